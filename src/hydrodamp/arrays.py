@@ -1,0 +1,57 @@
+"""Read-only float64 arrays, copied at the door."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+IndexArray = npt.NDArray[np.int32]
+BoolArray = npt.NDArray[np.bool_]
+
+
+def frozen(
+    values: npt.ArrayLike, shape: tuple[int | None, ...] | None = None, name: str = "values"
+) -> FloatArray:
+    """Copy ``values`` into a C-contiguous float64 array that cannot be written.
+
+    Parameters
+    ----------
+    values : array_like
+        Anything NumPy turns into numbers.
+    shape : tuple of int or None, optional
+        The shape required; None in a place accepts any length there.
+    name : str, optional
+        How the message calls the array.
+
+    Returns
+    -------
+    array : ndarray
+        A read-only copy.
+
+    Raises
+    ------
+    ValueError
+        If the values are not numbers or have another shape.
+
+    Examples
+    --------
+    >>> frozen([1, 2, 3], (3,)).flags.writeable
+    False
+    """
+    try:
+        array = np.array(values, dtype=np.float64, order="C", copy=True)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"`{name}` must be numbers: {error}") from error
+    if shape is not None and not _fits(array.shape, shape):
+        wanted = ", ".join("n" if length is None else str(length) for length in shape)
+        raise ValueError(f"`{name}` must have shape ({wanted}); got {array.shape}")
+    array.setflags(write=False)
+    return array
+
+
+def _fits(found: tuple[int, ...], wanted: tuple[int | None, ...]) -> bool:
+    return len(found) == len(wanted) and all(
+        want is None or want == got for got, want in zip(found, wanted, strict=True)
+    )

@@ -1,0 +1,175 @@
+"""A term: a product of at most four atoms, printed as it is typed."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Collection
+from dataclasses import dataclass
+from functools import lru_cache
+
+from hydrodamp.basis.atoms import ATOM_PLACE, CONTENT, PROPULSION, ZERO_WITHOUT
+from hydrodamp.basis.axes import VELOCITIES
+from hydrodamp.basis.command_names import check_command_name
+from hydrodamp.basis.spelling import canonical, read_atoms, spell
+from hydrodamp.errors import TermError
+
+MAX_FACTORS = 4
+"""A row of the kernels' table holds this many atoms."""
+
+
+@dataclass(frozen=True, slots=True)
+class Term:
+    """A product of at most four atoms, equal to any other spelling of itself.
+
+    Atoms are the velocities ``u v w p q r``, their absolute values, the speeds
+    ``U V V_v V_w``, ``(eta-1)``, the down vector ``down_x down_y down_z`` and any
+    command channel or its absolute value. Use :meth:`parse` to make one.
+
+    Parameters
+    ----------
+    factors : tuple of str
+        The atoms; put into canonical order, pairs of absolute values squared. The
+        empty tuple is the constant ``1``.
+
+    Raises
+    ------
+    TermError
+        If there are more than four factors, or one is neither an atom nor a command.
+
+    Examples
+    --------
+    >>> str(Term.parse("|r|v")), Term.parse("|r|v") == Term.parse("v|r|")
+    ('v|r|', True)
+    """
+
+    factors: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        """Bring the factors into canonical order and count them."""
+        for factor in self.factors:
+            if factor not in ATOM_PLACE:
+                check_command_name(factor.strip("|"))
+        object.__setattr__(self, "factors", canonical(self.factors))
+        if len(self.factors) > MAX_FACTORS:
+            raise TermError(
+                f"`{self}` has {len(self.factors)} factors; a term has at most {MAX_FACTORS}. "
+                "Drop a factor, or give the product as a command column of its own."
+            )
+
+    @classmethod
+    def parse(cls, text: str) -> Term:
+        """Read a term from its spelling.
+
+        Parameters
+        ----------
+        text : str
+            Reserved symbols stand side by side, commands are joined by ``*``:
+            ``v|r|``, ``u^2(eta-1)``, ``u|u|*rudder``, ``rpm*|rpm|``, ``down_y``, ``1``.
+
+        Returns
+        -------
+        term : Term
+            Prints in the canonical spelling.
+
+        Raises
+        ------
+        TermError
+            Telling where the spelling is stuck.
+
+        Examples
+        --------
+        >>> Term.parse("u|u|*rudder").factors
+        ('u', '|u|', 'rudder')
+        """
+        return _parse(text)
+
+    @property
+    def commands(self) -> tuple[str, ...]:
+        """The commands the term contains, each once, sorted by name."""
+        names = (factor.strip("|") for factor in self.factors if factor not in ATOM_PLACE)
+        return tuple(dict.fromkeys(names))
+
+    @property
+    def velocities(self) -> tuple[str, ...]:
+        """The velocities the term depends on, in u to r order; U, V and (eta-1) count theirs."""
+        content = "".join(CONTENT.get(factor, "") for factor in self.factors)
+        return tuple(velocity for velocity in VELOCITIES if velocity in content)
+
+    @property
+    def needs_propulsion(self) -> bool:
+        """Whether the term carries ``(eta-1)`` and so needs a propulsion ratio."""
+        return PROPULSION in self.factors
+
+    @property
+    def needs_attitude(self) -> bool:
+        """Whether the term carries a component of the down vector."""
+        return any(factor.startswith("down_") for factor in self.factors)
+
+    def vanishes_without(self, locked: Collection[str]) -> bool:
+        """Tell whether the term is identically zero while some velocities are zero.
+
+        Parameters
+        ----------
+        locked : collection of str
+            Velocities that are zero throughout, of ``u v w p q r``.
+
+        Returns
+        -------
+        vanishes : bool
+            True where some factor is zero whatever the other velocities are.
+
+        Examples
+        --------
+        >>> Term.parse("vV").vanishes_without({"w"}), Term.parse("wV").vanishes_without({"w"})
+        (False, True)
+        """
+        needed = (ZERO_WITHOUT.get(factor, "") for factor in self.factors)
+        return any(each and set(each) <= set(locked) for each in needed)
+
+    def latex(self) -> str:
+        r"""Return the term as LaTeX mathematics.
+
+        Returns
+        -------
+        latex : str
+            Without the dollar signs.
+
+        Examples
+        --------
+        >>> Term.parse("v|r|").latex()
+        'v\\lvert r\\rvert'
+        """
+        parts = [
+            _latex_atom(atom) + (f"^{{{count}}}" if count > 1 else "")
+            for atom, count in Counter(self.factors).items()
+        ]
+        if self.commands:
+            return r"\,".join(parts)
+        return re.sub(r"\\rvert(?=[A-Za-z])", r"\\rvert ", "".join(parts)) or "1"
+
+    def __str__(self) -> str:
+        """Return the canonical spelling."""
+        return spell(self.factors)
+
+    def __repr__(self) -> str:
+        """Return the call that makes the term."""
+        return f"Term.parse({str(self)!r})"
+
+
+@lru_cache(maxsize=4096)
+def _parse(text: str) -> Term:
+    return Term(tuple(read_atoms(text)))
+
+
+def _latex_atom(atom: str) -> str:
+    if atom == PROPULSION:
+        return r"(\bar\eta-1)"
+    if atom.startswith("|"):
+        return rf"\lvert {_latex_atom(atom.strip('|'))}\rvert"
+    if atom.startswith("down_"):
+        return rf"\mathrm{{down}}_{atom[-1]}"
+    if atom in ATOM_PLACE:
+        return atom
+    escaped = atom.replace("_", r"\_")
+    return rf"\mathrm{{{escaped}}}"

@@ -1,0 +1,85 @@
+"""``hydrodamp compare``: every model by every method, on data they have not seen."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from hydrodamp.cli import options
+from hydrodamp.cli.guard import WORK_FAILED
+from hydrodamp.cli.output import emit, fail, note, results
+
+if TYPE_CHECKING:
+    from hydrodamp.validation.comparison import Comparison
+
+
+def compare(
+    vehicle: options.VehicleName,
+    logs: options.Logs = None,
+    train: options.Train = None,
+    test: options.Test = None,
+    models: options.Models = None,
+    methods: options.Methods = options.DEFAULT_METHODS,
+    mapping: options.MappingFile = None,
+    attitude: options.Attitude = options.AttitudeSource.measured,
+    rate_unit: options.Rates = options.RateUnit.deg,
+    out: options.OutFolder = None,
+    json: options.Json = False,
+) -> None:
+    """Identify models on one part of the data, replay them on another, rank them."""
+    from hydrodamp.cli.choose import choose_methods, choose_models
+    from hydrodamp.cli.experiment import check_before, check_samples, fit_all
+    from hydrodamp.cli.progress import progress
+    from hydrodamp.cli.select import train_and_test
+    from hydrodamp.report.saving import check_folder
+    from hydrodamp.validation.compare import compare as compare_fits
+    from hydrodamp.vehicle.fleet import find_vehicle
+
+    if out is not None:
+        check_folder(out)
+    craft, chosen, ways = find_vehicle(vehicle), choose_models(models), choose_methods(methods)
+    learn, held_out = train_and_test(logs or (), train or (), test or (), mapping)
+    for log in (learn, held_out):
+        check_before(craft, log, chosen)
+    check_samples(craft, learn, chosen)
+    with progress("identifying", len(ways)) as done:
+        fits = fit_all(craft, learn, chosen, ways, done)
+    with progress("replaying", len(fits)) as done:
+        comparison = compare_fits(
+            fits,
+            craft,
+            held_out,
+            attitude=attitude.value,
+            rate_unit=rate_unit.value,
+            done=done,
+        )
+    deliver(comparison, out, json)
+
+
+def deliver(comparison: Comparison, out: str | None, json: bool) -> None:
+    """Write and print a comparison; end with status 1 if it has no score at all.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        What came out.
+    out : str or None
+        Folder to write to.
+    json : bool
+        Whether to print the document instead of tables.
+    """
+    from hydrodamp.cli.experiment import nothing_scored
+    from hydrodamp.report.comparison_grids import comparison_grids
+    from hydrodamp.report.document import comparison_document
+    from hydrodamp.report.files import write_comparison
+    from hydrodamp.report.screen import show
+
+    if out is not None:
+        write_comparison(comparison, out)
+    if json:
+        emit(comparison_document(comparison))
+    else:
+        show(results(), *comparison_grids(comparison))
+    if out is not None:
+        note(f"written to {out}: comparison.json, table.txt .md .tex .csv, fits, replays.npz")
+    if sentence := nothing_scored(comparison):
+        fail(sentence, WORK_FAILED)

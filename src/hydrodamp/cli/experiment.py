@@ -1,0 +1,134 @@
+"""What compare, identify and demo share: checks before the work, then the fits."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+from hydrodamp.errors import HydrodampError, ProblemError
+
+if TYPE_CHECKING:
+    from hydrodamp.data.log import Log
+    from hydrodamp.identification.fit import Fit, Method
+    from hydrodamp.models.model import DampingModel
+    from hydrodamp.validation.comparison import Comparison
+    from hydrodamp.vehicle.vehicle import Vehicle
+
+
+def check_before(vehicle: Vehicle, log: Log, models: Sequence[DampingModel]) -> None:
+    """Refuse a log that cannot serve, or has a column that nothing uses.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        Whose axes and actuators count.
+    log : Log
+        To identify or to replay on.
+    models : sequence of DampingModel
+        All that were asked for.
+
+    Raises
+    ------
+    ProblemError
+        If the log lacks what the vehicle or a term needs.
+    LogError
+        If a column is used by nothing.
+    """
+    from hydrodamp.simulation.fitness import check_columns_used, check_log
+
+    free = tuple(model.restricted_to(vehicle.axes) for model in models)
+    faults: list[HydrodampError] = []
+    for check, asked in ((check_log, free), (check_columns_used, models)):
+        try:
+            check(vehicle, log, asked)
+        except HydrodampError as error:
+            faults.append(error)
+    if len(faults) == 1:
+        raise faults[0]
+    if faults:
+        raise ProblemError("\n".join(map(str, faults)))
+
+
+def check_samples(vehicle: Vehicle, log: Log, models: Sequence[DampingModel]) -> None:
+    """Refuse a log with fewer samples than the largest axis of every model.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        Whose free axes count.
+    log : Log
+        To identify on.
+    models : sequence of DampingModel
+        All that were asked for; one that is too large alone is a row with a status.
+
+    Raises
+    ------
+    ProblemError
+        With the number of samples that is needed.
+    """
+    needed = [max(map(len, model.restricted_to(vehicle.axes).terms), default=0) for model in models]
+    if log.n < min(needed):
+        raise ProblemError(
+            f"{log.source or 'log'}: {log.n} samples are fewer than the largest axis of every "
+            f"model asked for; the smallest needs {min(needed)}. Give a longer log."
+        )
+
+
+def fit_all(
+    vehicle: Vehicle,
+    train: Log,
+    models: Sequence[DampingModel],
+    methods: Sequence[Method],
+    done: Callable[[], None],
+) -> tuple[Fit, ...]:
+    """Identify every model by every method.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        Everything known.
+    train : Log
+        To identify on.
+    models : sequence of DampingModel
+        Which terms.
+    methods : sequence of Method
+        How.
+    done : callable
+        Called once for each method.
+
+    Returns
+    -------
+    fits : tuple of Fit
+        Models within methods.
+    """
+    from hydrodamp.identification.methods import identify_all
+    from hydrodamp.simulation.problem import prepare
+
+    problem = prepare(vehicle, train, models)
+    fits: list[Fit] = []
+    for method in methods:
+        fits.extend(identify_all(problem, models, method))
+        done()
+    return tuple(fits)
+
+
+def nothing_scored(comparison: Comparison) -> str:
+    """Return the sentence for a comparison without any score, empty if there is one.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        Any.
+
+    Returns
+    -------
+    sentence : str
+        Why there is nothing to rank.
+    """
+    if any(row.rms is not None for row in comparison.rows):
+        return ""
+    outcomes = dict.fromkeys(row.status.word for row in comparison.rows)
+    return (
+        f"no row has an RMS error ({', '.join(outcomes)}): try models with fewer terms, a better "
+        "derivative, or a log with richer manoeuvres."
+    )

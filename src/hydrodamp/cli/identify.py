@@ -1,0 +1,79 @@
+"""``hydrodamp identify``: one model by one method, to a damping file."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from hydrodamp.cli import options
+from hydrodamp.cli.guard import WORK_FAILED
+from hydrodamp.cli.output import emit, fail, note, results
+
+if TYPE_CHECKING:
+    from hydrodamp.identification.fit import Fit
+
+
+def identify(
+    vehicle: options.VehicleName,
+    model: Annotated[
+        str, typer.Option("--model", metavar="M", help="A model by name or a YAML file of one.")
+    ],
+    logs: options.Logs = None,
+    method: Annotated[
+        str, typer.Option("--method", metavar="KEY", help="How: ls, ai or ai-scaled.")
+    ] = "ls",
+    train: options.Train = None,
+    mapping: options.MappingFile = None,
+    out: Annotated[
+        str | None, typer.Option("--out", metavar="FILE", help="Write a damping file.")
+    ] = None,
+    json: options.Json = False,
+) -> None:
+    """Identify one model and write its damping file."""
+    from hydrodamp.cli.choose import choose_model
+    from hydrodamp.cli.experiment import check_before, check_samples, fit_all
+    from hydrodamp.cli.progress import progress
+    from hydrodamp.cli.select import train_alone
+    from hydrodamp.identification.methods import find_method
+    from hydrodamp.report.saving import check_file
+    from hydrodamp.vehicle.fleet import find_vehicle
+
+    if out is not None:
+        check_file(out)
+    craft, chosen, way = find_vehicle(vehicle), choose_model(model), find_method(method)
+    log = train_alone(logs or (), train or (), mapping)
+    check_before(craft, log, (chosen,))
+    check_samples(craft, log, (chosen,))
+    with progress("identifying", 1) as done:
+        (fit,) = fit_all(craft, log, (chosen,), (way,), done)
+    deliver(fit, out, json)
+
+
+def deliver(fit: Fit, out: str | None, json: bool) -> None:
+    """Print and write a fit; end with status 1 if it has no numbers.
+
+    Parameters
+    ----------
+    fit : Fit
+        What came out.
+    out : str or None
+        Damping file to write.
+    json : bool
+        Whether to print the document instead of a table.
+    """
+    from hydrodamp.models.saving import save_text
+    from hydrodamp.report.document import as_json, fit_document
+    from hydrodamp.report.fit_grid import fit_grid
+    from hydrodamp.report.screen import show
+
+    document = fit_document(fit)
+    if json:
+        emit(document)
+    else:
+        show(results(), fit_grid(fit))
+    if not fit.status.usable:
+        fail(fit.status.value, WORK_FAILED)
+    if out is not None:
+        save_text(as_json(document), out)
+        note(f"written to {out}")

@@ -1,0 +1,58 @@
+"""The command ``hydrodamp``."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from hydrodamp.cli.compare import compare
+from hydrodamp.cli.demo import demo
+from hydrodamp.cli.guard import guarded
+from hydrodamp.cli.identify import identify
+from hydrodamp.cli.models import models
+from hydrodamp.cli.probe import probe
+from hydrodamp.cli.simulate import simulate
+from hydrodamp.cli.vehicle import new
+
+app = typer.Typer(
+    name="hydrodamp",
+    help="From a vehicle's log to a hydrodynamic damping model that can be trusted.",
+    epilog="Start with: hydrodamp demo. Exit status: 0 done, 1 the work failed, 2 the call or "
+    "the input is wrong.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+)
+vehicle_app = typer.Typer(help="Vehicle files.", no_args_is_help=True, rich_markup_mode=None)
+
+for command in (demo, models, probe, compare, identify, simulate):
+    app.command()(guarded(command))
+vehicle_app.command()(guarded(new))
+app.add_typer(vehicle_app, name="vehicle")
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        import hydrodamp
+
+        typer.echo(f"hydrodamp {hydrodamp.__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def hydrodamp_command(
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version", callback=_print_version, is_eager=True, help="Print the version."
+        ),
+    ] = False,
+) -> None:
+    """From a vehicle's log to a hydrodynamic damping model that can be trusted."""
+
+
+def main() -> None:
+    """Run the command line; the console script and ``python -m hydrodamp`` call this."""
+    app()

@@ -1,0 +1,82 @@
+"""What may be said on the command line, once for all commands."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import Annotated
+
+import typer
+
+DEFAULT_METHODS = "ls,ai,ai-scaled"
+"""Least squares, the paper's adaptive identifier, and it with scaled gains."""
+
+
+class AttitudeSource(StrEnum):
+    """Which attitude gravity and buoyancy act along."""
+
+    measured = "measured"
+    simulated = "simulated"
+
+
+class RateUnit(StrEnum):
+    """Unit of angular rates in errors."""
+
+    deg = "deg"
+    rad = "rad"
+
+
+Logs = Annotated[
+    list[str] | None,
+    typer.Argument(
+        metavar="LOG", help="Logs: CSV files. Left out where --train and --test name files."
+    ),
+]
+SomeLogs = Annotated[
+    list[str], typer.Argument(metavar="LOG", help="Logs: CSV files, one after another.")
+]
+VehicleName = Annotated[
+    str, typer.Option("--vehicle", metavar="V", help="A vehicle of the fleet or a YAML file.")
+]
+Train = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--train",
+        metavar="PART",
+        help="Identify on this: files, START:END seconds of LOG, or segment names. Repeatable.",
+    ),
+]
+Test = Annotated[
+    list[str] | None,
+    typer.Option("--test", metavar="PART", help="Replay on this; said like --train. Repeatable."),
+]
+Models = Annotated[
+    str | None,
+    typer.Option(
+        "--models",
+        metavar="LIST",
+        help="Models by name and YAML files of models, with commas. [default: the paper's eight]",
+    ),
+]
+Methods = Annotated[
+    str, typer.Option("--methods", metavar="LIST", help="Methods by name, with commas.")
+]
+MappingFile = Annotated[
+    str | None,
+    typer.Option(
+        "--mapping", metavar="YAML", help="Names, units, frames and signs of the log's columns."
+    ),
+]
+Attitude = Annotated[
+    AttitudeSource,
+    typer.Option("--attitude", help="In replays, the attitude as measured or simulated too."),
+]
+Rates = Annotated[
+    RateUnit, typer.Option("--rate-unit", help="Unit of angular rates in RMS errors.")
+]
+OutFolder = Annotated[
+    str | None,
+    typer.Option("--out", metavar="DIR", help="Write comparison.json, tables, fits and replays."),
+]
+Json = Annotated[
+    bool, typer.Option("--json", help="Print machine-readable results on standard output.")
+]

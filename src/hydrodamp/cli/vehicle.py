@@ -1,0 +1,46 @@
+"""``hydrodamp vehicle new``: a commented vehicle file to fill in."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from hydrodamp.cli import options
+from hydrodamp.cli.output import emit, note
+from hydrodamp.errors import FileError
+
+Size = Annotated[float | None, typer.Option(metavar="METRES", help="Of the hull [m].")]
+
+
+def new(
+    file: Annotated[str, typer.Argument(metavar="FILE", help="The YAML file to write.")],
+    length: Size = None,
+    diameter: Size = None,
+    mass: Annotated[
+        float | None,
+        typer.Option("--mass", metavar="KG", help="With flooded spaces [kg]."),
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
+    json: options.Json = False,
+) -> None:
+    """Write a commented vehicle file to fill in.
+
+    With --length, --diameter and --mass it is an estimate that can be used as it is.
+    """
+    from hydrodamp.models.saving import save_text
+    from hydrodamp.report.saving import check_file
+    from hydrodamp.vehicle.template import vehicle_template
+
+    path = Path(file)
+    check_file(path)
+    if path.exists() and not force:
+        raise FileError(f"{path}: is there already; name another file, or say --force.")
+    save_text(vehicle_template(path.stem, length=length, diameter=diameter, mass=mass), path)
+    complete = mass is not None
+    if json:
+        emit({"path": str(path), "complete": complete})
+    else:
+        hint = "an estimate, ready to use" if complete else "fill in its numbers"
+        note(f"written to {path}: {hint}")

@@ -1,0 +1,178 @@
+"""Columns by their reserved names, put together to a record."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hydrodamp.arrays import FloatArray
+from hydrodamp.basis.axes import AXES, VELOCITIES
+from hydrodamp.basis.command_names import check_command_name
+from hydrodamp.data.attitude import quaternion_from_euler
+from hydrodamp.data.record import Record
+from hydrodamp.errors import TermError, did_you_mean
+
+EULER = ("roll", "pitch", "yaw")
+"""Attitude as angles [rad]."""
+
+QUATERNION = ("qw", "qx", "qy", "qz")
+"""Attitude as a unit quaternion, body to north-east-down."""
+
+ACCELERATIONS = tuple(f"d{name}" for name in VELOCITIES)
+"""Time derivatives of the velocities [m/s^2, rad/s^2]."""
+
+_TURN = 2 * np.pi
+
+
+@dataclass(frozen=True, eq=False)
+class Columns:
+    """Named columns in SI units, forward-starboard-down and north-east-down.
+
+    Attributes
+    ----------
+    numbers : dict of str to ndarray, shape (n,)
+        Columns by reserved name, and commands by their own.
+    commands : tuple of str
+        Which of them are commands.
+    labels : tuple of str, or None
+        The segment of each sample.
+    lines : sequence of int, or None
+        The line of the file of each sample.
+    source : str
+        The file.
+    """
+
+    numbers: Mapping[str, FloatArray]
+    commands: tuple[str, ...] = ()
+    labels: tuple[str, ...] | None = None
+    lines: Sequence[int] | None = None
+    source: str = ""
+
+    def faults(self) -> list[str]:
+        """Return what is wrong with the choice and content of the columns.
+
+        Returns
+        -------
+        faults : list of str
+            One sentence each.
+        """
+        return [
+            *_missing_faults(self.numbers),
+            *_attitude_faults(self.numbers),
+            *_acceleration_faults(self.numbers),
+            *_command_faults(self.commands),
+            *_empty_faults(self.numbers),
+        ]
+
+    def record(self) -> Record | None:
+        """Return the record these columns make.
+
+        Returns
+        -------
+        record : Record or None
+            None where there is no time, no sample, or half an attitude.
+        """
+        time = self.numbers.get("time")
+        if time is None or len(time) == 0 or [*_attitude_faults(self.numbers)]:
+            return None
+        return Record(
+            time=time,
+            velocity=_side_by_side(self.numbers, VELOCITIES, len(time)),
+            velocity_names=tuple(name for name in VELOCITIES if name in self.numbers),
+            attitude=_attitude(self.numbers),
+            commands={name: self.numbers[name] for name in self.commands},
+            wrench=self._optional(AXES),
+            acceleration=self._optional(ACCELERATIONS),
+            propulsion_ratio=self.numbers.get("eta"),
+            labels=self.labels,
+            lines=self.lines,
+            source=self.source,
+        )
+
+    def _optional(self, names: Sequence[str]) -> FloatArray | None:
+        if not any(name in self.numbers for name in names):
+            return None
+        return _side_by_side(self.numbers, names, len(self.numbers["time"]))
+
+
+def _side_by_side(numbers: Mapping[str, FloatArray], names: Sequence[str], n: int) -> FloatArray:
+    """Stack columns; those that are absent are zero."""
+    return np.column_stack([numbers.get(name, np.zeros(n)) for name in names])
+
+
+def _attitude(numbers: Mapping[str, FloatArray]) -> FloatArray | None:
+    if QUATERNION[0] in numbers:
+        return np.column_stack([numbers[name] for name in QUATERNION])
+    if EULER[0] in numbers:
+        return quaternion_from_euler(np.column_stack([numbers[name] for name in EULER]))
+    return None
+
+
+def _missing_faults(numbers: Mapping[str, FloatArray]) -> Iterator[str]:
+    if "time" not in numbers:
+        yield f"column `time` is missing.{_nearest('time', numbers)} Rename it, or give a mapping"
+    if not any(name in numbers for name in VELOCITIES):
+        listed = " ".join(numbers)
+        yield f"there is no velocity column: none of u v w p q r among {listed or 'no columns'}"
+
+
+def _nearest(name: str, numbers: Collection[str]) -> str:
+    by_lower = {other.lower(): other for other in numbers}
+    starts = [other for low, other in by_lower.items() if low in ("t", name) or name in low]
+    return f" Did you mean '{starts[0]}'?" if starts else did_you_mean(name, numbers)
+
+
+def _attitude_faults(numbers: Mapping[str, FloatArray]) -> Iterator[str]:
+    found = [[name for name in group if name in numbers] for group in (EULER, QUATERNION)]
+    if all(found):
+        both = " ".join(found[0]), " ".join(found[1])
+        yield f"attitude must be given once; got both `{both[0]}` and `{both[1]}`. Drop one set"
+        return
+    for group, there in zip((EULER, QUATERNION), found, strict=True):
+        if there and len(there) < len(group):
+            absent = [name for name in group if name not in there]
+            hints = "".join(_nearest(name, set(numbers) - set(group)) for name in absent)
+            all_of, lacking = " ".join(group), " ".join(absent)
+            yield f"attitude needs all of `{all_of}`; `{lacking}` is missing.{hints}"
+    if len(found[0]) == len(EULER) and _in_degrees(numbers):
+        yield (
+            "`roll pitch yaw` must be in rad; they run as angles in degrees do. Convert them, or"
+            " give a mapping with unit: deg"
+        )
+
+
+def _in_degrees(numbers: Mapping[str, FloatArray]) -> bool:
+    """Tell angles in degrees: a pitch beyond any turn, or a wrap by 360."""
+    if len(numbers["pitch"]) == 0:
+        return False
+    wraps = [np.abs(np.diff(numbers[name])) for name in ("roll", "yaw")]
+    wrapped = any(bool(((wrap > 340) & (wrap < 380)).any()) for wrap in wraps)
+    return wrapped or bool((np.abs(numbers["pitch"]) > _TURN).any())
+
+
+def _acceleration_faults(numbers: Mapping[str, FloatArray]) -> Iterator[str]:
+    there = [name for name in ACCELERATIONS if name in numbers]
+    needed = [f"d{name}" for name in VELOCITIES if name in numbers]
+    if there and (absent := [name for name in needed if name not in there]):
+        yield (
+            f"accelerations must be given for every velocity recorded; `{' '.join(absent)}` is"
+            f" missing beside `{' '.join(there)}`. Add it, or drop the others"
+        )
+    if surplus := [name for name in there if name not in needed]:
+        yield f"accelerations `{' '.join(surplus)}` have no velocity column; add it or drop them"
+
+
+def _command_faults(commands: tuple[str, ...]) -> Iterator[str]:
+    for name in commands:
+        try:
+            check_command_name(name)
+        except TermError as error:
+            yield f"column `{name}`: {error}"
+
+
+def _empty_faults(numbers: Mapping[str, FloatArray]) -> Iterator[str]:
+    for name, column in numbers.items():
+        if name != "time" and len(column) and np.isnan(column).all():
+            yield f"column `{name}` holds no number at all; drop it"

@@ -1,0 +1,229 @@
+"""What was recorded, sample by sample, before it is checked and split.
+
+A :class:`Record` may hold NaN where nothing was measured and may have gaps and
+faults. :meth:`hydrodamp.data.log.Log.from_record` turns it into a
+:class:`~hydrodamp.data.log.Log`, or says all that is wrong.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from hydrodamp.arrays import BoolArray, FloatArray, frozen
+from hydrodamp.basis.axes import VELOCITIES
+from hydrodamp.basis.command_names import check_command_name
+from hydrodamp.data.attitude import quaternion_from_euler
+from hydrodamp.errors import LogError, TermError, did_you_mean
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """Columns of one recording, not yet checked.
+
+    Attributes
+    ----------
+    time : ndarray, shape (n,)
+        Sample times [s].
+    velocity : ndarray, shape (n, 6)
+        Body velocity u v w [m/s] and p q r [rad/s]; zero where not recorded.
+    velocity_names : tuple of str
+        The velocities recorded.
+    attitude : ndarray, shape (n, 4), or None
+        Quaternions ``(w, x, y, z)``, body to north-east-down.
+    commands : dict of str to ndarray, shape (n,)
+        Command channels by name.
+    wrench : ndarray, shape (n, 6), or None
+        Actuator force X Y Z [N] and moment K M N [N m], body frame.
+    acceleration : ndarray, shape (n, 6), or None
+        Body acceleration [m/s^2, rad/s^2].
+    propulsion_ratio : ndarray, shape (n,), or None
+        Propulsion ratio [1].
+    labels : tuple of str, or None
+        The segment of each sample; a change is a join.
+    lines : sequence of int, length n, or None
+        The line of the file each sample was read from.
+    source : str
+        Where it came from, for messages.
+    """
+
+    time: FloatArray
+    velocity: FloatArray
+    velocity_names: tuple[str, ...] = VELOCITIES
+    attitude: FloatArray | None = None
+    commands: dict[str, FloatArray] = field(default_factory=dict)
+    wrench: FloatArray | None = None
+    acceleration: FloatArray | None = None
+    propulsion_ratio: FloatArray | None = None
+    labels: tuple[str, ...] | None = None
+    lines: Sequence[int] | None = None
+    source: str = ""
+
+    @classmethod
+    def from_arrays(
+        cls,
+        time: npt.ArrayLike,
+        velocity: npt.ArrayLike | Mapping[str, npt.ArrayLike],
+        *,
+        attitude: npt.ArrayLike | None,
+        commands: Mapping[str, npt.ArrayLike],
+        segment: Sequence[object] | None,
+        source: str,
+        **optional: npt.ArrayLike | None,
+    ) -> Record:
+        """Return the record of plain arrays; parameters as for :meth:`Log.from_arrays`.
+
+        Raises
+        ------
+        LogError
+            With every array that has a wrong shape or name.
+        """
+        n = np.size(time)
+        door = _Door(n)
+        record = cls(
+            time=door.array("time", time, (n,)),
+            velocity=door.velocity(velocity),
+            velocity_names=_velocity_names(velocity),
+            attitude=door.attitude(attitude),
+            commands={name: door.command(name, given) for name, given in commands.items()},
+            wrench=door.optional("wrench", optional["wrench"], (n, 6)),
+            acceleration=door.optional("acceleration", optional["acceleration"], (n, 6)),
+            propulsion_ratio=door.optional("propulsion_ratio", optional["propulsion_ratio"], (n,)),
+            labels=door.labels(segment),
+            source=source,
+        )
+        if door.faults:
+            raise LogError(door.faults, source=source)
+        return record
+
+    @property
+    def n(self) -> int:
+        """The number of samples."""
+        return len(self.time)
+
+    @property
+    def joins(self) -> BoolArray:
+        """Whether a segment begins at each sample by its label, shape (n,)."""
+        starts = np.zeros(self.n, dtype=np.bool_)
+        starts[:1] = True
+        if self.labels is not None:
+            labels = np.array(self.labels, dtype=object)
+            starts[1:] = labels[1:] != labels[:-1]
+        return starts
+
+    @property
+    def missing(self) -> BoolArray:
+        """Whether any column but time is NaN at each sample, shape (n,)."""
+        lacking = np.zeros(self.n, dtype=np.bool_)
+        blocks = (self.velocity, self.attitude, self.wrench, self.acceleration)
+        for block in (*blocks, self.propulsion_ratio, *self.commands.values()):
+            if block is not None:
+                lacking |= np.isnan(block.reshape(self.n, -1)).any(axis=1)
+        return lacking
+
+    def place(self, row: int) -> str:
+        """Return how a message calls a sample.
+
+        Parameters
+        ----------
+        row : int
+            Index of the sample, from 0.
+
+        Returns
+        -------
+        place : str
+            Its row counted from 1 and, where it was read from a file, its line.
+        """
+        return f"row {row + 1}" + ("" if self.lines is None else f" (line {self.lines[row]})")
+
+    def columns(self, keep: BoolArray) -> dict[str, Any]:
+        """Return the arguments of a log that holds some of the samples.
+
+        Parameters
+        ----------
+        keep : ndarray of bool, shape (n,)
+            The samples to take.
+
+        Returns
+        -------
+        columns : dict
+            Everything of a :class:`~hydrodamp.data.log.Log` but its segments and source.
+        """
+        commands = np.column_stack([*self.commands.values(), np.empty((self.n, 0))])
+        blocks = {
+            "time": self.time,
+            "velocity": self.velocity,
+            "attitude": self.attitude,
+            "commands": commands,
+            "wrench": self.wrench,
+            "acceleration": self.acceleration,
+            "propulsion_ratio": self.propulsion_ratio,
+        }
+        taken = {name: None if block is None else block[keep] for name, block in blocks.items()}
+        return {
+            **taken,
+            "velocity_names": self.velocity_names,
+            "command_names": tuple(self.commands),
+        }
+
+
+class _Door:
+    """Copies arrays of n samples and collects what is wrong with them."""
+
+    def __init__(self, n: int) -> None:
+        self.n = n
+        self.faults: list[str] = []
+
+    def array(self, name: str, values: npt.ArrayLike, shape: tuple[int, ...]) -> FloatArray:
+        try:
+            return frozen(values, shape, name)
+        except ValueError as error:
+            turned = np.shape(values)[::-1] == shape != shape[::-1]
+            hint = ". Did you pass it transposed? Rows are samples" if turned else ""
+            self.faults.append(f"{error}{hint}")
+            return np.zeros(shape)
+
+    def optional(
+        self, name: str, values: npt.ArrayLike | None, shape: tuple[int, ...]
+    ) -> FloatArray | None:
+        return None if values is None else self.array(name, values, shape)
+
+    def velocity(self, velocity: npt.ArrayLike | Mapping[str, npt.ArrayLike]) -> FloatArray:
+        if not isinstance(velocity, Mapping):
+            return self.array("velocity", velocity, (self.n, 6))
+        block = np.zeros((self.n, 6))
+        for name, values in velocity.items():
+            if name in VELOCITIES:
+                block[:, VELOCITIES.index(name)] = self.array(name, values, (self.n,))
+            else:
+                near = did_you_mean(name, VELOCITIES)
+                self.faults.append(f"velocity names are u v w p q r; got '{name}'.{near}")
+        return block
+
+    def command(self, name: str, values: npt.ArrayLike) -> FloatArray:
+        try:
+            check_command_name(name)
+        except TermError as error:
+            self.faults.append(str(error))
+        return self.array(name, values, (self.n,))
+
+    def attitude(self, attitude: npt.ArrayLike | None) -> FloatArray | None:
+        if attitude is None or np.shape(attitude) != (self.n, 3):
+            return self.optional("attitude", attitude, (self.n, 4))
+        return quaternion_from_euler(self.array("attitude", attitude, (self.n, 3)))
+
+    def labels(self, segment: Sequence[object] | None) -> tuple[str, ...] | None:
+        if segment is not None and len(segment) != self.n:
+            self.faults.append(f"`segment` must have {self.n} labels; got {len(segment)}")
+            return None
+        return None if segment is None else tuple(map(str, segment))
+
+
+def _velocity_names(velocity: npt.ArrayLike | Mapping[str, npt.ArrayLike]) -> tuple[str, ...]:
+    if not isinstance(velocity, Mapping):
+        return VELOCITIES
+    return tuple(name for name in VELOCITIES if name in velocity)

@@ -1,0 +1,192 @@
+"""Where a recording is cut: at a change of label, at a gap, at missing samples."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from hydrodamp.arrays import BoolArray, FloatArray
+from hydrodamp.data.record import Record
+
+GAP_STEPS = 5.0
+"""A step longer than this many median steps, and than GAP_SECONDS, is a gap."""
+
+GAP_SECONDS = 1.0
+"""No step up to this long is a gap [s]."""
+
+_LISTED = 5
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A stretch of a log without a join or a gap: samples start to stop - 1.
+
+    Attributes
+    ----------
+    name : str
+        Unique within its log.
+    start, stop : int
+        Sample indices, half open.
+    """
+
+    name: str
+    start: int
+    stop: int
+
+    def __len__(self) -> int:
+        """Return the number of samples."""
+        return self.stop - self.start
+
+
+@dataclass(frozen=True, eq=False)
+class Split:
+    """How a recording falls into segments.
+
+    Attributes
+    ----------
+    keep : ndarray of bool, shape (n,)
+        The samples that belong to a segment.
+    segments : tuple of Segment
+        Their indices count kept samples only.
+    notes : tuple of str
+        What was cut out or dropped, for one warning; empty where nothing was.
+    """
+
+    keep: BoolArray
+    segments: tuple[Segment, ...]
+    notes: tuple[str, ...]
+
+
+def longest_step(time: FloatArray, joins: BoolArray) -> float:
+    """Return the longest step that is not a gap.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+        Sample times [s].
+    joins : ndarray of bool, shape (n,)
+        Whether a segment begins at each sample.
+
+    Returns
+    -------
+    step : float
+        The larger of five median steps and one second [s].
+
+    Examples
+    --------
+    >>> longest_step(np.array([0.0, 2.0, 4.0]), np.array([True, False, False]))
+    10.0
+    """
+    steps = np.diff(time)[~joins[1:]]
+    return max(GAP_STEPS * float(np.median(steps)), GAP_SECONDS) if len(steps) else GAP_SECONDS
+
+
+def split(record: Record, name: str = "1") -> Split:
+    """Return the segments of a recording whose time is in order.
+
+    Parameters
+    ----------
+    record : Record
+        What was recorded; its time increases between joins.
+    name : str, optional
+        The segment's name where the recording has no labels.
+
+    Returns
+    -------
+    split : Split
+        Pieces of one label are named ``label.1``, ``label.2`` and so on; pieces of
+        fewer than two samples are dropped.
+    """
+    joins, missing = record.joins, record.missing
+    late = np.diff(record.time, prepend=record.time[:1]) > longest_step(record.time, joins)
+    gaps = late & ~joins
+    starts = joins | gaps | (missing != np.roll(missing, 1))
+    edges = np.append(np.flatnonzero(starts), record.n)
+    pieces = [(a, b) for a, b in itertools.pairwise(edges) if not missing[a]]
+    kept = [(int(a), int(b)) for a, b in pieces if b - a >= 2]
+    dropped = [(int(a), int(b)) for a, b in pieces if b - a < 2]
+    keep = np.zeros(record.n, dtype=np.bool_)
+    for a, b in kept:
+        keep[a:b] = True
+    notes = (*_gap_notes(record, gaps), *_missing_notes(record, missing, edges))
+    return Split(keep, _named(record, kept, name), (*notes, *_dropped_notes(record, dropped)))
+
+
+def unique_names(names: Iterable[str]) -> tuple[str, ...]:
+    """Return the names with a number added to those met before.
+
+    Parameters
+    ----------
+    names : iterable of str
+        Names in order.
+
+    Returns
+    -------
+    names : tuple of str
+        As many, all different.
+
+    Examples
+    --------
+    >>> unique_names(["dive", "turn", "dive"])
+    ('dive', 'turn', 'dive-2')
+    """
+    taken: dict[str, None] = {}
+    for name in names:
+        candidate, count = name, 1
+        while candidate in taken:
+            count += 1
+            candidate = f"{name}-{count}"
+        taken[candidate] = None
+    return tuple(taken)
+
+
+def _named(record: Record, pieces: list[tuple[int, int]], name: str) -> tuple[Segment, ...]:
+    """Name each piece after its label, numbered where a label fell apart."""
+    run = np.cumsum(record.joins)
+    count = np.bincount([run[a] for a, _ in pieces], minlength=1)
+    seen: dict[int, int] = {}
+    names = []
+    for a, _ in pieces:
+        label = name if record.labels is None else record.labels[a]
+        seen[run[a]] = seen.get(run[a], 0) + 1
+        names.append(f"{label}.{seen[run[a]]}" if count[run[a]] > 1 else label)
+    stops = np.cumsum([b - a for a, b in pieces]).tolist()
+    starts = [0, *stops[:-1]]
+    return tuple(map(Segment, unique_names(names), starts, stops))
+
+
+def _gap_notes(record: Record, gaps: BoolArray) -> list[str]:
+    rows = np.flatnonzero(gaps)
+    time = record.time
+    return _capped([f"no samples from {time[k - 1]:g} s to {time[k]:g} s" for k in rows], "gaps")
+
+
+def _missing_notes(record: Record, missing: BoolArray, edges: FloatArray) -> list[str]:
+    stretches = [(a, b) for a, b in itertools.pairwise(edges) if missing[a]]
+    return _capped(
+        [
+            f"{b - a} {'sample' if b - a == 1 else 'samples'} with missing values"
+            f" at {record.time[a]:g} s to {record.time[b - 1]:g} s"
+            for a, b in stretches
+        ],
+        "stretches with missing values",
+    )
+
+
+def _dropped_notes(record: Record, dropped: list[tuple[int, int]]) -> list[str]:
+    return _capped(
+        [
+            f"dropped a segment of one sample at {record.time[a]:g} s"
+            + ("" if record.labels is None else f" (segment '{record.labels[a]}')")
+            for a, _ in dropped
+        ],
+        "segments of one sample dropped",
+    )
+
+
+def _capped(notes: list[str], what: str) -> list[str]:
+    more = len(notes) - _LISTED
+    return notes if more <= 0 else [*notes[:_LISTED], f"{more} more {what}"]

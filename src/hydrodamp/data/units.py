@@ -1,0 +1,75 @@
+"""Units a mapping may name, and what they are in SI."""
+
+from __future__ import annotations
+
+import math
+
+from hydrodamp.errors import LogError, did_you_mean
+
+_DEGREE = math.pi / 180
+_FOOT = 0.3048  # m, international foot
+_KNOT = 1852 / 3600  # m/s
+_POUND_FORCE = 4.4482216152605  # N
+_GRAVITY = 9.80665  # m/s^2, standard
+
+UNITS: dict[str, dict[str, float]] = {
+    "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0},
+    "angle": {"rad": 1.0, "deg": _DEGREE, "rev": 2 * math.pi},
+    "speed": {
+        "m/s": 1.0,
+        "cm/s": 0.01,
+        "mm/s": 0.001,
+        "km/h": 1 / 3.6,
+        "knots": _KNOT,
+        "kn": _KNOT,
+        "ft/s": _FOOT,
+    },
+    "angular rate": {
+        "rad/s": 1.0,
+        "deg/s": _DEGREE,
+        "rpm": 2 * math.pi / 60,
+        "rev/s": 2 * math.pi,
+    },
+    "acceleration": {"m/s^2": 1.0, "cm/s^2": 0.01, "g": _GRAVITY, "ft/s^2": _FOOT},
+    "angular acceleration": {"rad/s^2": 1.0, "deg/s^2": _DEGREE},
+    "force": {"N": 1.0, "kN": 1e3, "lbf": _POUND_FORCE, "kgf": _GRAVITY},
+    "moment": {"N m": 1.0, "kN m": 1e3, "lbf ft": _POUND_FORCE * _FOOT},
+    "ratio": {"1": 1.0, "%": 0.01},
+}
+"""For every quantity its units, and the factor that turns each into SI."""
+
+
+def factor(unit: str, quantity: str | None = None) -> float:
+    """Return the factor that turns a unit into SI.
+
+    Parameters
+    ----------
+    unit : str
+        Such as ``"deg/s"`` or ``"knots"``.
+    quantity : str, optional
+        A key of :data:`UNITS` the unit must belong to; any where not given.
+
+    Returns
+    -------
+    factor : float
+        Multiply by it.
+
+    Raises
+    ------
+    LogError
+        If there is no such unit, or it is one of another quantity.
+
+    Examples
+    --------
+    >>> round(factor("knots", "speed"), 4)
+    0.5144
+    """
+    tables = UNITS.values() if quantity is None else (UNITS[quantity],)
+    known = {name: value for table in tables for name, value in table.items()}
+    if unit not in known:
+        called = f"of {quantity} " if quantity else ""
+        raise LogError(
+            f"'{unit}' is no unit {called}known here.{did_you_mean(unit, known)}"
+            f" Known are: {', '.join(known)}"
+        )
+    return known[unit]

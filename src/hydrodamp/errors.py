@@ -1,0 +1,126 @@
+"""What can go wrong, as one tree.
+
+::
+
+    HydrodampError
+      TermError            a spelling that is not a velocity term
+      ModelError           unknown model, unknown label, wrong coefficient count
+      VehicleError         a mass matrix, actuator or vehicle file that cannot be
+      LogError             faults of a recorded log, all of one file at once
+      ProblemError         vehicle, log and terms that do not meet
+      MethodError          unknown method, impossible setting
+      FileError            a file or folder that cannot be read or written
+
+    HydrodampWarning
+      GapWarning           a log was split at a gap
+      FallbackWarning      the compiled core is missing, NumPy takes over
+      ForeignVehicleWarning  a damping file is used with another vehicle
+      PropulsionWarning    the propulsion ratio is unknown and taken as one
+
+Mistakes of the caller raise. Rank loss, a diverged replay and an identifier
+that has not settled are outcomes: a status on the result, not an exception.
+
+Every error is also a :class:`ValueError` (a :class:`FileError` an
+:class:`OSError`), so this is the try/except to write::
+
+    try:
+        log = hd.read_log("mission.csv")
+    except hd.HydrodampError as error:
+        print(error)
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+
+class HydrodampError(Exception):
+    """Any mistake that hydrodamp can name."""
+
+
+class TermError(HydrodampError, ValueError):
+    """A spelling that is not a term."""
+
+
+class ModelError(HydrodampError, ValueError):
+    """An unknown model or label, or a wrong number of coefficients."""
+
+
+class VehicleError(HydrodampError, ValueError):
+    """A vehicle that cannot be."""
+
+
+class ProblemError(HydrodampError, ValueError):
+    """A vehicle, a log and terms that do not meet."""
+
+
+class MethodError(HydrodampError, ValueError):
+    """An unknown method or a setting it cannot take."""
+
+
+class FileError(HydrodampError, OSError):
+    """A file or folder that cannot be read or written."""
+
+
+class LogError(HydrodampError, ValueError):
+    """Faults of one recorded log, collected and raised once.
+
+    Attributes
+    ----------
+    faults : tuple of str
+        One sentence a fault.
+    """
+
+    def __init__(self, faults: str | Iterable[str], *, source: str = "") -> None:
+        self.faults = (faults,) if isinstance(faults, str) else tuple(faults)
+        head = f"{source}: " if source else ""
+        if len(self.faults) == 1:
+            super().__init__(head + self.faults[0])
+        else:
+            listed = "".join(f"\n  - {fault}" for fault in self.faults)
+            super().__init__(f"{head}{len(self.faults)} faults{listed}")
+
+
+class HydrodampWarning(UserWarning):
+    """Something the reader of the result should know."""
+
+
+class GapWarning(HydrodampWarning):
+    """A log was split at a gap or at missing samples."""
+
+
+class FallbackWarning(HydrodampWarning):
+    """The compiled core is missing; the NumPy reference takes over."""
+
+
+class ForeignVehicleWarning(HydrodampWarning):
+    """Damping coefficients are used with a vehicle they do not belong to."""
+
+
+class PropulsionWarning(HydrodampWarning):
+    """The propulsion ratio is unknown and taken as one."""
+
+
+def did_you_mean(name: str, known: Iterable[str]) -> str:
+    """Return a clause naming the known word nearest to ``name``.
+
+    Parameters
+    ----------
+    name : str
+        What was given.
+    known : iterable of str
+        What would be accepted.
+
+    Returns
+    -------
+    clause : str
+        ``" Did you mean 'linear'?"`` or, where nothing is near, an empty string.
+
+    Examples
+    --------
+    >>> did_you_mean("liner", ["linear", "fossen"])
+    " Did you mean 'linear'?"
+    """
+    near = difflib.get_close_matches(name, list(known), n=1, cutoff=0.5)
+    return f" Did you mean '{near[0]}'?" if near else ""

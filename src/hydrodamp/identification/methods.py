@@ -1,0 +1,77 @@
+"""The methods by the keys they have on the command line."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from hydrodamp.errors import MethodError, did_you_mean
+from hydrodamp.identification.adaptive import AdaptiveIdentifier
+from hydrodamp.identification.fit import Fit, Method
+from hydrodamp.identification.gains import ByInertia, ByTerm
+from hydrodamp.identification.least_squares import LeastSquares
+from hydrodamp.models.model import DampingModel
+from hydrodamp.simulation.parallel import each
+from hydrodamp.simulation.problem import Problem
+
+METHODS: dict[str, Method] = {
+    "ls": LeastSquares(),
+    "ai": AdaptiveIdentifier(a=20.0, gamma=20.0),
+    "ai-scaled": AdaptiveIdentifier(a=ByInertia(), gamma=ByTerm(), passes=20),
+}
+"""``ls`` and ``ai`` are the paper's; ``ai-scaled`` is ``ai`` with gains by term and axis."""
+
+
+def find_method(key: str) -> Method:
+    """Return the method of a key.
+
+    Parameters
+    ----------
+    key : str
+        Such as ``"ls"``.
+
+    Returns
+    -------
+    method : Method
+        A value with the verb ``identify``.
+
+    Raises
+    ------
+    MethodError
+        If there is none, with the nearest.
+
+    Examples
+    --------
+    >>> find_method("ls")
+    LeastSquares(derivative=None)
+    """
+    if key not in METHODS:
+        known = ", ".join(METHODS)
+        raise MethodError(f"unknown method '{key}'.{did_you_mean(key, METHODS)} Known: {known}.")
+    return METHODS[key]
+
+
+def identify_all(
+    problem: Problem, models: Iterable[DampingModel], method: Method
+) -> tuple[Fit, ...]:
+    """Identify several models by one method, on all cores.
+
+    Least squares makes its triangle once and solves every model from it.
+
+    Parameters
+    ----------
+    problem : Problem
+        Prepared for the terms of all models.
+    models : iterable of DampingModel
+        Which terms.
+    method : Method
+        How.
+
+    Returns
+    -------
+    fits : tuple of Fit
+        In the order of the models.
+    """
+    asked = tuple(models)
+    if isinstance(method, LeastSquares):
+        return method.identify_all(problem, asked)
+    return each(method.identify, [(problem, model) for model in asked])

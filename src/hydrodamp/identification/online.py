@@ -1,0 +1,170 @@
+"""The adaptive identifier live: one pure step a sample.
+
+``identify`` on a log is the fold of exactly this step, bit for bit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from hydrodamp import kernels
+from hydrodamp.arrays import FloatArray, frozen
+from hydrodamp.errors import ProblemError, did_you_mean
+from hydrodamp.identification.adaptation import Adaptation
+from hydrodamp.kernels.inputs import Sample
+from hydrodamp.models.damping import Damping
+from hydrodamp.simulation.columns import Columns, held_channels
+from hydrodamp.simulation.problem import SLOWEST
+
+
+@dataclass(frozen=True)
+class State:
+    """Where an online identifier stands.
+
+    Attributes
+    ----------
+    adaptation : Adaptation
+        Plant, model and gains.
+    matrix : ndarray, shape (n_columns, 6)
+        All coefficients of equation 1; in the paper K-hat, transposed.
+    velocity_error : ndarray, shape (6,)
+        Estimated minus measured velocity, [m/s] and [rad/s]; in the paper
+        Delta v.
+    last : Sample
+        The sample it was made with.
+    """
+
+    adaptation: Adaptation
+    matrix: FloatArray
+    velocity_error: FloatArray
+    last: Sample
+
+    @property
+    def damping(self) -> Damping:
+        """The present estimate."""
+        return Damping(self.adaptation.model, self.matrix[self.adaptation.entries])
+
+    def advanced(self, sample: Sample) -> State:
+        """Return the state one sample later.
+
+        Parameters
+        ----------
+        sample : Sample
+            Later than the last one.
+
+        Returns
+        -------
+        state : State
+            A new one.
+
+        Raises
+        ------
+        ProblemError
+            If time does not advance.
+        """
+        if not sample.time > self.last.time:
+            raise ProblemError(
+                f"time must advance from {self.last.time} s, got {sample.time} s; after a gap or "
+                "a new clock use `state.restarted(sample)`."
+            )
+        bound = self.adaptation
+        matrix, error = kernels.adapt_step(
+            bound.columns.plant,
+            bound.a,
+            bound.gamma,
+            self.matrix,
+            self.velocity_error,
+            self.last,
+            sample,
+        )
+        return State(bound, matrix, error, sample)
+
+    def restarted(self, sample: Sample) -> State:
+        """Return the state at the first sample after a gap: no error, same coefficients.
+
+        Parameters
+        ----------
+        sample : Sample
+            The first one after the gap.
+
+        Returns
+        -------
+        state : State
+            A new one.
+        """
+        return replace(self, velocity_error=frozen(np.zeros(6)), last=sample)
+
+
+def observe(
+    columns: Columns,
+    *,
+    time: float,
+    velocity: npt.ArrayLike,
+    down: npt.ArrayLike = (0.0, 0.0, 1.0),
+    commands: Mapping[str, float] | None = None,
+    wrench: npt.ArrayLike | None = None,
+    propulsion_ratio: float | None = None,
+    previous: Sample | None = None,
+) -> Sample:
+    """Turn what a vehicle reports at one instant into a sample.
+
+    Parameters
+    ----------
+    columns : Columns
+        Equation 1 as one table: says which commands count.
+    time : float
+        Clock [s].
+    velocity : array_like, shape (6,)
+        u v w [m/s], p q r [rad/s], body frame.
+    down : array_like, shape (3,)
+        The world's down direction in the body frame, R^T e3; level by default.
+    commands : mapping of str to float, optional
+        Held until the next sample.
+    wrench : array_like, shape (6,), optional
+        Wrench of the actuators where it is known itself, force [N] and moment
+        [N m], body frame, on the right-hand side.
+    propulsion_ratio : float, optional
+        Where it is known itself; else the vehicle's propeller gives it.
+    previous : Sample, optional
+        The sample before: its propeller speed was held until now.
+
+    Returns
+    -------
+    sample : Sample
+        What :meth:`AdaptiveIdentifier.step` takes.
+
+    Raises
+    ------
+    ProblemError
+        If a command is missing, or a wrench would be counted twice.
+    """
+    recorded = {name: np.array([value]) for name, value in (commands or {}).items()}
+    needed = {name for term in columns.basis for name in term.commands}
+    needed |= set(columns.vehicle.commands) if columns.actuators else set()
+    for name in sorted(needed - set(recorded)):
+        raise ProblemError(f"command '{name}' is missing.{did_you_mean(name, recorded)}")
+    if columns.actuators and wrench is not None:
+        raise ProblemError(
+            "a wrench would count the vehicle's actuators twice: leave it out, or make the "
+            "columns from a log that has the wrench itself."
+        )
+    nu = np.asarray(velocity, dtype=np.float64) * columns.vehicle.free
+    speed = max(float(np.linalg.norm(nu[:3])), SLOWEST)
+    held = columns.vehicle.propulsion_speed(recorded)
+    if propulsion_ratio is not None or held is None:
+        opening = closing = speed * (1.0 if propulsion_ratio is None else propulsion_ratio)
+    else:
+        opening = float(held[0])
+        closing = opening if previous is None else float(previous.propulsion[0])
+    return Sample.of(
+        time=time,
+        velocity=nu,
+        down=np.asarray(down, dtype=np.float64),
+        wrench=np.zeros(6) if wrench is None else np.asarray(wrench) * columns.vehicle.free,
+        channels=held_channels(columns, recorded, 1)[0],
+        propulsion=np.array([opening, closing]),
+    )

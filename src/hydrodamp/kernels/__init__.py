@@ -1,0 +1,43 @@
+"""Everything that steps in time, on arrays alone: the compiled core or its NumPy twin.
+
+A plant and a model are tables here, so a new model compiles nothing. The
+functions below are the C99 core's where it was built, else the NumPy
+reference's, with one :class:`~hydrodamp.errors.FallbackWarning` at first use.
+Read plant and inputs (the arrays), then reference (the equations), then csrc.
+"""
+
+try:
+    from hydrodamp.kernels.compiled import (
+        acceleration,
+        adapt,
+        adapt_step,
+        coriolis,
+        regressor,
+        replay,
+        sensitivities,
+    )
+
+    COMPILED = True
+except ImportError:
+    from hydrodamp.kernels.fallback import (
+        acceleration,
+        adapt,
+        adapt_step,
+        coriolis,
+        regressor,
+        replay,
+        sensitivities,
+    )
+
+    COMPILED = False
+
+__all__ = [
+    "COMPILED",
+    "acceleration",
+    "adapt",
+    "adapt_step",
+    "coriolis",
+    "regressor",
+    "replay",
+    "sensitivities",
+]

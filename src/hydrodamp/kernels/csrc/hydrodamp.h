@@ -1,0 +1,195 @@
+/* hydrodamp: equation 1 of a marine vehicle, table-driven, in C99.
+ *
+ *   M dnu/dt = H(M nu) nu + K xi(nu) + wrench                        (eq. 1)
+ *
+ * No allocation, no input or output, no state between calls: the caller owns
+ * every array, workspaces included. Numbers are hd_real: double, or float with
+ * -DHD_REAL=float. Sums run in a fixed order; build with -ffp-contract=off and
+ * never with -ffast-math, and every machine gives the same bits.
+ *
+ * Frames: body x forward, y starboard, z down; wrenches X Y Z [N], K M N [N m]
+ * stand on the right-hand side. Matrices are row-major, but for the mass matrix,
+ * which lies column by column. A coefficient matrix holds one row a term and the
+ * six axes side by side: the transpose of K.
+ *
+ * A term is a product of four atoms, given by their numbers (0 where unused):
+ *   0        1                       17       (eta-1) = u_c / max(U, 1e-6) - 1
+ *   1..6     u v w p q r             18..20   down vector in the body frame
+ *   7..12    |u| |v| |w| |p| |q| |r| 21..     the m channels
+ *   13       U   = |(u, v, w)|       21+m..   the m channels' absolute values
+ *   14       V   = |(v, w)|
+ *   15, 16   V_v = sign(v) V, V_w = sign(w) V
+ */
+#ifndef HYDRODAMP_H
+#define HYDRODAMP_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifndef HD_REAL
+#define HD_REAL double
+#endif
+typedef HD_REAL hd_real;
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum { HD_AXES = 6, HD_FACTORS = 4, HD_FIXED_ATOMS = 21, HD_BLOCK = 64 };
+
+/* The vehicle and its terms. */
+typedef struct {
+    size_t n_terms;
+    size_t n_channels;
+    const int32_t *factors;         /* n_terms x 4 atoms */
+    const hd_real *mass;            /* 6 x 6, rigid body plus added mass, by columns */
+    const unsigned char *free_axes; /* 6; 0 where an axis is locked */
+} hd_plant;
+
+/* One sample of what was recorded. */
+typedef struct {
+    hd_real time;            /* s */
+    const hd_real *velocity; /* 6 */
+    const hd_real *down;     /* 3 */
+    const hd_real *wrench;   /* 6 */
+    const hd_real *channels; /* n_channels, held until the next sample */
+    hd_real opening;         /* u_c over the step that begins here, m/s */
+    hd_real closing;         /* u_c where this sample ends a step, m/s */
+} hd_sample;
+
+/* A record of n samples, each array row-major. */
+typedef struct {
+    size_t n;
+    size_t n_channels;
+    const hd_real *time;
+    const hd_real *velocity;
+    const hd_real *down;
+    const hd_real *wrench;
+    const hd_real *channels;
+    const hd_real *propulsion; /* n x 2: opening, closing */
+} hd_record;
+
+/* atoms.c ------------------------------------------------------------------ */
+size_t hd_atom_count(size_t n_channels);
+
+/* Every atom of one sample; atom i goes to atoms[i * stride]. */
+void hd_atoms(const hd_real velocity[6], const hd_real down[3], const hd_real *channels,
+              size_t n_channels, hd_real propulsion_speed, hd_real *atoms, size_t stride);
+
+/* slope[6][6] = sum over atoms of weights[atom][axis] * d atom / d velocity. */
+void hd_atom_slopes(const hd_real velocity[6], hd_real propulsion_speed, const hd_real *weights,
+                    hd_real slope[36]);
+
+/* terms.c ------------------------------------------------------------------ */
+/* xi[j] = product of the four atoms of term j. */
+void hd_terms(const int32_t *factors, size_t n_terms, const hd_real *atoms, hd_real *xi);
+
+/* xi as above and force[6] = K xi, in one sweep. */
+void hd_damping(const int32_t *factors, size_t n_terms, const hd_real *atoms,
+                const hd_real *matrix, hd_real *xi, hd_real force[6]);
+
+/* weights[atom][axis] = d (K xi) / d atom, by the product rule. */
+void hd_atom_weights(const int32_t *factors, size_t n_terms, const hd_real *atoms,
+                     size_t n_atoms, const hd_real *matrix, hd_real *weights);
+
+/* out[i * row + j * column] = xi_j at sample i. Workspace: n_atoms * HD_BLOCK. */
+void hd_regressor(const int32_t *factors, size_t n_terms, const hd_record *record,
+                  const hd_real *propulsion_speed, hd_real *out, ptrdiff_t row,
+                  ptrdiff_t column, hd_real *work);
+
+/* motion.c ----------------------------------------------------------------- */
+/* product[6] = M nu. */
+void hd_momentum(const hd_real mass[36], const hd_real velocity[6], hd_real product[6]);
+
+/* wrench[6] = H(M nu) nu = [p1 x w ; p1 x v + p2 x w]. */
+void hd_coriolis(const hd_real mass[36], const hd_real velocity[6], hd_real wrench[6]);
+
+/* slope[6][6] = d H(M nu) nu / d nu. */
+void hd_coriolis_slope(const hd_real mass[36], const hd_real velocity[6], hd_real slope[36]);
+
+/* inverse[6][6] of the mass matrix on the free axes, zero on the locked ones. */
+void hd_mass_inverse(const hd_plant *plant, hd_real inverse[36]);
+
+/* rate[6] = inverse * (H(M nu) nu + K xi + wrench). Workspace: n_atoms + n_terms. */
+void hd_acceleration(const hd_plant *plant, const hd_real inverse[36], const hd_real *matrix,
+                     const hd_real velocity[6], const hd_real down[3], const hd_real wrench[6],
+                     const hd_real *channels, hd_real propulsion_speed, hd_real rate[6],
+                     hd_real *work);
+
+/* cholesky.c --------------------------------------------------------------- */
+/* Solve the symmetric positive-definite system in place: matrix is destroyed,
+ * right becomes the solution. Only the upper triangle is read. */
+void hd_cholesky_solve(hd_real matrix[36], hd_real right[6]);
+
+/* attitude.c --------------------------------------------------------------- */
+/* Quaternions w x y z, body to world. */
+void hd_down(const hd_real q[4], hd_real down[3]);               /* R(q)^T e3 */
+void hd_down_slope(const hd_real q[4], hd_real slope[12]);       /* 3 x 4 */
+void hd_quaternion_rate(const hd_real q[4], const hd_real omega[3], hd_real rate[4]);
+void hd_quaternion_by_omega(const hd_real q[4], hd_real slope[12]);     /* 4 x 3 */
+void hd_quaternion_by_itself(const hd_real omega[3], hd_real slope[16]); /* 4 x 4 */
+hd_real hd_normalise(hd_real q[4]);                              /* returns |q| */
+
+/* interval.c --------------------------------------------------------------- */
+/* The inputs between two samples. */
+typedef struct {
+    hd_real length; /* s */
+    size_t steps;   /* equal sub-steps */
+    const hd_real *wrench[2];
+    const hd_real *down[2];
+    const hd_real *channels;
+    hd_real propulsion_speed;
+} hd_interval;
+
+hd_interval hd_interval_after(const hd_record *record, size_t k, hd_real max_step);
+
+/* out[i] = a[i] + fraction * (b[i] - a[i]). */
+void hd_blend(const hd_real *a, const hd_real *b, hd_real fraction, size_t n, hd_real *out);
+
+/* 1 if a velocity component is not finite or beyond the limit. */
+int hd_diverged(const hd_real velocity[6], hd_real limit);
+
+/* replay.c ----------------------------------------------------------------- */
+/* Integrate every segment open loop by RK4 from its first recorded sample.
+ * attitude: n x 4 or NULL. Outside the segments and after divergence velocity is NaN.
+ * diverged_at[s]: first bad sample or -1. Workspace: n_atoms + n_terms. */
+void hd_replay(const hd_plant *plant, const hd_real *matrix, const hd_record *record,
+               const int64_t *segments, size_t n_segments, const hd_real *attitude,
+               hd_real max_step, hd_real limit, hd_real *velocity, int64_t *diverged_at,
+               hd_real *work);
+
+/* sensitivity.c ------------------------------------------------------------ */
+/* hd_replay and its derivative on p coefficients and the initial velocity:
+ * jacobian[n][6][p + 6]. parameters: p x 2 rows (term, axis).
+ * Workspace: hd_sensitivity_work numbers. */
+size_t hd_sensitivity_work(size_t n_terms, size_t n_channels, size_t n_parameters);
+void hd_sensitivities(const hd_plant *plant, const hd_real *matrix, const int32_t *parameters,
+                      size_t n_parameters, const hd_record *record, const int64_t *segments,
+                      size_t n_segments, const hd_real *attitude, hd_real max_step,
+                      hd_real limit, hd_real *velocity, hd_real *jacobian, hd_real *work);
+
+/* identifier.c ------------------------------------------------------------- */
+/* One implicit midpoint step of eqs. 15-16, in place on matrix and error.
+ * Workspace: hd_adapt_work numbers. */
+size_t hd_adapt_work(size_t n_terms, size_t n_channels);
+void hd_adapt_step(const hd_plant *plant, const hd_real a[6], const hd_real *gamma,
+                   hd_real *matrix, hd_real error[6], const hd_sample *previous,
+                   const hd_sample *current, hd_real *work);
+
+/* The fold of hd_adapt_step over a record; error starts at 0 in every segment.
+ * every > 0: the state after each every-th step goes to the history arrays. */
+typedef struct {
+    size_t every;
+    hd_real *time;   /* k */
+    hd_real *error;  /* k x 6 */
+    hd_real *matrix; /* k x n_terms x 6 */
+} hd_history;
+
+void hd_adapt(const hd_plant *plant, const hd_real a[6], const hd_real *gamma, hd_real *matrix,
+              hd_real error[6], const hd_record *record, const int64_t *segments,
+              size_t n_segments, size_t passes, const hd_history *history, hd_real *work);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,248 @@
+"""A damping model with numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from hydrodamp.arrays import FloatArray, frozen
+from hydrodamp.basis.axes import AXES
+from hydrodamp.errors import ModelError, did_you_mean
+from hydrodamp.models.labels import read_label, spell_label
+from hydrodamp.models.model import DampingModel
+from hydrodamp.models.screen import describe_damping
+
+
+@dataclass(frozen=True)
+class VehicleStamp:
+    """The vehicle some coefficients belong to.
+
+    Parameters
+    ----------
+    name : str
+        Name of the vehicle.
+    weight : float
+        Weight [N], positive.
+    buoyancy : float
+        Buoyancy [N], positive.
+    mass_matrix_digest : str, optional
+        Digest of the full mass matrix (rigid body and added); empty where unknown.
+    """
+
+    name: str
+    weight: float
+    buoyancy: float
+    mass_matrix_digest: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Damping:
+    """A damping model with numbers: the viscous remainder of a vehicle.
+
+    The wrench stands on the right-hand side of equation 1: negative along the
+    motion where it dissipates. ``H(M nu) nu`` with the full mass matrix is not in
+    it. Reference point is the origin of the vehicle's body frame.
+
+    Parameters
+    ----------
+    model : DampingModel
+        The structure.
+    coefficients : array_like, shape (n_coefficients,)
+        In the order of ``model.labels``, SI. NaN where one could not be determined.
+    covariance : array_like, shape (n_coefficients, n_coefficients), optional
+        Of the coefficients, in the same order.
+    vehicle : VehicleStamp, optional
+        The vehicle they belong to.
+    source, note : str, optional
+        Where the numbers come from, what to know about them.
+
+    Raises
+    ------
+    ModelError
+        If the number of coefficients or the shape of the covariance is wrong.
+
+    Examples
+    --------
+    >>> damping = Damping.from_dict(None, {"X_u|u|": -3.2, "Y_v": -20.0})
+    >>> damping["X_u|u|"], float(damping.wrench([2.0, 0, 0, 0, 0, 0])[0])
+    (-3.2, -12.8)
+    """
+
+    model: DampingModel
+    coefficients: FloatArray
+    covariance: FloatArray | None = None
+    vehicle: VehicleStamp | None = None
+    source: str = ""
+    note: str = ""
+
+    def __post_init__(self) -> None:
+        """Copy the arrays and check their shapes."""
+        n = self.model.n_coefficients
+        try:
+            coefficients = frozen(self.coefficients, (n,), "coefficients")
+            covariance = (
+                None if self.covariance is None else frozen(self.covariance, (n, n), "covariance")
+            )
+        except ValueError as error:
+            raise ModelError(f"{error}. Model '{self.model.key}' has {n} coefficients.") from error
+        object.__setattr__(self, "coefficients", coefficients)
+        object.__setattr__(self, "covariance", covariance)
+
+    @classmethod
+    def from_dict(
+        cls,
+        model: DampingModel | None,
+        values: Mapping[str, float],
+        *,
+        vehicle: VehicleStamp | None = None,
+        source: str = "",
+        note: str = "",
+    ) -> Damping:
+        """Return the damping of labelled values.
+
+        Parameters
+        ----------
+        model : DampingModel or None
+            The structure; None makes one, called ``custom``, of just these labels.
+        values : mapping of str to float
+            A value for every label of the model, in any order and any spelling.
+        vehicle, source, note : optional
+            As in :class:`Damping`.
+
+        Returns
+        -------
+        damping : Damping
+            With the coefficients in the model's order.
+
+        Raises
+        ------
+        ModelError
+            If a label is unknown to the model or has no value.
+
+        Examples
+        --------
+        >>> Damping.from_dict(None, {"N_r": -2, "X_u": -1}).coefficients
+        array([-1., -2.])
+        """
+        read = {spell_label(*read_label(label)): float(value) for label, value in values.items()}
+        structure = _model_of(read) if model is None else model
+        unknown = [label for label in read if label not in structure.labels]
+        missing = [label for label in structure.labels if label not in read]
+        if unknown:
+            near = did_you_mean(unknown[0], structure.labels)
+            raise ModelError(
+                f"Model '{structure.key}' has no coefficient {', '.join(unknown)}.{near}"
+            )
+        if missing:
+            raise ModelError(f"Model '{structure.key}' also needs {', '.join(missing)}.")
+        ordered = frozen([read[label] for label in structure.labels])
+        return cls(structure, ordered, None, vehicle, source, note)
+
+    def as_dict(self) -> dict[str, float]:
+        """Return the coefficients by label, in the model's order."""
+        return dict(zip(self.model.labels, map(float, self.coefficients), strict=True))
+
+    def __getitem__(self, label: str) -> float:
+        """Return one coefficient by its label, ``damping["Y_v|v|"]``."""
+        return float(self.coefficients[self.model.index(label)])
+
+    @cached_property
+    def matrix(self) -> FloatArray:
+        """The matrix of coefficients, shape (6, n_terms), columns as ``model.basis``.
+
+        In the paper K.
+        """
+        return self.model.unpack(self.coefficients)
+
+    def wrench(
+        self,
+        velocity: npt.ArrayLike,
+        *,
+        down: npt.ArrayLike | None = None,
+        commands: Mapping[str, npt.ArrayLike] | None = None,
+        propulsion_ratio: npt.ArrayLike = 1.0,
+    ) -> FloatArray:
+        """Return the damping wrench.
+
+        Parameters
+        ----------
+        velocity : array_like, shape (n, 6) or (6,)
+            Body velocity u v w [m/s] p q r [rad/s].
+        down : array_like, shape (n, 3) or (3,), optional
+            Unit vector that points down, in the body frame; level by default.
+        commands : mapping of str to array_like, shape (n,) or scalar, optional
+            The commands the terms contain.
+        propulsion_ratio : array_like, shape (n,) or scalar, optional
+            In the paper eta bar = u_c / U; one by default.
+
+        Returns
+        -------
+        wrench : ndarray, shape (n, 6) or (6,)
+            Force X Y Z [N] and moment K M N [N m], body frame, on the right-hand side:
+            negative along the motion. In the paper tau(nu) = K xi(nu).
+
+        Raises
+        ------
+        TermError
+            If an array has the wrong shape or a command is missing.
+
+        Examples
+        --------
+        >>> float(Damping.from_dict(None, {"Y_v": -20.0}).wrench([0, 0.5, 0, 0, 0, 0])[1])
+        -10.0
+        """
+        regressor = self.model.basis.evaluate(
+            velocity, down=down, commands=commands, propulsion_ratio=propulsion_ratio
+        )
+        return np.asarray(regressor @ self.matrix.T, dtype=np.float64)
+
+    def power(
+        self,
+        velocity: npt.ArrayLike,
+        *,
+        down: npt.ArrayLike | None = None,
+        commands: Mapping[str, npt.ArrayLike] | None = None,
+        propulsion_ratio: npt.ArrayLike = 1.0,
+    ) -> FloatArray:
+        """Return the power the damping wrench puts into the motion.
+
+        Parameters
+        ----------
+        velocity, down, commands, propulsion_ratio
+            As in :meth:`wrench`.
+
+        Returns
+        -------
+        power : ndarray, shape (n,) or ()
+            In watts: velocity times wrench. Negative where the wrench dissipates.
+
+        Raises
+        ------
+        TermError
+            If an array has the wrong shape or a command is missing.
+
+        Examples
+        --------
+        >>> float(Damping.from_dict(None, {"Y_v": -20.0}).power([0, 0.5, 0, 0, 0, 0]))
+        -5.0
+        """
+        wrench = self.wrench(
+            velocity, down=down, commands=commands, propulsion_ratio=propulsion_ratio
+        )
+        return np.asarray(np.sum(np.asarray(velocity, dtype=np.float64) * wrench, axis=-1))
+
+    def __str__(self) -> str:
+        """Return the damping in one screen."""
+        return describe_damping(self)
+
+
+def _model_of(labels: Mapping[str, float]) -> DampingModel:
+    rows: dict[str, list[str]] = {axis: [] for axis in AXES}
+    for label in labels:
+        axis, term = read_label(label)
+        rows[axis].append(str(term))
+    return DampingModel.from_table(rows, key="custom")

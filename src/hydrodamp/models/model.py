@@ -1,0 +1,323 @@
+"""A damping model: terms per axis as a table, without numbers."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from hydrodamp.arrays import BoolArray, FloatArray, IntArray, frozen
+from hydrodamp.basis.axes import AXES, VELOCITY_OF
+from hydrodamp.basis.basis import Basis, canonical_key
+from hydrodamp.basis.term import Term
+from hydrodamp.errors import ModelError, did_you_mean
+from hydrodamp.models.labels import read_label, spell_label
+from hydrodamp.models.screen import describe_model
+from hydrodamp.models.table import Table, read_table
+
+_KEY = re.compile(r"[A-Za-z0-9][A-Za-z0-9._+-]*")
+
+
+@dataclass(frozen=True)
+class DampingModel:
+    """Structure of a damping wrench: which terms act on which axis.
+
+    The order of its coefficients is owned here: axis by axis from X to N, in
+    each axis the terms in canonical order. Use :meth:`from_table` to make one.
+
+    Parameters
+    ----------
+    key : str
+        The name it is asked for by: letters, digits and ``._+-``.
+    title : str
+        The name it is printed with.
+    terms : tuple of 6 tuples of Term
+        The terms of X Y Z K M N; put into canonical order. An axis may be empty.
+    source : str, optional
+        Where the model comes from.
+    note : str, optional
+        What a reader should know about it.
+
+    Raises
+    ------
+    ModelError
+        If the key is not usable, there are not six axes, or an axis holds a term twice.
+
+    Examples
+    --------
+    >>> model = DampingModel.from_table({"X": "u u|u|", "Y N": "v r"}, key="mine")
+    >>> model.labels
+    ('X_u', 'X_u|u|', 'Y_v', 'Y_r', 'N_v', 'N_r')
+    """
+
+    key: str
+    title: str
+    terms: tuple[tuple[Term, ...], ...]
+    source: str = ""
+    note: str = ""
+
+    def __post_init__(self) -> None:
+        """Check the key and bring every axis into canonical order."""
+        if not _KEY.fullmatch(self.key):
+            raise ModelError(
+                f"`key` must be letters, digits and ._+- and start with a letter or digit; "
+                f"got '{self.key}'."
+            )
+        if len(self.terms) != len(AXES):
+            raise ModelError(
+                f"`terms` must have one entry for each of {' '.join(AXES)}; got {len(self.terms)}."
+            )
+        for axis, row in zip(AXES, self.terms, strict=True):
+            twice = [str(term) for term in dict.fromkeys(row) if row.count(term) > 1]
+            if twice:
+                raise ModelError(f"Axis {axis} of model '{self.key}' holds {twice[0]} twice.")
+        ordered = tuple(tuple(sorted(row, key=canonical_key)) for row in self.terms)
+        object.__setattr__(self, "terms", ordered)
+
+    @classmethod
+    def from_table(
+        cls, table: Table, *, key: str, title: str = "", source: str = "", note: str = ""
+    ) -> DampingModel:
+        """Return the model of a table.
+
+        Parameters
+        ----------
+        table : mapping
+            Keys are axes separated by blanks, values the terms of these axes:
+            ``{"X": "u u|u|", "Y N": "v r"}``. An axis may come in several keys.
+        key : str
+            The name it is asked for by.
+        title : str, optional
+            The name it is printed with; the key by default.
+        source, note : str, optional
+            Where it comes from, what to know about it.
+
+        Returns
+        -------
+        model : DampingModel
+            In canonical order.
+
+        Raises
+        ------
+        ModelError
+            Naming every axis and term that cannot be, at once.
+
+        Examples
+        --------
+        >>> DampingModel.from_table({"Y N": "u|u|*rudder"}, key="fin").labels
+        ('Y_u|u|*rudder', 'N_u|u|*rudder')
+        """
+        rows, faults = read_table(table)
+        if faults:
+            raise ModelError(f"Model '{key}': " + " ".join(faults))
+        return cls(key, title or key, rows, source, note)
+
+    @cached_property
+    def basis(self) -> Basis:
+        """Every term of the model once, in canonical order."""
+        return Basis.union(*self.terms)
+
+    @cached_property
+    def labels(self) -> tuple[str, ...]:
+        """Names of the coefficients, ``Y_v|v|``: axis by axis, then in canonical order."""
+        return tuple(
+            spell_label(axis, term)
+            for axis, row in zip(AXES, self.terms, strict=True)
+            for term in row
+        )
+
+    @property
+    def n_coefficients(self) -> int:
+        """The number of coefficients; in the paper n bar, the complexity of the model."""
+        return sum(map(len, self.terms))
+
+    @property
+    def commands(self) -> tuple[str, ...]:
+        """The commands its terms contain, each once, sorted by name."""
+        return self.basis.commands
+
+    @cached_property
+    def rows(self) -> tuple[IntArray, ...]:
+        """For each of the six axes the places of its terms in :attr:`basis`."""
+        places = {term: place for place, term in enumerate(self.basis)}
+        rows = [np.array([places[term] for term in row], dtype=np.int64) for row in self.terms]
+        for row in rows:
+            row.setflags(write=False)
+        return tuple(rows)
+
+    @cached_property
+    def mask(self) -> BoolArray:
+        """Which entries of the coefficient matrix the model has, shape (6, n_terms)."""
+        mask = np.zeros((len(AXES), len(self.basis)), dtype=np.bool_)
+        for axis, row in enumerate(self.rows):
+            mask[axis, row] = True
+        mask.setflags(write=False)
+        return mask
+
+    def pack(self, matrix: npt.ArrayLike) -> FloatArray:
+        """Return the coefficients that a matrix holds, in the order of :attr:`labels`.
+
+        Parameters
+        ----------
+        matrix : array_like, shape (6, n_terms)
+            Columns in the order of :attr:`basis`. In the paper K.
+
+        Returns
+        -------
+        coefficients : ndarray, shape (n_coefficients,)
+            In the paper kappa = M_m vec(K^T).
+
+        Raises
+        ------
+        ModelError
+            If the shape is wrong.
+        """
+        values = np.asarray(matrix, dtype=np.float64)
+        if values.shape != self.mask.shape:
+            raise ModelError(f"`matrix` must have shape {self.mask.shape}; got {values.shape}.")
+        return frozen(values[self.mask])
+
+    def unpack(self, coefficients: npt.ArrayLike) -> FloatArray:
+        """Return the matrix that holds the coefficients, zero elsewhere.
+
+        Parameters
+        ----------
+        coefficients : array_like, shape (n_coefficients,)
+            In the order of :attr:`labels`.
+
+        Returns
+        -------
+        matrix : ndarray, shape (6, n_terms)
+            Columns in the order of :attr:`basis`. In the paper K of equation 14.
+
+        Raises
+        ------
+        ModelError
+            If the number of coefficients is wrong.
+
+        Examples
+        --------
+        >>> DampingModel.from_table({"X": "u"}, key="mine").unpack([-2.0])[0]
+        array([-2.])
+        """
+        values = np.asarray(coefficients, dtype=np.float64)
+        if values.shape != (self.n_coefficients,):
+            raise ModelError(
+                f"`coefficients` must have shape ({self.n_coefficients},) for model "
+                f"'{self.key}'; got {values.shape}."
+            )
+        matrix = np.zeros(self.mask.shape)
+        matrix[self.mask] = values
+        return frozen(matrix)
+
+    def index(self, label: str) -> int:
+        """Return the place of a coefficient in :attr:`labels`.
+
+        Parameters
+        ----------
+        label : str
+            Axis, underscore, term; any spelling of the term.
+
+        Returns
+        -------
+        place : int
+            Its place in the coefficients.
+
+        Raises
+        ------
+        ModelError
+            If the model has no such coefficient, with the nearest that it has.
+
+        Examples
+        --------
+        >>> DampingModel.from_table({"X": "u u|u|"}, key="mine").index("X_u|u|")
+        1
+        """
+        known = {name: place for place, name in enumerate(self.labels)}
+        name = label if label in known else spell_label(*read_label(label))
+        if name not in known:
+            near = did_you_mean(name, self.labels)
+            raise ModelError(f"Model '{self.key}' has no coefficient `{name}`.{near}")
+        return known[name]
+
+    def with_terms(self, table: Table, key: str | None = None) -> DampingModel:
+        """Return the model with further terms; terms it has already stay single.
+
+        Parameters
+        ----------
+        table : mapping
+            As in :meth:`from_table`, such as ``{"Y N": "u|u|*rudder"}``.
+        key : str, optional
+            Key of the new model; by default the old one and ``-extended``.
+
+        Returns
+        -------
+        model : DampingModel
+            Source kept; note and title say what was added.
+
+        Raises
+        ------
+        ModelError
+            Naming every axis and term that cannot be, at once.
+
+        Examples
+        --------
+        >>> DampingModel.from_table({"X": "u"}, key="mine").with_terms({"X": "1"}).labels
+        ('X_u', 'X_1')
+        """
+        more, faults = read_table(table)
+        if faults:
+            raise ModelError(f"Terms added to model '{self.key}': " + " ".join(faults))
+        rows = tuple(
+            tuple(dict.fromkeys((*old, *new))) for old, new in zip(self.terms, more, strict=True)
+        )
+        return replace(
+            self,
+            key=key or f"{self.key}-extended",
+            title=f"{self.title} + {Basis.union(*more)}",
+            terms=rows,
+        )
+
+    def restricted_to(self, axes: Iterable[str]) -> DampingModel:
+        """Return the model for a vehicle with fewer degrees of freedom.
+
+        Parameters
+        ----------
+        axes : iterable of str
+            The free axes, of X Y Z K M N.
+
+        Returns
+        -------
+        model : DampingModel
+            Without the rows of locked axes and without the terms that are zero
+            while the locked velocities are zero. Key and title stay.
+
+        Raises
+        ------
+        ModelError
+            If an axis is unknown.
+
+        Examples
+        --------
+        >>> model = DampingModel.from_table({"X Y Z": "u vV wV"}, key="mine")
+        >>> model.restricted_to("XY").labels
+        ('X_u', 'X_vV', 'Y_u', 'Y_vV')
+        """
+        free = set(axes)
+        unknown = sorted(free - set(AXES))
+        if unknown:
+            raise ModelError(f"`axes` must be of {' '.join(AXES)}; got {' '.join(unknown)}.")
+        locked = {VELOCITY_OF[axis] for axis in AXES if axis not in free}
+        rows = tuple(
+            tuple(term for term in row if axis in free and not term.vanishes_without(locked))
+            for axis, row in zip(AXES, self.terms, strict=True)
+        )
+        return replace(self, terms=rows)
+
+    def __str__(self) -> str:
+        """Return the model in one screen."""
+        return describe_model(self)

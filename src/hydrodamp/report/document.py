@@ -1,0 +1,211 @@
+"""Results as documents of strict JSON: null where there is no number, never NaN."""
+
+from __future__ import annotations
+
+import json
+import math
+
+from hydrodamp.identification.fit import Fit
+from hydrodamp.models.damping_file import damping_document
+from hydrodamp.simulation.score import Score
+from hydrodamp.validation.comparison import Comparison, Row
+
+Document = dict[str, object]
+
+
+def as_json(document: object) -> str:
+    r"""Return a document as text.
+
+    Parameters
+    ----------
+    document : object
+        Of finite numbers, None, words, lists and dicts.
+
+    Returns
+    -------
+    text : str
+        Indented, ending with a line feed.
+
+    Raises
+    ------
+    ValueError
+        If a number is not finite.
+
+    Examples
+    --------
+    >>> as_json({"rms": None})
+    '{\n  "rms": null\n}\n'
+    """
+    return json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+
+
+def comparison_document(comparison: Comparison) -> Document:
+    """Return what ``comparison.json`` holds.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        What to write down.
+
+    Returns
+    -------
+    document : dict
+        ``rows``, ``units`` and ``provenance``.
+    """
+    import hydrodamp
+
+    return {
+        "rows": [row_document(row) for row in comparison.rows],
+        "units": _units(comparison),
+        "provenance": {
+            **comparison.provenance,
+            "attitude": comparison.attitude,
+            "rate_unit": comparison.rate_unit,
+            "hydrodamp": hydrodamp.__version__,
+        },
+    }
+
+
+def row_document(row: Row) -> Document:
+    """Return a row of a comparison as ``comparison.json`` has it.
+
+    Parameters
+    ----------
+    row : Row
+        What to write down.
+
+    Returns
+    -------
+    document : dict
+        Keys of model and method, numbers, the outcome in a word or two.
+    """
+    fit = row.fit
+    values = fit.damping.as_dict()
+    known = fit.status.usable
+    return {
+        "model": row.model,
+        "method": row.method,
+        "n_coefficients": fit.model.n_coefficients,
+        "rank": fit.rank,
+        **_score(row.score),
+        "status": row.status.word,
+        "diverged_at": diverged_at(row.score),
+        "coefficients": {
+            label: number(value) if known else None for label, value in values.items()
+        },
+    }
+
+
+def score_document(score: Score, attitude: str) -> Document:
+    """Return a score as a document.
+
+    Parameters
+    ----------
+    score : Score
+        What to write down.
+    attitude : str
+        Which attitude the replay used.
+
+    Returns
+    -------
+    document : dict
+        Errors, fit, outcome, and the units they are in.
+    """
+    return {
+        **_score(score),
+        "status": score.status.word,
+        "diverged_at": diverged_at(score),
+        "units": error_units(score.rate_unit),
+        "attitude": attitude,
+    }
+
+
+def fit_document(fit: Fit) -> Document:
+    """Return a fit as a document that is also a damping file.
+
+    Parameters
+    ----------
+    fit : Fit
+        What to write down.
+
+    Returns
+    -------
+    document : dict
+        What :func:`~hydrodamp.models.damping_file.write_damping` writes, and
+        under ``fit`` how far to trust it.
+    """
+    return {
+        **damping_document(fit.damping),
+        "fit": {
+            "method": fit.method,
+            "status": fit.status.word,
+            "rank": fit.rank,
+            "aliased": [list(group) for group in fit.aliased],
+            "n_samples": fit.n_samples,
+            "provenance": fit.provenance,
+        },
+    }
+
+
+def diverged_at(score: Score) -> list[Document] | None:
+    """Return where and when a replay diverged.
+
+    Parameters
+    ----------
+    score : Score
+        Of the replay.
+
+    Returns
+    -------
+    places : list of dict, or None
+        Segment and time since its start [s]; None where nothing diverged.
+    """
+    return [{"segment": name, "time": time} for name, time in score.diverged] or None
+
+
+def error_units(rate_unit: str) -> Document:
+    """Return the units of errors and fits.
+
+    Parameters
+    ----------
+    rate_unit : {"deg", "rad"}
+        Unit of angular rates.
+
+    Returns
+    -------
+    units : dict
+        One entry for each kind of number.
+    """
+    linear, angular = dict.fromkeys("uvw", "m/s"), dict.fromkeys("pqr", f"{rate_unit}/s")
+    return {
+        "rms": f"m/s and {rate_unit}/s mixed (eq. 24)",
+        "rms_by_axis": {**linear, **angular},
+        "fit_by_axis": "%, 100 (1 - rmse/std)",
+        "diverged_at": "s since the start of the segment",
+    }
+
+
+def number(value: float | None) -> float | None:
+    """Return a number that strict JSON can hold.
+
+    Examples
+    --------
+    >>> number(float("nan")), number(2)
+    (None, 2.0)
+    """
+    return None if value is None or not math.isfinite(value) else float(value)
+
+
+def _score(score: Score) -> Document:
+    return {
+        "rms": number(score.rms),
+        "rms_by_axis": {name: number(value) for name, value in score.rms_by_axis.items()},
+        "fit_by_axis": {name: number(value) for name, value in score.fit_by_axis.items()},
+    }
+
+
+def _units(comparison: Comparison) -> Document:
+    return {
+        **error_units(comparison.rate_unit),
+        "coefficients": "SI, radians; N or N m on the right-hand side, by label in fits/*.json",
+    }

@@ -1,0 +1,123 @@
+"""The folder of a comparison, both ways.
+
+``comparison.json``, ``table.txt``, ``.md``, ``.tex`` and ``.csv``,
+``fits/MODEL.METHOD.json`` (damping files with covariance) and ``replays.npz``:
+everything a report needs, so that it is made again without log or vehicle.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+from pathlib import Path
+
+import numpy as np
+
+from hydrodamp.data.segments import unique_names
+from hydrodamp.errors import FileError
+from hydrodamp.models.saving import save_text
+from hydrodamp.report.comparison_grids import comparison_grids, row_grid, summary_grids
+from hydrodamp.report.document import as_json, comparison_document, fit_document
+from hydrodamp.report.reading import read_rows
+from hydrodamp.report.renderings import to_csv, to_latex, to_markdown, to_text
+from hydrodamp.report.saving import check_folder, save_bytes
+from hydrodamp.validation.comparison import Comparison
+
+__all__ = ["check_folder", "read_comparison", "row_names", "write_comparison"]
+
+
+def write_comparison(comparison: Comparison, folder: str | os.PathLike[str]) -> None:
+    """Write a comparison to a folder, which is made if it is not there.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        What to write.
+    folder : str or path
+        Each file in it is written whole or not at all, ``comparison.json`` last.
+
+    Raises
+    ------
+    FileError
+        If the folder cannot be made or written.
+    """
+    home = Path(folder)
+    try:
+        (home / "fits").mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise FileError(f"{home}: the folder cannot be made: {error.strerror}.") from error
+    for name, row in zip(row_names(comparison), comparison.rows, strict=True):
+        save_text(as_json(fit_document(row.fit)), home / "fits" / f"{name}.json")
+    save_bytes(_replays(comparison), home / "replays.npz")
+    for suffix, text in _tables(comparison).items():
+        save_text(text, home / f"table.{suffix}")
+    save_text(as_json(comparison_document(comparison)), home / "comparison.json")
+
+
+def read_comparison(folder: str | os.PathLike[str]) -> Comparison:
+    """Read a comparison that :func:`write_comparison` wrote.
+
+    Parameters
+    ----------
+    folder : str or path
+        With ``comparison.json``, ``fits`` and ``replays.npz``.
+
+    Returns
+    -------
+    comparison : Comparison
+        The same numbers; of the test log its clock, segments and velocities.
+
+    Raises
+    ------
+    FileError
+        If a file is missing or is not what it should be.
+    ModelError
+        If a file of ``fits`` has faults.
+    """
+    return read_rows(Path(folder))
+
+
+def row_names(comparison: Comparison) -> tuple[str, ...]:
+    """Return the name that each row has in files, all different.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        Whose rows.
+
+    Returns
+    -------
+    names : tuple of str
+        ``MODEL.METHOD``, numbered where a pair comes again.
+    """
+    return unique_names(f"{row.model}.{row.method}" for row in comparison.rows)
+
+
+def _tables(comparison: Comparison) -> dict[str, str]:
+    grids = comparison_grids(comparison)
+    return {
+        "txt": "\n\n".join(map(to_text, grids)) + "\n",
+        "md": "\n\n".join(map(to_markdown, grids)) + "\n",
+        "tex": "\n\n".join(map(to_latex, summary_grids(comparison))) + "\n",
+        "csv": to_csv(row_grid(comparison)),
+    }
+
+
+def _replays(comparison: Comparison) -> bytes:
+    """Return measured and simulated velocities as the bytes of an npz file."""
+    arrays: dict[str, np.ndarray] = {}
+    for name, row in zip(row_names(comparison), comparison.rows, strict=True):
+        if row.trajectory is None:
+            continue
+        log = row.trajectory.log
+        if not arrays:
+            arrays = {
+                "time": log.time,
+                "measured": log.velocity,
+                "segment_names": np.array([segment.name for segment in log.segments]),
+                "segment_bounds": log.bounds,
+            }
+        arrays[f"simulated.{name}"] = row.trajectory.velocity
+    stream = io.BytesIO()
+    np.savez(stream, allow_pickle=False, **arrays)
+    return stream.getvalue()

@@ -1,0 +1,70 @@
+"""One fit as a table: coefficients, how sure they are, what is not told apart."""
+
+from __future__ import annotations
+
+from hydrodamp.basis.axes import AXES
+from hydrodamp.identification.fit import Fit
+from hydrodamp.models.labels import coefficient_unit
+from hydrodamp.report.grid import Grid
+from hydrodamp.report.numbers import NOTHING, coefficient
+
+LISTED = 12
+"""Groups of coefficients that are spelt out; the file has them all."""
+
+
+def fit_grid(fit: Fit) -> Grid:
+    """Return the coefficients of a fit with their standard errors.
+
+    Parameters
+    ----------
+    fit : Fit
+        What to show.
+
+    Returns
+    -------
+    grid : Grid
+        A row a coefficient; below it the outcome and what is not told apart.
+    """
+    model = fit.model
+    tied = {label for group in fit.aliased for label in group}
+    units = [
+        coefficient_unit(axis, t) for axis, ts in zip(AXES, model.terms, strict=True) for t in ts
+    ]
+    errors = _standard_errors(fit)
+    rows = tuple(
+        (label, coefficient(value), error, unit, "no" if label in tied else "yes")
+        for (label, value), error, unit in zip(
+            fit.damping.as_dict().items(), errors, units, strict=True
+        )
+    )
+    rank = "" if fit.rank is None else f", rank {fit.rank}"
+    return Grid(
+        title=f"{model.title} by {fit.method}: {model.n_coefficients} coefficients{rank}, "
+        f"{fit.n_samples} samples",
+        header=("coefficient", "value", "std. error", "unit", "told apart"),
+        rows=rows,
+        align="lrrll",
+        notes=(fit.status.value, *_groups(fit)),
+        dim=frozenset({2, 3}),
+    )
+
+
+def _standard_errors(fit: Fit) -> list[str]:
+    covariance = fit.damping.covariance
+    if covariance is None:
+        return [NOTHING] * fit.model.n_coefficients
+    return [
+        coefficient(float(value) ** 0.5) if value >= 0 else NOTHING
+        for value in covariance.diagonal()
+    ]
+
+
+def _groups(fit: Fit) -> list[str]:
+    groups = [
+        f"{group[0]} is zero throughout or determined by nothing"
+        if len(group) == 1
+        else f"{' '.join(group)} are known only together"
+        for group in fit.aliased
+    ]
+    more = len(groups) - LISTED
+    return groups if more <= 0 else [*groups[:LISTED], f"and {more} more such groups"]

@@ -1,0 +1,95 @@
+"""Damping models as a table: how many terms on which axis."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from hydrodamp.basis.axes import AXES
+from hydrodamp.models.model import DampingModel
+from hydrodamp.models.screen import group_axes
+from hydrodamp.report.document import Document
+from hydrodamp.report.grid import Grid
+
+
+def models_grid(models: Iterable[DampingModel]) -> Grid:
+    """Return models with their counts.
+
+    Parameters
+    ----------
+    models : iterable of DampingModel
+        What to list.
+
+    Returns
+    -------
+    grid : Grid
+        Key, number of coefficients, terms an axis, title.
+    """
+    rows = tuple(
+        (
+            model.key,
+            str(model.n_coefficients),
+            *(str(len(row)) for row in model.terms),
+            model.title,
+        )
+        for model in models
+    )
+    return Grid("Damping models", ("name", "n", *AXES, "title"), rows, "lr" + "r" * len(AXES) + "l")
+
+
+def model_document(model: DampingModel) -> Document:
+    """Return a model as a document.
+
+    Parameters
+    ----------
+    model : DampingModel
+        Any model.
+
+    Returns
+    -------
+    document : dict
+        Key, counts, terms by axis, source and note.
+
+    Examples
+    --------
+    >>> from hydrodamp.models.catalog import find_model
+    >>> model_document(find_model("fossen"))["n_coefficients"]
+    12
+    """
+    return {
+        "model": model.key,
+        "title": model.title,
+        "n_coefficients": model.n_coefficients,
+        "terms": {
+            axis: [str(term) for term in row] for axis, row in zip(AXES, model.terms, strict=True)
+        },
+        "commands": list(model.commands),
+        "source": model.source,
+        "note": model.note,
+    }
+
+
+def model_grid(model: DampingModel) -> Grid:
+    """Return one model with its terms.
+
+    Parameters
+    ----------
+    model : DampingModel
+        Any model.
+
+    Returns
+    -------
+    grid : Grid
+        Axes that share their terms in one row; source and note below.
+    """
+    rows = tuple(
+        (" ".join(axes), str(len(row)), " ".join(map(str, row)) or "none")
+        for row, axes in group_axes(model).items()
+    )
+    remarks = (("Source", model.source), ("Note", model.note))
+    return Grid(
+        f"{model.title} ({model.key}): {model.n_coefficients} coefficients",
+        ("axes", "n", "terms"),
+        rows,
+        "lrl",
+        notes=tuple(f"{name}: {text}" for name, text in remarks if text),
+    )

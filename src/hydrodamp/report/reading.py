@@ -1,0 +1,127 @@
+"""From the files of a comparison back to its value."""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+
+from hydrodamp.arrays import FloatArray
+from hydrodamp.data.log import Log, Segment
+from hydrodamp.data.segments import unique_names
+from hydrodamp.errors import FileError
+from hydrodamp.identification.fit import Fit
+from hydrodamp.models.damping_file import damping_from_document
+from hydrodamp.models.saving import load_text
+from hydrodamp.simulation.replay import AttitudeSource, Trajectory
+from hydrodamp.simulation.score import RateUnit, Score
+from hydrodamp.simulation.status import Status
+from hydrodamp.validation.comparison import Comparison, Row
+
+_STATUS = {status.word: status for status in Status}
+
+
+def read_rows(home: Path) -> Comparison:
+    """Return the comparison of a folder.
+
+    Parameters
+    ----------
+    home : path
+        The folder.
+
+    Returns
+    -------
+    comparison : Comparison
+        See :func:`hydrodamp.report.files.read_comparison`.
+
+    Raises
+    ------
+    FileError
+        If a file is missing or is not what it should be.
+    """
+    path = home / "comparison.json"
+    document = _document(path)
+    try:
+        words = {key: str(value) for key, value in document["provenance"].items()}
+        attitude = cast("AttitudeSource", words.pop("attitude"))
+        unit = cast("RateUnit", words.pop("rate_unit"))
+        words.pop("hydrodamp", None)
+        entries: Sequence[Mapping[str, Any]] = document["rows"]
+        names = unique_names(f"{entry['model']}.{entry['method']}" for entry in entries)
+        scores = [_score(entry, unit) for entry in entries]
+    except (KeyError, TypeError, AttributeError) as error:
+        raise FileError(f"{path}: is no comparison of hydrodamp: {error!r}.") from error
+    fits = [_fit(home / "fits" / f"{name}.json") for name in names]
+    log, velocities = _replays(home / "replays.npz", words.get("test", ""))
+    trajectories = [
+        None
+        if log is None or name not in velocities
+        else Trajectory(log, velocities[name], score.diverged, attitude)
+        for name, score in zip(names, scores, strict=True)
+    ]
+    rows = tuple(map(Row, fits, scores, trajectories))
+    return Comparison(rows=rows, rate_unit=unit, attitude=attitude, provenance=words)
+
+
+def _document(path: Path) -> dict[str, Any]:
+    try:
+        document = json.loads(load_text(path))
+    except json.JSONDecodeError as error:
+        raise FileError(f"{path}: is no JSON: line {error.lineno}: {error.msg}.") from error
+    if not isinstance(document, dict):
+        raise FileError(f"{path}: must hold one object, got {type(document).__name__}.")
+    return document
+
+
+def _score(entry: Mapping[str, Any], unit: RateUnit) -> Score:
+    places = entry["diverged_at"] or ()
+    return Score(
+        rms=entry["rms"],
+        rms_by_axis=dict(entry["rms_by_axis"]),
+        fit_by_axis=dict(entry["fit_by_axis"]),
+        rate_unit=unit,
+        diverged=tuple((str(place["segment"]), float(place["time"])) for place in places),
+    )
+
+
+def _fit(path: Path) -> Fit:
+    document = _document(path)
+    damping = damping_from_document(document, str(path))
+    try:
+        trust = document["fit"]
+        return Fit(
+            damping=damping,
+            method=str(trust["method"]),
+            status=_STATUS[trust["status"]],
+            rank=trust["rank"],
+            aliased=tuple(tuple(group) for group in trust["aliased"]),
+            n_samples=int(trust["n_samples"]),
+            provenance=dict(trust["provenance"]),
+        )
+    except (KeyError, TypeError, ValueError) as error:
+        raise FileError(f"{path}: `fit` is missing or incomplete: {error!r}.") from error
+
+
+def _replays(path: Path, source: str) -> tuple[Log | None, dict[str, FloatArray]]:
+    try:
+        with np.load(path, allow_pickle=False) as arrays:
+            found = {name: arrays[name] for name in arrays.files}
+    except (OSError, ValueError, zipfile.BadZipFile) as error:
+        raise FileError(f"{path}: cannot be read: {error}.") from error
+    if "time" not in found:
+        return None, {}
+    segments = tuple(
+        Segment(str(name), int(start), int(stop))
+        for name, (start, stop) in zip(found["segment_names"], found["segment_bounds"], strict=True)
+    )
+    log = Log(found["time"], found["measured"], segments=segments, source=source)
+    simulated = "simulated."
+    return log, {
+        name.removeprefix(simulated): values
+        for name, values in found.items()
+        if name.startswith(simulated)
+    }

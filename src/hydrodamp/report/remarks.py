@@ -1,0 +1,95 @@
+"""What a reader of a comparison must know beside its numbers, in sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from hydrodamp.report.numbers import seconds
+from hydrodamp.simulation.status import Status
+from hydrodamp.validation.comparison import Comparison, Row
+from hydrodamp.validation.paper import PRINTED_COLUMN, TABLE_I, rank_correlation
+
+
+def remarks(comparison: Comparison) -> tuple[str, ...]:
+    """Return the sentences that stand below the table of a comparison.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        What the table shows.
+
+    Returns
+    -------
+    sentences : tuple of str
+        The likeness with the paper's order, then what went wrong where.
+    """
+    return (
+        *_likeness(comparison),
+        *_diverged(comparison),
+        *_outcomes(comparison),
+        f"Open-loop replay, eq. 24; lower is better. Attitude {comparison.attitude}.",
+    )
+
+
+def _likeness(comparison: Comparison) -> Iterator[str]:
+    """Say how like Table I each method orders the models."""
+    likeness = [(method, rank_correlation(comparison, method)) for method in comparison.methods]
+    words = [f"{method} {rho:+.2f}" for method, rho in likeness if rho is not None]
+    if words:
+        yield (
+            f"Rank correlation with the paper's order: {', '.join(words)} "
+            "(+1 same order, 0 none, -1 reversed; diverged ranks last)."
+        )
+    if _beside_paper(comparison):
+        yield "paper: Table I as printed; the paper's own log was never published."
+
+
+def _beside_paper(comparison: Comparison) -> bool:
+    return any(row.model in TABLE_I and row.method in PRINTED_COLUMN for row in comparison.rows)
+
+
+def _diverged(comparison: Comparison) -> Iterator[str]:
+    for method in comparison.methods:
+        rows = [row for row in comparison.rows if row.method == method and row.score.diverged]
+        if rows:
+            yield f"diverged by {method}: {'; '.join(map(divergence, rows))}."
+
+
+def divergence(row: Row) -> str:
+    """Return where and when a row's replay diverged.
+
+    Parameters
+    ----------
+    row : Row
+        With a diverged replay.
+
+    Returns
+    -------
+    clause : str
+        Model, each segment with its time.
+    """
+    where = ", ".join(f"{name} after {seconds(time)}" for name, time in row.score.diverged)
+    return f"{row.model} (in {where})"
+
+
+def _outcomes(comparison: Comparison) -> Iterator[str]:
+    """Name the rows of every other outcome, then the sentence of that outcome."""
+    for status in Status:
+        if status in (Status.OK, Status.DIVERGED):
+            continue
+        rows = [row for row in comparison.rows if row.fit.status is status]
+        if rows:
+            mark = "~ " if status is Status.NOT_SETTLED else ""
+            yield f"{mark}{status.value} {_named(comparison, rows)}"
+
+
+def _named(comparison: Comparison, rows: list[Row]) -> str:
+    """Return models by method; all models of a method in two words."""
+    words = []
+    for method in dict.fromkeys(row.method for row in rows):
+        models = [row.model for row in rows if row.method == method]
+        every = len(models) > 1 and len(models) == len(
+            [row for row in comparison.rows if row.method == method]
+        )
+        words.append(f"{method}: {'every model' if every else ', '.join(models)}")
+    return f"[{'; '.join(words)}]"

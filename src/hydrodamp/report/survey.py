@@ -1,0 +1,156 @@
+"""What is in a log, before anything is identified from it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hydrodamp.arrays import FloatArray
+from hydrodamp.basis.axes import VELOCITIES
+from hydrodamp.data.log import Log
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """One segment of a log.
+
+    Attributes
+    ----------
+    name : str
+        Of the segment.
+    n_samples : int
+        How many it has.
+    start, end : float
+        First and last time on the log's clock [s].
+    step : float
+        Median step [s].
+    longest_step : float
+        Longest step [s].
+    """
+
+    name: str
+    n_samples: int
+    start: float
+    end: float
+    step: float
+    longest_step: float
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One column of a log.
+
+    Attributes
+    ----------
+    name : str
+        As in the log.
+    unit : str
+        Its unit; empty for a command.
+    mean, std, low, high : float
+        Of all samples, in that unit.
+    n_changes : int
+        How often it changes from sample to sample within segments.
+    """
+
+    name: str
+    unit: str
+    mean: float
+    std: float
+    low: float
+    high: float
+    n_changes: int
+
+
+@dataclass(frozen=True)
+class Survey:
+    """What a log holds.
+
+    Attributes
+    ----------
+    source : str
+        Where it came from.
+    n_samples : int
+        In all segments.
+    duration : float
+        Recorded time, gaps apart [s].
+    stretches : tuple of Stretch
+        The segments.
+    velocities, commands : tuple of Channel
+        What was recorded of either.
+    has : tuple of str
+        Which of attitude, wrench, acceleration, eta were recorded.
+    """
+
+    source: str
+    n_samples: int
+    duration: float
+    stretches: tuple[Stretch, ...]
+    velocities: tuple[Channel, ...]
+    commands: tuple[Channel, ...]
+    has: tuple[str, ...]
+
+
+def survey(log: Log) -> Survey:
+    """Look through a log.
+
+    Parameters
+    ----------
+    log : Log
+        Any log.
+
+    Returns
+    -------
+    survey : Survey
+        What it holds; :func:`~hydrodamp.report.verdict.verdict` says what of it.
+
+    Examples
+    --------
+    >>> log = Log(time=[0.0, 0.1, 0.2], velocity=np.ones((3, 6)))
+    >>> survey(log).stretches[0].n_samples
+    3
+    """
+    parts = {
+        "attitude": log.attitude,
+        "wrench": log.wrench,
+        "acceleration": log.acceleration,
+        "eta": log.propulsion_ratio,
+    }
+    return Survey(
+        source=log.source or "in memory",
+        n_samples=log.n,
+        duration=log.duration,
+        stretches=tuple(_stretches(log)),
+        velocities=tuple(
+            _channel(log, name, "m/s" if name in "uvw" else "rad/s", log.velocity[:, place])
+            for place, name in enumerate(VELOCITIES)
+            if name in log.velocity_names
+        ),
+        commands=tuple(_channel(log, name, "", log.command(name)) for name in log.command_names),
+        has=tuple(name for name, part in parts.items() if part is not None),
+    )
+
+
+def _stretches(log: Log) -> list[Stretch]:
+    found = []
+    for segment in log.segments:
+        time = log.time[segment.start : segment.stop]
+        steps = np.diff(time) if len(time) > 1 else np.zeros(1)
+        ends = float(time[0]), float(time[-1])
+        step = float(np.median(steps)), float(steps.max())
+        found.append(Stretch(segment.name, len(time), *ends, *step))
+    return found
+
+
+def _channel(log: Log, name: str, unit: str, values: FloatArray) -> Channel:
+    changed = np.diff(values) != 0.0
+    changed[log.bounds[1:, 0] - 1] = False
+    return Channel(
+        name=name,
+        unit=unit,
+        mean=float(values.mean()),
+        std=float(values.std()),
+        low=float(values.min()),
+        high=float(values.max()),
+        n_changes=int(changed.sum()),
+    )

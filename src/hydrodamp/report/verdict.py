@@ -1,0 +1,133 @@
+"""Is a log fit for the job: what is missing, and what will not be determined."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+from hydrodamp.basis.axes import VELOCITIES, VELOCITY_OF
+from hydrodamp.data.log import Log
+from hydrodamp.errors import HydrodampError
+from hydrodamp.models.model import DampingModel
+from hydrodamp.report.survey import Survey
+from hydrodamp.simulation.fitness import check_log
+from hydrodamp.vehicle.vehicle import Vehicle
+
+STILL = {"m/s": 0.02, "rad/s": 0.01}
+"""Standard deviation below which a velocity is hardly excited."""
+
+SLOW = 0.25
+"""Median step [s] above which angular accelerations are hardly resolved."""
+
+SHORT = 60.0
+"""Recorded time [s] below which little is determined."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What a log lacks and what to expect of it.
+
+    Attributes
+    ----------
+    missing : tuple of str
+        Without these nothing can be identified.
+    reservations : tuple of str
+        With these something will not be determined.
+    """
+
+    missing: tuple[str, ...]
+    reservations: tuple[str, ...]
+
+    @property
+    def sentence(self) -> str:
+        """The verdict itself."""
+        if self.missing:
+            return "Not fit for the job as it is: see what is missing."
+        if self.reservations:
+            return "Fit for the job, with reservations."
+        return "Fit for the job."
+
+
+def verdict(survey: Survey, log: Log, vehicle: Vehicle | None = None) -> Verdict:
+    """Judge a log.
+
+    Parameters
+    ----------
+    survey : Survey
+        What the log holds.
+    log : Log
+        The log itself.
+    vehicle : Vehicle, optional
+        Whose axes and actuators count; without one, all six and any command.
+
+    Returns
+    -------
+    verdict : Verdict
+        In sentences.
+    """
+    missing = _missing(log) if vehicle is None else _missing_for(vehicle, log)
+    axes = VELOCITIES if vehicle is None else tuple(VELOCITY_OF[axis] for axis in vehicle.axes)
+    reservations = [*_reservations(survey, log, axes)]
+    if vehicle is not None and (strange := _strange(vehicle, log)):
+        reservations.append(
+            f"commands that no actuator of '{vehicle.name}' takes: {' '.join(strange)}; use models "
+            'with terms for them, such as {"X": "' + strange[0] + '"}.'
+        )
+    return Verdict(tuple(missing), tuple(reservations))
+
+
+def _missing(log: Log) -> Iterator[str]:
+    absent = [name for name in VELOCITIES if name not in log.velocity_names]
+    if absent:
+        yield (
+            f"velocities {' '.join(absent)}: needed unless the vehicle's `axes` leave them out "
+            "(ask again with --vehicle)."
+        )
+    if log.attitude is None:
+        yield "attitude (roll pitch yaw or qw qx qy qz): weight and buoyancy act along it."
+    if log.wrench is None and not log.command_names:
+        yield "actuation: the wrench X Y Z K M N, or command columns."
+
+
+def _missing_for(vehicle: Vehicle, log: Log) -> Iterator[str]:
+    try:
+        check_log(vehicle, log, _using(vehicle, log))
+    except HydrodampError as error:
+        lines = str(error).split("\n  - ")
+        yield from lines[1:] or [lines[0].removeprefix(f"{log.source or 'log'}: ")]
+
+
+def _strange(vehicle: Vehicle, log: Log) -> list[str]:
+    """Return the commands that no actuator of the vehicle takes."""
+    return [name for name in log.command_names if name not in vehicle.commands]
+
+
+def _using(vehicle: Vehicle, log: Log) -> tuple[DampingModel, ...]:
+    """Return a model with a term for every command that no actuator takes."""
+    terms = {vehicle.axes[0]: " ".join(_strange(vehicle, log))}
+    return (DampingModel.from_table(terms, key="probe"),)
+
+
+def _reservations(survey: Survey, log: Log, axes: Iterable[str]) -> Iterator[str]:
+    wanted = set(axes)
+    if survey.duration < SHORT:
+        yield f"only {survey.duration:.3g} s were recorded; minutes of manoeuvres are better."
+    if max(stretch.step for stretch in survey.stretches) > SLOW:
+        yield f"samples are more than {SLOW:g} s apart; ten a second are better."
+    for channel in survey.velocities:
+        if channel.name in wanted and channel.std < STILL[channel.unit]:
+            yield (
+                f"{channel.name} hardly varies (std {channel.std:.2g} {channel.unit}): "
+                f"coefficients with {channel.name} will not be determined."
+            )
+    one_way = [c.name for c in survey.velocities if c.name in wanted and c.low * c.high > 0.0]
+    for name in one_way:
+        yield (
+            f"{name} never changes sign: {name}^2 and {name}|{name}|, {name} and |{name}| cannot "
+            "be told apart."
+        )
+    constant = [channel.name for channel in survey.commands if channel.low == channel.high]
+    if constant:
+        yield f"commands that never change: {' '.join(constant)}."
+    if log.acceleration is None and survey.n_samples:
+        yield "no recorded acceleration: least squares differentiates the velocities."

@@ -1,0 +1,177 @@
+"""The known part of the simulated vehicle, as constant matrices.
+
+All numbers are read from the fleet's ``vt690``; none are stated here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from hydrodamp.arrays import FloatArray, frozen
+from hydrodamp.basis.axes import AXES
+from hydrodamp.vehicle.fin import Fin
+from hydrodamp.vehicle.propeller import Propeller
+from hydrodamp.vehicle.vehicle import Vehicle
+
+
+@dataclass(frozen=True)
+class Body:
+    """Inertia, weight, fins and propeller of a vehicle with two pairs of fins.
+
+    Attributes
+    ----------
+    mass_matrix : ndarray, shape (6, 6)
+        Rigid body and added mass, symmetric [kg, kg m, kg m^2].
+    restoring : ndarray, shape (3, 6)
+        Wrench per component of the down direction [N, N m].
+    lift, drag : ndarray, shape (2, 6)
+        Wrench per ``u|u| delta`` and per ``u|u| delta^2`` of rudder and elevator.
+    thrust : ndarray, shape (6,)
+        Wrench per ``rpm|rpm|``.
+    """
+
+    mass_matrix: FloatArray
+    restoring: FloatArray
+    lift: FloatArray
+    drag: FloatArray
+    thrust: FloatArray
+
+    @classmethod
+    def of(cls, vehicle: Vehicle) -> Body:
+        """Return the matrices of a vehicle with rudder, elevator and propeller.
+
+        Parameters
+        ----------
+        vehicle : Vehicle
+            With fins on the commands ``rudder`` and ``elevator`` and a propeller
+            whose thrust goes with the square of its speed alone.
+
+        Returns
+        -------
+        body : Body
+            The same numbers.
+        """
+        fins = {one.command: one for one in vehicle.actuators if isinstance(one, Fin)}
+        pair = (fins["rudder"], fins["elevator"])
+        propeller = next(one for one in vehicle.actuators if isinstance(one, Propeller))
+        return cls(
+            mass_matrix=vehicle.mass_matrix,
+            restoring=frozen(vehicle.restoring_matrix.T),
+            lift=frozen([_row(dict(fin.force)) for fin in pair]),
+            drag=frozen([_row(dict(fin.drag)) for fin in pair]),
+            thrust=frozen(_row({"X": propeller.thrust, "K": propeller.torque})),
+        )
+
+    @property
+    def fins_at(self) -> float:
+        """Position of the rudders, forward of the origin [m]."""
+        return float(self.lift[0, 5] / self.lift[0, 1])
+
+    @cached_property
+    def inverse_mass(self) -> FloatArray:
+        """Inverse of the mass matrix, shape (6, 6), symmetric."""
+        return frozen(np.linalg.inv(self.mass_matrix))
+
+    @cached_property
+    def coriolis_table(self) -> FloatArray:
+        """``H(M e_j) e_k`` in row ``6 j + k``, shape (36, 6)."""
+        momenta = np.repeat(self.mass_matrix.T, 6, axis=0)
+        return frozen(momentum_wrench(momenta, np.tile(np.eye(6), (6, 1))))
+
+    def coriolis_wrench(self, velocity: FloatArray) -> FloatArray:
+        """Return ``H(M nu) nu``, which does no work.
+
+        Parameters
+        ----------
+        velocity : ndarray, shape (n, 6)
+            Body velocity [m/s, rad/s].
+
+        Returns
+        -------
+        wrench : ndarray, shape (n, 6)
+            Force [N] and moment [N m], body frame, on the right-hand side.
+        """
+        products = velocity[:, :, np.newaxis] * velocity[:, np.newaxis, :]
+        wrench: FloatArray = products.reshape(-1, 36) @ self.coriolis_table
+        return wrench
+
+    def restoring_wrench(self, down: FloatArray) -> FloatArray:
+        """Return the wrench of weight and buoyancy.
+
+        Parameters
+        ----------
+        down : ndarray, shape (n, 3)
+            The world's down in the body.
+
+        Returns
+        -------
+        wrench : ndarray, shape (n, 6)
+            Force [N] and moment [N m], body frame.
+        """
+        wrench: FloatArray = down @ self.restoring
+        return wrench
+
+    def fin_wrench(self, velocity: FloatArray, angles: FloatArray) -> FloatArray:
+        """Return lift and drag of the fins.
+
+        Parameters
+        ----------
+        velocity : ndarray, shape (n, 6)
+            Body velocity [m/s, rad/s].
+        angles : ndarray, shape (n, 2)
+            Acting rudder and elevator angle [rad]; a positive rudder turns the
+            nose to port, a positive elevator raises it.
+
+        Returns
+        -------
+        wrench : ndarray, shape (n, 6)
+            Force [N] and moment [N m], body frame.
+        """
+        surge = velocity[:, :1]
+        per_flow = angles @ self.lift + angles**2 @ self.drag
+        wrench: FloatArray = surge * np.abs(surge) * per_flow
+        return wrench
+
+    def propulsion(self, rpm: FloatArray) -> FloatArray:
+        """Return the wrench of the propeller.
+
+        Parameters
+        ----------
+        rpm : ndarray, shape (n,)
+            Propeller speed [1/min].
+
+        Returns
+        -------
+        wrench : ndarray, shape (n, 6)
+            Force [N] and moment [N m], body frame.
+        """
+        return np.outer(rpm * np.abs(rpm), self.thrust)
+
+
+def _row(gains: dict[str, float]) -> list[float]:
+    return [gains.get(axis, 0.0) for axis in AXES]
+
+
+def momentum_wrench(momentum: FloatArray, velocity: FloatArray) -> FloatArray:
+    """Return ``H(p) nu = [p1 x w ; p1 x v1 + p2 x w]`` of equation 1.
+
+    Parameters
+    ----------
+    momentum : ndarray, shape (n, 6)
+        Linear [kg m/s] and angular [kg m^2/s] momentum; in the paper p.
+    velocity : ndarray, shape (n, 6)
+        Body velocity [m/s, rad/s].
+
+    Returns
+    -------
+    wrench : ndarray, shape (n, 6)
+        Force [N] and moment [N m], body frame, on the right-hand side.
+    """
+    linear, angular = momentum[:, :3], momentum[:, 3:]
+    moving, turning = velocity[:, :3], velocity[:, 3:]
+    force = np.cross(linear, turning)
+    moment = np.cross(linear, moving) + np.cross(angular, turning)
+    return np.concatenate((force, moment), axis=1)

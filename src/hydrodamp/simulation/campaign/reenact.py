@@ -1,0 +1,181 @@
+"""The campaign of section V-B: four training runs, two validation runs.
+
+The paper's log was never published; this is its plan on a simulated vehicle.
+Every constant stands in the module it belongs to: steps and propeller speeds in
+:mod:`~hydrodamp.simulation.campaign.plan`, noise in ``sensors``, gains in
+``autopilot``, hydrodynamics in ``truth`` and ``crossflow``, integration in
+``motion``; mass, weight, fins and propeller are the fleet's ``vt690``, the
+coefficients those of ``water``.
+
+Commands and log run at 10 Hz. The clock of the log runs on from run to run, with
+60 s between the end of one and the start of the next.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hydrodamp.arrays import FloatArray
+from hydrodamp.data.log import Log
+from hydrodamp.errors import MethodError, did_you_mean
+from hydrodamp.simulation.campaign.autopilot import PERIOD
+from hydrodamp.simulation.campaign.body import Body
+from hydrodamp.simulation.campaign.motion import EULER, VELOCITY, Motion
+from hydrodamp.simulation.campaign.plan import TESTING, TRAINING, Run
+from hydrodamp.simulation.campaign.sensors import draw_noise
+from hydrodamp.simulation.campaign.truth import Truth, crossflow, sname
+from hydrodamp.simulation.campaign.voyage import Voyage, sail
+from hydrodamp.simulation.campaign.water import true_damping
+from hydrodamp.vehicle.fleet import fleet
+from hydrodamp.vehicle.vehicle import Vehicle
+
+TRUTHS = ("sname", "crossflow")
+"""The truths to choose from."""
+
+PAUSE = 60.0
+"""Time from the end of a run to the start of the next [s]."""
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """The logs of the re-enacted campaign, and the vehicle they belong to.
+
+    Attributes
+    ----------
+    train, test : Log
+        As measured, noise and all, without accelerations; a segment a run.
+    exact_train, exact_test : Log
+        The same without noise, with exact accelerations.
+    vehicle : Vehicle
+        All that an estimator is told of the vehicle.
+    truth : str
+        ``"sname"`` or ``"crossflow"``.
+    note : str
+        What the truth is, in a sentence.
+    """
+
+    train: Log
+    test: Log
+    exact_train: Log
+    exact_test: Log
+    vehicle: Vehicle
+    truth: str
+    note: str
+
+
+def reenact(seed: int = 0, truth: str = "sname", duration: float = 200.0) -> Campaign:
+    """Return the logs of the paper's campaign, sailed by a simulated VT 690.
+
+    Training runs are depth steps at 2600 rpm and yaw steps at 1800, 2133 and
+    2600 rpm; test runs are depth steps at 2133 rpm and yaw steps at 2350 rpm.
+
+    Parameters
+    ----------
+    seed : int, optional
+        Seed of the sensor noise, 0 or more.
+    truth : str, optional
+        ``"sname"`` for the published hydrodynamics, ``"crossflow"`` for a truth
+        unlike any of the paper's models.
+    duration : float, optional
+        Length of each run, 1 or more [s].
+
+    Returns
+    -------
+    campaign : Campaign
+        The same for the same arguments.
+
+    Raises
+    ------
+    MethodError
+        If an argument is out of range or the truth unknown.
+
+    Examples
+    --------
+    >>> campaign = reenact(seed=1, duration=2.0)
+    >>> [segment.name for segment in campaign.train.segments]
+    ['depth-2600', 'yaw-1800', 'yaw-2133', 'yaw-2600']
+    >>> campaign.test.command_names
+    ('rudder', 'elevator', 'rpm')
+    """
+    _check(seed, truth, duration)
+    runs, vehicle = TRAINING + TESTING, fleet["vt690"]
+    body = Body.of(vehicle)
+    water = _water(truth, body)
+    rpm = np.array([run.rpm for run in runs])
+    noise = draw_noise(seed, len(runs), round(duration / PERIOD) + 1)
+    voyage = sail(runs, Motion(body, water, body.propulsion(rpm)), noise)
+    n_train = len(TRAINING)
+    return Campaign(
+        train=_measured_log(voyage, range(n_train)),
+        test=_measured_log(voyage, range(n_train, len(runs))),
+        exact_train=_exact_log(voyage, range(n_train)),
+        exact_test=_exact_log(voyage, range(n_train, len(runs))),
+        vehicle=vehicle,
+        truth=water.name,
+        note=water.note,
+    )
+
+
+def _check(seed: int, truth: str, duration: float) -> None:
+    if truth not in TRUTHS:
+        known = ", ".join(TRUTHS)
+        raise MethodError(
+            f"`truth` must be one of {known}; got '{truth}'.{did_you_mean(truth, TRUTHS)}"
+        )
+    if seed < 0:
+        raise MethodError(f"`seed` must be 0 or more; got {seed}")
+    if not 1.0 <= duration < np.inf:
+        raise MethodError(f"`duration` must be 1 s or more; got {duration}")
+
+
+def _water(truth: str, body: Body) -> Truth:
+    coefficients = true_damping().as_dict()
+    if truth == "sname":
+        return sname(coefficients)
+    return crossflow(coefficients, body.fins_at)
+
+
+def _measured_log(voyage: Voyage, places: Sequence[int]) -> Log:
+    return _log(voyage, places, voyage.measured[:, :, VELOCITY], voyage.measured[:, :, EULER])
+
+
+def _exact_log(voyage: Voyage, places: Sequence[int]) -> Log:
+    velocity, euler = voyage.states[:, :, VELOCITY], voyage.states[:, :, EULER]
+    return _log(voyage, places, velocity, euler, voyage.accelerations)
+
+
+def _log(
+    voyage: Voyage,
+    places: Sequence[int],
+    velocity: FloatArray,
+    euler: FloatArray,
+    acceleration: FloatArray | None = None,
+) -> Log:
+    runs = [voyage.runs[place] for place in places]
+
+    def joined(columns: FloatArray) -> FloatArray:
+        return np.concatenate([columns[:, place] for place in places])
+
+    n = len(voyage.time)
+    rudder, elevator = joined(voyage.commands).T
+    return Log.from_arrays(
+        _clock(voyage.time, len(runs)),
+        joined(velocity),
+        attitude=joined(euler),
+        commands={"rudder": rudder, "elevator": elevator, "rpm": _each(runs, n)},
+        acceleration=None if acceleration is None else joined(acceleration),
+        segment=[run.name for run in runs for _ in range(n)],
+        source="re-enacted campaign",
+    )
+
+
+def _clock(time: FloatArray, n_runs: int) -> FloatArray:
+    starts = (time[-1] + PAUSE) * np.arange(n_runs)
+    return np.concatenate([start + time for start in starts])
+
+
+def _each(runs: Sequence[Run], n: int) -> FloatArray:
+    return np.repeat([run.rpm for run in runs], n)

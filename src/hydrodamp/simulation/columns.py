@@ -1,0 +1,185 @@
+"""Equation 1 as one table of columns, known and unknown alike.
+
+Restoring forces are the columns ``down_x down_y down_z``, a fin is
+``u|u|*rudder``, a propeller ``rpm*|rpm|``: all that a vehicle knows is itself
+``K ξ`` with given coefficients. So the right-hand side of equation 1 is the
+Coriolis term, a recorded wrench, and one table whose first columns are known
+and whose other columns a method identifies.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hydrodamp.arrays import FloatArray, frozen
+from hydrodamp.basis.basis import Basis
+from hydrodamp.errors import ModelError
+from hydrodamp.kernels.plant import Plant
+from hydrodamp.models.damping import Damping
+from hydrodamp.models.model import DampingModel
+from hydrodamp.vehicle.vehicle import Vehicle
+
+
+@dataclass(frozen=True)
+class Columns:
+    """The table of equation 1 for one vehicle and the terms asked for.
+
+    Attributes
+    ----------
+    vehicle : Vehicle
+        Whose mass matrix, restoring forces and actuators are used.
+    basis : Basis
+        The unknown columns, restricted to the free axes.
+    channels : tuple of str
+        The held channels, in the order of the table.
+    plant : Plant
+        Known columns first, then ``basis``.
+    known : ndarray, shape (n_known, 6)
+        Coefficients of the known columns, force [N] and moment [N m] per unit
+        of the column, on the right-hand side, body frame.
+    actuators : bool
+        Whether the vehicle's actuators are among the known columns; not where
+        the log has their wrench itself.
+    """
+
+    vehicle: Vehicle
+    basis: Basis
+    channels: tuple[str, ...]
+    plant: Plant
+    known: FloatArray
+    actuators: bool
+
+    @property
+    def n_known(self) -> int:
+        """How many columns are known."""
+        return len(self.known)
+
+    def matrix(self, damping: Damping) -> FloatArray:
+        """Return all coefficients, known and identified, as one table.
+
+        Parameters
+        ----------
+        damping : Damping
+            Its terms on free axes must be columns of the basis.
+
+        Returns
+        -------
+        matrix : ndarray, shape (n_known + n_terms, 6)
+            One row a column of equation 1.
+        """
+        free = damping.model.restricted_to(self.vehicle.axes)
+        coefficients = np.array([damping[label] for label in free.labels])
+        return self.with_unknown(self.entries(free), coefficients)
+
+    def with_unknown(
+        self, entries: tuple[np.ndarray, np.ndarray], coefficients: FloatArray
+    ) -> FloatArray:
+        """Return the table with ``coefficients`` put at ``entries``."""
+        matrix = self.scattered(entries, coefficients)
+        matrix[: self.n_known] = self.known
+        return matrix
+
+    def scattered(self, entries: tuple[np.ndarray, np.ndarray], values: FloatArray) -> FloatArray:
+        """Return a table of zeros with ``values`` put at ``entries``."""
+        table = np.zeros((self.n_known + len(self.basis), 6))
+        table[entries] = values
+        return table
+
+    def entries(self, model: DampingModel) -> tuple[np.ndarray, np.ndarray]:
+        """Return rows and axes of the table where the model's coefficients stand.
+
+        Parameters
+        ----------
+        model : DampingModel
+            Its terms must be columns of the basis.
+
+        Returns
+        -------
+        rows, axes : ndarray of int, shape (n_coefficients,)
+            In the order of the model's labels.
+
+        Raises
+        ------
+        ModelError
+            If a term of the model was not asked for when the log was prepared.
+        """
+        missing = [str(term) for term in model.basis if term not in self.basis]
+        if missing:
+            raise ModelError(
+                f"model '{model.key}' has terms this problem was not prepared for: "
+                f"{' '.join(missing)}. Name the model in `prepare(vehicle, log, models)`."
+            )
+        pairs = [
+            (self.n_known + self.basis.index(term), axis)
+            for axis, terms in enumerate(model.terms)
+            for term in terms
+        ]
+        rows, axes = np.array(pairs, dtype=np.intp).reshape(-1, 2).T
+        return rows, axes
+
+
+def columns(vehicle: Vehicle, models: tuple[DampingModel, ...], *, actuators: bool) -> Columns:
+    """Write equation 1 of a vehicle and some models as one table.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        Gives the known columns.
+    models : tuple of DampingModel
+        Give the unknown ones, restricted to the free axes.
+    actuators : bool
+        False where the log has the wrench of the actuators itself.
+
+    Returns
+    -------
+    columns : Columns
+        Known columns first.
+    """
+    basis = Basis(())
+    for model in models:
+        basis = basis | model.restricted_to(vehicle.axes).basis
+    known = (vehicle if actuators else replace(vehicle, actuators=())).known_columns()
+    names = {name for term in (*known.terms, *basis) for name in term.commands}
+    channels = tuple(sorted(names))
+    table = np.vstack([Basis(known.terms).table(channels), basis.table(channels)])
+    return Columns(
+        vehicle=vehicle,
+        basis=basis,
+        channels=channels,
+        plant=Plant(
+            mass_matrix=vehicle.mass_matrix,
+            free=vehicle.free,
+            factors=table,
+            n_channels=len(channels),
+        ),
+        known=frozen(known.matrix.T * vehicle.free),
+        actuators=actuators,
+    )
+
+
+def held_channels(table: Columns, commands: Mapping[str, FloatArray], n: int) -> FloatArray:
+    """Return the channels of a table, sample by sample.
+
+    Parameters
+    ----------
+    table : Columns
+        Says which channels, in which order.
+    commands : mapping of str to ndarray, shape (n,)
+        What was recorded.
+    n : int
+        How many samples.
+
+    Returns
+    -------
+    channels : ndarray, shape (n, n_channels)
+        Values to hold from each sample to the next.
+    """
+    made = table.vehicle.channels(commands) if table.actuators else {}
+    found = {**commands, **made}
+    channels = np.empty((n, len(table.channels)))
+    for place, name in enumerate(table.channels):
+        channels[:, place] = found[name]
+    return channels

@@ -1,0 +1,154 @@
+"""A vehicle, a log and the terms asked for, turned into arrays once."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from hydrodamp import kernels
+from hydrodamp.arrays import FloatArray, IntArray
+from hydrodamp.data.log import Log
+from hydrodamp.errors import PropulsionWarning
+from hydrodamp.kernels.inputs import Inputs
+from hydrodamp.models.model import DampingModel
+from hydrodamp.simulation.columns import Columns, columns, held_channels
+from hydrodamp.simulation.fitness import check_log
+from hydrodamp.vehicle.vehicle import Vehicle
+
+SLOWEST = 1e-6
+"""Speed [m/s] below which the propulsion ratio is taken at this speed."""
+
+
+@dataclass(frozen=True)
+class Problem:
+    """The only input of every method: equation 1 filled with a log.
+
+    It holds no acceleration: an estimate of it is a value of the method.
+
+    Attributes
+    ----------
+    log : Log
+        What was measured.
+    models : tuple of DampingModel
+        What was asked for, restricted to the vehicle's free axes.
+    columns : Columns
+        Equation 1 as one table; ``columns.basis`` are the unknown terms.
+    inputs : Inputs
+        Velocity, attitude, wrench and held channels, sample by sample.
+    segments : ndarray of int, shape (n_segments, 2)
+        First sample and one past the last of each segment.
+    """
+
+    log: Log
+    models: tuple[DampingModel, ...]
+    columns: Columns
+    inputs: Inputs
+    segments: IntArray
+
+    @property
+    def vehicle(self) -> Vehicle:
+        """The vehicle it was prepared for."""
+        return self.columns.vehicle
+
+    @property
+    def n_samples(self) -> int:
+        """How many samples the log has."""
+        return len(self.inputs.time)
+
+    def regressor(self, start: int = 0, stop: int | None = None) -> FloatArray:
+        """Return the columns of equation 1, known first, at some samples.
+
+        Parameters
+        ----------
+        start, stop : int, optional
+            First sample and one past the last; all by default.
+
+        Returns
+        -------
+        regressor : ndarray, shape (n, n_known + n_terms)
+            In the paper the unknown part is xi.
+        """
+        part = slice(start, stop)
+        return kernels.regressor(
+            self.columns.plant.factors,
+            self.inputs.velocity[part],
+            self.inputs.down[part],
+            self.inputs.channels[part],
+            self.inputs.propulsion[part, 0],
+        )
+
+    def __str__(self) -> str:
+        """Return one line."""
+        return (
+            f"Problem of {self.vehicle.name}: {self.n_samples} samples in "
+            f"{len(self.segments)} segments, {len(self.columns.basis)} unknown and "
+            f"{self.columns.n_known} known columns"
+        )
+
+
+def prepare(vehicle: Vehicle, log: Log, models: Iterable[DampingModel] | DampingModel) -> Problem:
+    """Turn a vehicle, a log and the models asked for into arrays.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        Everything known; its free axes decide which velocities are needed.
+    log : Log
+        What was measured.
+    models : DampingModel or iterable of DampingModel
+        Whose terms are to be identified.
+
+    Returns
+    -------
+    problem : Problem
+        The input of every method.
+
+    Raises
+    ------
+    ProblemError
+        If the log lacks what the vehicle or a term needs: every lack is named.
+    """
+    asked = (models,) if isinstance(models, DampingModel) else tuple(models)
+    free = tuple(model.restricted_to(vehicle.axes) for model in asked)
+    check_log(vehicle, log, free)
+    table = columns(vehicle, free, actuators=bool(vehicle.actuators) and log.wrench is None)
+    commands = {name: log.command(name) for name in log.command_names}
+    wrench = np.zeros((log.n, 6)) if log.wrench is None else log.wrench * vehicle.free
+    inputs = Inputs(
+        time=log.time,
+        velocity=log.velocity * vehicle.free,
+        down=log.down,
+        wrench=wrench,
+        channels=held_channels(table, commands, log.n),
+        propulsion=_propulsion(log, table, commands),
+    )
+    return Problem(log=log, models=free, columns=table, inputs=inputs, segments=_bounds(log))
+
+
+def _bounds(log: Log) -> IntArray:
+    return np.array([(part.start, part.stop) for part in log.segments], dtype=np.int64)
+
+
+def _propulsion(log: Log, table: Columns, commands: dict[str, FloatArray]) -> FloatArray:
+    """Return u_c at each sample as a step begins there and as one ends there."""
+    speed = np.maximum(np.linalg.norm(log.velocity[:, :3], axis=1), SLOWEST)
+    if log.propulsion_ratio is not None:
+        recorded = log.propulsion_ratio * speed
+        return np.column_stack([recorded, recorded])
+    held = table.vehicle.propulsion_speed(commands)
+    if held is None:
+        if any(term.needs_propulsion for term in table.basis):
+            warnings.warn(
+                "the log has no `eta` and the vehicle no propeller with a speed: the "
+                "propulsion ratio is taken as one, so terms with (eta-1) vanish",
+                PropulsionWarning,
+                stacklevel=3,
+            )
+        return np.column_stack([speed, speed])
+    closing = np.concatenate([held[:1], held[:-1]])
+    starts = _bounds(log)[:, 0]
+    closing[starts] = held[starts]
+    return np.column_stack([held, closing])

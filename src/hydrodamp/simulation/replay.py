@@ -1,0 +1,146 @@
+"""Open-loop replay: equation 1 driven by the recorded actuation (section V)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from hydrodamp import kernels
+from hydrodamp.arrays import FloatArray
+from hydrodamp.data.log import Log
+from hydrodamp.errors import MethodError
+from hydrodamp.models.damping import Damping
+from hydrodamp.simulation.problem import Problem, prepare
+from hydrodamp.simulation.status import Status
+from hydrodamp.vehicle.vehicle import Vehicle
+
+AttitudeSource = Literal["measured", "simulated"]
+LIMIT = 50.0
+"""A velocity component [m/s or rad/s] beyond which a replay has diverged."""
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """What the model says would have happened.
+
+    Attributes
+    ----------
+    log : Log
+        The log that was replayed, with its clock and segments.
+    velocity : ndarray, shape (n, 6)
+        Simulated velocity, linear [m/s] and angular [rad/s], body frame; NaN
+        from where a segment diverged.
+    diverged : tuple of (str, float)
+        Segment and time since the segment's start [s] of every divergence.
+    attitude : str
+        ``"measured"`` or ``"simulated"``.
+    """
+
+    log: Log
+    velocity: FloatArray
+    diverged: tuple[tuple[str, float], ...]
+    attitude: AttitudeSource
+
+    @property
+    def status(self) -> Status:
+        """``OK`` or ``DIVERGED``."""
+        return Status.DIVERGED if self.diverged else Status.OK
+
+
+def simulate(
+    vehicle: Vehicle,
+    damping: Damping,
+    log: Log,
+    *,
+    attitude: AttitudeSource = "measured",
+    max_step: float = 0.05,
+) -> Trajectory:
+    """Replay a log open loop from the first sample of each segment.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        Mass, restoring forces and actuators.
+    damping : Damping
+        The model with its numbers.
+    log : Log
+        Gives the initial velocities, the actuation and the attitude.
+    attitude : {"measured", "simulated"}
+        Whether gravity and buoyancy act along the recorded attitude
+        (assumption 1a of the paper) or along one that is integrated too.
+    max_step : float
+        Longest Runge-Kutta step [s].
+
+    Returns
+    -------
+    trajectory : Trajectory
+        A segment that becomes non-finite or exceeds 50 in any component has
+        diverged; that is a status, not an exception.
+
+    Raises
+    ------
+    ProblemError
+        If the log lacks what the vehicle or a term needs.
+    """
+    return replay(prepare(vehicle, log, damping.model), damping, attitude, max_step)
+
+
+def replay(
+    problem: Problem,
+    damping: Damping,
+    attitude: AttitudeSource = "measured",
+    max_step: float = 0.05,
+) -> Trajectory:
+    """Replay a prepared problem; see :func:`simulate`.
+
+    Parameters
+    ----------
+    problem : Problem
+        Prepared for (at least) the terms of the damping.
+    damping : Damping
+        The model with its numbers.
+    attitude : {"measured", "simulated"}
+        Which attitude gravity and buoyancy act along.
+    max_step : float
+        Longest Runge-Kutta step [s].
+
+    Returns
+    -------
+    trajectory : Trajectory
+        One value a sample.
+    """
+    velocity, diverged_at = kernels.replay(
+        problem.columns.plant,
+        problem.columns.matrix(damping),
+        problem.inputs,
+        problem.segments,
+        _initial_attitude(problem.log, attitude),
+        max_step=_checked_step(max_step),
+        limit=LIMIT,
+    )
+    log = problem.log
+    diverged = tuple(
+        (segment.name, float(log.time[index] - log.time[segment.start]))
+        for segment, index in zip(log.segments, diverged_at.tolist(), strict=True)
+        if index >= 0
+    )
+    return Trajectory(log=log, velocity=velocity, diverged=diverged, attitude=attitude)
+
+
+def _initial_attitude(log: Log, attitude: AttitudeSource) -> FloatArray | None:
+    if attitude == "measured":
+        return None
+    if attitude != "simulated":
+        raise MethodError(f"`attitude` must be 'measured' or 'simulated', got {attitude!r}")
+    if log.attitude is None:
+        raise MethodError(
+            "a simulated attitude starts from a recorded one, but the log has none: "
+            "use attitude='measured' or record roll pitch yaw."
+        )
+    return log.attitude
+
+
+def _checked_step(max_step: float) -> float:
+    if not 0.0 < max_step <= 0.05:
+        raise MethodError(f"`max_step` must be in (0, 0.05] s, got {max_step}")
+    return max_step

@@ -1,0 +1,45 @@
+"""What became of a fit or a replay: an outcome in words, never an exception."""
+
+from __future__ import annotations
+
+from enum import Enum
+
+
+class Status(Enum):
+    """An outcome; its value is the sentence to read.
+
+    Examples
+    --------
+    >>> Status.DIVERGED.word
+    'diverged'
+    """
+
+    OK = "ok: every coefficient is told apart by the data."
+    RANK_DEFICIENT = (
+        "rank deficient: the data cannot tell some coefficients apart; their smallest-norm "
+        "split is given and `aliased` names them."
+    )
+    TOO_FEW_SAMPLES = (
+        "too few samples: an axis has more coefficients than the log has samples; "
+        "nothing was identified."
+    )
+    SETTLED = (
+        "settled: the coefficients no longer move, which without rich manoeuvres does not "
+        "make them the true ones."
+    )
+    NOT_SETTLED = (
+        "not settled: the coefficients still move at the end of the record; "
+        "give more passes, larger gains or richer manoeuvres."
+    )
+    FAILED = "failed: the estimate is not finite; lower the gains or check the log."
+    DIVERGED = "diverged: the open-loop replay left every bound; there is no RMS error."
+
+    @property
+    def word(self) -> str:
+        """The outcome in one or two words."""
+        return self.value.split(":", 1)[0]
+
+    @property
+    def usable(self) -> bool:
+        """Whether there are numbers to use."""
+        return self not in (Status.TOO_FEW_SAMPLES, Status.FAILED, Status.DIVERGED)

@@ -1,0 +1,140 @@
+"""Scores of many fits on held-out data: the paper's Table I, and more."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from hydrodamp.errors import MethodError
+from hydrodamp.identification.fit import Fit
+from hydrodamp.simulation.replay import Trajectory
+from hydrodamp.simulation.score import RateUnit, Score
+from hydrodamp.simulation.status import Status
+
+
+@dataclass(frozen=True)
+class Row:
+    """One fit and what became of it on held-out data.
+
+    Attributes
+    ----------
+    fit : Fit
+        What was identified.
+    score : Score
+        How far its replay is from the log.
+    trajectory : Trajectory or None
+        The replay itself; None where nothing was identified.
+    """
+
+    fit: Fit
+    score: Score
+    trajectory: Trajectory | None = None
+
+    @property
+    def model(self) -> str:
+        """Key of the model."""
+        return self.fit.model.key
+
+    @property
+    def method(self) -> str:
+        """Key of the method."""
+        return self.fit.method
+
+    @property
+    def rms(self) -> float | None:
+        """Equation 24; None where there is no usable replay."""
+        return self.score.rms
+
+    @property
+    def status(self) -> Status:
+        """What to read first: a fit without numbers, a divergence, then the fit's own."""
+        if not self.fit.status.usable:
+            return self.fit.status
+        return self.score.status if self.score.diverged else self.fit.status
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Rows of one comparison, in the order they were asked for.
+
+    Attributes
+    ----------
+    rows : tuple of Row
+        Models within methods.
+    rate_unit : {"deg", "rad"}
+        Unit of angular rates in every number.
+    attitude : str
+        Whether replays used the measured or a simulated attitude.
+    provenance : dict of str to str
+        Logs, vehicle and settings, in words.
+    """
+
+    rows: tuple[Row, ...]
+    rate_unit: RateUnit = "deg"
+    attitude: str = "measured"
+    provenance: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def models(self) -> tuple[str, ...]:
+        """Keys of the models, in order."""
+        return tuple(dict.fromkeys(row.model for row in self.rows))
+
+    @property
+    def methods(self) -> tuple[str, ...]:
+        """Keys of the methods, in order."""
+        return tuple(dict.fromkeys(row.method for row in self.rows))
+
+    def row(self, model: str, method: str) -> Row:
+        """Return the row of a model and a method.
+
+        Parameters
+        ----------
+        model, method : str
+            Their keys.
+
+        Returns
+        -------
+        row : Row
+            The first one with both.
+
+        Raises
+        ------
+        MethodError
+            If there is none.
+        """
+        for row in self.rows:
+            if (row.model, row.method) == (model, method):
+                return row
+        raise MethodError(
+            f"no row of model '{model}' by method '{method}'; models are "
+            f"{', '.join(self.models)}, methods {', '.join(self.methods)}."
+        )
+
+    def best(self) -> Row:
+        """Return the row of the lowest RMS error; ties go to fewer coefficients.
+
+        Returns
+        -------
+        row : Row
+            Among those whose replay did not diverge.
+
+        Raises
+        ------
+        MethodError
+            If every replay diverged.
+        """
+        ranked = [row for row in self.rows if row.rms is not None]
+        if not ranked:
+            raise MethodError(
+                "no row has an RMS error: every replay diverged or nothing was fitted"
+            )
+        return min(ranked, key=lambda row: (row.rms, row.fit.model.n_coefficients))
+
+    def __str__(self) -> str:
+        """Return the table as plain text."""
+        lines = [f"{'model':<20}{'n':>5}  {'method':<11}{f'RMS ({self.rate_unit}/s)':>13}  status"]
+        lines += [
+            f"{row.model:<20}{row.fit.model.n_coefficients:>5}  {row.method:<11}"
+            f"{'–' if row.rms is None else format(row.rms, '.3f'):>13}  {row.status.word}"
+            for row in self.rows
+        ]
+        return "\n".join(lines)

@@ -1,0 +1,145 @@
+"""What every actuator promises, and what they share."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import NamedTuple, Protocol, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from hydrodamp.arrays import FloatArray
+from hydrodamp.basis.axes import AXES
+from hydrodamp.basis.term import Term
+from hydrodamp.errors import VehicleError, did_you_mean
+
+Gains: TypeAlias = Mapping[str, float] | tuple[tuple[str, float], ...]
+"""Axis -> number, given as a mapping and kept as pairs in the order of the axes."""
+
+Rows: TypeAlias = Sequence[Sequence[float]]
+"""A small table of numbers, kept as tuples."""
+
+
+class Column(NamedTuple):
+    """One entry of the known matrix: ``value`` times ``term`` acts on ``axis``.
+
+    Attributes
+    ----------
+    axis : str
+        One of X Y Z K M N.
+    term : Term
+        What it is proportional to.
+    value : float
+        In N or N m per unit of the term, body frame (z down).
+    """
+
+    axis: str
+    term: Term
+    value: float
+
+
+class Actuator(Protocol):
+    """Turns commands into a known wrench, linear in terms of the basis.
+
+    A property that is not a product of atoms (a limit, a curve, a dead zone)
+    becomes a channel of its own, computed from the commands alone.
+    """
+
+    @property
+    def commands(self) -> tuple[str, ...]:
+        """Names of the commands it listens to."""
+        ...
+
+    @property
+    def derived(self) -> tuple[str, ...]:
+        """Names of the channels it computes; empty if it uses commands as they are."""
+        ...
+
+    def channels(self, commands: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+        """Return every channel that its columns use, raw or derived."""
+        ...
+
+    def columns(self) -> tuple[Column, ...]:
+        """Return what it adds to the known wrench."""
+        ...
+
+
+def command_of(commands: Mapping[str, FloatArray], name: str) -> FloatArray:
+    """Return one command as an array.
+
+    Parameters
+    ----------
+    commands : mapping of str to ndarray, shape (n,)
+        What was recorded.
+    name : str
+        The command wanted.
+
+    Returns
+    -------
+    values : ndarray, shape (n,)
+        In the unit of the command.
+
+    Raises
+    ------
+    VehicleError
+        If there is no such command.
+
+    Examples
+    --------
+    >>> command_of({"rudder": [0.1, 0.2]}, "rudder").tolist()
+    [0.1, 0.2]
+    """
+    if name not in commands:
+        raise VehicleError(
+            f"the vehicle's actuators need the command `{name}`; got "
+            f"{', '.join(commands) or 'none'}.{did_you_mean(name, commands)}"
+        )
+    return np.asarray(commands[name], dtype=np.float64)
+
+
+def limited(values: npt.ArrayLike, limit: float | None) -> FloatArray:
+    """Return ``values`` clipped to plus or minus ``limit``.
+
+    Parameters
+    ----------
+    values : array_like, shape (n,)
+        Any unit.
+    limit : float or None
+        In the same unit; None does not limit.
+
+    Returns
+    -------
+    values : ndarray, shape (n,)
+        Never beyond the limit.
+
+    Examples
+    --------
+    >>> limited([-1.0, 0.2], 0.5).tolist()
+    [-0.5, 0.2]
+    """
+    array = np.asarray(values, dtype=np.float64)
+    return array if limit is None else np.clip(array, -limit, limit)
+
+
+def wrench_columns(wrench: Iterable[float], term: Term) -> tuple[Column, ...]:
+    """Return the columns of a whole wrench per unit of one term.
+
+    Parameters
+    ----------
+    wrench : iterable of float, six numbers
+        X Y Z [N] and K M N [N m] per unit of the term, body frame.
+    term : Term
+        What it is proportional to.
+
+    Returns
+    -------
+    columns : tuple of Column
+        Without the zeros.
+
+    Examples
+    --------
+    >>> [column.axis for column in wrench_columns([1, 0, 0, 0, 0, 2], Term.parse("rudder"))]
+    ['X', 'N']
+    """
+    pairs = zip(AXES, wrench, strict=True)
+    return tuple(Column(axis, term, float(value)) for axis, value in pairs if value != 0.0)

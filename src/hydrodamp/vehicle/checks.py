@@ -1,0 +1,307 @@
+"""Checks at the door of a vehicle and its actuators."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from hydrodamp.arrays import FloatArray, frozen
+from hydrodamp.basis.axes import AXES
+from hydrodamp.basis.command_names import check_command_name
+from hydrodamp.errors import TermError, VehicleError
+from hydrodamp.vehicle.actuation import Actuator, Gains
+
+
+def checked_name(name: str, what: str) -> str:
+    """Return ``name`` if a command or channel may be called so.
+
+    Parameters
+    ----------
+    name : str
+        The name.
+    what : str
+        The argument, for the message.
+
+    Returns
+    -------
+    name : str
+        The same.
+
+    Raises
+    ------
+    VehicleError
+        If it is not an identifier, or reads as a term.
+
+    Examples
+    --------
+    >>> checked_name("rudder", "command")
+    'rudder'
+    """
+    try:
+        check_command_name(name)
+    except TermError as error:
+        raise VehicleError(f"`{what}`: {error}") from error
+    return name
+
+
+def checked_number(value: float, what: str, *, positive: bool = False) -> float:
+    """Return ``value`` as a finite float.
+
+    Parameters
+    ----------
+    value : float
+        The number.
+    what : str
+        The argument, for the message.
+    positive : bool, optional
+        Whether it must be above zero.
+
+    Returns
+    -------
+    value : float
+        The same.
+
+    Raises
+    ------
+    VehicleError
+        If it is not finite, or not positive where it must be.
+
+    Examples
+    --------
+    >>> checked_number(3, "limit", positive=True)
+    3.0
+    """
+    if not math.isfinite(value) or (positive and value <= 0.0):
+        wanted = "a positive number" if positive else "a finite number"
+        raise VehicleError(f"`{what}` must be {wanted}; got {value}")
+    return float(value)
+
+
+def checked_gains(gains: Gains, what: str) -> tuple[tuple[str, float], ...]:
+    """Return axis gains as pairs in the order of the axes.
+
+    Parameters
+    ----------
+    gains : mapping or pairs of str and float
+        Axis and number.
+    what : str
+        The argument, for the message.
+
+    Returns
+    -------
+    gains : tuple of (str, float)
+        X first, N last.
+
+    Raises
+    ------
+    VehicleError
+        If a key is no axis or a number is not finite.
+
+    Examples
+    --------
+    >>> checked_gains({"N": -9, "Y": 8}, "force")
+    (('Y', 8.0), ('N', -9.0))
+    """
+    given = dict(gains)
+    for axis, value in given.items():
+        if axis not in AXES:
+            raise VehicleError(f"`{what}` must name axes of {' '.join(AXES)}; got {axis!r}")
+        checked_number(value, f"{what} {axis}")
+    return tuple((axis, float(given[axis])) for axis in AXES if axis in given)
+
+
+def checked_table(values: Any, shape: tuple[int | None, ...], what: str) -> Any:
+    """Return a small array of finite numbers as nested tuples.
+
+    Parameters
+    ----------
+    values : array_like
+        The numbers.
+    shape : tuple of int or None
+        What is required; None accepts any length.
+    what : str
+        The argument, for the message.
+
+    Returns
+    -------
+    values : tuple of float, or tuple of such tuples
+        Hashable.
+
+    Raises
+    ------
+    VehicleError
+        If the shape is another or a number is not finite.
+
+    Examples
+    --------
+    >>> checked_table([[1, 2]], (1, 2), "curve")
+    ((1.0, 2.0),)
+    """
+    return _nested(checked_array(values, shape, what).tolist())
+
+
+def check_command(command: str, name: str, limit: float | None) -> None:
+    """Raise if the command, the name of its channel or its limit cannot be.
+
+    Parameters
+    ----------
+    command : str
+        What the actuator listens to.
+    name : str
+        Starts the name of the derived channel; empty for the command.
+    limit : float or None
+        Largest command to either side.
+
+    Raises
+    ------
+    VehicleError
+        If one of them cannot be.
+
+    Examples
+    --------
+    >>> check_command("rudder", "", 0.35)
+    """
+    checked_name(command, "command")
+    if name:
+        checked_name(name, "name")
+    if limit is not None:
+        checked_number(limit, "limit", positive=True)
+
+
+def checked_axes(axes: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the free axes if they are some of the six, in order.
+
+    Parameters
+    ----------
+    axes : tuple of str
+        Such as ``("X", "Y", "N")``.
+
+    Returns
+    -------
+    axes : tuple of str
+        The same.
+
+    Raises
+    ------
+    VehicleError
+        If one is unknown, comes twice or out of order, or there is none.
+
+    Examples
+    --------
+    >>> checked_axes(["X", "Y", "N"])
+    ('X', 'Y', 'N')
+    """
+    given = tuple(axes)
+    if not given or given != tuple(axis for axis in AXES if axis in given):
+        got = " ".join(given) or "none"
+        raise VehicleError(f"`axes` must be some of {' '.join(AXES)}, in this order; got {got}")
+    return given
+
+
+def checked_actuators(actuators: tuple[Actuator, ...]) -> tuple[Actuator, ...]:
+    """Return actuators whose channels do not collide.
+
+    Parameters
+    ----------
+    actuators : tuple of Actuator
+        All of one vehicle.
+
+    Returns
+    -------
+    actuators : tuple of Actuator
+        The same.
+
+    Raises
+    ------
+    VehicleError
+        If a derived channel is called like a command or like another one.
+
+    Examples
+    --------
+    >>> checked_actuators(())
+    ()
+    """
+    raw = {name for actuator in actuators for name in actuator.commands}
+    seen: set[str] = set()
+    for name in (name for actuator in actuators for name in actuator.derived):
+        if name in seen or name in raw:
+            other = "a command" if name in raw else "another actuator's channel"
+            raise VehicleError(
+                f"`actuators`: the channel `{name}` has the name of {other}; give the actuator "
+                "a `name` of its own"
+            )
+        seen.add(name)
+    return actuators
+
+
+def checked_force(value: float, what: str) -> float:
+    """Return a weight or a buoyancy, zero or positive.
+
+    Parameters
+    ----------
+    value : float
+        Magnitude of the force [N].
+    what : str
+        The argument, for the message.
+
+    Returns
+    -------
+    value : float
+        The same.
+
+    Raises
+    ------
+    VehicleError
+        If it is negative or not finite.
+
+    Examples
+    --------
+    >>> checked_force(466.5, "weight")
+    466.5
+    """
+    if not (math.isfinite(value) and value >= 0.0):
+        raise VehicleError(f"`{what}` must be zero or positive [N]; got {value}")
+    return float(value)
+
+
+def checked_array(values: npt.ArrayLike, shape: tuple[int | None, ...], what: str) -> FloatArray:
+    """Return a read-only array of finite numbers.
+
+    Parameters
+    ----------
+    values : array_like
+        The numbers.
+    shape : tuple of int or None
+        What is required; None accepts any length.
+    what : str
+        The argument, for the message.
+
+    Returns
+    -------
+    array : ndarray
+        A copy.
+
+    Raises
+    ------
+    VehicleError
+        If the shape is another or a number is not finite.
+
+    Examples
+    --------
+    >>> checked_array([0, 0, 1], (3,), "center_of_gravity").flags.writeable
+    False
+    """
+    try:
+        array = frozen(values, shape, what)
+    except ValueError as error:
+        raise VehicleError(str(error)) from error
+    if not np.isfinite(array).all():
+        raise VehicleError(f"`{what}` must be finite; got {array.tolist()}")
+    return array
+
+
+def _nested(values: Any) -> Any:
+    return tuple(_nested(value) for value in values) if isinstance(values, list) else values

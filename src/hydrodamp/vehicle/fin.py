@@ -1,0 +1,81 @@
+"""A control surface."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from hydrodamp.arrays import FloatArray
+from hydrodamp.basis.term import Term
+from hydrodamp.vehicle.actuation import Column, Gains, command_of, limited
+from hydrodamp.vehicle.checks import check_command, checked_gains
+
+
+@dataclass(frozen=True)
+class Fin:
+    """A control surface: force with u|u| and its angle, drag with the angle squared.
+
+    Attributes
+    ----------
+    command : str
+        The deflection [rad].
+    force : mapping of axis to float
+        N or N m per (m/s)^2 and rad, on u|u|*command; SNAME's Y_uud, N_uud.
+    drag : mapping of axis to float, optional
+        N or N m per (m/s)^2 and rad^2, on u|u|*command^2; X_uudd, negative.
+    limit : float, optional
+        Largest deflection to either side [rad].
+    name : str, optional
+        Starts the name of the limited channel, ``<name>_limited``; the command
+        if not given.
+
+    Raises
+    ------
+    VehicleError
+        If an axis, a number or a name cannot be.
+
+    Examples
+    --------
+    >>> fin = Fin("rudder", {"Y": 9.64, "N": -6.15}, limit=0.35)
+    >>> [(axis, str(term)) for axis, term, value in fin.columns()]
+    [('Y', 'u|u|*rudder_limited'), ('N', 'u|u|*rudder_limited')]
+    """
+
+    command: str
+    force: Gains
+    drag: Gains = ()
+    limit: float | None = None
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        """Check and freeze the fields."""
+        check_command(self.command, self.name, self.limit)
+        object.__setattr__(self, "force", checked_gains(self.force, "force"))
+        object.__setattr__(self, "drag", checked_gains(self.drag, "drag"))
+
+    @property
+    def commands(self) -> tuple[str, ...]:
+        """The deflection."""
+        return (self.command,)
+
+    @property
+    def derived(self) -> tuple[str, ...]:
+        """The limited deflection, where there is a limit."""
+        return () if self.limit is None else (f"{self.name or self.command}_limited",)
+
+    @property
+    def channel(self) -> str:
+        """The channel that its columns use."""
+        return (self.derived or self.commands)[0]
+
+    def channels(self, commands: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+        """Return the deflection within its limit [rad], shape (n,)."""
+        return {self.channel: limited(command_of(commands, self.command), self.limit)}
+
+    def columns(self) -> tuple[Column, ...]:
+        """Return u|u|*angle and u|u|*angle^2 on the axes given."""
+        force = Term.parse(f"u|u|*{self.channel}")
+        drag = Term.parse(f"u|u|*{self.channel}^2")
+        return tuple(
+            Column(axis, force, value) for axis, value in dict(self.force).items()
+        ) + tuple(Column(axis, drag, value) for axis, value in dict(self.drag).items())

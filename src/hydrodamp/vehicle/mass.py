@@ -1,0 +1,187 @@
+"""Mass matrices: the rigid body's, and what any of them must satisfy."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from hydrodamp.arrays import FloatArray, frozen
+from hydrodamp.basis.axes import AXES, VELOCITIES
+from hydrodamp.errors import VehicleError
+from hydrodamp.vehicle.checks import checked_array
+
+SYMMETRY_TOLERANCE = 1e-9
+"""Largest asymmetry accepted, relative to the largest entry."""
+
+InertiaPoint = Literal["origin", "center_of_gravity"]
+"""The point that moments of inertia are taken about."""
+
+
+def cross_matrix(vector: npt.ArrayLike) -> FloatArray:
+    """Return S with ``S @ b == cross(vector, b)``.
+
+    Parameters
+    ----------
+    vector : array_like, shape (3,)
+        Any vector, body frame.
+
+    Returns
+    -------
+    matrix : ndarray, shape (3, 3)
+        Skew-symmetric.
+
+    Examples
+    --------
+    >>> (cross_matrix([1, 0, 0]) @ [0, 1, 0]).tolist()
+    [0.0, 0.0, 1.0]
+    """
+    x, y, z = np.asarray(vector, dtype=np.float64)
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
+def rigid_body_mass_matrix(
+    mass: float,
+    inertia: npt.ArrayLike,
+    center_of_gravity: npt.ArrayLike = (0.0, 0.0, 0.0),
+    inertia_about: InertiaPoint = "origin",
+) -> FloatArray:
+    """Return the mass matrix of a rigid body about the origin of the body frame.
+
+    Parameters
+    ----------
+    mass : float
+        Mass in air, flooded spaces included [kg].
+    inertia : array_like, shape (3,) or (3, 3)
+        Moments of inertia Ixx Iyy Izz, or the inertia tensor [kg m^2].
+    center_of_gravity : array_like, shape (3,), optional
+        r_G, seen from the origin, body frame (z down) [m].
+    inertia_about : {"origin", "center_of_gravity"}, optional
+        The point that ``inertia`` is taken about.
+
+    Returns
+    -------
+    matrix : ndarray, shape (6, 6)
+        Symmetric; [kg], [kg m] and [kg m^2] by blocks.
+
+    Raises
+    ------
+    VehicleError
+        If a number cannot be: no positive mass, an inertia that is not
+        symmetric, or an unknown point.
+
+    Examples
+    --------
+    >>> matrix = rigid_body_mass_matrix(10.0, (1, 2, 2), (0, 0, 0.1))
+    >>> float(matrix[0, 4]), float(matrix[1, 3])
+    (1.0, -1.0)
+
+    References
+    ----------
+    .. [1] T. I. Fossen, "Handbook of Marine Craft Hydrodynamics and Motion
+       Control", 2nd ed., 2021, chapter 3 (there M_RB).
+    """
+    if not (np.isfinite(mass) and mass > 0.0):
+        raise VehicleError(f"`mass` must be positive [kg]; got {mass}")
+    arm = cross_matrix(checked_array(center_of_gravity, (3,), "center_of_gravity"))
+    matrix = np.zeros((6, 6))
+    matrix[:3, :3] = mass * np.eye(3)
+    matrix[:3, 3:] = -mass * arm
+    matrix[3:, :3] = mass * arm
+    matrix[3:, 3:] = _tensor(inertia) + _steiner(mass, arm, inertia_about)
+    return frozen(matrix)
+
+
+def checked_mass_matrix(matrix: npt.ArrayLike, axes: Sequence[str] = AXES) -> FloatArray:
+    """Return ``matrix`` as a read-only 6 x 6 array, sound on the free axes.
+
+    Parameters
+    ----------
+    matrix : array_like, shape (6, 6) or (k, k)
+        Rigid body plus added mass; k x k are the rows of k free axes alone,
+        the rest is then zero.
+    axes : sequence of str, optional
+        The free axes.
+
+    Returns
+    -------
+    matrix : ndarray, shape (6, 6)
+        Made exactly symmetric on the free axes.
+
+    Raises
+    ------
+    VehicleError
+        If the block of the free axes is not symmetric and positive-definite.
+        The message names the smallest eigenvalue and its direction.
+
+    Examples
+    --------
+    >>> checked_mass_matrix([[2, 0, 0], [0, 3, 0.5], [0, 0.5, 1]], ("X", "Y", "N")).shape
+    (6, 6)
+    """
+    free = np.array([AXES.index(axis) for axis in axes])
+    full = _six_by_six(matrix, free)
+    block = full[np.ix_(free, free)]
+    _require_symmetric(block, axes)
+    block = (block + block.T) / 2.0
+    _require_positive(block, axes)
+    full[np.ix_(free, free)] = block
+    return frozen(full)
+
+
+def _six_by_six(matrix: npt.ArrayLike, free: npt.NDArray[np.int_]) -> FloatArray:
+    given = np.array(checked_array(matrix, (None, None), "mass_matrix"))
+    if given.shape == (6, 6):
+        full = given
+    elif given.shape == (len(free), len(free)):
+        full = np.zeros((6, 6))
+        full[np.ix_(free, free)] = given
+    else:
+        shapes = "(6, 6)" if len(free) == 6 else f"(6, 6) or ({len(free)}, {len(free)})"
+        raise VehicleError(f"`mass_matrix` must have shape {shapes}; got {given.shape}")
+    return full
+
+
+def _require_symmetric(block: FloatArray, axes: Sequence[str]) -> None:
+    gap = np.abs(block - block.T)
+    if gap.max() <= SYMMETRY_TOLERANCE * np.abs(block).max():
+        return
+    i, j = divmod(int(np.argmax(gap)), len(axes))
+    raise VehicleError(
+        f"`mass_matrix` must be symmetric on the free axes; got {block[i, j]:g} in row {axes[i]}, "
+        f"column {VELOCITIES[AXES.index(axes[j])]} and {block[j, i]:g} in its mirror place. "
+        "If the source lists two values, enter their mean in both places."
+    )
+
+
+def _require_positive(block: FloatArray, axes: Sequence[str]) -> None:
+    values, vectors = np.linalg.eigh(block)
+    if values[0] > 0.0:
+        return
+    mostly = VELOCITIES[AXES.index(axes[int(np.argmax(np.abs(vectors[:, 0])))])]
+    raise VehicleError(
+        f"`mass_matrix` must be positive-definite on the free axes; its smallest eigenvalue is "
+        f"{values[0]:.4g} (direction mostly {mostly}). Check the sign of the added mass: "
+        "derivatives such as M_qdot are negative and enter as M = M_rigid - M_qdot."
+    )
+
+
+def _steiner(mass: float, arm: FloatArray, inertia_about: str) -> FloatArray | float:
+    if inertia_about not in ("origin", "center_of_gravity"):
+        raise VehicleError(
+            f"`inertia_about` must be 'origin' or 'center_of_gravity'; got {inertia_about!r}"
+        )
+    return -mass * arm @ arm if inertia_about == "center_of_gravity" else 0.0
+
+
+def _tensor(inertia: npt.ArrayLike) -> FloatArray:
+    given = np.asarray(inertia, dtype=np.float64)
+    tensor = np.diag(given) if given.shape == (3,) else given
+    if tensor.shape != (3, 3) or not np.allclose(tensor, tensor.T, rtol=1e-9, atol=0.0):
+        raise VehicleError(
+            "`inertia` must be three moments Ixx Iyy Izz or a symmetric 3 x 3 tensor [kg m^2]; "
+            f"got {given.tolist()}"
+        )
+    return tensor

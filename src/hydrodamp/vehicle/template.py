@@ -1,0 +1,141 @@
+"""The text of a vehicle file to fill in."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+
+from hydrodamp.arrays import FloatArray
+from hydrodamp.errors import VehicleError
+from hydrodamp.vehicle.vehicle import Vehicle
+
+_TEXT = """\
+# A vehicle for hydrodamp. Frame: x forward, y starboard, z down; SI units, angles in rad.
+# All positions are seen from one origin, which is also where velocities are recorded.
+name: {name}
+source: {source}
+
+# Free axes. A surface craft or a planar model has fewer, such as [X, Y, N].
+axes: [X, Y, Z, K, M, N]
+
+rigid_body:
+  mass: {mass} # kg, flooded spaces included
+  inertia: {inertia} # kg m^2: Ixx, Iyy, Izz
+  inertia_about: {about} # or {other}
+
+# Added mass, positive: minus the derivatives X_udot, Y_vdot ... N_rdot on the diagonal, and
+# minus the mean of each pair such as Y_rdot and N_vdot in both places off it.
+added_mass:
+{added}
+
+# Instead of rigid_body: mass_matrix, 6 x 6, the sum of rigid body and added mass.
+
+weight: {weight} # N, positive; not needed where none of Z, K, M is free
+buoyancy: {buoyancy} # N, positive
+center_of_gravity: {gravity} # m
+center_of_buoyancy: {lift} # m, z smaller than that of gravity if it lies above
+
+# What is known of the actuation, in newtons. Leave out what is not: a log with commands of
+# unknown gain is fitted with terms such as u|u|*rudder or ch_forward. Examples:
+#
+#   - {{kind: fin, command: rudder, force: {{Y: 9.0, N: -9.0}}, drag: {{X: -4.7}}, limit: 0.35}}
+#       force per u|u|*angle, drag per u|u|*angle^2, limit in rad
+#   - {{kind: propeller, command: rpm, thrust: 3.2e-6, speed_slope: 0.001}}
+#       thrust per rpm*|rpm|; steady speed u_c = 0.001*rpm [m/s]
+#   - {{kind: thruster, command: port, position: [-0.2, -0.1, 0], direction: [1, 0, 0], gain: 40}}
+#       or, instead of the gain, curve: [[-1, -40], [0, 0], [1, 50]] of command and newtons;
+#       dead_zone: [-0.1, 0.1] and limit: 1 are optional
+#   - {{kind: matrix, commands: [ch_forward], wrench: [[35, 0, 0, 0, 0, 0]]}}
+#       X Y Z K M N per unit of each command
+actuators: []
+"""
+
+
+def vehicle_template(
+    name: str = "my-vehicle",
+    *,
+    length: float | None = None,
+    diameter: float | None = None,
+    mass: float | None = None,
+) -> str:
+    """Return the text of a vehicle file.
+
+    Parameters
+    ----------
+    name : str, optional
+        What to call the vehicle.
+    length, diameter : float, optional
+        Of the hull [m].
+    mass : float, optional
+        Flooded spaces included [kg]. With all three the file is an estimate
+        that can be used as it is; with none, numbers are left empty.
+
+    Returns
+    -------
+    text : str
+        Commented YAML.
+
+    Raises
+    ------
+    VehicleError
+        If only some of the sizes are given, or one cannot be.
+
+    Examples
+    --------
+    >>> from hydrodamp.vehicle.file import parse_vehicle
+    >>> parse_vehicle(vehicle_template("mine", length=1.33, diameter=0.19, mass=30.5)).name
+    'mine'
+    """
+    if length is None and diameter is None and mass is None:
+        return _TEXT.format(**_empty(name))
+    if length is None or diameter is None or mass is None:
+        raise VehicleError("an estimate needs `length`, `diameter` and `mass` together, or none")
+    return _TEXT.format(**_estimate(Vehicle.from_hull(length, diameter, mass, name=name), mass))
+
+
+def _empty(name: str) -> dict[str, str]:
+    fields = ("mass", "weight", "buoyancy", "gravity", "lift")
+    return {
+        **dict.fromkeys(fields, ""),
+        "name": json.dumps(name),
+        "source": '""',
+        "inertia": "[null, null, null]",
+        "about": "origin",
+        "other": "center_of_gravity",
+        "added": "\n".join(f"  - {_empty_row(i)}" for i in range(6)),
+    }
+
+
+def _estimate(vehicle: Vehicle, mass: float) -> dict[str, str]:
+    added = np.zeros((6, 6)) if vehicle.added_mass is None else vehicle.added_mass
+    inertia = (vehicle.mass_matrix - added).diagonal()[3:]
+    return {
+        "name": json.dumps(vehicle.name),
+        "source": json.dumps(f"{vehicle.source}: {vehicle.note}"),
+        "mass": repr(float(mass)),
+        "inertia": _list(inertia),
+        "about": "center_of_gravity",
+        "other": "origin",
+        "added": _rows(added),
+        "weight": _number(vehicle.weight),
+        "buoyancy": _number(vehicle.buoyancy),
+        "gravity": _list(vehicle.center_of_gravity),
+        "lift": _list(vehicle.center_of_buoyancy),
+    }
+
+
+def _empty_row(diagonal: int) -> str:
+    return "[" + ", ".join("null" if i == diagonal else "0" for i in range(6)) + "]"
+
+
+def _rows(matrix: FloatArray) -> str:
+    return "\n".join(f"  - {_list(row)}" for row in matrix)
+
+
+def _list(values: FloatArray) -> str:
+    return "[" + ", ".join(_number(value) for value in values) + "]"
+
+
+def _number(value: float) -> str:
+    return f"{value:.6g}"

@@ -1,0 +1,348 @@
+"""The vehicle: everything equation 1 knows before a log is read."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from hydrodamp.arrays import BoolArray, FloatArray, frozen
+from hydrodamp.basis.axes import AXES
+from hydrodamp.basis.basis import Basis
+from hydrodamp.vehicle.actuation import Actuator
+from hydrodamp.vehicle.checks import checked_actuators, checked_array, checked_axes, checked_force
+from hydrodamp.vehicle.columns import KnownColumns, gather, restoring_columns, restoring_matrix
+from hydrodamp.vehicle.hull import (
+    STANDARD_GRAVITY,
+    Shape,
+    check_hull,
+    hull_added_mass,
+    hull_inertia,
+)
+from hydrodamp.vehicle.mass import checked_mass_matrix, rigid_body_mass_matrix
+from hydrodamp.vehicle.propeller import Propeller
+
+
+def mass_matrix_digest(matrix: npt.ArrayLike) -> str:
+    """Return a short fingerprint of a mass matrix.
+
+    Parameters
+    ----------
+    matrix : array_like, shape (6, 6)
+        Any mass matrix.
+
+    Returns
+    -------
+    digest : str
+        Sixteen hexadecimal digits of the SHA-256 of the entries, rounded to nine decimals.
+
+    Examples
+    --------
+    >>> mass_matrix_digest([[1.0, -0.0]]) == mass_matrix_digest([[1.0 + 1e-12, 0.0]])
+    True
+    """
+    rounded = np.round(np.asarray(matrix, dtype="<f8"), 9) + 0.0
+    return hashlib.sha256(rounded.tobytes()).hexdigest()[:16]
+
+
+@dataclass(frozen=True, eq=False)
+class Vehicle:
+    """Mass, restoring and actuators of a marine craft; it owns no damping.
+
+    Attributes
+    ----------
+    name : str
+        What to call it.
+    mass_matrix : ndarray, shape (6, 6)
+        Rigid body plus added mass about the origin of the body frame, in [1]_
+        M. With k free axes a k x k block may be given.
+    weight, buoyancy : float
+        Both positive [N]; in [1]_ g and -b.
+    center_of_gravity, center_of_buoyancy : ndarray, shape (3,)
+        r_G and r_B from the origin, body frame: a center of buoyancy above the
+        center of gravity has the smaller z [m].
+    actuators : tuple of Matrix, Fin, Propeller or Thruster
+        What turns commands into a known wrench.
+    axes : tuple of str
+        The free axes; the velocities of the others are zero.
+    source, note : str
+        Where the numbers come from, and what to know about them.
+    added_mass : ndarray, shape (6, 6), or None
+        The part of ``mass_matrix`` that is added mass, where it is known.
+
+    Raises
+    ------
+    VehicleError
+        If the mass matrix is not symmetric positive-definite on the free axes,
+        or a number, an axis or an actuator cannot be.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> vehicle = Vehicle("cube", np.eye(6), weight=10.0, buoyancy=9.0)
+    >>> vehicle.restoring_wrench([[0, 0, 1]])[0, :3].tolist()
+    [0.0, 0.0, 1.0]
+
+    References
+    ----------
+    .. [1] Gibson et al., "A Comparison of Hydrodynamic Damping Models Using
+       Least-Squares and Adaptive Identifier Methods for Autonomous Underwater
+       Vehicles", OCEANS 2015, equation 1.
+    """
+
+    name: str
+    mass_matrix: FloatArray
+    weight: float
+    buoyancy: float
+    center_of_gravity: FloatArray = field(default_factory=lambda: np.zeros(3))
+    center_of_buoyancy: FloatArray = field(default_factory=lambda: np.zeros(3))
+    actuators: tuple[Actuator, ...] = ()
+    axes: tuple[str, ...] = AXES
+    source: str = ""
+    note: str = ""
+    added_mass: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        """Check every field and copy the arrays."""
+        fixed: dict[str, Any] = {
+            "axes": checked_axes(self.axes),
+            "weight": checked_force(self.weight, "weight"),
+            "buoyancy": checked_force(self.buoyancy, "buoyancy"),
+            "center_of_gravity": checked_array(self.center_of_gravity, (3,), "center_of_gravity"),
+            "center_of_buoyancy": checked_array(
+                self.center_of_buoyancy, (3,), "center_of_buoyancy"
+            ),
+            "actuators": checked_actuators(tuple(self.actuators)),
+        }
+        fixed["mass_matrix"] = checked_mass_matrix(self.mass_matrix, fixed["axes"])
+        if self.added_mass is not None:
+            fixed["added_mass"] = checked_array(self.added_mass, (6, 6), "added_mass")
+        for name, value in fixed.items():
+            object.__setattr__(self, name, value)
+
+    @classmethod
+    def from_hull(
+        cls,
+        length: float,
+        diameter: float,
+        mass: float,
+        *,
+        name: str = "hull",
+        shape: Shape = "spheroid",
+        buoyancy: float | None = None,
+        center_of_gravity: npt.ArrayLike = (0.0, 0.0, 0.0),
+        center_of_buoyancy: npt.ArrayLike = (0.0, 0.0, 0.0),
+        actuators: tuple[Actuator, ...] = (),
+    ) -> Vehicle:
+        """Estimate a torpedo-shaped vehicle from its size.
+
+        The origin is the middle of the hull. Added mass is that of the water
+        the vehicle displaces, as a spheroid (Lamb) or a cylinder (strip
+        theory) of its length over diameter.
+
+        Parameters
+        ----------
+        length, diameter : float
+            Of the hull [m].
+        mass : float
+            With everything that moves along, flooded spaces included [kg].
+        name : str, optional
+            What to call it.
+        shape : {"spheroid", "cylinder"}, optional
+            Whose added mass and inertia to take.
+        buoyancy : float, optional
+            [N]; neutral if not given.
+        center_of_gravity, center_of_buoyancy : array_like, shape (3,), optional
+            From the middle of the hull, body frame (z down) [m].
+        actuators : tuple, optional
+            Fins, propellers, thrusters.
+
+        Returns
+        -------
+        vehicle : Vehicle
+            Its note says that it is an estimate.
+
+        Raises
+        ------
+        VehicleError
+            If a size is not positive or the hull is wider than long.
+
+        Examples
+        --------
+        >>> vehicle = Vehicle.from_hull(length=1.33, diameter=0.19, mass=30.5)
+        >>> [round(float(m), 1) for m in vehicle.mass_matrix.diagonal()[:3]]
+        [31.6, 59.0, 59.0]
+        """
+        check_hull(length, diameter, mass)
+        weight = mass * STANDARD_GRAVITY
+        lift = weight if buoyancy is None else buoyancy
+        inertia = hull_inertia(length, diameter, mass, shape)
+        rigid = rigid_body_mass_matrix(mass, inertia, center_of_gravity, "center_of_gravity")
+        displaced = lift / STANDARD_GRAVITY
+        added = hull_added_mass(length, diameter, displaced, float(inertia[0]), shape)
+        return cls(
+            name=name,
+            mass_matrix=rigid + added,
+            weight=weight,
+            buoyancy=lift,
+            center_of_gravity=np.asarray(center_of_gravity),
+            center_of_buoyancy=np.asarray(center_of_buoyancy),
+            actuators=actuators,
+            source=f"estimate from length {length:g} m, diameter {diameter:g} m, mass {mass:g} kg",
+            note=f"added mass and inertia of a {shape} of this size; roll from small fins. "
+            "Expect 10 % in sway and heave, 30 % in pitch and yaw.",
+            added_mass=added,
+        )
+
+    @property
+    def commands(self) -> tuple[str, ...]:
+        """Names of the commands that the actuators use, each once."""
+        return tuple(dict.fromkeys(name for one in self.actuators for name in one.commands))
+
+    @property
+    def free(self) -> BoolArray:
+        """Which of the six axes are free; shape (6,)."""
+        return np.array([axis in self.axes for axis in AXES])
+
+    @cached_property
+    def restoring_matrix(self) -> FloatArray:
+        """What turns R^T e3 into the restoring wrench; shape (6, 3)."""
+        return frozen(
+            restoring_matrix(
+                self.weight, self.buoyancy, self.center_of_gravity, self.center_of_buoyancy
+            )
+        )
+
+    def known_columns(self) -> KnownColumns:
+        """Return restoring and actuators as columns of the regressor.
+
+        Returns
+        -------
+        known : KnownColumns
+            Everything known of equation 1 but H(M nu) nu and a recorded
+            wrench; columns that would be zero are left out.
+        """
+        columns = list(restoring_columns(self.restoring_matrix))
+        for actuator in self.actuators:
+            columns.extend(actuator.columns())
+        return gather(columns)
+
+    def channels(self, commands: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+        """Return every channel that the known columns use.
+
+        Parameters
+        ----------
+        commands : mapping of str to ndarray, shape (n,)
+            What was recorded.
+
+        Returns
+        -------
+        channels : dict of str to ndarray, shape (n,)
+            Commands as they are, or limited and turned into thrust.
+
+        Raises
+        ------
+        VehicleError
+            If a command is missing.
+        """
+        return {
+            name: values
+            for actuator in self.actuators
+            for name, values in actuator.channels(commands).items()
+        }
+
+    def propulsion_speed(self, commands: Mapping[str, FloatArray]) -> FloatArray | None:
+        """Return u_c, the steady surge speed that the present propeller speed gives.
+
+        Parameters
+        ----------
+        commands : mapping of str to ndarray, shape (n,)
+            What was recorded.
+
+        Returns
+        -------
+        speed : ndarray, shape (n,), or None
+            [m/s]; the mean of several propellers, None where none knows its
+            own or no propeller speed was recorded.
+        """
+        propellers = [one for one in self.actuators if isinstance(one, Propeller)]
+        speeds = [one.propulsion_speed(commands) for one in propellers if one.command in commands]
+        known = [speed for speed in speeds if speed is not None]
+        return np.asarray(np.mean(known, axis=0)) if known else None
+
+    def restoring_wrench(self, down: npt.ArrayLike) -> FloatArray:
+        """Return the wrench of weight and buoyancy.
+
+        Parameters
+        ----------
+        down : array_like, shape (n, 3)
+            R^T e3, the downward unit vector in the body frame.
+
+        Returns
+        -------
+        wrench : ndarray, shape (n, 6)
+            X Y Z [N] and K M N [N m], body frame, on the right-hand side; in
+            the paper G(R).
+        """
+        directions: FloatArray = np.asarray(down, dtype=np.float64)
+        return directions @ self.restoring_matrix.T
+
+    def known_wrench(
+        self,
+        velocity: npt.ArrayLike,
+        down: npt.ArrayLike,
+        commands: Mapping[str, FloatArray] | None = None,
+    ) -> FloatArray:
+        """Return restoring and actuator wrenches together.
+
+        Parameters
+        ----------
+        velocity : array_like, shape (n, 6)
+            u v w [m/s] and p q r [rad/s].
+        down : array_like, shape (n, 3)
+            R^T e3, the downward unit vector in the body frame.
+        commands : mapping of str to ndarray, shape (n,), optional
+            What the actuators listen to.
+
+        Returns
+        -------
+        wrench : ndarray, shape (n, 6)
+            X Y Z [N] and K M N [N m], body frame, on the right-hand side;
+            without H(M nu) nu.
+
+        Raises
+        ------
+        VehicleError
+            If a command is missing.
+        """
+        known = self.known_columns()
+        regressor = Basis(known.terms).evaluate(
+            velocity, down=down, commands=self.channels(commands or {})
+        )
+        return regressor @ known.matrix.T
+
+    def __eq__(self, other: object) -> bool:
+        """Tell whether every field is the same."""
+        if not isinstance(other, Vehicle):
+            return NotImplemented
+        return all(
+            np.array_equal(getattr(self, part.name), getattr(other, part.name))
+            if isinstance(getattr(self, part.name), np.ndarray)
+            else getattr(self, part.name) == getattr(other, part.name)
+            for part in fields(self)
+        )
+
+    def __hash__(self) -> int:
+        """Return a hash of the name and the numbers of the mass matrix."""
+        return hash((self.name, mass_matrix_digest(self.mass_matrix)))
+
+    def __str__(self) -> str:
+        """Return the vehicle on one screen."""
+        from hydrodamp.vehicle.describe import describe
+
+        return describe(self)

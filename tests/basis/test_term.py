@@ -1,0 +1,231 @@
+"""Spelling, equality and meaning of terms."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hydrodamp.basis.atoms import ATOMS, atom_index
+from hydrodamp.basis.basis import UNION
+from hydrodamp.basis.command_names import RESERVED, check_command_name
+from hydrodamp.basis.term import Term
+from hydrodamp.errors import TermError
+
+COMMANDED = [
+    "u|u|*rudder",
+    "ch_forward",
+    "rpm*|rpm|",
+    "rudder^2",
+    "u|u|*rudder^2",
+    "down_y",
+    "1",
+    "u^2v",
+    "v^2|v|",
+    "|port|*starboard",
+    "U^2",
+    "Vdown_x*rudder",
+]
+
+# The atom places of the kernels' table, written out independently.
+PLACES = {
+    "1": 0,
+    "u": 1,
+    "v": 2,
+    "w": 3,
+    "p": 4,
+    "q": 5,
+    "r": 6,
+    "|u|": 7,
+    "|v|": 8,
+    "|w|": 9,
+    "|p|": 10,
+    "|q|": 11,
+    "|r|": 12,
+    "U": 13,
+    "V": 14,
+    "V_v": 15,
+    "V_w": 16,
+    "(eta-1)": 17,
+    "down_x": 18,
+    "down_y": 19,
+    "down_z": 20,
+}
+
+
+def test_atoms_have_the_places_of_the_kernels_table():
+    assert {atom: atom_index(atom) for atom in ATOMS} == PLACES
+
+
+def test_channels_follow_the_reserved_atoms_and_then_their_absolute_values():
+    channels = ("rpm", "rudder", "elevator")
+    names = ["rpm", "rudder", "elevator", "|rpm|", "|rudder|", "|elevator|"]
+    assert [atom_index(name, channels) for name in names] == [21, 22, 23, 24, 25, 26]
+
+
+def test_a_command_that_is_no_channel_is_named_with_the_nearest():
+    with pytest.raises(TermError, match=r"`ruder` is not a channel.*Did you mean 'rudder'"):
+        atom_index("ruder", ("rudder",))
+    with pytest.raises(TermError, match="the channels are: none"):
+        atom_index("rudder")
+
+
+@pytest.mark.parametrize("spelling", [*map(str, UNION), *COMMANDED])
+def test_every_spelling_prints_as_it_is_typed(spelling):
+    assert str(Term.parse(spelling)) == spelling
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        ("|r|v", "v|r|"),
+        ("|u||u|", "u^2"),
+        ("|u|^2", "u^2"),
+        ("uu", "u^2"),
+        ("u*v", "uv"),
+        ("rv", "vr"),
+        ("V_v|r|", "|r|V_v"),
+        ("(eta-1)Vw", "wV(eta-1)"),
+        ("rudder*u|u|", "u|u|*rudder"),
+        ("rudder*u*|u|", "u|u|*rudder"),
+        ("|rpm|*rpm", "rpm*|rpm|"),
+        ("|rpm|*|rpm|", "rpm^2"),
+        ("uv", "vu"),
+        ("1*u", "u"),
+        ("1*rudder", "rudder"),
+        ("|v||v||v|", "v^2|v|"),
+    ],
+)
+def test_spellings_of_the_same_product_are_equal(one, other):
+    assert Term.parse(one) == Term.parse(other)
+    assert hash(Term.parse(one)) == hash(Term.parse(other))
+    assert str(Term.parse(one)) == str(Term.parse(other))
+
+
+atoms = st.one_of(st.sampled_from(ATOMS), st.sampled_from(["rudder", "|rudder|", "ch_4"]))
+
+
+@given(st.lists(atoms, max_size=4))
+def test_parse_undoes_print_for_any_product(factors):
+    term = Term(tuple(factors))
+    assert Term.parse(str(term)) == term
+    assert len(term.factors) <= 4
+    assert str(Term.parse(str(term))) == str(term)
+
+
+@given(st.lists(atoms, max_size=4), st.randoms(use_true_random=False))
+def test_the_order_of_factors_does_not_matter(factors, random):
+    shuffled = list(factors)
+    random.shuffle(shuffled)
+    assert Term(tuple(shuffled)) == Term(tuple(factors))
+
+
+@pytest.mark.parametrize(
+    ("spelling", "says"),
+    [
+        ("v|x|", r"stuck at '\|x\|'"),
+        ("", "must not be empty"),
+        ("  ", "must not be empty"),
+        ("eta", r"bare 'eta' is not an atom. Write '\(eta-1\)'"),
+        ("|eta|", r"Write '\(eta-1\)'"),
+        ("u^2eta", r"stuck at 'eta'; the propulsion ratio enters as '\(eta-1\)'"),
+        ("eta-1", r"enters as '\(eta-1\)'"),
+        ("uv*", r"nothing stands beside a '\*'"),
+        ("u**v", r"nothing stands beside a '\*'"),
+        ("u v", "stuck at ' v'"),
+        ("|u", r"stuck at '\|u'"),
+        ("|rpm", "stuck at"),
+        ("rpm|rpm|", r"join commands by '\*'"),
+        ("time", "`time` is reserved"),
+        ("u^5", "5 factors; a term has at most 4"),
+        ("u^2v^2|w|", "5 factors"),
+        ("rpm^0", "stuck at"),
+    ],
+)
+def test_what_is_no_term_is_refused_with_where_it_is_stuck(spelling, says):
+    with pytest.raises(TermError, match=says):
+        Term.parse(spelling)
+
+
+def test_factors_must_be_atoms_or_commands():
+    with pytest.raises(TermError, match="`x y` must be letters"):
+        Term(("x y",))
+
+
+def test_what_a_term_contains():
+    term = Term.parse("V(eta-1)*rudder*|rpm|")
+    assert term.factors == ("V", "(eta-1)", "|rpm|", "rudder")
+    assert term.commands == ("rpm", "rudder")
+    assert Term.parse("r|p|").velocities == ("p", "r")
+    assert Term.parse("qV").velocities == ("v", "w", "q")
+    assert Term.parse("rU").velocities == ("u", "v", "w", "r")
+    assert Term.parse("rpm*|rpm|").commands == ("rpm",)
+    assert Term.parse("1").factors == ()
+    assert term.needs_propulsion
+    assert not Term.parse("vV").needs_propulsion
+    assert Term.parse("vdown_y").needs_attitude
+    assert not Term.parse("v*rudder").needs_attitude
+    assert repr(Term.parse("v|r|")) == "Term.parse('v|r|')"
+
+
+@pytest.mark.parametrize(
+    ("spelling", "locked", "vanishes"),
+    [
+        ("u|w|", "w", True),
+        ("u|w|", "v", False),
+        ("V", "w", False),
+        ("V", "vw", True),
+        ("V_w", "w", True),
+        ("V_v", "w", False),
+        ("U", "vw", False),
+        ("U", "uvw", True),
+        ("u(eta-1)", "w", False),
+        ("w(eta-1)", "w", True),
+        ("down_y", "uvwpqr", False),
+        ("rudder", "uvwpqr", False),
+        ("1", "uvwpqr", False),
+    ],
+)
+def test_what_vanishes_without_some_velocities(spelling, locked, vanishes):
+    assert Term.parse(spelling).vanishes_without(set(locked)) is vanishes
+
+
+@pytest.mark.parametrize(
+    ("spelling", "latex"),
+    [
+        ("1", "1"),
+        ("u^2", "u^{2}"),
+        ("v|r|", r"v\lvert r\rvert"),
+        ("|r|V_v", r"\lvert r\rvert V_v"),
+        ("wV(eta-1)", r"wV(\bar\eta-1)"),
+        ("vdown_y", r"v\mathrm{down}_y"),
+        ("u|u|*ch_4^2", r"u\,\lvert u\rvert\,\mathrm{ch\_4}^{2}"),
+    ],
+)
+def test_latex(spelling, latex):
+    assert Term.parse(spelling).latex() == latex
+
+
+@pytest.mark.parametrize("name", ["rudder", "ch_forward", "rpm", "port_thrust", "n1", "_x", "u1"])
+def test_command_names_that_may_be(name):
+    check_command_name(name)
+    assert Term.parse(name).commands == (name,)
+
+
+@pytest.mark.parametrize("name", RESERVED)
+def test_reserved_names_are_no_commands(name):
+    with pytest.raises(TermError, match=f"`{name}` is reserved. Rename it, to 'cmd_{name}'"):
+        check_command_name(name)
+
+
+def test_names_that_read_as_products_are_no_commands():
+    with pytest.raises(TermError, match=r"`pwr` reads as the product p\*w\*r"):
+        check_command_name("pwr")
+    with pytest.raises(TermError, match=r"reads as the product V_v\*r"):
+        check_command_name("V_vr")
+
+
+@pytest.mark.parametrize("name", ["", "2nd", "fin angle", "ch-forward", "rpm|", "délta"])
+def test_names_that_are_no_identifiers_are_no_commands(name):
+    with pytest.raises(TermError, match="must be letters, digits and underscores"):
+        check_command_name(name)

@@ -1,0 +1,58 @@
+from __future__ import annotations
+
+import warnings
+
+import pytest
+import typer
+
+from hydrodamp.cli.guard import guarded
+from hydrodamp.errors import GapWarning, LogError
+
+
+def status(error: BaseException) -> int:
+    def command() -> None:
+        raise error
+
+    with pytest.raises(typer.Exit) as caught:
+        guarded(command)()
+    return caught.value.exit_code
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "words"),
+    [
+        (LogError(["one", "two"], source="a.csv"), 2, "error: a.csv: 2 faults\n  - one\n  - two"),
+        (PermissionError(13, "Permission denied", "a.csv"), 2, "error: a.csv: Permission denied"),
+        (OSError("odd"), 2, "error: file: odd"),
+        (KeyError("x"), 1, "error: internal failure: KeyError: 'x' (test_guard.py:"),
+        (KeyboardInterrupt(), 130, "interrupted"),
+    ],
+)
+def test_errors_become_a_sentence_and_a_status(
+    error: BaseException, code: int, words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert status(error) == code
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith(words)
+
+
+def test_what_typer_raises_passes() -> None:
+    assert status(typer.Exit(5)) == 5
+
+
+def test_a_closed_pipe_is_left_to_typer() -> None:
+    def command() -> None:
+        raise BrokenPipeError
+
+    with pytest.raises(BrokenPipeError):
+        guarded(command)()
+
+
+def test_warnings_are_one_line_each_and_come_once(capsys: pytest.CaptureFixture[str]) -> None:
+    def command() -> None:
+        for _ in range(2):
+            warnings.warn("split\n  in two", GapWarning, stacklevel=2)
+
+    guarded(command)()
+    assert capsys.readouterr().err == "warning: split in two\n"

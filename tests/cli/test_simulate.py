@@ -1,0 +1,88 @@
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import Result
+
+from hydrodamp.data.read import read_log
+
+Call = Callable[..., Result]
+
+
+@pytest.fixture
+def damping(folder: Path, call: Call) -> str:
+    done = call("identify a.csv --vehicle planar.yaml --model linear --out d.json")
+    assert done.exit_code == 0, done.output
+    return "d.json"
+
+
+def test_prints_the_score(folder: Path, call: Call, damping: str) -> None:
+    done = call(f"simulate b.csv --vehicle planar.yaml --damping {damping}")
+    assert done.exit_code == 0, done.output
+    assert "RMS error" in done.stdout
+    assert done.stderr == ""
+
+
+def test_writes_the_simulated_log(folder: Path, call: Call, damping: str) -> None:
+    done = call(f"simulate b.csv --vehicle planar.yaml --damping {damping} --out t.csv --json")
+    assert done.exit_code == 0, done.output
+    score = json.loads(done.stdout)
+    measured, simulated = read_log(folder / "b.csv"), read_log(folder / "t.csv")
+    assert simulated.velocity_names == ("u", "v", "r")
+    error = np.degrees(simulated.velocity[:, 5] - measured.velocity[:, 5])
+    assert score["rms_by_axis"]["r"] == pytest.approx(np.sqrt(np.mean(error**2)))
+    assert simulated.command_names == measured.command_names
+
+
+def test_another_vehicle_is_warned_of(folder: Path, call: Call, damping: str) -> None:
+    text = (folder / "planar.yaml").read_text("utf-8")
+    (folder / "heavy.yaml").write_text(text.replace("[20, 0, 0]", "[25, 0, 0]"), "utf-8")
+    done = call(f"simulate b.csv --vehicle heavy.yaml --damping {damping}")
+    assert done.exit_code == 0
+    assert done.stderr.startswith("warning: These coefficients belong to vehicle 'planar'")
+    assert len(done.stderr.splitlines()) == 1
+
+
+def test_a_diverged_replay_failed(folder: Path, call: Call, damping: str) -> None:
+    document = json.loads((folder / damping).read_text("utf-8"))
+    document["coefficients"]["X_u"] = 300.0
+    (folder / "wild.json").write_text(json.dumps(document), "utf-8")
+    line = "simulate b.csv --vehicle planar.yaml --damping wild.json"
+    done = call(f"{line} --json --out t.csv")
+    assert done.exit_code == 1
+    assert json.loads(done.stdout)["rms"] is None
+    assert json.loads(done.stdout)["diverged_at"][0]["segment"] == "1"
+    assert "error: the replay diverged in 1 after" in done.stderr
+    assert read_log(folder / "t.csv").n < 400
+
+
+def test_a_simulated_attitude_needs_a_recorded_one(folder: Path, call: Call, damping: str) -> None:
+    done = call(
+        f"simulate b.csv --vehicle planar.yaml --damping {damping} --attitude simulated --out t.csv"
+    )
+    assert done.exit_code == 2
+    assert "attitude" in done.stderr
+    assert not (folder / "t.csv").exists()
+
+
+def test_a_damping_file_that_is_none(folder: Path, call: Call) -> None:
+    (folder / "bad.json").write_text("{", "utf-8")
+    done = call("simulate b.csv --vehicle planar.yaml --damping bad.json")
+    assert done.exit_code == 2
+    assert "bad.json: is no JSON: line 1" in done.stderr
+
+
+def test_a_replay_that_diverges_at_once_leaves_no_log(
+    folder: Path, call: Call, damping: str
+) -> None:
+    document = json.loads((folder / damping).read_text("utf-8"))
+    document["coefficients"]["X_u"] = 1e9
+    (folder / "wild.json").write_text(json.dumps(document), "utf-8")
+    done = call("simulate b.csv --vehicle planar.yaml --damping wild.json --out t.csv")
+    assert done.exit_code == 1
+    assert "error: the replay diverged in 1 after 0.1 s" in done.stderr
+    assert not (folder / "t.csv").exists()

@@ -1,0 +1,42 @@
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+from typer.testing import Result
+
+from hydrodamp.vehicle.file import read_vehicle
+
+Call = Callable[..., Result]
+SIZES = "--length 1.6 --diameter 0.19 --mass 40"
+
+
+def test_an_estimate_can_be_used_as_it_is(folder: Path, call: Call) -> None:
+    done = call(f"vehicle new mine.yaml {SIZES} --json")
+    assert done.exit_code == 0, done.output
+    assert json.loads(done.stdout) == {"path": "mine.yaml", "complete": True}
+    assert read_vehicle(folder / "mine.yaml").name == "mine"
+
+
+def test_a_file_to_fill_in(folder: Path, call: Call) -> None:
+    done = call("vehicle new empty.yaml")
+    assert done.exit_code == 0
+    assert "fill in its numbers" in done.stderr
+    assert "mass_matrix" in (folder / "empty.yaml").read_text("utf-8")
+
+
+def test_a_file_that_is_there_is_kept_unless_forced(folder: Path, call: Call) -> None:
+    before = (folder / "planar.yaml").read_text("utf-8")
+    done = call(f"vehicle new planar.yaml {SIZES}")
+    assert done.exit_code == 2
+    assert "is there already" in done.stderr
+    assert (folder / "planar.yaml").read_text("utf-8") == before
+    assert call(f"vehicle new planar.yaml {SIZES} --force").exit_code == 0
+
+
+def test_sizes_come_together(folder: Path, call: Call) -> None:
+    done = call("vehicle new half.yaml --length 2")
+    assert done.exit_code == 2
+    assert "together" in done.stderr
+    assert not (folder / "half.yaml").exists()

@@ -1,0 +1,80 @@
+"""Shared builders: smooth motions with exact accelerations, and the wrench they need."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.kernels import coriolis
+
+Build = Callable[..., hd.Log]
+
+
+def smooth_motion(n: int, seed: int, step: float = 0.1, forward: float = 0.0):
+    """Time, velocity and exact acceleration of a sum of sines on every axis."""
+    rng = np.random.default_rng(seed)
+    time = np.arange(n) * step
+    velocity, acceleration = np.zeros((n, 6)), np.zeros((n, 6))
+    for axis, size in enumerate((0.5, 0.3, 0.3, 0.4, 0.3, 0.3)):
+        for _ in range(6):
+            rate, phase = rng.uniform(0.05, 1.5), rng.uniform(0, 2 * np.pi)
+            velocity[:, axis] += size * np.sin(rate * time + phase) / 2
+            acceleration[:, axis] += size * rate * np.cos(rate * time + phase) / 2
+    velocity[:, 0] += forward
+    return time, velocity, acceleration
+
+
+def random_attitude(n: int, seed: int, step: float = 0.1):
+    """Gentle roll, pitch and yaw."""
+    rng = np.random.default_rng(seed)
+    time = np.arange(n) * step
+    rates, phases = rng.uniform(0.1, 0.5, 3), rng.uniform(0, 6, 3)
+    return 0.2 * np.sin(np.outer(time, rates) + phases)
+
+
+@pytest.fixture
+def vehicle() -> hd.Vehicle:
+    """A vehicle with coupling in its mass matrix and no actuators."""
+    return replace(hd.fleet["vt690"], actuators=(), center_of_gravity=(0.01, 0.0, 0.0083))
+
+
+@pytest.fixture
+def exact_log(vehicle: hd.Vehicle) -> Build:
+    """A log whose recorded wrench makes the damping given exactly true."""
+
+    def build(
+        damping: hd.Damping, n: int = 3000, seed: int = 1, forward: float = 0.0, **more: object
+    ) -> hd.Log:
+        time, velocity, acceleration = smooth_motion(n, seed, forward=forward)
+        ratio = 1.0 + 0.3 * np.sin(0.07 * time)
+        log = hd.Log.from_arrays(
+            time,
+            velocity,
+            attitude=random_attitude(n, seed),
+            acceleration=acceleration,
+            propulsion_ratio=ratio,
+            wrench=np.zeros((n, 6)),
+            segment=np.repeat(["a", "b", "c"], n // 3),
+        )
+        mass = vehicle.mass_matrix
+        known = coriolis(mass, velocity) + vehicle.restoring_wrench(log.down)
+        tau = damping.wrench(velocity, down=log.down, propulsion_ratio=ratio)
+        return replace(log, wrench=acceleration @ mass - known - tau, **more)
+
+    return build
+
+
+@pytest.fixture
+def true_damping() -> Callable[[hd.DampingModel, int], hd.Damping]:
+    """Random coefficients for any model, none of them small."""
+
+    def build(model: hd.DampingModel, seed: int = 7) -> hd.Damping:
+        rng = np.random.default_rng(seed)
+        size = rng.uniform(0.5, 2.0, model.n_coefficients)
+        return hd.Damping(model, size * rng.choice([-1.0, 1.0], model.n_coefficients))
+
+    return build

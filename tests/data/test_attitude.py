@@ -1,0 +1,81 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hydrodamp.data.attitude import (
+    body_rates,
+    down,
+    euler_from_quaternion,
+    quaternion_from_euler,
+    rotation,
+    turn,
+)
+
+angle = st.floats(-3.0, 3.0)
+pitch = st.floats(-1.5, 1.5)
+
+
+def elementary(roll: float, pitch: float, yaw: float) -> np.ndarray:
+    """Fossen (2021), eq. 2.31: R = Rz(yaw) Ry(pitch) Rx(roll)."""
+    (cr, cp, cy), (sr, sp, sy) = np.cos([roll, pitch, yaw]), np.sin([roll, pitch, yaw])
+    about_x = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
+    about_y = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
+    about_z = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]])
+    return np.asarray(about_z @ about_y @ about_x)
+
+
+@given(angle, pitch, angle)
+def test_rotation_is_the_product_of_elementary_ones(r: float, p: float, y: float) -> None:
+    q = quaternion_from_euler(np.array([[r, p, y]]))
+    np.testing.assert_allclose(rotation(q)[0], elementary(r, p, y), atol=1e-14)
+
+
+@given(angle, pitch, angle)
+def test_euler_angles_come_back(r: float, p: float, y: float) -> None:
+    q = quaternion_from_euler(np.array([[r, p, y]]))
+    np.testing.assert_allclose(euler_from_quaternion(q), [[r, p, y]], atol=1e-7)
+
+
+@given(angle, pitch, angle)
+def test_down_is_the_last_row_of_the_rotation(r: float, p: float, y: float) -> None:
+    q = quaternion_from_euler(np.array([[r, p, y]]))
+    np.testing.assert_allclose(down(q)[0], rotation(q)[0].T @ [0, 0, 1], atol=1e-14)
+
+
+def test_bow_up_points_down_astern() -> None:
+    q = quaternion_from_euler(np.array([[0.0, 0.1, 0.0]]))
+    assert down(q)[0, 0] == pytest.approx(-np.sin(0.1))
+
+
+def test_starboard_down_points_down_to_starboard() -> None:
+    q = quaternion_from_euler(np.array([[0.1, 0.0, 0.0]]))
+    assert down(q)[0, 1] == pytest.approx(np.sin(0.1))
+
+
+@given(st.lists(st.floats(-1.7, 1.7), min_size=3, max_size=3), angle, pitch, angle)
+def test_turn_is_the_constant_rate_that_leads_there(
+    vector: list[float], r: float, p: float, y: float
+) -> None:
+    first = quaternion_from_euler(np.array([[r, p, y]]))
+    angle_of = float(np.linalg.norm(vector))
+    axis = np.array(vector) / (angle_of or 1.0)
+    w1, v1 = first[0, 0], first[0, 1:]
+    w2, v2 = np.cos(angle_of / 2), np.sin(angle_of / 2) * axis
+    second = np.array([[w1 * w2 - v1 @ v2, *(w1 * v2 + w2 * v1 + np.cross(v1, v2))]])
+    np.testing.assert_allclose(turn(first, second), [vector], atol=1e-12)
+    np.testing.assert_allclose(turn(first, -second), [vector], atol=1e-12)
+
+
+def test_no_turn_is_zero() -> None:
+    q = quaternion_from_euler(np.array([[0.1, 0.2, 0.3]]))
+    np.testing.assert_allclose(turn(q, q), 0, atol=1e-15)
+
+
+def test_body_rates_pass_over_a_wrapped_heading() -> None:
+    time = np.array([0.0, 0.1, 0.3])
+    yaw = np.array([3.1, 3.1 + 0.05, 3.1 + 0.15 - 2 * np.pi])
+    q = quaternion_from_euler(np.column_stack((0 * yaw, 0 * yaw, yaw)))
+    np.testing.assert_allclose(body_rates(time, q), [[0, 0, 0.5], [0, 0, 0.5]], atol=1e-12)

@@ -1,0 +1,212 @@
+from __future__ import annotations
+
+import tempfile
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from hydrodamp.data.blocks import BLOCKS
+from hydrodamp.data.canonical import RESERVED, read_canonical, write_log
+from hydrodamp.data.log import Log, Segment, concatenate
+from hydrodamp.errors import FileError, GapWarning, LogError
+
+Write = Callable[..., Path]
+HEADER = "time,roll,pitch,yaw,u,v,w,p,q,r,rudder\n"
+
+
+def row(time: float, *, u: str = "1", rudder: str = "0.1") -> str:
+    return f"{time},0,0,0,{u},0,0,0,0,0,{rudder}\n"
+
+
+def assert_same(one: Log, other: Log) -> None:
+    """Every number equal to the bit, every name equal."""
+    for name in BLOCKS:
+        mine, its = getattr(one, name), getattr(other, name)
+        assert (mine is None) == (its is None), name
+        if mine is not None:
+            np.testing.assert_array_equal(mine, its, err_msg=name)
+    assert one.segments == other.segments
+    assert one.velocity_names == other.velocity_names
+    assert one.command_names == other.command_names
+
+
+def test_the_reserved_names_are_those_of_the_design() -> None:
+    design = "time roll pitch yaw qw qx qy qz u v w p q r du dv dw dp dq dr eta segment X Y Z K M N"
+    assert " ".join(RESERVED) == design
+
+
+def test_a_written_log_is_read_to_the_bit(swim: Log, tmp_path: Path) -> None:
+    write_log(swim, tmp_path / "swim.csv")
+    assert_same(read_canonical(tmp_path / "swim.csv"), swim)
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    arrays(np.float64, (6, 20), elements=st.floats(-1e6, 1e6)),
+    st.lists(st.text(min_size=1).filter(str.strip), min_size=2, max_size=2, unique=True),
+)
+def test_any_numbers_and_names_come_back(block: np.ndarray, names: list[str]) -> None:
+    log = Log(
+        time=[0.0, 0.1, 0.3, 0.0, 1 / 3, 0.7],
+        velocity=block[:, :6],
+        wrench=block[:, 6:12],
+        acceleration=block[:, 12:18],
+        propulsion_ratio=block[:, 18],
+        command_names=("fin",),
+        commands=block[:, 19:],
+        segments=(Segment(names[0], 0, 3), Segment(names[1], 3, 6)),
+    )
+    with tempfile.TemporaryDirectory() as folder:
+        write_log(log, Path(folder) / "log.csv")
+        again = read_canonical(Path(folder) / "log.csv")
+    assert_same(again, log)
+
+
+def test_fewer_velocities_stay_fewer(tmp_path: Path) -> None:
+    log = Log.from_arrays([0, 1], {"u": [1, 2], "r": [3, 4]}, source="x.csv")
+    write_log(log, tmp_path / "x.csv")
+    assert (tmp_path / "x.csv").read_text().startswith("segment,time,u,r\n")
+    assert_same(read_canonical(tmp_path / "x.csv"), log)
+
+
+def test_all_columns_find_their_place(csv_file: Write) -> None:
+    names = [name for name in RESERVED if name not in ("qw", "qx", "qy", "qz", "segment")]
+    rows = [",".join(str(k + 0.01 * j) for j in range(len(names))) for k in range(2)]
+    log = read_canonical(csv_file(",".join(names) + ",fin\n" + "".join(f"{r},7\n" for r in rows)))
+    assert log.velocity[0].tolist() == pytest.approx([0.04, 0.05, 0.06, 0.07, 0.08, 0.09])
+    assert log.acceleration is not None
+    assert log.acceleration[0].tolist() == pytest.approx([0.10, 0.11, 0.12, 0.13, 0.14, 0.15])
+    assert log.propulsion_ratio is not None
+    assert log.propulsion_ratio[0] == 0.16
+    assert log.wrench is not None
+    assert log.wrench[0].tolist() == pytest.approx([0.17, 0.18, 0.19, 0.20, 0.21, 0.22])
+    assert log.command("fin").tolist() == [7, 7]
+
+
+def test_a_wrench_may_lack_axes(csv_file: Write) -> None:
+    log = read_canonical(csv_file("time,u,X\n0,1,5\n1,1,6\n"))
+    assert log.wrench is not None
+    assert log.wrench.tolist() == [[5, 0, 0, 0, 0, 0], [6, 0, 0, 0, 0, 0]]
+
+
+def test_segments_are_any_text(csv_file: Write) -> None:
+    text = 'time,u,segment\n0,1,"yaw, 1800"\n1,1,"yaw, 1800"\n0,1,2\n1,1,2\n'
+    log = read_canonical(csv_file(text))
+    assert [part.name for part in log.segments] == ["yaw, 1800", "2"]
+
+
+def test_a_stretch_without_values_splits_with_one_warning(csv_file: Write) -> None:
+    rows = "".join(row(k, u="" if k in (4, 5) else "1") for k in range(10))
+    with pytest.warns(GapWarning, match="log.csv: split into 2 segments: 2 samples") as caught:
+        log = read_canonical(csv_file(HEADER + rows))
+    assert len(caught) == 1
+    assert [part.name for part in log.segments] == ["log.1", "log.2"]
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        (HEADER, "there are no samples"),
+        (HEADER + row(0), "no two neighbouring samples"),
+        ("Time,u\n0,1\n1,1\n", "column `time` is missing. Did you mean 'Time'?"),
+        ("time_s,u\n0,1\n1,1\n", "column `time` is missing. Did you mean 'time_s'?"),
+        ("t,u\n0,1\n1,1\n", "column `time` is missing. Did you mean 't'?"),
+        ("time,speed\n0,1\n1,1\n", "none of u v w p q r among time speed"),
+        ("time,u,Roll\n0,1,0\n1,1,0\n", "column `Roll` must be spelt `roll`"),
+        ("time,u,roll,pitch,heading\n0,1,0,0,0\n1,1,0,0,0\n", "`yaw` is missing"),
+        ("time,u,qw,qx\n0,1,1,0\n1,1,1,0\n", "`qy qz` is missing"),
+        ("time,u,roll,qw\n0,1,0,1\n1,1,0,1\n", "got both `roll` and `qw`"),
+        ("time,u,qw,qx,qy,qz\n0,1,1,1,0,0\n1,1,1,0,0,0\n", "norm 1; it is 1.414 in row 1 (line 2)"),
+        ("time,u,u\n0,1,1\n1,1,1\n", "column `u` stands 2 times"),
+        ("time,u,uv\n0,1,1\n1,1,1\n", "column `uv`: Command name `uv` reads as the product u*v"),
+        ("time,u,motor 1\n0,1,1\n1,1,1\n", "Command name `motor 1`"),
+        (",time,u\n0,0,1\n1,1,1\n", "column 1 has no name; drop it"),
+        ("time,u,v,du\n0,1,1,1\n1,1,1,1\n", "`dv` is missing beside `du`"),
+        ("time,u,du,dv\n0,1,1,1\n1,1,1,1\n", "accelerations `dv` have no velocity column"),
+        ("time,u,fin\n0,1,\n1,1,\n", "column `fin` holds no number at all; drop it"),
+        (HEADER + row(0) + row(0.5) + row(0.5), "repeats 0.5 s in row 3 (line 4)"),
+        (HEADER + row(0) + row(2) + row(1), "backwards from 2 s to 1 s in row 3 (line 4)"),
+        (HEADER + row(0, u="fast") + row(1), "column `u` must hold numbers; got 'fast' in row 1"),
+        (HEADER + row(0, rudder="inf") + row(1), "`rudder` must be finite"),
+    ],
+)
+def test_what_cannot_be_read_says_why(csv_file: Write, text: str, says: str) -> None:
+    with pytest.raises(LogError) as caught:
+        read_canonical(csv_file(text))
+    assert says in str(caught.value)
+    assert "log.csv" in str(caught.value)
+
+
+def test_all_faults_of_a_file_are_told_at_once(csv_file: Write) -> None:
+    text = "time,u,v,uv,roll,pitch\n0,1,x,1,0,0\n2,1,1,1,0,0\n1,1,inf,1,0,0\n"
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(LogError) as caught:
+            read_canonical(csv_file(text))
+    assert len(caught.value.faults) == 3
+    text = text.replace("x", "1").replace(",roll,pitch", ",a,b")
+    with pytest.raises(LogError) as caught:
+        read_canonical(csv_file(text))
+    assert len(caught.value.faults) == 3
+
+
+@pytest.mark.parametrize(
+    "angles",
+    [
+        np.column_stack((np.zeros(100), np.linspace(-20, 20, 100), np.zeros(100))),
+        np.column_stack((np.zeros((100, 2)), np.arange(0, 1000, 10) % 360)),
+    ],
+    ids=["pitch", "wrap"],
+)
+def test_attitude_in_degrees_is_refused(csv_file: Write, angles: np.ndarray) -> None:
+    rows = "".join(f"{k},1,{a[0]},{a[1]},{a[2]}\n" for k, a in enumerate(angles))
+    with pytest.raises(LogError, match="`roll pitch yaw` must be in rad"):
+        read_canonical(csv_file("time,u,roll,pitch,yaw\n" + rows))
+
+
+def test_rates_in_degrees_are_refused(csv_file: Write) -> None:
+    time = np.arange(0, 20, 0.1)
+    rows = "".join(f"{t},0,0,{np.sin(t)},{np.degrees(np.cos(t))}\n" for t in time)
+    with pytest.raises(LogError, match="rates `r` must be in rad/s"):
+        read_canonical(csv_file("time,roll,pitch,yaw,r\n" + rows))
+
+
+def test_a_tumbling_vehicle_is_fine(csv_file: Write) -> None:
+    time = np.arange(0, 20, 0.1)
+    rows = "".join(f"{t},{(3 * t + np.pi) % (2 * np.pi) - np.pi},0,0,3\n" for t in time)
+    log = read_canonical(csv_file("time,roll,pitch,yaw,p\n" + rows))
+    assert log.velocity[:, 3].tolist() == [3] * 200
+
+
+def test_a_folder_that_is_not_there(swim: Log, tmp_path: Path) -> None:
+    with pytest.raises(FileError, match=r"x\.csv: cannot be written: No such file"):
+        write_log(swim, tmp_path / "no" / "x.csv")
+
+
+def test_a_write_that_fails_leaves_the_old_file(
+    swim: Log, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "x.csv"
+    path.write_text("old")
+
+    def fail(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("hydrodamp.data.canonical.os.replace", fail)
+    with pytest.raises(FileError, match="No space left"):
+        write_log(swim, path)
+    assert path.read_text() == "old"
+    assert [item.name for item in tmp_path.iterdir()] == ["x.csv"]
+
+
+def test_long_logs_are_written_in_pieces(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("hydrodamp.data.canonical._CHUNK", 7)
+    log = Log(time=np.arange(50.0), velocity=np.ones((50, 6)), source="l.csv")
+    write_log(concatenate([log, log]), tmp_path / "l.csv")
+    assert_same(read_canonical(tmp_path / "l.csv"), concatenate([log, log]))

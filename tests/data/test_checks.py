@@ -1,0 +1,147 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hydrodamp.data.attitude import quaternion_from_euler
+from hydrodamp.data.checks import capped, rate_slopes, rates_in_degrees
+from hydrodamp.data.log import Log
+from hydrodamp.errors import GapWarning, LogError
+
+DEGREE = 180 / np.pi
+
+
+def tumble(rate: float, seed: int, n: int = 300) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return an irregular clock, the attitude and the rates of a steady tumble."""
+    rng = np.random.default_rng(seed)
+    time = np.cumsum(rng.uniform(0.05, 0.2, n))
+    axis = rng.normal(size=3)
+    axis /= np.linalg.norm(axis)
+    half = rate * time[:, np.newaxis] / 2
+    attitude = np.concatenate((np.cos(half), np.sin(half) * axis), axis=1)
+    return time, attitude, np.tile(rate * axis, (n, 1))
+
+
+@given(st.floats(0.05, 3.0), st.integers(0, 99))
+def test_a_tumbling_vehicle_has_slope_one(rate: float, seed: int) -> None:
+    time, attitude, rates = tumble(rate, seed)
+    slopes = rate_slopes(time, attitude, rates)
+    np.testing.assert_allclose(slopes[np.isfinite(slopes)], 1, rtol=1e-6)
+    assert not rates_in_degrees(time, attitude, rates)
+
+
+@given(st.floats(0.05, 3.0), st.integers(0, 99))
+def test_the_same_in_degrees_is_caught(rate: float, seed: int) -> None:
+    time, attitude, rates = tumble(rate, seed)
+    assert rates_in_degrees(time, attitude, DEGREE * rates)
+
+
+def test_noise_does_not_hide_degrees() -> None:
+    rng = np.random.default_rng(5)
+    time = np.arange(0.0, 60.0, 0.1)
+    yaw = np.column_stack((0 * time, 0 * time, np.sin(0.3 * time)))
+    rates = np.column_stack((0 * time, 0 * time, 0.3 * np.cos(0.3 * time)))
+    attitude = quaternion_from_euler(yaw + 0.005 * rng.normal(size=yaw.shape))
+    noisy = rates + 0.02 * rng.normal(size=rates.shape)
+    assert rates_in_degrees(time, attitude, DEGREE * noisy)
+    assert not rates_in_degrees(time, attitude, noisy)
+
+
+def test_a_few_stray_attitudes_do_not_hide_it() -> None:
+    time = np.arange(0.0, 60.0, 0.1)
+    yaw = np.column_stack((0 * time, 0 * time, np.sin(0.5 * time)))
+    yaw[::100, 2] += 3.0
+    rates = np.column_stack((0 * time, 0 * time, 0.5 * np.cos(0.5 * time)))
+    slope = rate_slopes(time, quaternion_from_euler(yaw), rates)[2]
+    assert slope == pytest.approx(1, rel=0.01)
+
+
+def test_a_flipped_sign_shows() -> None:
+    time, attitude, rates = tumble(0.5, 7)
+    np.testing.assert_allclose(rate_slopes(time, attitude, -rates), -1, rtol=1e-6)
+
+
+def test_rates_without_motion_say_nothing() -> None:
+    rng = np.random.default_rng(3)
+    time = np.arange(0.0, 20.0, 0.1)
+    still = np.tile([1.0, 0, 0, 0], (200, 1))
+    assert np.isnan(rate_slopes(time, still, rng.normal(size=(200, 3)))).all()
+    unrelated = quaternion_from_euler(rng.normal(size=(200, 3)))
+    assert np.isnan(rate_slopes(time, unrelated, rng.normal(size=(200, 3)))).all()
+
+
+def test_too_few_samples_say_nothing() -> None:
+    time, attitude, rates = tumble(1.0, 1, n=5)
+    assert np.isnan(rate_slopes(time, attitude, rates)).all()
+    assert np.isnan(rate_slopes(time[:1], attitude[:1], rates[:1])).all()
+
+
+def test_attitude_is_not_differenced_across_a_break() -> None:
+    time, attitude, rates = tumble(0.5, 7)
+    breaks = np.zeros(300, dtype=bool)
+    breaks[150] = True
+    joined = np.concatenate((time[:150], time[:150])), attitude.copy()
+    joined[1][150:] = joined[1][:150]
+    slopes = rate_slopes(joined[0], joined[1], rates, breaks)
+    np.testing.assert_allclose(slopes, 1, rtol=1e-6)
+
+
+def test_a_log_in_degrees_names_its_rates() -> None:
+    time, attitude, rates = tumble(0.5, 7)
+    velocity = np.concatenate((np.ones((300, 3)), DEGREE * rates), axis=1)
+    with pytest.raises(LogError, match=r"rates `p q r` must be in rad/s; they are 57.3 times"):
+        Log.from_arrays(time, velocity, attitude=attitude)
+    velocity[:, 3:5] /= DEGREE
+    with pytest.raises(LogError, match="rates `r` must be in rad/s"):
+        Log.from_arrays(time, velocity, attitude=attitude)
+
+
+def test_missing_samples_do_not_hide_degrees() -> None:
+    time, attitude, rates = tumble(0.5, 7)
+    velocity = np.concatenate((np.ones((300, 3)), DEGREE * rates), axis=1)
+    velocity[100:120] = np.nan
+    attitude[200] = np.nan
+    with pytest.raises(LogError, match="in deg/s"):
+        Log.from_arrays(time, velocity, attitude=attitude)
+    velocity[:, 3:] /= DEGREE
+    with pytest.warns(GapWarning):
+        assert len(Log.from_arrays(time, velocity, attitude=attitude).segments) == 3
+
+
+@pytest.mark.parametrize(
+    ("time", "says"),
+    [
+        ([0, 1, 1, 2], "`time` must increase; it repeats 1 s in row 3"),
+        ([0, 2, 1, 3], "runs backwards from 2 s to 1 s in row 3"),
+        ([0, np.nan, 1, 2], "`time` has no value in row 2"),
+        ([], "there are no samples"),
+    ],
+)
+def test_clocks_that_cannot_be(time: list[float], says: str) -> None:
+    with pytest.raises(LogError, match=says):
+        Log.from_arrays(time, np.zeros((len(time), 6)))
+
+
+def test_faults_of_one_kind_are_counted() -> None:
+    with pytest.raises(LogError, match="and 6 more like it") as caught:
+        Log.from_arrays(np.zeros(10), np.zeros((10, 6)))
+    assert len(caught.value.faults) == 3
+    assert capped(["a", "b"]) == ["a", "b"]
+
+
+def test_infinite_values_and_bad_quaternions_are_faults() -> None:
+    velocity = np.zeros((3, 6))
+    velocity[1, 2] = np.inf
+    with pytest.raises(LogError) as caught:
+        Log.from_arrays(
+            [0, 1, 2],
+            velocity,
+            attitude=[[2, 0, 0, 0]] * 3,
+            commands={"rudder": [0, 0, -np.inf]},
+        )
+    message = str(caught.value)
+    assert "`velocity` must be finite; it is infinite in row 2" in message
+    assert "`rudder` must be finite; it is infinite in row 3" in message
+    assert "must have norm 1; it is 2 in row 1" in message

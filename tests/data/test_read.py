@@ -1,0 +1,57 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from hydrodamp.data.mapping import LogMapping
+from hydrodamp.data.read import read_log, read_logs
+from hydrodamp.errors import FileError, LogError
+
+Write = Callable[..., Path]
+GOOD = "time,u\n0,1\n1,2\n"
+
+
+def test_a_mapping_may_be_a_value_or_a_file(csv_file: Write) -> None:
+    path = csv_file("t,s\n0,1\n1,2\n")
+    text = "time: t\nvelocity: {u: s}\n"
+    for mapping in (
+        LogMapping.from_dict({"time": "t", "velocity": {"u": "s"}}),
+        csv_file(text, "map.yaml"),
+        str(csv_file(text, "map.yaml")),
+    ):
+        assert read_log(path, mapping).velocity[:, 0].tolist() == [1, 2]
+        assert read_logs([path, path], mapping).n == 4
+
+
+def test_several_files_are_one_log(csv_file: Write) -> None:
+    log = read_logs([csv_file(GOOD, "a.csv"), csv_file(GOOD, "b.csv")])
+    assert [part.name for part in log.segments] == ["a", "b"]
+    assert read_logs(csv_file(GOOD, "a.CSV")).n == 2
+
+
+def test_the_faults_of_every_file_are_told(csv_file: Write) -> None:
+    bad = csv_file("time,u\n0,x\n1,2\n", "bad.csv")
+    worse = csv_file("u,uv\n0,1\n1,2\n", "worse.csv")
+    with pytest.raises(LogError) as caught:
+        read_logs([bad, csv_file(GOOD), worse])
+    message = str(caught.value)
+    assert "bad.csv: column `u` must hold numbers" in message
+    assert "worse.csv: 2 faults" in message
+    with pytest.raises(LogError, match=r"bad\.csv: column `u`"):
+        read_logs([bad, csv_file(GOOD)])
+
+
+@pytest.mark.parametrize("name", ["log.bag", "log"])
+def test_other_formats_say_what_can_be_read(csv_file: Write, name: str) -> None:
+    with pytest.raises(LogError, match=r"can read \.csv only; got"):
+        read_log(csv_file(GOOD, name))
+
+
+def test_a_folder_is_no_log(tmp_path: Path) -> None:
+    (tmp_path / "runs.csv").mkdir()
+    with pytest.raises(FileError, match="is a folder"):
+        read_log(tmp_path / "runs.csv")
+    with pytest.raises(FileError, match="cannot be read"):
+        read_log(tmp_path / "absent.csv")

@@ -1,0 +1,94 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from hydrodamp.data.log import Log
+from hydrodamp.data.segments import Segment, unique_names
+from hydrodamp.errors import GapWarning, LogError
+
+
+def speeds(n: int, missing: tuple[int, ...] = ()) -> dict[str, np.ndarray]:
+    u = np.arange(float(n))
+    u[list(missing)] = np.nan
+    return {"u": u}
+
+
+def test_a_step_of_more_than_a_second_and_five_medians_is_a_gap() -> None:
+    time = [0.0, 0.1, 0.2, 1.3, 1.4, 1.5]
+    with pytest.warns(GapWarning, match=r"2 segments: no samples from 0.2 s to 1.3 s"):
+        log = Log.from_arrays(time, speeds(6))
+    assert log.segments == (Segment("1.1", 0, 3), Segment("1.2", 3, 6))
+
+
+@pytest.mark.parametrize("time", [[0, 0.1, 0.2, 1.2, 1.3], [0, 2, 4, 14, 16]])
+def test_a_step_just_as_long_is_none(time: list[float]) -> None:
+    assert len(Log.from_arrays(time, speeds(5)).segments) == 1
+
+
+def test_one_missing_sample_splits() -> None:
+    with pytest.warns(GapWarning, match="1 sample with missing values at 3 s to 3 s"):
+        log = Log.from_arrays(np.arange(7.0), speeds(7, (3,)))
+    assert log.velocity[:, 0].tolist() == [0, 1, 2, 4, 5, 6]
+    assert [(part.start, part.stop) for part in log.segments] == [(0, 3), (3, 6)]
+
+
+@pytest.mark.parametrize("missing", [(0,), (6,), (0, 1, 6)])
+def test_missing_ends_are_cut_off(missing: tuple[int, ...]) -> None:
+    with pytest.warns(GapWarning):
+        log = Log.from_arrays(np.arange(7.0), speeds(7, missing))
+    assert log.n == 7 - len(missing)
+    assert [part.name for part in log.segments] == ["1"]
+
+
+@pytest.mark.parametrize("block", ["wrench", "acceleration", "propulsion_ratio", "attitude", "c"])
+def test_nan_anywhere_is_missing(block: str) -> None:
+    shape = {"wrench": (7, 6), "acceleration": (7, 6), "attitude": (7, 4)}.get(block, (7,))
+    values = np.zeros(shape)
+    if block == "attitude":
+        values[:, 0] = 1.0
+    values[3] = np.nan
+    given = {"commands": {"c": values}} if block == "c" else {block: values}
+    with pytest.warns(GapWarning):
+        log = Log.from_arrays(np.arange(7.0), speeds(7), **given)
+    assert log.n == 6
+
+
+def test_a_sample_left_alone_is_dropped_and_named() -> None:
+    with pytest.warns(GapWarning) as caught:
+        log = Log.from_arrays(
+            [0, 1, 2, 3, 4, 0, 0, 1], speeds(8, (1,)), segment=list("aaaaabcc"), source="x.csv"
+        )
+    assert len(caught) == 1
+    message = str(caught[0].message)
+    assert message.startswith("x.csv: split into 2 segments: ")
+    assert "dropped a segment of one sample at 0 s (segment 'a')" in message
+    assert "dropped a segment of one sample at 0 s (segment 'b')" in message
+    assert [part.name for part in log.segments] == ["a", "c"]
+
+
+def test_many_gaps_are_one_warning_that_can_be_read() -> None:
+    time = np.arange(60.0)
+    with pytest.warns(GapWarning, match="3 more stretches") as caught:
+        Log.from_arrays(time, speeds(60, tuple(range(5, 50, 6))))
+    assert len(caught) == 1
+
+
+def test_no_label_changes_no_warning() -> None:
+    log = Log.from_arrays([0, 1, 0, 1, 0, 1], speeds(6), segment=list("aabbaa"))
+    assert [part.name for part in log.segments] == ["a", "b", "a-2"]
+
+
+def test_a_log_with_nothing_left_is_a_fault() -> None:
+    with pytest.raises(LogError, match="no two neighbouring samples have all their values"):
+        Log.from_arrays(np.arange(6.0), speeds(6, (1, 3, 5)))
+
+
+def test_the_name_is_that_of_the_file() -> None:
+    log = Log.from_arrays([0, 1], speeds(2), source="runs/dive_3.csv")
+    assert log.segments[0].name == "dive_3"
+
+
+def test_lengths_and_names() -> None:
+    assert len(Segment("a", 3, 7)) == 4
+    assert unique_names(["a", "a-2", "a", "a"]) == ("a", "a-2", "a-3", "a-4")

@@ -1,0 +1,45 @@
+from __future__ import annotations
+
+import numpy as np
+
+from hydrodamp.data.log import Log, Segment
+from hydrodamp.data.summary import summary
+
+
+def test_what_is_there_and_what_is_not(swim: Log) -> None:
+    text = summary(swim)
+    assert "100 samples, 9.9 s in 1 segment, median step 0.1 s" in text
+    assert "with attitude; without wrench, acceleration, propulsion ratio" in text
+    assert "m/s" in text
+    assert "rudder" in text
+    assert "more" not in text
+
+
+def test_a_crowded_log_fits_on_one_screen() -> None:
+    names = tuple(f"c{index}" for index in range(40))
+    log = Log(
+        time=np.tile([0.0, 1.0], 30),
+        velocity=np.zeros((60, 6)),
+        velocity_names=("u", "r"),
+        command_names=names,
+        commands=np.zeros((60, 40)),
+        segments=tuple(Segment(f"s{k}", 2 * k, 2 * k + 2) for k in range(30)),
+    )
+    text = summary(log)
+    assert len(text.splitlines()) < 45
+    assert "... and 28 more commands" in text
+    assert "... and 18 more segments" in text
+    assert "with velocity only" in text
+
+
+def test_nothing_is_lacking_in_a_full_log() -> None:
+    block = np.zeros((2, 6))
+    log = Log(
+        time=[0, 1],
+        velocity=block,
+        attitude=[[1, 0, 0, 0]] * 2,
+        wrench=block,
+        acceleration=block,
+        propulsion_ratio=[1, 1],
+    )
+    assert "without" not in summary(log)

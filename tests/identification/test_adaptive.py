@@ -1,0 +1,181 @@
+"""The adaptive identifier: online equals batch, the truth is found, gains are checked."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.identification.gains import mean_square
+from hydrodamp.kernels import coriolis
+
+SCALED = hd.AdaptiveIdentifier(a=hd.ByInertia(2.0), gamma=hd.ByTerm(0.3), passes=40)
+COMMANDS = ("fx", "fy", "fz", "mx", "my", "mz")
+
+
+@pytest.fixture
+def driven(vehicle):
+    """A vehicle pushed by six held commands [N, N m]."""
+    return replace(vehicle, actuators=(hd.Matrix(commands=COMMANDS, wrench=np.eye(6).tolist()),))
+
+
+@pytest.fixture
+def discrete_log(driven, exact_log, true_damping):
+    """Data that satisfy the midpoint plant exactly: what the true coefficients leave is zero."""
+
+    def build(truth, n=600):
+        log = exact_log(truth, n=n)
+        nu, ratio = log.velocity, log.propulsion_ratio
+        rest = coriolis(driven.mass_matrix, nu) + driven.restoring_wrench(log.down)
+        xi = truth.model.basis.evaluate(nu, down=log.down, propulsion_ratio=ratio)
+        rest = (rest[1:] + rest[:-1]) / 2 + (xi[1:] + xi[:-1]) / 2 @ truth.matrix.T
+        step = np.diff(log.time)[:, None]
+        held = np.diff(nu, axis=0) @ driven.mass_matrix / step - rest
+        commands = np.vstack([held, held[-1:]])
+        return replace(
+            log, wrench=None, acceleration=None, command_names=COMMANDS, commands=commands
+        )
+
+    return build
+
+
+@pytest.mark.parametrize("method", [hd.AdaptiveIdentifier(a=20, gamma=20), SCALED])
+@pytest.mark.parametrize("key", ["linear", "gertler-hagen"])
+def test_batch_is_the_fold_of_the_online_step_bit_for_bit(
+    key, method, driven, discrete_log, true_damping
+):
+    method = replace(method, passes=1)
+    model = hd.catalog[key]
+    problem = hd.prepare(driven, discrete_log(true_damping(model), n=90), model)
+    starts = set(problem.segments[:, 0].tolist())
+    samples = [problem.inputs.sample(k) for k in range(problem.n_samples)]
+
+    state = method.init(problem, model, samples[0])
+    for k, sample in enumerate(samples[1:], start=1):
+        state = state.restarted(sample) if k in starts else method.step(state, sample)
+
+    batch = method.identify(problem, model)
+    assert np.array_equal(state.damping.coefficients, batch.damping.coefficients)
+
+
+def test_a_step_leaves_its_state_alone(driven, discrete_log, true_damping):
+    model = hd.catalog["linear"]
+    problem = hd.prepare(driven, discrete_log(true_damping(model), n=30), model)
+    method = hd.AdaptiveIdentifier()
+    state = method.init(problem, model, problem.inputs.sample(0))
+    before = state.matrix.copy()
+    after = method.step(state, problem.inputs.sample(1))
+    assert np.array_equal(state.matrix, before)
+    assert not np.array_equal(after.matrix, before)
+    with pytest.raises(ValueError, match="read-only"):
+        state.matrix[0, 0] = 1.0
+
+
+def test_start_is_minus_one_on_the_diagonal_linear_terms(driven, discrete_log, true_damping):
+    """The paper: the first six columns of K-hat are -I, the remaining elements zero."""
+    model = hd.catalog["linear"]
+    problem = hd.prepare(driven, discrete_log(true_damping(model), n=30), model)
+    start = hd.AdaptiveIdentifier().init(problem, model, problem.inputs.sample(0)).damping
+    np.testing.assert_array_equal(start.matrix, -np.eye(6))
+
+
+@pytest.mark.parametrize("key", ["linear", "fossen", "prestero"])
+def test_it_finds_the_truth_where_the_data_excite_it(key, driven, discrete_log, true_damping):
+    truth = true_damping(hd.catalog[key])
+    problem = hd.prepare(driven, discrete_log(truth, n=1500), truth.model)
+    fit = replace(SCALED, passes=300).identify(problem, truth.model)
+    assert fit.status is hd.Status.SETTLED
+    np.testing.assert_allclose(fit.damping.coefficients, truth.coefficients, rtol=2e-3)
+
+
+def test_unsettled_coefficients_say_so(driven, discrete_log, true_damping):
+    truth = true_damping(hd.catalog["linear"])
+    problem = hd.prepare(driven, discrete_log(truth, n=300), truth.model)
+    slow = hd.AdaptiveIdentifier(a=20.0, gamma=0.05)
+    assert slow.identify(problem, truth.model).status is hd.Status.NOT_SETTLED
+
+
+def test_history_ends_at_the_estimate(driven, discrete_log, true_damping):
+    model = hd.catalog["linear"]
+    problem = hd.prepare(driven, discrete_log(true_damping(model), n=90), model)
+    method = hd.AdaptiveIdentifier(passes=2)
+    history = method.history(problem, model)
+    assert history.coefficients.shape == (2 * (90 - 3), 36)
+    assert history.velocity_error.shape == (2 * (90 - 3), 6)
+    assert history.labels == model.labels
+    fit = method.identify(problem, model)
+    np.testing.assert_array_equal(history.coefficients[-1], fit.damping.coefficients)
+    assert method.history(problem, model, every=10).time.shape == (17,)
+    with pytest.raises(hd.MethodError, match="at least 1"):
+        method.history(problem, model, every=0)
+
+
+def test_gains_by_axis(driven, discrete_log, true_damping):
+    model = hd.catalog["fossen"]
+    problem = hd.prepare(driven, discrete_log(true_damping(model), n=90), model)
+    same = hd.AdaptiveIdentifier(a=(20.0,) * 6, gamma=(20.0,) * 6).identify(problem, model)
+    one = hd.AdaptiveIdentifier(a=20.0, gamma=20.0).identify(problem, model)
+    np.testing.assert_array_equal(same.damping.coefficients, one.damping.coefficients)
+    frozen_roll = hd.AdaptiveIdentifier(gamma=(20.0, 20.0, 20.0, 1e-300, 20.0, 20.0))
+    assert frozen_roll.identify(problem, model).damping["K_p"] == -1.0
+
+
+def test_scaled_gains_follow_their_formula(driven, discrete_log, true_damping):
+    """a_i = w M_ii and gamma_ij = 0.03 M_ii / (n_i mean xi_j^2); six linear terms an axis."""
+    model = hd.catalog["linear"]
+    problem = hd.prepare(driven, discrete_log(true_damping(model), n=90), model)
+    bound = hd.AdaptiveIdentifier(a=hd.ByInertia(2.0), gamma=hd.ByTerm(0.03)).bind(problem, model)
+    inertia = np.diag(driven.mass_matrix)
+    np.testing.assert_allclose(bound.a, 2.0 * inertia)
+    power = np.mean(problem.log.velocity**2, axis=0)
+    np.testing.assert_allclose(mean_square(problem), power)
+    expected = 0.03 * inertia / (6 * power[:, None])
+    np.testing.assert_allclose(bound.gamma[problem.columns.n_known :], expected)
+    assert not bound.gamma[: problem.columns.n_known].any()
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [{"a": 0.0}, {"a": -1.0}, {"gamma": (1.0, 2.0)}, {"gamma": float("nan")}, {"passes": 0}],
+)
+def test_settings_without_a_proof_are_refused(settings):
+    with pytest.raises(hd.MethodError):
+        hd.AdaptiveIdentifier(**settings)
+
+
+@pytest.mark.parametrize("gain", [hd.ByInertia, hd.ByTerm])
+def test_scales_must_be_positive(gain):
+    with pytest.raises(hd.MethodError, match="positive"):
+        gain(0.0)
+
+
+def test_gains_by_term_need_a_log(driven, discrete_log, true_damping):
+    model = hd.catalog["linear"]
+    problem = hd.prepare(driven, discrete_log(true_damping(model), n=30), model)
+    with pytest.raises(hd.MethodError, match="from a log"):
+        SCALED.bind(problem.columns, model)
+
+
+def test_any_positive_gain_is_stable(driven, discrete_log, true_damping):
+    """The implicit midpoint rule has no largest gain and no largest step."""
+    model = hd.catalog["linear"]
+    problem = hd.prepare(driven, discrete_log(true_damping(model), n=30), model)
+    fit = hd.AdaptiveIdentifier(gamma=1e308).identify(problem, model)
+    assert fit.status.usable
+    assert np.isfinite(fit.damping.coefficients).all()
+
+
+@pytest.mark.parametrize("method", [hd.AdaptiveIdentifier(), hd.LeastSquares()])
+def test_numbers_beyond_float64_are_a_status(method, vehicle):
+    """u = 1e200 m/s overflows u^2: the outcome is a status, not a crash."""
+    velocity = np.zeros((20, 6))
+    velocity[:, 0] = 1e200
+    log = hd.Log.from_arrays(
+        np.arange(20) / 10, velocity, attitude=np.zeros((20, 3)), wrench=np.zeros((20, 6))
+    )
+    with np.errstate(all="ignore"):
+        fit = hd.identify(hd.catalog["coe"], vehicle, log, method)
+    assert fit.status is hd.Status.FAILED
+    assert not fit.damping.coefficients.any()

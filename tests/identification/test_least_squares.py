@@ -1,0 +1,136 @@
+"""Least squares: rank, aliases, units, free axes, too few samples."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import hydrodamp as hd
+
+
+def identify(vehicle, log, model, method=None):
+    return hd.identify(model, vehicle, log, method or hd.LeastSquares())
+
+
+def test_uncoupled_has_rank_2_in_x_under_way(vehicle, exact_log, true_damping):
+    """u, u^2, |u|, u|u| are two columns for u > 0 (NOTES on the eight models)."""
+    model = hd.catalog["uncoupled"]
+    fit = identify(vehicle, exact_log(true_damping(model), forward=3.0), model)
+    assert fit.rank == 24 - 2
+    assert fit.aliased == (("X_u", "X_|u|"), ("X_u^2", "X_u|u|"))
+    pairs = [("X_u", "X_|u|"), ("X_u^2", "X_u|u|")]
+    for one, other in pairs:  # the smallest norm splits evenly
+        assert fit.damping[one] == pytest.approx(fit.damping[other], rel=1e-6)
+
+
+def test_unknown_propulsion_makes_its_columns_vanish(vehicle, exact_log, true_damping):
+    model = hd.catalog["gertler-hagen"]
+    log = replace(exact_log(true_damping(model)), propulsion_ratio=None)
+    with pytest.warns(hd.PropulsionWarning, match="taken as one"):
+        fit = identify(vehicle, log, model)
+    etas = [label for label in model.labels if "(eta-1)" in label]
+    assert len(etas) == 88 - fit.rank
+    assert all(fit.damping[label] == 0.0 for label in etas)
+    assert {label for group in fit.aliased for label in group} == set(etas)
+
+
+def test_coefficients_follow_the_unit_of_a_column(vehicle, exact_log, true_damping):
+    """Scaling a command by 1000 divides its gain by 1000 and changes nothing else."""
+    model = hd.catalog["linear"].with_terms({"X N": "ch"})
+    log = exact_log(true_damping(hd.catalog["linear"]), n=900)
+    rng = np.random.default_rng(0)
+    held = rng.normal(size=log.n)
+    small = replace(log, command_names=("ch",), commands=held[:, None])
+    large = replace(log, command_names=("ch",), commands=1000 * held[:, None])
+    one, other = identify(vehicle, small, model), identify(vehicle, large, model)
+    factor = np.array([1000.0 if label.endswith("ch") else 1.0 for label in model.labels])
+    np.testing.assert_allclose(
+        one.damping.coefficients, other.damping.coefficients * factor, rtol=1e-8, atol=1e-12
+    )
+
+
+def test_an_unknown_gain_is_one_more_column(vehicle, exact_log, true_damping):
+    truth = true_damping(hd.catalog["prestero"])
+    log = exact_log(truth, n=900)
+    rudder = 0.3 * np.sign(np.sin(log.time))
+    speed = log.velocity[:, 0]
+    wrench = log.wrench.copy()
+    wrench[:, 5] -= -9.2 * speed * np.abs(speed) * rudder  # what the record does not hold
+    log = replace(log, wrench=wrench, command_names=("rudder",), commands=rudder[:, None])
+    model = truth.model.with_terms({"N": "u|u|*rudder"})
+    fit = identify(vehicle, log, model)
+    assert fit.damping["N_u|u|*rudder"] == pytest.approx(-9.2, rel=1e-8)
+    assert fit.damping["N_v|v|"] == pytest.approx(truth["N_v|v|"], rel=1e-8)
+
+
+def test_three_degrees_of_freedom_use_the_sub_block(vehicle):
+    """Equation 1 on X, Y, N alone, written out."""
+    planar = replace(vehicle, axes=("X", "Y", "N"))
+    rng = np.random.default_rng(4)
+    time = np.arange(600) / 10
+    phase = rng.uniform(0, 6, 3)
+    rates = np.array([0.3, 0.5, 0.8])
+    motion = np.array([0.4, 0.3, 0.2]) * np.sin(np.outer(time, rates) + phase)
+    slope = np.array([0.4, 0.3, 0.2]) * rates * np.cos(np.outer(time, rates) + phase)
+    truth = np.array([-20.0, -30.0, -15.0])  # X_u, Y_v, N_r
+    free = np.ix_([0, 1, 5], [0, 1, 5])
+    momentum = motion @ vehicle.mass_matrix[free]
+    u, v, r = motion.T
+    coriolis = np.column_stack(
+        [momentum[:, 1] * r, -momentum[:, 0] * r, momentum[:, 0] * v - momentum[:, 1] * u]
+    )
+    needed = slope @ vehicle.mass_matrix[free] - coriolis - motion * truth
+    wrench = np.zeros((600, 6))
+    wrench[:, [0, 1, 5]] = needed
+    acceleration = np.zeros((600, 6))
+    acceleration[:, [0, 1, 5]] = slope
+    log = hd.Log.from_arrays(
+        time, {"u": u, "v": v, "r": r}, wrench=wrench, acceleration=acceleration
+    )
+    fit = identify(planar, log, hd.catalog["linear"])
+    assert fit.model.labels == tuple(f"{a}_{b}" for a in "XYN" for b in "uvr")
+    expected = np.diag(truth).ravel()
+    np.testing.assert_allclose(fit.damping.coefficients, expected, rtol=1e-8, atol=1e-8)
+
+
+def test_too_few_samples_is_a_status(vehicle, exact_log, true_damping):
+    log = exact_log(true_damping(hd.catalog["linear"]), n=30)
+    fit = identify(vehicle, log, hd.catalog["mcfarland-whitcomb"])
+    assert fit.status is hd.Status.TOO_FEW_SAMPLES
+    assert not fit.status.usable
+    assert identify(vehicle, log, hd.catalog["linear"]).status is hd.Status.OK
+
+
+def test_white_covariance_has_its_nominal_size(vehicle, exact_log, true_damping):
+    """White wrench noise: (estimate - truth) / standard error has unit spread."""
+    truth = true_damping(hd.catalog["linear"])
+    log = exact_log(truth)
+    rng = np.random.default_rng(8)
+    scores = []
+    for _ in range(20):
+        noisy = replace(log, wrench=log.wrench + rng.normal(0, 2.0, log.wrench.shape))
+        damping = identify(vehicle, noisy, truth.model).damping
+        error = damping.coefficients - truth.coefficients
+        scores.append(error / np.sqrt(np.diag(damping.covariance)))
+    assert np.std(scores) == pytest.approx(1.0, abs=0.06)
+
+
+def test_the_fit_prints_its_outcome(vehicle, exact_log, true_damping):
+    model = hd.catalog["coe-as-printed"]
+    text = str(identify(vehicle, exact_log(true_damping(model), forward=3.0), model))
+    assert "rank deficient" in text
+    assert "X_u^2 X_u|u|" in text
+
+
+def test_a_model_that_was_not_prepared_is_refused(vehicle, exact_log, true_damping):
+    log = exact_log(true_damping(hd.catalog["fossen"]), n=300)
+    problem = hd.prepare(vehicle, log, hd.catalog["fossen"])
+    with pytest.raises(hd.ModelError, match="was not prepared for"):
+        hd.LeastSquares().identify(problem, hd.catalog["prestero"])
+
+
+def test_unknown_methods_name_the_nearest():
+    with pytest.raises(hd.MethodError, match="Did you mean 'ai-scaled'"):
+        hd.find_method("ai-scale")

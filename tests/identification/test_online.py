@@ -1,0 +1,92 @@
+"""Live samples: the same numbers as from a log, and clear refusals."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import hydrodamp as hd
+
+
+@pytest.fixture
+def live():
+    vehicle, model = hd.fleet["vt690"], hd.catalog["gertler-hagen"]
+    rng = np.random.default_rng(3)
+    n = 40
+    log = hd.Log.from_arrays(
+        np.arange(n) / 10,
+        rng.normal(0, 0.1, (n, 6)) + np.array([1.5, 0, 0, 0, 0, 0]),
+        attitude=rng.normal(0, 0.1, (n, 3)),
+        commands={
+            "rudder": rng.normal(0, 0.1, n),
+            "elevator": rng.normal(0, 0.1, n),
+            "rpm": rng.uniform(1500, 2000, n),
+        },
+    )
+    return vehicle, model, log
+
+
+def test_observed_samples_are_those_of_the_log(live):
+    vehicle, model, log = live
+    problem = hd.prepare(vehicle, log, model)
+    previous = None
+    for k in range(log.n):
+        previous = hd.observe(
+            problem.columns,
+            time=log.time[k],
+            velocity=log.velocity[k],
+            down=log.down[k],
+            commands={name: log.command(name)[k] for name in log.command_names},
+            previous=previous,
+        )
+        np.testing.assert_array_equal(previous.values, problem.inputs.sample(k).values)
+
+
+def test_a_wrench_and_a_ratio_can_be_given_instead(live):
+    vehicle, model, log = live
+    recorded = hd.Log.from_arrays(
+        log.time,
+        log.velocity,
+        attitude=log.attitude,
+        wrench=np.zeros((log.n, 6)),
+        propulsion_ratio=np.ones(log.n),
+    )
+    columns = hd.prepare(vehicle, recorded, model).columns
+    sample = hd.observe(
+        columns,
+        time=0.0,
+        velocity=[2.0, 0, 0, 0, 0, 0],
+        wrench=np.ones(6),
+        propulsion_ratio=1.5,
+    )
+    np.testing.assert_allclose(sample.propulsion, [3.0, 3.0])
+    np.testing.assert_allclose(sample.values[10:16], np.ones(6))
+
+
+def test_a_wrench_beside_actuators_is_refused(live):
+    vehicle, model, log = live
+    columns = hd.prepare(vehicle, log, model).columns
+    with pytest.raises(hd.ProblemError, match="twice"):
+        hd.observe(
+            columns,
+            time=0,
+            velocity=np.zeros(6),
+            wrench=np.ones(6),
+            commands={"rudder": 0, "elevator": 0, "rpm": 0},
+        )
+
+
+def test_a_missing_command_is_named(live):
+    vehicle, model, log = live
+    columns = hd.prepare(vehicle, log, model).columns
+    with pytest.raises(hd.ProblemError, match="'elevator' is missing"):
+        hd.observe(columns, time=0, velocity=np.zeros(6), commands={"rudder": 0, "rpm": 0})
+
+
+def test_time_must_advance(live):
+    vehicle, model, log = live
+    problem = hd.prepare(vehicle, log, model)
+    method = hd.AdaptiveIdentifier()
+    state = method.init(problem, model, problem.inputs.sample(1))
+    with pytest.raises(hd.ProblemError, match="time"):
+        method.step(state, problem.inputs.sample(0))

@@ -1,0 +1,74 @@
+"""The triangle: mergeable, the same as all rows at once, never a Gram matrix."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import hydrodamp as hd
+
+
+@pytest.fixture
+def problem(vehicle, exact_log, true_damping):
+    truth = true_damping(hd.catalog["gertler-hagen"])
+    return hd.prepare(vehicle, exact_log(truth), [hd.catalog[k] for k in hd.PAPER_MODELS])
+
+
+def rows_of(problem):
+    xi = problem.regressor()[:, problem.columns.n_known :]
+    return np.hstack([xi, hd.damping_wrench(problem, problem.log.acceleration)])
+
+
+def test_it_is_the_triangle_of_all_rows(problem):
+    triangle = hd.accumulate(problem)
+    rows = rows_of(problem)
+    assert triangle.n_samples == len(rows)
+    np.testing.assert_allclose(
+        triangle.r.T @ triangle.r, rows.T @ rows, rtol=1e-9, atol=1e-9 * np.abs(rows).max() ** 2
+    )
+    assert not np.tril(triangle.r, -1).any()
+
+
+def test_merged_segments_give_the_coefficients_of_the_whole(problem):
+    model = hd.catalog["linear"]
+    method = hd.LeastSquares()
+    parts = hd.merge(hd.accumulate(problem, segments=[k]) for k in range(3))
+    assert parts.n_samples == problem.n_samples
+    whole = method.solve(hd.accumulate(problem), problem, model)
+    merged = method.solve(parts, problem, model)
+    np.testing.assert_allclose(
+        merged.damping.coefficients, whole.damping.coefficients, rtol=1e-9, atol=1e-12
+    )
+
+
+def test_order_of_merging_does_not_matter(problem):
+    a, b, c = (hd.accumulate(problem, segments=[k]) for k in range(3))
+    model, method = hd.catalog["prestero"], hd.LeastSquares()
+    one = method.solve(a.merge(b).merge(c), problem, model)
+    other = method.solve(c.merge(a.merge(b)), problem, model)
+    np.testing.assert_allclose(
+        one.damping.coefficients, other.damping.coefficients, rtol=1e-9, atol=1e-12
+    )
+
+
+def test_triangles_of_different_terms_do_not_merge(problem, vehicle):
+    other = hd.prepare(vehicle, problem.log, hd.catalog["fossen"])
+    with pytest.raises(hd.ProblemError, match="different terms"):
+        hd.accumulate(problem).merge(hd.accumulate(other))
+    with pytest.raises(hd.ProblemError, match="at least one"):
+        hd.merge([])
+
+
+def test_near_collinear_columns_keep_their_coefficients(vehicle, exact_log):
+    """Speed hardly varies under way: at condition 1e7 a Gram matrix gives wrong numbers."""
+    model = hd.DampingModel.from_table({"X": "1 u u^2 u^2|u|"}, key="cubic")
+    truth = hd.Damping(model, [3.0, -2.0, 1.5, -0.5])
+    problem = hd.prepare(vehicle, exact_log(truth, forward=40.0), model)
+    triangle = hd.accumulate(problem)
+    design = triangle.r[:, :4]
+    scaled = design / np.linalg.norm(design, axis=0)
+    assert np.linalg.cond(scaled) > 1e6
+    fit = hd.LeastSquares().solve(triangle, problem, model)
+    error = fit.damping.coefficients / truth.coefficients - 1
+    gram = np.linalg.solve(design.T @ design, design.T @ triangle.r[:, 4])
+    assert np.abs(error).max() < 1e-3 * np.abs(gram / truth.coefficients - 1).max()

@@ -1,0 +1,112 @@
+"""Both backends refuse the same calls with the same sentences."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from hydrodamp.errors import ProblemError
+
+
+@pytest.fixture
+def call(backend, make):
+    rng = np.random.default_rng(5)
+    plant, inputs = make.plant(rng), make.inputs(rng, n=6)
+    matrix, segments = np.zeros((plant.n_terms, 6)), np.array([[0, 6]])
+
+    def run(kernel, **change):
+        arguments = {"plant": plant, "matrix": matrix, "inputs": inputs, "segments": segments}
+        if kernel == "sensitivities":
+            arguments["parameters"] = np.array([[0, 0]])
+        if kernel == "adapt":
+            arguments |= {"a": np.ones(6), "gamma": matrix}
+        return getattr(backend, kernel)(**(arguments | change))
+
+    return run
+
+
+@pytest.mark.parametrize("kernel", ["replay", "sensitivities", "adapt"])
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"matrix": np.zeros((3, 6))}, r"`matrix` must have shape \(12, 6\); got \(3, 6\)"),
+        ({"segments": [[0, 7]]}, r"0 <= start < stop <= 6; got \(0, 7\)"),
+        ({"segments": [[2, 2]]}, r"got \(2, 2\)"),
+        ({"segments": [0, 6]}, r"`segments` must have shape \(s, 2\); got \(2,\)"),
+    ],
+)
+def test_every_batch(call, kernel, change, message):
+    with pytest.raises(ProblemError, match=message):
+        call(kernel, **change)
+
+
+@pytest.mark.parametrize("kernel", ["replay", "sensitivities", "adapt"])
+def test_channels_must_be_the_plants(call, make, kernel):
+    other = make.inputs(np.random.default_rng(6), n=6, n_channels=1)
+    with pytest.raises(ProblemError, match=r"must have 2 columns.*got 1"):
+        call(kernel, inputs=other)
+
+
+@pytest.mark.parametrize("kernel", ["replay", "sensitivities"])
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"attitude": np.zeros((5, 4))}, r"`attitude` must have shape \(6, 4\); got \(5, 4\)"),
+        ({"max_step": 0.0}, "`max_step` must be positive; got 0.0"),
+        ({"limit": float("nan")}, "`limit` must be positive; got nan"),
+    ],
+)
+def test_integration(call, kernel, change, message):
+    with pytest.raises(ProblemError, match=message):
+        call(kernel, **change)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"parameters": [[12, 0]]}, r"term below 12 and an axis below 6; got \(12, 0\)"),
+        ({"parameters": [[0, 0], [0, -1]]}, r"got \(0, -1\)"),
+        ({"parameters": [1, 2, 3]}, r"`parameters` must have shape \(p, 2\); got \(3,\)"),
+    ],
+)
+def test_sensitivities(call, change, message):
+    with pytest.raises(ProblemError, match=message):
+        call("sensitivities", **change)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"a": np.ones(3)}, r"`a` must have shape \(6,\); got \(3,\)"),
+        ({"gamma": np.ones((2, 6))}, r"`gamma` must have shape \(12, 6\); got \(2, 6\)"),
+        ({"passes": 0}, "`passes` must be at least 1; got 0"),
+        ({"every": -1}, "`every` must be at least 0; got -1"),
+    ],
+)
+def test_adapt(call, change, message):
+    with pytest.raises(ProblemError, match=message):
+        call("adapt", **change)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"velocity": np.zeros((3, 5))}, r"`velocity` must have shape \(3, 6\)"),
+        ({"down": np.zeros((2, 3))}, r"`down` must have shape \(3, 3\)"),
+        ({"channels": np.zeros(3)}, r"`channels` must have shape \(3, m\); got \(3,\)"),
+        ({"propulsion_speed": np.zeros(2)}, r"`propulsion_speed` must have shape \(3,\)"),
+        ({"factors": [[21, 0, 0, 0]]}, r"0\.\.20 with 0 channels"),
+        ({"out": np.zeros((3, 2))}, r"`out` must be writable float64 of shape \(3, 1\)"),
+        ({"out": np.zeros((3, 1), dtype=np.float32)}, "got float32"),
+    ],
+)
+def test_regressor(backend, change, message):
+    good = {
+        "factors": [[1, 0, 0, 0]],
+        "velocity": np.zeros((3, 6)),
+        "down": np.zeros((3, 3)),
+        "channels": np.zeros((3, 0)),
+        "propulsion_speed": np.zeros(3),
+    }
+    with pytest.raises(ProblemError, match=message):
+        backend.regressor(**(good | change))

@@ -1,0 +1,85 @@
+"""The C files alone: strict C99 in both precisions, no allocation, no input or output."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+import hydrodamp.kernels
+
+CSRC = Path(hydrodamp.kernels.__file__).parent / "csrc"
+SOURCES = sorted(CSRC.glob("*.c"))
+STRICT = ["-std=c99", "-O3", "-ffp-contract=off", "-Wall", "-Wextra", "-Wpedantic", "-Werror"]
+
+# One surge step of the identifier and one replay, in whatever hd_real is.
+PROGRAM = """
+#include "hydrodamp.h"
+#include <stdio.h>
+int main(void)
+{
+    const int32_t factors[8] = {1, 7, 0, 0, 6, 0, 0, 0};
+    const unsigned char free_axes[6] = {1, 1, 1, 1, 1, 1};
+    const hd_real time[3] = {0, (hd_real)0.1, (hd_real)0.2}, down[9] = {0}, wrench[18] = {0};
+    const hd_real velocity[18] = {2, 0, 0, 0, 0, 1, (hd_real)1.9, 0, 0, 0, 0, 1,
+                                  (hd_real)1.8, 0, 0, 0, 0, 1};
+    const hd_real propulsion[6] = {0}, a[6] = {20, 20, 20, 20, 20, 20};
+    const int64_t segment[2] = {0, 3};
+    hd_real mass[36] = {0}, gamma[12], matrix[12] = {0}, error[6], out[18], work[128];
+    int64_t diverged;
+    for (int i = 0; i < 6; ++i) mass[7 * i] = (hd_real)(10 + i);
+    for (int i = 0; i < 12; ++i) gamma[i] = 20;
+    const hd_plant plant = {2, 0, factors, mass, free_axes};
+    const hd_record record = {3, 0, time, velocity, down, wrench, NULL, propulsion};
+    const hd_history none = {0, NULL, NULL, NULL};
+    hd_adapt(&plant, a, gamma, matrix, error, &record, segment, 1, 4, &none, work);
+    hd_replay(&plant, matrix, &record, segment, 1, NULL, (hd_real)0.05, 50, out, &diverged, work);
+    for (int i = 0; i < 12; ++i) printf("%.9g ", (double)matrix[i]);
+    for (int i = 0; i < 18; ++i) printf("%.9g ", (double)out[i]);
+    return (int)diverged + 1;
+}
+"""
+
+
+@pytest.fixture(scope="module")
+def compiler() -> str:
+    found = next((name for name in ("cc", "gcc", "clang") if shutil.which(name)), None)
+    if found is None:
+        pytest.skip("no C compiler here")
+    return found
+
+
+@pytest.mark.parametrize("real", ["double", "float"])
+def test_is_strict_c99(compiler, tmp_path, real):
+    command = [compiler, *STRICT, f"-DHD_REAL={real}", "-c", *map(str, SOURCES)]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+def test_single_precision_follows_double(compiler, tmp_path):
+    """To some units of 1e-7 a step: the identifier may run on a small processor."""
+    (tmp_path / "main.c").write_text(PROGRAM)
+    outputs = []
+    for real in ("double", "float"):
+        files = ["main.c", *map(str, SOURCES)]
+        flags = [*STRICT[:3], f"-DHD_REAL={real}", f"-I{CSRC}"]
+        subprocess.run([compiler, *flags, *files, "-lm", "-o", real], cwd=tmp_path, check=True)
+        done = subprocess.run([tmp_path / real], capture_output=True, text=True, check=True)
+        outputs.append([float(word) for word in done.stdout.split()])
+    assert outputs[0] == pytest.approx(outputs[1], rel=1e-5, abs=1e-6)
+    assert len(outputs[0]) == 30
+
+
+@pytest.mark.parametrize("source", [*SOURCES, CSRC / "hydrodamp.h"], ids=lambda path: path.name)
+def test_neither_allocates_nor_prints(source):
+    text = re.sub(r"/\*.*?\*/", "", source.read_text(), flags=re.DOTALL)
+    assert not re.search(r"\b(malloc|calloc|realloc|free|printf|fopen|alloca)\s*\(", text)
+    assert set(re.findall(r"#include\s*[<\"](.+?)[>\"]", text)) <= {
+        "hydrodamp.h",
+        "stddef.h",
+        "stdint.h",
+        "tgmath.h",
+    }

@@ -1,0 +1,223 @@
+"""The eight models against the paper: counts of Table I, terms and values of section II.C."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from hydrodamp.basis.axes import AXES
+from hydrodamp.basis.basis import UNION, Basis
+from hydrodamp.errors import ModelError
+from hydrodamp.models.catalog import PAPER_MODELS, catalog, find_model
+
+# Table I, column n bar; the last is what the printed equations of section II.C.5 give.
+COUNTS = {
+    "mcfarland-whitcomb": 216,
+    "pitch-yaw": 100,
+    "gertler-hagen": 88,
+    "linear": 36,
+    "coe": 33,
+    "prestero": 30,
+    "uncoupled": 24,
+    "fossen": 12,
+    "coe-as-printed": 36,
+}
+
+# Terms counted in the printed equations, axis by axis; the X row of pitch-yaw is 17 + 17 - 2.
+AXIS_COUNTS = {
+    "mcfarland-whitcomb": [36] * 6,
+    "pitch-yaw": [32, 17, 17, 0, 17, 17],
+    "gertler-hagen": [10, 16, 16, 13, 17, 16],
+    "linear": [6] * 6,
+    "coe": [8, 3, 8, 3, 8, 3],
+    "prestero": [5, 6, 6, 1, 6, 6],
+    "uncoupled": [4] * 6,
+    "fossen": [2] * 6,
+    "coe-as-printed": [9, 3, 9, 3, 9, 3],
+}
+
+# What each printed row sums to when every coefficient is one, written as formulas.
+# h = eta - 1, cross = V = sqrt(v^2 + w^2), signed_v = sign(v) V, signed_w = sign(w) V.
+
+
+def linear(u, v, w, p, q, r, h):
+    return [u + v + w + p + q + r] * 6
+
+
+def mcfarland_whitcomb(u, v, w, p, q, r, h):
+    velocities = (u, v, w, p, q, r)
+    return [sum(abs(a) * sum(velocities) for a in velocities)] * 6
+
+
+def pitch_yaw(u, v, w, p, q, r, h):
+    shared = u**2 + abs(u)
+    yaw = r + v + r**2 + abs(r) + v**2 + abs(v)
+    yaw = yaw + u * abs(r) + r * abs(v) + v * abs(r) + u * abs(v) + v * abs(v) + r * abs(r)
+    yaw = yaw + u * r + v * r + u * v
+    pitch = q + w + q**2 + abs(q) + w**2 + abs(w)
+    pitch = pitch + u * abs(q) + q * abs(w) + w * abs(q) + u * abs(w) + w * abs(w) + q * abs(q)
+    pitch = pitch + u * q + w * q + u * w
+    return [
+        shared + yaw + pitch,
+        shared + yaw,
+        shared + pitch,
+        0 * u,
+        shared + pitch,
+        shared + yaw,
+    ]
+
+
+def gertler_hagen(u, v, w, p, q, r, h):
+    cross = np.hypot(v, w)
+    signed_v, signed_w = np.sign(v) * cross, np.sign(w) * cross
+    lateral = u**2 + v * cross + p * q + q * r + u * p + u * r + v * q + w * p + w * r
+    lateral = lateral + u * v + v * w
+    normal = p**2 + r**2 + u**2 + v**2 + w * cross + p * r + u * q + v * p + v * r + u * w
+    normal = normal + u * abs(w) + abs(w) * cross + h * (w * cross + u * q + u * w)
+    lateral_eta = h * (v * cross + u * r + u * v)
+    axial = q**2 + r**2 + u**2 + v**2 + w**2 + h * (v**2 + w**2) + p * r + v * r + w * q
+    return [
+        axial,
+        lateral + abs(r) * signed_v + p * abs(p) + lateral_eta,
+        normal + abs(q) * signed_w,
+        lateral + h * u**2 + p * abs(p),
+        normal + q * cross + q * abs(q),
+        lateral + r * cross + r * abs(r) + lateral_eta,
+    ]
+
+
+def coe(u, v, w, p, q, r, h):
+    symmetric = u**2 + v**2 + w**2 + p**2 + q**2 + r**2 + w * abs(w) + q * abs(q)
+    odd = v * abs(v) + p * abs(p) + r * abs(r)
+    return [symmetric, odd, symmetric, odd, symmetric, odd]
+
+
+def coe_as_printed(u, v, w, p, q, r, h):
+    rows = coe(u, v, w, p, q, r, h)
+    return [row + u * abs(u) if axis in (0, 2, 4) else row for axis, row in enumerate(rows)]
+
+
+def prestero(u, v, w, p, q, r, h):
+    lateral = v * abs(v) + p * q + u * r + w * p + u * v + r * abs(r)
+    normal = w * abs(w) + p * r + u * q + v * p + u * w + q * abs(q)
+    axial = q**2 + w * q + r**2 + v * r + u * abs(u)
+    return [axial, lateral, normal, p * abs(p), normal, lateral]
+
+
+def uncoupled(u, v, w, p, q, r, h):
+    return [s + s**2 + abs(s) + s * abs(s) for s in (u, v, w, p, q, r)]
+
+
+def fossen(u, v, w, p, q, r, h):
+    return [s + s * abs(s) for s in (u, v, w, p, q, r)]
+
+
+FORMULAS = {
+    "mcfarland-whitcomb": mcfarland_whitcomb,
+    "pitch-yaw": pitch_yaw,
+    "gertler-hagen": gertler_hagen,
+    "linear": linear,
+    "coe": coe,
+    "prestero": prestero,
+    "uncoupled": uncoupled,
+    "fossen": fossen,
+    "coe-as-printed": coe_as_printed,
+}
+
+
+def row(key, axis):
+    return {str(term) for term in catalog[key].terms[AXES.index(axis)]}
+
+
+def test_the_counts_of_table_1():
+    assert {key: model.n_coefficients for key, model in catalog.items()} == COUNTS
+    assert tuple(COUNTS)[:8] == PAPER_MODELS
+
+
+@pytest.mark.parametrize("key", COUNTS)
+def test_the_counts_of_each_axis(key):
+    assert [len(terms) for terms in catalog[key].terms] == AXIS_COUNTS[key]
+    assert catalog[key].key == key
+
+
+def test_the_union_of_all_models_is_the_85_terms():
+    assert Basis.union(*(catalog[key].basis for key in PAPER_MODELS)) == UNION
+
+
+@pytest.mark.parametrize("key", COUNTS)
+def test_every_model_sums_to_the_printed_equations(key):
+    """All coefficients one: each axis is the plain sum of its printed terms."""
+    rng = np.random.default_rng(24)
+    velocity, ratio = rng.normal(size=(50, 6)), rng.uniform(0.5, 1.5, 50)
+    model = catalog[key]
+    regressor = model.basis.evaluate(velocity, propulsion_ratio=ratio)
+    found = regressor @ model.unpack(np.ones(model.n_coefficients)).T
+    expected = np.stack(FORMULAS[key](*velocity.T, ratio - 1.0), axis=1)
+    np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12)
+
+
+# Terms that stand once in Gertler-Hagen, read off the printed rows.
+ONLY = {
+    "X": {"w^2", "q^2", "wq", "v^2(eta-1)", "w^2(eta-1)"},
+    "Y": {"|r|V_v"},
+    "Z": {"|q|V_w"},
+    "K": {"u^2(eta-1)"},
+    "M": {"qV", "q|q|"},
+    "N": {"rV", "r|r|"},
+}
+
+
+@pytest.mark.parametrize("axis", AXES)
+def test_terms_that_only_one_row_of_gertler_hagen_has(axis):
+    others = set().union(*(row("gertler-hagen", other) for other in AXES if other != axis))
+    assert row("gertler-hagen", axis) - others == ONLY[axis]
+
+
+def test_gertler_hagen_has_15_terms_with_eta():
+    model = catalog["gertler-hagen"]
+    assert sum(label.endswith("(eta-1)") for label in model.labels) == 15
+
+
+def test_rows_of_prestero_as_printed():
+    assert row("prestero", "X") == {"q^2", "wq", "r^2", "vr", "u|u|"}
+    assert row("prestero", "Y") == {"v|v|", "pq", "ur", "wp", "uv", "r|r|"}
+    assert row("prestero", "M") == {"w|w|", "pr", "uq", "vp", "uw", "q|q|"}
+    assert row("prestero", "K") == {"p|p|"}
+
+
+def test_pitch_yaw_superimposes_its_yaw_and_pitch_sets_in_x():
+    yaw, pitch = row("pitch-yaw", "Y"), row("pitch-yaw", "Z")
+    assert yaw & pitch == {"u^2", "|u|"}
+    assert row("pitch-yaw", "X") == yaw | pitch
+    assert (row("pitch-yaw", "N"), row("pitch-yaw", "M")) == (yaw, pitch)
+
+
+def test_coe_under_way_ahead_has_the_rank_of_table_1():
+    """For u > 0 the columns u^2 and u|u| agree: the 36 printed columns have rank 33."""
+    rng = np.random.default_rng(33)
+    velocity = rng.normal(size=(300, 6))
+    velocity[:, 0] = np.abs(velocity[:, 0]) + 0.1
+    for key, rank in (("coe", 33), ("coe-as-printed", 33)):
+        model = catalog[key]
+        xi = model.basis.evaluate(velocity)
+        assert sum(np.linalg.matrix_rank(xi[:, r]) for r in model.rows) == rank
+
+
+@pytest.mark.parametrize("key", COUNTS)
+def test_every_model_says_where_it_comes_from(key):
+    model = catalog[key]
+    assert "Gibson, McCarter, Stilwell, Neu" in model.source
+    assert model.note
+    assert len(str(model).splitlines()) <= 24
+
+
+def test_garbled_print_is_told_in_the_notes():
+    assert "garbled (29 terms)" in catalog["pitch-yaw"].note
+    assert "Table I says 33" in catalog["coe"].note
+    assert "216" in catalog["mcfarland-whitcomb"].note
+
+
+def test_find_model_names_the_nearest():
+    assert find_model("linear") is catalog["linear"]
+    with pytest.raises(ModelError, match=r"No model is called 'liner'.*Did you mean 'linear'"):
+        find_model("liner")

@@ -1,0 +1,109 @@
+"""A model with numbers: wrench, power, labels."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from hydrodamp.errors import ModelError, TermError
+from hydrodamp.models.catalog import catalog
+from hydrodamp.models.damping import Damping, VehicleStamp
+
+
+@pytest.fixture
+def damping():
+    model = catalog["gertler-hagen"]
+    coefficients = np.random.default_rng(88).normal(size=88)
+    return Damping(model, coefficients, np.eye(88), VehicleStamp("toy", 1.0, 2.0), "src", "nb")
+
+
+def test_coefficients_by_label(damping):
+    values = damping.as_dict()
+    assert tuple(values) == damping.model.labels
+    assert all(damping[label] == value for label, value in values.items())
+    assert damping["Y_V_v|r|"] == values["Y_|r|V_v"]
+    with pytest.raises(ModelError, match="no coefficient `K_p`"):
+        damping["K_p"]
+
+
+def test_wrench_is_the_matrix_times_the_regressor(damping):
+    velocity = np.random.default_rng(1).normal(size=(20, 6))
+    ratio = np.linspace(0.8, 1.2, 20)
+    wrench = damping.wrench(velocity, propulsion_ratio=ratio)
+    xi = damping.model.basis.evaluate(velocity, propulsion_ratio=ratio)
+    np.testing.assert_allclose(wrench, (damping.matrix @ xi.T).T, rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(
+        damping.wrench(velocity[4], propulsion_ratio=ratio[4]), wrench[4], rtol=1e-12, atol=1e-12
+    )
+
+
+def test_wrench_takes_commands_and_attitude():
+    damping = Damping.from_dict(None, {"N_u|u|*rudder": -9.0, "Y_down_y": 3.0})
+    velocity = [[2.0, 0, 0, 0, 0, 0]] * 2
+    wrench = damping.wrench(velocity, down=[0, 0.5, 0], commands={"rudder": [0.1, -0.1]})
+    np.testing.assert_allclose(wrench[:, 5], [-3.6, 3.6])
+    np.testing.assert_allclose(wrench[:, 1], 1.5)
+    with pytest.raises(TermError, match="`commands` must hold rudder"):
+        damping.wrench(velocity)
+
+
+def test_power_is_velocity_times_wrench(damping):
+    velocity = np.random.default_rng(2).normal(size=(20, 6))
+    power = damping.power(velocity)
+    np.testing.assert_allclose(
+        power, np.einsum("ni,ni->n", velocity, damping.wrench(velocity)), rtol=1e-12, atol=1e-12
+    )
+    assert damping.power(velocity[0]).shape == ()
+
+
+def test_drag_on_every_axis_dissipates():
+    model = catalog["fossen"]
+    damping = Damping(model, -np.ones(12))
+    velocity = np.random.default_rng(3).normal(size=(50, 6))
+    assert np.all(damping.power(velocity) < 0.0)
+
+
+def test_from_dict_wants_every_label_of_the_model():
+    model = catalog["fossen"]
+    values = dict.fromkeys(model.labels, -1.0)
+    assert Damping.from_dict(model, values).as_dict() == values
+    with pytest.raises(ModelError, match=r"Model 'fossen' also needs X_u\|u\|, N_r"):
+        Damping.from_dict(model, {k: v for k, v in values.items() if k not in ("X_u|u|", "N_r")})
+    with pytest.raises(ModelError, match="has no coefficient N_q"):
+        Damping.from_dict(model, {**values, "N_q": 1.0})
+
+
+def test_wrong_shapes_are_refused():
+    model = catalog["fossen"]
+    with pytest.raises(ModelError, match=r"`coefficients` must have shape \(12\).*'fossen' has 12"):
+        Damping(model, np.zeros(11))
+    with pytest.raises(ModelError, match=r"`covariance` must have shape \(12, 12\)"):
+        Damping(model, np.zeros(12), np.zeros((12, 11)))
+
+
+def test_arrays_are_copied_and_cannot_be_written():
+    values = np.zeros(12)
+    damping = Damping(catalog["fossen"], values)
+    values[0] = 1.0
+    assert damping["X_u"] == 0.0
+    for array in (damping.coefficients, damping.matrix):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 1.0
+
+
+def test_a_damping_prints_itself():
+    damping = Damping.from_dict(
+        None,
+        {"X_u|u|": -3.244, "Y_v": -20.0, "Y_r": 5.0},
+        vehicle=VehicleStamp("toy", 1.0, 1.0),
+        source="here",
+        note="there",
+    )
+    assert str(damping).splitlines() == [
+        "Damping, custom (custom): 3 coefficients",
+        "  X: -3.244 u|u|",
+        "  Y: -20 v, 5 r",
+        "  vehicle: toy",
+        "  source: here",
+        "  note: there",
+    ]

@@ -1,0 +1,192 @@
+"""The damping file: both ways, what it says, what it refuses, whose it is."""
+
+from __future__ import annotations
+
+import copy
+import json
+import warnings
+
+import numpy as np
+import pytest
+
+from hydrodamp.errors import FileError, ForeignVehicleWarning, ModelError
+from hydrodamp.models.catalog import catalog
+from hydrodamp.models.damping import Damping, VehicleStamp
+from hydrodamp.models.damping_file import (
+    damping_document,
+    damping_from_document,
+    read_damping,
+    warn_if_foreign,
+    write_damping,
+)
+
+STAMP = VehicleStamp("toy", 466.5, 470.0, "0123456789abcdef")
+
+
+@pytest.fixture
+def damping():
+    rng = np.random.default_rng(30)
+    model = catalog["prestero"].with_terms({"Y N": "u|u|*rudder"}, key="finned")
+    n = model.n_coefficients
+    return Damping(model, rng.normal(size=n) / 3, rng.normal(size=(n, n)), STAMP, "src", "nb")
+
+
+@pytest.mark.parametrize("key", catalog)
+def test_what_is_written_is_read_back_bit_for_bit(key, tmp_path):
+    model = catalog[key]
+    damping = Damping(model, np.random.default_rng(1).normal(size=model.n_coefficients))
+    write_damping(damping, tmp_path / "damping.json")
+    again = read_damping(tmp_path / "damping.json")
+    assert again.model == model
+    np.testing.assert_array_equal(again.coefficients, damping.coefficients)
+    assert again.covariance is None
+    assert again.vehicle is None
+
+
+def test_covariance_vehicle_source_and_note_survive(damping, tmp_path):
+    write_damping(damping, tmp_path / "damping.json")
+    again = read_damping(tmp_path / "damping.json")
+    np.testing.assert_array_equal(again.covariance, damping.covariance)
+    assert (again.vehicle, again.source, again.note) == (STAMP, "src", "nb")
+    assert [entry.name for entry in tmp_path.iterdir()] == ["damping.json"]
+
+
+def test_the_file_says_what_its_numbers_mean(damping, tmp_path):
+    write_damping(damping, tmp_path / "damping.json")
+    document = json.loads((tmp_path / "damping.json").read_text(encoding="utf-8"))
+    assert (document["format"], document["version"]) == ("hydrodamp-damping", 1)
+    assert document["frame"].startswith("FRD")
+    assert "Viscous remainder: H(M nu) nu with the full M" in document["content"]
+    assert "u_c/U" in document["eta"]
+    assert "right-hand side" in document["sign_convention"]
+    assert "Origin" in document["reference_point"]
+    assert document["units"]["Y_v|v|"] == "N/(m/s)^2"
+    assert document["units"]["N_u|u|*rudder"] == "N m/((m/s)^2 [rudder])"
+    assert list(document["units"]) == list(document["coefficients"])
+    assert document["covariance"]["order"] == list(damping.model.labels)
+    assert document["vehicle"]["mass_matrix_digest"] == "0123456789abcdef"
+
+
+def test_numbers_that_are_not_finite_become_null_and_come_back_as_nan(tmp_path):
+    model = catalog["fossen"]
+    covariance = np.eye(12)
+    covariance[1, 2] = np.inf
+    damping = Damping(model, [np.nan, *np.ones(11)], covariance)
+    write_damping(damping, tmp_path / "damping.json")
+    text = (tmp_path / "damping.json").read_text(encoding="utf-8")
+    assert "NaN" not in text
+    assert "Infinity" not in text
+    again = read_damping(tmp_path / "damping.json")
+    assert np.isnan(again["X_u"])
+    assert np.isnan(again.covariance[1, 2])
+
+
+def test_a_model_without_terms_survives(tmp_path):
+    empty = Damping(catalog["pitch-yaw"].restricted_to("K"), np.zeros(0), np.zeros((0, 0)))
+    write_damping(empty, tmp_path / "damping.json")
+    assert read_damping(tmp_path / "damping.json").covariance.shape == (0, 0)
+
+
+def spoilt(document, change):
+    document = copy.deepcopy(document)
+    change(document)
+    return document
+
+
+def drop(*path):
+    def change(document):
+        for key in path[:-1]:
+            document = document[key]
+        del document[path[-1]]
+
+    return change
+
+
+def put(value, *path):
+    def change(document):
+        for key in path[:-1]:
+            document = document[key]
+        document[path[-1]] = value
+
+    return change
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (put("other", "format"), "`format` must be 'hydrodamp-damping'"),
+        (put(2, "version"), "`version` must be 1; got 2"),
+        (drop("model"), "model: must hold `key` and `terms`"),
+        (put("v|x|", "model", "terms", "X"), r"model.terms: At X: .*stuck at"),
+        (put("a b", "model", "key"), "model.key: `key` must be letters"),
+        (drop("coefficients"), "coefficients: must map labels to numbers"),
+        (drop("coefficients", "Y_v|v|"), r"coefficients.Y_v\|v\|: is missing"),
+        (put("x", "coefficients", "Y_v|v|"), r"coefficients.Y_v\|v\|: must be a finite number"),
+        (put(float("nan"), "coefficients", "Y_uv"), "coefficients.Y_uv: must be a finite number"),
+        (put(1.0, "coefficients", "Y_v|w|"), r"no such coefficient. Did you mean 'Y_v\|v\|'"),
+        (put([], "covariance"), "covariance: must hold `matrix` and `order`"),
+        (put(["X_u"], "covariance", "order"), "covariance: must hold `matrix` and `order`"),
+        (put([[1.0]], "covariance", "matrix"), "covariance.matrix: must be 32 rows of 32"),
+        (put(["x"] * 33, "covariance", "matrix"), "covariance.matrix: must be 32 rows of 32"),
+        (put(True, "covariance", "matrix", 0, 1), r"covariance.matrix\[0\]\[1\]: must be a finite"),
+        (put("toy", "vehicle"), "vehicle: must be null or hold name"),
+        (put(None, "vehicle", "weight"), "vehicle.weight: must be a finite number; got None"),
+    ],
+)
+def test_faults_are_named(damping, change, says):
+    with pytest.raises(ModelError, match=says):
+        damping_from_document(spoilt(damping_document(damping), change), "damping.json")
+
+
+def test_faults_come_at_once(damping):
+    document = damping_document(damping)
+    for change in (put("x", "coefficients", "Y_uv"), put("toy", "vehicle"), put(1, "covariance")):
+        change(document)
+    with pytest.raises(ModelError, match=r"damping\.json: 3 faults"):
+        damping_from_document(document, "damping.json")
+
+
+def test_faults_of_a_file_without_a_model_come_at_once(damping):
+    document = damping_document(damping)
+    del document["model"], document["coefficients"]
+    with pytest.raises(ModelError, match="2 faults"):
+        damping_from_document(document)
+
+
+def test_what_is_no_damping_file(tmp_path):
+    path = tmp_path / "damping.json"
+    path.write_text('{"format":\n !}', encoding="utf-8")
+    with pytest.raises(FileError, match="is no JSON: line 2, column 2"):
+        read_damping(path)
+    path.write_text("[]", encoding="utf-8")
+    with pytest.raises(ModelError, match="Is this a file of write_damping"):
+        read_damping(path)
+
+
+def test_terms_may_be_typed_as_text(damping):
+    document = damping_document(damping)
+    document["model"]["terms"] = {
+        axis: " ".join(row) for axis, row in document["model"]["terms"].items()
+    }
+    assert damping_from_document(document).as_dict() == damping.as_dict()
+
+
+@pytest.mark.parametrize(
+    ("other", "says"),
+    [
+        (VehicleStamp("b", 466.5, 470.0, "f" * 16), "the mass matrix is another"),
+        (VehicleStamp("b", 400.0, 470.0, ""), "weight 466.5 N there, 400 N here"),
+        (VehicleStamp("b", 466.5, 471.0, STAMP.mass_matrix_digest), "buoyancy 470 N there"),
+    ],
+)
+def test_another_vehicle_is_warned_of(damping, other, says):
+    with pytest.warns(ForeignVehicleWarning, match=rf"belong to vehicle 'toy'.*'b'.*{says}"):
+        warn_if_foreign(damping, other)
+
+
+def test_the_same_vehicle_or_an_unknown_one_is_not_warned_of(damping):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        warn_if_foreign(damping, VehicleStamp("renamed", 466.5, 470.0, STAMP.mass_matrix_digest))
+        warn_if_foreign(damping, VehicleStamp("renamed", 466.5, 470.0))
+        warn_if_foreign(Damping(catalog["fossen"], np.zeros(12)), STAMP)

@@ -1,0 +1,154 @@
+"""Models of your own in YAML: read, extend, write, refuse."""
+
+from __future__ import annotations
+
+import pytest
+
+from hydrodamp.errors import FileError, ModelError
+from hydrodamp.models.catalog import catalog
+from hydrodamp.models.files import read_model, read_models, write_model
+
+
+@pytest.fixture
+def file(tmp_path):
+    def write(text):
+        path = tmp_path / "models.yaml"
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    return write
+
+
+def test_one_model(file):
+    path = file(
+        """
+name: mine
+title: My model
+source: here
+note: there
+terms:
+  X: u u|u|
+  Y N: [v, r, u|u|*rudder]
+  K: 1
+  Z: [1, w]
+"""
+    )
+    model = read_model(path)
+    assert (model.key, model.title, model.source, model.note) == (
+        "mine",
+        "My model",
+        "here",
+        "there",
+    )
+    assert model.labels[:2] == ("X_u", "X_u|u|")
+    assert "N_u|u|*rudder" in model.labels
+    assert {"K_1", "Z_1", "Z_w"} <= set(model.labels)
+
+
+def test_axes_in_flow_form_are_no_booleans(file):
+    model = read_model(file('{name: mine, terms: {X: "u u|u|", "Y N": "v r", N: p}}'))
+    assert model.labels == ("X_u", "X_u|u|", "Y_v", "Y_r", "N_v", "N_p", "N_r")
+    assert model.title == "mine"
+
+
+def test_a_list_of_models_may_extend_the_catalogue_and_each_other(file):
+    path = file(
+        """
+models:
+  - {name: finned, extends: linear, title: Finned, terms: {Y N: u|u|*rudder}}
+  - {name: finned-2, extends: finned, terms: {Z M: u|u|*elevator}}
+  - {name: plain, extends: prestero}
+  - {name: 690, terms: {X: u}, note: }
+"""
+    )
+    finned, finned_2, plain, numbered = read_models(path)
+    assert finned.n_coefficients == 38
+    assert finned.source.startswith("Extends linear. Gibson")
+    assert finned_2.commands == ("elevator", "rudder")
+    assert plain.terms == catalog["prestero"].terms
+    assert numbered.key == "690"
+    with pytest.raises(ModelError, match="must hold one model; got 4"):
+        read_model(path)
+
+
+@pytest.mark.parametrize("key", catalog)
+def test_what_is_written_is_read_back(key, tmp_path):
+    model = catalog[key].with_terms({"Y": "u|u|*rudder down_y 1"}, key="mine")
+    path = tmp_path / "mine.yaml"
+    write_model(model, path)
+    assert read_model(path) == model
+    assert [entry.name for entry in tmp_path.iterdir()] == ["mine.yaml"]
+
+
+def test_every_fault_of_a_file_comes_at_once_with_its_place(file):
+    path = file(
+        """
+models:
+  - {name: a, extends: liner, terms: {X: v|x|, Q: u}}
+  - {title: [1], terms: {X: {u: 1}, Y: true}, titel: x}
+  - {name: b c, terms: {X: u}}
+  - {name: d, terms: {X: u}}
+  - {name: d, terms: {X: u}}
+  - {name: e}
+  - {name: f, terms: [u]}
+  - {name: g h, extends: linear}
+  - word
+also: 1
+"""
+    )
+    with pytest.raises(ModelError) as caught:
+        read_models(path)
+    message = str(caught.value)
+    assert message.startswith(f"{path}: 15 faults\n  - ")
+    for part in (
+        "beside `models` nothing else may stand; got `also`.",
+        "models[8].must map name, title",
+        "models[0].extends: there is no model 'liner'. Did you mean 'linear'?",
+        "models[0].terms: At X: `v|x|` is not a term: stuck at '|x|'.",
+        "models[0].terms: `Q` is not an axis",
+        "models[1].titel: is unknown; known are name, title, source, note, extends, terms. "
+        "Did you mean 'title'?",
+        "models[1].name: is missing.",
+        "models[1].title: must be text; got [1].",
+        "models[1].terms.X: must be terms; got {'u': 1}.",
+        "models[1].terms.Y: must be terms; got True.",
+        "models[2].name: `key` must be letters",
+        "models[4].name: 'd' comes twice.",
+        "models[5].terms: must map axes to terms",
+        "models[6].terms: must map axes to terms",
+        "models[7].name: `key` must be letters",
+    ):
+        assert part in message
+
+
+@pytest.mark.parametrize("text", ["models: {}", "models: []", "models:"])
+def test_models_must_be_a_list(file, text):
+    with pytest.raises(ModelError, match="models: must be a list of models"):
+        read_models(file(text))
+
+
+@pytest.mark.parametrize("text", ["", "linear", "- linear"])
+def test_a_file_that_is_no_mapping(file, text):
+    with pytest.raises(ModelError, match="the file must map name, title"):
+        read_models(file(text))
+
+
+def test_bad_yaml_is_told_with_its_line(file):
+    with pytest.raises(FileError, match="is no YAML: line 3, column 1:"):
+        read_models(file("name: mine\nterms: {X: u\n"))
+    with pytest.raises(FileError, match="is no YAML: "):
+        read_models(file("name: \x07"))
+
+
+def test_files_that_cannot_be_read_or_written(tmp_path):
+    with pytest.raises(FileError, match=r"none.yaml: cannot be read: No such file"):
+        read_model(tmp_path / "none.yaml")
+    (tmp_path / "binary.yaml").write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(FileError, match="is no UTF-8 text"):
+        read_model(tmp_path / "binary.yaml")
+    with pytest.raises(FileError, match="cannot be written: No such file"):
+        write_model(catalog["linear"], tmp_path / "nowhere" / "mine.yaml")
+    (tmp_path / "folder").mkdir()
+    with pytest.raises(FileError, match="folder: cannot be written"):
+        write_model(catalog["linear"], tmp_path / "folder")
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == ["binary.yaml", "folder"]

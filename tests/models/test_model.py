@@ -1,0 +1,202 @@
+"""Structure of a damping model: order, labels, packing, extension, fewer axes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hydrodamp.basis.axes import AXES
+from hydrodamp.basis.basis import canonical_key
+from hydrodamp.basis.term import Term
+from hydrodamp.errors import ModelError
+from hydrodamp.models.catalog import catalog
+from hydrodamp.models.labels import coefficient_unit, latex_label, read_label
+from hydrodamp.models.model import DampingModel
+
+KEYS = list(catalog)
+
+
+@pytest.fixture
+def mine():
+    return DampingModel.from_table(
+        {"Y N": "u|u|*rudder |r|v", "X": ["u|u|", Term.parse("u")], "Y": "v"},
+        key="mine",
+        title="Mine",
+    )
+
+
+def test_labels_go_axis_by_axis_in_canonical_order(mine):
+    assert mine.labels == (
+        "X_u",
+        "X_u|u|",
+        "Y_v",
+        "Y_v|r|",
+        "Y_u|u|*rudder",
+        "N_v|r|",
+        "N_u|u|*rudder",
+    )
+    assert mine.n_coefficients == 7
+    assert mine.commands == ("rudder",)
+    assert str(mine.basis) == "u v u|u| v|r| u|u|*rudder"
+
+
+@pytest.mark.parametrize("key", KEYS)
+def test_labels_rows_and_mask_agree(key):
+    model = catalog[key]
+    read = [read_label(label) for label in model.labels]
+    assert [AXES.index(axis) for axis, _ in read] == sorted(AXES.index(axis) for axis, _ in read)
+    for axis, terms in zip(AXES, model.terms, strict=True):
+        assert [term for of, term in read if of == axis] == list(terms)
+        assert list(terms) == sorted(terms, key=canonical_key)
+    assert model.mask.shape == (6, len(model.basis))
+    assert int(model.mask.sum()) == model.n_coefficients
+    for axis, places in enumerate(model.rows):
+        assert [model.basis.terms[place] for place in places] == list(model.terms[axis])
+        assert np.flatnonzero(model.mask[axis]).tolist() == places.tolist()
+
+
+@settings(max_examples=25)
+@given(st.sampled_from(KEYS), st.integers(0, 2**32 - 1))
+def test_pack_undoes_unpack(key, seed):
+    model = catalog[key]
+    coefficients = np.random.default_rng(seed).normal(size=model.n_coefficients)
+    matrix = model.unpack(coefficients)
+    np.testing.assert_array_equal(model.pack(matrix), coefficients)
+    assert np.all(matrix[~model.mask] == 0.0)
+    assert not matrix.flags.writeable
+
+
+def test_unpack_is_equation_14():
+    """K = vec^-1(M_m^T kappa)^T, with the masking matrix M_m written out."""
+    model = catalog["prestero"]
+    kappa = np.random.default_rng(14).normal(size=model.n_coefficients)
+    n = len(model.basis)
+    masking = np.zeros((model.n_coefficients, 6 * n))
+    for place, label in enumerate(model.labels):
+        axis, term = read_label(label)
+        masking[place, AXES.index(axis) * n + model.basis.index(term)] = 1.0
+    columns = (masking.T @ kappa).reshape(n, 6, order="F")
+    np.testing.assert_array_equal(model.unpack(kappa), columns.T)
+
+
+def test_wrong_shapes_are_refused(mine):
+    with pytest.raises(ModelError, match=r"`coefficients` must have shape \(7,\).*got \(6,\)"):
+        mine.unpack(np.zeros(6))
+    with pytest.raises(ModelError, match=r"`matrix` must have shape \(6, 5\); got \(5, 6\)"):
+        mine.pack(np.zeros((5, 6)))
+
+
+def test_index_takes_any_spelling_and_names_the_nearest(mine):
+    assert [mine.index(label) for label in mine.labels] == list(range(7))
+    assert mine.index("Y_|r|v") == 3
+    with pytest.raises(ModelError, match=r"no coefficient `Y_v\|p\|`. Did you mean 'Y_v\|r\|'"):
+        mine.index("Y_v|p|")
+    with pytest.raises(ModelError, match="`Q_u` is not a coefficient: it must be an axis"):
+        mine.index("Q_u")
+    with pytest.raises(ModelError, match=r"`Y_v\|x\|` is not a coefficient: .*stuck at"):
+        mine.index("Y_v|x|")
+
+
+def test_with_terms_adds_and_keeps_what_is_there():
+    model = catalog["fossen"].with_terms({"Y N": "u|u|*rudder", "Y": "v"})
+    assert model.key == "fossen-extended"
+    assert model.title == "Fossen + v u|u|*rudder"
+    assert model.n_coefficients == 14
+    assert model.commands == ("rudder",)
+    assert model.source == catalog["fossen"].source
+    assert catalog["fossen"].with_terms({"X": "1"}, key="biased").key == "biased"
+    with pytest.raises(ModelError, match=r"Terms added to model 'fossen': `Q` is not an axis"):
+        catalog["fossen"].with_terms({"Q": "u"})
+
+
+def test_fewer_axes_drop_rows_and_vanishing_terms():
+    """The printed rows of Gertler-Hagen without every term that holds w, p or q."""
+    model = catalog["gertler-hagen"].restricted_to(("X", "Y", "N"))
+    assert [" ".join(map(str, row)) for row in model.terms] == [
+        "u^2 v^2 r^2 vr v^2(eta-1)",
+        "u^2 uv ur vV |r|V_v uv(eta-1) ur(eta-1) vV(eta-1)",
+        "",
+        "",
+        "",
+        "u^2 r|r| uv ur vV rV uv(eta-1) ur(eta-1) vV(eta-1)",
+    ]
+
+
+@pytest.mark.parametrize("key", KEYS)
+def test_what_is_dropped_on_fewer_axes_is_zero_and_what_stays_is_not(key):
+    model = catalog[key]
+    velocity = np.random.default_rng(3).normal(size=(30, 6))
+    velocity[:, [2, 3, 4]] = 0.0  # heave, roll, pitch locked
+    less = model.restricted_to(["X", "Y", "N"])
+    assert all(not less.terms[axis] for axis in (2, 3, 4))
+    for axis in (0, 1, 5):
+        kept = set(less.terms[axis])
+        for term in model.terms[axis]:
+            values = model.basis.evaluate(velocity, propulsion_ratio=1.3)
+            column = values[:, model.basis.index(term)]
+            assert np.any(column != 0.0) == (term in kept)
+    assert less.key == model.key
+
+
+def test_all_axes_change_nothing_and_unknown_ones_are_refused():
+    model = catalog["prestero"]
+    assert model.restricted_to(AXES) == model
+    with pytest.raises(ModelError, match="`axes` must be of X Y Z K M N; got Q"):
+        model.restricted_to(["X", "Q"])
+
+
+def test_a_model_without_terms_has_no_coefficients():
+    model = catalog["pitch-yaw"].restricted_to(["K"])
+    assert model.n_coefficients == 0
+    assert model.unpack(np.zeros(0)).shape == (6, 0)
+
+
+def test_faults_of_a_table_come_at_once():
+    with pytest.raises(ModelError) as caught:
+        DampingModel.from_table({"X Q": "u v|x|", "Y": ["eta"]}, key="bad")
+    for part in ("Model 'bad'", "`Q` is not an axis", "stuck at '|x|'", "At Y: `eta`"):
+        assert part in str(caught.value)
+
+
+def test_keys_and_rows_are_checked():
+    with pytest.raises(ModelError, match="`key` must be letters, digits"):
+        DampingModel.from_table({"X": "u"}, key="a model")
+    with pytest.raises(ModelError, match="`terms` must have one entry for each of X Y Z K M N"):
+        DampingModel("mine", "Mine", ((Term.parse("u"),),))
+    twice = (Term.parse("u"), Term.parse("u"))
+    with pytest.raises(ModelError, match="Axis Z of model 'mine' holds u twice"):
+        DampingModel("mine", "Mine", ((), (), twice, (), (), ()))
+
+
+def test_a_model_prints_itself(mine):
+    assert str(mine).splitlines() == [
+        "Mine (mine): 7 coefficients",
+        "  X: u u|u|",
+        "  Y: v v|r| u|u|*rudder",
+        "  Z K M: no terms",
+        "  N: v|r| u|u|*rudder",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("label", "unit"),
+    [
+        ("X_1", "N"),
+        ("X_u|u|", "N/(m/s)^2"),
+        ("K_p", "N m/(rad/s)"),
+        ("Y_v|r|", "N/((m/s) (rad/s))"),
+        ("N_|r|V_v", "N m/((rad/s) (m/s))"),
+        ("Y_uv(eta-1)", "N/(m/s)^2"),
+        ("N_down_y", "N m"),
+        ("Y_u|u|*rudder^2", "N/((m/s)^2 [rudder]^2)"),
+        ("X_rpm*|rpm|", "N/[rpm]^2"),
+    ],
+)
+def test_units(label, unit):
+    assert coefficient_unit(*read_label(label)) == unit
+
+
+def test_latex_label():
+    assert latex_label(*read_label("N_ur(eta-1)")) == r"N_{ur(\bar\eta-1)}"

@@ -1,0 +1,246 @@
+"""Published sets against the numbers of their sources."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from hydrodamp.errors import ModelError
+from hydrodamp.models.added_mass import added_mass_matrix, coriolis_coefficients
+from hydrodamp.models.catalog import catalog
+from hydrodamp.models.cite import cite
+from hydrodamp.models.published import added_mass_of, find_published, published
+
+SETS = (
+    "bluerov2",
+    "bluerov2-heavy",
+    "bluerov2-hkpolyu",
+    "eca-a9",
+    "lauv",
+    "remus100-prestero-adjusted",
+    "remus100-prestero-theory",
+    "vt690-field",
+    "vt690-sname2022",
+)
+
+
+def workless(matrix, velocity):
+    """H(p) nu = [p1 x omega ; p1 x nu1 + p2 x omega] with p = A nu, section II.A."""
+    momentum = velocity @ np.asarray(matrix).T
+    p1, p2 = momentum[:, :3], momentum[:, 3:]
+    linear, angular = velocity[:, :3], velocity[:, 3:]
+    force = np.cross(p1, angular)
+    return np.concatenate([force, np.cross(p1, linear) + np.cross(p2, angular)], axis=1)
+
+
+@pytest.fixture
+def velocity():
+    return np.random.default_rng(690).normal(size=(60, 6))
+
+
+def test_the_sets():
+    assert tuple(published) == SETS
+    assert len(published) == len(SETS)
+    assert "lauv" in published
+    assert "iver" not in published
+    with pytest.raises(ModelError, match=r"'vt690'; published are .* Did you mean 'vt690-field'"):
+        find_published("vt690")
+    with pytest.raises(ModelError, match="No coefficient set is called 'iver'"):
+        added_mass_of("iver")
+
+
+@pytest.mark.parametrize("name", SETS)
+def test_every_set_says_where_it_comes_from_and_fits_a_screen(name):
+    damping = published[name]
+    assert damping.source
+    assert "taken out" in damping.note
+    assert len(str(damping).splitlines()) <= 30
+    assert cite(damping).startswith("Coefficients: ")
+
+
+@pytest.mark.parametrize("name", SETS)
+def test_added_mass_is_symmetric_and_not_negative(name):
+    matrix = added_mass_of(name)
+    np.testing.assert_array_equal(matrix, matrix.T)
+    assert np.linalg.eigvalsh(matrix).min() >= 0.0
+
+
+def test_the_expansion_equals_the_cross_products(velocity):
+    """For any matrix, also one that is not symmetric: 6 x 6 random entries."""
+    matrix = np.random.default_rng(6).normal(size=(6, 6))
+    coefficients = coriolis_coefficients(matrix)
+    names = "uvwpqr"
+    found = np.zeros((len(velocity), 6))
+    for label, value in coefficients.items():
+        axis, term = (
+            "XYZKMN".index(label[0]),
+            label[2:].replace("^2", "") + (label[2] if "^2" in label else ""),
+        )
+        one, other = (velocity[:, names.index(letter)] for letter in term)
+        found[:, axis] += value * one * other
+    np.testing.assert_allclose(found, workless(matrix, velocity), rtol=1e-12, atol=1e-12)
+
+
+def test_the_expansion_of_a_diagonal_matrix_is_the_textbook_one():
+    """The usual diagonal form: m22 vr - m33 wq; ...; (m11-m22) uv + (I11-I22) pq."""
+    m11, m22, m33, i1, i2, i3 = 1.0, 2.0, 4.0, 8.0, 16.0, 32.0
+    assert coriolis_coefficients(np.diag([m11, m22, m33, i1, i2, i3])) == {
+        "X_vr": m22,
+        "X_wq": -m33,
+        "Y_wp": m33,
+        "Y_ur": -m11,
+        "Z_uq": m11,
+        "Z_vp": -m22,
+        "K_vw": m22 - m33,
+        "K_qr": i2 - i3,
+        "M_uw": m33 - m11,
+        "M_pr": i3 - i1,
+        "N_uv": m11 - m22,
+        "N_pq": i1 - i2,
+    }
+
+
+def test_derivatives_are_negated_and_symmetrised():
+    matrix = added_mass_matrix({"Y_rdot": 2.0, "N_vdot": 4.0, "K_pdot": -0.5})
+    assert matrix[1, 5] == matrix[5, 1] == -3.0
+    assert matrix[3, 3] == 0.5
+    for name in ("Y_r", "Q_rdot", "Y_xdot", "Yrdot"):
+        with pytest.raises(ValueError, match=f"`{name}` must be an added mass derivative"):
+            added_mass_matrix({name: 1.0})
+
+
+# Prestero 2001, REMUS 100: the products that carry added mass, as the source has them.
+PRESTERO = {
+    "X": {"wq": -35.5, "qq": -1.93, "vr": 35.5, "rr": -1.93},
+    "Y": {"ur": 5.22, "wp": 35.5, "pq": 1.93, "uv": -28.6},
+    "Z": {"uq": -5.22, "vp": -35.5, "pr": 1.93, "uw": -28.6},
+    "K": {},
+    "M": {"uw": 24.0, "uq": -2.0, "vp": -1.93, "pr": 4.86},
+    "N": {"uv": -24.0, "ur": -2.0, "wp": -1.93, "pq": -4.86},
+}
+
+# SNAME T&R Bulletin 1-45 set, the starred coefficients of the source and the plain lift ones.
+# Products that it leaves in its added-mass Coriolis matrix are written as A, symmetrised.
+A11, A22, A33, A44, A55, A66 = 13.047, 48.238, 51.7901, 0.741, 14.5177, 14.5316
+A26 = -(2.6899 + 3.67588) / 2
+A35 = -(0.67173 - 0.776908) / 2
+SNAME = {
+    "X": {},  # the source zeroes this row
+    "Y": {"ur": 23.6598, "uv": -34.5946, "wp": A33, "pq": A35},
+    "Z": {"uq": -13.0932, "uw": -36.4678, "vp": -A22, "pr": -A26},
+    "K": {
+        "up": -0.53,
+        "vw": A22 - A33,
+        "wr": A26 + A35,
+        "vq": -(A26 + A35),
+        "qr": A55 - A66,
+    },
+    "M": {"uw": 26.0741, "uq": -22.3806, "vp": A26, "pr": A66 - A44},
+    "N": {"uv": -13.0885, "ur": -24.2459, "wp": -A35, "pq": A44 - A55},
+}
+
+QUADRATIC = {
+    "remus100-prestero-theory": (
+        -1.62,
+        -131.0,
+        0.632,
+        -131.0,
+        -0.632,
+        3.18,
+        -9.4,
+        -3.18,
+        -9.4,
+        -0.13,
+    ),
+    "remus100-prestero-adjusted": (
+        *(-1.62, -1310.0, 0.632, -131.0, -0.632, 3.18, -188.0, -3.18, -94.0, -0.13),
+    ),
+    "vt690-sname2022": (
+        *(-3.244, -171.825, 45.2878, -72.497, -11.824, -3.68259, -25.6784, 34.1192, -46.5715),
+        -2.64,
+    ),
+}
+
+
+def source_total(products, quadratic, velocity):
+    """The whole hydrodynamic wrench of the source: its products and its quadratic drag."""
+    xuu, yvv, yrr, zww, zqq, mww, mqq, nvv, nrr, kpp = quadratic
+    square = {name: s * np.abs(s) for name, s in zip("uvwpqr", velocity.T, strict=True)}
+    total = np.stack(
+        [
+            xuu * square["u"],
+            yvv * square["v"] + yrr * square["r"],
+            zww * square["w"] + zqq * square["q"],
+            kpp * square["p"],
+            mww * square["w"] + mqq * square["q"],
+            nvv * square["v"] + nrr * square["r"],
+        ],
+        axis=1,
+    )
+    for row, axis in enumerate("XYZKMN"):
+        for (one, other), value in products[axis].items():
+            columns = velocity[:, "uvwpqr".index(one)], velocity[:, "uvwpqr".index(other)]
+            total[:, row] += value * columns[0] * columns[1]
+    return total
+
+
+@pytest.mark.parametrize(
+    ("name", "products"),
+    [
+        ("remus100-prestero-theory", PRESTERO),
+        ("remus100-prestero-adjusted", PRESTERO),
+        ("vt690-sname2022", SNAME),
+    ],
+)
+def test_viscous_remainder_and_added_mass_give_the_sources_total(name, products, velocity):
+    """K xi + H(A nu) nu equals what the source itself computes at random velocities."""
+    total = published[name].wrench(velocity) + workless(added_mass_of(name), velocity)
+    np.testing.assert_allclose(
+        total, source_total(products, QUADRATIC[name], velocity), rtol=1e-11, atol=1e-11
+    )
+
+
+def test_what_is_left_of_prestero_is_lift_drag_and_rounding():
+    damping = published["remus100-prestero-theory"]
+    for label in ("X_wq", "X_q^2", "X_vr", "X_r^2", "Y_wp", "Y_pq", "Z_vp", "Z_pr", "M_vp", "N_wp"):
+        assert damping[label] == 0.0
+    assert damping["Y_ur"] == pytest.approx(5.22 + 0.93)
+    assert damping["N_uv"] == pytest.approx(-24.0 + 34.57)
+    assert abs(damping["M_pr"]) < 0.06
+
+
+def test_vt690_has_the_algebra_of_its_note():
+    damping = published["vt690-sname2022"]
+    assert damping["Y_ur"] == pytest.approx(23.6598 + A11)
+    assert damping["N_uv"] == pytest.approx(-13.0885 - (A11 - A22))
+    assert damping["N_ur"] == pytest.approx(-24.2459 + A26)
+    assert damping["M_uw"] == pytest.approx(26.0741 - (A33 - A11))
+    assert damping["M_uq"] == pytest.approx(-22.3806 - A35)
+    assert damping["Z_uq"] == pytest.approx(-13.0932 - A11)
+    assert damping.model.n_coefficients == 31
+    assert set(damping.model.labels) == {*catalog["prestero"].labels, "K_up"}
+    assert damping.vehicle.weight == damping.vehicle.buoyancy == 466.5
+
+
+def test_simple_drag_sets_take_nothing_out():
+    assert published["bluerov2"].model is catalog["fossen"]
+    assert published["bluerov2"]["Z_w|w|"] == -36.99
+    assert published["bluerov2-heavy"]["Y_v"] == 0.0
+    assert published["bluerov2-hkpolyu"]["M_q"] == -44.9085
+    assert published["lauv"]["Y_r"] == 11.5
+    assert published["lauv"].model.n_coefficients == 16
+    assert published["eca-a9"]["X_u^2"] == -8.0
+
+
+@pytest.mark.parametrize("name", SETS)
+def test_every_set_dissipates_while_under_way(name):
+    """Ahead at 0.5-2.5 m/s, drift below 0.1 m/s and rates below 0.1 rad/s."""
+    rng = np.random.default_rng(466)
+    velocity = rng.uniform(-0.1, 0.1, (2000, 6))
+    velocity[:, 0] = rng.uniform(0.5, 2.5, 2000)
+    assert published[name].power(velocity).max() < 0.0
+
+
+def test_cite_names_the_paper_where_its_catalogue_is_used():
+    assert "@inproceedings{gibson-mccarter-stilwell-neu" in cite(catalog["linear"])
+    assert "@inproceedings" not in cite(published["eca-a9"])

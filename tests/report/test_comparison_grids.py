@@ -1,0 +1,88 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+from hydrodamp.report.comparison_grids import axis_grids, row_grid, summary_grids
+from hydrodamp.report.renderings import to_text
+from hydrodamp.simulation.score import Score
+from hydrodamp.validation.comparison import Comparison, Row
+from hydrodamp.validation.paper import rank_correlation
+
+
+def test_models_stand_against_methods_and_the_paper(comparison: Comparison) -> None:
+    (grid,) = summary_grids(comparison)
+    assert grid.header == ("model", "n", "rank", "ls", "ai", "paper LS", "paper AI")
+    # The printed columns are those of Table I.
+    assert grid.rows == (
+        ("linear", "36", "36", "0.460", "~14.020", "0.50", "0.74"),
+        ("fossen", "12", "12", "diverged", "~1234", "2.24", "2.08"),
+        ("uncoupled", "24", "22", "2.150", "failed", "2.15", "1.98"),
+        ("coe", "33", "-", "too few", "-", "1.29", "2.29"),
+    )
+    assert grid.best == {(0, 3), (0, 4)}
+
+
+def test_remarks_say_what_happened_where(comparison: Comparison) -> None:
+    notes = " ".join(summary_grids(comparison)[-1].notes).replace("\u00a0", " ")
+    rho = rank_correlation(comparison, "ls")
+    assert f"ls {rho:+.2f}" in notes
+    assert "diverged by ls: fossen (in dive after 12.3 s, turn after 0.1 s)." in notes
+    assert "[ls: uncoupled]" in notes
+    assert "[ls: coe]" in notes
+    assert "~ not settled" in notes
+    assert "[ai: linear, fossen]" in notes
+
+
+def test_every_model_of_a_method_is_said_in_two_words(comparison: Comparison) -> None:
+    only = replace(comparison, rows=comparison.rows[4:6])
+    assert any("[ai: every model]" in note for note in summary_grids(only)[-1].notes)
+
+
+def test_axes_have_error_and_fit(comparison: Comparison) -> None:
+    first, second = axis_grids(comparison)
+    assert first.title.startswith("ls by axis: RMS error of u v w in m/s, p q r in deg/s")
+    assert first.rows[0][:5] == ("linear", "0.460", "90", "0.920", "50")
+    assert first.rows[0][-2:] == ("2.76", "<0")
+    assert [row[0] for row in second.rows] == ["linear", "fossen"]
+
+
+def test_locked_axes_are_left_out(comparison: Comparison) -> None:
+    score = Score(0.1, {"u": 0.1, "r": 0.02}, {"u": None, "r": 5.0}, "rad", ())
+    planar = Comparison((Row(comparison.rows[0].fit, score),), "rad")
+    (grid,) = axis_grids(planar)
+    assert grid.header == ("model", "u", "%", "r", "%")
+    assert grid.rows == (("linear", "0.100", "-", "0.0200", "5"),)
+
+
+def test_many_methods_go_on_several_tables(comparison: Comparison) -> None:
+    row = comparison.rows[0]
+    rows = [replace(row, fit=replace(row.fit, method=f"method-{k}")) for k in range(5)]
+    grids = summary_grids(Comparison(tuple(rows)))
+    assert [len(grid.header) for grid in grids] == [6, 5]
+    assert not grids[0].notes
+    assert grids[1].notes
+
+
+def test_other_models_stand_beside_nothing(comparison: Comparison) -> None:
+    fit = comparison.rows[0].fit
+    mine = replace(fit.damping, model=replace(fit.model, key="mine"))
+    row = Row(replace(fit, damping=mine), comparison.rows[0].score)
+    (alone,) = summary_grids(Comparison((row,)))
+    assert alone.header == ("model", "n", "rank", "ls")
+    (beside,) = summary_grids(Comparison((row, comparison.rows[0])))
+    assert beside.rows[0][-1] == "-"
+
+
+def test_all_is_legible_in_80_columns(comparison: Comparison) -> None:
+    for grid in (*summary_grids(comparison), *axis_grids(comparison)):
+        assert max(map(len, to_text(grid).splitlines())) <= 80
+
+
+def test_the_rows_have_full_precision(comparison: Comparison) -> None:
+    grid = row_grid(comparison)
+    assert grid.column("rms_deg")[:2] == ("0.46", "")
+    assert grid.column("paper_rms")[0] == "0.5"
+    assert grid.column("rms_v")[0] == repr(0.46 * 2)
+    assert grid.column("status")[:4] == ("ok", "diverged", "rank deficient", "too few samples")
+    assert grid.column("diverged_at")[1] == "dive 12.34; turn 0.1"
+    assert grid.column("rank")[4] == ""

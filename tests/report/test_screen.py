@@ -1,0 +1,29 @@
+from __future__ import annotations
+
+import io
+
+from rich.console import Console
+
+from hydrodamp.report.comparison_grids import comparison_grids
+from hydrodamp.report.grid import Grid
+from hydrodamp.report.screen import rich_table, show
+from hydrodamp.validation.comparison import Comparison
+
+
+def test_a_terminal_shows_every_word_in_80_columns(comparison: Comparison) -> None:
+    stream = io.StringIO()
+    show(Console(file=stream, width=80), *comparison_grids(comparison))
+    lines = stream.getvalue().splitlines()
+    assert max(map(len, lines)) <= 80
+    text = stream.getvalue()
+    for grid in comparison_grids(comparison):
+        assert grid.title in text
+        for row in grid.rows:
+            assert all(word in text for word in row)
+
+
+def test_outcomes_have_colours() -> None:
+    rows = (("a", "diverged"), ("b", "~1.0"), ("c", "0.5"))
+    table = rich_table(Grid("", ("model", "ls"), rows, "lr", best=frozenset({(2, 1)})))
+    styles = [str(cell.style) for cell in table.columns[1].cells]
+    assert styles == ["red", "yellow", "bold green"]

@@ -1,0 +1,97 @@
+"""The autopilot steers the right way and keeps its limits."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from hydrodamp.arrays import FloatArray
+from hydrodamp.simulation.campaign.autopilot import (
+    DEPTH_LOOP,
+    PERIOD,
+    PITCH_LOOP,
+    YAW_LOOP,
+    Memory,
+    Pid,
+    steer,
+)
+
+LIMIT = np.radians(20.0)
+
+
+def level(n: int = 1) -> FloatArray:
+    """Measurements of a vehicle at 2 m/s, level, heading north, 10 m deep."""
+    measured = np.zeros((n, 10))
+    measured[:, 0], measured[:, 9] = 2.0, 10.0
+    return measured
+
+
+def test_gains_are_the_published_ones() -> None:
+    """vehicles-and-methods, section 1."""
+    published = [(4.5, 0.2, 7.0), (3.0, 0.005, 3.0), (-0.07, -0.001, 0.095)]
+    loops = (PITCH_LOOP, YAW_LOOP, DEPTH_LOOP)
+    assert [(one.proportional, one.integral, one.derivative) for one in loops] == published
+    assert DEPTH_LOOP.integral_limit == pytest.approx(np.radians(5.0))
+    assert all(one.output_limit == pytest.approx(LIMIT) for one in loops)
+
+
+def test_on_course_nothing_moves() -> None:
+    """No error, no rate: both fins stay at zero."""
+    commands, memory = steer(level(), np.zeros(1), np.full(1, 10.0), Memory.blank(1))
+    np.testing.assert_array_equal(commands, [[0.0, 0.0]])
+    np.testing.assert_array_equal(memory.totals, np.zeros((3, 1)))
+
+
+def test_signs() -> None:
+    """To starboard: rudder negative. To go deeper: elevator negative, nose down."""
+    heading, depth = np.array([0.05, 0.0]), np.array([10.0, 10.1])
+    commands, _ = steer(level(2), heading, depth, Memory.blank(2))
+    assert commands[0, 0] < 0.0
+    assert commands[0, 1] == 0.0
+    assert commands[1, 0] == 0.0
+    assert commands[1, 1] < 0.0
+
+
+def test_measured_rates_are_opposed() -> None:
+    """A bow that rises gets nose-down elevator, one that turns to starboard port rudder."""
+    measured = level()
+    measured[0, 4:6] = 0.01
+    (commands,), _ = steer(measured, np.zeros(1), np.full(1, 10.0), Memory.blank(1))
+    np.testing.assert_allclose(commands, [3.0 * 0.01, -7.0 * 0.01])
+
+
+def test_fins_stay_within_twenty_degrees() -> None:
+    """However large the errors."""
+    rng = np.random.default_rng(1)
+    measured = rng.normal(scale=5.0, size=(500, 10))
+    goals = rng.normal(scale=50.0, size=(2, 500))
+    commands, _ = steer(measured, goals[0], goals[1], Memory.blank(500))
+    assert np.max(np.abs(commands)) <= LIMIT
+    assert np.any(np.abs(commands) == LIMIT)
+
+
+def test_integral_grows_by_error_times_period_and_stops_at_its_limit() -> None:
+    """No wind-up: the integral term never leaves its own limit."""
+    pid, total = Pid(0.0, 1.0, 0.0), np.zeros(1)
+    for count in range(1, 200):
+        output, total = pid.step(np.array([0.02]), np.zeros(1), total)
+        expected = min(count * 0.02 * PERIOD, float(np.radians(5.0)))
+        assert output[0] == pytest.approx(expected)
+    assert total[0] <= np.radians(5.0)
+
+
+def test_integral_stands_still_while_the_output_is_at_its_limit() -> None:
+    """A large error does not fill the integral."""
+    _, total = Pid(3.0, 0.005, 0.0).step(np.array([1.0]), np.zeros(1), np.zeros(1))
+    assert total[0] == 0.0
+
+
+def test_depth_rate_is_the_mean_over_five_seconds() -> None:
+    """A steady descent of 0.2 m/s is seen as such, from the second sample on."""
+    memory = Memory.blank(1)
+    for count in range(80):
+        measured = level()
+        measured[0, 9] = 10.0 + 0.2 * PERIOD * count
+        _, memory = steer(measured, np.zeros(1), np.full(1, 10.0), memory)
+        assert memory.depth_rate[0] == pytest.approx(0.2 if count else 0.0)
+    assert len(memory.depths) == 51

@@ -1,0 +1,126 @@
+"""The equation of motion against equilibria, energy, and the Bulletin's turns."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from hydrodamp.arrays import FloatArray
+from hydrodamp.data.attitude import down, quaternion_from_euler
+from hydrodamp.simulation.campaign.body import Body
+from hydrodamp.simulation.campaign.motion import Motion, down_direction, euler_rates
+from hydrodamp.simulation.campaign.truth import Truth, sname
+
+
+def states(n: int, surge: float = 0.0) -> FloatArray:
+    """States of n vehicles that sail level at one speed."""
+    level = np.zeros((n, 12))
+    level[:, 0] = surge
+    return level
+
+
+def motion_of(body: Body, truth: Truth, rpm: list[float]) -> Motion:
+    """Vehicles with the propeller speeds given."""
+    return Motion(body, truth, body.propulsion(np.array(rpm)))
+
+
+def test_at_rest_it_stays_at_rest(body: Body, truth: Truth) -> None:
+    """W = B, level, propeller stopped."""
+    motion = motion_of(body, truth, [0.0])
+    after = motion.advance(states(1), np.zeros((1, 2)), 10.0)
+    np.testing.assert_allclose(after, states(1), atol=1e-12)
+
+
+def test_straight_ahead_the_speed_is_a_thousandth_of_the_rpm(body: Body, truth: Truth) -> None:
+    """Published u_c = 0.001 rpm is the equilibrium of thrust and drag."""
+    motion = motion_of(body, truth, [1800.0, 2600.0])
+    np.testing.assert_allclose(motion.steady_surge, [1.8, 2.6])
+    sailing = states(2)
+    sailing[:, 0] = motion.steady_surge
+    np.testing.assert_allclose(motion.acceleration(sailing), 0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize(("plane", "axis"), [(0, 5), (1, 4)])
+def test_signs_of_the_fins(body: Body, truth: Truth, plane: int, axis: int) -> None:
+    """+rudder turns to port (negative r), +elevator raises the bow (positive q)."""
+    commands = np.zeros((1, 2))
+    commands[0, plane] = 0.1
+    motion = motion_of(body, truth, [2000.0])
+    state = motion.receive(states(1, 2.0), commands)
+    turned = motion.advance(state, commands, 1.0)[0, axis]
+    assert turned < 0.0 if axis == 5 else turned > 0.0
+
+
+def test_energy_only_falls_without_propeller(body: Body, truth: Truth) -> None:
+    """Kinetic plus potential energy of a vehicle coasting with roll and rates."""
+    motion = motion_of(body, truth, [0.0])
+    state = states(1, 2.0)
+    state[0, [1, 3, 5, 6]] = 0.1, 0.3, 0.1, 0.2
+    energies = []
+    for _ in range(100):
+        nu = state[0, :6]
+        righting = -body.restoring[1, 3] * down_direction(state[:, 6:9])[0, 2]
+        energies.append(0.5 * nu @ body.mass_matrix @ nu - righting)
+        state = motion.advance(state, np.zeros((1, 2)), 0.1)
+    assert np.all(np.diff(energies) < 0.0)
+
+
+def test_steady_turns_of_the_bulletin(coefficients: dict[str, float], body: Body) -> None:
+    """SNAME T&R Bulletin 1-45, tables 8.1-8.2, six degrees of freedom, 2.06 m/s.
+
+    Rudder 10, 15, 20 degrees: radius 5.43, 3.96, 3.16 lengths of 2.194 m, drift
+    3.98, 5.11, 6.05 degrees. An independent planar solver of the same set loses
+    5.92, 10.43, 15.17 % of its surge speed (vehicles-and-methods, section 1).
+    """
+    commands = np.zeros((3, 2))
+    commands[:, 0] = np.radians([10.0, 15.0, 20.0])
+    motion = motion_of(body, sname(coefficients), [2060.0] * 3)
+    state = motion.advance(motion.receive(states(3, 2.06), commands), commands, 40.0)
+    u, v, r = state[:, 0], state[:, 1], state[:, 5]
+    radius = np.hypot(u, v) / np.abs(r) / 2.194
+    np.testing.assert_allclose(radius, [5.43, 3.96, 3.16], rtol=0.06)
+    np.testing.assert_allclose(np.degrees(np.arctan2(v, u)), [3.98, 5.11, 6.05], atol=0.05)
+    np.testing.assert_allclose(100.0 * (1.0 - u / 2.06), [5.92, 10.43, 15.17], atol=0.03)
+
+
+def test_fins_lag_as_stated(body: Body, truth: Truth) -> None:
+    """First order towards the command, or at once."""
+    motion = motion_of(body, truth, [2000.0])
+    commands = np.array([[0.2, -0.1]])
+    state = motion.receive(states(1, 2.0), commands)
+    after = motion.advance(state, commands, 0.1)[:, 10:]
+    share = 1.0 - np.exp(-0.1 / truth.fin_lag) if truth.fin_lag else 1.0
+    np.testing.assert_allclose(after, share * commands, rtol=1e-3)
+
+
+def test_halving_the_step_changes_nothing(
+    body: Body, truth: Truth, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The integration is exact to far below the noise of any sensor."""
+    commands = np.array([[0.2, -0.1]])
+    motion = motion_of(body, truth, [2000.0])
+    start = motion.receive(states(1, 2.0), commands)
+    coarse = motion.advance(start, commands, 2.0)
+    monkeypatch.setattr("hydrodamp.simulation.campaign.motion.STEP", 0.01)
+    fine = motion.advance(start, commands, 2.0)
+    np.testing.assert_allclose(coarse, fine, atol=2e-6)
+
+
+def test_down_is_that_of_the_data_layer() -> None:
+    """Euler angles here, quaternions there."""
+    euler = np.random.default_rng(5).uniform(-1.0, 1.0, (100, 3))
+    np.testing.assert_allclose(
+        down_direction(euler), down(quaternion_from_euler(euler)), atol=1e-14
+    )
+
+
+def test_euler_rates_by_differencing() -> None:
+    """The down direction turns against the body: d/dt = down x rates."""
+    rng = np.random.default_rng(6)
+    euler, rates = rng.uniform(-1.0, 1.0, (50, 3)), rng.normal(size=(50, 3))
+    turning = euler_rates(down_direction(euler), rates)
+    step = 1e-6
+    ahead = down_direction(euler + step * turning)
+    behind = down_direction(euler - step * turning)
+    expected = np.cross(down_direction(euler), rates)
+    np.testing.assert_allclose((ahead - behind) / (2 * step), expected, atol=1e-8)

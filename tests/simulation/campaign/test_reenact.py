@@ -1,0 +1,101 @@
+"""The campaign as logs."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from hydrodamp.data.log import Log
+from hydrodamp.errors import MethodError
+from hydrodamp.simulation.campaign.body import momentum_wrench
+from hydrodamp.simulation.campaign.reenact import Campaign, reenact
+from hydrodamp.simulation.campaign.water import true_damping
+
+
+def test_logs_have_a_segment_a_run_and_three_commands(campaign: Campaign) -> None:
+    """Four runs and three joins to train on, two runs to test on, 10 Hz."""
+    names = [segment.name for segment in campaign.train.segments]
+    assert names == ["depth-2600", "yaw-1800", "yaw-2133", "yaw-2600"]
+    assert [segment.name for segment in campaign.test.segments] == ["depth-2133", "yaw-2350"]
+    for log in (campaign.train, campaign.test):
+        assert log.command_names == ("rudder", "elevator", "rpm")
+        assert log.acceleration is None
+        assert all(len(segment) == 301 for segment in log.segments)
+        assert np.all(np.diff(log.time) > 0.0)
+    first = campaign.train.segments[0]
+    np.testing.assert_allclose(np.diff(campaign.train.time[first.start : first.stop]), 0.1)
+    assert campaign.truth == "sname"
+    assert "K_up" in campaign.note
+
+
+def test_exact_log_satisfies_equation_1(campaign: Campaign) -> None:
+    """M dnu/dt = H(M nu) nu + tau + known, the four parts by the project's own means."""
+    log, vehicle = campaign.exact_train, campaign.vehicle
+    assert log.acceleration is not None
+    commands = {name: log.command(name) for name in log.command_names}
+    expected = momentum_wrench(log.velocity @ vehicle.mass_matrix, log.velocity)
+    expected += true_damping().wrench(log.velocity)
+    expected += vehicle.known_wrench(log.velocity, log.down, commands)
+    np.testing.assert_allclose(log.acceleration @ vehicle.mass_matrix, expected, atol=1e-9)
+
+
+def test_exact_acceleration_is_the_slope_of_the_velocity(campaign: Campaign) -> None:
+    """Between commands: the mean of two accelerations, to the order of the step."""
+    log = campaign.exact_test
+    assert log.acceleration is not None
+    run = slice(log.segments[1].start, log.segments[1].start + 40)
+    slope = np.diff(log.velocity[run], axis=0) / 0.1
+    np.testing.assert_allclose(slope[:, 5], log.acceleration[run][:-1, 5], atol=0.02)
+
+
+def test_measured_log_is_the_exact_one_with_published_noise(campaign: Campaign) -> None:
+    """0.0133 m/s of the DVL, 8.7e-4 rad/s of the gyro."""
+    noise = campaign.train.velocity - campaign.exact_train.velocity
+    np.testing.assert_allclose(noise[:, :3].std(axis=0), 0.0133, rtol=0.1)
+    np.testing.assert_allclose(noise[:, 3:].std(axis=0), 8.7e-4, rtol=0.1)
+    np.testing.assert_array_equal(campaign.train.commands, campaign.exact_train.commands)
+
+
+def test_same_arguments_same_campaign(campaign: Campaign) -> None:
+    """Determinism by seed, bit for bit; another seed is another campaign."""
+    again, other = reenact(seed=3, duration=30.0), reenact(seed=4, duration=30.0)
+    for name in ("train", "test", "exact_train", "exact_test"):
+        one, two = getattr(campaign, name), getattr(again, name)
+        np.testing.assert_array_equal(one.velocity, two.velocity)
+        np.testing.assert_array_equal(one.commands, two.commands)
+    assert not np.array_equal(campaign.train.commands, other.train.commands)
+
+
+@pytest.mark.parametrize("truth", ["sname", "crossflow"])
+def test_every_run_is_under_control(truth: str) -> None:
+    """Speed near 0.001 rpm, roll small, drift a few degrees, fins within 20 degrees."""
+    campaign = reenact(seed=0, truth=truth, duration=60.0)
+    for log in (campaign.exact_train, campaign.exact_test):
+        check_control(log)
+
+
+def check_control(log: Log) -> None:
+    """Assert that a vehicle never left its operating range."""
+    surge = log.velocity[:, 0]
+    cruise = 0.001 * log.command("rpm")
+    assert np.all((surge > 0.85 * cruise) & (surge < 1.02 * cruise))
+    assert np.max(np.abs(np.degrees(np.arctan2(log.velocity[:, 1:3], surge[:, None])))) < 8.0
+    assert np.max(np.abs(np.degrees(np.arcsin(log.down[:, 1])))) < 6.0
+    assert np.max(np.abs(np.degrees(np.arcsin(log.down[:, 0])))) < 22.0
+    fins = np.column_stack((log.command("rudder"), log.command("elevator")))
+    assert np.max(np.abs(fins)) <= np.radians(20.0)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"truth": "snam"}, "must be one of sname, crossflow; got 'snam'. Did you mean 'sname'"),
+        ({"seed": -1}, "`seed` must be 0 or more; got -1"),
+        ({"duration": 0.5}, "`duration` must be 1 s or more; got 0.5"),
+        ({"duration": np.nan}, "`duration` must be 1 s or more; got nan"),
+    ],
+)
+def test_impossible_arguments_are_refused(arguments: dict[str, object], message: str) -> None:
+    """With what is required and what was got."""
+    with pytest.raises(MethodError, match=message):
+        reenact(**arguments)  # type: ignore[arg-type]

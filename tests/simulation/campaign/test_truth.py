@@ -1,0 +1,84 @@
+"""What the water does: published numbers, dissipation, symmetry."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from hydrodamp.arrays import FloatArray
+from hydrodamp.simulation.campaign.body import Body
+from hydrodamp.simulation.campaign.truth import Truth, crossflow, sname
+from hydrodamp.simulation.campaign.water import true_damping
+
+
+def test_published_truth_is_the_published_damping(
+    coefficients: dict[str, float], velocities: FloatArray
+) -> None:
+    """The closed formula equals the damping model's own evaluation."""
+    expected = true_damping().wrench(velocities)
+    np.testing.assert_allclose(
+        sname(coefficients).hull_wrench(velocities), expected, rtol=1e-12, atol=1e-12
+    )
+
+
+def test_one_velocity_by_hand(coefficients: dict[str, float]) -> None:
+    """K = K_up u p + K_p|p| p|p| with the published -0.53 and -2.64."""
+    velocity = np.array([[2.0, 0.0, 0.0, 0.5, 0.0, 0.0]])
+    wrench = sname(coefficients).hull_wrench(velocity)[0]
+    np.testing.assert_allclose(wrench, [-3.244 * 4.0, 0, 0, -0.53 - 2.64 * 0.25, 0, 0])
+
+
+def test_straight_drift_and_each_rate_are_damped(truth: Truth) -> None:
+    """Motion ahead with one other velocity at a time loses power."""
+    rng = np.random.default_rng(2)
+    for axis in range(1, 6):
+        velocity = np.zeros((200, 6))
+        velocity[:, 0] = rng.uniform(0.5, 2.7, 200)
+        velocity[:, axis] = rng.uniform(-0.4, 0.4, 200)
+        power = np.sum(velocity * truth.hull_wrench(velocity), axis=1)
+        assert np.max(power) < 0.0
+
+
+def test_whole_wrench_dissipates_under_way(truth: Truth, velocities: FloatArray) -> None:
+    """Nearly everywhere in the box that the campaign sails in."""
+    power = np.sum(velocities * truth.hull_wrench(velocities), axis=1)
+    assert np.mean(power < 0.0) > 0.9
+
+
+def test_port_and_starboard_alike(truth: Truth, velocities: FloatArray) -> None:
+    """Reversing v, p and r reverses Y, K and N and leaves X, Z and M."""
+    mirror = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
+    wrench, mirrored = truth.hull_wrench(velocities), truth.hull_wrench(velocities * mirror)
+    np.testing.assert_allclose(mirrored, wrench * mirror, atol=1e-12)
+
+
+def test_at_rest_the_water_does_nothing(truth: Truth) -> None:
+    """No velocity, no wrench."""
+    np.testing.assert_array_equal(truth.hull_wrench(np.zeros((1, 6))), np.zeros((1, 6)))
+
+
+def test_fins_meet_the_drift_as_published(coefficients: dict[str, float], body: Body) -> None:
+    """rudder - 0.178 atan2(-v, u); the elevator by turning 90 degrees about x."""
+    truth = crossflow(coefficients, body.fins_at)
+    velocity = np.array([[2.0, 0.2, -0.1, 0.0, 0.0, 0.0]])
+    angles = truth.effective_fins(velocity, np.array([[0.1, -0.05]]))[0]
+    expected = [0.1 - 0.178 * np.arctan2(-0.2, 2.0), -0.05 - 0.178 * np.arctan2(0.1, 2.0)]
+    np.testing.assert_allclose(angles, expected)
+
+
+def test_published_truth_takes_fins_as_they_are(
+    coefficients: dict[str, float], velocities: FloatArray
+) -> None:
+    """No drift at the fins, no lag."""
+    truth, fins = sname(coefficients), np.ones((len(velocities), 2))
+    assert truth.effective_fins(velocities, fins) is fins
+    assert truth.fin_lag == 0.0
+
+
+def test_what_it_cannot_represent_is_refused(coefficients: dict[str, float], body: Body) -> None:
+    """Rather than left out."""
+    with pytest.raises(ValueError, match="not in tuple"):
+        sname({"Y_v|r|": -1.0})
+    lacking = {label: value for label, value in coefficients.items() if label != "N_v|v|"}
+    with pytest.raises(KeyError, match="N_v"):
+        crossflow(lacking, body.fins_at)

@@ -1,0 +1,161 @@
+"""Where vehicle, log and terms meet: one table, held channels, clear refusals."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.simulation.fitness import check_columns_used
+
+LINEAR = hd.catalog["linear"]
+
+
+def log_of(n=20, **more):
+    rng = np.random.default_rng(9)
+    velocity = rng.normal(0, 0.1, (n, 6)) + np.array([1.5, 0, 0, 0, 0, 0])
+    attitude = more.pop("attitude", rng.normal(0, 0.1, (n, 3)))
+    return hd.Log.from_arrays(
+        np.arange(n) / 10, more.pop("velocity", velocity), attitude=attitude, **more
+    )
+
+
+def commands_of(n=20):
+    return {
+        "rudder": np.linspace(-0.3, 0.3, n),
+        "elevator": np.linspace(0.2, -0.1, n),
+        "rpm": np.linspace(1500, 2000, n),
+    }
+
+
+def test_known_columns_give_the_known_wrench_of_the_vehicle():
+    vehicle, log = hd.fleet["vt690"], log_of(commands=commands_of())
+    problem = hd.prepare(vehicle, log, LINEAR)
+    known = problem.regressor()[:, : problem.columns.n_known] @ problem.columns.known
+    expected = vehicle.known_wrench(log.velocity, log.down, commands_of())
+    np.testing.assert_allclose(known, expected, rtol=1e-12, atol=1e-12)
+
+
+def test_channels_are_held_and_the_propeller_gives_its_speed():
+    vehicle, log = hd.fleet["vt690"], log_of(commands=commands_of())
+    problem = hd.prepare(vehicle, log, hd.catalog["gertler-hagen"])
+    opening, closing = problem.inputs.propulsion.T
+    np.testing.assert_allclose(opening, 0.001 * commands_of()["rpm"])
+    np.testing.assert_allclose(closing[1:], opening[:-1])  # held over the step that ends here
+
+
+def test_a_recorded_ratio_enters_as_recorded():
+    ratio = np.linspace(0.8, 1.3, 20)
+    log = log_of(wrench=np.zeros((20, 6)), propulsion_ratio=ratio)
+    problem = hd.prepare(hd.fleet["vt690"], log, hd.catalog["gertler-hagen"])
+    speed = np.linalg.norm(log.velocity[:, :3], axis=1)
+    np.testing.assert_allclose(problem.inputs.propulsion, np.outer(ratio * speed, [1, 1]).T.T)
+
+
+def test_an_unknown_ratio_is_one_even_at_rest():
+    velocity = np.zeros((20, 6))
+    log = log_of(velocity=velocity, wrench=np.zeros((20, 6)))
+    vehicle = replace(hd.fleet["vt690"], actuators=())
+    with pytest.warns(hd.PropulsionWarning):
+        problem = hd.prepare(vehicle, log, hd.catalog["gertler-hagen"])
+    etas = [k for k, term in enumerate(problem.columns.basis) if term.needs_propulsion]
+    assert not problem.regressor()[:, problem.columns.n_known :][:, etas].any()
+
+
+def test_locked_axes_are_zero_and_leave_the_table():
+    planar = replace(hd.fleet["vt690"], axes=("X", "Y", "N"), actuators=())
+    log = log_of(wrench=np.ones((20, 6)))
+    problem = hd.prepare(planar, log, hd.catalog["prestero"])
+    assert not problem.inputs.velocity[:, 2:5].any()
+    assert not problem.inputs.wrench[:, 2:5].any()
+    assert problem.models[0].labels == (
+        "X_r^2", "X_u|u|", "X_vr", "Y_v|v|", "Y_r|r|", "Y_uv", "Y_ur",
+        "N_v|v|", "N_r|r|", "N_uv", "N_ur",
+    )  # fmt: skip
+
+
+def test_a_planar_vehicle_needs_no_attitude():
+    planar = replace(hd.fleet["vt690"], axes=("X", "Y", "N"), actuators=())
+    log = hd.Log.from_arrays(
+        [0.0, 0.1, 0.2],
+        {"u": [1, 1, 1], "v": [0, 0, 0], "r": [0, 0, 0]},
+        wrench=np.zeros((3, 6)),
+    )
+    assert hd.prepare(planar, log, LINEAR).n_samples == 3
+
+
+def test_missing_attitude_matters_where_weight_acts_along_it():
+    log = log_of(attitude=None, wrench=np.zeros((20, 6)))
+    vehicle = replace(hd.fleet["vt690"], actuators=())
+    with pytest.raises(hd.ProblemError, match="attitude is missing"):
+        hd.prepare(vehicle, log, LINEAR)
+    floating = replace(vehicle, center_of_gravity=vehicle.center_of_buoyancy)
+    assert hd.prepare(floating, log, LINEAR).n_samples == 20
+    with pytest.raises(hd.ProblemError, match="down_y"):
+        hd.prepare(floating, log, LINEAR.with_terms({"K": "down_y"}))
+
+
+def test_missing_velocities_are_named():
+    log = hd.Log.from_arrays(
+        [0.0, 0.1], {"u": [1, 1], "v": [0, 0]}, wrench=np.zeros((2, 6)), attitude=np.zeros((2, 3))
+    )
+    with pytest.raises(hd.ProblemError, match="w p q r not found"):
+        hd.prepare(hd.fleet["vt690"], log, LINEAR)
+
+
+def test_wrench_and_commands_together_are_refused_with_which_to_drop():
+    log = log_of(wrench=np.zeros((20, 6)), commands=commands_of())
+    with pytest.raises(hd.ProblemError, match="drop the wrench columns"):
+        hd.prepare(hd.fleet["vt690"], log, LINEAR)
+
+
+def test_a_wrench_needs_no_actuators_and_no_commands():
+    log = log_of(wrench=np.ones((20, 6)))
+    problem = hd.prepare(hd.fleet["vt690"], log, LINEAR)
+    assert not problem.columns.actuators
+    np.testing.assert_array_equal(problem.inputs.wrench, np.ones((20, 6)))
+
+
+def test_a_wrench_beside_a_command_of_a_term_is_fine():
+    log = log_of(wrench=np.ones((20, 6)), commands={"tether": np.ones(20)})
+    problem = hd.prepare(hd.fleet["vt690"], log, LINEAR.with_terms({"X": "tether"}))
+    assert problem.columns.channels == ("tether",)
+
+
+def test_nothing_that_acts_is_refused():
+    with pytest.raises(hd.ProblemError, match="X Y Z K M N"):
+        hd.prepare(hd.fleet["vt690"], log_of(), LINEAR)
+    with pytest.raises(hd.ProblemError, match="it has the columns thrust"):
+        hd.prepare(hd.fleet["bluerov2"], log_of(commands={"thrust": np.ones(20)}), LINEAR)
+
+
+def test_a_missing_command_names_its_user_and_the_nearest():
+    commands = commands_of()
+    commands["ruder"] = commands.pop("rudder")
+    log = log_of(commands=commands)
+    with pytest.raises(hd.ProblemError, match=r"'rudder' is missing.*Did you mean 'ruder'"):
+        hd.prepare(hd.fleet["vt690"], log, LINEAR)
+
+
+def test_all_lacks_are_named_at_once():
+    log = hd.Log.from_arrays([0.0, 0.1], {"u": [1, 1]}, commands={"rpm": [1, 1]})
+    with pytest.raises(hd.ProblemError) as caught:
+        hd.prepare(hd.fleet["vt690"], log, LINEAR)
+    text = str(caught.value)
+    assert "4 faults" in text
+    for word in ("v w p q r not found", "'rudder'", "'elevator'", "attitude"):
+        assert word in text
+
+
+def test_a_column_nothing_uses_is_named_once_with_the_nearest_reserved_name():
+    log = log_of(commands={**commands_of(), "rol": np.zeros(20)})
+    with pytest.raises(hd.LogError, match=r"'rol' is used by nothing.*Did you mean 'roll'"):
+        check_columns_used(hd.fleet["vt690"], log, [LINEAR])
+    check_columns_used(hd.fleet["vt690"], log, [LINEAR.with_terms({"K": "rol"})])
+
+
+def test_the_problem_prints_in_one_line():
+    problem = hd.prepare(hd.fleet["vt690"], log_of(commands=commands_of()), LINEAR)
+    assert "20 samples in 1 segments, 6 unknown" in str(problem)

@@ -1,0 +1,122 @@
+"""Open-loop replay: the laws it keeps and how it says that it diverged."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import hydrodamp as hd
+from hydrodamp.simulation.score import score
+
+COMMANDS = ("fx", "fy", "fz", "mx", "my", "mz")
+
+
+def quiet_log(n=200, velocity=(1.5, 0.2, -0.1, 0.1, 0.05, -0.1), **more):
+    start = np.tile(velocity, (n, 1))
+    rng = np.random.default_rng(6)
+    return hd.Log.from_arrays(
+        np.arange(n) / 10, start, attitude=rng.normal(0, 0.05, (n, 3)), **more
+    )
+
+
+def test_against_solve_ivp_with_the_equation_written_out(vehicle):
+    """Equation 1 integrated by someone else's adaptive program."""
+    log = quiet_log(100, wrench=np.random.default_rng(1).normal(0, 5, (100, 6)))
+    damping = hd.Damping(hd.catalog["linear"], -20 * np.eye(6).ravel())
+    trajectory = hd.simulate(vehicle, damping, log, max_step=0.005)
+
+    def rate(time, nu):
+        momentum = vehicle.mass_matrix @ nu
+        linear, angular = momentum[:3], momentum[3:]
+        coriolis = np.concatenate(
+            [np.cross(linear, nu[3:]), np.cross(linear, nu[:3]) + np.cross(angular, nu[3:])]
+        )
+        at = [np.interp(time, log.time, column) for column in log.down.T]
+        wrench = [np.interp(time, log.time, column) for column in log.wrench.T]
+        force = coriolis + vehicle.restoring_wrench(np.array([at]))[0] + wrench - 20 * nu
+        return np.linalg.solve(vehicle.mass_matrix, force)
+
+    solution = solve_ivp(
+        rate,
+        (0, log.time[-1]),
+        log.velocity[0],
+        t_eval=log.time,
+        rtol=1e-9,
+        atol=1e-11,
+        max_step=0.1,
+    )
+    np.testing.assert_allclose(trajectory.velocity, solution.y.T, atol=2e-6)
+
+
+def test_the_truth_replays_itself(vehicle, exact_log, true_damping):
+    """Wrench interpolated between samples: the error shrinks with the square of the step."""
+    model = hd.catalog["linear"]
+    truth = hd.Damping(model, (-30 * np.eye(6) + 0.1).ravel())
+    log = exact_log(truth, n=900)
+    result = score(hd.simulate(vehicle, truth, log))
+    assert result.rms < 0.05
+    assert min(result.fit_by_axis.values()) > 98
+
+
+def test_each_segment_restarts_from_its_first_sample(vehicle):
+    log = quiet_log(90, wrench=np.zeros((90, 6)), segment=np.repeat([1, 2, 3], 30))
+    damping = hd.Damping(hd.catalog["linear"], -20 * np.eye(6).ravel())
+    trajectory = hd.simulate(vehicle, damping, log)
+    for start in (0, 30, 60):
+        np.testing.assert_array_equal(trajectory.velocity[start], log.velocity[start])
+
+
+def test_divergence_is_a_status(vehicle):
+    log = quiet_log(90, wrench=np.zeros((90, 6)), segment=np.repeat(["calm", "wild", "end"], 30))
+    velocity = log.velocity.copy()
+    velocity[:30] = velocity[60:] = 0.0
+    log = replace(log, velocity=velocity, attitude=np.tile([1.0, 0, 0, 0], (90, 1)))
+    growing = hd.Damping(hd.catalog["linear"], 300 * np.eye(6).ravel())
+    trajectory = hd.simulate(replace(vehicle, center_of_gravity=(0, 0, 0)), growing, log)
+    assert trajectory.status is hd.Status.DIVERGED
+    assert [name for name, _ in trajectory.diverged] == ["wild"]
+    assert 0 < trajectory.diverged[0][1] < 3
+    assert np.isnan(trajectory.velocity[59]).all()
+    assert np.isfinite(trajectory.velocity[60:]).all()
+    result = score(trajectory)
+    assert result.rms is None
+    assert result.status is hd.Status.DIVERGED
+    assert set(result.rms_by_axis.values()) == {None}
+
+
+def test_simulated_attitude_swings_like_a_pendulum(vehicle):
+    """Small roll of a body with its weight low: period 2 pi sqrt(I / (z_G W))."""
+    still = replace(
+        vehicle, center_of_gravity=(0.0, 0.0, 0.05), mass_matrix=np.diag([60, 99, 99, 1, 29, 29])
+    )
+    n, step = 400, 0.02
+    attitude = np.zeros((n, 3))
+    attitude[:, 0] = 0.002  # only the first sample counts
+    log = hd.Log.from_arrays(
+        np.arange(n) * step, np.zeros((n, 6)), attitude=attitude, wrench=np.zeros((n, 6))
+    )
+    nothing = hd.Damping(hd.catalog["linear"], np.zeros(36))
+    swing = hd.simulate(still, nothing, log, attitude="simulated").velocity[:, 3]
+    rate = np.sqrt(0.05 * still.weight / 1.0)
+    expected = -0.002 * rate * np.sin(rate * log.time)
+    np.testing.assert_allclose(swing, expected, atol=1e-6)
+
+
+def test_settings_are_checked(vehicle):
+    log = quiet_log(20, wrench=np.zeros((20, 6)))
+    nothing = hd.Damping(hd.catalog["linear"], np.zeros(36))
+    with pytest.raises(hd.MethodError, match="'measured' or 'simulated'"):
+        hd.simulate(vehicle, nothing, log, attitude="guessed")
+    with pytest.raises(hd.MethodError, match="max_step"):
+        hd.simulate(vehicle, nothing, log, max_step=0.2)
+    with pytest.raises(hd.MethodError, match="'deg' or 'rad'"):
+        score(hd.simulate(vehicle, nothing, log), rate_unit="grad")
+    planar = replace(vehicle, axes=("X", "Y", "N"))
+    bare = hd.Log.from_arrays(
+        [0.0, 0.1], {"u": [1, 1], "v": [0, 0], "r": [0, 0]}, wrench=np.zeros((2, 6))
+    )
+    with pytest.raises(hd.MethodError, match="starts from a recorded one"):
+        hd.simulate(planar, nothing, bare, attitude="simulated")

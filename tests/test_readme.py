@@ -1,0 +1,33 @@
+"""The README keeps its word: its Python runs, its commands exist."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from hydrodamp.cli.main import app
+
+README = (Path(__file__).parents[1] / "README.md").read_text()
+SHELL = "".join(re.findall(r"```sh\n(.*?)```", README, flags=re.DOTALL))
+
+
+def test_the_python_blocks_run_one_after_the_other(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    blocks = re.findall(r"```python\n(.*?)```", README, flags=re.DOTALL)
+    assert len(blocks) == 2
+    exec(compile("\n".join(blocks), "README.md", "exec"), {})
+    assert "prestero-up" in capsys.readouterr().out
+    assert (tmp_path / "damping.json").exists()
+
+
+@pytest.mark.parametrize("command", sorted(set(re.findall(r"\bhydrodamp (\w+)", SHELL))))
+def test_every_command_it_names_exists(command):
+    names = {c.name or c.callback.__name__ for c in app.registered_commands}
+    assert command in names | {group.name for group in app.registered_groups}
+
+
+def test_it_names_every_command():
+    names = {c.name or c.callback.__name__ for c in app.registered_commands}
+    assert not [name for name in names if f"hydrodamp {name}" not in README]

@@ -1,0 +1,98 @@
+"""Rows, statuses and the best of them; the paper's order as a rank correlation."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.simulation.score import Score
+
+
+@pytest.fixture
+def comparison(vehicle, exact_log, true_damping):
+    truth = hd.Damping(hd.catalog["linear"], (-30 * np.eye(6) + 0.1).ravel())
+    log = exact_log(truth, n=900)
+    train, test = log.select("a", "b"), log.select("c")
+    models = [hd.catalog[key] for key in ("linear", "fossen", "uncoupled")]
+    problem = hd.prepare(vehicle, train, models)
+    fits = hd.identify_all(problem, models, hd.LeastSquares())
+    fits += hd.identify_all(problem, models[:1], hd.AdaptiveIdentifier())
+    wild = replace(fits[1], damping=hd.Damping(models[1], np.full(12, 300.0)), method="wild")
+    return hd.compare([*fits, wild], vehicle, test)
+
+
+def test_rows_are_in_the_order_asked_for(comparison):
+    assert [(row.model, row.method) for row in comparison.rows] == [
+        ("linear", "ls"), ("fossen", "ls"), ("uncoupled", "ls"), ("linear", "ai"),
+        ("fossen", "wild"),
+    ]  # fmt: skip
+    assert comparison.models == ("linear", "fossen", "uncoupled")
+    assert comparison.methods == ("ls", "ai", "wild")
+
+
+def test_the_truth_wins(comparison):
+    assert comparison.best() is comparison.row("linear", "ls")
+    assert comparison.best().rms < 0.05
+
+
+def test_a_diverged_replay_is_a_row_with_a_status(comparison):
+    row = comparison.row("fossen", "wild")
+    assert row.status is hd.Status.DIVERGED
+    assert row.rms is None
+    assert row.score.diverged[0][0] == "c"
+    assert "diverged" in str(comparison)
+
+
+def test_a_fit_without_numbers_is_a_row_with_a_status(vehicle, exact_log, true_damping):
+    truth = true_damping(hd.catalog["linear"])
+    log = exact_log(truth, n=30)
+    models = [hd.catalog["linear"], hd.catalog["mcfarland-whitcomb"]]
+    fits = hd.identify_all(hd.prepare(vehicle, log, models), models, hd.LeastSquares())
+    row = hd.compare(fits, vehicle, log).row("mcfarland-whitcomb", "ls")
+    assert row.status is hd.Status.TOO_FEW_SAMPLES
+    assert row.trajectory is None
+    assert row.rms is None
+
+
+def test_no_row_at_all_has_a_best(comparison):
+    nothing = replace(comparison, rows=(comparison.row("fossen", "wild"),))
+    with pytest.raises(hd.MethodError, match="every replay diverged"):
+        nothing.best()
+    with pytest.raises(hd.MethodError, match="no row of model 'coe'"):
+        comparison.row("coe", "ls")
+
+
+def with_rms(comparison, values):
+    """Rows of the paper's models with the RMS errors given."""
+    fit = comparison.rows[0].fit
+    rows = []
+    for key, rms in zip(hd.PAPER_MODELS, values, strict=True):
+        model = hd.catalog[key]
+        damping = hd.Damping(model, np.zeros(model.n_coefficients))
+        score = Score(rms, {}, {}, "deg", () if rms is not None else (("a", 1.0),))
+        rows.append(hd.Row(replace(fit, damping=damping), score))
+    return hd.Comparison(rows=tuple(rows))
+
+
+def test_the_printed_table_correlates_with_itself(comparison):
+    printed = [hd.TABLE_I[key].ls for key in hd.PAPER_MODELS]
+    assert hd.rank_correlation(with_rms(comparison, printed), "ls") == pytest.approx(1.0)
+    turned = [-value for value in printed]
+    assert hd.rank_correlation(with_rms(comparison, turned), "ls") == pytest.approx(-1.0)
+
+
+def test_a_diverged_row_ranks_last(comparison):
+    """Spearman by hand: ranks of Table I are 2 5 1 3 4 6 7 8, ours 8 5 1 2 3 4 6 7."""
+    values = [None, 5.0, 1.0, 2.0, 3.0, 4.0, 6.0, 7.0]
+    squares = np.square(np.array([2, 5, 1, 3, 4, 6, 7, 8]) - [8, 5, 1, 2, 3, 4, 6, 7]).sum()
+    expected = 1 - 6 * squares / (8 * 63)
+    rho = hd.rank_correlation(with_rms(comparison, values), "ls")
+    assert rho == pytest.approx(expected)
+
+
+def test_no_correlation_without_a_printed_column_or_enough_rows(comparison):
+    assert hd.rank_correlation(comparison, "wild") is None
+    assert hd.rank_correlation(comparison, "ai") is None

@@ -1,0 +1,148 @@
+"""Laws that every kind of actuator keeps, then what each of them does."""
+
+from __future__ import annotations
+
+import pickle
+
+import numpy as np
+import pytest
+
+from hydrodamp.basis.axes import AXES
+from hydrodamp.errors import VehicleError
+from hydrodamp.vehicle.fin import Fin
+from hydrodamp.vehicle.matrix import Matrix
+from hydrodamp.vehicle.propeller import Propeller
+from hydrodamp.vehicle.thruster import Thruster
+
+ALL = [
+    Matrix(("forward", "turn"), [[1, 0, 0, 0, 0, 0], [0, 0, 0, 0, 0, 2]]),
+    Fin("rudder", {"Y": 9.0, "N": -8.0}),
+    Fin("rudder", {"Y": 9.0}, drag={"X": -4.0}, limit=0.3, name="aft"),
+    Propeller("rpm", 3e-6),
+    Propeller("rpm", 3e-6, advance=-1e-4, torque=-1e-7, speed_slope=0.001, limit=1500),
+    Thruster("port", (0, -0.2, 0), (1, 0, 0), gain=40),
+    Thruster("port", (0, -0.2, 0), (1, 0, 1), gain=40, dead_zone=(-0.1, 0.2), limit=0.9),
+    Thruster("port", (0, -0.2, 0), (1, 0, 0), curve=[(-1, -30), (1, 50)]),
+]
+
+
+@pytest.mark.parametrize("actuator", ALL, ids=lambda one: f"{type(one).__name__}")
+class TestEveryKind:
+    def test_columns_use_only_its_channels(self, actuator):
+        commands = {name: np.linspace(-1, 1, 5) for name in actuator.commands}
+        channels = actuator.channels(commands)
+        used = {name for column in actuator.columns() for name in column.term.commands}
+        assert used <= set(channels)
+        assert all(values.shape == (5,) for values in channels.values())
+
+    def test_derived_channels_are_no_commands(self, actuator):
+        commands = {name: np.zeros(2) for name in actuator.commands}
+        assert not set(actuator.derived) & set(actuator.commands)
+        assert set(actuator.derived) <= set(actuator.channels(commands))
+
+    def test_axes_and_values(self, actuator):
+        assert all(axis in AXES and value != 0.0 for axis, _, value in actuator.columns())
+
+    def test_is_a_value(self, actuator):
+        twin = pickle.loads(pickle.dumps(actuator))
+        assert twin == actuator
+        assert hash(twin) == hash(actuator)
+
+    def test_missing_command_is_named(self, actuator):
+        with pytest.raises(VehicleError, match=f"`{actuator.commands[0]}`"):
+            actuator.channels({})
+
+
+def columns_of(actuator) -> list[tuple[str, str, float]]:
+    return [(axis, str(term), pytest.approx(value)) for axis, term, value in actuator.columns()]
+
+
+def test_matrix_columns():
+    assert columns_of(ALL[0]) == [("X", "forward", 1.0), ("N", "turn", 2.0)]
+    with pytest.raises(VehicleError, match=r"`wrench` must have shape \(1, 6\)"):
+        Matrix(("forward",), [[1, 2, 3]])
+
+
+def test_fin_columns():
+    assert columns_of(ALL[2]) == [
+        ("Y", "u|u|*aft_limited", 9.0),
+        ("X", "u|u|*aft_limited^2", -4.0),
+    ]
+
+
+def test_fin_limit():
+    limited = ALL[2].channels({"rudder": np.array([-1.0, 0.2, 1.0])})
+    np.testing.assert_array_equal(limited["aft_limited"], [-0.3, 0.2, 0.3])
+
+
+def test_propeller_columns():
+    assert columns_of(ALL[4]) == [
+        ("X", "rpm_limited*|rpm_limited|", 3e-6),
+        ("X", "u*|rpm_limited|", -1e-4),
+        ("K", "rpm_limited*|rpm_limited|", -1e-7),
+    ]
+
+
+def test_propulsion_speed():
+    """The DIVE vehicle of the 690's laboratory: u = 0.0061071 rpm - 0.43304."""
+    propeller = Propeller("rpm", 1.0, speed_slope=0.0061071, speed_offset=-0.43304, limit=300)
+    speed = propeller.propulsion_speed({"rpm": np.array([200.0, 1000.0])})
+    np.testing.assert_allclose(speed, [0.78838, 1.39909])
+    assert Propeller("rpm", 1.0).propulsion_speed({"rpm": np.zeros(1)}) is None
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"thrust": np.nan}, "`thrust` must be a finite"),
+        ({"thrust": 1.0, "speed_slope": 0.0}, "`speed_slope` must be a positive"),
+        ({"thrust": 1.0, "limit": -1.0}, "`limit` must be a positive"),
+    ],
+)
+def test_propeller_refusals(settings, message):
+    with pytest.raises(VehicleError, match=message):
+        Propeller("rpm", **settings)
+
+
+def test_thruster_wrench_is_force_and_moment_about_the_origin():
+    thruster = Thruster("port", (-0.3, -0.2, 0.1), (2.0, 1.0, -2.0), gain=6.0)
+    wrench = np.zeros(6)
+    for axis, _, value in thruster.columns():
+        wrench[AXES.index(axis)] = value
+    force = 6.0 * np.array([2.0, 1.0, -2.0]) / 3.0
+    np.testing.assert_allclose(wrench[:3], force)
+    np.testing.assert_allclose(wrench[3:], np.cross([-0.3, -0.2, 0.1], force))
+
+
+def test_thruster_limit_dead_zone_and_gain():
+    command = np.array([-2.0, -0.5, -0.1, 0.0, 0.2, 0.21, 2.0])
+    np.testing.assert_allclose(ALL[6].thrust(command), [-36, -20, 0, 0, 0, 8.4, 36])
+
+
+def test_thruster_curve_is_linear_between_and_constant_beyond():
+    thrust = ALL[7].thrust([-3.0, -1.0, 0.0, 0.5, 2.0])
+    np.testing.assert_allclose(thrust, [-30, -30, 10, 30, 50])
+
+
+def test_dead_zone_gives_no_thrust_even_where_the_curve_would():
+    thruster = Thruster("bow", (0, 0, 0), (1, 0, 0), curve=[(-1, -30), (1, 50)], dead_zone=(-1, 0))
+    np.testing.assert_allclose(thruster.thrust([-0.5, 0.5]), [0.0, 30.0])
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({}, "either `gain` or `curve`"),
+        ({"gain": 1.0, "curve": [(0, 0), (1, 1)]}, "either `gain` or `curve`"),
+        ({"gain": np.inf}, "`gain` must be a finite"),
+        ({"gain": 1.0, "direction": (0, 0, 0)}, "`direction` must not be zero"),
+        ({"gain": 1.0, "position": (0, 0)}, "`position` must have shape"),
+        ({"gain": 1.0, "dead_zone": (0.2, 0.1)}, r"`dead_zone` must be \(lowest, highest\)"),
+        ({"curve": [(0, 0)]}, "at least two rows"),
+        ({"curve": []}, "`curve` must have"),
+        ({"curve": [(1, 0), (0, 1)]}, "increasing commands"),
+    ],
+)
+def test_thruster_refusals(settings, message):
+    with pytest.raises(VehicleError, match=message):
+        Thruster("bow", **{"position": (0, 0, 0), "direction": (1, 0, 0), **settings})

@@ -1,0 +1,177 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from hydrodamp.errors import FileError, VehicleError
+from hydrodamp.vehicle.file import (
+    format_vehicle,
+    parse_vehicle,
+    read_vehicle,
+    write_vehicle,
+)
+from hydrodamp.vehicle.thruster import Thruster
+from hydrodamp.vehicle.vehicle import Vehicle
+
+RIGID = "rigid_body: {mass: 10, inertia: [1, 2, 2]}\n"
+ADDED = f"added_mass: {np.diag([1.0, 8, 8, 0.1, 1, 1]).tolist()}\n"
+REST = "name: mine\nweight: 98\nbuoyancy: 99\n"
+
+
+def test_round_trip(equipped, tmp_path):
+    path = tmp_path / "vehicle.yaml"
+    write_vehicle(equipped, path)
+    assert read_vehicle(path) == equipped
+    assert [entry.name for entry in tmp_path.iterdir()] == ["vehicle.yaml"]
+
+
+def test_round_trip_of_every_thruster_setting():
+    thruster = Thruster(
+        "port",
+        (-0.1, -0.2, 1 / 3),
+        (1, 1, 0),
+        curve=[(-1, -30), (1, 1e-7)],
+        dead_zone=(-0.1, 0.1),
+        limit=0.9,
+        name="port_aft",
+    )
+    vehicle = Vehicle("rov", np.eye(6), 1.0, 1.0, actuators=(thruster,))
+    assert parse_vehicle(format_vehicle(vehicle)) == vehicle
+
+
+def test_round_trip_of_three_axes():
+    ship = Vehicle("ship", np.diag([2.0, 3.0, 1.0]), 0.0, 0.0, axes=("X", "Y", "N"))
+    assert parse_vehicle(format_vehicle(ship)) == ship
+
+
+def test_rigid_body_and_added_mass_add_up():
+    vehicle = parse_vehicle(REST + RIGID + ADDED + "center_of_gravity: [0, 0, 0.1]\n")
+    np.testing.assert_allclose(vehicle.mass_matrix.diagonal(), [11, 18, 18, 1.1, 3, 3])
+    assert vehicle.mass_matrix[0, 4] == pytest.approx(1.0)
+    assert vehicle.added_mass[0, 0] == 1.0
+
+
+def test_inertia_tensor_about_the_center_of_gravity():
+    rigid = (
+        "rigid_body:\n  mass: 10\n  inertia_about: center_of_gravity\n"
+        "  inertia: [[1, 0, 0.1], [0, 2, 0], [0.1, 0, 2]]\n"
+    )
+    vehicle = parse_vehicle(REST + rigid + ADDED + "center_of_gravity: [0, 0, 0.1]\n")
+    assert vehicle.mass_matrix[3, 3] == pytest.approx(1.2)
+    assert vehicle.mass_matrix[3, 5] == pytest.approx(0.1)
+
+
+def test_three_axes_need_no_weight():
+    ship = parse_vehicle("{name: s, axes: [X, Y, N], mass_matrix: [[2,0,0],[0,3,0],[0,0,1]]}")
+    assert ship.axes == ("X", "Y", "N")
+    assert ship.weight == ship.buoyancy == 0.0
+
+
+def test_the_design_example_reads():
+    text = """
+    name: vt690
+    source: "SNAME T&R Bulletin 1-45 (2022)"
+    rigid_body: {mass: 47.556, inertia: [0.187, 14.933, 14.933]}
+    added_mass: [[1,0,0,0,0,0],[0,1,0,0,0,0],[0,0,1,0,0,0],[0,0,0,1,0,0],[0,0,0,0,1,0],
+                 [0,0,0,0,0,1]]
+    weight: 466.5
+    buoyancy: 466.5
+    center_of_gravity: [0, 0, 0.0083]
+    center_of_buoyancy: [0, 0, 0]
+    actuators:
+      - {kind: matrix, commands: [ch_forward], wrench: [[1, 0, 0, 0, 0, 0]]}
+    """
+    assert parse_vehicle(text).commands == ("ch_forward",)
+
+
+@pytest.mark.parametrize(
+    ("text", "faults"),
+    [
+        (REST, ["needs either `mass_matrix` or `rigid_body`"]),
+        (REST + RIGID, ["`rigid_body` needs `added_mass`"]),
+        (REST + RIGID + ADDED + "mass_matrix: [[1]]\n", ["needs either `mass_matrix`"]),
+        (
+            "weight: heavy\nbuoyancy: -1\nmas_matrix: []\n",
+            [
+                "`name` is missing",
+                "`weight` must be a valid number",
+                "got 'heavy'",
+                "`buoyancy` must be greater than or equal to 0; got -1",
+                "`mas_matrix` is no key of a vehicle file. Did you mean 'mass_matrix'",
+            ],
+        ),
+        (REST + "mass_matrix: [[1, x]]\n", ["`mass_matrix[0][1]` must be a valid number"]),
+        (REST + "rigid_body: {mass: , inertia: [1, 1, 1]}\n", ["`rigid_body.mass` is still empty"]),
+        (REST + "rigid_body: {mas: 1}\n", ["`rigid_body.mas` is no key", "'mass'"]),
+        (
+            REST + RIGID + ADDED + "actuators: [{kind: fin, command: rudder, froce: {Y: 1}}]\n",
+            ["`actuators[0].force` is missing", "`actuators[0].froce`", "'force'"],
+        ),
+        (
+            REST + RIGID + ADDED + "actuators: [{kind: sail}]\n",
+            ["`actuators[0]`", "'matrix', 'fin', 'propeller', 'thruster'"],
+        ),
+        (
+            REST + RIGID + ADDED + "actuators: [{kind: fin, command: a1, force: {Q: 1}}]\n",
+            ["`actuators[0].force.Q", "'X', 'Y', 'Z', 'K', 'M' or 'N'"],
+        ),
+        (REST + "mass_matrix: [[1, 2], [3, 4]]\n", ["`mass_matrix` must have shape (6, 6)"]),
+        (
+            REST.replace("98", "98\naxes: [N, X]")
+            + RIGID
+            + ADDED
+            + "actuators: [{kind: fin, command: uv, force: {Y: 1}}, {kind: propeller, command: n1,"
+            " thrust: 1, limit: -1}]\n",
+            ["3 faults", "actuators[0]: `command`", "actuators[1]: `limit`", "`axes` must be"],
+        ),
+        ("- a\n- b\n", ["must be keys and values, such as 'name: mine'; got list"]),
+        ("", ["must be keys and values", "got NoneType"]),
+    ],
+)
+def test_faults_are_collected_with_file_and_key(tmp_path, text, faults):
+    path = tmp_path / "mine.yaml"
+    path.write_text(text)
+    with pytest.raises(VehicleError) as caught:
+        read_vehicle(path)
+    message = str(caught.value)
+    assert message.startswith(str(path))
+    for fault in faults:
+        assert fault in message
+
+
+def test_long_values_are_cut_in_messages():
+    with pytest.raises(VehicleError, match=r"got 'w{56}\.\.\.$"):
+        parse_vehicle(REST + f"mass_matrix: [[{'w' * 90}]]\n")
+
+
+def test_unreadable_yaml_tells_its_line(tmp_path):
+    path = tmp_path / "broken.yaml"
+    path.write_text("name: mine\nweight: [1, 2\nbuoyancy: 3\n")
+    with pytest.raises(FileError, match=r"broken.yaml, line 3: no readable YAML"):
+        read_vehicle(path)
+
+
+def test_control_characters_are_no_yaml():
+    with pytest.raises(FileError, match="no readable YAML"):
+        parse_vehicle("name: \x00")
+
+
+def test_unreadable_file(tmp_path):
+    with pytest.raises(FileError, match="cannot be read"):
+        read_vehicle(tmp_path)
+    path = tmp_path / "latin.yaml"
+    path.write_bytes(b"name: caf\xe9\n")
+    with pytest.raises(FileError, match="cannot be read"):
+        read_vehicle(path)
+
+
+def test_unwritable_folder(equipped, tmp_path):
+    with pytest.raises(FileError, match="cannot be written"):
+        write_vehicle(equipped, tmp_path / "missing" / "vehicle.yaml")
+
+
+def test_failed_write_leaves_nothing_behind(equipped, tmp_path):
+    (tmp_path / "folder").mkdir()
+    with pytest.raises(FileError, match="cannot be written"):
+        write_vehicle(equipped, tmp_path / "folder")
+    assert [entry.name for entry in tmp_path.iterdir()] == ["folder"]

@@ -1,0 +1,113 @@
+from __future__ import annotations
+
+import re
+from importlib.resources import files
+
+import numpy as np
+import pytest
+
+from hydrodamp.errors import FileError, VehicleError
+from hydrodamp.vehicle.file import format_vehicle, parse_vehicle, write_vehicle
+from hydrodamp.vehicle.fleet import NAMES, find_vehicle, fleet
+
+
+@pytest.mark.parametrize("name", NAMES)
+class TestEveryVehicle:
+    def test_reads_under_its_name(self, name):
+        assert fleet[name].name == name
+        assert fleet[name] is fleet[name]
+
+    def test_has_a_source_and_a_note(self, name):
+        assert fleet[name].source
+        assert fleet[name].note
+
+    def test_every_number_has_a_source(self, name):
+        """Every line with a number carries a comment, or stands under one that does."""
+        text = files("hydrodamp.vehicle").joinpath("fleet", f"{name}.yaml").read_text("utf-8")
+        commented = False
+        for line in text.splitlines():
+            if re.search(r": .*\d", line) and not re.match(r"\s*(#|source|note|name)", line):
+                assert "#" in line or commented, line
+            commented = "#" in line or (commented and line.startswith("  "))
+
+    def test_mass_matrix_is_symmetric_positive_definite(self, name):
+        matrix = fleet[name].mass_matrix
+        np.testing.assert_array_equal(matrix, matrix.T)
+        assert np.linalg.eigvalsh(matrix)[0] > 0.0
+
+    def test_added_mass_is_positive_semidefinite_and_less_than_the_whole(self, name):
+        vehicle = fleet[name]
+        assert np.linalg.eigvalsh(vehicle.added_mass)[0] >= 0.0
+        assert np.linalg.eigvalsh(vehicle.mass_matrix - vehicle.added_mass)[0] > 0.0
+
+    def test_rights_itself(self, name):
+        """Heeled, the moment turns it back: its center of buoyancy lies above its gravity."""
+        lean = np.array([[0.0, np.sin(0.1), np.cos(0.1)], [-np.sin(0.1), 0.0, np.cos(0.1)]])
+        wrench = fleet[name].restoring_wrench(lean)
+        assert wrench[0, 3] < 0.0
+        assert wrench[1, 4] < 0.0
+
+    def test_round_trip(self, name):
+        assert parse_vehicle(format_vehicle(fleet[name])) == fleet[name]
+
+    def test_fin_moments_belong_to_a_tail(self, name):
+        """Y and N of a rudder astern have opposite signs, Z and M of a stern plane equal ones."""
+        for actuator in fleet[name].actuators:
+            force = dict(getattr(actuator, "force", ()))
+            if "Y" in force:
+                assert force["Y"] * force["N"] < 0.0
+            if "Z" in force:
+                assert force["Z"] * force["M"] > 0.0
+
+
+def test_vt690_numbers():
+    """Section 1 of the 690's sources: 47.556 kg, symmetrised off-diagonal pairs."""
+    matrix = fleet["vt690"].mass_matrix
+    expected = [60.603, 95.794, 99.3461, 0.928, 29.4507, 29.4646]
+    np.testing.assert_allclose(matrix.diagonal(), expected, rtol=1e-12)
+    assert matrix[1, 5] == pytest.approx(-(2.6899 + 3.67588) / 2)
+    assert matrix[2, 4] == pytest.approx(-(0.67173 - 0.776908) / 2)
+    assert matrix[0, 4] == pytest.approx(47.556 * 0.0083)
+
+
+def test_vt690_thrust_balances_its_published_drag():
+    """At u = u_c the thrust is X_u|u| u^2 with X_u|u| = -3.244."""
+    vehicle, commands = fleet["vt690"], {"rudder": [0.0], "elevator": [0.0], "rpm": [2060.0]}
+    speed = vehicle.propulsion_speed(commands)
+    thrust = vehicle.known_wrench([[speed[0], 0, 0, 0, 0, 0]], [[0, 0, 1]], commands)[0, 0]
+    assert thrust == pytest.approx(3.244 * speed[0] ** 2)
+
+
+def test_lauv_fin_force():
+    """Two fins a plane: 2 x 0.5 rho S CL = 1028 x 0.0064 x 3.0, at x = -0.4 m."""
+    rudder = dict(fleet["lauv"].actuators[1].force)
+    assert rudder["Y"] == pytest.approx(1028 * 0.0064 * 3.0)
+    assert rudder["N"] == pytest.approx(-0.4 * rudder["Y"])
+
+
+def test_lauv_propeller_stops_at_50_newtons():
+    propeller = fleet["lauv"].actuators[0]
+    assert propeller.thrust * propeller.limit**2 == pytest.approx(50.0)
+
+
+def test_is_a_mapping():
+    assert list(fleet) == list(NAMES)
+    assert len(fleet) == 5
+    assert "lauv" in fleet
+    assert 5 not in fleet
+    assert repr(fleet) == f"Fleet({', '.join(NAMES)})"
+
+
+def test_unknown_name_names_the_nearest():
+    with pytest.raises(VehicleError, match=r"no vehicle `vt609`.*Did you mean 'vt690'"):
+        fleet["vt609"]
+    with pytest.raises(VehicleError, match=r"Did you mean 'remus100'.*path of its YAML"):
+        find_vehicle("remus")
+
+
+def test_find_vehicle_takes_names_and_files(equipped, tmp_path):
+    write_vehicle(equipped, tmp_path / "mine.yaml")
+    assert find_vehicle(tmp_path / "mine.yaml") == equipped
+    assert find_vehicle("lauv") is fleet["lauv"]
+    with pytest.raises(FileError, match="no such vehicle file"):
+        find_vehicle(tmp_path / "yours.yaml")

@@ -1,0 +1,94 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hydrodamp.errors import VehicleError
+from hydrodamp.vehicle.mass import checked_mass_matrix, cross_matrix, rigid_body_mass_matrix
+
+COORDINATE = st.floats(-2.0, 2.0)
+VECTOR = st.tuples(COORDINATE, COORDINATE, COORDINATE)
+
+
+@given(VECTOR, VECTOR)
+def test_cross_matrix_is_the_cross_product(a, b):
+    np.testing.assert_allclose(cross_matrix(a) @ b, np.cross(a, b), atol=1e-12)
+
+
+@given(VECTOR, VECTOR, VECTOR)
+def test_rigid_body_kinetic_energy(center, linear, angular):
+    """A body with spin w has the energy of its centre's speed plus that about the centre."""
+    mass, inertia = 7.0, np.diag([1.0, 2.0, 2.5])
+    matrix = rigid_body_mass_matrix(mass, inertia, center, "center_of_gravity")
+    velocity = np.concatenate([linear, angular])
+    speed = np.asarray(linear) + np.cross(angular, center)
+    energy = 0.5 * mass * speed @ speed + 0.5 * np.asarray(angular) @ inertia @ angular
+    assert 0.5 * velocity @ matrix @ velocity == pytest.approx(energy, rel=1e-9, abs=1e-9)
+
+
+def test_inertia_about_origin_is_taken_as_it_stands():
+    matrix = rigid_body_mass_matrix(47.556, (0.187, 14.933, 14.933), (0, 0, 0.0083))
+    np.testing.assert_array_equal(matrix[3:, 3:], np.diag([0.187, 14.933, 14.933]))
+    # Notes on the 690, section 1: M15 = M51 = 0.395, M24 = M42 = -0.395
+    assert matrix[0, 4] == matrix[4, 0] == pytest.approx(0.395, abs=5e-4)
+    assert matrix[1, 3] == matrix[3, 1] == pytest.approx(-0.395, abs=5e-4)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: rigid_body_mass_matrix(0.0, (1, 1, 1)), "`mass` must be positive"),
+        (lambda: rigid_body_mass_matrix(1.0, (1, 1)), "`inertia` must be three moments"),
+        (lambda: rigid_body_mass_matrix(1.0, np.triu(np.ones((3, 3)))), "symmetric 3 x 3"),
+        (lambda: rigid_body_mass_matrix(1.0, (1, 1, 1), (0, 0)), "`center_of_gravity`"),
+        (lambda: rigid_body_mass_matrix(1.0, (1, 1, 1), (0, 0, 1), "nose"), "`inertia_about`"),
+        (lambda: checked_mass_matrix([["a"]]), "`mass_matrix` must be numbers"),
+        (lambda: checked_mass_matrix(np.eye(3)), r"shape \(6, 6\); got \(3, 3\)"),
+        (lambda: checked_mass_matrix(np.eye(4), ("X", "Y", "N")), r"\(6, 6\) or \(3, 3\)"),
+        (lambda: checked_mass_matrix(np.full((6, 6), np.nan)), "must be finite"),
+    ],
+)
+def test_refusals_say_what_is_wanted(call, message):
+    with pytest.raises(VehicleError, match=message):
+        call()
+
+
+def test_asymmetry_is_refused_with_its_place():
+    matrix = np.diag([60.6, 99.4, 99.4, 1.0, 29.5, 28.8])
+    matrix[1, 5], matrix[5, 1] = -3.25, -0.80
+    with pytest.raises(VehicleError, match=r"-3.25 in row Y, column r and -0.8 in its mirror"):
+        checked_mass_matrix(matrix)
+
+
+def test_rounding_asymmetry_is_made_exact():
+    matrix = np.diag([60.6, 99.4, 99.4, 1.0, 29.5, 28.8])
+    matrix[1, 5], matrix[5, 1] = -3.25, -3.25 + 1e-10
+    checked = checked_mass_matrix(matrix)
+    assert checked[1, 5] == checked[5, 1]
+    assert not checked.flags.writeable
+
+
+def test_indefinite_matrix_is_refused_with_eigenvalue_and_direction():
+    with pytest.raises(VehicleError, match=r"smallest eigenvalue is -0.31 \(direction mostly q\)"):
+        checked_mass_matrix(np.diag([1.0, 1.0, 1.0, 1.0, -0.31, 1.0]))
+
+
+def test_semidefinite_matrix_is_refused():
+    with pytest.raises(VehicleError, match=r"direction mostly p"):
+        checked_mass_matrix(np.diag([1.0, 1.0, 1.0, 0.0, 1.0, 1.0]))
+
+
+def test_only_the_free_axes_are_checked():
+    matrix = np.diag([1.0, 1.0, 0.0, -1.0, 0.0, 1.0])
+    np.testing.assert_array_equal(checked_mass_matrix(matrix, ("X", "Y", "N")), matrix)
+    with pytest.raises(VehicleError, match="mostly p"):
+        checked_mass_matrix(matrix, ("X", "Y", "K", "N"))
+
+
+def test_small_matrix_lands_on_its_axes():
+    small = np.array([[2.0, 0.0, 0.0], [0.0, 3.0, 0.5], [0.0, 0.5, 1.0]])
+    full = checked_mass_matrix(small, ("X", "Y", "N"))
+    np.testing.assert_array_equal(full[np.ix_([0, 1, 5], [0, 1, 5])], small)
+    assert np.count_nonzero(full) == 5

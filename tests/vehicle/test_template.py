@@ -1,0 +1,55 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import yaml
+
+from hydrodamp.errors import VehicleError
+from hydrodamp.vehicle.file import parse_vehicle
+from hydrodamp.vehicle.template import vehicle_template
+from hydrodamp.vehicle.vehicle import Vehicle
+
+
+def test_empty_template_names_every_number_to_fill_in():
+    with pytest.raises(VehicleError) as caught:
+        parse_vehicle(vehicle_template())
+    message = str(caught.value)
+    assert "14 faults" in message
+    for key in ("rigid_body.mass", "rigid_body.inertia[2]", "added_mass[5][5]", "weight"):
+        assert f"`{key}` is still empty" in message
+
+
+def test_filled_template_reads():
+    text = vehicle_template("mine").replace("null", "2").replace("mass: ", "mass: 9")
+    for key in ("weight", "buoyancy"):
+        text = text.replace(f"\n{key}: ", f"\n{key}: 88")
+    for key in ("center_of_gravity", "center_of_buoyancy"):
+        text = text.replace(f"\n{key}: ", f"\n{key}: [0, 0, 0]")
+    vehicle = parse_vehicle(text)
+    assert vehicle.mass_matrix[0, 0] == 11.0
+
+
+def test_estimate_is_the_hull_estimate():
+    vehicle = parse_vehicle(vehicle_template("mine", length=1.33, diameter=0.19, mass=30.5))
+    hull = Vehicle.from_hull(1.33, 0.19, 30.5)
+    np.testing.assert_allclose(vehicle.mass_matrix, hull.mass_matrix, rtol=1e-5)
+    assert vehicle.name == "mine"
+    assert "estimate" in vehicle.source
+
+
+@pytest.mark.parametrize("name", ["a: b", "yes", "#1", 'quo"te', "ä"])
+def test_any_name_survives(name):
+    assert yaml.safe_load(vehicle_template(name))["name"] == name
+
+
+def test_examples_in_the_comments_are_valid():
+    lines = vehicle_template(length=1, diameter=0.2, mass=30).splitlines()
+    examples = [line.lstrip("# ") for line in lines if line.startswith("#   - ")]
+    text = vehicle_template(length=1, diameter=0.2, mass=30)
+    filled = text.replace("actuators: []", "actuators:\n" + "\n".join(f"  {e}" for e in examples))
+    assert parse_vehicle(filled).commands == ("rudder", "rpm", "port", "ch_forward")
+
+
+def test_sizes_come_together():
+    with pytest.raises(VehicleError, match="together, or none"):
+        vehicle_template(length=1.0)

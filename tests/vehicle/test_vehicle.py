@@ -1,0 +1,145 @@
+from __future__ import annotations
+
+import dataclasses
+import pickle
+
+import numpy as np
+import pytest
+
+from hydrodamp.errors import VehicleError
+from hydrodamp.vehicle.fin import Fin
+from hydrodamp.vehicle.propeller import Propeller
+from hydrodamp.vehicle.vehicle import Vehicle, mass_matrix_digest
+
+
+def commands_of(vehicle: Vehicle, motion: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    return {name: motion[name] for name in vehicle.commands}
+
+
+def test_known_wrench_by_hand(equipped, motion):
+    """Every actuator's law, written out, and weight and buoyancy at their centres."""
+    u, down = motion["velocity"][:, 0], motion["down"]
+    delta = np.clip(motion["rudder"], -0.3, 0.3)
+    n = np.clip(motion["rpm"], -2000, 2000)
+    bow = np.interp(motion["bow"], [-1, 0, 1], [-20, 0, 30])
+    wrench = np.zeros((50, 6))
+    wrench[:, 0] = -4.0 * u * np.abs(u) * delta**2 + 3e-6 * n * np.abs(n) - 2e-4 * u * np.abs(n)
+    wrench[:, 1] = 9.0 * u * np.abs(u) * delta + bow
+    wrench[:, 2] = 12.0 * motion["vertical"]
+    wrench[:, 3] = 1e-7 * n * np.abs(n) - 0.1 * bow
+    wrench[:, 4] = -3.0 * motion["vertical"]
+    wrench[:, 5] = -8.0 * u * np.abs(u) * delta + 0.6 * bow
+    wrench[:, :3] += (100.0 - 104.0) * down
+    wrench[:, 3:] += np.cross([0.01, -0.02, 0.03], 100.0 * down)
+    wrench[:, 3:] -= np.cross([0.02, 0.01, -0.04], 104.0 * down)
+    known = equipped.known_wrench(motion["velocity"], down, commands_of(equipped, motion))
+    np.testing.assert_allclose(known, wrench, rtol=1e-12, atol=1e-12)
+
+
+def test_known_wrench_without_actuators_is_restoring(motion):
+    vehicle = Vehicle("hull", np.eye(6), 10.0, 9.0, center_of_gravity=(0, 0, 0.1))
+    known = vehicle.known_wrench(motion["velocity"], motion["down"])
+    np.testing.assert_allclose(known, vehicle.restoring_wrench(motion["down"]), atol=1e-14)
+
+
+def test_channels_cover_the_known_columns(equipped, motion):
+    channels = equipped.channels(commands_of(equipped, motion))
+    used = {name for term in equipped.known_columns().terms for name in term.commands}
+    assert used == set(channels)
+    assert equipped.commands == ("rudder", "rpm", "bow", "vertical")
+
+
+def test_missing_command_is_refused(equipped, motion):
+    with pytest.raises(VehicleError, match="need the command `rudder`"):
+        equipped.known_wrench(motion["velocity"], motion["down"])
+
+
+def test_propulsion_speed_is_the_mean_of_the_propellers_that_know(equipped, motion):
+    speed = equipped.propulsion_speed(motion)
+    np.testing.assert_allclose(speed, 0.001 * np.clip(motion["rpm"], -2000, 2000))
+    twin = dataclasses.replace(
+        equipped,
+        actuators=(
+            Propeller("port", 1.0, speed_slope=0.1),
+            Propeller("starboard", 1.0, speed_slope=0.3),
+            Propeller("bow", 1.0),
+        ),
+    )
+    assert twin.propulsion_speed({n: np.ones(1) for n in twin.commands}) == pytest.approx(0.2)
+    assert dataclasses.replace(equipped, actuators=()).propulsion_speed({}) is None
+
+
+def test_propulsion_speed_is_unknown_where_no_propeller_speed_was_recorded(equipped):
+    assert equipped.propulsion_speed({"rudder": np.zeros(3)}) is None
+
+
+def test_free_axes():
+    ship = Vehicle("ship", np.diag([2.0, 3.0, 1.0]), 0.0, 0.0, axes=("X", "Y", "N"))
+    assert ship.free.tolist() == [True, True, False, False, False, True]
+    assert ship.mass_matrix.shape == (6, 6)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"weight": -1.0}, "`weight` must be zero or positive"),
+        ({"buoyancy": np.nan}, "`buoyancy` must be zero or positive"),
+        ({"axes": ("N", "X")}, "`axes` must be some of"),
+        ({"center_of_gravity": (0, 0)}, "`center_of_gravity` must have shape"),
+        ({"center_of_buoyancy": (0, 0, np.inf)}, "`center_of_buoyancy` must be finite"),
+        ({"mass_matrix": -np.eye(6)}, "positive-definite"),
+        ({"added_mass": np.eye(3)}, "`added_mass` must have shape"),
+        ({"actuators": (Fin("a1", {"Y": 1.0}, limit=1.0),) * 2}, "a `name` of its own"),
+    ],
+)
+def test_refusals(equipped, change, message):
+    with pytest.raises(VehicleError, match=message):
+        dataclasses.replace(equipped, **change)
+
+
+def test_is_a_value(equipped):
+    twin = pickle.loads(pickle.dumps(equipped))
+    assert twin == equipped
+    assert hash(twin) == hash(equipped)
+    assert equipped != dataclasses.replace(equipped, weight=99.0)
+    assert equipped != dataclasses.replace(equipped, added_mass=None)
+    assert equipped != dataclasses.replace(equipped, mass_matrix=2 * equipped.mass_matrix)
+    assert equipped != "equipped"
+    for array in (equipped.mass_matrix, equipped.center_of_gravity, equipped.added_mass):
+        assert not array.flags.writeable
+
+
+def test_arrays_are_copied_at_the_door():
+    matrix = np.eye(6)
+    vehicle = Vehicle("cube", matrix, 1.0, 1.0)
+    matrix[0, 0] = 7.0
+    assert vehicle.mass_matrix[0, 0] == 1.0
+
+
+def test_digest_tells_mass_matrices_apart(equipped):
+    digest = mass_matrix_digest(equipped.mass_matrix)
+    assert len(digest) == 16
+    assert digest == mass_matrix_digest(equipped.mass_matrix * (1 + 1e-13))
+    assert digest != mass_matrix_digest(equipped.mass_matrix * 1.001)
+
+
+@pytest.mark.parametrize("shape", ["spheroid", "cylinder"])
+def test_from_hull_is_close_to_the_690(shape):
+    """The 690 has 95.8 kg in sway and 29.5 kg m^2 in yaw (fleet)."""
+    vehicle = Vehicle.from_hull(2.194, 0.1753, 47.556, shape=shape)
+    assert vehicle.mass_matrix[1, 1] == pytest.approx(95.8, rel=0.1)
+    assert vehicle.mass_matrix[5, 5] == pytest.approx(29.5, rel=0.35)
+    assert vehicle.weight == vehicle.buoyancy == pytest.approx(466.5, rel=1e-3)
+    assert "estimate" in vehicle.source
+
+
+def test_from_hull_moves_the_rigid_body_to_its_center_of_gravity():
+    vehicle = Vehicle.from_hull(1.0, 0.2, 10.0, center_of_gravity=(0, 0, 0.05), buoyancy=110.0)
+    assert vehicle.mass_matrix[0, 4] == pytest.approx(0.5)
+    assert vehicle.buoyancy == 110.0
+
+
+@pytest.mark.parametrize("size", ["length", "diameter", "mass"])
+def test_from_hull_refuses_what_cannot_be(size):
+    with pytest.raises(VehicleError, match=f"`{size}` must be a positive"):
+        Vehicle.from_hull(**{"length": 1.0, "diameter": 0.2, "mass": 10.0, size: 0.0})
