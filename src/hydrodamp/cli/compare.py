@@ -41,7 +41,7 @@ def compare(
     for log in (learn, held_out):
         check_before(craft, log, chosen)
     check_samples(craft, learn, chosen)
-    with progress("identifying", len(ways)) as done:
+    with progress("identifying", len(ways) * len(chosen)) as done:
         fits = fit_all(craft, learn, chosen, ways, done)
     with progress("replaying", len(fits)) as done:
         comparison = compare_fits(

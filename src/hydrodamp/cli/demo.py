@@ -49,7 +49,7 @@ def demo(
     with progress("sailing the campaign"):
         campaign = reenact(seed=seed, truth=truth)
     models, methods = choose_models(None), choose_methods(options.DEFAULT_METHODS)
-    with progress("identifying", len(methods)) as done:
+    with progress("identifying", len(methods) * len(models)) as done:
         fits = fit_all(campaign.vehicle, campaign.train, models, methods, done)
     with progress("replaying", len(fits)) as done:
         comparison = compare(fits, campaign.vehicle, campaign.test, done=done)

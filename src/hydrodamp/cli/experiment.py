@@ -94,7 +94,7 @@ def fit_all(
     methods : sequence of Method
         How.
     done : callable
-        Called once for each method.
+        Called once for each model and method.
 
     Returns
     -------
@@ -107,8 +107,7 @@ def fit_all(
     problem = prepare(vehicle, train, models)
     fits: list[Fit] = []
     for method in methods:
-        fits.extend(identify_all(problem, models, method))
-        done()
+        fits.extend(identify_all(problem, models, method, done))
     return tuple(fits)
 
 

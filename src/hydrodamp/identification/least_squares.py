@@ -9,7 +9,7 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.axes import AXES
-from hydrodamp.identification.derivative import Derivative, default_derivative
+from hydrodamp.identification.derivative import Derivative, SavitzkyGolay, default_derivative
 from hydrodamp.identification.fit import Fit, empty_fit, provenance, stamp
 from hydrodamp.identification.rank import AxisSolution, solve_axis
 from hydrodamp.identification.triangle import Triangle, accumulate
@@ -37,8 +37,8 @@ class LeastSquares:
 
     Examples
     --------
-    >>> LeastSquares().key
-    'ls'
+    >>> LeastSquares().key, LeastSquares(SavitzkyGolay()).key
+    ('ls', 'ls-sg')
     """
 
     derivative: Derivative | None = None
@@ -46,7 +46,7 @@ class LeastSquares:
     @property
     def key(self) -> str:
         """The key on the command line."""
-        return "ls"
+        return "ls-sg" if isinstance(self.derivative, SavitzkyGolay) else "ls"
 
     def identify(self, problem: Problem, model: DampingModel) -> Fit:
         """Identify one model.

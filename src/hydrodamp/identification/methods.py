@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 from hydrodamp.errors import MethodError, did_you_mean
 from hydrodamp.identification.adaptive import AdaptiveIdentifier
+from hydrodamp.identification.derivative import SavitzkyGolay
 from hydrodamp.identification.fit import Fit, Method
 from hydrodamp.identification.gains import ByInertia, ByTerm
 from hydrodamp.identification.least_squares import LeastSquares
@@ -15,10 +16,12 @@ from hydrodamp.simulation.problem import Problem
 
 METHODS: dict[str, Method] = {
     "ls": LeastSquares(),
+    "ls-sg": LeastSquares(SavitzkyGolay()),
     "ai": AdaptiveIdentifier(a=20.0, gamma=20.0),
     "ai-scaled": AdaptiveIdentifier(a=ByInertia(), gamma=ByTerm(), passes=20),
 }
-"""``ls`` and ``ai`` are the paper's; ``ai-scaled`` is ``ai`` with gains by term and axis."""
+"""``ls`` and ``ai`` are the paper's. ``ls-sg`` takes smoothed slopes in place of finite
+differences, ``ai-scaled`` is ``ai`` with gains by term and axis and several passes."""
 
 
 def find_method(key: str) -> Method:
@@ -51,7 +54,10 @@ def find_method(key: str) -> Method:
 
 
 def identify_all(
-    problem: Problem, models: Iterable[DampingModel], method: Method
+    problem: Problem,
+    models: Iterable[DampingModel],
+    method: Method,
+    done: Callable[[], None] | None = None,
 ) -> tuple[Fit, ...]:
     """Identify several models by one method, on all cores.
 
@@ -65,6 +71,8 @@ def identify_all(
         Which terms.
     method : Method
         How.
+    done : callable, optional
+        Called after each model, for a progress bar.
 
     Returns
     -------
@@ -72,6 +80,10 @@ def identify_all(
         In the order of the models.
     """
     asked = tuple(models)
-    if isinstance(method, LeastSquares):
-        return method.identify_all(problem, asked)
-    return each(method.identify, [(problem, model) for model in asked])
+    if not isinstance(method, LeastSquares):
+        return each(method.identify, [(problem, model) for model in asked], done)
+    fits = method.identify_all(problem, asked)
+    for _ in fits:
+        if done is not None:
+            done()
+    return fits

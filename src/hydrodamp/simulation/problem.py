@@ -58,13 +58,17 @@ class Problem:
         """How many samples the log has."""
         return len(self.inputs.time)
 
-    def regressor(self, start: int = 0, stop: int | None = None) -> FloatArray:
+    def regressor(
+        self, start: int = 0, stop: int | None = None, *, out: FloatArray | None = None
+    ) -> FloatArray:
         """Return the columns of equation 1, known first, at some samples.
 
         Parameters
         ----------
         start, stop : int, optional
             First sample and one past the last; all by default.
+        out : ndarray, shape (n, n_known + n_terms), optional
+            Array of any strides to fill; a new one by default.
 
         Returns
         -------
@@ -78,6 +82,7 @@ class Problem:
             self.inputs.down[part],
             self.inputs.channels[part],
             self.inputs.propulsion[part, 0],
+            out=out,
         )
 
     def __str__(self) -> str:
