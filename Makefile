@@ -22,4 +22,4 @@ test:
 	pytest -n auto --cov --cov-report=term-missing
 
 bench:
-	pytest benchmarks -o python_files="bench_*.py" --benchmark-only --benchmark-columns=min,median,max -s
+	pytest benchmarks -o python_files="bench_*.py" --benchmark-only --benchmark-columns=min,median,max

@@ -14,6 +14,7 @@ import warnings
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 from rich.console import Console
 from step_means import step_means
 
@@ -27,21 +28,24 @@ CHOSEN = ("tank", "ls-means")
 SOURCE = "github.com/SAABmarine-MEX/saabmarineMEX_learning, commit dda3f3d, no licence stated"
 STEPS = 3
 """Steps of about 0.2 s whose means ``ls-means`` takes."""
-TUNED = hd.AdaptiveIdentifier(a=hd.ByInertia(200.0), gamma=hd.ByTerm(1.0), passes=200)
-"""Fast error feedback: it averages, where slow feedback fits the errors of the input's timing."""
+BANDWIDTH, SETTLING, PASSES = 200.0, 200.0, 200
+"""Fast error feedback [1/s] and slow coefficients [s]: it averages, where slow feedback fits the
+errors of the input's timing."""
 
 
 def fits(models: tuple[hd.DampingModel, ...], vehicle: hd.Vehicle, train: hd.Log) -> list[hd.Fit]:
     """Return every model by every method, under the keys of the table."""
     raw = hd.prepare(vehicle, train, models)
     means = hd.prepare(vehicle, step_means(train, STEPS), models)
+    feedback = tuple(BANDWIDTH * np.diag(vehicle.mass_matrix))
+    tuned = hd.AdaptiveIdentifier(a=feedback, gamma=hd.ByTerm(SETTLING), passes=PASSES)
     ways = (
         ("ls", raw, hd.LeastSquares()),
         ("ls-sg", raw, hd.LeastSquares(hd.SavitzkyGolay(window=1.0))),
         ("ls-means", means, hd.LeastSquares()),
         ("ai", raw, hd.find_method("ai")),
         ("ai-scaled", raw, hd.find_method("ai-scaled")),
-        ("ai-tuned", raw, TUNED),
+        ("ai-tuned", raw, tuned),
     )
     return [
         replace(fit, method=key)

@@ -62,7 +62,7 @@ from .identification.derivative import (
 )
 from .identification.fit import Fit as Fit
 from .identification.fit import identify as identify
-from .identification.gains import ByInertia as ByInertia
+from .identification.gains import ByNoise as ByNoise
 from .identification.gains import ByTerm as ByTerm
 from .identification.least_squares import LeastSquares as LeastSquares
 from .identification.methods import (

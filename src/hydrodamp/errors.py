@@ -32,7 +32,7 @@ Every error is also a :class:`ValueError` (a :class:`FileError` an
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 
 class HydrodampError(Exception):
@@ -74,12 +74,7 @@ class LogError(HydrodampError, ValueError):
 
     def __init__(self, faults: str | Iterable[str], *, source: str = "") -> None:
         self.faults = (faults,) if isinstance(faults, str) else tuple(faults)
-        head = f"{source}: " if source else ""
-        if len(self.faults) == 1:
-            super().__init__(head + self.faults[0])
-        else:
-            listed = "".join(f"\n  - {fault}" for fault in self.faults)
-            super().__init__(f"{head}{len(self.faults)} faults{listed}")
+        super().__init__(list_faults(source, self.faults))
 
 
 class HydrodampWarning(UserWarning):
@@ -100,6 +95,32 @@ class ForeignVehicleWarning(HydrodampWarning):
 
 class PropulsionWarning(HydrodampWarning):
     """The propulsion ratio is unknown and taken as one."""
+
+
+def list_faults(source: str, faults: Sequence[str]) -> str:
+    """Return one message that lists all faults of a file.
+
+    Parameters
+    ----------
+    source : str
+        The file; empty for none.
+    faults : sequence of str
+        One sentence a fault.
+
+    Returns
+    -------
+    message : str
+        One line for a single fault, else their number and a line each.
+
+    Examples
+    --------
+    >>> list_faults("mine.yaml", ["`name` is missing"])
+    'mine.yaml: `name` is missing'
+    """
+    head = f"{source}: " if source else ""
+    if len(faults) == 1:
+        return head + faults[0]
+    return f"{head}{len(faults)} faults" + "".join(f"\n  - {fault}" for fault in faults)
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:

@@ -126,6 +126,9 @@ def test_parts_said_wrongly(folder: Path, call: Call, line: str, words: str) -> 
         ("--vehicle planar.yaml --models broken.yaml", "line 2"),
         ("--vehicle planar.yaml --models none.yaml", "none.yaml"),
         ("--vehicle planar.yaml --mapping broken.yaml", "line 2"),
+        ("--vehicle twice.yaml", "twice.yaml, line 2"),
+        ("--vehicle planar.yaml --models twice.yaml", "twice.yaml, line 2"),
+        ("--vehicle planar.yaml --mapping twice.yaml", "twice.yaml, line 2"),
         ("--vehicle planar.yaml --models linear,other.yaml", "two different models"),
         ("--vehicle planar.yaml --out a.csv", "a.csv"),
         ("--vehicle planar.yaml --out a.csv/out", "a.csv"),
@@ -133,6 +136,7 @@ def test_parts_said_wrongly(folder: Path, call: Call, line: str, words: str) -> 
 )
 def test_a_name_that_is_unknown(folder: Path, call: Call, line: str, words: str) -> None:
     (folder / "broken.yaml").write_text("name: x\n  wrong: [1,\n", encoding="utf-8")
+    (folder / "twice.yaml").write_text("name: x\nname: y\n", encoding="utf-8")
     (folder / "other.yaml").write_text("{name: linear, terms: {X: u}}\n", encoding="utf-8")
     refused(folder, call(f"compare a.csv --train 0:20 --test 20:40 {line}"), words)
 

@@ -16,13 +16,12 @@ ROW = {
 }
 
 
-def test_prints_every_model_beside_the_paper(folder: Path, call: Call) -> None:
+def test_prints_every_model_and_keeps_the_papers_numbers_out(folder: Path, call: Call) -> None:
     done = call("compare a.csv --vehicle planar.yaml --train 0:20 --test 20:40")
     assert done.exit_code == 0, done.output
     for model in ("mcfarland-whitcomb", "pitch-yaw", "linear", "fossen"):
         assert model in done.stdout
-    assert "paper LS" in done.stdout
-    assert "Rank correlation" in done.stdout
+    assert "paper" not in done.stdout  # another vehicle's numbers would mislead
     assert max(map(len, done.stdout.splitlines())) <= 80
 
 

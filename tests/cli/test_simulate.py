@@ -73,7 +73,7 @@ def test_a_damping_file_that_is_none(folder: Path, call: Call) -> None:
     (folder / "bad.json").write_text("{", "utf-8")
     done = call("simulate b.csv --vehicle planar.yaml --damping bad.json")
     assert done.exit_code == 2
-    assert "bad.json: is no JSON: line 1" in done.stderr
+    assert "bad.json, line 1: cannot be read as JSON" in done.stderr
 
 
 def test_a_replay_that_diverges_at_once_leaves_no_log(

@@ -189,22 +189,6 @@ def test_a_folder_that_is_not_there(swim: Log, tmp_path: Path) -> None:
         write_log(swim, tmp_path / "no" / "x.csv")
 
 
-def test_a_write_that_fails_leaves_the_old_file(
-    swim: Log, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    path = tmp_path / "x.csv"
-    path.write_text("old")
-
-    def fail(*_: object) -> None:
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr("hydrodamp.data.canonical.os.replace", fail)
-    with pytest.raises(FileError, match="No space left"):
-        write_log(swim, path)
-    assert path.read_text() == "old"
-    assert [item.name for item in tmp_path.iterdir()] == ["x.csv"]
-
-
 def test_long_logs_are_written_in_pieces(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("hydrodamp.data.canonical._CHUNK", 7)
     log = Log(time=np.arange(50.0), velocity=np.ones((50, 6)), source="l.csv")

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.identification.gains import mean_square
+from hydrodamp.identification.gains import mean_square, signal_to_noise
 from hydrodamp.kernels import coriolis
 
-SCALED = hd.AdaptiveIdentifier(a=hd.ByInertia(2.0), gamma=hd.ByTerm(0.3), passes=40)
+SCALED = hd.AdaptiveIdentifier(a=hd.ByNoise(2e-4), gamma=hd.ByTerm(7.0), passes=40)
 COMMANDS = ("fx", "fy", "fz", "mx", "my", "mz")
 
 
@@ -123,17 +123,36 @@ def test_gains_by_axis(driven, discrete_log, true_damping):
 
 
 def test_scaled_gains_follow_their_formula(driven, discrete_log, true_damping):
-    """a_i = w M_ii and gamma_ij = 0.03 M_ii / (n_i mean xi_j^2); six linear terms an axis."""
+    """a_i = share SNR_i M_ii and gamma_ij = a_i / (settling n_i mean xi_j^2), n_i = 6 here."""
     model = hd.catalog["linear"]
     problem = hd.prepare(driven, discrete_log(true_damping(model), n=90), model)
-    bound = hd.AdaptiveIdentifier(a=hd.ByInertia(2.0), gamma=hd.ByTerm(0.03)).bind(problem, model)
-    inertia = np.diag(driven.mass_matrix)
-    np.testing.assert_allclose(bound.a, 2.0 * inertia)
+    bound = hd.AdaptiveIdentifier(a=hd.ByNoise(0.1), gamma=hd.ByTerm(50.0)).bind(problem, model)
+    expected = 0.1 * signal_to_noise(problem) * np.diag(driven.mass_matrix)
+    np.testing.assert_allclose(bound.a, expected)
     power = np.mean(problem.log.velocity**2, axis=0)
     np.testing.assert_allclose(mean_square(problem), power)
-    expected = 0.03 * inertia / (6 * power[:, None])
-    np.testing.assert_allclose(bound.gamma[problem.columns.n_known :], expected)
+    gamma = expected / (50.0 * 6 * power[:, None])
+    np.testing.assert_allclose(bound.gamma[problem.columns.n_known :], gamma)
     assert not bound.gamma[: problem.columns.n_known].any()
+
+
+def test_signal_to_noise_finds_white_noise_on_a_smooth_motion(vehicle):
+    rng = np.random.default_rng(12)
+    n = 20_000
+    clean = np.outer(np.sin(0.3 * np.arange(n) / 10), [1.0, 0.5, 0.2, 0.1, 0.1, 0.0])
+    noise = np.array([0.01, 0.02, 0.02, 0.01, 0.0, 0.0])
+    log = hd.Log.from_arrays(
+        np.arange(n) / 10,
+        clean + rng.normal(size=(n, 6)) * noise,
+        wrench=np.zeros((n, 6)),
+        segment=np.repeat(["a", "b"], n // 2),
+    )
+    flat = replace(vehicle, center_of_gravity=(0, 0, 0))
+    ratio = signal_to_noise(hd.prepare(flat, log, hd.catalog["linear"]))
+    expected = (np.array([1.0, 0.5, 0.2, 0.1]) ** 2 / 2 + noise[:4] ** 2) / noise[:4] ** 2
+    np.testing.assert_allclose(ratio[:4], expected, rtol=0.05)
+    assert ratio[4] > 1e5  # smooth: nothing but the motion's own fourth difference
+    assert ratio[5] == 1.0  # does not vary
 
 
 @pytest.mark.parametrize(
@@ -145,7 +164,7 @@ def test_settings_without_a_proof_are_refused(settings):
         hd.AdaptiveIdentifier(**settings)
 
 
-@pytest.mark.parametrize("gain", [hd.ByInertia, hd.ByTerm])
+@pytest.mark.parametrize("gain", [hd.ByNoise, hd.ByTerm])
 def test_scales_must_be_positive(gain):
     with pytest.raises(hd.MethodError, match="positive"):
         gain(0.0)

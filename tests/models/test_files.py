@@ -134,21 +134,14 @@ def test_a_file_that_is_no_mapping(file, text):
 
 
 def test_bad_yaml_is_told_with_its_line(file):
-    with pytest.raises(FileError, match="is no YAML: line 3, column 1:"):
+    with pytest.raises(FileError, match=r"models\.yaml, line 3: cannot be read as YAML"):
         read_models(file("name: mine\nterms: {X: u\n"))
-    with pytest.raises(FileError, match="is no YAML: "):
-        read_models(file("name: \x07"))
+    with pytest.raises(FileError, match=r"models\.yaml, line 4: .*`X` stands in line 3 already"):
+        read_models(file("name: mine\nterms:\n  X: u\n  X: v\n"))
 
 
 def test_files_that_cannot_be_read_or_written(tmp_path):
     with pytest.raises(FileError, match=r"none.yaml: cannot be read: No such file"):
         read_model(tmp_path / "none.yaml")
-    (tmp_path / "binary.yaml").write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(FileError, match="is no UTF-8 text"):
-        read_model(tmp_path / "binary.yaml")
     with pytest.raises(FileError, match="cannot be written: No such file"):
         write_model(catalog["linear"], tmp_path / "nowhere" / "mine.yaml")
-    (tmp_path / "folder").mkdir()
-    with pytest.raises(FileError, match="folder: cannot be written"):
-        write_model(catalog["linear"], tmp_path / "folder")
-    assert sorted(entry.name for entry in tmp_path.iterdir()) == ["binary.yaml", "folder"]

@@ -56,4 +56,4 @@ def comparison() -> Comparison:
         make_row(make_fit("fossen", "ai", Status.NOT_SETTLED), 1234.5),
         make_row(make_fit("uncoupled", "ai", Status.FAILED), None),
     )
-    return Comparison(rows, provenance={"vehicle": "vt690", "test": "test.csv"})
+    return Comparison(rows, provenance={"vehicle": "vt690", "test": "test.csv", "truth": "sname"})

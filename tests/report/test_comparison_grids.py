@@ -69,7 +69,7 @@ def test_other_models_stand_beside_nothing(comparison: Comparison) -> None:
     row = Row(replace(fit, damping=mine), comparison.rows[0].score)
     (alone,) = summary_grids(Comparison((row,)))
     assert alone.header == ("model", "n", "rank", "ls")
-    (beside,) = summary_grids(Comparison((row, comparison.rows[0])))
+    (beside,) = summary_grids(replace(comparison, rows=(row, comparison.rows[0])))
     assert beside.rows[0][-1] == "-"
 
 

@@ -89,7 +89,7 @@ def test_without_replays_there_are_no_trajectories(comparison: Comparison, tmp_p
     ("name", "content", "words"),
     [
         ("comparison.json", None, "cannot be read"),
-        ("comparison.json", "{", "is no JSON: line 1"),
+        ("comparison.json", "{", "line 1: cannot be read as JSON"),
         ("comparison.json", "[]", "must hold one object"),
         ("comparison.json", "{}", "is no comparison"),
         ("replays.npz", None, "cannot be read"),

@@ -9,6 +9,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.simulation.score import Score
+from hydrodamp.validation.paper import beside_paper
 
 
 @pytest.fixture
@@ -91,6 +92,11 @@ def test_a_diverged_row_ranks_last(comparison):
     expected = 1 - 6 * squares / (8 * 63)
     rho = hd.rank_correlation(with_rms(comparison, values), "ls")
     assert rho == pytest.approx(expected)
+
+
+def test_table_i_stands_beside_a_re_enactment_only(comparison):
+    assert not beside_paper(comparison)
+    assert beside_paper(replace(comparison, provenance={"truth": "sname"}))
 
 
 def test_no_correlation_without_a_printed_column_or_enough_rows(comparison):

@@ -30,7 +30,7 @@ def compare(
     from hydrodamp.cli.experiment import check_before, check_samples, fit_all
     from hydrodamp.cli.progress import progress
     from hydrodamp.cli.select import train_and_test
-    from hydrodamp.report.saving import check_folder
+    from hydrodamp.saving import check_folder
     from hydrodamp.validation.compare import compare as compare_fits
     from hydrodamp.vehicle.fleet import find_vehicle
 

@@ -38,7 +38,7 @@ def demo(
     from hydrodamp.cli.choose import choose_methods, choose_models
     from hydrodamp.cli.experiment import fit_all
     from hydrodamp.cli.progress import progress
-    from hydrodamp.report.saving import check_folder
+    from hydrodamp.saving import check_folder
     from hydrodamp.simulation.campaign.reenact import reenact
     from hydrodamp.validation.compare import compare
 

@@ -36,7 +36,7 @@ def identify(
     from hydrodamp.cli.progress import progress
     from hydrodamp.cli.select import train_alone
     from hydrodamp.identification.methods import find_method
-    from hydrodamp.report.saving import check_file
+    from hydrodamp.saving import check_file
     from hydrodamp.vehicle.fleet import find_vehicle
 
     if out is not None:
@@ -62,10 +62,10 @@ def deliver(fit: Fit, out: str | None, json: bool) -> None:
     json : bool
         Whether to print the document instead of a table.
     """
-    from hydrodamp.models.saving import save_text
-    from hydrodamp.report.document import as_json, fit_document
+    from hydrodamp.report.document import fit_document
     from hydrodamp.report.fit_grid import fit_grid
     from hydrodamp.report.screen import show
+    from hydrodamp.saving import save_json
 
     document = fit_document(fit)
     if json:
@@ -75,5 +75,5 @@ def deliver(fit: Fit, out: str | None, json: bool) -> None:
     if not fit.status.usable:
         fail(fit.status.value, WORK_FAILED)
     if out is not None:
-        save_text(as_json(document), out)
+        save_json(document, out)
         note(f"written to {out}")

@@ -36,7 +36,7 @@ def simulate(
     from hydrodamp.identification.fit import stamp
     from hydrodamp.models.damping_file import read_damping, warn_if_foreign
     from hydrodamp.report.document import score_document
-    from hydrodamp.report.saving import check_file
+    from hydrodamp.saving import check_file
     from hydrodamp.simulation.replay import simulate as replay
     from hydrodamp.simulation.score import score
     from hydrodamp.vehicle.fleet import find_vehicle

@@ -29,8 +29,7 @@ def new(
 
     With --length, --diameter and --mass it is an estimate that can be used as it is.
     """
-    from hydrodamp.models.saving import save_text
-    from hydrodamp.report.saving import check_file
+    from hydrodamp.saving import check_file, save_text
     from hydrodamp.vehicle.template import vehicle_template
 
     path = Path(file)

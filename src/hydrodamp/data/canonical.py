@@ -15,8 +15,6 @@
 from __future__ import annotations
 
 import csv
-import os
-import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -28,7 +26,8 @@ from hydrodamp.data.checks import faults_of
 from hydrodamp.data.columns import ACCELERATIONS, EULER, QUATERNION, Columns
 from hydrodamp.data.log import Log
 from hydrodamp.data.table import Table, read_table
-from hydrodamp.errors import FileError, LogError
+from hydrodamp.errors import LogError
+from hydrodamp.saving import replacing
 
 RESERVED = (
     "time",
@@ -128,29 +127,19 @@ def write_log(log: Log, path: str | Path) -> None:
 
     Examples
     --------
-    >>> folder = tempfile.TemporaryDirectory()
+    >>> from tempfile import TemporaryDirectory
+    >>> folder = TemporaryDirectory()
     >>> path = Path(folder.name) / "log.csv"
     >>> write_log(Log(time=[0.0, 0.1], velocity=np.ones((2, 6))), path)
     >>> path.read_text().splitlines()[1]
     '"1",0.0,1.0,1.0,1.0,1.0,1.0,1.0'
     >>> folder.cleanup()
     """
-    target = Path(path)
-    try:
-        handle, temporary = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
-        try:
-            with os.fdopen(handle, "w", encoding="utf-8", newline="") as file:
-                file.write(",".join(_header(log)) + "\n")
-                # Quoted, so that a segment of any name comes back.
-                quoted = csv.writer(file, lineterminator="\n", quoting=csv.QUOTE_NONNUMERIC)
-                quoted.writerows(_rows(log))
-            os.chmod(temporary, 0o644)
-            os.replace(temporary, target)
-        except BaseException:
-            os.unlink(temporary)
-            raise
-    except OSError as error:
-        raise FileError(f"{path}: cannot be written: {error.strerror}") from error
+    with replacing(path) as file:
+        file.write(",".join(_header(log)) + "\n")
+        # Quoted, so that a segment of any name comes back.
+        quoted = csv.writer(file, lineterminator="\n", quoting=csv.QUOTE_NONNUMERIC)
+        quoted.writerows(_rows(log))
 
 
 def _header(log: Log) -> list[str]:

@@ -32,7 +32,8 @@ from hydrodamp.data.columns import ACCELERATIONS, Columns
 from hydrodamp.data.entries import FRAMES, Entry, entries_of
 from hydrodamp.data.log import Log
 from hydrodamp.data.table import Table, read_table
-from hydrodamp.errors import FileError, LogError, did_you_mean
+from hydrodamp.errors import LogError, did_you_mean
+from hydrodamp.loading import load_yaml
 
 _FLIPPED = frozenset(
     [
@@ -180,20 +181,7 @@ def read_mapping(path: str | Path) -> LogMapping:
     LogError
         With everything wrong in it.
     """
-    import yaml
-
-    try:
-        content = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
-    except OSError as error:
-        raise FileError(f"{path}: cannot be read: {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        raise FileError(f"{path}: must be UTF-8 text; near byte {error.start} it is not") from error
-    except yaml.MarkedYAMLError as error:
-        line = "" if error.problem_mark is None else f", line {error.problem_mark.line + 1}"
-        raise FileError(f"{path}{line}: is no YAML: {error.problem}") from error
-    except yaml.YAMLError as error:
-        raise FileError(f"{path}: is no YAML: {error}") from error
-    return LogMapping.from_dict(content, str(path))
+    return LogMapping.from_dict(load_yaml(path), str(path))
 
 
 def _held(values: FloatArray) -> FloatArray:

@@ -19,7 +19,7 @@ from hydrodamp.errors import MethodError
 from hydrodamp.identification.adaptation import Adaptation
 from hydrodamp.identification.fit import Fit, empty_fit, provenance, stamp
 from hydrodamp.identification.gains import (
-    ByInertia,
+    ByNoise,
     ByTerm,
     Numbers,
     adaptation_gains,
@@ -65,7 +65,7 @@ class AdaptiveIdentifier:
 
     Parameters
     ----------
-    a : float, tuple of 6 floats or ByInertia
+    a : float, tuple of 6 floats or ByNoise
         Error gain, one or one an axis X Y Z K M N; 20 in the paper, whose
         section V calls it alpha.
     gamma : float, tuple of 6 floats or ByTerm
@@ -82,17 +82,17 @@ class AdaptiveIdentifier:
     --------
     >>> AdaptiveIdentifier(a=20, gamma=20).key
     'ai'
-    >>> AdaptiveIdentifier(a=ByInertia(), gamma=ByTerm(), passes=20).key
+    >>> AdaptiveIdentifier(a=ByNoise(), gamma=ByTerm(), passes=30).key
     'ai-scaled'
     """
 
-    a: Numbers | ByInertia = 20.0
+    a: Numbers | ByNoise = 20.0
     gamma: Numbers | ByTerm = 20.0
     passes: int = 1
 
     def __post_init__(self) -> None:
         """Refuse gains the proof does not cover."""
-        if not isinstance(self.a, ByInertia):
+        if not isinstance(self.a, ByNoise):
             per_axis(self.a, "a")
         if not isinstance(self.gamma, ByTerm):
             per_axis(self.gamma, "gamma")
@@ -110,7 +110,7 @@ class AdaptiveIdentifier:
         Parameters
         ----------
         source : Problem or Columns
-            Equation 1 as one table; gains by term need a problem.
+            Equation 1 as one table; gains by noise or term need a problem.
         model : DampingModel
             Which terms.
 
@@ -121,11 +121,9 @@ class AdaptiveIdentifier:
         """
         columns = source if isinstance(source, Columns) else source.columns
         free = model.restricted_to(columns.vehicle.axes)
-        entries = columns.entries(free)
-        gains = adaptation_gains(self.gamma, source, entries)
-        return Adaptation(
-            columns, free, entries, error_gains(self.a, columns), columns.scattered(entries, gains)
-        )
+        entries, a = columns.entries(free), error_gains(self.a, source)
+        gains = adaptation_gains(self.gamma, source, entries, a)
+        return Adaptation(columns, free, entries, a, columns.scattered(entries, gains))
 
     def init(self, source: Problem | Columns, model: DampingModel, sample: Sample) -> State:
         """Start online at the first sample of a run.
@@ -133,7 +131,7 @@ class AdaptiveIdentifier:
         Parameters
         ----------
         source : Problem or Columns
-            Equation 1 as one table; gains by term need a problem.
+            Equation 1 as one table; gains by noise or term need a problem.
         model : DampingModel
             Which terms.
         sample : Sample

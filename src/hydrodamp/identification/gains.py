@@ -15,17 +15,18 @@ _BLOCK = 4096
 
 
 @dataclass(frozen=True)
-class ByInertia:
-    """Error gains ``a_i = bandwidth · M_ii``: the same bandwidth on every axis.
+class ByNoise:
+    """Error gains ``a_i = share · SNR_i · M_ii``, SNR_i of the velocity on axis i.
 
-    A low bandwidth pays on noisy velocities: their noise stands in the error and
-    in the terms alike, and the bias that this correlation leaves in the
-    coefficients grows with ``a``.
+    Noise of a measured velocity stands in the error and in the terms alike, and
+    the bias that this correlation leaves in the coefficients is some ``a_i``
+    over SNR_i. A clean velocity is therefore followed fast, a noisy one slowly:
+    ``share`` bounds the bias, as a share of ``M_ii`` per second.
 
     Parameters
     ----------
-    bandwidth : float
-        How fast the velocity error is pulled in [1/s].
+    share : float
+        Bandwidth over signal-to-noise ratio (of powers) [1/s].
 
     Raises
     ------
@@ -33,25 +34,26 @@ class ByInertia:
         If it is not positive.
     """
 
-    bandwidth: float = 0.2
+    share: float = 0.02
 
     def __post_init__(self) -> None:
         """Refuse what the proof does not cover."""
-        per_axis(self.bandwidth, "bandwidth")
+        per_axis(self.share, "share")
 
 
 @dataclass(frozen=True)
 class ByTerm:
-    """Adaptation gains ``γ_ij = rate · M_ii / (n_i mean ξ_j²)``, n_i terms on axis i.
+    """Adaptation gains ``γ_ij = a_i / (settling · n_i mean ξ_j²)``, n_i terms on axis i.
 
-    Every coefficient moves at a like pace, whatever its unit, and every model,
-    whatever its size. The proof of the paper holds for any positive diagonal
+    Every coefficient moves at a like pace, whatever its unit, the inertia of its
+    axis and the size of the model: a well excited one settles in some
+    ``settling`` seconds. The proof of the paper holds for any positive diagonal
     gains.
 
     Parameters
     ----------
-    rate : float
-        How fast coefficients move [1/s^2].
+    settling : float
+        How long a coefficient takes [s].
 
     Raises
     ------
@@ -59,11 +61,11 @@ class ByTerm:
         If it is not positive.
     """
 
-    rate: float = 0.003
+    settling: float = 100.0
 
     def __post_init__(self) -> None:
         """Refuse what the proof does not cover."""
-        per_axis(self.rate, "rate")
+        per_axis(self.settling, "settling")
 
 
 Numbers = float | tuple[float, ...]
@@ -103,30 +105,37 @@ def per_axis(gain: Numbers, name: str) -> FloatArray:
     return np.broadcast_to(gains, (6,)).copy()
 
 
-def error_gains(a: Numbers | ByInertia, columns: Columns) -> FloatArray:
+def error_gains(a: Numbers | ByNoise, source: Problem | Columns) -> FloatArray:
     """Return the error gain of each axis.
 
     Parameters
     ----------
-    a : float, tuple of 6 floats or ByInertia
+    a : float, tuple of 6 floats or ByNoise
         What was asked for.
-    columns : Columns
-        Names the vehicle.
+    source : Problem or Columns
+        A problem where gains by noise need the velocities.
 
     Returns
     -------
     gains : ndarray, shape (6,)
         [kg/s] on X Y Z, [kg m^2/s] on K M N.
+
+    Raises
+    ------
+    MethodError
+        If gains by noise are asked for without a log.
     """
-    if isinstance(a, ByInertia):
-        return a.bandwidth * np.diag(columns.vehicle.mass_matrix)
-    return per_axis(a, "a")
+    if not isinstance(a, ByNoise):
+        return per_axis(a, "a")
+    problem = _with_log(source, "noise of each velocity")
+    return a.share * signal_to_noise(problem) * np.diag(problem.vehicle.mass_matrix)
 
 
 def adaptation_gains(
     gamma: Numbers | ByTerm,
     source: Problem | Columns,
     entries: tuple[IndexArray, IndexArray],
+    a: FloatArray,
 ) -> FloatArray:
     """Return the adaptation gain of each coefficient.
 
@@ -138,6 +147,8 @@ def adaptation_gains(
         A problem where gains by term need the size of each term.
     entries : tuple of ndarray
         Rows and axes of the table where the coefficients stand.
+    a : ndarray, shape (6,)
+        Error gains.
 
     Returns
     -------
@@ -147,21 +158,51 @@ def adaptation_gains(
     Raises
     ------
     MethodError
-        If gains by term are asked for without a log to take the sizes from.
+        If gains by term are asked for without a log.
     """
     rows, axes = entries
     if not isinstance(gamma, ByTerm):
         return per_axis(gamma, "gamma")[axes]
-    if not isinstance(source, Problem):
-        raise MethodError(
-            "gains by term take the size of each term from a log: bind the identifier to a "
-            "problem prepared from one, such as last week's dive."
-        )
-    inertia = np.diag(source.vehicle.mass_matrix)[axes]
-    size = mean_square(source)[rows - source.columns.n_known]
+    problem = _with_log(source, "size of each term")
+    size = mean_square(problem)[rows - problem.columns.n_known]
     terms = np.bincount(axes, minlength=6)[axes]
     seen = size > 0.0
-    return np.where(seen, gamma.rate * inertia / (terms * np.where(seen, size, 1.0)), 0.0)
+    return np.where(seen, a[axes] / (gamma.settling * terms * np.where(seen, size, 1.0)), 0.0)
+
+
+def _with_log(source: Problem | Columns, what: str) -> Problem:
+    if isinstance(source, Problem):
+        return source
+    raise MethodError(
+        f"these gains take the {what} from a log: bind the identifier to a problem prepared "
+        "from one, such as last week's dive."
+    )
+
+
+def signal_to_noise(problem: Problem) -> FloatArray:
+    """Return variance over white noise of each velocity.
+
+    Fourth differences leave little of a smooth motion and 70 times the variance
+    of white noise (the sum of the squares of 1 4 6 4 1).
+
+    Parameters
+    ----------
+    problem : Problem
+        Velocities and segments.
+
+    Returns
+    -------
+    ratio : ndarray, shape (6,)
+        Between 1 and 1e6; 1 on locked axes and where a velocity does not vary.
+    """
+    velocity = problem.inputs.velocity
+    left = [np.diff(velocity[start:stop], n=4, axis=0) for start, stop in problem.segments]
+    differences = np.concatenate([part for part in left if len(part)] or [np.zeros((1, 6))])
+    noise = np.mean(differences**2, axis=0) / 70.0
+    signal = velocity.var(axis=0)
+    floor = np.maximum(noise, 1e-6 * signal)
+    ratio = np.where(floor > 0.0, signal / np.where(floor > 0.0, floor, 1.0), 1.0)
+    return np.maximum(ratio, 1.0)
 
 
 def mean_square(problem: Problem) -> FloatArray:

@@ -8,7 +8,7 @@ from hydrodamp.errors import MethodError, did_you_mean
 from hydrodamp.identification.adaptive import AdaptiveIdentifier
 from hydrodamp.identification.derivative import SavitzkyGolay
 from hydrodamp.identification.fit import Fit, Method
-from hydrodamp.identification.gains import ByInertia, ByTerm
+from hydrodamp.identification.gains import ByNoise, ByTerm
 from hydrodamp.identification.least_squares import LeastSquares
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.parallel import each
@@ -18,10 +18,10 @@ METHODS: dict[str, Method] = {
     "ls": LeastSquares(),
     "ls-sg": LeastSquares(SavitzkyGolay()),
     "ai": AdaptiveIdentifier(a=20.0, gamma=20.0),
-    "ai-scaled": AdaptiveIdentifier(a=ByInertia(), gamma=ByTerm(), passes=20),
+    "ai-scaled": AdaptiveIdentifier(a=ByNoise(), gamma=ByTerm(), passes=30),
 }
 """``ls`` and ``ai`` are the paper's. ``ls-sg`` takes smoothed slopes in place of finite
-differences, ``ai-scaled`` is ``ai`` with gains by term and axis and several passes."""
+differences, ``ai-scaled`` is ``ai`` with gains by axis and term and thirty passes."""
 
 
 def find_method(key: str) -> Method:

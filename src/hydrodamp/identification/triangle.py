@@ -23,10 +23,10 @@ from hydrodamp.identification.derivative import Derivative, default_derivative
 from hydrodamp.simulation.problem import Problem
 
 _ROWS = 768
-"""Samples folded at once: a block stays in cache, and no power of two, whose columns collide there."""
+"""Samples folded at once: they stay in cache, where columns of a power of two would collide."""
 
 _PANEL = 8
-"""Inner block of the LAPACK factorisation: narrow, for little is done column by column then."""
+"""Inner block of the LAPACK factorisation: narrow, so that little runs column by column."""
 
 
 @dataclass(frozen=True)

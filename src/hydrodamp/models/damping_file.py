@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import json
 import math
 import os
 import warnings
 from collections.abc import Iterator, Mapping
 
 from hydrodamp.basis.axes import AXES
-from hydrodamp.errors import FileError, ForeignVehicleWarning, ModelError
+from hydrodamp.errors import ForeignVehicleWarning, ModelError
+from hydrodamp.loading import load_json
 from hydrodamp.models.damping import Damping, VehicleStamp
 from hydrodamp.models.damping_reader import read_document
 from hydrodamp.models.labels import coefficient_unit, spell_label
-from hydrodamp.models.saving import load_text, save_text
+from hydrodamp.saving import save_json
 
 FORMAT = "hydrodamp-damping"
 VERSION = 1
@@ -46,8 +46,7 @@ def write_damping(damping: Damping, path: str | os.PathLike[str]) -> None:
     FileError
         If the file cannot be written.
     """
-    text = json.dumps(damping_document(damping), indent=2, allow_nan=False, ensure_ascii=False)
-    save_text(text + "\n", path)
+    save_json(damping_document(damping), path)
 
 
 def read_damping(path: str | os.PathLike[str]) -> Damping:
@@ -70,13 +69,7 @@ def read_damping(path: str | os.PathLike[str]) -> Damping:
     ModelError
         Naming every fault of the file.
     """
-    try:
-        document = json.loads(load_text(path))
-    except json.JSONDecodeError as error:
-        raise FileError(
-            f"{path}: is no JSON: line {error.lineno}, column {error.colno}: {error.msg}."
-        ) from error
-    return damping_from_document(document, str(path))
+    return damping_from_document(load_json(path), str(path))
 
 
 def damping_document(damping: Damping) -> dict[str, object]:

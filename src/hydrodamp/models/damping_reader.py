@@ -8,9 +8,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.errors import ModelError, did_you_mean
+from hydrodamp.errors import ModelError, did_you_mean, list_faults
 from hydrodamp.models.damping import Damping, VehicleStamp
-from hydrodamp.models.files import list_faults
 from hydrodamp.models.model import DampingModel
 from hydrodamp.models.table import read_table
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 
-from hydrodamp.errors import FileError, ModelError, did_you_mean
+from hydrodamp.errors import ModelError, did_you_mean, list_faults
+from hydrodamp.loading import load_yaml
 from hydrodamp.models.catalog import catalog
 from hydrodamp.models.model import DampingModel
-from hydrodamp.models.saving import load_text, save_text
 from hydrodamp.models.screen import group_axes
 from hydrodamp.models.table import read_table
+from hydrodamp.saving import save_text
 
 FIELDS = ("name", "title", "source", "note", "extends", "terms")
 """What a model in a file may say; ``name`` and one of ``terms`` and ``extends`` it must."""
@@ -38,10 +39,9 @@ def read_models(path: str | os.PathLike[str]) -> tuple[DampingModel, ...]:
     ModelError
         Naming every fault of the file, each with its place.
     """
-    content = _parse(load_text(path), str(path))
     faults: list[str] = []
     models: dict[str, DampingModel] = {}
-    for place, entry in _entries(content, faults):
+    for place, entry in _entries(load_yaml(path), faults):
         model = _build(place, entry, {**catalog, **models}, faults)
         if model is not None and model.key in models:
             faults.append(f"{place}name: '{model.key}' comes twice.")
@@ -104,32 +104,6 @@ def write_model(model: DampingModel, path: str | os.PathLike[str]) -> None:
     kept = {name: text for name, text in content.items() if text}
     document = {**kept, "terms": terms}
     save_text(yaml.safe_dump(document, sort_keys=False, allow_unicode=True, width=88), path)
-
-
-def list_faults(source: str, faults: list[str]) -> str:
-    """Return one message that lists the faults of a file.
-
-    Examples
-    --------
-    >>> list_faults("mine.yaml", ["name: is missing."])
-    'mine.yaml: name: is missing.'
-    """
-    if len(faults) == 1:
-        return f"{source}: {faults[0]}"
-    return f"{source}: {len(faults)} faults" + "".join(f"\n  - {fault}" for fault in faults)
-
-
-def _parse(text: str, source: str) -> object:
-    import yaml
-
-    try:
-        content: object = yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        mark = getattr(error, "problem_mark", None)
-        line = f"line {mark.line + 1}, column {mark.column + 1}: " if mark else ""
-        problem = getattr(error, "problem", None) or str(error)
-        raise FileError(f"{source}: is no YAML: {line}{problem}.") from error
-    return content
 
 
 def _entries(content: object, faults: list[str]) -> list[tuple[str, Mapping[str, object]]]:

@@ -9,10 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from functools import lru_cache
-from typing import Any
+from typing import Any, cast
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.errors import ModelError, did_you_mean
+from hydrodamp.loading import parse_yaml
 from hydrodamp.models.added_mass import added_mass_matrix, coriolis_coefficients
 from hydrodamp.models.catalog import find_model
 from hydrodamp.models.damping import Damping, VehicleStamp
@@ -132,11 +133,8 @@ def _names() -> tuple[str, ...]:
 def _content(name: str) -> dict[str, Any]:
     from importlib.resources import files
 
-    import yaml
-
     text = (files("hydrodamp.models") / "published" / f"{name}{_SUFFIX}").read_text("utf-8")
-    content: dict[str, Any] = yaml.safe_load(text)
-    return content
+    return cast("dict[str, Any]", parse_yaml(text, name))
 
 
 def _model(content: Mapping[str, Any], labels: tuple[str, ...]) -> DampingModel:

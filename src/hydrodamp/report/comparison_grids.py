@@ -10,7 +10,7 @@ from hydrodamp.report.numbers import NOTHING, error_size, percent
 from hydrodamp.report.remarks import remarks
 from hydrodamp.simulation.status import Status
 from hydrodamp.validation.comparison import Comparison, Row
-from hydrodamp.validation.paper import PRINTED_COLUMN, TABLE_I
+from hydrodamp.validation.paper import PRINTED_COLUMN, TABLE_I, beside_paper
 
 ABREAST = 3
 """Methods side by side in a table of 80 columns."""
@@ -170,7 +170,7 @@ def _names(
 
 
 def _printed_columns(comparison: Comparison, methods: tuple[str, ...]) -> tuple[str, ...]:
-    if not any(model in TABLE_I for model in comparison.models):
+    if not beside_paper(comparison):
         return ()
     return tuple(dict.fromkeys(PRINTED_COLUMN[m] for m in methods if m in PRINTED_COLUMN))
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 
 from hydrodamp.identification.fit import Fit
@@ -11,32 +10,6 @@ from hydrodamp.simulation.score import Score
 from hydrodamp.validation.comparison import Comparison, Row
 
 Document = dict[str, object]
-
-
-def as_json(document: object) -> str:
-    r"""Return a document as text.
-
-    Parameters
-    ----------
-    document : object
-        Of finite numbers, None, words, lists and dicts.
-
-    Returns
-    -------
-    text : str
-        Indented, ending with a line feed.
-
-    Raises
-    ------
-    ValueError
-        If a number is not finite.
-
-    Examples
-    --------
-    >>> as_json({"rms": None})
-    '{\n  "rms": null\n}\n'
-    """
-    return json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
 
 
 def comparison_document(comparison: Comparison) -> Document:

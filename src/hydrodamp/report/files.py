@@ -15,15 +15,12 @@ import numpy as np
 
 from hydrodamp.data.segments import unique_names
 from hydrodamp.errors import FileError
-from hydrodamp.models.saving import save_text
 from hydrodamp.report.comparison_grids import comparison_grids, row_grid, summary_grids
-from hydrodamp.report.document import as_json, comparison_document, fit_document
+from hydrodamp.report.document import comparison_document, fit_document
 from hydrodamp.report.reading import read_rows
 from hydrodamp.report.renderings import to_csv, to_latex, to_markdown, to_text
-from hydrodamp.report.saving import check_folder, save_bytes
+from hydrodamp.saving import save_bytes, save_json, save_text
 from hydrodamp.validation.comparison import Comparison
-
-__all__ = ["check_folder", "read_comparison", "row_names", "write_comparison"]
 
 
 def write_comparison(comparison: Comparison, folder: str | os.PathLike[str]) -> None:
@@ -47,11 +44,11 @@ def write_comparison(comparison: Comparison, folder: str | os.PathLike[str]) -> 
     except OSError as error:
         raise FileError(f"{home}: the folder cannot be made: {error.strerror}.") from error
     for name, row in zip(row_names(comparison), comparison.rows, strict=True):
-        save_text(as_json(fit_document(row.fit)), home / "fits" / f"{name}.json")
+        save_json(fit_document(row.fit), home / "fits" / f"{name}.json")
     save_bytes(_replays(comparison), home / "replays.npz")
     for suffix, text in _tables(comparison).items():
         save_text(text, home / f"table.{suffix}")
-    save_text(as_json(comparison_document(comparison)), home / "comparison.json")
+    save_json(comparison_document(comparison), home / "comparison.json")
 
 
 def read_comparison(folder: str | os.PathLike[str]) -> Comparison:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import zipfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -15,8 +14,8 @@ from hydrodamp.data.log import Log, Segment
 from hydrodamp.data.segments import unique_names
 from hydrodamp.errors import FileError
 from hydrodamp.identification.fit import Fit
+from hydrodamp.loading import load_json
 from hydrodamp.models.damping_file import damping_from_document
-from hydrodamp.models.saving import load_text
 from hydrodamp.simulation.replay import AttitudeSource, Trajectory
 from hydrodamp.simulation.score import RateUnit, Score
 from hydrodamp.simulation.status import Status
@@ -68,10 +67,7 @@ def read_rows(home: Path) -> Comparison:
 
 
 def _document(path: Path) -> dict[str, Any]:
-    try:
-        document = json.loads(load_text(path))
-    except json.JSONDecodeError as error:
-        raise FileError(f"{path}: is no JSON: line {error.lineno}: {error.msg}.") from error
+    document = load_json(path)
     if not isinstance(document, dict):
         raise FileError(f"{path}: must hold one object, got {type(document).__name__}.")
     return document

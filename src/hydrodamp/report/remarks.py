@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from hydrodamp.report.numbers import seconds
 from hydrodamp.simulation.status import Status
 from hydrodamp.validation.comparison import Comparison, Row
-from hydrodamp.validation.paper import PRINTED_COLUMN, TABLE_I, rank_correlation
+from hydrodamp.validation.paper import beside_paper, rank_correlation
 
 
 def remarks(comparison: Comparison) -> tuple[str, ...]:
@@ -33,6 +33,8 @@ def remarks(comparison: Comparison) -> tuple[str, ...]:
 
 def _likeness(comparison: Comparison) -> Iterator[str]:
     """Say how like Table I each method orders the models."""
+    if not beside_paper(comparison):
+        return
     likeness = [(method, rank_correlation(comparison, method)) for method in comparison.methods]
     words = [f"{method} {rho:+.2f}" for method, rho in likeness if rho is not None]
     if words:
@@ -40,12 +42,7 @@ def _likeness(comparison: Comparison) -> Iterator[str]:
             f"Rank correlation with the paper's order: {', '.join(words)} "
             "(+1 same order, 0 none, -1 reversed; diverged ranks last)."
         )
-    if _beside_paper(comparison):
-        yield "paper: Table I as printed; the paper's own log was never published."
-
-
-def _beside_paper(comparison: Comparison) -> bool:
-    return any(row.model in TABLE_I and row.method in PRINTED_COLUMN for row in comparison.rows)
+    yield "paper: Table I as printed; the paper's own log was never published."
 
 
 def _diverged(comparison: Comparison) -> Iterator[str]:

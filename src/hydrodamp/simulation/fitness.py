@@ -9,7 +9,7 @@ import numpy as np
 from hydrodamp.basis.axes import VELOCITY_OF
 from hydrodamp.basis.command_names import RESERVED
 from hydrodamp.data.log import Log
-from hydrodamp.errors import LogError, ProblemError, did_you_mean
+from hydrodamp.errors import LogError, ProblemError, did_you_mean, list_faults
 from hydrodamp.models.model import DampingModel
 from hydrodamp.vehicle.vehicle import Vehicle
 
@@ -35,7 +35,7 @@ def check_log(vehicle: Vehicle, log: Log, models: Iterable[DampingModel]) -> Non
     faults = [*_velocities(vehicle, log), *_commands(vehicle, log, asked)]
     faults += _attitude(vehicle, log, asked)
     if faults:
-        raise ProblemError(_joined(log.source or "log", faults))
+        raise ProblemError(list_faults(log.source or "log", faults))
 
 
 def check_columns_used(vehicle: Vehicle, log: Log, models: Iterable[DampingModel]) -> None:
@@ -70,12 +70,6 @@ def check_columns_used(vehicle: Vehicle, log: Log, models: Iterable[DampingModel
             ],
             source=log.source,
         )
-
-
-def _joined(source: str, faults: list[str]) -> str:
-    if len(faults) == 1:
-        return f"{source}: {faults[0]}"
-    return f"{source}: {len(faults)} faults" + "".join(f"\n  - {fault}" for fault in faults)
 
 
 def _velocities(vehicle: Vehicle, log: Log) -> Iterator[str]:

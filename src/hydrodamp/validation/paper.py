@@ -40,6 +40,25 @@ PRINTED_COLUMN = {"ls": "ls", "ls-sg": "ls", "ai": "ai", "ai-scaled": "ai"}
 """Which printed column a method stands beside."""
 
 
+def beside_paper(comparison: Comparison) -> bool:
+    """Tell whether Table I may stand beside a comparison.
+
+    It may where the paper's campaign was re-enacted; on another vehicle's log its
+    numbers would only mislead.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        Its provenance names the truth of a re-enactment.
+
+    Returns
+    -------
+    beside : bool
+        Whether it is a re-enactment with a model of Table I.
+    """
+    return "truth" in comparison.provenance and any(key in TABLE_I for key in comparison.models)
+
+
 def rank_correlation(comparison: Comparison, method: str) -> float | None:
     """Return how like Table I a method orders the models.
 

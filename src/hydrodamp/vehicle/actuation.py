@@ -64,6 +64,33 @@ class Actuator(Protocol):
         ...
 
 
+class Limited:
+    """What actuators share that use one command as it is, or within a limit."""
+
+    command: str
+    limit: float | None
+    name: str
+
+    @property
+    def commands(self) -> tuple[str, ...]:
+        """The command it listens to."""
+        return (self.command,)
+
+    @property
+    def derived(self) -> tuple[str, ...]:
+        """The limited command, where there is a limit."""
+        return () if self.limit is None else (f"{self.name or self.command}_limited",)
+
+    @property
+    def channel(self) -> str:
+        """The channel that its columns use."""
+        return (self.derived or self.commands)[0]
+
+    def channels(self, commands: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+        """Return the command within its limit, in its own unit, shape (n,)."""
+        return {self.channel: limited(command_of(commands, self.command), self.limit)}
+
+
 def command_of(commands: Mapping[str, FloatArray], name: str) -> FloatArray:
     """Return one command as an array.
 

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import os
-import tempfile
 from collections.abc import Mapping
 from dataclasses import fields
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.errors import FileError, VehicleError
+from hydrodamp.errors import VehicleError, list_faults
+from hydrodamp.loading import load_text, parse_yaml
+from hydrodamp.saving import save_text
 from hydrodamp.vehicle.actuation import Actuator
 from hydrodamp.vehicle.fin import Fin
 from hydrodamp.vehicle.mass import rigid_body_mass_matrix
@@ -57,11 +57,7 @@ def read_vehicle(path: str | os.PathLike[str]) -> Vehicle:
     ...
     hydrodamp.errors.FileError: nowhere.yaml: cannot be read: ...
     """
-    try:
-        text = Path(path).read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise FileError(f"{path}: cannot be read: {error}") from error
-    return parse_vehicle(text, source=str(path))
+    return parse_vehicle(load_text(path), source=str(path))
 
 
 def parse_vehicle(text: str, *, source: str = "vehicle") -> Vehicle:
@@ -95,17 +91,22 @@ def parse_vehicle(text: str, *, source: str = "vehicle") -> Vehicle:
 
     from hydrodamp.vehicle.schema import VehicleEntry, faults_of
 
-    content = _mapping(text, source)
+    content = parse_yaml(text, source)
+    if not isinstance(content, dict):
+        raise VehicleError(
+            f"{source}: a vehicle file must be keys and values, such as 'name: mine'; "
+            f"got {type(content).__name__}"
+        )
     try:
         entry = VehicleEntry.model_validate(content)
     except ValidationError as error:
-        raise _collected(faults_of(error), source) from error
+        raise VehicleError(list_faults(source, faults_of(error))) from error
     faults: list[str] = []
     actuators = [_actuator(i, one.model_dump(), faults) for i, one in enumerate(entry.actuators)]
     made = tuple(one for one in actuators if one is not None)
     vehicle = _vehicle(entry.model_dump(exclude={"actuators"}), made, faults)
     if vehicle is None or faults:
-        raise _collected(faults, source)
+        raise VehicleError(list_faults(source, faults))
     return vehicle
 
 
@@ -124,7 +125,7 @@ def write_vehicle(vehicle: Vehicle, path: str | os.PathLike[str]) -> None:
     FileError
         If the file cannot be written.
     """
-    write_text(format_vehicle(vehicle), path)
+    save_text(format_vehicle(vehicle), path)
 
 
 def format_vehicle(vehicle: Vehicle) -> str:
@@ -164,60 +165,6 @@ def format_vehicle(vehicle: Vehicle) -> str:
     return str(yaml.safe_dump(kept, sort_keys=False, allow_unicode=True, default_flow_style=None))
 
 
-def write_text(text: str, path: str | os.PathLike[str]) -> None:
-    """Write a text file at once or not at all.
-
-    Parameters
-    ----------
-    text : str
-        Its content.
-    path : path
-        Where to; written under a temporary name in the same folder, then renamed.
-
-    Raises
-    ------
-    FileError
-        If the file cannot be written.
-    """
-    target = Path(path)
-    temporary: str | None = None
-    try:
-        handle, temporary = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(text)
-        os.chmod(temporary, 0o666 & ~_umask())
-        os.replace(temporary, target)
-    except OSError as error:
-        if temporary is not None:
-            Path(temporary).unlink(missing_ok=True)
-        raise FileError(f"{path}: cannot be written: {error}") from error
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
-
-
-def _mapping(text: str, source: str) -> Mapping[str, Any]:
-    import yaml
-
-    try:
-        content = yaml.safe_load(text)
-    except yaml.MarkedYAMLError as error:
-        mark = error.problem_mark or error.context_mark
-        place = f", line {mark.line + 1}" if mark else ""
-        raise FileError(f"{source}{place}: no readable YAML: {error.problem}") from error
-    except yaml.YAMLError as error:
-        raise FileError(f"{source}: no readable YAML: {error}") from error
-    if not isinstance(content, dict):
-        raise VehicleError(
-            f"{source}: a vehicle file must be keys and values, such as 'name: mine'; "
-            f"got {type(content).__name__}"
-        )
-    return content
-
-
 def _actuator(index: int, entry: dict[str, Any], faults: list[str]) -> Actuator | None:
     kind = KINDS[entry.pop("kind")]
     try:
@@ -240,13 +187,6 @@ def _vehicle(
     except VehicleError as error:
         faults.append(str(error))
         return None
-
-
-def _collected(faults: list[str], source: str) -> VehicleError:
-    if len(faults) == 1:
-        return VehicleError(f"{source}: {faults[0]}")
-    listed = "".join(f"\n  - {fault}" for fault in faults)
-    return VehicleError(f"{source}: {len(faults)} faults{listed}")
 
 
 def _entry(actuator: Actuator) -> dict[str, Any]:

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
-from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.term import Term
-from hydrodamp.vehicle.actuation import Column, Gains, command_of, limited
+from hydrodamp.vehicle.actuation import Column, Gains, Limited
 from hydrodamp.vehicle.checks import check_command, checked_gains
 
 
 @dataclass(frozen=True)
-class Fin:
+class Fin(Limited):
     """A control surface: force with u|u| and its angle, drag with the angle squared.
 
     Attributes
@@ -52,25 +50,6 @@ class Fin:
         check_command(self.command, self.name, self.limit)
         object.__setattr__(self, "force", checked_gains(self.force, "force"))
         object.__setattr__(self, "drag", checked_gains(self.drag, "drag"))
-
-    @property
-    def commands(self) -> tuple[str, ...]:
-        """The deflection."""
-        return (self.command,)
-
-    @property
-    def derived(self) -> tuple[str, ...]:
-        """The limited deflection, where there is a limit."""
-        return () if self.limit is None else (f"{self.name or self.command}_limited",)
-
-    @property
-    def channel(self) -> str:
-        """The channel that its columns use."""
-        return (self.derived or self.commands)[0]
-
-    def channels(self, commands: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
-        """Return the deflection within its limit [rad], shape (n,)."""
-        return {self.channel: limited(command_of(commands, self.command), self.limit)}
 
     def columns(self) -> tuple[Column, ...]:
         """Return u|u|*angle and u|u|*angle^2 on the axes given."""

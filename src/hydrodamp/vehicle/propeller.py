@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.term import Term
-from hydrodamp.vehicle.actuation import Column, command_of, limited
+from hydrodamp.vehicle.actuation import Column, Limited
 from hydrodamp.vehicle.checks import check_command, checked_number
 
 
 @dataclass(frozen=True)
-class Propeller:
+class Propeller(Limited):
     """A propeller on the x axis: thrust and torque with its speed n.
 
     X = thrust n|n| + advance u|n| and K = torque n|n|, and the surge speed that
@@ -66,25 +66,6 @@ class Propeller:
             checked_number(getattr(self, field), field)
         if self.speed_slope is not None:
             checked_number(self.speed_slope, "speed_slope", positive=True)
-
-    @property
-    def commands(self) -> tuple[str, ...]:
-        """The propeller speed."""
-        return (self.command,)
-
-    @property
-    def derived(self) -> tuple[str, ...]:
-        """The limited speed, where there is a limit."""
-        return () if self.limit is None else (f"{self.name or self.command}_limited",)
-
-    @property
-    def channel(self) -> str:
-        """The channel that its columns use."""
-        return (self.derived or self.commands)[0]
-
-    def channels(self, commands: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
-        """Return the speed within its limit, in the unit of n, shape (n,)."""
-        return {self.channel: limited(command_of(commands, self.command), self.limit)}
 
     def columns(self) -> tuple[Column, ...]:
         """Return n|n| on X and K, and u|n| on X."""

@@ -1,0 +1,190 @@
+"""Reading text, YAML and JSON; what is unreadable is refused with file and line."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from hydrodamp.errors import FileError
+
+if TYPE_CHECKING:
+    import yaml
+
+_FLOAT = "tag:yaml.org,2002:float"
+_TIMESTAMP = "tag:yaml.org,2002:timestamp"
+_POWER_OF_TEN = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)[eE][-+]?[0-9]+$")
+
+
+def load_text(path: str | os.PathLike[str]) -> str:
+    """Return the text of a file.
+
+    Parameters
+    ----------
+    path : str or path
+        A UTF-8 file.
+
+    Returns
+    -------
+    text : str
+        Without a byte order mark.
+
+    Raises
+    ------
+    FileError
+        If there is no such file or it is no text.
+
+    Examples
+    --------
+    >>> load_text("nowhere.txt")
+    Traceback (most recent call last):
+    ...
+    hydrodamp.errors.FileError: nowhere.txt: cannot be read: No such file or directory.
+    """
+    try:
+        return Path(path).read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise FileError(f"{path}: cannot be read: {error.strerror}.") from error
+    except UnicodeDecodeError as error:
+        raise FileError(
+            f"{path}: must be UTF-8 text; near byte {error.start} it is not."
+        ) from error
+
+
+def load_json(path: str | os.PathLike[str]) -> object:
+    """Return the content of a JSON file.
+
+    Parameters
+    ----------
+    path : str or path
+        A UTF-8 file.
+
+    Returns
+    -------
+    content : object
+        What it holds.
+
+    Raises
+    ------
+    FileError
+        If there is no such file, or with the line if it is no JSON.
+    """
+    try:
+        content: object = json.loads(load_text(path))
+    except json.JSONDecodeError as error:
+        raise FileError(
+            f"{path}, line {error.lineno}: cannot be read as JSON: {error.msg} "
+            f"at column {error.colno}."
+        ) from error
+    except (ValueError, RecursionError) as error:
+        raise FileError(f"{path}: cannot be read as JSON: {error}.") from error
+    return content
+
+
+def load_yaml(path: str | os.PathLike[str]) -> object:
+    """Return the content of a YAML file.
+
+    Parameters
+    ----------
+    path : str or path
+        A UTF-8 file.
+
+    Returns
+    -------
+    content : object
+        As of :func:`parse_yaml`.
+
+    Raises
+    ------
+    FileError
+        If there is no such file, or with the line if it is no YAML.
+    """
+    return parse_yaml(load_text(path), str(path))
+
+
+def parse_yaml(text: str, source: str) -> object:
+    """Return what a YAML text holds.
+
+    It is read as YAML 1.1, except that ``1e-3`` and ``2e5`` are numbers and dates are text.
+
+    Parameters
+    ----------
+    text : str
+        One document.
+    source : str
+        How messages call it.
+
+    Returns
+    -------
+    content : object
+        Mappings, lists, texts and numbers; None where the text is empty.
+
+    Raises
+    ------
+    FileError
+        With the line, if the text is no YAML or a key comes twice in one mapping.
+
+    Examples
+    --------
+    >>> parse_yaml("{gain: 1e-3, date: 2022-05-01}", "mine.yaml")
+    {'gain': 0.001, 'date': '2022-05-01'}
+    >>> parse_yaml("{mass: 1, mass: 2}", "mine.yaml")  # doctest: +ELLIPSIS
+    Traceback (most recent call last):
+    ...
+    hydrodamp.errors.FileError: mine.yaml, line 1: cannot be read as YAML: the key `mass` ...
+    """
+    import yaml
+
+    try:
+        content: object = yaml.load(text, _loader())
+    except yaml.YAMLError as error:
+        problem = getattr(error, "problem", None) or getattr(error, "reason", error)
+        line = _line(error, text)
+        raise FileError(f"{source}, line {line}: cannot be read as YAML: {problem}.") from error
+    except RecursionError as error:
+        raise FileError(f"{source}: cannot be read as YAML: nested too deeply.") from error
+    return content
+
+
+def _line(error: yaml.YAMLError, text: str) -> int:
+    """Return the line of an error; one in a single character tells its place in the text."""
+    mark = getattr(error, "problem_mark", None)
+    if mark is not None:
+        return int(mark.line) + 1
+    return text.count("\n", 0, getattr(error, "position", 0)) + 1
+
+
+@lru_cache
+def _loader() -> type[yaml.SafeLoader]:
+    """Return the safe loader that also refuses what it would pass over or stumble on."""
+    from yaml import MappingNode, Node, SafeLoader, ScalarNode
+    from yaml.constructor import ConstructorError
+
+    class Loader(SafeLoader):
+        def compose_mapping_node(self, anchor: dict[Any, Node]) -> MappingNode:
+            node = super().compose_mapping_node(anchor)
+            first: dict[tuple[str, str], ScalarNode] = {}
+            for key in (key for key, _ in node.value if isinstance(key, ScalarNode)):
+                other = first.setdefault((key.tag, key.value), key)
+                if other is not key:
+                    line = other.start_mark.line + 1
+                    problem = f"the key `{key.value}` stands in line {line} already"
+                    raise ConstructorError(None, None, problem, key.start_mark)
+            return node
+
+        def construct_object(self, node: Node, deep: bool = False) -> Any:
+            try:
+                return super().construct_object(node, deep)
+            except (ValueError, LookupError, AttributeError) as error:
+                problem = f"the value is no {node.tag.rpartition(':')[2]}"
+                raise ConstructorError(None, None, problem, node.start_mark) from error
+
+    Loader.yaml_implicit_resolvers = {
+        first: [(tag, spelling) for tag, spelling in kinds if tag != _TIMESTAMP]
+        for first, kinds in SafeLoader.yaml_implicit_resolvers.items()
+    }
+    Loader.add_implicit_resolver(_FLOAT, _POWER_OF_TEN, list("-+.0123456789"))
+    return Loader

@@ -1,0 +1,197 @@
+"""Writing files whole or not at all, and asking beforehand whether one may."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import IO, Any
+
+from hydrodamp.errors import FileError
+
+
+@contextmanager
+def replacing(path: str | os.PathLike[str], *, binary: bool = False) -> Iterator[IO[Any]]:
+    """Open a temporary file beside ``path`` that takes its place once all is written.
+
+    Parameters
+    ----------
+    path : str or path
+        The file; one that is there is replaced, and stays as it is if anything fails.
+    binary : bool, optional
+        Whether bytes are written; otherwise UTF-8 text, line ends as they are given.
+
+    Yields
+    ------
+    stream : file
+        To write to.
+
+    Raises
+    ------
+    FileError
+        If the folder is not there or cannot be written.
+
+    Examples
+    --------
+    >>> with replacing("nowhere/a.txt") as stream:  # doctest: +ELLIPSIS
+    ...     stream.write("a")
+    Traceback (most recent call last):
+    ...
+    hydrodamp.errors.FileError: nowhere/a.txt: cannot be written: ...
+    """
+    target = Path(path)
+    temporary = target.parent / f".hydrodamp-{os.urandom(8).hex()}"
+    try:
+        with (
+            temporary.open("xb") if binary else temporary.open("x", encoding="utf-8", newline="")
+        ) as stream:
+            yield stream
+        temporary.replace(target)
+    except OSError as error:
+        raise FileError(
+            f"{target}: cannot be written: {error.strerror or error}. Give a file in a folder that "
+            "exists and may be written."
+        ) from error
+    finally:
+        with suppress(OSError):
+            temporary.unlink(missing_ok=True)
+
+
+def save_text(text: str, path: str | os.PathLike[str]) -> None:
+    """Write a text file whole or not at all.
+
+    Parameters
+    ----------
+    text : str
+        What to write, as UTF-8.
+    path : str or path
+        The file; one that is there is replaced.
+
+    Raises
+    ------
+    FileError
+        If the folder is not there or cannot be written.
+    """
+    with replacing(path) as stream:
+        stream.write(text)
+
+
+def save_json(document: object, path: str | os.PathLike[str]) -> None:
+    """Write a document of strict JSON whole or not at all.
+
+    Parameters
+    ----------
+    document : object
+        As of :func:`as_json`.
+    path : str or path
+        The file; one that is there is replaced.
+
+    Raises
+    ------
+    FileError
+        If the folder is not there or cannot be written.
+    ValueError
+        If a number is not finite.
+    """
+    save_text(as_json(document), path)
+
+
+def as_json(document: object) -> str:
+    r"""Return a document as text.
+
+    Parameters
+    ----------
+    document : object
+        Of finite numbers, None, words, lists and dicts.
+
+    Returns
+    -------
+    text : str
+        Indented, ending with a line feed.
+
+    Raises
+    ------
+    ValueError
+        If a number is not finite.
+
+    Examples
+    --------
+    >>> as_json({"rms": None})
+    '{\n  "rms": null\n}\n'
+    """
+    return json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+
+
+def save_bytes(content: bytes, path: str | os.PathLike[str]) -> None:
+    """Write a file of bytes whole or not at all.
+
+    Parameters
+    ----------
+    content : bytes
+        What to write.
+    path : str or path
+        The file; one that is there is replaced.
+
+    Raises
+    ------
+    FileError
+        If the folder is not there or cannot be written.
+    """
+    with replacing(path, binary=True) as stream:
+        stream.write(content)
+
+
+def check_folder(path: str | os.PathLike[str]) -> None:
+    """Refuse a folder that cannot be made or written, before work starts.
+
+    What is made to find out is removed again.
+
+    Parameters
+    ----------
+    path : str or path
+        A folder that is there or is to be made.
+
+    Raises
+    ------
+    FileError
+        If it is a file, cannot be made, or cannot be written.
+    """
+    import tempfile
+
+    folder = Path(path)
+    missing = [each for each in (folder, *folder.parents) if not each.exists()]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise FileError(
+            f"{folder}: no folder can be made or written there: {error.strerror}. Give another one."
+        ) from error
+    finally:
+        for each in missing:
+            if each.is_dir():
+                each.rmdir()
+
+
+def check_file(path: str | os.PathLike[str]) -> None:
+    """Refuse a file that cannot be written, before work starts.
+
+    Parameters
+    ----------
+    path : str or path
+        The file to be written; its folder must be there.
+
+    Raises
+    ------
+    FileError
+        If the folder is not there or cannot be written, or the path is a folder.
+    """
+    target = Path(path)
+    if target.is_dir():
+        raise FileError(f"{target}: is a folder; name a file in it.")
+    if not target.parent.is_dir():
+        raise FileError(f"{target}: cannot be written: there is no folder {target.parent}.")
+    check_folder(target.parent)

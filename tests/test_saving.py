@@ -1,0 +1,125 @@
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from hydrodamp.errors import FileError
+from hydrodamp.loading import load_json
+from hydrodamp.saving import (
+    check_file,
+    check_folder,
+    replacing,
+    save_bytes,
+    save_json,
+    save_text,
+)
+
+
+@pytest.fixture
+def narrow_umask() -> Iterator[None]:
+    before = os.umask(0o027)
+    yield
+    os.umask(before)
+
+
+def test_a_file_is_replaced_and_nothing_else_is_left(tmp_path: Path) -> None:
+    for content in ("one", "two\r\nthree\n", "ν"):
+        save_text(content, tmp_path / "a.txt")
+        assert (tmp_path / "a.txt").read_bytes() == content.encode("utf-8")
+    for raw in (b"one", b"\xff\r\n"):
+        save_bytes(raw, str(tmp_path / "a.txt"))
+        assert (tmp_path / "a.txt").read_bytes() == raw
+    assert [path.name for path in tmp_path.iterdir()] == ["a.txt"]
+
+
+def test_a_name_as_long_as_a_name_can_be(tmp_path: Path) -> None:
+    path = tmp_path / ("a" * 255)
+    save_text("one", path)
+    assert path.read_text("utf-8") == "one"
+
+
+@pytest.mark.skipif(os.name != "posix", reason="other systems have no permission bits")
+@pytest.mark.usefixtures("narrow_umask")
+def test_permissions_are_those_of_any_new_file(tmp_path: Path) -> None:
+    save_text("one", tmp_path / "a.txt")
+    save_bytes(b"one", tmp_path / "b.bin")
+    assert {path.stat().st_mode & 0o777 for path in tmp_path.iterdir()} == {0o640}
+
+
+def test_a_failed_write_leaves_nothing(tmp_path: Path) -> None:
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "file").touch()
+    for path in ("folder", "none/a.txt", "file/a.txt"):
+        with pytest.raises(FileError, match=f"{path}: cannot be written: .*a folder that exists"):
+            save_text("one", tmp_path / path)
+        with pytest.raises(FileError, match=f"{path}: cannot be written: .*a folder that exists"):
+            save_bytes(b"one", tmp_path / path)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "folder"]
+
+
+@pytest.mark.parametrize(
+    ("error", "seen", "words"),
+    [
+        (OSError(28, "No space left on device"), FileError, "cannot be written: No space left"),
+        (KeyboardInterrupt("stop"), KeyboardInterrupt, "stop"),
+        (ValueError("half way"), ValueError, "half way"),
+    ],
+)
+def test_an_error_half_way_leaves_the_old_file(
+    tmp_path: Path, error: BaseException, seen: type[BaseException], words: str
+) -> None:
+    save_text("old", tmp_path / "a.txt")
+
+    def break_off() -> None:
+        with replacing(tmp_path / "a.txt") as stream:
+            stream.write("new")
+            raise error
+
+    with pytest.raises(seen, match=words):
+        break_off()
+    assert (tmp_path / "a.txt").read_text("utf-8") == "old"
+    assert [path.name for path in tmp_path.iterdir()] == ["a.txt"]
+
+
+def test_the_new_file_appears_at_the_end(tmp_path: Path) -> None:
+    save_text("old", tmp_path / "a.txt")
+    with replacing(tmp_path / "a.txt") as stream:
+        stream.write("new")
+        stream.flush()
+        assert (tmp_path / "a.txt").read_text("utf-8") == "old"
+    assert (tmp_path / "a.txt").read_text("utf-8") == "new"
+
+
+def test_json_is_strict(tmp_path: Path) -> None:
+    save_json({"a": [1.5, None, "ν"]}, tmp_path / "a.json")
+    assert load_json(tmp_path / "a.json") == {"a": [1.5, None, "ν"]}
+    with pytest.raises(ValueError, match="not JSON compliant"):
+        save_json({"a": float("nan")}, tmp_path / "a.json")
+    assert load_json(tmp_path / "a.json") == {"a": [1.5, None, "ν"]}
+
+
+def test_checking_a_folder_leaves_no_trace(tmp_path: Path) -> None:
+    check_folder(tmp_path / "a" / "b")
+    assert not [*tmp_path.iterdir()]
+    (tmp_path / "kept").mkdir()
+    check_folder(tmp_path / "kept")
+    assert not [*(tmp_path / "kept").iterdir()]
+
+
+def test_a_folder_below_a_file_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    for path in (tmp_path / "file", tmp_path / "file" / "deep"):
+        with pytest.raises(FileError, match="Give another one"):
+            check_folder(path)
+
+
+def test_a_file_needs_its_folder(tmp_path: Path) -> None:
+    check_file(tmp_path / "a.json")
+    assert not [*tmp_path.iterdir()]
+    with pytest.raises(FileError, match="is a folder"):
+        check_file(tmp_path)
+    with pytest.raises(FileError, match="there is no folder"):
+        check_file(tmp_path / "none" / "a.json")
