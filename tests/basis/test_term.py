@@ -229,3 +229,9 @@ def test_names_that_read_as_products_are_no_commands():
 def test_names_that_are_no_identifiers_are_no_commands(name):
     with pytest.raises(TermError, match="must be letters, digits and underscores"):
         check_command_name(name)
+
+
+@pytest.mark.parametrize("factor", ["|rudder", "rudder|", "|", "||"])
+def test_half_a_bar_is_no_factor(factor):
+    with pytest.raises(TermError):
+        Term((factor,))

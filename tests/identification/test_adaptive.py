@@ -58,6 +58,7 @@ def test_batch_is_the_fold_of_the_online_step_bit_for_bit(
 
     batch = method.identify(problem, model)
     assert np.array_equal(state.damping.coefficients, batch.damping.coefficients)
+    assert state.damping.vehicle == batch.damping.vehicle
 
 
 def test_a_step_leaves_its_state_alone(driven, discrete_log, true_damping):
@@ -69,8 +70,9 @@ def test_a_step_leaves_its_state_alone(driven, discrete_log, true_damping):
     after = method.step(state, problem.inputs.sample(1))
     assert np.array_equal(state.matrix, before)
     assert not np.array_equal(after.matrix, before)
-    with pytest.raises(ValueError, match="read-only"):
-        state.matrix[0, 0] = 1.0
+    for held in (state, after):
+        with pytest.raises(ValueError, match="read-only"):
+            held.matrix[0, 0] = 1.0
 
 
 def test_start_is_minus_one_on_the_diagonal_linear_terms(driven, discrete_log, true_damping):
@@ -157,7 +159,14 @@ def test_signal_to_noise_finds_white_noise_on_a_smooth_motion(vehicle):
 
 @pytest.mark.parametrize(
     "settings",
-    [{"a": 0.0}, {"a": -1.0}, {"gamma": (1.0, 2.0)}, {"gamma": float("nan")}, {"passes": 0}],
+    [
+        {"a": 0.0},
+        {"a": -1.0},
+        {"gamma": (1.0, 2.0)},
+        {"gamma": float("nan")},
+        {"passes": 0},
+        {"passes": 1.5},
+    ],
 )
 def test_settings_without_a_proof_are_refused(settings):
     with pytest.raises(hd.MethodError):

@@ -90,3 +90,40 @@ def test_time_must_advance(live):
     state = method.init(problem, model, problem.inputs.sample(1))
     with pytest.raises(hd.ProblemError, match="time"):
         method.step(state, problem.inputs.sample(0))
+
+
+def test_without_a_ratio_a_sample_is_that_of_the_log_bit_for_bit(live):
+    """U is summed in one order everywhere, so (eta-1) is zero live as it is in a batch."""
+    vehicle, model, log = live
+    recorded = hd.Log.from_arrays(
+        log.time, log.velocity, attitude=log.attitude, wrench=np.ones((log.n, 6))
+    )
+    with pytest.warns(hd.PropulsionWarning):
+        problem = hd.prepare(vehicle, recorded, model)
+    for k in range(log.n):
+        sample = hd.observe(
+            problem.columns,
+            time=log.time[k],
+            velocity=log.velocity[k],
+            down=log.down[k],
+            wrench=np.ones(6),
+        )
+        np.testing.assert_array_equal(sample.values, problem.inputs.sample(k).values)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"velocity": 1.0}, r"`velocity` must have shape \(6,\); got \(\)"),
+        ({"velocity": [np.nan] * 6}, "finite; at 2.0 s"),
+        ({"time": np.inf}, "finite"),
+        ({"down": [0.0, 0.0, np.nan]}, "finite"),
+    ],
+)
+def test_a_sample_that_would_spoil_the_estimate_is_refused(live, change, message):
+    vehicle, model, log = live
+    columns = hd.prepare(vehicle, log, model).columns
+    commands = {"rudder": 0.0, "elevator": 0.0, "rpm": 0.0}
+    good = {"time": 2.0, "velocity": np.zeros(6), "commands": commands}
+    with pytest.raises(hd.ProblemError, match=message):
+        hd.observe(columns, **(good | change))

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from hydrodamp.errors import ProblemError
+from hydrodamp.kernels.inputs import Sample
 
 
 @pytest.fixture
@@ -32,6 +33,7 @@ def call(backend, make):
         ({"matrix": np.zeros((3, 6))}, r"`matrix` must have shape \(12, 6\); got \(3, 6\)"),
         ({"segments": [[0, 7]]}, r"0 <= start < stop <= 6; got \(0, 7\)"),
         ({"segments": [[2, 2]]}, r"got \(2, 2\)"),
+        ({"segments": [[0.5, 6.0]]}, "`segments` must be whole numbers; got float64"),
         ({"segments": [0, 6]}, r"`segments` must have shape \(s, 2\); got \(2,\)"),
     ],
 )
@@ -66,6 +68,7 @@ def test_integration(call, kernel, change, message):
     [
         ({"parameters": [[12, 0]]}, r"term below 12 and an axis below 6; got \(12, 0\)"),
         ({"parameters": [[0, 0], [0, -1]]}, r"got \(0, -1\)"),
+        ({"parameters": [[2**32, 0]]}, r"got \(4294967296, 0\)"),
         ({"parameters": [1, 2, 3]}, r"`parameters` must have shape \(p, 2\); got \(3,\)"),
     ],
 )
@@ -98,6 +101,7 @@ def test_adapt(call, change, message):
         ({"factors": [[21, 0, 0, 0]]}, r"0\.\.20 with 0 channels"),
         ({"out": np.zeros((3, 2))}, r"`out` must be writable float64 of shape \(3, 1\)"),
         ({"out": np.zeros((3, 1), dtype=np.float32)}, "got float32"),
+        ({"out": np.zeros((3, 1), dtype="f8, i4")["f0"]}, r"strides \(12, 12\) bytes"),
     ],
 )
 def test_regressor(backend, change, message):
@@ -110,3 +114,33 @@ def test_regressor(backend, change, message):
     }
     with pytest.raises(ProblemError, match=message):
         backend.regressor(**(good | change))
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"a": np.ones(3)}, r"`a` must have shape \(6,\); got \(3,\)"),
+        ({"gamma": np.ones((2, 6))}, r"`gamma` must have shape \(12, 6\); got \(2, 6\)"),
+        ({"matrix": np.ones((2, 6))}, r"`matrix` must have shape \(12, 6\); got \(2, 6\)"),
+        ({"error": np.ones(5)}, r"`error` must have shape \(6,\); got \(5,\)"),
+        (
+            {"current": Sample.of(time=1.0, velocity=np.zeros(6), channels=np.zeros(3))},
+            "a sample must have 2 channels, as the plant has; got 3",
+        ),
+    ],
+)
+def test_adapt_step(backend, make, change, message):
+    rng = np.random.default_rng(5)
+    plant, inputs = make.plant(rng), make.inputs(rng, n=2)
+    table = np.zeros((plant.n_terms, 6))
+    good = {
+        "plant": plant,
+        "a": np.ones(6),
+        "gamma": table,
+        "matrix": table,
+        "error": np.zeros(6),
+        "previous": inputs.sample(0),
+        "current": inputs.sample(1),
+    }
+    with pytest.raises(ProblemError, match=message):
+        backend.adapt_step(**(good | change))

@@ -50,6 +50,8 @@ def test_survives_pickling_for_a_process_pool():
         ({"free": (True,) * 3}, r"`free` must have shape \(6,\); got \(3,\)"),
         ({"factors": [[1, 2]]}, r"shape \(n_terms, 4\); got \(1, 2\)"),
         ({"factors": [[1, 21, 0, 0]]}, r"0\.\.20 with 0 channels; got 0\.\.21"),
+        ({"factors": np.array([[2**32 + 1, 0, 0, 0]])}, r"got 0\.\.4294967297"),
+        ({"factors": [[1.7, 0, 0, 0]]}, "must be whole numbers; got float64"),
         ({"factors": [[-1, 0, 0, 0]]}, r"got -1\.\.0"),
         ({"n_channels": -1}, "at least 0; got -1"),
     ],

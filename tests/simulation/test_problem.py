@@ -38,6 +38,11 @@ def test_known_columns_give_the_known_wrench_of_the_vehicle():
     np.testing.assert_allclose(known, expected, rtol=1e-12, atol=1e-12)
 
 
+def test_one_row_in_so_many_is_a_row_of_all():
+    problem = hd.prepare(hd.fleet["vt690"], log_of(commands=commands_of()), LINEAR)
+    np.testing.assert_array_equal(problem.regressor(step=7), problem.regressor()[::7])
+
+
 def test_channels_are_held_and_the_propeller_gives_its_speed():
     vehicle, log = hd.fleet["vt690"], log_of(commands=commands_of())
     problem = hd.prepare(vehicle, log, hd.catalog["gertler-hagen"])
@@ -62,6 +67,18 @@ def test_an_unknown_ratio_is_one_even_at_rest():
         problem = hd.prepare(vehicle, log, hd.catalog["gertler-hagen"])
     etas = [k for k, term in enumerate(problem.columns.basis) if term.needs_propulsion]
     assert not problem.regressor()[:, problem.columns.n_known :][:, etas].any()
+
+
+def test_locked_velocities_do_not_count_in_the_ratio():
+    """A recorded ratio enters as recorded, though the log has the locked heave too."""
+    planar = replace(hd.fleet["vt690"], axes=("X", "Y", "N"), actuators=())
+    model = hd.DampingModel.from_table({"X": "u(eta-1)"}, key="ratio")
+    velocity = np.tile([1.5, 0.1, 0.8, 0, 0, 0], (20, 1))
+    for ratio in (1.0, 1.3):
+        more = {"propulsion_ratio": np.full(20, ratio), "wrench": np.zeros((20, 6))}
+        problem = hd.prepare(planar, log_of(velocity=velocity, **more), model)
+        column = problem.regressor()[:, problem.columns.n_known]
+        np.testing.assert_allclose(column, 1.5 * (ratio - 1.0), atol=1e-15)
 
 
 def test_locked_axes_are_zero_and_leave_the_table():

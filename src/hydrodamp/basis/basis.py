@@ -10,11 +10,10 @@ import numpy.typing as npt
 
 from hydrodamp.arrays import FloatArray, IndexArray
 from hydrodamp.basis.atoms import atom_index
+from hydrodamp.basis.speed import guarded_speed
 from hydrodamp.basis.spelling import AtomKey, atom_key
 from hydrodamp.basis.term import MAX_FACTORS, Term
 from hydrodamp.errors import TermError, did_you_mean
-
-_SPEED_GUARD = 1e-6
 
 TermKey = tuple[int, int, tuple[AtomKey, ...]]
 
@@ -209,14 +208,13 @@ class Basis:
             )
         columns = [_column(given[name], len(nu), f"commands[{name!r}]") for name in channels]
         ratio = _column(propulsion_ratio, len(nu), "propulsion_ratio")
-        speed = np.maximum(np.linalg.norm(nu[:, :3], axis=1), _SPEED_GUARD)
         level = np.broadcast_to(np.array([0.0, 0.0, 1.0]), (len(nu), 3))
         values = regressor(
             self.table(channels),
             nu,
             np.ascontiguousarray(level) if down is None else _down(down, len(nu)),
             np.stack(columns, axis=1) if columns else np.zeros((len(nu), 0)),
-            ratio * speed,
+            ratio * guarded_speed(nu),
         )
         return np.asarray(values if np.ndim(velocity) == 2 else values[0], dtype=np.float64)
 

@@ -49,7 +49,8 @@ class Term:
         """Bring the factors into canonical order and count them."""
         for factor in self.factors:
             if factor not in ATOM_PLACE:
-                check_command_name(factor.strip("|"))
+                barred = len(factor) > 1 and factor[0] == factor[-1] == "|"
+                check_command_name(factor[1:-1] if barred else factor)
         object.__setattr__(self, "factors", canonical(self.factors))
         if len(self.factors) > MAX_FACTORS:
             raise TermError(

@@ -33,8 +33,7 @@ def simulate(
     from hydrodamp.cli.progress import progress
     from hydrodamp.cli.select import read
     from hydrodamp.cli.trajectory import write_trajectory
-    from hydrodamp.identification.fit import stamp
-    from hydrodamp.models.damping_file import read_damping, warn_if_foreign
+    from hydrodamp.models.damping_file import read_damping
     from hydrodamp.report.document import score_document
     from hydrodamp.saving import check_file
     from hydrodamp.simulation.replay import simulate as replay
@@ -44,7 +43,6 @@ def simulate(
     if out is not None:
         check_file(out)
     craft, numbers = find_vehicle(vehicle), read_damping(damping)
-    warn_if_foreign(numbers, stamp(craft))
     log = read(logs, mapping)
     with progress("replaying"):
         trajectory = replay(craft, numbers, log, attitude=attitude.value)

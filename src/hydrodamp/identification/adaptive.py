@@ -17,7 +17,7 @@ from hydrodamp import kernels
 from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.adaptation import Adaptation
-from hydrodamp.identification.fit import Fit, empty_fit, provenance, stamp
+from hydrodamp.identification.fit import Fit, empty_fit, provenance
 from hydrodamp.identification.gains import (
     ByNoise,
     ByTerm,
@@ -34,6 +34,7 @@ from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.columns import Columns
 from hydrodamp.simulation.problem import Problem
+from hydrodamp.simulation.stamp import stamp
 from hydrodamp.simulation.status import Status
 
 
@@ -96,8 +97,8 @@ class AdaptiveIdentifier:
             per_axis(self.a, "a")
         if not isinstance(self.gamma, ByTerm):
             per_axis(self.gamma, "gamma")
-        if self.passes < 1:
-            raise MethodError(f"`passes` must be at least 1, got {self.passes}")
+        if not isinstance(self.passes, int | np.integer) or self.passes < 1:
+            raise MethodError(f"`passes` must be a whole number, at least 1; got {self.passes}")
 
     @property
     def key(self) -> str:
@@ -221,9 +222,9 @@ class AdaptiveIdentifier:
         run = self._run(problem, bound, every)
         rows, axes = bound.entries
         return History(
-            time=run.history_time,
-            velocity_error=run.history_error,
-            coefficients=run.history_matrix[:, rows, axes],
+            time=frozen(run.history_time),
+            velocity_error=frozen(run.history_error),
+            coefficients=frozen(run.history_matrix[:, rows, axes]),
             labels=bound.model.labels,
         )
 

@@ -56,7 +56,8 @@ class RecordedAcceleration:
                 "the log has no acceleration columns du dv dw dp dq dr: use "
                 "FiniteDifference() or SavitzkyGolay(), or a method that needs none."
             )
-        return problem.log.acceleration * problem.vehicle.free
+        recorded, free = problem.log.acceleration, problem.vehicle.free
+        return recorded if free.all() else recorded * free  # a long log is not copied
 
 
 @dataclass(frozen=True)

@@ -8,11 +8,12 @@ from typing import Protocol
 import numpy as np
 
 from hydrodamp.data.log import Log
-from hydrodamp.models.damping import Damping, VehicleStamp
+from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem, prepare
+from hydrodamp.simulation.stamp import stamp
 from hydrodamp.simulation.status import Status
-from hydrodamp.vehicle.vehicle import Vehicle, mass_matrix_digest
+from hydrodamp.vehicle.vehicle import Vehicle
 
 
 @dataclass(frozen=True)
@@ -99,27 +100,6 @@ def identify(model: DampingModel, vehicle: Vehicle, log: Log, method: Method) ->
         If the log lacks what the vehicle or a term needs.
     """
     return method.identify(prepare(vehicle, log, model), model)
-
-
-def stamp(vehicle: Vehicle) -> VehicleStamp:
-    """Return what a damping file says of the vehicle it belongs to.
-
-    Parameters
-    ----------
-    vehicle : Vehicle
-        The vehicle the coefficients were identified with.
-
-    Returns
-    -------
-    stamp : VehicleStamp
-        Name, weight [N], buoyancy [N] and the digest of the mass matrix.
-    """
-    return VehicleStamp(
-        name=vehicle.name,
-        weight=vehicle.weight,
-        buoyancy=vehicle.buoyancy,
-        mass_matrix_digest=mass_matrix_digest(vehicle.mass_matrix),
-    )
 
 
 def provenance(problem: Problem, method: object) -> dict[str, str]:

@@ -10,12 +10,13 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.axes import AXES
 from hydrodamp.identification.derivative import Derivative, SavitzkyGolay, default_derivative
-from hydrodamp.identification.fit import Fit, empty_fit, provenance, stamp
+from hydrodamp.identification.fit import Fit, empty_fit, provenance
 from hydrodamp.identification.rank import AxisSolution, solve_axis
 from hydrodamp.identification.triangle import Triangle, accumulate
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
+from hydrodamp.simulation.stamp import stamp
 from hydrodamp.simulation.status import Status
 
 

@@ -13,12 +13,13 @@ import numpy.typing as npt
 
 from hydrodamp import kernels
 from hydrodamp.arrays import FloatArray, frozen
+from hydrodamp.basis.speed import guarded_speed
 from hydrodamp.errors import ProblemError, did_you_mean
 from hydrodamp.identification.adaptation import Adaptation
 from hydrodamp.kernels.inputs import Sample
 from hydrodamp.models.damping import Damping
 from hydrodamp.simulation.columns import Columns, held_channels
-from hydrodamp.simulation.problem import SLOWEST
+from hydrodamp.simulation.stamp import stamp
 
 
 @dataclass(frozen=True)
@@ -45,8 +46,10 @@ class State:
 
     @property
     def damping(self) -> Damping:
-        """The present estimate."""
-        return Damping(self.adaptation.model, self.matrix[self.adaptation.entries])
+        """The present estimate, with the vehicle it belongs to."""
+        bound = self.adaptation
+        coefficients = self.matrix[bound.entries]
+        return Damping(bound.model, coefficients, vehicle=stamp(bound.columns.vehicle))
 
     def advanced(self, sample: Sample) -> State:
         """Return the state one sample later.
@@ -81,6 +84,8 @@ class State:
             self.last,
             sample,
         )
+        for array in (matrix, error):
+            array.setflags(write=False)
         return State(bound, matrix, error, sample)
 
     def restarted(self, sample: Sample) -> State:
@@ -140,7 +145,8 @@ def observe(
     Raises
     ------
     ProblemError
-        If a command is missing, or a wrench would be counted twice.
+        If a command is missing, a wrench would be counted twice, a shape is wrong,
+        or a number is not finite.
     """
     recorded = {name: np.array([value]) for name, value in (commands or {}).items()}
     needed = {name for term in columns.basis for name in term.commands}
@@ -152,19 +158,36 @@ def observe(
             "a wrench would count the vehicle's actuators twice: leave it out, or make the "
             "columns from a log that has the wrench itself."
         )
-    nu = np.asarray(velocity, dtype=np.float64) * columns.vehicle.free
-    speed = max(float(np.linalg.norm(nu[:3])), SLOWEST)
+    free = columns.vehicle.free
+    nu = np.asarray(velocity, dtype=np.float64)
+    force = np.zeros(6) if wrench is None else np.asarray(wrench, dtype=np.float64)
+    for name, given in (("velocity", nu), ("wrench", force)):
+        if given.shape != (6,):
+            raise ProblemError(f"`{name}` must have shape (6,); got {given.shape}")
     held = columns.vehicle.propulsion_speed(recorded)
     if propulsion_ratio is not None or held is None:
-        opening = closing = speed * (1.0 if propulsion_ratio is None else propulsion_ratio)
+        ratio = 1.0 if propulsion_ratio is None else propulsion_ratio
+        opening = closing = ratio * float(guarded_speed(nu * free))
     else:
         opening = float(held[0])
         closing = opening if previous is None else float(previous.propulsion[0])
-    return Sample.of(
-        time=time,
-        velocity=nu,
-        down=np.asarray(down, dtype=np.float64),
-        wrench=np.zeros(6) if wrench is None else np.asarray(wrench) * columns.vehicle.free,
-        channels=held_channels(columns, recorded, 1)[0],
-        propulsion=np.array([opening, closing]),
+    return _finite(
+        Sample.of(
+            time=time,
+            velocity=nu * free,
+            down=down,
+            wrench=force * free,
+            channels=held_channels(columns, recorded, 1)[0],
+            propulsion=(opening, closing),
+        )
     )
+
+
+def _finite(sample: Sample) -> Sample:
+    """Refuse a number that would spoil every later estimate."""
+    if not np.isfinite(sample.values).all():
+        raise ProblemError(
+            f"every number of a sample must be finite; at {sample.time} s one is not. Leave the "
+            "sample out, and after a longer gap use `state.restarted(sample)`."
+        )
+    return sample

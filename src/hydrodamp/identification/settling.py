@@ -48,7 +48,7 @@ def missing_share(
         axis; zero where the model has no term.
     """
     every = max(problem.n_samples // _LOOK, 1)
-    xi = problem.regressor()[::every]
+    xi = problem.regressor(step=every)
     rows, axes = bound.entries
     share = np.zeros(6)
     for axis in np.unique(axes):

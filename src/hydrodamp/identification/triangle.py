@@ -93,7 +93,8 @@ def accumulate(
     Returns
     -------
     triangle : Triangle
-        Needs 8 (n_terms + 6)^2 bytes whatever the length of the log.
+        Needs 8 (n_terms + 6)^2 bytes whatever the length of the log; an estimated
+        acceleration takes 48 bytes a sample while it is folded in.
     """
     estimator = derivative or default_derivative(problem)
     acceleration = estimator.acceleration(problem)

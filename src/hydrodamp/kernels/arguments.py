@@ -7,8 +7,8 @@ import numpy.typing as npt
 
 from hydrodamp.arrays import FloatArray, IndexArray, IntArray
 from hydrodamp.errors import ProblemError
-from hydrodamp.kernels.inputs import Inputs
-from hydrodamp.kernels.plant import Plant
+from hydrodamp.kernels.inputs import PACKED, Inputs, Sample
+from hydrodamp.kernels.plant import Plant, whole_numbers
 
 
 def floats(values: npt.ArrayLike, shape: tuple[int, ...], name: str) -> FloatArray:
@@ -86,6 +86,44 @@ def matching(plant: Plant, inputs: Inputs) -> None:
         )
 
 
+def check_step(
+    plant: Plant,
+    a: npt.ArrayLike,
+    gamma: npt.ArrayLike,
+    matrix: npt.ArrayLike,
+    error: npt.ArrayLike,
+    *samples: Sample,
+) -> None:
+    """Refuse arguments of one identifier step that do not fit the plant.
+
+    Parameters
+    ----------
+    plant : Plant
+        Whose terms and channels count.
+    a, error : array_like, shape (6,)
+        Error gains, velocity error.
+    gamma, matrix : array_like, shape (n_terms, 6)
+        Adaptation gains, coefficients.
+    *samples : Sample
+        Both ends of the step.
+
+    Raises
+    ------
+    ProblemError
+        Naming what does not fit.
+    """
+    floats(a, (6,), "a")
+    coefficients(plant, gamma, "gamma")
+    coefficients(plant, matrix)
+    floats(error, (6,), "error")
+    for sample in samples:
+        found = len(sample.values) - PACKED
+        if found != plant.n_channels:
+            raise ProblemError(
+                f"a sample must have {plant.n_channels} channels, as the plant has; got {found}"
+            )
+
+
 def spans(segments: npt.ArrayLike, n: int) -> IntArray:
     """Return segments as int64 rows (start, stop) inside ``n`` samples.
 
@@ -111,7 +149,7 @@ def spans(segments: npt.ArrayLike, n: int) -> IntArray:
     >>> spans([(0, 3)], 3).shape
     (1, 2)
     """
-    rows = np.ascontiguousarray(segments, dtype=np.int64)
+    rows = whole_numbers(segments, "segments")
     if rows.ndim != 2 or rows.shape[1] != 2:
         raise ProblemError(f"`segments` must have shape (s, 2); got {rows.shape}")
     for start, stop in rows.tolist():
@@ -142,7 +180,7 @@ def places(plant: Plant, parameters: npt.ArrayLike) -> IndexArray:
     ProblemError
         If a place lies outside the coefficient matrix.
     """
-    rows = np.ascontiguousarray(parameters, dtype=np.int32)
+    rows = whole_numbers(parameters, "parameters")
     rows = rows.reshape(0, 2) if rows.size == 0 else rows
     if rows.ndim != 2 or rows.shape[1] != 2:
         raise ProblemError(f"`parameters` must have shape (p, 2); got {rows.shape}")
@@ -152,7 +190,7 @@ def places(plant: Plant, parameters: npt.ArrayLike) -> IndexArray:
             f"`parameters` must name a term below {plant.n_terms} and an axis below 6; "
             f"got {tuple(rows[outside.any(axis=1)][0].tolist())}"
         )
-    return rows
+    return rows.astype(np.int32)
 
 
 def positive(value: float, name: str) -> float:
@@ -250,12 +288,14 @@ def destination(out: FloatArray | None, n: int, n_terms: int) -> FloatArray:
     Raises
     ------
     ProblemError
-        If shape or dtype of ``out`` differ, or it cannot be written.
+        If shape, dtype or alignment of ``out`` differ, or it cannot be written.
     """
     if out is None:
         return np.empty((n, n_terms), order="F")
-    if out.shape != (n, n_terms) or out.dtype != np.float64 or not out.flags.writeable:
+    whole = out.flags.writeable and not any(stride % 8 for stride in out.strides)
+    if out.shape != (n, n_terms) or out.dtype != np.float64 or not whole:
         raise ProblemError(
-            f"`out` must be writable float64 of shape ({n}, {n_terms}); got {out.dtype} {out.shape}"
+            f"`out` must be writable float64 of shape ({n}, {n_terms}), its strides whole numbers "
+            f"of entries; got {out.dtype} {out.shape} with strides {out.strides} bytes"
         )
     return out

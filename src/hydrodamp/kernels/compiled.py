@@ -17,6 +17,7 @@ from hydrodamp.kernels import _core, reference
 from hydrodamp.kernels.adapted import Adapted
 from hydrodamp.kernels.arguments import (
     at_least,
+    check_step,
     coefficients,
     destination,
     floats,
@@ -270,5 +271,11 @@ def adapt_step(
     """Run the core's twin of the reference."""
     matrix = np.array(matrix, dtype=np.float64, order="C")
     error = np.array(error, dtype=np.float64, order="C")
-    _core.adapt_step(core_plant(plant), a, gamma, matrix, error, previous.values, current.values)
+    try:
+        _core.adapt_step(
+            core_plant(plant), a, gamma, matrix, error, previous.values, current.values
+        )
+    except (TypeError, ValueError):  # the checks cost as much as the step: only now
+        check_step(plant, a, gamma, matrix, error, previous, current)
+        raise
     return matrix, error

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from hydrodamp.arrays import BoolArray, FloatArray, IndexArray, frozen
+from hydrodamp.arrays import BoolArray, FloatArray, IndexArray, IntArray, frozen
 from hydrodamp.errors import ProblemError
 
 FIXED_ATOMS = 21
@@ -116,7 +116,7 @@ def checked_factors(factors: npt.ArrayLike, n_channels: int) -> IndexArray:
     >>> checked_factors([[1, 2, 0, 0]], 0).dtype
     dtype('int32')
     """
-    table = np.array(factors, dtype=np.int32, order="C")
+    table = whole_numbers(factors, "factors")
     if table.ndim != 2 or table.shape[1] != 4:
         raise ProblemError(f"`factors` must have shape (n_terms, 4); got {table.shape}")
     n_atoms = FIXED_ATOMS + 2 * n_channels
@@ -125,8 +125,40 @@ def checked_factors(factors: npt.ArrayLike, n_channels: int) -> IndexArray:
             f"`factors` must lie in 0..{n_atoms - 1} with {n_channels} channels; "
             f"got {int(table.min())}..{int(table.max())}"
         )
-    table.setflags(write=False)
-    return table
+    narrow = table.astype(np.int32)
+    narrow.setflags(write=False)
+    return narrow
+
+
+def whole_numbers(values: npt.ArrayLike, name: str) -> IntArray:
+    """Return ``values`` as C-contiguous int64; nothing is cut off or wrapped round.
+
+    Parameters
+    ----------
+    values : array_like of int
+        Places in an array; an empty list will do.
+    name : str
+        How the message calls them.
+
+    Returns
+    -------
+    values : ndarray of int64
+        The same numbers.
+
+    Raises
+    ------
+    ProblemError
+        If they are not whole numbers.
+
+    Examples
+    --------
+    >>> whole_numbers([[0, 3]], "segments").tolist()
+    [[0, 3]]
+    """
+    given = np.asarray(values)
+    if given.size and given.dtype.kind not in "iu":
+        raise ProblemError(f"`{name}` must be whole numbers; got {given.dtype}")
+    return np.ascontiguousarray(given, dtype=np.int64)
 
 
 def _check_mass(mass: FloatArray, free: BoolArray) -> None:

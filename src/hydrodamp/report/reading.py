@@ -10,6 +10,7 @@ from typing import Any, cast
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
+from hydrodamp.basis.axes import AXES, VELOCITY_OF
 from hydrodamp.data.log import Log, Segment
 from hydrodamp.data.segments import unique_names
 from hydrodamp.errors import FileError
@@ -59,7 +60,7 @@ def read_rows(home: Path) -> Comparison:
     trajectories = [
         None
         if log is None or name not in velocities
-        else Trajectory(log, velocities[name], score.diverged, attitude)
+        else Trajectory(log, velocities[name], score.diverged, attitude, _axes(score))
         for name, score in zip(names, scores, strict=True)
     ]
     rows = tuple(map(Row, fits, scores, trajectories))
@@ -82,6 +83,10 @@ def _score(entry: Mapping[str, Any], unit: RateUnit) -> Score:
         rate_unit=unit,
         diverged=tuple((str(place["segment"]), float(place["time"])) for place in places),
     )
+
+
+def _axes(score: Score) -> tuple[str, ...]:
+    return tuple(axis for axis in AXES if VELOCITY_OF[axis] in score.rms_by_axis)
 
 
 def _fit(path: Path) -> Fit:

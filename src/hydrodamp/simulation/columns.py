@@ -71,7 +71,8 @@ class Columns:
             One row a column of equation 1.
         """
         free = damping.model.restricted_to(self.vehicle.axes)
-        coefficients = np.array([damping[label] for label in free.labels])
+        values = damping.as_dict()
+        coefficients = np.array([values[label] for label in free.labels])
         return self.with_unknown(self.entries(free), coefficients)
 
     def with_unknown(

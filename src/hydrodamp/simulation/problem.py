@@ -10,16 +10,15 @@ import numpy as np
 
 from hydrodamp import kernels
 from hydrodamp.arrays import FloatArray, IntArray
+from hydrodamp.basis.speed import guarded_speed
 from hydrodamp.data.log import Log
 from hydrodamp.errors import PropulsionWarning
 from hydrodamp.kernels.inputs import Inputs
+from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.columns import Columns, columns, held_channels
 from hydrodamp.simulation.fitness import check_log
 from hydrodamp.vehicle.vehicle import Vehicle
-
-SLOWEST = 1e-6
-"""Speed [m/s] below which the propulsion ratio is taken at this speed."""
 
 
 @dataclass(frozen=True)
@@ -40,6 +39,8 @@ class Problem:
         Velocity, attitude, wrench and held channels, sample by sample.
     segments : ndarray of int, shape (n_segments, 2)
         First sample and one past the last of each segment.
+    propulsion_known : bool
+        Whether the log has a propulsion ratio, or a propeller's speed that gives one.
     """
 
     log: Log
@@ -47,6 +48,7 @@ class Problem:
     columns: Columns
     inputs: Inputs
     segments: IntArray
+    propulsion_known: bool = True
 
     @property
     def vehicle(self) -> Vehicle:
@@ -59,7 +61,12 @@ class Problem:
         return len(self.inputs.time)
 
     def regressor(
-        self, start: int = 0, stop: int | None = None, *, out: FloatArray | None = None
+        self,
+        start: int = 0,
+        stop: int | None = None,
+        *,
+        step: int = 1,
+        out: FloatArray | None = None,
     ) -> FloatArray:
         """Return the columns of equation 1, known first, at some samples.
 
@@ -67,6 +74,8 @@ class Problem:
         ----------
         start, stop : int, optional
             First sample and one past the last; all by default.
+        step : int, optional
+            Take one sample in this many.
         out : ndarray, shape (n, n_known + n_terms), optional
             Array of any strides to fill; a new one by default.
 
@@ -75,7 +84,7 @@ class Problem:
         regressor : ndarray, shape (n, n_known + n_terms)
             In the paper the unknown part is xi.
         """
-        part = slice(start, stop)
+        part = slice(start, stop, step)
         return kernels.regressor(
             self.columns.plant.factors,
             self.inputs.velocity[part],
@@ -84,6 +93,28 @@ class Problem:
             self.inputs.propulsion[part, 0],
             out=out,
         )
+
+    def matrix(self, damping: Damping) -> FloatArray:
+        """Return all coefficients of equation 1, known and identified, as one table.
+
+        Where the propulsion ratio is unknown it is one, whatever the speed of a
+        replay, so the coefficients of terms with (eta-1) are zero here.
+
+        Parameters
+        ----------
+        damping : Damping
+            Its terms on free axes must be columns of the basis.
+
+        Returns
+        -------
+        matrix : ndarray, shape (n_known + n_terms, 6)
+            One row a column of equation 1.
+        """
+        table = self.columns.matrix(damping)
+        if not self.propulsion_known:
+            idle = [term.needs_propulsion for term in self.columns.basis]
+            table[self.columns.n_known :][idle] = 0.0
+        return table
 
     def __str__(self) -> str:
         """Return one line."""
@@ -122,38 +153,45 @@ def prepare(vehicle: Vehicle, log: Log, models: Iterable[DampingModel] | Damping
     table = columns(vehicle, free, actuators=bool(vehicle.actuators) and log.wrench is None)
     commands = {name: log.command(name) for name in log.command_names}
     wrench = np.zeros((log.n, 6)) if log.wrench is None else log.wrench * vehicle.free
+    velocity = log.velocity * vehicle.free
+    held = vehicle.propulsion_speed(commands)
+    known = log.propulsion_ratio is not None or held is not None
+    if not known and any(term.needs_propulsion for term in table.basis):
+        _warn_of_unknown_ratio()
     inputs = Inputs(
         time=log.time,
-        velocity=log.velocity * vehicle.free,
+        velocity=velocity,
         down=log.down,
         wrench=wrench,
         channels=held_channels(table, commands, log.n),
-        propulsion=_propulsion(log, table, commands),
+        propulsion=_propulsion(log, velocity, held),
     )
-    return Problem(log=log, models=free, columns=table, inputs=inputs, segments=_bounds(log))
+    return Problem(
+        log=log,
+        models=free,
+        columns=table,
+        inputs=inputs,
+        segments=log.bounds,
+        propulsion_known=known,
+    )
 
 
-def _bounds(log: Log) -> IntArray:
-    return np.array([(part.start, part.stop) for part in log.segments], dtype=np.int64)
+def _warn_of_unknown_ratio() -> None:
+    warnings.warn(
+        "the log has no `eta` and the vehicle no propeller with a speed: the propulsion ratio is "
+        "taken as one, so terms with (eta-1) vanish",
+        PropulsionWarning,
+        stacklevel=3,
+    )
 
 
-def _propulsion(log: Log, table: Columns, commands: dict[str, FloatArray]) -> FloatArray:
+def _propulsion(log: Log, velocity: FloatArray, held: FloatArray | None) -> FloatArray:
     """Return u_c at each sample as a step begins there and as one ends there."""
-    speed = np.maximum(np.linalg.norm(log.velocity[:, :3], axis=1), SLOWEST)
-    if log.propulsion_ratio is not None:
-        recorded = log.propulsion_ratio * speed
+    if log.propulsion_ratio is not None or held is None:
+        ratio = 1.0 if log.propulsion_ratio is None else log.propulsion_ratio
+        recorded = ratio * guarded_speed(velocity)
         return np.column_stack([recorded, recorded])
-    held = table.vehicle.propulsion_speed(commands)
-    if held is None:
-        if any(term.needs_propulsion for term in table.basis):
-            warnings.warn(
-                "the log has no `eta` and the vehicle no propeller with a speed: the "
-                "propulsion ratio is taken as one, so terms with (eta-1) vanish",
-                PropulsionWarning,
-                stacklevel=3,
-            )
-        return np.column_stack([speed, speed])
     closing = np.concatenate([held[:1], held[:-1]])
-    starts = _bounds(log)[:, 0]
+    starts = log.bounds[:, 0]
     closing[starts] = held[starts]
     return np.column_stack([held, closing])

@@ -6,11 +6,14 @@ from dataclasses import dataclass
 from typing import Literal
 
 from hydrodamp import kernels
-from hydrodamp.arrays import FloatArray
+from hydrodamp.arrays import FloatArray, frozen
+from hydrodamp.basis.axes import AXES
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
 from hydrodamp.models.damping import Damping
+from hydrodamp.models.damping_file import warn_if_foreign
 from hydrodamp.simulation.problem import Problem, prepare
+from hydrodamp.simulation.stamp import stamp
 from hydrodamp.simulation.status import Status
 from hydrodamp.vehicle.vehicle import Vehicle
 
@@ -34,12 +37,19 @@ class Trajectory:
         Segment and time since the segment's start [s] of every divergence.
     attitude : str
         ``"measured"`` or ``"simulated"``.
+    axes : tuple of str
+        The free axes of the vehicle; the velocities of the others are zero.
     """
 
     log: Log
     velocity: FloatArray
     diverged: tuple[tuple[str, float], ...]
     attitude: AttitudeSource
+    axes: tuple[str, ...] = AXES
+
+    def __post_init__(self) -> None:
+        """Copy and freeze the velocity."""
+        object.__setattr__(self, "velocity", frozen(self.velocity))
 
     @property
     def status(self) -> Status:
@@ -81,8 +91,15 @@ def simulate(
     ------
     ProblemError
         If the log lacks what the vehicle or a term needs.
+
+    Warns
+    -----
+    ForeignVehicleWarning
+        If the coefficients belong to a vehicle of another mass matrix, weight or buoyancy.
     """
-    return replay(prepare(vehicle, log, damping.model), damping, attitude, max_step)
+    problem = prepare(vehicle, log, damping.model)
+    warn_if_foreign(damping, stamp(vehicle))
+    return replay(problem, damping, attitude, max_step)
 
 
 def replay(
@@ -111,7 +128,7 @@ def replay(
     """
     velocity, diverged_at = kernels.replay(
         problem.columns.plant,
-        problem.columns.matrix(damping),
+        problem.matrix(damping),
         problem.inputs,
         problem.segments,
         _initial_attitude(problem.log, attitude),
@@ -124,7 +141,7 @@ def replay(
         for segment, index in zip(log.segments, diverged_at.tolist(), strict=True)
         if index >= 0
     )
-    return Trajectory(log=log, velocity=velocity, diverged=diverged, attitude=attitude)
+    return Trajectory(log, velocity, diverged, attitude, problem.vehicle.axes)
 
 
 def _initial_attitude(log: Log, attitude: AttitudeSource) -> FloatArray | None:

@@ -71,7 +71,7 @@ def rms_error(error: FloatArray) -> float:
 
 
 def score(
-    trajectory: Trajectory, axes: tuple[str, ...] = AXES, rate_unit: RateUnit = "deg"
+    trajectory: Trajectory, axes: tuple[str, ...] | None = None, rate_unit: RateUnit = "deg"
 ) -> Score:
     """Compare a replay with its log.
 
@@ -79,8 +79,8 @@ def score(
     ----------
     trajectory : Trajectory
         What was simulated.
-    axes : tuple of str
-        The free axes; only they count.
+    axes : tuple of str, optional
+        The axes that count; the free ones of the vehicle by default.
     rate_unit : {"deg", "rad"}
         Unit of the rates in the mixed number and in their RMS.
 
@@ -96,7 +96,7 @@ def score(
     """
     if rate_unit not in ("deg", "rad"):
         raise MethodError(f"`rate_unit` must be 'deg' or 'rad', got {rate_unit!r}")
-    free = [AXES.index(axis) for axis in axes]
+    free = [AXES.index(axis) for axis in (trajectory.axes if axes is None else axes)]
     unit = np.array([1.0] * 3 + [np.degrees(1.0) if rate_unit == "deg" else 1.0] * 3)[free]
     measured = trajectory.log.velocity[:, free] * unit
     error = trajectory.velocity[:, free] * unit - measured

@@ -7,10 +7,12 @@ from collections.abc import Callable, Iterable
 from hydrodamp.basis.axes import AXES, VELOCITY_OF
 from hydrodamp.data.log import Log
 from hydrodamp.identification.fit import Fit
+from hydrodamp.models.damping_file import warn_if_foreign
 from hydrodamp.simulation.parallel import each
 from hydrodamp.simulation.problem import Problem, prepare
 from hydrodamp.simulation.replay import AttitudeSource, replay
 from hydrodamp.simulation.score import RateUnit, Score, score
+from hydrodamp.simulation.stamp import stamp
 from hydrodamp.validation.comparison import Comparison, Row
 from hydrodamp.vehicle.vehicle import Vehicle
 
@@ -50,9 +52,16 @@ def compare(
     ------
     ProblemError
         If the log lacks what the vehicle or a term needs.
+
+    Warns
+    -----
+    ForeignVehicleWarning
+        If coefficients belong to a vehicle of another mass matrix, weight or buoyancy.
     """
     asked = tuple(fits)
     problem = prepare(vehicle, test, [fit.model for fit in asked])
+    for fit in asked:
+        warn_if_foreign(fit.damping, stamp(vehicle))
     rows = each(_row, [(problem, fit, attitude, rate_unit) for fit in asked], done)
     return Comparison(
         rows=rows,

@@ -8,7 +8,14 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.kernels.adapted import Adapted
-from hydrodamp.kernels.arguments import at_least, coefficients, floats, matching, spans
+from hydrodamp.kernels.arguments import (
+    at_least,
+    check_step,
+    coefficients,
+    floats,
+    matching,
+    spans,
+)
 from hydrodamp.kernels.inputs import Inputs, Sample
 from hydrodamp.kernels.plant import Plant
 from hydrodamp.kernels.reference.motion import coriolis, momentum
@@ -144,7 +151,13 @@ def adapt_step(
         The next coefficients, a new array.
     error : ndarray, shape (6,)
         The next velocity error, a new array.
+
+    Raises
+    ------
+    ProblemError
+        If a shape does not fit the plant.
     """
+    check_step(plant, a, gamma, matrix, error, previous, current)
     pair = np.stack([previous.values, current.values])
     inputs = Inputs(
         pair[:, 0], pair[:, 1:7], pair[:, 7:10], pair[:, 10:16], pair[:, 18:], pair[:, 16:18]
