@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+import hydrodamp as hd
 from hydrodamp.cli.main import app
 
 README = (Path(__file__).parents[1] / "README.md").read_text()
@@ -20,6 +21,13 @@ def test_the_python_blocks_run_one_after_the_other(tmp_path, monkeypatch, capsys
     exec(compile("\n".join(blocks), "README.md", "exec"), {})
     assert "prestero-up" in capsys.readouterr().out
     assert (tmp_path / "damping.json").exists()
+
+
+def test_the_model_file_can_be_read(tmp_path):
+    (block,) = re.findall(r"```yaml\n(.*?)```", README, flags=re.DOTALL)
+    (tmp_path / "my-rov.yaml").write_text(block, encoding="utf-8")
+    model = hd.read_model(tmp_path / "my-rov.yaml")
+    assert model.commands == ("ch_forward", "ch_lateral", "rudder")
 
 
 @pytest.mark.parametrize("command", sorted(set(re.findall(r"\bhydrodamp (\w+)", SHELL))))

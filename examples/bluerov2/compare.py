@@ -16,7 +16,6 @@ from pathlib import Path
 
 import numpy as np
 from rich.console import Console
-from step_means import step_means
 
 import hydrodamp as hd
 from hydrodamp.report.comparison_grids import comparison_grids
@@ -24,10 +23,8 @@ from hydrodamp.report.screen import show
 
 HERE = Path(__file__).parent
 TRAIN, TEST = ("run_11_40_38", "run_11_57_50"), ("run_11_10_52", "run_11_46_03")
-CHOSEN = ("tank", "ls-means")
+CHOSEN = ("tank", "ls")
 SOURCE = "github.com/SAABmarine-MEX/saabmarineMEX_learning, commit dda3f3d, no licence stated"
-STEPS = 3
-"""Steps of about 0.2 s whose means ``ls-means`` takes."""
 BANDWIDTH, SETTLING, PASSES = 200.0, 200.0, 200
 """Fast error feedback [1/s] and slow coefficients [s]: it averages, where slow feedback fits the
 errors of the input's timing."""
@@ -35,21 +32,16 @@ errors of the input's timing."""
 
 def fits(models: tuple[hd.DampingModel, ...], vehicle: hd.Vehicle, train: hd.Log) -> list[hd.Fit]:
     """Return every model by every method, under the keys of the table."""
-    raw = hd.prepare(vehicle, train, models)
-    means = hd.prepare(vehicle, step_means(train, STEPS), models)
+    problem = hd.prepare(vehicle, train, models)
     feedback = tuple(BANDWIDTH * np.diag(vehicle.mass_matrix))
     tuned = hd.AdaptiveIdentifier(a=feedback, gamma=hd.ByTerm(SETTLING), passes=PASSES)
     ways = (
-        ("ls", raw, hd.LeastSquares()),
-        ("ls-sg", raw, hd.LeastSquares(hd.SavitzkyGolay(window=1.0))),
-        ("ls-means", means, hd.LeastSquares()),
-        ("ai", raw, hd.find_method("ai")),
-        ("ai-scaled", raw, hd.find_method("ai-scaled")),
-        ("ai-tuned", raw, tuned),
+        *((key, hd.find_method(key)) for key in ("ls", "ls-sg", "ai", "ai-scaled")),
+        ("ai-tuned", tuned),
     )
     return [
         replace(fit, method=key)
-        for key, problem, method in ways
+        for key, method in ways
         for fit in hd.identify_all(problem, models, method)
     ]
 

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from hydrodamp.basis.atoms import ATOMS, atom_index
 from hydrodamp.basis.basis import UNION

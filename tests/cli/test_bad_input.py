@@ -86,6 +86,7 @@ def test_missing_values_split_the_log_with_a_warning(folder: Path, call: Call) -
         ("900:0", "20:40", "START before END"),
         ("-5:10", "20:40", "neither negative"),
         ("0:", "20:40", "such as 0:900"),
+        ("0-900", "20:40", "Did you mean the span 0:900?"),
         ("500:900", "20:40", "500"),
         ("oen", "two", "Did you mean 'one'?"),
         ("a.csv", "two", "`--train a.csv` is a file, and LOG is given too"),

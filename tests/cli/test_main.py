@@ -7,6 +7,9 @@ from collections.abc import Callable
 from typer.testing import Result
 
 import hydrodamp
+from hydrodamp.cli import options
+from hydrodamp.identification.methods import METHODS
+from hydrodamp.vehicle.fleet import NAMES
 
 Call = Callable[..., Result]
 
@@ -40,3 +43,15 @@ def test_python_m_hydrodamp() -> None:
     assert done.stdout == ""
     assert done.stderr.startswith("error: ")
     assert "Did you mean 'linear'?" in done.stderr
+
+
+def test_help_names_all_methods_and_the_fleet() -> None:
+    assert options.METHODS.split(", ") == list(METHODS)
+    assert options.FLEET.split(", ") == list(NAMES)
+
+
+def test_the_words_of_help_reach_the_reader(call: Call) -> None:
+    for command in ("identify", "compare"):
+        said = " ".join(call(f"{command} --help").stdout.split())
+        assert options.METHODS in said
+        assert options.FLEET in said

@@ -65,7 +65,7 @@ def test_a_simulated_attitude_needs_a_recorded_one(folder: Path, call: Call, dam
         f"simulate b.csv --vehicle planar.yaml --damping {damping} --attitude simulated --out t.csv"
     )
     assert done.exit_code == 2
-    assert "attitude" in done.stderr
+    assert "leave out `--attitude simulated`" in done.stderr
     assert not (folder / "t.csv").exists()
 
 

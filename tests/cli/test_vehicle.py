@@ -35,6 +35,13 @@ def test_a_file_that_is_there_is_kept_unless_forced(folder: Path, call: Call) ->
     assert call(f"vehicle new planar.yaml {SIZES} --force").exit_code == 0
 
 
+def test_sizes_in_millimetres_are_refused(folder: Path, call: Call) -> None:
+    done = call("vehicle new mine.yaml --length 2000 --diameter 190 --mass 42")
+    assert done.exit_code == 2
+    assert "give metres and kilograms" in done.stderr
+    assert not (folder / "mine.yaml").exists()
+
+
 def test_sizes_come_together(folder: Path, call: Call) -> None:
     done = call("vehicle new half.yaml --length 2")
     assert done.exit_code == 2

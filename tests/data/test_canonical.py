@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from hypothesis.extra.numpy import arrays
 
+from hydrodamp.data.attitude import euler_from_quaternion
 from hydrodamp.data.blocks import BLOCKS
 from hydrodamp.data.canonical import RESERVED, read_canonical, write_log
 from hydrodamp.data.log import Log, Segment, concatenate
@@ -54,7 +54,7 @@ def test_a_written_log_is_read_to_the_bit(swim: Log, tmp_path: Path) -> None:
 def test_any_numbers_and_names_come_back(block: np.ndarray, names: list[str]) -> None:
     log = Log(
         time=[0.0, 0.1, 0.3, 0.0, 1 / 3, 0.7],
-        velocity=block[:, :6],
+        velocity=block[:, :6] / 2e4,  # at most 50
         wrench=block[:, 6:12],
         acceleration=block[:, 12:18],
         propulsion_ratio=block[:, 18],
@@ -134,6 +134,11 @@ def test_a_stretch_without_values_splits_with_one_warning(csv_file: Write) -> No
         (HEADER + row(0) + row(2) + row(1), "backwards from 2 s to 1 s in row 3 (line 4)"),
         (HEADER + row(0, u="fast") + row(1), "column `u` must hold numbers; got 'fast' in row 1"),
         (HEADER + row(0, rudder="inf") + row(1), "`rudder` must be finite"),
+        (HEADER + row(0, u="inf") + row(1), "`u` must be finite; it is infinite in row 1 (line 2)"),
+        (HEADER + row(0) + row(1, u="60"), "it is 60 in row 2 (line 3)"),
+        ("time,u,w,yaw\n0,1,0,0\n1,1,0,0\n", "Only a planar log, of u v r alone"),
+        ("time,u,yaw\n0,1,359\n1,1,1\n", "`yaw` must be in rad"),
+        ("time,u,v,du\n0,1,1,1\n1,1,1,1\n", "or the velocities `v`"),
     ],
 )
 def test_what_cannot_be_read_says_why(csv_file: Write, text: str, says: str) -> None:
@@ -141,6 +146,15 @@ def test_what_cannot_be_read_says_why(csv_file: Write, text: str, says: str) -> 
         read_canonical(csv_file(text))
     assert says in str(caught.value)
     assert "log.csv" in str(caught.value)
+
+
+def test_a_planar_log_may_have_its_heading_alone(csv_file: Write) -> None:
+    log = read_canonical(csv_file("time,u,v,r,yaw\n0,1,0,0,0.5\n1,1,0,0,0.6\n"))
+    assert log.attitude is not None
+    np.testing.assert_allclose(
+        euler_from_quaternion(log.attitude), [[0, 0, 0.5], [0, 0, 0.6]], atol=1e-15
+    )
+    np.testing.assert_allclose(log.down, [[0, 0, 1], [0, 0, 1]], atol=1e-15)
 
 
 def test_all_faults_of_a_file_are_told_at_once(csv_file: Write) -> None:

@@ -2,8 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from hydrodamp.data.attitude import quaternion_from_euler
 from hydrodamp.data.checks import capped, rate_slopes, rates_in_degrees
@@ -142,6 +141,52 @@ def test_infinite_values_and_bad_quaternions_are_faults() -> None:
             commands={"rudder": [0, 0, -np.inf]},
         )
     message = str(caught.value)
-    assert "`velocity` must be finite; it is infinite in row 2" in message
+    assert "`w` must be finite; it is infinite in row 2" in message
     assert "`rudder` must be finite; it is infinite in row 3" in message
     assert "must have norm 1; it is 2 in row 1" in message
+
+
+def test_a_speed_beyond_any_vehicle_names_column_value_and_row() -> None:
+    velocity = np.zeros((5, 6))
+    velocity[2:4, 0] = -51.5
+    velocity[1, 5] = 200.0
+    with pytest.raises(LogError) as caught:
+        Log.from_arrays(np.arange(5.0), velocity)
+    first, second = caught.value.faults
+    assert "`u` must be at most 50 m/s in size; it is -51.5 in row 3 and so in 1 more row" in first
+    assert "NaN" in first
+    assert "deg/s" not in first
+    assert "`r` must be at most 50 rad/s in size; it is 200 in row 2" in second
+    assert "in deg/s, convert them" in second
+    with pytest.raises(
+        LogError, match=r"`u` must be at most 50 m/s in size; it is -51\.5 in row 3"
+    ):
+        Log(time=np.arange(5.0), velocity=velocity)
+
+
+def test_fifty_and_a_spike_marked_missing_are_accepted() -> None:
+    velocity = np.full((6, 6), 50.0)
+    velocity[2, 0] = np.nan
+    with pytest.warns(GapWarning):
+        assert Log.from_arrays(np.arange(6.0), velocity).n == 5
+
+
+def test_rates_in_degrees_are_said_once_beside_a_spike() -> None:
+    time, attitude, rates = tumble(3.0, 7)
+    velocity = np.concatenate((np.ones((300, 3)), DEGREE * rates), axis=1)
+    velocity[10, 0] = 99.0
+    with pytest.raises(LogError) as caught:
+        Log.from_arrays(time, velocity, attitude=attitude)
+    assert ["rates `p q r`" in caught.value.faults[0], "`u`" in caught.value.faults[1]] == [
+        True
+    ] * 2
+    assert len(caught.value.faults) == 2
+
+
+def test_an_infinite_number_names_its_column() -> None:
+    velocity = np.zeros((3, 6))
+    velocity[0, 1], velocity[1, 4] = np.nan, np.inf
+    with pytest.raises(LogError, match="`q` must be finite; it is infinite in row 2"):
+        Log.from_arrays(np.arange(3.0), velocity)
+    with pytest.raises(LogError, match="`N` must be finite; it is infinite in row 1"):
+        Log.from_arrays([0, 1], {"u": [1, 1]}, wrench=[[0, 0, 0, 0, 0, np.inf], [0] * 6])

@@ -197,11 +197,11 @@ def test_any_positive_gain_is_stable(driven, discrete_log, true_damping):
 
 @pytest.mark.parametrize("method", [hd.AdaptiveIdentifier(), hd.LeastSquares()])
 def test_numbers_beyond_float64_are_a_status(method, vehicle):
-    """u = 1e200 m/s overflows u^2: the outcome is a status, not a crash."""
-    velocity = np.zeros((20, 6))
-    velocity[:, 0] = 1e200
+    """The sum of two wrenches of 1.5e308 N overflows: the outcome is a status, not a crash."""
+    wrench = np.zeros((20, 6))
+    wrench[:, 0] = 1.5e308
     log = hd.Log.from_arrays(
-        np.arange(20) / 10, velocity, attitude=np.zeros((20, 3)), wrench=np.zeros((20, 6))
+        np.arange(20) / 10, np.ones((20, 6)), attitude=np.zeros((20, 3)), wrench=wrench
     )
     with np.errstate(all="ignore"):
         fit = hd.identify(hd.catalog["coe"], vehicle, log, method)

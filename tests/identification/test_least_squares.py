@@ -103,6 +103,20 @@ def test_too_few_samples_is_a_status(vehicle, exact_log, true_damping):
     assert identify(vehicle, log, hd.catalog["linear"]).status is hd.Status.OK
 
 
+@pytest.mark.parametrize("method", [hd.LeastSquares(), hd.AdaptiveIdentifier()])
+def test_a_model_without_a_term_on_the_free_axes_is_a_status(method, vehicle):
+    rolling = replace(vehicle, axes=("K",))
+    log = hd.Log.from_arrays(
+        np.arange(30) / 10,
+        {"p": np.zeros(30)},
+        attitude=np.zeros((30, 3)),
+        wrench=np.zeros((30, 6)),
+    )
+    fit = identify(rolling, log, hd.catalog["pitch-yaw"], method)  # its K row is empty
+    assert fit.status is hd.Status.EMPTY
+    assert not fit.status.usable
+
+
 def test_white_covariance_has_its_nominal_size(vehicle, exact_log, true_damping):
     """White wrench noise: (estimate - truth) / standard error has unit spread."""
     truth = true_damping(hd.catalog["linear"])

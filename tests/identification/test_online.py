@@ -35,7 +35,7 @@ def test_observed_samples_are_those_of_the_log(live):
             problem.columns,
             time=log.time[k],
             velocity=log.velocity[k],
-            down=log.down[k],
+            attitude=log.attitude[k],
             commands={name: log.command(name)[k] for name in log.command_names},
             previous=previous,
         )
@@ -105,7 +105,7 @@ def test_without_a_ratio_a_sample_is_that_of_the_log_bit_for_bit(live):
             problem.columns,
             time=log.time[k],
             velocity=log.velocity[k],
-            down=log.down[k],
+            attitude=log.attitude[k],
             wrench=np.ones(6),
         )
         np.testing.assert_array_equal(sample.values, problem.inputs.sample(k).values)
@@ -117,7 +117,8 @@ def test_without_a_ratio_a_sample_is_that_of_the_log_bit_for_bit(live):
         ({"velocity": 1.0}, r"`velocity` must have shape \(6,\); got \(\)"),
         ({"velocity": [np.nan] * 6}, "finite; at 2.0 s"),
         ({"time": np.inf}, "finite"),
-        ({"down": [0.0, 0.0, np.nan]}, "finite"),
+        ({"attitude": [0.0, 0.0, np.nan, 0.0]}, "finite"),
+        ({"attitude": [0.0]}, r"shape \(3,\) or \(4,\)"),
     ],
 )
 def test_a_sample_that_would_spoil_the_estimate_is_refused(live, change, message):

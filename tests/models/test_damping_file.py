@@ -159,7 +159,7 @@ def test_what_is_no_damping_file(tmp_path):
     with pytest.raises(FileError, match=r"line 2: cannot be read as JSON: .* column 2"):
         read_damping(path)
     path.write_text("[]", encoding="utf-8")
-    with pytest.raises(ModelError, match="Is this a file of write_damping"):
+    with pytest.raises(ModelError, match="written by hydrodamp identify --out"):
         read_damping(path)
 
 

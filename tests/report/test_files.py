@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -63,6 +64,45 @@ def test_a_comparison_reads_back_as_it_was(comparison: Comparison, tmp_path: Pat
             np.testing.assert_array_equal(after.trajectory.velocity, before.trajectory.velocity)
             np.testing.assert_array_equal(after.trajectory.log.time, before.trajectory.log.time)
             assert after.trajectory.log.segments == before.trajectory.log.segments
+
+
+def test_fits_of_an_earlier_comparison_are_removed_and_no_others(
+    comparison: Comparison, tmp_path: Path
+) -> None:
+    write_comparison(comparison, tmp_path)
+    mine = tmp_path / "fits" / "mine.json"
+    mine.write_text("{}", "utf-8")
+    write_comparison(Comparison(comparison.rows[:1]), tmp_path)
+    left = sorted(path.name for path in (tmp_path / "fits").iterdir())
+    assert left == ["linear.ls.json", "mine.json"]
+
+
+@pytest.mark.parametrize("content", [None, "{", "[]", '{"rows": [{"model": "../x"}]}'])
+def test_in_a_folder_of_others_nothing_is_removed(
+    comparison: Comparison, tmp_path: Path, content: str | None
+) -> None:
+    (tmp_path / "fits").mkdir()
+    (tmp_path / "fits" / "coe.ls.json").write_text("{}", "utf-8")
+    if content is not None:
+        (tmp_path / "comparison.json").write_text(content, "utf-8")
+    write_comparison(Comparison(comparison.rows[:1]), tmp_path)
+    assert (tmp_path / "fits" / "coe.ls.json").read_text("utf-8") == "{}"
+
+
+def test_a_name_that_leaves_the_folder_is_not_followed(
+    comparison: Comparison, tmp_path: Path
+) -> None:
+    (tmp_path / "x.ls.json").write_text("{}", "utf-8")
+    rows = '{"rows": [{"model": "../x", "method": "ls"}]}'
+    (tmp_path / "comparison.json").write_text(rows, "utf-8")
+    write_comparison(Comparison(comparison.rows[:1]), tmp_path)
+    assert (tmp_path / "x.ls.json").exists()
+
+
+def test_times_are_without_the_rounding_of_clocks(comparison: Comparison, tmp_path: Path) -> None:
+    score = replace(comparison.rows[1].score, diverged=(("dive", 0.1 + 0.2),))
+    document = comparison_document(Comparison((replace(comparison.rows[1], score=score),)))
+    assert '"time": 0.3}' in json.dumps(document)
 
 
 def test_each_fit_is_a_damping_file(comparison: Comparison, tmp_path: Path) -> None:

@@ -25,6 +25,7 @@ def test_without_covariance_there_is_no_error(comparison: Comparison) -> None:
     grid = fit_grid(comparison.rows[4].fit)
     assert set(grid.column("std. error")) == {"-"}
     assert "rank" not in grid.title
+    assert "told apart" not in grid.header  # a method without ranks cannot know
 
 
 def test_many_groups_are_counted(comparison: Comparison) -> None:

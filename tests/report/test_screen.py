@@ -27,3 +27,11 @@ def test_outcomes_have_colours() -> None:
     table = rich_table(Grid("", ("model", "ls"), rows, "lr", best=frozenset({(2, 1)})))
     styles = [str(cell.style) for cell in table.columns[1].cells]
     assert styles == ["red", "yellow", "bold green"]
+
+
+def test_numbers_never_wrap_on_a_narrow_terminal(comparison: Comparison) -> None:
+    stream = io.StringIO()
+    (grid, *_) = comparison_grids(comparison)
+    show(Console(file=stream, width=20), grid)
+    text = stream.getvalue()
+    assert all(word in text for row in grid.rows for word in row)

@@ -67,6 +67,54 @@ def test_three_axes_need_no_weight():
     assert ship.weight == ship.buoyancy == 0.0
 
 
+def test_what_locked_axes_need_may_stay_empty():
+    """The planar part of the mass matrix is made of m, Izz, r_G and three added masses."""
+    text = """
+    name: boat
+    axes: [X, Y, N]
+    rigid_body: {mass: 10, inertia: [null, null, 70]}
+    added_mass: [[1,0,0,0,0,0],[0,8,0,0,0,2],[0,0,null,0,0,0],null,[0,0,0,0,null,0],[0,2,0,0,0,9]]
+    weight:
+    buoyancy:
+    center_of_gravity: [0.1, 0, null]
+    center_of_buoyancy:
+    actuators:
+    note:
+    """
+    boat = parse_vehicle(text)
+    free = np.ix_([0, 1, 5], [0, 1, 5])
+    np.testing.assert_allclose(boat.mass_matrix[free], [[11, 0, 0], [0, 18, 3], [0, 3, 79]])
+    assert boat.weight == boat.buoyancy == 0.0
+    assert boat.center_of_buoyancy.tolist() == [0, 0, 0]
+    assert boat.actuators == ()
+
+
+def test_what_free_axes_need_may_not_stay_empty():
+    text = REST + "axes: [X, Y, N]\nrigid_body: {mass: 10, inertia: [null, null, null]}\n"
+    with pytest.raises(VehicleError) as caught:
+        parse_vehicle(text + ADDED.replace("8.0", "null"))
+    assert "2 faults" in str(caught.value)
+    assert "`rigid_body.inertia[2]` is still empty" in str(caught.value)
+    assert "`added_mass[1][1]` is still empty" in str(caught.value)
+
+
+def test_shapes_that_cannot_be_are_left_for_the_message():
+    text = REST + "axes: [X, Y, N]\nrigid_body: {mass: 10, inertia: [[1, 2], 3]}\n"
+    with pytest.raises(VehicleError) as caught:
+        parse_vehicle(text + "added_mass: [1, 2, 3, 4, 5, null]\ncenter_of_gravity: 3\n")
+    message = str(caught.value)
+    assert "`added_mass[0]` must be a list; got 1" in message
+    assert "`added_mass[5]` is still empty" in message
+    assert "`center_of_gravity` must be a list; got 3" in message
+    assert "`rigid_body.inertia[0]` must have 3 numbers; got 2" in message
+
+
+def test_a_body_that_only_moves_along_needs_no_inertia():
+    text = "{name: s, axes: [X, Y], rigid_body: {mass: 3, inertia: }, added_mass: AAA}"
+    rows = "[[1,0,0,0,0,0],[0,1,0,0,0,0],null,null,null,null]"
+    assert parse_vehicle(text.replace("AAA", rows)).mass_matrix[1, 1] == 4.0
+
+
 def test_the_design_example_reads():
     text = """
     name: vt690
@@ -87,20 +135,19 @@ def test_the_design_example_reads():
 @pytest.mark.parametrize(
     ("text", "faults"),
     [
-        (REST, ["needs either `mass_matrix` or `rigid_body`"]),
+        (REST, ["needs either `mass_matrix` or `rigid_body`; got neither"]),
         (REST + RIGID, ["`rigid_body` needs `added_mass`"]),
         (REST + RIGID + ADDED + "mass_matrix: [[1]]\n", ["needs either `mass_matrix`"]),
         (
             "weight: heavy\nbuoyancy: -1\nmas_matrix: []\n",
             [
                 "`name` is missing",
-                "`weight` must be a valid number",
-                "got 'heavy'",
+                "`weight` must be a number; got 'heavy'",
                 "`buoyancy` must be greater than or equal to 0; got -1",
                 "`mas_matrix` is no key of a vehicle file. Did you mean 'mass_matrix'",
             ],
         ),
-        (REST + "mass_matrix: [[1, x]]\n", ["`mass_matrix[0][1]` must be a valid number"]),
+        (REST + "mass_matrix: [[1, x]]\n", ["`mass_matrix[0][1]` must be a number; got 'x'"]),
         (REST + "rigid_body: {mass: , inertia: [1, 1, 1]}\n", ["`rigid_body.mass` is still empty"]),
         (REST + "rigid_body: {mas: 1}\n", ["`rigid_body.mas` is no key", "'mass'"]),
         (
@@ -109,12 +156,35 @@ def test_the_design_example_reads():
         ),
         (
             REST + RIGID + ADDED + "actuators: [{kind: sail}]\n",
-            ["`actuators[0]`", "'matrix', 'fin', 'propeller', 'thruster'"],
+            ["`actuators[0].kind` must be one of matrix, fin, propeller, thruster; got 'sail'"],
         ),
         (
             REST + RIGID + ADDED + "actuators: [{kind: fin, command: a1, force: {Q: 1}}]\n",
-            ["`actuators[0].force.Q", "'X', 'Y', 'Z', 'K', 'M' or 'N'"],
+            ["`actuators[0].force.Q` must be one of X, Y, Z, K, M, N; got 'Q'"],
         ),
+        (REST + RIGID + ADDED + "actuators: [{command: a1}]\n", ["`actuators[0].kind` is missing"]),
+        (REST + RIGID + ADDED + "actuators: [fin]\n", ["`actuators[0]` must be keys and values"]),
+        (
+            REST + RIGID + "added_mass: [[1, 2, 3]]\n",
+            ["`added_mass[0]` must have 6 numbers; got 3"],
+        ),
+        (
+            REST + RIGID + "added_mass: [[1, 0, 0, 0, 0, 0]]\n",
+            ["`added_mass` must have 6 rows; got 1"],
+        ),
+        (
+            REST + ADDED + "rigid_body: {mass: 10, inertia: [20, null, 70]}\n",
+            [": `rigid_body.inertia[1]` is still empty: fill it in"],
+        ),
+        (
+            REST + ADDED + "rigid_body: {mass: 10, inertia: [[1, 0, 0], [0, x, 0], [0, 0, 1]]}\n",
+            [": `rigid_body.inertia[1][1]` must be a number; got 'x'"],
+        ),
+        (
+            REST + RIGID + ADDED + "center_of_gravity: [0, 0]\naxes: X\n",
+            ["`center_of_gravity` must have 3 numbers; got 2", "`axes` must be a list; got 'X'"],
+        ),
+        (REST + RIGID + ADDED + "actuators: {}\n", ["`actuators` must be a list; got {}"]),
         (REST + "mass_matrix: [[1, 2], [3, 4]]\n", ["`mass_matrix` must have shape (6, 6)"]),
         (
             REST.replace("98", "98\naxes: [N, X]")
@@ -124,8 +194,9 @@ def test_the_design_example_reads():
             " thrust: 1, limit: -1}]\n",
             ["3 faults", "actuators[0]: `command`", "actuators[1]: `limit`", "`axes` must be"],
         ),
-        ("- a\n- b\n", ["must be keys and values, such as 'name: mine'; got list"]),
-        ("", ["must be keys and values", "got NoneType"]),
+        ("- a\n- b\n", ["must be keys and values, such as 'name: mine'; got a list"]),
+        ("", ["must be keys and values", "it is empty"]),
+        ("word", ["must be keys and values", "got 'word'"]),
     ],
 )
 def test_faults_are_collected_with_file_and_key(tmp_path, text, faults):

@@ -2,8 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from hydrodamp.errors import VehicleError
 from hydrodamp.vehicle.mass import checked_mass_matrix, cross_matrix, rigid_body_mass_matrix

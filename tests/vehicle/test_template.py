@@ -50,6 +50,22 @@ def test_examples_in_the_comments_are_valid():
     assert parse_vehicle(filled).commands == ("rudder", "rpm", "port", "ch_forward")
 
 
+@pytest.mark.parametrize("sizes", [(2000, 190, 42), (2.0, 0.19, 42000), (2.0, 0.19, 3.0)])
+def test_sizes_in_other_units_are_refused(sizes):
+    """A hull of 2 m by 0.19 m displaces 39 kg as a spheroid and 58 kg as a cylinder."""
+    length, diameter, mass = sizes
+    with pytest.raises(VehicleError, match="give metres and kilograms"):
+        vehicle_template(length=length, diameter=diameter, mass=mass)
+
+
+def test_a_planar_template_needs_little():
+    text = vehicle_template("boat").replace("[X, Y, Z, K, M, N]\n", "[X, Y, N]\n")
+    text = text.replace("mass: ", "mass: 9", 1).replace("[null, null, null]", "[null, null, 4]")
+    for row in ("[null, 0, 0, 0, 0, 0]", "[0, null, 0, 0, 0, 0]", "[0, 0, 0, 0, 0, null]"):
+        text = text.replace(row, row.replace("null", "1"))
+    assert parse_vehicle(text).mass_matrix.diagonal()[[0, 1, 5]].tolist() == [10, 10, 5]
+
+
 def test_sizes_come_together():
     with pytest.raises(VehicleError, match="together, or none"):
         vehicle_template(length=1.0)

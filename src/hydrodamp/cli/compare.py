@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from hydrodamp.cli import options
@@ -27,19 +28,21 @@ def compare(
 ) -> None:
     """Identify models on one part of the data, replay them on another, rank them."""
     from hydrodamp.cli.choose import choose_methods, choose_models
-    from hydrodamp.cli.experiment import check_before, check_samples, fit_all
+    from hydrodamp.cli.experiment import check_attitude, check_before, check_samples, fit_all
     from hydrodamp.cli.progress import progress
     from hydrodamp.cli.select import train_and_test
-    from hydrodamp.saving import check_folder
+    from hydrodamp.cli.targets import check_out_folder
     from hydrodamp.validation.compare import compare as compare_fits
     from hydrodamp.vehicle.fleet import find_vehicle
 
     if out is not None:
-        check_folder(out)
+        listed = (*(logs or ()), *(train or ()), *(test or ()), *(models or "").split(","))
+        check_out_folder(out, (*(name.strip() for name in listed), vehicle, mapping))
     craft, chosen, ways = find_vehicle(vehicle), choose_models(models), choose_methods(methods)
-    learn, held_out = train_and_test(logs or (), train or (), test or (), mapping)
+    learn, held_out, shared = train_and_test(logs or (), train or (), test or (), mapping)
     for log in (learn, held_out):
         check_before(craft, log, chosen)
+    check_attitude(attitude.value, held_out)
     check_samples(craft, learn, chosen)
     with progress("identifying", len(ways) * len(chosen)) as done:
         fits = fit_all(craft, learn, chosen, ways, done)
@@ -52,6 +55,9 @@ def compare(
             rate_unit=rate_unit.value,
             done=done,
         )
+    if shared:
+        said = {**comparison.provenance, "overlap": shared}
+        comparison = replace(comparison, provenance=said)
     deliver(comparison, out, json)
 
 

@@ -38,12 +38,12 @@ def demo(
     from hydrodamp.cli.choose import choose_methods, choose_models
     from hydrodamp.cli.experiment import fit_all
     from hydrodamp.cli.progress import progress
-    from hydrodamp.saving import check_folder
+    from hydrodamp.cli.targets import check_out_folder
     from hydrodamp.simulation.campaign.reenact import reenact
     from hydrodamp.validation.compare import compare
 
     if out is not None:
-        check_folder(out)
+        check_out_folder(out, ())
     if not kernels.COMPILED:
         note("the compiled core is missing: this may take minutes instead of seconds.")
     with progress("sailing the campaign"):

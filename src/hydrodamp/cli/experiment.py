@@ -49,6 +49,28 @@ def check_before(vehicle: Vehicle, log: Log, models: Sequence[DampingModel]) -> 
         raise ProblemError("\n".join(map(str, faults)))
 
 
+def check_attitude(attitude: str, log: Log) -> None:
+    """Refuse a simulated attitude that nothing starts from.
+
+    Parameters
+    ----------
+    attitude : {"measured", "simulated"}
+        What ``--attitude`` says.
+    log : Log
+        To replay on.
+
+    Raises
+    ------
+    ProblemError
+        If it is to be simulated and the log has none.
+    """
+    if attitude == "simulated" and log.attitude is None:
+        raise ProblemError(
+            f"{log.source or 'log'}: a simulated attitude starts from a recorded one, and the log "
+            "has none: leave out `--attitude simulated`, or record roll pitch yaw."
+        )
+
+
 def check_samples(vehicle: Vehicle, log: Log, models: Sequence[DampingModel]) -> None:
     """Refuse a log with fewer samples than the largest axis of every model.
 

@@ -21,7 +21,7 @@ def identify(
     ],
     logs: options.Logs = None,
     method: Annotated[
-        str, typer.Option("--method", metavar="KEY", help="How: ls, ai or ai-scaled.")
+        str, typer.Option("--method", metavar="KEY", help=f"How: {options.METHODS}.")
     ] = "ls",
     train: options.Train = None,
     mapping: options.MappingFile = None,
@@ -35,12 +35,12 @@ def identify(
     from hydrodamp.cli.experiment import check_before, check_samples, fit_all
     from hydrodamp.cli.progress import progress
     from hydrodamp.cli.select import train_alone
+    from hydrodamp.cli.targets import check_out_file
     from hydrodamp.identification.methods import find_method
-    from hydrodamp.saving import check_file
     from hydrodamp.vehicle.fleet import find_vehicle
 
     if out is not None:
-        check_file(out)
+        check_out_file(out, (*(logs or ()), *(train or ()), vehicle, model, mapping))
     craft, chosen, way = find_vehicle(vehicle), choose_model(model), find_method(method)
     log = train_alone(logs or (), train or (), mapping)
     check_before(craft, log, (chosen,))

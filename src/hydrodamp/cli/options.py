@@ -7,6 +7,12 @@ from typing import Annotated
 
 import typer
 
+METHODS = "ls, ls-sg, ai, ai-scaled"
+"""All methods, for help; those of ``identification.methods``."""
+
+FLEET = "vt690, remus100, lauv, bluerov2, bluerov2-heavy"
+"""All vehicles of the fleet, for help; those of ``vehicle.fleet``."""
+
 DEFAULT_METHODS = "ls,ai,ai-scaled"
 """Least squares, the paper's adaptive identifier, and it with scaled gains."""
 
@@ -35,7 +41,10 @@ SomeLogs = Annotated[
     list[str], typer.Argument(metavar="LOG", help="Logs: CSV files, one after another.")
 ]
 VehicleName = Annotated[
-    str, typer.Option("--vehicle", metavar="V", help="A vehicle of the fleet or a YAML file.")
+    str,
+    typer.Option(
+        "--vehicle", metavar="V", help=f"A vehicle of the fleet ({FLEET}) or a YAML file."
+    ),
 ]
 Train = Annotated[
     list[str] | None,
@@ -58,7 +67,8 @@ Models = Annotated[
     ),
 ]
 Methods = Annotated[
-    str, typer.Option("--methods", metavar="LIST", help="Methods by name, with commas.")
+    str,
+    typer.Option("--methods", metavar="LIST", help=f"Methods by name, with commas, of {METHODS}."),
 ]
 MappingFile = Annotated[
     str | None,

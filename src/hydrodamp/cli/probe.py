@@ -14,7 +14,11 @@ def probe(
     logs: options.SomeLogs,
     vehicle: Annotated[
         str | None,
-        typer.Option("--vehicle", metavar="V", help="Judge the log for this vehicle."),
+        typer.Option(
+            "--vehicle",
+            metavar="V",
+            help=f"Judge the log for this vehicle: one of {options.FLEET}, or a YAML file.",
+        ),
     ] = None,
     mapping: options.MappingFile = None,
     json: options.Json = False,

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from hydrodamp.cli.overlap import overlap
 from hydrodamp.errors import HydrodampWarning, ProblemError
 
 if TYPE_CHECKING:
@@ -15,13 +16,14 @@ if TYPE_CHECKING:
 
 _NUMBER = r"[0-9]+(?:\.[0-9]*)?(?:[eE][+-]?[0-9]+)?|\.[0-9]+"
 _SPAN = re.compile(rf"({_NUMBER}):({_NUMBER})")
+_DASHED = re.compile(rf"({_NUMBER})\s*-\s*({_NUMBER})")
 _FILES = (".csv", ".txt", ".dat", ".mcap", ".bag", ".bin", ".ulg", ".mat", ".parquet")
 
 
 def train_and_test(
     logs: Sequence[str], train: Sequence[str], test: Sequence[str], mapping: str | None
-) -> tuple[Log, Log]:
-    """Return the log to identify on and the one to replay.
+) -> tuple[Log, Log, str]:
+    """Return the log to identify on, the one to replay, and what both share.
 
     Parameters
     ----------
@@ -36,6 +38,8 @@ def train_and_test(
     -------
     train, test : Log
         Both with the segments they consist of.
+    shared : str
+        Data in both, in words; empty as it should be.
 
     Raises
     ------
@@ -43,6 +47,11 @@ def train_and_test(
         If the two are not said, or said in a way that cannot be.
     LogError
         If a log has faults, or lacks such a span or segment.
+
+    Warns
+    -----
+    HydrodampWarning
+        If data are in both.
     """
     for option, values in (("--train", train), ("--test", test)):
         if not values:
@@ -54,8 +63,9 @@ def train_and_test(
         part(option, values, whole, mapping)
         for option, values in (("--train", train), ("--test", test))
     )
-    _warn_if_shared(train, test)
-    return chosen[0], chosen[1]
+    shared = overlap(_spans(train, whole), _spans(test, whole), whole)
+    _warn(shared)
+    return chosen[0], chosen[1], shared
 
 
 def train_alone(logs: Sequence[str], train: Sequence[str], mapping: str | None) -> Log:
@@ -155,6 +165,7 @@ def part(option: str, values: Sequence[str], whole: Log | None, mapping: str | N
     for value in values:
         if value not in names:
             _refuse_file(option, value)
+            _refuse_dash(option, value)
     if not any(":" in value and value not in names for value in values):
         return whole.select(*dict.fromkeys(values))
     from hydrodamp.data.log import concatenate
@@ -218,19 +229,27 @@ def _refuse_file(option: str, value: str) -> None:
         )
 
 
-def _warn_if_shared(train: Sequence[str], test: Sequence[str]) -> None:
-    shared = [value for value in test if value in train]
-    spans = [[span(v) for v in values if _SPAN.fullmatch(v)] for values in (train, test)]
-    shared += [
-        f"{max(a, c):g}:{min(b, d):g}"
-        for a, b in spans[0]
-        for c, d in spans[1]
-        if (a, b) != (c, d) and max(a, c) < min(b, d)
-    ]
+def _refuse_dash(option: str, value: str) -> None:
+    """Refuse a span written with a dash."""
+    if found := _DASHED.fullmatch(value.strip()):
+        raise ProblemError(
+            f"`{option} {value}` is no segment of LOG. Did you mean the span {found[1]}:{found[2]}?"
+        )
+
+
+def _spans(values: Sequence[str], whole: Log | None) -> dict[str, tuple[float, float] | None]:
+    """Return what was said, with start and end where it is a span."""
+    names = () if whole is None else {segment.name for segment in whole.segments}
+    return {
+        value: span(value) if value not in names and _SPAN.fullmatch(value) else None
+        for value in values
+    }
+
+
+def _warn(shared: str) -> None:
     if shared:
         warnings.warn(
-            f"training and test data share {', '.join(dict.fromkeys(shared))}: errors on data that "
-            "were fitted say little.",
+            f"training and test data share {shared}: errors on data that were fitted say little.",
             HydrodampWarning,
-            stacklevel=2,
+            stacklevel=3,
         )

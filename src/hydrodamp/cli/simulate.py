@@ -30,20 +30,22 @@ def simulate(
     json: options.Json = False,
 ) -> None:
     """Replay a log open loop with identified damping and score it."""
+    from hydrodamp.cli.experiment import check_attitude
     from hydrodamp.cli.progress import progress
     from hydrodamp.cli.select import read
+    from hydrodamp.cli.targets import check_out_file
     from hydrodamp.cli.trajectory import write_trajectory
     from hydrodamp.models.damping_file import read_damping
     from hydrodamp.report.document import score_document
-    from hydrodamp.saving import check_file
     from hydrodamp.simulation.replay import simulate as replay
     from hydrodamp.simulation.score import score
     from hydrodamp.vehicle.fleet import find_vehicle
 
     if out is not None:
-        check_file(out)
+        check_out_file(out, (*logs, vehicle, damping, mapping))
     craft, numbers = find_vehicle(vehicle), read_damping(damping)
     log = read(logs, mapping)
+    check_attitude(attitude.value, log)
     with progress("replaying"):
         trajectory = replay(craft, numbers, log, attitude=attitude.value)
     scored = score(trajectory, craft.axes, rate_unit.value)

@@ -9,6 +9,7 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.basis.axes import VELOCITIES
+from hydrodamp.data.bounds import speed_faults, unbounded
 
 if TYPE_CHECKING:
     from hydrodamp.data.segments import Segment
@@ -125,9 +126,12 @@ def name_faults(velocities: tuple[str, ...], commands: tuple[str, ...], n: int) 
 def _value_faults(name: str, block: FloatArray | None) -> Iterator[str]:
     if block is None:
         return
-    if len(block) and not np.isfinite(block).all():
-        row = int(np.argwhere(~np.isfinite(block))[0, 0])
-        yield f"`{name}` must be finite; it is not in row {row + 1}"
+    if len(block) and (found := unbounded(name, block)):
+        column, row, value = found
+        told = "it" if column == name else f"`{column}`"
+        yield f"`{name}` must be finite; {told} is {value} in row {row + 1}"
+    elif name == "velocity":
+        yield from speed_faults(block, lambda row: f"row {row + 1}")
     elif name == "attitude":
         norm = np.linalg.norm(block, axis=1)
         if (off := np.abs(norm - 1) > _NEARLY_UNIT).any():

@@ -3,7 +3,8 @@
 ::
 
     time [s]
-    roll pitch yaw [rad], or qw qx qy qz      attitude, body to north-east-down
+    roll pitch yaw [rad], or qw qx qy qz      attitude, body to north-east-down;
+                                              yaw alone where only u v r are recorded
     u v w [m/s]  p q r [rad/s]                body velocity
     du dv dw dp dq dr                         optional: its derivative
     X Y Z [N]  K M N [N m]                    optional: actuator wrench

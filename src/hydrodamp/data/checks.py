@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray
 from hydrodamp.basis.axes import VELOCITIES
 from hydrodamp.data.attitude import turn
+from hydrodamp.data.bounds import speed_faults, unbounded
 from hydrodamp.data.record import Record
 
 DEGREES_SLOPE = (50.0, 65.0)
@@ -38,7 +39,9 @@ def faults_of(record: Record) -> list[str]:
         return ["there are no samples; at least two are needed"]
     time_faults = [*_clock_faults(record)]
     faults = [*time_faults, *_infinite_faults(record), *_attitude_faults(record)]
-    return faults if faults else [*_rate_faults(record)]
+    degrees = () if faults else _rates_in_degrees(record)
+    rest = [name for name in record.velocity_names if name not in dict(degrees)]
+    return [*faults, *_rate_faults(degrees), *speed_faults(record.velocity, record.place, rest)]
 
 
 def capped(faults: list[str], listed: int = _LISTED) -> list[str]:
@@ -219,9 +222,12 @@ def _infinite_faults(record: Record) -> Iterator[str]:
     blocks = {"velocity": record.velocity, "attitude": record.attitude, "wrench": record.wrench}
     blocks |= {"acceleration": record.acceleration, "eta": record.propulsion_ratio}
     for name, block in (blocks | record.commands).items():
-        if block is not None and np.isinf(block).any():
-            row = int(np.flatnonzero(np.isinf(block.reshape(record.n, -1)).any(axis=1))[0])
-            yield f"`{name}` must be finite; it is infinite in {record.place(row)}"
+        if block is None or not np.isinf(block).any():
+            continue
+        found = unbounded(name, np.where(np.isnan(block), 0.0, block))
+        if found is not None:
+            column, row, _ = found
+            yield f"`{column}` must be finite; it is infinite in {record.place(row)}"
 
 
 def _attitude_faults(record: Record) -> Iterator[str]:
@@ -238,20 +244,23 @@ def _attitude_faults(record: Record) -> Iterator[str]:
     )
 
 
-def _rate_faults(record: Record) -> Iterator[str]:
-    """Name the rates in deg/s; only for a recording without other faults."""
+def _rates_in_degrees(record: Record) -> tuple[tuple[str, float], ...]:
+    """Return the rates in deg/s and their slopes; for a recording without other faults."""
     if record.attitude is None:
-        return
+        return ()
     missing = record.missing
     breaks = record.joins | missing | np.roll(missing, 1)
     whole = np.where(missing[:, np.newaxis], 0.0, record.velocity[:, 3:])
     level = np.where(missing[:, np.newaxis], (1.0, 0.0, 0.0, 0.0), record.attitude)
     slopes = rate_slopes(record.time, level, whole, breaks)
-    names = [VELOCITIES[3 + k] for k in np.flatnonzero(_in_degrees(slopes))]
-    if names:
-        many = " ".join(names)
-        value = slopes[_in_degrees(slopes)][0]
+    where = np.flatnonzero(_in_degrees(slopes)).tolist()
+    return tuple((VELOCITIES[3 + k], float(slopes[k])) for k in where)
+
+
+def _rate_faults(degrees: Sequence[tuple[str, float]]) -> Iterator[str]:
+    if degrees:
+        many = " ".join(name for name, _ in degrees)
         yield (
-            f"the rates `{many}` must be in rad/s; they are {value:.3g} times the rate of the"
-            " attitude, so they are in deg/s. Convert them, or give a mapping with unit: deg/s"
+            f"the rates `{many}` must be in rad/s; they are {degrees[0][1]:.3g} times the rate of"
+            " the attitude, so they are in deg/s. Convert them, or give a mapping with unit: deg/s"
         )

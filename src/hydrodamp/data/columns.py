@@ -24,6 +24,7 @@ ACCELERATIONS = tuple(f"d{name}" for name in VELOCITIES)
 """Time derivatives of the velocities [m/s^2, rad/s^2]."""
 
 _TURN = 2 * np.pi
+_CONVERT = "Convert, or give a mapping with unit: deg"
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,9 +106,17 @@ def _side_by_side(numbers: Mapping[str, FloatArray], names: Sequence[str], n: in
 def _attitude(numbers: Mapping[str, FloatArray]) -> FloatArray | None:
     if QUATERNION[0] in numbers:
         return np.column_stack([numbers[name] for name in QUATERNION])
+    if _heading_alone(numbers):
+        return quaternion_from_euler(_side_by_side(numbers, EULER, len(numbers["yaw"])))
     if EULER[0] in numbers:
         return quaternion_from_euler(np.column_stack([numbers[name] for name in EULER]))
     return None
+
+
+def _heading_alone(numbers: Collection[str]) -> bool:
+    """Tell a planar log: of the angles yaw alone, of the velocities none but u v r."""
+    upright = not any(name in numbers for name in (*EULER[:2], *QUATERNION, "w", "p", "q"))
+    return "yaw" in numbers and upright
 
 
 def _missing_faults(numbers: Mapping[str, FloatArray]) -> Iterator[str]:
@@ -130,26 +139,34 @@ def _attitude_faults(numbers: Mapping[str, FloatArray]) -> Iterator[str]:
         both = " ".join(found[0]), " ".join(found[1])
         yield f"attitude must be given once; got both `{both[0]}` and `{both[1]}`. Drop one set"
         return
+    if _heading_alone(numbers):
+        if _wraps_in_degrees(numbers, "yaw"):
+            yield "`yaw` must be in rad; it runs as an angle in degrees does. " + _CONVERT
+        return
     for group, there in zip((EULER, QUATERNION), found, strict=True):
         if there and len(there) < len(group):
             absent = [name for name in group if name not in there]
             hints = "".join(_nearest(name, set(numbers) - set(group)) for name in absent)
             all_of, lacking = " ".join(group), " ".join(absent)
-            yield f"attitude needs all of `{all_of}`; `{lacking}` is missing.{hints}"
+            planar = " Only a planar log, of u v r alone, may have yaw by itself"
+            yield f"attitude needs all of `{all_of}`; `{lacking}` is missing.{hints}" + (
+                planar if there == ["yaw"] and not hints else ""
+            )
     if len(found[0]) == len(EULER) and _in_degrees(numbers):
-        yield (
-            "`roll pitch yaw` must be in rad; they run as angles in degrees do. Convert them, or"
-            " give a mapping with unit: deg"
-        )
+        yield ("`roll pitch yaw` must be in rad; they run as angles in degrees do. " + _CONVERT)
 
 
 def _in_degrees(numbers: Mapping[str, FloatArray]) -> bool:
     """Tell angles in degrees: a pitch beyond any turn, or a wrap by 360."""
     if len(numbers["pitch"]) == 0:
         return False
-    wraps = [np.abs(np.diff(numbers[name])) for name in ("roll", "yaw")]
-    wrapped = any(bool(((wrap > 340) & (wrap < 380)).any()) for wrap in wraps)
+    wrapped = any(_wraps_in_degrees(numbers, name) for name in ("roll", "yaw"))
     return wrapped or bool((np.abs(numbers["pitch"]) > _TURN).any())
+
+
+def _wraps_in_degrees(numbers: Mapping[str, FloatArray], name: str) -> bool:
+    wrap = np.abs(np.diff(numbers[name]))
+    return bool(((wrap > 340) & (wrap < 380)).any())
 
 
 def _acceleration_faults(numbers: Mapping[str, FloatArray]) -> Iterator[str]:
@@ -158,10 +175,18 @@ def _acceleration_faults(numbers: Mapping[str, FloatArray]) -> Iterator[str]:
     if there and (absent := [name for name in needed if name not in there]):
         yield (
             f"accelerations must be given for every velocity recorded; `{' '.join(absent)}` is"
-            f" missing beside `{' '.join(there)}`. Add it, or drop the others"
+            f" missing beside `{' '.join(there)}`. Add it, or drop {_surplus(there, absent)}"
         )
     if surplus := [name for name in there if name not in needed]:
         yield f"accelerations `{' '.join(surplus)}` have no velocity column; add it or drop them"
+
+
+def _surplus(there: Sequence[str], absent: Sequence[str]) -> str:
+    """Say which columns to drop: the accelerations, or the velocities without one."""
+    velocities = " ".join(name.removeprefix("d") for name in absent)
+    return (
+        f"`{' '.join(there)}` (velocities are then differentiated) or the velocities `{velocities}`"
+    )
 
 
 def _command_faults(commands: tuple[str, ...]) -> Iterator[str]:

@@ -19,8 +19,7 @@ from hydrodamp.data.blocks import BLOCKS, freeze, name_faults, segment_faults
 from hydrodamp.data.checks import faults_of
 from hydrodamp.data.record import Record
 from hydrodamp.data.segments import Segment, split
-from hydrodamp.data.stretches import concatenate, goes_by, take
-from hydrodamp.data.stretches import elapsed as elapsed_time
+from hydrodamp.data.stretches import concatenate, elapsed as elapsed_time, goes_by, take
 from hydrodamp.data.summary import summary
 from hydrodamp.errors import GapWarning, LogError, did_you_mean
 
@@ -40,7 +39,8 @@ class Log:
     time : ndarray, shape (n,)
         Sample times [s]; the clock may restart at a segment.
     velocity : ndarray, shape (n, 6)
-        Body velocity u v w [m/s] and p q r [rad/s]; zero where not recorded.
+        Body velocity u v w [m/s] and p q r [rad/s], none beyond 50 in size; zero
+        where not recorded.
     velocity_names : tuple of str
         The velocities recorded.
     attitude : ndarray, shape (n, 4), or None
@@ -146,7 +146,8 @@ class Log:
         Raises
         ------
         LogError
-            If a shape, the clock, a quaternion or the unit of the rates is wrong.
+            If a shape, the clock, a quaternion or the unit of the rates is wrong, or
+            a velocity is beyond 50 in size.
 
         Examples
         --------

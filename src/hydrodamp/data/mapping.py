@@ -5,7 +5,7 @@ table ``{column, unit, sign, hold}``::
 
     frame: FLU                     # axes of body and world: FRD (default) or FLU
     time: {column: t_ms, unit: ms}
-    attitude:                      # roll pitch yaw, or qw qx qy qz
+    attitude:                      # roll pitch yaw, or qw qx qy qz; yaw alone with u v r
       roll: roll_rad
       pitch: {column: pitch_deg, unit: deg, sign: -1}
       yaw: yaw_rad

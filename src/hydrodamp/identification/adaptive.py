@@ -180,6 +180,8 @@ class AdaptiveIdentifier:
             ``NOT_SETTLED`` where the coefficients still move at the end.
         """
         bound = self.bind(problem, model)
+        if not bound.model.n_coefficients:
+            return empty_fit(problem, bound.model, self.key, Status.EMPTY)
         run, moved, duration = self._last_stretch(problem, bound)
         coefficients = run.matrix[bound.entries]
         if not np.all(np.isfinite(coefficients)):

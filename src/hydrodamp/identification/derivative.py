@@ -6,7 +6,6 @@ and the estimate belongs to the method, not to the log.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -14,6 +13,7 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.errors import MethodError
+from hydrodamp.identification.held import by_segment, seen_through
 from hydrodamp.simulation.problem import Problem
 
 _BLOCK = 4096
@@ -25,6 +25,10 @@ class Derivative(Protocol):
 
     def acceleration(self, problem: Problem) -> FloatArray:
         """Return the acceleration (n, 6), linear [m/s^2] and angular [rad/s^2]."""
+        ...
+
+    def seen(self, problem: Problem) -> Problem:
+        """Return the problem with held inputs as this acceleration sees them."""
         ...
 
 
@@ -59,6 +63,10 @@ class RecordedAcceleration:
         recorded, free = problem.log.acceleration, problem.vehicle.free
         return recorded if free.all() else recorded * free  # a long log is not copied
 
+    def seen(self, problem: Problem) -> Problem:
+        """Return the problem itself: a measured acceleration belongs to its instant."""
+        return problem
+
 
 @dataclass(frozen=True)
 class FiniteDifference:
@@ -77,7 +85,11 @@ class FiniteDifference:
         acceleration : ndarray, shape (n, 6)
             Linear [m/s^2] and angular [rad/s^2].
         """
-        return _by_segment(problem, _central_difference)
+        return by_segment(problem, problem.inputs.velocity, _central_difference)
+
+    def seen(self, problem: Problem) -> Problem:
+        """Return the problem with held inputs as central differences see them."""
+        return seen_through(problem, _central_difference)
 
 
 @dataclass(frozen=True)
@@ -120,7 +132,11 @@ class SavitzkyGolay:
         acceleration : ndarray, shape (n, 6)
             Linear [m/s^2] and angular [rad/s^2].
         """
-        return _by_segment(problem, self._slopes)
+        return by_segment(problem, problem.inputs.velocity, self._slopes)
+
+    def seen(self, problem: Problem) -> Problem:
+        """Return the problem with held inputs as the fitted slopes see them."""
+        return seen_through(problem, self._slopes)
 
     def _slopes(self, time: FloatArray, values: FloatArray) -> FloatArray:
         order = min(self.order, len(time) - 1)
@@ -144,17 +160,6 @@ def default_derivative(problem: Problem) -> Derivative:
     if problem.log.acceleration is not None:
         return RecordedAcceleration()
     return FiniteDifference()
-
-
-def _by_segment(
-    problem: Problem, slopes: Callable[[FloatArray, FloatArray], FloatArray]
-) -> FloatArray:
-    acceleration = np.empty_like(problem.inputs.velocity)
-    for start, stop in problem.segments.tolist():
-        acceleration[start:stop] = slopes(
-            problem.inputs.time[start:stop], problem.inputs.velocity[start:stop]
-        )
-    return acceleration
 
 
 def _central_difference(time: FloatArray, values: FloatArray) -> FloatArray:

@@ -103,7 +103,9 @@ class LeastSquares:
         """
         free = model.restricted_to(problem.vehicle.axes)
         problem.columns.entries(free)
-        if triangle.n_samples < max((len(terms) for terms in free.terms), default=0):
+        if not free.n_coefficients:
+            return empty_fit(problem, free, self.key, Status.EMPTY)
+        if triangle.n_samples < max(len(terms) for terms in free.terms):
             return empty_fit(problem, free, self.key, Status.TOO_FEW_SAMPLES)
         if not np.all(np.isfinite(triangle.r)):
             return empty_fit(problem, free, self.key, Status.FAILED)

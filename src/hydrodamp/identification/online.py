@@ -14,6 +14,7 @@ import numpy.typing as npt
 from hydrodamp import kernels
 from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.basis.speed import guarded_speed
+from hydrodamp.data.attitude import down, quaternion_from_euler
 from hydrodamp.errors import ProblemError, did_you_mean
 from hydrodamp.identification.adaptation import Adaptation
 from hydrodamp.kernels.inputs import Sample
@@ -109,7 +110,7 @@ def observe(
     *,
     time: float,
     velocity: npt.ArrayLike,
-    down: npt.ArrayLike = (0.0, 0.0, 1.0),
+    attitude: npt.ArrayLike = (0.0, 0.0, 0.0),
     commands: Mapping[str, float] | None = None,
     wrench: npt.ArrayLike | None = None,
     propulsion_ratio: float | None = None,
@@ -125,8 +126,9 @@ def observe(
         Clock [s].
     velocity : array_like, shape (6,)
         u v w [m/s], p q r [rad/s], body frame.
-    down : array_like, shape (3,)
-        The world's down direction in the body frame, R^T e3; level by default.
+    attitude : array_like, shape (3,) or (4,)
+        Roll, pitch, yaw [rad], or a unit quaternion w x y z, body to
+        north-east-down; level by default.
     commands : mapping of str to float, optional
         Held until the next sample.
     wrench : array_like, shape (6,), optional
@@ -158,12 +160,15 @@ def observe(
             "a wrench would count the vehicle's actuators twice: leave it out, or make the "
             "columns from a log that has the wrench itself."
         )
-    free = columns.vehicle.free
+    free, turned = columns.vehicle.free, np.asarray(attitude, dtype=np.float64)
     nu = np.asarray(velocity, dtype=np.float64)
     force = np.zeros(6) if wrench is None else np.asarray(wrench, dtype=np.float64)
     for name, given in (("velocity", nu), ("wrench", force)):
         if given.shape != (6,):
             raise ProblemError(f"`{name}` must have shape (6,); got {given.shape}")
+    if turned.shape not in ((3,), (4,)):
+        raise ProblemError(f"`attitude` must have shape (3,) or (4,); got {turned.shape}")
+    quaternion = turned if len(turned) == 4 else quaternion_from_euler(turned)
     held = columns.vehicle.propulsion_speed(recorded)
     if propulsion_ratio is not None or held is None:
         ratio = 1.0 if propulsion_ratio is None else propulsion_ratio
@@ -175,7 +180,7 @@ def observe(
         Sample.of(
             time=time,
             velocity=nu * free,
-            down=down,
+            down=down(quaternion),
             wrench=force * free,
             channels=held_channels(columns, recorded, 1)[0],
             propulsion=(opening, closing),

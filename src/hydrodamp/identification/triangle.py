@@ -93,18 +93,20 @@ def accumulate(
     Returns
     -------
     triangle : Triangle
-        Needs 8 (n_terms + 6)^2 bytes whatever the length of the log; an estimated
-        acceleration takes 48 bytes a sample while it is folded in.
+        Held inputs enter as the derivative sees them; see
+        :mod:`hydrodamp.identification.held`. Needs 8 (n_terms + 6)^2 bytes whatever
+        the length of the log; an estimated acceleration takes 48 bytes a sample
+        while it is folded in.
     """
     estimator = derivative or default_derivative(problem)
-    acceleration = estimator.acceleration(problem)
+    acceleration, seen = estimator.acceleration(problem), estimator.seen(problem)
     size = len(problem.columns.basis) + 6
     r = np.zeros((size, size), order="F")
     n_samples = 0
     for start, stop in _runs(problem, segments):
         n_samples += stop - start
         for first in range(start, stop, _ROWS):
-            r = _fold(r, _rows(problem, acceleration, first, min(first + _ROWS, stop)))
+            r = _fold(r, _rows(seen, acceleration, first, min(first + _ROWS, stop)))
     return Triangle(problem.columns.basis, frozen(np.triu(r)), n_samples)
 
 
@@ -162,7 +164,10 @@ def damping_wrench(
 
 
 def _runs(problem: Problem, segments: Iterable[int] | None) -> list[tuple[int, int]]:
-    bounds = problem.segments if segments is None else problem.segments[list(segments)]
+    try:
+        bounds = problem.segments if segments is None else problem.segments[list(segments)]
+    except IndexError as error:
+        raise ProblemError(f"there are {len(problem.segments)} segments: {error}") from error
     runs: list[tuple[int, int]] = []
     for start, stop in bounds.tolist():
         if runs and runs[-1][1] == start:

@@ -148,7 +148,10 @@ def damping_from_document(document: object, source: str = "damping") -> Damping:
     {'Y_v': -20.0}
     """
     if not isinstance(document, Mapping) or document.get("format") != FORMAT:
-        raise ModelError(f"{source}: `format` must be '{FORMAT}'. Is this a file of write_damping?")
+        raise ModelError(
+            f"{source}: `format` must be '{FORMAT}': a damping file is written by hydrodamp "
+            "identify --out, or by write_damping."
+        )
     if document.get("version") != VERSION:
         raise ModelError(
             f"{source}: `version` must be {VERSION}; got {document.get('version')!r}. Read it with "

@@ -191,14 +191,18 @@ def _cell(row: Row | None) -> str:
 def _best(
     comparison: Comparison, methods: tuple[str, ...], header: tuple[str, ...]
 ) -> frozenset[tuple[int, int]]:
-    """Return the cell of the lowest error of each method."""
+    """Return the cell of the lowest error of each method, among fits that have settled."""
     cells = set()
     for method in methods:
-        scored = [row for row in comparison.rows if row.method == method and row.rms is not None]
+        scored = [row for row in comparison.rows if row.method == method and _settled(row)]
         if scored:
             lowest = min(scored, key=lambda row: (row.rms, row.fit.model.n_coefficients))
             cells.add((comparison.models.index(lowest.model), header.index(method)))
     return frozenset(cells)
+
+
+def _settled(row: Row) -> bool:
+    return row.rms is not None and row.status is not Status.NOT_SETTLED
 
 
 def _by_axis(comparison: Comparison, method: str) -> Grid:

@@ -133,7 +133,7 @@ def diverged_at(score: Score) -> list[Document] | None:
     places : list of dict, or None
         Segment and time since its start [s]; None where nothing diverged.
     """
-    return [{"segment": name, "time": time} for name, time in score.diverged] or None
+    return [{"segment": name, "time": moment(time)} for name, time in score.diverged] or None
 
 
 def error_units(rate_unit: str) -> Document:
@@ -167,6 +167,17 @@ def number(value: float | None) -> float | None:
     (None, 2.0)
     """
     return None if value is None or not math.isfinite(value) else float(value)
+
+
+def moment(time: float) -> float:
+    """Return a time to the nanosecond [s], without the rounding of a difference of clocks.
+
+    Examples
+    --------
+    >>> moment(0.1 + 0.2)
+    0.3
+    """
+    return round(float(time), 9)
 
 
 def _score(score: Score) -> Document:

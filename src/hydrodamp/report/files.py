@@ -10,17 +10,26 @@ from __future__ import annotations
 import io
 import os
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from hydrodamp.data.segments import unique_names
 from hydrodamp.errors import FileError
+from hydrodamp.loading import load_json
 from hydrodamp.report.comparison_grids import comparison_grids, row_grid, summary_grids
 from hydrodamp.report.document import comparison_document, fit_document
 from hydrodamp.report.reading import read_rows
 from hydrodamp.report.renderings import to_csv, to_latex, to_markdown, to_text
 from hydrodamp.saving import save_bytes, save_json, save_text
 from hydrodamp.validation.comparison import Comparison
+
+RESULTS = (
+    "comparison.json",
+    "replays.npz",
+    *(f"table.{kind}" for kind in ("txt", "md", "tex", "csv")),
+)
+"""Files of a comparison's folder, besides those of ``fits``."""
 
 
 def write_comparison(comparison: Comparison, folder: str | os.PathLike[str]) -> None:
@@ -32,6 +41,7 @@ def write_comparison(comparison: Comparison, folder: str | os.PathLike[str]) -> 
         What to write.
     folder : str or path
         Each file in it is written whole or not at all, ``comparison.json`` last.
+        The fits of an earlier comparison in the same folder are removed.
 
     Raises
     ------
@@ -43,6 +53,7 @@ def write_comparison(comparison: Comparison, folder: str | os.PathLike[str]) -> 
         (home / "fits").mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise FileError(f"{home}: the folder cannot be made: {error.strerror}.") from error
+    _clear(home)
     for name, row in zip(row_names(comparison), comparison.rows, strict=True):
         save_json(fit_document(row.fit), home / "fits" / f"{name}.json")
     save_bytes(_replays(comparison), home / "replays.npz")
@@ -74,6 +85,29 @@ def read_comparison(folder: str | os.PathLike[str]) -> Comparison:
     return read_rows(Path(folder))
 
 
+def is_result(path: Path, folder: Path) -> bool:
+    """Tell whether a comparison written to a folder may replace a file.
+
+    Parameters
+    ----------
+    path, folder : path
+        Both absolute.
+
+    Returns
+    -------
+    replaced : bool
+        True for ``comparison.json``, the tables, replays and files of ``fits``.
+
+    Examples
+    --------
+    >>> is_result(Path("/out/table.csv"), Path("/out")), is_result(Path("/a.csv"), Path("/out"))
+    (True, False)
+    """
+    if path.parent == folder / "fits":
+        return path.suffix == ".json"
+    return path.parent == folder and path.name in RESULTS
+
+
 def row_names(comparison: Comparison) -> tuple[str, ...]:
     """Return the name that each row has in files, all different.
 
@@ -88,6 +122,19 @@ def row_names(comparison: Comparison) -> tuple[str, ...]:
         ``MODEL.METHOD``, numbered where a pair comes again.
     """
     return unique_names(f"{row.model}.{row.method}" for row in comparison.rows)
+
+
+def _clear(home: Path) -> None:
+    """Remove the fits of an earlier comparison: those its ``comparison.json`` names."""
+    try:
+        document: Any = load_json(home / "comparison.json")
+        entries = document["rows"]
+        names = unique_names(f"{entry['model']}.{entry['method']}" for entry in entries)
+    except (FileError, KeyError, TypeError):
+        return
+    for name in names:
+        if Path(name).name == name:
+            (home / "fits" / f"{name}.json").unlink(missing_ok=True)
 
 
 def _tables(comparison: Comparison) -> dict[str, str]:

@@ -23,7 +23,8 @@ def fit_grid(fit: Fit) -> Grid:
     Returns
     -------
     grid : Grid
-        A row a coefficient; below it the outcome and what is not told apart.
+        A row a coefficient; below it the outcome and what is not told apart. A
+        method without ranks cannot know that and has no such column.
     """
     model = fit.model
     tied = {label for group in fit.aliased for label in group}
@@ -31,8 +32,9 @@ def fit_grid(fit: Fit) -> Grid:
         coefficient_unit(axis, t) for axis, ts in zip(AXES, model.terms, strict=True) for t in ts
     ]
     errors = _standard_errors(fit)
+    told = fit.rank is not None
     rows = tuple(
-        (label, coefficient(value), error, unit, "no" if label in tied else "yes")
+        (label, coefficient(value), error, unit, *(_apart(label in tied) if told else ()))
         for (label, value), error, unit in zip(
             fit.damping.as_dict().items(), errors, units, strict=True
         )
@@ -41,12 +43,16 @@ def fit_grid(fit: Fit) -> Grid:
     return Grid(
         title=f"{model.title} by {fit.method}: {model.n_coefficients} coefficients{rank}, "
         f"{fit.n_samples} samples",
-        header=("coefficient", "value", "std. error", "unit", "told apart"),
+        header=("coefficient", "value", "std. error", "unit", *(("told apart",) if told else ())),
         rows=rows,
-        align="lrrll",
+        align="lrrll" if told else "lrrl",
         notes=(fit.status.value, *_groups(fit)),
         dim=frozenset({2, 3}),
     )
+
+
+def _apart(tied: bool) -> tuple[str]:
+    return ("no" if tied else "yes",)
 
 
 def _standard_errors(fit: Fit) -> list[str]:

@@ -70,7 +70,8 @@ def read_rows(home: Path) -> Comparison:
 def _document(path: Path) -> dict[str, Any]:
     document = load_json(path)
     if not isinstance(document, dict):
-        raise FileError(f"{path}: must hold one object, got {type(document).__name__}.")
+        got = "a list" if isinstance(document, list) else repr(document)[:60]
+        raise FileError(f"{path}: must hold one object, got {got}.")
     return document
 
 

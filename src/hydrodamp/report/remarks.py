@@ -21,14 +21,23 @@ def remarks(comparison: Comparison) -> tuple[str, ...]:
     Returns
     -------
     sentences : tuple of str
-        The likeness with the paper's order, then what went wrong where.
+        Data both fitted and tested on, the likeness with the paper's order, then
+        what went wrong where.
     """
     return (
+        *_overlap(comparison),
         *_likeness(comparison),
         *_diverged(comparison),
         *_outcomes(comparison),
         f"Open-loop replay, eq. 24; lower is better. Attitude {comparison.attitude}.",
     )
+
+
+def _overlap(comparison: Comparison) -> Iterator[str]:
+    if shared := comparison.provenance.get("overlap"):
+        yield (
+            f"Training and test data share {shared}: errors on data that were fitted say little."
+        )
 
 
 def _likeness(comparison: Comparison) -> Iterator[str]:

@@ -29,7 +29,7 @@ def show(console: Console, *grids: Grid) -> None:
         if place:
             console.print()
         console.print(grid.title, style="bold", markup=False)
-        console.print(rich_table(grid))
+        _print_whole(console, rich_table(grid))
         if grid.notes:
             console.print()
         for note in grid.notes:
@@ -66,10 +66,19 @@ def rich_table(grid: Grid) -> Table:
             justify="right" if side == "r" else "left",
             style="dim" if place in grid.dim else "",
             overflow="fold",
+            no_wrap=side == "r",
         )
     for i, row in enumerate(grid.rows):
         table.add_row(*(Text(word, style=_style(grid, i, j)) for j, word in enumerate(row)))
     return table
+
+
+def _print_whole(console: Console, table: Table) -> None:
+    """Print a table no narrower than its words: rather past the edge than in pieces."""
+    least = console.measure(table, options=console.options.update(width=10_000)).minimum
+    if least > console.width:
+        table.width = least
+    console.print(table, crop=False)
 
 
 def _style(grid: Grid, i: int, j: int) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import asdict
 
-from hydrodamp.report.document import Document
+from hydrodamp.report.document import Document, moment
 from hydrodamp.report.grid import Grid
 from hydrodamp.report.numbers import coefficient
 from hydrodamp.report.survey import Channel, Survey
@@ -48,7 +48,11 @@ def survey_document(found: Survey, judged: Verdict) -> Document:
         Facts, then ``missing``, ``reservations`` and ``verdict``.
     """
     facts = asdict(found)
-    segments = facts.pop("stretches")
+    segments = [
+        {key: moment(value) if isinstance(value, float) else value for key, value in part.items()}
+        for part in facts.pop("stretches")
+    ]
+    facts["duration"] = moment(facts["duration"])
     return {
         **facts,
         "segments": segments,

@@ -71,7 +71,7 @@ def verdict(survey: Survey, log: Log, vehicle: Vehicle | None = None) -> Verdict
     if vehicle is not None and (strange := _strange(vehicle, log)):
         reservations.append(
             f"commands that no actuator of '{vehicle.name}' takes: {' '.join(strange)}; use models "
-            'with terms for them, such as {"X": "' + strange[0] + '"}.'
+            f"with terms for them, such as `terms: {{X: {strange[0]}}}` in a model file."
         )
     return Verdict(tuple(missing), tuple(reservations))
 

@@ -113,7 +113,8 @@ def _nothing_acts(vehicle: Vehicle, wanted: set[str], recorded: set[str]) -> str
         "nothing in this log says what drove the vehicle: it needs the wrench columns "
         f"X Y Z K M N or a command that an actuator or a term uses; {has}, while vehicle "
         f"'{vehicle.name}' and the models take {takes}. Record the wrench, give the vehicle "
-        'actuators, or add terms for the commands, such as {"X": "ch_forward"}.'
+        "actuators, or add terms for the commands to a model: a model file with "
+        "`terms: {X: ch_forward}`."
     )
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+
 from hydrodamp import kernels
 from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.basis.axes import AXES
@@ -20,6 +22,10 @@ from hydrodamp.vehicle.vehicle import Vehicle
 AttitudeSource = Literal["measured", "simulated"]
 LIMIT = 50.0
 """A velocity component [m/s or rad/s] beyond which a replay has diverged."""
+
+
+_LEVEL = (1.0, 0.0, 0.0, 0.0)
+"""The attitude of a planar vehicle, the only kind whose log may lack one."""
 
 
 @dataclass(frozen=True)
@@ -149,15 +155,10 @@ def _initial_attitude(log: Log, attitude: AttitudeSource) -> FloatArray | None:
         return None
     if attitude != "simulated":
         raise MethodError(f"`attitude` must be 'measured' or 'simulated', got {attitude!r}")
-    if log.attitude is None:
-        raise MethodError(
-            "a simulated attitude starts from a recorded one, but the log has none: "
-            "use attitude='measured' or record roll pitch yaw."
-        )
-    return log.attitude
+    return np.tile(_LEVEL, (log.n, 1)) if log.attitude is None else log.attitude
 
 
 def _checked_step(max_step: float) -> float:
-    if not 0.0 < max_step <= 0.05:
-        raise MethodError(f"`max_step` must be in (0, 0.05] s, got {max_step}")
+    if not 1e-5 <= max_step <= 0.05:
+        raise MethodError(f"`max_step` must be between 1e-5 and 0.05 s, got {max_step}")
     return max_step

@@ -19,19 +19,20 @@ class Status(Enum):
         "rank deficient: the data cannot tell some coefficients apart; their smallest-norm "
         "split is given and `aliased` names them."
     )
+    EMPTY = "empty: the model has no term on the vehicle's free axes; there is nothing to identify."
     TOO_FEW_SAMPLES = (
         "too few samples: an axis has more coefficients than the log has samples; "
         "nothing was identified."
     )
     SETTLED = (
-        "settled: the coefficients no longer move, which without rich manoeuvres does not "
-        "make them the true ones."
+        "settled: less than a tenth of each axis's damping wrench is still missing; single "
+        "coefficients may be further away."
     )
     NOT_SETTLED = (
-        "not settled: the coefficients still move at the end of the record; "
-        "give more passes, larger gains or richer manoeuvres."
+        "not settled: more than a tenth of an axis's damping wrench is still missing; give a "
+        "longer or richer log, or more passes."
     )
-    FAILED = "failed: the estimate is not finite; lower the gains or check the log."
+    FAILED = "failed: the estimate is not finite; look for absurd numbers in the log."
     DIVERGED = "diverged: the open-loop replay left every bound; there is no RMS error."
 
     @property
@@ -42,4 +43,9 @@ class Status(Enum):
     @property
     def usable(self) -> bool:
         """Whether there are numbers to use."""
-        return self not in (Status.TOO_FEW_SAMPLES, Status.FAILED, Status.DIVERGED)
+        return self not in (
+            Status.EMPTY,
+            Status.TOO_FEW_SAMPLES,
+            Status.FAILED,
+            Status.DIVERGED,
+        )

@@ -6,7 +6,8 @@ diameter), :mod:`~hydrodamp.vehicle.actuation` and
 :mod:`~hydrodamp.vehicle.actuators` (fins, propellers, thrusters, plain
 matrices), :mod:`~hydrodamp.vehicle.columns` (all that as columns of the
 regressor), :mod:`~hydrodamp.vehicle.vehicle` (the value that holds them), then
-:mod:`~hydrodamp.vehicle.schema` and :mod:`~hydrodamp.vehicle.file` (the vehicle
+:mod:`~hydrodamp.vehicle.schema`, :mod:`~hydrodamp.vehicle.unneeded`,
+:mod:`~hydrodamp.vehicle.faults` and :mod:`~hydrodamp.vehicle.file` (the vehicle
 file), :mod:`~hydrodamp.vehicle.template` (a file to fill in) and
 :mod:`~hydrodamp.vehicle.fleet` (named vehicles with their sources).
 """

@@ -89,13 +89,14 @@ def parse_vehicle(text: str, *, source: str = "vehicle") -> Vehicle:
     """
     from pydantic import ValidationError
 
-    from hydrodamp.vehicle.schema import VehicleEntry, faults_of
+    from hydrodamp.vehicle.faults import faults_of
+    from hydrodamp.vehicle.schema import VehicleEntry
 
     content = parse_yaml(text, source)
     if not isinstance(content, dict):
+        got = "it is empty" if content is None else f"got {_called(content)}"
         raise VehicleError(
-            f"{source}: a vehicle file must be keys and values, such as 'name: mine'; "
-            f"got {type(content).__name__}"
+            f"{source}: a vehicle file must be keys and values, such as 'name: mine'; {got}"
         )
     try:
         entry = VehicleEntry.model_validate(content)
@@ -163,6 +164,10 @@ def format_vehicle(vehicle: Vehicle) -> str:
     }
     kept = {key: value for key, value in content.items() if value not in (None, "")}
     return str(yaml.safe_dump(kept, sort_keys=False, allow_unicode=True, default_flow_style=None))
+
+
+def _called(content: object) -> str:
+    return "a list" if isinstance(content, list) else repr(content)[:60]
 
 
 def _actuator(index: int, entry: dict[str, Any], faults: list[str]) -> Actuator | None:

@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError, model_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Discriminator,
+    Field,
+    FiniteFloat,
+    Tag,
+    model_validator,
+)
 
-from hydrodamp.errors import did_you_mean
+from hydrodamp.vehicle.unneeded import without_unneeded
 
 AxisName = Literal["X", "Y", "Z", "K", "M", "N"]
 Vector = Annotated[list[FiniteFloat], Field(min_length=3, max_length=3)]
@@ -72,11 +79,23 @@ ActuatorEntry = Annotated[
 ]
 
 
+def _inertia_form(given: object) -> str:
+    rows = isinstance(given, list) and any(isinstance(row, list) for row in given)
+    return "tensor" if rows else "moments"
+
+
+Inertia = Annotated[
+    Annotated[Vector, Tag("moments")]
+    | Annotated[list[Vector], Field(min_length=3, max_length=3), Tag("tensor")],
+    Discriminator(_inertia_form),
+]
+
+
 class RigidBodyEntry(_Strict):
     """Mass and inertia, from which the rigid-body matrix is made."""
 
     mass: Annotated[FiniteFloat, Field(gt=0)]
-    inertia: Vector | Annotated[list[Vector], Field(min_length=3, max_length=3)]
+    inertia: Inertia
     inertia_about: Literal["origin", "center_of_gravity"] = "origin"
 
 
@@ -98,88 +117,15 @@ class VehicleEntry(_Strict):
 
     @model_validator(mode="before")
     @classmethod
-    def _weight_where_it_acts(cls, content: Any) -> Any:
-        """Let a level vehicle with no free Z, K or M go without weight and buoyancy."""
-        if isinstance(content, dict) and isinstance(content.get("axes"), list):
-            upright = not {"Z", "K", "M"} & {str(axis) for axis in content["axes"]}
-            return {"weight": 0.0, "buoyancy": 0.0, **content} if upright else content
-        return content
+    def _zero_where_locked(cls, content: Any) -> Any:
+        """Let what the free axes do not need stay empty."""
+        return without_unneeded(content) if isinstance(content, dict) else content
 
     @model_validator(mode="after")
     def _one_mass_matrix(self) -> VehicleEntry:
         if (self.mass_matrix is None) == (self.rigid_body is None):
-            raise ValueError("needs either `mass_matrix` or `rigid_body`; got both or neither")
+            got = "neither" if self.rigid_body is None else "both"
+            raise ValueError(f"needs either `mass_matrix` or `rigid_body`; got {got}")
         if self.rigid_body is not None and self.added_mass is None:
             raise ValueError("`rigid_body` needs `added_mass`, 6 x 6 and positive, beside it")
         return self
-
-
-def faults_of(error: ValidationError) -> list[str]:
-    """Return the faults of a vehicle file, one sentence each.
-
-    Parameters
-    ----------
-    error : ValidationError
-        What pydantic found.
-
-    Returns
-    -------
-    faults : list of str
-        Key path, what is required, what was got.
-
-    Examples
-    --------
-    >>> try:
-    ...     RigidBodyEntry.model_validate({"mass": -1, "inertia": [1, 1, 1]})
-    ... except ValidationError as error:
-    ...     faults_of(error)
-    ['`mass` must be greater than 0; got -1']
-    """
-    return list(dict.fromkeys(_sentences(error)))
-
-
-def _sentences(error: ValidationError) -> Iterator[str]:
-    for fault in error.errors(include_url=False):
-        path = _path(fault["loc"])
-        kind, given = fault["type"], fault.get("input")
-        if kind == "missing":
-            yield f"`{path}` is missing"
-        elif kind == "extra_forbidden":
-            yield f"`{path}` is no key of a vehicle file.{_nearest(fault['loc'])}"
-        elif kind == "value_error":
-            yield f"{path + ' ' if path else 'the file '}{fault['ctx']['error']}"
-        elif given is None:
-            yield f"`{path}` is still empty: fill it in"
-        else:
-            wanted = fault["msg"].removeprefix("Input should be ").removeprefix("Input ")
-            yield f"`{path}` must be {wanted}; got {_short(given)}"
-
-
-def _path(loc: tuple[str | int, ...]) -> str:
-    kinds = {"matrix", "fin", "propeller", "thruster"}
-    parts: list[str] = []
-    for part in loc:
-        if isinstance(part, int):
-            parts[-1] += f"[{part}]"
-        elif "[" not in part and not (
-            part in kinds and parts and parts[-1].startswith("actuators[")
-        ):
-            parts.append(part)
-    return ".".join(parts)
-
-
-def _nearest(loc: tuple[str | int, ...]) -> str:
-    forms: dict[str | int, type[BaseModel]] = {
-        "rigid_body": RigidBodyEntry,
-        "matrix": MatrixEntry,
-        "fin": FinEntry,
-        "propeller": PropellerEntry,
-        "thruster": ThrusterEntry,
-    }
-    form = forms.get(loc[-2], VehicleEntry) if len(loc) > 1 else VehicleEntry
-    return did_you_mean(str(loc[-1]), form.model_fields)
-
-
-def _short(value: object) -> str:
-    text = repr(value)
-    return text if len(text) <= 60 else text[:57] + "..."

@@ -10,13 +10,20 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.errors import VehicleError
 from hydrodamp.vehicle.vehicle import Vehicle
 
+WATER_DENSITY = 1025.0
+"""Of the sea [kg/m^3]."""
+
+UNLIKELY = 3.0
+"""Ratio of mass and displaced mass beyond which a size is taken for a mistake."""
+
 _TEXT = """\
 # A vehicle for hydrodamp. Frame: x forward, y starboard, z down; SI units, angles in rad.
 # All positions are seen from one origin, which is also where velocities are recorded.
 name: {name}
 source: {source}
 
-# Free axes. A surface craft or a planar model has fewer, such as [X, Y, N].
+# Free axes. A surface craft or a planar model has fewer, such as [X, Y, N]: what belongs to
+# the others alone (inertia, added mass) may then stay empty.
 axes: [X, Y, Z, K, M, N]
 
 rigid_body:
@@ -31,7 +38,8 @@ added_mass:
 
 # Instead of rigid_body: mass_matrix, 6 x 6, the sum of rigid body and added mass.
 
-weight: {weight} # N, positive; not needed where none of Z, K, M is free
+# Where none of Z, K, M is free, these four may stay empty; r_G is then the origin.
+weight: {weight} # N, positive
 buoyancy: {buoyancy} # N, positive
 center_of_gravity: {gravity} # m
 center_of_buoyancy: {lift} # m, z smaller than that of gravity if it lies above
@@ -79,7 +87,8 @@ def vehicle_template(
     Raises
     ------
     VehicleError
-        If only some of the sizes are given, or one cannot be.
+        If only some of the sizes are given, one cannot be, or the hull displaces
+        less than a third of the mass or more than three times it.
 
     Examples
     --------
@@ -91,7 +100,21 @@ def vehicle_template(
         return _TEXT.format(**_empty(name))
     if length is None or diameter is None or mass is None:
         raise VehicleError("an estimate needs `length`, `diameter` and `mass` together, or none")
-    return _TEXT.format(**_estimate(Vehicle.from_hull(length, diameter, mass, name=name), mass))
+    vehicle = Vehicle.from_hull(length, diameter, mass, name=name)
+    _check_floats(length, diameter, mass)
+    return _TEXT.format(**_estimate(vehicle, mass))
+
+
+def _check_floats(length: float, diameter: float, mass: float) -> None:
+    """Refuse sizes in other units: what dives displaces about its own mass."""
+    cylinder = WATER_DENSITY * np.pi / 4.0 * diameter**2 * length
+    spheroid = cylinder * 2.0 / 3.0
+    if not spheroid / UNLIKELY <= mass <= cylinder * UNLIKELY:
+        raise VehicleError(
+            f"a hull {length:g} m long and {diameter:g} m across displaces {spheroid:.3g} to "
+            f"{cylinder:.3g} kg of water, which does not fit a `mass` of {mass:g} kg: give metres "
+            "and kilograms, flooded spaces included"
+        )
 
 
 def _empty(name: str) -> dict[str, str]:

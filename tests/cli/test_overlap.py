@@ -1,0 +1,52 @@
+"""Data in both parts are named, whatever they are called by."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from typer.testing import Result
+
+Call = Callable[..., Result]
+LINE = "compare --vehicle planar.yaml --models linear --methods ls"
+
+
+@pytest.mark.parametrize(
+    ("parts", "shared"),
+    [
+        ("a.csv --train 0:20 --test 10:40", "10:20"),
+        ("a.csv --train 0:20 --test 0:20", "0:20"),
+        ("ab.csv --train one --test one", "one"),
+        ("ab.csv --train one --test two --test 30:50", "30:39.9 of one"),
+        ("ab.csv --train 0:50 --test two", "40:49.9 of two"),
+        ("--train a.csv --test b.csv --test ./a.csv", "./a.csv"),
+    ],
+)
+def test_shared_data_are_warned_of_and_written_down(
+    folder: Path, call: Call, parts: str, shared: str
+) -> None:
+    done = call(f"{LINE} {parts} --out out")
+    assert done.exit_code == 0, done.output
+    assert f"warning: training and test data share {shared}:" in done.stderr
+    assert f"Training and test data share {shared}:" in " ".join(done.stdout.split())
+    document = json.loads((folder / "out" / "comparison.json").read_text("utf-8"))
+    assert document["provenance"]["overlap"] == shared
+    assert f"share {shared}" in (folder / "out" / "table.md").read_text("utf-8")
+
+
+@pytest.mark.parametrize(
+    "parts",
+    [
+        "a.csv --train 0:20 --test 20:40",
+        "ab.csv --train one --test two",
+        "ab.csv --train one --test 40:60",
+        "--train a.csv --test b.csv",
+    ],
+)
+def test_nothing_shared_is_nothing_said(folder: Path, call: Call, parts: str) -> None:
+    done = call(f"{LINE} {parts} --json")
+    assert done.exit_code == 0, done.output
+    assert done.stderr == ""
+    assert "overlap" not in json.loads(done.stdout)["provenance"]
