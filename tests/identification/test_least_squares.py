@@ -15,7 +15,7 @@ def identify(vehicle, log, model, method=None):
 
 
 def test_uncoupled_has_rank_2_in_x_under_way(vehicle, exact_log, true_damping):
-    """u, u^2, |u|, u|u| are two columns for u > 0 (NOTES on the eight models)."""
+    """u, u^2, |u|, u|u| are two columns for u > 0."""
     model = hd.catalog["uncoupled"]
     fit = identify(vehicle, exact_log(true_damping(model), forward=3.0), model)
     assert fit.rank == 24 - 2

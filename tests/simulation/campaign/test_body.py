@@ -17,7 +17,7 @@ def test_coriolis_is_the_momentum_law(body: Body, velocities: FloatArray) -> Non
 
 
 def test_coriolis_does_no_work(body: Body, velocities: FloatArray) -> None:
-    """NOTES: nu . H(M nu) nu = 0."""
+    """The Coriolis term is workless: nu . H(M nu) nu = 0."""
     power = np.sum(velocities * body.coriolis_wrench(velocities), axis=1)
     np.testing.assert_allclose(power, 0.0, atol=1e-10)
 
