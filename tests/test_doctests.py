@@ -9,11 +9,13 @@ from importlib import import_module
 import pytest
 
 import hydrodamp
+from hydrodamp.kernels import COMPILED
 
+NO_EXAMPLES = ("__main__", "._core") if COMPILED else ("__main__", "._core", ".compiled")
 MODULES = sorted(
     info.name
     for info in pkgutil.walk_packages(hydrodamp.__path__, "hydrodamp.")
-    if not info.name.endswith(("__main__", "._core"))
+    if not info.name.endswith(NO_EXAMPLES)
 )
 
 
