@@ -9,7 +9,7 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.axes import AXES
-from hydrodamp.identification.derivative import Derivative, SavitzkyGolay, default_derivative
+from hydrodamp.identification.derivative import Derivative, SavitzkyGolay
 from hydrodamp.identification.fit import Fit, empty_fit, provenance
 from hydrodamp.identification.rank import AxisSolution, solve_axis
 from hydrodamp.identification.triangle import Triangle, accumulate
@@ -81,7 +81,7 @@ class LeastSquares:
         fits : tuple of Fit
             In the order of the models.
         """
-        triangle = accumulate(problem, self.derivative or default_derivative(problem))
+        triangle = accumulate(problem, self.derivative)
         return tuple(self.solve(triangle, problem, model) for model in models)
 
     def solve(self, triangle: Triangle, problem: Problem, model: DampingModel) -> Fit:
@@ -102,7 +102,7 @@ class LeastSquares:
             As :meth:`identify`.
         """
         free = model.restricted_to(problem.vehicle.axes)
-        problem.columns.entries(free)
+        problem.columns.require(free)
         if not free.n_coefficients:
             return empty_fit(problem, free, self.key, Status.EMPTY)
         if triangle.n_samples < max(len(terms) for terms in free.terms):

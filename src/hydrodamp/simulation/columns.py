@@ -18,7 +18,6 @@ from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.basis.basis import Basis
 from hydrodamp.errors import ModelError
 from hydrodamp.kernels.plant import Plant
-from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.vehicle.vehicle import Vehicle
 
@@ -57,24 +56,6 @@ class Columns:
         """How many columns are known."""
         return len(self.known)
 
-    def matrix(self, damping: Damping) -> FloatArray:
-        """Return all coefficients, known and identified, as one table.
-
-        Parameters
-        ----------
-        damping : Damping
-            Its terms on free axes must be columns of the basis.
-
-        Returns
-        -------
-        matrix : ndarray, shape (n_known + n_terms, 6)
-            One row a column of equation 1.
-        """
-        free = damping.model.restricted_to(self.vehicle.axes)
-        values = damping.as_dict()
-        coefficients = np.array([values[label] for label in free.labels])
-        return self.with_unknown(self.entries(free), coefficients)
-
     def with_unknown(
         self, entries: tuple[np.ndarray, np.ndarray], coefficients: FloatArray
     ) -> FloatArray:
@@ -88,6 +69,26 @@ class Columns:
         table = np.zeros((self.n_known + len(self.basis), 6))
         table[entries] = values
         return table
+
+    def require(self, model: DampingModel) -> None:
+        """Refuse a model with terms that are no columns of the basis.
+
+        Parameters
+        ----------
+        model : DampingModel
+            Restricted to the free axes.
+
+        Raises
+        ------
+        ModelError
+            Names the terms that were not asked for when the log was prepared.
+        """
+        missing = [str(term) for term in model.basis if term not in self.basis]
+        if missing:
+            raise ModelError(
+                f"model '{model.key}' has terms this problem was not prepared for: "
+                f"{' '.join(missing)}. Name the model in `prepare(vehicle, log, models)`."
+            )
 
     def entries(self, model: DampingModel) -> tuple[np.ndarray, np.ndarray]:
         """Return rows and axes of the table where the model's coefficients stand.
@@ -107,12 +108,7 @@ class Columns:
         ModelError
             If a term of the model was not asked for when the log was prepared.
         """
-        missing = [str(term) for term in model.basis if term not in self.basis]
-        if missing:
-            raise ModelError(
-                f"model '{model.key}' has terms this problem was not prepared for: "
-                f"{' '.join(missing)}. Name the model in `prepare(vehicle, log, models)`."
-            )
+        self.require(model)
         pairs = [
             (self.n_known + self.basis.index(term), axis)
             for axis, terms in enumerate(model.terms)

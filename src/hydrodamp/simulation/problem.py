@@ -110,7 +110,10 @@ class Problem:
         matrix : ndarray, shape (n_known + n_terms, 6)
             One row a column of equation 1.
         """
-        table = self.columns.matrix(damping)
+        free = damping.model.restricted_to(self.vehicle.axes)
+        values = damping.as_dict()
+        coefficients = np.array([values[label] for label in free.labels])
+        table = self.columns.with_unknown(self.columns.entries(free), coefficients)
         if not self.propulsion_known:
             idle = [term.needs_propulsion for term in self.columns.basis]
             table[self.columns.n_known :][idle] = 0.0
