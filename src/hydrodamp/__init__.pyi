@@ -22,27 +22,61 @@ from .errors import (
     VehicleError as VehicleError,
 )
 from .identification.adaptive import AdaptiveIdentifier as AdaptiveIdentifier, History as History
+from .identification.bootstrap import Draws as Draws, bootstrap as bootstrap
+from .identification.covariance import Uncertainty as Uncertainty
 from .identification.derivative import (
     Derivative as Derivative,
     FiniteDifference as FiniteDifference,
     RecordedAcceleration as RecordedAcceleration,
     SavitzkyGolay as SavitzkyGolay,
 )
+from .identification.diagnostics import Diagnostics as Diagnostics, diagnose as diagnose
+from .identification.dissipative import Dissipative as Dissipative
+from .identification.dissipative_set import project_dissipative as project_dissipative
+from .identification.equations import (
+    Differenced as Differenced,
+    Equations as Equations,
+    Rows as Rows,
+)
 from .identification.fit import Fit as Fit, Method as Method, identify as identify
+from .identification.folds import Folds as Folds, folds as folds
 from .identification.gains import ByNoise as ByNoise, ByTerm as ByTerm
+from .identification.generalised import GeneralisedLeastSquares as GeneralisedLeastSquares
+from .identification.grades import Grade as Grade
+from .identification.identifiability import (
+    Identifiability as Identifiability,
+    identifiability as identifiability,
+)
+from .identification.informed import PriorLeastSquares as PriorLeastSquares
 from .identification.least_squares import LeastSquares as LeastSquares
 from .identification.methods import (
     METHODS as METHODS,
     find_method as find_method,
     identify_all as identify_all,
 )
+from .identification.noise import Noise as Noise
 from .identification.online import State as State, observe as observe
+from .identification.operating_box import (
+    OperatingBox as OperatingBox,
+    operating_box as operating_box,
+)
+from .identification.output_error import OutputError as OutputError
+from .identification.power import WorstPower as WorstPower, worst_power as worst_power
+from .identification.prior import Prior as Prior
+from .identification.recommended import Recommended as Recommended
+from .identification.recursive import RecursiveLeastSquares as RecursiveLeastSquares
+from .identification.ridge import Ridge as Ridge
+from .identification.robust import RobustIdentifier as RobustIdentifier
+from .identification.shrinkage import CrossValidated as CrossValidated
+from .identification.smooth import Smoothed as Smoothed
+from .identification.smoothing import noise_levels as noise_levels, smooth as smooth
 from .identification.triangle import (
     Triangle as Triangle,
     accumulate as accumulate,
     damping_wrench as damping_wrench,
     merge as merge,
 )
+from .identification.weak import WeakEquations as WeakEquations, WeakForm as WeakForm
 from .kernels.inputs import Sample as Sample
 from .models.catalog import (
     PAPER_MODELS as PAPER_MODELS,
@@ -60,15 +94,49 @@ from .models.files import (
 from .models.model import DampingModel as DampingModel
 from .models.published import published as published
 from .report.files import read_comparison as read_comparison, write_comparison as write_comparison
-from .simulation.campaign.reenact import Campaign as Campaign, reenact as reenact
+from .simulation.campaign.conditions import (
+    COLOURED as COLOURED,
+    SILENT as SILENT,
+    WHITE as WHITE,
+    Conditions as Conditions,
+)
+from .simulation.campaign.reenact import (
+    Campaign as Campaign,
+    reenact as reenact,
+    reenact_all as reenact_all,
+)
 from .simulation.columns import Columns as Columns, columns as columns
+from .simulation.horizons import (
+    HorizonScore as HorizonScore,
+    HorizonScores as HorizonScores,
+    horizon_scores as horizon_scores,
+)
 from .simulation.problem import Problem as Problem, prepare as prepare
 from .simulation.replay import Trajectory as Trajectory, simulate as simulate
 from .simulation.score import Score as Score, score as score
 from .simulation.status import Status as Status
+from .validation.bands import (
+    PredictionBand as PredictionBand,
+    drawn_band as drawn_band,
+    prediction_band as prediction_band,
+)
+from .validation.choice import (
+    Choice as Choice,
+    LowestError as LowestError,
+    Parsimony as Parsimony,
+)
 from .validation.compare import compare as compare
 from .validation.comparison import Comparison as Comparison, Row as Row
+from .validation.criteria import Criteria as Criteria, criteria as criteria
+from .validation.crossvalidation import (
+    CrossValidation as CrossValidation,
+    cross_validate as cross_validate,
+)
+from .validation.front import front as front
 from .validation.paper import TABLE_I as TABLE_I, rank_correlation as rank_correlation
+from .validation.selection import Selection as Selection
+from .validation.sparse import Sparse as Sparse
+from .validation.vehicle_error import VehicleDoubt as VehicleDoubt, vehicle_doubt as vehicle_doubt
 from .vehicle.file import read_vehicle as read_vehicle, write_vehicle as write_vehicle
 from .vehicle.fin import Fin as Fin
 from .vehicle.fleet import find_vehicle as find_vehicle, fleet as fleet

@@ -35,7 +35,7 @@ def test_json_says_which_truth(call: Call) -> None:
     done = call("demo --json")
     assert done.exit_code == 0, done.output
     document = json.loads(done.stdout)
-    assert len(document["rows"]) == 24
+    assert len(document["rows"]) == 32
     assert document["provenance"]["truth"] == "sname"
     assert document["provenance"]["seed"] == "0"
 

@@ -9,6 +9,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.simulation.score import Score
+from hydrodamp.validation.front import front
 from hydrodamp.validation.paper import beside_paper
 
 
@@ -37,6 +38,21 @@ def test_rows_are_in_the_order_asked_for(comparison):
 def test_the_truth_wins(comparison):
     assert comparison.best() is comparison.row("linear", "ls")
     assert comparison.best().rms < 0.05
+
+
+def test_the_choice_says_why_and_what_came_second(comparison):
+    choice = comparison.choice()
+    assert choice.row is comparison.best()
+    assert choice.runner_up.method == "ls"
+    assert str(choice).startswith("linear by ls (0.0")
+    assert choice.reservation == "Left out: 2 replays that diverged, failed or did not settle."
+    assert comparison.best("parsimony") is comparison.choice("parsimony").row
+
+
+def test_the_front_of_a_comparison_has_no_diverged_row(comparison):
+    rows = front(comparison)
+    assert comparison.best() in rows
+    assert comparison.row("fossen", "wild") not in rows
 
 
 def test_a_diverged_replay_is_a_row_with_a_status(comparison):

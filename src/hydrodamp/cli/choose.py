@@ -8,8 +8,47 @@ from typing import TYPE_CHECKING
 from hydrodamp.errors import MethodError, ModelError
 
 if TYPE_CHECKING:
+    from hydrodamp.data.log import Log
     from hydrodamp.identification.fit import Method
     from hydrodamp.models.model import DampingModel
+    from hydrodamp.vehicle.vehicle import Vehicle
+
+SPARSE = "sparse"
+"""The model that is selected from the training log."""
+
+
+def selects(listed: str | None) -> bool:
+    """Tell whether a list of models asks for one to be selected from the log."""
+    return listed is not None and SPARSE in _names(listed)
+
+
+def with_sparse(
+    vehicle: Vehicle, log: Log, models: tuple[DampingModel, ...]
+) -> tuple[DampingModel, ...]:
+    """Return the models and the one selected from a log.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        Everything known.
+    log : Log
+        What the models are identified from.
+    models : tuple of DampingModel
+        Their damping terms are candidates too; their terms with commands are kept.
+
+    Returns
+    -------
+    models : tuple of DampingModel
+        The selected one comes last.
+    """
+    from hydrodamp.cli.output import note
+    from hydrodamp.cli.progress import progress
+    from hydrodamp.validation.sparse import Sparse
+
+    with progress("selecting terms"):
+        selected = Sparse().select(vehicle, log, models)
+    note(f"sparse: {selected.n_coefficients} coefficients. {selected.note}")
+    return (*models, selected)
 
 
 def choose_models(listed: str | None) -> tuple[DampingModel, ...]:
@@ -18,7 +57,8 @@ def choose_models(listed: str | None) -> tuple[DampingModel, ...]:
     Parameters
     ----------
     listed : str or None
-        Names of the catalogue and YAML files; None for the paper's eight.
+        Names of the catalogue and YAML files; None for the paper's eight. ``sparse`` is
+        left out, see :func:`with_sparse`.
 
     Returns
     -------
@@ -34,8 +74,9 @@ def choose_models(listed: str | None) -> tuple[DampingModel, ...]:
     """
     from hydrodamp.models.catalog import PAPER_MODELS
 
-    names = PAPER_MODELS if listed is None else _names(listed)
-    if not names:
+    asked = PAPER_MODELS if listed is None else _names(listed)
+    names = tuple(name for name in asked if name != SPARSE)
+    if not asked:
         raise ModelError("`--models` must name at least one model; got an empty list.")
     chosen: dict[str, DampingModel] = {}
     for model in (model for name in names for model in named_models(name)):

@@ -19,7 +19,7 @@ def compare(
     train: options.Train = None,
     test: options.Test = None,
     models: options.Models = None,
-    methods: options.Methods = options.DEFAULT_METHODS,
+    methods: options.Methods = options.DEFAULT_METHOD,
     mapping: options.MappingFile = None,
     attitude: options.Attitude = options.AttitudeSource.measured,
     rate_unit: options.Rates = options.RateUnit.deg,
@@ -27,7 +27,7 @@ def compare(
     json: options.Json = False,
 ) -> None:
     """Identify models on one part of the data, replay them on another, rank them."""
-    from hydrodamp.cli.choose import choose_methods, choose_models
+    from hydrodamp.cli.choose import choose_methods, choose_models, selects, with_sparse
     from hydrodamp.cli.experiment import check_attitude, check_before, check_samples, fit_all
     from hydrodamp.cli.progress import progress
     from hydrodamp.cli.select import train_and_test
@@ -40,6 +40,8 @@ def compare(
         check_out_folder(out, (*(name.strip() for name in listed), vehicle, mapping))
     craft, chosen, ways = find_vehicle(vehicle), choose_models(models), choose_methods(methods)
     learn, held_out, shared = train_and_test(logs or (), train or (), test or (), mapping)
+    if selects(models):
+        chosen = with_sparse(craft, learn, chosen)
     for log in (learn, held_out):
         check_before(craft, log, chosen)
     check_attitude(attitude.value, held_out)

@@ -32,7 +32,8 @@ def demo(
     """Re-enact the paper's experiment on a simulated vehicle and print its Table I.
 
     No log is needed and nothing is downloaded. The eight models are identified
-    by least squares and by the adaptive identifier, then replayed on other runs.
+    by least squares, by the adaptive identifier and by the recommended method,
+    then replayed on other runs.
     """
     from hydrodamp import kernels
     from hydrodamp.cli.choose import choose_methods, choose_models
@@ -48,7 +49,7 @@ def demo(
         note("the compiled core is missing: this may take minutes instead of seconds.")
     with progress("sailing the campaign"):
         campaign = reenact(seed=seed, truth=truth)
-    models, methods = choose_models(None), choose_methods(options.DEFAULT_METHODS)
+    models, methods = choose_models(None), choose_methods(options.DEMO_METHODS)
     with progress("identifying", len(methods) * len(models)) as done:
         fits = fit_all(campaign.vehicle, campaign.train, models, methods, done)
     with progress("replaying", len(fits)) as done:

@@ -22,7 +22,7 @@ def identify(
     logs: options.Logs = None,
     method: Annotated[
         str, typer.Option("--method", metavar="KEY", help=f"How: {options.METHODS}.")
-    ] = "ls",
+    ] = options.DEFAULT_METHOD,
     train: options.Train = None,
     mapping: options.MappingFile = None,
     out: Annotated[
@@ -30,23 +30,31 @@ def identify(
     ] = None,
     json: options.Json = False,
 ) -> None:
-    """Identify one model and write its damping file."""
-    from hydrodamp.cli.choose import choose_model
+    """Identify one model, say how far to trust it, and write its damping file."""
+    from hydrodamp.cli.choose import SPARSE, choose_model, with_sparse
     from hydrodamp.cli.experiment import check_before, check_samples, fit_all
     from hydrodamp.cli.progress import progress
     from hydrodamp.cli.select import train_alone
     from hydrodamp.cli.targets import check_out_file
+    from hydrodamp.cli.trust import trust
     from hydrodamp.identification.methods import find_method
     from hydrodamp.vehicle.fleet import find_vehicle
 
     if out is not None:
         check_out_file(out, (*(logs or ()), *(train or ()), vehicle, model, mapping))
-    craft, chosen, way = find_vehicle(vehicle), choose_model(model), find_method(method)
+    craft, way = find_vehicle(vehicle), find_method(method)
+    named = () if model == SPARSE else (choose_model(model),)
     log = train_alone(logs or (), train or (), mapping)
+    (chosen,) = named or with_sparse(craft, log, ())
     check_before(craft, log, (chosen,))
     check_samples(craft, log, (chosen,))
     with progress("identifying", 1) as done:
         (fit,) = fit_all(craft, log, (chosen,), (way,), done)
+    if fit.status.usable and not json:
+        with progress("asking how far to trust it"):
+            words = trust(craft, log, fit)
+        results().print("\n\n".join(words), markup=False, highlight=False)
+        results().print()
     deliver(fit, out, json)
 
 

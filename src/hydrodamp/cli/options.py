@@ -7,14 +7,20 @@ from typing import Annotated
 
 import typer
 
-METHODS = "ls, ls-sg, ai, ai-scaled"
+METHODS = (
+    "recommended, ls, ls-sg, weak, gls, ridge, dissipative, smooth, oe, ai, ai-scaled, "
+    "ai-robust, rls"
+)
 """All methods, for help; those of ``identification.methods``."""
 
 FLEET = "vt690, remus100, lauv, bluerov2, bluerov2-heavy"
 """All vehicles of the fleet, for help; those of ``vehicle.fleet``."""
 
-DEFAULT_METHODS = "ls,ai,ai-scaled"
-"""Least squares, the paper's adaptive identifier, and it with scaled gains."""
+DEFAULT_METHOD = "recommended"
+"""What a user gets who names none."""
+
+DEMO_METHODS = "ls,ai,ai-scaled,recommended"
+"""The paper's two, the second with scaled gains, and what hydrodamp recommends."""
 
 
 class AttitudeSource(StrEnum):
@@ -63,7 +69,8 @@ Models = Annotated[
     typer.Option(
         "--models",
         metavar="LIST",
-        help="Models by name and YAML files of models, with commas. [default: the paper's eight]",
+        help="Models by name and YAML files of models, with commas; `sparse` selects one from the "
+        "training data. [default: the paper's eight]",
     ),
 ]
 Methods = Annotated[

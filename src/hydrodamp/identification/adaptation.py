@@ -8,8 +8,12 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.axes import AXES, VELOCITY_OF
+from hydrodamp.kernels.entries import Entries
+from hydrodamp.kernels.robustness import Robustness
+from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.columns import Columns
+from hydrodamp.simulation.stamp import stamp
 
 
 @dataclass(frozen=True)
@@ -38,9 +42,86 @@ class Adaptation:
 
     def start(self) -> FloatArray:
         """Return the paper's start: −1 on the diagonal linear terms, 0 elsewhere."""
-        values = [
-            -1.0 if str(term) == VELOCITY_OF[AXES[axis]] else 0.0
-            for axis, terms in enumerate(self.model.terms)
-            for term in terms
-        ]
-        return self.columns.with_unknown(self.entries, np.array(values))
+        return self.columns.with_unknown(self.entries, first_guess(self.model))
+
+
+@dataclass(frozen=True)
+class Bound:
+    """A robust or recursive method bound to a plant and a model.
+
+    Attributes
+    ----------
+    columns : Columns
+        Equation 1 as one table.
+    model : DampingModel
+        Whose coefficients move; restricted to the free axes.
+    entries : Entries
+        Where they stand in the table.
+    """
+
+    columns: Columns
+    model: DampingModel
+    entries: Entries
+
+    @classmethod
+    def to(cls, columns: Columns, model: DampingModel) -> Bound:
+        """Bind to the free axes of a vehicle.
+
+        Parameters
+        ----------
+        columns : Columns
+            Equation 1 as one table.
+        model : DampingModel
+            Which terms.
+
+        Returns
+        -------
+        bound : Bound
+            All other coefficients are taken as known.
+        """
+        free = model.restricted_to(columns.vehicle.axes)
+        rows, axes = columns.entries(free)
+        known = columns.with_unknown((rows, axes), np.zeros(len(rows)))
+        return cls(columns, free, Entries(rows, axes, known))
+
+    def damping(self, coefficients: FloatArray, covariance: FloatArray | None = None) -> Damping:
+        """Return the damping of some coefficients, with the vehicle it belongs to."""
+        vehicle = stamp(self.columns.vehicle)
+        return Damping(self.model, coefficients, covariance=covariance, vehicle=vehicle)
+
+
+@dataclass(frozen=True)
+class RobustAdaptation:
+    """A robust identifier bound to a plant and a model: all that a step needs.
+
+    Attributes
+    ----------
+    bound : Bound
+        Plant and model.
+    robustness : Robustness
+        Gain matrices and what makes them robust.
+    """
+
+    bound: Bound
+    robustness: Robustness
+
+
+def first_guess(model: DampingModel) -> FloatArray:
+    """Return the paper's start: −1 on the diagonal linear terms, 0 elsewhere.
+
+    Parameters
+    ----------
+    model : DampingModel
+        Which terms.
+
+    Returns
+    -------
+    coefficients : ndarray, shape (n_coefficients,)
+        In the order of the model's labels.
+    """
+    values = [
+        -1.0 if str(term) == VELOCITY_OF[AXES[axis]] else 0.0
+        for axis, terms in enumerate(model.terms)
+        for term in terms
+    ]
+    return np.array(values)

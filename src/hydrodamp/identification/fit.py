@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
 
+from hydrodamp.arrays import FloatArray
 from hydrodamp.data.log import Log
+from hydrodamp.identification.covariance import Uncertainty
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem, prepare
@@ -38,6 +40,12 @@ class Fit:
         Samples used.
     provenance : dict of str to str
         Log, vehicle and settings, in words.
+    remarks : tuple of str
+        What the method found on its way, in sentences: what it chose, what a
+        constraint costs, what was checked.
+    uncertainty : Uncertainty or None
+        Standard errors and intervals; its covariance is that of the damping. None where
+        the method knows none for coloured noise.
     """
 
     damping: Damping
@@ -47,11 +55,20 @@ class Fit:
     aliased: tuple[tuple[str, ...], ...] = ()
     n_samples: int = 0
     provenance: dict[str, str] = field(default_factory=dict)
+    remarks: tuple[str, ...] = ()
+    uncertainty: Uncertainty | None = None
 
     @property
     def model(self) -> DampingModel:
         """The model that was identified."""
         return self.damping.model
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """What to read beside the numbers: the remarks, and what standard errors are from."""
+        if self.uncertainty is not None:
+            return (*self.remarks, str(self.uncertainty))
+        return self.remarks if self.damping.covariance is None else (*self.remarks, WHITE)
 
     def __str__(self) -> str:
         """Return the outcome and the coefficients, one screen."""
@@ -59,7 +76,14 @@ class Fit:
         head = f"{self.model.key} by {self.method}: {self.model.n_coefficients} coefficients{rank}"
         groups = "".join(f"\n  not told apart: {' '.join(group)}" for group in self.aliased[:8])
         more = f"\n  and {len(self.aliased) - 8} more groups" if len(self.aliased) > 8 else ""
-        return f"{head}\n{self.status.value}{groups}{more}\n{self.damping}"
+        said = "".join(f"\n{remark}" for remark in self.sentences)
+        return f"{head}\n{self.status.value}{groups}{more}{said}\n{self.damping}"
+
+
+WHITE = (
+    "Standard errors take the residuals as white: where neighbours err alike they are too narrow."
+)
+"""What is said of a covariance that does not allow for coloured noise."""
 
 
 class Method(Protocol):
@@ -125,6 +149,94 @@ def provenance(problem: Problem, method: object) -> dict[str, str]:
         "vehicle": problem.vehicle.name,
         "settings": repr(method),
     }
+
+
+def fitted(
+    problem: Problem,
+    model: DampingModel,
+    method: Method,
+    coefficients: FloatArray,
+    *,
+    covariance: FloatArray | None = None,
+    uncertainty: Uncertainty | None = None,
+    rank: int | None = None,
+    aliased: tuple[tuple[str, ...], ...] = (),
+    status: Status | None = None,
+    n_samples: int | None = None,
+    remarks: tuple[str, ...] = (),
+) -> Fit:
+    """Put together the fit of a method that came to numbers.
+
+    Parameters
+    ----------
+    problem : Problem
+        What was used.
+    model : DampingModel
+        Restricted to the free axes.
+    method : Method
+        Its key and its settings go into the fit.
+    coefficients : ndarray, shape (n_coefficients,)
+        In the order of the model's labels.
+    covariance : ndarray, shape (n_coefficients, n_coefficients), optional
+        Of the coefficients, where there is no uncertainty.
+    uncertainty : Uncertainty, optional
+        How far to trust the coefficients.
+    rank : int, optional
+        Coefficients told apart, summed over axes.
+    aliased : tuple of tuple of str
+        Labels not told apart, group by group.
+    status : Status, optional
+        ``RANK_DEFICIENT`` where something is aliased, else ``OK``; ``FAILED`` whatever
+        was asked for where a coefficient is not finite.
+    n_samples : int, optional
+        Samples used; all of the problem by default.
+    remarks : tuple of str
+        Sentences.
+
+    Returns
+    -------
+    fit : Fit
+        With the vehicle's stamp and provenance.
+    """
+    if not np.all(np.isfinite(coefficients)):
+        return empty_fit(problem, model, method.key, Status.FAILED)
+    if uncertainty is not None:
+        covariance = uncertainty.covariance
+    return Fit(
+        damping=Damping(model, coefficients, covariance=covariance, vehicle=stamp(problem.vehicle)),
+        method=method.key,
+        status=status or (Status.RANK_DEFICIENT if aliased else Status.OK),
+        rank=rank,
+        aliased=aliased,
+        n_samples=problem.n_samples if n_samples is None else n_samples,
+        provenance=provenance(problem, method),
+        remarks=remarks,
+        uncertainty=uncertainty,
+    )
+
+
+def trusted(fit: Fit, uncertainty: Uncertainty | None) -> Fit:
+    """Return a fit with standard errors for coloured noise.
+
+    Parameters
+    ----------
+    fit : Fit
+        Any with numbers.
+    uncertainty : Uncertainty or None
+        Of its coefficients; the fit stays as it is where there is none.
+
+    Returns
+    -------
+    fit : Fit
+        Its damping carries the covariance of the noise.
+    """
+    if uncertainty is None:
+        return fit
+    return replace(
+        fit,
+        damping=replace(fit.damping, covariance=uncertainty.covariance),
+        uncertainty=uncertainty,
+    )
 
 
 def empty_fit(problem: Problem, model: DampingModel, method: str, status: Status) -> Fit:

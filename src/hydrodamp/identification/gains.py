@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hydrodamp.arrays import FloatArray, IndexArray
+from hydrodamp.arrays import FloatArray, IndexArray, IntArray
 from hydrodamp.errors import MethodError
 from hydrodamp.simulation.columns import Columns
 from hydrodamp.simulation.problem import Problem
@@ -35,6 +35,34 @@ class ByNoise:
     """
 
     share: float = 0.02
+
+    def __post_init__(self) -> None:
+        """Refuse what the proof does not cover."""
+        per_axis(self.share, "share")
+
+
+@dataclass(frozen=True)
+class ByStep:
+    """Error gains ``a_i = share · M_ii / h``, h the log's median step: feedback faster than it.
+
+    Noise of a measured velocity stands in the error and in the terms alike. With
+    ``x = a_i h / 2 M_ii``, the bias this leaves in the coefficients is ``x / (1 + x)²``
+    of ``M_ii / h`` over the signal-to-noise ratio: small feedback keeps it small, and
+    so does very large feedback, where the error answers to its own step alone and
+    the noise at both ends of the step cancels.
+
+    Parameters
+    ----------
+    share : float
+        How much faster than the step.
+
+    Raises
+    ------
+    MethodError
+        If it is not positive.
+    """
+
+    share: float = 2000.0
 
     def __post_init__(self) -> None:
         """Refuse what the proof does not cover."""
@@ -105,15 +133,15 @@ def per_axis(gain: Numbers, name: str) -> FloatArray:
     return np.broadcast_to(gains, (6,)).copy()
 
 
-def error_gains(a: Numbers | ByNoise, source: Problem | Columns) -> FloatArray:
+def error_gains(a: Numbers | ByNoise | ByStep, source: Problem | Columns) -> FloatArray:
     """Return the error gain of each axis.
 
     Parameters
     ----------
-    a : float, tuple of 6 floats or ByNoise
+    a : float, tuple of 6 floats, ByNoise or ByStep
         What was asked for.
     source : Problem or Columns
-        A problem where gains by noise need the velocities.
+        A problem where gains by noise need the velocities, by step the clock.
 
     Returns
     -------
@@ -123,18 +151,21 @@ def error_gains(a: Numbers | ByNoise, source: Problem | Columns) -> FloatArray:
     Raises
     ------
     MethodError
-        If gains by noise are asked for without a log.
+        If gains by noise or step are asked for without a log.
     """
+    if isinstance(a, ByStep):
+        clocked = with_log(source, "clock")
+        return a.share / median_step(clocked) * np.diag(clocked.vehicle.mass_matrix)
     if not isinstance(a, ByNoise):
         return per_axis(a, "a")
-    problem = _with_log(source, "noise of each velocity")
+    problem = with_log(source, "noise of each velocity")
     return a.share * signal_to_noise(problem) * np.diag(problem.vehicle.mass_matrix)
 
 
 def adaptation_gains(
     gamma: Numbers | ByTerm,
     source: Problem | Columns,
-    entries: tuple[IndexArray, IndexArray],
+    entries: tuple[IndexArray | IntArray, IndexArray | IntArray],
     a: FloatArray,
 ) -> FloatArray:
     """Return the adaptation gain of each coefficient.
@@ -163,20 +194,57 @@ def adaptation_gains(
     rows, axes = entries
     if not isinstance(gamma, ByTerm):
         return per_axis(gamma, "gamma")[axes]
-    problem = _with_log(source, "size of each term")
+    problem = with_log(source, "size of each term")
     size = mean_square(problem)[rows - problem.columns.n_known]
     terms = np.bincount(axes, minlength=6)[axes]
     seen = size > 0.0
     return np.where(seen, a[axes] / (gamma.settling * terms * np.where(seen, size, 1.0)), 0.0)
 
 
-def _with_log(source: Problem | Columns, what: str) -> Problem:
+def with_log(source: Problem | Columns, what: str) -> Problem:
+    """Return the problem that settings by data need.
+
+    Parameters
+    ----------
+    source : Problem or Columns
+        What a method is bound to.
+    what : str
+        What they take from the log.
+
+    Returns
+    -------
+    problem : Problem
+        The source itself.
+
+    Raises
+    ------
+    MethodError
+        If it is no problem.
+    """
     if isinstance(source, Problem):
         return source
     raise MethodError(
-        f"these gains take the {what} from a log: bind the identifier to a problem prepared "
+        f"these settings take the {what} from a log: bind the method to a problem prepared "
         "from one, such as last week's dive."
     )
+
+
+def median_step(problem: Problem) -> float:
+    """Return the median step between samples of one segment [s]; one second where there is none.
+
+    Parameters
+    ----------
+    problem : Problem
+        Times and segments.
+
+    Returns
+    -------
+    step : float
+        [s].
+    """
+    steps = [np.diff(problem.inputs.time[start:stop]) for start, stop in problem.segments]
+    every = np.concatenate(steps)
+    return float(np.median(every)) if len(every) else 1.0
 
 
 def signal_to_noise(problem: Problem) -> FloatArray:

@@ -6,18 +6,21 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import block_diag
 
-from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.axes import AXES
+from hydrodamp.identification.covariance import Uncertainty, noise_uncertainty
 from hydrodamp.identification.derivative import Derivative, SavitzkyGolay
-from hydrodamp.identification.fit import Fit, empty_fit, provenance
+from hydrodamp.identification.equations import Differenced
+from hydrodamp.identification.fit import Fit, Method, fitted, trusted
 from hydrodamp.identification.rank import AxisSolution, solve_axis
+from hydrodamp.identification.refusal import refused
 from hydrodamp.identification.triangle import Triangle, accumulate
-from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
-from hydrodamp.simulation.stamp import stamp
-from hydrodamp.simulation.status import Status
+
+MOST_ROWS = 100_000
+"""Samples up to which rows are gone through again for the covariance of coloured noise."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +65,8 @@ class LeastSquares:
         Returns
         -------
         fit : Fit
-            With rank, aliased labels and the covariance of white residuals.
+            With rank and aliased labels. Its covariance allows for coloured noise up to
+            ``MOST_ROWS`` samples; beyond, and from :meth:`solve`, residuals count as white.
         """
         return self.identify_all(problem, (model,))[0]
 
@@ -82,7 +86,16 @@ class LeastSquares:
             In the order of the models.
         """
         triangle = accumulate(problem, self.derivative)
-        return tuple(self.solve(triangle, problem, model) for model in models)
+        fits = tuple(self.solve(triangle, problem, model) for model in models)
+        if problem.n_samples > MOST_ROWS:
+            return fits
+        equations = Differenced(self.derivative)
+        return tuple(
+            trusted(fit, noise_uncertainty(problem, equations, fit.model))
+            if fit.status.usable
+            else fit
+            for fit in fits
+        )
 
     def solve(self, triangle: Triangle, problem: Problem, model: DampingModel) -> Fit:
         """Solve one model from a triangle, without the data.
@@ -102,50 +115,59 @@ class LeastSquares:
             As :meth:`identify`.
         """
         free = model.restricted_to(problem.vehicle.axes)
-        problem.columns.require(free)
-        if not free.n_coefficients:
-            return empty_fit(problem, free, self.key, Status.EMPTY)
-        if triangle.n_samples < max(len(terms) for terms in free.terms):
-            return empty_fit(problem, free, self.key, Status.TOO_FEW_SAMPLES)
-        if not np.all(np.isfinite(triangle.r)):
-            return empty_fit(problem, free, self.key, Status.FAILED)
+        refusal = refused(problem, free, self.key, triangle)
+        if refusal is not None:
+            return refusal
         solutions = [solve_axis(triangle, terms, axis) for axis, terms in enumerate(free.terms)]
-        return _assembled(problem, free, self, solutions, triangle.n_samples)
+        return assembled(problem, free, self, solutions, triangle.n_samples)
 
 
-def _assembled(
+def assembled(
     problem: Problem,
     model: DampingModel,
-    method: LeastSquares,
+    method: Method,
     solutions: list[AxisSolution],
     n_samples: int,
+    remarks: tuple[str, ...] = (),
+    uncertainty: Uncertainty | None = None,
 ) -> Fit:
-    aliased = tuple(
-        tuple(f"{AXES[axis]}_{term}" for term in group)
-        for axis, solution in enumerate(solutions)
-        for group in solution.aliased
-    )
-    damping = Damping(
+    """Put together the fit of six separately solved axes.
+
+    Parameters
+    ----------
+    problem : Problem
+        What was used.
+    model : DampingModel
+        Restricted to the free axes.
+    method : Method
+        Which method solved them.
+    solutions : list of AxisSolution
+        One an axis.
+    n_samples : int
+        Rows used.
+    remarks : tuple of str
+        Sentences for the fit.
+    uncertainty : Uncertainty, optional
+        For coloured noise; the covariance of white residuals otherwise.
+
+    Returns
+    -------
+    fit : Fit
+        With rank, aliased labels and covariance, block by block.
+    """
+    return fitted(
+        problem,
         model,
+        method,
         np.concatenate([solution.coefficients for solution in solutions]),
-        covariance=_block_diagonal([solution.covariance for solution in solutions]),
-        vehicle=stamp(problem.vehicle),
-    )
-    return Fit(
-        damping=damping,
-        method=method.key,
-        status=Status.RANK_DEFICIENT if aliased else Status.OK,
+        covariance=block_diag(*[solution.covariance for solution in solutions]),
+        uncertainty=uncertainty,
         rank=sum(solution.rank for solution in solutions),
-        aliased=aliased,
+        aliased=tuple(
+            tuple(f"{AXES[axis]}_{term}" for term in group)
+            for axis, solution in enumerate(solutions)
+            for group in solution.aliased
+        ),
         n_samples=n_samples,
-        provenance=provenance(problem, method),
+        remarks=remarks,
     )
-
-
-def _block_diagonal(blocks: list[FloatArray]) -> FloatArray:
-    sizes = [len(block) for block in blocks]
-    ends = np.cumsum(sizes)
-    whole = np.zeros((int(ends[-1]), int(ends[-1])))
-    for block, size, end in zip(blocks, sizes, ends.tolist(), strict=True):
-        whole[end - size : end, end - size : end] = block
-    return whole

@@ -3,25 +3,54 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from typing import Protocol, runtime_checkable
 
 from hydrodamp.errors import MethodError, did_you_mean
 from hydrodamp.identification.adaptive import AdaptiveIdentifier
 from hydrodamp.identification.derivative import SavitzkyGolay
+from hydrodamp.identification.dissipative import Dissipative
 from hydrodamp.identification.fit import Fit, Method
 from hydrodamp.identification.gains import ByNoise, ByTerm
+from hydrodamp.identification.generalised import GeneralisedLeastSquares
 from hydrodamp.identification.least_squares import LeastSquares
+from hydrodamp.identification.output_error import OutputError
+from hydrodamp.identification.recommended import Recommended
+from hydrodamp.identification.recursive import RecursiveLeastSquares
+from hydrodamp.identification.ridge import Ridge
+from hydrodamp.identification.robust import RobustIdentifier
+from hydrodamp.identification.smooth import Smoothed
+from hydrodamp.identification.weak import WeakForm
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.parallel import each
 from hydrodamp.simulation.problem import Problem
 
 METHODS: dict[str, Method] = {
+    "recommended": Recommended(),
     "ls": LeastSquares(),
     "ls-sg": LeastSquares(SavitzkyGolay()),
+    "weak": WeakForm(),
+    "gls": GeneralisedLeastSquares(),
+    "ridge": Ridge(),
+    "dissipative": Dissipative(),
+    "smooth": Smoothed(),
+    "oe": OutputError(),
     "ai": AdaptiveIdentifier(a=20.0, gamma=20.0),
     "ai-scaled": AdaptiveIdentifier(a=ByNoise(), gamma=ByTerm(), passes=30),
+    "ai-robust": RobustIdentifier(),
+    "rls": RecursiveLeastSquares(),
 }
-"""``ls`` and ``ai`` are the paper's. ``ls-sg`` takes smoothed slopes in place of finite
-differences, ``ai-scaled`` is ``ai`` with gains by axis and term and thirty passes."""
+"""``recommended`` is what a user gets who names none; ``ls`` and ``ai`` are the paper's.
+``ls-sg`` takes smoothed slopes in place of finite differences, ``ai-scaled`` is ``ai`` with
+gains by axis and term and thirty passes."""
+
+
+@runtime_checkable
+class Shared(Protocol):
+    """A method that shares work between models."""
+
+    def identify_all(self, problem: Problem, models: Iterable[DampingModel]) -> tuple[Fit, ...]:
+        """Identify several models at once."""
+        ...
 
 
 def find_method(key: str) -> Method:
@@ -61,7 +90,8 @@ def identify_all(
 ) -> tuple[Fit, ...]:
     """Identify several models by one method, on all cores.
 
-    Least squares makes its triangle once and solves every model from it.
+    A method that shares work between models does it once, such as the triangle of least
+    squares.
 
     Parameters
     ----------
@@ -80,7 +110,7 @@ def identify_all(
         In the order of the models.
     """
     asked = tuple(models)
-    if not isinstance(method, LeastSquares):
+    if not isinstance(method, Shared):
         return each(method.identify, [(problem, model) for model in asked], done)
     fits = method.identify_all(problem, asked)
     for _ in fits:

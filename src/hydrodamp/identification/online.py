@@ -70,11 +70,7 @@ class State:
         ProblemError
             If time does not advance.
         """
-        if not sample.time > self.last.time:
-            raise ProblemError(
-                f"time must advance from {self.last.time} s, got {sample.time} s; after a gap or "
-                "a new clock use `state.restarted(sample)`."
-            )
+        require_later(self.last, sample)
         bound = self.adaptation
         matrix, error = kernels.adapt_step(
             bound.columns.plant,
@@ -103,6 +99,26 @@ class State:
             A new one.
         """
         return replace(self, velocity_error=frozen(np.zeros(6)), last=sample)
+
+
+def require_later(last: Sample, sample: Sample) -> None:
+    """Refuse a sample that is not later than the last one.
+
+    Parameters
+    ----------
+    last, sample : Sample
+        Both ends of a step.
+
+    Raises
+    ------
+    ProblemError
+        If time does not advance.
+    """
+    if not sample.time > last.time:
+        raise ProblemError(
+            f"time must advance from {last.time} s, got {sample.time} s; after a gap or "
+            "a new clock use `state.restarted(sample)`."
+        )
 
 
 def observe(

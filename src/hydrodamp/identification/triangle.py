@@ -110,6 +110,31 @@ def accumulate(
     return Triangle(problem.columns.basis, frozen(np.triu(r)), n_samples)
 
 
+def folded(basis: Basis, design: FloatArray, target: FloatArray) -> Triangle:
+    """Fold rows that are already there into their triangle.
+
+    Parameters
+    ----------
+    basis : Basis
+        The columns of the design.
+    design : ndarray, shape (m, n_terms)
+        In the paper Ξ.
+    target : ndarray, shape (m, 6)
+        Force [N] and moment [N m] that the terms are to explain, body frame.
+
+    Returns
+    -------
+    triangle : Triangle
+        Of ``[design target]``.
+    """
+    size = len(basis) + 6
+    r = np.zeros((size, size), order="F")
+    for first in range(0, len(target), _ROWS):
+        part = slice(first, first + _ROWS)
+        r = _fold(r, np.asfortranarray(np.hstack([design[part], target[part]])))
+    return Triangle(basis, frozen(np.triu(r)), len(target))
+
+
 def merge(triangles: Iterable[Triangle]) -> Triangle:
     """Merge triangles of the same terms.
 

@@ -8,24 +8,34 @@ Read plant and inputs (the arrays), then reference (the equations), then csrc.
 
 try:
     from hydrodamp.kernels.compiled import (
+        absorb,
         acceleration,
         adapt,
         adapt_step,
+        block_step,
         coriolis,
+        recur,
         regressor,
         replay,
+        robust_run,
+        robust_step,
         sensitivities,
     )
 
     COMPILED = True
 except ImportError:
     from hydrodamp.kernels.fallback import (
+        absorb,
         acceleration,
         adapt,
         adapt_step,
+        block_step,
         coriolis,
+        recur,
         regressor,
         replay,
+        robust_run,
+        robust_step,
         sensitivities,
     )
 
@@ -33,11 +43,16 @@ except ImportError:
 
 __all__ = [
     "COMPILED",
+    "absorb",
     "acceleration",
     "adapt",
     "adapt_step",
+    "block_step",
     "coriolis",
+    "recur",
     "regressor",
     "replay",
+    "robust_run",
+    "robust_step",
     "sensitivities",
 ]

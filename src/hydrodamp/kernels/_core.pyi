@@ -83,3 +83,84 @@ def adapt_step(
     previous: FloatArray,
     current: FloatArray,
 ) -> None: ...
+
+class Entries:
+    def __init__(self, starts: IntArray, rows: IntArray, known: FloatArray) -> None: ...
+
+class Robust:
+    def __init__(
+        self,
+        entries: Entries,
+        a: FloatArray,
+        gains: FloatArray,
+        rest: FloatArray,
+        lower: FloatArray,
+        upper: FloatArray,
+        leakage: float,
+        dead_zone: float,
+    ) -> None: ...
+
+def robust_step(
+    plant: Plant,
+    entries: Entries,
+    robust: Robust,
+    coefficients: FloatArray,
+    error: FloatArray,
+    total: FloatArray,
+    duration: FloatArray,
+    previous: FloatArray,
+    current: FloatArray,
+) -> None: ...
+def robust_run(
+    plant: Plant,
+    entries: Entries,
+    robust: Robust,
+    coefficients: FloatArray,
+    error: FloatArray,
+    total: FloatArray,
+    duration: FloatArray,
+    mean_from: int,
+    record: Record,
+    segments: IntArray,
+    every: int,
+    track_time: FloatArray,
+    track_error: FloatArray,
+    track_coefficients: FloatArray,
+) -> None: ...
+def block_step(
+    plant: Plant,
+    entries: Entries,
+    length: float,
+    block: FloatArray,
+    row: FloatArray,
+    previous: FloatArray,
+    current: FloatArray,
+) -> bool: ...
+def absorb(
+    entries: Entries,
+    unit: FloatArray,
+    forgetting: float,
+    coefficients: FloatArray,
+    information: FloatArray,
+    noise: FloatArray,
+    rows: FloatArray,
+    row: FloatArray,
+) -> None: ...
+def recur(
+    plant: Plant,
+    entries: Entries,
+    unit: FloatArray,
+    forgetting: float,
+    coefficients: FloatArray,
+    information: FloatArray,
+    noise: FloatArray,
+    rows: FloatArray,
+    length: float,
+    block: FloatArray,
+    record: Record,
+    segments: IntArray,
+    every: int,
+    track_time: FloatArray,
+    track_noise: FloatArray,
+    track_coefficients: FloatArray,
+) -> None: ...

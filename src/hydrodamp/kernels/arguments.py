@@ -116,6 +116,24 @@ def check_step(
     coefficients(plant, gamma, "gamma")
     coefficients(plant, matrix)
     floats(error, (6,), "error")
+    check_samples(plant, *samples)
+
+
+def check_samples(plant: Plant, *samples: Sample) -> None:
+    """Refuse samples whose channels are not the plant's.
+
+    Parameters
+    ----------
+    plant : Plant
+        Whose terms use the channels.
+    *samples : Sample
+        One or more.
+
+    Raises
+    ------
+    ProblemError
+        If the numbers of channels differ.
+    """
     for sample in samples:
         found = len(sample.values) - PACKED
         if found != plant.n_channels:

@@ -6,10 +6,6 @@ The docstrings of :mod:`hydrodamp.kernels.reference` tell what each one does.
 
 from __future__ import annotations
 
-import functools
-from collections.abc import Callable
-from typing import TypeVar
-
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, IndexArray, IntArray
@@ -27,74 +23,31 @@ from hydrodamp.kernels.arguments import (
     rows_of,
     spans,
 )
+from hydrodamp.kernels.compiled_estimators import (
+    absorb,
+    block_step,
+    recur,
+    robust_run,
+    robust_step,
+)
 from hydrodamp.kernels.inputs import Inputs, Sample
 from hydrodamp.kernels.plant import Plant, checked_factors
+from hydrodamp.kernels.views import NO_ATTITUDE, core_plant, core_record, documented_by
 
-F = TypeVar("F", bound=Callable[..., object])
-
-NO_ATTITUDE = np.empty((0, 4))
-"""How the core is told to use the recorded down vectors."""
-
-
-def documented_by(twin: Callable[..., object]) -> Callable[[F], F]:
-    """Return a decorator that lends a kernel the docstring of its NumPy twin.
-
-    Parameters
-    ----------
-    twin : callable
-        The kernel of the reference.
-
-    Returns
-    -------
-    decorator : callable
-        Sets ``__doc__``.
-    """
-
-    def lend(function: F) -> F:
-        function.__doc__ = twin.__doc__
-        return function
-
-    return lend
-
-
-@functools.lru_cache(maxsize=32)
-def core_plant(plant: Plant) -> _core.Plant:
-    """Return the core's view of a plant, kept for the next call.
-
-    Parameters
-    ----------
-    plant : Plant
-        Its arrays never change, so a view stays right.
-
-    Returns
-    -------
-    view : _core.Plant
-        Pointers into the same arrays.
-    """
-    return _core.Plant(plant.factors, plant.mass_columns, plant.free, plant.n_channels)
-
-
-def core_record(inputs: Inputs) -> _core.Record:
-    """Return the core's view of a record.
-
-    Parameters
-    ----------
-    inputs : Inputs
-        The record.
-
-    Returns
-    -------
-    view : _core.Record
-        Pointers into the same arrays.
-    """
-    return _core.Record(
-        inputs.time,
-        inputs.velocity,
-        inputs.down,
-        inputs.wrench,
-        inputs.channels,
-        inputs.propulsion,
-    )
+__all__ = [
+    "absorb",
+    "acceleration",
+    "adapt",
+    "adapt_step",
+    "block_step",
+    "coriolis",
+    "recur",
+    "regressor",
+    "replay",
+    "robust_run",
+    "robust_step",
+    "sensitivities",
+]
 
 
 @documented_by(reference.regressor)

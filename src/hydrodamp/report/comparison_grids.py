@@ -9,6 +9,7 @@ from hydrodamp.report.grid import Grid
 from hydrodamp.report.numbers import NOTHING, error_size, percent
 from hydrodamp.report.remarks import remarks
 from hydrodamp.simulation.status import Status
+from hydrodamp.validation.choice import LowestError
 from hydrodamp.validation.comparison import Comparison, Row
 from hydrodamp.validation.paper import PRINTED_COLUMN, TABLE_I, beside_paper
 
@@ -194,15 +195,11 @@ def _best(
     """Return the cell of the lowest error of each method, among fits that have settled."""
     cells = set()
     for method in methods:
-        scored = [row for row in comparison.rows if row.method == method and _settled(row)]
+        scored = [row for row in comparison.rows if row.method == method and row.settled]
         if scored:
-            lowest = min(scored, key=lambda row: (row.rms, row.fit.model.n_coefficients))
+            lowest = LowestError().ranked(scored)[0]
             cells.add((comparison.models.index(lowest.model), header.index(method)))
     return frozenset(cells)
-
-
-def _settled(row: Row) -> bool:
-    return row.rms is not None and row.status is not Status.NOT_SETTLED
 
 
 def _by_axis(comparison: Comparison, method: str) -> Grid:

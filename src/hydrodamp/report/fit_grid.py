@@ -46,7 +46,7 @@ def fit_grid(fit: Fit) -> Grid:
         header=("coefficient", "value", "std. error", "unit", *(("told apart",) if told else ())),
         rows=rows,
         align="lrrll" if told else "lrrl",
-        notes=(fit.status.value, *_groups(fit)),
+        notes=(fit.status.value, *fit.sentences, *_groups(fit)),
         dim=frozenset({2, 3}),
     )
 

@@ -21,11 +21,12 @@ def remarks(comparison: Comparison) -> tuple[str, ...]:
     Returns
     -------
     sentences : tuple of str
-        Data both fitted and tested on, the likeness with the paper's order, then
-        what went wrong where.
+        Data both fitted and tested on, the choice and its runner-up, the likeness with
+        the paper's order, then what went wrong where.
     """
     return (
         *_overlap(comparison),
+        *_chosen(comparison),
         *_likeness(comparison),
         *_diverged(comparison),
         *_outcomes(comparison),
@@ -38,6 +39,12 @@ def _overlap(comparison: Comparison) -> Iterator[str]:
         yield (
             f"Training and test data share {shared}: errors on data that were fitted say little."
         )
+
+
+def _chosen(comparison: Comparison) -> Iterator[str]:
+    """Say which row has the lowest error and which is next; what was left out is said below."""
+    if any(row.rms is not None for row in comparison.rows):
+        yield comparison.choice().sentence
 
 
 def _likeness(comparison: Comparison) -> Iterator[str]:

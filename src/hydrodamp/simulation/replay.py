@@ -137,7 +137,7 @@ def replay(
         problem.matrix(damping),
         problem.inputs,
         problem.segments,
-        _initial_attitude(problem.log, attitude),
+        initial_attitude(problem.log, attitude),
         max_step=_checked_step(max_step),
         limit=LIMIT,
     )
@@ -150,7 +150,27 @@ def replay(
     return Trajectory(log, velocity, diverged, attitude, problem.vehicle.axes)
 
 
-def _initial_attitude(log: Log, attitude: AttitudeSource) -> FloatArray | None:
+def initial_attitude(log: Log, attitude: AttitudeSource) -> FloatArray | None:
+    """Return the attitudes a replay that simulates its own starts from.
+
+    Parameters
+    ----------
+    log : Log
+        Level throughout where it has none.
+    attitude : {"measured", "simulated"}
+        Which attitude gravity and buoyancy act along.
+
+    Returns
+    -------
+    attitude : ndarray, shape (n, 4), or None
+        Unit quaternions (w, x, y, z), body to north-east-down; None where the measured
+        attitude acts.
+
+    Raises
+    ------
+    MethodError
+        If the source is neither.
+    """
     if attitude == "measured":
         return None
     if attitude != "simulated":

@@ -32,6 +32,14 @@ class Status(Enum):
         "not settled: more than a tenth of an axis's damping wrench is still missing; give a "
         "longer or richer log, or more passes."
     )
+    STOPPED = (
+        "stopped: the search did not end at rest; the best replay met on its way is given, and "
+        "the remarks say why."
+    )
+    BY_PRIOR = (
+        "by prior: the data cannot tell some coefficients apart; there the prior decides and "
+        "`aliased` names them."
+    )
     FAILED = "failed: the estimate is not finite; look for absurd numbers in the log."
     DIVERGED = "diverged: the open-loop replay left every bound; there is no RMS error."
 

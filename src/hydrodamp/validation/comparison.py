@@ -9,6 +9,7 @@ from hydrodamp.identification.fit import Fit
 from hydrodamp.simulation.replay import Trajectory
 from hydrodamp.simulation.score import RateUnit, Score
 from hydrodamp.simulation.status import Status
+from hydrodamp.validation.choice import Choice, Rule, choose
 
 
 @dataclass(frozen=True)
@@ -40,6 +41,11 @@ class Row:
         return self.fit.method
 
     @property
+    def n_coefficients(self) -> int:
+        """How many coefficients the model has."""
+        return self.fit.model.n_coefficients
+
+    @property
     def rms(self) -> float | None:
         """Equation 24; None where there is no usable replay."""
         return self.score.rms
@@ -50,6 +56,11 @@ class Row:
         if not self.fit.status.usable:
             return self.fit.status
         return self.score.status if self.score.diverged else self.fit.status
+
+    @property
+    def settled(self) -> bool:
+        """Whether there is an RMS error, and it is that of a fit that has settled."""
+        return self.rms is not None and self.status is not Status.NOT_SETTLED
 
 
 @dataclass(frozen=True)
@@ -109,8 +120,35 @@ class Comparison:
             f"{', '.join(self.models)}, methods {', '.join(self.methods)}."
         )
 
-    def best(self) -> Row:
-        """Return the row of the lowest RMS error; ties go to fewer coefficients.
+    def choice(self, rule: str | Rule = "rms") -> Choice[Row]:
+        """Choose a row; printed, the choice says its rule and its runner-up.
+
+        Parameters
+        ----------
+        rule : {"rms", "parsimony"} or Rule
+            The lowest RMS error, or the fewest coefficients within 10 % of it;
+            ``Parsimony(within=0.2)`` for another share. Rows that have not settled
+            are left out unless none has.
+
+        Returns
+        -------
+        choice : Choice
+            ``row``, ``runner_up`` and the ``sentence`` that says why.
+
+        Raises
+        ------
+        MethodError
+            If no row has an RMS error, or the rule is unknown.
+        """
+        return choose(self.rows, rule)
+
+    def best(self, rule: str | Rule = "rms") -> Row:
+        """Return the row of :meth:`choice`.
+
+        Parameters
+        ----------
+        rule : {"rms", "parsimony"} or Rule
+            The lowest RMS error by default; ties go to fewer coefficients.
 
         Returns
         -------
@@ -120,20 +158,15 @@ class Comparison:
         Raises
         ------
         MethodError
-            If every replay diverged.
+            If no row has an RMS error, or the rule is unknown.
         """
-        ranked = [row for row in self.rows if row.rms is not None]
-        if not ranked:
-            raise MethodError(
-                "no row has an RMS error: every replay diverged or nothing was fitted"
-            )
-        return min(ranked, key=lambda row: (row.rms, row.fit.model.n_coefficients))
+        return self.choice(rule).row
 
     def __str__(self) -> str:
         """Return the table as plain text."""
         lines = [f"{'model':<20}{'n':>5}  {'method':<11}{f'RMS ({self.rate_unit}/s)':>13}  status"]
         lines += [
-            f"{row.model:<20}{row.fit.model.n_coefficients:>5}  {row.method:<11}"
+            f"{row.model:<20}{row.n_coefficients:>5}  {row.method:<11}"
             f"{'–' if row.rms is None else format(row.rms, '.3f'):>13}  {row.status.word}"
             for row in self.rows
         ]

@@ -124,3 +124,12 @@ def test_euler_rates_by_differencing() -> None:
     behind = down_direction(euler - step * turning)
     expected = np.cross(down_direction(euler), rates)
     np.testing.assert_allclose((ahead - behind) / (2 * step), expected, atol=1e-8)
+
+
+def test_a_push_accelerates_by_the_inverse_mass(body: Body, truth: Truth) -> None:
+    """At rest, with nothing else acting."""
+    push = np.array([[1.0, -2.0, 3.0, 0.1, 0.2, -0.3]])
+    motion = motion_of(body, truth, [0.0])
+    acceleration = motion.pushed(push).acceleration(states(1))
+    np.testing.assert_allclose(acceleration @ body.mass_matrix, push, atol=1e-12)
+    np.testing.assert_array_equal(motion.acceleration(states(1)), 0.0)

@@ -8,7 +8,8 @@ import pytest
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
 from hydrodamp.simulation.campaign.body import momentum_wrench
-from hydrodamp.simulation.campaign.reenact import Campaign, reenact
+from hydrodamp.simulation.campaign.conditions import COLOURED, SILENT
+from hydrodamp.simulation.campaign.reenact import Campaign, reenact, reenact_all
 from hydrodamp.simulation.campaign.water import true_damping
 
 
@@ -99,3 +100,34 @@ def test_impossible_arguments_are_refused(arguments: dict[str, object], message:
     """With what is required and what was got."""
     with pytest.raises(MethodError, match=message):
         reenact(**arguments)  # type: ignore[arg-type]
+
+
+def test_side_by_side_or_one_by_one() -> None:
+    """Campaigns of several seeds at once are those of each seed, to rounding."""
+    together = reenact_all([3, 4], duration=10.0, conditions=COLOURED)
+    for seed, one in zip((3, 4), together, strict=True):
+        alone = reenact(seed, duration=10.0, conditions=COLOURED)
+        for name in ("train", "test", "exact_train", "exact_test"):
+            velocity = getattr(one, name).velocity
+            np.testing.assert_allclose(velocity, getattr(alone, name).velocity, atol=1e-9)
+        np.testing.assert_array_equal(one.train_pushes, alone.train_pushes)
+
+
+def test_pushes_enter_equation_1() -> None:
+    """Equation 1 with the pushes added; without pushes they are zero."""
+    campaign = reenact(5, duration=10.0, conditions=COLOURED)
+    log, vehicle = campaign.exact_test, campaign.vehicle
+    commands = {name: log.command(name) for name in log.command_names}
+    expected = momentum_wrench(log.velocity @ vehicle.mass_matrix, log.velocity)
+    expected += true_damping().wrench(log.velocity) + campaign.test_pushes
+    expected += vehicle.known_wrench(log.velocity, log.down, commands)
+    np.testing.assert_allclose(log.acceleration @ vehicle.mass_matrix, expected, atol=1e-9)
+    assert campaign.train_pushes.any()
+
+
+def test_in_silence_the_autopilot_sees_the_truth() -> None:
+    """Measured and exact logs are the same; the seed no longer matters."""
+    one, other = (reenact(seed, duration=5.0, conditions=SILENT) for seed in (0, 1))
+    np.testing.assert_array_equal(one.train.velocity, one.exact_train.velocity)
+    np.testing.assert_array_equal(one.train.velocity, other.train.velocity)
+    assert not one.train_pushes.any()

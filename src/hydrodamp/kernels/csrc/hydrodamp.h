@@ -168,6 +168,43 @@ void hd_sensitivities(const hd_plant *plant, const hd_real *matrix, const int32_
                       size_t n_segments, const hd_real *attitude, hd_real max_step,
                       hd_real limit, hd_real *velocity, hd_real *jacobian, hd_real *work);
 
+/* steps.c ------------------------------------------------------------------ */
+/* One end of a step: velocity on the free axes, H(M nu) nu + wrench, and xi. */
+typedef struct {
+    hd_real velocity[6];
+    hd_real known[6];
+    hd_real *xi;
+} hd_end;
+
+/* What a step between two samples needs. */
+typedef struct {
+    hd_real length;     /* h, s */
+    hd_real change[6];  /* nu_{k+1} - nu_k on the free axes */
+    hd_real forcing[6]; /* mean of H(M nu) nu + wrench at both ends */
+    hd_real *xi;        /* mean of xi at both ends, n_terms */
+} hd_step;
+
+/* Along the samples of a segment, each evaluated once where nothing held changes. */
+typedef struct {
+    hd_end ends[2];
+    hd_sample last;
+    hd_step step; /* the one to the last sample */
+    hd_real *atoms;
+    int fresh; /* whether ends[0] holds the last sample already */
+} hd_walk;
+
+/* Begin at a segment's first sample. Workspace, used until the walk ends: hd_walk_work. */
+size_t hd_walk_work(size_t n_terms, size_t n_channels);
+void hd_walk_from(const hd_plant *plant, const hd_sample *first, hd_walk *walk, hd_real *work);
+
+/* Take the step to the next sample. */
+void hd_walk_to(const hd_plant *plant, const hd_sample *sample, hd_walk *walk);
+
+hd_sample hd_sample_at(const hd_record *record, size_t k);
+
+/* Replace the rows and columns of locked axes by those of the identity. */
+void hd_lock(const unsigned char free_axes[6], hd_real left[36], hd_real right[6]);
+
 /* identifier.c ------------------------------------------------------------- */
 /* One implicit midpoint step of eqs. 15-16, in place on matrix and error.
  * Workspace: hd_adapt_work numbers. */
@@ -188,6 +225,95 @@ typedef struct {
 void hd_adapt(const hd_plant *plant, const hd_real a[6], const hd_real *gamma, hd_real *matrix,
               hd_real error[6], const hd_record *record, const int64_t *segments,
               size_t n_segments, size_t passes, const hd_history *history, hd_real *work);
+
+/* entries.c ---------------------------------------------------------------- */
+/* The coefficients that move, axis by axis, and the table of those that do not. Axis i has
+ * the coefficients starts[i] .. starts[i + 1] - 1, each a row of the table of terms. */
+typedef struct {
+    const int64_t *starts; /* 7 */
+    const int64_t *rows;   /* starts[6] */
+    const hd_real *known;  /* n_terms x 6, zero where a coefficient moves */
+} hd_entries;
+
+size_t hd_entries_on(const hd_entries *entries, size_t axis);
+
+/* Sum over axes of n_i^2: the size of one square matrix an axis, one behind the other. */
+size_t hd_entries_squares(const hd_entries *entries);
+
+/* force[6] = known xi. */
+void hd_known_force(const hd_entries *entries, const hd_real *xi, size_t n_terms,
+                    hd_real force[6]);
+
+/* robust.c ----------------------------------------------------------------- */
+/* The settings; leakage 0, dead zone 0 and infinite bounds change nothing. */
+typedef struct {
+    const hd_real *a;     /* 6 */
+    const hd_real *gains; /* Gamma_i, n_i x n_i, positive definite, one behind the other */
+    const hd_real *rest;  /* where leakage leads to, one a coefficient */
+    const hd_real *lower; /* bounds, one a coefficient */
+    const hd_real *upper;
+    hd_real leakage;   /* 1/s */
+    hd_real dead_zone; /* of sqrt(D'MD), sqrt(kg) m/s */
+} hd_robust;
+
+/* What moves: error starts at 0 in every segment, sum and duration where a mean starts. */
+typedef struct {
+    hd_real *coefficients; /* one an entry */
+    hd_real *error;        /* 6 */
+    hd_real *sum;          /* coefficients after each step times its length */
+    hd_real *duration;     /* 1: of the steps summed, s */
+} hd_adapting;
+
+/* One implicit midpoint step with these settings. Workspace: hd_robust_work numbers. */
+size_t hd_robust_work(const hd_entries *entries, size_t n_terms, size_t n_channels);
+void hd_robust_step(const hd_plant *plant, const hd_entries *entries, const hd_robust *robust,
+                    const hd_adapting *adapting, const hd_sample *previous,
+                    const hd_sample *current, hd_real *work);
+
+/* The fold over a record; the mean starts before step number `from`. every > 0: the state
+ * after each every-th step goes to the history, whose matrix has a coefficient a column. */
+void hd_robust_run(const hd_plant *plant, const hd_entries *entries, const hd_robust *robust,
+                   const hd_adapting *adapting, size_t from, const hd_record *record,
+                   const int64_t *segments, size_t n_segments, const hd_history *history,
+                   hd_real *work);
+
+/* block.c ------------------------------------------------------------------ */
+/* The block of time under way: hd_block_size numbers, all 0 at the start of a segment. */
+size_t hd_block_size(size_t n_terms);
+
+/* Add a step. 1 where that fills a second block: then row holds the terms (n_terms), and
+ * behind them what they are to explain on each axis (6), over both blocks. */
+int hd_block_add(const hd_plant *plant, const hd_entries *entries, const hd_step *step,
+                 hd_real length, hd_real *block, hd_real *row);
+
+/* The same from the samples at both ends. Workspace: hd_walk_work numbers. */
+int hd_block_step(const hd_plant *plant, const hd_entries *entries, hd_real length,
+                  hd_real *block, hd_real *row, const hd_sample *previous,
+                  const hd_sample *current, hd_real *work);
+
+/* recursive.c -------------------------------------------------------------- */
+/* Settings and state of recursive least squares with directional forgetting. */
+typedef struct {
+    const hd_real *unit;   /* of each coefficient: its prior deviation over that of a row's
+                              noise; 0 holds it */
+    hd_real forgetting;    /* share of the information along a row that it replaces; < 1 */
+    hd_real *coefficients; /* one an entry */
+    hd_real *information;  /* the data's, n_i x n_i, one behind the other, in those units */
+    hd_real *noise;        /* 6: running variance of what is left over */
+    hd_real *rows;         /* 6: how many rows it is the mean of */
+} hd_estimate;
+
+/* Take in one row. Workspace: hd_absorb_work numbers. */
+size_t hd_absorb_work(const hd_entries *entries);
+void hd_absorb(const hd_entries *entries, const hd_estimate *estimate, size_t n_terms,
+               const hd_real *row, hd_real *work);
+
+/* Rows from blocks of a record, each taken in; no block spans two segments. every > 0: after
+ * each every-th step time, noise (as error) and coefficients go to the history. */
+size_t hd_recur_work(const hd_entries *entries, size_t n_terms, size_t n_channels);
+void hd_recur(const hd_plant *plant, const hd_entries *entries, const hd_estimate *estimate,
+              hd_real length, hd_real *block, const hd_record *record, const int64_t *segments,
+              size_t n_segments, const hd_history *history, hd_real *work);
 
 #ifdef __cplusplus
 }

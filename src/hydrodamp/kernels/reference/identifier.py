@@ -158,11 +158,7 @@ def adapt_step(
         If a shape does not fit the plant.
     """
     check_step(plant, a, gamma, matrix, error, previous, current)
-    pair = np.stack([previous.values, current.values])
-    inputs = Inputs(
-        pair[:, 0], pair[:, 1:7], pair[:, 7:10], pair[:, 10:16], pair[:, 18:], pair[:, 16:18]
-    )
-    return midpoint(plant, a, gamma, matrix, error, steps_between(plant, inputs), 0)
+    return midpoint(plant, a, gamma, matrix, error, steps_of(plant, previous, current), 0)
 
 
 def midpoint(
@@ -227,6 +223,28 @@ def steps_between(plant: Plant, inputs: Inputs) -> Steps:
         forcing=0.5 * (known[:-1] + known[1:]),
         gain=np.ascontiguousarray(momentum(plant.mass_matrix, np.diff(nu, axis=0).T).T),
     )
+
+
+def steps_of(plant: Plant, previous: Sample, current: Sample) -> Steps:
+    """Turn two samples into one step.
+
+    Parameters
+    ----------
+    plant : Plant
+        Mass matrix, free axes, terms.
+    previous, current : Sample
+        The samples at both ends.
+
+    Returns
+    -------
+    steps : Steps
+        A single row.
+    """
+    pair = np.stack([previous.values, current.values])
+    inputs = Inputs(
+        pair[:, 0], pair[:, 1:7], pair[:, 7:10], pair[:, 10:16], pair[:, 18:], pair[:, 16:18]
+    )
+    return steps_between(plant, inputs)
 
 
 def part_of(inputs: Inputs, start: int, stop: int) -> Inputs:

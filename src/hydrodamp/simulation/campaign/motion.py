@@ -14,7 +14,7 @@ fourth order with steps of 0.02 s, commands held over each tenth of a second.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -46,7 +46,7 @@ class Motion:
     truth : Truth
         What the water does.
     propulsion : ndarray, shape (n, 6)
-        Wrench of each vehicle's propeller, constant [N, N m].
+        Wrench of each vehicle's propeller, constant [N, N m], body frame.
     """
 
     body: Body
@@ -58,6 +58,21 @@ class Motion:
         """Surge speed of each vehicle, level and straight, shape (n,) [m/s]."""
         speed: FloatArray = np.sqrt(-self.propulsion[:, 0] / self.truth.quadratic[0, 0])
         return speed
+
+    def pushed(self, wrench: FloatArray) -> Motion:
+        """Return the same motion with a constant wrench added.
+
+        Parameters
+        ----------
+        wrench : ndarray, shape (n, 6)
+            Force X Y Z [N] and moment K M N [N m] on each vehicle, body frame.
+
+        Returns
+        -------
+        motion : Motion
+            Pushed from the outside.
+        """
+        return replace(self, propulsion=self.propulsion + wrench)
 
     def acceleration(self, state: FloatArray) -> FloatArray:
         """Return the body acceleration.

@@ -2,8 +2,8 @@
 
 The paper's log was never published; this is its plan on a simulated vehicle.
 Every constant stands in the module it belongs to: steps and propeller speeds in
-:mod:`~hydrodamp.simulation.campaign.plan`, noise in ``sensors``, gains in
-``autopilot``, hydrodynamics in ``truth`` and ``crossflow``, integration in
+:mod:`~hydrodamp.simulation.campaign.plan`, noise in ``sensors`` and ``conditions``, gains
+in ``autopilot``, hydrodynamics in ``truth`` and ``crossflow``, integration in
 ``motion``; mass, weight, fins and propeller are the fleet's ``vt690``, the
 coefficients those of ``water``.
 
@@ -18,14 +18,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hydrodamp.arrays import FloatArray
+from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError, did_you_mean
 from hydrodamp.simulation.campaign.autopilot import PERIOD
 from hydrodamp.simulation.campaign.body import Body
+from hydrodamp.simulation.campaign.conditions import WHITE, Conditions
 from hydrodamp.simulation.campaign.motion import EULER, VELOCITY, Motion
 from hydrodamp.simulation.campaign.plan import TESTING, TRAINING, Run
-from hydrodamp.simulation.campaign.sensors import draw_noise
 from hydrodamp.simulation.campaign.truth import Truth, crossflow, sname
 from hydrodamp.simulation.campaign.voyage import Voyage, sail
 from hydrodamp.simulation.campaign.water import true_damping
@@ -48,7 +48,10 @@ class Campaign:
     train, test : Log
         As measured, noise and all, without accelerations; a segment a run.
     exact_train, exact_test : Log
-        The same without noise, with exact accelerations.
+        The same motion without errors of the sensors, with exact accelerations.
+    train_pushes, test_pushes : ndarray, shape (n, 6)
+        Wrench that pushed the vehicle from each sample to the next: force [N] and moment
+        [N m], body frame. No log has it.
     vehicle : Vehicle
         All that an estimator is told of the vehicle.
     truth : str
@@ -61,12 +64,16 @@ class Campaign:
     test: Log
     exact_train: Log
     exact_test: Log
+    train_pushes: FloatArray
+    test_pushes: FloatArray
     vehicle: Vehicle
     truth: str
     note: str
 
 
-def reenact(seed: int = 0, truth: str = "sname", duration: float = 200.0) -> Campaign:
+def reenact(
+    seed: int = 0, truth: str = "sname", duration: float = 200.0, conditions: Conditions = WHITE
+) -> Campaign:
     """Return the logs of the paper's campaign, sailed by a simulated VT 690.
 
     Training runs are depth steps at 2600 rpm and yaw steps at 1800, 2133 and
@@ -75,12 +82,15 @@ def reenact(seed: int = 0, truth: str = "sname", duration: float = 200.0) -> Cam
     Parameters
     ----------
     seed : int, optional
-        Seed of the sensor noise, 0 or more.
+        Seed of the noise, 0 or more.
     truth : str, optional
         ``"sname"`` for the published hydrodynamics, ``"crossflow"`` for a truth
         unlike any of the paper's models.
     duration : float, optional
         Length of each run, 1 or more [s].
+    conditions : Conditions, optional
+        Errors of the sensors and pushes on the vehicle; published white noise and no
+        pushes by default.
 
     Returns
     -------
@@ -100,33 +110,86 @@ def reenact(seed: int = 0, truth: str = "sname", duration: float = 200.0) -> Cam
     >>> campaign.test.command_names
     ('rudder', 'elevator', 'rpm')
     """
-    _check(seed, truth, duration)
-    runs, vehicle = TRAINING + TESTING, fleet["vt690"]
+    return reenact_all((seed,), truth, duration, conditions)[0]
+
+
+def reenact_all(
+    seeds: Sequence[int],
+    truth: str = "sname",
+    duration: float = 200.0,
+    conditions: Conditions = WHITE,
+) -> tuple[Campaign, ...]:
+    """Return the campaign of each seed, all vehicles sailing side by side.
+
+    Ten campaigns take little longer than one.
+
+    Parameters
+    ----------
+    seeds : sequence of int
+        Seeds of the noise, each 0 or more.
+    truth, duration, conditions : optional
+        As in :func:`reenact`.
+
+    Returns
+    -------
+    campaigns : tuple of Campaign
+        As one by one, to rounding.
+
+    Raises
+    ------
+    MethodError
+        If an argument is out of range or the truth unknown.
+
+    Examples
+    --------
+    >>> [campaign.train.n for campaign in reenact_all([1, 2], duration=2.0)]
+    [84, 84]
+    """
+    _check(seeds, truth, duration)
+    n_seeds, runs = len(seeds), TRAINING + TESTING
+    vehicle, n_samples = fleet["vt690"], round(duration / PERIOD) + 1
     body = Body.of(vehicle)
     water = _water(truth, body)
-    rpm = np.array([run.rpm for run in runs])
-    noise = draw_noise(seed, len(runs), round(duration / PERIOD) + 1)
-    voyage = sail(runs, Motion(body, water, body.propulsion(rpm)), noise)
-    n_train = len(TRAINING)
+    rpm = np.array([run.rpm for run in runs * n_seeds])
+    voyage = sail(
+        runs * n_seeds,
+        Motion(body, water, body.propulsion(rpm)),
+        _together([conditions.draw_errors(seed, len(runs), n_samples) for seed in seeds]),
+        _together([conditions.draw_pushes(seed, len(runs), n_samples) for seed in seeds]),
+    )
+    starts = range(0, len(runs) * n_seeds, len(runs))
+    return tuple(_campaign(voyage, start, vehicle, water) for start in starts)
+
+
+def _together(draws: Sequence[FloatArray]) -> FloatArray:
+    return np.concatenate(draws, axis=1)
+
+
+def _campaign(voyage: Voyage, start: int, vehicle: Vehicle, water: Truth) -> Campaign:
+    training = range(start, start + len(TRAINING))
+    testing = range(training.stop, training.stop + len(TESTING))
     return Campaign(
-        train=_measured_log(voyage, range(n_train)),
-        test=_measured_log(voyage, range(n_train, len(runs))),
-        exact_train=_exact_log(voyage, range(n_train)),
-        exact_test=_exact_log(voyage, range(n_train, len(runs))),
+        train=_measured_log(voyage, training),
+        test=_measured_log(voyage, testing),
+        exact_train=_exact_log(voyage, training),
+        exact_test=_exact_log(voyage, testing),
+        train_pushes=frozen(_joined(voyage.pushes, training)),
+        test_pushes=frozen(_joined(voyage.pushes, testing)),
         vehicle=vehicle,
         truth=water.name,
         note=water.note,
     )
 
 
-def _check(seed: int, truth: str, duration: float) -> None:
+def _check(seeds: Sequence[int], truth: str, duration: float) -> None:
     if truth not in TRUTHS:
         known = ", ".join(TRUTHS)
         raise MethodError(
             f"`truth` must be one of {known}; got '{truth}'.{did_you_mean(truth, TRUTHS)}"
         )
-    if seed < 0:
-        raise MethodError(f"`seed` must be 0 or more; got {seed}")
+    for seed in seeds:
+        if seed < 0:
+            raise MethodError(f"`seed` must be 0 or more; got {seed}")
     if not 1.0 <= duration < np.inf:
         raise MethodError(f"`duration` must be 1 s or more; got {duration}")
 
@@ -154,22 +217,21 @@ def _log(
     euler: FloatArray,
     acceleration: FloatArray | None = None,
 ) -> Log:
-    runs = [voyage.runs[place] for place in places]
-
-    def joined(columns: FloatArray) -> FloatArray:
-        return np.concatenate([columns[:, place] for place in places])
-
-    n = len(voyage.time)
-    rudder, elevator = joined(voyage.commands).T
+    runs, n = [voyage.runs[place] for place in places], len(voyage.time)
+    rudder, elevator = _joined(voyage.commands, places).T
     return Log.from_arrays(
         _clock(voyage.time, len(runs)),
-        joined(velocity),
-        attitude=joined(euler),
+        _joined(velocity, places),
+        attitude=_joined(euler, places),
         commands={"rudder": rudder, "elevator": elevator, "rpm": _each(runs, n)},
-        acceleration=None if acceleration is None else joined(acceleration),
+        acceleration=None if acceleration is None else _joined(acceleration, places),
         segment=[run.name for run in runs for _ in range(n)],
         source="re-enacted campaign",
     )
+
+
+def _joined(columns: FloatArray, places: Sequence[int]) -> FloatArray:
+    return np.concatenate([columns[:, place] for place in places])
 
 
 def _clock(time: FloatArray, n_runs: int) -> FloatArray:

@@ -34,6 +34,8 @@ class Voyage:
         The states but for the fins, as the sensors saw them.
     commands : ndarray, shape (n, n_runs, 2)
         Rudder and elevator as sent [rad].
+    pushes : ndarray, shape (n, n_runs, 6)
+        Wrench from the outside [N, N m], body frame, from each sample to the next.
     """
 
     runs: tuple[Run, ...]
@@ -42,9 +44,10 @@ class Voyage:
     accelerations: FloatArray
     measured: FloatArray
     commands: FloatArray
+    pushes: FloatArray
 
 
-def sail(runs: Sequence[Run], motion: Motion, noise: FloatArray) -> Voyage:
+def sail(runs: Sequence[Run], motion: Motion, errors: FloatArray, pushes: FloatArray) -> Voyage:
     """Return the voyage of every run, one sample each tenth of a second.
 
     They start level and straight, at the speed that their propeller sustains.
@@ -55,27 +58,30 @@ def sail(runs: Sequence[Run], motion: Motion, noise: FloatArray) -> Voyage:
         What is asked for.
     motion : Motion
         The vehicles, one for each run.
-    noise : ndarray, shape (n, n_runs, 10)
-        What the sensors add; it also says how long to sail.
+    errors : ndarray, shape (n, n_runs, 10)
+        What the sensors add; they also say how long to sail.
+    pushes : ndarray, shape (n, n_runs, 6)
+        Wrench on the vehicle from the outside [N, N m], body frame, held from sample
+        to sample.
 
     Returns
     -------
     voyage : Voyage
         Of ``n`` samples.
     """
-    time = np.arange(len(noise), dtype=np.float64) * PERIOD
+    time = np.arange(len(errors), dtype=np.float64) * PERIOD
     heading = np.radians(np.transpose([run.heading.at(time) for run in runs]))
     depth = STARTING_DEPTH + np.transpose([run.depth.at(time) for run in runs])
     state, memory = _at_start(motion), Memory.blank(len(runs))
     samples = []
-    for errors, course, level in zip(noise, heading, depth, strict=True):
-        measured = state[:, MEASURED] + errors
+    for error, push, course, level in zip(errors, pushes, heading, depth, strict=True):
+        measured, pushed = state[:, MEASURED] + error, motion.pushed(push)
         commands, memory = steer(measured, course, level, memory)
-        state = motion.receive(state, commands)
-        samples.append((state, motion.acceleration(state), measured, commands))
-        state = motion.advance(state, commands, PERIOD)
+        state = pushed.receive(state, commands)
+        samples.append((state, pushed.acceleration(state), measured, commands))
+        state = pushed.advance(state, commands, PERIOD)
     states, accelerations, seen, sent = (np.array(column) for column in zip(*samples, strict=True))
-    return Voyage(tuple(runs), time, states, accelerations, seen, sent)
+    return Voyage(tuple(runs), time, states, accelerations, seen, sent, pushes)
 
 
 def _at_start(motion: Motion) -> FloatArray:

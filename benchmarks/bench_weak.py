@@ -1,0 +1,116 @@
+"""The weak form: against least squares, in memory, and against PySINDy's weak form."""
+
+from __future__ import annotations
+
+import tracemalloc
+import warnings
+
+import numpy as np
+import pytest
+from interleaving import interleaved
+from workload import PAPER, VEHICLE, log, problem, truth
+
+import hydrodamp as hd
+from hydrodamp.identification.weak import WeakEquations, WeakForm
+from hydrodamp.kernels import coriolis
+
+pytestmark = pytest.mark.usefixtures("one_core")
+SUPPORT = 1.6
+LINEAR = hd.catalog["linear"]
+
+
+def test_samples_through_the_triangle(benchmark, ledger):
+    """The support asked for, then chosen from the log."""
+    n = 1_000_000
+    prepared = problem(n, PAPER)
+    asked = WeakEquations(SUPPORT, windows=())
+    fast, slow = interleaved(
+        benchmark,
+        lambda: asked.triangle(prepared),
+        lambda: hd.accumulate(prepared, hd.FiniteDifference()),
+        rounds=3,
+    )
+    rates = n / fast / 1e6, n / slow / 1e6
+    ledger.reaches("weak triangle, 85 terms: least squares", *rates, unit="M samples/s")
+
+
+def test_choosing_the_support(benchmark, ledger):
+    n = 1_000_000
+    prepared = problem(n, PAPER)
+    asked = WeakEquations(SUPPORT, windows=())
+    chosen, given = interleaved(
+        benchmark,
+        lambda: WeakEquations().triangle(prepared),
+        lambda: asked.triangle(prepared),
+        rounds=3,
+    )
+    ledger.within("weak triangle, support and windows chosen: both given", chosen, given)
+
+
+def test_memory(benchmark, ledger):
+    """Peak beyond the inputs with velocities as measured, at two lengths."""
+    asked, peaks = WeakEquations(SUPPORT, windows=()), {}
+    asked.triangle(problem(1_000, PAPER))
+    for n in (500_000, 1_000_000):
+        prepared = problem(n, PAPER)
+        tracemalloc.start()
+        if n == 500_000:
+            asked.triangle(prepared)
+        else:
+            benchmark.pedantic(asked.triangle, (prepared,), rounds=1)
+        peaks[n] = tracemalloc.get_traced_memory()[1] / 1e6
+        tracemalloc.stop()
+        log.cache_clear()
+    ledger.within(
+        "weak triangle, peak: 1e6 samples (ours), 5e5 (other)", *peaks.values(), unit="MB"
+    )
+
+
+def test_pysindy(benchmark, ledger):
+    """Six linear terms a row, the same support and as many test functions, noise of 0.01.
+
+    PySINDy differentiates nothing either. It takes one equation dx/dt = Theta(x) c, so
+    what is known is given to it as six more states whose weak features are subtracted.
+    """
+    pysindy = pytest.importorskip("pysindy", reason="PySINDy is not installed")
+    n = 5_000
+    clean = log(n, damping="linear")
+    noise = 0.01 * np.random.default_rng(3).standard_normal((n, 6))
+    record = hd.Log.from_arrays(
+        clean.time, clean.velocity + noise, attitude=clean.attitude, wrench=clean.wrench
+    )
+    prepared, mass = hd.prepare(VEHICLE, record, LINEAR), VEHICLE.mass_matrix
+    method = WeakForm(WeakEquations(SUPPORT, windows=()))
+    n_functions = method.equations.triangle(prepared).n_samples
+    expected = truth(LINEAR).matrix
+    found: list[np.ndarray] = []
+
+    def by_pysindy() -> None:
+        np.random.seed(0)  # it draws the places of its test functions from here
+        known = coriolis(mass, record.velocity) + record.wrench
+        known += VEHICLE.restoring_wrench(record.down)
+        library = pysindy.WeakPDELibrary(
+            function_library=pysindy.PolynomialLibrary(degree=1, include_bias=False),
+            spatiotemporal_grid=record.time,
+            K=n_functions,
+            H_xt=[SUPPORT / 2],
+            p=2,
+        )
+        states = np.hstack([record.velocity, known])
+        trajectory = pysindy.AxesArray(states, {"ax_time": 0, "ax_coord": 1})
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of its own axes, which it labels too many of
+            library.fit([trajectory])
+        features = np.asarray(library.transform([trajectory])[0])
+        slopes = np.asarray(library.convert_u_dot_integral(trajectory))
+        target = slopes[:, :6] @ mass - features[:, 6:12]
+        found[:] = [np.linalg.lstsq(features[:, :6], target, rcond=None)[0].T]
+
+    fast, slow = interleaved(
+        benchmark, lambda: method.identify(prepared, LINEAR), by_pysindy, rounds=3, other_rounds=1
+    )
+    ours = method.identify(prepared, LINEAR).damping.matrix
+    ledger.faster(f"weak form, 36 coefficients, {n} samples: PySINDy", fast, slow)
+    size = np.linalg.norm(expected)
+    errors = [np.linalg.norm(matrix - expected) / size for matrix in (ours, found[0])]
+    ledger.within("the same: error of the coefficients", *errors, unit="share")

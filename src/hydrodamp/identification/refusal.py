@@ -1,0 +1,51 @@
+"""What every method that solves a triangle turns down first."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hydrodamp.identification.fit import Fit, empty_fit
+from hydrodamp.identification.triangle import Triangle
+from hydrodamp.models.model import DampingModel
+from hydrodamp.simulation.problem import Problem
+from hydrodamp.simulation.status import Status
+
+
+def refused(problem: Problem, model: DampingModel, key: str, triangle: Triangle) -> Fit | None:
+    """Return the empty fit of a problem that cannot be solved, or None.
+
+    Parameters
+    ----------
+    problem : Problem
+        What is used.
+    model : DampingModel
+        Restricted to the free axes.
+    key : str
+        Of the method.
+    triangle : Triangle
+        Of the problem.
+
+    Returns
+    -------
+    fit : Fit or None
+        ``EMPTY``, ``FAILED`` or ``TOO_FEW_SAMPLES``; None where there is something to
+        solve.
+
+    Raises
+    ------
+    ModelError
+        If the problem was not prepared for a term of the model.
+    """
+    problem.columns.require(model)
+    status = _status(model, triangle)
+    return None if status is None else empty_fit(problem, model, key, status)
+
+
+def _status(model: DampingModel, triangle: Triangle) -> Status | None:
+    if not model.n_coefficients:
+        return Status.EMPTY
+    if not np.all(np.isfinite(triangle.r)):
+        return Status.FAILED
+    if triangle.n_samples < max(len(terms) for terms in model.terms):
+        return Status.TOO_FEW_SAMPLES
+    return None

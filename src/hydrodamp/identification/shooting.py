@@ -1,0 +1,330 @@
+"""Multiple shooting: a log cut into windows, each replayed from a state of its own.
+
+The velocities of a window follow from its first state and the coefficients. The
+first state is unknown too, but for the sensor's noise; it is eliminated window by
+window, so that only the coefficients are left in the triangle of the linearised
+problem.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from scipy.linalg import qr
+
+from hydrodamp import kernels
+from hydrodamp.arrays import FloatArray, IndexArray, IntArray
+from hydrodamp.kernels.inputs import Inputs
+from hydrodamp.simulation.problem import Problem
+
+MAX_STEP = 0.1
+"""Longest Runge-Kutta step [s]: twice a replay's, at half the work; on the modes of a
+vehicle (10 1/s and slower) it is off by a thousandth at most."""
+
+_LEAST = 4
+"""Samples a window must have."""
+
+_ENTRIES = 8_000_000
+"""Numbers of a Jacobian held at once: 64 MB."""
+
+
+@dataclass(frozen=True, eq=False)
+class Guess:
+    """Where the search stands.
+
+    Attributes
+    ----------
+    coefficients : ndarray, shape (p,)
+        In the order of the model's labels.
+    starts : ndarray, shape (n_windows, 6)
+        First velocity of every window [m/s, rad/s].
+    """
+
+    coefficients: FloatArray
+    starts: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Linearised:
+    """The problem around a guess, first states eliminated.
+
+    Attributes
+    ----------
+    triangle : ndarray, shape (p + 1, p + 1)
+        Of the weighted Jacobian on the coefficients and the weighted error.
+    cost : float
+        Sum of squares of all weighted errors, those of the first states included.
+    mean_square : ndarray, shape (n_free,)
+        Of the velocity errors, [m/s]^2 and [rad/s]^2.
+    back : tuple of (ndarray, ndarray, ndarray)
+        Per window what gives the first state back: ``R x = c - B dk``.
+    """
+
+    triangle: FloatArray
+    cost: float
+    mean_square: FloatArray
+    back: tuple[tuple[FloatArray, FloatArray, FloatArray], ...]
+
+    def starts_moved(self, change: FloatArray) -> FloatArray:
+        """Return how far each first state moves with a change of the coefficients.
+
+        Parameters
+        ----------
+        change : ndarray, shape (p,)
+            Of the coefficients.
+
+        Returns
+        -------
+        moved : ndarray, shape (n_windows, n_free)
+            [m/s, rad/s].
+        """
+        return np.array([np.linalg.solve(r, c - b @ change) for r, c, b in self.back])
+
+
+@dataclass(frozen=True, eq=False)
+class Shooting:
+    """A problem, the coefficients sought, and the windows.
+
+    Attributes
+    ----------
+    problem : Problem
+        What was measured.
+    entries : tuple of ndarray
+        Rows and axes of the table of equation 1 where the coefficients stand.
+    windows : ndarray of int, shape (n_windows, 2)
+        First sample and one past the last.
+    noise : ndarray, shape (n_free,)
+        Standard deviation of each velocity's noise: what a first state may be off.
+    """
+
+    problem: Problem
+    entries: tuple[np.ndarray, np.ndarray]
+    windows: IntArray
+    noise: FloatArray
+
+    @property
+    def free(self) -> IntArray:
+        """Numbers of the free axes."""
+        return np.flatnonzero(self.problem.vehicle.free)
+
+    def measured_starts(self) -> FloatArray:
+        """Return the first velocities as measured, shape (n_windows, 6)."""
+        return self.problem.inputs.velocity[self.windows[:, 0]]
+
+    def errors(self, guess: Guess) -> FloatArray:
+        """Return measured minus simulated velocity of all samples in windows.
+
+        Parameters
+        ----------
+        guess : Guess
+            Coefficients and first states.
+
+        Returns
+        -------
+        errors : ndarray, shape (n, n_free)
+            NaN from where a window diverged; [m/s, rad/s].
+        """
+        parts = []
+        for inputs, windows, place in self._batches(guess, 6):
+            simulated, _ = kernels.replay(
+                self.problem.columns.plant,
+                self._matrix(guess),
+                inputs,
+                windows,
+                max_step=MAX_STEP,
+            )
+            first, last = place
+            parts.append(self.problem.inputs.velocity[first:last] - simulated)
+        return np.concatenate(parts)[:, self.free]
+
+    def cost(self, guess: Guess, spread: FloatArray) -> float:
+        """Return the sum of squares of all weighted errors; infinite if one diverged.
+
+        Parameters
+        ----------
+        guess : Guess
+            Coefficients and first states.
+        spread : ndarray, shape (n_free,)
+            What to divide each velocity's errors by.
+
+        Returns
+        -------
+        cost : float
+            Without unit.
+        """
+        errors = self.errors(guess) / spread
+        off = (self.measured_starts() - guess.starts)[:, self.free] / self.noise
+        total = float(np.sum(errors**2) + np.sum(off**2))
+        return total if np.isfinite(total) else np.inf
+
+    def linearised(self, guess: Guess, spread: FloatArray) -> Linearised | None:
+        """Return the problem around a guess; None if a window diverges there.
+
+        Parameters
+        ----------
+        guess : Guess
+            Coefficients and first states.
+        spread : ndarray, shape (n_free,)
+            What to divide each velocity's errors by.
+
+        Returns
+        -------
+        linearised : Linearised or None
+            Folded window by window: the Jacobian of the whole log is never held.
+        """
+        width = len(guess.coefficients) + 1
+        triangle: FloatArray = np.zeros((0, width))
+        back: list[tuple[FloatArray, FloatArray, FloatArray]] = []
+        cost, square, count = 0.0, np.zeros(len(self.free)), 0
+        for inputs, windows, (first, last) in self._batches(guess, 6 * (width + 5)):
+            errors, slopes = self._slopes(guess, inputs, windows, slice(first, last))
+            if not (np.all(np.isfinite(errors)) and np.all(np.isfinite(slopes))):
+                return None
+            square += np.sum(errors**2, axis=0)
+            count += len(errors)
+            rows = [triangle]
+            for start, stop in windows.tolist():
+                measured = self.problem.inputs.velocity[first + start]
+                off = (measured - guess.starts[len(back)])[self.free] / self.noise
+                part, kept = self._eliminated(
+                    errors[start:stop] / spread, slopes[start:stop] / spread[:, None], off
+                )
+                rows.append(part)
+                back.append(kept)
+                cost += float(np.sum((errors[start:stop] / spread) ** 2) + off @ off)
+            triangle = np.asarray(qr(np.vstack(rows), mode="r")[0][:width], dtype=np.float64)
+        return Linearised(triangle, cost, square / max(count, 1), tuple(back))
+
+    def scores(
+        self, guess: Guess, spread: FloatArray, errors: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return what each sample contributes to the coefficients' equations.
+
+        Parameters
+        ----------
+        guess : Guess
+            Coefficients and first states; its replay must not diverge.
+        spread : ndarray, shape (n_free,)
+            What to divide each velocity's errors by.
+        errors : ndarray, shape (n, n_free)
+            What counts as error of each sample, [m/s, rad/s].
+
+        Returns
+        -------
+        scores : ndarray, shape (n, p)
+            Weighted slopes times weighted errors, first states eliminated.
+        slopes : ndarray, shape (p, p)
+            Triangle of the weighted slopes.
+        """
+        p, n_free = len(guess.coefficients), len(self.free)
+        scores, triangle = np.empty((len(errors), p)), np.zeros((0, p))
+        for inputs, windows, (first, last) in self._batches(guess, 6 * (p + 6)):
+            _, slopes = self._slopes(guess, inputs, windows, slice(first, last))
+            rows = [triangle]
+            for start, stop in windows.tolist():
+                zero = np.zeros((stop - start, n_free))
+                part, _ = self._eliminated(zero, slopes[start:stop] / spread[:, None], zero[0])
+                rows.append(part[:, :p])
+                by_sample = part[: (stop - start) * n_free, :p].reshape(stop - start, n_free, p)
+                weighted = errors[first + start : first + stop] / spread
+                scores[first + start : first + stop] = np.einsum("tfp,tf->tp", by_sample, weighted)
+            triangle = np.asarray(qr(np.vstack(rows), mode="r")[0][:p], dtype=np.float64)
+        return scores, triangle
+
+    def _eliminated(
+        self, error: FloatArray, slope: FloatArray, off: FloatArray
+    ) -> tuple[FloatArray, tuple[FloatArray, FloatArray, FloatArray]]:
+        """Take the first state out of one window's weighted rows."""
+        n_free = len(self.free)
+        p = slope.shape[2] - n_free
+        rows = slope.reshape(-1, p + n_free)
+        right = np.concatenate([error.ravel(), off])
+        by_start = np.vstack([rows[:, p:], np.diag(1.0 / self.noise)])
+        by_coefficient = np.vstack([rows[:, :p], np.zeros((n_free, p))])
+        q, r = np.linalg.qr(by_start)
+        c, b = q.T @ right, q.T @ by_coefficient
+        left = np.column_stack([by_coefficient - q @ b, right - q @ c])
+        return left, (r, c, b)
+
+    def _slopes(
+        self, guess: Guess, inputs: Inputs, windows: IntArray, part: slice
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return errors (n, f) and their negative slopes (n, f, p + f), free axes only."""
+        parameters: IndexArray = np.column_stack(self.entries).astype(np.int32)
+        simulated, jacobian = kernels.sensitivities(
+            self.problem.columns.plant,
+            self._matrix(guess),
+            parameters,
+            inputs,
+            windows,
+            max_step=MAX_STEP,
+        )
+        free = self.free
+        columns = np.concatenate([np.arange(len(parameters)), len(parameters) + free])
+        errors = (self.problem.inputs.velocity[part] - simulated)[:, free]
+        if len(free) == 6:
+            return errors, jacobian
+        return errors, jacobian[:, free][:, :, columns]
+
+    def _matrix(self, guess: Guess) -> FloatArray:
+        return self.problem.columns.with_unknown(self.entries, guess.coefficients)
+
+    def _batches(
+        self, guess: Guess, width: int
+    ) -> Iterator[tuple[Inputs, IntArray, tuple[int, int]]]:
+        """Yield inputs that start at the guessed states, their windows, and their place."""
+        most = max(_ENTRIES // width, 1)
+        edge = 0
+        while edge < len(self.windows):
+            first = int(self.windows[edge, 0])
+            stop = edge + 1
+            while stop < len(self.windows) and self.windows[stop, 1] - first <= most:
+                stop += 1
+            last = int(self.windows[stop - 1, 1])
+            windows = self.windows[edge:stop] - first
+            velocity = self.problem.inputs.velocity[first:last].copy()
+            velocity[windows[:, 0]] = guess.starts[edge:stop]
+            yield _part(self.problem.inputs, first, last, velocity), windows, (first, last)
+            edge = stop
+
+
+def cut(problem: Problem, length: float) -> IntArray:
+    """Cut the segments of a log into windows of about equal length.
+
+    Parameters
+    ----------
+    problem : Problem
+        Clock and segments.
+    length : float
+        Of a window [s]; infinite for whole segments.
+
+    Returns
+    -------
+    windows : ndarray of int, shape (n_windows, 2)
+        They cover all samples; never across a join.
+    """
+    windows: list[tuple[int, int]] = []
+    for start, stop in problem.segments.tolist():
+        duration = float(problem.inputs.time[stop - 1] - problem.inputs.time[start])
+        pieces = min(max(round(duration / length), 1), max((stop - start) // _LEAST, 1))
+        goals = problem.inputs.time[start] + duration * np.arange(1, pieces) / pieces
+        inner = start + np.searchsorted(problem.inputs.time[start:stop], goals)
+        edges = [start, *inner.tolist(), stop]
+        windows += pairwise(edges)
+    return np.array(windows, dtype=np.int64).reshape(-1, 2)
+
+
+def _part(inputs: Inputs, first: int, last: int, velocity: FloatArray) -> Inputs:
+    part = slice(first, last)
+    return replace(
+        inputs,
+        time=inputs.time[part],
+        velocity=velocity,
+        down=inputs.down[part],
+        wrench=inputs.wrench[part],
+        channels=inputs.channels[part],
+        propulsion=inputs.propulsion[part],
+    )

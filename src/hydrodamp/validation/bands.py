@@ -1,0 +1,326 @@
+"""Bands around a replay: how far coefficients that are not known exactly move it.
+
+Two ways. To first order, from the sensitivities of the replay: cheap, and the band is
+symmetric. Or by replaying many draws of the coefficients: this sees that a draw diverges.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+from scipy.stats import t as student
+
+from hydrodamp import kernels
+from hydrodamp.arrays import FloatArray, frozen
+from hydrodamp.basis.axes import VELOCITY_OF
+from hydrodamp.data.log import Log
+from hydrodamp.errors import MethodError
+from hydrodamp.kernels.inputs import Inputs
+from hydrodamp.models.damping import Damping
+from hydrodamp.simulation.parallel import each
+from hydrodamp.simulation.problem import Problem
+from hydrodamp.simulation.replay import LIMIT, AttitudeSource, replay
+
+_CHUNK = 8_000_000
+"""Numbers of a sensitivity held at once: 64 MB."""
+
+
+@dataclass(frozen=True, eq=False)
+class PredictionBand:
+    """A replay and the band that holds it.
+
+    Attributes
+    ----------
+    log : Log
+        What was replayed.
+    velocity, lower, upper : ndarray, shape (n, 6)
+        The replay and the ends of its band, linear [m/s] and angular [rad/s], body frame;
+        NaN where there is no replay.
+    level : float
+        Share that the band is to hold.
+    diverged : float
+        Share of the draws, or of the segments, that diverged.
+    axes : tuple of str
+        The free axes.
+    """
+
+    log: Log
+    velocity: FloatArray
+    lower: FloatArray
+    upper: FloatArray
+    level: float
+    diverged: float
+    axes: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        """Copy and freeze the arrays."""
+        for name in ("velocity", "lower", "upper"):
+            object.__setattr__(self, name, frozen(getattr(self, name), (self.log.n, 6), name))
+
+    def held(self) -> dict[str, float]:
+        """Return the share of the recorded samples inside the band, by velocity.
+
+        Returns
+        -------
+        held : dict of str to float
+            One an axis, such as ``"u"``; a sample without a replay is outside.
+        """
+        inside = (self.lower <= self.log.velocity) & (self.log.velocity <= self.upper)
+        shares = inside.mean(axis=0).tolist()
+        return {
+            name: share
+            for (axis, name), share in zip(VELOCITY_OF.items(), shares, strict=True)
+            if axis in self.axes
+        }
+
+
+def prediction_band(
+    problem: Problem,
+    damping: Damping,
+    level: float = 0.95,
+    *,
+    degrees_of_freedom: float = np.inf,
+    noise: npt.ArrayLike | None = None,
+    max_step: float = 0.05,
+) -> PredictionBand:
+    """Return the band of a replay, to first order in the coefficients.
+
+    The covariance C of the coefficients becomes ``J C Jᵀ`` with the sensitivities J of
+    every sample. Gravity and buoyancy act along the measured attitude.
+
+    Parameters
+    ----------
+    problem : Problem
+        Prepared for (at least) the terms of the damping.
+    damping : Damping
+        With covariance.
+    level : float
+        Share that the band is to hold, at each sample alone.
+    degrees_of_freedom : float
+        Of the covariance.
+    noise : array_like, shape (6,), optional
+        Standard deviation of the measured velocity [m/s, rad/s]. The band then holds
+        measurements: their own noise is added, and that of the sample the replay starts from.
+    max_step : float
+        Longest Runge-Kutta step [s].
+
+    Returns
+    -------
+    band : PredictionBand
+        Sensitivities are carried from one stretch of time to the next, so memory does
+        not grow with the log.
+
+    Raises
+    ------
+    MethodError
+        If the damping has no covariance, or a setting makes no sense.
+    """
+    half = _reach(level, degrees_of_freedom)
+    spread = _Spread.of(problem, damping, _deviations(noise))
+    velocity = np.full((problem.n_samples, 6), np.nan)
+    width = np.full((problem.n_samples, 6), np.nan)
+    for start, stop in problem.segments.tolist():
+        for part, here, variance in spread.chunks(start, stop, max_step):
+            velocity[part], width[part] = here, half * np.sqrt(variance)
+    lost = [not np.isfinite(velocity[stop - 1]).all() for _, stop in problem.segments.tolist()]
+    axes = problem.vehicle.axes
+    return PredictionBand(
+        problem.log, velocity, velocity - width, velocity + width, level, float(np.mean(lost)), axes
+    )
+
+
+def drawn_band(
+    problem: Problem,
+    damping: Damping,
+    draws: FloatArray,
+    level: float = 0.95,
+    *,
+    attitude: AttitudeSource = "measured",
+) -> PredictionBand:
+    """Return the band of the replays of many draws of the coefficients.
+
+    Parameters
+    ----------
+    problem : Problem
+        Prepared for (at least) the terms of the damping.
+    damping : Damping
+        Whose replay the band is around.
+    draws : ndarray, shape (n_draws, n_coefficients)
+        From a bootstrap, or of :func:`drawn_coefficients`.
+    level : float
+        Share of the draws inside, at each sample alone.
+    attitude : {"measured", "simulated"}
+        Which attitude gravity and buoyancy act along.
+
+    Returns
+    -------
+    band : PredictionBand
+        Quantiles of the draws that have not diverged by then; ``diverged`` says how
+        many do.
+
+    Raises
+    ------
+    MethodError
+        If the shape of the draws is wrong, there are fewer than two, or the level is not
+        between 0 and 1.
+    """
+    _reach(level, np.inf)
+    values = np.asarray(draws, dtype=np.float64)
+    size = damping.model.n_coefficients
+    if values.ndim != 2 or values.shape[1] != size or len(values) < 2:
+        raise MethodError(f"`draws` must have shape (2 or more, {size}); got {values.shape}")
+    drawn = [replace(damping, coefficients=row, covariance=None) for row in values]
+    replays = each(replay, [(problem, one, attitude) for one in (damping, *drawn)])
+    lower, upper = _quantiles(np.array([run.velocity for run in replays[1:]]), level)
+    lost = float(np.mean([bool(run.diverged) for run in replays[1:]]))
+    axes = problem.vehicle.axes
+    return PredictionBand(problem.log, replays[0].velocity, lower, upper, level, lost, axes)
+
+
+def drawn_coefficients(damping: Damping, n: int = 200, seed: int = 0) -> FloatArray:
+    """Draw coefficients from their covariance, normally distributed.
+
+    Parameters
+    ----------
+    damping : Damping
+        With covariance.
+    n : int
+        How many draws.
+    seed : int
+        Of the draws.
+
+    Returns
+    -------
+    draws : ndarray, shape (n, n_coefficients)
+        Directions that the data do not determine stay where they are.
+
+    Raises
+    ------
+    MethodError
+        If the damping has no covariance.
+
+    Examples
+    --------
+    >>> known = Damping.from_dict(None, {"X_u": -2.0})
+    >>> known = Damping(known.model, known.coefficients, covariance=[[0.01]])
+    >>> bool(0.08 < drawn_coefficients(known, n=500).std() < 0.12)
+    True
+    """
+    root = _root(_covariance(damping))
+    chance = np.random.default_rng(seed).standard_normal((n, root.shape[1]))
+    draws: FloatArray = damping.coefficients + chance @ root.T
+    return draws
+
+
+@dataclass(frozen=True, eq=False)
+class _Spread:
+    """What is needed to carry the spread of coefficients through a replay."""
+
+    problem: Problem
+    matrix: FloatArray
+    places: npt.NDArray[np.int32]
+    root: FloatArray
+    noise: FloatArray
+
+    @classmethod
+    def of(cls, problem: Problem, damping: Damping, noise: FloatArray) -> _Spread:
+        """Return the spread on the terms of the free axes."""
+        free = damping.model.restricted_to(problem.vehicle.axes)
+        kept = [damping.model.index(label) for label in free.labels]
+        root = _root(_covariance(damping)[np.ix_(kept, kept)])
+        places = np.column_stack(problem.columns.entries(free)).astype(np.int32)
+        return cls(problem, problem.matrix(damping), places, root, noise * problem.vehicle.free)
+
+    def chunks(
+        self, start: int, stop: int, max_step: float
+    ) -> Iterator[tuple[slice, FloatArray, FloatArray]]:
+        """Go through a segment; yield samples, their velocity and its variance."""
+        length = max(_CHUNK // (6 * (len(self.places) + 6)), 2)
+        initial = self.problem.inputs.velocity[start]
+        # Sensitivity to the coefficients' deviations, then to the noise of the first sample.
+        carried = np.hstack([np.zeros((6, self.root.shape[1])), np.diag(self.noise)])
+        for first in range(start, stop - 1, length - 1):
+            last = min(first + length, stop)
+            velocity, slope = self._sensitivity(first, last, initial, max_step)
+            on_initial = slope[:, :, len(self.places) :]
+            total = on_initial @ carried
+            total[:, :, : self.root.shape[1]] += slope[:, :, : len(self.places)] @ self.root
+            yield slice(first, last), velocity, (total**2).sum(axis=2) + self.noise**2
+            initial, carried = velocity[-1], total[-1]
+            if not np.isfinite(initial).all():
+                return
+
+    def _sensitivity(
+        self, first: int, last: int, initial: FloatArray, max_step: float
+    ) -> tuple[FloatArray, FloatArray]:
+        inputs = self.problem.inputs
+        part = slice(first, last)
+        velocity = inputs.velocity[part].copy()
+        velocity[0] = initial
+        here = Inputs(
+            inputs.time[part],
+            velocity,
+            inputs.down[part],
+            inputs.wrench[part],
+            inputs.channels[part],
+            inputs.propulsion[part],
+        )
+        return kernels.sensitivities(
+            self.problem.columns.plant,
+            self.matrix,
+            self.places,
+            here,
+            np.array([[0, last - first]]),
+            max_step=max_step,
+            limit=LIMIT,
+        )
+
+
+def _covariance(damping: Damping) -> FloatArray:
+    if damping.covariance is None:
+        raise MethodError(
+            f"the coefficients of '{damping.model.key}' have no covariance, so there is no band: "
+            "use a method that gives one, or a bootstrap"
+        )
+    return damping.covariance
+
+
+def _root(covariance: FloatArray) -> FloatArray:
+    """Return R with ``R Rᵀ`` the covariance, found in units of its own deviations."""
+    scale = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    unit = np.where(scale > 0.0, scale, 1.0)
+    values, vectors = np.linalg.eigh(covariance / np.outer(unit, unit))
+    root: FloatArray = unit[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
+    return root
+
+
+def _reach(level: float, degrees_of_freedom: float) -> float:
+    if not 0.0 < level < 1.0:
+        raise MethodError(f"`level` must lie between 0 and 1; got {level}")
+    if not degrees_of_freedom > 0.0:
+        raise MethodError(f"`degrees_of_freedom` must be positive; got {degrees_of_freedom}")
+    return float(student.ppf(0.5 + level / 2.0, degrees_of_freedom))
+
+
+def _deviations(noise: npt.ArrayLike | None) -> FloatArray:
+    if noise is None:
+        return np.zeros(6)
+    try:
+        values = frozen(noise, (6,), "noise")
+    except ValueError as error:
+        raise MethodError(f"{error}; give a deviation for each of u v w p q r") from error
+    if not np.all(values >= 0.0):
+        raise MethodError(f"`noise` must not be negative; got {values.tolist()}")
+    return values
+
+
+def _quantiles(velocity: FloatArray, level: float) -> tuple[FloatArray, FloatArray]:
+    """Return two quantiles over the draws still there; NaN where none is."""
+    alive = np.isfinite(velocity).all(axis=2).any(axis=0)
+    ends = np.full((2, *velocity.shape[1:]), np.nan)
+    shares = [0.5 - level / 2.0, 0.5 + level / 2.0]
+    ends[:, alive] = np.nanquantile(velocity[:, alive], shares, axis=0)
+    return ends[0], ends[1]

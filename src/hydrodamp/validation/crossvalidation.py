@@ -1,0 +1,238 @@
+"""Cross-validation: identify on all folds but one, replay that one, in turn.
+
+One split into training and test data may be lucky. Here every stretch of the log is
+replayed open loop by coefficients that have not seen it.
+"""
+
+from __future__ import annotations
+
+import statistics
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+
+from hydrodamp.data.log import Log
+from hydrodamp.identification.fit import Method
+from hydrodamp.identification.methods import identify_all
+from hydrodamp.models.model import DampingModel
+from hydrodamp.simulation.problem import prepare
+from hydrodamp.simulation.replay import AttitudeSource
+from hydrodamp.simulation.score import RateUnit
+from hydrodamp.validation.choice import Choice, Rule, choose
+from hydrodamp.validation.compare import compare
+from hydrodamp.validation.comparison import Comparison, Row
+from hydrodamp.validation.holdouts import Holdout, check_lengths, holdouts
+from hydrodamp.vehicle.vehicle import Vehicle
+
+
+@dataclass(frozen=True)
+class ValidatedRow:
+    """One model by one method, identified and replayed once a fold.
+
+    Attributes
+    ----------
+    folds : tuple of Row
+        What became of it on each fold, without the replays themselves.
+    """
+
+    folds: tuple[Row, ...]
+
+    @property
+    def model(self) -> str:
+        """Key of the model."""
+        return self.folds[0].model
+
+    @property
+    def method(self) -> str:
+        """Key of the method."""
+        return self.folds[0].method
+
+    @property
+    def n_coefficients(self) -> int:
+        """How many coefficients the model has."""
+        return self.folds[0].n_coefficients
+
+    @property
+    def rms_by_fold(self) -> tuple[float | None, ...]:
+        """Equation 24 on each fold; None where there is no usable replay."""
+        return tuple(row.rms for row in self.folds)
+
+    @property
+    def rms(self) -> float | None:
+        """Mean of equation 24 over all folds; None where one has no error.
+
+        The mean over the folds that went well would flatter a model that runs away
+        on the hard ones.
+        """
+        return self.rms_of_finished if None not in self.rms_by_fold else None
+
+    @property
+    def rms_of_finished(self) -> float | None:
+        """Mean over the folds that have an error, to be read beside the diverged share."""
+        finished = self._finished
+        return statistics.fmean(finished) if finished else None
+
+    @property
+    def spread(self) -> float | None:
+        """Standard deviation over the folds that have an error; None for fewer than two."""
+        finished = self._finished
+        return statistics.stdev(finished) if len(finished) > 1 else None
+
+    @property
+    def diverged_share(self) -> float:
+        """Share of the folds whose replay diverged, 0 to 1."""
+        return sum(bool(row.score.diverged) for row in self.folds) / len(self.folds)
+
+    @property
+    def settled(self) -> bool:
+        """Whether every fold has an error, and that of a fit that has settled."""
+        return all(row.settled for row in self.folds)
+
+    @property
+    def _finished(self) -> list[float]:
+        return [rms for rms in self.rms_by_fold if rms is not None]
+
+
+@dataclass(frozen=True)
+class CrossValidation:
+    """Models by methods over all folds.
+
+    Attributes
+    ----------
+    rows : tuple of ValidatedRow
+        Models within methods.
+    held_out : tuple of tuple of str
+        The segments each fold held out.
+    rate_unit : {"deg", "rad"}
+        Unit of angular rates in every number.
+    """
+
+    rows: tuple[ValidatedRow, ...]
+    held_out: tuple[tuple[str, ...], ...]
+    rate_unit: RateUnit = "deg"
+
+    def choice(self, rule: str | Rule = "rms") -> Choice[ValidatedRow]:
+        """Choose a row; printed, the choice says its rule and its runner-up.
+
+        Parameters
+        ----------
+        rule : {"rms", "parsimony"} or Rule
+            As in a comparison, by the mean RMS error over the folds.
+
+        Returns
+        -------
+        choice : Choice
+            Among the rows that have an error on every fold.
+
+        Raises
+        ------
+        MethodError
+            If there is no such row, or the rule is unknown.
+        """
+        return choose(self.rows, rule)
+
+    def __str__(self) -> str:
+        """Return the table as plain text."""
+        unit = f"RMS ({self.rate_unit}/s)"
+        head = f"{'model':<20}{'n':>5}  {'method':<11}{unit:>13}{'spread':>9}  without error"
+        count = f"{len(self.held_out)} folds, mean over those with an error"
+        return "\n".join([head, *map(_line, self.rows), count])
+
+
+def cross_validate(
+    vehicle: Vehicle,
+    log: Log,
+    models: Iterable[DampingModel] | DampingModel,
+    methods: Iterable[Method] | Method,
+    *,
+    folds: int | None = None,
+    gap: float = 5.0,
+    attitude: AttitudeSource = "measured",
+    rate_unit: RateUnit = "deg",
+    done: Callable[[], None] | None = None,
+) -> CrossValidation:
+    """Identify every model by every method on all folds but one, and replay that one.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        Everything known.
+    log : Log
+        What was measured.
+    models : DampingModel or iterable of DampingModel
+        Which terms.
+    methods : Method or iterable of Method
+        How.
+    folds : int, optional
+        How many folds. By default each segment is held out once, in ten folds at
+        most. A log of one segment is cut into five blocks; and so are the longest
+        segments where more folds than segments are asked for.
+    gap : float
+        What is left out around the cut between two blocks [s].
+    attitude : {"measured", "simulated"}
+        Which attitude gravity and buoyancy act along.
+    rate_unit : {"deg", "rad"}
+        Unit of angular rates in equation 24.
+    done : callable, optional
+        Called after each replay, for a progress bar: folds times models times methods.
+
+    Returns
+    -------
+    table : CrossValidation
+        A row a model and method.
+
+    Raises
+    ------
+    MethodError
+        If there are too few samples for the folds.
+    ProblemError
+        If the log lacks what the vehicle or a term needs.
+
+    Examples
+    --------
+    >>> from hydrodamp.identification.least_squares import LeastSquares
+    >>> from hydrodamp.models.catalog import catalog
+    >>> from hydrodamp.simulation.campaign.reenact import reenact
+    >>> campaign = reenact(duration=20.0)
+    >>> models = [catalog[key] for key in ("linear", "fossen")]
+    >>> table = cross_validate(campaign.vehicle, campaign.train, models, LeastSquares())
+    >>> [(row.model, len(row.rms_by_fold)) for row in table.rows]
+    [('linear', 4), ('fossen', 4)]
+    """
+    asked = (models,) if isinstance(models, DampingModel) else tuple(models)
+    ways = tuple(methods) if isinstance(methods, Iterable) else (methods,)
+    parts = holdouts(log, folds, gap)
+    check_lengths(parts, [model.restricted_to(vehicle.axes) for model in asked])
+    tables = [_compared(vehicle, fold, asked, ways, attitude, rate_unit, done) for fold in parts]
+    return CrossValidation(
+        rows=tuple(map(ValidatedRow, zip(*(table.rows for table in tables), strict=True))),
+        held_out=tuple(tuple(part.name for part in fold.test.segments) for fold in parts),
+        rate_unit=rate_unit,
+    )
+
+
+def _compared(
+    vehicle: Vehicle,
+    fold: Holdout,
+    models: Sequence[DampingModel],
+    methods: Sequence[Method],
+    attitude: AttitudeSource,
+    rate_unit: RateUnit,
+    done: Callable[[], None] | None,
+) -> Comparison:
+    """Return the comparison of one fold, without its replays: they are as long as the log."""
+    problem = prepare(vehicle, fold.train, models)
+    fits = [fit for method in methods for fit in identify_all(problem, models, method)]
+    table = compare(fits, vehicle, fold.test, attitude=attitude, rate_unit=rate_unit, done=done)
+    return replace(table, rows=tuple(replace(row, trajectory=None) for row in table.rows))
+
+
+def _line(row: ValidatedRow) -> str:
+    rms, spread = (
+        "–" if value is None else format(value, ".3f")
+        for value in (row.rms_of_finished, row.spread)
+    )
+    lost = row.rms_by_fold.count(None)
+    return (
+        f"{row.model:<20}{row.n_coefficients:>5}  {row.method:<11}{rms:>13}{spread:>9}"
+        f"  {f'{lost} of {len(row.folds)}' if lost else ''}"
+    ).rstrip()

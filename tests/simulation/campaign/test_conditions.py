@@ -1,0 +1,98 @@
+"""Errors and pushes: levels as stated, colour as stated, streams apart."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from hydrodamp.arrays import FloatArray
+from hydrodamp.simulation.campaign.conditions import COLOURED, SILENT, WHITE, Conditions
+from hydrodamp.simulation.campaign.reenact import Campaign
+from hydrodamp.simulation.campaign.water import true_damping
+
+DEVIATIONS = [0.0133] * 3 + [8.7e-4] * 3 + [7.7e-5] * 3 + [np.sqrt(0.001)]
+"""As the source rounds them: DVL, gyro, attitude, depth (vehicles-and-methods, section 1)."""
+
+
+@pytest.mark.parametrize("conditions", [WHITE, COLOURED])
+def test_levels_are_as_published(conditions: Conditions) -> None:
+    """Sample deviations lie within a few hundredths of the stated ones, coloured or not."""
+    errors = conditions.draw_errors(5, n_runs=6, n_samples=10000)
+    np.testing.assert_allclose(errors.std(axis=(0, 1)), DEVIATIONS, rtol=0.03)
+    np.testing.assert_allclose(errors.mean(axis=(0, 1)) / DEVIATIONS, 0.0, atol=0.04)
+
+
+def test_white_channels_runs_and_samples_are_independent() -> None:
+    """No correlation beyond chance between any two columns or neighbours in time."""
+    errors = WHITE.draw_errors(6, n_runs=2, n_samples=10000)
+    columns = np.concatenate((errors[1:, 0], errors[1:, 1], errors[:-1, 0]), axis=1)
+    correlation = np.corrcoef(columns.T) - np.eye(columns.shape[1])
+    assert np.max(np.abs(correlation)) < 0.05
+
+
+def autocorrelation(series: FloatArray, lag: int) -> FloatArray:
+    """Of series of mean zero, shape (n, n_runs, n_columns), averaged over runs."""
+    return (series[lag:] * series[:-lag]).mean(axis=(0, 1)) / (series**2).mean(axis=(0, 1))
+
+
+@pytest.mark.parametrize("lag", [1, 2, 5])
+def test_coloured_errors_forget_as_stated(lag: int) -> None:
+    """Autocorrelation exp(-lag / time): DVL 0.4 s, gyro 0.1 s, attitude 0.5 s, depth 0.4 s."""
+    times = np.array([0.4] * 3 + [0.1] * 3 + [0.5] * 3 + [0.4])
+    errors = COLOURED.draw_errors(7, n_runs=6, n_samples=20000)
+    np.testing.assert_allclose(autocorrelation(errors, lag), np.exp(-0.1 * lag / times), atol=0.025)
+
+
+def test_pushes_are_as_strong_and_last_as_stated() -> None:
+    """Autocorrelation exp(-1/2) after one second, correlated on no two axes."""
+    pushes = COLOURED.draw_pushes(8, n_runs=6, n_samples=40000)
+    np.testing.assert_allclose(pushes.std(axis=(0, 1)), COLOURED.push, rtol=0.03)
+    np.testing.assert_allclose(autocorrelation(pushes, 10), np.exp(-0.5), atol=0.025)
+    correlation = np.corrcoef(pushes.reshape(-1, 6).T) - np.eye(6)
+    assert np.max(np.abs(correlation)) < 0.06
+
+
+def test_first_samples_are_as_strong_as_any() -> None:
+    """The series are stationary from the start: over many seeds the first has its level."""
+    first = [COLOURED.draw_errors(seed, 6, 1)[0] for seed in range(300)]
+    np.testing.assert_allclose(np.std(first, axis=(0, 1)), DEVIATIONS, rtol=0.08)
+
+
+def test_pushes_are_three_per_cent_of_the_damping_wrench(campaign: Campaign) -> None:
+    """As the module says of whole runs; here on short ones, within a third of it."""
+    wrench = true_damping().wrench(campaign.exact_train.velocity)
+    size = np.sqrt(np.mean(wrench**2, axis=0))
+    np.testing.assert_allclose(np.array(COLOURED.push) / size, 0.03, atol=0.01)
+
+
+def test_silence_is_silent() -> None:
+    """No error, no push."""
+    assert not SILENT.draw_errors(3, 2, 20).any()
+    assert not SILENT.draw_pushes(3, 2, 20).any()
+    assert not WHITE.draw_pushes(3, 2, 20).any()
+
+
+@pytest.mark.parametrize("name", ["draw_errors", "draw_pushes"])
+def test_same_seed_same_noise_other_seed_other_noise(name: str) -> None:
+    """Determinism by seed."""
+    draw = getattr(COLOURED, name)
+    np.testing.assert_array_equal(draw(7, 3, 20), draw(7, 3, 20))
+    assert not np.any(draw(7, 3, 20) == draw(8, 3, 20))
+
+
+@pytest.mark.parametrize("name", ["draw_errors", "draw_pushes"])
+@pytest.mark.parametrize(("n_runs", "n_samples"), [(2, 50), (6, 20)])
+def test_beginning_of_a_run_depends_on_its_seed_alone(
+    name: str, n_runs: int, n_samples: int
+) -> None:
+    """Fewer runs or samples cut the same streams short."""
+    draw = getattr(COLOURED, name)
+    np.testing.assert_array_equal(draw(9, n_runs, n_samples), draw(9, 6, 50)[:n_samples, :n_runs])
+
+
+def test_pushes_are_no_echo_of_the_errors() -> None:
+    """Streams of their own: no correlation beyond chance."""
+    errors, pushes = WHITE.draw_errors(4, 1, 20000)[:, 0], COLOURED.draw_pushes(4, 1, 20000)[:, 0]
+    fresh = pushes[1:] - np.exp(-0.05) * pushes[:-1]
+    both = np.corrcoef(np.hstack((errors[1:], fresh)).T)
+    assert np.max(np.abs(both[:10, 10:])) < 0.03

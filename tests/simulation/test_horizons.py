@@ -1,0 +1,153 @@
+"""Replays with restarts: windows, what they predict, and how they diverge."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.simulation.horizons import (
+    horizon_scores,
+    scores_with_restarts,
+    windows,
+)
+from hydrodamp.simulation.replay import replay
+from hydrodamp.simulation.score import score
+
+LINEAR = hd.catalog["linear"]
+SOFT = hd.Damping(LINEAR, (-20 * np.eye(6) + 0.1).ravel())
+
+
+@pytest.fixture
+def log(exact_log):
+    return exact_log(hd.Damping(LINEAR, (-30 * np.eye(6) + 0.1).ravel()), n=300)
+
+
+@pytest.fixture
+def problem(vehicle, log):
+    return hd.prepare(vehicle, log, LINEAR)
+
+
+def test_windows_share_their_ends_and_cross_no_join(problem):
+    """Segments of 100 samples at 10 Hz: 4 s are 40 steps, and 19 are left over."""
+    first = [(0, 41), (40, 81), (80, 100)]
+    expected = [(start + 100 * k, stop + 100 * k) for k in range(3) for start, stop in first]
+    np.testing.assert_array_equal(windows(problem, 4.0), expected)
+    steps = [(k + 100 * s, k + 2 + 100 * s) for s in range(3) for k in range(99)]
+    np.testing.assert_array_equal(windows(problem, "step"), steps)
+    np.testing.assert_array_equal(windows(problem, "run"), problem.segments)
+
+
+def test_a_horizon_beyond_the_segment_is_the_whole_segment(problem):
+    np.testing.assert_array_equal(windows(problem, 1000.0), problem.segments)
+    # The last sample begins no window: 9.9 s after the first there is nothing to predict.
+    assert windows(problem, 9.9).tolist() == problem.segments.tolist()
+
+
+def test_a_horizon_below_the_step_is_one_step(problem):
+    np.testing.assert_array_equal(windows(problem, 0.01), windows(problem, "step"))
+
+
+def test_windows_follow_an_irregular_clock(vehicle):
+    """A window begins at the first sample at or after each full second of its segment."""
+    time = np.array([5.0, 5.4, 6.1, 6.9, 7.0, 7.2, 8.5, 9.4])
+    log = hd.Log(time=time, velocity=np.zeros((8, 6)), wrench=np.zeros((8, 6)))
+    log = replace(log, attitude=np.tile([1.0, 0, 0, 0], (8, 1)))
+    found = windows(hd.prepare(vehicle, log, LINEAR), 1.0)
+    assert found[:, 0].tolist() == [0, 2, 4, 6]
+
+
+def test_the_whole_run_is_the_replay(problem):
+    (found,) = scores_with_restarts(problem, SOFT, ["run"]).scores
+    assert found.score == score(replay(problem, SOFT))
+    assert (found.n_windows, found.n_diverged, found.diverged_share) == (3, 0, 0.0)
+
+
+@pytest.mark.parametrize("attitude", ["measured", "simulated"])
+def test_each_window_is_a_replay_of_its_own(vehicle, log, problem, attitude):
+    """The same as cutting the log by hand and replaying every piece."""
+    found = scores_with_restarts(problem, SOFT, [3.0], attitude).scores[0]
+    squares = np.zeros(6)
+    for start, stop in windows(problem, 3.0).tolist():
+        piece = log.between(log.elapsed[start], log.elapsed[stop - 1] + 0.05)
+        assert piece.n == stop - start
+        error = hd.simulate(vehicle, SOFT, piece, attitude=attitude).velocity - piece.velocity
+        squares += np.square(error).sum(axis=0)
+    expected = np.sqrt(squares / log.n) * np.where(np.arange(6) < 3, 1.0, np.degrees(1.0))
+    np.testing.assert_allclose(list(found.score.rms_by_axis.values()), expected, rtol=1e-9)
+
+
+def test_errors_grow_with_the_horizon_where_the_damping_is_wrong(vehicle, log):
+    found = horizon_scores(vehicle, SOFT, log)
+    for errors in (
+        [entry.score.rms for entry in found.scores],
+        [entry.score.rms_by_axis["u"] for entry in found.scores],
+    ):
+        assert errors == sorted(errors)
+        assert errors[0] < errors[-1]
+
+
+def test_windows_that_diverge_are_counted(vehicle):
+    """From u = 1 m/s to the limit of 50 by exp(300/m t), m = 60 kg: log(50) m/300 = 0.78 s."""
+    n = 100
+    velocity = np.zeros((n, 6))
+    velocity[:50, 0] = 1.0
+    log = hd.Log.from_arrays(
+        np.arange(n) / 10, velocity, attitude=np.zeros((n, 3)), wrench=np.zeros((n, 6)),
+        segment=np.repeat(["moving", "still"], 50),
+    )  # fmt: skip
+    masses = np.diag([60.0, 99.0, 99.0, 1.0, 29.0, 29.0])
+    level = replace(vehicle, center_of_gravity=(0.0, 0.0, 0.0), mass_matrix=masses)
+    growing = hd.Damping(LINEAR, np.diag([300.0, 0, 0, 0, 0, 0]).ravel())
+    found = horizon_scores(level, growing, log, ["step", 2.0, "run"])
+    assert [entry.n_diverged for entry in found.scores] == [0, 3, 1]
+    assert [entry.diverged_share for entry in found.scores] == [0.0, 3 / 6, 1 / 2]
+    middle = found[2.0].score
+    assert middle.rms is None
+    assert middle.status is hd.Status.DIVERGED
+    assert [name for name, _ in middle.diverged] == ["moving"] * 3
+    assert [time for _, time in middle.diverged] == pytest.approx([0.8, 2.8, 4.8])
+    assert found["step"].score.rms is not None
+
+
+def test_fewer_axes_and_no_attitude(vehicle):
+    planar = replace(vehicle, axes=("X", "Y", "N"))
+    rng = np.random.default_rng(2)
+    log = hd.Log.from_arrays(
+        np.arange(40) / 10,
+        {name: rng.normal(0, 0.1, 40) for name in "uvr"},
+        wrench=rng.normal(0, 1, (40, 6)),
+    )
+    found = horizon_scores(planar, SOFT, log, [1.0], attitude="simulated", rate_unit="rad")
+    assert list(found[1.0].score.rms_by_axis) == ["u", "v", "r"]
+    assert found[1.0].score.rate_unit == "rad"
+
+
+def test_a_table_prints_every_horizon(vehicle, log):
+    text = str(horizon_scores(vehicle, SOFT, log))
+    assert [line.split("  ")[0] for line in text.splitlines()] == [
+        "horizon", "one step", "1 s", "10 s", "whole run",
+    ]  # fmt: skip
+    assert text.endswith("0 of 3")
+    assert str(horizon_scores(vehicle, SOFT, log, [])).split() == ["horizon", "RMS", "diverged"]
+    wild = hd.Damping(LINEAR, 300 * np.eye(6).ravel())
+    assert "–" in str(horizon_scores(vehicle, wild, log, ["run"]))
+
+
+@pytest.mark.parametrize("horizon", [0.0, -1.0, np.nan, np.inf, "day"])
+def test_a_horizon_that_is_none_is_refused(problem, horizon):
+    with pytest.raises(hd.MethodError, match="positive number of seconds, 'step' or 'run'"):
+        scores_with_restarts(problem, SOFT, [horizon])
+
+
+def test_a_horizon_not_asked_for_is_named(problem):
+    with pytest.raises(hd.MethodError, match=r"no score at the horizon 5\.0; there are 'run'"):
+        scores_with_restarts(problem, SOFT, ["run"])[5.0]
+
+
+def test_a_foreign_damping_warns(vehicle, log):
+    fit = hd.identify(LINEAR, replace(vehicle, weight=500.0), log, hd.LeastSquares())
+    with pytest.warns(hd.ForeignVehicleWarning, match="weight"):
+        horizon_scores(vehicle, fit.damping, log, ["run"])

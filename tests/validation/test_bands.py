@@ -1,0 +1,159 @@
+"""Prediction bands: first order against theory and draws, chunked as whole, honest where lost."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.errors import MethodError
+from hydrodamp.simulation.replay import replay
+from hydrodamp.validation import bands
+from hydrodamp.validation.bands import drawn_band, drawn_coefficients, prediction_band
+
+
+@pytest.fixture
+def coasting(vehicle):
+    """Two runs of a vehicle on one axis that slows down: u = u_0 exp(X_u t / m)."""
+    surge = replace(vehicle, axes=("X",))
+    time = np.tile(0.1 * np.arange(60), 2)
+    velocity = {"u": np.repeat([2.0, 1.0], 60)}
+    segment = np.repeat(["fast", "slow"], 60)
+    log = hd.Log.from_arrays(time, velocity, wrench=np.zeros((120, 6)), segment=segment)
+    known = hd.Damping.from_dict(None, {"X_u": -20.0})
+    return hd.prepare(surge, log, known.model), replace(known, covariance=[[4.0]])
+
+
+@pytest.fixture
+def manoeuvres():
+    """A model with many terms on the re-enacted campaign, with covariance."""
+    campaign = hd.reenact(seed=0, duration=15.0)
+    linear = hd.find_model("linear")
+    train = hd.prepare(campaign.vehicle, campaign.train, linear)
+    fit = hd.LeastSquares(hd.SavitzkyGolay()).identify(train, linear)
+    return hd.prepare(campaign.vehicle, campaign.test, linear), replace(
+        fit.damping, covariance=1e-3 * fit.damping.covariance
+    )
+
+
+def test_one_axis_is_the_formula(coasting):
+    problem, damping = coasting
+    mass = problem.vehicle.mass_matrix[0, 0]
+    time = problem.inputs.time
+    start = np.repeat([2.0, 1.0], 60)
+    wanted = start * np.exp(-20.0 * time / mass)
+    band = prediction_band(problem, damping)
+    np.testing.assert_allclose(band.velocity[:, 0], wanted, rtol=1e-6)
+    half = 1.959964 * 2.0 * time / mass * wanted
+    np.testing.assert_allclose(band.upper[:, 0] - wanted, half, rtol=1e-5, atol=1e-6)
+    np.testing.assert_allclose(wanted - band.lower[:, 0], half, rtol=1e-5, atol=1e-6)
+    assert band.diverged == 0.0
+    assert set(band.held()) == {"u"}
+
+
+def test_noise_is_that_of_the_first_sample_and_of_every_other(coasting):
+    problem, damping = coasting
+    certain = replace(damping, covariance=[[0.0]])
+    band = prediction_band(problem, certain, noise=[0.1, 1, 1, 1, 1, 1])
+    decay = np.exp(-20.0 * problem.inputs.time / problem.vehicle.mass_matrix[0, 0])
+    half = (band.upper - band.lower)[:, 0] / 2.0
+    np.testing.assert_allclose(half, 1.959964 * 0.1 * np.sqrt(1.0 + decay**2), rtol=1e-5)
+    np.testing.assert_array_equal((band.upper - band.lower)[:, 1:], 0.0)
+
+
+def test_few_degrees_of_freedom_widen_the_band(coasting):
+    problem, damping = coasting
+    wide = prediction_band(problem, damping, degrees_of_freedom=5.0)
+    narrow = prediction_band(problem, damping)
+    ratio = (wide.upper - wide.lower)[5, 0] / (narrow.upper - narrow.lower)[5, 0]
+    assert ratio == pytest.approx(2.570582 / 1.959964, rel=1e-6)
+
+
+def test_stretches_of_time_give_the_band_of_the_whole(manoeuvres, monkeypatch):
+    problem, damping = manoeuvres
+    noise = np.full(6, 0.01)
+    whole = prediction_band(problem, damping, noise=noise)
+    monkeypatch.setattr(bands, "_CHUNK", 6 * 42 * 20)
+    parts = prediction_band(problem, damping, noise=noise)
+    np.testing.assert_allclose(parts.velocity, whole.velocity, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(parts.upper, whole.upper, rtol=1e-8, atol=1e-12)
+    np.testing.assert_array_equal(whole.velocity, replay(problem, damping).velocity)
+
+
+def test_draws_of_little_spread_agree_with_first_order(manoeuvres):
+    problem, damping = manoeuvres
+    draws = drawn_coefficients(damping, n=300, seed=2)
+    np.testing.assert_allclose(np.cov(draws.T), damping.covariance, atol=damping.covariance.max())
+    first, drawn = prediction_band(problem, damping), drawn_band(problem, damping, draws)
+    assert drawn.diverged == 0.0
+    moved = (first.upper - first.lower) > 0.0
+    ratio = (drawn.upper - drawn.lower)[moved] / (first.upper - first.lower)[moved]
+    assert np.median(ratio) == pytest.approx(1.0, abs=0.1)
+    assert set(first.held()) == set("uvwpqr")
+
+
+def test_a_replay_that_diverges_has_no_band_from_there(coasting):
+    problem, damping = coasting
+    grows = replace(damping, coefficients=[400.0])
+    band = prediction_band(problem, grows, noise=np.full(6, 0.01))
+    lost = np.isnan(band.velocity[:, 0])
+    assert 0 < lost.sum() < 120
+    np.testing.assert_array_equal(np.isnan(band.upper[:, 0]), lost)
+    assert band.diverged == 1.0
+    assert band.held()["u"] < 1.0
+
+
+def test_a_replay_that_diverges_between_stretches(coasting, monkeypatch):
+    problem, damping = coasting
+    monkeypatch.setattr(bands, "_CHUNK", 6 * 7 * 4)
+    band = prediction_band(problem, replace(damping, coefficients=[400.0]))
+    assert np.isnan(band.velocity[59]).all()
+    assert np.isfinite(band.velocity[60]).all()
+
+
+def test_draws_that_diverge_are_counted_and_left_out(coasting):
+    problem, damping = coasting
+    draws = np.array([[-20.0], [-21.0], [400.0], [-19.0]])
+    band = drawn_band(problem, damping, draws)
+    assert band.diverged == 0.25
+    assert np.isfinite(band.upper).all()
+    assert band.upper[59, 0] < 2.0
+    gone = drawn_band(problem, damping, np.full((2, 1), 400.0))
+    assert gone.diverged == 1.0
+    assert np.isnan(gone.upper[59]).all()
+    assert np.isfinite(gone.velocity).all()
+
+
+def test_terms_of_locked_axes_do_not_matter(coasting):
+    problem, damping = coasting
+    more = hd.Damping.from_dict(None, {"X_u": -20.0, "N_r": -5.0})
+    band = prediction_band(problem, replace(more, covariance=np.diag([4.0, 9.0])))
+    np.testing.assert_allclose(band.upper, prediction_band(problem, damping).upper)
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"level": 95.0}, "`level` must lie between 0 and 1; got 95.0"),
+        ({"degrees_of_freedom": 0.0}, "`degrees_of_freedom` must be positive"),
+        ({"noise": [1.0]}, "give a deviation for each of u v w p q r"),
+        ({"noise": [-1.0, 0, 0, 0, 0, 0]}, "`noise` must not be negative"),
+    ],
+)
+def test_bad_settings_are_a_sentence(coasting, settings, message):
+    with pytest.raises(MethodError, match=message):
+        prediction_band(*coasting, **settings)
+
+
+def test_without_covariance_there_is_no_band(coasting):
+    problem, damping = coasting
+    with pytest.raises(MethodError, match="have no covariance"):
+        prediction_band(problem, replace(damping, covariance=None))
+
+
+@pytest.mark.parametrize("draws", [np.zeros(3), np.zeros((1, 1)), np.zeros((5, 2))])
+def test_draws_have_a_shape(coasting, draws):
+    with pytest.raises(MethodError, match=r"`draws` must have shape \(2 or more, 1\)"):
+        drawn_band(*coasting, draws)

@@ -1,0 +1,109 @@
+"""Which row is chosen, and what the choice says of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.validation.choice import LowestError, Parsimony, choose
+from hydrodamp.validation.front import front
+
+
+@dataclass(frozen=True)
+class Entry:
+    """Just what a row must know of itself."""
+
+    model: str
+    n_coefficients: int
+    rms: float | None
+    settled: bool = True
+    method: str = "ls"
+
+
+@dataclass(frozen=True)
+class Listed:
+    rows: tuple[Entry, ...]
+
+
+LARGE, LINEAR, SMALL, TINY, WILD = ROWS = (
+    Entry("large", 216, 0.50),
+    Entry("linear", 36, 0.51),
+    Entry("small", 30, 0.62),
+    Entry("tiny", 12, 1.75),
+    Entry("wild", 100, None, settled=False),
+)
+
+
+def test_the_lowest_error_names_its_rule_and_runner_up():
+    choice = choose(ROWS)
+    assert (choice.row, choice.runner_up) == (LARGE, LINEAR)
+    assert str(choice) == (
+        "large by ls (0.5): lowest RMS error of 4 replays; runner-up linear by ls (0.51), 2 % "
+        "worse. Left out: 1 replay that diverged, failed or did not settle."
+    )
+
+
+def test_parsimony_takes_the_smallest_near_the_lowest():
+    choice = choose(ROWS, "parsimony")
+    assert (choice.row, choice.runner_up) == (LINEAR, LARGE)
+    assert str(choice).startswith(
+        "linear by ls (36 coefficients, 0.51): fewest coefficients of 2 replays within 10 % of "
+        "the lowest RMS error, 0.5; runner-up large by ls (216 coefficients, 0.5), 2 % better."
+    )
+
+
+def test_parsimony_within_another_share():
+    assert choose(ROWS, Parsimony(within=0.3)).row is SMALL
+    alone = choose(ROWS, Parsimony(within=0.0))
+    assert (alone.row, alone.runner_up) == (LARGE, LINEAR)
+    assert "the only replay within 0 % of the lowest RMS error, 0.5" in str(alone)
+    for share in (-0.1, float("nan"), float("inf")):
+        with pytest.raises(hd.MethodError, match="`within` must be zero or more"):
+            Parsimony(within=share)
+
+
+def test_ties_go_to_fewer_coefficients_then_to_the_earlier_row():
+    equal = [Entry("b", 30, 0.5), Entry("a", 30, 0.5), Entry("few", 12, 0.5)]
+    for rule in (LowestError(), Parsimony()):
+        choice = choose(equal, rule)
+        assert (choice.row.model, choice.runner_up.model) == ("few", "b")
+        assert "equal in error" in str(choice)
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "words"),
+    [
+        (0.5, 0.504, "less than 1 % worse"),
+        (0.5, 1.75, "3.5 times as large"),
+        (0.0, 0.3, "0.3), worse"),
+    ],
+)
+def test_how_far_behind(first, second, words):
+    assert words in str(choose([Entry("a", 1, first), Entry("b", 1, second)]))
+
+
+def test_fits_that_have_not_settled_are_left_out_unless_none_has():
+    loose = Entry("loose", 36, 0.1, settled=False, method="ai")
+    assert choose([loose, *ROWS]).row is LARGE
+    only = choose([loose])
+    assert (only.row, only.runner_up) == (loose, None)
+    assert str(only) == (
+        "loose by ai (0.1): lowest RMS error of 1 replay; there is no runner-up. No fit has "
+        "settled."
+    )
+
+
+def test_no_error_and_no_rule_are_refused():
+    with pytest.raises(hd.MethodError, match="every replay diverged"):
+        choose([WILD])
+    with pytest.raises(hd.MethodError, match="Did you mean 'parsimony'"):
+        choose(ROWS, "parsimonious")
+
+
+def test_the_front_buys_error_with_coefficients():
+    beaten = Entry("beaten", 40, 0.51)
+    same = Entry("same", 36, 0.51)
+    assert front(Listed((*ROWS, beaten, same))) == (TINY, SMALL, LINEAR, LARGE)
+    assert front(Listed((WILD,))) == ()

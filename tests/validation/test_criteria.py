@@ -1,0 +1,190 @@
+"""AIC, AICc and BIC against their textbook form, and what must not change them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.basis.basis import Basis
+from hydrodamp.identification.equations import Rows
+from hydrodamp.validation.criteria import criteria
+
+AXIS = "XYZKMN"
+TERMS = ("u", "v", "w", "p")
+
+
+def model_of(count, key, axes="XYZKMN"):
+    return hd.DampingModel.from_table({axis: " ".join(TERMS[:count]) for axis in axes}, key=key)
+
+
+def noisy_rows(seed=0, n=400, true=2, axes="XYZKMN", factor=1.0):
+    """Rows whose target is a sum of the first columns and noise coupled across axes."""
+    rng = np.random.default_rng(seed)
+    design = rng.normal(size=(n, 4))
+    mixing = np.eye(6) + 0.3 * rng.normal(size=(6, 6))
+    target = design[:, :true] @ rng.normal(size=(true, 6)) + rng.normal(size=(n, 6)) @ mixing
+    target = factor * target * [axis in axes for axis in AXIS]
+    basis = model_of(4, "all").basis
+    return Rows(basis, design, target, np.zeros(n, dtype=int), np.arange(n) / 10)
+
+
+def solved(rows, model, method="ls"):
+    """Ordinary least squares by someone else's program."""
+    columns = [[rows.basis.index(term) for term in terms] for terms in model.terms]
+    values = [
+        np.linalg.lstsq(rows.design[:, column], rows.target[:, axis], rcond=None)[0]
+        for axis, column in enumerate(columns)
+    ]
+    return hd.Fit(hd.Damping(model, np.concatenate(values)), method, hd.Status.OK)
+
+
+def nested(rows, axes="XYZKMN"):
+    return [solved(rows, model_of(k, f"m{k}", axes)) for k in (1, 2, 3, 4)]
+
+
+def test_white_residuals_give_the_textbook_values():
+    """-2 log L of a Gaussian with covariance S is n log det S + 2 k for AIC, k log n for BIC,
+    up to a constant; white residuals count as (nearly) all rows."""
+    rows = noisy_rows(n=2000)
+    found = criteria(rows, nested(rows))
+    assert min(found.n_effective.values()) > 1700
+    n = np.mean(list(found.n_effective.values()))
+    expected = []
+    for k in (1, 2, 3, 4):
+        rest = (
+            rows.target
+            - rows.design[:, :k] @ np.linalg.lstsq(rows.design[:, :k], rows.target, rcond=None)[0]
+        )
+        expected.append(n * np.linalg.slogdet(rest.T @ rest / 2000)[1] + 2 * 6 * k)
+    aic = [row.aic for row in found.rows]
+    # Each axis has its own number of samples, so the two agree as those agree.
+    spread = np.ptp(list(found.n_effective.values())) / n
+    np.testing.assert_allclose(np.diff(aic), np.diff(expected), rtol=2 * spread + 1e-9, atol=1.0)
+    assert [row.rank for row in found.rows] == [6, 12, 18, 24]
+    assert [row.rank_by_axis for row in found.rows][1] == (2,) * 6
+
+
+def test_penalties_are_those_of_the_formulas():
+    rows = noisy_rows(n=300)
+    found = criteria(rows, nested(rows))
+    counts = np.array(list(found.n_effective.values()))
+    for k, row in zip((1, 2, 3, 4), found.rows, strict=True):
+        schwarz = ((k + 1) * (np.log(counts) - 2)).sum()
+        assert row.bic - row.aic == pytest.approx(schwarz)
+        # Hurvich and Tsai 1989, k + 1 parameters an axis.
+        hurvich = (2 * (k + 1) * (k + 2) / (counts - k - 2)).sum()
+        assert row.aicc - row.aic == pytest.approx(hurvich)
+
+
+def test_the_truth_is_chosen_and_no_more():
+    """BIC is consistent: of nested models it takes the true one in nearly every draw."""
+    chosen = []
+    for seed in range(20):
+        rows = noisy_rows(seed)
+        chosen.append(criteria(rows, nested(rows)).best("bic").model)
+    assert chosen.count("m2") >= 19
+
+
+def test_units_do_not_change_differences():
+    plain, scaled = (noisy_rows(factor=factor) for factor in (1.0, 1000.0))
+    first, second = (criteria(rows, nested(rows)) for rows in (plain, scaled))
+    for name in ("aic", "aicc", "bic"):
+        values = [[getattr(row, name) for row in table.rows] for table in (first, second)]
+        np.testing.assert_allclose(np.diff(values[0]), np.diff(values[1]), rtol=1e-9)
+
+
+def test_correlated_residuals_count_as_fewer():
+    """Each row ten times over: ten times as many rows that say no more. Sokal's window
+    scatters by sqrt(2 (2 M + 1)/n) with M of five times ten rows; three of that."""
+    n = 20_000
+    rows = noisy_rows(n=n)
+    tenfold = Rows(
+        rows.basis,
+        np.repeat(rows.design, 10, axis=0),
+        np.repeat(rows.target, 10, axis=0),
+        np.repeat(rows.segment, 10),
+        np.arange(10 * n) / 100,
+    )
+    found = criteria(tenfold, nested(tenfold))
+    assert found.n_rows == 10 * n
+    scatter = np.sqrt(2 * 101 / (10 * n))
+    assert list(found.n_effective.values()) == pytest.approx([n] * 6, rel=3 * scatter)
+    assert found.best("bic").model == "m2"
+
+
+def test_equal_columns_are_counted_once():
+    rows = noisy_rows()
+    twice = np.column_stack([rows.design[:, :2], rows.design[:, 1], rows.design[:, 3]])
+    same = Rows(rows.basis, twice, rows.target, rows.segment, rows.time)
+    found = criteria(same, [solved(same, model_of(3, "m3")), solved(same, model_of(2, "m2"))])
+    assert [row.rank for row in found.rows] == [12, 12]
+    assert found.rows[0].aic == pytest.approx(found.rows[1].aic)
+
+
+def test_only_axes_with_a_target_count():
+    rows = noisy_rows(axes="XYN")
+    found = criteria(rows, nested(rows, "XYN"))
+    assert list(found.n_effective) == ["X", "Y", "N"]
+    assert found.rows[1].rank == 6
+
+
+def test_a_model_without_a_row_is_compared_too():
+    rows = noisy_rows()
+    fits = [solved(rows, model_of(2, "no-roll", "XYZMN")), solved(rows, model_of(2, "m2"))]
+    found = criteria(rows, fits)
+    assert [row.rank for row in found.rows] == [10, 12]
+    assert found.best().model == "m2"
+
+
+def test_more_coefficients_than_effective_samples_is_infinite():
+    rows = noisy_rows(n=5)
+    found = criteria(rows, nested(rows)[2:])
+    assert [row.aicc for row in found.rows] == [np.inf, np.inf]
+    with pytest.raises(hd.MethodError, match="no fit has a finite aicc"):
+        found.best()
+    assert "–" in str(found)
+
+
+def test_an_exact_fit_is_finite():
+    rows = noisy_rows()
+    exact = Rows(rows.basis, rows.design, rows.design @ np.ones((4, 6)), rows.segment, rows.time)
+    found = criteria(exact, nested(exact))
+    assert found.best("bic").model == "m4"
+    assert np.isfinite(found.rows[3].bic)
+
+
+def test_fits_without_numbers_are_rows_without_numbers():
+    rows = noisy_rows()
+    fits = nested(rows)
+    lost = [replace(fit, status=hd.Status.FAILED) for fit in fits]
+    mixed = criteria(rows, [lost[0], fits[1]])
+    assert (mixed.rows[0].aic, mixed.rows[0].aicc, mixed.rows[0].bic) == (None, None, None)
+    assert mixed.best().model == "m2"
+    assert "–" in str(mixed)
+    with pytest.raises(hd.MethodError, match="no fit has a finite bic"):
+        criteria(rows, lost).best("bic")
+
+
+def test_a_line_a_fit_counted_from_the_lowest():
+    rows = noisy_rows()
+    lines = str(criteria(rows, nested(rows))).splitlines()
+    assert lines[0].split() == ["model", "rank", "method", "AIC", "+", "AICC", "+", "BIC", "+"]
+    assert lines[2].split()[-1] == "0.0"
+    assert lines[-1].startswith("400 rows count as: X ")
+
+
+def test_what_cannot_be_compared_is_refused():
+    rows = noisy_rows()
+    with pytest.raises(hd.MethodError, match="none was given"):
+        criteria(rows, [])
+    with pytest.raises(hd.MethodError, match=r"unknown criterion 'aik'\. Did you mean 'aic'"):
+        criteria(rows, nested(rows)).best("aik")
+    other = hd.Fit(hd.Damping(hd.catalog["fossen"], np.ones(12)), "ls", hd.Status.OK)
+    with pytest.raises(hd.ModelError, match=r"no column for: .*q\|q\|"):
+        criteria(rows, [other])
+    nothing = Rows(Basis(()), np.zeros((3, 0)), np.zeros((3, 6)), np.zeros(3, int), np.arange(3.0))
+    with pytest.raises(hd.MethodError, match="nothing to explain"):
+        criteria(nothing, nested(rows))

@@ -1,0 +1,156 @@
+"""Every stretch held out in turn: folds, their rows, and what is refused."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.identification.fit import fitted
+from hydrodamp.validation.crossvalidation import cross_validate
+from hydrodamp.validation.holdouts import holdouts
+
+LINEAR, FOSSEN = hd.catalog["linear"], hd.catalog["fossen"]
+
+
+@pytest.fixture
+def log(exact_log):
+    return exact_log(hd.Damping(LINEAR, (-30 * np.eye(6) + 0.1).ravel()), n=900)
+
+
+class Fixed:
+    """A method that knows its coefficients beforehand, wild after the first fold."""
+
+    key = "fixed"
+
+    def __init__(self, wild_without=""):
+        self.wild_without = wild_without
+        self.trained_on = []
+
+    def identify(self, problem, model):
+        names = [part.name for part in problem.log.segments]
+        self.trained_on.append(names)
+        wild = self.wild_without and self.wild_without not in names
+        size = 300.0 if wild else -30.0
+        values = [size if label[0] == "XYZKMN"["uvwpqr".index(label[2])] else 0.0
+                  for label in model.labels]  # fmt: skip
+        return fitted(problem, model, self, np.array(values))
+
+
+def test_each_fold_is_a_comparison_on_what_was_left_out(vehicle, log):
+    """The same as doing it by hand, segment by segment."""
+    table = cross_validate(vehicle, log, [LINEAR, FOSSEN], hd.LeastSquares())
+    assert table.held_out == (("a",), ("b",), ("c",))
+    assert [(row.model, row.method, row.n_coefficients) for row in table.rows] == [
+        ("linear", "ls", 36), ("fossen", "ls", 12),
+    ]  # fmt: skip
+    for fold, name in enumerate("abc"):
+        rest = [other for other in "abc" if other != name]
+        fit = hd.identify(LINEAR, vehicle, log.select(*rest), hd.LeastSquares())
+        alone = hd.compare([fit], vehicle, log.select(name))
+        assert table.rows[0].rms_by_fold[fold] == pytest.approx(alone.rows[0].rms, rel=1e-9)
+        assert table.rows[0].folds[fold].trajectory is None
+
+
+def test_mean_and_spread_over_folds(vehicle, log):
+    row = cross_validate(vehicle, log, FOSSEN, [hd.LeastSquares()]).rows[0]
+    assert row.rms == row.rms_of_finished == pytest.approx(np.mean(row.rms_by_fold))
+    assert row.spread == pytest.approx(np.std(row.rms_by_fold, ddof=1))
+    assert row.diverged_share == 0.0
+    assert row.settled
+
+
+def test_a_fold_that_diverges_leaves_no_mean(vehicle, log):
+    methods = [Fixed(wild_without="b"), hd.LeastSquares()]
+    table = cross_validate(vehicle, log, LINEAR, methods)
+    wild = table.rows[0]
+    assert [value is None for value in wild.rms_by_fold] == [False, True, False]
+    assert wild.rms is None
+    assert not wild.settled
+    assert wild.diverged_share == pytest.approx(1 / 3)
+    kept = [wild.rms_by_fold[0], wild.rms_by_fold[2]]
+    assert wild.rms_of_finished == pytest.approx(np.mean(kept))
+    assert table.choice().row.method == "ls"
+    text = str(table).splitlines()
+    assert text[1].endswith("1 of 3")
+    assert text[2].split()[-1] == f"{table.rows[1].spread:.3f}"
+
+
+def test_rows_without_any_error(vehicle, log):
+    row = cross_validate(vehicle, log, LINEAR, Fixed(wild_without="d")).rows[0]
+    assert (row.rms_of_finished, row.spread, row.diverged_share) == (None, None, 1.0)
+    table = cross_validate(vehicle, log, LINEAR, Fixed(wild_without="d"))
+    with pytest.raises(hd.MethodError, match="every replay diverged"):
+        table.choice()
+    assert "–" in str(table)
+
+
+def test_a_log_of_one_segment_is_cut_into_blocks_with_a_gap(vehicle, log):
+    """30 s at 10 Hz in five blocks of 6 s, two seconds left out around every cut."""
+    one = log.select("a")
+    parts = holdouts(one, gap=2.0)
+    assert len(parts) == 5
+    for fold in parts:
+        (test,) = (fold.test.time,)
+        apart = np.abs(fold.train.time[:, None] - test[None, :]).min()
+        assert apart >= 2.0 - 1e-9
+        assert fold.train.n + fold.test.n == 300 - 4 * 20
+    names = [part.name for part in parts[1].train.segments]
+    assert names == ["a+0s", "a+13s", "a+19s", "a+25s"]
+    table = cross_validate(vehicle, one, LINEAR, hd.LeastSquares(), gap=2.0)
+    assert len(table.rows[0].rms_by_fold) == 5
+    assert table.rows[0].rms < 0.1
+
+
+def test_fewer_folds_than_segments(log):
+    parts = holdouts(log, n=2)
+    assert [[part.name for part in fold.test.segments] for fold in parts] == [["a", "c"], ["b"]]
+    assert [[part.name for part in fold.train.segments] for fold in parts] == [["b"], ["a", "c"]]
+
+
+def test_every_sample_is_held_out_once(log):
+    parts = holdouts(log)
+    held = np.concatenate([fold.test.velocity for fold in parts])
+    np.testing.assert_array_equal(held, log.velocity)
+    assert all(fold.train.n + fold.test.n == log.n for fold in parts)
+
+
+def test_too_few_samples_for_the_folds(vehicle, log):
+    short = log.between(0.0, 0.65)
+    with pytest.raises(hd.MethodError, match=r"1 of 3 leaves 5 samples .* model needs 6"):
+        cross_validate(vehicle, short, LINEAR, hd.LeastSquares(), folds=3, gap=0.0)
+    with pytest.raises(hd.MethodError, match="too few for 5 folds 5 s apart"):
+        cross_validate(vehicle, short, FOSSEN, hd.LeastSquares())
+    with pytest.raises(hd.MethodError, match="no two neighbouring samples to replay"):
+        holdouts(short, n=7, gap=0.0)
+    uneven = hd.Log(time=[0.0, 1.0, 2.0, 3.0, 3.2, 10.0], velocity=np.zeros((6, 6)))
+    with pytest.raises(hd.MethodError, match="no two neighbouring samples to identify from"):
+        holdouts(uneven, n=2, gap=1.5)
+    with pytest.raises(hd.MethodError, match="at least 2 folds"):
+        cross_validate(vehicle, log, LINEAR, hd.LeastSquares(), folds=1)
+
+
+def test_a_model_too_large_for_a_fold_is_a_row(vehicle, log):
+    short = log.between(0.0, 4.0)
+    models = [FOSSEN, hd.catalog["mcfarland-whitcomb"]]
+    table = cross_validate(vehicle, short, models, hd.LeastSquares(), folds=4, gap=0.0)
+    assert table.rows[1].rms_by_fold == (None,) * 4
+    assert table.rows[1].folds[0].status is hd.Status.TOO_FEW_SAMPLES
+    assert table.rows[1].diverged_share == 0.0
+
+
+def test_progress_is_told_of_every_replay(vehicle, log):
+    told = []
+    cross_validate(
+        vehicle, log, [LINEAR, FOSSEN], [hd.LeastSquares(), Fixed()], done=lambda: told.append(1)
+    )
+    assert len(told) == 3 * 2 * 2
+
+
+def test_fewer_axes(vehicle, log):
+    planar = replace(vehicle, axes=("X", "Y", "N"))
+    table = cross_validate(planar, log, LINEAR, hd.LeastSquares(), rate_unit="rad")
+    assert table.rate_unit == "rad"
+    assert table.rows[0].n_coefficients == 9

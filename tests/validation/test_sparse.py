@@ -1,0 +1,135 @@
+"""The sparse model on the campaign: smaller than linear, nearer in replay, with a brake."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hydrodamp.errors import MethodError
+from hydrodamp.identification.candidates import brakes
+from hydrodamp.identification.derivative import SavitzkyGolay
+from hydrodamp.identification.equations import Differenced
+from hydrodamp.identification.fit import identify
+from hydrodamp.identification.output_error import OutputError
+from hydrodamp.identification.replay_blocks import replay_blocks
+from hydrodamp.models.catalog import find_model
+from hydrodamp.models.damping import Damping
+from hydrodamp.models.model import DampingModel
+from hydrodamp.simulation.campaign.reenact import Campaign, reenact
+from hydrodamp.simulation.problem import prepare
+from hydrodamp.simulation.replay import simulate
+from hydrodamp.simulation.score import score
+from hydrodamp.validation.rounds import Stability, next_round
+from hydrodamp.validation.selection import Round, Selection
+from hydrodamp.validation.sparse import Sparse, best_round
+
+QUICK = Sparse(windows=(10.0,), pairs=3)
+
+
+def rms(campaign: Campaign, model: DampingModel) -> float:
+    fit = identify(model, campaign.vehicle, campaign.train, OutputError(windows=(30.0,)))
+    found = score(simulate(campaign.vehicle, fit.damping, campaign.test)).rms
+    assert found is not None
+    return found
+
+
+@pytest.mark.parametrize("truth", ["sname", "crossflow"])
+def test_fewer_coefficients_than_linear_and_less_error(truth: str) -> None:
+    campaign = reenact(seed=12, truth=truth, duration=60.0)
+    model = QUICK.select(campaign.vehicle, campaign.train)
+    linear = find_model("linear")
+    assert model.key == "sparse"
+    assert model.n_coefficients < linear.n_coefficients
+    assert rms(campaign, model) < rms(campaign, linear)
+    for axis, terms in enumerate(model.terms):
+        assert any(brakes(axis, term) for term in terms)
+
+
+def test_a_selection_says_what_it_did_and_is_the_same_again() -> None:
+    campaign = reenact(seed=13, duration=20.0)
+    flat = replace(campaign.vehicle, axes=("X", "Y", "N"))
+    first = QUICK.selection(flat, campaign.train)
+    assert first == QUICK.selection(flat, campaign.train)
+    assert {label[0] for label in first.model.labels} == {"X", "Y", "N"}
+    said = str(first)
+    assert said.startswith(f"{first.model.n_coefficients} coefficients: X_")
+    assert "In order of entry" in said
+    assert first.rounds[first.chosen].model.terms == first.model.terms
+    assert "within one standard error" in first.model.note
+
+
+def test_commands_of_other_models_are_kept() -> None:
+    campaign = reenact(seed=13, duration=20.0)
+    given = DampingModel.from_table({"N": "u|u|*rudder"}, key="gain")
+    flat = replace(campaign.vehicle, axes=("X", "Y", "N"))
+    model = QUICK.select(flat, campaign.train, [given])
+    assert "N_u|u|*rudder" in model.labels
+
+
+def test_too_short_a_log_is_refused() -> None:
+    campaign = reenact(seed=13, duration=20.0)
+    quick = Sparse(windows=(10.0,), pairs=2, equations=Differenced(SavitzkyGolay()))
+    with pytest.raises(MethodError, match="too few"):
+        quick.select(campaign.vehicle, campaign.train.between(0.0, 1.0))
+
+
+def test_a_replay_that_always_diverges_is_refused() -> None:
+    campaign = reenact(seed=13, duration=20.0)
+    offered = find_model("linear")
+    problem = prepare(campaign.vehicle, campaign.train, offered)
+    wild = Damping(offered, np.full(36, 1e4))
+    linear = replay_blocks(problem, offered, wild, 10.0)
+    assert len(linear.blocks) == 0
+    assert linear.lost > 0
+    with pytest.raises(MethodError, match="blocks of the log can be replayed"):
+        next_round(problem, offered, wild, 10.0, Stability(10, 0.5, 2, 0))
+
+
+def test_an_axis_without_a_stable_brake_is_given_one() -> None:
+    campaign = reenact(seed=13, duration=20.0)
+    offered = DampingModel.from_table({"X": "u|u|", "Y": "v v|r| ur", "N": "r"}, key="sparse")
+    flat = replace(campaign.vehicle, axes=("X", "Y", "N"))
+    problem = prepare(flat, campaign.train, offered)
+    start = Damping(offered, np.array([-3.0, -10.0, 0.0, 0.0, -10.0]))
+    made, _ = next_round(problem, offered, start, 10.0, Stability(1, 1.0, 1, 0))
+    assert {"X_u|u|", "N_r"} <= set(made.model.labels)
+    assert {"Y_v", "Y_v|r|"} & set(made.model.labels)
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [{"windows": ()}, {"windows": (-1.0,)}, {"most": 0}, {"pairs": 0}, {"frequency": 0.0}],
+)
+def test_settings_out_of_range_are_refused(settings: dict[str, object]) -> None:
+    with pytest.raises(MethodError, match=next(iter(settings))):
+        Sparse(**settings)  # type: ignore[arg-type]
+
+
+def made(n: int, rms: float | None, push: float) -> Round:
+    model = replace(find_model("prestero"), terms=(find_model("linear").terms[0][:n],) + ((),) * 5)
+    return Round(10.0, 40, (), (), model, "Said.", rms, push)
+
+
+def test_among_rounds_those_that_dissipate_come_first_then_the_fewest() -> None:
+    rounds = [made(3, 0.10, -1.0), made(2, 0.105, -1.0), made(1, 0.2, -1.0), made(1, 0.01, 5.0)]
+    assert best_round(rounds)[0] is rounds[1]
+
+
+def test_without_one_that_dissipates_the_replay_counts() -> None:
+    rounds = [made(2, 0.1, 3.0), made(1, None, -1.0)]
+    best, why = best_round(rounds)
+    assert best is rounds[0]
+    assert "replays the training data" in why
+
+
+def test_without_any_replay_the_last_round_is_given() -> None:
+    rounds = [made(2, None, 3.0), made(1, None, -1.0)]
+    assert best_round(rounds)[0] is rounds[1]
+    assert "diverged" in str(Selection(rounds[1].model, tuple(rounds), 1, "Why."))
+
+
+def test_the_key_is_that_of_the_model() -> None:
+    assert Sparse().key == "sparse"
+    assert np.isfinite(Sparse().frequency)
