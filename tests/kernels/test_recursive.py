@@ -196,13 +196,13 @@ def test_old_rows_are_forgotten_along_new_ones(backend):
 
 
 def test_the_noise_is_told_by_what_is_left_over(backend):
-    """2000 rows with noise of 0.3: the variance of its estimate is 2 sigma^4 / n."""
+    """2000 rows with noise of 0.3: weights k^2 give the estimate a variance 18/5 sigma^4 / n."""
     rng = np.random.default_rng(8)
     entries = Entries([0, 1], [0, 4], np.zeros((2, 6)))
     rows = 0.3 * rng.standard_normal((2000, 8))
     recursion = Recursion(entries, np.ones(2), 1.0)
     noise = absorbed(backend, recursion, Estimate.before(entries, np.zeros(2)), rows).noise
-    four_sigma = 4.0 * 0.09 * np.sqrt(2.0 / 2000)
+    four_sigma = 4.0 * 0.09 * np.sqrt(3.6 / 2000)
     np.testing.assert_allclose(noise[[0, 4]], 0.09, rtol=0, atol=four_sigma)
     np.testing.assert_array_equal(noise[[1, 2, 3, 5]], 0.0)
 

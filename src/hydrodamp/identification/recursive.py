@@ -110,7 +110,9 @@ class RecursiveLeastSquares:
         rows = bound.entries.rows - problem.columns.n_known
         size = self.block * np.sqrt(self.prior * mean_square(problem)[rows])
         if not np.all(np.isfinite(size)):
-            raise MethodError("the terms of the log are not finite: look for absurd velocities.")
+            raise MethodError(
+                "a term's mean square is not finite: look for absurd numbers in the log."
+            )
         unit = np.where(size > 0.0, 1.0 / np.where(size > 0.0, size, 1.0), 0.0)
         forgetting = -float(np.expm1(-self.block / self.memory))
         recursion = Recursion(bound.entries, unit, self.block, forgetting)
@@ -187,8 +189,6 @@ class RecursiveLeastSquares:
         ).estimate
         if not estimate.rows.any():
             return empty_fit(problem, bound.model, self.key, Status.TOO_FEW_SAMPLES)
-        if not np.all(np.isfinite(estimate.information)):
-            return empty_fit(problem, bound.model, self.key, Status.FAILED)
         known = [known_of(adaptation, estimate, axis) for axis in range(6)]
         rank = sum(part.rank for part in known)
         covariance = block_diag(*(part.covariance for part in known))
@@ -264,7 +264,8 @@ def known_of(adaptation: RecursiveAdaptation, estimate: Estimate, axis: int) -> 
     told = values >= 1.0
     scaled = adaptation.recursion.unit[part, None] * vectors
     covariance = estimate.noise[axis] * (scaled / (1.0 + np.maximum(values, 0.0))) @ scaled.T
-    aliased = spanned(vectors[:, told].T, names, np.ones(len(names))).aliased if names else ()
+    directions = vectors[:, told].T if told.any() else np.zeros((1, len(names)))
+    aliased = spanned(directions, names, np.ones(len(names))).aliased
     return Known(covariance, int(told.sum()), aliased)
 
 

@@ -116,7 +116,7 @@ def _whitened(moments: FloatArray, ridge: float) -> FloatArray:
     """Invert, in units of each term's root mean square; zero where a term is zero."""
     size = np.sqrt(np.diag(moments))
     if not np.all(np.isfinite(size)):
-        raise MethodError("the terms of the log are not finite: look for absurd velocities in it.")
+        raise MethodError("a term's mean square is not finite: look for absurd numbers in the log.")
     live = size > 0.0
     unit = np.where(live, size, 1.0)
     inverse = np.linalg.inv(moments / np.outer(unit, unit) + ridge * np.eye(len(unit)))

@@ -66,9 +66,10 @@ class Estimate:
         What the data tell, one matrix an axis, packed, in the unit of each
         coefficient; that of the prior is the identity and not counted in.
     noise : ndarray, shape (6,)
-        Running variance of what rows leave over, [N s]^2 or [N m s]^2.
+        Running variance of what rows leave over, [N s]^2 or [N m s]^2; later rows
+        count more, for a bad start is no noise.
     rows : ndarray, shape (6,)
-        How many rows it is the mean of.
+        How many rows there were.
     """
 
     coefficients: FloatArray

@@ -300,7 +300,7 @@ typedef struct {
     hd_real *coefficients; /* one an entry */
     hd_real *information;  /* the data's, n_i x n_i, one behind the other, in those units */
     hd_real *noise;        /* 6: running variance of what is left over */
-    hd_real *rows;         /* 6: how many rows it is the mean of */
+    hd_real *rows;         /* 6: how many rows there were */
 } hd_estimate;
 
 /* Take in one row. Workspace: hd_absorb_work numbers. */

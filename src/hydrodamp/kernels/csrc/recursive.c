@@ -82,14 +82,15 @@ static hd_real forget(const hd_real *information, const hd_real *phi, size_t n,
     return share / along;
 }
 
-/* The running variance of what rows leave over, before they are taken in. */
+/* The running variance of what rows leave over before they are taken in, each in its due
+ * share. A mean with weights that grow as the square of the count forgets a bad start. */
 static void watch(hd_real surprise, hd_real news, hd_real forgetting, hd_real *noise,
                   hd_real *rows)
 {
-    const hd_real most = forgetting > 0 ? 1 / forgetting : *rows + 1;
+    const hd_real part = 3 / (*rows + 3), weight = part > forgetting ? part : forgetting;
 
-    *rows = *rows + 1 < most ? *rows + 1 : most;
-    *noise += (surprise * surprise / (1 + news) - *noise) / *rows;
+    *rows += 1;
+    *noise += weight * (surprise * surprise / (1 + news) - *noise);
 }
 
 static void absorb(const hd_estimate *estimate, size_t axis, size_t first, size_t n,

@@ -58,7 +58,6 @@ def absorb(recursion: Recursion, estimate: Estimate, row: FloatArray) -> Estimat
     kappa = floats(estimate.coefficients, (entries.n,), "estimate.coefficients").copy()
     information = floats(estimate.information, (entries.n_squares,), "estimate.information")
     information, noise, rows = information.copy(), estimate.noise.copy(), estimate.rows.copy()
-    most = 1.0 / recursion.forgetting if recursion.forgetting > 0.0 else np.inf
     for axis, seen in enumerate(entries.squares(information)):
         part = entries.of(axis)
         if part.start == part.stop:
@@ -71,8 +70,9 @@ def absorb(recursion: Recursion, estimate: Estimate, row: FloatArray) -> Estimat
         seen += np.outer(phi, phi)
         news = phi @ gain
         kappa[part] += unit * gain * (surprise / (1.0 + news))
-        rows[axis] = min(rows[axis] + 1.0, most)
-        noise[axis] += (surprise**2 / (1.0 + news) - noise[axis]) / rows[axis]
+        rows[axis] += 1.0
+        weight = max(3.0 / (rows[axis] + 2.0), recursion.forgetting)
+        noise[axis] += weight * (surprise**2 / (1.0 + news) - noise[axis])
     return Estimate(kappa, information, noise, rows)
 
 

@@ -1,0 +1,77 @@
+"""Recursive least squares and the robust identifier: the C core against NumPy loops."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from interleaving import interleaved
+from workload import VEHICLE, log
+
+import hydrodamp as hd
+from hydrodamp import kernels
+from hydrodamp.identification.recursive import RecursiveLeastSquares
+from hydrodamp.identification.robust import RobustIdentifier
+from hydrodamp.kernels import reference
+from hydrodamp.kernels.recursion import Estimate
+
+MODEL = hd.catalog["mcfarland-whitcomb"]
+SAMPLES, FEW = 50_000, 2_000
+pytestmark = pytest.mark.usefixtures("one_core")
+
+
+def problem(n: int) -> hd.Problem:
+    return hd.prepare(VEHICLE, log(n), MODEL)
+
+
+def recursion(n: int, core):
+    """Return a run of recursive least squares as a call of no arguments."""
+    prepared = problem(n)
+    adaptation = RecursiveLeastSquares().bind(problem(SAMPLES), MODEL)
+    start = Estimate.before(adaptation.bound.entries, adaptation.start)
+    plant = adaptation.bound.columns.plant
+    arguments = (plant, adaptation.recursion, start, prepared.inputs, prepared.segments)
+    return lambda: core.recur(*arguments)
+
+
+def robust(n: int, core):
+    """Return a pass of the robust identifier as a call of no arguments."""
+    prepared = problem(n)
+    adaptation = RobustIdentifier().bind(problem(SAMPLES), MODEL)
+    settings = adaptation.robustness
+    plant = adaptation.bound.columns.plant
+    arguments = (plant, settings, settings.led_to, prepared.inputs, prepared.segments)
+    return lambda: core.robust_run(*arguments)
+
+
+@pytest.mark.parametrize(
+    ("run", "what"),
+    [
+        (recursion, "recursive least squares, 216 coefficients: NumPy loop"),
+        (robust, "robust identifier, six 36 x 36 gain matrices: NumPy loop"),
+    ],
+)
+def test_against_numpy(benchmark, ledger, run, what):
+    fast, slow = interleaved(benchmark, run(SAMPLES, kernels), run(FEW, reference), rounds=3)
+    ours, theirs = run(FEW, kernels)(), run(FEW, reference)()
+    found, expected = (getattr(made, "estimate", None) or made.adapting for made in (ours, theirs))
+    np.testing.assert_allclose(found.coefficients, expected.coefficients, rtol=1e-5, atol=1e-6)
+    ledger.faster(what, fast / SAMPLES * 1e6, slow / FEW * 1e6, unit="us/sample", target=10)
+
+
+def test_one_step_online(benchmark, ledger):
+    """One step a call, as on board, against the batch."""
+    prepared = problem(10_000)
+    method = RecursiveLeastSquares()
+    samples = [prepared.inputs.sample(k) for k in range(prepared.n_samples)]
+    initial = method.init(prepared, MODEL, samples[0])
+
+    def online() -> None:
+        state = initial
+        for sample in samples[1:]:
+            state = method.step(state, sample)
+
+    ours, other = interleaved(benchmark, online, recursion(10_000, kernels))
+
+    scale = 1e6 / prepared.n_samples
+    what = "recursive least squares, one step called from Python: a step of the batch"
+    ledger.within(what, ours * scale, other * scale, unit="us/sample")
