@@ -106,19 +106,23 @@ class RobustAdaptation:
     robustness: Robustness
 
 
-def first_guess(model: DampingModel) -> FloatArray:
+def first_guess(model: DampingModel, known: Damping | None = None) -> FloatArray:
     """Return the paper's start: −1 on the diagonal linear terms, 0 elsewhere.
 
     Parameters
     ----------
     model : DampingModel
         Which terms.
+    known : Damping, optional
+        To start from in its place; 0 where it lacks a term.
 
     Returns
     -------
     coefficients : ndarray, shape (n_coefficients,)
         In the order of the model's labels.
     """
+    if known is not None:
+        return known.onto(model)
     values = [
         -1.0 if str(term) == VELOCITY_OF[AXES[axis]] else 0.0
         for axis, terms in enumerate(model.terms)

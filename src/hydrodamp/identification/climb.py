@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.identification.refine import Path, Place, Search, refine, searching
+from hydrodamp.identification.refine import LIKE_NOISE, Path, Place, Search, refine, searching
 from hydrodamp.identification.runaway import runaways
 from hydrodamp.identification.shooting import Guess, Shooting
 from hydrodamp.models.model import DampingModel
@@ -30,8 +30,6 @@ class Climb:
 
     Attributes
     ----------
-    slopes : ndarray, shape (p, p)
-        Triangle of the weighted Jacobian there, on whole segments.
     search : Search
         Problem, units and noise.
     place : Place
@@ -42,7 +40,6 @@ class Climb:
         What was done, for a person.
     """
 
-    slopes: FloatArray
     search: Search
     place: Place
     settled: bool
@@ -52,6 +49,21 @@ class Climb:
     def coefficients(self) -> FloatArray:
         """Of the place chosen, shape (p,)."""
         return self.place.coefficients
+
+    def slopes(self) -> FloatArray:
+        """Return the weighted Jacobian's triangle there, on whole segments, shape (p, p).
+
+        Returns
+        -------
+        slopes : ndarray, shape (p, p)
+            Zero where the replay diverges.
+        """
+        whole = self.search.shooting(np.inf)
+        guess = Guess(self.coefficients, whole.measured_starts())
+        spread = self.search.spread(np.mean(whole.errors(guess) ** 2, axis=0))
+        around = whole.linearised(guess, spread) if np.all(np.isfinite(spread)) else None
+        size = len(self.coefficients)
+        return np.zeros((size, size)) if around is None else around.triangle[:-1, :-1]
 
 
 def climb(
@@ -94,7 +106,6 @@ def climb(
     chosen, why = _chosen(whole, places, end)
     at_rest = chosen is end and paths[-1].settled
     return Climb(
-        slopes=_slopes(search, whole, chosen),
         search=search,
         place=chosen,
         settled=at_rest,
@@ -130,19 +141,10 @@ def _why(chosen: Place, end: Place | None, ranked: list[Place]) -> str:
     return " An earlier place is given: its replay of whole runs is nearer than that of the end."
 
 
-def _slopes(search: Search, whole: Shooting, place: Place) -> FloatArray:
-    """Return the weighted Jacobian's triangle at a place; zero where its replay diverges."""
-    guess = Guess(place.coefficients, whole.measured_starts())
-    spread = search.spread(np.mean(whole.errors(guess) ** 2, axis=0))
-    around = whole.linearised(guess, spread) if np.all(np.isfinite(spread)) else None
-    size = len(place.coefficients)
-    return np.zeros((size, size)) if around is None else around.triangle[:-1, :-1]
-
-
 def _misfit(shooting: Shooting, coefficients: FloatArray) -> float:
     """Return the log-likelihood of the errors per sample, negative; infinite if one diverged."""
     errors = shooting.errors(Guess(coefficients, shooting.measured_starts()))
-    square = np.mean(errors**2, axis=0) + (0.1 * shooting.noise) ** 2
+    square = np.mean(errors**2, axis=0) + (LIKE_NOISE * shooting.noise) ** 2
     return float(np.sum(np.log(square))) if np.all(np.isfinite(square)) else np.inf
 
 

@@ -9,9 +9,8 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.basis.axes import AXES
 from hydrodamp.basis.term import Term
-from hydrodamp.identification.rank import Span, spanned
+from hydrodamp.identification.rank import Span, group_labels, spanned
 from hydrodamp.identification.triangle import Triangle
 from hydrodamp.models.model import DampingModel
 
@@ -105,11 +104,8 @@ class Coupled:
     @property
     def aliased(self) -> tuple[tuple[str, ...], ...]:
         """Labels that the data cannot tell apart, group by group."""
-        return tuple(
-            tuple(f"{AXES[axis]}_{term}" for term in group)
-            for axis, span in zip(self.axes, self.spans, strict=True)
-            for group in span.aliased
-        )
+        groups = (span.aliased for span in self.spans)
+        return group_labels(zip(self.axes, groups, strict=True))
 
     def back(self) -> FloatArray:
         """Return the coefficients of each direction, shape (n_coefficients, rank)."""

@@ -150,12 +150,11 @@ class Differenced:
         """
         derivative = self.derivative or default_derivative(problem)
         acceleration, seen = derivative.acceleration(problem), derivative.seen(problem)
-        lengths = np.diff(problem.segments, axis=1).ravel()
         return Rows(
             basis=problem.columns.basis,
             design=seen.regressor()[:, problem.columns.n_known :],
             target=frozen(damping_wrench(seen, acceleration)),
-            segment=np.repeat(np.arange(len(lengths)), lengths),
+            segment=problem.segment_numbers,
             time=problem.inputs.time,
         )
 

@@ -273,6 +273,24 @@ def signal_to_noise(problem: Problem) -> FloatArray:
     return np.maximum(ratio, 1.0)
 
 
+def noise_variance(problem: Problem) -> FloatArray:
+    """Return the variance of the white noise of each velocity.
+
+    Parameters
+    ----------
+    problem : Problem
+        Velocities and segments.
+
+    Returns
+    -------
+    variance : ndarray, shape (6,)
+        By :func:`signal_to_noise`, so never more than that of the velocity itself
+        [(m/s)^2, (rad/s)^2].
+    """
+    variance: FloatArray = problem.inputs.velocity.var(axis=0) / signal_to_noise(problem)
+    return variance
+
+
 def mean_square(problem: Problem) -> FloatArray:
     """Return the mean square of every unknown column over a log.
 

@@ -14,7 +14,7 @@ from hydrodamp.errors import MethodError
 from hydrodamp.identification.equations import Equations
 from hydrodamp.identification.fit import Fit, fitted
 from hydrodamp.identification.prior import Belief, Prior
-from hydrodamp.identification.rank import Span, spanned
+from hydrodamp.identification.rank import Span, group_labels, spanned
 from hydrodamp.identification.refusal import refused
 from hydrodamp.identification.shrinkage import column_size
 from hydrodamp.identification.triangle import Triangle
@@ -181,11 +181,7 @@ class PriorLeastSquares:
             mean,
             covariance=covariance,
             rank=sum(span.rank for _, _, span in seen),
-            aliased=tuple(
-                tuple(f"{AXES[axis]}_{term}" for term in group)
-                for axis, (_, _, span) in enumerate(seen)
-                for group in span.aliased
-            ),
+            aliased=group_labels(enumerate(span.aliased for _, _, span in seen)),
             n_samples=triangle.n_samples,
             remarks=self._said(free.labels, belief, mean, covariance),
         )

@@ -8,12 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import block_diag
 
-from hydrodamp.basis.axes import AXES
 from hydrodamp.identification.covariance import Uncertainty, noise_uncertainty
 from hydrodamp.identification.derivative import Derivative, SavitzkyGolay
 from hydrodamp.identification.equations import Differenced
 from hydrodamp.identification.fit import Fit, Method, fitted, trusted
-from hydrodamp.identification.rank import AxisSolution, solve_axis
+from hydrodamp.identification.rank import AxisSolution, group_labels, solve_axis
 from hydrodamp.identification.refusal import refused
 from hydrodamp.identification.triangle import Triangle, accumulate
 from hydrodamp.models.model import DampingModel
@@ -163,11 +162,7 @@ def assembled(
         covariance=block_diag(*[solution.covariance for solution in solutions]),
         uncertainty=uncertainty,
         rank=sum(solution.rank for solution in solutions),
-        aliased=tuple(
-            tuple(f"{AXES[axis]}_{term}" for term in group)
-            for axis, solution in enumerate(solutions)
-            for group in solution.aliased
-        ),
+        aliased=group_labels(enumerate(solution.aliased for solution in solutions)),
         n_samples=n_samples,
         remarks=remarks,
     )

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.signal import savgol_coeffs, savgol_filter
 
 from hydrodamp.arrays import FloatArray, frozen
-from hydrodamp.identification.gains import signal_to_noise
+from hydrodamp.identification.gains import noise_variance
 from hydrodamp.simulation.problem import Problem
 
 _DEGREE = 2
@@ -58,7 +58,7 @@ def smoothed(problem: Problem, windows: Sequence[int]) -> Smoothed:
         Never of more estimated risk than the measurement.
     """
     measured = problem.inputs.velocity
-    noise = measured.var(axis=0) / signal_to_noise(problem)
+    noise = noise_variance(problem)
     best, velocity, chosen = noise.copy(), measured.copy(), np.ones(6, dtype=int)
     for window in windows:
         trial = _local_quadratics(problem, window)

@@ -122,7 +122,7 @@ def _told(
     problem: Problem, model: DampingModel, method: OutputError, climbed: Climb, starts: list[Fit]
 ) -> Fit:
     """Put the end of a search into words."""
-    span = spanned(climbed.slopes, model.labels)
+    span = spanned(climbed.slopes(), model.labels)
     remarks = (
         f"The search started from {' and '.join(fit.method for fit in starts)}; {climbed.words}",
     )

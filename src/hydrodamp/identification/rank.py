@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
+from hydrodamp.basis.axes import AXES
 from hydrodamp.basis.term import Term
 from hydrodamp.identification.triangle import Triangle
 
@@ -47,6 +48,28 @@ class AxisSolution:
     rank: int
     aliased: tuple[tuple[Term, ...], ...]
     residual: float
+
+
+def group_labels(
+    by_axis: Iterable[tuple[int, Iterable[Sequence[Term | str]]]],
+) -> tuple[tuple[str, ...], ...]:
+    """Return groups of terms as groups of labels.
+
+    Parameters
+    ----------
+    by_axis : iterable of (int, groups of Term or str)
+        Number of an axis, and the groups of terms on it.
+
+    Returns
+    -------
+    labels : tuple of tuple of str
+        Group by group, axis by axis.
+    """
+    return tuple(
+        tuple(f"{AXES[axis]}_{term}" for term in group)
+        for axis, groups in by_axis
+        for group in groups
+    )
 
 
 @dataclass(frozen=True)

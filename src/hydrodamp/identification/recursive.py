@@ -116,7 +116,7 @@ class RecursiveLeastSquares:
         unit = np.where(size > 0.0, 1.0 / np.where(size > 0.0, size, 1.0), 0.0)
         forgetting = -float(np.expm1(-self.block / self.memory))
         recursion = Recursion(bound.entries, unit, self.block, forgetting)
-        return RecursiveAdaptation(bound, recursion, self._start(bound.model))
+        return RecursiveAdaptation(bound, recursion, first_guess(bound.model, self.start))
 
     def init(
         self, source: Problem | Columns, model: DampingModel, sample: Sample
@@ -202,12 +202,6 @@ class RecursiveLeastSquares:
             aliased=tuple(group for part in known for group in part.aliased),
             status=Status.OK if rank == bound.model.n_coefficients else Status.BY_PRIOR,
         )
-
-    def _start(self, model: DampingModel) -> FloatArray:
-        if self.start is None:
-            return first_guess(model)
-        given = self.start.as_dict()
-        return np.array([given.get(label, 0.0) for label in model.labels])
 
     def _projected(
         self, problem: Problem, adaptation: RecursiveAdaptation, estimate: Estimate

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray
-from hydrodamp.identification.gains import mean_square, signal_to_noise
+from hydrodamp.identification.gains import mean_square, noise_variance
 from hydrodamp.identification.shooting import Guess, Linearised, Shooting, cut
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
@@ -24,7 +24,7 @@ _FLOOR = 1e-6
 _PRIOR = (1e-6, 1e6)
 """Bounds of the prior's strength."""
 
-_LIKE_NOISE = 0.1
+LIKE_NOISE = 0.1
 """Errors are not weighted as if they were smaller than this share of the noise."""
 
 
@@ -61,7 +61,7 @@ class Search:
 
     def spread(self, mean_square: FloatArray) -> FloatArray:
         """Return what to divide errors by, given their mean square."""
-        return np.sqrt(mean_square + (_LIKE_NOISE * self.noise) ** 2)
+        return np.sqrt(mean_square + (LIKE_NOISE * self.noise) ** 2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +115,7 @@ def searching(problem: Problem, model: DampingModel) -> Search:
     rows, axes = entries
     size = np.sqrt(mean_square(problem))[rows - problem.columns.n_known]
     inertia = np.diag(problem.vehicle.mass_matrix)[axes]
-    noise = np.sqrt(problem.inputs.velocity.var(axis=0) / signal_to_noise(problem))
+    noise = np.sqrt(noise_variance(problem))
     return Search(
         problem,
         entries,

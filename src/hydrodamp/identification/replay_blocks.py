@@ -67,8 +67,7 @@ def replay_blocks(
     """
     search = searching(problem, model)
     shooting = search.shooting(min(length, _duration(problem) / _LEAST))
-    values = around.as_dict()
-    guessed = np.array([values.get(label, 0.0) for label in model.labels])
+    guessed = around.onto(model)
     starts = shooting.measured_starts()
     spread = _spread(shooting.errors(Guess(guessed, starts)), search.noise)
     turn = np.eye(len(guessed) + 1)

@@ -19,7 +19,9 @@ from hydrodamp.identification.rank import spanned
 from hydrodamp.identification.reference import with_reference
 from hydrodamp.identification.refine import Place, Search, refine, searching
 from hydrodamp.identification.shooting import Guess, Shooting
+from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
+from hydrodamp.simulation.problem import Problem
 
 _ROUNDS = 4
 """Gauss-Newton steps from the model to the wider one: enough to take the misfit out."""
@@ -50,14 +52,11 @@ def replay_uncertainty(search: Search, place: Place, model: DampingModel) -> Unc
     settled = _settled(search, whole, place.coefficients)
     if settled is None:
         return None
-    guess, spread = settled
-    own = whole.errors(guess)
+    guess, own = settled
+    spread = search.spread(np.mean(own**2, axis=0))
     noise, taken = _noise(search, place, model, own)
-    found, total = (
-        _covariance(search, whole, guess, spread, place, errors) for errors in (noise, own)
-    )
-    segment, time = _stamps(whole)
-    independent = _independent(noise / spread, segment, time)
+    found, total = _covariances(search, whole, guess, spread, place, (noise, own))
+    independent = _independent(search.problem, noise / spread)
     share = min(independent / max(independent - taken, independent / _MOST), _MOST)
     return Uncertainty(
         covariance=total.covariance,
@@ -72,7 +71,7 @@ def replay_uncertainty(search: Search, place: Place, model: DampingModel) -> Unc
 def _settled(
     search: Search, whole: Shooting, coefficients: FloatArray
 ) -> tuple[Guess, FloatArray] | None:
-    """Return the guess with its best first states, and the spread of its errors."""
+    """Return the guess with its best first states, and its errors; None where it diverges."""
     guess = Guess(coefficients, whole.measured_starts())
     square = np.mean(whole.errors(guess) ** 2, axis=0)
     if not np.all(np.isfinite(square)):
@@ -83,8 +82,8 @@ def _settled(
     starts = guess.starts.copy()
     starts[:, whole.free] += around.starts_moved(np.zeros(len(coefficients)))
     better = Guess(coefficients, starts)
-    square = np.mean(whole.errors(better) ** 2, axis=0)
-    return (better, search.spread(square)) if np.all(np.isfinite(square)) else None
+    errors = whole.errors(better)
+    return (better, errors) if np.all(np.isfinite(errors)) else None
 
 
 def _noise(
@@ -97,41 +96,37 @@ def _noise(
     wide = with_reference(search.problem, model)
     reference = wide.models[1]
     wider = searching(wide, reference)
-    known = dict(zip(model.labels, place.coefficients.tolist(), strict=True))
-    start = np.array([known.get(label, 0.0) for label in reference.labels])
-    path = refine(wider, wider.shooting(np.inf), Place(start, place.strength), _ROUNDS)
+    whole = wider.shooting(np.inf)
+    start = Damping(model, place.coefficients).onto(reference)
+    path = refine(wider, whole, Place(start, place.strength), _ROUNDS)
     if path is None:
         return own, len(place.coefficients)
-    settled = _settled(wider, wider.shooting(np.inf), path.places[-1].coefficients)
+    settled = _settled(wider, whole, path.places[-1].coefficients)
     if settled is None:
         return own, len(place.coefficients)
-    return wider.shooting(np.inf).errors(settled[0]), len(start)
+    return settled[1], len(start)
 
 
-def _covariance(
+def _covariances(
     search: Search,
     whole: Shooting,
     guess: Guess,
     spread: FloatArray,
     place: Place,
-    errors: FloatArray,
-) -> LongRun:
-    """Return the covariance of the coefficients, given what counts as noise."""
+    errors: tuple[FloatArray, ...],
+) -> list[LongRun]:
+    """Return the covariance of the coefficients for each view of what counts as noise."""
     scores, slopes = whole.scores(guess, spread, errors)
     prior = np.diag(np.sqrt(place.strength[search.axes]) / search.unit)
     half = spanned(np.vstack([slopes, prior]), range(len(prior))).coefficients
-    segment, time = _stamps(whole)
-    found = long_run(scores @ half, segment, time)
-    return replace(found, covariance=half @ found.covariance @ half.T)
+    segment, time = search.problem.segment_numbers, search.problem.inputs.time
+    found = [long_run(view @ half, segment, time) for view in scores]
+    return [replace(one, covariance=half @ one.covariance @ half.T) for one in found]
 
 
-def _stamps(whole: Shooting) -> tuple[np.ndarray, FloatArray]:
-    lengths = np.diff(whole.windows, axis=1).ravel()
-    return np.repeat(np.arange(len(lengths)), lengths), whole.problem.inputs.time
-
-
-def _independent(errors: FloatArray, segment: np.ndarray, time: FloatArray) -> float:
+def _independent(problem: Problem, errors: FloatArray) -> float:
     """Return how many independent errors there are, over all free axes."""
+    segment, time = problem.segment_numbers, problem.inputs.time
     steps = np.diff(time)[np.diff(segment) == 0]
     each = [
         steps.sum() / max(correlation_time(column[:, None], segment, time), float(np.median(steps)))

@@ -24,8 +24,8 @@ from hydrodamp.identification.gains import (
     ByStep,
     Numbers,
     error_gains,
+    noise_variance,
     per_axis,
-    signal_to_noise,
     with_log,
 )
 from hydrodamp.identification.limits import Limits, OwnDrag
@@ -138,7 +138,7 @@ class RobustIdentifier:
             entries=bound.entries,
             a=a,
             gains=gain_matrices(self.gamma, source, bound.entries, a),
-            rest=self._start(bound.model),
+            rest=first_guess(bound.model, self.reference),
             lower=lower,
             upper=upper,
             leakage=self.leakage,
@@ -260,20 +260,14 @@ class RobustIdentifier:
             labels=adaptation.bound.model.labels,
         )
 
-    def _start(self, model: DampingModel) -> FloatArray:
-        guess = first_guess(model)
-        if self.reference is None:
-            return guess
-        known = self.reference.as_dict()
-        return np.array([known.get(label, 0.0) for label in model.labels])
-
     def _dead_zone(self, source: Problem | Columns) -> float:
         """Return the size of error that noise makes: the root of the sum of M_ii sigma_i^2."""
         if self.dead_zone == 0.0:
             return 0.0
         problem = with_log(source, "noise of each velocity")
-        noise = problem.inputs.velocity.var(axis=0) / signal_to_noise(problem)
-        return self.dead_zone * float(np.sqrt(noise @ np.diag(problem.vehicle.mass_matrix)))
+        return self.dead_zone * float(
+            np.sqrt(noise_variance(problem) @ np.diag(problem.vehicle.mass_matrix))
+        )
 
     def _run(
         self, problem: Problem, adaptation: RobustAdaptation, start: FloatArray, every: int

@@ -199,8 +199,8 @@ class Shooting:
         return Linearised(triangle, cost, square / max(count, 1), tuple(back))
 
     def scores(
-        self, guess: Guess, spread: FloatArray, errors: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
+        self, guess: Guess, spread: FloatArray, errors: tuple[FloatArray, ...]
+    ) -> tuple[tuple[FloatArray, ...], FloatArray]:
         """Return what each sample contributes to the coefficients' equations.
 
         Parameters
@@ -209,18 +209,19 @@ class Shooting:
             Coefficients and first states; its replay must not diverge.
         spread : ndarray, shape (n_free,)
             What to divide each velocity's errors by.
-        errors : ndarray, shape (n, n_free)
-            What counts as error of each sample, [m/s, rad/s].
+        errors : tuple of ndarray, shape (n, n_free)
+            What counts as error of each sample, [m/s, rad/s], in one view and another.
 
         Returns
         -------
-        scores : ndarray, shape (n, p)
-            Weighted slopes times weighted errors, first states eliminated.
+        scores : tuple of ndarray, shape (n, p)
+            For each view: weighted slopes times weighted errors, first states eliminated.
         slopes : ndarray, shape (p, p)
             Triangle of the weighted slopes.
         """
         p, n_free = len(guess.coefficients), len(self.free)
-        scores, triangle = np.empty((len(errors), p)), np.zeros((0, p))
+        scores = tuple(np.empty((len(view), p)) for view in errors)
+        triangle: FloatArray = np.zeros((0, p))
         for inputs, windows, (first, last) in self._batches(guess, 6 * (p + 6)):
             _, slopes = self._slopes(guess, inputs, windows, slice(first, last))
             rows = [triangle]
@@ -229,8 +230,9 @@ class Shooting:
                 part, _ = self._eliminated(zero, slopes[start:stop] / spread[:, None], zero[0])
                 rows.append(part[:, :p])
                 by_sample = part[: (stop - start) * n_free, :p].reshape(stop - start, n_free, p)
-                weighted = errors[first + start : first + stop] / spread
-                scores[first + start : first + stop] = np.einsum("tfp,tf->tp", by_sample, weighted)
+                here = slice(first + start, first + stop)
+                for one, view in zip(scores, errors, strict=True):
+                    one[here] = np.einsum("tfp,tf->tp", by_sample, view[here] / spread)
             triangle = np.asarray(qr(np.vstack(rows), mode="r")[0][:p], dtype=np.float64)
         return scores, triangle
 

@@ -146,6 +146,29 @@ class Damping:
         """Return the coefficients by label, in the model's order."""
         return dict(zip(self.model.labels, map(float, self.coefficients), strict=True))
 
+    def onto(self, model: DampingModel) -> FloatArray:
+        """Return the coefficients another model has in common, 0 for the others.
+
+        Parameters
+        ----------
+        model : DampingModel
+            Any.
+
+        Returns
+        -------
+        coefficients : ndarray, shape (n_coefficients,)
+            In the order of that model's labels.
+
+        Examples
+        --------
+        >>> Damping.from_dict(None, {"Y_v": -20.0}).onto(
+        ...     DampingModel.from_table({"Y": "v r"}, key="two")
+        ... ).tolist()
+        [-20.0, 0.0]
+        """
+        own = self.as_dict()
+        return np.array([own.get(label, 0.0) for label in model.labels])
+
     def __getitem__(self, label: str) -> float:
         """Return one coefficient by its label, ``damping["Y_v|v|"]``."""
         return float(self.coefficients[self.model.index(label)])

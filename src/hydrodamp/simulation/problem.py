@@ -60,6 +60,11 @@ class Problem:
         """How many samples the log has."""
         return len(self.inputs.time)
 
+    @property
+    def segment_numbers(self) -> IntArray:
+        """Number of the segment each sample is from, shape (n,)."""
+        return np.repeat(np.arange(len(self.segments)), np.diff(self.segments, axis=1).ravel())
+
     def regressor(
         self,
         start: int = 0,
