@@ -8,9 +8,9 @@ from interleaving import interleaved
 from workload import truth
 
 import hydrodamp as hd
-from hydrodamp.identification.dissipative_set import DissipativeSet
-from hydrodamp.identification.operating_box import OperatingBox
-from hydrodamp.identification.power_form import unpacked
+from hydrodamp.identification.dissipation.dissipative_set import DissipativeSet
+from hydrodamp.identification.dissipation.operating_box import OperatingBox
+from hydrodamp.identification.dissipation.power_form import unpacked
 
 UNDER_WAY = OperatingBox([1.4, -0.3, -0.1, -0.1, -0.1, -0.4], [2.9, 0.3, 0.1, 0.1, 0.1, 0.4])
 pytestmark = pytest.mark.usefixtures("one_core")

@@ -9,8 +9,8 @@ from workload import VEHICLE, log
 
 import hydrodamp as hd
 from hydrodamp import kernels
-from hydrodamp.identification.recursive import RecursiveLeastSquares
-from hydrodamp.identification.robust import RobustIdentifier
+from hydrodamp.identification.online.recursive import RecursiveLeastSquares
+from hydrodamp.identification.online.robust import RobustIdentifier
 from hydrodamp.kernels import reference
 from hydrodamp.kernels.recursion import Estimate
 

@@ -54,9 +54,9 @@ from hydrodamp import (
     prepare,
 )
 from hydrodamp.arrays import BoolArray, FloatArray
-from hydrodamp.identification.covariance import Uncertainty
-from hydrodamp.identification.grades import Grade
-from hydrodamp.identification.identifiability import identifiability
+from hydrodamp.identification.trust.grades import Grade
+from hydrodamp.identification.trust.identifiability import identifiability
+from hydrodamp.identification.uncertainty.intervals import Uncertainty
 from hydrodamp.saving import replacing
 from hydrodamp.simulation.campaign.conditions import COLOURED
 from hydrodamp.simulation.campaign.reenact import reenact_all

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +14,22 @@ import hydrodamp as hd
 from hydrodamp.kernels import coriolis
 
 Build = Callable[..., hd.Log]
+
+NEAR = Path(__file__).resolve().parents[2] / "shared" / "data"
+"""Where measured logs lie in a development tree; they are no part of the project."""
+
+
+@pytest.fixture(scope="session")
+def measured_logs() -> Callable[[str], Path]:
+    """The folder of a measured log by its name; the test is skipped where it is absent."""
+
+    def find(name: str) -> Path:
+        folder = Path(os.environ.get("HYDRODAMP_DATA", NEAR)) / name
+        if not folder.is_dir():
+            pytest.skip(f"the measured log {name} is not here; name its folder in HYDRODAMP_DATA")
+        return folder
+
+    return find
 
 
 def smooth_motion(n: int, seed: int, step: float = 0.1, forward: float = 0.0):

@@ -21,62 +21,68 @@ from .errors import (
     TermError as TermError,
     VehicleError as VehicleError,
 )
-from .identification.adaptive import AdaptiveIdentifier as AdaptiveIdentifier, History as History
-from .identification.bootstrap import Draws as Draws, bootstrap as bootstrap
-from .identification.covariance import Uncertainty as Uncertainty
-from .identification.derivative import (
-    Derivative as Derivative,
-    FiniteDifference as FiniteDifference,
-    RecordedAcceleration as RecordedAcceleration,
-    SavitzkyGolay as SavitzkyGolay,
+from .identification.dissipation.dissipative import Dissipative as Dissipative
+from .identification.dissipation.dissipative_set import project_dissipative as project_dissipative
+from .identification.dissipation.operating_box import (
+    OperatingBox as OperatingBox,
+    operating_box as operating_box,
 )
-from .identification.diagnostics import Diagnostics as Diagnostics, diagnose as diagnose
-from .identification.dissipative import Dissipative as Dissipative
-from .identification.dissipative_set import project_dissipative as project_dissipative
-from .identification.equations import (
-    Differenced as Differenced,
-    Equations as Equations,
-    Rows as Rows,
-)
+from .identification.dissipation.power import WorstPower as WorstPower, worst_power as worst_power
 from .identification.fit import Fit as Fit, Method as Method, identify as identify
-from .identification.folds import Folds as Folds, folds as folds
-from .identification.gains import ByNoise as ByNoise, ByTerm as ByTerm
-from .identification.generalised import GeneralisedLeastSquares as GeneralisedLeastSquares
-from .identification.grades import Grade as Grade
-from .identification.identifiability import (
-    Identifiability as Identifiability,
-    identifiability as identifiability,
-)
-from .identification.informed import PriorLeastSquares as PriorLeastSquares
-from .identification.least_squares import LeastSquares as LeastSquares
 from .identification.methods import (
     METHODS as METHODS,
     find_method as find_method,
     identify_all as identify_all,
 )
-from .identification.noise import Noise as Noise
-from .identification.online import State as State, observe as observe
-from .identification.operating_box import (
-    OperatingBox as OperatingBox,
-    operating_box as operating_box,
+from .identification.online.adaptive import (
+    AdaptiveIdentifier as AdaptiveIdentifier,
+    History as History,
 )
-from .identification.output_error import OutputError as OutputError
-from .identification.power import WorstPower as WorstPower, worst_power as worst_power
-from .identification.prior import Prior as Prior
+from .identification.online.gains import ByNoise as ByNoise, ByTerm as ByTerm
+from .identification.online.recursive import RecursiveLeastSquares as RecursiveLeastSquares
+from .identification.online.robust import RobustIdentifier as RobustIdentifier
+from .identification.online.sample_by_sample import State as State, observe as observe
 from .identification.recommended import Recommended as Recommended
-from .identification.recursive import RecursiveLeastSquares as RecursiveLeastSquares
-from .identification.ridge import Ridge as Ridge
-from .identification.robust import RobustIdentifier as RobustIdentifier
-from .identification.shrinkage import CrossValidated as CrossValidated
-from .identification.smooth import Smoothed as Smoothed
-from .identification.smoothing import noise_levels as noise_levels, smooth as smooth
-from .identification.triangle import (
+from .identification.regression.generalised import (
+    GeneralisedLeastSquares as GeneralisedLeastSquares,
+)
+from .identification.regression.informed import PriorLeastSquares as PriorLeastSquares
+from .identification.regression.least_squares import LeastSquares as LeastSquares
+from .identification.regression.prior import Prior as Prior
+from .identification.regression.ridge import Ridge as Ridge
+from .identification.regression.shrinkage import CrossValidated as CrossValidated
+from .identification.regression.weak import WeakForm as WeakForm
+from .identification.replays.output_error import OutputError as OutputError
+from .identification.rows.derivative import (
+    Derivative as Derivative,
+    FiniteDifference as FiniteDifference,
+    RecordedAcceleration as RecordedAcceleration,
+    SavitzkyGolay as SavitzkyGolay,
+)
+from .identification.rows.equations import (
+    Differenced as Differenced,
+    Equations as Equations,
+    Rows as Rows,
+)
+from .identification.rows.folds import Folds as Folds, folds as folds
+from .identification.rows.triangle import (
     Triangle as Triangle,
     accumulate as accumulate,
     damping_wrench as damping_wrench,
     merge as merge,
 )
-from .identification.weak import WeakEquations as WeakEquations, WeakForm as WeakForm
+from .identification.rows.weak_equations import WeakEquations as WeakEquations
+from .identification.smoothing.noise import Noise as Noise
+from .identification.smoothing.smooth import Smoothed as Smoothed
+from .identification.smoothing.smoother import noise_levels as noise_levels, smooth as smooth
+from .identification.trust.bootstrap import Draws as Draws, bootstrap as bootstrap
+from .identification.trust.diagnostics import Diagnostics as Diagnostics, diagnose as diagnose
+from .identification.trust.grades import Grade as Grade
+from .identification.trust.identifiability import (
+    Identifiability as Identifiability,
+    identifiability as identifiability,
+)
+from .identification.uncertainty.intervals import Uncertainty as Uncertainty
 from .kernels.inputs import Sample as Sample
 from .models.catalog import (
     PAPER_MODELS as PAPER_MODELS,

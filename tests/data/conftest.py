@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from pathlib import Path
 
@@ -43,11 +42,6 @@ def csv_file(tmp_path: Path) -> Callable[..., Path]:
 
 
 @pytest.fixture(scope="session")
-def bluerov2_runs() -> list[Path]:
+def bluerov2_runs(measured_logs: Callable[[str], Path]) -> list[Path]:
     """The BlueROV2 tank runs, where the data folder is at hand."""
-    near = Path(__file__).resolve().parents[2].parent / "shared" / "data"
-    folder = Path(os.environ.get("HYDRODAMP_DATA", near)) / "bluerov2_kth"
-    runs = sorted(folder.glob("run_*.csv"))
-    if not runs:
-        pytest.skip("the BlueROV2 runs are not here; name their folder in HYDRODAMP_DATA")
-    return runs
+    return sorted(measured_logs("bluerov2_kth").glob("run_*.csv"))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import subprocess
 import sys
 from pathlib import Path
@@ -20,13 +19,9 @@ DECOUPLED = {"u": 74.0, "v": 70.0, "w": 66.0, "p": -1.0, "q": -190.0, "r": -8.0}
 
 
 @pytest.fixture(scope="module")
-def data() -> Path:
+def data(measured_logs) -> Path:
     """The folder with the runs."""
-    near = ROOT.parent / "shared" / "data"
-    folder = Path(os.environ.get("HYDRODAMP_DATA", near)) / "bluerov2_kth"
-    if not folder.is_dir():
-        pytest.skip("the BlueROV2 runs are not here; name their folder in HYDRODAMP_DATA")
-    return folder
+    return measured_logs("bluerov2_kth")
 
 
 def run(*arguments: str) -> subprocess.CompletedProcess[str]:

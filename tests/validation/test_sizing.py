@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import LinearConstraint, minimize
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.identification.error_reduction import nested, solved
+from hydrodamp.identification.selection.error_reduction import nested, solved
 from hydrodamp.validation.sizing import left_out, price, sized
 
 FREE = np.zeros((1, 6))

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from hydrodamp.errors import MethodError
-from hydrodamp.identification.candidates import brakes
-from hydrodamp.identification.derivative import SavitzkyGolay
-from hydrodamp.identification.equations import Differenced
 from hydrodamp.identification.fit import identify
-from hydrodamp.identification.output_error import OutputError
-from hydrodamp.identification.replay_blocks import replay_blocks
+from hydrodamp.identification.replays.output_error import OutputError
+from hydrodamp.identification.replays.replay_blocks import replay_blocks
+from hydrodamp.identification.rows.derivative import SavitzkyGolay
+from hydrodamp.identification.rows.equations import Differenced
+from hydrodamp.identification.selection.candidates import brakes
 from hydrodamp.models.catalog import find_model
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel

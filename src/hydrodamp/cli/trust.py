@@ -31,9 +31,9 @@ def trust(vehicle: Vehicle, log: Log, fit: Fit) -> tuple[str, ...]:
         where the log is too short for it, with a sentence.
     """
     from hydrodamp.errors import HydrodampError
-    from hydrodamp.identification.diagnostics import diagnose
-    from hydrodamp.identification.identifiability import identifiability
-    from hydrodamp.identification.weak import WeakForm
+    from hydrodamp.identification.regression.weak import WeakForm
+    from hydrodamp.identification.trust.diagnostics import diagnose
+    from hydrodamp.identification.trust.identifiability import identifiability
     from hydrodamp.simulation.problem import prepare
     from hydrodamp.validation.vehicle_error import vehicle_doubt
 

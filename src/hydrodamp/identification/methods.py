@@ -6,20 +6,20 @@ from collections.abc import Callable, Iterable
 from typing import Protocol, runtime_checkable
 
 from hydrodamp.errors import MethodError, did_you_mean
-from hydrodamp.identification.adaptive import AdaptiveIdentifier
-from hydrodamp.identification.derivative import SavitzkyGolay
-from hydrodamp.identification.dissipative import Dissipative
+from hydrodamp.identification.dissipation.dissipative import Dissipative
 from hydrodamp.identification.fit import Fit, Method
-from hydrodamp.identification.gains import ByNoise, ByTerm
-from hydrodamp.identification.generalised import GeneralisedLeastSquares
-from hydrodamp.identification.least_squares import LeastSquares
-from hydrodamp.identification.output_error import OutputError
+from hydrodamp.identification.online.adaptive import AdaptiveIdentifier
+from hydrodamp.identification.online.gains import ByNoise, ByTerm
+from hydrodamp.identification.online.recursive import RecursiveLeastSquares
+from hydrodamp.identification.online.robust import RobustIdentifier
 from hydrodamp.identification.recommended import Recommended
-from hydrodamp.identification.recursive import RecursiveLeastSquares
-from hydrodamp.identification.ridge import Ridge
-from hydrodamp.identification.robust import RobustIdentifier
-from hydrodamp.identification.smooth import Smoothed
-from hydrodamp.identification.weak import WeakForm
+from hydrodamp.identification.regression.generalised import GeneralisedLeastSquares
+from hydrodamp.identification.regression.least_squares import LeastSquares
+from hydrodamp.identification.regression.ridge import Ridge
+from hydrodamp.identification.regression.weak import WeakForm
+from hydrodamp.identification.replays.output_error import OutputError
+from hydrodamp.identification.rows.derivative import SavitzkyGolay
+from hydrodamp.identification.smoothing.smooth import Smoothed
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.parallel import each
 from hydrodamp.simulation.problem import Problem

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
-from hydrodamp.identification.dissipative import Dissipative
+from hydrodamp.identification.dissipation.dissipative import Dissipative
 from hydrodamp.identification.fit import Fit, Method
-from hydrodamp.identification.output_error import OutputError
-from hydrodamp.identification.ridge import Ridge
-from hydrodamp.identification.weak import WeakForm
+from hydrodamp.identification.regression.ridge import Ridge
+from hydrodamp.identification.regression.weak import WeakForm
+from hydrodamp.identification.replays.output_error import OutputError
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
 

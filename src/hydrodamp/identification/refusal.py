@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hydrodamp.identification.fit import Fit, empty_fit
-from hydrodamp.identification.triangle import Triangle
+from hydrodamp.identification.rows.triangle import Triangle
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
 from hydrodamp.simulation.status import Status

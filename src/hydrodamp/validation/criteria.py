@@ -22,10 +22,10 @@ import numpy as np
 from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.basis.axes import AXES
 from hydrodamp.errors import MethodError, ModelError, did_you_mean
-from hydrodamp.identification.equations import Rows
 from hydrodamp.identification.fit import Fit
-from hydrodamp.identification.rank import solve_axis
-from hydrodamp.identification.triangle import Triangle
+from hydrodamp.identification.rows.equations import Rows
+from hydrodamp.identification.rows.rank import solve_axis
+from hydrodamp.identification.rows.triangle import Triangle
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.validation.correlation import effective_samples

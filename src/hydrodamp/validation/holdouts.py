@@ -12,8 +12,8 @@ from hydrodamp.basis.basis import Basis
 from hydrodamp.data.log import Log, Segment
 from hydrodamp.data.stretches import take
 from hydrodamp.errors import MethodError
-from hydrodamp.identification.equations import Rows
-from hydrodamp.identification.folds import Folds, folds
+from hydrodamp.identification.rows.equations import Rows
+from hydrodamp.identification.rows.folds import Folds, folds
 from hydrodamp.models.model import DampingModel
 
 

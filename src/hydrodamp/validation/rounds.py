@@ -9,14 +9,14 @@ import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray
 from hydrodamp.errors import MethodError
-from hydrodamp.identification.candidates import drag, kept, picked
-from hydrodamp.identification.climb import climb
-from hydrodamp.identification.error_reduction import Path, forward, nested, solved
-from hydrodamp.identification.operating_box import operating_box
-from hydrodamp.identification.power import PowerRows, spread, worst_power
-from hydrodamp.identification.replay_blocks import replay_blocks
-from hydrodamp.identification.ridge import Ridge
-from hydrodamp.identification.stability import frequencies
+from hydrodamp.identification.dissipation.operating_box import operating_box
+from hydrodamp.identification.dissipation.power import PowerRows, spread, worst_power
+from hydrodamp.identification.regression.ridge import Ridge
+from hydrodamp.identification.replays.climb import climb
+from hydrodamp.identification.replays.replay_blocks import replay_blocks
+from hydrodamp.identification.selection.candidates import drag, kept, picked
+from hydrodamp.identification.selection.error_reduction import Path, forward, nested, solved
+from hydrodamp.identification.selection.stability import frequencies
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem

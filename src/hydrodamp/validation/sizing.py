@@ -14,7 +14,7 @@ from scipy.linalg import solve_triangular
 from scipy.optimize import nnls
 
 from hydrodamp.arrays import FloatArray, IntArray
-from hydrodamp.identification.error_reduction import error, solved
+from hydrodamp.identification.selection.error_reduction import error, solved
 
 _FOLDS = 10
 """Blocks are left out in this many turns."""

@@ -24,11 +24,18 @@ import numpy as np
 
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
-from hydrodamp.identification.candidates import KEY, candidates, distinct, drag, kept, picked
-from hydrodamp.identification.equations import Equations
-from hydrodamp.identification.error_reduction import forward
-from hydrodamp.identification.ridge import Ridge
-from hydrodamp.identification.weak import WeakEquations
+from hydrodamp.identification.regression.ridge import Ridge
+from hydrodamp.identification.rows.equations import Equations
+from hydrodamp.identification.rows.weak_equations import WeakEquations
+from hydrodamp.identification.selection.candidates import (
+    KEY,
+    candidates,
+    distinct,
+    drag,
+    kept,
+    picked,
+)
+from hydrodamp.identification.selection.error_reduction import forward
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem, prepare
 from hydrodamp.validation.rounds import Stability, next_round, refit
@@ -64,7 +71,7 @@ class Sparse:
     degrees : tuple of int, optional
         How many velocities a candidate is a product of; by default two for a vehicle
         under way, one and two for one that hovers, see
-        :func:`hydrodamp.identification.candidates.candidates`.
+        :func:`hydrodamp.identification.selection.candidates.candidates`.
     equations : Equations
         Rows that the first model is chosen from.
 

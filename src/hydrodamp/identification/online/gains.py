@@ -1,0 +1,228 @@
+"""Gains of the adaptive identifier, term by term and axis by axis."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hydrodamp.arrays import FloatArray, IndexArray, IntArray
+from hydrodamp.errors import MethodError
+from hydrodamp.identification.rows.velocity_noise import mean_square, median_step, signal_to_noise
+from hydrodamp.simulation.columns import Columns
+from hydrodamp.simulation.problem import Problem
+
+
+@dataclass(frozen=True)
+class ByNoise:
+    """Error gains ``a_i = share · SNR_i · M_ii``, SNR_i of the velocity on axis i.
+
+    Noise of a measured velocity stands in the error and in the terms alike, and
+    the bias that this correlation leaves in the coefficients is some ``a_i``
+    over SNR_i. A clean velocity is therefore followed fast, a noisy one slowly:
+    ``share`` bounds the bias, as a share of ``M_ii`` per second.
+
+    Parameters
+    ----------
+    share : float
+        Bandwidth over signal-to-noise ratio (of powers) [1/s].
+
+    Raises
+    ------
+    MethodError
+        If it is not positive.
+    """
+
+    share: float = 0.02
+
+    def __post_init__(self) -> None:
+        """Refuse what the proof does not cover."""
+        per_axis(self.share, "share")
+
+
+@dataclass(frozen=True)
+class ByStep:
+    """Error gains ``a_i = share · M_ii / h``, h the log's median step: feedback faster than it.
+
+    Noise of a measured velocity stands in the error and in the terms alike. With
+    ``x = a_i h / 2 M_ii``, the bias this leaves in the coefficients is ``x / (1 + x)²``
+    of ``M_ii / h`` over the signal-to-noise ratio: small feedback keeps it small, and
+    so does very large feedback, where the error answers to its own step alone and
+    the noise at both ends of the step cancels.
+
+    Parameters
+    ----------
+    share : float
+        How much faster than the step.
+
+    Raises
+    ------
+    MethodError
+        If it is not positive.
+    """
+
+    share: float = 2000.0
+
+    def __post_init__(self) -> None:
+        """Refuse what the proof does not cover."""
+        per_axis(self.share, "share")
+
+
+@dataclass(frozen=True)
+class ByTerm:
+    """Adaptation gains ``γ_ij = a_i / (settling · n_i mean ξ_j²)``, n_i terms on axis i.
+
+    Every coefficient moves at a like pace, whatever its unit, the inertia of its
+    axis and the size of the model: a well excited one settles in some
+    ``settling`` seconds. The proof of the paper holds for any positive diagonal
+    gains.
+
+    Parameters
+    ----------
+    settling : float
+        How long a coefficient takes [s].
+
+    Raises
+    ------
+    MethodError
+        If it is not positive.
+    """
+
+    settling: float = 100.0
+
+    def __post_init__(self) -> None:
+        """Refuse what the proof does not cover."""
+        per_axis(self.settling, "settling")
+
+
+Numbers = float | tuple[float, ...]
+"""One gain for all axes, or six in the order X Y Z K M N."""
+
+
+def per_axis(gain: Numbers, name: str) -> FloatArray:
+    """Return six positive gains from one or six.
+
+    Parameters
+    ----------
+    gain : float or tuple of 6 floats
+        One for all axes, or one an axis in the order X Y Z K M N.
+    name : str
+        How the message calls it.
+
+    Returns
+    -------
+    gains : ndarray, shape (6,)
+        All positive.
+
+    Raises
+    ------
+    MethodError
+        If there are neither one nor six, or one is not positive.
+
+    Examples
+    --------
+    >>> per_axis(20.0, "a")
+    array([20., 20., 20., 20., 20., 20.])
+    """
+    gains = np.asarray(gain, dtype=np.float64)
+    if gains.shape not in ((), (6,)) or not np.all(np.isfinite(gains)) or np.any(gains <= 0.0):
+        raise MethodError(
+            f"`{name}` must be one positive number or six, one an axis X Y Z K M N; got {gain!r}"
+        )
+    return np.broadcast_to(gains, (6,)).copy()
+
+
+def error_gains(a: Numbers | ByNoise | ByStep, source: Problem | Columns) -> FloatArray:
+    """Return the error gain of each axis.
+
+    Parameters
+    ----------
+    a : float, tuple of 6 floats, ByNoise or ByStep
+        What was asked for.
+    source : Problem or Columns
+        A problem where gains by noise need the velocities, by step the clock.
+
+    Returns
+    -------
+    gains : ndarray, shape (6,)
+        [kg/s] on X Y Z, [kg m^2/s] on K M N.
+
+    Raises
+    ------
+    MethodError
+        If gains by noise or step are asked for without a log.
+    """
+    if isinstance(a, ByStep):
+        clocked = with_log(source, "clock")
+        return a.share / median_step(clocked) * np.diag(clocked.vehicle.mass_matrix)
+    if not isinstance(a, ByNoise):
+        return per_axis(a, "a")
+    problem = with_log(source, "noise of each velocity")
+    return a.share * signal_to_noise(problem) * np.diag(problem.vehicle.mass_matrix)
+
+
+def adaptation_gains(
+    gamma: Numbers | ByTerm,
+    source: Problem | Columns,
+    entries: tuple[IndexArray | IntArray, IndexArray | IntArray],
+    a: FloatArray,
+) -> FloatArray:
+    """Return the adaptation gain of each coefficient.
+
+    Parameters
+    ----------
+    gamma : float, tuple of 6 floats or ByTerm
+        What was asked for.
+    source : Problem or Columns
+        A problem where gains by term need the size of each term.
+    entries : tuple of ndarray
+        Rows and axes of the table where the coefficients stand.
+    a : ndarray, shape (6,)
+        Error gains.
+
+    Returns
+    -------
+    gains : ndarray, shape (n_coefficients,)
+        Zero for a term that is zero throughout.
+
+    Raises
+    ------
+    MethodError
+        If gains by term are asked for without a log.
+    """
+    rows, axes = entries
+    if not isinstance(gamma, ByTerm):
+        return per_axis(gamma, "gamma")[axes]
+    problem = with_log(source, "size of each term")
+    size = mean_square(problem)[rows - problem.columns.n_known]
+    terms = np.bincount(axes, minlength=6)[axes]
+    seen = size > 0.0
+    return np.where(seen, a[axes] / (gamma.settling * terms * np.where(seen, size, 1.0)), 0.0)
+
+
+def with_log(source: Problem | Columns, what: str) -> Problem:
+    """Return the problem that settings by data need.
+
+    Parameters
+    ----------
+    source : Problem or Columns
+        What a method is bound to.
+    what : str
+        What they take from the log.
+
+    Returns
+    -------
+    problem : Problem
+        The source itself.
+
+    Raises
+    ------
+    MethodError
+        If it is no problem.
+    """
+    if isinstance(source, Problem):
+        return source
+    raise MethodError(
+        f"these settings take the {what} from a log: bind the method to a problem prepared "
+        "from one, such as last week's dive."
+    )

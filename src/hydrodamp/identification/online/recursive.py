@@ -1,0 +1,274 @@
+"""Recursive least squares that neither winds up nor bursts when nothing is excited.
+
+Rows come from neighbouring blocks of time and need no acceleration; old information is
+forgotten only along the row that replaces it. What is proven of it, and where it comes
+from, stands in :mod:`hydrodamp.kernels.reference.recursive`: the covariance never exceeds
+that of the prior, and no row moves the coefficients by more than its surprise.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import block_diag
+
+from hydrodamp import kernels
+from hydrodamp.arrays import FloatArray
+from hydrodamp.errors import MethodError
+from hydrodamp.identification.fit import Fit, empty_fit, fitted
+from hydrodamp.identification.online.adaptation import Bound, first_guess
+from hydrodamp.identification.online.gains import with_log
+from hydrodamp.identification.online.projection import Projection, joined
+from hydrodamp.identification.online.recursive_state import RecursiveAdaptation, RecursiveState
+from hydrodamp.identification.rows.rank import spanned
+from hydrodamp.identification.rows.velocity_noise import mean_square
+from hydrodamp.kernels.inputs import Sample
+from hydrodamp.kernels.recursion import Estimate, Recursion, block_size
+from hydrodamp.models.damping import Damping
+from hydrodamp.models.model import DampingModel
+from hydrodamp.simulation.columns import Columns
+from hydrodamp.simulation.problem import Problem
+from hydrodamp.simulation.status import Status
+
+
+@dataclass(frozen=True)
+class RecursiveLeastSquares:
+    """Least squares sample by sample, with directional forgetting.
+
+    Parameters
+    ----------
+    block : float
+        Length of a block of time [s]; a row spans two. Longer ones average more noise
+        away, shorter ones keep quicker motions.
+    memory : float
+        Time after which most of what was known along a direction is replaced, if that
+        is excited all the while [s]; infinite for a vehicle that does not change.
+    prior : float
+        How many rows of each term's usual size the start is worth.
+    start : Damping, optional
+        Coefficients to start from, such as a published set; the paper's start by
+        default.
+    project : Projection, optional
+        Applied to the result of a log, such as ``OntoDissipative()``.
+
+    Raises
+    ------
+    MethodError
+        If a setting is out of range.
+
+    Examples
+    --------
+    >>> RecursiveLeastSquares().key
+    'rls'
+    """
+
+    block: float = 1.0
+    memory: float = 600.0
+    prior: float = 1.0
+    start: Damping | None = None
+    project: Projection | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse settings that make no sense."""
+        for name in ("block", "prior"):
+            if not (np.isfinite(getattr(self, name)) and getattr(self, name) > 0.0):
+                raise MethodError(
+                    f"`{name}` must be positive and finite; got {getattr(self, name)}"
+                )
+        if not self.memory >= self.block:
+            raise MethodError(
+                f"`memory` must be at least one block of {self.block} s; got {self.memory}"
+            )
+
+    @property
+    def key(self) -> str:
+        """The key on the command line."""
+        return "rls"
+
+    def bind(self, source: Problem | Columns, model: DampingModel) -> RecursiveAdaptation:
+        """Bind the settings to a plant and a model.
+
+        Parameters
+        ----------
+        source : Problem or Columns
+            Equation 1 as one table; a problem, for the prior follows the log.
+        model : DampingModel
+            Which terms.
+
+        Returns
+        -------
+        adaptation : RecursiveAdaptation
+            What a step needs, on a log or live.
+
+        Raises
+        ------
+        MethodError
+            If there is no log.
+        """
+        problem = with_log(source, "size of each term")
+        bound = Bound.to(problem.columns, model)
+        rows = bound.entries.rows - problem.columns.n_known
+        size = self.block * np.sqrt(self.prior * mean_square(problem)[rows])
+        if not np.all(np.isfinite(size)):
+            raise MethodError(
+                "a term's mean square is not finite: look for absurd numbers in the log."
+            )
+        unit = np.where(size > 0.0, 1.0 / np.where(size > 0.0, size, 1.0), 0.0)
+        forgetting = -float(np.expm1(-self.block / self.memory))
+        recursion = Recursion(bound.entries, unit, self.block, forgetting)
+        return RecursiveAdaptation(bound, recursion, first_guess(bound.model, self.start))
+
+    def init(
+        self, source: Problem | Columns, model: DampingModel, sample: Sample
+    ) -> RecursiveState:
+        """Start online at the first sample of a run.
+
+        Parameters
+        ----------
+        source : Problem or Columns
+            Equation 1 as one table; a problem, such as one of last week's dive.
+        model : DampingModel
+            Which terms.
+        sample : Sample
+            The first one; see :func:`hydrodamp.identification.online.sample_by_sample.observe`.
+
+        Returns
+        -------
+        state : RecursiveState
+            At the start, nothing known.
+        """
+        adaptation = self.bind(source, model)
+        bound = adaptation.bound
+        block = np.zeros(block_size(bound.columns.plant.n_terms))
+        return RecursiveState(
+            adaptation, Estimate.before(bound.entries, adaptation.start), block, sample
+        )
+
+    def step(self, state: RecursiveState, sample: Sample) -> RecursiveState:
+        """Return the state one sample later; the given one stays as it is.
+
+        Parameters
+        ----------
+        state : RecursiveState
+            From :meth:`init`, an earlier step, or ``state.restarted(sample)``
+            after a gap.
+        sample : Sample
+            The next one.
+
+        Returns
+        -------
+        state : RecursiveState
+            A new one.
+        """
+        return state.advanced(sample)
+
+    def identify(self, problem: Problem, model: DampingModel) -> Fit:
+        """Go through the log once and return the last estimate.
+
+        Parameters
+        ----------
+        problem : Problem
+            Prepared for (at least) the model's terms.
+        model : DampingModel
+            Which terms.
+
+        Returns
+        -------
+        fit : Fit
+            With covariance; its rank counts the directions the data tell more of than
+            the prior. ``BY_PRIOR`` where that is not all of them, ``TOO_FEW_SAMPLES``
+            where no segment has two blocks.
+        """
+        adaptation = self.bind(problem, model)
+        bound, recursion = adaptation.bound, adaptation.recursion
+        if not bound.model.n_coefficients:
+            return empty_fit(problem, bound.model, self.key, Status.EMPTY)
+        before = Estimate.before(bound.entries, adaptation.start)
+        estimate = kernels.recur(
+            bound.columns.plant, recursion, before, problem.inputs, problem.segments
+        ).estimate
+        if not estimate.rows.any():
+            return empty_fit(problem, bound.model, self.key, Status.TOO_FEW_SAMPLES)
+        known = [known_of(adaptation, estimate, axis) for axis in range(6)]
+        rank = sum(part.rank for part in known)
+        covariance = block_diag(*(part.covariance for part in known))
+        return fitted(
+            problem,
+            bound.model,
+            self,
+            self._projected(problem, adaptation, estimate),
+            covariance=covariance if self.project is None else None,
+            rank=rank,
+            aliased=tuple(group for part in known for group in part.aliased),
+            status=Status.OK if rank == bound.model.n_coefficients else Status.BY_PRIOR,
+        )
+
+    def _projected(
+        self, problem: Problem, adaptation: RecursiveAdaptation, estimate: Estimate
+    ) -> FloatArray:
+        """Project in the metric of the information."""
+        if self.project is None or not np.all(np.isfinite(estimate.coefficients)):
+            return estimate.coefficients
+        metric = joined([precision(adaptation, estimate, axis) for axis in range(6)])
+        damping = adaptation.bound.damping(estimate.coefficients)
+        return self.project(problem, damping, metric).coefficients
+
+
+@dataclass(frozen=True)
+class Known:
+    """What an estimate tells of one axis.
+
+    Attributes
+    ----------
+    covariance : ndarray, shape (n_i, n_i)
+        Of its coefficients.
+    rank : int
+        Directions the data tell more of than the prior.
+    aliased : tuple of tuple of str
+        Labels that share the other directions, group by group.
+    """
+
+    covariance: FloatArray
+    rank: int
+    aliased: tuple[tuple[str, ...], ...]
+
+
+def known_of(adaptation: RecursiveAdaptation, estimate: Estimate, axis: int) -> Known:
+    """Return what an estimate tells of one axis.
+
+    Parameters
+    ----------
+    adaptation : RecursiveAdaptation
+        Units and labels.
+    estimate : Estimate
+        Information and noise.
+    axis : int
+        0 (X) to 5 (N).
+
+    Returns
+    -------
+    known : Known
+        Covariance, rank and aliases.
+    """
+    entries = adaptation.bound.entries
+    part = entries.of(axis)
+    information = entries.squares(estimate.information)[axis]
+    names = adaptation.bound.model.labels[part]
+    values, vectors = np.linalg.eigh(information)
+    told = values >= 1.0
+    scaled = adaptation.recursion.unit[part, None] * vectors
+    covariance = estimate.noise[axis] * (scaled / (1.0 + np.maximum(values, 0.0))) @ scaled.T
+    directions = vectors[:, told].T if told.any() else np.zeros((1, len(names)))
+    aliased = spanned(directions, names, np.ones(len(names))).aliased
+    return Known(covariance, int(told.sum()), aliased)
+
+
+def precision(adaptation: RecursiveAdaptation, estimate: Estimate, axis: int) -> FloatArray:
+    """Return the inverse covariance of an axis, zero rows for coefficients that are held."""
+    entries = adaptation.bound.entries
+    unit = adaptation.recursion.unit[entries.of(axis)]
+    inverse = np.where(unit > 0.0, 1.0 / np.where(unit > 0.0, unit, 1.0), 0.0)
+    known = np.eye(len(unit)) + entries.squares(estimate.information)[axis]
+    noise = estimate.noise[axis]
+    return np.asarray(known * np.outer(inverse, inverse) / (noise if noise > 0.0 else 1.0))

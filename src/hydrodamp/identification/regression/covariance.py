@@ -1,0 +1,221 @@
+"""How far to trust the coefficients of a linear estimate on coloured, overlapping rows.
+
+The covariance counts all that a model leaves over: noise and what its form cannot follow.
+For a model whose form fits the two are one. For one whose form does not, such as the linear
+model of a vehicle with quadratic drag, intervals are wide: other manoeuvres would give
+other coefficients.
+
+Beside it stands the part from noise alone: sailed again through the same manoeuvres, what
+would the same estimator say? There noise is what a reference regression leaves over on the
+same rows, one with the model's own terms and more (A. Abadie, G. W. Imbens and F. Zheng,
+"Inference for Misspecified Models With Fixed Regressors", 2014,
+doi:10.1080/01621459.2014.928218). It leaves out sensor noise times misfit, which for a wrong
+model may be most of it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hydrodamp.arrays import FloatArray
+from hydrodamp.errors import MethodError
+from hydrodamp.identification.regression.influence import (
+    Influence,
+    directions,
+    least_squares_influence,
+)
+from hydrodamp.identification.rows.equations import Equations, Rows
+from hydrodamp.identification.rows.reference import with_reference
+from hydrodamp.identification.uncertainty.intervals import Uncertainty
+from hydrodamp.identification.uncertainty.long_run import block_length
+from hydrodamp.identification.uncertainty.tapered_blocks import Blocks, blocks_of
+from hydrodamp.models.model import DampingModel
+from hydrodamp.simulation.problem import Problem
+
+_WIDER = 1.5
+"""From here on a median ratio of standard errors is told."""
+
+_OUTSIDE = 1e-6
+"""A direction that lies outside others by less than this share is within them."""
+
+
+def rows_covariance(
+    rows: Rows,
+    influence: Influence,
+    model: DampingModel,
+    reference: DampingModel | None = None,
+    block: float | None = None,
+) -> Uncertainty:
+    """Return the covariance of a linear estimate, all axes together.
+
+    Parameters
+    ----------
+    rows : Rows
+        Those of the estimate, with columns for the terms of both models.
+    influence : Influence
+        What each row contributes, on the terms of the model.
+    model : DampingModel
+        Restricted to the free axes.
+    reference : DampingModel, optional
+        What it leaves over is noise alone; it needs all terms of the model. By default the
+        model itself.
+    block : float, optional
+        Length of a block [s]; from the correlation of the scores by default.
+
+    Returns
+    -------
+    uncertainty : Uncertainty
+        The variance that the regression takes from its residuals is put back, see
+        :meth:`hydrodamp.identification.uncertainty.tapered_blocks.Blocks.taken`.
+
+    Raises
+    ------
+    MethodError
+        If the block is not positive, or the rows leave the reference nothing over: too few
+        for its terms.
+
+    Notes
+    -----
+    Noise of the velocities that enters the regressor is part of the residuals. What it does
+    to the estimate of a wrong model through the size of the misfit is not.
+    """
+    if not influence.axes:
+        return Uncertainty(np.zeros((0, 0)), np.inf, "no coefficients")
+    own = _on_reference(rows, influence, model)
+    errors = _left_over(rows, own)
+    length = block or block_length(own.scores(errors), rows.segment, rows.time)
+    blocks = blocks_of(rows.segment, rows.time, length)
+    covariance = _restored(own, errors, blocks)
+    if reference is not None:
+        wide = _on_reference(rows, influence, reference)
+    return Uncertainty(
+        covariance=covariance,
+        noise=None if reference is None else _restored(wide, _left_over(rows, wide), blocks),
+        degrees_of_freedom=blocks.degrees_of_freedom,
+        method="the scores of the model's residuals",
+        block=blocks.length,
+        n_blocks=blocks.n,
+    )
+
+
+def reference_rows(
+    problem: Problem, equations: Equations, model: DampingModel
+) -> tuple[Rows, DampingModel]:
+    """Return rows with the columns of a model and of its reference.
+
+    Parameters
+    ----------
+    problem : Problem
+        Vehicle and log.
+    equations : Equations
+        Where rows come from; one that chooses a setting from the terms is to have it fixed,
+        so that the rows are those of the estimate.
+    model : DampingModel
+        Restricted to the free axes.
+
+    Returns
+    -------
+    rows : Rows
+        For :func:`rows_covariance`.
+    reference : DampingModel
+        The model's own terms and those of Gertler and Hagen.
+    """
+    wide = with_reference(problem, model)
+    return equations.rows(wide), wide.models[1]
+
+
+def least_squares_uncertainty(
+    problem: Problem, equations: Equations, model: DampingModel, block: float | None = None
+) -> Uncertainty:
+    """Return how far to trust ordinary least squares on some rows.
+
+    Parameters
+    ----------
+    problem : Problem
+        Vehicle and log.
+    equations : Equations
+        Where the rows of the estimate came from.
+    model : DampingModel
+        Which terms.
+    block : float, optional
+        Length of a block [s].
+
+    Returns
+    -------
+    uncertainty : Uncertainty
+        In the order of the labels of the model restricted to the free axes.
+
+    Raises
+    ------
+    MethodError
+        As :func:`rows_covariance`.
+
+    Examples
+    --------
+    >>> from hydrodamp.identification.rows.equations import Differenced
+    >>> from hydrodamp.models.catalog import catalog
+    >>> from hydrodamp.simulation.campaign.reenact import reenact
+    >>> from hydrodamp.simulation.problem import prepare
+    >>> campaign, fossen = reenact(duration=20.0), catalog["fossen"]
+    >>> problem = prepare(campaign.vehicle, campaign.train, fossen)
+    >>> least_squares_uncertainty(problem, Differenced(), fossen).standard_errors.shape
+    (12,)
+    """
+    free = model.restricted_to(problem.vehicle.axes)
+    rows, reference = reference_rows(problem, equations, free)
+    return rows_covariance(rows, least_squares_influence(rows, free), free, reference, block)
+
+
+def noise_uncertainty(
+    problem: Problem, equations: Equations, model: DampingModel
+) -> Uncertainty | None:
+    """Return how far to trust least squares, or None where its rows cannot tell.
+
+    Parameters
+    ----------
+    problem : Problem
+        Vehicle and log.
+    equations : Equations
+        Where the rows of the estimate came from.
+    model : DampingModel
+        Which terms.
+
+    Returns
+    -------
+    uncertainty : Uncertainty or None
+        As :func:`least_squares_uncertainty`; None where the rows are too few for the
+        reference.
+    """
+    try:
+        return least_squares_uncertainty(problem, equations, model)
+    except MethodError:
+        return None
+
+
+def _on_reference(rows: Rows, influence: Influence, reference: DampingModel) -> Influence:
+    """Return the influence on all directions of the reference, and on its own where it has more."""
+    pairs = zip(directions(rows, reference, influence.axes), influence.directions, strict=True)
+    return influence.on([_joined(wide, own) for wide, own in pairs])
+
+
+def _joined(wide: FloatArray, own: FloatArray) -> FloatArray:
+    """Return orthonormal directions of both; the first where it holds the second."""
+    rest = own - wide @ (wide.T @ own)
+    left, singular, _ = np.linalg.svd(rest, full_matrices=False)
+    return np.hstack([wide, left[:, singular > _OUTSIDE]])
+
+
+def _left_over(rows: Rows, influence: Influence) -> FloatArray:
+    errors = rows.target.copy()
+    for axis, unit in zip(influence.axes, influence.directions, strict=True):
+        if rows.n <= unit.shape[1]:
+            raise MethodError(
+                f"{rows.n} rows are too few for a reference regression of {unit.shape[1]} terms, "
+                "so there is no noise to measure: give a longer log"
+            )
+        errors[:, axis] -= unit @ (unit.T @ errors[:, axis])
+    return errors
+
+
+def _restored(influence: Influence, errors: FloatArray, blocks: Blocks) -> FloatArray:
+    return blocks.covariance(influence.scores(errors, blocks))

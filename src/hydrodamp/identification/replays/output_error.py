@@ -1,0 +1,140 @@
+"""Output error: the coefficients whose replay comes nearest to the log.
+
+Least squares asks for the acceleration of the next instant and judges a model by its
+replay; output error fits the replay itself, through the simulator. Noise stays where
+it entered, in the output, so neither differentiation nor noise in the regressor
+biases the estimate. The price is a search that needs a start.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from hydrodamp.errors import MethodError
+from hydrodamp.identification.fit import Fit, Method, empty_fit, fitted
+from hydrodamp.identification.regression.ridge import Ridge
+from hydrodamp.identification.replays.climb import Climb, climb
+from hydrodamp.identification.replays.replay_uncertainty import replay_uncertainty
+from hydrodamp.identification.rows.rank import spanned
+from hydrodamp.models.model import DampingModel
+from hydrodamp.simulation.problem import Problem
+from hydrodamp.simulation.status import Status
+
+
+@dataclass(frozen=True)
+class OutputError:
+    """Fit the open-loop replay, window by window, then run by run.
+
+    Gauss-Newton with Levenberg-Marquardt damping on multiple shooting windows. The
+    sensitivities are those of exactly the Runge-Kutta steps a replay takes. Windows
+    grow from stage to stage, so that a start whose whole replay runs away can still be
+    mended. Each velocity is weighted by the spread of its own errors, and the
+    coefficients by a prior around zero whose strength the data set, axis by axis
+    (evidence, MacKay 1992): it decides only where the data do not.
+
+    Parameters
+    ----------
+    start : Method
+        Gives the first coefficients.
+    windows : tuple of float
+        Lengths of the windows [s], rising; infinite for whole segments.
+    rounds : int
+        Most Gauss-Newton steps a stage.
+
+    Raises
+    ------
+    MethodError
+        If the lengths are not positive and rising, or there is no round.
+
+    Examples
+    --------
+    >>> OutputError().key, OutputError(windows=(5.0,)).windows
+    ('oe', (5.0,))
+    """
+
+    start: Method = field(default_factory=Ridge)
+    windows: tuple[float, ...] = (10.0, 30.0, np.inf)
+    rounds: int = 12
+
+    def __post_init__(self) -> None:
+        """Refuse settings that make no ladder."""
+        lengths = np.asarray(self.windows, dtype=np.float64)
+        if not len(lengths) or not lengths[0] > 0.0 or np.any(np.diff(lengths) <= 0.0):
+            raise MethodError(f"`windows` must be positive and rising [s]; got {self.windows}")
+        if self.rounds < 1:
+            raise MethodError(f"`rounds` must be at least 1; got {self.rounds}")
+
+    @property
+    def key(self) -> str:
+        """The key on the command line."""
+        return "oe"
+
+    def identify(self, problem: Problem, model: DampingModel) -> Fit:
+        """Identify one model.
+
+        Parameters
+        ----------
+        problem : Problem
+            Prepared for (at least) the model's terms.
+        model : DampingModel
+            Which terms.
+
+        Returns
+        -------
+        fit : Fit
+            ``STOPPED`` where the search ended before it came to rest.
+        """
+        return self.refined(problem, self.start.identify(problem, model))
+
+    def refined(self, problem: Problem, *starts: Fit) -> Fit:
+        """Fit the replay, starting from other fits of one model.
+
+        Parameters
+        ----------
+        problem : Problem
+            Prepared for (at least) the model's terms.
+        *starts : Fit
+            Give the first coefficients; the best of them is used.
+
+        Returns
+        -------
+        fit : Fit
+            The best replay met on the way, the starts included; the first start
+            where none has numbers.
+        """
+        model = starts[0].model
+        usable = [fit for fit in starts if fit.status.usable]
+        if not usable:
+            return empty_fit(problem, model, self.key, starts[0].status)
+        climbed = climb(
+            problem,
+            model,
+            [np.array(fit.damping.coefficients) for fit in usable],
+            self.windows,
+            self.rounds,
+        )
+        return _told(problem, model, self, climbed, usable)
+
+
+def _told(
+    problem: Problem, model: DampingModel, method: OutputError, climbed: Climb, starts: list[Fit]
+) -> Fit:
+    """Put the end of a search into words."""
+    span = spanned(climbed.slopes(), model.labels)
+    remarks = (
+        f"The search started from {' and '.join(fit.method for fit in starts)}; {climbed.words}",
+    )
+    status = Status.RANK_DEFICIENT if span.aliased else Status.OK
+    return fitted(
+        problem,
+        model,
+        method,
+        climbed.coefficients,
+        uncertainty=replay_uncertainty(climbed.search, climbed.place, model),
+        rank=span.rank,
+        aliased=span.aliased,
+        status=status if climbed.settled else Status.STOPPED,
+        remarks=remarks,
+    )

@@ -1,0 +1,219 @@
+"""One stage of output error: damped Gauss-Newton steps on windows of one length."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hydrodamp.arrays import FloatArray, IntArray
+from hydrodamp.identification.replays.shooting import Guess, Linearised, Shooting, cut
+from hydrodamp.identification.rows.velocity_noise import mean_square, noise_variance
+from hydrodamp.models.model import DampingModel
+from hydrodamp.simulation.problem import Problem
+
+REST = 1e-3
+"""A step that lowers the cost by less than this share has come to rest."""
+
+_TRIALS = 8
+"""How often a step is shortened before the search rests."""
+
+_FLOOR = 1e-6
+"""Least noise of a velocity, for records without any [m/s, rad/s]."""
+
+_PRIOR = (1e-6, 1e6)
+"""Bounds of the prior's strength."""
+
+LIKE_NOISE = 0.1
+"""Errors are not weighted as if they were smaller than this share of the noise."""
+
+
+@dataclass(frozen=True, eq=False)
+class Search:
+    """What stays the same from stage to stage.
+
+    Attributes
+    ----------
+    problem : Problem
+        What was measured.
+    entries : tuple of ndarray
+        Rows and axes of the table of equation 1 where the coefficients stand.
+    noise : ndarray, shape (n_free,)
+        Standard deviation of each velocity's noise [m/s, rad/s].
+    unit : ndarray, shape (p,)
+        What each coefficient is where its term makes an acceleration of one, root mean
+        square over the log.
+    """
+
+    problem: Problem
+    entries: tuple[np.ndarray, np.ndarray]
+    noise: FloatArray
+    unit: FloatArray
+
+    @property
+    def axes(self) -> IntArray:
+        """Number of each coefficient's axis."""
+        return self.entries[1]
+
+    def shooting(self, length: float) -> Shooting:
+        """Return the problem cut into windows of a length [s]."""
+        return Shooting(self.problem, self.entries, cut(self.problem, length), self.noise)
+
+    def spread(self, mean_square: FloatArray) -> FloatArray:
+        """Return what to divide errors by, given their mean square."""
+        return np.sqrt(mean_square + (LIKE_NOISE * self.noise) ** 2)
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    """A place on the way.
+
+    Attributes
+    ----------
+    coefficients : ndarray, shape (p,)
+        In the order of the model's labels.
+    strength : ndarray, shape (6,)
+        Of the prior around zero, axis by axis.
+    """
+
+    coefficients: FloatArray
+    strength: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Path:
+    """The way of one stage.
+
+    Attributes
+    ----------
+    places : tuple of Place
+        One a step.
+    settled : bool
+        Whether it came to rest.
+    """
+
+    places: tuple[Place, ...]
+    settled: bool
+
+
+def searching(problem: Problem, model: DampingModel) -> Search:
+    """Set up the search for a model's coefficients.
+
+    Parameters
+    ----------
+    problem : Problem
+        What was measured.
+    model : DampingModel
+        Restricted to the free axes.
+
+    Returns
+    -------
+    search : Search
+        Noise by fourth differences, units by the size of the terms.
+    """
+    entries = problem.columns.entries(model)
+    rows, axes = entries
+    size = np.sqrt(mean_square(problem))[rows - problem.columns.n_known]
+    inertia = np.diag(problem.vehicle.mass_matrix)[axes]
+    noise = np.sqrt(noise_variance(problem))
+    return Search(
+        problem,
+        entries,
+        noise=np.maximum(noise[problem.vehicle.free], _FLOOR),
+        unit=inertia / np.where(size > 0.0, size, 1.0),
+    )
+
+
+def refine(search: Search, shooting: Shooting, start: Place, rounds: int) -> Path | None:
+    """Take damped Gauss-Newton steps on windows of one length.
+
+    Parameters
+    ----------
+    search : Search
+        Units and noise.
+    shooting : Shooting
+        The windows.
+    start : Place
+        Where to begin.
+    rounds : int
+        Most steps.
+
+    Returns
+    -------
+    path : Path or None
+        The way taken; None where the start diverges on these windows.
+    """
+    guess = Guess(start.coefficients, shooting.measured_starts())
+    strength, damping = start.strength, 1e-3
+    spread = search.spread(np.mean(shooting.errors(guess) ** 2, axis=0))
+    around = shooting.linearised(guess, spread)
+    if around is None:
+        return None
+    places = [start]
+    for _ in range(rounds):
+        step = _step(search, shooting, guess, around, strength, spread, damping)
+        if step is None:
+            return Path(tuple(places), settled=True)
+        guess, damping, gained = step
+        strength = _evidence(search, around, guess, strength)
+        places.append(Place(guess.coefficients, strength))
+        if gained < REST:
+            return Path(tuple(places), settled=True)
+        spread = search.spread(around.mean_square)
+        moved = shooting.linearised(guess, spread)
+        if moved is None:
+            break
+        around = moved
+    return Path(tuple(places), settled=False)
+
+
+def _step(
+    search: Search,
+    shooting: Shooting,
+    guess: Guess,
+    around: Linearised,
+    strength: FloatArray,
+    spread: FloatArray,
+    damping: float,
+) -> tuple[Guess, float, float] | None:
+    """Return a better guess, the damping to go on with, and the share gained; None at rest."""
+    slopes, error = around.triangle[:, :-1] * search.unit, around.triangle[:, -1]
+    prior = np.sqrt(strength[search.axes])
+    scaled = guess.coefficients / search.unit
+    before = around.cost + float(np.sum((prior * scaled) ** 2))
+    norms = np.linalg.norm(slopes, axis=0)
+    for _ in range(_TRIALS):
+        rows = np.vstack([slopes, np.diag(prior), np.diag(np.sqrt(damping) * norms)])
+        right = np.concatenate([error, -prior * scaled, np.zeros(len(scaled))])
+        change = np.linalg.lstsq(rows, right)[0]
+        tried = _moved(shooting, guess, around, search.unit * change)
+        after = shooting.cost(tried, spread) + float(np.sum((prior * (scaled + change)) ** 2))
+        if after < before:
+            return tried, max(damping / 8.0, 1e-9), (before - after) / before
+        damping *= 8.0
+    return None
+
+
+def _moved(shooting: Shooting, guess: Guess, around: Linearised, change: FloatArray) -> Guess:
+    starts = guess.starts.copy()
+    starts[:, shooting.free] += around.starts_moved(change)
+    return Guess(guess.coefficients + change, starts)
+
+
+def _evidence(search: Search, around: Linearised, guess: Guess, strength: FloatArray) -> FloatArray:
+    """Return the prior strength of each axis that the data speak for (MacKay 1992).
+
+    The strength is the number of coefficients the data determine over their sum of
+    squares, in units of an acceleration of one.
+    """
+    slopes = around.triangle[:, :-1] * search.unit
+    prior = strength[search.axes]
+    rows = np.vstack([slopes, np.diag(np.sqrt(prior))])
+    half = np.linalg.inv(np.linalg.qr(rows, mode="r"))
+    determined = 1.0 - prior * np.sum(half**2, axis=1)
+    square = (guess.coefficients / search.unit) ** 2
+    moved = strength.copy()
+    for axis in np.unique(search.axes):
+        here = search.axes == axis
+        moved[axis] = determined[here].sum() / max(float(square[here].sum()), 1e-9)
+    return np.clip(moved, *_PRIOR)

@@ -1,0 +1,99 @@
+"""The replay, linearised in every candidate, block by block of the log.
+
+Around a model that replays well, velocities of the replay are linear in all further
+coefficients: their slopes are the sensitivities of the simulator. A selection on these
+rows sees what each term does to the replay, where one on accelerations sees what it does
+to a noisy derivative.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hydrodamp.arrays import FloatArray
+from hydrodamp.identification.replays.refine import searching
+from hydrodamp.identification.replays.shooting import Guess
+from hydrodamp.models.damping import Damping
+from hydrodamp.models.model import DampingModel
+from hydrodamp.simulation.problem import Problem
+
+_BLOCKS = 40
+"""Blocks at the most: a normal matrix of 500 candidates takes 2 MB."""
+
+_LEAST = 16
+"""A log is cut into at least this many windows."""
+
+
+@dataclass(frozen=True, eq=False)
+class ReplayBlocks:
+    """Normal matrices of the linearised replay.
+
+    Attributes
+    ----------
+    blocks : ndarray, shape (n_blocks, p + 1, p + 1)
+        One a block, first states eliminated; the last column is the target, in units of
+        the spread of each velocity's error.
+    lost : int
+        Blocks left out because the replay diverges there.
+    """
+
+    blocks: FloatArray
+    lost: int
+
+
+def replay_blocks(
+    problem: Problem, model: DampingModel, around: Damping, length: float
+) -> ReplayBlocks:
+    """Linearise the replay in the coefficients of a large model around a small one.
+
+    Parameters
+    ----------
+    problem : Problem
+        Prepared for the large model.
+    model : DampingModel
+        The large one, restricted to the free axes.
+    around : Damping
+        The small one: its terms are among those of the large one.
+    length : float
+        Of the windows that are replayed from states of their own [s].
+
+    Returns
+    -------
+    blocks : ReplayBlocks
+        The target is the error of the replay plus what the small model explains, so that
+        coefficients solved from it are whole ones, not changes.
+    """
+    search = searching(problem, model)
+    shooting = search.shooting(min(length, _duration(problem) / _LEAST))
+    guessed = around.onto(model)
+    starts = shooting.measured_starts()
+    spread = _spread(shooting.errors(Guess(guessed, starts)), search.noise)
+    turn = np.eye(len(guessed) + 1)
+    turn[:-1, -1] = guessed
+    blocks, lost = [], 0
+    for part in np.array_split(np.arange(len(starts)), min(_BLOCKS, len(starts))):
+        here = replace(shooting, windows=shooting.windows[part])
+        linear = here.linearised(Guess(guessed, starts[part]), spread)
+        if linear is None:
+            lost += 1
+            continue
+        rows = linear.triangle @ turn
+        blocks.append(rows.T @ rows)
+    return ReplayBlocks(np.array(blocks).reshape(-1, *turn.shape), lost)
+
+
+def _duration(problem: Problem) -> float:
+    time = problem.inputs.time
+    return float(np.sum(time[problem.segments[:, 1] - 1] - time[problem.segments[:, 0]]))
+
+
+def _spread(errors: FloatArray, noise: FloatArray) -> FloatArray:
+    """Return the spread of each error beyond the noise of the state a window starts from.
+
+    That state is eliminated afterwards, so its noise is no part of what is left.
+    """
+    finite = errors[np.all(np.isfinite(errors), axis=1)]
+    own = np.mean(finite**2, axis=0) if len(finite) else np.zeros(len(noise))
+    return np.sqrt(np.maximum(own - noise**2, noise**2))

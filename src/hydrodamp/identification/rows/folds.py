@@ -1,0 +1,181 @@
+"""Folds for cross-validation: whole segments where there are several, else long blocks.
+
+Neighbouring rows carry alike errors, so a row picked at random is predicted well by
+its neighbours whatever the model is worth. A fold is therefore a whole segment, or a
+block of one with its margins left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from hydrodamp.arrays import IntArray
+from hydrodamp.errors import MethodError
+from hydrodamp.identification.rows.equations import Rows
+from hydrodamp.identification.rows.triangle import Triangle, merge
+
+_MOST = 10
+"""Folds made of more segments than this unless asked for."""
+
+_BLOCKS = 5
+"""Folds made of a single segment unless asked for."""
+
+
+@dataclass(frozen=True)
+class Split:
+    """What one fold leaves to learn from, and the fold itself.
+
+    Attributes
+    ----------
+    train, test : Triangle
+        Of all other folds, and of this one.
+    """
+
+    train: Triangle
+    test: Triangle
+
+
+@dataclass(frozen=True, eq=False)
+class Folds:
+    """Which fold each row belongs to.
+
+    Attributes
+    ----------
+    part : ndarray of int, shape (m,)
+        Number of the fold from 0, or -1 for a row in the margin of a cut.
+    n : int
+        How many folds there are, at least two; none is empty.
+    made : str
+        How they were made, in words.
+    """
+
+    part: IntArray
+    n: int
+    made: str
+
+    def rows(self, rows: Rows) -> Iterator[tuple[Rows, Rows]]:
+        """Go through the folds by their rows, for methods that need more than a triangle.
+
+        Parameters
+        ----------
+        rows : Rows
+            Those the folds were made of.
+
+        Yields
+        ------
+        train, test : Rows
+            Of all other folds, and of this one.
+        """
+        for fold in range(self.n):
+            here = self.part == fold
+            yield rows.taken(~here & (self.part >= 0)), rows.taken(here)
+
+    def splits(self, rows: Rows) -> tuple[Split, ...]:
+        """Return the triangles of every fold: each row is folded in once.
+
+        Parameters
+        ----------
+        rows : Rows
+            Those the folds were made of.
+
+        Returns
+        -------
+        splits : tuple of Split
+            One a fold. The training triangles are merged from those of the folds.
+        """
+        tests = [rows.taken(self.part == fold).triangle() for fold in range(self.n)]
+        return tuple(
+            Split(merge(tests[:fold] + tests[fold + 1 :]), test) for fold, test in enumerate(tests)
+        )
+
+
+def folds(rows: Rows, n: int | None = None, gap: float = 1.0) -> Folds:
+    """Divide rows into folds.
+
+    Parameters
+    ----------
+    rows : Rows
+        In the order of time within each segment.
+    n : int, optional
+        How many folds. By default one a segment, but at most ten, and five where
+        there is a single segment. Fewer than there are segments: segments are dealt
+        out in turn. More: the longest are cut into blocks of equal length.
+    gap : float
+        How far apart the rows on the two sides of a cut must lie [s]: closer ones
+        are in no fold. Joins between segments need none.
+
+    Returns
+    -------
+    folds : Folds
+        The number of the fold of each row, and how it was come by.
+
+    Raises
+    ------
+    MethodError
+        If fewer than two folds are asked for, the gap is negative, or the rows are too
+        few.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from hydrodamp.basis.basis import Basis
+    >>> time = np.arange(6.0)
+    >>> rows = Rows(Basis(()), np.zeros((6, 0)), np.zeros((6, 6)), time.astype(int) // 3, time)
+    >>> folds(rows).part.tolist(), folds(rows).made
+    ([0, 0, 0, 1, 1, 1], '2 folds, one a segment')
+    >>> folds(rows, n=3).part.tolist()
+    [0, 1, 1, 2, 2, 2]
+    """
+    if not gap >= 0.0:
+        raise MethodError(f"`gap` must be zero or positive [s]; got {gap}")
+    _, number, lengths = np.unique(rows.segment, return_inverse=True, return_counts=True)
+    wanted = _wanted(len(lengths)) if n is None else n
+    if wanted < 2:
+        raise MethodError(f"cross-validation needs at least 2 folds; got {wanted}")
+    if wanted > rows.n:
+        raise MethodError(
+            f"{wanted} folds cannot be made of {rows.n} rows: give a longer log or fewer folds"
+        )
+    if wanted <= len(lengths):
+        each = "one a segment" if wanted == len(lengths) else f"{len(lengths)} segments in turn"
+        return Folds(number % wanted, wanted, f"{wanted} folds, {each}")
+    return _blocks(rows, lengths, wanted, gap)
+
+
+def _wanted(n_segments: int) -> int:
+    return _BLOCKS if n_segments < 2 else min(n_segments, _MOST)
+
+
+def _blocks(rows: Rows, lengths: IntArray, wanted: int, gap: float) -> Folds:
+    """Cut the longest segments until there are enough blocks."""
+    pieces = np.ones(len(lengths), dtype=np.int64)
+    for _ in range(wanted - len(lengths)):
+        pieces[np.argmax(lengths / pieces)] += 1
+    ends = np.cumsum(lengths)
+    edges = np.concatenate(
+        [
+            end - length + np.arange(count) * length // count
+            for end, length, count in zip(ends, lengths, pieces, strict=True)
+        ]
+    )
+    part = np.repeat(np.arange(wanted), np.diff(np.append(edges, rows.n)))
+    for cut in np.setdiff1d(edges, ends - lengths).tolist():
+        instant = (rows.time[cut - 1] + rows.time[cut]) / 2.0
+        near = np.abs(rows.time - instant) < gap / 2.0
+        part[near & (rows.segment == rows.segment[cut])] = -1
+    _check_filled(part, wanted, rows.n, gap)
+    cut_up = "one segment" if len(lengths) == 1 else f"{len(lengths)} segments"
+    return Folds(part, wanted, f"{wanted} folds, blocks of {cut_up}")
+
+
+def _check_filled(part: IntArray, wanted: int, n_rows: int, gap: float) -> None:
+    empty = np.setdiff1d(np.arange(wanted), part)
+    if len(empty):
+        raise MethodError(
+            f"{n_rows} rows are too few for {wanted} folds {gap:g} s apart: fold "
+            f"{empty[0] + 1} is left without a row. Give a longer log, fewer folds or a "
+            "smaller gap."
+        )

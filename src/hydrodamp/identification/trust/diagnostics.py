@@ -1,0 +1,254 @@
+"""What the residuals of a regression say: white or not, far out, tied to the regressors."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from hydrodamp.arrays import FloatArray
+from hydrodamp.basis.axes import AXES
+from hydrodamp.errors import MethodError
+from hydrodamp.identification.rows.equations import Rows
+from hydrodamp.identification.rows.rank import spanned
+from hydrodamp.identification.rows.reference import with_reference
+from hydrodamp.identification.rows.support import chosen_support
+from hydrodamp.identification.rows.weak_equations import WeakEquations
+from hydrodamp.identification.trust.endogeneity import Endogeneity, endogeneity
+from hydrodamp.identification.trust.residuals import FAR, Whiteness, outlier_share, whiteness
+from hydrodamp.models.damping import Damping
+from hydrodamp.models.model import DampingModel
+from hydrodamp.simulation.problem import Problem
+
+REJECTED = 0.01
+"""Probability below which a test on six axes is worth a sentence."""
+
+MANY = 0.01
+"""Share of outliers worth a sentence: more than 100 times that of normal residuals."""
+
+SHIFTED = 0.02
+"""Least shift of the explained wrench worth a sentence: what a replay shows."""
+
+
+@dataclass(frozen=True)
+class AxisDiagnostics:
+    """What the residuals of one axis say.
+
+    Attributes
+    ----------
+    axis : str
+        One of X Y Z K M N.
+    rms : float
+        Root mean square of the residuals, [N] or [N m].
+    whiteness : Whiteness
+        Correlation in time.
+    outliers : float
+        Share beyond four robust standard deviations, 0 to 1.
+    endogeneity : Endogeneity or None
+        The test of Durbin, Wu and Hausman; None where there is too little to tell.
+    """
+
+    axis: str
+    rms: float
+    whiteness: Whiteness
+    outliers: float
+    endogeneity: Endogeneity | None
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What to know and to do, in sentences."""
+        return tuple(
+            sentence for sentence in (self._bias(), self._colour(), self._far()) if sentence
+        )
+
+    def _bias(self) -> str:
+        found = self.endogeneity
+        if found is None or found.p >= REJECTED or found.shift < SHIFTED:
+            return ""
+        return (
+            f"The noise in the velocities biases the {self.axis} axis (Durbin-Wu-Hausman p "
+            f"{_probability(found.p)}; the wrench explained moves by {100.0 * found.shift:.0f} %): "
+            "use output error, or the weak form with a longer support."
+        )
+
+    def _colour(self) -> str:
+        white = self.whiteness
+        if white.p is None or white.p >= REJECTED:
+            return ""
+        return (
+            f"Residuals of the {self.axis} axis are correlated over {white.time:.2g} s (neighbours "
+            f"{white.neighbours:.2f}, Ljung-Box p {_probability(white.p)}): intervals for white "
+            "residuals would be wrong."
+        )
+
+    def _far(self) -> str:
+        if self.outliers <= MANY:
+            return ""
+        return (
+            f"{100.0 * self.outliers:.1f} % of the residuals of the {self.axis} axis are beyond "
+            f"{FAR:g} robust standard deviations: look at the log there, or use a robust method."
+        )
+
+    def __str__(self) -> str:
+        """Return a line for the table."""
+        white = self.whiteness
+        return (
+            f"{self.axis:<5}{self.rms:>10.3g}{_cell(white.p):>9}{white.neighbours:>8.2f}"
+            f"{white.time:>8.2g} s{100.0 * self.outliers:>9.2f} %"
+            f"{_cell(None if self.endogeneity is None else self.endogeneity.p):>9}"
+        )
+
+
+@dataclass(frozen=True)
+class Diagnostics:
+    """What the residuals of a model say, axis by axis.
+
+    Attributes
+    ----------
+    model : str
+        Key of the model.
+    axes : tuple of AxisDiagnostics
+        Those on which the model has terms.
+    spacing : float
+        Length of the test functions, which follow each other without overlap [s].
+    """
+
+    model: str
+    axes: tuple[AxisDiagnostics, ...]
+    spacing: float
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What to know and to do, in sentences, axis by axis."""
+        return tuple(sentence for one in self.axes for sentence in one.remarks)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return everything as numbers, words and lists, ready for strict JSON."""
+        return {**asdict(self), "remarks": list(self.remarks)}
+
+    def __str__(self) -> str:
+        """Return a table of the axes, then the sentences."""
+        head = f"{'axis':<5}{'rms':>10}{'white p':>9}{'lag 1':>8}{'time':>10}"
+        head += f"{'outliers':>11}{'DWH p':>9}"
+        title = f"{self.model}: residuals under test functions of {self.spacing:.3g} s"
+        return "\n".join([title, head, *map(str, self.axes), *self.remarks])
+
+
+def diagnose(
+    problem: Problem,
+    model: DampingModel,
+    damping: Damping | None = None,
+    *,
+    support: float | None = None,
+    lag: float | None = None,
+) -> Diagnostics:
+    """Examine what a model leaves of a log.
+
+    Residuals are those of the weak form under test functions that follow each other and
+    share no sample, so that no correlation is of their making. Whether noise in the
+    velocities biases a regression on these rows is tested beside the terms of Gertler and
+    Hagen: what the model cannot follow is not taken for noise.
+
+    Parameters
+    ----------
+    problem : Problem
+        Vehicle and log.
+    model : DampingModel
+        Which terms.
+    damping : Damping, optional
+        Whose residuals to examine; by default those of least squares on the same rows.
+    support : float, optional
+        Length of the test functions [s]; by default as :class:`WeakEquations` chooses it.
+    lag : float, optional
+        How far before and after a row its instruments are [s]: longer than the sensors'
+        noise is correlated. By default a test function.
+
+    Returns
+    -------
+    diagnostics : Diagnostics
+        Axis by axis, with sentences.
+
+    Raises
+    ------
+    MethodError
+        If the damping lacks a coefficient, or the lag is shorter than a test function.
+
+    Examples
+    --------
+    >>> from hydrodamp.models.catalog import catalog
+    >>> from hydrodamp.simulation.campaign.reenact import reenact
+    >>> from hydrodamp.simulation.problem import prepare
+    >>> campaign, fossen = reenact(duration=60.0), catalog["fossen"]
+    >>> found = diagnose(prepare(campaign.vehicle, campaign.train, fossen), fossen)
+    >>> [one.axis for one in found.axes]
+    ['X', 'Y', 'Z', 'K', 'M', 'N']
+    """
+    free = model.restricted_to(problem.vehicle.axes)
+    length = chosen_support(problem).length if support is None else support
+    apart = length if lag is None else lag
+    if not apart >= length:
+        raise MethodError(
+            f"`lag` must be at least the length of a test function, {length:g} s; got {apart:g}"
+        )
+    wide = with_reference(problem, free)
+    rows = WeakEquations(length, overlap=1, windows=()).rows(wide)
+    axes = tuple(
+        _axis(rows, wide.models, axis, _known(damping, free), length, apart)
+        for axis in range(6)
+        if free.terms[axis]
+    )
+    return Diagnostics(free.key, axes, length)
+
+
+def _known(damping: Damping | None, model: DampingModel) -> dict[str, float] | None:
+    if damping is None:
+        return None
+    values = damping.as_dict()
+    if missing := [label for label in model.labels if label not in values]:
+        raise MethodError(f"the damping has no coefficient {', '.join(missing)} of '{model.key}'")
+    return values
+
+
+def _axis(
+    rows: Rows,
+    models: tuple[DampingModel, ...],
+    axis: int,
+    values: dict[str, float] | None,
+    length: float,
+    lag: float,
+) -> AxisDiagnostics:
+    own, wide = models[0].terms[axis], models[1].terms[axis]
+    design = rows.design[:, [rows.basis.index(term) for term in own]]
+    further = [rows.basis.index(term) for term in wide if term not in own]
+    left = rows.target[:, axis] - _explained(design, rows.target[:, axis], values, axis, own)
+    return AxisDiagnostics(
+        axis=AXES[axis],
+        rms=float(np.sqrt(np.mean(left**2))),
+        whiteness=whiteness(left, rows.segment, length),
+        outliers=outlier_share(left),
+        endogeneity=endogeneity(rows, design, rows.design[:, further], rows.target[:, axis], lag),
+    )
+
+
+def _explained(
+    design: FloatArray,
+    target: FloatArray,
+    values: dict[str, float] | None,
+    axis: int,
+    terms: tuple[object, ...],
+) -> FloatArray:
+    if values is not None:
+        found: FloatArray = design @ [values[f"{AXES[axis]}_{term}"] for term in terms]
+        return found
+    directions = spanned(design, terms).directions
+    explained: FloatArray = directions @ (directions.T @ target)
+    return explained
+
+
+def _probability(p: float) -> str:
+    return f"= {p:.3f}" if p >= 0.001 else "< 0.001"
+
+
+def _cell(p: float | None) -> str:
+    return "–" if p is None else f"{p:.3f}"

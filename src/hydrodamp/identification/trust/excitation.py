@@ -1,0 +1,178 @@
+"""On which axes a log holds a response to motion, and on which noise alone.
+
+The wrench that a regression has to explain, ``M ν̇ − H(Mν)ν − G − u``, holds the known
+momentum term, and that term holds the noise of the velocities. Where a velocity is
+mostly noise, ``N_uv`` cancels the Munk moment of that noise: a coefficient of
+determination near one and a narrow interval, and nothing learnt. So the term is put on
+the other side. The *response* is ``M ν̇ − G − u``, what was seen of the motion alone, and
+its *share* is how much of its variance ``H(Mν)ν + K ξ`` predicts on stretches that had no
+part in finding K. A motion that only follows waves, a current or noise is not predicted.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hydrodamp import kernels
+from hydrodamp.arrays import BoolArray, FloatArray, frozen
+from hydrodamp.errors import MethodError
+from hydrodamp.identification.rows.equations import Rows
+from hydrodamp.identification.rows.folds import Split, folds
+from hydrodamp.identification.rows.rank import solve_axis
+from hydrodamp.identification.rows.reference import with_reference
+from hydrodamp.identification.rows.weak_equations import WeakEquations
+from hydrodamp.models.model import DampingModel
+from hydrodamp.simulation.problem import Problem
+
+EXCITED = 0.25
+"""Least share of the response that must be predicted: a correlation of one half between
+the response predicted and the response seen."""
+
+SPAN = 8.0
+"""Length of the test functions [s]: some time constants of a small vehicle, so that noise
+of the velocities, which dominates accelerations from sample to sample, is averaged out."""
+
+_FOLD = 5.0
+"""Shortest fold, in test functions."""
+
+_OVERLAP = 4
+"""Test functions over an instant."""
+
+_MOST_FOLDS = 10
+"""Folds a long log is divided into."""
+
+
+@dataclass(frozen=True, eq=False)
+class Excitation:
+    """What the motion of a log tells, axis by axis.
+
+    Attributes
+    ----------
+    model : DampingModel
+        Restricted to the free axes.
+    reference : DampingModel
+        The same with the terms of Gertler and Hagen beside its own.
+    rows : Rows
+        Weak form of the problem with the terms of the model and of the reference.
+    quiet : ndarray, shape (m, n_terms)
+        The same design with every velocity that is not excited held at its mean.
+    share : ndarray, shape (6,)
+        Predicted share of the response, 0 to 1; 0 on locked axes.
+    response : ndarray, shape (6,)
+        Root mean square of the predictable response, X Y Z [N] and K M N [N m].
+    """
+
+    model: DampingModel
+    reference: DampingModel
+    rows: Rows
+    quiet: FloatArray
+    share: FloatArray
+    response: FloatArray
+
+    @property
+    def excited(self) -> BoolArray:
+        """On which axes enough of the response is predicted; shape (6,)."""
+        return self.share >= EXCITED
+
+
+def excitation(problem: Problem, model: DampingModel, span: float = SPAN) -> Excitation:
+    """Find how much of the motion on each axis equation 1 accounts for.
+
+    What predicts is the model or, where that does better, the model with the terms of
+    Gertler and Hagen beside its own: a poor form is not taken for poor excitation.
+
+    Parameters
+    ----------
+    problem : Problem
+        Vehicle and log.
+    model : DampingModel
+        Which terms.
+    span : float
+        Length of the test functions [s]; that of the longest segment if it is shorter.
+
+    Returns
+    -------
+    excitation : Excitation
+        Shares, and the rows they were found on.
+
+    Raises
+    ------
+    MethodError
+        If the span is not positive, or the log too short to keep a part of it aside.
+
+    Examples
+    --------
+    >>> from hydrodamp.basis.axes import AXES
+    >>> from hydrodamp.models.catalog import catalog
+    >>> from hydrodamp.simulation.campaign.reenact import reenact
+    >>> from hydrodamp.simulation.problem import prepare
+    >>> campaign = reenact(duration=60.0)
+    >>> linear = catalog["linear"]
+    >>> found = excitation(prepare(campaign.vehicle, campaign.train, linear), linear)
+    >>> [axis for axis, excited in zip(AXES, found.excited) if excited]
+    ['X', 'Y', 'Z', 'K', 'M', 'N']
+    """
+    if not 0.0 < span < np.inf:
+        raise MethodError(f"`span` must be positive [s]; got {span}")
+    free = model.restricted_to(problem.vehicle.axes)
+    wide = with_reference(problem, free)
+    equations = WeakEquations(min(span, _longest(wide)), _OVERLAP, windows=())
+    rows = equations.rows(wide)
+    response = equations.rows(_without_momentum(wide)).target
+    variance = response.var(axis=0)
+    share = _share(rows, wide.models, variance, span)
+    quiet = equations.rows(_held(wide, share < EXCITED)).design
+    return Excitation(
+        model=free,
+        reference=wide.models[1],
+        rows=rows,
+        quiet=quiet,
+        share=frozen(share),
+        response=frozen(np.sqrt(share * variance)),
+    )
+
+
+def _longest(problem: Problem) -> float:
+    time, last = problem.inputs.time, problem.segments[:, 1] - 1
+    return float(np.max(time[last] - time[problem.segments[:, 0]]))
+
+
+def _without_momentum(problem: Problem) -> Problem:
+    """Cancel the momentum term by a wrench, so that targets are responses."""
+    inputs = problem.inputs
+    momentum = kernels.coriolis(problem.vehicle.mass_matrix, inputs.velocity)
+    wrench = (inputs.wrench - momentum) * problem.vehicle.free
+    return replace(problem, inputs=replace(inputs, wrench=wrench))
+
+
+def _held(problem: Problem, held: BoolArray) -> Problem:
+    """Hold some velocities at their mean."""
+    velocity = problem.inputs.velocity
+    quiet = np.where(held, velocity.mean(axis=0), velocity)
+    return replace(problem, inputs=replace(problem.inputs, velocity=quiet))
+
+
+def _share(
+    rows: Rows, models: tuple[DampingModel, ...], variance: FloatArray, span: float
+) -> FloatArray:
+    """Cross-validate each axis of each model, and take the better model."""
+    length = sum(np.ptp(rows.time[rows.segment == one]) for one in np.unique(rows.segment))
+    wanted = int(np.clip(length / (_FOLD * span), 2, _MOST_FOLDS))
+    splits = folds(rows, wanted, gap=span).splits(rows)
+    error = np.min([_missed(splits, model) for model in models], axis=0)
+    moved = variance > 0.0
+    return np.where(moved, np.clip(1.0 - error / np.where(moved, variance, 1.0), 0.0, 1.0), 0.0)
+
+
+def _missed(splits: tuple[Split, ...], model: DampingModel) -> FloatArray:
+    """Return the mean square of what each axis leaves of the folds held out."""
+    squares = np.zeros(6)
+    for split in splits:
+        for axis, terms in enumerate(model.terms):
+            found = solve_axis(split.train, terms, axis).coefficients
+            columns = [split.test.basis.index(term) for term in terms]
+            target = split.test.r[:, len(split.test.basis) + axis]
+            squares[axis] += np.sum((target - split.test.r[:, columns] @ found) ** 2)
+    return squares / sum(split.test.n_samples for split in splits)

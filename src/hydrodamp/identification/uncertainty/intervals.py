@@ -1,0 +1,146 @@
+"""How far to trust some coefficients: their covariance, and intervals from it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import t as student
+
+from hydrodamp.arrays import FloatArray, frozen
+from hydrodamp.errors import MethodError
+
+_WIDER = 1.5
+"""From here on a median ratio of standard errors is told."""
+
+_OUTSIDE = 1e-6
+"""A direction that lies outside others by less than this share is within them."""
+
+
+@dataclass(frozen=True, eq=False)
+class Uncertainty:
+    """How far to trust some coefficients.
+
+    Attributes
+    ----------
+    covariance : ndarray, shape (n, n)
+        Of the coefficients, from all that the model leaves over.
+    degrees_of_freedom : float
+        How well it is known: intervals use Student's t with this many.
+    method : str
+        How it was found, in words.
+    noise : ndarray, shape (n, n), or None
+        The same from noise alone; None where the method does not tell them apart.
+    block : float or None
+        Length of the blocks [s]; None where there are none.
+    n_blocks : int
+        How many fit side by side.
+
+    Raises
+    ------
+    MethodError
+        If a covariance is not square, their shapes differ, or the degrees of freedom are
+        not positive.
+
+    Examples
+    --------
+    >>> found = Uncertainty(np.diag([4.0, 9.0]), degrees_of_freedom=np.inf, method="by hand")
+    >>> found.standard_errors.tolist(), found.interval([10.0, 20.0])[0].round(2).tolist()
+    ([2.0, 3.0], [6.08, 13.92])
+    """
+
+    covariance: FloatArray
+    degrees_of_freedom: float
+    method: str
+    noise: FloatArray | None = None
+    block: float | None = None
+    n_blocks: int = 0
+
+    def __post_init__(self) -> None:
+        """Copy the arrays and check them."""
+        n = len(np.atleast_1d(self.covariance))
+        for name in ("covariance", "noise"):
+            if getattr(self, name) is not None:
+                try:
+                    values = frozen(getattr(self, name), (n, n), name)
+                except ValueError as error:
+                    raise MethodError(f"{error}; give one row and column a coefficient") from error
+                object.__setattr__(self, name, values)
+        if not self.degrees_of_freedom > 0.0:
+            raise MethodError(
+                f"`degrees_of_freedom` must be positive; got {self.degrees_of_freedom}"
+            )
+
+    @property
+    def standard_errors(self) -> FloatArray:
+        """Standard error of each coefficient, shape (n,)."""
+        return np.sqrt(np.diag(self.covariance))
+
+    def reach(self, level: float = 0.95) -> float:
+        """Return how many standard errors an interval reaches to either side.
+
+        Parameters
+        ----------
+        level : float
+            Share of repetitions in which the interval holds what is sought.
+
+        Returns
+        -------
+        reach : float
+            Quantile of Student's t; 1.96 for many degrees of freedom.
+
+        Raises
+        ------
+        MethodError
+            If the level is not between 0 and 1.
+        """
+        if not 0.0 < level < 1.0:
+            raise MethodError(f"`level` must lie between 0 and 1; got {level}")
+        return float(student.ppf(0.5 + level / 2.0, self.degrees_of_freedom))
+
+    def interval(self, coefficients: FloatArray, level: float = 0.95) -> FloatArray:
+        """Return the interval of each coefficient.
+
+        Parameters
+        ----------
+        coefficients : array_like, shape (n,)
+            The estimate.
+        level : float
+            As in :meth:`reach`.
+
+        Returns
+        -------
+        interval : ndarray, shape (n, 2)
+            Lower and upper end.
+
+        Raises
+        ------
+        MethodError
+            If the level is not between 0 and 1.
+        """
+        half = self.reach(level) * self.standard_errors
+        centre = np.asarray(coefficients, dtype=np.float64)
+        return np.column_stack([centre - half, centre + half])
+
+    def __str__(self) -> str:
+        """Return one sentence, or two."""
+        if self.block is None:
+            return f"Standard errors are from {self.method}."
+        return (
+            f"Standard errors are from {self.method}, in {self.n_blocks} blocks of "
+            f"{self.block:.3g} s; intervals have {self.degrees_of_freedom:.0f} degrees of freedom."
+            + self._misfit()
+        )
+
+    def _misfit(self) -> str:
+        if self.noise is None:
+            return ""
+        own, noise = np.diag(self.covariance), np.diag(self.noise)
+        known = (own > 0.0) & (noise > 0.0)
+        ratio = float(np.sqrt(np.median(own[known] / noise[known]))) if known.any() else 1.0
+        if ratio < _WIDER:
+            return ""
+        return (
+            f" They are {ratio:.2g} times those of noise alone: most of the errors are the "
+            "model's form, and other manoeuvres would give other coefficients."
+        )

@@ -1,0 +1,181 @@
+"""The adaptive identifier: online equals batch, the truth is found, gains are checked."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.identification.rows.velocity_noise import mean_square, signal_to_noise
+
+SCALED = hd.AdaptiveIdentifier(a=hd.ByNoise(2e-4), gamma=hd.ByTerm(7.0), passes=40)
+
+
+@pytest.mark.parametrize("method", [hd.AdaptiveIdentifier(a=20, gamma=20), SCALED])
+@pytest.mark.parametrize("key", ["linear", "gertler-hagen"])
+def test_batch_is_the_fold_of_the_online_step_bit_for_bit(
+    key, method, driven, discrete_log, true_damping
+):
+    method = replace(method, passes=1)
+    model = hd.catalog[key]
+    problem = hd.prepare(driven, discrete_log(true_damping(model), n=90), model)
+    starts = set(problem.segments[:, 0].tolist())
+    samples = [problem.inputs.sample(k) for k in range(problem.n_samples)]
+
+    state = method.init(problem, model, samples[0])
+    for k, sample in enumerate(samples[1:], start=1):
+        state = state.restarted(sample) if k in starts else method.step(state, sample)
+
+    batch = method.identify(problem, model)
+    assert np.array_equal(state.damping.coefficients, batch.damping.coefficients)
+    assert state.damping.vehicle == batch.damping.vehicle
+
+
+def test_a_step_leaves_its_state_alone(driven, discrete_log, true_damping):
+    model = hd.catalog["linear"]
+    problem = hd.prepare(driven, discrete_log(true_damping(model), n=30), model)
+    method = hd.AdaptiveIdentifier()
+    state = method.init(problem, model, problem.inputs.sample(0))
+    before = state.matrix.copy()
+    after = method.step(state, problem.inputs.sample(1))
+    assert np.array_equal(state.matrix, before)
+    assert not np.array_equal(after.matrix, before)
+    for held in (state, after):
+        with pytest.raises(ValueError, match="read-only"):
+            held.matrix[0, 0] = 1.0
+
+
+def test_start_is_minus_one_on_the_diagonal_linear_terms(driven, discrete_log, true_damping):
+    """The paper: the first six columns of K-hat are -I, the remaining elements zero."""
+    model = hd.catalog["linear"]
+    problem = hd.prepare(driven, discrete_log(true_damping(model), n=30), model)
+    start = hd.AdaptiveIdentifier().init(problem, model, problem.inputs.sample(0)).damping
+    np.testing.assert_array_equal(start.matrix, -np.eye(6))
+
+
+@pytest.mark.parametrize("key", ["linear", "fossen", "prestero"])
+def test_it_finds_the_truth_where_the_data_excite_it(key, driven, discrete_log, true_damping):
+    truth = true_damping(hd.catalog[key])
+    problem = hd.prepare(driven, discrete_log(truth, n=1500), truth.model)
+    fit = replace(SCALED, passes=300).identify(problem, truth.model)
+    assert fit.status is hd.Status.SETTLED
+    np.testing.assert_allclose(fit.damping.coefficients, truth.coefficients, rtol=2e-3)
+
+
+def test_unsettled_coefficients_say_so(driven, discrete_log, true_damping):
+    truth = true_damping(hd.catalog["linear"])
+    problem = hd.prepare(driven, discrete_log(truth, n=300), truth.model)
+    slow = hd.AdaptiveIdentifier(a=20.0, gamma=0.05)
+    assert slow.identify(problem, truth.model).status is hd.Status.NOT_SETTLED
+
+
+def test_history_ends_at_the_estimate(driven, discrete_log, true_damping):
+    model = hd.catalog["linear"]
+    problem = hd.prepare(driven, discrete_log(true_damping(model), n=90), model)
+    method = hd.AdaptiveIdentifier(passes=2)
+    history = method.history(problem, model)
+    assert history.coefficients.shape == (2 * (90 - 3), 36)
+    assert history.velocity_error.shape == (2 * (90 - 3), 6)
+    assert history.labels == model.labels
+    fit = method.identify(problem, model)
+    np.testing.assert_array_equal(history.coefficients[-1], fit.damping.coefficients)
+    assert method.history(problem, model, every=10).time.shape == (17,)
+    with pytest.raises(hd.MethodError, match="at least 1"):
+        method.history(problem, model, every=0)
+
+
+def test_gains_by_axis(driven, discrete_log, true_damping):
+    model = hd.catalog["fossen"]
+    problem = hd.prepare(driven, discrete_log(true_damping(model), n=90), model)
+    same = hd.AdaptiveIdentifier(a=(20.0,) * 6, gamma=(20.0,) * 6).identify(problem, model)
+    one = hd.AdaptiveIdentifier(a=20.0, gamma=20.0).identify(problem, model)
+    np.testing.assert_array_equal(same.damping.coefficients, one.damping.coefficients)
+    frozen_roll = hd.AdaptiveIdentifier(gamma=(20.0, 20.0, 20.0, 1e-300, 20.0, 20.0))
+    assert frozen_roll.identify(problem, model).damping["K_p"] == -1.0
+
+
+def test_scaled_gains_follow_their_formula(driven, discrete_log, true_damping):
+    """a_i = share SNR_i M_ii and gamma_ij = a_i / (settling n_i mean xi_j^2), n_i = 6 here."""
+    model = hd.catalog["linear"]
+    problem = hd.prepare(driven, discrete_log(true_damping(model), n=90), model)
+    bound = hd.AdaptiveIdentifier(a=hd.ByNoise(0.1), gamma=hd.ByTerm(50.0)).bind(problem, model)
+    expected = 0.1 * signal_to_noise(problem) * np.diag(driven.mass_matrix)
+    np.testing.assert_allclose(bound.a, expected)
+    power = np.mean(problem.log.velocity**2, axis=0)
+    np.testing.assert_allclose(mean_square(problem), power)
+    gamma = expected / (50.0 * 6 * power[:, None])
+    np.testing.assert_allclose(bound.gamma[problem.columns.n_known :], gamma)
+    assert not bound.gamma[: problem.columns.n_known].any()
+
+
+def test_signal_to_noise_finds_white_noise_on_a_smooth_motion(vehicle):
+    rng = np.random.default_rng(12)
+    n = 20_000
+    clean = np.outer(np.sin(0.3 * np.arange(n) / 10), [1.0, 0.5, 0.2, 0.1, 0.1, 0.0])
+    noise = np.array([0.01, 0.02, 0.02, 0.01, 0.0, 0.0])
+    log = hd.Log.from_arrays(
+        np.arange(n) / 10,
+        clean + rng.normal(size=(n, 6)) * noise,
+        wrench=np.zeros((n, 6)),
+        segment=np.repeat(["a", "b"], n // 2),
+    )
+    flat = replace(vehicle, center_of_gravity=(0, 0, 0))
+    ratio = signal_to_noise(hd.prepare(flat, log, hd.catalog["linear"]))
+    expected = (np.array([1.0, 0.5, 0.2, 0.1]) ** 2 / 2 + noise[:4] ** 2) / noise[:4] ** 2
+    np.testing.assert_allclose(ratio[:4], expected, rtol=0.05)
+    assert ratio[4] > 1e5  # smooth: nothing but the motion's own fourth difference
+    assert ratio[5] == 1.0  # does not vary
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {"a": 0.0},
+        {"a": -1.0},
+        {"gamma": (1.0, 2.0)},
+        {"gamma": float("nan")},
+        {"passes": 0},
+        {"passes": 1.5},
+    ],
+)
+def test_settings_without_a_proof_are_refused(settings):
+    with pytest.raises(hd.MethodError):
+        hd.AdaptiveIdentifier(**settings)
+
+
+@pytest.mark.parametrize("gain", [hd.ByNoise, hd.ByTerm])
+def test_scales_must_be_positive(gain):
+    with pytest.raises(hd.MethodError, match="positive"):
+        gain(0.0)
+
+
+def test_gains_by_term_need_a_log(driven, discrete_log, true_damping):
+    model = hd.catalog["linear"]
+    problem = hd.prepare(driven, discrete_log(true_damping(model), n=30), model)
+    with pytest.raises(hd.MethodError, match="from a log"):
+        SCALED.bind(problem.columns, model)
+
+
+def test_any_positive_gain_is_stable(driven, discrete_log, true_damping):
+    """The implicit midpoint rule has no largest gain and no largest step."""
+    model = hd.catalog["linear"]
+    problem = hd.prepare(driven, discrete_log(true_damping(model), n=30), model)
+    fit = hd.AdaptiveIdentifier(gamma=1e308).identify(problem, model)
+    assert fit.status.usable
+    assert np.isfinite(fit.damping.coefficients).all()
+
+
+@pytest.mark.parametrize("method", [hd.AdaptiveIdentifier(), hd.LeastSquares()])
+def test_numbers_beyond_float64_are_a_status(method, vehicle):
+    """The sum of two wrenches of 1.5e308 N overflows: the outcome is a status, not a crash."""
+    wrench = np.zeros((20, 6))
+    wrench[:, 0] = 1.5e308
+    log = hd.Log.from_arrays(
+        np.arange(20) / 10, np.ones((20, 6)), attitude=np.zeros((20, 3)), wrench=wrench
+    )
+    with np.errstate(all="ignore"):
+        fit = hd.identify(hd.catalog["coe"], vehicle, log, method)
+    assert fit.status is hd.Status.FAILED
+    assert not fit.damping.coefficients.any()

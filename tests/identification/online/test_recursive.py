@@ -1,0 +1,273 @@
+"""Recursive least squares: the truth is found, and an hour of straight line does no harm."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+import hydrodamp as hd
+from hydrodamp import kernels
+from hydrodamp.identification.online.projection import OntoDissipative
+from hydrodamp.identification.online.recursive import RecursiveLeastSquares
+from hydrodamp.identification.online.recursive_state import RecursiveAdaptation
+from hydrodamp.identification.rows.velocity_noise import mean_square
+from hydrodamp.kernels import coriolis
+from hydrodamp.kernels.recursion import Estimate, block_size
+
+STEP = 0.1
+MANOEUVRE, HOUR = 3_000, 36_000
+NOISE = np.array([0.01, 0.01, 0.01, 0.003, 0.003, 0.003])
+TRUTH = hd.Damping.from_dict(
+    None,
+    {"X_u": -4.0, "X_u|u|": -5.0, "Y_v": -60.0, "Y_v|v|": -80.0, "Y_ur": 20.0}
+    | {"N_uv": -15.0, "N_r": -30.0, "N_r|r|": -20.0},
+)
+MODEL = TRUTH.model
+
+
+def steered(rng, n):
+    """Changes of speed, sway and yaw that die away at both ends."""
+    time, swing = np.arange(n) * STEP, np.zeros((n, 6))
+    for axis, size in ((0, 0.3), (1, 0.15), (5, 0.2)):
+        rates, phases = rng.uniform(0.05, 0.6, 5), rng.uniform(0.0, 6.3, 5)
+        swing[:, axis] = 0.5 * size * np.sin(np.outer(time, rates) + phases).sum(axis=1)
+    return swing * np.clip(np.minimum(time, time[::-1]) / 5.0, 0.0, 1.0)[:, None]
+
+
+def recorded(vehicle, velocity, rng, noise=1.0):
+    """A noisy log of a motion, with the wrench that makes it and half a newton of gusts."""
+    time = np.arange(len(velocity)) * STEP
+    wrench = np.gradient(velocity, time, axis=0) @ vehicle.mass_matrix
+    wrench -= coriolis(vehicle.mass_matrix, velocity) + TRUTH.wrench(velocity)
+    wrench += noise * 0.5 * rng.standard_normal(wrench.shape)
+    velocity = velocity + noise * NOISE * rng.standard_normal(velocity.shape)
+    return hd.Log.from_arrays(time, velocity, attitude=np.zeros((len(time), 3)), wrench=wrench)
+
+
+@dataclass(frozen=True)
+class Voyage:
+    """Five minutes of manoeuvres, an hour of straight line, five more minutes."""
+
+    vehicle: hd.Vehicle
+    log: hd.Log
+
+    def problem(self, start=0, stop=None):
+        end = self.log.n if stop is None else stop
+        part = self.log.between(start * STEP - STEP / 2, end * STEP - STEP / 2)
+        return hd.prepare(self.vehicle, part, MODEL)
+
+
+@pytest.fixture(scope="module")
+def voyage():
+    vehicle = replace(
+        hd.fleet["vt690"], actuators=(), axes=("X", "Y", "N"), center_of_gravity=(0.0, 0.0, 0.0)
+    )
+    rng = np.random.default_rng(4)
+    parts = steered(rng, MANOEUVRE), np.zeros((HOUR, 6)), steered(rng, MANOEUVRE)
+    velocity = np.vstack(parts) + np.array([1.5, 0.0, 0.0, 0.0, 0.0, 0.0])
+    return Voyage(vehicle, recorded(vehicle, velocity, rng))
+
+
+def shares(problem, adaptation):
+    """What a unit of each coefficient makes over a log, per share of its axis's wrench."""
+    entries = adaptation.bound.entries
+    size = np.sqrt(mean_square(problem)[entries.rows - problem.columns.n_known])
+    wrench = np.sqrt(np.mean(TRUTH.wrench(problem.log.velocity) ** 2, axis=0))
+    return size / wrench[entries.axes]
+
+
+MEMORY = 300.0
+METHOD = RecursiveLeastSquares(memory=MEMORY)
+
+
+@pytest.fixture(scope="module")
+def hour(voyage):
+    """The whole voyage with units from its first manoeuvres, and the way of the shares."""
+    early, whole = voyage.problem(0, MANOEUVRE), voyage.problem()
+    adaptation = METHOD.bind(early, MODEL)
+    recursion = adaptation.recursion
+    start = Estimate.before(recursion.entries, adaptation.start)
+    plant = adaptation.bound.columns.plant
+    run = kernels.recur(plant, recursion, start, whole.inputs, whole.segments, every=10)
+    return adaptation, whole, run, shares(early, adaptation)
+
+
+def test_an_hour_of_straight_line_neither_drifts_nor_bursts(hour):
+    """In shares of the wrench of each axis; a row comes once a second."""
+    _, _, run, share = hour
+    path = run.track.coefficients * share
+    straight, turn = np.searchsorted(run.track.time, [300.0, 3900.0])
+    assert np.abs(path[straight:turn] - path[straight]).max() < 0.05
+    assert np.abs(np.diff(path[straight:turn], axis=0)).max() < 0.001
+    assert np.abs(np.diff(path[turn:], axis=0)).max() < 0.005
+    error = np.abs(path - TRUTH.coefficients * share).max(axis=1)
+    assert error[straight:turn].max() < 0.08
+    assert error[-1] < 0.05
+    assert error[-1] < error[turn]
+
+
+def test_nothing_winds_up_where_exponential_forgetting_does(hour):
+    """The oracle of the failure: the same rows, all forgotten alike, by the book.
+
+    Its covariance grows by 5400, 8300 and 14 000 times over the hour on X, Y and N, to
+    some thousand times the prior's, and in the turn a coefficient jumps by more than
+    half of the axis's wrench, on N by two and a half.
+    """
+    adaptation, whole, run, share = hour
+    rows = rows_of(whole, adaptation)
+    unit, entries = adaptation.recursion.unit, adaptation.recursion.entries
+    for axis, grown in ((0, 5e3), (1, 8e3), (5, 1e4)):
+        part = entries.of(axis)
+        design, target = rows[:, entries.rows[part]] * unit[part], rows[:, axis - 6]
+        sizes, path = exponential(design, target, adaptation.start[part] / unit[part])
+        assert sizes[3898] > grown * sizes[298]
+        assert sizes[3898] > 500.0
+        jumps = np.abs(np.diff(path[3898:] * unit[part] * share[part], axis=0))
+        assert jumps.max() > 0.5
+        information = entries.squares(run.estimate.information)[axis]
+        assert np.linalg.eigvalsh(information)[0] > 0.0  # so covariance is below the prior's
+
+
+def exponential(design, target, kappa):
+    """Recursive least squares with one forgetting factor: size of covariance, and the way."""
+    kept, n = np.exp(-1.0 / MEMORY), design.shape[1]
+    covariance, sizes, path = np.eye(n), [], []
+    for phi, y in zip(design, target, strict=True):
+        gain = covariance @ phi / (kept + phi @ covariance @ phi)
+        kappa = kappa + gain * (y - phi @ kappa)
+        covariance = (covariance - np.outer(gain, phi @ covariance)) / kept
+        sizes.append(np.linalg.norm(covariance, 2))
+        path.append(kappa)
+    return np.array(sizes), np.array(path)
+
+
+def rows_of(problem, adaptation: RecursiveAdaptation):
+    plant, entries = adaptation.bound.columns.plant, adaptation.bound.entries
+    block, rows, last = np.zeros(block_size(plant.n_terms)), [], problem.inputs.sample(0)
+    for k in range(1, problem.n_samples):
+        sample = problem.inputs.sample(k)
+        block, row = kernels.block_step(plant, entries, METHOD.block, block, last, sample)
+        rows += [] if row is None else [row]
+        last = sample
+    return np.array(rows)
+
+
+def test_batch_is_the_fold_of_the_online_step_bit_for_bit(voyage):
+    whole = voyage.log.between(0.0, 60.0)
+    parts = np.repeat(["a", "b"], [230, whole.n - 230])
+    log = hd.Log.from_arrays(
+        whole.time, whole.velocity, attitude=whole.attitude, wrench=whole.wrench, segment=parts
+    )
+    problem = hd.prepare(voyage.vehicle, log, MODEL)
+    starts = set(problem.segments[:, 0].tolist())
+    state = METHOD.init(problem, MODEL, problem.inputs.sample(0))
+    for k in range(1, problem.n_samples):
+        sample = problem.inputs.sample(k)
+        state = state.restarted(sample) if k in starts else METHOD.step(state, sample)
+    fit = METHOD.identify(problem, MODEL)
+    np.testing.assert_array_equal(state.damping.coefficients, fit.damping.coefficients)
+    assert state.damping.vehicle == fit.damping.vehicle
+    with pytest.raises(hd.ProblemError, match="time must advance"):
+        METHOD.step(state, problem.inputs.sample(3))
+
+
+def test_it_finds_the_truth_without_noise(voyage):
+    """What is left is the prior's share and the trapezoid's error of a smooth motion."""
+    rng = np.random.default_rng(9)
+    velocity = steered(rng, 12_000) + np.array([1.5, 0.0, 0.0, 0.0, 0.0, 0.0])
+    log = recorded(voyage.vehicle, velocity, rng, noise=0.0)
+    problem = hd.prepare(voyage.vehicle, log, MODEL)
+    method = RecursiveLeastSquares(block=0.2, memory=np.inf, prior=1e-6)
+    fit = method.identify(problem, MODEL)
+    assert fit.status is hd.Status.OK
+    assert fit.rank == MODEL.n_coefficients
+    np.testing.assert_allclose(fit.damping.coefficients, TRUTH.coefficients, rtol=5e-3)
+
+
+def test_covariance_is_noise_over_information_and_prior(voyage):
+    """Without forgetting: sigma^2 (D^-2 + sum phi phi')^-1, D the prior's deviations."""
+    problem = voyage.problem(0, MANOEUVRE)
+    method = RecursiveLeastSquares(memory=np.inf)
+    adaptation = method.bind(problem, MODEL)
+    fit, rows = method.identify(problem, MODEL), rows_of(problem, adaptation)
+    for axis in (0, 1, 5):
+        part, entries = adaptation.bound.entries.of(axis), adaptation.bound.entries
+        design, unit = rows[:, entries.rows[part]], adaptation.recursion.unit[part]
+        precision = design.T @ design + np.diag(unit**-2.0)
+        found = fit.damping.covariance[part, part]
+        sigma2 = found[0, 0] / np.linalg.inv(precision)[0, 0]
+        np.testing.assert_allclose(found, sigma2 * np.linalg.inv(precision), rtol=1e-8)
+        left = rows[:, axis - 6] - design @ fit.damping.coefficients[part]
+        three_sigma = 3.0 * np.sqrt(3.6 / len(rows))  # weights k^2: variance 18/5 sigma^4 / n
+        assert sigma2 == pytest.approx(np.var(left), rel=three_sigma)
+
+
+def test_what_the_data_do_not_tell_is_left_to_the_prior(voyage):
+    """Two columns that are one under way, and one that is always zero."""
+    model = hd.DampingModel.from_table({"X": "u|u| u^2", "Y": "v p"}, key="aliased")
+    problem = hd.prepare(voyage.vehicle, voyage.log, model)
+    fit = METHOD.identify(problem, model)
+    assert fit.status is hd.Status.BY_PRIOR
+    assert fit.rank == 2
+    assert fit.aliased == (("X_u^2", "X_u|u|"),)
+    assert np.isfinite(fit.damping.covariance).all()
+
+
+def test_a_start_is_kept_where_nothing_is_excited(voyage):
+    model = hd.DampingModel.from_table({"X": "u v", "N": "r"}, key="mine")
+    still = np.zeros((200, 6))
+    log = hd.Log.from_arrays(np.arange(200) * STEP, still, attitude=np.zeros((200, 3)),
+                             wrench=np.zeros((200, 6)))  # fmt: skip
+    given = hd.Damping.from_dict(None, {"X_u": -7.0, "N_r": -3.0})
+    problem = hd.prepare(voyage.vehicle, log, model)
+    fit = RecursiveLeastSquares(start=given).identify(problem, model)
+    assert fit.damping.as_dict() == {"X_u": -7.0, "X_v": 0.0, "N_r": -3.0}
+    assert fit.rank == 0
+    plain = METHOD.identify(problem, model)
+    assert plain.damping.as_dict() == {"X_u": -1.0, "X_v": 0.0, "N_r": -1.0}
+
+
+def test_a_projection_is_applied_to_the_result(voyage):
+    """Here the data ask for a Y_v that drives: the nearest damping that does not is given."""
+    problem = voyage.problem(0, MANOEUVRE)
+    against = replace(problem.log, wrench=-problem.log.wrench)
+    turned = hd.prepare(voyage.vehicle, against, MODEL)
+    free = METHOD.identify(turned, MODEL)
+    kept = replace(METHOD, project=OntoDissipative()).identify(turned, MODEL)
+    box = hd.operating_box(turned)
+    size = hd.worst_power(free.damping, box).power
+    assert size > 0.0
+    assert hd.worst_power(kept.damping, box).power < 1e-3 * size
+    fine = replace(METHOD, project=OntoDissipative()).identify(problem, MODEL)
+    plain = METHOD.identify(problem, MODEL)
+    np.testing.assert_array_equal(fine.damping.coefficients, plain.damping.coefficients)
+    assert kept.damping.covariance is None
+
+
+def test_outcomes_that_are_no_numbers(voyage):
+    short = hd.prepare(voyage.vehicle, voyage.log.between(0.0, 1.5), MODEL)
+    assert METHOD.identify(short, MODEL).status is hd.Status.TOO_FEW_SAMPLES
+    rolling = hd.DampingModel.from_table({"K": "p"}, key="roll")
+    locked = hd.prepare(voyage.vehicle, voyage.log.between(0.0, 60.0), rolling)
+    assert METHOD.identify(locked, rolling).status is hd.Status.EMPTY
+    absurd = voyage.log.between(0.0, 60.0)
+    wrench = np.full_like(absurd.wrench, 1.5e308)
+    problem = hd.prepare(voyage.vehicle, replace(absurd, wrench=wrench), MODEL)
+    with np.errstate(all="ignore"):
+        assert METHOD.identify(problem, MODEL).status is hd.Status.FAILED
+
+
+def test_columns_alone_give_no_prior(voyage):
+    with pytest.raises(hd.MethodError, match="from a log"):
+        METHOD.bind(voyage.problem(0, 50).columns, MODEL)
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [{"block": 0.0}, {"prior": -1.0}, {"prior": np.inf}, {"memory": 0.5}, {"memory": np.nan}],
+)
+def test_settings_that_make_no_sense_are_refused(settings):
+    with pytest.raises(hd.MethodError, match=next(iter(settings))):
+        RecursiveLeastSquares(**settings)

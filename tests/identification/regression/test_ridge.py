@@ -1,0 +1,247 @@
+"""Ridge: closed form, units, the choice of the strength, what cannot be chosen."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.errors import MethodError
+from hydrodamp.identification.regression.ridge import Ridge, solve_ridge
+from hydrodamp.identification.regression.shrinkage import (
+    CrossValidated,
+    Curve,
+    Validation,
+    column_size,
+    curve,
+    largest_strength,
+)
+from hydrodamp.identification.rows.equations import Differenced
+from hydrodamp.identification.rows.folds import folds
+
+RECORDED = Differenced()
+
+
+def noisy(log: hd.Log, size: float = 5.0, seed: int = 0) -> hd.Log:
+    """Return the log with white wrench noise."""
+    rng = np.random.default_rng(seed)
+    return replace(log, wrench=log.wrench + rng.normal(0, size, log.wrench.shape))
+
+
+@pytest.fixture
+def linear(vehicle, exact_log, true_damping):
+    truth = true_damping(hd.catalog["linear"])
+    log = noisy(exact_log(truth, n=900))
+    return truth, log, hd.prepare(vehicle, log, truth.model)
+
+
+def test_the_closed_form_of_hoerl_and_kennard(linear):
+    """``(XᵀX + n λ S²)⁻¹ Xᵀy``, S the root mean square of the columns."""
+    truth, _, problem = linear
+    rows = RECORDED.rows(problem)
+    fit = Ridge(RECORDED, strength=0.03).identify(problem, truth.model)
+    design = rows.design
+    penalty = 0.03 * rows.n * np.diag(np.mean(design**2, axis=0))
+    expected = np.linalg.solve(design.T @ design + penalty, design.T @ rows.target)
+    np.testing.assert_allclose(fit.damping.matrix, expected.T, rtol=1e-9)
+
+
+def test_the_covariance_is_that_of_a_normal_prior(linear):
+    """Bayes: prior variance ``σ² / (n λ S²)`` gives ``σ² (XᵀX + n λ S²)⁻¹``."""
+    truth, _, problem = linear
+    rows = RECORDED.rows(problem)
+    design, target = rows.design, rows.target[:, 1]
+    terms = truth.model.terms[1]
+    solution, effective = solve_ridge(rows.triangle(), terms, 1, 0.03)
+    penalty = 0.03 * rows.n * np.diag(np.mean(design**2, axis=0))
+    inverse = np.linalg.inv(design.T @ design + penalty)
+    assert effective == pytest.approx(np.trace(design @ inverse @ design.T), rel=1e-9)
+    rest = target - design @ solution.coefficients
+    variance = rest @ rest / (rows.n - effective)
+    np.testing.assert_allclose(solution.covariance, variance * inverse, rtol=1e-8, atol=1e-12)
+    assert solution.residual == pytest.approx(np.sqrt(np.mean(rest**2)))
+
+
+def test_no_strength_is_least_squares(vehicle, exact_log, true_damping):
+    model = hd.catalog["uncoupled"]
+    log = noisy(exact_log(true_damping(model), n=900, forward=3.0))
+    fit = hd.identify(model, vehicle, log, Ridge(RECORDED, strength=0.0))
+    plain = hd.identify(model, vehicle, log, hd.LeastSquares())
+    np.testing.assert_allclose(fit.damping.coefficients, plain.damping.coefficients, rtol=1e-8)
+    assert (fit.rank, fit.aliased, fit.status) == (plain.rank, plain.aliased, plain.status)
+
+
+def test_a_strength_an_axis(linear):
+    truth, _, problem = linear
+    strengths = (0.0, 1e9, 0.0, 0.0, 0.0, 0.0)
+    fit = Ridge(RECORDED, strength=strengths).identify(problem, truth.model)
+    plain = hd.LeastSquares().identify(problem, truth.model)
+    np.testing.assert_allclose(fit.damping.matrix[1], 0.0, atol=1e-6)
+    np.testing.assert_allclose(fit.damping.matrix[2:], plain.damping.matrix[2:], rtol=1e-8)
+
+
+def test_a_strength_has_no_unit(vehicle, exact_log, true_damping):
+    """A command in other units, a log twice as long: the same wrench is predicted."""
+    model = hd.catalog["linear"].with_terms({"X N": "ch"})
+    log = noisy(exact_log(true_damping(hd.catalog["linear"]), n=600))
+    held = np.random.default_rng(1).normal(size=log.n)
+    fits = [
+        hd.identify(
+            model,
+            vehicle,
+            replace(log, command_names=("ch",), commands=size * held[:, None]),
+            Ridge(RECORDED, strength=0.1),
+        )
+        for size in (1.0, 1000.0)
+    ]
+    factor = [1000.0 if label.endswith("ch") else 1.0 for label in model.labels]
+    np.testing.assert_allclose(
+        fits[0].damping.coefficients, fits[1].damping.coefficients * factor, rtol=1e-8
+    )
+    triangle = RECORDED.triangle(hd.prepare(vehicle, log, hd.catalog["linear"]))
+    terms = hd.catalog["linear"].terms[0]
+    once, _ = solve_ridge(triangle, terms, 0, 0.1)
+    twice, _ = solve_ridge(triangle.merge(triangle), terms, 0, 0.1)
+    np.testing.assert_allclose(once.coefficients, twice.coefficients, rtol=1e-10)
+
+
+def test_the_curve_is_refitting_without_each_fold(linear):
+    truth, _, problem = linear
+    rows = RECORDED.rows(problem)
+    made = folds(rows)
+    terms, strengths = truth.model.terms[1], np.array([1e-3, 0.1, 1.0])
+    size = column_size(rows.triangle(), terms)
+    found = curve(made.splits(rows), terms, 1, size, strengths)
+    lost = np.zeros((3, 3))
+    for k, (train, test) in enumerate(made.rows(rows)):
+        for j, strength in enumerate(strengths):
+            normal = train.design.T @ train.design + strength * train.n * np.diag(size**2)
+            kappa = np.linalg.solve(normal, train.design.T @ train.target[:, 1])
+            lost[k, j] = np.mean((test.target[:, 1] - test.design @ kappa) ** 2)
+    np.testing.assert_allclose(found.error, lost.mean(axis=0), rtol=1e-9)
+    np.testing.assert_allclose(found.spread, lost.std(axis=0, ddof=1) / np.sqrt(3), rtol=1e-9)
+
+
+def test_the_choice_predicts_best_on_the_folds(linear):
+    truth, _, problem = linear
+    validation = Validation(RECORDED.rows(problem), CrossValidated())
+    strength, error = validation.strengths(truth.model)
+    grid = np.logspace(-6, 2, 200)
+    for axis, terms in enumerate(truth.model.terms):
+        size = column_size(validation.triangle, terms)
+        least = np.sqrt(curve(validation.splits, terms, axis, size, grid).error.min())
+        assert error[axis] <= least * (1 + 1e-4)
+        assert strength[axis] > 0.0
+
+
+def test_it_beats_least_squares_where_terms_are_many_and_noise_large(
+    vehicle, exact_log, true_damping
+):
+    truth = true_damping(hd.catalog["linear"])
+    model = hd.catalog["mcfarland-whitcomb"]
+    log = noisy(exact_log(truth, n=600), 20.0)
+    problem, clean = (
+        hd.prepare(vehicle, each, (model, truth.model))
+        for each in (log, exact_log(truth, n=600, seed=9))
+    )
+    rows = RECORDED.rows(clean)
+    lost = []
+    for method in (Ridge(RECORDED), hd.LeastSquares()):
+        table = problem.matrix(method.identify(problem, model).damping)
+        unknown = table[problem.columns.n_known :]
+        lost.append(np.mean((rows.target - rows.design @ unknown) ** 2))
+    assert lost[0] < 0.5 * lost[1]
+
+
+def test_slack_takes_the_largest_strength_near_enough(linear):
+    truth, _, problem = linear
+    plain = Curve(np.array([1.0, 2, 3, 4]), np.array([3.0, 1, 1.5, 5]), np.ones(4))
+    assert plain.chosen() == 1
+    assert plain.chosen(slack=1.0) == 2
+    rows = RECORDED.rows(problem)
+    little, _ = Validation(rows, CrossValidated()).strengths(truth.model)
+    much, _ = Validation(rows, CrossValidated(slack=1.0)).strengths(truth.model)
+    assert np.all(much >= little)
+    assert np.any(much > little)
+
+
+def test_remarks_tell_the_choice(linear):
+    truth, _, problem = linear
+    fit = Ridge(RECORDED).identify(problem, truth.model)
+    assert fit.remarks[0] == "Ridge strengths by cross-validation: 3 folds, one a segment."
+    assert len(fit.remarks) == 7
+    assert "N not predicted on the folds" in fit.remarks[1]
+    assert "effective of 6 coefficients" in fit.remarks[6]
+    assert "N m not predicted" in fit.remarks[6]
+    given = Ridge(RECORDED, strength=0.1).identify(problem, truth.model)
+    assert given.remarks[0].startswith("X: ridge strength 0.1;")
+
+
+def test_ends_of_the_grid_are_said(vehicle, exact_log, true_damping):
+    """Exact data want no ridge; pure noise wants nothing but."""
+    truth = true_damping(hd.catalog["fossen"])
+    exact = exact_log(truth, n=600)
+    assert all(
+        "no ridge predicts better" in said
+        for said in hd.identify(truth.model, vehicle, exact, Ridge(RECORDED)).remarks[1:]
+    )
+    nothing = replace(exact, wrench=exact.acceleration * 0.0, acceleration=np.zeros((exact.n, 6)))
+    noise = noisy(nothing, 1e5, seed=3)
+    fit = hd.identify(hd.catalog["mcfarland-whitcomb"], vehicle, noise, Ridge(RECORDED))
+    strongest = [said for said in fit.remarks if f"strength {largest_strength:.2g}," in said]
+    assert strongest
+    assert all("the largest tried" in said for said in strongest)
+
+
+def test_a_single_segment_is_cut_into_blocks(vehicle, exact_log, true_damping):
+    truth = true_damping(hd.catalog["linear"])
+    log = noisy(exact_log(truth, n=900)).between(0.0, 29.95)
+    fit = hd.identify(truth.model, vehicle, log, Ridge(RECORDED))
+    assert "5 folds, blocks of one segment" in fit.remarks[0]
+
+
+def test_a_model_with_an_empty_axis(vehicle, exact_log, true_damping):
+    truth = true_damping(hd.catalog["pitch-yaw"])
+    log = noisy(exact_log(truth, n=900), 0.1)
+    fit = hd.identify(truth.model, vehicle, log, Ridge(RECORDED))
+    assert fit.status is hd.Status.OK
+    assert not any(said.startswith("K:") for said in fit.remarks)
+
+
+def test_columns_that_are_zero_throughout(vehicle):
+    still = hd.Log.from_arrays(
+        np.arange(300) / 10,
+        {"u": np.random.default_rng(0).normal(size=300), "v": np.zeros(300), "r": np.zeros(300)},
+        wrench=np.random.default_rng(1).normal(size=(300, 6)),
+        acceleration=np.zeros((300, 6)),
+    )
+    planar = replace(vehicle, axes=("X", "Y", "N"))
+    fit = hd.identify(hd.catalog["linear"], planar, still, Ridge(RECORDED))
+    assert fit.status is hd.Status.RANK_DEFICIENT
+    assert ("Y_v",) in fit.aliased
+    assert fit.damping["Y_v"] == 0.0
+
+
+def test_too_few_rows_for_the_folds_are_a_sentence(vehicle, exact_log, true_damping):
+    model = hd.catalog["mcfarland-whitcomb"]
+    log = exact_log(true_damping(hd.catalog["linear"]), n=42)
+    with pytest.raises(
+        MethodError, match="leaves 28 rows to learn from where axis X of model 'mcfarland-w"
+    ):
+        hd.identify(model, vehicle, log, Ridge(RECORDED))
+
+
+def test_too_few_samples_is_a_status(vehicle, exact_log, true_damping):
+    log = exact_log(true_damping(hd.catalog["linear"]), n=30)
+    fit = hd.identify(hd.catalog["mcfarland-whitcomb"], vehicle, log, Ridge(RECORDED))
+    assert fit.status is hd.Status.TOO_FEW_SAMPLES
+
+
+def test_settings_that_are_none_are_a_sentence():
+    for wrong in (-1.0, float("nan"), (1.0, 2.0), (1.0, 1.0, 1.0, 1.0, 1.0, -1.0)):
+        with pytest.raises(MethodError, match="`strength` must be zero or positive"):
+            Ridge(strength=wrong)
+    with pytest.raises(MethodError, match="`slack` must be zero or positive"):
+        CrossValidated(slack=-1.0)

@@ -1,0 +1,346 @@
+"""The weak form: exact where its rule is, quiet on noise, honest about what it chose."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.identification.regression.weak import WeakForm
+from hydrodamp.identification.rows.equations import Equations
+from hydrodamp.identification.rows.local_quadratics import smoothed
+from hydrodamp.identification.rows.steps import steps_between
+from hydrodamp.identification.rows.support import chosen_support, noise_share, typical_step
+from hydrodamp.identification.rows.weak_equations import WeakEquations
+from hydrodamp.identification.rows.weak_functions import bumps, covered, likeness
+from hydrodamp.kernels.reference import identifier as reference
+
+LINEAR = hd.catalog["linear"]
+PUSHED = hd.DampingModel.from_table({"X": "u push"}, key="pushed")
+AS_MEASURED = WeakEquations(windows=())
+
+
+def surge_log(velocity, time=None, **more):
+    """A log of surge alone."""
+    n = len(velocity)
+    motion = np.outer(velocity, [1, 0, 0, 0, 0, 0])
+    clock = np.arange(n) / 10 if time is None else time
+    return hd.Log.from_arrays(clock, motion, attitude=np.zeros((n, 3)), **more)
+
+
+def jerky_clock(n, seed):
+    return np.cumsum(np.random.default_rng(seed).choice([0.1, 0.2], n))
+
+
+@pytest.fixture
+def bare(vehicle):
+    return replace(vehicle, mass_matrix=np.diag(np.diag(vehicle.mass_matrix)))
+
+
+@pytest.fixture
+def linear_problem(vehicle, exact_log, true_damping):
+    damping = true_damping(LINEAR)
+    return hd.prepare(vehicle, exact_log(damping), LINEAR), damping
+
+
+def pushed_problem(vehicle, seed=3, n=600, **more):
+    """M du/dt = -30 u + push by the midpoint rule, the push held, on an irregular clock."""
+    rng, mass = np.random.default_rng(seed), vehicle.mass_matrix[0, 0]
+    time, push = jerky_clock(n, seed), rng.uniform(-20, 20, n)
+    velocity = np.zeros(n)
+    for k, h in enumerate(np.diff(time)):
+        half = 15.0 * h / mass
+        velocity[k + 1] = (velocity[k] * (1 - half) + push[k] * h / mass) / (1 + half)
+    log = surge_log(velocity, time, commands={"push": push}, **more)
+    return hd.prepare(vehicle, log, PUSHED)
+
+
+class TestSteps:
+    """Equation 1 from sample to sample."""
+
+    def test_a_constant_force_and_a_straight_velocity_leave_nothing(self, bare):
+        time = jerky_clock(200, 1)
+        force, mass = 12.0, bare.mass_matrix[0, 0]
+        wrench = np.outer(np.full(200, force), [1, 0, 0, 0, 0, 0])
+        log = surge_log(force / mass * time, time, wrench=wrench)
+        steps = steps_between(hd.prepare(bare, log, LINEAR), 0, 200)
+        np.testing.assert_allclose(steps.target[:, 0], 0.0, atol=1e-9)
+
+    def test_the_rule_is_the_adaptive_identifiers(self):
+        """Held fins and propeller, term by term, as the NumPy reference of the core takes them."""
+        campaign = hd.reenact(duration=3.0)
+        problem = hd.prepare(campaign.vehicle, campaign.train, hd.catalog["gertler-hagen"])
+        part = reference.part_of(problem.inputs, 0, 31)
+        expected = reference.steps_between(problem.columns.plant, part)
+        found, n_known = steps_between(problem, 0, 31), problem.columns.n_known
+        np.testing.assert_allclose(found.design, expected.xi[:, n_known:], rtol=1e-12)
+        known = expected.xi[:, :n_known] @ problem.columns.known
+        left = expected.gain / expected.h[:, None] - expected.forcing - known
+        np.testing.assert_allclose(found.target, left, rtol=1e-9, atol=1e-9)
+
+
+class TestBumps:
+    """Where test functions stand and what steps weigh."""
+
+    @pytest.mark.parametrize("support", [0.05, 0.7, 3.0, 40.0])
+    def test_weights_are_the_integral_of_the_bump_over_each_step(self, support):
+        time = jerky_clock(400, 4)
+        for some in bumps(time, support, 4):
+            np.testing.assert_allclose(some.weights.sum(axis=1), 1.0, rtol=1e-12)
+            middle = len(some.centres) // 2
+            fine = np.linspace(-0.5, 0.5, 20_001) * support + some.centres[middle]
+            height = (1 - (2 * (fine - some.centres[middle]) / support) ** 2) ** 2
+            edges = time[some.start : some.stop]
+            expected = np.histogram(fine, edges, weights=height)[0] / height.sum()
+            found = some.weights.toarray()[middle]
+            np.testing.assert_allclose(found, expected, atol=2e-4)
+
+    def test_by_parts_no_weight_is_left_at_either_end(self):
+        """sum w_k (v_{k+1} - v_k)/h_k holds v only inside the support."""
+        time = np.arange(400) / 10
+        some = next(bumps(time, 2.0, 4))
+        reach = some.weights.toarray() > 0
+        assert reach.sum(axis=1).max() <= 21
+        assert not reach[0, 21:].any()
+
+    def test_blocks_join_without_a_seam(self):
+        time = np.arange(30_000) / 10
+        centres = np.concatenate([some.centres for some in bumps(time, 2.0, 4)])
+        np.testing.assert_allclose(np.diff(centres), 0.5, rtol=1e-9)
+        assert centres[0] - 1.0 == pytest.approx(time[-1] - centres[-1] - 1.0, abs=1e-6)
+
+    def test_rows_are_no_closer_than_samples(self):
+        assert len(next(bumps(np.arange(100) / 10, 0.2, 8)).centres) <= 100
+
+    def test_short_segments_get_none(self):
+        assert not list(bumps(np.arange(5.0), 5.0, 4))
+        assert covered(np.arange(5.0), 4.0)
+
+    def test_likeness_is_the_sum_of_overlaps(self):
+        s = np.linspace(-1, 1, 4001)
+        phi = (1 - s**2) ** 2
+        lags = [np.sum(phi[500 * j :] * phi[: len(phi) - 500 * j]) for j in range(9)]
+        assert likeness(8) == pytest.approx(1 + 2 * sum(lags[1:]) / lags[0], rel=1e-3)
+        assert likeness(1) == 1.0
+
+
+class TestWeakForm:
+    """What comes out."""
+
+    def test_it_is_a_method_and_its_equations_are_equations(self):
+        equations: Equations = WeakForm().equations
+        assert WeakForm().key == "weak"
+        assert equations == WeakEquations()
+
+    def test_held_commands_on_an_irregular_clock_are_exact(self, bare):
+        """The plant of the rule itself: coefficients to rounding."""
+        fit = WeakForm(AS_MEASURED).identify(pushed_problem(bare), PUSHED)
+        np.testing.assert_allclose(fit.damping.coefficients, [-30.0, 1.0], rtol=1e-9)
+
+    def test_quadrature_is_of_second_order_and_half_the_error_of_differences(self, linear_problem):
+        """The mean of both ends errs by (w h)^2 / 12, a central difference by (w h)^2 / 6."""
+        problem, damping = linear_problem
+
+        def error(method, every):
+            log = problem.log
+            part = hd.Log.from_arrays(
+                log.time[::every],
+                log.velocity[::every],
+                attitude=log.attitude[::every],
+                wrench=log.wrench[::every],
+                segment=np.repeat(["a", "b", "c"], 1000 // every),
+            )
+            fit = method.identify(hd.prepare(problem.vehicle, part, LINEAR), LINEAR)
+            return np.linalg.norm(fit.damping.coefficients - damping.coefficients)
+
+        weak = WeakForm(WeakEquations(2.0, windows=()))
+        assert error(weak, 2) / error(weak, 1) == pytest.approx(4.0, rel=0.1)
+        differenced = error(hd.LeastSquares(hd.FiniteDifference()), 1)
+        assert differenced / error(weak, 1) == pytest.approx(2.0, rel=0.15)
+
+    def test_joins_are_never_crossed(self, bare):
+        """A jump of the velocity between segments leaves no trace."""
+        one, other = pushed_problem(bare, n=300), pushed_problem(bare, seed=8, n=300)
+        velocity = np.concatenate([one.log.velocity, other.log.velocity + 3.0 * np.eye(6)[0]])
+        push = [p.log.command("push") for p in (one, other)]
+        log = hd.Log.from_arrays(
+            np.concatenate([one.log.time, one.log.time[-1] + 0.1 + other.log.time]),
+            velocity,
+            attitude=np.zeros((600, 3)),
+            commands={"push": np.concatenate([push[0], push[1] + 90.0])},
+            segment=np.repeat(["a", "b"], 300),
+        )
+        fit = WeakForm(AS_MEASURED).identify(hd.prepare(bare, log, PUSHED), PUSHED)
+        np.testing.assert_allclose(fit.damping.coefficients, [-30.0, 1.0], rtol=1e-9)
+
+    @pytest.mark.parametrize("equations", [WeakEquations(), WeakEquations(2.0, 3, (5,))])
+    def test_triangle_and_rows_agree(self, linear_problem, equations):
+        problem, _ = linear_problem
+        rows, triangle = equations.rows(problem), equations.triangle(problem)
+        together = np.hstack([rows.design, rows.target])
+        assert rows.n == triangle.n_samples
+        np.testing.assert_allclose(triangle.r.T @ triangle.r, together.T @ together, atol=1e-6)
+        assert np.all(np.diff(rows.time)[np.diff(rows.segment) == 0] > 0)
+
+    def test_all_models_share_one_triangle(self, vehicle, exact_log, true_damping):
+        models = (LINEAR, hd.catalog["fossen"])
+        problem = hd.prepare(vehicle, exact_log(true_damping(LINEAR)), models)
+        together = WeakForm().identify_all(problem, models)
+        for fit, model in zip(together, models, strict=True):
+            alone = WeakForm().identify(problem, model)
+            np.testing.assert_array_equal(fit.damping.coefficients, alone.damping.coefficients)
+
+    def test_three_axes(self, vehicle, exact_log, true_damping):
+        free = replace(vehicle, axes=("X", "Y", "N"))
+        problem = hd.prepare(free, exact_log(true_damping(LINEAR)), LINEAR)
+        fit = WeakForm().identify(problem, LINEAR)
+        assert fit.model.n_coefficients == 9
+        assert fit.status is hd.Status.OK
+        assert "averaged over u v r" in fit.remarks[0]
+
+    def test_aliased_columns_are_named(self, bare):
+        """Surge alone: what belongs to sway is zero throughout."""
+        model = hd.DampingModel.from_table({"X": "u v push"}, key="both")
+        problem = hd.prepare(bare, pushed_problem(bare).log, model)
+        fit = WeakForm().identify(problem, model)
+        assert fit.aliased == (("X_v",),)
+        assert fit.status is hd.Status.RANK_DEFICIENT
+
+    def test_an_empty_model_has_nothing_to_identify(self, vehicle, exact_log, true_damping):
+        free = replace(vehicle, axes=("X", "Y", "N"))
+        rolling = hd.DampingModel.from_table({"K": "p"}, key="rolling")
+        problem = hd.prepare(free, exact_log(true_damping(LINEAR), n=300), LINEAR)
+        assert WeakForm().identify(problem, rolling).status is hd.Status.EMPTY
+
+    @pytest.mark.parametrize("n", [2, 4])
+    def test_too_few_samples(self, bare, n):
+        problem = hd.prepare(bare, surge_log(np.ones(n), wrench=np.zeros((n, 6))), LINEAR)
+        fit = WeakForm().identify(problem, LINEAR)
+        assert fit.status is hd.Status.TOO_FEW_SAMPLES
+        assert WeakEquations().rows(problem).n == 0
+
+    def test_the_covariance_counts_overlap(self, linear_problem):
+        """Twice the functions are no more information: the intervals hardly change."""
+        problem, _ = linear_problem
+        spread = [
+            np.sqrt(
+                np.diag(
+                    WeakForm(WeakEquations(2.0, k)).identify(problem, LINEAR).damping.covariance
+                )
+            )
+            for k in (4, 8)
+        ]
+        np.testing.assert_allclose(spread[0] / spread[1], 1.0, rtol=0.1)
+
+
+class TestChoice:
+    """Support and windows come from the log, and the fit says which."""
+
+    def noisy(self, level, n=4000, rate=1.0):
+        time = np.arange(n) / 10
+        rng = np.random.default_rng(2)
+        velocity = np.sin(rate * time) + np.sin(0.31 * rate * time)
+        return surge_log(velocity + level * rng.standard_normal(n), wrench=np.zeros((n, 6)))
+
+    def test_more_noise_asks_for_longer_functions(self, bare):
+        lengths = [
+            chosen_support(hd.prepare(bare, self.noisy(level), LINEAR)).length
+            for level in (0.0, 0.03, 0.1, 0.6)
+        ]
+        assert lengths == sorted(lengths)
+        assert lengths[0] == pytest.approx(0.4)
+        assert lengths[-1] > 4 * lengths[0]
+
+    def test_the_share_of_noise_is_what_noise_alone_makes(self, bare):
+        """White noise of known variance: its share is one, whatever the support."""
+        noise = np.random.default_rng(0).standard_normal(20_000)
+        problem = hd.prepare(bare, surge_log(noise, wrench=np.zeros((20_000, 6))), LINEAR)
+        for support in (0.4, 3.0):
+            share = noise_share(problem, support, np.array([1.0, 0, 0, 0, 0, 0]))
+            assert share[0] == pytest.approx(1.0, abs=0.05)
+            assert share[1] == 1.0
+
+    def test_a_vehicle_at_rest_is_said_to_be(self, bare):
+        noise = 0.01 * np.random.default_rng(0).standard_normal(1000)
+        problem = hd.prepare(bare, surge_log(noise, wrench=np.zeros((1000, 6))), LINEAR)
+        assert "nothing stands out of noise" in chosen_support(problem).reason
+
+    def test_short_segments_bound_the_support(self, bare):
+        """Ten seconds of strong noise: a quarter of that at most, and the reason says so."""
+        found = chosen_support(hd.prepare(bare, self.noisy(0.5, n=101, rate=0.5), LINEAR))
+        assert found.length <= 2.5 * (1 + 1e-12)
+        assert "the one with the least noise; noise is" in found.reason
+
+    def test_a_long_log_hears_what_its_longest_function_averages_away(self, bare):
+        """Five hours: the length is chosen by the motion, not by what a quarter of it leaves."""
+        found = chosen_support(hd.prepare(bare, self.noisy(0.1, n=200_000), LINEAR))
+        assert found.length == pytest.approx(
+            chosen_support(hd.prepare(bare, self.noisy(0.1), LINEAR)).length, rel=0.2
+        )
+
+    def test_windows_follow_the_noise(self, bare):
+        clean, loud = (hd.prepare(bare, self.noisy(level), LINEAR) for level in (0.0, 0.1))
+        quiet = smoothed(clean, (5, 9, 15)).velocity - clean.inputs.velocity
+        assert np.std(quiet[:, 0]) < 1e-3 * np.std(clean.inputs.velocity[:, 0])
+        assert smoothed(loud, ()).windows == (1,) * 6
+        found = smoothed(loud, (5, 9, 15))
+        assert found.windows[0] > 1
+        exact = clean.inputs.velocity
+        left = [np.std(v - exact) for v in (found.velocity, loud.inputs.velocity)]
+        assert left[0] < 0.6 * left[1]
+
+    def test_a_segment_shorter_than_the_window_stays_as_measured(self, bare):
+        problem = hd.prepare(bare, self.noisy(0.1, n=8), LINEAR)
+        np.testing.assert_array_equal(smoothed(problem, (15,)).velocity, problem.inputs.velocity)
+
+    def test_the_fit_says_what_was_chosen_and_left_out(self, bare):
+        log = self.noisy(0.1, n=1000)
+        segment = np.where(np.arange(1000) < 5, "short", "long")
+        cut = surge_log(log.velocity[:, 0], wrench=log.wrench, segment=segment)
+        problem = hd.prepare(bare, cut, LINEAR)
+        fit = WeakForm(WeakEquations(2.0)).identify(problem, LINEAR)
+        assert "span 2 s (20 samples): as asked" in fit.remarks[0]
+        assert "1 shorter segment" in fit.remarks[0]
+        assert "smoothed velocities" in fit.remarks[1]
+        assert fit.n_samples == 995
+
+    def test_the_typical_step_knows_no_joins(self, bare):
+        time = [0.0, 0.1, 60.0, 60.1, 120.0, 120.1]
+        log = surge_log(np.ones(6), time, wrench=np.zeros((6, 6)), segment=list("aabbcc"))
+        assert typical_step(hd.prepare(bare, log, LINEAR)) == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        ({"support": 0.0}, "`support` must be positive"),
+        ({"support": float("nan")}, "`support` must be positive"),
+        ({"overlap": 0}, "`overlap` must be at least 1"),
+        ({"windows": (4,)}, "`windows` must be odd"),
+        ({"windows": (1,)}, "`windows` must be odd"),
+    ],
+)
+def test_settings_that_mean_nothing_are_refused(settings, words):
+    with pytest.raises(hd.MethodError, match=words):
+        WeakEquations(**settings)
+
+
+def test_a_support_longer_than_every_segment_is_refused(linear_problem):
+    problem, _ = linear_problem
+    with pytest.raises(hd.MethodError, match="no segment of the log is as long"):
+        WeakForm(WeakEquations(support=1e4)).identify(problem, LINEAR)
+
+
+def test_the_campaign_is_replayed_better_than_by_differences():
+    """Prestero from noisy velocities, open loop on the test runs; divergence counts as worse."""
+    campaign = hd.reenact(seed=0, duration=60.0)
+    model = hd.catalog["prestero"]
+    problem = hd.prepare(campaign.vehicle, campaign.train, model)
+    errors = []
+    for method in (WeakForm(), hd.LeastSquares()):
+        fit = method.identify(problem, model)
+        errors.append(hd.score(hd.simulate(campaign.vehicle, fit.damping, campaign.test)).rms)
+    weak, differenced = (np.inf if error is None else error for error in errors)
+    assert weak < 0.6 * differenced

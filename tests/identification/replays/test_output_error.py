@@ -1,0 +1,114 @@
+"""Output error: right on exact data, better than its start on noisy data, honest at the end."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.identification.replays.runaway import runaways
+from hydrodamp.identification.replays.shooting import Guess, Shooting, cut
+from hydrodamp.simulation.campaign.water import true_damping
+
+SETTLED = (hd.Status.OK, hd.Status.STOPPED)
+
+
+@pytest.fixture(scope="module")
+def campaign():
+    return hd.reenact(seed=3, duration=40.0)
+
+
+TRUE_TERMS = hd.catalog["prestero"].with_terms({"K": "up"}, key="true-terms")
+
+
+def wrong(campaign, damping):
+    """RMS error of the replay of the exact runs, in units of each sensor's noise."""
+    exact = campaign.exact_test
+    error = hd.simulate(campaign.vehicle, damping, exact).velocity - exact.velocity
+    return np.sqrt(np.mean((error / ([0.0133] * 3 + [8.7e-4] * 3)) ** 2))
+
+
+def test_the_truth_comes_back_from_exact_runs(campaign):
+    log = replace(campaign.exact_train, acceleration=None)
+    fit = hd.identify(TRUE_TERMS, campaign.vehicle, log, hd.OutputError())
+    assert fit.status in SETTLED
+    assert wrong(campaign, fit.damping) < 0.1
+    for label in ("X_u|u|", "Y_uv", "Z_uw", "M_uq", "N_ur"):
+        assert fit.damping[label] == pytest.approx(true_damping()[label], rel=0.02)
+
+
+def test_noise_moves_it_less_than_least_squares(campaign):
+    fits = [
+        hd.identify(TRUE_TERMS, campaign.vehicle, campaign.train, method)
+        for method in (hd.LeastSquares(), hd.OutputError())
+    ]
+    by_least_squares, by_output_error = (wrong(campaign, fit.damping) for fit in fits)
+    assert by_output_error < 0.3 * by_least_squares
+
+
+def test_the_linearised_problem_is_that_of_the_cost(campaign):
+    """A full Gauss-Newton step near the optimum lowers the cost by what it promises."""
+    problem = hd.prepare(campaign.vehicle, campaign.exact_train, TRUE_TERMS)
+    shooting = Shooting(
+        problem, problem.columns.entries(TRUE_TERMS), cut(problem, 5.0), np.full(6, 0.01)
+    )
+    true = np.array([true_damping()[label] for label in TRUE_TERMS.labels])
+    at, spread = Guess(1.01 * true, shooting.measured_starts()), np.full(6, 0.02)
+    around = shooting.linearised(at, spread)
+    assert around is not None
+    assert around.cost == pytest.approx(shooting.cost(at, spread), rel=1e-12)
+    slopes, rest = around.triangle[:, :-1], around.triangle[:, -1]
+    for change in (np.zeros(len(true)), -0.005 * true, -0.01 * true):
+        starts = at.starts + around.starts_moved(change)
+        moved = shooting.cost(Guess(at.coefficients + change, starts), spread)
+        promised = np.sum((rest - slopes @ change) ** 2)
+        assert around.cost - moved == pytest.approx(around.cost - promised, rel=1e-2)
+
+
+def test_windows_cover_every_sample_and_cross_no_join(campaign):
+    problem = hd.prepare(campaign.vehicle, campaign.train, hd.catalog["fossen"])
+    windows = cut(problem, 7.0)
+    assert windows[0, 0] == 0
+    assert windows[-1, 1] == problem.n_samples
+    assert np.array_equal(windows[1:, 0], windows[:-1, 1])
+    assert set(problem.segments[:, 0]) <= set(windows[:, 0])
+    assert np.array_equal(cut(problem, np.inf), problem.segments)
+
+
+def test_an_unstable_model_is_seen_to_run_away(campaign):
+    problem = hd.prepare(campaign.vehicle, campaign.train, TRUE_TERMS)
+    true = hd.Damping.from_dict(TRUE_TERMS, true_damping().as_dict())
+    assert runaways(problem, problem.matrix(true)) == 0
+    unstable = hd.Damping.from_dict(TRUE_TERMS, true.as_dict() | {"N_ur": 60.0, "N_r|r|": 0.0})
+    assert runaways(problem, problem.matrix(unstable)) > 0
+
+
+def test_three_degrees_of_freedom_and_a_gain(exact_log):
+    vehicle = replace(hd.fleet["vt690"], actuators=(), axes=("X", "Y", "N"))
+    model = hd.catalog["fossen"].restricted_to(vehicle.axes)
+    truth = hd.Damping(model, [-10.0, -3.0, -60.0, -150.0, -50.0, -40.0])
+    log = exact_log(truth, n=600)
+    still = replace(log, velocity=log.velocity * vehicle.free, acceleration=None)
+    moving = replace(still, velocity=hd.simulate(vehicle, truth, still).velocity)
+    fit = hd.identify(model, vehicle, moving, hd.OutputError(windows=(5.0, np.inf)))
+    np.testing.assert_allclose(fit.damping.coefficients, truth.coefficients, rtol=0.05)
+
+
+@pytest.mark.parametrize("windows", [(), (0.0,), (5.0, 5.0), (float("nan"),)])
+def test_windows_that_make_no_ladder_are_refused(windows):
+    with pytest.raises(hd.MethodError, match="positive and rising"):
+        hd.OutputError(windows=windows)
+
+
+def test_no_round_is_refused():
+    with pytest.raises(hd.MethodError, match="at least 1"):
+        hd.OutputError(rounds=0)
+
+
+def test_a_start_without_numbers_is_no_fit(campaign):
+    problem = hd.prepare(campaign.vehicle, campaign.train, hd.catalog["fossen"])
+    fit = hd.LeastSquares().identify(problem, hd.catalog["fossen"])
+    failed = replace(fit, status=hd.Status.FAILED)
+    assert hd.OutputError().refined(problem, failed).status is hd.Status.FAILED

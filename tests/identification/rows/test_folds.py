@@ -1,0 +1,101 @@
+"""Folds: whole segments, blocks with margins, and what cannot be divided."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from hydrodamp.basis.basis import Basis
+from hydrodamp.basis.term import Term
+from hydrodamp.errors import MethodError
+from hydrodamp.identification.rows.equations import Rows
+from hydrodamp.identification.rows.folds import folds
+
+
+def rows_of(*lengths: int, step: float = 0.1) -> Rows:
+    """Random rows of segments of some lengths."""
+    rng = np.random.default_rng(sum(lengths))
+    n = sum(lengths)
+    return Rows(
+        Basis((Term.parse("u"), Term.parse("v"))),
+        rng.normal(size=(n, 2)),
+        rng.normal(size=(n, 6)),
+        np.repeat(np.arange(len(lengths)), lengths),
+        np.concatenate([np.arange(length) * step for length in lengths]),
+    )
+
+
+def test_a_fold_is_a_segment_where_there_are_several():
+    rows = rows_of(30, 50, 20)
+    made = folds(rows)
+    np.testing.assert_array_equal(made.part, rows.segment)
+    assert (made.n, made.made) == (3, "3 folds, one a segment")
+
+
+def test_many_segments_are_dealt_out_to_ten_folds():
+    rows = rows_of(*[4] * 23)
+    made = folds(rows)
+    assert made.n == 10
+    np.testing.assert_array_equal(made.part, rows.segment % 10)
+
+
+def test_segment_numbers_may_have_holes():
+    rows = rows_of(20, 20, 20)
+    made = folds(rows.taken(rows.segment != 1))
+    assert (made.n, set(made.part.tolist())) == (2, {0, 1})
+
+
+def test_a_single_segment_is_cut_into_five_blocks_with_margins():
+    rows = rows_of(500)
+    made = folds(rows, gap=1.0)
+    assert made.n == 5
+    for cut in (100, 200, 300, 400):  # the half second on both sides of a cut is in no fold
+        margin = np.flatnonzero(made.part[cut - 10 : cut + 10] < 0)
+        np.testing.assert_array_equal(margin, 5 + np.arange(10))
+    assert np.sum(made.part < 0) == 40
+
+
+def test_margins_stay_within_their_segment():
+    """Clocks of segments may overlap: a cut in one takes no row of another."""
+    made = folds(rows_of(100, 40), n=3, gap=1.0)
+    assert np.all(made.part[100:] == 2)
+    assert np.sum(made.part < 0) == 10
+
+
+def test_the_longest_segments_are_cut_first():
+    made = folds(rows_of(100, 30, 200), n=5, gap=0.0)
+    assert made.made == "5 folds, blocks of 3 segments"
+    assert np.bincount(made.part).tolist() == [50, 50, 30, 100, 100]
+
+
+def test_splits_are_triangles_of_the_rows():
+    rows = rows_of(60, 80, 40)
+    made = folds(rows)
+    for (train, test), split in zip(made.rows(rows), made.splits(rows), strict=True):
+        assert split.train.n_samples + split.test.n_samples == rows.n
+        for chosen, triangle in ((train, split.train), (test, split.test)):
+            table = np.hstack([chosen.design, chosen.target])
+            np.testing.assert_allclose(triangle.r.T @ triangle.r, table.T @ table, atol=1e-10)
+
+
+def test_rows_in_a_margin_are_neither_learned_from_nor_predicted():
+    rows = rows_of(200)
+    made = folds(rows, n=2)
+    for train, test in made.rows(rows):
+        assert train.n + test.n == 190
+        assert np.abs(train.time[:, None] - test.time).min() > 0.99
+
+
+@pytest.mark.parametrize(
+    ("lengths", "asked", "message"),
+    [
+        ((50,), {"n": 1}, "at least 2 folds; got 1"),
+        ((3,), {"n": 5}, "5 folds cannot be made of 3 rows"),
+        ((50,), {"gap": -1.0}, "`gap` must be zero or positive"),
+        ((50,), {"gap": float("nan")}, "`gap` must be zero or positive"),
+        ((40,), {"gap": 2.0}, "40 rows are too few for 5 folds 2 s apart: fold 1"),
+    ],
+)
+def test_impossible_folds_are_a_sentence(lengths, asked, message):
+    with pytest.raises(MethodError, match=message):
+        folds(rows_of(*lengths), **asked)
