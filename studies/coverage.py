@@ -1,6 +1,6 @@
 """Measure how often nominal 95 % intervals cover what they should.
 
-    python studies/coverage.py --draws 200 --duration 120 --out FOLDER
+    python studies/coverage.py --draws 200 --out FOLDER
 
 The campaign is sailed again and again in `COLOURED` conditions (their constants stand in
 ``hydrodamp.simulation.campaign.conditions``): AR(1) errors on every sensor, and a wrench
@@ -171,7 +171,7 @@ def _in_processes(
 def main(
     out: Annotated[Path, typer.Option(help="Folder for coverage.md and coverage.json.")],
     draws: Annotated[int, typer.Option(min=2, help="How many campaigns.")] = 200,
-    duration: Annotated[float, typer.Option(help="Length of each run [s].")] = 120.0,
+    duration: Annotated[float, typer.Option(help="Length of each run [s].")] = 45.0,
     truth: Annotated[str, typer.Option(help="sname or crossflow.")] = "sname",
     methods: Annotated[str, typer.Option(help="Keys, joined by commas.")] = "recommended,weak,ls",
     models: Annotated[str, typer.Option(help="Likewise.")] = "linear,prestero,gertler-hagen",

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.identification.regression.covariance import least_squares_uncertainty
+from hydrodamp.identification.rows.equations import Differenced
 
 
 def identify(vehicle, log, model, method=None):
@@ -125,9 +127,10 @@ def test_white_covariance_has_its_nominal_size(vehicle, exact_log, true_damping)
     scores = []
     for _ in range(20):
         noisy = replace(log, wrench=log.wrench + rng.normal(0, 2.0, log.wrench.shape))
-        damping = identify(vehicle, noisy, truth.model).damping
-        error = damping.coefficients - truth.coefficients
-        scores.append(error / np.sqrt(np.diag(damping.covariance)))
+        problem = hd.prepare(vehicle, noisy, truth.model)
+        fit = hd.LeastSquares().identify(problem, truth.model)
+        found = least_squares_uncertainty(problem, Differenced(), truth.model)
+        scores.append((fit.damping.coefficients - truth.coefficients) / found.standard_errors)
     assert np.std(scores) == pytest.approx(1.0, abs=0.06)
 
 

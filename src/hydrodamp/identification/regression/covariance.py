@@ -19,6 +19,7 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.errors import MethodError
+from hydrodamp.identification.regression.attenuation import NOISY_TERMS, attenuation
 from hydrodamp.identification.regression.influence import (
     Influence,
     directions,
@@ -31,9 +32,6 @@ from hydrodamp.identification.uncertainty.long_run import block_length
 from hydrodamp.identification.uncertainty.tapered_blocks import Blocks, blocks_of
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
-
-_WIDER = 1.5
-"""From here on a median ratio of standard errors is told."""
 
 _OUTSIDE = 1e-6
 """A direction that lies outside others by less than this share is within them."""
@@ -169,7 +167,7 @@ def least_squares_uncertainty(
 def noise_uncertainty(
     problem: Problem, equations: Equations, model: DampingModel
 ) -> Uncertainty | None:
-    """Return how far to trust least squares, or None where its rows cannot tell.
+    """Return how far to trust least squares on noisy velocities.
 
     Parameters
     ----------
@@ -183,13 +181,16 @@ def noise_uncertainty(
     Returns
     -------
     uncertainty : Uncertainty or None
-        As :func:`least_squares_uncertainty`; None where the rows are too few for the
-        reference.
+        As :func:`least_squares_uncertainty`, with room for what noise in the regressors
+        does; None where the rows are too few for the reference.
     """
+    free = model.restricted_to(problem.vehicle.axes)
+    rows, reference = reference_rows(problem, equations, free)
     try:
-        return least_squares_uncertainty(problem, equations, model)
+        found = rows_covariance(rows, least_squares_influence(rows, free), free, reference)
     except MethodError:
         return None
+    return found.widened(attenuation(rows, free), NOISY_TERMS)
 
 
 def _on_reference(rows: Rows, influence: Influence, reference: DampingModel) -> Influence:

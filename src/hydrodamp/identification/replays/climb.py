@@ -24,9 +24,6 @@ from hydrodamp.simulation.problem import Problem
 _SHORTEST = 1.0
 """Windows shrink down to this where the guess diverges on longer ones [s]."""
 
-_TOSS = 0.1
-"""Misfits nearer than this are alike: a twentieth in the RMS error of one velocity."""
-
 _FIRST = 1e-2
 """Strength of the prior before the data have set it."""
 
@@ -41,6 +38,8 @@ class Climb:
         Problem, units and noise.
     place : Place
         The place chosen.
+    short : ndarray, shape (p,), or None
+        Coefficients at the end of the shortest windows; None where those ran away.
     settled : bool
         Whether the place is where the longest windows came to rest.
     words : str
@@ -49,6 +48,7 @@ class Climb:
 
     search: Search
     place: Place
+    short: FloatArray | None
     settled: bool
     words: str
 
@@ -67,8 +67,9 @@ class Climb:
         """
         whole = self.search.shooting(np.inf)
         guess = Guess(self.coefficients, whole.measured_starts())
-        spread = self.search.spread(np.mean(whole.errors(guess) ** 2, axis=0))
-        around = whole.linearised(guess, spread) if np.all(np.isfinite(spread)) else None
+        errors = whole.errors(guess)
+        finite = bool(np.all(np.isfinite(errors)))
+        around = whole.linearised(guess, self.search.spread(errors)) if finite else None
         size = len(self.coefficients)
         return np.zeros((size, size)) if around is None else around.triangle[:-1, :-1]
 
@@ -98,9 +99,9 @@ def climb(
     Returns
     -------
     climb : Climb
-        Of all places on the way, starts included, the one whose replay of whole
-        segments is nearest to the log, by the likelihood of its errors, and does not
-        run away beside it.
+        At the end, where its replay of whole segments does not run away, nor does so
+        beside the log; else at the place on the way, starts included, that does neither
+        and whose replay is nearest to the log, by the likelihood of its errors.
     """
     search = searching(problem, model)
     whole = search.shooting(np.inf)
@@ -115,20 +116,21 @@ def climb(
     return Climb(
         search=search,
         place=chosen,
+        short=paths[0].places[-1].coefficients if paths else None,
         settled=at_rest,
         words=words + why,
     )
 
 
 def _chosen(whole: Shooting, places: list[Place], end: Place | None) -> tuple[Place, str]:
-    """Return the nearest place that does not run away beside the log, and why not the end.
+    """Return the end, or the nearest place where it runs away, and why not the end.
 
-    Errors are judged from the first states as measured, whose noise makes the misfit of
-    near places a toss: the end is taken where it is as near as that.
+    Among places that all replay the log, the nearest would be a matter of noise.
     """
 
-    def rank(place: Place) -> float:
-        return _misfit(whole, place.coefficients) - (_TOSS if place is end else 0.0)
+    def rank(place: Place) -> tuple[bool, float]:
+        misfit = _misfit(whole, place.coefficients)
+        return place is not end or misfit == np.inf, misfit
 
     columns, entries = whole.problem.columns, whole.entries
     ranked = sorted(places, key=rank)
@@ -145,7 +147,7 @@ def _why(chosen: Place, end: Place | None, ranked: list[Place]) -> str:
         return " The start is given as it is."
     if any(place is end for place in ranked[: ranked.index(chosen)]):
         return " An earlier place is given: the end runs away when driven a little softer."
-    return " An earlier place is given: its replay of whole runs is nearer than that of the end."
+    return " An earlier place is given: the end runs away on whole runs."
 
 
 def _misfit(shooting: Shooting, coefficients: FloatArray) -> float:

@@ -18,9 +18,13 @@ from hydrodamp.identification.regression.ridge import Ridge
 from hydrodamp.identification.replays.climb import Climb, climb
 from hydrodamp.identification.replays.replay_uncertainty import replay_uncertainty
 from hydrodamp.identification.rows.rank import spanned
+from hydrodamp.identification.uncertainty.intervals import Uncertainty
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
 from hydrodamp.simulation.status import Status
+
+_PUSHES = "how far the shortest windows disagree with the longest"
+"""What the intervals make room for besides noise."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +59,7 @@ class OutputError:
     """
 
     start: Method = field(default_factory=Ridge)
-    windows: tuple[float, ...] = (10.0, 30.0, np.inf)
+    windows: tuple[float, ...] = (5.0, 30.0, np.inf)
     rounds: int = 12
 
     def __post_init__(self) -> None:
@@ -118,6 +122,19 @@ class OutputError:
         return _told(problem, model, self, climbed, usable)
 
 
+def _uncertainty(climbed: Climb, model: DampingModel) -> Uncertainty | None:
+    """Return how far to trust the end of a search.
+
+    A push on the vehicle that its autopilot answers is tied to the commands, which draws
+    coefficients away on long windows, but hardly on short ones. Their disagreement is
+    allowed for.
+    """
+    found = replay_uncertainty(climbed.search, climbed.place, model)
+    if found is None or climbed.short is None:
+        return found
+    return found.widened(climbed.coefficients - climbed.short, _PUSHES)
+
+
 def _told(
     problem: Problem, model: DampingModel, method: OutputError, climbed: Climb, starts: list[Fit]
 ) -> Fit:
@@ -132,7 +149,7 @@ def _told(
         model,
         method,
         climbed.coefficients,
-        uncertainty=replay_uncertainty(climbed.search, climbed.place, model),
+        uncertainty=_uncertainty(climbed, model),
         rank=span.rank,
         aliased=span.aliased,
         status=status if climbed.settled else Status.STOPPED,

@@ -8,7 +8,8 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.identification.replays.shooting import Guess, Linearised, Shooting, cut
-from hydrodamp.identification.rows.velocity_noise import mean_square, noise_variance
+from hydrodamp.identification.rows.velocity_noise import mean_square, median_step, noise_variance
+from hydrodamp.identification.uncertainty.long_run import correlation_time
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
 
@@ -59,9 +60,33 @@ class Search:
         """Return the problem cut into windows of a length [s]."""
         return Shooting(self.problem, self.entries, cut(self.problem, length), self.noise)
 
-    def spread(self, mean_square: FloatArray) -> FloatArray:
-        """Return what to divide errors by, given their mean square."""
-        return np.sqrt(mean_square + (LIKE_NOISE * self.noise) ** 2)
+    def spread(self, errors: FloatArray) -> FloatArray:
+        """Return what to divide the errors of each velocity by.
+
+        Their root mean square would count every sample as news. Errors of a replay are
+        alike for seconds, so that the prior would hardly be heard; they count as many
+        times as they are independent, over all velocities.
+
+        Parameters
+        ----------
+        errors : ndarray, shape (n, n_free)
+            Of a replay that does not diverge [m/s, rad/s].
+
+        Returns
+        -------
+        spread : ndarray, shape (n_free,)
+            [m/s, rad/s].
+        """
+        square = np.mean(errors**2, axis=0) + (LIKE_NOISE * self.noise) ** 2
+        spread: FloatArray = np.sqrt(square * self._alike(errors))
+        return spread
+
+    def _alike(self, errors: FloatArray) -> float:
+        """Return how many samples are alike, the geometric mean over the velocities."""
+        segment, time = self.problem.segment_numbers, self.problem.inputs.time
+        step = median_step(self.problem)
+        times = [correlation_time(one[:, None], segment, time) for one in errors.T]
+        return float(np.exp(np.mean(np.log(np.maximum(np.array(times) / step, 1.0)))))
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,6 +103,22 @@ class Place:
 
     coefficients: FloatArray
     strength: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Anchor:
+    """What is known of the coefficients before a stage: ``|root (k - centre)|^2`` is added.
+
+    Attributes
+    ----------
+    centre : ndarray, shape (p,)
+        Where they are held.
+    root : ndarray, shape (m, p)
+        How firmly; a root of the inverse of their covariance.
+    """
+
+    centre: FloatArray
+    root: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +165,9 @@ def searching(problem: Problem, model: DampingModel) -> Search:
     )
 
 
-def refine(search: Search, shooting: Shooting, start: Place, rounds: int) -> Path | None:
+def refine(
+    search: Search, shooting: Shooting, start: Place, rounds: int, anchor: Anchor | None = None
+) -> Path | None:
     """Take damped Gauss-Newton steps on windows of one length.
 
     Parameters
@@ -137,6 +180,8 @@ def refine(search: Search, shooting: Shooting, start: Place, rounds: int) -> Pat
         Where to begin.
     rounds : int
         Most steps.
+    anchor : Anchor, optional
+        Holds the coefficients; by default a prior around zero, as strong as the data ask for.
 
     Returns
     -------
@@ -145,21 +190,26 @@ def refine(search: Search, shooting: Shooting, start: Place, rounds: int) -> Pat
     """
     guess = Guess(start.coefficients, shooting.measured_starts())
     strength, damping = start.strength, 1e-3
-    spread = search.spread(np.mean(shooting.errors(guess) ** 2, axis=0))
+    errors = shooting.errors(guess)
+    if not np.all(np.isfinite(errors)):
+        return None
+    spread = search.spread(errors)
     around = shooting.linearised(guess, spread)
     if around is None:
         return None
     places = [start]
     for _ in range(rounds):
-        step = _step(search, shooting, guess, around, strength, spread, damping)
+        held = anchor or _around_zero(search, strength)
+        step = _step(search, shooting, guess, around, held, spread, damping)
         if step is None:
             return Path(tuple(places), settled=True)
         guess, damping, gained = step
-        strength = _evidence(search, around, guess, strength)
+        if anchor is None:
+            strength = _evidence(search, around, guess, strength)
         places.append(Place(guess.coefficients, strength))
         if gained < REST:
             return Path(tuple(places), settled=True)
-        spread = search.spread(around.mean_square)
+        spread = search.spread(shooting.errors(guess))
         moved = shooting.linearised(guess, spread)
         if moved is None:
             break
@@ -167,27 +217,32 @@ def refine(search: Search, shooting: Shooting, start: Place, rounds: int) -> Pat
     return Path(tuple(places), settled=False)
 
 
+def _around_zero(search: Search, strength: FloatArray) -> Anchor:
+    root = np.diag(np.sqrt(strength[search.axes]) / search.unit)
+    return Anchor(np.zeros(len(search.unit)), root)
+
+
 def _step(
     search: Search,
     shooting: Shooting,
     guess: Guess,
     around: Linearised,
-    strength: FloatArray,
+    anchor: Anchor,
     spread: FloatArray,
     damping: float,
 ) -> tuple[Guess, float, float] | None:
     """Return a better guess, the damping to go on with, and the share gained; None at rest."""
     slopes, error = around.triangle[:, :-1] * search.unit, around.triangle[:, -1]
-    prior = np.sqrt(strength[search.axes])
-    scaled = guess.coefficients / search.unit
-    before = around.cost + float(np.sum((prior * scaled) ** 2))
+    root = anchor.root * search.unit
+    pull = anchor.root @ (guess.coefficients - anchor.centre)
+    before = around.cost + float(pull @ pull)
     norms = np.linalg.norm(slopes, axis=0)
     for _ in range(_TRIALS):
-        rows = np.vstack([slopes, np.diag(prior), np.diag(np.sqrt(damping) * norms)])
-        right = np.concatenate([error, -prior * scaled, np.zeros(len(scaled))])
+        rows = np.vstack([slopes, root, np.diag(np.sqrt(damping) * norms)])
+        right = np.concatenate([error, -pull, np.zeros(len(norms))])
         change = np.linalg.lstsq(rows, right)[0]
         tried = _moved(shooting, guess, around, search.unit * change)
-        after = shooting.cost(tried, spread) + float(np.sum((prior * (scaled + change)) ** 2))
+        after = shooting.cost(tried, spread) + float(np.sum((pull + root @ change) ** 2))
         if after < before:
             return tried, max(damping / 8.0, 1e-9), (before - after) / before
         damping *= 8.0

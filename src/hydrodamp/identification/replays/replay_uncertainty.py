@@ -53,7 +53,7 @@ def replay_uncertainty(search: Search, place: Place, model: DampingModel) -> Unc
     if settled is None:
         return None
     guess, own = settled
-    spread = search.spread(np.mean(own**2, axis=0))
+    spread = search.spread(own)
     noise, taken = _noise(search, place, model, own)
     found, total = _covariances(search, whole, guess, spread, place, (noise, own))
     independent = _independent(search.problem, noise / spread)
@@ -73,10 +73,10 @@ def _settled(
 ) -> tuple[Guess, FloatArray] | None:
     """Return the guess with its best first states, and its errors; None where it diverges."""
     guess = Guess(coefficients, whole.measured_starts())
-    square = np.mean(whole.errors(guess) ** 2, axis=0)
-    if not np.all(np.isfinite(square)):
+    errors = whole.errors(guess)
+    if not np.all(np.isfinite(errors)):
         return None
-    around = whole.linearised(guess, search.spread(square))
+    around = whole.linearised(guess, search.spread(errors))
     if around is None:
         return None
     starts = guess.starts.copy()

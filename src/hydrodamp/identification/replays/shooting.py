@@ -13,10 +13,10 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from scipy.linalg import qr
 
 from hydrodamp import kernels
 from hydrodamp.arrays import FloatArray, IndexArray, IntArray
+from hydrodamp.identification.rows.folding import folded_rows
 from hydrodamp.kernels.inputs import Inputs
 from hydrodamp.simulation.problem import Problem
 
@@ -57,15 +57,12 @@ class Linearised:
         Of the weighted Jacobian on the coefficients and the weighted error.
     cost : float
         Sum of squares of all weighted errors, those of the first states included.
-    mean_square : ndarray, shape (n_free,)
-        Of the velocity errors, [m/s]^2 and [rad/s]^2.
     back : tuple of (ndarray, ndarray, ndarray)
         Per window what gives the first state back: ``R x = c - B dk``.
     """
 
     triangle: FloatArray
     cost: float
-    mean_square: FloatArray
     back: tuple[tuple[FloatArray, FloatArray, FloatArray], ...]
 
     def starts_moved(self, change: FloatArray) -> FloatArray:
@@ -176,27 +173,23 @@ class Shooting:
             Folded window by window: the Jacobian of the whole log is never held.
         """
         width = len(guess.coefficients) + 1
-        triangle: FloatArray = np.zeros((0, width))
+        triangle: FloatArray = np.zeros((width, width))
         back: list[tuple[FloatArray, FloatArray, FloatArray]] = []
-        cost, square, count = 0.0, np.zeros(len(self.free)), 0
+        cost = 0.0
         for inputs, windows, (first, last) in self._batches(guess, 6 * (width + 5)):
             errors, slopes = self._slopes(guess, inputs, windows, slice(first, last))
             if not (np.all(np.isfinite(errors)) and np.all(np.isfinite(slopes))):
                 return None
-            square += np.sum(errors**2, axis=0)
-            count += len(errors)
-            rows = [triangle]
             for start, stop in windows.tolist():
                 measured = self.problem.inputs.velocity[first + start]
                 off = (measured - guess.starts[len(back)])[self.free] / self.noise
                 part, kept = self._eliminated(
                     errors[start:stop] / spread, slopes[start:stop] / spread[:, None], off
                 )
-                rows.append(part)
+                triangle = folded_rows(triangle, part)
                 back.append(kept)
                 cost += float(np.sum((errors[start:stop] / spread) ** 2) + off @ off)
-            triangle = np.asarray(qr(np.vstack(rows), mode="r")[0][:width], dtype=np.float64)
-        return Linearised(triangle, cost, square / max(count, 1), tuple(back))
+        return Linearised(triangle, cost, tuple(back))
 
     def scores(
         self, guess: Guess, spread: FloatArray, errors: tuple[FloatArray, ...]
@@ -221,19 +214,17 @@ class Shooting:
         """
         p, n_free = len(guess.coefficients), len(self.free)
         scores = tuple(np.empty((len(view), p)) for view in errors)
-        triangle: FloatArray = np.zeros((0, p))
+        triangle: FloatArray = np.zeros((p, p))
         for inputs, windows, (first, last) in self._batches(guess, 6 * (p + 6)):
             _, slopes = self._slopes(guess, inputs, windows, slice(first, last))
-            rows = [triangle]
             for start, stop in windows.tolist():
                 zero = np.zeros((stop - start, n_free))
                 part, _ = self._eliminated(zero, slopes[start:stop] / spread[:, None], zero[0])
-                rows.append(part[:, :p])
+                triangle = folded_rows(triangle, part[:, :p])
                 by_sample = part[: (stop - start) * n_free, :p].reshape(stop - start, n_free, p)
                 here = slice(first + start, first + stop)
                 for one, view in zip(scores, errors, strict=True):
                     one[here] = np.einsum("tfp,tf->tp", by_sample, view[here] / spread)
-            triangle = np.asarray(qr(np.vstack(rows), mode="r")[0][:p], dtype=np.float64)
         return scores, triangle
 
     def _eliminated(

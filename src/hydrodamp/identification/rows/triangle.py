@@ -13,20 +13,14 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import lapack
 
 from hydrodamp import kernels
 from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.basis.basis import Basis
 from hydrodamp.errors import ProblemError
 from hydrodamp.identification.rows.derivative import Derivative, default_derivative
+from hydrodamp.identification.rows.folding import BLOCK, fold, folded_rows
 from hydrodamp.simulation.problem import Problem
-
-_ROWS = 768
-"""Samples folded at once: they stay in cache, where columns of a power of two would collide."""
-
-_PANEL = 8
-"""Inner block of the LAPACK factorisation: narrow, so that little runs column by column."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +63,7 @@ class Triangle:
         """
         if self.basis != other.basis:
             raise ProblemError("triangles of different terms cannot be merged")
-        r = _fold(self.r.copy(order="F"), other.r.copy(order="F"), upper=len(self.r))
+        r = fold(self.r.copy(order="F"), other.r.copy(order="F"), upper=len(self.r))
         return Triangle(self.basis, frozen(np.triu(r)), self.n_samples + other.n_samples)
 
 
@@ -105,8 +99,8 @@ def accumulate(
     n_samples = 0
     for start, stop in _runs(problem, segments):
         n_samples += stop - start
-        for first in range(start, stop, _ROWS):
-            r = _fold(r, _rows(seen, acceleration, first, min(first + _ROWS, stop)))
+        for first in range(start, stop, BLOCK):
+            r = fold(r, _rows(seen, acceleration, first, min(first + BLOCK, stop)))
     return Triangle(problem.columns.basis, frozen(np.triu(r)), n_samples)
 
 
@@ -128,11 +122,8 @@ def folded(basis: Basis, design: FloatArray, target: FloatArray) -> Triangle:
         Of ``[design target]``.
     """
     size = len(basis) + 6
-    r = np.zeros((size, size), order="F")
-    for first in range(0, len(target), _ROWS):
-        part = slice(first, first + _ROWS)
-        r = _fold(r, np.asfortranarray(np.hstack([design[part], target[part]])))
-    return Triangle(basis, frozen(np.triu(r)), len(target))
+    r = folded_rows(np.zeros((size, size)), np.hstack([design, target]))
+    return Triangle(basis, frozen(r), len(target))
 
 
 def merge(triangles: Iterable[Triangle]) -> Triangle:
@@ -219,13 +210,3 @@ def _remainder(
     inertial = acceleration[part] @ mass
     coriolis = kernels.coriolis(mass, problem.inputs.velocity[part])
     return (inertial - coriolis - known - problem.inputs.wrench[part]) * problem.vehicle.free
-
-
-def _fold(r: FloatArray, rows: FloatArray, *, upper: int = 0) -> FloatArray:
-    """Return the triangle of ``r`` stacked on ``rows``; both are overwritten."""
-    panel = min(_PANEL, len(r))
-    folded: FloatArray
-    folded, _, _, info = lapack.dtpqrt(upper, panel, r, rows, overwrite_a=True, overwrite_b=True)
-    if info != 0:
-        raise ProblemError(f"LAPACK dtpqrt refused argument {-info}")
-    return folded

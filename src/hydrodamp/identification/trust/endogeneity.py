@@ -21,8 +21,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import f as fisher
 
-from hydrodamp.arrays import BoolArray, FloatArray, IntArray
+from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.identification.rows.equations import Rows
+from hydrodamp.identification.rows.instruments import ROUNDING, around, without
 from hydrodamp.identification.rows.rank import spanned
 from hydrodamp.identification.uncertainty.long_run import correlation_time
 
@@ -38,9 +39,6 @@ _LAGS = 3.0
 
 _TIMES = 5.0
 """Least length of a stretch, in correlation times of the products."""
-
-_ROUNDING = 1e-6
-"""What the clock of the rows may be off [s]."""
 
 
 @dataclass(frozen=True)
@@ -96,52 +94,14 @@ def endogeneity(
     (True, True)
     """
     every = np.hstack([columns, controls])
-    around, known = _around(rows, every, lag)
-    if np.count_nonzero(known) <= around.shape[1]:
+    near, known = around(rows, every, lag)
+    if np.count_nonzero(known) <= near.shape[1]:
         return None
-    here, every, around = columns[known], every[known], around[known]
-    left = _without(target[known], every)
-    directions = _directions(_without(_without(here, around), every), here)
+    here, every, near = columns[known], every[known], near[known]
+    left = without(target[known], every)
+    directions = _directions(without(without(here, near), every), here)
     p = _hotelling(_scores(rows.taken(np.flatnonzero(known)), directions * left[:, None], lag))
-    return None if p is None else Endogeneity(p, _shift(every, around, target[known]))
-
-
-def _around(rows: Rows, columns: FloatArray, lag: float) -> tuple[FloatArray, BoolArray]:
-    """Return means of columns a lag and two lags before and after, and where there are all."""
-    around = np.zeros((rows.n, 2 * columns.shape[1]))
-    known = np.zeros(rows.n, dtype=bool)
-    for segment in np.unique(rows.segment):
-        here = np.flatnonzero(rows.segment == segment)
-        time, reach = rows.time[here], 2.0 * lag - _ROUNDING
-        inner = (time - reach >= time[0]) & (time + reach <= time[-1])
-        means = [_mean(time[inner], far, time, columns[here]) for far in (lag, 2.0 * lag)]
-        around[here[inner]] = np.hstack(means)
-        known[here[inner]] = True
-    return around, known
-
-
-def _mean(instants: FloatArray, far: float, time: FloatArray, columns: FloatArray) -> FloatArray:
-    """Return the mean of columns before and after some instants."""
-    before, after = (_at(instants + way, time, columns) for way in (-far, far))
-    mean: FloatArray = 0.5 * (before + after)
-    return mean
-
-
-def _at(instants: FloatArray, time: FloatArray, columns: FloatArray) -> FloatArray:
-    """Return columns at some instants, interpolated between rows."""
-    place = np.interp(instants, time, np.arange(len(time)))
-    low = np.floor(place).astype(np.int64)
-    share = (place - low)[:, None]
-    between: FloatArray = (1.0 - share) * columns[low]
-    between += share * columns[np.minimum(low + 1, len(time) - 1)]
-    return between
-
-
-def _without(values: FloatArray, columns: FloatArray) -> FloatArray:
-    """Take the part in the span of some columns away."""
-    directions = spanned(columns, range(columns.shape[1])).directions
-    rest: FloatArray = values - directions @ (directions.T @ values)
-    return rest
+    return None if p is None else Endogeneity(p, _shift(every, near, target[known]))
 
 
 def _directions(surprise: FloatArray, columns: FloatArray) -> FloatArray:
@@ -171,7 +131,7 @@ def _stretches(rows: Rows, length: float) -> IntArray:
         here = rows.segment == segment
         since = rows.time[here] - rows.time[here][0]
         pieces = max(int(since[-1] / length), 1)
-        width = max(since[-1], _ROUNDING) / pieces
+        width = max(since[-1], ROUNDING) / pieces
         number[here] = count + np.minimum((since / width).astype(np.int64), pieces - 1)
         count += pieces
     return number
@@ -188,11 +148,11 @@ def _hotelling(scores: FloatArray) -> float | None:
     return float(fisher.sf(squared * (count - size) / (size * (count - 1.0)), size, count - size))
 
 
-def _shift(every: FloatArray, around: FloatArray, target: FloatArray) -> float:
+def _shift(every: FloatArray, near: FloatArray, target: FloatArray) -> float:
     """Compare what least squares explains with what instruments let the columns explain."""
     names = range(every.shape[1])
     direct = spanned(every, names)
-    foretold = spanned(every - _without(every, around), names)
+    foretold = spanned(every - without(every, near), names)
     plain = every @ (direct.coefficients @ (direct.directions.T @ target))
     careful = every @ (foretold.coefficients @ (foretold.directions.T @ target))
     size = float(np.linalg.norm(plain))

@@ -12,6 +12,7 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.axes import AXES
 from hydrodamp.errors import MethodError, did_you_mean
+from hydrodamp.identification.regression.attenuation import NOISY_TERMS, attenuation
 from hydrodamp.identification.regression.covariance import rows_covariance
 from hydrodamp.identification.regression.influence import least_squares_influence
 from hydrodamp.identification.trust.collinearity import collinearity
@@ -253,6 +254,7 @@ def _half_widths(seen: Excitation, covariance: FloatArray | None) -> FloatArray:
         return known.reach() * known.standard_errors
     influence = least_squares_influence(seen.rows, seen.model)
     known = rows_covariance(seen.rows, influence, seen.model, seen.reference)
+    known = known.widened(attenuation(seen.rows, seen.model), NOISY_TERMS)
     noise = known.covariance if known.noise is None else known.noise
     return known.reach() * np.sqrt(np.diag(noise))
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import t as student
@@ -35,6 +35,8 @@ class Uncertainty:
         Length of the blocks [s]; None where there are none.
     n_blocks : int
         How many fit side by side.
+    allowance : str
+        What they allow for beyond that, in words; empty for nothing.
 
     Raises
     ------
@@ -55,6 +57,7 @@ class Uncertainty:
     noise: FloatArray | None = None
     block: float | None = None
     n_blocks: int = 0
+    allowance: str = ""
 
     def __post_init__(self) -> None:
         """Copy the arrays and check them."""
@@ -75,6 +78,36 @@ class Uncertainty:
     def standard_errors(self) -> FloatArray:
         """Standard error of each coefficient, shape (n,)."""
         return np.sqrt(np.diag(self.covariance))
+
+    def widened(self, shift: FloatArray, allowance: str) -> Uncertainty:
+        """Return the same with room for a shift of all coefficients together.
+
+        Parameters
+        ----------
+        shift : ndarray, shape (n,)
+            How far they may be off, in one direction or the other.
+        allowance : str
+            For what, to be read after "They allow for".
+
+        Returns
+        -------
+        uncertainty : Uncertainty
+            Both covariances raised by the outer product of the shift; the degrees of
+            freedom stay.
+
+        Examples
+        --------
+        >>> found = Uncertainty(np.diag([9.0, 0.0]), np.inf, "by hand")
+        >>> found.widened(np.array([4.0, 1.0]), "a bias").standard_errors.tolist()
+        [5.0, 1.0]
+        """
+        room = np.outer(shift, shift)
+        return replace(
+            self,
+            covariance=self.covariance + room,
+            noise=None if self.noise is None else self.noise + room,
+            allowance=allowance,
+        )
 
     def reach(self, level: float = 0.95) -> float:
         """Return how many standard errors an interval reaches to either side.
@@ -129,6 +162,7 @@ class Uncertainty:
         return (
             f"Standard errors are from {self.method}, in {self.n_blocks} blocks of "
             f"{self.block:.3g} s; intervals have {self.degrees_of_freedom:.0f} degrees of freedom."
+            + (f" They allow for {self.allowance}." if self.allowance else "")
             + self._misfit()
         )
 
