@@ -194,11 +194,11 @@ def markdown(table: Rows) -> str:
 
 
 def show(title: str, table: Rows) -> None:
-    """Print a table whose lines fit the screen; there must be one."""
+    """Print a table whose lines fit the screen."""
     head, rows = table
     printed = Table(title=title)
-    for name, cells in zip(head, zip(*rows, strict=True), strict=True):
-        printed.add_column(name, min_width=max(map(len, cells)))
+    for place, name in enumerate(head):
+        printed.add_column(name, min_width=max((len(row[place]) for row in rows), default=0))
     for row in rows:
         printed.add_row(*row)
     Console().print(printed)

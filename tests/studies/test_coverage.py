@@ -43,8 +43,8 @@ def study_fixture(tables: ModuleType) -> ModuleType:
 def test_one_command_writes_both_files(
     study: ModuleType, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Three draws of 10 s, one model: a line an axis, and every coefficient in the JSON."""
-    study.main(tmp_path, draws=3, duration=10.0, methods="ls", models="prestero", workers=1)
+    """Three short draws, one model: a line an axis, and every coefficient in the JSON."""
+    study.main(tmp_path, draws=3, duration=40.0, methods="ls", models="prestero", workers=1)
     found = json.loads((tmp_path / "coverage.json").read_text(encoding="utf-8"))
     assert found["draws"] == 3
     assert [one["label"] for one in found["coefficients"]] == list(find_model("prestero").labels)
@@ -52,6 +52,14 @@ def test_one_command_writes_both_files(
     written = (tmp_path / "coverage.md").read_text(encoding="utf-8")
     assert written.count("| ls | prestero |") == len(found["coverage"]) > 0
     assert "Bias against the target" in capsys.readouterr().out
+
+
+def test_a_table_without_rows_is_shown(
+    tables: ModuleType, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Draws that determine nothing leave no row."""
+    tables.show("Nothing", (("axis", "coverage"), []))
+    assert "coverage" in capsys.readouterr().out
 
 
 def test_target_knows_the_pushes(study: ModuleType) -> None:
