@@ -13,6 +13,7 @@ from hydrodamp.cli.identify import identify
 from hydrodamp.cli.models import models
 from hydrodamp.cli.probe import probe
 from hydrodamp.cli.simulate import simulate
+from hydrodamp.cli.validate import validate
 from hydrodamp.cli.vehicle import new
 
 app = typer.Typer(
@@ -27,7 +28,7 @@ app = typer.Typer(
 )
 vehicle_app = typer.Typer(help="Vehicle files.", no_args_is_help=True, rich_markup_mode=None)
 
-for command in (demo, models, probe, compare, identify, simulate):
+for command in (demo, models, probe, compare, validate, identify, simulate):
     app.command()(guarded(command))
 vehicle_app.command()(guarded(new))
 app.add_typer(vehicle_app, name="vehicle")
