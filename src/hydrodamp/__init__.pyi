@@ -4,9 +4,51 @@ from .basis.axes import AXES as AXES, VELOCITIES as VELOCITIES
 from .basis.basis import Basis as Basis
 from .basis.term import Term as Term
 from .data.canonical import write_log as write_log
+from .data.cleaning.attitude_jumps import steady_attitude as steady_attitude
+from .data.cleaning.bottom_lock import mask_bottom_lock as mask_bottom_lock
+from .data.cleaning.clean import CLEANING_STEPS as CLEANING_STEPS, clean as clean
+from .data.cleaning.frozen import mask_frozen as mask_frozen
+from .data.cleaning.spikes import remove_spikes as remove_spikes
+from .data.cleaning.suspicions import (
+    Suspicion as Suspicion,
+    note_suspicions as note_suspicions,
+    suspicions as suspicions,
+)
+from .data.cleaning.touched import Cleaned as Cleaned, Touched as Touched
+from .data.completing.accelerometer import (
+    acceleration_from_accelerometer as acceleration_from_accelerometer,
+)
+from .data.completing.current import Current as Current, estimate_current as estimate_current
+from .data.completing.mixing import (
+    AVL_690 as AVL_690,
+    Mixing as Mixing,
+    roll_from_mixing as roll_from_mixing,
+)
+from .data.completing.rates import rates_from_attitude as rates_from_attitude
+from .data.completing.response import (
+    beyond_dead_zone as beyond_dead_zone,
+    delayed as delayed,
+    lagged as lagged,
+)
+from .data.completing.through_water import without_current as without_current
+from .data.completing.ways import velocity_from_position as velocity_from_position
 from .data.log import Log as Log, Segment as Segment, concatenate as concatenate
-from .data.read import read_log as read_log, read_logs as read_logs
+from .data.mapping.composition import presets as presets
+from .data.mapping.log_mapping import (
+    LogMapping as LogMapping,
+    json_schema as json_schema,
+    read_mapping as read_mapping,
+)
+from .data.read import (
+    read_log as read_log,
+    read_logs as read_logs,
+    read_parts as read_parts,
+    read_record as read_record,
+    read_recording as read_recording,
+)
+from .data.recording import Recording as Recording, Topic as Topic
 from .errors import (
+    ClockWarning as ClockWarning,
     FallbackWarning as FallbackWarning,
     FileError as FileError,
     ForeignVehicleWarning as ForeignVehicleWarning,
@@ -38,10 +80,15 @@ from .identification.online.adaptive import (
     AdaptiveIdentifier as AdaptiveIdentifier,
     History as History,
 )
-from .identification.online.gains import ByNoise as ByNoise, ByTerm as ByTerm
+from .identification.online.gains import ByNoise as ByNoise, ByStep as ByStep, ByTerm as ByTerm
+from .identification.online.limits import OwnDrag as OwnDrag, Within as Within
+from .identification.online.projection import OntoDissipative as OntoDissipative
 from .identification.online.recursive import RecursiveLeastSquares as RecursiveLeastSquares
+from .identification.online.recursive_state import RecursiveState as RecursiveState
 from .identification.online.robust import RobustIdentifier as RobustIdentifier
+from .identification.online.robust_state import RobustState as RobustState
 from .identification.online.sample_by_sample import State as State, observe as observe
+from .identification.online.whitening import ByExcitation as ByExcitation
 from .identification.recommended import Recommended as Recommended
 from .identification.regression.generalised import (
     GeneralisedLeastSquares as GeneralisedLeastSquares,
@@ -53,6 +100,7 @@ from .identification.regression.ridge import Ridge as Ridge
 from .identification.regression.shrinkage import CrossValidated as CrossValidated
 from .identification.regression.weak import WeakForm as WeakForm
 from .identification.replays.output_error import OutputError as OutputError
+from .identification.rows.chosen_slopes import Budget as Budget, ChosenSlopes as ChosenSlopes
 from .identification.rows.derivative import (
     Derivative as Derivative,
     FiniteDifference as FiniteDifference,

@@ -13,6 +13,7 @@
 
     HydrodampWarning
       GapWarning           a log was split at a gap
+      ClockWarning         a clock repeats, runs backwards or leaps
       FallbackWarning      the compiled core is missing, NumPy takes over
       ForeignVehicleWarning  a damping file is used with another vehicle
       PropulsionWarning    the propulsion ratio is unknown and taken as one
@@ -83,6 +84,10 @@ class HydrodampWarning(UserWarning):
 
 class GapWarning(HydrodampWarning):
     """A log was split at a gap or at missing samples."""
+
+
+class ClockWarning(HydrodampWarning):
+    """A recorded clock repeats, runs backwards or leaps; the report says what was done."""
 
 
 class FallbackWarning(HydrodampWarning):

@@ -3,6 +3,7 @@ from __future__ import annotations
 import tempfile
 import warnings
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -38,7 +39,24 @@ def assert_same(one: Log, other: Log) -> None:
 
 def test_the_reserved_names_are_those_of_the_design() -> None:
     design = "time roll pitch yaw qw qx qy qz u v w p q r du dv dw dp dq dr eta segment X Y Z K M N"
-    assert " ".join(RESERVED) == design
+    assert " ".join(RESERVED) == f"{design} north east down fx fy fz"
+
+
+def test_position_and_specific_force_come_back(swim: Log, tmp_path: Path) -> None:
+    rng = np.random.default_rng(4)
+    log = replace(swim, position=rng.normal(size=(swim.n, 3)), specific_force=np.ones((swim.n, 3)))
+    write_log(log, tmp_path / "a.csv")
+    again = read_canonical(tmp_path / "a.csv")
+    np.testing.assert_array_equal(again.position, log.position)
+    np.testing.assert_array_equal(again.specific_force, log.specific_force)
+
+
+def test_half_a_position_is_refused(swim: Log, tmp_path: Path) -> None:
+    write_log(replace(swim, position=np.zeros((swim.n, 3))), tmp_path / "a.csv")
+    text = (tmp_path / "a.csv").read_text().replace("east", "ost", 1)
+    (tmp_path / "a.csv").write_text(text)
+    with pytest.raises(LogError, match="`north east down` belong together; `east` is missing"):
+        read_canonical(tmp_path / "a.csv")
 
 
 def test_a_written_log_is_read_to_the_bit(swim: Log, tmp_path: Path) -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hydrodamp.data.attitude import down, quaternion_from_euler
-from hydrodamp.data.log import Log, Segment
+from hydrodamp.data.log import Log, Segment, concatenate
 from hydrodamp.errors import GapWarning, LogError
 
 STILL = np.zeros((4, 6))
@@ -57,17 +57,23 @@ def test_a_command_that_reads_as_a_product_is_refused() -> None:
 def test_every_block_is_kept() -> None:
     rng = np.random.default_rng(2)
     wrench, acceleration, eta = rng.normal(size=(3, 6)), rng.normal(size=(3, 6)), np.ones(3)
+    position, force = rng.normal(size=(2, 3, 3))
     log = Log.from_arrays(
         [0, 1, 2],
         np.zeros((3, 6)),
         wrench=wrench,
         acceleration=acceleration,
         propulsion_ratio=eta,
+        position=position,
+        specific_force=force,
         commands={"a": [1, 2, 3]},
     )
     np.testing.assert_array_equal(log.wrench, wrench)
     np.testing.assert_array_equal(log.acceleration, acceleration)
     np.testing.assert_array_equal(log.propulsion_ratio, eta)
+    np.testing.assert_array_equal(log.position, position)
+    np.testing.assert_array_equal(log.specific_force, force)
+    np.testing.assert_array_equal(log.between(1, 3).position, position[1:])
     assert log.command("a").tolist() == [1, 2, 3]
     assert log.bounds.tolist() == [[0, 3]]
 
@@ -193,3 +199,29 @@ def test_an_unknown_command_is_refused_with_the_nearest(swim: Log) -> None:
 def test_a_log_prints_itself_short(swim: Log) -> None:
     assert repr(swim) == "<Log swim.csv: 100 samples, 9.9 s>"
     assert "Log swim.csv" in str(swim)
+
+
+def test_a_position_that_was_never_taken_splits_like_any_other_channel() -> None:
+    position = np.zeros((6, 3))
+    position[3, 1] = np.nan
+    with pytest.warns(GapWarning, match="2 segments"):
+        log = Log.from_arrays(np.arange(6), {"u": np.ones(6)}, position=position)
+    assert log.n == 5
+    with pytest.raises(LogError, match=r"`position` must have shape \(6, 3\)"):
+        Log.from_arrays(np.arange(6), {"u": np.ones(6)}, position=np.zeros((6, 2)))
+
+
+def test_notes_are_kept_in_order_through_every_cut(swim: Log) -> None:
+    log = swim.noted("first").noted("second", "third")
+    assert log.notes == ("first", "second", "third")
+    assert swim.notes == ()
+    assert log.between(2, 5).notes == log.notes
+    assert log.select("swim").notes == log.notes
+    assert dataclasses.replace(log, source="x").notes == log.notes
+    assert concatenate([log, swim.noted("fourth"), log]).notes == (*log.notes, "fourth")
+
+
+def test_what_a_log_was_split_at_is_among_its_notes() -> None:
+    with pytest.warns(GapWarning):
+        log = Log.from_arrays([0, 1, 2, 20, 21], {"u": np.ones(5)})
+    assert log.notes == ("split into 2 segments: no samples from 2 s to 20 s",)

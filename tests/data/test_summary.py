@@ -43,3 +43,15 @@ def test_nothing_is_lacking_in_a_full_log() -> None:
         propulsion_ratio=[1, 1],
     )
     assert "without" not in summary(log)
+
+
+def test_what_was_done_is_told_at_the_end(swim: Log) -> None:
+    text = summary(swim.noted(*(f"step {k}" for k in range(20))))
+    assert "  what was done to it\n    step 0\n" in text
+    assert text.endswith("... and 8 more notes")
+    assert max(map(len, summary(swim.noted("word " * 200)).splitlines())) < 170
+
+
+def test_position_and_specific_force_are_told_where_they_are() -> None:
+    log = Log.from_arrays([0, 1], {"u": [1, 1]}, position=np.zeros((2, 3)))
+    assert "with position; without attitude, wrench" in summary(log)

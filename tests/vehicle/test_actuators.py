@@ -18,7 +18,9 @@ ALL = [
     Matrix(("forward", "turn"), [[1, 0, 0, 0, 0, 0], [0, 0, 0, 0, 0, 2]]),
     Fin("rudder", {"Y": 9.0, "N": -8.0}),
     Fin("rudder", {"Y": 9.0}, drag={"X": -4.0}, limit=0.3, name="aft"),
+    Fin("rudder", {"Y": 9.0}, dead_zone=(-0.01, 0.02)),
     Propeller("rpm", 3e-6),
+    Propeller("rpm", 3e-6, dead_zone=(-100, 150), limit=1500),
     Propeller("rpm", 3e-6, advance=-1e-4, torque=-1e-7, speed_slope=0.001, limit=1500),
     Thruster("port", (0, -0.2, 0), (1, 0, 0), gain=40),
     Thruster("port", (0, -0.2, 0), (1, 0, 1), gain=40, dead_zone=(-0.1, 0.2), limit=0.9),
@@ -75,8 +77,19 @@ def test_fin_limit():
     np.testing.assert_array_equal(limited["aft_limited"], [-0.3, 0.2, 0.3])
 
 
+def test_dead_zones_of_fins_and_propellers():
+    fin = ALL[3].channels({"rudder": np.array([-0.02, -0.01, 0.0, 0.02, 0.03])})
+    np.testing.assert_array_equal(fin["rudder_limited"], [-0.02, 0, 0, 0, 0.03])
+    propeller = ALL[5].channels({"rpm": np.array([-200.0, 0.0, 150.0, 151.0, 2000.0])})
+    np.testing.assert_array_equal(propeller["rpm_limited"], [-200, 0, 0, 151, 1500])
+    with pytest.raises(VehicleError, match=r"`dead_zone` must be \(lowest, highest\)"):
+        Fin("rudder", {"Y": 9.0}, dead_zone=(0.1, -0.1))
+    with pytest.raises(VehicleError, match=r"`dead_zone` must have shape \(2\)"):
+        Propeller("rpm", 3e-6, dead_zone=(1, 2, 3))
+
+
 def test_propeller_columns():
-    assert columns_of(ALL[4]) == [
+    assert columns_of(ALL[6]) == [
         ("X", "rpm_limited*|rpm_limited|", 3e-6),
         ("X", "u*|rpm_limited|", -1e-4),
         ("K", "rpm_limited*|rpm_limited|", -1e-7),
@@ -116,17 +129,37 @@ def test_thruster_wrench_is_force_and_moment_about_the_origin():
 
 def test_thruster_limit_dead_zone_and_gain():
     command = np.array([-2.0, -0.5, -0.1, 0.0, 0.2, 0.21, 2.0])
-    np.testing.assert_allclose(ALL[6].thrust(command), [-36, -20, 0, 0, 0, 8.4, 36])
+    np.testing.assert_allclose(ALL[8].thrust(command), [-36, -20, 0, 0, 0, 8.4, 36])
 
 
 def test_thruster_curve_is_linear_between_and_constant_beyond():
-    thrust = ALL[7].thrust([-3.0, -1.0, 0.0, 0.5, 2.0])
+    thrust = ALL[9].thrust([-3.0, -1.0, 0.0, 0.5, 2.0])
     np.testing.assert_allclose(thrust, [-30, -30, 10, 30, 50])
 
 
 def test_dead_zone_gives_no_thrust_even_where_the_curve_would():
     thruster = Thruster("bow", (0, 0, 0), (1, 0, 0), curve=[(-1, -30), (1, 50)], dead_zone=(-1, 0))
     np.testing.assert_allclose(thruster.thrust([-0.5, 0.5]), [0.0, 30.0])
+
+
+PULSES = [(1100, -31.0), (1300, -12.0), (1470, -0.4), (1530, 0.5), (1700, 15.0), (1900, 40.0)]
+"""A made-up table of pulse width [us] and thrust [N], as makers measure them."""
+
+
+def test_pulse_widths_become_newtons_by_the_table():
+    thruster = Thruster("m1", (0, 0, 0), (1, 0, 0), curve=PULSES, dead_zone=(1470, 1530))
+    at, newtons = np.array(PULSES).T
+    inside = (at >= 1470) & (at <= 1530)
+    np.testing.assert_array_equal(thruster.thrust(at[~inside]), newtons[~inside])
+    assert (thruster.thrust(np.linspace(1470, 1530, 13)) == 0).all()
+    assert thruster.channels({"m1": [1900.0]}) == {"m1_thrust": [40.0]}
+
+
+def test_a_table_that_rises_gives_a_thrust_that_rises():
+    thruster = Thruster("m1", (0, 0, 0), (1, 0, 0), curve=PULSES)
+    thrust = thruster.thrust(np.linspace(1000, 2000, 2001))
+    assert (np.diff(thrust) >= 0).all()
+    assert (thrust.min(), thrust.max()) == (-31.0, 40.0)
 
 
 @pytest.mark.parametrize(

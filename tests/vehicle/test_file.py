@@ -10,6 +10,8 @@ from hydrodamp.vehicle.file import (
     read_vehicle,
     write_vehicle,
 )
+from hydrodamp.vehicle.fin import Fin
+from hydrodamp.vehicle.propeller import Propeller
 from hydrodamp.vehicle.thruster import Thruster
 from hydrodamp.vehicle.vehicle import Vehicle
 
@@ -36,6 +38,13 @@ def test_round_trip_of_every_thruster_setting():
         name="port_aft",
     )
     vehicle = Vehicle("rov", np.eye(6), 1.0, 1.0, actuators=(thruster,))
+    assert parse_vehicle(format_vehicle(vehicle)) == vehicle
+
+
+def test_round_trip_of_dead_zones():
+    fin = Fin("rudder", {"Y": 9.0}, dead_zone=(-0.01, 0.02))
+    propeller = Propeller("rpm", 3e-6, dead_zone=(-50, 50), limit=1500)
+    vehicle = Vehicle("auv", np.eye(6), 1.0, 1.0, actuators=(fin, propeller))
     assert parse_vehicle(format_vehicle(vehicle)) == vehicle
 
 

@@ -8,8 +8,8 @@ from typing import Annotated
 import typer
 
 METHODS = (
-    "recommended, ls, ls-sg, weak, gls, ridge, dissipative, smooth, oe, ai, ai-scaled, "
-    "ai-robust, rls"
+    "recommended, ls, ls-sg, ls-cv, weak, gls, ridge, dissipative, smooth, oe, ai, "
+    "ai-scaled, ai-robust, rls"
 )
 """All methods, for help; those of ``identification.methods``."""
 

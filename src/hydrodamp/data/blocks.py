@@ -22,6 +22,8 @@ BLOCKS: dict[str, tuple[int | None, ...]] = {
     "wrench": (6,),
     "acceleration": (6,),
     "propulsion_ratio": (),
+    "position": (3,),
+    "specific_force": (3,),
 }
 """Attributes of a log that hold one entry a sample, and the shape of the entry."""
 

@@ -9,6 +9,8 @@
     du dv dw dp dq dr                         optional: its derivative
     X Y Z [N]  K M N [N m]                    optional: actuator wrench
     eta                                       optional: propulsion ratio
+    north east down [m]                       optional: position
+    fx fy fz [m/s^2]                          optional: specific force, body axes
     segment                                   optional: an id, a change is a join
     any other name                            a command, held until the next row
 """
@@ -24,7 +26,14 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.axes import AXES, VELOCITIES
 from hydrodamp.data.checks import faults_of
-from hydrodamp.data.columns import ACCELERATIONS, EULER, QUATERNION, Columns
+from hydrodamp.data.columns import (
+    ACCELERATIONS,
+    EULER,
+    POSITION,
+    QUATERNION,
+    SPECIFIC_FORCE,
+    Columns,
+)
 from hydrodamp.data.log import Log
 from hydrodamp.data.table import Table, read_table
 from hydrodamp.errors import LogError
@@ -39,6 +48,8 @@ RESERVED = (
     "eta",
     "segment",
     *AXES,
+    *POSITION,
+    *SPECIFIC_FORCE,
 )
 """Column names with a meaning of their own; any other is a command."""
 
@@ -161,6 +172,10 @@ def _blocks(log: Log) -> list[tuple[tuple[str, ...], FloatArray]]:
         blocks.append((("eta",), log.propulsion_ratio[:, np.newaxis]))
     if log.wrench is not None:
         blocks.append((AXES, log.wrench))
+    if log.position is not None:
+        blocks.append((POSITION, log.position))
+    if log.specific_force is not None:
+        blocks.append((SPECIFIC_FORCE, log.specific_force))
     blocks.append((log.command_names, log.commands))
     return blocks
 

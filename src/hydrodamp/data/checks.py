@@ -193,7 +193,8 @@ def _axis_slope(differenced: FloatArray, recorded: FloatArray) -> float:
     if max(agreeing, opposing) < _LEAST_AGREEMENT:
         return float("nan")
     turning = weight > 0
-    ratio, weight = recorded[turning] / differenced[turning], weight[turning]
+    with np.errstate(over="ignore"):  # beside hardly any rate
+        ratio, weight = recorded[turning] / differenced[turning], weight[turning]
     order = np.argsort(ratio)
     middle = np.searchsorted(np.cumsum(weight[order]), weight.sum() / 2)
     return float(ratio[order[middle]])

@@ -23,6 +23,12 @@ QUATERNION = ("qw", "qx", "qy", "qz")
 ACCELERATIONS = tuple(f"d{name}" for name in VELOCITIES)
 """Time derivatives of the velocities [m/s^2, rad/s^2]."""
 
+POSITION = ("north", "east", "down")
+"""Position of the reference point [m]."""
+
+SPECIFIC_FORCE = ("fx", "fy", "fz")
+"""What an accelerometer feels, body axes [m/s^2]."""
+
 _TURN = 2 * np.pi
 _CONVERT = "Convert, or give a mapping with unit: deg"
 
@@ -63,6 +69,7 @@ class Columns:
             *_missing_faults(self.numbers),
             *_attitude_faults(self.numbers),
             *_acceleration_faults(self.numbers),
+            *_triple_faults(self.numbers),
             *_command_faults(self.commands),
             *_empty_faults(self.numbers),
         ]
@@ -87,6 +94,8 @@ class Columns:
             wrench=self._optional(AXES),
             acceleration=self._optional(ACCELERATIONS),
             propulsion_ratio=self.numbers.get("eta"),
+            position=self._optional(POSITION),
+            specific_force=self._optional(SPECIFIC_FORCE),
             labels=self.labels,
             lines=self.lines,
             source=self.source,
@@ -179,6 +188,17 @@ def _acceleration_faults(numbers: Mapping[str, FloatArray]) -> Iterator[str]:
         )
     if surplus := [name for name in there if name not in needed]:
         yield f"accelerations `{' '.join(surplus)}` have no velocity column; add it or drop them"
+
+
+def _triple_faults(numbers: Mapping[str, FloatArray]) -> Iterator[str]:
+    for group in (POSITION, SPECIFIC_FORCE):
+        there = [name for name in group if name in numbers]
+        if there and len(there) < len(group):
+            absent = " ".join(name for name in group if name not in there)
+            yield (
+                f"`{' '.join(group)}` belong together; `{absent}` is missing beside "
+                f"`{' '.join(there)}`. Add it, drop the others, or rename a command of that name"
+            )
 
 
 def _surplus(there: Sequence[str], absent: Sequence[str]) -> str:

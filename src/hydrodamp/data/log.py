@@ -14,14 +14,14 @@ import numpy.typing as npt
 
 from hydrodamp.arrays import FloatArray, IntArray, frozen
 from hydrodamp.basis.axes import VELOCITIES
-from hydrodamp.data import attitude as attitudes
+from hydrodamp.data import attitude as attitudes, stretches
 from hydrodamp.data.blocks import BLOCKS, freeze, name_faults, segment_faults
 from hydrodamp.data.checks import faults_of
 from hydrodamp.data.record import Record
 from hydrodamp.data.segments import Segment, split
-from hydrodamp.data.stretches import concatenate, elapsed as elapsed_time, goes_by, take
+from hydrodamp.data.stretches import concatenate
 from hydrodamp.data.summary import summary
-from hydrodamp.errors import GapWarning, LogError, did_you_mean
+from hydrodamp.errors import GapWarning, LogError
 
 __all__ = ["Log", "Segment", "concatenate"]
 
@@ -46,19 +46,26 @@ class Log:
     attitude : ndarray, shape (n, 4), or None
         Unit quaternions ``(w, x, y, z)``, body to north-east-down.
     command_names : tuple of str
-        Names of the command channels.
+        What the columns of ``commands`` are called.
     commands : ndarray, shape (n, m)
-        Command channels, held from sample to sample.
+        Held from sample to sample.
     wrench : ndarray, shape (n, 6), or None
         Actuator force X Y Z [N] and moment K M N [N m] on the vehicle, body frame.
     acceleration : ndarray, shape (n, 6), or None
         Time derivative of ``velocity`` [m/s^2, rad/s^2].
     propulsion_ratio : ndarray, shape (n,), or None
         Propulsion ratio [1]; in the paper eta-bar.
+    position : ndarray, shape (n, 3), or None
+        Of the reference point, north, east, down [m].
+    specific_force : ndarray, shape (n, 3), or None
+        Acceleration less gravity, as an accelerometer measures it, body frame
+        [m/s^2]: (0, 0, -9.81) at rest and level.
     segments : tuple of Segment
         They cover all samples in order; one segment where none is given.
     source : str
         Where the log came from, for messages.
+    notes : tuple of str
+        What was done to the measurements, a sentence each, in order.
 
     Raises
     ------
@@ -81,8 +88,11 @@ class Log:
     wrench: FloatArray | None = None
     acceleration: FloatArray | None = None
     propulsion_ratio: FloatArray | None = None
+    position: FloatArray | None = None
+    specific_force: FloatArray | None = None
     segments: tuple[Segment, ...] = ()
     source: str = ""
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Copy the arrays at the door and check them."""
@@ -90,6 +100,7 @@ class Log:
         values: dict[str, Any] = {**blocks}
         values["velocity_names"] = tuple(self.velocity_names)
         values["command_names"] = tuple(self.command_names)
+        values["notes"] = tuple(self.notes)
         values["segments"] = tuple(self.segments) or (Segment("1", 0, np.size(self.time)),)
         if not faults:
             faults += segment_faults(values["time"], values["segments"])
@@ -112,6 +123,8 @@ class Log:
         wrench: npt.ArrayLike | None = None,
         acceleration: npt.ArrayLike | None = None,
         propulsion_ratio: npt.ArrayLike | None = None,
+        position: npt.ArrayLike | None = None,
+        specific_force: npt.ArrayLike | None = None,
         segment: Sequence[object] | None = None,
         source: str = "",
     ) -> Log:
@@ -133,10 +146,14 @@ class Log:
             Body acceleration [m/s^2, rad/s^2].
         propulsion_ratio : array_like, shape (n,), optional
             Propulsion ratio [1].
+        position : array_like, shape (n, 3), optional
+            North, east, down [m].
+        specific_force : array_like, shape (n, 3), optional
+            Acceleration less gravity, body frame [m/s^2].
         segment : sequence, optional
             The segment of each sample; a change is a join.
         source : str, optional
-            Where the arrays came from.
+            Where they came from.
 
         Returns
         -------
@@ -166,6 +183,8 @@ class Log:
                 wrench=wrench,
                 acceleration=acceleration,
                 propulsion_ratio=propulsion_ratio,
+                position=position,
+                specific_force=specific_force,
                 segment=segment,
                 source=source,
             )
@@ -183,8 +202,7 @@ class Log:
         Returns
         -------
         log : Log
-            Without the missing samples; a segment without a label of its own has
-            the name of the source file.
+            Without missing samples; segments without labels are named after the source.
 
         Raises
         ------
@@ -203,9 +221,24 @@ class Log:
             empty = "no two neighbouring samples have all their values"
             raise LogError([empty, *parts.notes], source=record.source)
         if parts.notes:
-            head = f"{record.source or 'log'}: split into {len(parts.segments)} segments"
-            warnings.warn(f"{head}: {'; '.join(parts.notes)}", GapWarning, stacklevel=3)
-        return cls(**record.columns(parts.keep), segments=parts.segments, source=record.source)
+            warnings.warn(f"{record.source or 'log'}: {parts.told}", GapWarning, stacklevel=3)
+        log = cls(**record.columns(parts.keep), segments=parts.segments, source=record.source)
+        return log.noted(parts.told) if parts.notes else log
+
+    def noted(self, *notes: str) -> Log:
+        """Return the same log with sentences on what was done to it.
+
+        Parameters
+        ----------
+        *notes : str
+            One sentence each.
+
+        Returns
+        -------
+        log : Log
+            With the notes after those it had.
+        """
+        return dataclasses.replace(self, notes=(*self.notes, *notes))
 
     @property
     def n(self) -> int:
@@ -232,7 +265,7 @@ class Log:
     @cached_property
     def elapsed(self) -> FloatArray:
         """Time since the first sample [s], shape (n,); runs on where a clock restarts."""
-        return frozen(elapsed_time(self.time, self.segments))
+        return frozen(stretches.elapsed(self.time, self.segments))
 
     def command(self, name: str) -> FloatArray:
         """Return one command channel.
@@ -252,12 +285,7 @@ class Log:
         LogError
             If there is none of this name.
         """
-        if name not in self.command_names:
-            known = " ".join(self.command_names) or "none"
-            near = did_you_mean(name, self.command_names)
-            fault = f"there is no command '{name}'.{near} The commands are: {known}"
-            raise LogError(fault, source=self.source)
-        return self.commands[:, self.command_names.index(name)]
+        return self.commands[:, stretches.command_index(self, name)]
 
     def between(self, start: float, end: float) -> Log:
         """Return the samples of a time span.
@@ -284,16 +312,7 @@ class Log:
         >>> log.between(2, 5).time.tolist()
         [2.0, 3.0, 4.0]
         """
-        first, last = np.searchsorted(self.elapsed, (start, end)).tolist()
-        cut = ((part, max(part.start, first), min(part.stop, last)) for part in self.segments)
-        pieces = [Segment(part.name, a, b) for part, a, b in cut if b - a >= 2]
-        if not pieces:
-            fault = (
-                f"no two samples lie between {start:g} s and {end:g} s; the log spans 0 s to"
-                f" {self.elapsed[-1]:g} s, counted from its first sample"
-            )
-            raise LogError(fault, source=self.source)
-        return take(self, pieces)
+        return stretches.take(self, stretches.spanned(self, start, end))
 
     def select(self, *names: str) -> Log:
         """Return the segments of the given names, in the order given.
@@ -320,20 +339,7 @@ class Log:
         >>> log.select("b").velocity[:, 0].tolist()
         [2.0, 2.0]
         """
-        pieces: dict[str, Segment] = {}
-        known = [part.name for part in self.segments]
-        faults = [] if names else [f"name at least one segment of: {' '.join(known)}"]
-        for name in names:
-            found = {part.name: part for part in self.segments if goes_by(part.name, name)}
-            if not found:
-                near = did_you_mean(name, known)
-                faults.append(
-                    f"there is no segment '{name}'.{near} The segments are: {' '.join(known)}"
-                )
-            pieces |= found
-        if faults:
-            raise LogError(faults, source=self.source)
-        return take(self, list(pieces.values()))
+        return stretches.take(self, stretches.named(self, names))
 
     def __repr__(self) -> str:
         """Return one line."""

@@ -2,61 +2,122 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import warnings
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
+
+import numpy as np
 
 from hydrodamp.data.canonical import read_canonical
 from hydrodamp.data.log import Log
 from hydrodamp.data.mapping import LogMapping, read_mapping
+from hydrodamp.data.mapping.plain import canonical_record
+from hydrodamp.data.record import Record
+from hydrodamp.data.recording import Recording
 from hydrodamp.data.stretches import concatenate
-from hydrodamp.errors import FileError, LogError
+from hydrodamp.errors import FileError, GapWarning, LogError
 
-SUFFIXES = (".csv",)
-"""File names that can be read."""
+Place = str | Path
+"""A file or a folder."""
 
 
-def read_log(path: str | Path, mapping: LogMapping | str | Path | None = None) -> Log:
-    """Read one log.
+def read_log(path: Place | Sequence[Place], mapping: LogMapping | str | Path | None = None) -> Log:
+    """Read one log, from one file or from several that were recorded together.
 
     Parameters
     ----------
-    path : str or Path
-        A ``.csv`` file.
+    path : str or Path, or sequence of them
+        A file, the files or the folder of one recording, in any format that can be read.
     mapping : LogMapping, str or Path, optional
-        How its columns are called and measured, or the YAML file that says so;
-        without one the file must be in the canonical form.
+        How its topics and columns are called and measured: a mapping, its YAML file, or the name
+        of a preset; without one the file must be a table in the canonical form.
 
     Returns
     -------
     log : Log
-        In SI units, forward-starboard-down and north-east-down, split in segments.
+        On one clock, in SI units, forward-starboard-down and north-east-down, split in segments.
 
     Raises
     ------
     FileError
-        If a file cannot be opened.
+        If a file cannot be opened, or its reader is not installed.
     LogError
-        With every fault of the file, or if its format is not supported.
+        With every fault of the file.
 
     Warns
     -----
     GapWarning
         Once, if a gap or missing values split the log.
+    ClockWarning
+        Once, if a clock repeats, runs backwards or leaps.
     """
-    suffix = Path(path).suffix.lower()
-    if suffix not in SUFFIXES:
-        known = " ".join(SUFFIXES)
-        got = f"a file '{suffix}'" if suffix else "a name without suffix"
-        raise LogError(f"can read {known} only; got {got}. Convert it to CSV", source=str(path))
-    if Path(path).is_dir():
-        raise FileError(f"{path}: is a folder; give the files in it")
-    if mapping is None:
-        return read_canonical(path)
-    return (mapping if isinstance(mapping, LogMapping) else read_mapping(mapping)).read(path)
+    if mapping is not None:
+        return _mapping(mapping).log(read_recording(path))
+    try:
+        return Log.from_record(canonical_record(read_recording(path)))
+    except LogError:
+        if isinstance(path, (str, Path)) and Path(path).suffix.lower() == ".csv":
+            # The strict reader knows the line of every fault.
+            return read_canonical(path)
+        raise
+
+
+def read_recording(path: Place | Sequence[Place]) -> Recording:
+    """Read all topics of one recording, as they stand in the file.
+
+    Parameters
+    ----------
+    path : str or Path, or sequence of them
+        A file, the files or the folder of one recording.
+
+    Returns
+    -------
+    recording : Recording
+        Numbers in the units and axes of the file, each topic on its own clock.
+
+    Raises
+    ------
+    FileError
+        If a file cannot be opened, or its reader is not installed.
+    LogError
+        With every fault of the file.
+    """
+    from hydrodamp.data.formats.files import read
+
+    return read(path)
+
+
+def read_record(
+    path: Place | Sequence[Place], mapping: LogMapping | str | Path | None = None
+) -> Record:
+    """Read one log without checking and cutting it, so that steps may complete it.
+
+    Parameters
+    ----------
+    path : str or Path, or sequence of them
+        A file, the files or the folder of one recording.
+    mapping : LogMapping, str or Path, optional
+        As for :func:`read_log`.
+
+    Returns
+    -------
+    record : Record
+        On one clock and in our axes, with NaN where nothing was measured; without velocities
+        where the mapping gives a position alone.
+
+    Raises
+    ------
+    FileError
+        If a file cannot be opened, or its reader is not installed.
+    LogError
+        With every fault of the file.
+    """
+    recording = read_recording(path)
+    return canonical_record(recording) if mapping is None else _mapping(mapping).record(recording)
 
 
 def read_logs(
-    paths: Iterable[str | Path] | str | Path, mapping: LogMapping | str | Path | None = None
+    paths: Iterable[Place] | Place, mapping: LogMapping | str | Path | None = None
 ) -> Log:
     """Read several logs as one, each file at least a segment of its own.
 
@@ -80,12 +141,11 @@ def read_logs(
         With the faults of every file.
     """
     files = [paths] if isinstance(paths, (str, Path)) else list(paths)
-    if mapping is not None and not isinstance(mapping, LogMapping):
-        mapping = read_mapping(mapping)
+    given = None if mapping is None else _mapping(mapping)
     logs, errors = [], []
     for path in files:
         try:
-            logs.append(read_log(path, mapping))
+            logs.append(read_log(path, given))
         except LogError as error:
             errors.append(error)
     if len(errors) == 1:
@@ -93,3 +153,67 @@ def read_logs(
     if errors:
         raise LogError([str(error) for error in errors])
     return concatenate(logs)
+
+
+def read_parts(
+    path: Place, mapping: LogMapping | str | Path | None = None, rows: int = 1_000_000
+) -> Iterator[Log]:
+    """Read a table larger than memory, one log after the other.
+
+    Parameters
+    ----------
+    path : str or Path
+        A table: text in columns or Parquet.
+    mapping : LogMapping, str or Path, optional
+        As for :func:`read_log`.
+    rows : int, optional
+        How many rows a part has.
+
+    Yields
+    ------
+    log : Log
+        The next rows; a segment ends where a part does. Parts in which nothing is known are left
+        out, with a warning.
+
+    Raises
+    ------
+    FileError
+        If the file cannot be opened, or its format cannot be read in parts.
+    LogError
+        With every fault of a part.
+    """
+    given = None if mapping is None else _mapping(mapping)
+    for number, part in enumerate(_tables(path, rows), start=1):
+        if not _is_blank(part, given):
+            record = canonical_record(part) if given is None else given.record(part)
+            if np.count_nonzero(~record.missing) > 1:
+                yield Log.from_record(record)
+                continue
+        told = f"{path}: part {number} has no two samples with all their values; left out"
+        warnings.warn(told, GapWarning, stacklevel=2)
+
+
+def _tables(path: Place, rows: int) -> Iterator[Recording]:
+    """Return a table part by part."""
+    from hydrodamp.data.formats import delimited, detect, parquet
+
+    form = detect.format_of(path)
+    if form.module == "delimited":
+        return delimited.parts(path, rows)
+    if form.module == "parquet":
+        return parquet.parts(path, rows)
+    raise FileError(
+        f"{path}: {form.name} cannot be read in parts; only text in columns and Parquet can. Save"
+        " the table as Parquet"
+    )
+
+
+def _is_blank(part: Recording, mapping: LogMapping | None) -> bool:
+    """Tell a part in which a column that is used has no number at all."""
+    fields = part.topics[0].fields
+    used = set(fields) if mapping is None else {entry.column for entry in mapping.entries}
+    return any(bool(np.isnan(fields[name]).all()) for name in used & set(fields))
+
+
+def _mapping(given: LogMapping | str | Path) -> LogMapping:
+    return given if isinstance(given, LogMapping) else read_mapping(given)

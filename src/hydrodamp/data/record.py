@@ -18,6 +18,7 @@ from hydrodamp.arrays import BoolArray, FloatArray, frozen
 from hydrodamp.basis.axes import VELOCITIES
 from hydrodamp.basis.command_names import check_command_name
 from hydrodamp.data.attitude import quaternion_from_euler
+from hydrodamp.data.blocks import BLOCKS
 from hydrodamp.errors import LogError, TermError, did_you_mean
 
 
@@ -43,6 +44,12 @@ class Record:
         Body acceleration [m/s^2, rad/s^2].
     propulsion_ratio : ndarray, shape (n,), or None
         Propulsion ratio [1].
+    position : ndarray, shape (n, 3), or None
+        Of the reference point, north, east, down [m].
+    specific_force : ndarray, shape (n, 3), or None
+        What an accelerometer measures, body frame [m/s^2].
+    notes : tuple of str
+        What was done to it so far, a sentence each.
     labels : tuple of str, or None
         The segment of each sample; a change is a join.
     lines : sequence of int, length n, or None
@@ -59,9 +66,12 @@ class Record:
     wrench: FloatArray | None = None
     acceleration: FloatArray | None = None
     propulsion_ratio: FloatArray | None = None
+    position: FloatArray | None = None
+    specific_force: FloatArray | None = None
     labels: tuple[str, ...] | None = None
     lines: Sequence[int] | None = None
     source: str = ""
+    notes: tuple[str, ...] = ()
 
     @classmethod
     def from_arrays(
@@ -84,15 +94,17 @@ class Record:
         """
         n = np.size(time)
         door = _Door(n)
+        blocks: dict[str, Any] = {
+            name: door.optional(name, optional.get(name), shape)
+            for name, shape in _optional_shapes(n).items()
+        }
         record = cls(
             time=door.array("time", time, (n,)),
             velocity=door.velocity(velocity),
             velocity_names=_velocity_names(velocity),
             attitude=door.attitude(attitude),
             commands={name: door.command(name, given) for name, given in commands.items()},
-            wrench=door.optional("wrench", optional["wrench"], (n, 6)),
-            acceleration=door.optional("acceleration", optional["acceleration"], (n, 6)),
-            propulsion_ratio=door.optional("propulsion_ratio", optional["propulsion_ratio"], (n,)),
+            **blocks,
             labels=door.labels(segment),
             source=source,
         )
@@ -119,8 +131,8 @@ class Record:
     def missing(self) -> BoolArray:
         """Whether any column but time is NaN at each sample, shape (n,)."""
         lacking = np.zeros(self.n, dtype=np.bool_)
-        blocks = (self.velocity, self.attitude, self.wrench, self.acceleration)
-        for block in (*blocks, self.propulsion_ratio, *self.commands.values()):
+        blocks = (getattr(self, name) for name in _optional_shapes(self.n))
+        for block in (self.velocity, self.attitude, *blocks, *self.commands.values()):
             if block is not None:
                 lacking |= np.isnan(block.reshape(self.n, -1)).any(axis=1)
         return lacking
@@ -154,20 +166,14 @@ class Record:
             Everything of a :class:`~hydrodamp.data.log.Log` but its segments and source.
         """
         commands = np.column_stack([*self.commands.values(), np.empty((self.n, 0))])
-        blocks = {
-            "time": self.time,
-            "velocity": self.velocity,
-            "attitude": self.attitude,
-            "commands": commands,
-            "wrench": self.wrench,
-            "acceleration": self.acceleration,
-            "propulsion_ratio": self.propulsion_ratio,
-        }
-        taken = {name: None if block is None else block[keep] for name, block in blocks.items()}
+        blocks = {name: commands if name == "commands" else getattr(self, name) for name in BLOCKS}
+        rows = slice(None) if keep.all() else keep  # a long log is not copied for nothing
+        taken = {name: None if block is None else block[rows] for name, block in blocks.items()}
         return {
             **taken,
             "velocity_names": self.velocity_names,
             "command_names": tuple(self.commands),
+            "notes": self.notes,
         }
 
 
@@ -221,6 +227,17 @@ class _Door:
             self.faults.append(f"`segment` must have {self.n} labels; got {len(segment)}")
             return None
         return None if segment is None else tuple(map(str, segment))
+
+
+def _optional_shapes(n: int) -> dict[str, tuple[int, ...]]:
+    """Return the arrays that a recording may have besides motion and commands."""
+    return {
+        "wrench": (n, 6),
+        "acceleration": (n, 6),
+        "propulsion_ratio": (n,),
+        "position": (n, 3),
+        "specific_force": (n, 3),
+    }
 
 
 def _velocity_names(velocity: npt.ArrayLike | Mapping[str, npt.ArrayLike]) -> tuple[str, ...]:

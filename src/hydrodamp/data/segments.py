@@ -59,6 +59,12 @@ class Split:
     segments: tuple[Segment, ...]
     notes: tuple[str, ...]
 
+    @property
+    def told(self) -> str:
+        """How many segments there are and why, in one sentence."""
+        count = len(self.segments)
+        return f"split into {count} segment{'s' if count > 1 else ''}: {'; '.join(self.notes)}"
+
 
 def longest_step(time: FloatArray, joins: BoolArray) -> float:
     """Return the longest step that is not a gap.

@@ -12,7 +12,7 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.data.blocks import BLOCKS
 from hydrodamp.data.segments import Segment, unique_names
-from hydrodamp.errors import LogError
+from hydrodamp.errors import LogError, did_you_mean
 
 if TYPE_CHECKING:
     from hydrodamp.data.log import Log
@@ -65,11 +65,106 @@ def goes_by(segment: str, name: str) -> bool:
 
     Examples
     --------
-    >>> goes_by("dive.2", "dive"), goes_by("dive.deep", "dive")
-    (True, False)
+    >>> goes_by("dive.2", "dive"), goes_by("dive.2.1", "dive"), goes_by("dive.deep", "dive")
+    (True, True, False)
     """
     label, _, piece = segment.rpartition(".")
-    return segment == name or (label == name and piece.isdigit())
+    return segment == name or (piece.isdigit() and goes_by(label, name))
+
+
+def spanned(log: Log, start: float, end: float) -> list[Segment]:
+    """Return the stretches of a log within a time span.
+
+    Parameters
+    ----------
+    log : Log
+        The log to cut.
+    start, end : float
+        Seconds counted from its first sample; ``end`` is not included.
+
+    Returns
+    -------
+    pieces : list of Segment
+        Of two samples or more, named after their segments.
+
+    Raises
+    ------
+    LogError
+        If there is none.
+    """
+    first, last = np.searchsorted(log.elapsed, (start, end)).tolist()
+    cut = ((part, max(part.start, first), min(part.stop, last)) for part in log.segments)
+    if pieces := [Segment(part.name, a, b) for part, a, b in cut if b - a >= 2]:
+        return pieces
+    fault = (
+        f"no two samples lie between {start:g} s and {end:g} s; the log spans 0 s to"
+        f" {log.elapsed[-1]:g} s, counted from its first sample"
+    )
+    raise LogError(fault, source=log.source)
+
+
+def command_index(log: Log, name: str) -> int:
+    """Return which column of the commands has a name.
+
+    Parameters
+    ----------
+    log : Log
+        The log to look in.
+    name : str
+        The channel's name.
+
+    Returns
+    -------
+    index : int
+        From 0.
+
+    Raises
+    ------
+    LogError
+        If there is none of this name.
+    """
+    if name not in log.command_names:
+        known = " ".join(log.command_names) or "none"
+        near = did_you_mean(name, log.command_names)
+        fault = f"there is no command '{name}'.{near} The commands are: {known}"
+        raise LogError(fault, source=log.source)
+    return log.command_names.index(name)
+
+
+def named(log: Log, names: Sequence[str]) -> list[Segment]:
+    """Return the segments of a log that go by some names, in the order of the names.
+
+    Parameters
+    ----------
+    log : Log
+        The log to look in.
+    names : sequence of str
+        Names of segments, or of labels that fell apart.
+
+    Returns
+    -------
+    pieces : list of Segment
+        Each once.
+
+    Raises
+    ------
+    LogError
+        If a name is unknown, or none is given.
+    """
+    pieces: dict[str, Segment] = {}
+    known = [part.name for part in log.segments]
+    faults = [] if names else [f"name at least one segment of: {' '.join(known)}"]
+    for name in names:
+        found = {part.name: part for part in log.segments if goes_by(part.name, name)}
+        if not found:
+            near = did_you_mean(name, known)
+            faults.append(
+                f"there is no segment '{name}'.{near} The segments are: {' '.join(known)}"
+            )
+        pieces |= found
+    if faults:
+        raise LogError(faults, source=log.source)
+    return list(pieces.values())
 
 
 def take(log: Log, pieces: Sequence[Segment]) -> Log:
@@ -135,7 +230,8 @@ def concatenate(logs: Iterable[Log]) -> Log:
         if getattr(first, name) is not None
     }
     sources = ", ".join(dict.fromkeys(part.source for part in parts if part.source))
-    return dataclasses.replace(first, **blocks, segments=_moved(parts), source=sources)
+    notes = tuple(dict.fromkeys(note for part in parts for note in part.notes))
+    return dataclasses.replace(first, **blocks, segments=_moved(parts), source=sources, notes=notes)
 
 
 def _block(log: Log, name: str, command_names: tuple[str, ...]) -> FloatArray:

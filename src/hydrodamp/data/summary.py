@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     from hydrodamp.data.log import Log
 
 _LISTED = 12
+_WIDTH = 160
 
 
 def summary(log: Log) -> str:
@@ -29,7 +31,7 @@ def summary(log: Log) -> str:
     text : str
         At most some forty lines.
     """
-    return "\n".join((*_head(log), *_ranges(log), *_segments(log)))
+    return "\n".join((*_head(log), *_ranges(log), *_segments(log), *_notes(log)))
 
 
 def _head(log: Log) -> Iterator[str]:
@@ -46,7 +48,9 @@ def _head(log: Log) -> Iterator[str]:
         "acceleration": log.acceleration,
         "propulsion ratio": log.propulsion_ratio,
     }
+    extra = {"position": log.position, "specific force": log.specific_force}
     present = [name for name, block in optional.items() if block is not None]
+    present += [name for name, block in extra.items() if block is not None]
     absent = [name for name, block in optional.items() if block is None]
     yield f"  with {', '.join(present) or 'velocity only'}" + (
         f"; without {', '.join(absent)}" if absent else ""
@@ -73,6 +77,13 @@ def _segments(log: Log) -> Iterator[str]:
         first, last = log.time[part.start], log.time[part.stop - 1]
         yield f"  {part.name:<18} {len(part):>7} {first:>9.6g} {last:>9.6g}"
     yield from _more(len(log.segments), "segments")
+
+
+def _notes(log: Log) -> Iterator[str]:
+    if log.notes:
+        yield "  what was done to it"
+    yield from (f"    {textwrap.shorten(note, _WIDTH)}" for note in log.notes[:_LISTED])
+    yield from _more(len(log.notes), "notes")
 
 
 def _more(count: int, what: str) -> Iterator[str]:

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import math
+import re
 
 from hydrodamp.errors import LogError, did_you_mean
 
 _DEGREE = math.pi / 180
 _FOOT = 0.3048  # m, international foot
-_KNOT = 1852 / 3600  # m/s
+_MILE = 1852.0  # m, nautical
+_KNOT = _MILE / 3600  # m/s
 _POUND_FORCE = 4.4482216152605  # N
 _GRAVITY = 9.80665  # m/s^2, standard
 
 UNITS: dict[str, dict[str, float]] = {
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0},
-    "angle": {"rad": 1.0, "deg": _DEGREE, "rev": 2 * math.pi},
+    "length": {"m": 1.0, "cm": 0.01, "mm": 0.001, "km": 1e3, "ft": _FOOT, "nmi": _MILE},
+    "angle": {"rad": 1.0, "deg": _DEGREE, "cdeg": _DEGREE / 100, "rev": 2 * math.pi},
     "speed": {
         "m/s": 1.0,
         "cm/s": 0.01,
@@ -26,17 +29,43 @@ UNITS: dict[str, dict[str, float]] = {
     },
     "angular rate": {
         "rad/s": 1.0,
+        "mrad/s": 1e-3,
         "deg/s": _DEGREE,
         "rpm": 2 * math.pi / 60,
         "rev/s": 2 * math.pi,
     },
-    "acceleration": {"m/s^2": 1.0, "cm/s^2": 0.01, "g": _GRAVITY, "ft/s^2": _FOOT},
+    "acceleration": {
+        "m/s^2": 1.0,
+        "cm/s^2": 0.01,
+        "g": _GRAVITY,
+        "mg": _GRAVITY / 1000,
+        "ft/s^2": _FOOT,
+    },
     "angular acceleration": {"rad/s^2": 1.0, "deg/s^2": _DEGREE},
     "force": {"N": 1.0, "kN": 1e3, "lbf": _POUND_FORCE, "kgf": _GRAVITY},
     "moment": {"N m": 1.0, "kN m": 1e3, "lbf ft": _POUND_FORCE * _FOOT},
     "ratio": {"1": 1.0, "%": 0.01},
 }
 """For every quantity its units, and the factor that turns each into SI."""
+
+_WORDS = {
+    "second": "s",
+    "sec": "s",
+    "millisecond": "ms",
+    "microsecond": "us",
+    "nanosecond": "ns",
+    "hour": "h",
+    "metre": "m",
+    "meter": "m",
+    "radian": "rad",
+    "degree": "deg",
+    "°": "deg",
+    "degheading": "deg",
+    "knot": "kn",
+    "newton": "N",
+    "percent": "%",
+}
+"""Other spellings of parts of a unit."""
 
 
 def factor(unit: str, quantity: str | None = None) -> float:
@@ -73,3 +102,35 @@ def factor(unit: str, quantity: str | None = None) -> float:
             f" Known are: {', '.join(known)}"
         )
     return known[unit]
+
+
+def spelt(text: str) -> str | None:
+    """Return the unit that a file states in words of its own.
+
+    Parameters
+    ----------
+    text : str
+        Such as ``"seconds"``, ``"m/s/s"`` or ``"deg / sec"``.
+
+    Returns
+    -------
+    unit : str or None
+        As in :data:`UNITS`; None where it is none of them.
+
+    Examples
+    --------
+    >>> spelt("meters/second"), spelt("m/s/s"), spelt("furlongs")
+    ('m/s', 'm/s^2', None)
+    """
+    known = {name for table in UNITS.values() for name in table}
+    plain = text.strip()
+    if plain in known:
+        return plain
+    parts = [_word(part.strip()) for part in re.split("/| per ", plain)]
+    unit = "/".join(parts).replace("/s/s", "/s^2").replace("/s2", "/s^2").replace("/s²", "/s^2")
+    return unit if unit in known else None
+
+
+def _word(part: str) -> str:
+    lower = part.lower()
+    return _WORDS.get(lower, _WORDS.get(lower.removesuffix("s"), part))

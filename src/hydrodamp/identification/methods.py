@@ -18,6 +18,7 @@ from hydrodamp.identification.regression.least_squares import LeastSquares
 from hydrodamp.identification.regression.ridge import Ridge
 from hydrodamp.identification.regression.weak import WeakForm
 from hydrodamp.identification.replays.output_error import OutputError
+from hydrodamp.identification.rows.chosen_slopes import ChosenSlopes
 from hydrodamp.identification.rows.derivative import SavitzkyGolay
 from hydrodamp.identification.smoothing.smooth import Smoothed
 from hydrodamp.models.model import DampingModel
@@ -28,6 +29,7 @@ METHODS: dict[str, Method] = {
     "recommended": Recommended(),
     "ls": LeastSquares(),
     "ls-sg": LeastSquares(SavitzkyGolay()),
+    "ls-cv": LeastSquares(ChosenSlopes()),
     "weak": WeakForm(),
     "gls": GeneralisedLeastSquares(),
     "ridge": Ridge(),

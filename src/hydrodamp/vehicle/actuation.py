@@ -8,7 +8,7 @@ from typing import NamedTuple, Protocol, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from hydrodamp.arrays import FloatArray
+from hydrodamp.arrays import BoolArray, FloatArray
 from hydrodamp.basis.axes import AXES
 from hydrodamp.basis.term import Term
 from hydrodamp.errors import VehicleError, did_you_mean
@@ -69,6 +69,7 @@ class Limited:
 
     command: str
     limit: float | None
+    dead_zone: Sequence[float] | None
     name: str
 
     @property
@@ -78,8 +79,9 @@ class Limited:
 
     @property
     def derived(self) -> tuple[str, ...]:
-        """The limited command, where there is a limit."""
-        return () if self.limit is None else (f"{self.name or self.command}_limited",)
+        """The limited command, where there is a limit or a dead zone."""
+        plain = self.limit is None and self.dead_zone is None
+        return () if plain else (f"{self.name or self.command}_limited",)
 
     @property
     def channel(self) -> str:
@@ -87,8 +89,9 @@ class Limited:
         return (self.derived or self.commands)[0]
 
     def channels(self, commands: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
-        """Return the command within its limit, in its own unit, shape (n,)."""
-        return {self.channel: limited(command_of(commands, self.command), self.limit)}
+        """Return the command within its limit, zero in its dead zone, shape (n,)."""
+        given = limited(command_of(commands, self.command), self.limit)
+        return {self.channel: np.where(idle(given, self.dead_zone), 0.0, given)}
 
 
 def command_of(commands: Mapping[str, FloatArray], name: str) -> FloatArray:
@@ -146,6 +149,34 @@ def limited(values: npt.ArrayLike, limit: float | None) -> FloatArray:
     """
     array = np.asarray(values, dtype=np.float64)
     return array if limit is None else np.clip(array, -limit, limit)
+
+
+def idle(values: npt.ArrayLike, dead_zone: Sequence[float] | None) -> BoolArray:
+    """Return where a command has no effect.
+
+    Parameters
+    ----------
+    values : array_like, shape (n,)
+        Any unit.
+    dead_zone : two floats, or None
+        Lowest and highest command without effect.
+
+    Returns
+    -------
+    idle : ndarray of bool, shape (n,)
+        True within the zone, its ends included.
+
+    Examples
+    --------
+    >>> idle([-0.2, 0.1, 0.5], (-0.1, 0.1)).tolist()
+    [False, True, False]
+    """
+    given: FloatArray = np.asarray(values, dtype=np.float64)
+    if dead_zone is None:
+        return np.zeros(given.shape, dtype=np.bool_)
+    low, high = dead_zone
+    inside: BoolArray = (given >= low) & (given <= high)
+    return inside
 
 
 def wrench_columns(wrench: Iterable[float], term: Term) -> tuple[Column, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -169,6 +170,37 @@ def check_command(command: str, name: str, limit: float | None) -> None:
         checked_name(name, "name")
     if limit is not None:
         checked_number(limit, "limit", positive=True)
+
+
+def checked_zone(zone: Sequence[float] | None) -> tuple[float, ...] | None:
+    """Return a dead zone whose ends are in order.
+
+    Parameters
+    ----------
+    zone : two floats, or None
+        Lowest and highest command without effect.
+
+    Returns
+    -------
+    zone : tuple of two floats, or None
+        The same.
+
+    Raises
+    ------
+    VehicleError
+        If it is not two numbers in order.
+
+    Examples
+    --------
+    >>> checked_zone([1470, 1530])
+    (1470.0, 1530.0)
+    """
+    if zone is None:
+        return None
+    low, high = checked_table(zone, (2,), "dead_zone")
+    if low > high:
+        raise VehicleError(f"`dead_zone` must be (lowest, highest); got ({low:g}, {high:g})")
+    return low, high
 
 
 def checked_axes(axes: tuple[str, ...]) -> tuple[str, ...]:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from hydrodamp.basis.term import Term
 from hydrodamp.vehicle.actuation import Column, Gains, Limited
-from hydrodamp.vehicle.checks import check_command, checked_gains
+from hydrodamp.vehicle.checks import check_command, checked_gains, checked_zone
 
 
 @dataclass(frozen=True)
@@ -26,6 +27,9 @@ class Fin(Limited):
     name : str, optional
         Starts the name of the limited channel, ``<name>_limited``; the command
         if not given.
+    dead_zone : tuple of two floats, optional
+        Deflections from the first to the second do nothing, as where a linkage has play
+        [rad].
 
     Raises
     ------
@@ -44,11 +48,13 @@ class Fin(Limited):
     drag: Gains = ()
     limit: float | None = None
     name: str = ""
+    dead_zone: Sequence[float] | None = None
 
     def __post_init__(self) -> None:
         """Check and freeze the fields."""
         check_command(self.command, self.name, self.limit)
         object.__setattr__(self, "force", checked_gains(self.force, "force"))
+        object.__setattr__(self, "dead_zone", checked_zone(self.dead_zone))
         object.__setattr__(self, "drag", checked_gains(self.drag, "drag"))
 
     def columns(self) -> tuple[Column, ...]:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.term import Term
 from hydrodamp.vehicle.actuation import Column, Limited
-from hydrodamp.vehicle.checks import check_command, checked_number
+from hydrodamp.vehicle.checks import check_command, checked_number, checked_zone
 
 
 @dataclass(frozen=True)
@@ -37,6 +37,8 @@ class Propeller(Limited):
     name : str, optional
         Starts the name of the limited channel, ``<name>_limited``; the command
         if not given.
+    dead_zone : tuple of two floats, optional
+        Commands from the first to the second do not turn it, in the unit of n.
 
     Raises
     ------
@@ -58,12 +60,14 @@ class Propeller(Limited):
     speed_offset: float = 0.0
     limit: float | None = None
     name: str = ""
+    dead_zone: Sequence[float] | None = None
 
     def __post_init__(self) -> None:
         """Check and freeze the fields."""
         check_command(self.command, self.name, self.limit)
         for field in ("thrust", "advance", "torque", "speed_offset"):
             checked_number(getattr(self, field), field)
+        object.__setattr__(self, "dead_zone", checked_zone(self.dead_zone))
         if self.speed_slope is not None:
             checked_number(self.speed_slope, "speed_slope", positive=True)
 

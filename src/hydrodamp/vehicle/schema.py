@@ -43,6 +43,7 @@ class FinEntry(_Strict):
     force: dict[AxisName, FiniteFloat]
     drag: dict[AxisName, FiniteFloat] = Field(default_factory=dict)
     limit: FiniteFloat | None = None
+    dead_zone: Pair | None = None
     name: str = ""
 
 
@@ -57,6 +58,7 @@ class PropellerEntry(_Strict):
     speed_slope: FiniteFloat | None = None
     speed_offset: FiniteFloat = 0.0
     limit: FiniteFloat | None = None
+    dead_zone: Pair | None = None
     name: str = ""
 
 

@@ -48,12 +48,13 @@ center_of_buoyancy: {lift} # m, z smaller than that of gravity if it lies above
 # unknown gain is fitted with terms such as u|u|*rudder or ch_forward. Examples:
 #
 #   - {{kind: fin, command: rudder, force: {{Y: 9.0, N: -9.0}}, drag: {{X: -4.7}}, limit: 0.35}}
-#       force per u|u|*angle, drag per u|u|*angle^2, limit in rad
+#       force per u|u|*angle, drag per u|u|*angle^2, limit in rad; dead_zone: [-0.01, 0.01]
+#       is optional, as for a propeller
 #   - {{kind: propeller, command: rpm, thrust: 3.2e-6, speed_slope: 0.001}}
 #       thrust per rpm*|rpm|; steady speed u_c = 0.001*rpm [m/s]
 #   - {{kind: thruster, command: port, position: [-0.2, -0.1, 0], direction: [1, 0, 0], gain: 40}}
-#       or, instead of the gain, curve: [[-1, -40], [0, 0], [1, 50]] of command and newtons;
-#       dead_zone: [-0.1, 0.1] and limit: 1 are optional
+#       or, instead of the gain, curve: [[-1, -40], [0, 0], [1, 50]] of command and newtons
+#       (pulse widths will do); dead_zone: [-0.1, 0.1] and limit: 1 are optional
 #   - {{kind: matrix, commands: [ch_forward], wrench: [[35, 0, 0, 0, 0, 0]]}}
 #       X Y Z K M N per unit of each command
 actuators: []

@@ -11,8 +11,8 @@ import numpy.typing as npt
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.term import Term
 from hydrodamp.errors import VehicleError
-from hydrodamp.vehicle.actuation import Column, Rows, command_of, limited, wrench_columns
-from hydrodamp.vehicle.checks import check_command, checked_number, checked_table
+from hydrodamp.vehicle.actuation import Column, Rows, command_of, idle, limited, wrench_columns
+from hydrodamp.vehicle.checks import check_command, checked_number, checked_table, checked_zone
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,9 @@ class Thruster:
     gain : float, optional
         [N] per unit of the command.
     curve : table of (command, thrust [N]) rows, optional
-        Linear in between, constant beyond; commands increase. Instead of a gain.
+        Such as pulse widths and newtons, as the maker measured them. Linear in between, so
+        that a table that rises gives a thrust that rises, and constant beyond; commands
+        increase. Instead of a gain.
     dead_zone : tuple of two floats, optional
         Commands from the first to the second give no thrust.
     limit : float, optional
@@ -77,8 +79,7 @@ class Thruster:
             checked_number(self.gain, "gain")
         if self.curve is not None:
             object.__setattr__(self, "curve", _increasing(self.curve))
-        if self.dead_zone is not None:
-            object.__setattr__(self, "dead_zone", _interval(self.dead_zone))
+        object.__setattr__(self, "dead_zone", checked_zone(self.dead_zone))
 
     @property
     def commands(self) -> tuple[str, ...]:
@@ -124,10 +125,7 @@ class Thruster:
         else:
             at, newtons = np.array(self.curve).T
             force = np.asarray(np.interp(given, at, newtons), dtype=np.float64)
-        if self.dead_zone is None:
-            return force
-        low, high = self.dead_zone
-        return np.where((given >= low) & (given <= high), 0.0, force)
+        return np.where(idle(given, self.dead_zone), 0.0, force)
 
 
 def _unit(direction: Sequence[float]) -> tuple[float, ...]:
@@ -149,10 +147,3 @@ def _increasing(curve: Rows) -> tuple[tuple[float, ...], ...]:
             f"got commands {at.tolist()}"
         )
     return rows
-
-
-def _interval(zone: Sequence[float]) -> tuple[float, ...]:
-    low, high = checked_table(zone, (2,), "dead_zone")
-    if low > high:
-        raise VehicleError(f"`dead_zone` must be (lowest, highest); got ({low:g}, {high:g})")
-    return low, high

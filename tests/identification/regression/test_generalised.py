@@ -62,11 +62,30 @@ def test_a_given_covariance_is_aitkens_estimate_on_all_rows(vehicle, prestero):
     np.testing.assert_allclose(fit.damping.coefficients, expected, rtol=1e-8)
 
 
+def white(problem, model, **settings):
+    """The estimate with the covariance of rows that are white in time, as they are here."""
+    method = GeneralisedLeastSquares(RECORDED, **settings)
+    return method.solve(RECORDED.triangle(problem), problem, model)
+
+
+def test_coloured_rows_have_wider_intervals(vehicle, exact_log, true_damping):
+    """Noise held over ten samples: tenfold variance, and the white covariance misses it."""
+    truth = true_damping(hd.catalog["fossen"])
+    log = exact_log(truth, n=3000)
+    noise = np.repeat(np.random.default_rng(3).normal(0, 2.0, (300, 6)), 10, axis=0)
+    problem = hd.prepare(vehicle, replace(log, wrench=log.wrench + noise), truth.model)
+    coloured = GeneralisedLeastSquares(RECORDED).identify(problem, truth.model)
+    ratio = np.diag(coloured.damping.covariance) / np.diag(
+        white(problem, truth.model).damping.covariance
+    )
+    assert 3.0 < np.median(ratio) < 20.0
+
+
 def test_settled_weights_are_the_covariance_of_their_own_residuals(vehicle, prestero):
     """The iterated estimate is a fixed point: Aitken's with the Σ it leaves over."""
     truth, log = prestero
     problem = hd.prepare(vehicle, log, truth.model)
-    fit = GeneralisedLeastSquares(RECORDED).identify(problem, truth.model)
+    fit = white(problem, truth.model)
     rows = RECORDED.rows(problem)
     left_over = rows.target - rows.design @ fit.damping.matrix.T
     freedom = np.sqrt([rows.n - len(terms) for terms in truth.model.terms])
@@ -86,7 +105,7 @@ def test_shared_noise_makes_it_better_than_least_squares(vehicle, prestero):
     truth, log = prestero
     problem = hd.prepare(vehicle, log, truth.model)
     of_y = [label.startswith("Y") for label in truth.model.labels]
-    weighted = GeneralisedLeastSquares(RECORDED).identify(problem, truth.model).damping
+    weighted = white(problem, truth.model).damping
     plain = white_least_squares(problem, truth.model).damping
     deviation = [np.sqrt(np.diag(d.covariance))[of_y] for d in (weighted, plain)]
     best = np.sqrt(1 - 0.95**2)
@@ -101,9 +120,8 @@ def test_covariance_has_its_nominal_size(vehicle, exact_log, true_damping):
     log = exact_log(truth, n=900)
     scores = []
     for seed in range(25):
-        damping = hd.identify(
-            truth.model, vehicle, coupled_noise(log, seed), GeneralisedLeastSquares(RECORDED)
-        ).damping
+        problem = hd.prepare(vehicle, coupled_noise(log, seed), truth.model)
+        damping = white(problem, truth.model).damping
         error = damping.coefficients - truth.coefficients
         scores.append(error / np.sqrt(np.diag(damping.covariance)))
     assert np.std(scores) == pytest.approx(1.0, abs=0.07)
@@ -113,7 +131,7 @@ def test_any_weighting_has_an_honest_covariance(vehicle, prestero):
     """A weighting of ones is least squares, and so is its covariance on each axis."""
     truth, log = prestero
     problem = hd.prepare(vehicle, log, truth.model)
-    fit = GeneralisedLeastSquares(RECORDED, weighting=np.eye(6)).identify(problem, truth.model)
+    fit = white(problem, truth.model, weighting=np.eye(6))
     plain = white_least_squares(problem, truth.model)
     np.testing.assert_allclose(fit.damping.coefficients, plain.damping.coefficients, rtol=1e-9)
     same = plain.damping.covariance != 0.0
@@ -225,8 +243,8 @@ def test_an_axis_without_terms_is_left_out(vehicle, exact_log, true_damping):
 def test_one_axis_has_no_correlation_to_tell(vehicle, exact_log, true_damping):
     model = hd.DampingModel.from_table({"Y": "v v|v|"}, key="sway")
     log = coupled_noise(exact_log(true_damping(model), n=600), 1)
-    fit = hd.identify(model, vehicle, log, GeneralisedLeastSquares(RECORDED))
-    plain = white_least_squares(hd.prepare(vehicle, log, model), model)
+    problem = hd.prepare(vehicle, log, model)
+    fit, plain = white(problem, model), white_least_squares(problem, model)
     np.testing.assert_allclose(fit.damping.covariance, plain.damping.covariance, rtol=1e-8)
     assert not any("alike" in said for said in fit.remarks)
 

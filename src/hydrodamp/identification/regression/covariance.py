@@ -15,6 +15,8 @@ model may be most of it.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
@@ -164,6 +166,37 @@ def least_squares_uncertainty(
     return rows_covariance(rows, least_squares_influence(rows, free), free, reference, block)
 
 
+def linear_uncertainty(
+    problem: Problem,
+    equations: Equations,
+    model: DampingModel,
+    influence: Callable[[Rows, DampingModel], Influence],
+) -> Uncertainty | None:
+    """Return how far to trust any linear estimate, or None where its rows cannot tell.
+
+    Parameters
+    ----------
+    problem : Problem
+        Vehicle and log.
+    equations : Equations
+        Where the rows of the estimate came from.
+    model : DampingModel
+        Restricted to the free axes.
+    influence : callable
+        From rows and model to what each row contributes.
+
+    Returns
+    -------
+    uncertainty : Uncertainty or None
+        As :func:`rows_covariance`; None where the rows are too few for the reference.
+    """
+    rows, reference = reference_rows(problem, equations, model)
+    try:
+        return rows_covariance(rows, influence(rows, model), model, reference)
+    except MethodError:
+        return None
+
+
 def noise_uncertainty(
     problem: Problem, equations: Equations, model: DampingModel
 ) -> Uncertainty | None:
@@ -181,16 +214,13 @@ def noise_uncertainty(
     Returns
     -------
     uncertainty : Uncertainty or None
-        As :func:`least_squares_uncertainty`, with room for what noise in the regressors
-        does; None where the rows are too few for the reference.
+        As :func:`linear_uncertainty`, with room for what noise in the terms does.
     """
     free = model.restricted_to(problem.vehicle.axes)
-    rows, reference = reference_rows(problem, equations, free)
-    try:
-        found = rows_covariance(rows, least_squares_influence(rows, free), free, reference)
-    except MethodError:
+    found = linear_uncertainty(problem, equations, free, least_squares_influence)
+    if found is None:
         return None
-    return found.widened(attenuation(rows, free), NOISY_TERMS)
+    return found.widened(attenuation(equations.rows(problem), free), NOISY_TERMS)
 
 
 def _on_reference(rows: Rows, influence: Influence, reference: DampingModel) -> Influence:

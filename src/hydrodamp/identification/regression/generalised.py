@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 from scipy.linalg import solve_triangular
@@ -19,9 +20,11 @@ from scipy.linalg import solve_triangular
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.axes import AXES
 from hydrodamp.errors import MethodError
-from hydrodamp.identification.fit import Fit, fitted
+from hydrodamp.identification.fit import Fit, fitted, trusted
 from hydrodamp.identification.refusal import refused
 from hydrodamp.identification.regression.coupled import Coupled
+from hydrodamp.identification.regression.covariance import linear_uncertainty
+from hydrodamp.identification.regression.influence import weighted_influence
 from hydrodamp.identification.regression.weighting import (
     Whitening,
     checked_covariance,
@@ -93,8 +96,8 @@ class GeneralisedLeastSquares:
         Returns
         -------
         fit : Fit
-            With rank, aliased labels and the covariance of rows that are white in time,
-            between axes too.
+            With rank, aliased labels and standard errors for coloured noise, between axes
+            too; where the rows are too few for those, for rows that are white in time.
         """
         return self.identify_all(problem, (model,))[0]
 
@@ -114,7 +117,7 @@ class GeneralisedLeastSquares:
             In the order of the models.
         """
         triangle = self.equations.triangle(problem)
-        return tuple(self.solve(triangle, problem, model) for model in models)
+        return tuple(self._trusted(triangle, problem, model) for model in models)
 
     def solve(self, triangle: Triangle, problem: Problem, model: DampingModel) -> Fit:
         """Solve one model from a triangle, without the data.
@@ -131,16 +134,29 @@ class GeneralisedLeastSquares:
         Returns
         -------
         fit : Fit
-            As :meth:`identify`.
+            As :meth:`identify`, but with the covariance of rows that are white in time.
         """
+        return self._solved(triangle, problem, model)[0]
+
+    def _trusted(self, triangle: Triangle, problem: Problem, model: DampingModel) -> Fit:
+        fit, weights = self._solved(triangle, problem, model)
+        if weights is None:
+            return fit
+        influence = partial(weighted_influence, whitening=weights.matrix)
+        return trusted(fit, linear_uncertainty(problem, self.equations, fit.model, influence))
+
+    def _solved(
+        self, triangle: Triangle, problem: Problem, model: DampingModel
+    ) -> tuple[Fit, Whitening | None]:
+        """Return the fit and the weights it was found with; None where there is no fit."""
         free = model.restricted_to(problem.vehicle.axes)
         refusal = refused(problem, free, self.key, triangle)
         if refusal is not None:
-            return refusal
+            return refusal, None
         coupled = Coupled.of(triangle, free)
         amounts, weights, rounds = self._weighted(coupled)
         back = coupled.back()
-        return fitted(
+        fit = fitted(
             problem,
             free,
             self,
@@ -151,6 +167,7 @@ class GeneralisedLeastSquares:
             n_samples=triangle.n_samples,
             remarks=(*_correlation(coupled, amounts), *self._course(weights, rounds)),
         )
+        return fit, weights
 
     def _weighted(self, coupled: Coupled) -> tuple[FloatArray, Whitening, int]:
         """Return the amounts, the weights they were found with and the rounds it took."""

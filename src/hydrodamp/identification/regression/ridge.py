@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
@@ -13,6 +14,8 @@ from hydrodamp.basis.term import Term
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.refusal import refused
+from hydrodamp.identification.regression.covariance import linear_uncertainty
+from hydrodamp.identification.regression.influence import ridge_influence
 from hydrodamp.identification.regression.least_squares import assembled
 from hydrodamp.identification.regression.shrinkage import (
     CrossValidated,
@@ -87,8 +90,8 @@ class Ridge:
         -------
         fit : Fit
             With the strength, the error on the folds and the effective number of
-            coefficients of each axis as remarks. The covariance is that of a normal
-            prior of the same strength, rows white: it allows for what shrinking hides.
+            coefficients of each axis as remarks. Standard errors are for coloured noise
+            and say nothing of what shrinking hides.
         """
         return self.identify_all(problem, (model,))[0]
 
@@ -130,7 +133,10 @@ class Ridge:
         ]
         solutions = [solution for solution, _ in solved]
         n = choice.triangle.n_samples
-        return assembled(problem, free, self, solutions, n, (*choice.made, *said))
+        influence = partial(ridge_influence, strength=strength)
+        uncertainty = linear_uncertainty(problem, self.equations, free, influence)
+        said = [*choice.made, *said]
+        return assembled(problem, free, self, solutions, n, tuple(said), uncertainty)
 
 
 @dataclass(frozen=True, eq=False)

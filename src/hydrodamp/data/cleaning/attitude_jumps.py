@@ -1,0 +1,175 @@
+"""Attitude that leaps there and back: wraps that were averaged, and other false samples.
+
+Angles wrap; whoever averages or interpolates 179 and -179 degrees writes 0, a vehicle
+turned about for one sample. The attitude of a log is a quaternion, so wraps as such do no
+harm, of a tumbling vehicle neither; what was spoilt before shows as a leap and is taken out
+here. The two signs of a quaternion mean the same attitude; they are made to follow on.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from hydrodamp.arrays import BoolArray, FloatArray, IntArray
+from hydrodamp.data.attitude import turn
+from hydrodamp.data.cleaning.lines import NORMAL, off_the_line, windows_about
+from hydrodamp.data.cleaning.missing import ATTITUDE, without_samples
+from hydrodamp.data.cleaning.spikes import LEAST_WINDOW
+from hydrodamp.data.cleaning.touched import Cleaned, Touched, cleaned
+from hydrodamp.data.log import Log
+
+LEAST_LEAP = np.radians(2.0)
+"""A turn there and back that is smaller is left to the noise [rad]."""
+
+_CHUNK = 16384
+
+
+def steady_attitude(log: Log, *, window: int = 7, threshold: float = 6.0) -> Cleaned:
+    """Take out samples of attitude that leap there and back, and let signs follow on.
+
+    Parameters
+    ----------
+    log : Log
+        Any log; without an attitude it is left alone.
+    window : int, optional
+        Samples compared, odd.
+    threshold : float, optional
+        Robust standard deviations of the turn from the window's middle; two degrees are
+        allowed in any case.
+
+    Returns
+    -------
+    cleaned : Cleaned
+        Leaps are interpolated along the shorter turn.
+
+    Examples
+    --------
+    >>> from hydrodamp.data.attitude import quaternion_from_euler
+    >>> yaw = np.radians([178.0, 178.5, 179.0, 179.5, 0.0, -179.5, -179.0, -178.5, -178.0])
+    >>> attitude = quaternion_from_euler(np.outer(yaw, (0, 0, 1)))
+    >>> log = Log.from_arrays(np.arange(9) / 10, {"r": np.full(9, 0.0873)}, attitude=attitude)
+    >>> made = steady_attitude(log)
+    >>> made.counts("attitude leaps"), np.degrees(2 * np.arcsin(made.log.attitude[4, 3])).item()
+    ({'attitude': 1}, 180.0)
+    """
+    if log.attitude is None:
+        return Cleaned(log)
+    found = leaps(log.time, log.attitude, log.bounds, window=window, threshold=threshold)
+    first = without_samples(log, {ATTITUDE: found}, "attitude leaps")
+    attitude = first.log.attitude
+    assert attitude is not None
+    followed = following(attitude, first.log.bounds)
+    flipped = np.any(followed != attitude, axis=1)
+    jumps = int(np.count_nonzero(flipped[1:] != flipped[:-1]))
+    signs = Touched("quaternion signs", ATTITUDE, jumps, first.log.n, "jumped, made to follow on")
+    if not jumps:
+        return first
+    second = cleaned(dataclasses.replace(first.log, attitude=followed), [signs])
+    return Cleaned(second.log, (*first.touched, *second.touched))
+
+
+def following(attitude: FloatArray, bounds: IntArray) -> FloatArray:
+    """Return the same attitudes with signs that follow on within each segment.
+
+    Parameters
+    ----------
+    attitude : ndarray, shape (n, 4)
+        Unit quaternions ``(w, x, y, z)``, body to north-east-down.
+    bounds : ndarray of int, shape (s, 2)
+        First and one-past-last sample of each segment.
+
+    Returns
+    -------
+    attitude : ndarray, shape (n, 4)
+        Each the nearer of its two spellings to the one before.
+
+    Examples
+    --------
+    >>> following(np.array([[1.0, 0, 0, 0], [-1, 0, 0, 0]]), np.array([[0, 2]])).tolist()
+    [[1.0, 0.0, 0.0, 0.0], [1.0, -0.0, -0.0, -0.0]]
+    """
+    along = np.sum(attitude[1:] * attitude[:-1], axis=1)
+    sign = np.concatenate(([1.0], np.where(along < 0, -1.0, 1.0)))
+    sign[bounds[:, 0]] = 1.0
+    product = np.cumprod(sign)
+    # What the segments before have gathered is taken back.
+    start = np.repeat(product[bounds[:, 0]], bounds[:, 1] - bounds[:, 0])
+    return attitude * (product * start)[:, np.newaxis]
+
+
+def leaps(
+    time: FloatArray,
+    attitude: FloatArray,
+    bounds: IntArray,
+    *,
+    window: int = 7,
+    threshold: float = 6.0,
+) -> BoolArray:
+    """Return which samples of attitude leap there and back.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+        Sample times [s].
+    attitude : ndarray, shape (n, 4)
+        Unit quaternions, whatever their signs.
+    bounds : ndarray of int, shape (s, 2)
+        First and one-past-last sample of each segment.
+    window, threshold
+        As for :func:`steady_attitude`.
+
+    Returns
+    -------
+    found : ndarray of bool, shape (n,)
+        Farther off the steady turn of the window than its other samples.
+
+    Examples
+    --------
+    >>> level = np.tile([1.0, 0, 0, 0], (9, 1))
+    >>> level[4] = [0, 0, 0, 1]
+    >>> leaps(np.arange(9.0), level, np.array([[0, 9]])).nonzero()[0].tolist()
+    [4]
+    """
+    found = np.zeros(len(attitude), dtype=np.bool_)
+    for start, stop in bounds.tolist():
+        if stop - start < LEAST_WINDOW:
+            continue
+        part, clock = attitude[start:stop], time[start:stop]
+        rows = np.flatnonzero(_jolts(part) > LEAST_LEAP / 2)
+        for low in range(0, len(rows), _CHUNK):
+            some = rows[low : low + _CHUNK]
+            own, spread = _off(clock, part, some, window)
+            found[start + some] = own > np.maximum(threshold * spread, LEAST_LEAP)
+    return found
+
+
+def _jolts(attitude: FloatArray) -> FloatArray:
+    """Return how much the turn from sample to sample changes at each one [rad].
+
+    A leap by half a turn and back looks like a turn that goes on: large ones count whole.
+    """
+    steps = turn(attitude[:-1], attitude[1:])
+    change = np.linalg.norm(np.diff(steps, axis=0), axis=1)
+    size = np.linalg.norm(steps[1:], axis=1)
+    return np.concatenate(([np.inf], np.where(size > 1.0, size, change), [np.inf]))
+
+
+def _off(
+    time: FloatArray, attitude: FloatArray, rows: IntArray, window: int
+) -> tuple[FloatArray, FloatArray]:
+    """Return how far samples are off the steady turn of their window, and how far most are.
+
+    Turns are seen from the most central sample: a window full of turning has none off it.
+    """
+    around = windows_about(attitude, rows, window)
+    along = np.abs(np.einsum("nkj,nlj->nkl", around, around))
+    central = np.median(along, axis=2).argmax(axis=1)
+    origin = np.repeat(around[np.arange(len(rows)), central], around.shape[1], axis=0)
+    turns = turn(origin, around.reshape(-1, 4)).reshape(*around.shape[:2], 3)
+    clock = windows_about(time, rows, window)
+    rest = [off_the_line(clock, turns[:, :, axis]) for axis in range(3)]
+    size = np.sqrt(sum(part**2 for part in rest))
+    place = np.argmax(clock == time[rows][:, np.newaxis], axis=1)
+    return size[np.arange(len(rows)), place], NORMAL * np.median(size, axis=1)

@@ -1,0 +1,109 @@
+"""Ratios of two channels that should measure the same motion."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hydrodamp.arrays import FloatArray, IntArray
+from hydrodamp.data.attitude import rotation
+from hydrodamp.data.log import Log
+
+LEAST_AGREEMENT = 0.8
+"""Correlation below which two channels do not measure the same motion."""
+
+_WINDOW = 5.0  # s, over which ways are compared: long against the noise of a position
+_LEAST_PAIRS = 8
+_TINY = 1e-9  # of any unit; less is no motion
+
+
+def rate_ratio(time: FloatArray, angle: FloatArray, rate: FloatArray, bounds: IntArray) -> float:
+    """Return how many times faster an angle turns than a recorded rate says.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+        Sample times [s].
+    angle : ndarray, shape (n,)
+        It may wrap at pi [rad].
+    rate : ndarray, shape (n,)
+        The rate it should have [rad/s].
+    bounds : ndarray of int, shape (s, 2)
+        First and one-past-last sample of each segment.
+
+    Returns
+    -------
+    ratio : float
+        NaN where the two do not go together.
+
+    Examples
+    --------
+    >>> time = np.arange(0.0, 20.0, 0.1)
+    >>> rate_ratio(time, np.sin(time), np.cos(time) / 2, np.array([[0, 200]])).__round__(2)
+    2.0
+    """
+    inner = _inner_steps(bounds, len(time))
+    difference = np.diff(angle)
+    wrapped = difference - 2 * np.pi * np.round(difference / (2 * np.pi))
+    slope = np.divide(wrapped, np.diff(time), out=np.zeros(len(time) - 1), where=inner)
+    mean = (rate[1:] + rate[:-1]) / 2
+    return _ratio(slope[inner], mean[inner])
+
+
+def path_ratio(log: Log) -> float:
+    """Return how many times longer the way of the velocity is than that of the position.
+
+    Parameters
+    ----------
+    log : Log
+        Without a position or an attitude there is nothing to compare.
+
+    Returns
+    -------
+    ratio : float
+        One where units and frames agree, NaN where the two do not go together.
+
+    Examples
+    --------
+    >>> time = np.arange(0.0, 60.0, 0.5)
+    >>> log = Log.from_arrays(
+    ...     time,
+    ...     {"u": 20 + 0 * time},
+    ...     attitude=np.zeros((120, 3)),
+    ...     position=np.outer(time, (0.2, 0, 0)),
+    ... )
+    >>> round(path_ratio(log), 6)
+    100.0
+    """
+    if log.position is None or log.attitude is None:
+        return float("nan")
+    world = np.einsum("nij,nj->ni", rotation(log.attitude), log.velocity[:, :3])
+    ways = []
+    for start, stop in log.bounds.tolist():
+        time = log.time[start:stop]
+        steps = (
+            np.diff(time)[:, np.newaxis] * (world[start + 1 : stop] + world[start : stop - 1]) / 2
+        )
+        way = np.concatenate((np.zeros((1, 3)), np.cumsum(steps, axis=0)))
+        first = np.arange(stop - start)
+        last = np.minimum(np.searchsorted(time, time + _WINDOW), stop - start - 1)
+        first, last = first[last > first], last[last > first]
+        place = log.position[start:stop]
+        ways.append(np.stack((way[last] - way[first], place[last] - place[first])))
+    made, gone = np.concatenate(ways, axis=1)
+    return _ratio(made.ravel(), gone.ravel())
+
+
+def _inner_steps(bounds: IntArray, n: int) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
+    """Tell which steps lie within a segment."""
+    inner = np.ones(n - 1, dtype=np.bool_)
+    inner[bounds[1:, 0] - 1] = False
+    return inner
+
+
+def _ratio(first: FloatArray, second: FloatArray) -> float:
+    """Return the size of one against another, with the sign of their correlation."""
+    one, other = float(np.linalg.norm(first)), float(np.linalg.norm(second))
+    if len(first) < _LEAST_PAIRS or min(one, other) < _TINY:
+        return float("nan")
+    agreement = float((first / one) @ (second / other))
+    return float(np.sign(agreement)) * one / other if abs(agreement) > LEAST_AGREEMENT else np.nan

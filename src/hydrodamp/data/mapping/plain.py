@@ -1,0 +1,105 @@
+"""Recordings whose columns have the canonical names, so that no mapping is needed."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator
+
+from hydrodamp.data.canonical import RESERVED
+from hydrodamp.data.columns import Columns
+from hydrodamp.data.mapping.composition import presets
+from hydrodamp.data.mapping.finding import text_faults
+from hydrodamp.data.record import Record
+from hydrodamp.data.recording import Recording, Topic
+from hydrodamp.errors import LogError
+
+_LISTED = 8
+
+
+def canonical_record(recording: Recording) -> Record:
+    """Return the record of a table in the canonical form.
+
+    Parameters
+    ----------
+    recording : Recording
+        One table; columns without a reserved name are commands.
+
+    Returns
+    -------
+    record : Record
+        Not yet checked and cut.
+
+    Raises
+    ------
+    LogError
+        If it is no single table, or with every fault of its columns.
+
+    Examples
+    --------
+    >>> table = Topic("", None, {"time": [0.0, 0.1], "u": [1.0, 1.1], "rudder": [0.0, 0.1]})
+    >>> record = canonical_record(Recording((table,), "log.parquet", "Parquet"))
+    >>> record.velocity_names, list(record.commands)
+    (('u',), ['rudder'])
+    """
+    if len(recording.topics) != 1 or recording.topics[0].name:
+        raise LogError(_no_table(recording), source=recording.source)
+    table = recording.topics[0]
+    numbers = {name: values for name, values in table.fields.items() if name != "segment"}
+    if "time" not in numbers and table.time is not None:
+        numbers["time"] = table.time
+    columns = Columns(
+        numbers,
+        tuple(name for name in numbers if name not in RESERVED),
+        labels_of(table, "segment"),
+        table.lines or None,
+        recording.source,
+    )
+    record = columns.record()
+    faults = [*_text_faults(table), *columns.faults()]
+    if faults or record is None:
+        raise LogError(faults or ["there are no samples"], source=recording.source)
+    return dataclasses.replace(record, notes=recording.notes)
+
+
+def labels_of(table: Topic, name: str) -> tuple[str, ...] | None:
+    """Return a column as labels, one a row.
+
+    Parameters
+    ----------
+    table : Topic
+        Where it stands.
+    name : str
+        The column, of words or of numbers.
+
+    Returns
+    -------
+    labels : tuple of str or None
+        None where there is no such column.
+
+    Examples
+    --------
+    >>> labels_of(Topic("", None, {"run": [1.0, 2.0]}), "run")
+    ('1', '2')
+    """
+    if name in table.texts:
+        return table.texts[name]
+    if name in table.fields:
+        return tuple(f"{number:.15g}" for number in table.fields[name].tolist())
+    return None
+
+
+def _text_faults(table: Topic) -> Iterator[str]:
+    yield from table.faults.values()
+    for name, cells in table.texts.items():
+        if name != "segment":
+            yield from text_faults(cells, name)
+
+
+def _no_table(recording: Recording) -> str:
+    names = [topic.name or "(a table)" for topic in recording.topics]
+    more = len(names) - _LISTED
+    listed = ", ".join(names[:_LISTED]) + (f" and {more} more" if more > 0 else "")
+    return (
+        f"it holds the topics {listed or 'none'}; a mapping must say which is what. Give a mapping"
+        f" file, or a preset: {', '.join(presets())}"
+    )

@@ -1,0 +1,195 @@
+"""What a recording holds, topic by topic, before anything is made of it.
+
+Every reader of a format returns a :class:`Recording`: numbers as they stand in the file, each
+topic on its own clock. Units, axes and one clock for all are the business of a mapping.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+import numpy as np
+
+from hydrodamp.arrays import FloatArray, frozen
+from hydrodamp.errors import LogError, did_you_mean
+
+
+@dataclass(frozen=True, eq=False)
+class Topic:
+    """Messages of one kind from one source, a row each.
+
+    Attributes
+    ----------
+    name : str
+        As the file calls it; empty where a file is one table.
+    time : ndarray, shape (n,), or None
+        When each message was recorded [s], on the clock of the file; None where only a
+        mapping can say which field is the time.
+    fields : mapping of str to ndarray, shape (n,)
+        Numbers as they stand in the file, by the path of the field, such as
+        ``twist.linear.x`` or ``current[3]``; NaN where there is none.
+    texts : mapping of str to tuple of str, length n
+        Fields that are words.
+    units : mapping of str to str
+        Units that the file states, spelt as there.
+    faults : mapping of str to str
+        What is wrong with a field, a sentence each. Such a field is not among
+        ``fields``; the fault is told to who asks for it by :meth:`numbers`, so that a
+        column nobody needs spoils no log.
+    lines : sequence of int
+        The line of the file of each row; empty where the file has no lines.
+
+    Raises
+    ------
+    LogError
+        If time, fields and texts differ in length.
+
+    Examples
+    --------
+    >>> Topic("imu", time=[0.0, 0.1], fields={"gyro.z": [0.0, 0.2]}).n
+    2
+    """
+
+    name: str
+    time: FloatArray | None
+    fields: Mapping[str, FloatArray]
+    texts: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
+    faults: Mapping[str, str] = field(default_factory=dict)
+    lines: Sequence[int] = ()
+
+    def __post_init__(self) -> None:
+        """Copy the arrays at the door, but those that nobody can write."""
+        if self.time is not None:
+            object.__setattr__(self, "time", _kept(self.time))
+        numbers = {name: _kept(values) for name, values in self.fields.items()}
+        object.__setattr__(self, "fields", MappingProxyType(numbers))
+        for name in ("texts", "units", "faults"):
+            object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
+        self._check_lengths()
+
+    @property
+    def n(self) -> int:
+        """The number of messages."""
+        if self.time is not None:
+            return len(self.time)
+        lengths = [*map(len, self.fields.values()), *map(len, self.texts.values())]
+        return max(lengths, default=0)
+
+    def numbers(self, name: str) -> FloatArray:
+        """Return a field of numbers by its name.
+
+        Parameters
+        ----------
+        name : str
+            The path of the field.
+
+        Returns
+        -------
+        values : ndarray, shape (n,)
+            As they stand in the file.
+
+        Raises
+        ------
+        LogError
+            If there is no such field, it is words, or something is wrong with it.
+
+        Examples
+        --------
+        >>> Topic("", None, {"speed": [1.0, 2.0]}).numbers("speeds")
+        Traceback (most recent call last):
+        ...
+        hydrodamp.errors.LogError: there is no field `speeds`. Did you mean 'speed'?
+        """
+        inside = f" in topic `{self.name}`" if self.name else ""
+        if name in self.faults:
+            raise LogError(f"{self.faults[name]}{inside}")
+        if name in self.fields:
+            return self.fields[name]
+        if name in self.texts:
+            words = ", ".join(repr(word) for word in self.texts[name][:3])
+            raise LogError(f"field `{name}`{inside} must hold numbers; it holds words: {words}")
+        known = (*self.fields, *self.texts)
+        raise LogError(f"there is no field `{name}`{inside}.{did_you_mean(name, known)}")
+
+    def _check_lengths(self) -> None:
+        columns: dict[str, Sequence[object] | FloatArray] = {**self.fields, **self.texts}
+        odd = [name for name, column in columns.items() if len(column) != self.n]
+        if odd:
+            told = ", ".join(f"`{name}` {len(columns[name])}" for name in odd)
+            raise LogError(f"topic `{self.name}` must have {self.n} values a field; got {told}")
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """Everything read from one or several files.
+
+    Attributes
+    ----------
+    topics : tuple of Topic
+        In the order of their names in the file.
+    source : str
+        The file or folder, for messages.
+    format : str
+        Which format it was read as, such as ``"ROS 2 bag (MCAP)"``.
+    notes : tuple of str
+        What the reader met and put up with, a sentence each.
+
+    Examples
+    --------
+    >>> imu = Topic("imu", [0.0, 0.1], {"gyro.z": [0.0, 0.2]})
+    >>> log = Recording((imu,), "dive.bag", "ROS 1 bag")
+    >>> log.topic("imu").fields["gyro.z"].tolist()
+    [0.0, 0.2]
+    """
+
+    topics: tuple[Topic, ...]
+    source: str
+    format: str
+    notes: tuple[str, ...] = ()
+
+    def topic(self, name: str) -> Topic:
+        """Return a topic by its name.
+
+        Parameters
+        ----------
+        name : str
+            As the file calls it.
+
+        Returns
+        -------
+        topic : Topic
+            The only one of that name.
+
+        Raises
+        ------
+        LogError
+            If there is none, naming the nearest.
+        """
+        for topic in self.topics:
+            if topic.name == name:
+                return topic
+        known = [topic.name for topic in self.topics]
+        raise LogError(
+            f"there is no topic `{name}`.{did_you_mean(name, known)} There are: "
+            f"{', '.join(known) or 'none'}",
+            source=self.source,
+        )
+
+    def spans(self) -> dict[str, tuple[float, float]]:
+        """Return the first and last time of every topic that has a clock [s]."""
+        return {
+            topic.name: (float(topic.time[0]), float(topic.time[-1]))
+            for topic in self.topics
+            if topic.time is not None and topic.n and bool(np.isfinite(topic.time).all())
+        }
+
+
+def _kept(values: FloatArray) -> FloatArray:
+    """Return the array itself where it is flat, read-only and nobody's view; else a copy."""
+    known = isinstance(values, np.ndarray) and values.dtype == np.float64 and values.ndim == 1
+    if known and values.flags.c_contiguous and values.flags.owndata and not values.flags.writeable:
+        return values
+    return frozen(values, (None,))
