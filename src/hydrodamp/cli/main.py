@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from hydrodamp.cli.compare import compare
+from hydrodamp.cli.convert import convert
 from hydrodamp.cli.demo import demo
 from hydrodamp.cli.guard import guarded
 from hydrodamp.cli.identify import identify
@@ -28,7 +29,7 @@ app = typer.Typer(
 )
 vehicle_app = typer.Typer(help="Vehicle files.", no_args_is_help=True, rich_markup_mode=None)
 
-for command in (demo, models, probe, compare, validate, identify, simulate):
+for command in (demo, models, probe, convert, compare, validate, identify, simulate):
     app.command()(guarded(command))
 vehicle_app.command()(guarded(new))
 app.add_typer(vehicle_app, name="vehicle")

@@ -40,11 +40,13 @@ class RateUnit(StrEnum):
 Logs = Annotated[
     list[str] | None,
     typer.Argument(
-        metavar="LOG", help="Logs: CSV files. Left out where --train and --test name files."
+        metavar="LOG",
+        help="Logs: files or folders of any format. Left out where --train and --test name files.",
     ),
 ]
 SomeLogs = Annotated[
-    list[str], typer.Argument(metavar="LOG", help="Logs: CSV files, one after another.")
+    list[str],
+    typer.Argument(metavar="LOG", help="Logs: files or folders of any format, one after another."),
 ]
 VehicleName = Annotated[
     str,
@@ -80,7 +82,9 @@ Methods = Annotated[
 MappingFile = Annotated[
     str | None,
     typer.Option(
-        "--mapping", metavar="YAML", help="Names, units, frames and signs of the log's columns."
+        "--mapping",
+        metavar="M",
+        help="Names, units, frames and steps of a log: a YAML file, or a preset such as mavros.",
     ),
 ]
 Attitude = Annotated[

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray
+from hydrodamp.data.cleaning.bottom_lock import lost_lock
 from hydrodamp.data.clock.stamps import Clock, Stamps, set_right
 from hydrodamp.data.mapping.entries import RECORDED, Entry
 from hydrodamp.data.mapping.finding import Found, beside, locate
@@ -18,6 +19,9 @@ from hydrodamp.errors import did_you_mean
 
 Key = tuple[str, float, tuple[tuple[str, float | None], ...]]
 """Topic, delay and conditions: what channels of one clock have in common."""
+
+
+_LINEAR = tuple(f"velocity.{name}" for name in ("u", "v", "w"))
 
 
 @dataclass(eq=False)
@@ -57,11 +61,14 @@ class Feed:
     def values(self, place: str, stamps: Stamps) -> FloatArray:
         """Return the numbers of a channel at the usable messages, in SI units.
 
-        An infinite number is no measurement: it becomes NaN, as if it were missing.
+        An infinite number is no measurement, nor is one that stands for a lost bottom lock:
+        it becomes NaN, as if it were missing.
         """
         values = self.channels[place].values()
         if np.isinf(values).any():
             values = np.where(np.isinf(values), np.nan, values)
+        if place in _LINEAR:
+            values = np.where(lost_lock(values, np.inf), np.nan, values)
         if self.rows is not None:
             values = values[self.rows]
         return values if len(stamps.rows) == len(values) else values[stamps.rows]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +14,7 @@ from hydrodamp.data.mapping.entries import Entry, entries_of
 from hydrodamp.data.mapping.frames import Mounting
 from hydrodamp.data.record import Record
 from hydrodamp.data.recording import Recording
+from hydrodamp.data.steps import Step, prepared, steps_of
 from hydrodamp.errors import LogError
 
 if TYPE_CHECKING:
@@ -48,6 +49,8 @@ class LogMapping:
         How the sensors behind the groups sit in the vehicle.
     source : str
         The mapping's file.
+    steps : tuple of Step
+        What is done to the log once it is on one clock.
     """
 
     entries: tuple[Entry, ...]
@@ -59,6 +62,7 @@ class LogMapping:
     topics: Topics = ()
     sensors: tuple[tuple[str, Mounting], ...] = ()
     source: str = ""
+    steps: tuple[Step, ...] = ()
 
     @classmethod
     def from_dict(cls, content: object, source: str = "mapping") -> LogMapping:
@@ -99,14 +103,15 @@ class LogMapping:
             fault = f"a mapping must be a table of names to columns; got {called(content)}"
             raise LogError(fault, source=source)
         whole = composed(content, Path(source))
-        faults = [*sense_faults(whole)]
+        steps, wrong = steps_of(whole.get("steps"))
+        faults = [*sense_faults(whole), *wrong]
         try:
             form = MappingForm.model_validate(whole)
         except ValidationError as error:
             raise LogError([*form_faults(error), *faults], source=source) from error
         if faults:
             raise LogError(faults, source=source)
-        return cls._of(form, source)
+        return replace(cls._of(form, source), steps=steps)
 
     @classmethod
     def _of(cls, form: MappingForm, source: str) -> LogMapping:
@@ -191,12 +196,13 @@ class LogMapping:
         Returns
         -------
         log : Log
-            On one clock, in SI units, forward-starboard-down and north-east-down.
+            On one clock, in SI units, forward-starboard-down and north-east-down; its notes
+            tell what the steps of the mapping did.
 
         Raises
         ------
         LogError
-            With every fault.
+            With every fault, or what a step lacks.
 
         Warns
         -----
@@ -221,7 +227,7 @@ class LogMapping:
         >>> log.command("rudder").tolist()
         [1.0, 2.0, 3.0]
         """
-        return Log.from_record(self.record(recording))
+        return prepared(Log.from_record(self.record(recording)), self.steps)
 
     def record(self, recording: Recording) -> Record:
         """Return the record of a recording: one clock, our axes, NaN where nothing is known.

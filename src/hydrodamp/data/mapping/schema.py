@@ -253,6 +253,9 @@ class MappingForm(_Strict):
         Discriminator(_list_or_table),
     ] = Field({}, description="by their names here; a list where they keep their names")
     sensors: SensorsForm | None = None
+    steps: list[str | dict[str, Any]] | None = Field(
+        None, description="done to the log, in order; names as in hydrodamp.data.steps"
+    )
 
 
 def schema() -> dict[str, Any]:

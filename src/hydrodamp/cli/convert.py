@@ -1,0 +1,29 @@
+"""``hydrodamp convert``: any log to the canonical CSV."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from hydrodamp.cli import options
+from hydrodamp.cli.output import note, results
+
+
+def convert(
+    logs: options.SomeLogs,
+    out: Annotated[str, typer.Option("--out", metavar="FILE", help="The CSV file to write.")],
+    mapping: options.MappingFile = None,
+) -> None:
+    """Bring a log of any format onto one clock, do the mapping's steps, and write it as CSV."""
+    from hydrodamp.cli.progress import progress
+    from hydrodamp.cli.select import read
+    from hydrodamp.cli.targets import check_out_file
+    from hydrodamp.data.canonical import write_log
+
+    check_out_file(out, (*logs, mapping))
+    with progress("reading"):
+        log = read(logs, mapping)
+    results().print(str(log), markup=False, highlight=False)
+    write_log(log, out)
+    note(f"written to {out}")
