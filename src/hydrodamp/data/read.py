@@ -13,6 +13,7 @@ from hydrodamp.data.log import Log
 from hydrodamp.data.mapping import LogMapping, read_mapping
 from hydrodamp.data.mapping.plain import canonical_record
 from hydrodamp.data.record import Record
+from hydrodamp.data.steps import prepared
 from hydrodamp.data.recording import Recording
 from hydrodamp.data.stretches import concatenate
 from hydrodamp.errors import FileError, GapWarning, LogError
@@ -156,7 +157,7 @@ def read_logs(
 
 
 def read_parts(
-    path: Place, mapping: LogMapping | str | Path | None = None, rows: int = 1_000_000
+    path: Place, mapping: LogMapping | str | Path | None = None, rows: int = 400_000
 ) -> Iterator[Log]:
     """Read a table larger than memory, one log after the other.
 
@@ -187,7 +188,8 @@ def read_parts(
         if not _is_blank(part, given):
             record = canonical_record(part) if given is None else given.record(part)
             if np.count_nonzero(~record.missing) > 1:
-                yield Log.from_record(record)
+                log = Log.from_record(record)
+                yield log if given is None else prepared(log, given.steps)
                 continue
         told = f"{path}: part {number} has no two samples with all their values; left out"
         warnings.warn(told, GapWarning, stacklevel=2)
