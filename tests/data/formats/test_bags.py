@@ -242,3 +242,29 @@ def test_a_bag_that_is_not_there(tmp_path: Path) -> None:
     pytest.importorskip("rosbags")
     with pytest.raises(FileError, match=r"absent\.bag: cannot be read: No such file"):
         rosbag.read(tmp_path / "absent.bag")
+
+
+def test_topics_without_messages_or_fields(tmp_path: Path, bag: Any) -> None:
+    from rosbags.rosbag2 import Writer
+
+    folder = tmp_path / "dive"
+    empty = bag.modern.types["std_msgs/msg/Empty"]()
+    with Writer(folder, version=9) as writer:
+        silent = writer.add_connection("/silent", TWIST, typestore=bag.modern)
+        beat = writer.add_connection("/beat", "std_msgs/msg/Empty", typestore=bag.modern)
+        for k in range(3):
+            writer.write(beat, k, bag.modern.serialize_cdr(empty, "std_msgs/msg/Empty"))
+    recording = rosbag.read(folder)
+    assert silent.topic == "/silent"
+    assert {topic.name: topic.n for topic in recording.topics} == {"/beat": 3}
+    assert recording.topics[0].fields == {}
+    assert recording.notes == (f"topic `/silent` ({TWIST}) holds no message",)
+
+
+def test_a_topic_of_broken_messages_only_is_left_out(
+    tmp_path: Path, bag: Any, monkeypatch: Any
+) -> None:
+    pack = bag.modern.serialize_cdr
+    monkeypatch.setattr(bag.modern, "serialize_cdr", lambda *it: pack(*it)[:20])
+    with pytest.raises(ValueError, match="3 messages end before their fields do"):
+        rosbag.read(bag.ros2(tmp_path / "dive", bag.twists(3)))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from hydrodamp.data.formats import avl, delimited, fast_text, text_rows
-from hydrodamp.errors import LogError
+from hydrodamp.errors import FileError, LogError
 
 TABLE = {"t": [0.0, 0.5, 1.0], "u": [1.5, -2.25, 3.0]}
 
@@ -252,3 +252,59 @@ def test_a_topic_without_clock_is_none_of_virginia_tech(tmp_path: Path) -> None:
     path.write_text("DVL\na,b,\nm,m,\n1,2,\n2,3,\n")
     with pytest.raises(LogError, match="no column `time` in its second line"):
         avl.read(path)
+
+
+@pytest.mark.parametrize("tail", ["", "\n"])
+@pytest.mark.parametrize("cores", [1, 2, 3, 7])
+def test_pieces_read_side_by_side_are_the_whole(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, only_fast: None, cores: int, tail: str
+) -> None:
+    """Words, gaps and numbers stay in their rows wherever the text is cut."""
+    monkeypatch.setattr(fast_text, "_PIECE", 64)
+    monkeypatch.setattr(fast_text, "_BLOCK", 128)
+    monkeypatch.setattr("os.cpu_count", lambda: cores)
+    rng = np.random.default_rng(cores)
+    table = rng.standard_normal((300, 2)).round(int(cores))
+    rows = [f"{k},w{k % 7},{a!r},{b!r}" for k, (a, b) in enumerate(table.tolist())]
+    rows[200] = "200,w4,,1.5"
+    path = tmp_path / "log.csv"
+    path.write_text("Log\nt,mode,a,b\n" + "\n".join(rows) + tail)
+    topic = delimited.read(path).topics[0]
+    table[200] = np.nan, 1.5
+    assert topic.fields["t"].tolist() == list(range(300))
+    assert topic.texts["mode"] == tuple(f"w{k % 7}" for k in range(300))
+    np.testing.assert_array_equal(topic.fields["a"], table[:, 0])
+    np.testing.assert_array_equal(topic.fields["b"], table[:, 1])
+    assert topic.lines == range(3, 303)
+
+
+def test_a_longer_line_than_a_piece_is_not_cut(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(fast_text, "_PIECE", 64)
+    monkeypatch.setattr(fast_text, "_BLOCK", 32)
+    monkeypatch.setattr("os.cpu_count", lambda: 4)
+    path = tmp_path / "log.csv"
+    path.write_text("t,word\n0," + "x" * 500 + "\n1,y\n")
+    assert delimited.read(path).topics[0].texts["word"] == ("x" * 500, "y")
+
+
+def test_lines_that_end_the_old_way_are_counted(tmp_path: Path) -> None:
+    """Arrow sees more rows than there are line feeds; the careful reader takes over."""
+    path = tmp_path / "log.csv"
+    path.write_bytes(b"t,u\r0,1\r1,2\n2,3\r3,4\n")
+    topic = delimited.read(path).topics[0]
+    assert topic.fields["u"].tolist() == [1, 2, 3, 4]
+    assert list(topic.lines) == [2, 3, 4, 5]
+
+
+def test_a_file_of_words_only(tmp_path: Path, reader: str) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text("event,who\ndive,crew\nrise,crew\n")
+    assert delimited.read(path).topics[0].texts["event"] == ("dive", "rise")
+    assert [part.topics[0].n for part in delimited.parts(path, 1)] == [1, 1]
+
+
+def test_a_file_nobody_may_read(tmp_path: Path) -> None:
+    with pytest.raises(FileError, match="cannot be read: Is a directory"):
+        delimited.read(tmp_path)

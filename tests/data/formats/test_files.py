@@ -11,6 +11,7 @@ import pytest
 from hydrodamp.data.formats import detect, files
 from hydrodamp.data.formats.extras import installed
 from hydrodamp.data.formats.joining import joined
+from hydrodamp.data.formats.naming import told_apart
 from hydrodamp.data.recording import Topic
 from hydrodamp.errors import FileError, LogError
 
@@ -180,3 +181,17 @@ def test_asking_a_topic_for_numbers() -> None:
         topic.numbers("z")
     with pytest.raises(LogError, match="there is no field `y` in topic `a`"):
         topic.numbers("y")
+
+
+def test_asking_a_recording_for_a_topic(tmp_path: Path) -> None:
+    (tmp_path / "dvl.csv").write_text(TABLE)
+    (tmp_path / "imu.csv").write_text(TABLE)
+    recording = files.read(tmp_path)
+    assert recording.topic("imu").n == 2
+    assert recording.spans() == {}
+    with pytest.raises(LogError, match=r"no topic `imo`\. Did you mean 'imu'"):
+        recording.topic("imo")
+
+
+def test_doubles_never_take_a_name_that_is_there() -> None:
+    assert told_apart(["u", "u (1)", "u"]) == ("u (2)", "u (1)", "u (3)")

@@ -24,7 +24,7 @@ from hydrodamp.data.formats import (
 from hydrodamp.errors import FileError, LogError
 
 SETTINGS = settings(
-    max_examples=50,
+    max_examples=30,
     deadline=None,
     suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
 )

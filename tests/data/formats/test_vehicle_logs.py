@@ -85,6 +85,8 @@ def test_dataflash_in_text(tmp_path: Path) -> None:
         "ATT, 1000000, 0.5, -0.25, 270.5\n"
         "ATT, 1100000, 0.6, -0.35, 271.5\n"
         "MSG, 1200000, ArduSub\n"
+        "\n"
+        "FMT, 160, 3, NONE, ,\n"
         "ATT, 1200000, 0.6\n"
         "XYZ, 3\n"
     )
@@ -94,7 +96,7 @@ def test_dataflash_in_text(tmp_path: Path) -> None:
     assert attitude.time is not None
     assert attitude.time.tolist() == [1.0, 1.1]
     assert recording.topic("MSG").texts["Message"] == ("ArduSub",)
-    assert "line 7 and 1 more fit no format of the log; passed over" in recording.notes
+    assert "line 9 and 1 more fit no format of the log; passed over" in recording.notes
 
 
 def test_dataflash_without_messages(tmp_path: Path, dataflash: Any) -> None:

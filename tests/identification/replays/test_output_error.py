@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.identification.replays.climb import climb
+from hydrodamp.identification.replays.refine import searching
 from hydrodamp.identification.replays.runaway import runaways
 from hydrodamp.identification.replays.shooting import Guess, Shooting, cut
 from hydrodamp.simulation.campaign.water import true_damping
@@ -65,6 +67,33 @@ def test_the_linearised_problem_is_that_of_the_cost(campaign):
         moved = shooting.cost(Guess(at.coefficients + change, starts), spread)
         promised = np.sum((rest - slopes @ change) ** 2)
         assert around.cost - moved == pytest.approx(around.cost - promised, rel=1e-2)
+
+
+@pytest.mark.parametrize("alike", [1, 8])
+def test_errors_count_as_often_as_they_are_independent(campaign, alike):
+    """Held over k samples, white errors have a correlation time of k steps."""
+    model = hd.catalog["fossen"]
+    problem = hd.prepare(campaign.vehicle, campaign.train, model)
+    search = searching(problem, model)
+    rng = np.random.default_rng(2)
+    errors = np.repeat(rng.normal(size=(problem.n_samples // alike + 1, 6)), alike, axis=0)
+    errors = 10.0 * errors[: problem.n_samples]
+    counted = np.exp(np.mean(np.log(search.spread(errors) ** 2 / np.mean(errors**2, axis=0))))
+    assert counted == pytest.approx(alike, rel=0.15)
+
+
+def test_intervals_make_room_for_what_short_windows_say(campaign):
+    """Their half-width is at least the distance between the shortest windows and the end."""
+    model = hd.catalog["fossen"]
+    problem = hd.prepare(campaign.vehicle, campaign.train, model)
+    start = hd.WeakForm().identify(problem, model)
+    climbed = climb(problem, model, [np.array(start.damping.coefficients)], (5.0, np.inf), 12)
+    fit = hd.OutputError(start=hd.WeakForm(), windows=(5.0, np.inf)).identify(problem, model)
+    assert climbed.short is not None
+    assert fit.uncertainty is not None
+    apart = np.abs(climbed.coefficients - climbed.short)
+    assert np.all(fit.uncertainty.standard_errors >= apart)
+    assert "shortest windows" in str(fit.uncertainty)
 
 
 def test_windows_cover_every_sample_and_cross_no_join(campaign):

@@ -132,7 +132,7 @@ def numbers_of(cells: Sequence[str], decimal: str = ".") -> Column:
         except ValueError:
             pass
         else:
-            if not any("_" in cell for cell in cells):
+            if "_" not in "".join(cells):
                 return Column(values)
     known = {cell: number(cell, decimal) for cell in set(cells)}
     found = [known[cell] for cell in cells]

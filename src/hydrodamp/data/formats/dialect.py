@@ -173,8 +173,6 @@ def _width(rows: Sequence[_Row], decimal: str) -> int:
 def _score(rows: Sequence[_Row], decimal: str) -> tuple[float, bool, float]:
     """Return how well a delimiter fits: numbers, several columns, equal lengths."""
     later = _later(rows)
-    if not later:
-        return 0.0, False, 0.0
     width = _width(later, decimal)
     even = [row for row in later if len(row.cells) == width]
     cells = [cell for row in even for cell in row.cells if not is_missing(cell)]

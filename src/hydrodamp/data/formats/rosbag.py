@@ -16,8 +16,14 @@ from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import FileError, LogError
 
 _LARGEST = 1 << 16
-_PASSED_OVER = {"Image", "CompressedImage", "PointCloud", "PointCloud2", "LaserScan", "GridMap"}
-_PASSED_OVER |= {"OccupancyGrid", "Marker", "MarkerArray", "Path", "Log", "DiagnosticArray"}
+_PASSED_OVER = {
+    "sensor_msgs": {"Image", "CompressedImage", "PointCloud", "PointCloud2", "LaserScan"},
+    "nav_msgs": {"OccupancyGrid", "Path"},
+    "visualization_msgs": {"Marker", "MarkerArray", "ImageMarker", "InteractiveMarkerUpdate"},
+    "diagnostic_msgs": {"DiagnosticArray"},
+    "rcl_interfaces": {"Log", "ParameterEvent"},
+    "rosgraph_msgs": {"Log"},
+}
 _REPAIR = {
     ".bag": "Repair it with `rosbag reindex FILE`, then read it again",
     ".mcap": "Repair it with `mcap recover FILE -o WHOLE.mcap`, then read that",
@@ -61,8 +67,6 @@ def read(path: str | Path) -> Recording:
         with highlevel.AnyReader([path], default_typestore=fallback) as bag:
             gathered.read(bag)
             definitions = {**fallback.fielddefs, **bag.typestore.fielddefs}
-    except (FileError, LogError):
-        raise
     except Exception as error:  # a damaged bag fails in ways nobody has listed
         raise LogError(f"{_why(error)}. {_repair(path, error)}", source=str(path)) from error
     topics = list(gathered.topics(definitions, form != "ROS 1 bag"))
@@ -85,7 +89,7 @@ class _Gathered:
 
     def read(self, bag: Any) -> None:
         """Read all messages; keep what was read where the rest is damaged."""
-        wanted = [it for it in bag.connections if it.msgtype.split("/")[-1] not in _PASSED_OVER]
+        wanted = [it for it in bag.connections if not _is_passed_over(it.msgtype)]
         self._note_passed_over(bag.connections, wanted)
         if not wanted:
             return
@@ -155,6 +159,11 @@ class _Gathered:
                 f"topic `{name}`: {count} messages end before their fields do and were left out,"
                 f" the first is number {columns.broken[0] + 1}"
             )
+
+
+def _is_passed_over(kind: str) -> bool:
+    package, _, name = kind.replace("/msg/", "/").partition("/")
+    return name in _PASSED_OVER.get(package, ())
 
 
 def _form(path: Path) -> str:

@@ -15,8 +15,9 @@ from hydrodamp.data.formats.content import opened
 from hydrodamp.data.formats.text_table import COMMENTS, TextColumns, TextFile
 from hydrodamp.errors import LogError
 
-_BLOCK = 65536
+_BLOCK = 4096  # rows of strings that stay in the cache until they are numbers
 _LISTED = 3
+_PLAIN = frozenset("0123456789.+-")  # a row that begins so is no header, comment or blank
 
 
 def read(file: TextFile) -> TextColumns:
@@ -158,6 +159,9 @@ class _Rows:
         header = () if all(map(is_number, header)) else header
         try:
             for line, cells in self._split():
+                if len(cells) == width and cells[0][:1] in _PLAIN:
+                    yield line, cells
+                    continue
                 if not any(map(str.strip, cells)):
                     continue
                 if len(cells) > width and not any(map(str.strip, cells[width:])):

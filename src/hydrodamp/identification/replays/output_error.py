@@ -34,9 +34,10 @@ class OutputError:
     Gauss-Newton with Levenberg-Marquardt damping on multiple shooting windows. The
     sensitivities are those of exactly the Runge-Kutta steps a replay takes. Windows
     grow from stage to stage, so that a start whose whole replay runs away can still be
-    mended. Each velocity is weighted by the spread of its own errors, and the
-    coefficients by a prior around zero whose strength the data set, axis by axis
-    (evidence, MacKay 1992): it decides only where the data do not.
+    mended. Each velocity is weighted by the spread of its own errors, which count as many
+    times as they are independent, and the coefficients by a prior around zero whose
+    strength the data set, axis by axis (evidence, MacKay 1992): it decides only where the
+    data do not.
 
     Parameters
     ----------
@@ -105,8 +106,8 @@ class OutputError:
         Returns
         -------
         fit : Fit
-            The best replay met on the way, the starts included; the first start
-            where none has numbers.
+            The end of the search, or the best replay met on the way, the starts included,
+            where that runs away; the first start where none has numbers.
         """
         model = starts[0].model
         usable = [fit for fit in starts if fit.status.usable]

@@ -106,22 +106,6 @@ class Place:
 
 
 @dataclass(frozen=True, eq=False)
-class Anchor:
-    """What is known of the coefficients before a stage: ``|root (k - centre)|^2`` is added.
-
-    Attributes
-    ----------
-    centre : ndarray, shape (p,)
-        Where they are held.
-    root : ndarray, shape (m, p)
-        How firmly; a root of the inverse of their covariance.
-    """
-
-    centre: FloatArray
-    root: FloatArray
-
-
-@dataclass(frozen=True, eq=False)
 class Path:
     """The way of one stage.
 
@@ -165,9 +149,7 @@ def searching(problem: Problem, model: DampingModel) -> Search:
     )
 
 
-def refine(
-    search: Search, shooting: Shooting, start: Place, rounds: int, anchor: Anchor | None = None
-) -> Path | None:
+def refine(search: Search, shooting: Shooting, start: Place, rounds: int) -> Path | None:
     """Take damped Gauss-Newton steps on windows of one length.
 
     Parameters
@@ -180,8 +162,6 @@ def refine(
         Where to begin.
     rounds : int
         Most steps.
-    anchor : Anchor, optional
-        Holds the coefficients; by default a prior around zero, as strong as the data ask for.
 
     Returns
     -------
@@ -199,13 +179,11 @@ def refine(
         return None
     places = [start]
     for _ in range(rounds):
-        held = anchor or _around_zero(search, strength)
-        step = _step(search, shooting, guess, around, held, spread, damping)
+        step = _step(search, shooting, guess, around, strength, spread, damping)
         if step is None:
             return Path(tuple(places), settled=True)
         guess, damping, gained = step
-        if anchor is None:
-            strength = _evidence(search, around, guess, strength)
+        strength = _evidence(search, around, guess, strength)
         places.append(Place(guess.coefficients, strength))
         if gained < REST:
             return Path(tuple(places), settled=True)
@@ -217,32 +195,27 @@ def refine(
     return Path(tuple(places), settled=False)
 
 
-def _around_zero(search: Search, strength: FloatArray) -> Anchor:
-    root = np.diag(np.sqrt(strength[search.axes]) / search.unit)
-    return Anchor(np.zeros(len(search.unit)), root)
-
-
 def _step(
     search: Search,
     shooting: Shooting,
     guess: Guess,
     around: Linearised,
-    anchor: Anchor,
+    strength: FloatArray,
     spread: FloatArray,
     damping: float,
 ) -> tuple[Guess, float, float] | None:
     """Return a better guess, the damping to go on with, and the share gained; None at rest."""
     slopes, error = around.triangle[:, :-1] * search.unit, around.triangle[:, -1]
-    root = anchor.root * search.unit
-    pull = anchor.root @ (guess.coefficients - anchor.centre)
+    prior = np.sqrt(strength[search.axes])
+    pull = prior * guess.coefficients / search.unit
     before = around.cost + float(pull @ pull)
     norms = np.linalg.norm(slopes, axis=0)
     for _ in range(_TRIALS):
-        rows = np.vstack([slopes, root, np.diag(np.sqrt(damping) * norms)])
+        rows = np.vstack([slopes, np.diag(prior), np.diag(np.sqrt(damping) * norms)])
         right = np.concatenate([error, -pull, np.zeros(len(norms))])
         change = np.linalg.lstsq(rows, right)[0]
         tried = _moved(shooting, guess, around, search.unit * change)
-        after = shooting.cost(tried, spread) + float(np.sum((pull + root @ change) ** 2))
+        after = shooting.cost(tried, spread) + float(np.sum((pull + prior * change) ** 2))
         if after < before:
             return tried, max(damping / 8.0, 1e-9), (before - after) / before
         damping *= 8.0
