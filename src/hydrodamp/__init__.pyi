@@ -32,6 +32,8 @@ from .data.completing.response import (
 )
 from .data.completing.through_water import without_current as without_current
 from .data.completing.ways import velocity_from_position as velocity_from_position
+from .data.datasets.fetching import fetch as fetch
+from .data.datasets.registry import Dataset as Dataset, find_dataset as find_dataset
 from .data.log import Log as Log, Segment as Segment, concatenate as concatenate
 from .data.mapping.composition import presets as presets
 from .data.mapping.log_mapping import (

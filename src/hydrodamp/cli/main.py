@@ -8,6 +8,7 @@ import typer
 
 from hydrodamp.cli.compare import compare
 from hydrodamp.cli.convert import convert
+from hydrodamp.cli.datasets import datasets
 from hydrodamp.cli.demo import demo
 from hydrodamp.cli.guard import guarded
 from hydrodamp.cli.identify import identify
@@ -29,7 +30,7 @@ app = typer.Typer(
 )
 vehicle_app = typer.Typer(help="Vehicle files.", no_args_is_help=True, rich_markup_mode=None)
 
-for command in (demo, models, probe, convert, compare, validate, identify, simulate):
+for command in (demo, models, datasets, probe, convert, compare, validate, identify, simulate):
     app.command()(guarded(command))
 vehicle_app.command()(guarded(new))
 app.add_typer(vehicle_app, name="vehicle")
