@@ -5,10 +5,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+import pytest
 from typer.testing import Result
 
 from hydrodamp.data.canonical import write_log
 from hydrodamp.data.log import Log
+from hydrodamp.data.read import read_log
 
 Call = Callable[..., Result]
 
@@ -52,3 +54,192 @@ def test_a_log_that_drives_nothing(folder: Path, call: Call) -> None:
     for line in ("probe no.csv --json", "probe no.csv --vehicle planar.yaml --json"):
         document = json.loads(call(line).stdout)
         assert any("X Y Z K M N" in each for each in document["missing"])
+
+
+def columns_of(path: Path) -> dict[str, np.ndarray]:
+    """The columns of a canonical log."""
+    table = np.genfromtxt(path, delimiter=",", names=True)
+    return {name: table[name] for name in table.dtype.names or ()}
+
+
+def unmapped(folder: Path, name: str = "dive.csv", source: str = "a.csv") -> Path:
+    """The planar motion under other names: degrees, milliseconds, a pose."""
+    known = columns_of(folder / source)
+    step = known["time"][1]
+    yaw = np.concatenate(([0.0], np.cumsum(known["r"][:-1]))) * step
+    turned = (known["u"] + 1j * known["v"]) * np.exp(1j * yaw)
+    way = np.concatenate(([0.0], np.cumsum(turned[:-1]))) * step
+    columns = {
+        "t_ms": 1000 * known["time"],
+        "x_m": way.real,
+        "y_m": way.imag,
+        "yaw_deg": np.degrees(yaw),
+        "u": known["u"],
+        "v": known["v"],
+        "yaw_rate": np.degrees(known["r"]),
+        "motor_ahead": known["ahead"],
+        "motor_turn": known["turn"],
+        "battery": 12.0 + 0 * yaw,
+    }
+    path = folder / name
+    table = np.column_stack(list(columns.values()))
+    np.savetxt(path, table, delimiter=",", header=",".join(columns), comments="", fmt="%.9g")
+    return path
+
+
+def test_an_unknown_table_is_guessed_and_drafted(folder: Path, call: Call) -> None:
+    unmapped(folder)
+    done = call("probe dive.csv --vehicle planar.yaml --draft mine.yaml")
+    assert done.exit_code == 0, done.output
+    for word in ("text in columns", "deg/s", "Velocities are along body axes", "No role found for"):
+        assert word in done.stdout, word
+    for word in ("Delay between commands", "motor_turn", "Verdict:"):
+        assert word in done.stdout, word
+    log = read_log(folder / "dive.csv", folder / "mine.yaml")
+    known = columns_of(folder / "a.csv")
+    assert log.command_names == ("motor_ahead", "motor_turn")
+    np.testing.assert_allclose(log.velocity[:, 5], known["r"], atol=1e-8)
+    np.testing.assert_allclose(log.velocity[:, 0], known["u"], atol=1e-8)
+
+
+def test_all_of_it_for_machines(folder: Path, call: Call) -> None:
+    unmapped(folder)
+    unmapped(folder, "again.csv", "b.csv")
+    document = json.loads(call("probe dive.csv again.csv --json").stdout)
+    assert document["log"] == "by the draft"
+    assert document["n_samples"] == 800
+    assert document["topics"][0]["rate"] == pytest.approx(10.0)
+    roles = {guess["column"]: guess["role"] for guess in document["guesses"]}
+    assert roles["yaw_rate"] == "velocity.r"
+    assert roles["motor_turn"] == "commands"
+    assert document["axes"]["rate_unit"] == "deg/s"
+    assert document["axes"]["velocity"] == "body"
+    assert {one["command"] for one in document["delays"]} == {"motor_ahead", "motor_turn"}
+    assert all(abs(one["seconds"]) < 0.1 for one in document["delays"])
+    assert document["suspicions"] == []
+    assert any("surge" in each for each in document["promises"])
+
+
+def test_a_canonical_log_tells_no_more_than_it_must(folder: Path, call: Call) -> None:
+    done = call("probe a.csv")
+    assert "as a mapping" not in done.stdout
+    document = json.loads(call("probe a.csv --json").stdout)
+    assert document["log"] == "canonical"
+    assert document["format"] == "text in columns"
+
+
+def test_a_log_of_which_nothing_is_known(folder: Path, call: Call) -> None:
+    (folder / "odd.csv").write_text("a,b\n" + "\n".join(f"{k % 3},{k % 5}" for k in range(50)))
+    done = call("probe odd.csv")
+    assert done.exit_code == 0, done.output
+    for word in (
+        "No role found for: a, b",
+        "there is no clock",
+        "too unsure (0 %)",
+        "Verdict: Not fit for the job",
+    ):
+        assert word in done.stdout, word
+    document = json.loads(call("probe odd.csv --json").stdout)
+    assert document["log"] is None
+    assert not document["fit"]
+    assert "too unsure" in document["missing"][0]
+
+
+def test_a_draft_that_makes_no_log_says_why(folder: Path, call: Call) -> None:
+    rows = [f"{0.1 * k},{np.sin(0.1 * k)}" for k in range(50)]
+    (folder / "turn.csv").write_text("t,r\n" + "\n".join([*rows, "9,50000"]))
+    document = json.loads(call("probe turn.csv --json").stdout)
+    assert document["log"] is None
+    assert "by the draft" in document["missing"][0]
+
+
+def test_a_mapping_is_followed(folder: Path, call: Call) -> None:
+    unmapped(folder)
+    call("probe dive.csv --draft mine.yaml")
+    document = json.loads(call("probe dive.csv --mapping mine.yaml --json").stdout)
+    assert document["log"] == "by the mapping mine.yaml"
+    assert call("probe dive.csv --mapping mavros").exit_code == 2
+
+
+def test_a_draft_needs_a_place(folder: Path, call: Call) -> None:
+    unmapped(folder)
+    done = call("probe dive.csv --draft nowhere/mine.yaml")
+    assert done.exit_code == 2
+    assert "nowhere" in done.stderr
+
+
+def test_a_bag_of_odometry(folder: Path, call: Call, measured_bag: Path) -> None:
+    document = json.loads(call(f"probe {measured_bag} --json").stdout)
+    assert document["format"] == "ROS 2 bag (MCAP)"
+    assert (document["axes"]["body"], document["axes"]["world"]) == ("FLU", "ENU")
+    assert document["presets"][0]["name"] == "rep103-odometry"
+    assert document["presets"][0]["topics"] == {"odometry": "/rov/odom"}
+    (delay,) = document["delays"]
+    assert (delay["command"], delay["velocity"]) == ("thruster_cmd", "u")
+    assert delay["seconds"] == pytest.approx(0.3, abs=0.06)
+
+
+@pytest.fixture
+def measured_bag(tmp_path: Path) -> Path:
+    """Surge under a thruster that answers 0.3 s late, in an MCAP that rosbags writes."""
+    rosbag2 = pytest.importorskip("rosbags.rosbag2")
+    typesys = pytest.importorskip("rosbags.typesys")
+    store = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
+    kinds, path = store.types, tmp_path / "bag"
+    rng = np.random.default_rng(5)
+    thrust = np.repeat(rng.choice([-1.0, 0.0, 1.0], 30), 40)
+    speed, place = np.zeros(1200), np.zeros(1200)
+    for k in range(1199):
+        speed[k + 1] = speed[k] + 0.05 * (thrust[max(k - 6, 0)] - speed[k] * abs(speed[k]))
+        place[k + 1] = place[k] + 0.05 * speed[k]
+    vector, header = kinds["geometry_msgs/msg/Vector3"], kinds["std_msgs/msg/Header"]
+    odometry, number = "nav_msgs/msg/Odometry", "std_msgs/msg/Float64"
+    with rosbag2.Writer(path, version=9, storage_plugin=rosbag2.StoragePlugin.MCAP) as bag:
+        odom = bag.add_connection("/rov/odom", odometry, typestore=store)
+        command = bag.add_connection("/rov/thruster/cmd", number, typestore=store)
+        for k in range(1200):
+            stamp = 1_700_000_000_000_000_000 + 50_000_000 * k
+            at = kinds["builtin_interfaces/msg/Time"](sec=stamp // 10**9, nanosec=stamp % 10**9)
+            pose = kinds["geometry_msgs/msg/Pose"](
+                kinds["geometry_msgs/msg/Point"](place[k], 0.0, -1.0),
+                kinds["geometry_msgs/msg/Quaternion"](0.0, 0.0, 0.0, 1.0),
+            )
+            twist = kinds["geometry_msgs/msg/Twist"](
+                vector(speed[k], 0.0, 0.0), vector(0.0, 0.0, 0.0)
+            )
+            none = np.zeros(36)
+            message = kinds[odometry](
+                header(at, "map"),
+                "base_link",
+                kinds["geometry_msgs/msg/PoseWithCovariance"](pose, none),
+                kinds["geometry_msgs/msg/TwistWithCovariance"](twist, none),
+            )
+            bag.write(command, stamp, store.serialize_cdr(kinds[number](thrust[k]), number))
+            bag.write(odom, stamp, store.serialize_cdr(message, odometry))
+    return path
+
+
+def test_measured_logs(folder: Path, call: Call, measured_logs: Callable[[str], Path]) -> None:
+    """What their README says of them must be found without it."""
+    run = measured_logs("bluerov2_kth") / "run_11_40_38.csv"
+    document = json.loads(call(f"probe {run} --json").stdout)
+    assert (document["axes"]["body"], document["axes"]["velocity"]) == ("FLU", "body")
+    assert document["axes"]["rate_unit"] == "rad/s"
+    assert document["presets"][0]["name"] == "bluerov2-kth"
+
+    run = measured_logs("kvlcc2_hsva") / "HSVA_CPMC_KVLCC2_Z_20_10_P.dat"
+    document = json.loads(call(f"probe {run} --json").stdout)
+    assert document["axes"]["velocity"] == "earth-fixed"
+    found = {one["column"]: (one["role"], one["unit"]) for one in document["guesses"]}
+    assert found["column 4"] == ("attitude.heading", "deg")
+    assert found["column 5"] == ("velocity.north", None)
+    assert found["column 7"] == ("velocity.r", "deg/s")
+    assert found["column 9"][0] == "commands"
+
+    document = json.loads(call(f"probe {measured_logs('vt690_field')} --json").stdout)
+    found = {one["column"].split(".", 1)[1]: one["role"] for one in document["guesses"]}
+    assert document["axes"]["body"] == "FRD"
+    assert found["velocity.v_x"] == "velocity.u"
+    assert found["depth.depth_filt"] == "position.depth"
+    assert found["fins.top"] == "commands"
+    assert document["presets"][0]["name"] == "avl690"

@@ -2,16 +2,28 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from hydrodamp.cli import options
-from hydrodamp.cli.output import emit, results
+from hydrodamp.cli.output import emit, note, results
+
+if TYPE_CHECKING:
+    from hydrodamp.data.probing.probe import Probe
+    from hydrodamp.data.recording import Recording
+    from hydrodamp.report.probed import Probed
+    from hydrodamp.vehicle.vehicle import Vehicle
 
 
 def probe(
-    logs: options.SomeLogs,
+    logs: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="LOG", help="Logs: files or folders of any format, one after another."
+        ),
+    ],
     vehicle: Annotated[
         str | None,
         typer.Option(
@@ -21,21 +33,56 @@ def probe(
         ),
     ] = None,
     mapping: options.MappingFile = None,
+    draft: Annotated[
+        str | None,
+        typer.Option("--draft", metavar="FILE", help="Save the draft of a mapping file."),
+    ] = None,
     json: options.Json = False,
 ) -> None:
     """Look through a log: what is in it, what is missing, is it fit for the job."""
-    from hydrodamp.cli.select import read
+    from hydrodamp.report.probed import probed_document, probed_grids
     from hydrodamp.report.screen import show
-    from hydrodamp.report.survey import survey
-    from hydrodamp.report.survey_grids import survey_document, survey_grids
-    from hydrodamp.report.verdict import verdict
+    from hydrodamp.saving import check_file, save_text
     from hydrodamp.vehicle.fleet import find_vehicle
 
     craft = None if vehicle is None else find_vehicle(vehicle)
-    log = read(logs, mapping)
-    found = survey(log)
-    judged = verdict(found, log, craft)
+    if draft is not None:
+        check_file(draft)
+    recordings = _recordings(logs)
+    found, probed = _probed(logs, recordings, mapping, craft)
+    if draft is not None:
+        save_text(found.draft.text, draft)
+        note(f"wrote {draft}")
     if json:
-        emit(survey_document(found, judged))
+        emit(probed_document(found, probed))
     else:
-        show(results(), *survey_grids(found, judged))
+        show(results(), *probed_grids(found, probed))
+
+
+def _recordings(logs: list[str]) -> list[Recording]:
+    from hydrodamp.cli.progress import progress
+    from hydrodamp.data.read import read_recording
+
+    paths = tuple(dict.fromkeys(logs))
+    with progress(f"reading {', '.join(Path(path).name for path in paths[:3])}"):
+        return [read_recording(path) for path in paths]
+
+
+def _probed(
+    logs: list[str], recordings: list[Recording], mapping: str | None, craft: Vehicle | None
+) -> tuple[Probe, Probed]:
+    """Look at the first recording, make a log of all, and judge it."""
+    from hydrodamp.cli.progress import progress
+    from hydrodamp.cli.select import read
+    from hydrodamp.data.probing.probe import is_canonical, probe as look
+    from hydrodamp.report.probed import by_guess, judged
+
+    with progress("looking through it"):
+        found = look(recordings[0])
+    if mapping is not None:
+        log, way = read(logs, mapping), f"by the mapping {mapping}"
+    elif all(map(is_canonical, recordings)):
+        log, way = read(logs, None), ""
+    else:
+        return found, by_guess(found, recordings, craft)
+    return found, judged(log, way, craft)

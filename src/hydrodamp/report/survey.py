@@ -79,7 +79,7 @@ class Survey:
     velocities, commands : tuple of Channel
         What was recorded of either.
     has : tuple of str
-        Which of attitude, wrench, acceleration, eta were recorded.
+        Which of attitude, wrench, acceleration, eta, position, accelerometer were recorded.
     """
 
     source: str
@@ -115,6 +115,8 @@ def survey(log: Log) -> Survey:
         "wrench": log.wrench,
         "acceleration": log.acceleration,
         "eta": log.propulsion_ratio,
+        "position": log.position,
+        "accelerometer": log.specific_force,
     }
     return Survey(
         source=log.source or "in memory",

@@ -45,7 +45,7 @@ def survey_document(found: Survey, judged: Verdict) -> Document:
     Returns
     -------
     document : dict
-        Facts, then ``missing``, ``reservations`` and ``verdict``.
+        Facts, then ``missing``, ``reservations``, ``promises`` and ``verdict``.
     """
     facts = asdict(found)
     segments = [
@@ -58,6 +58,7 @@ def survey_document(found: Survey, judged: Verdict) -> Document:
         "segments": segments,
         "missing": list(judged.missing),
         "reservations": list(judged.reservations),
+        "promises": list(judged.promises),
         "fit": not judged.missing,
         "verdict": judged.sentence,
     }
@@ -90,6 +91,7 @@ def _columns(found: Survey, judged: Verdict) -> Grid:
     notes = [f"Also recorded: {', '.join(found.has) or 'nothing else'}."]
     notes += [f"missing: {each}" for each in judged.missing]
     notes += [f"mind: {each}" for each in judged.reservations]
+    notes += [f"good: {each}" for each in judged.promises]
     return Grid(
         title="Columns",
         header=("column", "unit", "mean", "std", "lowest", "highest", "changes"),

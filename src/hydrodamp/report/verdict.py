@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from hydrodamp.basis.axes import VELOCITIES, VELOCITY_OF
+from hydrodamp.data.cleaning.suspicions import suspicions
+from hydrodamp.data.completing.current import estimate_current
 from hydrodamp.data.log import Log
+from hydrodamp.data.probing.delay import Delay
 from hydrodamp.errors import HydrodampError
 from hydrodamp.models.model import DampingModel
 from hydrodamp.report.survey import Survey
@@ -15,6 +20,27 @@ from hydrodamp.vehicle.vehicle import Vehicle
 
 STILL = {"m/s": 0.02, "rad/s": 0.01}
 """Standard deviation below which a velocity is hardly excited."""
+
+WELL = 2.0
+"""How many times that deviation is excitation worth speaking of."""
+
+SEEN = 0.05
+"""Share of the growth of a velocity from which a command is seen to act."""
+
+MOTIONS = {
+    "u": "surge",
+    "v": "sway",
+    "w": "heave",
+    "p": "roll",
+    "q": "pitch",
+    "r": "yaw",
+}
+"""Velocities by the names of their motions."""
+
+_SHIP = {"u", "v", "r"}
+_MANY = 60_000  # samples, beyond which a current is not looked for
+_TIDE = 300.0  # s, below which a current is not looked for
+_DRIFT = 0.05  # m/s, less is the tether or the tank
 
 SLOW = 0.25
 """Median step [s] above which angular accelerations are hardly resolved."""
@@ -33,10 +59,13 @@ class Verdict:
         Without these nothing can be identified.
     reservations : tuple of str
         With these something will not be determined.
+    promises : tuple of str
+        What the log can identify.
     """
 
     missing: tuple[str, ...]
     reservations: tuple[str, ...]
+    promises: tuple[str, ...] = ()
 
     @property
     def sentence(self) -> str:
@@ -48,7 +77,13 @@ class Verdict:
         return "Fit for the job."
 
 
-def verdict(survey: Survey, log: Log, vehicle: Vehicle | None = None) -> Verdict:
+def verdict(
+    survey: Survey,
+    log: Log,
+    vehicle: Vehicle | None = None,
+    delays: Sequence[Delay] = (),
+    completed: Survey | None = None,
+) -> Verdict:
     """Judge a log.
 
     Parameters
@@ -59,6 +94,12 @@ def verdict(survey: Survey, log: Log, vehicle: Vehicle | None = None) -> Verdict
         The log itself.
     vehicle : Vehicle, optional
         Whose axes and actuators count; without one, all six and any command.
+
+    delays : sequence of Delay, optional
+        Which commands were seen to move which axes.
+    completed : Survey, optional
+        Of the same log with the velocities that can be derived; what it can identify
+        counts them.
 
     Returns
     -------
@@ -73,7 +114,24 @@ def verdict(survey: Survey, log: Log, vehicle: Vehicle | None = None) -> Verdict
             f"commands that no actuator of '{vehicle.name}' takes: {' '.join(strange)}; use models "
             f"with terms for them, such as `terms: {{X: {strange[0]}}}` in a model file."
         )
-    return Verdict(tuple(missing), tuple(reservations))
+    promises = tuple(_promises(survey if completed is None else completed, axes, delays))
+    return Verdict(tuple(missing), tuple(reservations), promises)
+
+
+def _promises(survey: Survey, axes: Iterable[str], delays: Sequence[Delay]) -> Iterator[str]:
+    """Say what can be identified: excited axes, and gains of commands that were seen to act."""
+    wanted = set(axes)
+    moving = [c for c in survey.velocities if c.name in wanted and c.std >= STILL[c.unit]]
+    well = [c for c in moving if c.std >= WELL * STILL[c.unit]]
+    if well:
+        told = ", ".join(f"{MOTIONS[c.name]} (std {c.std:.2g} {c.unit})" for c in well)
+        yield f"it can identify damping in {told}."
+    sure = [one for one in delays if one.share >= SEEN]
+    if sure:
+        told = ", ".join(f"{one.command} ({MOTIONS[one.velocity]})" for one in sure)
+        yield f"gains can be fitted for commands that are seen to act: {told}."
+    if {c.name for c in survey.velocities} == _SHIP and wanted == set(VELOCITIES):
+        yield "for a vehicle of `axes: [X, Y, N]`, no velocity is missing."
 
 
 def _missing(log: Log) -> Iterator[str]:
@@ -81,12 +139,24 @@ def _missing(log: Log) -> Iterator[str]:
     if absent:
         yield (
             f"velocities {' '.join(absent)}: needed unless the vehicle's `axes` leave them out "
-            "(ask again with --vehicle)."
+            f"(ask again with --vehicle).{_completed(log, absent)}"
         )
     if log.attitude is None:
         yield "attitude (roll pitch yaw or qw qx qy qz): weight and buoyancy act along it."
     if log.wrench is None and not log.command_names:
         yield "actuation: the wrench X Y Z K M N, or command columns."
+
+
+def _completed(log: Log, absent: Sequence[str]) -> str:
+    """Say how absent velocities can be had from what is there."""
+    ways = []
+    if set(log.velocity_names) == _SHIP:
+        return ""
+    if log.attitude is not None and set(absent) & set("pqr"):
+        ways.append("`rates_from_attitude` derives rates")
+    if log.position is not None and set(absent) & set("uvw"):
+        ways.append("`velocity_from_position` derives speeds")
+    return f" {' and '.join(ways)}." if ways else ""
 
 
 def _missing_for(vehicle: Vehicle, log: Log) -> Iterator[str]:
@@ -108,6 +178,23 @@ def _using(vehicle: Vehicle, log: Log) -> tuple[DampingModel, ...]:
     return (DampingModel.from_table(terms, key="probe"),)
 
 
+def _current(log: Log) -> Iterator[str]:
+    """Say where velocities are over ground and a current is in them."""
+    if log.n > _MANY or log.duration < _TIDE:
+        return
+    try:
+        current = estimate_current(log)
+    except HydrodampError:
+        return
+    sizes = np.linalg.norm(current.velocity, axis=1)
+    doubt = np.linalg.norm(current.standard_error, axis=1)
+    if current.determined and float(np.median(sizes - 3 * doubt)) > _DRIFT:
+        yield (
+            "velocities are over ground, in a current of "
+            f"{sizes.min():.2g} to {sizes.max():.2g} m/s: the step `without_current` takes it out."
+        )
+
+
 def _reservations(survey: Survey, log: Log, axes: Iterable[str]) -> Iterator[str]:
     wanted = set(axes)
     if survey.duration < SHORT:
@@ -120,6 +207,11 @@ def _reservations(survey: Survey, log: Log, axes: Iterable[str]) -> Iterator[str
                 f"{channel.name} hardly varies (std {channel.std:.2g} {channel.unit}): "
                 f"coefficients with {channel.name} will not be determined."
             )
+        elif channel.name in wanted and channel.std < WELL * STILL[channel.unit]:
+            yield (
+                f"{channel.name} varies little (std {channel.std:.2g} {channel.unit}): "
+                f"coefficients with {channel.name} will be uncertain."
+            )
     one_way = [c.name for c in survey.velocities if c.name in wanted and c.low * c.high > 0.0]
     for name in one_way:
         yield (
@@ -129,5 +221,7 @@ def _reservations(survey: Survey, log: Log, axes: Iterable[str]) -> Iterator[str
     constant = [channel.name for channel in survey.commands if channel.low == channel.high]
     if constant:
         yield f"commands that never change: {' '.join(constant)}."
+    yield from (f"{each}." for each in suspicions(log))
+    yield from _current(log)
     if log.acceleration is None and survey.n_samples:
         yield "no recorded acceleration: least squares differentiates the velocities."

@@ -1,0 +1,183 @@
+"""A probed recording and the log it makes, put together for the screen and for machines."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass
+from functools import partial
+
+from hydrodamp.data.cleaning.suspicions import Suspicion, suspicions
+from hydrodamp.data.completing.rates import rates_from_attitude
+from hydrodamp.data.log import Log
+from hydrodamp.data.mapping import LogMapping, read_mapping
+from hydrodamp.data.probing.delay import Delay, delays
+from hydrodamp.data.probing.probe import SUFFICES, Probe
+from hydrodamp.data.recording import Recording
+from hydrodamp.data.stretches import concatenate
+from hydrodamp.errors import HydrodampError, HydrodampWarning
+from hydrodamp.report.document import Document
+from hydrodamp.report.grid import Grid
+from hydrodamp.report.recording_grids import delay_grid, recording_document, recording_grids
+from hydrodamp.report.survey import Survey, survey
+from hydrodamp.report.survey_grids import survey_document, survey_grids
+from hydrodamp.report.verdict import Verdict, verdict
+from hydrodamp.vehicle.vehicle import Vehicle
+
+
+@dataclass(frozen=True, eq=False)
+class Probed:
+    """The log of a recording, and what of it.
+
+    Attributes
+    ----------
+    way : str
+        By which mapping the log was made; empty where it needed none.
+    reason : str
+        Why there is no log; empty where there is one.
+    survey : Survey or None
+        What the log holds.
+    delays : tuple of Delay
+        How late it answers its commands.
+    suspicions : tuple of Suspicion
+        What looks wrong about its units.
+    verdict : Verdict
+        What it can identify, and what is missing.
+    """
+
+    way: str
+    reason: str
+    survey: Survey | None
+    delays: tuple[Delay, ...]
+    suspicions: tuple[Suspicion, ...]
+    verdict: Verdict
+
+
+def judged(log: Log, way: str, vehicle: Vehicle | None = None) -> Probed:
+    """Judge a log.
+
+    Parameters
+    ----------
+    log : Log
+        Any log.
+    way : str
+        By which mapping it was made.
+    vehicle : Vehicle, optional
+        Whose axes and actuators count.
+
+    Returns
+    -------
+    probed : Probed
+        Delays count rates derived from the attitude where none were recorded.
+    """
+    found = survey(log)
+    whole = log if log.attitude is None else rates_from_attitude(log)
+    late = delays(whole)
+    said = verdict(found, log, vehicle, late, survey(whole))
+    return Probed(way, "", found, late, suspicions(log), said)
+
+
+def by_guess(
+    found: Probe, recordings: Sequence[Recording], vehicle: Vehicle | None = None
+) -> Probed:
+    """Judge the log that the draft makes, or else a preset that fits.
+
+    Parameters
+    ----------
+    found : Probe
+        Of the first recording.
+    recordings : sequence of Recording
+        All of them, read alike.
+    vehicle : Vehicle, optional
+        Whose axes and actuators count.
+
+    Returns
+    -------
+    probed : Probed
+        Without a survey where neither makes a log; the reason says why.
+    """
+    reason = "the roles of its columns are too unsure to make a log of"
+    for mapping_of, way in _mappings(found):
+        try:
+            mapping = mapping_of()
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", HydrodampWarning)
+                log = concatenate([mapping.log(recording) for recording in recordings])
+            return judged(log, way, vehicle)
+        except HydrodampError as error:
+            reason = f"{way}: {error}"
+    missing = (f"a log: {reason}. Put the draft right and ask again with --mapping.",)
+    return Probed("", reason, None, (), (), Verdict(missing, ()))
+
+
+def _mappings(found: Probe) -> Iterator[tuple[Callable[[], LogMapping], str]]:
+    if found.draft.confidence >= SUFFICES:
+        yield found.mapping, "by the draft"
+    for preset in found.presets:
+        if not preset.topics:
+            yield partial(read_mapping, preset.name), f"by the preset {preset.name}"
+
+
+def probed_grids(found: Probe, probed: Probed) -> tuple[Grid, ...]:
+    """Return the tables of a probed recording and its log.
+
+    Parameters
+    ----------
+    found : Probe
+        Of the recording.
+    probed : Probed
+        Of its log.
+
+    Returns
+    -------
+    grids : tuple of Grid
+        What was read is left out of a log that needs no mapping.
+    """
+    read = recording_grids(found) if probed.way or probed.survey is None else ()
+    late = (delay_grid(probed.delays),) if probed.delays else ()
+    if probed.survey is None:
+        notes = (*(f"missing: {each}" for each in probed.verdict.missing),)
+        return (*read, Grid("No log", ("",), (), "l", (*notes, _said(probed))))
+    segments, columns = survey_grids(probed.survey, probed.verdict)
+    return (*read, segments, *late, columns)
+
+
+def _said(probed: Probed) -> str:
+    return f"Verdict: {probed.verdict.sentence}"
+
+
+def probed_document(found: Probe, probed: Probed) -> Document:
+    """Return what ``probe --json`` prints.
+
+    Parameters
+    ----------
+    found : Probe
+        Of the recording.
+    probed : Probed
+        Of its log.
+
+    Returns
+    -------
+    document : dict
+        The survey of the log where there is one, then the recording.
+    """
+    judged = probed.verdict
+    facts: Document = (
+        survey_document(probed.survey, judged)
+        if probed.survey is not None
+        else {
+            "source": found.source,
+            "missing": list(judged.missing),
+            "reservations": [],
+            "promises": [],
+            "fit": False,
+            "verdict": judged.sentence,
+        }
+    )
+    return {
+        **facts,
+        "log": probed.way or ("canonical" if probed.survey is not None else None),
+        "delays": [asdict(one) for one in probed.delays],
+        "suspicions": [asdict(one) for one in probed.suspicions],
+        **recording_document(found),
+    }

@@ -1,0 +1,104 @@
+"""One dive in closed form, written down the ways that loggers write."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from hydrodamp.data.recording import Recording, Topic
+
+FLIP = np.array([1.0, -1.0, -1.0])
+
+
+class Dive:
+    """Two minutes of turning, pitching and rolling; FRD over NED, by scipy's rotations."""
+
+    def __init__(self) -> None:
+        self.time = np.arange(0.0, 120.0, 0.1)
+        time = self.time
+        self.angles = np.column_stack(
+            (0.1 * np.sin(0.5 * time), 0.2 * np.sin(0.31 * time), 0.8 * np.sin(0.2 * time))
+        )
+        turns = Rotation.from_euler("ZYX", self.angles[:, ::-1])
+        self.quaternion = turns.as_quat(scalar_first=True)
+        self.body = np.column_stack(
+            (1 + 0.5 * np.sin(0.4 * time), 0.2 * np.sin(0.6 * time), 0.1 * np.cos(0.5 * time))
+        )
+        self.world = turns.apply(self.body)
+        self.position = np.cumsum(self.world * 0.1, axis=0)
+        steps = (turns[:-1].inv() * turns[1:]).as_rotvec() / 0.1
+        self.rates = np.vstack((steps, steps[-1:]))
+        self.rudder = np.sign(np.sin(0.3 * time))
+
+
+@pytest.fixture(scope="session")
+def dive() -> Dive:
+    """The dive."""
+    return Dive()
+
+
+@pytest.fixture
+def table() -> Callable[..., Recording]:
+    """Return a function that makes a recording of one table."""
+
+    def make(**columns: np.ndarray) -> Recording:
+        return Recording((Topic("", None, columns),), "dive.csv", "text in columns")
+
+    return make
+
+
+@pytest.fixture
+def px4(dive: Dive) -> Recording:
+    """The dive as PX4 logs it: earth-fixed velocities, quaternion with w first."""
+    time, place, speed = dive.time, dive.position.T, dive.world.T
+    position = dict(zip(("x", "y", "z"), place, strict=True))
+    velocity = dict(zip(("vx", "vy", "vz", "ax"), (*speed, 0 * time), strict=True))
+    attitude = {f"q[{k}]": dive.quaternion[:, k] for k in range(4)}
+    return Recording(
+        (
+            Topic("vehicle_attitude", time, {**attitude, "quat_reset_counter": 0 * time}),
+            Topic(
+                "vehicle_local_position", time, {**position, **velocity, "v_xy_valid": 1 + 0 * time}
+            ),
+            Topic(
+                "vehicle_angular_velocity", time, {f"xyz[{k}]": dive.rates[:, k] for k in range(3)}
+            ),
+            Topic("vehicle_thrust_setpoint", time, {"xyz[0]": dive.rudder}),
+        ),
+        "dive.ulg",
+        "PX4 ULog",
+    )
+
+
+@pytest.fixture
+def ardusub(dive: Dive) -> Recording:
+    """The dive as ArduSub logs it: degrees, pulse widths, an accelerometer."""
+    time, angles = dive.time, np.degrees(dive.angles)
+    gyro = {f"Gyr{axis}": column for axis, column in zip("XYZ", dive.rates.T, strict=True)}
+    force = {"AccX": 0 * time, "AccY": 0 * time, "AccZ": -9.8 + 0.1 * np.sin(time)}
+    world = zip(
+        ("VN", "VE", "VD", "PN", "PE", "PD"), (*dive.world.T, *dive.position.T), strict=True
+    )
+    return Recording(
+        (
+            Topic(
+                "ATT",
+                time,
+                {
+                    "Roll": angles[:, 0],
+                    "DesRoll": 0 * time,
+                    "Pitch": angles[:, 1],
+                    "Yaw": angles[:, 2] % 360,
+                },
+                units={"Roll": "deg", "Pitch": "deg", "Yaw": "degheading"},
+            ),
+            Topic("XKF1", time, {"C": 0 * time, **dict(world)}),
+            Topic("IMU", time, {**gyro, **force}),
+            Topic("RCOU", time, {"C1": 1500 + 100 * dive.rudder}),
+        ),
+        "dive.bin",
+        "ArduPilot log",
+    )
