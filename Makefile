@@ -1,5 +1,5 @@
 # One word each; CI calls the same commands.
-.PHONY: check format lint types test bench build
+.PHONY: check format lint types test bench build docs
 
 check: lint types test
 
@@ -23,3 +23,6 @@ test:
 
 bench:
 	pytest benchmarks -o python_files="bench_*.py" --benchmark-only --benchmark-columns=min,median,max
+
+docs:             ## the pages, their notebooks run
+	python -m sphinx -W -q -b html docs docs/_build/html

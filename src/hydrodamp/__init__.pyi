@@ -41,6 +41,8 @@ from .data.mapping.log_mapping import (
     json_schema as json_schema,
     read_mapping as read_mapping,
 )
+from .data.probing.delay import Delay as Delay, delays as delays
+from .data.probing.probe import Probe as Probe, probe as probe
 from .data.read import (
     read_log as read_log,
     read_logs as read_logs,
@@ -72,7 +74,12 @@ from .identification.dissipation.operating_box import (
     operating_box as operating_box,
 )
 from .identification.dissipation.power import WorstPower as WorstPower, worst_power as worst_power
-from .identification.fit import Fit as Fit, Method as Method, identify as identify
+from .identification.fit import (
+    Fit as Fit,
+    Method as Method,
+    fitted as fitted,
+    identify as identify,
+)
 from .identification.methods import (
     METHODS as METHODS,
     find_method as find_method,

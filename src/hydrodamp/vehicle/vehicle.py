@@ -59,10 +59,10 @@ class Vehicle:
     name : str
         What to call it.
     mass_matrix : ndarray, shape (6, 6)
-        Rigid body plus added mass about the origin of the body frame, in [1]_
+        Rigid body plus added mass about the origin of the body frame, in the paper
         M. With k free axes a k x k block may be given.
     weight, buoyancy : float
-        Both positive [N]; in [1]_ g and -b.
+        Both positive [N]; in the paper g and -b.
     center_of_gravity, center_of_buoyancy : ndarray, shape (3,)
         r_G and r_B from the origin, body frame: a center of buoyancy above the
         center of gravity has the smaller z [m].

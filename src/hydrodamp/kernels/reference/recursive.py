@@ -108,7 +108,7 @@ def recur(
     segments: IntArray,
     every: int = 0,
 ) -> Recurred:
-    """Run recursive least squares over a record: the fold of `block_step` and `absorb`.
+    """Run recursive least squares over a record: the fold of ``block_step`` and ``absorb``.
 
     No block spans two segments.
 

@@ -1,7 +1,7 @@
 """What troubles the campaign: errors of the sensors, and pushes on the vehicle.
 
-In `SILENT` conditions there is nothing of the kind. In `WHITE` ones the errors are
-as published (see ``sensors``) and nothing pushes the vehicle. `COLOURED` ones are
+In ``SILENT`` conditions there is nothing of the kind. In ``WHITE`` ones the errors
+are as published (see ``sensors``) and nothing pushes the vehicle. ``COLOURED`` ones are
 nearer to the field: the errors have the same variances, but are autoregressions of
 first order, AR(1), and a wrench of the same kind pushes the vehicle:
 

@@ -1,0 +1,158 @@
+"""The directive ``public-names``: the public names of a layer, from the package's stub."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+from importlib import import_module
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+from docutils import nodes
+from sections import section
+from sphinx.application import Sphinx
+from sphinx.util.docutils import SphinxDirective
+
+import hydrodamp as hd
+
+STUB = Path(hd.__file__ or "").with_suffix(".pyi")
+
+
+def homes() -> dict[str, str]:
+    """Return the module of every public name, below ``hydrodamp``.
+
+    Returns
+    -------
+    homes : dict of str to str
+        Such as ``{"Log": "data.log"}``, in the order of the stub.
+    """
+    return {
+        alias.asname or alias.name: statement.module or ""
+        for statement in ast.parse(STUB.read_text(encoding="utf-8")).body
+        if isinstance(statement, ast.ImportFrom)
+        for alias in statement.names
+    }
+
+
+def layers() -> dict[str, dict[str, list[str]]]:
+    """Return the public names by layer, then by the package they live in.
+
+    Returns
+    -------
+    layers : dict of str to dict of str to list of str
+        Such as ``{"data": {"data": ["Log"], "data.cleaning": ["clean"]}}``; a layer's
+        own names first.
+    """
+    found: dict[str, dict[str, list[str]]] = {}
+    for name, module in homes().items():
+        path = module.split(".")
+        package = ".".join(path[:2] if len(path) > 2 else path[:1])
+        found.setdefault(path[0], {path[0]: []}).setdefault(package, []).append(name)
+    return found
+
+
+def directive(name: str) -> list[str]:
+    """Return the lines that document a name by its docstring.
+
+    Parameters
+    ----------
+    name : str
+        A public name.
+
+    Returns
+    -------
+    lines : list of str
+        A directive of autodoc; for a constant, the text that follows it in its module.
+    """
+    value = getattr(hd, name)
+    if inspect.isclass(value):
+        kind = "autoexception" if issubclass(value, BaseException) else "autoclass"
+        members = "" if kind == "autoexception" else "   :members:"
+        return [f".. {kind}:: hydrodamp.{name}", members, ""]
+    if inspect.isfunction(value):
+        return [f".. autofunction:: hydrodamp.{name}", ""]
+    return [f".. py:data:: hydrodamp.{name}", "", *_constant(name), ""]
+
+
+def _constant(name: str) -> list[str]:
+    """Return the string that stands under the assignment of a constant, indented."""
+    home = homes()[name]
+    body = ast.parse(inspect.getsource(import_module(f"hydrodamp.{home}"))).body
+    for statement, after in pairwise(body):
+        targets = getattr(statement, "targets", [getattr(statement, "target", None)])
+        named = any(getattr(target, "id", None) == name for target in targets)
+        if named and isinstance(after, ast.Expr) and isinstance(after.value, ast.Constant):
+            return [f"   {line}" for line in inspect.cleandoc(after.value.value).splitlines()]
+    return []
+
+
+def rank(name: str) -> int:
+    """Return what names of a package are sorted by: values, then functions, then constants."""
+    value = getattr(hd, name)
+    return 0 if inspect.isclass(value) else 1 if inspect.isfunction(value) else 2
+
+
+def heading(package: str) -> str:
+    """Return the first sentence of a package's docstring, without its full stop."""
+    documented = import_module(f"hydrodamp.{package}").__doc__ or package
+    return documented.splitlines()[0].rstrip(".")
+
+
+class PublicNames(SphinxDirective):
+    """A section for each package of a layer, with the names that live in it."""
+
+    required_arguments = 1
+
+    def run(self) -> list[nodes.Node]:
+        """Return the sections."""
+        self.env.note_dependency(str(STUB))
+        packages = layers()[self.arguments[0]]
+        return [
+            section(
+                self,
+                nodes.Text(heading(package)),
+                f"names-{package}",
+                (line for name in sorted(names, key=rank) for line in directive(name)),
+            )
+            for package, names in packages.items()
+            if names
+        ]
+
+
+def resolved(app: Sphinx, env: Any, node: nodes.Element, shown: nodes.Element) -> Any:
+    """Return the link of a public name that is called by its full path.
+
+    Parameters
+    ----------
+    app : Sphinx
+        Knows the builder.
+    env : BuildEnvironment
+        Knows the pages.
+    node : Element
+        The reference that leads nowhere yet.
+    shown : Element
+        Its text.
+
+    Returns
+    -------
+    link : Element or None
+        None where it is no public name.
+    """
+    target = node.get("reftarget", "")
+    for name, home in homes().items():
+        path = f"hydrodamp.{home}.{name}"
+        if target == path or target.startswith(f"{path}."):
+            short = f"hydrodamp.{name}{target.removeprefix(path)}"
+            page, kind = node.get("refdoc", ""), node["reftype"]
+            text = nodes.literal(shown.astext(), shown.astext().replace(path, name))
+            domain = env.domains["py"]
+            return domain.resolve_xref(env, page, app.builder, kind, short, node, text)
+    return None
+
+
+def setup(app: Sphinx) -> dict[str, Any]:
+    """Register the directive."""
+    app.add_directive("public-names", PublicNames)
+    app.connect("missing-reference", resolved)
+    return {"version": hd.__version__, "parallel_read_safe": True}

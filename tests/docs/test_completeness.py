@@ -1,0 +1,113 @@
+"""Nothing is left out: every public name, every command and every model has its place."""
+
+from __future__ import annotations
+
+import io
+import re
+import warnings
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.basis.axes import VELOCITIES
+from hydrodamp.data.columns import ACCELERATIONS, EULER, POSITION, QUATERNION, SPECIFIC_FORCE
+
+COLUMNS = (
+    "time",
+    *VELOCITIES,
+    *EULER,
+    *QUATERNION,
+    *ACCELERATIONS,
+    *POSITION,
+    *SPECIFIC_FORCE,
+    "eta",
+    "segment",
+)
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory: pytest.TempPathFactory) -> Any:
+    """The environment of a build that writes no page and runs no notebook, and its warnings."""
+    pytest.importorskip("sphinx")
+    pytest.importorskip("myst_nb")
+    from sphinx.application import Sphinx
+    from sphinx.util.docutils import docutils_namespace, patch_docutils
+
+    out, said = tmp_path_factory.mktemp("docs"), io.StringIO()
+    settings = {"nb_execution_mode": "off"}
+    with warnings.catch_warnings(), patch_docutils(str(DOCS)), docutils_namespace():
+        warnings.simplefilter("ignore")  # of the tools; what they say of a page is in `said`
+        app = Sphinx(
+            DOCS, DOCS, out, out / "doctrees", "dummy", settings, status=None, warning=said
+        )
+        app.build()
+    names = set(app.env.domains["py"].objects)
+    standard = app.env.domains["std"]
+    return SimpleNamespace(
+        names=names,
+        options=set(standard.progoptions),
+        labels=set(standard.labels),
+        said=said.getvalue(),
+    )
+
+
+def test_the_pages_build_without_a_warning(built: Any) -> None:
+    assert built.said == ""
+
+
+def test_every_public_name_is_documented(built: Any) -> None:
+    left_out = {f"hydrodamp.{name}" for name in hd.__all__} - built.names
+    assert not left_out
+
+
+def test_every_command_and_every_option_is_documented(built: Any) -> None:
+    import typer
+
+    from hydrodamp.cli.main import app
+
+    wanted = {
+        (name.replace(" ", "-"), option)
+        for name, command in leaves(typer.main.get_command(app), "hydrodamp")
+        for one in command.params
+        for option in one.opts[:1]
+        if option.startswith("--")
+    }
+    assert wanted
+    assert not wanted - built.options
+
+
+def leaves(command: Any, name: str) -> list[tuple[str, Any]]:
+    inside = getattr(command, "commands", None)
+    if inside is None:
+        return [(name, command)]
+    return [leaf for key, one in inside.items() for leaf in leaves(one, f"{name} {key}")]
+
+
+def test_every_model_is_documented(built: Any) -> None:
+    assert not {f"model-{key}" for key in hd.catalog} - built.labels
+
+
+def test_every_layer_with_public_names_has_a_page() -> None:
+    """Needs no Sphinx: what the stub names and what the pages ask for."""
+    stub = Path(hd.__file__ or "").with_suffix(".pyi").read_text(encoding="utf-8")
+    layers = set(re.findall(r"^from \.(\w+)", stub, flags=re.MULTILINE))
+    asked = {
+        name
+        for page in (DOCS / "api").glob("*.rst")
+        for name in re.findall(r"^\.\. public-names:: (\w+)", page.read_text(), flags=re.MULTILINE)
+    }
+    assert asked == layers
+
+
+def test_every_method_has_a_line_in_how_to_choose_one() -> None:
+    page = (DOCS / "choosing-a-method.md").read_text(encoding="utf-8")
+    assert not [key for key in hd.METHODS if f"`{key}`" not in page]
+
+
+def test_every_symbol_and_column_is_in_the_nomenclature() -> None:
+    page = (DOCS / "nomenclature.md").read_text(encoding="utf-8")
+    assert not [word for word in (*hd.AXES, *COLUMNS) if not re.search(rf"\b{word}\b", page)]
