@@ -1,0 +1,297 @@
+"""The one look of all figures: sizes, type, colours; the same colour for a method everywhere.
+
+The colours are those of M. Okabe and K. Ito, "Color Universal Design" (2002), for what is
+compared most, and of P. Tol's "muted" scheme (SRON/EPS/TN/09-002) for the rest; both are
+made for eyes that confuse red and green. Markers tell methods apart in grey.
+"""
+
+from __future__ import annotations
+
+import functools
+import zlib
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, Literal, ParamSpec
+
+from hydrodamp.errors import MethodError
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Given = ParamSpec("Given")
+
+COLUMN = 3.5
+"""Width of one column of a journal [in]."""
+
+PAGE = 7.16
+"""Width of both columns [in]."""
+
+MEASURED = "#000000"
+"""Colour of what was measured."""
+
+FAINT = "#767676"
+"""Colour of what is said beside the data: joins, limits, notes."""
+
+SERIES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+"""Colours of channels that share a panel."""
+
+BAND = 0.22
+"""Opacity of a band behind its line."""
+
+Dashes = Literal["-"] | tuple[float, tuple[float, ...]]
+"""How matplotlib takes the dashes of a line."""
+
+_DASHES: tuple[Dashes, ...] = (
+    "-",
+    (0.0, (4.0, 1.2)),
+    (0.0, (1.2, 1.2)),
+    (0.0, (5.0, 1.0, 1.0, 1.0)),
+)
+
+_METHODS = {
+    "recommended": ("#D55E00", "o"),
+    "ls": ("#0072B2", "s"),
+    "ai": ("#E69F00", "^"),
+    "ai-scaled": ("#CC79A7", "v"),
+    "oe": ("#009E73", "D"),
+    "weak": ("#56B4E9", "P"),
+    "gls": ("#332288", "X"),
+    "ridge": ("#999933", "<"),
+    "dissipative": ("#882255", ">"),
+    "smooth": ("#117733", "p"),
+    "ls-sg": ("#44AA99", "h"),
+    "ls-cv": ("#6A8FC5", "H"),
+    "ai-robust": ("#AA4499", "d"),
+    "rls": ("#8C510A", "8"),
+}
+"""Colour and marker of each method of the command line."""
+
+_OTHERS = (("#CC6677", "*"), ("#5E4FA2", "1"), ("#B8860B", "2"), ("#4D4D4D", "3"))
+"""Of methods under any other key."""
+
+_STYLE = {
+    "font.family": "DejaVu Sans",
+    "font.size": 7.5,
+    "axes.labelsize": 7.5,
+    "axes.titlesize": 7.5,
+    "xtick.labelsize": 7.0,
+    "ytick.labelsize": 7.0,
+    "legend.fontsize": 7.0,
+    "legend.frameon": False,
+    "legend.borderaxespad": 0.2,
+    "legend.handlelength": 1.6,
+    "legend.columnspacing": 1.2,
+    "axes.edgecolor": "#555555",
+    "axes.linewidth": 0.6,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.formatter.useoffset": False,
+    "axes.formatter.limits": (-3, 6),
+    "axes.formatter.use_mathtext": True,
+    "grid.color": "#e4e4e4",
+    "grid.linewidth": 0.5,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "xtick.major.size": 2.5,
+    "ytick.major.size": 2.5,
+    "xtick.minor.size": 1.5,
+    "ytick.minor.size": 1.5,
+    "lines.linewidth": 0.9,
+    "lines.markersize": 4.0,
+    "patch.linewidth": 0.6,
+    "hatch.linewidth": 0.5,
+    "figure.facecolor": "white",
+    "savefig.facecolor": "white",
+    "figure.dpi": 150,
+    "savefig.dpi": 300,
+    "pdf.fonttype": 42,
+    "svg.fonttype": "path",
+    "svg.hashsalt": "hydrodamp",
+}
+
+_KINDS = (
+    "agg axes axes3d contour errorbar figure font grid hatch hist image legend lines markers "
+    "mathtext patch path pdf polaraxes ps savefig scatter svg text xaxis xtick yaxis ytick"
+)
+_DRAWN_BY = tuple(f"{kind}." for kind in _KINDS.split(" "))
+"""Settings of matplotlib that change what a figure looks like."""
+
+
+def colour_of(method: str) -> str:
+    """Return the colour of a method, the same in every figure and in the report.
+
+    Parameters
+    ----------
+    method : str
+        Its key; any other word has a colour too, always the same.
+
+    Returns
+    -------
+    colour : str
+        As ``#rrggbb``, to stand on white.
+
+    Examples
+    --------
+    >>> colour_of("ls"), colour_of("mine") == colour_of("mine")
+    ('#0072B2', True)
+    """
+    return _looks(method)[0]
+
+
+def mark_of(method: str) -> str:
+    """Return the marker of a method, as matplotlib spells it.
+
+    Parameters
+    ----------
+    method : str
+        Its key.
+
+    Returns
+    -------
+    marker : str
+        Its own for every method of the command line.
+
+    Examples
+    --------
+    >>> mark_of("ls")
+    's'
+    """
+    return _looks(method)[1]
+
+
+def dashes_of(methods: Sequence[str]) -> list[Dashes]:
+    """Return the dashes of lines whose colour is that of their method.
+
+    Parameters
+    ----------
+    methods : sequence of str
+        The method of each line.
+
+    Returns
+    -------
+    dashes : list
+        As matplotlib takes them: solid for the first line of a method, others for the
+        next, so that two models by one method are told apart.
+
+    Examples
+    --------
+    >>> [one == "-" for one in dashes_of(["ls", "ai", "ls"])]
+    [True, True, False]
+    """
+    ranks = [methods[:place].count(method) for place, method in enumerate(methods)]
+    return [_DASHES[rank % len(_DASHES)] for rank in ranks]
+
+
+def in_our_look(draw: Callable[Given, Figure]) -> Callable[Given, Figure]:
+    """Make a function draw in the one look, whatever matplotlib is set to.
+
+    Parameters
+    ----------
+    draw : callable
+        Returns a figure.
+
+    Returns
+    -------
+    drawn : callable
+        The same; it raises MethodError where matplotlib is not installed.
+    """
+
+    @functools.wraps(draw)
+    def drawn(*args: Given.args, **kwargs: Given.kwargs) -> Figure:
+        with our_look():
+            return draw(*args, **kwargs)
+
+    return drawn
+
+
+def our_look() -> Any:
+    """Return the context in which figures are drawn and saved.
+
+    Returns
+    -------
+    context : context manager
+        Outside it matplotlib is as it was.
+
+    Raises
+    ------
+    MethodError
+        If matplotlib is not installed.
+    """
+    try:
+        import matplotlib
+    except ImportError as error:
+        raise MethodError(
+            'figures need the package matplotlib: pip install "hydrodamp[report]"'
+        ) from error
+    defaults: dict[Any, Any] = dict(matplotlib.rcParamsDefault)
+    ours = {key: defaults[key] for key in defaults if str(key).startswith(_DRAWN_BY)}
+    ours.update(_STYLE)
+    return matplotlib.rc_context(ours)
+
+
+def sheet(width: float, height: float) -> Figure:
+    """Return an empty figure whose parts make room for each other.
+
+    Parameters
+    ----------
+    width, height : float
+        [in].
+
+    Returns
+    -------
+    figure : Figure
+        Apart from any that matplotlib keeps.
+    """
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(width, height), layout="constrained")
+
+
+def stacked(
+    panels: int, *, each: float, extra: float = 0.7, width: float = COLUMN
+) -> tuple[Figure, list[Axes]]:
+    """Return a figure of panels above each other that share their horizontal axis.
+
+    Parameters
+    ----------
+    panels : int
+        How many.
+    each : float
+        Height of one [in].
+    extra : float
+        Height of what stands above and below them [in].
+    width : float
+        Of the figure [in].
+
+    Returns
+    -------
+    figure : Figure
+        Empty but for the axes.
+    axes : list of Axes
+        From the top.
+    """
+    figure = sheet(width, panels * each + extra)
+    axes = list(figure.subplots(panels, 1, sharex=True, squeeze=False)[:, 0])
+    for one in axes:
+        settle(one)
+    return figure, axes
+
+
+def settle(axes: Axes) -> None:
+    """Fix the size of tick labels, which matplotlib makes only when it draws.
+
+    Parameters
+    ----------
+    axes : Axes
+        Drawn in, now or later.
+    """
+    axes.tick_params(which="both", labelsize=_STYLE["xtick.labelsize"], width=0.6, color="#555555")
+
+
+def _looks(method: str) -> tuple[str, str]:
+    """Return colour and marker; the check sum of an unknown key chooses among the others."""
+    if method in _METHODS:
+        return _METHODS[method]
+    return _OTHERS[zlib.crc32(method.encode()) % len(_OTHERS)]

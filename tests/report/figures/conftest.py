@@ -1,0 +1,70 @@
+"""A short campaign, its fits and its comparison; figures that must stay on their sheet."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import pytest
+
+import hydrodamp as hd
+
+matplotlib = pytest.importorskip("matplotlib", reason="figures need the extra hydrodamp[report]")
+
+from matplotlib.figure import Figure  # noqa: E402
+
+MODELS = tuple(hd.catalog[key] for key in ("linear", "prestero", "fossen"))
+
+
+@dataclass(frozen=True)
+class Sailed:
+    """What the figures are made of."""
+
+    vehicle: hd.Vehicle
+    train: hd.Log
+    test: hd.Log
+    problem: hd.Problem
+    table: hd.Comparison
+
+    def fit(self, model: str, method: str) -> hd.Fit:
+        return self.table.row(model, method).fit
+
+
+@pytest.fixture(scope="session")
+def sailed() -> Sailed:
+    """Three models by two methods, on runs of 20 s."""
+    campaign = hd.reenact(seed=0, duration=20.0)
+    problem = hd.prepare(campaign.vehicle, campaign.train, MODELS)
+    fits = [
+        fit
+        for key in ("weak", "ai")
+        for fit in hd.identify_all(problem, MODELS, hd.find_method(key))
+    ]
+    table = hd.compare(fits, campaign.vehicle, campaign.test)
+    return Sailed(campaign.vehicle, campaign.train, campaign.test, problem, table)
+
+
+@pytest.fixture
+def on_sheet() -> Callable[[Figure], None]:
+    """Ask of a figure that all it shows lies on its sheet."""
+
+    def check(figure: Figure) -> None:
+        figure.get_layout_engine().execute(figure)
+        inked = figure.get_tightbbox()
+        width, height = figure.get_size_inches()
+        assert inked.x0 >= -0.01
+        assert inked.y0 >= -0.01
+        assert inked.x1 <= width + 0.01
+        assert inked.y1 <= height + 0.01
+
+    return check
+
+
+def labels(figure: Figure, side: str = "y") -> list[str]:
+    """Return the labels of the axes of a figure."""
+    return [getattr(one, f"get_{side}label")() for one in figure.axes]
+
+
+def legend(figure: Figure) -> list[str]:
+    """Return the words of the legend of a figure."""
+    return [text.get_text() for one in figure.legends for text in one.get_texts()]

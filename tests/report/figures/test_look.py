@@ -1,0 +1,122 @@
+"""One look: colours of methods, words from files, files of figures."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+from matplotlib.colors import to_rgb
+
+import hydrodamp as hd
+from hydrodamp.report.figures.estimation import velocities_figure
+from hydrodamp.report.figures.files import figure_bytes, save_figure
+from hydrodamp.report.figures.look import colour_of, dashes_of, in_our_look, mark_of, sheet
+from hydrodamp.report.figures.symbols import plain, shortened
+
+SURGE = hd.Log.from_arrays(np.arange(9), {"u": np.ones(9)})
+
+DEUTERANOPIA = np.array(
+    [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.01182, 0.04294, 0.968881]]
+)
+"""G. M. Machado, M. M. Oliveira and L. A. F. Fernandes (2009), doi:10.1109/TVCG.2009.113."""
+
+
+def linear(colour):
+    """Colour as linear light."""
+    value = np.array(to_rgb(colour))
+    return np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4)
+
+
+def luminance(colour):
+    return float(linear(colour) @ [0.2126, 0.7152, 0.0722])
+
+
+def test_every_method_has_a_colour_and_a_marker_of_its_own():
+    assert len({colour_of(key) for key in hd.METHODS}) == len(hd.METHODS)
+    assert len({mark_of(key) for key in hd.METHODS}) == len(hd.METHODS)
+
+
+def test_colours_stand_out_from_paper():
+    for key in (*hd.METHODS, "mine", "yours", "ai-tuned"):
+        assert 1.05 / (luminance(colour_of(key)) + 0.05) > 2.0
+
+
+def test_common_methods_differ_for_eyes_without_green():
+    keys = ("recommended", "ls", "ai", "ai-scaled", "weak", "oe")
+    seen = [DEUTERANOPIA @ linear(colour_of(key)) for key in keys]
+    apart = [np.linalg.norm(a - b) for i, a in enumerate(seen) for b in seen[:i]]
+    assert min(apart) > 0.1
+
+
+def test_an_unknown_method_has_always_the_same_colour():
+    assert colour_of("ai-tuned") == colour_of("ai-tuned")
+    assert colour_of("ai-tuned") not in {colour_of(key) for key in hd.METHODS}
+
+
+def test_dashes_tell_models_of_one_method_apart():
+    first, other, second = dashes_of(["ls", "ai", "ls"])
+    assert first == other == "-"
+    assert second != "-"
+
+
+@pytest.mark.parametrize(
+    "name", ["$\\frac{$", "a$b$c", "line\nbreak", "日本 $x", "<script>", "a_b^{c}"]
+)
+def test_any_name_is_printed_as_it_is(name):
+    segments = (hd.Segment(name, 0, 5), hd.Segment("$", 5, 9))
+    figure = velocities_figure(replace(SURGE, segments=segments))
+    assert b"<script>" not in figure_bytes(figure, "svg")
+    assert [text.get_text() for text in figure.axes[0].texts] == [plain(name), r"\$"]
+
+
+def test_words_are_cut():
+    assert shortened("abcdef", 4) == "abc…"
+    assert shortened("abcd", 4) == "abcd"
+
+
+def test_global_state_of_matplotlib_is_left_alone():
+    before = dict(mpl.rcParams)
+
+    @in_our_look
+    def draw():
+        assert mpl.rcParams["axes.spines.top"] is False
+        return sheet(2.0, 1.0)
+
+    draw()
+    assert dict(mpl.rcParams) == before
+
+
+def test_settings_of_the_user_do_not_change_the_look():
+    ours = figure_bytes(velocities_figure(SURGE), "svg")
+    with mpl.rc_context({"axes.facecolor": "red", "font.size": 20, "lines.linewidth": 9}):
+        assert figure_bytes(velocities_figure(SURGE), "svg") == ours
+
+
+def test_without_matplotlib_the_message_says_what_to_install(monkeypatch):
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    with pytest.raises(hd.MethodError, match=r'pip install "hydrodamp\[report\]"'):
+        velocities_figure(SURGE)
+
+
+@pytest.mark.parametrize(
+    ("ending", "start"), [("pdf", b"%PDF"), ("svg", b"<?xml"), ("PNG", b"\x89PNG")]
+)
+def test_figures_are_written_the_same_each_time(ending, start, tmp_path):
+    figure = in_our_look(lambda: sheet(1.0, 1.0))()
+    for name in ("a", "b"):
+        save_figure(figure, tmp_path / f"{name}.{ending}")
+    first, second = ((tmp_path / f"{name}.{ending}").read_bytes() for name in ("a", "b"))
+    assert first.startswith(start)
+    assert first == second
+
+
+def test_a_file_that_cannot_be_is_refused(tmp_path):
+    figure = in_our_look(lambda: sheet(1.0, 1.0))()
+    with pytest.raises(hd.FileError, match=r"\.pdf, \.svg or \.png"):
+        save_figure(figure, tmp_path / "a.jpg")
+    with pytest.raises(hd.FileError, match="cannot be written"):
+        save_figure(figure, tmp_path / "nowhere" / "a.png")
+    assert not list(tmp_path.iterdir())

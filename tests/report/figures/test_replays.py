@@ -1,0 +1,114 @@
+"""Figures 4 and 5: every replay, as far as it goes, near what was measured."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.report.figures.look import MEASURED, colour_of
+from hydrodamp.report.figures.replays import replays_figure
+
+from .conftest import labels, legend
+
+
+def diverged(row, name, after):
+    """The row with a replay that runs away in a segment."""
+    run = row.trajectory
+    (segment,) = (one for one in run.log.segments if one.name == name)
+    velocity = run.velocity.copy()
+    lost = segment.start + after
+    velocity[lost - 1] = 49.0
+    velocity[lost : segment.stop] = np.nan
+    at = ((name, float(run.log.time[lost] - run.log.time[segment.start])),)
+    score = replace(row.score, rms=None, diverged=at)
+    return replace(row, trajectory=replace(run, velocity=velocity, diverged=at), score=score)
+
+
+def test_measured_and_every_replay_have_a_line_in_every_panel(sailed, on_sheet):
+    rows = [sailed.table.row("linear", key) for key in ("weak", "ai")]
+    figure = replays_figure(rows)
+    assert labels(figure)[0] == "$u$ [m/s]"
+    assert labels(figure)[5] == "$r$ [deg/s]"
+    joins = len(sailed.test.segments) - 1
+    for panel in figure.axes:
+        assert len(panel.lines) == 3 + joins
+        colours = [line.get_color() for line in panel.lines[:3]]
+        assert colours == [MEASURED, colour_of("weak"), colour_of("ai")]
+    assert legend(figure)[0] == "measured"
+    assert legend(figure)[1].startswith("linear by weak, RMS ")
+    on_sheet(figure)
+
+
+def test_models_of_one_method_differ_by_dashes(sailed):
+    rows = [sailed.table.row(key, "weak") for key in ("linear", "fossen")]
+    _, first, second = replays_figure(rows).axes[0].lines[:3]
+    assert first.get_color() == second.get_color()
+    assert first.get_linestyle() != second.get_linestyle()
+
+
+def test_a_diverged_replay_is_drawn_as_far_as_it_went_and_said(sailed):
+    row = diverged(sailed.table.row("linear", "weak"), sailed.test.segments[0].name, after=50)
+    figure = replays_figure([row, sailed.table.row("linear", "ai")])
+    assert legend(figure)[1] == "linear by weak: diverged (cross) in 1 of 2 segments"
+    for panel in figure.axes:
+        (cross,) = (line for line in panel.lines if line.get_marker() == "x")
+        low, high = panel.get_ylim()
+        assert low <= cross.get_ydata()[0] <= high
+        assert cross.get_xdata()[0] == pytest.approx(4.9)
+        measured = np.asarray(panel.lines[0].get_ydata())
+        assert high - low < 2.0 * (np.nanmax(measured) - np.nanmin(measured))
+
+
+def test_all_that_was_measured_is_within_the_panels(sailed):
+    figure = replays_figure([sailed.table.row("linear", "ai")])
+    for axis, panel in enumerate(figure.axes):
+        scale = 1.0 if axis < 3 else np.degrees(1.0)
+        low, high = panel.get_ylim()
+        assert low < scale * sailed.test.velocity[:, axis].min()
+        assert high > scale * sailed.test.velocity[:, axis].max()
+
+
+def test_a_band_is_drawn_behind_its_replay(sailed):
+    row = sailed.table.row("linear", "weak")
+    problem = hd.prepare(sailed.vehicle, sailed.test, row.fit.model)
+    band = hd.prediction_band(problem, row.fit.damping, level=0.9)
+    figure = replays_figure([row], {("linear", "weak"): band})
+    assert all(len(panel.collections) == 1 for panel in figure.axes)
+    assert legend(figure)[1].endswith("90 % band")
+    outline = figure.axes[0].collections[0].get_paths()[0].vertices[:, 1]
+    assert outline.max() >= np.nanmax(band.upper[: sailed.test.segments[0].stop, 0])
+
+
+def test_fewer_axes_have_fewer_panels_and_the_unit_of_the_score(sailed):
+    row = sailed.table.row("linear", "weak")
+    score = replace(row.score, rate_unit="rad")
+    run = replace(row.trajectory, axes=("X", "Y", "N"))
+    figure = replays_figure([replace(row, trajectory=run, score=score)])
+    assert labels(figure) == ["$u$ [m/s]", "$v$ [m/s]", "$r$ [rad/s]"]
+
+
+def test_a_row_without_a_replay_is_named(sailed):
+    row = sailed.table.row("linear", "weak")
+    lost = replace(row, fit=replace(row.fit, status=hd.Status.FAILED), trajectory=None)
+    figure = replays_figure([row, lost])
+    assert legend(figure)[2] == "linear by weak: failed, no replay"
+
+
+def test_a_replay_that_never_was_has_no_cross(sailed):
+    row = sailed.table.row("linear", "weak")
+    run = replace(row.trajectory, velocity=np.full_like(row.trajectory.velocity, np.nan))
+    run = replace(run, diverged=tuple((one.name, 0.0) for one in run.log.segments))
+    figure = replays_figure([replace(row, trajectory=run)])
+    assert not [line for line in figure.axes[0].lines if line.get_marker() == "x"]
+
+
+def test_nothing_to_draw_is_refused(sailed):
+    with pytest.raises(hd.MethodError, match="no row has a replay"):
+        replays_figure([])
+    row = sailed.table.row("linear", "weak")
+    other = hd.simulate(sailed.vehicle, row.fit.damping, sailed.train)
+    with pytest.raises(hd.MethodError, match="of the same log"):
+        replays_figure([row, replace(row, trajectory=other)])
