@@ -172,6 +172,7 @@ from .report.figures.power import power_figure as power_figure
 from .report.figures.replays import replays_figure as replays_figure
 from .report.figures.residuals import residuals_figure as residuals_figure
 from .report.files import read_comparison as read_comparison, write_comparison as write_comparison
+from .report.html.write import write_report as write_report
 from .simulation.campaign.conditions import (
     COLOURED as COLOURED,
     SILENT as SILENT,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hydrodamp.cli import options
@@ -30,14 +31,16 @@ def compare(
     from hydrodamp.cli.choose import choose_methods, choose_models, selects, with_sparse
     from hydrodamp.cli.experiment import check_attitude, check_before, check_samples, fit_all
     from hydrodamp.cli.progress import progress
+    from hydrodamp.cli.record import record
     from hydrodamp.cli.select import train_and_test
     from hydrodamp.cli.targets import check_out_folder
     from hydrodamp.validation.compare import compare as compare_fits
     from hydrodamp.vehicle.fleet import find_vehicle
 
+    listed = (*(logs or ()), *(train or ()), *(test or ()), *(models or "").split(","))
+    inputs = (*(name.strip() for name in listed), vehicle, mapping)
     if out is not None:
-        listed = (*(logs or ()), *(train or ()), *(test or ()), *(models or "").split(","))
-        check_out_folder(out, (*(name.strip() for name in listed), vehicle, mapping))
+        check_out_folder(out, inputs)
     craft, chosen, ways = find_vehicle(vehicle), choose_models(models), choose_methods(methods)
     learn, held_out, shared = train_and_test(logs or (), train or (), test or (), mapping)
     if selects(models):
@@ -57,10 +60,8 @@ def compare(
             rate_unit=rate_unit.value,
             done=done,
         )
-    if shared:
-        said = {**comparison.provenance, "overlap": shared}
-        comparison = replace(comparison, provenance=said)
-    deliver(comparison, out, json)
+    said = {**comparison.provenance, **({"overlap": shared} if shared else {}), **record(inputs)}
+    deliver(replace(comparison, provenance=said), out, json)
 
 
 def deliver(comparison: Comparison, out: str | None, json: bool) -> None:
@@ -76,6 +77,7 @@ def deliver(comparison: Comparison, out: str | None, json: bool) -> None:
         Whether to print the document instead of tables.
     """
     from hydrodamp.cli.experiment import nothing_scored
+    from hydrodamp.cli.report import offer
     from hydrodamp.report.comparison_grids import comparison_grids
     from hydrodamp.report.document import comparison_document
     from hydrodamp.report.files import write_comparison
@@ -88,6 +90,7 @@ def deliver(comparison: Comparison, out: str | None, json: bool) -> None:
     else:
         show(results(), *comparison_grids(comparison))
     if out is not None:
-        note(f"written to {out}: comparison.json, table.txt .md .tex .csv, fits, replays.npz")
+        also = ", report.html" if offer(comparison, Path(out) / "report.html") else ""
+        note(f"written to {out}: comparison.json, table.txt .md .tex .csv, fits, replays.npz{also}")
     if sentence := nothing_scored(comparison):
         fail(sentence, WORK_FAILED)

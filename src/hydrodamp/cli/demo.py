@@ -39,6 +39,7 @@ def demo(
     from hydrodamp.cli.choose import choose_methods, choose_models
     from hydrodamp.cli.experiment import fit_all
     from hydrodamp.cli.progress import progress
+    from hydrodamp.cli.record import record
     from hydrodamp.cli.targets import check_out_folder
     from hydrodamp.simulation.campaign.reenact import reenact
     from hydrodamp.validation.compare import compare
@@ -54,7 +55,7 @@ def demo(
         fits = fit_all(campaign.vehicle, campaign.train, models, methods, done)
     with progress("replaying", len(fits)) as done:
         comparison = compare(fits, campaign.vehicle, campaign.test, done=done)
-    said = {"truth": campaign.truth, "note": campaign.note, "seed": str(seed)}
+    said = {"truth": campaign.truth, "note": campaign.note, "seed": str(seed), **record(())}
     if not json:
         _introduce(campaign, seed)
     deliver(replace(comparison, provenance={**comparison.provenance, **said}), out, json)

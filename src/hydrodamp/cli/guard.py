@@ -7,6 +7,7 @@ import traceback
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 from typing import ParamSpec, TextIO, TypeVar
 
@@ -26,6 +27,8 @@ WRONG_INPUT = 2
 
 INTERRUPTED = 130
 """Exit status after Ctrl-C."""
+
+_warned: ContextVar[dict[str, None]] = ContextVar("warned")
 
 
 def guarded(command: Callable[P, R]) -> Callable[P, R]:
@@ -64,8 +67,9 @@ def guarded(command: Callable[P, R]) -> Callable[P, R]:
 
 @contextmanager
 def warnings_as_notes() -> Iterator[None]:
-    """Print each warning once, as one line on standard error."""
-    seen: set[str] = set()
+    """Print each warning once, as one line on standard error, and keep it."""
+    seen: dict[str, None] = {}
+    before = _warned.set(seen)
 
     def show(
         message: Warning | str,
@@ -77,13 +81,21 @@ def warnings_as_notes() -> Iterator[None]:
     ) -> None:
         text = " ".join(str(message).split())
         if text not in seen:
-            seen.add(text)
+            seen[text] = None
             note(f"warning: {text}")
 
     with warnings.catch_warnings():
         warnings.simplefilter("always", HydrodampWarning)
         warnings.showwarning = show
-        yield
+        try:
+            yield
+        finally:
+            _warned.reset(before)
+
+
+def warned() -> tuple[str, ...]:
+    """Return the warnings of the command that is running, in order, each once."""
+    return tuple(_warned.get({}))
 
 
 def internal_failure(error: Exception) -> str:

@@ -34,6 +34,7 @@ def identify(
     from hydrodamp.cli.choose import SPARSE, choose_model, with_sparse
     from hydrodamp.cli.experiment import check_before, check_samples, fit_all
     from hydrodamp.cli.progress import progress
+    from hydrodamp.cli.report import offer_of_fit
     from hydrodamp.cli.select import train_alone
     from hydrodamp.cli.targets import check_out_file
     from hydrodamp.cli.trust import trust
@@ -50,12 +51,15 @@ def identify(
     check_samples(craft, log, (chosen,))
     with progress("identifying", 1) as done:
         (fit,) = fit_all(craft, log, (chosen,), (way,), done)
+    words: tuple[str, ...] = ()
     if fit.status.usable and not json:
         with progress("asking how far to trust it"):
             words = trust(craft, log, fit)
         results().print("\n\n".join(words), markup=False, highlight=False)
         results().print()
     deliver(fit, out, json)
+    if out is not None:
+        offer_of_fit(fit, craft, log, words, out)
 
 
 def deliver(fit: Fit, out: str | None, json: bool) -> None:

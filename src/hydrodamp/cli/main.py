@@ -14,6 +14,7 @@ from hydrodamp.cli.guard import guarded
 from hydrodamp.cli.identify import identify
 from hydrodamp.cli.models import models
 from hydrodamp.cli.probe import probe
+from hydrodamp.cli.report import report
 from hydrodamp.cli.simulate import simulate
 from hydrodamp.cli.validate import validate
 from hydrodamp.cli.vehicle import new
@@ -30,7 +31,18 @@ app = typer.Typer(
 )
 vehicle_app = typer.Typer(help="Vehicle files.", no_args_is_help=True, rich_markup_mode=None)
 
-for command in (demo, models, datasets, probe, convert, compare, validate, identify, simulate):
+for command in (
+    demo,
+    models,
+    datasets,
+    probe,
+    convert,
+    compare,
+    validate,
+    identify,
+    simulate,
+    report,
+):
     app.command()(guarded(command))
 vehicle_app.command()(guarded(new))
 app.add_typer(vehicle_app, name="vehicle")

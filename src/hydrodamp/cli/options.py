@@ -96,7 +96,9 @@ Rates = Annotated[
 ]
 OutFolder = Annotated[
     str | None,
-    typer.Option("--out", metavar="DIR", help="Write comparison.json, tables, fits and replays."),
+    typer.Option(
+        "--out", metavar="DIR", help="Write comparison.json, tables, fits, replays and report.html."
+    ),
 ]
 Json = Annotated[
     bool, typer.Option("--json", help="Print machine-readable results on standard output.")

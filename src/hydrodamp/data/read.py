@@ -13,8 +13,8 @@ from hydrodamp.data.log import Log
 from hydrodamp.data.mapping import LogMapping, read_mapping
 from hydrodamp.data.mapping.plain import canonical_record
 from hydrodamp.data.record import Record
-from hydrodamp.data.steps import prepared
 from hydrodamp.data.recording import Recording
+from hydrodamp.data.steps import prepared
 from hydrodamp.data.stretches import concatenate
 from hydrodamp.errors import FileError, GapWarning, LogError
 

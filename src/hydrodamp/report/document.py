@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from hydrodamp.identification.fit import Fit
+from hydrodamp.identification.uncertainty.intervals import Uncertainty
 from hydrodamp.models.damping_file import damping_document
 from hydrodamp.simulation.score import Score
 from hydrodamp.validation.comparison import Comparison, Row
@@ -116,6 +117,8 @@ def fit_document(fit: Fit) -> Document:
             "aliased": [list(group) for group in fit.aliased],
             "n_samples": fit.n_samples,
             "provenance": fit.provenance,
+            "remarks": list(fit.remarks),
+            "uncertainty": _uncertainty(fit.uncertainty),
         },
     }
 
@@ -185,6 +188,21 @@ def _score(score: Score) -> Document:
         "rms": number(score.rms),
         "rms_by_axis": {name: number(value) for name, value in score.rms_by_axis.items()},
         "fit_by_axis": {name: number(value) for name, value in score.fit_by_axis.items()},
+    }
+
+
+def _uncertainty(found: Uncertainty | None) -> Document | None:
+    """Return what intervals are made with; their covariance stands in the damping."""
+    if found is None:
+        return None
+    noise = None if found.noise is None else [number(value) for value in found.noise.diagonal()]
+    return {
+        "degrees_of_freedom": number(found.degrees_of_freedom),
+        "method": found.method,
+        "block": number(found.block),
+        "n_blocks": found.n_blocks,
+        "allowance": found.allowance,
+        "noise_variances": noise,
     }
 
 

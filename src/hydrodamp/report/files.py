@@ -27,6 +27,7 @@ from hydrodamp.validation.comparison import Comparison
 RESULTS = (
     "comparison.json",
     "replays.npz",
+    "report.html",
     *(f"table.{kind}" for kind in ("txt", "md", "tex", "csv")),
 )
 """Files of a comparison's folder, besides those of ``fits``."""

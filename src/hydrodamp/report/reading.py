@@ -15,6 +15,7 @@ from hydrodamp.data.log import Log, Segment
 from hydrodamp.data.segments import unique_names
 from hydrodamp.errors import FileError
 from hydrodamp.identification.fit import Fit
+from hydrodamp.identification.uncertainty.intervals import Uncertainty
 from hydrodamp.loading import load_json
 from hydrodamp.models.damping_file import damping_from_document
 from hydrodamp.simulation.replay import AttitudeSource, Trajectory
@@ -103,9 +104,29 @@ def _fit(path: Path) -> Fit:
             aliased=tuple(tuple(group) for group in trust["aliased"]),
             n_samples=int(trust["n_samples"]),
             provenance=dict(trust["provenance"]),
+            remarks=tuple(map(str, trust.get("remarks", ()))),
+            uncertainty=_uncertainty(trust.get("uncertainty"), damping.covariance),
         )
     except (KeyError, TypeError, ValueError) as error:
         raise FileError(f"{path}: `fit` is missing or incomplete: {error!r}.") from error
+
+
+def _uncertainty(
+    found: Mapping[str, Any] | None, covariance: FloatArray | None
+) -> Uncertainty | None:
+    """Return what intervals are made with; of the noise only its variances were kept."""
+    if found is None or covariance is None:
+        return None
+    known, noise = found["degrees_of_freedom"], found["noise_variances"]
+    return Uncertainty(
+        covariance,
+        degrees_of_freedom=np.inf if known is None else float(known),
+        method=str(found["method"]),
+        noise=None if noise is None else np.diag(np.array(noise, dtype=np.float64)),
+        block=found["block"],
+        n_blocks=int(found["n_blocks"]),
+        allowance=str(found["allowance"]),
+    )
 
 
 def _replays(path: Path, source: str) -> tuple[Log | None, dict[str, FloatArray]]:

@@ -1,0 +1,228 @@
+"""The coefficients of each fit with their intervals, drawn beside the numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hydrodamp.basis.axes import AXES
+from hydrodamp.identification.fit import Fit
+from hydrodamp.models.labels import coefficient_unit
+from hydrodamp.report.numbers import NOTHING, coefficient
+from hydrodamp.validation.comparison import Row
+
+MOST = 2500
+"""Coefficients listed in all, whole fits at a time; the files have every one."""
+
+WIDTH = 160.0
+"""Of an interval's drawing; zero and the value stand at fixed places in it."""
+
+ALIKE = 0.9
+"""Correlation of two estimates from which it is told."""
+
+_NAMED = 6
+"""Pairs that are named, the most correlated first."""
+
+_ZERO, _VALUE = 40.0, 100.0
+_NORMAL = 1.959964
+
+
+@dataclass(frozen=True)
+class Interval:
+    """Where a 95 % interval reaches, on a line from zero to the value and beyond.
+
+    Attributes
+    ----------
+    low, high : float
+        Its ends, cut at the drawing's.
+    cut : bool
+        Whether it reaches farther than is drawn.
+    sure : bool
+        Whether it leaves out zero.
+    """
+
+    low: float
+    high: float
+    cut: bool
+    sure: bool
+
+
+@dataclass(frozen=True)
+class Coefficient:
+    """A line of the table.
+
+    Attributes
+    ----------
+    label, value, error, span, unit, apart : str
+        Name, number, standard error, 95 % interval, unit and whether the data tell it
+        apart, in words.
+    interval : Interval or None
+        To draw.
+    """
+
+    label: str
+    value: str
+    error: str
+    span: str
+    unit: str
+    apart: str
+    interval: Interval | None
+
+
+@dataclass(frozen=True)
+class CoefficientTable:
+    """The coefficients of a fit.
+
+    Attributes
+    ----------
+    model, method, title : str
+        Keys, and the model's title.
+    lines : tuple of Coefficient
+        In the order of the model's labels.
+    sentences : tuple of str
+        What to read beside them.
+    """
+
+    model: str
+    method: str
+    title: str
+    lines: tuple[Coefficient, ...]
+    sentences: tuple[str, ...]
+
+    @property
+    def known(self) -> bool:
+        """Whether there are intervals."""
+        return any(line.interval is not None for line in self.lines)
+
+
+def coefficient_tables(rows: Sequence[Row]) -> tuple[CoefficientTable, ...]:
+    """Return the coefficients of some rows.
+
+    Parameters
+    ----------
+    rows : sequence of Row
+        The most wanted first.
+
+    Returns
+    -------
+    tables : tuple of CoefficientTable
+        Of those with numbers, until there are too many to list.
+    """
+    tables: list[CoefficientTable] = []
+    listed = 0
+    for row in rows:
+        if not row.fit.status.usable:
+            continue
+        listed += row.n_coefficients
+        if tables and listed > MOST:
+            break
+        tables.append(_table(row.fit))
+    return tuple(tables)
+
+
+def reach(fit: Fit) -> float:
+    """Return how many standard errors a 95 % interval reaches to either side.
+
+    Parameters
+    ----------
+    fit : Fit
+        With standard errors.
+
+    Returns
+    -------
+    reach : float
+        Of Student's t where the fit knows its degrees of freedom, else of the normal.
+    """
+    return _NORMAL if fit.uncertainty is None else fit.uncertainty.reach()
+
+
+def _table(fit: Fit) -> CoefficientTable:
+    tied = {label for group in fit.aliased for label in group}
+    units = [
+        coefficient_unit(axis, term)
+        for axis, terms in zip(AXES, fit.model.terms, strict=True)
+        for term in terms
+    ]
+    return CoefficientTable(
+        model=fit.model.key,
+        method=fit.method,
+        title=fit.model.title,
+        lines=tuple(
+            _line(label, value, error, reach(fit), unit, _apart(fit, label in tied))
+            for (label, value), error, unit in zip(
+                fit.damping.as_dict().items(), _errors(fit), units, strict=True
+            )
+        ),
+        sentences=(fit.status.value, *fit.sentences, *_correlated(fit)),
+    )
+
+
+def _apart(fit: Fit, tied: bool) -> str:
+    if fit.rank is None:
+        return NOTHING
+    return "no" if tied else "yes"
+
+
+def _correlated(fit: Fit) -> tuple[str, ...]:
+    """Name the estimates that err together."""
+    covariance = fit.damping.covariance
+    if covariance is None:
+        return ()
+    spread = np.sqrt(np.clip(np.diag(covariance), 0.0, None))
+    known = np.where(spread > 0.0, spread, np.inf)
+    correlation = np.triu(covariance / np.outer(known, known), 1)
+    first, second = np.nonzero(np.abs(correlation) >= ALIKE)
+    if not first.size:
+        return ()
+    order = np.argsort(-np.abs(correlation[first, second]), kind="stable")[:_NAMED]
+    labels = fit.model.labels
+    pairs = [
+        f"{labels[i]} with {labels[j]} ({correlation[i, j]:+.2f})"
+        for i, j in zip(first[order].tolist(), second[order].tolist(), strict=True)
+    ]
+    many = "1 pair of estimates is" if first.size == 1 else f"{first.size} pairs of estimates are"
+    return (
+        f"{many} correlated beyond {ALIKE:g}, and better known together than apart; the most: "
+        f"{', '.join(pairs)}.",
+    )
+
+
+def _errors(fit: Fit) -> list[float | None]:
+    covariance = fit.damping.covariance
+    if covariance is None:
+        return [None] * fit.model.n_coefficients
+    return [float(np.sqrt(v)) if v >= 0.0 else None for v in np.diag(covariance)]
+
+
+def _line(
+    label: str, value: float, error: float | None, times: float, unit: str, apart: str
+) -> Coefficient:
+    half = None if error is None else times * error
+    span = NOTHING
+    if half is not None:
+        span = f"{coefficient(value - half)} to {coefficient(value + half)}"
+    return Coefficient(
+        label=label,
+        value=coefficient(value),
+        error=coefficient(error),
+        span=span,
+        unit=unit,
+        apart=apart,
+        interval=None if half is None else _interval(value, half),
+    )
+
+
+def _interval(value: float, half: float) -> Interval | None:
+    """Return the interval in shares of the value, so that all lines read alike."""
+    if value == 0.0 or not np.isfinite(value):
+        return None
+    share = half / abs(value) * (_VALUE - _ZERO)
+    low, high = _VALUE - share, _VALUE + share
+    return Interval(
+        low=round(max(low, 0.0), 1),
+        high=round(min(high, WIDTH), 1),
+        cut=low < 0.0 or high > WIDTH,
+        sure=low > _ZERO,
+    )

@@ -1,0 +1,242 @@
+"""RMS error against number of coefficients, with the front: what each further one buys."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from hydrodamp.report.figures.look import mark_of
+from hydrodamp.report.numbers import error_size
+from hydrodamp.validation.comparison import Comparison, Row
+from hydrodamp.validation.front import front
+
+WIDTH, HEIGHT = 720.0, 380.0
+LEFT, RIGHT, TOP, BOTTOM = 64.0, 24.0, 16.0, 48.0
+_ROOM = 1.12
+"""Between the data and the frame, as a factor."""
+
+_FEWEST = 4
+"""Ticks that an axis must have, where finer ones can be had."""
+
+_SHAPES = {
+    "o": (24, 0.0, 1.0),
+    "s": (4, 0.5, 1.0),
+    "D": (4, 0.0, 1.0),
+    "d": (4, 0.0, 0.6),
+    "^": (3, 0.0, 1.0),
+    "v": (3, 0.5, 1.0),
+    "<": (3, 0.75, 1.0),
+    ">": (3, 0.25, 1.0),
+    "p": (5, 0.0, 1.0),
+    "h": (6, 0.0, 1.0),
+    "H": (6, 0.5, 1.0),
+    "8": (8, 0.5, 1.0),
+}
+"""Corners, turn in parts of a corner (triangles: of a whole turn) and width of a marker."""
+
+
+@dataclass(frozen=True)
+class Tick:
+    """A labelled place on an axis."""
+
+    place: float
+    word: str
+
+
+@dataclass(frozen=True)
+class Point:
+    """A row in the chart.
+
+    Attributes
+    ----------
+    x, y : float
+        Place.
+    shape : str
+        Path of its marker about that place.
+    method, words, name : str
+        Whose colour it has, what it is in full, and its label; empty off the front.
+    settled : bool
+        Whether it is drawn filled.
+    anchor : str
+        On which side of the point its label stands.
+    """
+
+    x: float
+    y: float
+    shape: str
+    method: str
+    words: str
+    name: str
+    settled: bool
+    anchor: str
+
+
+@dataclass(frozen=True)
+class FrontChart:
+    """The chart, in its own units.
+
+    Attributes
+    ----------
+    across, up : tuple of Tick
+        Of the two axes.
+    points : tuple of Point
+        Rows with an error.
+    front : str
+        Path of the steps.
+    markers : dict of str to str
+        The marker of each method, for the key.
+    words : str
+        What the front says, in a sentence.
+    """
+
+    across: tuple[Tick, ...]
+    up: tuple[Tick, ...]
+    points: tuple[Point, ...]
+    front: str
+    markers: dict[str, str]
+    words: str
+
+
+@dataclass(frozen=True)
+class Scale:
+    """A logarithmic axis.
+
+    Attributes
+    ----------
+    low, high : float
+        Values at its ends, positive.
+    start, stop : float
+        Places of its ends.
+    """
+
+    low: float
+    high: float
+    start: float
+    stop: float
+
+    def __call__(self, value: float) -> float:
+        """Return the place of a value."""
+        share = math.log(max(value, self.low) / self.low) / math.log(self.high / self.low)
+        return round(self.start + share * (self.stop - self.start), 1)
+
+    def ticks(self) -> tuple[Tick, ...]:
+        """Return round values in reach: 1, 2, 5 by powers of ten; finer on a short axis.
+
+        Examples
+        --------
+        >>> [tick.word for tick in Scale(8.0, 240.0, 0.0, 1.0).ticks()]
+        ['10', '20', '50', '100', '200']
+        >>> [tick.word for tick in Scale(40.0, 50.0, 0.0, 1.0).ticks()][::5]
+        ['40', '45', '50']
+        """
+        for digits in ((1,), (1, 2, 5), tuple(range(1, 10)), tuple(k / 10 for k in range(10, 100))):
+            values = [
+                digit * 10.0**power
+                for power in range(math.floor(math.log10(self.low)), 8)
+                for digit in digits
+                if self.low <= digit * 10.0**power <= self.high
+            ]
+            if len(values) >= _FEWEST:
+                break
+        return tuple(Tick(self(value), f"{value:g}") for value in values)
+
+
+def front_chart(comparison: Comparison) -> FrontChart | None:
+    """Return the chart of a comparison.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        What to show.
+
+    Returns
+    -------
+    chart : FrontChart or None
+        None where fewer than two rows have an error.
+    """
+    rows = [row for row in comparison.rows if row.rms is not None and row.n_coefficients]
+    if len(rows) < 2:
+        return None
+    across = _scale([row.n_coefficients for row in rows], LEFT, WIDTH - RIGHT)
+    up = _scale([row.rms or 0.0 for row in rows], HEIGHT - BOTTOM, TOP)
+    best = [row for row in front(comparison) if row in rows]
+    return FrontChart(
+        across=across.ticks(),
+        up=up.ticks(),
+        points=tuple(_point(row, across, up, any(row is other for other in best)) for row in rows),
+        front=_steps([(across(row.n_coefficients), up(row.rms or 0.0)) for row in best]),
+        markers={method: marker(mark_of(method), 8.0, 8.0) for method in comparison.methods},
+        words=_words(best),
+    )
+
+
+def marker(kind: str, x: float, y: float, size: float = 6.0) -> str:
+    """Return the path of a marker.
+
+    Parameters
+    ----------
+    kind : str
+        As matplotlib spells it; a cross or a star where it is none of the plain shapes.
+    x, y : float
+        Its centre.
+    size : float
+        From there to a corner.
+
+    Returns
+    -------
+    path : str
+        Closed.
+
+    Examples
+    --------
+    >>> marker("D", 10.0, 10.0)
+    'M10 4L16 10L10 16L4 10Z'
+    """
+    corners, turn, width = _SHAPES.get(kind, (4, 0.5 if kind == "X" else 0.0, 1.0))
+    turn *= 1.0 if corners == 3 else 1.0 / corners
+    starred = kind not in _SHAPES
+    places = []
+    for k in range(2 * corners if starred else corners):
+        radius = size * (0.35 if starred and k % 2 else 1.0)
+        angle = 2.0 * math.pi * (k / (2 * corners if starred else corners) + turn)
+        places.append((x + width * radius * math.sin(angle), y - radius * math.cos(angle)))
+    return "M" + "L".join(f"{_short(a)} {_short(b)}" for a, b in places) + "Z"
+
+
+def _scale(values: Sequence[float], start: float, stop: float) -> Scale:
+    low = max(min(values), 1e-9)
+    return Scale(low / _ROOM, max(max(values), low) * _ROOM, start, stop)
+
+
+def _point(row: Row, across: Scale, up: Scale, on_front: bool) -> Point:
+    x, y = across(row.n_coefficients), up(row.rms or 0.0)
+    return Point(
+        x=x,
+        y=y,
+        shape=marker(mark_of(row.method), x, y),
+        method=row.method,
+        words=f"{row.model} by {row.method}: {row.n_coefficients} coefficients, "
+        f"RMS {error_size(row.rms)}, {row.status.word}",
+        name=row.model if on_front else "",
+        settled=row.settled,
+        anchor="end" if x > 0.8 * WIDTH else "start",
+    )
+
+
+def _steps(places: Sequence[tuple[float, float]]) -> str:
+    """Return the front as steps: level until the next row, then down to it."""
+    words = [f"M{x} {y}" if not k else f"H{x}V{y}" for k, (x, y) in enumerate(places)]
+    return "".join(words)
+
+
+def _words(best: Sequence[Row]) -> str:
+    steps = [f"{r.model} by {r.method} ({r.n_coefficients}: {error_size(r.rms)})" for r in best]
+    return (
+        "No other fit beats these in both error and size, from the smallest to the most exact: "
+        f"{', then '.join(steps)}."
+    )
+
+
+def _short(value: float) -> str:
+    return f"{value:.1f}".rstrip("0").rstrip(".")

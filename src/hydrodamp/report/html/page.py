@@ -1,0 +1,156 @@
+"""The page itself: template, styles, scripts and data in one text."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from importlib.util import find_spec
+from typing import TYPE_CHECKING
+
+from hydrodamp.errors import MethodError
+from hydrodamp.report.figures.look import colour_of
+from hydrodamp.report.html import coefficient_tables as coefficients, front_chart as chart
+from hydrodamp.report.html.origin import origin, told
+from hydrodamp.report.html.packing import script_json
+from hydrodamp.report.html.plots import plots
+from hydrodamp.report.html.score_table import ranked, score_table
+from hydrodamp.report.html.summary import summary
+from hydrodamp.report.remarks import remarks
+from hydrodamp.validation.comparison import Comparison
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
+
+MISSING = (
+    'the report needs the package jinja2: pip install "hydrodamp[report]"; then '
+    "`hydrodamp report DIR` makes it from a folder of results."
+)
+"""What to do where there is no report."""
+
+_SCRIPTS = ("theme.js", "sorting.js", "uplot.js", "levels.js", "plots.js")
+
+
+@dataclass(frozen=True)
+class Script:
+    """A script and what the page's policy knows it by.
+
+    Attributes
+    ----------
+    text : str
+        As it stands in the page.
+    digest : str
+        SHA-256 in base 64.
+    """
+
+    text: str
+    digest: str
+
+
+def installed() -> bool:
+    """Tell whether what a report needs is installed.
+
+    Returns
+    -------
+    installed : bool
+        Whether jinja2 is there.
+
+    Examples
+    --------
+    >>> isinstance(installed(), bool)
+    True
+    """
+    return find_spec("jinja2") is not None
+
+
+def page(comparison: Comparison, provenance: Mapping[str, object]) -> str:
+    """Return the report of a comparison.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        What to show.
+    provenance : mapping of str to object
+        As in ``comparison.json``.
+
+    Returns
+    -------
+    text : str
+        One HTML document that asks the network for nothing.
+
+    Raises
+    ------
+    MethodError
+        If jinja2 is not installed.
+    """
+    if not installed():
+        raise MethodError(MISSING)
+    drawn, order = plots(comparison), ranked(comparison.rows)
+    return (
+        _environment()
+        .get_template("report.html.j2")
+        .render(
+            comparison=comparison,
+            title=_title(comparison),
+            methods={
+                method: (f"m{place}", colour_of(method))
+                for place, method in enumerate(comparison.methods)
+            },
+            verdict=summary(comparison),
+            warnings=(*told(provenance), *_remarks(comparison)),
+            table=score_table(comparison),
+            plots=drawn,
+            data=script_json(drawn.document) if drawn else "",
+            chart=chart.front_chart(comparison),
+            frame=chart,
+            tables=coefficients.coefficient_tables(order),
+            interval=coefficients,
+            origin=origin(comparison, provenance),
+            scripts=[_script(name) for name in _SCRIPTS[: None if drawn else 2]],
+            styles=_text("report.css"),
+            plot_styles=_text("uplot.css"),
+            licence=_text("uplot.LICENSE"),
+        )
+    )
+
+
+def _title(comparison: Comparison) -> str:
+    return f"Damping of {comparison.provenance.get('vehicle') or 'a vehicle'}"
+
+
+def _remarks(comparison: Comparison) -> tuple[str, ...]:
+    """Return what stands below the table, and what the choice left out."""
+    if all(row.rms is None for row in comparison.rows):
+        return remarks(comparison)
+    choice = comparison.choice()
+    said = [each for each in remarks(comparison) if each != choice.sentence]
+    return tuple(filter(None, (choice.reservation, *said)))
+
+
+@cache
+def _environment() -> Environment:
+    from jinja2 import DictLoader, Environment, StrictUndefined
+
+    names = ("report.html.j2", "front.svg.j2", "coefficients.html.j2")
+    return Environment(
+        loader=DictLoader({name: _text(name) for name in names}),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+
+
+@cache
+def _script(name: str) -> Script:
+    text = _text(name)
+    digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode("ascii")
+    return Script(text, digest)
+
+
+@cache
+def _text(name: str) -> str:
+    return files("hydrodamp.report.html").joinpath("assets", name).read_text(encoding="utf-8")

@@ -1,0 +1,143 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import typer
+from typer.testing import CliRunner, Result
+
+import hydrodamp as hd
+from hydrodamp.cli.guard import guarded
+from hydrodamp.cli.report import offer, offer_of_fit, report
+from hydrodamp.report.html import page as pages
+
+Call = Callable[..., Result]
+
+
+@pytest.fixture
+def call() -> Call:
+    """Return a function that calls the command alone."""
+    app = typer.Typer()
+    app.command()(guarded(report))
+    return lambda line: CliRunner().invoke(app, line.split())
+
+
+@pytest.fixture(scope="module")
+def fitted() -> tuple[hd.Fit, hd.Vehicle, hd.Log]:
+    """A fit of a planar vehicle to 400 samples of its own motion."""
+    vehicle = hd.Vehicle(
+        name="planar",
+        mass_matrix=np.diag([20.0, 30.0, 1.0, 1.0, 1.0, 5.0]),
+        weight=100.0,
+        buoyancy=100.0,
+        axes=("X", "Y", "N"),
+    )
+    truth = hd.Damping.from_dict(None, {"X_u": -8.0, "Y_v": -40.0, "N_r": -6.0})
+    time = 0.1 * np.arange(400)
+    wrench = np.zeros((400, 6))
+    wrench[:, [0, 1, 5]] = np.sin(np.outer(time, [0.9, 0.7, 1.3]))
+    wrench[:, 0] += 5.0
+    still = hd.Log(time, np.zeros((400, 6)), wrench=wrench, source="a.csv")
+    log = replace(still, velocity=hd.simulate(vehicle, truth, still).velocity)
+    return hd.identify(hd.catalog["linear"], vehicle, log, hd.LeastSquares()), vehicle, log
+
+
+@pytest.fixture(scope="module")
+def comparison(fitted: tuple[hd.Fit, hd.Vehicle, hd.Log]) -> hd.Comparison:
+    """The fit alone, replayed."""
+    fit, vehicle, log = fitted
+    return hd.compare([fit], vehicle, log)
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder to be in."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def results(comparison: hd.Comparison, folder: Path) -> Path:
+    """A folder of results."""
+    hd.write_comparison(comparison, folder / "out")
+    return folder / "out"
+
+
+def test_the_report_goes_into_the_folder(results: Path, call: Call) -> None:
+    for _ in range(2):  # one that is there already is replaced
+        done = call("out")
+        assert done.exit_code == 0, done.output
+        assert "written to out/report.html" in done.stderr
+    text = (results / "report.html").read_text("utf-8")
+    assert "Take linear by ls" in text
+    assert '"name":"r","unit":"deg/s"' in text
+    assert '"name":"w"' not in text  # a locked velocity is not drawn
+
+
+def test_or_where_it_is_asked_to_go(results: Path, call: Call, folder: Path) -> None:
+    assert call("out --out mine.html").exit_code == 0
+    assert (folder / "mine.html").exists()
+    assert not (results / "report.html").exists()
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("nowhere", "there is no folder nowhere"),
+        ("nowhere --out r.html", "comparison.json: cannot be read"),
+        ("out --out out/replays.npz", "is one of the inputs"),
+        ("out --out deep/r.html", "there is no folder deep"),
+        ("out --out out", "is a folder"),
+    ],
+)
+def test_what_cannot_be_is_refused(results: Path, call: Call, line: str, words: str) -> None:
+    done = call(line)
+    assert done.exit_code == 2
+    assert words in " ".join(done.stderr.split())
+
+
+def test_a_spoilt_folder_is_refused(results: Path, call: Call) -> None:
+    (results / "comparison.json").write_text("[]", "utf-8")
+    done = call("out")
+    assert done.exit_code == 2
+    assert "must hold one object" in done.stderr
+    assert not (results / "report.html").exists()
+
+
+def test_without_jinja2_a_note_says_how_to_get_it(
+    results: Path, call: Call, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(pages, "find_spec", lambda _: None)
+    done = call("out")
+    assert done.exit_code == 0
+    assert 'pip install "hydrodamp[report]"' in done.stderr
+    assert "written" not in done.stderr
+    assert not (results / "report.html").exists()
+    assert not offer(str(results), results / "report.html")
+    assert "jinja2" in capsys.readouterr().err
+
+
+def test_a_fit_alone_is_replayed_on_what_it_was_fitted_to(
+    fitted: tuple[hd.Fit, hd.Vehicle, hd.Log], folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    fit, vehicle, log = fitted
+    assert np.all(np.isfinite(fit.damping.coefficients))
+    offer_of_fit(fit, vehicle, log, ("axis  grade\nX     known",), "damping.json")
+    text = (folder / "damping.report.html").read_text("utf-8")
+    assert "share all 400 samples" in text
+    assert "<pre>axis  grade\nX     known</pre>" in text
+    assert "written to damping.report.html" in capsys.readouterr().err
+
+
+def test_where_there_is_no_report_nothing_is_said_to_be_written(
+    fitted: tuple[hd.Fit, hd.Vehicle, hd.Log],
+    folder: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setattr(pages, "find_spec", lambda _: None)
+    offer_of_fit(*fitted, (), "damping.json")
+    assert "written" not in capsys.readouterr().err

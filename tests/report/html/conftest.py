@@ -1,0 +1,126 @@
+"""A page taken apart, and comparisons of a size and a temper to test it with."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+from hydrodamp.data.log import Log, Segment
+from hydrodamp.identification.fit import Fit
+from hydrodamp.models.catalog import catalog
+from hydrodamp.models.damping import Damping
+from hydrodamp.simulation.replay import Trajectory
+from hydrodamp.simulation.score import score
+from hydrodamp.simulation.status import Status
+from hydrodamp.validation.comparison import Comparison, Row
+
+VOID = {"meta", "link", "br", "input", "img", "hr"}
+
+
+@dataclass
+class Element:
+    """A tag with its attributes and all the text in it."""
+
+    name: str
+    attributes: dict[str, str]
+    inside: tuple[str, ...]
+    text: str = ""
+
+
+@dataclass
+class Page(HTMLParser):
+    """All elements of a document in order; a tag that is not closed is a fault."""
+
+    elements: list[Element] = field(default_factory=list)
+    open: list[Element] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        super().__init__(convert_charrefs=True)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        inside = tuple(each.name for each in self.open)
+        element = Element(tag, {name: value or "" for name, value in attrs}, inside)
+        self.elements.append(element)
+        if tag not in VOID and not self.get_starttag_text().endswith("/>"):
+            self.open.append(element)
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.handle_starttag(tag, attrs)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop().name == tag
+
+    def handle_data(self, data: str) -> None:
+        for element in self.open:
+            element.text += data
+
+    def all(self, name: str, **attributes: str) -> list[Element]:
+        """Return the elements of a name with these attributes."""
+        return [
+            each
+            for each in self.elements
+            if each.name == name
+            and all(each.attributes.get(key.rstrip("_")) == v for key, v in attributes.items())
+        ]
+
+    def one(self, name: str, **attributes: str) -> Element:
+        """Return the only such element."""
+        (found,) = self.all(name, **attributes)
+        return found
+
+
+def parsed(text: str) -> Page:
+    """Return a document taken apart."""
+    page = Page()
+    page.feed(text)
+    page.close()
+    assert not page.open
+    return page
+
+
+@pytest.fixture
+def take_apart() -> Callable[[str], Page]:
+    """Return the function that takes a document apart."""
+    return parsed
+
+
+def long_log(seconds: float, rate: float, names: tuple[str, ...] = ("dive", "turn")) -> Log:
+    """Return a log of several segments of equal length, each with a clock of its own."""
+    n = int(seconds * rate / len(names))
+    time = np.tile(np.arange(n) / rate, len(names))
+    phase = np.arange(1.0, 7.0) * time[:, None] / 40.0
+    rng = np.random.default_rng(5)
+    velocity = np.sin(phase) + 0.05 * rng.standard_normal((len(time), 6))
+    segments = tuple(Segment(name, k * n, (k + 1) * n) for k, name in enumerate(names))
+    return Log(time, velocity, segments=segments, source="long.csv")
+
+
+def long_comparison(log: Log, models: tuple[str, ...], methods: tuple[str, ...]) -> Comparison:
+    """Return replays that err by noise, the later the more."""
+    rng = np.random.default_rng(6)
+    rows = []
+    for k, (method, model) in enumerate((a, b) for a in methods for b in models):
+        n = catalog[model].n_coefficients
+        covariance = np.diag(np.geomspace(1e-4, 1e4, n))
+        damping = Damping(catalog[model], -np.linspace(0.5, 20.0, n), covariance)
+        fit = Fit(damping, method, Status.OK, n, n_samples=log.n, provenance={"settings": method})
+        error = 0.02 * (k + 1) * rng.standard_normal(log.velocity.shape)
+        trajectory = Trajectory(log, log.velocity + error, (), "measured")
+        rows.append(Row(fit, score(trajectory), trajectory))
+    return Comparison(tuple(rows), provenance={"vehicle": "vt690", "test": log.source})
+
+
+@pytest.fixture
+def make_log() -> Callable[..., Log]:
+    """Return the maker of long logs."""
+    return long_log
+
+
+@pytest.fixture
+def make_comparison() -> Callable[..., Comparison]:
+    """Return the maker of long comparisons."""
+    return long_comparison

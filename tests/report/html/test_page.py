@@ -1,0 +1,194 @@
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+import re
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from hydrodamp.data.log import Segment
+from hydrodamp.errors import MethodError
+from hydrodamp.models.catalog import PAPER_MODELS
+from hydrodamp.report.document import comparison_document
+from hydrodamp.report.html import page as pages
+from hydrodamp.report.html.page import page
+from hydrodamp.simulation.status import Status
+from hydrodamp.validation.comparison import Comparison, Row
+
+HOSTILE = "</script><script>alert('1')</script><img src=x onerror=\"alert(2)\">&amp;"
+
+
+def made(comparison: Comparison, **provenance: str) -> str:
+    return page(comparison, {**comparison_document(comparison)["provenance"], **provenance})
+
+
+def test_nothing_is_asked_of_the_network(comparison, take_apart):
+    text = made(comparison)
+    found = take_apart(text)
+    for element in found.elements:
+        for name in ("src", "href", "action", "data", "poster", "srcset"):
+            target = element.attributes.get(name, "#")
+            assert target.startswith(("#", "data:")), (element.name, target)
+    for style in found.all("style"):
+        assert "@import" not in style.text
+        assert "url(" not in style.text
+    scripts = [each for each in found.all("script") if "type" not in each.attributes]
+    for word in ("fetch(", "XMLHttpRequest", "import(", "WebSocket", "sendBeacon", "eval("):
+        assert not any(word in each.text for each in scripts)
+
+
+def test_the_policy_names_every_script_by_its_digest(comparison, take_apart):
+    found = take_apart(made(comparison))
+    (policy,) = (m.attributes["content"] for m in found.all("meta") if "http-equiv" in m.attributes)
+    assert policy.startswith("default-src 'none'")
+    scripts = [each for each in found.all("script") if "type" not in each.attributes]
+    assert scripts
+    for each in scripts:
+        digest = base64.b64encode(hashlib.sha256(each.text.encode()).digest()).decode()
+        assert f"'sha256-{digest}'" in policy
+    assert policy.count("sha256-") == len(scripts)
+
+
+def hostile(comparison: Comparison) -> Comparison:
+    rows = []
+    for row in comparison.rows:
+        fit = replace(
+            row.fit,
+            method=HOSTILE if row.method == "ai" else row.method,
+            remarks=(HOSTILE, f"two\nlines {HOSTILE}"),
+            provenance={"settings": HOSTILE},
+            damping=replace(
+                row.fit.damping,
+                model=replace(row.fit.model, title=HOSTILE),
+                vehicle=replace(row.fit.damping.vehicle, name=HOSTILE),
+            ),
+        )
+        trajectory = row.trajectory
+        if trajectory is not None:
+            named = (Segment(HOSTILE, 0, 3), Segment("turn", 3, 5))
+            trajectory = replace(trajectory, log=replace(trajectory.log, segments=named))
+        diverged = tuple((HOSTILE, time) for _, time in row.score.diverged)
+        rows.append(Row(fit, replace(row.score, diverged=diverged), trajectory))
+    words = dict.fromkeys(
+        ("vehicle", "train", "test", "test_segments", "command", HOSTILE), HOSTILE
+    )
+    return replace(comparison, rows=tuple(rows), provenance=words)
+
+
+def test_names_from_files_stay_text(comparison, take_apart):
+    plain = take_apart(made(comparison))
+    text = made(hostile(comparison), files=f"0a  {HOSTILE}", warnings=HOSTILE)
+    found = take_apart(text)
+    assert "alert('1')</script>" not in text
+    assert "<img" not in text
+    assert len(found.all("script")) == len(plain.all("script"))
+    assert not any(name.startswith("on") for e in found.elements for name in e.attributes)
+    assert HOSTILE in found.one("h1").text
+    data = json.loads(found.one("script", id="data").text)
+    assert data["segments"][0]["name"] == HOSTILE
+    assert any(each["name"].endswith(HOSTILE) for each in data["replays"])
+
+
+def test_the_page_has_what_a_screen_reader_walks_by(comparison, take_apart):
+    found = take_apart(made(comparison))
+    for landmark in ("header", "nav", "main", "footer", "h1"):
+        assert found.one(landmark)
+    assert found.one("html").attributes["lang"] == "en"
+    tables, captions = found.all("table"), found.all("caption")
+    assert len(tables) == len(captions) > 3
+    assert all(caption.text.strip() for caption in captions)
+    ids = [each.attributes["id"] for each in found.elements if "id" in each.attributes]
+    assert len(ids) == len(set(ids))
+    for each in found.elements:
+        for label in each.attributes.get("aria-labelledby", "").split():
+            assert label in ids
+        target = each.attributes.get("href", "")
+        assert target in ("", "data:,") or target[1:] in ids
+    levels = [int(e.name[1]) for e in found.elements if re.fullmatch("h[1-6]", e.name)]
+    assert levels[0] == 1
+    assert all(after - before <= 1 for before, after in pairwise(levels))
+
+
+def test_rows_come_sorted_with_keys_to_sort_by(comparison, take_apart):
+    found = take_apart(made(comparison))
+    place = next(k for k, e in enumerate(found.elements) if e.attributes.get("id") == "score-table")
+    table = found.elements[place:]
+    end = next(k for k, e in enumerate(table) if e.name == "tbody")
+    heads = [e for e in table[:end] if e.name == "th"]
+    names, width = [head.text for head in heads], len(heads)
+    assert [head.attributes.get("aria-sort") for head in heads].count("ascending") == 1
+    assert heads[names.index("RMS")].attributes["aria-sort"] == "ascending"
+    cells = [e for e in table if "data-key" in e.attributes]
+    rows = [cells[k : k + width] for k in range(0, len(cells), width)]
+    assert len(rows) == len(comparison.rows)
+    keys = [row[names.index("RMS")].attributes["data-key"] for row in rows]
+    assert [float(key) for key in keys if key] == [0.46, 2.15, 14.02, 1234.5]
+    assert keys[4:] == [""] * 3
+    assert [row[names.index("RMS")].text for row in rows[:4]] == [
+        "0.460",
+        "2.150",
+        "~14.020",
+        "~1234",
+    ]
+    buttons = [e for e in table if e.name == "button" and "th" in e.inside]
+    assert len(buttons) == width
+
+
+def test_an_hour_at_ten_hertz_is_small(make_log, make_comparison):
+    log = make_log(3600.0, 10.0)
+    comparison = make_comparison(log, PAPER_MODELS, ("ls", "ai", "recommended"))
+    assert len(made(comparison).encode()) < 5_000_000
+
+
+def test_a_million_samples_take_no_more_room(make_log, make_comparison):
+    few = make_comparison(make_log(3600.0, 2.0), ("linear", "fossen"), ("ls",))
+    many = make_comparison(make_log(3600.0, 100.0), ("linear", "fossen"), ("ls",))
+    assert len(made(many)) < 5_000_000
+    assert len(made(few)) < len(made(many))
+
+
+def test_without_any_score_the_page_says_so(comparison, take_apart):
+    rows = tuple(row for row in comparison.rows if row.status is Status.TOO_FEW_SAMPLES)
+    found = take_apart(made(Comparison(rows)))
+    assert "No model can be recommended" in found.one("section", id="verdict").text
+    assert not found.all("section", id="series")
+    assert not found.all("script", type="application/json")
+    assert not found.all("section", id="coefficients")
+    assert take_apart(made(Comparison(()))).one("h1").text == "Damping of a vehicle"
+
+
+def test_warnings_and_files_of_the_run_are_told(comparison, take_apart):
+    words = {"overlap": "3 s", "command": "hydrodamp compare a.csv"}
+    text = made(
+        replace(comparison, provenance={**comparison.provenance, **words}),
+        warnings="the log was split\nno eta",
+        files="00ff  a.csv\nbare",
+    )
+    found = take_apart(text)
+    verdict, origin = (
+        found.one("section", id="verdict").text,
+        found.one("section", id="origin").text,
+    )
+    for word in ("the log was split", "no eta", "share 3 s", "Left out: 5 replays"):
+        assert word in verdict
+    for word in ("hydrodamp compare a.csv", "00ff", "bare", "0123456789abcdef", "466.5 N"):
+        assert word in origin
+
+
+def test_without_jinja2_the_error_says_what_to_install(comparison, monkeypatch):
+    monkeypatch.setattr(pages, "find_spec", lambda _: None)
+    with pytest.raises(MethodError, match=r'pip install "hydrodamp\[report\]"'):
+        made(comparison)
+
+
+def test_everything_drawn_is_finite(comparison, take_apart):
+    found = take_apart(made(comparison))
+    data = json.loads(found.one("script", id="data").text)
+    assert [each["name"] for each in data["velocities"]] == list("uvwpqr")
+    packed = data["levels"][0]["series"]
+    assert len(packed) == 1 + len(data["replays"])
+    assert np.isfinite([[each["low"], each["step"]] for row in packed for each in row]).all()

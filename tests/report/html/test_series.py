@@ -1,0 +1,126 @@
+from __future__ import annotations
+
+import base64
+
+import numpy as np
+import pytest
+from hypothesis import given, settings, strategies as st
+
+from hydrodamp.report.html.levels import level
+from hydrodamp.report.html.packing import pack, pack_exactly
+from hydrodamp.report.html.plots import plots
+from hydrodamp.report.html.stage import staged_time, worst_window
+
+
+def unpacked(packed: dict[str, object]) -> np.ndarray:
+    counts = np.frombuffer(base64.b64decode(str(packed["steps"])), "<u2").astype(float)
+    counts[counts == 65535] = np.nan
+    return packed["low"] + packed["step"] * counts
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    lengths=st.lists(st.integers(1, 40), min_size=1, max_size=4),
+    points=st.integers(2, 60),
+    seed=st.integers(0, 99),
+)
+def test_a_level_keeps_every_extreme_and_its_order(lengths, points, seed):
+    edges = np.concatenate([[0], np.cumsum(lengths)])
+    bounds = list(zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True))
+    rng = np.random.default_rng(seed)
+    values, time = rng.standard_normal(edges[-1]), np.cumsum(rng.uniform(0.1, 1.0, edges[-1]))
+    coarse = level(bounds, points)
+    shown, when = coarse.values(values), coarse.times(time)
+    assert shown.shape == when.shape
+    assert np.all(np.diff(when) > 0.0)
+    assert np.isnan(shown).sum() == len(lengths) - 1
+    assert np.nanmin(shown) == values.min()
+    assert np.nanmax(shown) == values.max()
+    for start, stop in bounds:
+        inside = shown[(when >= time[start]) & (when <= time[stop - 1])]
+        assert inside.min() == values[start:stop].min()
+        assert inside.max() == values[start:stop].max()
+    if len(values) <= points:
+        assert coarse.exact
+        np.testing.assert_array_equal(shown[np.isfinite(shown)], values)
+
+
+def test_a_stretch_runs_the_way_its_samples_do():
+    pair = level([(0, 4)], 2)
+    assert pair.values(np.array([3.0, 2.0, 1.0, 0.0])).tolist() == [3.0, 0.0]
+    assert pair.values(np.array([0.0, 1.0, 2.0, 3.0])).tolist() == [0.0, 3.0]
+    assert pair.values(np.array([0.0, 5.0, np.nan, np.nan])).tolist() == [0.0, 5.0]
+    assert np.isnan(pair.values(np.full(4, np.nan))).all()
+
+
+@pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
+def test_packing_errs_by_less_than_half_a_step(scale):
+    values = scale * np.random.default_rng(1).standard_normal(500)
+    values[7] = np.nan
+    packed = pack(values)
+    again = unpacked(packed)
+    assert np.isnan(again[7])
+    assert np.nanmax(np.abs(again - values)) <= 0.5001 * packed["step"]
+    assert packed["step"] <= np.ptp(values[np.isfinite(values)]) / 60000
+
+
+def test_packing_what_does_not_vary_or_is_not_there():
+    assert unpacked(pack(np.full(3, 2.5))).tolist() == [2.5] * 3
+    assert np.isnan(unpacked(pack(np.full(2, np.nan)))).all()
+    values = np.array([0.1, 1e9 + 0.1])
+    assert np.frombuffer(base64.b64decode(pack_exactly(values)), "<f8").tolist() == values.tolist()
+
+
+def test_segments_stand_one_after_another(make_log):
+    log = make_log(100.0, 10.0, ("a", "b", "c"))
+    time = staged_time(log)
+    assert time[0] == 0.0
+    assert np.all(np.diff(time) > 0.0)
+
+
+def test_the_worst_minute_lies_in_one_segment_and_holds_the_worst(make_log):
+    log = make_log(400.0, 10.0)
+    errors = np.full((log.n, 2), np.nan)
+    errors[:] = 0.1
+    errors[2300:2400] = 5.0
+    errors[100] = np.nan
+    bounds = np.array(log.bounds)
+    window = worst_window(staged_time(log), bounds, errors, 10_000)
+    assert window.start <= 2300
+    assert window.stop >= 2400
+    assert window.start >= bounds[1, 0]
+    assert window.stop - window.start in (600, 601)  # by the rounding of the clock
+    assert worst_window(staged_time(log), bounds, errors, 50).stop <= window.stop + 600
+
+
+def test_a_minute_is_all_of_a_shorter_segment(make_log):
+    log = make_log(40.0, 10.0)
+    errors = np.zeros((log.n, 1))
+    errors[250] = 1.0
+    window = worst_window(staged_time(log), np.array(log.bounds), errors, 10_000)
+    assert (window.start, window.stop) == tuple(log.bounds[1])
+
+
+def test_levels_get_finer_and_the_last_is_the_worst_minute(make_log, make_comparison):
+    log = make_log(3600.0, 20.0)
+    drawn = plots(make_comparison(log, ("linear", "fossen", "coe"), ("ls", "weak")))
+    assert drawn is not None
+    levels = drawn.document["levels"]
+    counts = [len(base64.b64decode(each["time"])) // 8 for each in levels]
+    assert counts[0] <= 1602
+    assert counts[0] < counts[1] < log.n
+    assert counts[2] == 1201
+    fine = unpacked(levels[2]["series"][0][0])
+    samples = np.lib.stride_tricks.sliding_window_view(log.velocity[:, 0], 1201)[:, ::100]
+    assert np.abs(samples - fine[::100]).max(axis=1).min() < 1e-4
+    assert drawn.worst.endswith(" s")
+    assert len(drawn.stretches) == 12
+    assert drawn.left_out == 0
+
+
+def test_a_short_log_is_drawn_as_it_is(comparison):
+    drawn = plots(comparison)
+    assert drawn is not None
+    assert len(drawn.document["levels"]) == 1
+    assert len(drawn.rows) == 5
+    assert drawn.rows[0].rms == 0.46
