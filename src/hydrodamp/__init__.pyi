@@ -67,6 +67,7 @@ from .errors import (
     TermError as TermError,
     VehicleError as VehicleError,
 )
+from .identification.citing import cite as cite
 from .identification.dissipation.dissipative import Dissipative as Dissipative
 from .identification.dissipation.dissipative_set import project_dissipative as project_dissipative
 from .identification.dissipation.operating_box import (
@@ -146,7 +147,6 @@ from .models.catalog import (
     catalog as catalog,
     find_model as find_model,
 )
-from .models.cite import cite as cite
 from .models.damping import Damping as Damping, VehicleStamp as VehicleStamp
 from .models.damping_file import read_damping as read_damping, write_damping as write_damping
 from .models.files import (
