@@ -12,7 +12,8 @@ from hydrodamp.identification.regression.weak import WeakForm
 from hydrodamp.identification.rows.equations import Equations
 from hydrodamp.identification.rows.local_quadratics import smoothed
 from hydrodamp.identification.rows.steps import steps_between
-from hydrodamp.identification.rows.support import chosen_support, noise_share, typical_step
+from hydrodamp.identification.rows.support import chosen_support, noise_share
+from hydrodamp.identification.rows.velocity_noise import median_step
 from hydrodamp.identification.rows.weak_equations import WeakEquations
 from hydrodamp.identification.rows.weak_functions import bumps, covered, likeness
 from hydrodamp.kernels.reference import identifier as reference
@@ -309,7 +310,7 @@ class TestChoice:
     def test_the_typical_step_knows_no_joins(self, bare):
         time = [0.0, 0.1, 60.0, 60.1, 120.0, 120.1]
         log = surge_log(np.ones(6), time, wrench=np.zeros((6, 6)), segment=list("aabbcc"))
-        assert typical_step(hd.prepare(bare, log, LINEAR)) == pytest.approx(0.1)
+        assert median_step(hd.prepare(bare, log, LINEAR)) == pytest.approx(0.1)
 
 
 @pytest.mark.parametrize(

@@ -191,10 +191,7 @@ def linear_uncertainty(
         As :func:`rows_covariance`; None where the rows are too few for the reference.
     """
     rows, reference = reference_rows(problem, equations, model)
-    try:
-        return rows_covariance(rows, influence(rows, model), model, reference)
-    except MethodError:
-        return None
+    return _unless_too_few(rows, influence(rows, model), model, reference)
 
 
 def noise_uncertainty(
@@ -217,10 +214,18 @@ def noise_uncertainty(
         As :func:`linear_uncertainty`, with room for what noise in the terms does.
     """
     free = model.restricted_to(problem.vehicle.axes)
-    found = linear_uncertainty(problem, equations, free, least_squares_influence)
-    if found is None:
+    rows, reference = reference_rows(problem, equations, free)
+    found = _unless_too_few(rows, least_squares_influence(rows, free), free, reference)
+    return None if found is None else found.widened(attenuation(rows, free), NOISY_TERMS)
+
+
+def _unless_too_few(
+    rows: Rows, influence: Influence, model: DampingModel, reference: DampingModel
+) -> Uncertainty | None:
+    try:
+        return rows_covariance(rows, influence, model, reference)
+    except MethodError:
         return None
-    return found.widened(attenuation(equations.rows(problem), free), NOISY_TERMS)
 
 
 def _on_reference(rows: Rows, influence: Influence, reference: DampingModel) -> Influence:

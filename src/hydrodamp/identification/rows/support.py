@@ -16,7 +16,7 @@ from scipy.sparse import csr_array
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.axes import VELOCITIES
-from hydrodamp.identification.rows.velocity_noise import signal_to_noise
+from hydrodamp.identification.rows.velocity_noise import median_step, signal_to_noise
 from hydrodamp.identification.rows.weak_functions import bumps
 from hydrodamp.simulation.problem import Problem
 
@@ -100,23 +100,6 @@ def chosen_support(problem: Problem) -> Support:
     return Support(lengths[least], f"the one with the least noise; {_words(shares[least], names)}")
 
 
-def typical_step(problem: Problem) -> float:
-    """Return the median step of the clock, joins left out.
-
-    Parameters
-    ----------
-    problem : Problem
-        Times and segments.
-
-    Returns
-    -------
-    step : float
-        [s].
-    """
-    joins = problem.segments[1:, 0] - 1
-    return float(np.median(np.delete(np.diff(problem.inputs.time), joins)))
-
-
 def noise_share(problem: Problem, support: float, noise: FloatArray) -> FloatArray:
     """Return the share of noise in what test functions see of each velocity.
 
@@ -149,7 +132,7 @@ def noise_share(problem: Problem, support: float, noise: FloatArray) -> FloatArr
 def _lengths(problem: Problem) -> list[float]:
     time, ends = problem.inputs.time, problem.segments
     duration = time[ends[:, 1] - 1] - time[ends[:, 0]]
-    least = _LEAST_STEPS * typical_step(problem)
+    least = _LEAST_STEPS * median_step(problem)
     longest = max(float(duration @ duration / duration.sum()) / _PER_SEGMENT, least)
     n = int(np.ceil(_PER_OCTAVE * np.log2(longest / least))) + 1
     lengths: list[float] = np.geomspace(least, longest, n).tolist()

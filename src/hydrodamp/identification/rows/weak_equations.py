@@ -23,8 +23,9 @@ from hydrodamp.errors import MethodError
 from hydrodamp.identification.rows.equations import Rows
 from hydrodamp.identification.rows.local_quadratics import Smoothed, smoothed
 from hydrodamp.identification.rows.steps import steps_between
-from hydrodamp.identification.rows.support import Support, chosen_support, typical_step
+from hydrodamp.identification.rows.support import Support, chosen_support
 from hydrodamp.identification.rows.triangle import Triangle, merge
+from hydrodamp.identification.rows.velocity_noise import median_step
 from hydrodamp.identification.rows.weak_functions import bumps, covered
 from hydrodamp.simulation.problem import Problem
 
@@ -196,7 +197,7 @@ class WeakProblem:
     def remarks(self) -> tuple[str, ...]:
         """What was settled, in sentences."""
         length = self.support.length
-        samples = round(length / typical_step(self.problem))
+        samples = round(length / median_step(self.problem))
         left_out = len(self.problem.segments) - len(self._used())
         return (
             f"Test functions span {length:.3g} s ({samples} samples): {self.support.reason}."
