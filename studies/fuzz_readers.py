@@ -1,0 +1,48 @@
+"""Throw broken files at our own readers until one falls over.
+
+    python studies/fuzz_readers.py -max_total_time=60 -max_len=4000
+
+Guided by coverage (atheris, ``pip install atheris``). A reader may refuse a file with an error of
+hydrodamp; anything else is a fault, and the file that shows it is kept. The property tests in
+``tests/data/formats`` ask for right numbers too.
+"""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import atheris
+
+with atheris.instrument_imports(include=["hydrodamp.data.formats"]):
+    from hydrodamp.data.formats import ardupilot, avl, delimited, moos
+
+from hydrodamp.errors import HydrodampError
+
+READERS = ((moos, "a.alog"), (avl, "a.dat"), (delimited, "a.csv"), (ardupilot, "a.bin"))
+
+
+def main() -> None:
+    """Fuzz until libFuzzer's own options say stop."""
+    warnings.simplefilter("ignore")
+    with TemporaryDirectory() as folder:
+
+        def one(data: bytes) -> None:
+            if not data:
+                return
+            reader, name = READERS[data[0] % len(READERS)]
+            path = Path(folder) / name
+            path.write_bytes(data[1:])
+            try:
+                reader.read(path)
+            except HydrodampError:
+                return
+
+        atheris.Setup(sys.argv, one)
+        atheris.Fuzz()
+
+
+if __name__ == "__main__":
+    main()
