@@ -54,6 +54,8 @@ from hydrodamp import (
     prepare,
 )
 from hydrodamp.arrays import BoolArray, FloatArray
+from hydrodamp.identification.fit import Method
+from hydrodamp.identification.recommended import Recommended
 from hydrodamp.identification.trust.grades import Grade
 from hydrodamp.identification.trust.identifiability import identifiability
 from hydrodamp.identification.uncertainty.intervals import Uncertainty
@@ -81,22 +83,26 @@ class Plan:
 def interval(fit: Fit) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return both ends of every coefficient's interval, and its standard error.
 
-    A fit without an uncertainty of its own gets the normal law and its covariance.
+    That of noise alone, where the fit tells it apart from misfit: the target is made from the
+    same trajectory. A fit without an uncertainty of its own gets the normal law.
     """
     estimate, covariance = fit.damping.coefficients, fit.damping.covariance
     if covariance is None:
         nothing = np.full_like(estimate, np.nan)
         return nothing, nothing, nothing
-    found = fit.uncertainty or Uncertainty(covariance, np.inf, "the fit")
+    found = (fit.uncertainty or Uncertainty(covariance, np.inf, "the fit")).of_noise
     low, high = found.interval(estimate, LEVEL).T
     return low, high, found.standard_errors
 
 
 def determined(problem: Problem, fit: Fit) -> BoolArray:
-    """Return which coefficients are graded as determined, given the fit's own covariance."""
+    """Return which coefficients are graded as determined, given the fit's own intervals."""
     if not fit.status.usable:
         return np.zeros(fit.model.n_coefficients, dtype=bool)
-    found = identifiability(problem, fit.model, fit.damping.covariance)
+    known = (
+        fit.damping.covariance if fit.uncertainty is None else fit.uncertainty.of_noise.covariance
+    )
+    found = identifiability(problem, fit.model, known)
     return np.array([found.grades[label] is Grade.DETERMINED for label in fit.model.labels])
 
 
@@ -132,11 +138,19 @@ def sampled(plan: Plan, seeds: range) -> dict[Key, Draws]:
 
 def one(noisy: Problem, exact: Problem, method: str, model: str) -> Draws:
     """Return the single draw of a method and a model."""
-    fit = find_method(method).identify(noisy, find_model(model))
-    aim = find_method(method).identify(exact, find_model(model))
+    way = find_method(method)
+    fit = way.identify(noisy, find_model(model))
+    aim = without_errors(way).identify(exact, find_model(model))
     low, high, error = (values[np.newaxis] for values in interval(fit))
     graded = determined(noisy, fit)[np.newaxis]
     return Draws(_numbers(fit), _numbers(aim), low, high, error, graded)
+
+
+def without_errors(method: Method) -> Method:
+    """Return the same estimator without the searches for its standard errors."""
+    if isinstance(method, Recommended):
+        return replace(method, search=replace(method.search, parts=0))
+    return method
 
 
 def _numbers(fit: Fit) -> FloatArray:

@@ -16,6 +16,7 @@ from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Fit, Method, empty_fit, fitted
 from hydrodamp.identification.regression.ridge import Ridge
 from hydrodamp.identification.replays.climb import Climb, climb
+from hydrodamp.identification.replays.left_out import FEWEST
 from hydrodamp.identification.replays.replay_uncertainty import replay_uncertainty
 from hydrodamp.identification.rows.rank import spanned
 from hydrodamp.identification.uncertainty.intervals import Uncertainty
@@ -47,11 +48,16 @@ class OutputError:
         Lengths of the windows [s], rising; infinite for whole segments.
     rounds : int
         Most Gauss-Newton steps a stage.
+    parts : int
+        Parts of the log that are left out in turn for the standard errors; each costs a
+        short search. Seven degrees of freedom widen an interval by a fifth. 0 leaves the
+        standard errors to the scores alone, which makes them too small.
 
     Raises
     ------
     MethodError
-        If the lengths are not positive and rising, or there is no round.
+        If the lengths are not positive and rising, there is no round, or there are one to
+        three parts.
 
     Examples
     --------
@@ -62,6 +68,7 @@ class OutputError:
     start: Method = field(default_factory=Ridge)
     windows: tuple[float, ...] = (5.0, 30.0, np.inf)
     rounds: int = 12
+    parts: int = 8
 
     def __post_init__(self) -> None:
         """Refuse settings that make no ladder."""
@@ -70,6 +77,8 @@ class OutputError:
             raise MethodError(f"`windows` must be positive and rising [s]; got {self.windows}")
         if self.rounds < 1:
             raise MethodError(f"`rounds` must be at least 1; got {self.rounds}")
+        if self.parts and self.parts < FEWEST:
+            raise MethodError(f"`parts` must be 0, or {FEWEST} or more; got {self.parts}")
 
     @property
     def key(self) -> str:
@@ -123,14 +132,14 @@ class OutputError:
         return _told(problem, model, self, climbed, usable)
 
 
-def _uncertainty(climbed: Climb, model: DampingModel) -> Uncertainty | None:
+def _uncertainty(climbed: Climb, n_parts: int) -> Uncertainty | None:
     """Return how far to trust the end of a search.
 
     A push on the vehicle that its autopilot answers is tied to the commands, which draws
     coefficients away on long windows, but hardly on short ones. Their disagreement is
     allowed for.
     """
-    found = replay_uncertainty(climbed.search, climbed.place, model)
+    found = replay_uncertainty(climbed.search, climbed.place, n_parts)
     if found is None or climbed.short is None:
         return found
     return found.widened(climbed.coefficients - climbed.short, _PUSHES)
@@ -150,7 +159,7 @@ def _told(
         model,
         method,
         climbed.coefficients,
-        uncertainty=_uncertainty(climbed, model),
+        uncertainty=_uncertainty(climbed, method.parts),
         rank=span.rank,
         aliased=span.aliased,
         status=status if climbed.settled else Status.STOPPED,

@@ -192,8 +192,8 @@ class Shooting:
         return Linearised(triangle, cost, tuple(back))
 
     def scores(
-        self, guess: Guess, spread: FloatArray, errors: tuple[FloatArray, ...]
-    ) -> tuple[tuple[FloatArray, ...], FloatArray]:
+        self, guess: Guess, spread: FloatArray, errors: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
         """Return what each sample contributes to the coefficients' equations.
 
         Parameters
@@ -202,18 +202,18 @@ class Shooting:
             Coefficients and first states; its replay must not diverge.
         spread : ndarray, shape (n_free,)
             What to divide each velocity's errors by.
-        errors : tuple of ndarray, shape (n, n_free)
-            What counts as error of each sample, [m/s, rad/s], in one view and another.
+        errors : ndarray, shape (n, n_free)
+            Of each sample [m/s, rad/s].
 
         Returns
         -------
-        scores : tuple of ndarray, shape (n, p)
-            For each view: weighted slopes times weighted errors, first states eliminated.
+        scores : ndarray, shape (n, p)
+            Weighted slopes times weighted errors, first states eliminated.
         slopes : ndarray, shape (p, p)
             Triangle of the weighted slopes.
         """
         p, n_free = len(guess.coefficients), len(self.free)
-        scores = tuple(np.empty((len(view), p)) for view in errors)
+        scores: FloatArray = np.empty((len(errors), p))
         triangle: FloatArray = np.zeros((p, p))
         for inputs, windows, (first, last) in self._batches(guess, 6 * (p + 6)):
             _, slopes = self._slopes(guess, inputs, windows, slice(first, last))
@@ -223,8 +223,7 @@ class Shooting:
                 triangle = folded_rows(triangle, part[:, :p])
                 by_sample = part[: (stop - start) * n_free, :p].reshape(stop - start, n_free, p)
                 here = slice(first + start, first + stop)
-                for one, view in zip(scores, errors, strict=True):
-                    one[here] = np.einsum("tfp,tf->tp", by_sample, view[here] / spread)
+                scores[here] = np.einsum("tfp,tf->tp", by_sample, errors[here] / spread)
         return scores, triangle
 
     def _eliminated(

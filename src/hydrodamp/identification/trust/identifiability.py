@@ -255,8 +255,7 @@ def _half_widths(seen: Excitation, covariance: FloatArray | None) -> FloatArray:
     influence = least_squares_influence(seen.rows, seen.model)
     known = rows_covariance(seen.rows, influence, seen.model, seen.reference)
     known = known.widened(attenuation(seen.rows, seen.model), NOISY_TERMS)
-    noise = known.covariance if known.noise is None else known.noise
-    return known.reach() * np.sqrt(np.diag(noise))
+    return known.reach() * known.of_noise.standard_errors
 
 
 def _axis(

@@ -82,6 +82,9 @@ class Uncertainty:
     def widened(self, shift: FloatArray, allowance: str) -> Uncertainty:
         """Return the same with room for a shift of all coefficients together.
 
+        A shift is found from the same record and scatters, too. What of it the scatter does
+        not account for is added, so that each variance is at least the shift squared.
+
         Parameters
         ----------
         shift : ndarray, shape (n,)
@@ -92,22 +95,27 @@ class Uncertainty:
         Returns
         -------
         uncertainty : Uncertainty
-            Both covariances raised by the outer product of the shift; the degrees of
-            freedom stay.
+            Both covariances raised by an outer product; the degrees of freedom stay.
 
         Examples
         --------
         >>> found = Uncertainty(np.diag([9.0, 0.0]), np.inf, "by hand")
         >>> found.widened(np.array([4.0, 1.0]), "a bias").standard_errors.tolist()
-        [5.0, 1.0]
+        [4.0, 1.0]
         """
-        room = np.outer(shift, shift)
         return replace(
             self,
-            covariance=self.covariance + room,
-            noise=None if self.noise is None else self.noise + room,
+            covariance=_with_room(self.covariance, shift),
+            noise=None if self.noise is None else _with_room(self.noise, shift),
             allowance=allowance,
         )
+
+    @property
+    def of_noise(self) -> Uncertainty:
+        """What noise alone makes of the same manoeuvres; itself where that is not known apart."""
+        if self.noise is None:
+            return self
+        return replace(self, covariance=self.noise, noise=None)
 
     def reach(self, level: float = 0.95) -> float:
         """Return how many standard errors an interval reaches to either side.
@@ -178,3 +186,8 @@ class Uncertainty:
             f" They are {ratio:.2g} times those of noise alone: most of the errors are the "
             "model's form, and other manoeuvres would give other coefficients."
         )
+
+
+def _with_room(covariance: FloatArray, shift: FloatArray) -> FloatArray:
+    beyond = np.sqrt(np.maximum(shift**2 - np.diag(covariance), 0.0)) * np.sign(shift)
+    return covariance + np.outer(beyond, beyond)

@@ -1,0 +1,123 @@
+"""How far the end of a search moves when a part of the log is left out.
+
+A replay adds up every push on the vehicle, so its errors are alike for as long as the
+vehicle remembers, and one log holds few independent ones. Estimates of their covariance
+are then too small, and nothing in them knows of the prior that the data set, or of a search
+that ends elsewhere. Leaving out one part of the log after another and going on from the
+end finds all of that together: the grouped jackknife (M. H. Quenouille, "Notes on Bias in
+Estimation", 1956, doi:10.1093/biomet/43.3-4.353; J. Shao and D. Tu, "The Jackknife and
+Bootstrap", 1995, doi:10.1007/978-1-4612-0795-5, section 2.3).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hydrodamp.arrays import FloatArray, IntArray
+from hydrodamp.identification.replays.refine import Place, Search, refine
+from hydrodamp.identification.replays.shooting import cut
+from hydrodamp.simulation.problem import Problem
+
+FEWEST = 4
+"""Searches that must have an end."""
+
+_ROUNDS = 4
+"""Gauss-Newton steps from the end of the whole search: enough to take up what is missing."""
+
+
+@dataclass(frozen=True, eq=False)
+class LeftOut:
+    """Ends of the search without one part of the log after another.
+
+    Attributes
+    ----------
+    coefficients : ndarray, shape (n_parts, p)
+        One row a part, those whose search ran away left out.
+    length : float
+        Of a part [s].
+    """
+
+    coefficients: FloatArray
+    length: float
+
+    @property
+    def n_parts(self) -> int:
+        """How many searches have an end."""
+        return len(self.coefficients)
+
+    @property
+    def covariance(self) -> FloatArray:
+        """Jackknife covariance, shape (p, p), of rank one less than parts.
+
+        Examples
+        --------
+        >>> LeftOut(np.array([[1.0], [2.0], [3.0]]), 10.0).covariance.round(3)
+        array([[1.333]])
+        """
+        away = self.coefficients - self.coefficients.mean(axis=0)
+        covariance: FloatArray = (self.n_parts - 1) / self.n_parts * (away.T @ away)
+        return covariance
+
+
+def left_out(search: Search, place: Place, n_parts: int) -> LeftOut | None:
+    """Search again without one part of the log after another.
+
+    Parameters
+    ----------
+    search : Search
+        Problem, units and noise.
+    place : Place
+        Where the search of the whole log ended, and the others begin.
+    n_parts : int
+        How many parts of about equal length; fewer where segments would be cut into
+        pieces shorter than two thirds of a part.
+
+    Returns
+    -------
+    left_out : LeftOut or None
+        None where fewer than four searches have an end.
+    """
+    length = _duration(search.problem) / n_parts
+    windows, parts = _parts(search.problem, length, n_parts)
+    ends = []
+    for part in np.unique(parts):
+        rest = replace(search, problem=_of(search.problem, windows[parts != part]))
+        path = refine(rest, rest.shooting(np.inf), place, _ROUNDS)
+        if path is not None:
+            ends.append(path.places[-1].coefficients)
+    return LeftOut(np.array(ends), length) if len(ends) >= FEWEST else None
+
+
+def _parts(problem: Problem, length: float, n_parts: int) -> tuple[IntArray, IntArray]:
+    """Cut segments into windows, and number the part of the log that each belongs to."""
+    windows = cut(problem, length)
+    sizes = np.diff(windows, axis=1).ravel()
+    middle = np.cumsum(sizes) - 0.5 * sizes
+    return windows, np.floor(n_parts * middle / problem.n_samples).astype(np.int64)
+
+
+def _duration(problem: Problem) -> float:
+    time = problem.inputs.time
+    return float(np.sum(time[problem.segments[:, 1] - 1] - time[problem.segments[:, 0]]))
+
+
+def _of(problem: Problem, windows: IntArray) -> Problem:
+    """Return the problem of some windows, a segment each."""
+    kept = np.concatenate([np.arange(start, stop) for start, stop in windows.tolist()])
+    ends = np.cumsum(np.diff(windows, axis=1).ravel())
+    inputs = problem.inputs
+    return replace(
+        problem,
+        inputs=replace(
+            inputs,
+            time=inputs.time[kept],
+            velocity=inputs.velocity[kept],
+            down=inputs.down[kept],
+            wrench=inputs.wrench[kept],
+            channels=inputs.channels[kept],
+            propulsion=inputs.propulsion[kept],
+        ),
+        segments=np.column_stack([np.append(0, ends[:-1]), ends]),
+    )
