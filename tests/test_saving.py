@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import os
+import signal
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from hydrodamp.saving import (
     save_bytes,
     save_json,
     save_text,
+    save_together,
 )
 
 
@@ -123,3 +125,49 @@ def test_a_file_needs_its_folder(tmp_path: Path) -> None:
         check_file(tmp_path)
     with pytest.raises(FileError, match="there is no folder"):
         check_file(tmp_path / "none" / "a.json")
+
+
+def test_files_are_saved_together_and_others_removed(tmp_path: Path) -> None:
+    (tmp_path / "old.txt").write_text("old", "utf-8")
+    contents = {tmp_path / "a.txt": b"a", tmp_path / "deep" / "b.txt": b"b"}
+    save_together(contents, [tmp_path / "old.txt"], last=tmp_path / "a.txt")
+    assert {path: path.read_bytes() for path in tmp_path.rglob("*.txt")} == contents
+    assert sorted(path.name for path in tmp_path.rglob("*")) == ["a.txt", "b.txt", "deep"]
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt(), OSError(28, "No space left on device")])
+def test_what_interrupts_saving_together_leaves_all_as_it_was(
+    error: BaseException, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "a.txt").write_text("before", "utf-8")
+    write, calls = Path.write_bytes, []
+
+    def failing(path: Path, content: bytes) -> int:
+        calls.append(path)
+        if len(calls) == 3:
+            raise error
+        return write(path, content)
+
+    monkeypatch.setattr(Path, "write_bytes", failing)
+    contents = {tmp_path / name: b"after" for name in ("a.txt", "new/b.txt", "new/deep/c.txt")}
+    with pytest.raises((KeyboardInterrupt, FileError)):
+        save_together(contents, [tmp_path / "a.txt"], last=tmp_path / "a.txt")
+    assert [path.name for path in tmp_path.rglob("*")] == ["a.txt"]
+    assert (tmp_path / "a.txt").read_text("utf-8") == "before"
+
+
+def test_ctrl_c_waits_until_all_are_in_their_places(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    replace = Path.replace
+
+    def interrupted(path: Path, target: Path) -> Path:
+        signal.raise_signal(signal.SIGINT)
+        return replace(path, target)
+
+    monkeypatch.setattr(Path, "replace", interrupted)
+    contents = {tmp_path / "a.txt": b"a", tmp_path / "b.txt": b"b"}
+    with pytest.raises(KeyboardInterrupt):
+        save_together(contents)
+    assert {path: path.read_bytes() for path in tmp_path.iterdir()} == contents
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler

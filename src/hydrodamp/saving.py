@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any
@@ -143,6 +143,89 @@ def save_bytes(content: bytes, path: str | os.PathLike[str]) -> None:
         stream.write(content)
 
 
+def save_together(
+    contents: Mapping[Path, bytes], removed: Iterable[Path] = (), *, last: Path | None = None
+) -> None:
+    """Write several files as one step: all of them, or none if anything interrupts.
+
+    Parameters
+    ----------
+    contents : mapping of path to bytes
+        What each file shall hold; folders are made where they are missing.
+    removed : iterable of path
+        Files to remove in the same step, where they are there.
+    last : path, optional
+        The file that comes last: while it is there, so are the others.
+
+    Raises
+    ------
+    FileError
+        If a folder cannot be made, or a file not be written.
+    """
+    folders = dict.fromkeys(path.parent for path in contents)
+    missing = sorted({each for folder in folders for each in _missing(folder)}, reverse=True)
+    temporary = {path: path.parent / f".hydrodamp-{os.urandom(8).hex()}" for path in contents}
+    try:
+        _make(folders)
+        for path, content in contents.items():
+            temporary[path].write_bytes(content)
+        with _undisturbed():
+            _swap(temporary, removed, last)
+        missing = []
+    except OSError as error:
+        raise FileError(
+            f"{error.filename}: cannot be written: {error.strerror or error}."
+        ) from error
+    finally:
+        with suppress(OSError):
+            for path in temporary.values():
+                path.unlink(missing_ok=True)
+        with suppress(OSError):
+            for folder in missing:
+                folder.rmdir()
+
+
+def _make(folders: Iterable[Path]) -> None:
+    for folder in folders:
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise FileError(f"{folder}: the folder cannot be made: {error.strerror}.") from error
+
+
+def _missing(folder: Path) -> list[Path]:
+    """Return what must be made for a folder to be there, itself first."""
+    return [each for each in (folder, *folder.parents) if not each.exists()]
+
+
+def _swap(temporary: Mapping[Path, Path], removed: Iterable[Path], last: Path | None) -> None:
+    if last is not None:
+        last.unlink(missing_ok=True)
+    for path in removed:
+        path.unlink(missing_ok=True)
+    for path in sorted(temporary, key=lambda each: each == last):
+        temporary[path].replace(path)
+
+
+@contextmanager
+def _undisturbed() -> Iterator[None]:
+    """Let Ctrl-C wait for the few renames of a step; only the main thread is ever told of it."""
+    import signal
+    import threading
+
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    came: list[int] = []
+    before = signal.signal(signal.SIGINT, lambda number, _: came.append(number))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+    if came:
+        raise KeyboardInterrupt
+
+
 def check_folder(path: str | os.PathLike[str]) -> None:
     """Refuse a folder that cannot be made or written, before work starts.
 
@@ -161,7 +244,7 @@ def check_folder(path: str | os.PathLike[str]) -> None:
     import tempfile
 
     folder = Path(path)
-    missing = [each for each in (folder, *folder.parents) if not each.exists()]
+    missing = _missing(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):

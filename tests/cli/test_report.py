@@ -11,7 +11,8 @@ from typer.testing import CliRunner, Result
 
 import hydrodamp as hd
 from hydrodamp.cli.guard import guarded
-from hydrodamp.cli.report import offer, offer_of_fit, report
+from hydrodamp.cli.report import illustrate, offer, offer_of_fit, report
+from hydrodamp.report.gallery import examine as examining
 from hydrodamp.report.html import page as pages
 
 Call = Callable[..., Result]
@@ -129,15 +130,60 @@ def test_a_fit_alone_is_replayed_on_what_it_was_fitted_to(
     text = (folder / "damping.report.html").read_text("utf-8")
     assert "share all 400 samples" in text
     assert "<pre>axis  grade\nX     known</pre>" in text
-    assert "written to damping.report.html" in capsys.readouterr().err
+    drawn = {path.name for path in (folder / "damping.figures").iterdir()}
+    assert {"excitation.svg", "residuals.svg", "replays.svg", "index.json"} <= drawn
+    assert "front.svg" not in drawn
+    assert "Data that were fitted too, 400 samples" in (
+        (folder / "damping.figures" / "index.json").read_text("utf-8")
+    )
+    said = capsys.readouterr().err
+    assert "written to damping.figures\nwritten to damping.report.html" in said
 
 
-def test_where_there_is_no_report_nothing_is_said_to_be_written(
+def test_without_the_extra_nothing_is_said_to_be_written(
     fitted: tuple[hd.Fit, hd.Vehicle, hd.Log],
     folder: Path,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.setattr(pages, "find_spec", lambda _: None)
+    monkeypatch.setattr(examining, "find_spec", lambda _: None)
     offer_of_fit(*fitted, (), "damping.json")
-    assert "written" not in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert "written" not in said
+    assert "matplotlib" in said
+    assert "jinja2" in said
+    assert not list(folder.glob("damping.*"))
+
+
+def test_grades_pictures_and_report_go_beside_the_results(
+    fitted: tuple[hd.Fit, hd.Vehicle, hd.Log], comparison: hd.Comparison, results: Path, call: Call
+) -> None:
+    _, vehicle, log = fitted
+    written = illustrate(comparison, vehicle, log, results)
+    assert written == ("identifiability.json", "figures", "report.html")
+    first = (results / "report.html").read_bytes()
+    assert call("out").exit_code == 0
+    assert (results / "report.html").read_bytes() == first
+    assert b"The log determined " in first
+
+
+def test_without_the_extra_grades_are_written_all_the_same(
+    fitted: tuple[hd.Fit, hd.Vehicle, hd.Log],
+    comparison: hd.Comparison,
+    results: Path,
+    call: Call,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    _, vehicle, log = fitted
+    with monkeypatch.context() as bare:
+        bare.setattr(pages, "find_spec", lambda _: None)
+        bare.setattr(examining, "find_spec", lambda _: None)
+        assert illustrate(comparison, vehicle, log, results) == ("identifiability.json",)
+    assert capsys.readouterr().err.count('pip install "hydrodamp[report]"') == 2
+    done = call("out")  # later, with the extra: no log, so no pictures, and the page says so
+    assert done.exit_code == 0
+    text = (results / "report.html").read_text("utf-8")
+    assert "the pictures need the package matplotlib" in text.lower()
+    assert "The log determined " in text

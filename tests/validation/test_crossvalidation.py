@@ -144,7 +144,7 @@ def test_a_model_too_large_for_a_fold_is_a_row(vehicle, log):
 def test_progress_is_told_of_every_replay(vehicle, log):
     told = []
     cross_validate(
-        vehicle, log, [LINEAR, FOSSEN], [hd.LeastSquares(), Fixed()], done=lambda: told.append(1)
+        vehicle, log, [LINEAR, FOSSEN], [hd.LeastSquares(), Fixed()], done=lambda _: told.append(1)
     )
     assert len(told) == 3 * 2 * 2
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,7 +11,9 @@ from hydrodamp.cli.guard import WORK_FAILED
 from hydrodamp.cli.output import emit, fail, note, results
 
 if TYPE_CHECKING:
+    from hydrodamp.data.log import Log
     from hydrodamp.validation.comparison import Comparison
+    from hydrodamp.vehicle.vehicle import Vehicle
 
 
 def compare(
@@ -25,23 +27,31 @@ def compare(
     attitude: options.Attitude = options.AttitudeSource.measured,
     rate_unit: options.Rates = options.RateUnit.deg,
     out: options.OutFolder = None,
+    resume: options.Resume = False,
     json: options.Json = False,
 ) -> None:
     """Identify models on one part of the data, replay them on another, rank them."""
     from hydrodamp.cli.choose import choose_methods, choose_models, selects, with_sparse
-    from hydrodamp.cli.experiment import check_attitude, check_before, check_samples, fit_all
-    from hydrodamp.cli.progress import progress
+    from hydrodamp.cli.experiment import check_attitude, check_before, check_samples
+    from hydrodamp.cli.handing import hand_over
     from hydrodamp.cli.record import record
+    from hydrodamp.cli.resume import OPTIONS, check_resume, go_on, options_in_words
+    from hydrodamp.cli.run import Task, carry_out
     from hydrodamp.cli.select import train_and_test
     from hydrodamp.cli.targets import check_out_folder
-    from hydrodamp.validation.compare import compare as compare_fits
     from hydrodamp.vehicle.fleet import find_vehicle
 
-    listed = (*(logs or ()), *(train or ()), *(test or ()), *(models or "").split(","))
-    inputs = (*(name.strip() for name in listed), vehicle, mapping)
+    parts = {"LOG": logs, "--train": train, "--test": test}
+    settings = {"--attitude": attitude.value, "--rate-unit": rate_unit.value}
+    kinds = {"--vehicle": vehicle, "--models": models, "--methods": methods, "--mapping": mapping}
+    listed = (*(name for names in parts.values() for name in names or ()), *_names(models))
+    inputs = (*listed, vehicle, mapping)
     if out is not None:
         check_out_folder(out, inputs)
     craft, chosen, ways = find_vehicle(vehicle), choose_models(models), choose_methods(methods)
+    said = {**record(inputs), OPTIONS: options_in_words({**parts, **kinds, **settings})}
+    if resume:
+        check_resume(out, said)
     learn, held_out, shared = train_and_test(logs or (), train or (), test or (), mapping)
     if selects(models):
         chosen = with_sparse(craft, learn, chosen)
@@ -49,26 +59,28 @@ def compare(
         check_before(craft, log, chosen)
     check_attitude(attitude.value, held_out)
     check_samples(craft, learn, chosen)
-    with progress("identifying", len(ways) * len(chosen)) as done:
-        fits = fit_all(craft, learn, chosen, ways, done)
-    with progress("replaying", len(fits)) as done:
-        comparison = compare_fits(
-            fits,
-            craft,
-            held_out,
-            attitude=attitude.value,
-            rate_unit=rate_unit.value,
-            done=done,
-        )
-    said = {**comparison.provenance, **({"overlap": shared} if shared else {}), **record(inputs)}
-    deliver(replace(comparison, provenance=said), out, json)
+    task = Task(craft, learn, held_out, chosen, ways, attitude.value, rate_unit.value)
+    if resume and out is not None:
+        task, said = go_on(out, task, said)
+    said = {**({"overlap": shared} if shared else {}), **said}
+    hand_over(carry_out(task), said, out, json, partial(deliver, craft, learn))
 
 
-def deliver(comparison: Comparison, out: str | None, json: bool) -> None:
+def _names(models: str | None) -> tuple[str, ...]:
+    return tuple(name.strip() for name in (models or "").split(","))
+
+
+def deliver(
+    vehicle: Vehicle, train: Log, comparison: Comparison, out: str | None, json: bool
+) -> None:
     """Write and print a comparison; end with status 1 if it has no score at all.
 
     Parameters
     ----------
+    vehicle : Vehicle
+        Everything known.
+    train : Log
+        What was identified from.
     comparison : Comparison
         What came out.
     out : str or None
@@ -77,7 +89,7 @@ def deliver(comparison: Comparison, out: str | None, json: bool) -> None:
         Whether to print the document instead of tables.
     """
     from hydrodamp.cli.experiment import nothing_scored
-    from hydrodamp.cli.report import offer
+    from hydrodamp.cli.report import illustrate
     from hydrodamp.report.comparison_grids import comparison_grids
     from hydrodamp.report.document import comparison_document
     from hydrodamp.report.files import write_comparison
@@ -90,7 +102,8 @@ def deliver(comparison: Comparison, out: str | None, json: bool) -> None:
     else:
         show(results(), *comparison_grids(comparison))
     if out is not None:
-        also = ", report.html" if offer(comparison, Path(out) / "report.html") else ""
-        note(f"written to {out}: comparison.json, table.txt .md .tex .csv, fits, replays.npz{also}")
+        files = ("comparison.json", "table.txt .md .tex .csv", "fits", "replays.npz")
+        also = illustrate(comparison, vehicle, train, Path(out))
+        note(f"written to {out}: {', '.join((*files, *also))}")
     if sentence := nothing_scored(comparison):
         fail(sentence, WORK_FAILED)

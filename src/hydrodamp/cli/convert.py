@@ -22,8 +22,8 @@ def convert(
     from hydrodamp.data.canonical import write_log
 
     check_out_file(out, (*logs, mapping))
-    with progress("reading"):
-        log = read(logs, mapping)
+    log = read(logs, mapping)
     results().print(str(log), markup=False, highlight=False)
-    write_log(log, out)
+    with progress(f"writing {log.n} samples"):
+        write_log(log, out)
     note(f"written to {out}")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -27,6 +27,7 @@ def demo(
             "crossflow, farther from all eight models.",
         ),
     ] = "sname",
+    resume: options.Resume = False,
     json: options.Json = False,
 ) -> None:
     """Re-enact the paper's experiment on a simulated vehicle and print its Table I.
@@ -37,28 +38,32 @@ def demo(
     """
     from hydrodamp import kernels
     from hydrodamp.cli.choose import choose_methods, choose_models
-    from hydrodamp.cli.experiment import fit_all
+    from hydrodamp.cli.handing import hand_over
     from hydrodamp.cli.progress import progress
     from hydrodamp.cli.record import record
+    from hydrodamp.cli.resume import OPTIONS, check_resume, go_on, options_in_words
+    from hydrodamp.cli.run import Task, carry_out
     from hydrodamp.cli.targets import check_out_folder
-    from hydrodamp.simulation.campaign.reenact import reenact
-    from hydrodamp.validation.compare import compare
+    from hydrodamp.simulation.campaign.reenact import n_samples, reenact
 
     if out is not None:
         check_out_folder(out, ())
+    said = {**record(()), OPTIONS: options_in_words({"--seed": str(seed), "--truth": truth})}
+    if resume:
+        check_resume(out, said)
     if not kernels.COMPILED:
         note("the compiled core is missing: this may take minutes instead of seconds.")
-    with progress("sailing the campaign"):
-        campaign = reenact(seed=seed, truth=truth)
+    with progress("sailing the campaign", n_samples()) as step:
+        campaign = reenact(seed=seed, truth=truth, done=step)
     models, methods = choose_models(None), choose_methods(options.DEMO_METHODS)
-    with progress("identifying", len(methods) * len(models)) as done:
-        fits = fit_all(campaign.vehicle, campaign.train, models, methods, done)
-    with progress("replaying", len(fits)) as done:
-        comparison = compare(fits, campaign.vehicle, campaign.test, done=done)
-    said = {"truth": campaign.truth, "note": campaign.note, "seed": str(seed), **record(())}
+    task = Task(campaign.vehicle, campaign.train, campaign.test, models, methods)
+    if resume and out is not None:
+        task, said = go_on(out, task, said)
+    words = {"truth": campaign.truth, "note": campaign.note, "seed": str(seed)}
     if not json:
         _introduce(campaign, seed)
-    deliver(replace(comparison, provenance={**comparison.provenance, **said}), out, json)
+    made = partial(deliver, campaign.vehicle, campaign.train)
+    hand_over(carry_out(task), {**words, **said}, out, json, made)
 
 
 def _introduce(campaign: Campaign, seed: int) -> None:

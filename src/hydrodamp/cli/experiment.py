@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from hydrodamp.errors import HydrodampError, ProblemError
@@ -13,6 +14,9 @@ if TYPE_CHECKING:
     from hydrodamp.models.model import DampingModel
     from hydrodamp.validation.comparison import Comparison
     from hydrodamp.vehicle.vehicle import Vehicle
+
+Key = tuple[str, str]
+"""Model and method of a fit."""
 
 
 def check_before(vehicle: Vehicle, log: Log, models: Sequence[DampingModel]) -> None:
@@ -101,9 +105,10 @@ def fit_all(
     train: Log,
     models: Sequence[DampingModel],
     methods: Sequence[Method],
-    done: Callable[[], None],
+    keep: Callable[[Fit], None] | None = None,
+    earlier: Mapping[Key, Fit] = MappingProxyType({}),
 ) -> tuple[Fit, ...]:
-    """Identify every model by every method.
+    """Identify every model by every method, with a bar a method: their rates differ much.
 
     Parameters
     ----------
@@ -115,22 +120,53 @@ def fit_all(
         Which terms.
     methods : sequence of Method
         How.
-    done : callable
-        Called once for each model and method.
+    keep : callable, optional
+        Called with each fit as it comes.
+    earlier : mapping of (str, str) to Fit, optional
+        Fits by model and method that are there already, and are not made again.
 
     Returns
     -------
     fits : tuple of Fit
         Models within methods.
     """
+    from hydrodamp.cli.progress import progress
     from hydrodamp.identification.methods import identify_all
     from hydrodamp.simulation.problem import prepare
 
+    fits = dict(earlier)
     problem = prepare(vehicle, train, models)
-    fits: list[Fit] = []
-    for method in methods:
-        fits.extend(identify_all(problem, models, method, done))
-    return tuple(fits)
+    for place, method in enumerate(methods, start=1):
+        missing = [model for model in models if (model.key, method.key) not in fits]
+        which = f" ({place} of {len(methods)})" if len(methods) > 1 else ""
+        before = len(models) - len(missing)
+        with progress(f"identifying by {method.key}{which}", len(models), before) as step:
+
+            def kept(fit: Fit, step: Callable[..., None] = step) -> None:
+                fits[key_of(fit)] = fit
+                if keep is not None:
+                    keep(fit)
+                step()
+
+            if missing:
+                identify_all(problem, missing, method, kept)
+    return tuple(fits[model.key, method.key] for method in methods for model in models)
+
+
+def key_of(fit: Fit) -> Key:
+    """Return what a fit is asked for by.
+
+    Parameters
+    ----------
+    fit : Fit
+        Any.
+
+    Returns
+    -------
+    model, method : str
+        Their keys.
+    """
+    return fit.model.key, fit.method
 
 
 def nothing_scored(comparison: Comparison) -> str:

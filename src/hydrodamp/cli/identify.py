@@ -33,7 +33,6 @@ def identify(
     """Identify one model, say how far to trust it, and write its damping file."""
     from hydrodamp.cli.choose import SPARSE, choose_model, with_sparse
     from hydrodamp.cli.experiment import check_before, check_samples, fit_all
-    from hydrodamp.cli.progress import progress
     from hydrodamp.cli.report import offer_of_fit
     from hydrodamp.cli.select import train_alone
     from hydrodamp.cli.targets import check_out_file
@@ -49,12 +48,10 @@ def identify(
     (chosen,) = named or with_sparse(craft, log, ())
     check_before(craft, log, (chosen,))
     check_samples(craft, log, (chosen,))
-    with progress("identifying", 1) as done:
-        (fit,) = fit_all(craft, log, (chosen,), (way,), done)
+    (fit,) = fit_all(craft, log, (chosen,), (way,))
     words: tuple[str, ...] = ()
     if fit.status.usable and not json:
-        with progress("asking how far to trust it"):
-            words = trust(craft, log, fit)
+        words = trust(craft, log, fit)
         results().print("\n\n".join(words), markup=False, highlight=False)
         results().print()
     deliver(fit, out, json)

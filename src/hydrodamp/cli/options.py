@@ -100,6 +100,12 @@ OutFolder = Annotated[
         "--out", metavar="DIR", help="Write comparison.json, tables, fits, replays and report.html."
     ),
 ]
+Resume = Annotated[
+    bool,
+    typer.Option(
+        "--resume", help="Go on with what the same command left in --out when it was interrupted."
+    ),
+]
 Json = Annotated[
     bool, typer.Option("--json", help="Print machine-readable results on standard output.")
 ]

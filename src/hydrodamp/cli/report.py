@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
     from hydrodamp.data.log import Log
     from hydrodamp.identification.fit import Fit
+    from hydrodamp.report.gallery.findings import Findings
     from hydrodamp.validation.comparison import Comparison
     from hydrodamp.vehicle.vehicle import Vehicle
 
@@ -39,7 +40,9 @@ def report(
         note(f"written to {target}")
 
 
-def offer(results: Comparison | str, path: str | os.PathLike[str]) -> bool:
+def offer(
+    results: Comparison | str, path: str | os.PathLike[str], findings: Findings | None = None
+) -> bool:
     """Write a report, or say how to get it where what it needs is not installed.
 
     Parameters
@@ -48,6 +51,8 @@ def offer(results: Comparison | str, path: str | os.PathLike[str]) -> bool:
         A comparison, or the folder it was written to.
     path : str or path
         The file.
+    findings : Findings, optional
+        Grades and pictures; by default those in the folder.
 
     Returns
     -------
@@ -60,12 +65,72 @@ def offer(results: Comparison | str, path: str | os.PathLike[str]) -> bool:
     if not installed():
         note(MISSING)
         return False
-    write_report(results, path)
+    write_report(results, path, findings)
     return True
 
 
+def illustrate(comparison: Comparison, vehicle: Vehicle, train: Log, home: Path) -> tuple[str, ...]:
+    """Write grades, pictures and the report of a comparison into its folder.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        Written there already.
+    vehicle : Vehicle
+        Everything known.
+    train : Log
+        What was identified from.
+    home : path
+        The folder.
+
+    Returns
+    -------
+    written : tuple of str
+        What was, by name; of what lacks a package it is said how to get it.
+    """
+    from hydrodamp.report.gallery.folder import FIGURES, GRADES, write_findings
+    from hydrodamp.report.html.write import REPORT
+
+    findings = look_closer(comparison, vehicle, train)
+    write_findings(findings, home)
+    there = {
+        GRADES: findings.identifiability is not None,
+        FIGURES: bool(findings.gallery.pictures),
+        REPORT: offer(comparison, home / REPORT, findings),
+    }
+    return tuple(name for name, written in there.items() if written)
+
+
+def look_closer(comparison: Comparison, vehicle: Vehicle, train: Log) -> Findings:
+    """Grade and draw the chosen row, with a bar; say how to get pictures where there are none.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        With the whole logs of its replays.
+    vehicle : Vehicle
+        Everything known.
+    train : Log
+        What was identified from.
+
+    Returns
+    -------
+    findings : Findings
+        Grades, and pictures where matplotlib is installed.
+    """
+    from hydrodamp.cli.progress import progress
+    from hydrodamp.report.gallery.examine import MISSING, drawable, examine
+
+    if not drawable():
+        note(MISSING)
+    with progress("drawing what the log tells") as done:
+        return examine(comparison, vehicle, train, done)
+
+
 def offer_of_fit(fit: Fit, vehicle: Vehicle, log: Log, words: tuple[str, ...], out: str) -> None:
-    """Write the report of one fit beside its damping file, replayed on what it was fitted to.
+    """Write report and pictures of one fit beside its damping file.
+
+    It is replayed on what it was fitted to.
 
     Parameters
     ----------
@@ -82,11 +147,18 @@ def offer_of_fit(fit: Fit, vehicle: Vehicle, log: Log, words: tuple[str, ...], o
     """
     from dataclasses import replace
 
+    from hydrodamp.report.gallery.folder import write_gallery
     from hydrodamp.validation.compare import compare
 
     told = replace(fit, remarks=(*fit.remarks, *words))
     alone = compare((told,), vehicle, log)
     said = {**alone.provenance, "overlap": f"all {log.n} samples"}
-    target = Path(out).with_suffix(".report.html")
-    if offer(replace(alone, provenance=said), target):
+    one = replace(alone, provenance=said)
+    findings = look_closer(one, vehicle, log)
+    figures, target = (Path(out).with_suffix(end) for end in (".figures", ".report.html"))
+    if findings.gallery.pictures or figures.is_dir():  # those of an earlier fit go
+        write_gallery(findings.gallery, figures)
+    if findings.gallery.pictures:
+        note(f"written to {figures}")
+    if offer(one, target, findings):
         note(f"written to {target}")

@@ -30,6 +30,7 @@ def trust(vehicle: Vehicle, log: Log, fit: Fit) -> tuple[str, ...]:
         move where the vehicle's numbers are wrong by a tenth. Part of it is left out
         where the log is too short for it, with a sentence.
     """
+    from hydrodamp.cli.progress import progress
     from hydrodamp.errors import HydrodampError
     from hydrodamp.identification.regression.weak import WeakForm
     from hydrodamp.identification.trust.diagnostics import diagnose
@@ -38,15 +39,18 @@ def trust(vehicle: Vehicle, log: Log, fit: Fit) -> tuple[str, ...]:
     from hydrodamp.validation.vehicle_error import vehicle_doubt
 
     problem, model = prepare(vehicle, log, fit.model), fit.model
-    asked: tuple[Callable[[], str], ...] = (
-        lambda: str(identifiability(problem, model)),
-        lambda: "\n".join(diagnose(problem, model, fit.damping).remarks),
-        lambda: str(vehicle_doubt(vehicle, log, log, model, WeakForm())),
-    )
+    asked: dict[str, Callable[[], str]] = {
+        "asking what the log determines": lambda: str(identifiability(problem, model)),
+        "asking the residuals": lambda: "\n".join(diagnose(problem, model, fit.damping).remarks),
+        "asking what a wrong vehicle does": lambda: str(
+            vehicle_doubt(vehicle, log, log, model, WeakForm())
+        ),
+    }
     words = []
-    for ask in asked:
-        try:
-            words.append(ask())
-        except HydrodampError as error:
-            words.append(f"Not said: {error}")
+    for label, ask in asked.items():
+        with progress(label):
+            try:
+                words.append(ask())
+            except HydrodampError as error:
+                words.append(f"Not said: {error}")
     return tuple(part for part in words if part)

@@ -36,7 +36,7 @@ def validate(
     from hydrodamp.identification.rows.weak_equations import WeakEquations
     from hydrodamp.report.screen import show
     from hydrodamp.report.validation_grids import fold_grid, horizon_grid, validation_document
-    from hydrodamp.simulation.horizons import HORIZONS, scores_with_restarts
+    from hydrodamp.simulation.horizons import HORIZONS, HorizonScores, scores_with_restarts
     from hydrodamp.simulation.problem import prepare
     from hydrodamp.validation.criteria import criteria
     from hydrodamp.validation.crossvalidation import cross_validate
@@ -65,15 +65,19 @@ def validate(
             rate_unit=rate_unit.value,
             done=done,
         )
-    with progress("fitting the whole log", len(ways) * len(chosen)) as done:
-        fits = fit_all(craft, log, chosen, ways, done)
+    fits = fit_all(craft, log, chosen, ways)
     problem = prepare(craft, log, chosen)
-    scores = [
-        scores_with_restarts(problem, fit.damping, HORIZONS, attitude.value, rate_unit.value)
-        if fit.status.usable
-        else None
-        for fit in fits
-    ]
+    scores: list[HorizonScores | None] = []
+    with progress("replaying from many places", len(fits)) as step:
+        for fit in fits:
+            scores.append(
+                scores_with_restarts(
+                    problem, fit.damping, HORIZONS, attitude.value, rate_unit.value
+                )
+                if fit.status.usable
+                else None
+            )
+            step()
     found = criteria(WeakEquations().rows(problem), fits)
     if json:
         emit(validation_document(table, fits, scores, found))

@@ -88,7 +88,7 @@ def identify_all(
     problem: Problem,
     models: Iterable[DampingModel],
     method: Method,
-    done: Callable[[], None] | None = None,
+    done: Callable[[Fit], None] | None = None,
 ) -> tuple[Fit, ...]:
     """Identify several models by one method, on all cores.
 
@@ -104,7 +104,8 @@ def identify_all(
     method : Method
         How.
     done : callable, optional
-        Called after each model, for a progress bar.
+        Called with each fit as it comes, to keep it or for a progress bar; with all at once
+        where the method shares its work.
 
     Returns
     -------
@@ -115,7 +116,7 @@ def identify_all(
     if not isinstance(method, Shared):
         return each(method.identify, [(problem, model) for model in asked], done)
     fits = method.identify_all(problem, asked)
-    for _ in fits:
+    for fit in fits:
         if done is not None:
-            done()
+            done(fit)
     return fits

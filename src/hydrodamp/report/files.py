@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import io
 import os
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -16,24 +17,30 @@ import numpy as np
 
 from hydrodamp.data.segments import unique_names
 from hydrodamp.errors import FileError
+from hydrodamp.identification.fit import Fit
 from hydrodamp.loading import load_json
 from hydrodamp.report.comparison_grids import comparison_grids, row_grid, summary_grids
 from hydrodamp.report.document import comparison_document, fit_document
+from hydrodamp.report.gallery.folder import FIGURES, GRADES, earlier_findings
 from hydrodamp.report.reading import read_rows
 from hydrodamp.report.renderings import to_csv, to_latex, to_markdown, to_text
-from hydrodamp.saving import save_bytes, save_json, save_text
+from hydrodamp.report.unfinished import waiting_names, with_waiting
+from hydrodamp.saving import as_json, save_together
 from hydrodamp.validation.comparison import Comparison
 
 RESULTS = (
     "comparison.json",
     "replays.npz",
     "report.html",
+    GRADES,
     *(f"table.{kind}" for kind in ("txt", "md", "tex", "csv")),
 )
-"""Files of a comparison's folder, besides those of ``fits``."""
+"""Files of a comparison's folder, besides those of ``fits`` and ``figures``."""
 
 
-def write_comparison(comparison: Comparison, folder: str | os.PathLike[str]) -> None:
+def write_comparison(
+    comparison: Comparison, folder: str | os.PathLike[str], waiting: Iterable[Fit] = ()
+) -> None:
     """Write a comparison to a folder, which is made if it is not there.
 
     Parameters
@@ -41,26 +48,28 @@ def write_comparison(comparison: Comparison, folder: str | os.PathLike[str]) -> 
     comparison : Comparison
         What to write.
     folder : str or path
-        Each file in it is written whole or not at all, ``comparison.json`` last.
-        The fits of an earlier comparison in the same folder are removed.
+        All files are written or none, whatever interrupts. Fits, grades, pictures and
+        report of an earlier comparison in the same folder are removed.
+    waiting : iterable of Fit, optional
+        Fits of an unfinished run that were not replayed. They lie beside the others, and
+        ``not_replayed`` in the provenance names them.
 
     Raises
     ------
     FileError
         If the folder cannot be made or written.
     """
-    home = Path(folder)
-    try:
-        (home / "fits").mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise FileError(f"{home}: the folder cannot be made: {error.strerror}.") from error
-    _clear(home)
-    for name, row in zip(row_names(comparison), comparison.rows, strict=True):
-        save_json(fit_document(row.fit), home / "fits" / f"{name}.json")
-    save_bytes(_replays(comparison), home / "replays.npz")
-    for suffix, text in _tables(comparison).items():
-        save_text(text, home / f"table.{suffix}")
-    save_json(comparison_document(comparison), home / "comparison.json")
+    home, beside = Path(folder), {f"{fit.model.key}.{fit.method}": fit for fit in waiting}
+    told = with_waiting(comparison, tuple(beside))
+    fits = dict(zip(row_names(told), (row.fit for row in told.rows), strict=True)) | beside
+    texts = {
+        **{f"fits/{name}.json": as_json(fit_document(fit)) for name, fit in fits.items()},
+        **{f"table.{suffix}": text for suffix, text in _tables(told).items()},
+        "comparison.json": as_json(comparison_document(told)),
+    }
+    contents = {home / name: text.encode("utf-8") for name, text in texts.items()}
+    contents[home / "replays.npz"] = _replays(told)
+    save_together(contents, removed=_earlier(home), last=home / "comparison.json")
 
 
 def read_comparison(folder: str | os.PathLike[str]) -> Comparison:
@@ -97,7 +106,8 @@ def is_result(path: Path, folder: Path) -> bool:
     Returns
     -------
     replaced : bool
-        True for ``comparison.json``, the tables, replays and files of ``fits``.
+        True for ``comparison.json``, the tables, replays, grades, the report and files of
+        ``fits`` and ``figures``.
 
     Examples
     --------
@@ -106,6 +116,8 @@ def is_result(path: Path, folder: Path) -> bool:
     """
     if path.parent == folder / "fits":
         return path.suffix == ".json"
+    if path.parent == folder / FIGURES:
+        return path.suffix in (".json", ".svg")
     return path.parent == folder and path.name in RESULTS
 
 
@@ -125,17 +137,17 @@ def row_names(comparison: Comparison) -> tuple[str, ...]:
     return unique_names(f"{row.model}.{row.method}" for row in comparison.rows)
 
 
-def _clear(home: Path) -> None:
-    """Remove the fits of an earlier comparison: those its ``comparison.json`` names."""
+def _earlier(home: Path) -> list[Path]:
+    """Return report, grades and pictures of an earlier comparison, and the fits it names."""
     try:
         document: Any = load_json(home / "comparison.json")
         entries = document["rows"]
         names = unique_names(f"{entry['model']}.{entry['method']}" for entry in entries)
-    except (FileError, KeyError, TypeError):
-        return
-    for name in names:
-        if Path(name).name == name:
-            (home / "fits" / f"{name}.json").unlink(missing_ok=True)
+        names = (*names, *waiting_names(document["provenance"]))
+    except (FileError, KeyError, TypeError, AttributeError):
+        return earlier_findings(home)
+    fits = [home / "fits" / f"{name}.json" for name in names if Path(name).name == name]
+    return [*fits, home / "report.html", *earlier_findings(home)]
 
 
 def _tables(comparison: Comparison) -> dict[str, str]:

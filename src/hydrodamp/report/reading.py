@@ -56,7 +56,7 @@ def read_rows(home: Path) -> Comparison:
         scores = [_score(entry, unit) for entry in entries]
     except (KeyError, TypeError, AttributeError) as error:
         raise FileError(f"{path}: is no comparison of hydrodamp: {error!r}.") from error
-    fits = [_fit(home / "fits" / f"{name}.json") for name in names]
+    fits = [read_fit(home / "fits" / f"{name}.json") for name in names]
     log, velocities = _replays(home / "replays.npz", words.get("test", ""))
     trajectories = [
         None
@@ -91,7 +91,26 @@ def _axes(score: Score) -> tuple[str, ...]:
     return tuple(axis for axis in AXES if VELOCITY_OF[axis] in score.rms_by_axis)
 
 
-def _fit(path: Path) -> Fit:
+def read_fit(path: Path) -> Fit:
+    """Return the fit of a file of ``fits``.
+
+    Parameters
+    ----------
+    path : path
+        The file.
+
+    Returns
+    -------
+    fit : Fit
+        The same numbers; of the noise only its variances were kept.
+
+    Raises
+    ------
+    FileError
+        If the file is missing or is not what it should be.
+    ModelError
+        If its damping has faults.
+    """
     document = _document(path)
     damping = damping_from_document(document, str(path))
     try:

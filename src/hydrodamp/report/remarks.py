@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from hydrodamp.report.numbers import seconds
+from hydrodamp.report.unfinished import UNFINISHED
 from hydrodamp.simulation.status import Status
 from hydrodamp.validation.comparison import Comparison, Row
 from hydrodamp.validation.paper import beside_paper, rank_correlation
@@ -21,10 +22,11 @@ def remarks(comparison: Comparison) -> tuple[str, ...]:
     Returns
     -------
     sentences : tuple of str
-        Data both fitted and tested on, the choice and its runner-up, the likeness with
-        the paper's order, then what went wrong where.
+        Rows that are missing, data both fitted and tested on, the choice and its
+        runner-up, the likeness with the paper's order, then what went wrong where.
     """
     return (
+        *_unfinished(comparison),
         *_overlap(comparison),
         *_chosen(comparison),
         *_likeness(comparison),
@@ -32,6 +34,11 @@ def remarks(comparison: Comparison) -> tuple[str, ...]:
         *_outcomes(comparison),
         f"Open-loop replay, eq. 24; lower is better. Attitude {comparison.attitude}.",
     )
+
+
+def _unfinished(comparison: Comparison) -> Iterator[str]:
+    if lacking := comparison.provenance.get(UNFINISHED):
+        yield f"Unfinished, {lacking}. What is missing may be better than what is here."
 
 
 def _overlap(comparison: Comparison) -> Iterator[str]:

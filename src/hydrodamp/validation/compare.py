@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 
 from hydrodamp.basis.axes import AXES, VELOCITY_OF
 from hydrodamp.data.log import Log
@@ -24,7 +24,7 @@ def compare(
     *,
     attitude: AttitudeSource = "measured",
     rate_unit: RateUnit = "deg",
-    done: Callable[[], None] | None = None,
+    done: Callable[[Row], None] | None = None,
 ) -> Comparison:
     """Replay fits open loop on a log they have not seen.
 
@@ -41,7 +41,7 @@ def compare(
     rate_unit : {"deg", "rad"}
         Unit of angular rates in equation 24.
     done : callable, optional
-        Called after each replay, for a progress bar.
+        Called with each row after its replay, to keep it or for a progress bar.
 
     Returns
     -------
@@ -67,14 +67,35 @@ def compare(
         rows=rows,
         rate_unit=rate_unit,
         attitude=attitude,
-        provenance={
-            "vehicle": vehicle.name,
-            "train": asked[0].provenance.get("log", "") if asked else "",
-            "train_segments": asked[0].provenance.get("segments", "") if asked else "",
-            "test": test.source or "in memory",
-            "test_segments": " ".join(segment.name for segment in test.segments),
-        },
+        provenance=origin(asked, vehicle, test),
     )
+
+
+def origin(fits: Sequence[Fit], vehicle: Vehicle, test: Log) -> dict[str, str]:
+    """Return what a comparison was made from, in words.
+
+    Parameters
+    ----------
+    fits : sequence of Fit
+        What is compared; the first says what it was identified from.
+    vehicle : Vehicle
+        The vehicle of the log.
+    test : Log
+        Held-out data.
+
+    Returns
+    -------
+    words : dict of str to str
+        Vehicle, logs and their segments.
+    """
+    train = fits[0].provenance if fits else {}
+    return {
+        "vehicle": vehicle.name,
+        "train": train.get("log", ""),
+        "train_segments": train.get("segments", ""),
+        "test": test.source or "in memory",
+        "test_segments": " ".join(segment.name for segment in test.segments),
+    }
 
 
 def _row(problem: Problem, fit: Fit, attitude: AttitudeSource, rate_unit: RateUnit) -> Row:

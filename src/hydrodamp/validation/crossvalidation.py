@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from hydrodamp.data.log import Log
-from hydrodamp.identification.fit import Method
+from hydrodamp.identification.fit import Fit, Method
 from hydrodamp.identification.methods import identify_all
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import prepare
@@ -148,7 +148,7 @@ def cross_validate(
     gap: float = 5.0,
     attitude: AttitudeSource = "measured",
     rate_unit: RateUnit = "deg",
-    done: Callable[[], None] | None = None,
+    done: Callable[[Fit], None] | None = None,
 ) -> CrossValidation:
     """Identify every model by every method on all folds but one, and replay that one.
 
@@ -173,7 +173,7 @@ def cross_validate(
     rate_unit : {"deg", "rad"}
         Unit of angular rates in equation 24.
     done : callable, optional
-        Called after each replay, for a progress bar: folds times models times methods.
+        Called with each fit as it comes, for a progress bar: folds times models times methods.
 
     Returns
     -------
@@ -217,12 +217,12 @@ def _compared(
     methods: Sequence[Method],
     attitude: AttitudeSource,
     rate_unit: RateUnit,
-    done: Callable[[], None] | None,
+    done: Callable[[Fit], None] | None,
 ) -> Comparison:
     """Return the comparison of one fold, without its replays: they are as long as the log."""
     problem = prepare(vehicle, fold.train, models)
-    fits = [fit for method in methods for fit in identify_all(problem, models, method)]
-    table = compare(fits, vehicle, fold.test, attitude=attitude, rate_unit=rate_unit, done=done)
+    fits = [fit for method in methods for fit in identify_all(problem, models, method, done)]
+    table = compare(fits, vehicle, fold.test, attitude=attitude, rate_unit=rate_unit)
     return replace(table, rows=tuple(replace(row, trajectory=None) for row in table.rows))
 
 

@@ -62,7 +62,9 @@ def correlation_figure(fit: Fit) -> Figure:
     figure = sheet(width, 1.12 * width)
     panel = figure.subplots()
     panel.set_facecolor("#d9d9d9")
-    image = panel.imshow(correlation, cmap="RdBu_r", vmin=-1.0, vmax=1.0, interpolation="nearest")
+    # Few squares are drawn dot by dot, many are left to the viewer, as one dot a square.
+    drawn = "nearest" if fit.model.n_coefficients <= _ONE_COLUMN else "none"
+    image = panel.imshow(correlation, cmap="RdBu_r", vmin=-1.0, vmax=1.0, interpolation=drawn)
     _name(panel, fit)
     bar = figure.colorbar(image, ax=panel, location="bottom", shrink=0.8, aspect=30, pad=0.02)
     bar.set_label("correlation [1]")

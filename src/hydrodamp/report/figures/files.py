@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import os
+import re
 import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,6 +22,10 @@ _METADATA: dict[str, dict[str, Any]] = {
     "png": {"Software": "hydrodamp"},
 }
 """By format: no clock, so that the same figure is the same file."""
+
+
+_PATH = re.compile(rb"<path [^<>]*>")
+_LONG = re.compile(rb"(?<=[ML ])(-?\d+\.\d\d)\d+")
 
 
 def save_figure(figure: Figure, path: str | os.PathLike[str]) -> None:
@@ -64,4 +69,10 @@ def figure_bytes(figure: Figure, kind: str) -> bytes:
         # A name in a script the font lacks prints as boxes: no reason to refuse the figure.
         warnings.filterwarnings("ignore", message="Glyph .* missing from")
         figure.savefig(stream, format=kind, metadata=_METADATA[kind])
-    return stream.getvalue()
+    content = stream.getvalue()
+    return _PATH.sub(_cut, content) if kind == "svg" else content
+
+
+def _cut(path: re.Match[bytes]) -> bytes:
+    """Return a path cut to hundredths of a point; matplotlib writes millionths."""
+    return _LONG.sub(rb"\1", path[0])

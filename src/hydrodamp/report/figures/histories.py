@@ -35,6 +35,9 @@ _BEYOND = 1.5
 _USUAL = 0.995
 """Share of the velocity errors within the panel: what is beyond is the start."""
 
+_PAIRS = 250
+"""Bins of a line, of which a panel has many."""
+
 _LEAP = 5.0
 """A step longer than this many usual ones leads to another segment."""
 
@@ -113,7 +116,8 @@ def _coefficients(
     known = {} if reference is None else reference.as_dict()
     named = _nameable(order, [history.labels[place] for place in places])
     for place in set(order) - set(named):
-        panel.plot(*_line(time, values[:, place]), color="#c4c4c4", linewidth=0.5, zorder=1.5)
+        (line,) = panel.plot(*_line(time, values[:, place]), color="#c4c4c4", linewidth=0.5)
+        line.set(zorder=1.5, rasterized=True)  # hundreds of these would make a file of megabytes
     for place, colour in zip(named, SERIES, strict=False):
         label = history.labels[places[place]]
         panel.plot(*_line(time, values[:, place]), color=colour, label=coefficient_symbol(label))
@@ -158,5 +162,5 @@ def _errors(panel: Axes, time: FloatArray, errors: FloatArray, names: tuple[str,
 
 
 def _line(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    kept = min_max_pairs(values)
+    kept = min_max_pairs(values, _PAIRS)
     return time[kept], values[kept]

@@ -89,7 +89,6 @@ _STYLE = {
     "axes.axisbelow": True,
     "axes.formatter.useoffset": False,
     "axes.formatter.limits": (-3, 6),
-    "axes.formatter.use_mathtext": True,
     "grid.color": "#e4e4e4",
     "grid.linewidth": 0.5,
     "xtick.major.width": 0.6,

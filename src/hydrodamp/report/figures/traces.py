@@ -12,8 +12,9 @@ import numpy as np
 from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.data.log import Log
 
-PAIRS = 1500
-"""Bins of a line: more than dots across a column at 300 to the inch."""
+PAIRS = 800
+"""Bins of a line: more than twice as many as fit beside each other, a line wide, across a
+column."""
 
 
 def min_max_pairs(values: FloatArray, most: int = PAIRS) -> IntArray:

@@ -13,9 +13,11 @@ from typing import TYPE_CHECKING
 
 from hydrodamp.errors import MethodError
 from hydrodamp.report.figures.look import colour_of
+from hydrodamp.report.gallery.findings import Findings
 from hydrodamp.report.html import coefficient_tables as coefficients, front_chart as chart
 from hydrodamp.report.html.origin import origin, told
 from hydrodamp.report.html.packing import script_json
+from hydrodamp.report.html.pictures import hung
 from hydrodamp.report.html.plots import plots
 from hydrodamp.report.html.score_table import ranked, score_table
 from hydrodamp.report.html.summary import summary
@@ -30,6 +32,12 @@ MISSING = (
     "`hydrodamp report DIR` makes it from a folder of results."
 )
 """What to do where there is no report."""
+
+MOST = 4_900_000
+"""Bytes of a page; pictures that do not fit are left to their folder."""
+
+NOTHING_FOUND = Findings()
+"""Where the training log was not asked."""
 
 _SCRIPTS = ("theme.js", "sorting.js", "uplot.js", "levels.js", "plots.js")
 
@@ -66,7 +74,9 @@ def installed() -> bool:
     return find_spec("jinja2") is not None
 
 
-def page(comparison: Comparison, provenance: Mapping[str, object]) -> str:
+def page(
+    comparison: Comparison, provenance: Mapping[str, object], findings: Findings = NOTHING_FOUND
+) -> str:
     """Return the report of a comparison.
 
     Parameters
@@ -75,6 +85,8 @@ def page(comparison: Comparison, provenance: Mapping[str, object]) -> str:
         What to show.
     provenance : mapping of str to object
         As in ``comparison.json``.
+    findings : Findings, optional
+        Grades and pictures of the chosen row.
 
     Returns
     -------
@@ -88,33 +100,39 @@ def page(comparison: Comparison, provenance: Mapping[str, object]) -> str:
     """
     if not installed():
         raise MethodError(MISSING)
+    template = _environment().get_template("report.html.j2")
+    content = _content(comparison, provenance, findings)
+    bare = template.render(content, wall=hung(findings, 0))
+    return template.render(content, wall=hung(findings, MOST - len(bare.encode("utf-8"))))
+
+
+def _content(
+    comparison: Comparison, provenance: Mapping[str, object], findings: Findings
+) -> dict[str, object]:
+    """Return what the page holds beside its pictures."""
     drawn, order = plots(comparison), ranked(comparison.rows)
-    return (
-        _environment()
-        .get_template("report.html.j2")
-        .render(
-            comparison=comparison,
-            title=_title(comparison),
-            methods={
-                method: (f"m{place}", colour_of(method))
-                for place, method in enumerate(comparison.methods)
-            },
-            verdict=summary(comparison),
-            warnings=(*told(provenance), *_remarks(comparison)),
-            table=score_table(comparison),
-            plots=drawn,
-            data=script_json(drawn.document) if drawn else "",
-            chart=chart.front_chart(comparison),
-            frame=chart,
-            tables=coefficients.coefficient_tables(order),
-            interval=coefficients,
-            origin=origin(comparison, provenance),
-            scripts=[_script(name) for name in _SCRIPTS[: None if drawn else 2]],
-            styles=_text("report.css"),
-            plot_styles=_text("uplot.css"),
-            licence=_text("uplot.LICENSE"),
-        )
-    )
+    return {
+        "comparison": comparison,
+        "title": _title(comparison),
+        "methods": {
+            method: (f"m{place}", colour_of(method))
+            for place, method in enumerate(comparison.methods)
+        },
+        "verdict": summary(comparison, findings.identifiability),
+        "warnings": (*told(provenance), *_remarks(comparison)),
+        "table": score_table(comparison),
+        "plots": drawn,
+        "data": script_json(drawn.document) if drawn else "",
+        "chart": chart.front_chart(comparison),
+        "frame": chart,
+        "tables": coefficients.coefficient_tables(order),
+        "interval": coefficients,
+        "origin": origin(comparison, provenance),
+        "scripts": [_script(name) for name in _SCRIPTS[: None if drawn else 2]],
+        "styles": _text("report.css"),
+        "plot_styles": _text("uplot.css"),
+        "licence": _text("uplot.LICENSE"),
+    }
 
 
 def _title(comparison: Comparison) -> str:
@@ -134,7 +152,7 @@ def _remarks(comparison: Comparison) -> tuple[str, ...]:
 def _environment() -> Environment:
     from jinja2 import DictLoader, Environment, StrictUndefined
 
-    names = ("report.html.j2", "front.svg.j2", "coefficients.html.j2")
+    names = ("report.html.j2", "front.svg.j2", "coefficients.html.j2", "pictures.html.j2")
     return Environment(
         loader=DictLoader({name: _text(name) for name in names}),
         autoescape=True,

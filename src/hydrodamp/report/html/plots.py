@@ -24,7 +24,7 @@ MOST = 32
 OVERVIEW = 1600
 """Points of a series when the whole log is in view."""
 
-DETAIL_BYTES = 1_500_000
+DETAIL_BYTES = 1_250_000
 """What all series may take at the second zoom."""
 
 WORST_BYTES = 800_000

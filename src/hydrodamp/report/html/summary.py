@@ -8,20 +8,31 @@ import numpy as np
 
 from hydrodamp.basis.axes import AXES
 from hydrodamp.identification.fit import Fit
+from hydrodamp.identification.trust.grades import Grade
+from hydrodamp.identification.trust.identifiability import Identifiability
 from hydrodamp.report.html.coefficient_tables import reach
 from hydrodamp.validation.comparison import Comparison, Row
 
 _NAMED = 8
 """Coefficients that are named; of more, the number by row."""
 
+_MEANING = {
+    Grade.WEAK: "weak, good for sign and order of magnitude at best",
+    Grade.NOT_DETERMINED: "not determined",
+}
+"""What is said of each grade but the best."""
 
-def summary(comparison: Comparison) -> tuple[str, str, str]:
+
+def summary(comparison: Comparison, grades: Identifiability | None = None) -> tuple[str, str, str]:
     """Return the verdict.
 
     Parameters
     ----------
     comparison : Comparison
         What came out.
+    grades : Identifiability, optional
+        Which coefficients of the chosen model the log determines; without them the fit's
+        own rank and intervals say what is not known.
 
     Returns
     -------
@@ -32,7 +43,8 @@ def summary(comparison: Comparison) -> tuple[str, str, str]:
     if all(row.rms is None for row in comparison.rows):
         return _none(comparison)
     choice = comparison.choice()
-    return (f"Take {choice.sentence}", _how_good(comparison, choice.row), _unknown(choice.row.fit))
+    unknown = _unknown(choice.row.fit) if grades is None else _by_grade(grades)
+    return (f"Take {choice.sentence}", _how_good(comparison, choice.row), unknown)
 
 
 def _none(comparison: Comparison) -> tuple[str, str, str]:
@@ -62,6 +74,24 @@ def _how_good(comparison: Comparison, row: Row) -> str:
     if worst != best:
         spread += f" at worst and {shares[best]:.0f} % for {best} at best"
     return f"{words}; its fit is {spread}, where 100 % is exact and 0 % no better than the mean."
+
+
+def _by_grade(found: Identifiability) -> str:
+    """Say what noise and manoeuvres of the log left open."""
+    n, sure = len(found.grades), len(found.labelled(Grade.DETERMINED))
+    if sure == n:
+        return f"The log determined all {n} coefficients of this model."
+    parts = [f"The log determined {sure or 'none'} of its {n} coefficients"]
+    for grade, meaning in _MEANING.items():
+        if labels := list(found.labelled(grade)):
+            verb = "is" if len(labels) == 1 else "are"
+            parts.append(f"{len(labels)} {verb} {meaning}{_listed(labels)}")
+    quiet = [f"{one.axis} {100.0 * one.share:.0f} %" for one in found.axes if not one.excited]
+    if quiet:
+        parts.append(
+            f"axes it does not excite, by the share of the response predicted: {', '.join(quiet)}"
+        )
+    return f"{'; '.join(parts)}."
 
 
 def _unknown(fit: Fit) -> str:

@@ -10,6 +10,8 @@ from typing import Any, cast
 from hydrodamp.loading import load_json
 from hydrodamp.report.document import comparison_document
 from hydrodamp.report.files import read_comparison
+from hydrodamp.report.gallery.findings import Findings
+from hydrodamp.report.gallery.folder import read_findings
 from hydrodamp.report.html.page import page
 from hydrodamp.saving import save_text
 from hydrodamp.validation.comparison import Comparison
@@ -19,7 +21,9 @@ REPORT = "report.html"
 
 
 def write_report(
-    results: Comparison | str | os.PathLike[str], path: str | os.PathLike[str]
+    results: Comparison | str | os.PathLike[str],
+    path: str | os.PathLike[str],
+    findings: Findings | None = None,
 ) -> Path:
     """Write one HTML file that shows a comparison, without any network.
 
@@ -29,6 +33,8 @@ def write_report(
         A comparison, or the folder it was written to. Nothing is fitted again.
     path : str or path
         The file; written whole or not at all.
+    findings : Findings, optional
+        Grades and pictures of the chosen row; by default those in the folder, if any.
 
     Returns
     -------
@@ -44,12 +50,14 @@ def write_report(
     """
     if isinstance(results, Comparison):
         comparison, provenance = results, _provenance(comparison_document(results))
+        found = findings or Findings()
     else:
         comparison = read_comparison(results)
+        found = findings or read_findings(Path(results), comparison)
         provenance = _provenance(
             cast("dict[str, Any]", load_json(Path(results) / "comparison.json"))
         )
-    save_text(page(comparison, provenance), path)
+    save_text(page(comparison, provenance, found), path)
     return Path(path)
 
 

@@ -13,7 +13,7 @@ Commands and log run at 10 Hz. The clock of the log runs on from run to run, wit
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,6 +34,9 @@ from hydrodamp.vehicle.vehicle import Vehicle
 
 TRUTHS = ("sname", "crossflow")
 """The truths to choose from."""
+
+DURATION = 200.0
+"""Length of each run of the campaign [s]."""
 
 PAUSE = 60.0
 """Time from the end of a run to the start of the next [s]."""
@@ -71,8 +74,33 @@ class Campaign:
     note: str
 
 
+def n_samples(duration: float = DURATION) -> int:
+    """Return how many samples a run has.
+
+    Parameters
+    ----------
+    duration : float, optional
+        Length of the run [s].
+
+    Returns
+    -------
+    number : int
+        Both ends included.
+
+    Examples
+    --------
+    >>> n_samples(2.0)
+    21
+    """
+    return round(duration / PERIOD) + 1
+
+
 def reenact(
-    seed: int = 0, truth: str = "sname", duration: float = 200.0, conditions: Conditions = WHITE
+    seed: int = 0,
+    truth: str = "sname",
+    duration: float = DURATION,
+    conditions: Conditions = WHITE,
+    done: Callable[[], None] | None = None,
 ) -> Campaign:
     """Return the logs of the paper's campaign, sailed by a simulated VT 690.
 
@@ -91,6 +119,8 @@ def reenact(
     conditions : Conditions, optional
         Errors of the sensors and pushes on the vehicle; published white noise and no
         pushes by default.
+    done : callable, optional
+        Called after each sample, of all runs at once, for a progress bar.
 
     Returns
     -------
@@ -110,14 +140,15 @@ def reenact(
     >>> campaign.test.command_names
     ('rudder', 'elevator', 'rpm')
     """
-    return reenact_all((seed,), truth, duration, conditions)[0]
+    return reenact_all((seed,), truth, duration, conditions, done)[0]
 
 
 def reenact_all(
     seeds: Sequence[int],
     truth: str = "sname",
-    duration: float = 200.0,
+    duration: float = DURATION,
     conditions: Conditions = WHITE,
+    done: Callable[[], None] | None = None,
 ) -> tuple[Campaign, ...]:
     """Return the campaign of each seed, all vehicles sailing side by side.
 
@@ -127,7 +158,7 @@ def reenact_all(
     ----------
     seeds : sequence of int
         Seeds of the noise, each 0 or more.
-    truth, duration, conditions : optional
+    truth, duration, conditions, done : optional
         As in :func:`reenact`.
 
     Returns
@@ -147,15 +178,16 @@ def reenact_all(
     """
     _check(seeds, truth, duration)
     n_seeds, runs = len(seeds), TRAINING + TESTING
-    vehicle, n_samples = fleet["vt690"], round(duration / PERIOD) + 1
+    vehicle, n = fleet["vt690"], n_samples(duration)
     body = Body.of(vehicle)
     water = _water(truth, body)
     rpm = np.array([run.rpm for run in runs * n_seeds])
     voyage = sail(
         runs * n_seeds,
         Motion(body, water, body.propulsion(rpm)),
-        _together([conditions.draw_errors(seed, len(runs), n_samples) for seed in seeds]),
-        _together([conditions.draw_pushes(seed, len(runs), n_samples) for seed in seeds]),
+        _together([conditions.draw_errors(seed, len(runs), n) for seed in seeds]),
+        _together([conditions.draw_pushes(seed, len(runs), n) for seed in seeds]),
+        done,
     )
     starts = range(0, len(runs) * n_seeds, len(runs))
     return tuple(_campaign(voyage, start, vehicle, water) for start in starts)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -47,7 +47,13 @@ class Voyage:
     pushes: FloatArray
 
 
-def sail(runs: Sequence[Run], motion: Motion, errors: FloatArray, pushes: FloatArray) -> Voyage:
+def sail(
+    runs: Sequence[Run],
+    motion: Motion,
+    errors: FloatArray,
+    pushes: FloatArray,
+    done: Callable[[], None] | None = None,
+) -> Voyage:
     """Return the voyage of every run, one sample each tenth of a second.
 
     They start level and straight, at the speed that their propeller sustains.
@@ -63,6 +69,8 @@ def sail(runs: Sequence[Run], motion: Motion, errors: FloatArray, pushes: FloatA
     pushes : ndarray, shape (n, n_runs, 6)
         Wrench on the vehicle from the outside [N, N m], body frame, held from sample
         to sample.
+    done : callable, optional
+        Called after each sample, for a progress bar.
 
     Returns
     -------
@@ -80,6 +88,8 @@ def sail(runs: Sequence[Run], motion: Motion, errors: FloatArray, pushes: FloatA
         state = pushed.receive(state, commands)
         samples.append((state, pushed.acceleration(state), measured, commands))
         state = pushed.advance(state, commands, PERIOD)
+        if done is not None:
+            done()
     states, accelerations, seen, sent = (np.array(column) for column in zip(*samples, strict=True))
     return Voyage(tuple(runs), time, states, accelerations, seen, sent, pushes)
 

@@ -1,0 +1,246 @@
+"""Going on where an interrupted run stopped: the fits of a folder, if they are of this run."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from hydrodamp.cli.experiment import Key, key_of
+from hydrodamp.errors import FileError, ProblemError
+
+if TYPE_CHECKING:
+    from hydrodamp.cli.run import Task
+    from hydrodamp.identification.fit import Fit
+
+OPTIONS = "options"
+"""Key in the provenance for what was asked for, a line an option."""
+
+_AFRESH = "Leave out `--resume` to start afresh; that replaces what is in the folder."
+
+
+def options_in_words(asked: Mapping[str, str | Iterable[str] | None]) -> str:
+    """Return what was asked for, so that another run can be compared with it.
+
+    Parameters
+    ----------
+    asked : mapping of str to str, iterable of str or None
+        Values of options; several have a line each, and what was not said has none.
+
+    Returns
+    -------
+    words : str
+        A line a value.
+
+    Examples
+    --------
+    >>> options_in_words({"--train": ("0:20", "30:40"), "--mapping": None}).splitlines()
+    ['--train 0:20', '--train 30:40']
+    """
+    return "\n".join(
+        f"{name} {shlex.quote(value)}"
+        for name, given in asked.items()
+        for value in ((given,) if isinstance(given, str) else given or ())
+    )
+
+
+def command_to_resume(command: Iterable[str] | None = None) -> str:
+    """Return the command line that goes on where this one stopped.
+
+    Parameters
+    ----------
+    command : iterable of str, optional
+        What was typed after ``hydrodamp``; that of this process by default.
+
+    Returns
+    -------
+    line : str
+        To be typed in a shell.
+
+    Examples
+    --------
+    >>> command_to_resume(["demo", "--out", "my folder"])
+    "hydrodamp demo --out 'my folder' --resume"
+    """
+    words = list(sys.argv[1:] if command is None else command)
+    return shlex.join(["hydrodamp", *words, *(() if "--resume" in words else ("--resume",))])
+
+
+def check_resume(out: str | None, said: Mapping[str, str]) -> None:
+    """Refuse to go on with what is not there, or was made from something else.
+
+    Parameters
+    ----------
+    out : str or None
+        The folder of ``--out``.
+    said : mapping of str to str
+        ``options``, ``files`` and ``versions`` of this run.
+
+    Raises
+    ------
+    ProblemError
+        If there is no such folder, or saying what differs.
+    FileError
+        If its ``comparison.json`` cannot be read.
+    """
+    if out is None:
+        raise ProblemError(
+            "`--resume` goes on with what an interrupted run left in a folder: name it with "
+            "`--out DIR`."
+        )
+    if not (Path(out) / "comparison.json").is_file():
+        raise ProblemError(
+            f"`--resume`: {out} holds no comparison.json, so there is nothing to go on with. "
+            "Leave out `--resume`, or name the folder of the interrupted run with `--out`."
+        )
+    faults = tuple(_differences(earlier_provenance(out), {**said, "hydrodamp": _version()}))
+    if faults:
+        raise ProblemError(
+            "\n".join((f"`--resume`: what is in {out} is of another run:", *faults, _AFRESH))
+        )
+
+
+def earlier_provenance(out: str) -> dict[str, str]:
+    """Return what a folder of results says of its run.
+
+    Parameters
+    ----------
+    out : str
+        The folder.
+
+    Returns
+    -------
+    words : dict of str to str
+        As in ``comparison.json``.
+
+    Raises
+    ------
+    FileError
+        If there is none, or it is no comparison.
+    """
+    from hydrodamp.loading import load_json
+
+    path = Path(out) / "comparison.json"
+    document = load_json(path)
+    found = document.get("provenance") if isinstance(document, dict) else None
+    if not isinstance(found, dict):
+        raise FileError(f"{path}: is no comparison of hydrodamp: it has no provenance. {_AFRESH}")
+    return {str(key): str(value) for key, value in found.items()}
+
+
+def go_on(out: str, task: Task, said: Mapping[str, str]) -> tuple[Task, dict[str, str]]:
+    """Return a task with the fits that an earlier run has made.
+
+    Parameters
+    ----------
+    out : str
+        The folder, which :func:`check_resume` has passed.
+    task : Task
+        What is asked for.
+    said : mapping of str to str
+        What this run is, for its provenance.
+
+    Returns
+    -------
+    task : Task
+        With the fits of the folder.
+    said : dict of str to str
+        With the warnings of the earlier run, and how many fits are from it.
+    """
+    fits = earlier_fits(out, task)
+    warned = earlier_provenance(out).get("warnings", "")
+    words = {"resumed": f"{len(fits)} of {len(task.keys)} fits are of an earlier run"}
+    return (
+        replace(task, earlier=fits),
+        {**said, **words, **({"warnings": warned} if warned else {})},
+    )
+
+
+def earlier_fits(out: str, task: Task) -> dict[Key, Fit]:
+    """Return the fits of a folder.
+
+    Parameters
+    ----------
+    out : str
+        The folder, which :func:`check_resume` has passed.
+    task : Task
+        What is asked for.
+
+    Returns
+    -------
+    fits : dict of (str, str) to Fit
+        By model and method.
+
+    Raises
+    ------
+    FileError
+        If a file is missing or is not what it should be.
+    ProblemError
+        If a model or a method is not what it was.
+    """
+    from hydrodamp.report.unfinished import finished_fits
+
+    fits = {key_of(fit): fit for fit in finished_fits(out)}
+    models = {model.key: model.restricted_to(task.vehicle.axes) for model in task.models}
+    methods = {method.key: repr(method) for method in task.methods}
+    for (model, method), fit in fits.items():
+        settings = fit.provenance.get("settings")
+        if model not in models or fit.model.terms != models[model].terms:
+            raise ProblemError(f"`--resume`: the model '{model}' in {out} is another. {_AFRESH}")
+        if method not in methods or settings not in (None, methods[method]):
+            raise ProblemError(f"`--resume`: the method '{method}' in {out} is another. {_AFRESH}")
+    return fits
+
+
+def _version() -> str:
+    import hydrodamp
+
+    return hydrodamp.__version__
+
+
+def _differences(then: Mapping[str, str], now: Mapping[str, str]) -> Iterator[str]:
+    """Return what differs, a sentence each."""
+    if OPTIONS not in then:
+        yield "it does not say with what options."
+        return
+    yield from _differing_options(then[OPTIONS], now.get(OPTIONS, ""))
+    yield from _differing_files(then.get("files", ""), now.get("files", ""))
+    for key, what in (("hydrodamp", "hydrodamp"), ("versions", "the environment")):
+        if then.get(key) != now.get(key):
+            yield f"{what} was {then.get(key) or 'unknown'} and is {now.get(key)}."
+
+
+def _differing_options(then: str, now: str) -> Iterator[str]:
+    before, after = _values(then), _values(now)
+    for name in dict.fromkeys((*before, *after)):
+        was, is_now = before.get(name, "not given"), after.get(name, "not given")
+        if was != is_now:
+            yield f"{name} was {was} and is {is_now}."
+
+
+def _values(lines: str) -> dict[str, str]:
+    """Return the values of each option, side by side."""
+    found: dict[str, str] = {}
+    for name, _, value in (line.partition(" ") for line in lines.splitlines()):
+        found[name] = f"{found[name]} {value}" if name in found else value
+    return found
+
+
+def _differing_files(then: str, now: str) -> Iterator[str]:
+    before, after = _digests(then), _digests(now)
+    for path in dict.fromkeys((*before, *after)):
+        if path not in after:
+            yield f"the file {path} was read, and is not now."
+        elif path not in before:
+            yield f"the file {path} is read, and was not."
+        elif before[path] != after[path]:
+            yield f"the file {path} has changed: its SHA-256 is another."
+
+
+def _digests(lines: str) -> dict[str, str]:
+    return {
+        path: digest for digest, _, path in (line.partition("  ") for line in lines.split("\n"))
+    }

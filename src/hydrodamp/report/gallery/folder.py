@@ -1,0 +1,229 @@
+"""Findings as files: grades and pictures, both ways, so that a report is made again."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from hydrodamp.errors import FileError
+from hydrodamp.identification.trust.grades import Grade
+from hydrodamp.identification.trust.identifiability import AxisIdentifiability, Identifiability
+from hydrodamp.loading import load_json
+from hydrodamp.models.model import DampingModel
+from hydrodamp.report.gallery.findings import Findings, chosen_row
+from hydrodamp.report.gallery.picture import Gallery, Picture
+from hydrodamp.saving import as_json, save_together
+from hydrodamp.validation.comparison import Comparison
+
+GRADES = "identifiability.json"
+"""The file with the grades, in a folder of results."""
+
+FIGURES = "figures"
+"""The folder of the pictures, in a folder of results."""
+
+INDEX = "index.json"
+"""The file with their words, among the pictures."""
+
+_GRADES = {grade.word: grade for grade in Grade}
+
+
+def write_findings(findings: Findings, home: Path) -> None:
+    """Write grades and pictures into a folder of results, in place of earlier ones.
+
+    Parameters
+    ----------
+    findings : Findings
+        What to write.
+    home : path
+        The folder; all files are written or none.
+
+    Raises
+    ------
+    FileError
+        If a file cannot be written.
+    """
+    contents = _contents(findings.gallery, home / FIGURES)
+    if findings.identifiability is not None:
+        contents[home / GRADES] = as_json(findings.identifiability.as_dict()).encode("utf-8")
+    save_together(contents, removed=earlier_findings(home), last=home / FIGURES / INDEX)
+
+
+def write_gallery(gallery: Gallery, folder: Path) -> None:
+    """Write pictures and their words into a folder, in place of those of an earlier gallery.
+
+    Parameters
+    ----------
+    gallery : Gallery
+        What to write.
+    folder : path
+        Made if it is not there; other files in it stay.
+
+    Raises
+    ------
+    FileError
+        If the folder cannot be made or a file not be written.
+    """
+    contents, removed = _contents(gallery, folder), earlier_pictures(folder)
+    save_together(contents, removed=removed, last=folder / INDEX)
+
+
+def read_findings(home: Path, comparison: Comparison) -> Findings:
+    """Read what :func:`write_findings` wrote.
+
+    Parameters
+    ----------
+    home : path
+        A folder of results.
+    comparison : Comparison
+        That of the folder; its choice says whose grades they are.
+
+    Returns
+    -------
+    findings : Findings
+        The same; empty where nothing was written.
+
+    Raises
+    ------
+    FileError
+        If a file is not what it should be.
+    """
+    grades, index, row = home / GRADES, home / FIGURES / INDEX, chosen_row(comparison)
+    return Findings(
+        _read_grades(grades, row.fit.model) if row is not None and grades.is_file() else None,
+        _read_gallery(index) if index.is_file() else Gallery(),
+    )
+
+
+def earlier_findings(home: Path) -> list[Path]:
+    """Return what an earlier :func:`write_findings` wrote into a folder.
+
+    Parameters
+    ----------
+    home : path
+        A folder of results, there or not.
+
+    Returns
+    -------
+    paths : list of path
+        Grades, pictures and their index; some may be gone.
+    """
+    return [home / GRADES, *earlier_pictures(home / FIGURES)]
+
+
+def earlier_pictures(folder: Path) -> list[Path]:
+    """Return the pictures that the index of a folder names, and the index.
+
+    Parameters
+    ----------
+    folder : path
+        Of the pictures, there or not.
+
+    Returns
+    -------
+    paths : list of path
+        None without an index: files that someone else put there stay.
+    """
+    try:
+        document: Any = load_json(folder / INDEX)
+        names = [str(entry["file"]) for entry in document["figures"]]
+    except (FileError, KeyError, TypeError):
+        return []
+    return [*(folder / name for name in names if _plain(name)), folder / INDEX]
+
+
+def _contents(gallery: Gallery, folder: Path) -> dict[Path, bytes]:
+    """Return what each file of a gallery holds."""
+    contents = {folder / f"{picture.name}.svg": picture.svg for picture in gallery.pictures}
+    contents[folder / INDEX] = as_json(_index(gallery)).encode("utf-8")
+    return contents
+
+
+def _index(gallery: Gallery) -> dict[str, object]:
+    return {
+        "figures": [
+            {
+                "file": f"{one.name}.svg",
+                "title": one.title,
+                "caption": one.caption,
+                "alt": one.alt,
+                "print_only": one.printed,
+            }
+            for one in gallery.pictures
+        ],
+        "not_drawn": list(gallery.not_drawn),
+    }
+
+
+def _read_gallery(path: Path) -> Gallery:
+    document: Any = load_json(path)
+    try:
+        entries: list[dict[str, Any]] = list(document["figures"])
+        pictures = tuple(_read_picture(entry, path) for entry in entries)
+        not_drawn = tuple(map(str, document["not_drawn"]))
+    except (KeyError, TypeError) as error:
+        raise FileError(f"{path}: is no index of figures of hydrodamp: {error!r}.") from error
+    return Gallery(pictures, not_drawn)
+
+
+def _read_picture(entry: dict[str, Any], index: Path) -> Picture:
+    name = str(entry["file"])
+    if not _plain(name):
+        raise FileError(f"{index}: `file` must name an .svg file beside it, got '{name}'.")
+    path = index.parent / name
+    try:
+        svg = path.read_bytes()
+    except OSError as error:
+        raise FileError(f"{path}: cannot be read: {error.strerror}.") from error
+    picture = Picture(
+        path.stem,
+        str(entry["title"]),
+        str(entry["caption"]),
+        str(entry["alt"]),
+        svg,
+        bool(entry["print_only"]),
+    )
+    if not all(picture.size):
+        raise FileError(f"{path}: has no extent.")
+    return picture
+
+
+def _plain(name: str) -> bool:
+    """Tell whether a name is that of an SVG file in the same folder."""
+    return Path(name).name == name and "\\" not in name and name.endswith(".svg")
+
+
+def _read_grades(path: Path, model: DampingModel) -> Identifiability:
+    document: Any = load_json(path)
+    try:
+        if document["model"] != model.key:
+            raise FileError(
+                f"{path}: has the grades of '{document['model']}', and the comparison chooses "
+                f"'{model.key}': run the command again that wrote the folder."
+            )
+        axes = tuple(_axis(axis, found, document) for axis, found in document["axes"].items())
+        labels = tuple(label for one in axes for label in one.labels)
+    except (KeyError, TypeError, AttributeError, ValueError) as error:
+        raise FileError(f"{path}: has no grades of hydrodamp: {error!r}.") from error
+    if set(labels) != set(model.labels):
+        raise FileError(f"{path}: has grades of other coefficients than fits/ has.")
+    return Identifiability(model, axes)
+
+
+def _axis(axis: str, found: dict[str, Any], document: dict[str, Any]) -> AxisIdentifiability:
+    coefficients: dict[str, dict[str, Any]] = document["coefficients"]
+    own = {k: v for k, v in coefficients.items() if k.partition("_")[0] == axis}
+    return AxisIdentifiability(
+        axis=axis,
+        labels=tuple(own),
+        grades=tuple(_GRADES[one["grade"]] for one in own.values()),
+        inflation=tuple(_infinite(one["vif"]) for one in own.values()),
+        rank=int(found["rank"]),
+        condition=_infinite(found["condition"]),
+        share=float(found["predicted_share"]),
+        excited=bool(found["excited"]),
+        groups=tuple(tuple(map(str, group)) for group in found["groups"]),
+    )
+
+
+def _infinite(value: float | None) -> float:
+    return float("inf") if value is None else float(value)

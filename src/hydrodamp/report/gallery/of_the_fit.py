@@ -1,0 +1,151 @@
+"""Pictures of one fit: what the log determines, what errs together, what is left over."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from hydrodamp.identification.dissipation.operating_box import operating_box
+from hydrodamp.identification.dissipation.power import worst_power
+from hydrodamp.identification.fit import Fit
+from hydrodamp.identification.trust.diagnostics import REJECTED, diagnose
+from hydrodamp.identification.trust.grades import Grade
+from hydrodamp.identification.trust.identifiability import Identifiability
+from hydrodamp.report.figures.correlation import correlation_figure
+from hydrodamp.report.figures.excitation import excitation_figure
+from hydrodamp.report.figures.power import power_figure
+from hydrodamp.report.figures.residuals import residuals_figure
+from hydrodamp.report.gallery.picture import Drawn, Sketch
+from hydrodamp.report.gallery.words import listed
+from hydrodamp.simulation.problem import Problem
+from hydrodamp.simulation.score import RateUnit
+
+_ALIKE = 0.9
+"""Correlation from which two coefficients are said to be known only together."""
+
+
+def sketches_of_fit(
+    problem: Problem, fit: Fit, grades: Identifiability | None, rate_unit: RateUnit
+) -> Iterator[Sketch]:
+    """Return the pictures of a fit.
+
+    Parameters
+    ----------
+    problem : Problem
+        Prepared for its model.
+    fit : Fit
+        With numbers.
+    grades : Identifiability or None
+        Of its model; without it there is no picture of the excitation.
+    rate_unit : {"deg", "rad"}
+        Unit of angular rates.
+
+    Yields
+    ------
+    sketch : Sketch
+        Excitation, correlation, residuals, power.
+    """
+    if grades is not None:
+        known = grades
+        yield Sketch("excitation", "Excitation by axis", lambda: _excitation(known))
+    yield Sketch("correlation", "Correlation of coefficients", lambda: _correlation(fit))
+    yield Sketch("residuals", "Residuals", lambda: _residuals(problem, fit))
+    yield Sketch("power", "Power over the operating box", lambda: _power(problem, fit, rate_unit))
+
+
+def _excitation(found: Identifiability) -> Drawn:
+    quiet = [one.axis for one in found.axes if not one.excited]
+    said = (
+        f"The log does not excite {listed(quiet)}: no coefficient there is to be read."
+        if quiet
+        else "The log excites every axis with coefficients."
+    )
+    bars = "; ".join(
+        f"{one.axis} {100.0 * one.share:.0f} %, "
+        + ", ".join(f"{one.count(grade)} {grade.word}" for grade in Grade)
+        for one in found.axes
+    )
+    return Drawn(
+        excitation_figure(found),
+        f"{said} Left, how much of the response is predicted on stretches held out (dashed: the "
+        f"least that counts); right, how well each coefficient of {found.model.key} is determined.",
+        f"Bars by axis, the predicted share of the response and coefficients by grade: {bars}.",
+    )
+
+
+def _correlation(fit: Fit) -> Drawn:
+    figure = correlation_figure(fit)
+    pairs, worst = _tied(fit)
+    one = pairs == 1
+    said = (
+        f"{pairs} pair{'' if one else 's'} of coefficients err{'s' if one else ''} together beyond "
+        f"{_ALIKE:g} and {'is' if one else 'are'} known better together than apart."
+        if pairs
+        else f"No pair of coefficients errs together beyond {_ALIKE:g}."
+    )
+    return Drawn(
+        figure,
+        f"{said} A dark square off the diagonal is such a pair.",
+        f"Square of the correlations of {fit.model.n_coefficients} coefficients of "
+        f"{fit.model.key} by {fit.method}, axes divided by lines{worst}.",
+    )
+
+
+def _tied(fit: Fit) -> tuple[int, str]:
+    """Return how many pairs err together, and the one that does most."""
+    covariance = fit.damping.covariance
+    if covariance is None or fit.model.n_coefficients < 2:
+        return 0, ""
+    spread = np.sqrt(np.clip(np.diag(covariance), 0.0, None))
+    known = np.where(spread > 0.0, spread, np.inf)
+    upper = np.triu(np.clip(covariance / np.outer(known, known), -1.0, 1.0), 1)
+    i, j = np.unravel_index(np.argmax(np.abs(upper)), upper.shape)
+    labels = fit.model.labels
+    most = f"; the largest is {upper[i, j]:+.2f}, of {labels[i]} with {labels[j]}"
+    return int(np.count_nonzero(np.abs(upper) >= _ALIKE)), most
+
+
+def _residuals(problem: Problem, fit: Fit) -> Drawn:
+    figure = residuals_figure(problem, [fit])
+    axes = diagnose(problem, fit.model, fit.damping).axes
+    coloured = [
+        one.axis for one in axes if one.whiteness.p is not None and one.whiteness.p < REJECTED
+    ]
+    said = (
+        f"On {listed(coloured)} neighbours err alike: the model lacks something there, and "
+        "intervals made for white residuals would be too narrow."
+        if coloured
+        else "On no axis do neighbours err alike more than white residuals would."
+    )
+    sizes = ", ".join(f"{one.axis} {one.rms:.3g} {_unit(one.axis)}" for one in axes)
+    return Drawn(
+        figure,
+        f"{said} White residuals would stay in the grey band; a peak in the spectrum (right) is "
+        "motion that the model does not follow.",
+        f"Autocorrelation and power spectrum of what {fit.model.key} by {fit.method} leaves over, "
+        f"a row an axis; root mean squares are {sizes}.",
+    )
+
+
+def _power(problem: Problem, fit: Fit, rate_unit: RateUnit) -> Drawn:
+    box = operating_box(problem)
+    figure = power_figure([fit], box, rate_unit)
+    worst = worst_power(fit.damping, box)
+    said = (
+        f"Somewhere in the box the damping drives the vehicle, by up to {worst.power:.3g} W, "
+        "which water cannot: a simulation may run away there."
+        if worst.power > 0.0
+        else "Everywhere in the box that was searched the damping takes power, as water does."
+    )
+    return Drawn(
+        figure,
+        f"{said} The box is that of the estimation data, a quarter wider; above zero (shaded) "
+        "power goes into the motion.",
+        f"Power of {fit.model.key} by {fit.method} over each velocity, the middle as a line and "
+        f"its range as a band; the box is {box}; the greatest power found is {worst.power:.3g} W.",
+    )
+
+
+def _unit(axis: str) -> str:
+    return "N" if axis in "XYZ" else "N m"

@@ -1,0 +1,149 @@
+"""A picture as it stands in a report and in a folder."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from hydrodamp.errors import FileError, HydrodampError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_HEAD = 2000
+"""Bytes of a file in which the element ``svg`` begins."""
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A drawing and its words.
+
+    Attributes
+    ----------
+    name : str
+        Of its file, without the ending.
+    title, caption, alt : str
+        What it is, what to see in it, and what it shows to those who cannot see it.
+    svg : bytes
+        The drawing.
+    printed : bool
+        Whether it is for print alone, since a report has the same to zoom or to sort.
+    """
+
+    name: str
+    title: str
+    caption: str
+    alt: str
+    svg: bytes
+    printed: bool = False
+
+    @property
+    def size(self) -> tuple[float, float]:
+        """Width and height [pt].
+
+        Raises
+        ------
+        FileError
+            If the drawing is no SVG with a size.
+        """
+        head = self.svg[:_HEAD]
+        width = re.search(rb'<svg\b[^>]*?\swidth="([\d.]+)pt"', head)
+        height = re.search(rb'<svg\b[^>]*?\sheight="([\d.]+)pt"', head)
+        if not width or not height:
+            raise FileError(
+                f"{self.name}.svg: must begin as an SVG of hydrodamp does, with a size in pt: "
+                "make it again by the command that wrote the folder."
+            )
+        return float(width[1]), float(height[1])
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """A figure with its words.
+
+    Attributes
+    ----------
+    figure : Figure
+        Of matplotlib.
+    caption, alt : str
+        As of a picture.
+    """
+
+    figure: Figure
+    caption: str
+    alt: str
+
+
+@dataclass(frozen=True)
+class Sketch:
+    """A picture still to be drawn.
+
+    Attributes
+    ----------
+    name, title : str
+        As of a picture.
+    draw : callable
+        Returns the figure and its words, or raises HydrodampError where it cannot be.
+    printed : bool
+        As of a picture.
+    """
+
+    name: str
+    title: str
+    draw: Callable[[], Drawn]
+    printed: bool = False
+
+
+@dataclass(frozen=True)
+class Gallery:
+    """The pictures of a run.
+
+    Attributes
+    ----------
+    pictures : tuple of Picture
+        In the order in which they are looked at.
+    not_drawn : tuple of str
+        A sentence for each that could not be drawn.
+    """
+
+    pictures: tuple[Picture, ...] = ()
+    not_drawn: tuple[str, ...] = ()
+
+
+def painted(sketches: list[Sketch], done: Callable[[], None] | None = None) -> Gallery:
+    """Draw sketches.
+
+    Parameters
+    ----------
+    sketches : list of Sketch
+        What to draw.
+    done : callable, optional
+        Called after each, for a progress bar.
+
+    Returns
+    -------
+    gallery : Gallery
+        What could be drawn; of the others, why not.
+    """
+    from hydrodamp.report.figures.files import figure_bytes
+
+    pictures: list[Picture] = []
+    not_drawn: list[str] = []
+    for sketch in sketches:
+        try:
+            drawn = sketch.draw()
+        except HydrodampError as error:
+            not_drawn.append(f"{sketch.title}: {_sentence(error)}")
+        else:
+            svg = figure_bytes(drawn.figure, "svg")
+            words = sketch.title, drawn.caption, drawn.alt
+            pictures.append(Picture(sketch.name, *words, svg, sketch.printed))
+        if done is not None:
+            done()
+    return Gallery(tuple(pictures), tuple(not_drawn))
+
+
+def _sentence(error: HydrodampError) -> str:
+    return f"{str(error).rstrip('.')}."

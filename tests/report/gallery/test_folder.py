@@ -1,0 +1,131 @@
+"""Findings and the report they make: written, read, made again."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.report.files import is_result
+from hydrodamp.report.gallery.findings import Findings
+from hydrodamp.report.gallery.folder import (
+    earlier_findings,
+    read_findings,
+    write_findings,
+    write_gallery,
+)
+from hydrodamp.report.gallery.picture import Gallery
+from hydrodamp.report.html.summary import summary
+from hydrodamp.report.remarks import remarks
+
+
+@pytest.fixture
+def home(examined, tmp_path) -> Path:
+    """A folder of results with findings."""
+    hd.write_comparison(examined.table, tmp_path)
+    write_findings(examined.findings, tmp_path)
+    return tmp_path
+
+
+def test_findings_read_back_as_they_were(examined, home):
+    table = hd.read_comparison(home)
+    found = read_findings(home, table)
+    assert found.gallery == examined.findings.gallery
+    assert found.identifiability == examined.findings.identifiability
+    grades = examined.findings.identifiability
+    assert summary(table, found.identifiability) == summary(examined.table, grades)
+    assert remarks(table) == remarks(examined.table)
+    for row, before in zip(table.rows, examined.table.rows, strict=True):
+        assert str(row.fit.uncertainty) == str(before.fit.uncertainty)
+        assert row.fit.sentences == before.fit.sentences
+
+
+def test_the_report_made_again_is_the_same_file(examined, home):
+    first = hd.write_report(examined.table, home / "first.html", examined.findings)
+    again = hd.write_report(home, home / "again.html")
+    assert first.read_bytes() == again.read_bytes()
+    text = again.read_text("utf-8")
+    shown = [one for one in examined.findings.gallery.pictures if not one.printed]
+    assert text.count("data:image/svg+xml;base64,") == len(shown)
+    assert "The log determined " in text
+
+
+def test_without_findings_a_folder_makes_a_report_as_before(examined, tmp_path):
+    hd.write_comparison(examined.table, tmp_path)
+    assert read_findings(tmp_path, examined.table) == Findings()
+    text = hd.write_report(tmp_path, tmp_path / "report.html").read_text("utf-8")
+    assert "<img" not in text
+    assert "What the log tells" not in text
+
+
+def test_stale_pictures_go_and_those_of_others_stay(examined, home):
+    (home / "figures" / "mine.svg").write_text("<svg/>", "utf-8")
+    (home / "report.html").write_text("old", "utf-8")
+    fewer = Gallery(examined.findings.gallery.pictures[:1], ("Power: no.",))
+    write_findings(Findings(None, fewer), home)
+    names = sorted(path.name for path in (home / "figures").iterdir())
+    assert names == ["excitation.svg", "index.json", "mine.svg"]
+    assert not (home / "identifiability.json").exists()
+    hd.write_comparison(examined.table, home)
+    assert [path.name for path in (home / "figures").iterdir()] == ["mine.svg"]
+    assert not (home / "report.html").exists()
+
+
+def test_the_files_are_results_and_no_input_may_be_among_them(home):
+    assert is_result(home / "identifiability.json", home)
+    assert is_result(home / "figures" / "power.svg", home)
+    assert not is_result(home / "figures" / "power.csv", home)
+
+
+def test_the_grades_are_strict_json_in_words(home):
+    document = json.loads((home / "identifiability.json").read_text("utf-8"))
+    assert set(document) == {"model", "axes", "coefficients"}
+    assert set(document["axes"]) == set("XYZKMN")
+    words = {one["grade"] for one in document["coefficients"].values()}
+    assert words <= {"determined", "weak", "not determined"}
+
+
+@pytest.mark.parametrize(
+    ("path", "old", "new", "words"),
+    [
+        ("figures/index.json", '"excitation.svg"', '"../excitation.svg"', "must name an .svg"),
+        ("figures/index.json", '"excitation.svg"', '"/etc/passwd"', "must name an .svg"),
+        ("figures/index.json", '"excitation.svg"', '"gone.svg"', "cannot be read"),
+        ("figures/index.json", '"alt"', '"other"', "is no index of figures"),
+        ("figures/index.json", '"figures"', '"other"', "is no index of figures"),
+        ("figures/excitation.svg", "<svg", "<html", "must begin as an SVG"),
+        ("identifiability.json", '"grade": "determined"', '"grade": "sure"', "has no grades"),
+        ("identifiability.json", '"axes"', '"other"', "has no grades"),
+        ("identifiability.json", '"X_u"', '"X_uu"', "of other coefficients"),
+        ("identifiability.json", '"model": "', '"model": "not-', "run the command again"),
+    ],
+)
+def test_spoilt_files_are_refused(home, path, old, new, words):
+    text = (home / path).read_text("utf-8")
+    assert old in text
+    (home / path).write_text(text.replace(old, new), "utf-8")
+    with pytest.raises(hd.FileError, match=words):
+        read_findings(home, hd.read_comparison(home))
+
+
+def test_an_index_that_names_files_elsewhere_removes_none_of_them(home):
+    (home / "precious.svg").write_text("<svg/>", "utf-8")
+    index = home / "figures" / "index.json"
+    index.write_text('{"figures": [{"file": "../precious.svg"}, {"file": "a.svg"}]}', "utf-8")
+    named = earlier_findings(home)
+    assert home / "figures" / "a.svg" in named
+    assert not any(path.resolve() == (home / "precious.svg").resolve() for path in named)
+    index.write_text("[]", "utf-8")
+    assert earlier_findings(home) == [home / "identifiability.json"]
+
+
+def test_a_gallery_stands_alone_beside_a_damping_file(examined, tmp_path):
+    write_gallery(examined.findings.gallery, tmp_path / "damping.figures")
+    write_gallery(replace(examined.findings.gallery, pictures=()), tmp_path / "damping.figures")
+    assert [path.name for path in (tmp_path / "damping.figures").iterdir()] == ["index.json"]
+    (tmp_path / "file").write_text("", "utf-8")
+    with pytest.raises(hd.FileError, match="cannot be"):
+        write_gallery(Gallery(), tmp_path / "file")

@@ -1,0 +1,123 @@
+"""The report in a browser: sorted, zoomed and turned dark by mouse and by key.
+
+Needs ``pip install playwright`` and a Chromium of the system.
+"""
+
+from __future__ import annotations
+
+import shutil
+from dataclasses import dataclass, field, replace
+
+import pytest
+
+from hydrodamp.data.log import Segment
+from hydrodamp.report.html.write import write_report
+
+sync_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium on the path")
+
+HOSTILE = "<script>window.stolen = 1</script>"
+
+
+@dataclass
+class Open:
+    """A report that is open, and what the browser had to say of it."""
+
+    page: object
+    complaints: list[str] = field(default_factory=list)
+    requests: list[str] = field(default_factory=list)
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with sync_api.sync_playwright() as playwright:
+        started = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        yield started
+        started.close()
+
+
+@pytest.fixture
+def report(browser, make_log, make_comparison, tmp_path):
+    """An hour at 10 Hz, three models by two methods, segments and a file with hostile names."""
+    log = make_log(3600.0, 10.0)
+    first, second = log.segments
+    hostile = Segment(HOSTILE, first.start, first.stop)
+    log = replace(log, segments=(hostile, second), source=f"{HOSTILE}.csv")
+    comparison = make_comparison(log, ("linear", "prestero", "fossen"), ("weak", "recommended"))
+    path = write_report(comparison, tmp_path / "report.html")
+    assert path.stat().st_size < 5_000_000
+    context = browser.new_context(viewport={"width": 1280, "height": 900}, color_scheme="light")
+    found = Open(context.new_page())
+    found.page.on("console", lambda said: found.complaints.append(said.text))
+    found.page.on("pageerror", lambda error: found.complaints.append(str(error)))
+    found.page.on("request", lambda sent: found.requests.append(sent.url))
+    found.page.goto(path.as_uri())
+    yield found
+    outside = [url for url in found.requests if not url.startswith(("file:", "data:"))]
+    assert not found.complaints
+    assert not outside
+    context.close()
+
+
+def column(page, place):
+    """Return the words of a column of the table of scores, top to bottom."""
+    cells = page.locator(f"#score-table tbody tr > :nth-child({place})")
+    return [text.strip() for text in cells.all_inner_texts()]
+
+
+def test_a_head_sorts_by_its_column_and_back(report):
+    head = report.page.locator("#score-table thead button", has_text="n").first
+    head.click()
+    up = [int(text) for text in column(report.page, 3)]
+    assert up == sorted(up)
+    assert len(set(up)) > 1
+    head.press("Enter")
+    assert [int(text) for text in column(report.page, 3)] == up[::-1]
+
+
+def test_dragging_zooms_all_plots_and_the_button_goes_back(report):
+    page = report.page
+    view, plots = page.locator("#view"), page.locator("#plots .u-over")
+    whole = view.inner_text()
+    first = plots.first
+    first.scroll_into_view_if_needed()
+    box = first.bounding_box()
+    page.mouse.move(box["x"] + 0.3 * box["width"], box["y"] + 20)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 0.5 * box["width"], box["y"] + 25, steps=5)
+    page.mouse.up()
+    assert view.inner_text() != whole
+    page.get_by_role("button", name="Whole log").click()
+    assert view.inner_text() == whole
+
+
+def test_keys_move_the_view(report):
+    page = report.page
+    whole = page.locator("#view").inner_text()
+    page.locator("#plots").focus()
+    page.keyboard.press("+")
+    near = page.locator("#view").inner_text()
+    page.keyboard.press("ArrowRight")
+    assert len({whole, near, page.locator("#view").inner_text()}) == 3
+    page.keyboard.press("0")
+    assert page.locator("#view").inner_text() == whole
+
+
+def test_the_button_turns_the_page_dark(report):
+    page = report.page
+
+    def lightness():
+        colour = page.evaluate("getComputedStyle(document.body).backgroundColor")
+        return sum(int(part) for part in colour.strip("rgb()").split(",")[:3])
+
+    before = lightness()
+    page.locator("#theme").click()
+    assert lightness() < 200 < before
+    assert page.locator("#theme").get_attribute("aria-pressed") == "true"
+
+
+def test_names_from_a_file_stay_text(report):
+    page = report.page
+    assert page.evaluate("window.stolen === undefined")
+    assert HOSTILE in page.locator("body").inner_text()

@@ -1,0 +1,148 @@
+"""Pictures in the page: as images with words, whatever their files hold, and never too large."""
+
+from __future__ import annotations
+
+import base64
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.identification.trust.grades import Grade
+from hydrodamp.identification.trust.identifiability import AxisIdentifiability, Identifiability
+from hydrodamp.models.catalog import PAPER_MODELS
+from hydrodamp.report.gallery.findings import Findings
+from hydrodamp.report.gallery.picture import Gallery, Picture
+from hydrodamp.report.html.page import page
+from hydrodamp.report.html.pictures import hung
+from hydrodamp.report.html.summary import summary
+
+HOSTILE = "</script><script>alert('1')</script><img src=x onerror=\"alert(2)\">&amp;"
+SVG = b'<svg width="252pt" height="180pt" onload="alert(1)"><script>alert(1)</script></svg>'
+PLAIN = Picture("power", "Power", "Takes power.", "A line.", SVG)
+
+
+def graded(grades: str, *, excited: bool = True) -> Identifiability:
+    """Return grades of 'linear': a letter d, w or n for each coefficient of every axis."""
+    words = {"d": Grade.DETERMINED, "w": Grade.WEAK, "n": Grade.NOT_DETERMINED}
+    model = hd.catalog["linear"]
+    axes = []
+    for k, axis in enumerate("XYZKMN"):
+        labels = model.labels[6 * k : 6 * k + 6]
+        sure = tuple(words[letter] for letter in grades)
+        share = 0.9 if excited or axis != "K" else 0.1
+        axes.append(
+            AxisIdentifiability(axis, labels, sure, (1.0,) * 6, 6, 3.0, share, share > 0.25, ())
+        )
+    return Identifiability(model, tuple(axes))
+
+
+def test_a_picture_is_an_image_with_words_and_a_size(comparison, take_apart):
+    findings = Findings(gallery=Gallery((PLAIN,)))
+    found = take_apart(page(comparison, {}, findings))
+    image = found.one("img")
+    assert image.attributes["alt"] == "A line."
+    assert (image.attributes["width"], image.attributes["height"]) == ("336", "240")
+    kind, _, content = image.attributes["src"].partition(",")
+    assert kind == "data:image/svg+xml;base64"
+    assert base64.b64decode(content) == SVG
+    assert "figure" in image.inside
+    (caption,) = [e for e in found.all("figcaption") if "Takes power." in e.text]
+    assert caption.text.startswith("Power.")
+    assert found.one("section", id="pictures")
+    assert found.all("a", href="#pictures")
+
+
+def test_the_policy_lets_images_in_and_nothing_of_theirs_run(comparison, take_apart):
+    bare, hung_up = (
+        take_apart(page(comparison, {}, Findings(gallery=gallery)))
+        for gallery in (Gallery(), Gallery((PLAIN,)))
+    )
+    assert len(bare.all("script")) == len(hung_up.all("script"))
+    assert not hung_up.all("svg", onload="alert(1)")
+    (policy,) = (
+        m.attributes["content"] for m in hung_up.all("meta") if "http-equiv" in m.attributes
+    )
+    assert "img-src data:" in policy
+    assert "object-src" not in policy
+    assert "default-src 'none'" in policy
+
+
+def test_hostile_words_stay_text(comparison, take_apart):
+    picture = replace(PLAIN, title=HOSTILE, caption=HOSTILE, alt=HOSTILE)
+    gallery = Gallery((picture,), (HOSTILE,))
+    text = page(comparison, {}, Findings(gallery=gallery))
+    found = take_apart(text)
+    assert found.one("img").attributes["alt"] == HOSTILE
+    assert len(found.all("img")) == 1
+    assert not any(name.startswith("on") for e in found.elements for name in e.attributes)
+    assert HOSTILE in found.one("section", id="pictures").text
+    assert "alert('1')</script>" not in text
+
+
+def test_pictures_for_which_there_is_no_room_are_named():
+    large = replace(PLAIN, name="large", title="Large", svg=SVG + b" " * 3000)
+    printed = replace(PLAIN, name="front", printed=True)
+    wall = hung(Findings(gallery=Gallery((large, PLAIN, printed), ("Other: no.",))), 2000)
+    assert [one.picture.name for one in wall.framed] == ["power"]
+    assert wall.not_drawn == (
+        "Other: no.",
+        "Large: too large for this page; see large.svg in the folder of figures.",
+    )
+    assert wall.printed == ("front.svg",)
+    assert hung(Findings(), 2000) is None
+
+
+def test_grades_stand_as_a_table(comparison, take_apart):
+    found = take_apart(page(comparison, {}, Findings(graded("ddwwnn", excited=False))))
+    section = found.one("section", id="pictures")
+    assert "Coefficients of linear by how well the log determines them" in section.text
+    wall = hung(Findings(graded("ddwwnn", excited=False)), 0)
+    assert wall.grades[0] == ("X", "6 of 6", "90 %", "yes", "2", "2", "2")
+    assert wall.grades[3] == ("K", "6 of 6", "10 %", "no", "2", "2", "2")
+    assert not found.all("img")
+
+
+@pytest.mark.parametrize(
+    ("grades", "excited", "sentence"),
+    [
+        ("dddddd", True, "The log determined all 36 coefficients of this model."),
+        (
+            "dddddw",
+            True,
+            "The log determined 30 of its 36 coefficients; 6 are weak, good for sign and order "
+            "of magnitude at best (X_r, Y_r, Z_r, K_r, M_r, N_r).",
+        ),
+        (
+            "nnnnnn",
+            False,
+            "The log determined none of its 36 coefficients; 36 are not determined (X 6, Y 6, "
+            "Z 6, K 6, M 6, N 6); axes it does not excite, by the share of the response "
+            "predicted: K 10 %.",
+        ),
+    ],
+)
+def test_the_third_sentence_rests_on_the_grades(comparison, grades, excited, sentence):
+    found = graded(grades, excited=excited)
+    assert summary(comparison, found)[2] == sentence
+    assert summary(comparison)[2] != sentence
+
+
+def test_an_hour_at_ten_hertz_with_pictures_is_small(make_log, make_comparison):
+    """As noisy as a log can be, so that no line is simpler than its bins."""
+    pytest.importorskip("matplotlib")
+    from hydrodamp.report.gallery.of_the_data import sketches_of_data
+    from hydrodamp.report.gallery.picture import painted
+
+    log = make_log(3600.0, 10.0)
+    rng = np.random.default_rng(7)
+    noisy = replace(log, wrench=rng.standard_normal((log.n, 6)))
+    data = painted(list(sketches_of_data(noisy, "deg")))
+    assert all(len(one.svg) < 400_000 for one in data.pictures)
+    many = tuple(replace(one, name=f"p{k}") for k in range(8) for one in data.pictures)
+    table = make_comparison(log, PAPER_MODELS, ("ls", "ai", "ai-scaled", "recommended"))
+    text = page(table, {}, Findings(gallery=Gallery(many)))
+    assert len(text.encode()) < 5_000_000
+    assert text.count("data:image/svg+xml") >= 4
+    assert "too large for this page" in text
