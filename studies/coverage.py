@@ -56,6 +56,7 @@ from hydrodamp import (
 from hydrodamp.arrays import BoolArray, FloatArray
 from hydrodamp.identification.fit import Method
 from hydrodamp.identification.recommended import Recommended
+from hydrodamp.identification.replays.output_error import OutputError
 from hydrodamp.identification.trust.grades import Grade
 from hydrodamp.identification.trust.identifiability import identifiability
 from hydrodamp.identification.uncertainty.intervals import Uncertainty
@@ -150,7 +151,7 @@ def without_errors(method: Method) -> Method:
     """Return the same estimator without the searches for its standard errors."""
     if isinstance(method, Recommended):
         return replace(method, search=replace(method.search, parts=0))
-    return method
+    return replace(method, parts=0) if isinstance(method, OutputError) else method
 
 
 def _numbers(fit: Fit) -> FloatArray:

@@ -61,4 +61,6 @@ class Recommended:
             what it started from.
         """
         starts = [start.identify(problem, model) for start in self.starts]
-        return replace(self.search.refined(problem, *starts), method=self.key)
+        fit = self.search.refined(problem, *starts)
+        provenance = {**fit.provenance, "settings": repr(self)}
+        return replace(fit, method=self.key, provenance=provenance)

@@ -64,6 +64,9 @@ class LeftOut:
 def left_out(search: Search, place: Place, n_parts: int) -> LeftOut | None:
     """Search again without one part of the log after another.
 
+    Every part is replayed from a first state of its own, whatever is beside it, so that all
+    searches ask for the same and only the parts differ.
+
     Parameters
     ----------
     search : Search
