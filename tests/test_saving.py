@@ -135,6 +135,74 @@ def test_files_are_saved_together_and_others_removed(tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.rglob("*")) == ["a.txt", "b.txt", "deep"]
 
 
+def failing_at(patch: pytest.MonkeyPatch, name: str, at: int) -> None:
+    """Let the n-th call of a method of paths fail, as where another program holds the file."""
+    method, calls = getattr(Path, name), []
+
+    def fail(path: Path, *given: object, **more: object) -> object:
+        calls.append(path)
+        if len(calls) == at:
+            raise PermissionError(13, "Permission denied", str(path))
+        return method(path, *given, **more)
+
+    patch.setattr(Path, name, fail)
+
+
+@pytest.mark.parametrize(
+    ("name", "at", "said"),
+    [
+        ("write_bytes", 2, "new/b.txt"),
+        ("rename", 1, "all.json"),  # what says that the others are there goes first
+        ("rename", 2, "a.txt"),
+        ("rename", 3, "old.txt"),
+        ("replace", 1, "a.txt"),
+        ("replace", 2, "new/b.txt"),
+        ("replace", 3, "all.json"),
+    ],
+)
+def test_a_failure_at_any_step_leaves_all_as_it_was_and_names_the_file(
+    name: str, at: int, said: str, tmp_path: Path
+) -> None:
+    before = {tmp_path / each: each.encode() for each in ("a.txt", "all.json", "old.txt")}
+    for path, content in before.items():
+        path.write_bytes(content)
+    contents = {tmp_path / each: b"after" for each in ("a.txt", "new/b.txt", "all.json")}
+    with pytest.MonkeyPatch.context() as patch:
+        failing_at(patch, name, at)
+        with pytest.raises(FileError) as caught:
+            save_together(contents, [tmp_path / "old.txt"], last=tmp_path / "all.json")
+    assert str(caught.value).startswith(f"{tmp_path / said}: cannot be written: Permission denied")
+    assert "close it in other programs" in str(caught.value)
+    assert {path: path.read_bytes() for path in tmp_path.rglob("*")} == before
+
+
+def test_a_folder_in_the_place_of_a_file_is_refused_and_stays(tmp_path: Path) -> None:
+    (tmp_path / "b.txt").mkdir()
+    with pytest.raises(FileError, match=r"b\.txt: cannot be written"):
+        save_together({tmp_path / "a.txt": b"a", tmp_path / "b.txt": b"b"})
+    assert [path.name for path in tmp_path.rglob("*")] == ["b.txt"]
+
+
+def test_cleaning_up_goes_on_where_one_file_cannot_be_removed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    contents = {tmp_path / each: b"after" for each in ("a.txt", "b.txt", "c.txt")}
+    failing_at(monkeypatch, "replace", 1)
+    failing_at(monkeypatch, "unlink", 1)
+    with pytest.raises(FileError, match=r"a\.txt"):
+        save_together(contents)
+    assert len([*tmp_path.iterdir()]) == 1
+
+
+def test_a_handler_that_is_not_of_python_is_left_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(signal, "getsignal", lambda _: None)
+    monkeypatch.setattr(signal, "signal", lambda *_: pytest.fail("it cannot be put back"))
+    save_together({tmp_path / "a.txt": b"a"})
+    assert (tmp_path / "a.txt").read_bytes() == b"a"
+
+
 @pytest.mark.parametrize("error", [KeyboardInterrupt(), OSError(28, "No space left on device")])
 def test_what_interrupts_saving_together_leaves_all_as_it_was(
     error: BaseException, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

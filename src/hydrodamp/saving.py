@@ -42,7 +42,7 @@ def replacing(path: str | os.PathLike[str], *, binary: bool = False) -> Iterator
     hydrodamp.errors.FileError: nowhere/a.txt: cannot be written: ...
     """
     target = Path(path)
-    temporary = target.parent / f".hydrodamp-{os.urandom(8).hex()}"
+    temporary = _beside(target)
     try:
         with (
             temporary.open("xb") if binary else temporary.open("x", encoding="utf-8", newline="")
@@ -146,7 +146,7 @@ def save_bytes(content: bytes, path: str | os.PathLike[str]) -> None:
 def save_together(
     contents: Mapping[Path, bytes], removed: Iterable[Path] = (), *, last: Path | None = None
 ) -> None:
-    """Write several files as one step: all of them, or none if anything interrupts.
+    """Write several files as one step: all of them, or none if anything interrupts or fails.
 
     Parameters
     ----------
@@ -160,29 +160,44 @@ def save_together(
     Raises
     ------
     FileError
-        If a folder cannot be made, or a file not be written.
+        If a folder cannot be made, or a file not be written or replaced; then all that was
+        there is there still.
     """
     folders = dict.fromkeys(path.parent for path in contents)
     missing = sorted({each for folder in folders for each in _missing(folder)}, reverse=True)
-    temporary = {path: path.parent / f".hydrodamp-{os.urandom(8).hex()}" for path in contents}
+    temporary = {path: _beside(path) for path in contents}
     try:
         _make(folders)
         for path, content in contents.items():
-            temporary[path].write_bytes(content)
+            with _naming(path):
+                temporary[path].write_bytes(content)
         with _undisturbed():
             _swap(temporary, removed, last)
         missing = []
+    finally:
+        for path in temporary.values():
+            with suppress(OSError):
+                path.unlink(missing_ok=True)
+        for folder in missing:
+            with suppress(OSError):
+                folder.rmdir()
+
+
+def _beside(path: Path) -> Path:
+    """Return a new name in the folder of a file."""
+    return path.parent / f".hydrodamp-{os.urandom(8).hex()}"
+
+
+@contextmanager
+def _naming(path: Path) -> Iterator[None]:
+    """Say of a failure which file was meant, not by what name it was written."""
+    try:
+        yield
     except OSError as error:
         raise FileError(
-            f"{error.filename}: cannot be written: {error.strerror or error}."
+            f"{path}: cannot be written: {error.strerror or error}. Make room, close it in other "
+            "programs, or give another folder."
         ) from error
-    finally:
-        with suppress(OSError):
-            for path in temporary.values():
-                path.unlink(missing_ok=True)
-        with suppress(OSError):
-            for folder in missing:
-                folder.rmdir()
 
 
 def _make(folders: Iterable[Path]) -> None:
@@ -199,12 +214,33 @@ def _missing(folder: Path) -> list[Path]:
 
 
 def _swap(temporary: Mapping[Path, Path], removed: Iterable[Path], last: Path | None) -> None:
-    if last is not None:
-        last.unlink(missing_ok=True)
-    for path in removed:
-        path.unlink(missing_ok=True)
-    for path in sorted(temporary, key=lambda each: each == last):
-        temporary[path].replace(path)
+    """Set aside what is there, then put the new in place; undo all where anything fails."""
+    aside: dict[Path, Path] = {}
+    placed: list[Path] = []
+    try:
+        for path in sorted(dict.fromkeys((*temporary, *removed)), key=lambda each: each != last):
+            if path.is_symlink() or path.is_file():
+                with _naming(path):
+                    aside[path] = path.rename(_beside(path))
+        for path in sorted(temporary, key=lambda each: each == last):
+            with _naming(path):
+                temporary[path].replace(path)
+            placed.append(path)
+    except BaseException:
+        _put_back(aside, placed)
+        raise
+    for backup in aside.values():
+        with suppress(OSError):
+            backup.unlink()
+
+
+def _put_back(aside: dict[Path, Path], placed: Iterable[Path]) -> None:
+    for path in placed:
+        with suppress(OSError):
+            path.unlink()
+    for path, backup in reversed(aside.items()):  # what says that the others are there comes last
+        with suppress(OSError):
+            backup.replace(path)
 
 
 @contextmanager
@@ -213,17 +249,18 @@ def _undisturbed() -> Iterator[None]:
     import signal
     import threading
 
-    if threading.current_thread() is not threading.main_thread():
-        yield
+    before = signal.getsignal(signal.SIGINT)
+    if before is None or threading.current_thread() is not threading.main_thread():
+        yield  # a handler that is not Python's could not be put back
         return
     came: list[int] = []
-    before = signal.signal(signal.SIGINT, lambda number, _: came.append(number))
+    signal.signal(signal.SIGINT, lambda number, _: came.append(number))
     try:
         yield
     finally:
         signal.signal(signal.SIGINT, before)
     if came:
-        raise KeyboardInterrupt
+        signal.raise_signal(signal.SIGINT)
 
 
 def check_folder(path: str | os.PathLike[str]) -> None:
@@ -255,7 +292,7 @@ def check_folder(path: str | os.PathLike[str]) -> None:
         ) from error
     finally:
         for each in missing:
-            if each.is_dir():
+            with suppress(OSError):
                 each.rmdir()
 
 

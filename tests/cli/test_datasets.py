@@ -48,7 +48,7 @@ def mine(monkeypatch: pytest.MonkeyPatch) -> Dataset:
 
             return logging.getLogger("none")
 
-        def retrieve(self, url, known_hash, fname, path):
+        def retrieve(self, url, known_hash, fname, path, progressbar):
             (path / fname).write_text(CONTENT[fname], encoding="utf-8")
 
     monkeypatch.setitem(__import__("sys").modules, "pooch", Pooch())

@@ -6,7 +6,7 @@ import pytest
 from rich.console import Console
 
 from hydrodamp.cli import progress as module
-from hydrodamp.cli.progress import progress
+from hydrodamp.cli.progress import progress, stages
 
 
 class Terminal(io.StringIO):
@@ -56,3 +56,22 @@ def test_bytes_are_shown_as_such(terminal: Terminal) -> None:
     with progress("downloading", 5_000_000, unit="B") as step:
         step(steps=2_500_000)
     assert "2.5/5.0 MB" in terminal.getvalue()
+
+
+def test_work_that_says_how_far_it_has_come(terminal: Terminal) -> None:
+    with stages("drawing") as reach:
+        reach("[residuals]", 3, 11)
+    assert "drawing [residuals]" in terminal.getvalue()
+    assert "3/11" in terminal.getvalue()
+    assert "left" in terminal.getvalue()
+
+
+def test_each_of_several_works_has_a_length_of_its_own(terminal: Terminal) -> None:
+    with stages("downloading", unit="B") as reach:
+        for done in (1_000_000, 2_000_000):
+            reach("a.dat", done, 4_000_000)
+        reach("b.dat", 500, 0)
+        reach("c.dat", 5_000, 9_000)
+    assert "downloading c.dat" in terminal.getvalue()
+    assert "5.0/9.0 kB" in terminal.getvalue()
+    assert "a.dat" not in terminal.getvalue()

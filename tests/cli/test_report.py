@@ -114,7 +114,7 @@ def test_without_jinja2_a_note_says_how_to_get_it(
     monkeypatch.setattr(pages, "find_spec", lambda _: None)
     done = call("out")
     assert done.exit_code == 0
-    assert 'pip install "hydrodamp[report]"' in done.stderr
+    assert 'pip install "hydrodamp[report]", then run the command again.' in done.stderr
     assert "written" not in done.stderr
     assert not (results / "report.html").exists()
     assert not offer(str(results), results / "report.html")
@@ -153,6 +153,8 @@ def test_without_the_extra_nothing_is_said_to_be_written(
     assert "written" not in said
     assert "matplotlib" in said
     assert "jinja2" in said
+    assert "hydrodamp report" not in said  # there is no folder of results
+    assert said.count("then run the command again.") == 2
     assert not list(folder.glob("damping.*"))
 
 
@@ -181,7 +183,9 @@ def test_without_the_extra_grades_are_written_all_the_same(
         bare.setattr(pages, "find_spec", lambda _: None)
         bare.setattr(examining, "find_spec", lambda _: None)
         assert illustrate(comparison, vehicle, log, results) == ("identifiability.json",)
-    assert capsys.readouterr().err.count('pip install "hydrodamp[report]"') == 2
+    said = capsys.readouterr().err
+    assert said.count('pip install "hydrodamp[report]"') == 2
+    assert f"then `hydrodamp report {results}` makes it." in said
     done = call("out")  # later, with the extra: no log, so no pictures, and the page says so
     assert done.exit_code == 0
     text = (results / "report.html").read_text("utf-8")

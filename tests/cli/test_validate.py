@@ -7,6 +7,9 @@ from pathlib import Path
 import pytest
 from typer.testing import Result
 
+from hydrodamp.simulation import horizons
+from hydrodamp.validation import crossvalidation
+
 Call = Callable[..., Result]
 LINE = "validate a.csv --vehicle planar.yaml --models linear,fossen --methods ls"
 
@@ -45,3 +48,55 @@ def test_the_selected_model_is_sent_to_compare(folder: Path, call: Call) -> None
     done = call("validate a.csv --vehicle planar.yaml --models sparse")
     assert done.exit_code == 2
     assert "hydrodamp compare" in done.stderr
+
+
+def interrupted_at(number: int, function: Callable[..., object]) -> Callable[..., object]:
+    """Return a function that is interrupted at its n-th call."""
+    calls: list[None] = []
+
+    def run(*given: object, **more: object) -> object:
+        calls.append(None)
+        if len(calls) == number:
+            raise KeyboardInterrupt
+        return function(*given, **more)
+
+    return run
+
+
+def test_ctrl_c_shows_the_folds_that_are_finished(
+    folder: Path, call: Call, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = json.loads(call(f"{LINE} --json").stdout)
+    for more in ("", " --json"):
+        with monkeypatch.context() as patch:
+            patch.setattr(crossvalidation, "compare", interrupted_at(3, crossvalidation.compare))
+            done = call(LINE + more)
+        assert done.exit_code == 130
+        assert "2 of 5 folds" in done.stderr
+        assert "2 of 5 folds: interrupted" in done.stdout
+    document = json.loads(done.stdout)
+    assert document["held_out"] == whole["held_out"][:2]
+    for part, row in zip(document["folds"], whole["folds"], strict=True):
+        assert part["rms_by_fold"] == row["rms_by_fold"][:2]
+    assert document["whole"] == []
+
+
+def test_ctrl_c_after_the_last_fold_shows_them_all(
+    folder: Path, call: Call, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    function = horizons.scores_with_restarts
+    monkeypatch.setattr(horizons, "scores_with_restarts", interrupted_at(1, function))
+    done = call(LINE)
+    assert done.exit_code == 130
+    assert "5 of 5 folds, and no errors by horizon" in done.stderr
+    assert "linear by ls" in done.stdout
+
+
+def test_ctrl_c_before_the_first_fold_says_so(
+    folder: Path, call: Call, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(crossvalidation, "compare", interrupted_at(1, crossvalidation.compare))
+    done = call(LINE)
+    assert done.exit_code == 130
+    assert "interrupted before any fold was finished" in done.stderr
+    assert not done.stdout

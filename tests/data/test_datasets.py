@@ -96,6 +96,27 @@ def test_downloads_once_and_records_what_has_no_checksum(served: Dataset, tmp_pa
     assert (again.verified, again.locked) == (("a.dat",), ("b.dat",))
 
 
+def test_bytes_are_told_as_they_come(served: Dataset, tmp_path: Path) -> None:
+    content = b"x" * 2500
+    (tmp_path / "source" / "a.dat").write_bytes(content)
+    known = hashlib.sha256(content).hexdigest()
+    files = (dataclasses.replace(served.files[0], sha256=known), served.files[1])
+    told: list[tuple[str, int, int]] = []
+    fetch(
+        dataclasses.replace(served, files=files),
+        tmp_path / "x",
+        lambda *words: told.append(words),
+    )
+    sizes = {"a.dat": 2500, "b.dat": len(CONTENT["b.dat"])}
+    assert list(dict.fromkeys(name for name, _, _ in told)) == ["a.dat", "b.dat"]
+    for name, size in sizes.items():
+        own = [(done, of) for file, done, of in told if file == name]
+        assert {of for _, of in own} == {size}
+        assert [done for done, _ in own] == sorted(done for done, _ in own)
+        assert own[-1] == (size, size)
+    assert told[0] == ("a.dat", 1024, 2500)
+
+
 def test_what_is_there_is_not_downloaded_and_not_recorded(served: Dataset, tmp_path: Path) -> None:
     (tmp_path / "b.dat").write_bytes(b"mine")
     found = fetch(served, tmp_path)

@@ -31,6 +31,14 @@ def test_several_files_are_one_log(csv_file: Write) -> None:
     assert read_logs(csv_file(GOOD, "a.CSV")).n == 2
 
 
+def test_files_are_told_as_they_are_read_whatever_their_faults(csv_file: Write) -> None:
+    paths = [csv_file("time,u\n0,x\n1,2\n", "bad.csv"), csv_file(GOOD)]
+    told: list[str | Path] = []
+    with pytest.raises(LogError, match=r"bad\.csv"):
+        read_logs(paths, done=told.append)
+    assert told == paths
+
+
 def test_the_faults_of_every_file_are_told(csv_file: Write) -> None:
     bad = csv_file("time,u\n0,x\n1,2\n", "bad.csv")
     worse = csv_file("u,uv\n0,1\n1,2\n", "worse.csv")

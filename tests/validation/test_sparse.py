@@ -50,7 +50,9 @@ def test_fewer_coefficients_than_linear_and_less_error(truth: str) -> None:
 def test_a_selection_says_what_it_did_and_is_the_same_again() -> None:
     campaign = reenact(seed=13, duration=20.0)
     flat = replace(campaign.vehicle, axes=("X", "Y", "N"))
-    first = QUICK.selection(flat, campaign.train)
+    rounds: list[Round] = []
+    first = QUICK.selection(flat, campaign.train, done=rounds.append)
+    assert tuple(rounds) == first.rounds
     assert first == QUICK.selection(flat, campaign.train)
     assert {label[0] for label in first.model.labels} == {"X", "Y", "N"}
     said = str(first)

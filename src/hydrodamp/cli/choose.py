@@ -40,13 +40,22 @@ def with_sparse(
     -------
     models : tuple of DampingModel
         The selected one comes last.
+
+    Raises
+    ------
+    ModelError
+        If another model has its name.
     """
     from hydrodamp.cli.output import note
     from hydrodamp.cli.progress import progress
     from hydrodamp.validation.sparse import Sparse
 
-    with progress("selecting terms"):
-        selected = Sparse().select(vehicle, log, models)
+    for model in models:
+        if model.key.casefold() == SPARSE:
+            raise _called_alike(model.key, SPARSE)
+    way = Sparse()
+    with progress("selecting terms", len(way.windows)) as step:
+        selected = way.select(vehicle, log, models, step)
     note(f"sparse: {selected.n_coefficients} coefficients. {selected.note}")
     return (*models, selected)
 
@@ -80,11 +89,15 @@ def choose_models(listed: str | None) -> tuple[DampingModel, ...]:
         raise ModelError("`--models` must name at least one model; got an empty list.")
     chosen: dict[str, DampingModel] = {}
     for model in (model for name in names for model in named_models(name)):
-        if chosen.setdefault(model.key, model).terms != model.terms:
-            raise ModelError(
-                f"two different models are called '{model.key}': rename the one in your file."
-            )
+        there = chosen.setdefault(model.key.casefold(), model)  # not all systems tell A.json from a
+        if (there.key, there.terms) != (model.key, model.terms):
+            raise _called_alike(there.key, model.key)
     return tuple(chosen.values())
+
+
+def _called_alike(first: str, second: str) -> ModelError:
+    names = f"'{first}'" if first == second else f"'{first}' and '{second}'"
+    return ModelError(f"two different models are called {names}: rename the one in your file.")
 
 
 def named_models(name: str) -> tuple[DampingModel, ...]:

@@ -50,8 +50,7 @@ def compare(
         check_out_folder(out, inputs)
     craft, chosen, ways = find_vehicle(vehicle), choose_models(models), choose_methods(methods)
     said = {**record(inputs), OPTIONS: options_in_words({**parts, **kinds, **settings})}
-    if resume:
-        check_resume(out, said)
+    earlier = check_resume(out, said) if resume else None
     learn, held_out, shared = train_and_test(logs or (), train or (), test or (), mapping)
     if selects(models):
         chosen = with_sparse(craft, learn, chosen)
@@ -60,8 +59,8 @@ def compare(
     check_attitude(attitude.value, held_out)
     check_samples(craft, learn, chosen)
     task = Task(craft, learn, held_out, chosen, ways, attitude.value, rate_unit.value)
-    if resume and out is not None:
-        task, said = go_on(out, task, said)
+    if earlier is not None:
+        task, said = go_on(earlier, task, said)
     said = {**({"overlap": shared} if shared else {}), **said}
     hand_over(carry_out(task), said, out, json, partial(deliver, craft, learn))
 
@@ -92,7 +91,7 @@ def deliver(
     from hydrodamp.cli.report import illustrate
     from hydrodamp.report.comparison_grids import comparison_grids
     from hydrodamp.report.document import comparison_document
-    from hydrodamp.report.files import write_comparison
+    from hydrodamp.report.files import WRITTEN, write_comparison
     from hydrodamp.report.screen import show
 
     if out is not None:
@@ -102,8 +101,7 @@ def deliver(
     else:
         show(results(), *comparison_grids(comparison))
     if out is not None:
-        files = ("comparison.json", "table.txt .md .tex .csv", "fits", "replays.npz")
         also = illustrate(comparison, vehicle, train, Path(out))
-        note(f"written to {out}: {', '.join((*files, *also))}")
+        note(f"written to {out}: {', '.join((WRITTEN, *also))}")
     if sentence := nothing_scored(comparison):
         fail(sentence, WORK_FAILED)

@@ -49,16 +49,15 @@ def demo(
     if out is not None:
         check_out_folder(out, ())
     said = {**record(()), OPTIONS: options_in_words({"--seed": str(seed), "--truth": truth})}
-    if resume:
-        check_resume(out, said)
+    earlier = check_resume(out, said) if resume else None
     if not kernels.COMPILED:
         note("the compiled core is missing: this may take minutes instead of seconds.")
     with progress("sailing the campaign", n_samples()) as step:
         campaign = reenact(seed=seed, truth=truth, done=step)
     models, methods = choose_models(None), choose_methods(options.DEMO_METHODS)
     task = Task(campaign.vehicle, campaign.train, campaign.test, models, methods)
-    if resume and out is not None:
-        task, said = go_on(out, task, said)
+    if earlier is not None:
+        task, said = go_on(earlier, task, said)
     words = {"truth": campaign.truth, "note": campaign.note, "seed": str(seed)}
     if not json:
         _introduce(campaign, seed)

@@ -1,4 +1,4 @@
-"""What compare, identify and demo share: checks before the work, then the fits."""
+"""What commands that fit share: checks before the work, then the fits."""
 
 from __future__ import annotations
 

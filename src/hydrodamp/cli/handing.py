@@ -9,12 +9,14 @@ import typer
 
 from hydrodamp.cli.guard import INTERRUPTED, warned
 from hydrodamp.cli.output import emit, note, results
-from hydrodamp.cli.resume import command_to_resume
+from hydrodamp.cli.resume import command_to_resume, differences
+from hydrodamp.errors import FileError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from hydrodamp.cli.run import Outcome
+    from hydrodamp.report.unfinished import Earlier
     from hydrodamp.validation.comparison import Comparison
 
 
@@ -39,18 +41,25 @@ def hand_over(
         Whether to print the document instead of tables.
     deliver : callable
         How finished results are written and shown.
+
+    Raises
+    ------
+    Exception
+        What ended the work, where it was not Ctrl-C.
     """
     comparison = replace(
         outcome.comparison, provenance={**outcome.comparison.provenance, **said, **_warnings(said)}
     )
+    told = replace(outcome, comparison=comparison)
     if not outcome.finished:
-        _hand_over_part(replace(outcome, comparison=comparison), out, json)
+        _hand_over_part(told, out, json)
     try:
         deliver(comparison, out, json)
     except KeyboardInterrupt:
-        if out is not None:
-            _write_after_all(comparison, out)
-        raise
+        if out is None:
+            raise
+        _write_after_all(comparison, out)
+        raise typer.Exit(INTERRUPTED) from None
 
 
 def _warnings(said: Mapping[str, str]) -> dict[str, str]:
@@ -60,36 +69,91 @@ def _warnings(said: Mapping[str, str]) -> dict[str, str]:
 
 
 def _write_after_all(comparison: Comparison, out: str) -> None:
-    """Write finished results whose writing or report was interrupted."""
-    from hydrodamp.report.files import write_comparison
+    """Write finished results if their writing was interrupted, and say what is there."""
+    from hydrodamp.report.files import is_written, write_comparison
 
-    write_comparison(comparison, out)
-    note(f"interrupted: all rows are written to {out}; `hydrodamp report {out}` makes report.html.")
+    if not is_written(comparison, out):
+        write_comparison(comparison, out)
+    note(
+        f"interrupted: all rows are written to {out}; pictures and report may be missing.\n"
+        f"To make those: {command_to_resume()}"
+    )
 
 
 def _hand_over_part(outcome: Outcome, out: str | None, json: bool) -> NoReturn:
+    words = _keep(outcome, out)
+    try:
+        _show(outcome.comparison, json)
+    finally:
+        note(words)
+    if outcome.failure is not None:
+        raise outcome.failure
+    raise typer.Exit(INTERRUPTED)
+
+
+def _show(comparison: Comparison, json: bool) -> None:
     from hydrodamp.report.comparison_grids import comparison_grids
     from hydrodamp.report.document import comparison_document
-    from hydrodamp.report.files import write_comparison
     from hydrodamp.report.screen import show
 
-    comparison, waiting = outcome.comparison, outcome.waiting
-    if out is not None and (comparison.rows or waiting):
-        try:
-            write_comparison(comparison, out, waiting)
-        except KeyboardInterrupt:
-            note(f"interrupted while writing: {out} is as it was before.")
-            raise
     if json:
         emit(comparison_document(comparison))
     elif comparison.rows:
         show(results(), *comparison_grids(comparison))
-    note(how_to_go_on(outcome, out))
-    raise typer.Exit(INTERRUPTED)
+
+
+def _keep(outcome: Outcome, out: str | None) -> str:
+    """Write what is finished, unless more is there, and say how to go on."""
+    fits, rows = len(outcome.comparison.rows) + len(outcome.waiting), len(outcome.comparison.rows)
+    if out is None or not fits:
+        return how_to_go_on(outcome, out)
+    try:
+        earlier = _earlier(out)
+        if earlier is not None and earlier.worth > (fits, rows):
+            return _left_alone(outcome, out, earlier)
+        _write(outcome, out)
+    except KeyboardInterrupt:
+        note(f"interrupted while writing: {out} is as it was before.")
+        raise typer.Exit(INTERRUPTED) from None
+    return how_to_go_on(outcome, out)
+
+
+def _write(outcome: Outcome, out: str) -> None:
+    from hydrodamp.report.files import is_written, write_comparison
+
+    try:
+        write_comparison(outcome.comparison, out, outcome.waiting)
+    except KeyboardInterrupt:
+        if not is_written(outcome.comparison, out, outcome.waiting):
+            raise
+
+
+def _earlier(out: str) -> Earlier | None:
+    """Return what is in the folder; None where that is no comparison."""
+    from hydrodamp.report.unfinished import read_earlier
+
+    try:
+        return read_earlier(out)
+    except FileError:
+        return None
+
+
+def _left_alone(outcome: Outcome, out: str, earlier: Earlier) -> str:
+    fits, rows = earlier.worth
+    same = not differences(earlier, outcome.comparison.provenance)
+    how = (
+        f"To go on from there: {command_to_resume()}"
+        if same
+        else "That is of another run: name another folder with `--out`."
+    )
+    return (
+        f"{_end(outcome)}, and nothing is written: {out} holds more, {fits} fits and {rows} rows, "
+        f"and stays as it is.\n{how}"
+    )
 
 
 def how_to_go_on(outcome: Outcome, out: str | None) -> str:
-    """Return what is there of an interrupted run, and how the rest is made.
+    """Return what is there of a run that was not finished, and how the rest is made.
 
     Parameters
     ----------
@@ -103,17 +167,22 @@ def how_to_go_on(outcome: Outcome, out: str | None) -> str:
     words : str
         One or two lines.
     """
-    rows, waiting = len(outcome.comparison.rows), len(outcome.waiting)
-    there = f"{rows} of {outcome.wanted} rows"
+    from hydrodamp.report.files import WRITTEN
+
     if out is None:
         return (
-            f"interrupted: {there}, and nothing is written. With `--out DIR` what is finished "
+            f"{_end(outcome)}, and nothing is written. With `--out DIR` what is finished "
             "is kept, and `--resume` goes on from there."
         )
-    if not rows and not waiting:
+    if not outcome.comparison.rows and not outcome.waiting:
         return "interrupted before any fit was finished: nothing is written."
-    more = f" and {waiting} fits without a replay" if waiting else ""
+    more = f" and {len(outcome.waiting)} fits without a replay" if outcome.waiting else ""
     return (
-        f"interrupted: {there}{more} are written to {out}: comparison.json, table.txt .md .tex "
-        f".csv, fits, replays.npz.\nTo go on from there: {command_to_resume()}"
+        f"{_end(outcome)}{more} are written to {out}: {WRITTEN}.\n"
+        f"To go on from there: {command_to_resume()}"
     )
+
+
+def _end(outcome: Outcome) -> str:
+    ended = "interrupted" if outcome.failure is None else "ended by an error"
+    return f"{ended}: {len(outcome.comparison.rows)} of {outcome.wanted} rows"

@@ -26,7 +26,12 @@ def identify(
     train: options.Train = None,
     mapping: options.MappingFile = None,
     out: Annotated[
-        str | None, typer.Option("--out", metavar="FILE", help="Write a damping file.")
+        str | None,
+        typer.Option(
+            "--out",
+            metavar="FILE",
+            help="Write a damping file, and beside it pictures and a report.",
+        ),
     ] = None,
     json: options.Json = False,
 ) -> None:

@@ -23,7 +23,7 @@ app = typer.Typer(
     name="hydrodamp",
     help="From a vehicle's log to a hydrodynamic damping model that can be trusted.",
     epilog="Start with: hydrodamp demo. Exit status: 0 done, 1 the work failed, 2 the call or "
-    "the input is wrong.",
+    "the input is wrong, 130 interrupted.",
     no_args_is_help=True,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,

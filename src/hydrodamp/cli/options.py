@@ -97,7 +97,9 @@ Rates = Annotated[
 OutFolder = Annotated[
     str | None,
     typer.Option(
-        "--out", metavar="DIR", help="Write comparison.json, tables, fits, replays and report.html."
+        "--out",
+        metavar="DIR",
+        help="Write comparison.json, tables, fits, replays, pictures and report.html.",
     ),
 ]
 Resume = Annotated[

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -60,12 +59,15 @@ def probe(
 
 
 def _recordings(logs: list[str]) -> list[Recording]:
-    from hydrodamp.cli.progress import progress
+    from hydrodamp.cli.reading import reading
     from hydrodamp.data.read import read_recording
 
-    paths = tuple(dict.fromkeys(logs))
-    with progress(f"reading {', '.join(Path(path).name for path in paths[:3])}"):
-        return [read_recording(path) for path in paths]
+    paths, found = tuple(dict.fromkeys(logs)), []
+    with reading(paths) as done:
+        for path in paths:
+            found.append(read_recording(path))
+            done(path)
+    return found
 
 
 def _probed(

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from hydrodamp.cli.output import messages
 
 if TYPE_CHECKING:
-    from rich.progress import ProgressColumn
+    from rich.progress import Progress, ProgressColumn
 
 _HOUR = 3600.0
 """Over how long the rate is taken: a single fit may last minutes [s]."""
@@ -39,19 +39,7 @@ def progress(
         To be called after each step, from any thread; what a callback is given besides
         is passed over. The keyword `steps` says that it were several.
     """
-    from rich.progress import Progress
-
-    console = messages()
-    shown = console.file.isatty() and console.is_interactive  # colours may be forced on a file
-    bar = Progress(
-        *_columns(total, unit),
-        console=console,
-        transient=True,
-        disable=not shown,
-        redirect_stdout=False,
-        speed_estimate_period=_HOUR,
-    )
-    with bar:
+    with _bar(_columns(total not in (None, 1), unit)) as bar:
         task = bar.add_task(label, total=total, completed=before)
         bar.advance(task, 0)  # the rate counts from here, not from the end of the first step
 
@@ -61,7 +49,58 @@ def progress(
         yield step
 
 
-def _columns(total: int | None, unit: str) -> tuple[ProgressColumn, ...]:
+@contextmanager
+def stages(label: str, *, unit: str = "") -> Iterator[Callable[[str, int, int], None]]:
+    """Show a bar for work that says by itself how far it has come; it vanishes at the end.
+
+    Parameters
+    ----------
+    label : str
+        What is being done.
+    unit : {"", "B"}, optional
+        As for :func:`progress`.
+
+    Yields
+    ------
+    reach : callable
+        To be called with what is at hand, how many steps are done, and of how many, 0 where
+        that is not known.
+    """
+    with _bar(_columns(True, unit)) as bar:
+        task, last = bar.add_task(label, total=None), (0, 0)
+
+        def reach(what: str, done: int, total: int) -> None:
+            nonlocal task, last
+            if total != last[1] or done < last[0]:  # the next of several works
+                bar.remove_task(task)
+                task = bar.add_task(label, total=total or None, completed=done)
+                bar.advance(task, 0)  # as above
+            bar.update(task, description=f"{label} {what}".rstrip(), completed=done)
+            last = done, total
+
+        yield reach
+
+
+@contextmanager
+def _bar(columns: tuple[ProgressColumn, ...]) -> Iterator[Progress]:
+    """Show a bar where standard error is a terminal."""
+    from rich.progress import Progress
+
+    console = messages()
+    shown = console.file.isatty() and console.is_interactive  # colours may be forced on a file
+    with Progress(
+        *columns,
+        console=console,
+        transient=True,
+        disable=not shown,
+        redirect_stdout=False,
+        speed_estimate_period=_HOUR,
+    ) as bar:
+        yield bar
+
+
+def _columns(counted: bool, unit: str) -> tuple[ProgressColumn, ...]:
+    """Return what a bar shows; without steps to count, how long it has taken."""
     from rich.progress import (
         BarColumn,
         DownloadColumn,
@@ -76,7 +115,7 @@ def _columns(total: int | None, unit: str) -> tuple[ProgressColumn, ...]:
     from hydrodamp.cli.rate import RateColumn
 
     label = (SpinnerColumn(), TextColumn("{task.description}", markup=False), BarColumn(20))
-    if total is None or total == 1:
+    if not counted:
         return (*label, TimeElapsedColumn())
     left = (TimeRemainingColumn(compact=True), TextColumn("left"))
     if unit:

@@ -23,17 +23,20 @@ def record(inputs: Iterable[str | None]) -> dict[str, str]:
     Returns
     -------
     words : dict of str to str
-        ``command``; ``files``, a line each as ``sha256sum`` prints it; ``versions``; and
-        ``warnings``, a line each. What is empty is left out.
+        ``command``; ``files``, a line each as ``sha256sum`` prints it; ``versions``, with what
+        steps in time; and ``warnings``, a line each. What is empty is left out.
     """
     import numpy
     import scipy
 
+    from hydrodamp import kernels
+
+    core = "compiled core" if kernels.COMPILED else "NumPy in place of the compiled core"
     words = {
         "command": shlex.join(["hydrodamp", *sys.argv[1:]]),
         "files": "\n".join(f"{_digest(path)}  {_one_line(path)}" for path in _files(inputs)),
         "versions": f"Python {platform.python_version()}, NumPy {numpy.__version__}, "
-        f"SciPy {scipy.__version__}, {platform.system()} {platform.machine()}",
+        f"SciPy {scipy.__version__}, {platform.system()} {platform.machine()}, {core}",
         "warnings": "\n".join(warned()),
     }
     return {key: text for key, text in words.items() if text}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -41,7 +42,10 @@ def report(
 
 
 def offer(
-    results: Comparison | str, path: str | os.PathLike[str], findings: Findings | None = None
+    results: Comparison | str,
+    path: str | os.PathLike[str],
+    findings: Findings | None = None,
+    then: str = "run the command again",
 ) -> bool:
     """Write a report, or say how to get it where what it needs is not installed.
 
@@ -53,6 +57,8 @@ def offer(
         The file.
     findings : Findings, optional
         Grades and pictures; by default those in the folder.
+    then : str, optional
+        What to do once it is installed.
 
     Returns
     -------
@@ -63,7 +69,7 @@ def offer(
     from hydrodamp.report.html.write import write_report
 
     if not installed():
-        note(MISSING)
+        note(f"{MISSING}, then {then}.")
         return False
     write_report(results, path, findings)
     return True
@@ -93,10 +99,11 @@ def illustrate(comparison: Comparison, vehicle: Vehicle, train: Log, home: Path)
 
     findings = look_closer(comparison, vehicle, train)
     write_findings(findings, home)
+    again = f"`{shlex.join(('hydrodamp', 'report', str(home)))}` makes it"
     there = {
         GRADES: findings.identifiability is not None,
         FIGURES: bool(findings.gallery.pictures),
-        REPORT: offer(comparison, home / REPORT, findings),
+        REPORT: offer(comparison, home / REPORT, findings, again),
     }
     return tuple(name for name, written in there.items() if written)
 
@@ -118,13 +125,13 @@ def look_closer(comparison: Comparison, vehicle: Vehicle, train: Log) -> Finding
     findings : Findings
         Grades, and pictures where matplotlib is installed.
     """
-    from hydrodamp.cli.progress import progress
+    from hydrodamp.cli.progress import stages
     from hydrodamp.report.gallery.examine import MISSING, drawable, examine
 
     if not drawable():
         note(MISSING)
-    with progress("drawing what the log tells") as done:
-        return examine(comparison, vehicle, train, done)
+    with stages("drawing") as reach:
+        return examine(comparison, vehicle, train, reach)
 
 
 def offer_of_fit(fit: Fit, vehicle: Vehicle, log: Log, words: tuple[str, ...], out: str) -> None:

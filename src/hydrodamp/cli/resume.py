@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+import subprocess
 import sys
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
@@ -15,6 +16,7 @@ from hydrodamp.errors import FileError, ProblemError
 if TYPE_CHECKING:
     from hydrodamp.cli.run import Task
     from hydrodamp.identification.fit import Fit
+    from hydrodamp.report.unfinished import Earlier
 
 OPTIONS = "options"
 """Key in the provenance for what was asked for, a line an option."""
@@ -63,13 +65,21 @@ def command_to_resume(command: Iterable[str] | None = None) -> str:
     Examples
     --------
     >>> command_to_resume(["demo", "--out", "my folder"])
-    "hydrodamp demo --out 'my folder' --resume"
+    "hydrodamp demo --resume --out 'my folder'"
     """
     words = list(sys.argv[1:] if command is None else command)
-    return shlex.join(["hydrodamp", *words, *(() if "--resume" in words else ("--resume",))])
+    options = words[: words.index("--")] if "--" in words else words
+    if "--resume" not in options:  # behind a `--` it would be the name of a log
+        words.insert(1, "--resume")
+    return _in_shell(["hydrodamp", *words])
 
 
-def check_resume(out: str | None, said: Mapping[str, str]) -> None:
+def _in_shell(words: list[str]) -> str:
+    """Return words as the shell of this system wants them; that of Windows knows no ' quotes."""
+    return subprocess.list2cmdline(words) if sys.platform == "win32" else shlex.join(words)
+
+
+def check_resume(out: str | None, said: Mapping[str, str]) -> Earlier:
     """Refuse to go on with what is not there, or was made from something else.
 
     Parameters
@@ -78,6 +88,11 @@ def check_resume(out: str | None, said: Mapping[str, str]) -> None:
         The folder of ``--out``.
     said : mapping of str to str
         ``options``, ``files`` and ``versions`` of this run.
+
+    Returns
+    -------
+    earlier : Earlier
+        What the folder holds.
 
     Raises
     ------
@@ -96,48 +111,49 @@ def check_resume(out: str | None, said: Mapping[str, str]) -> None:
             f"`--resume`: {out} holds no comparison.json, so there is nothing to go on with. "
             "Leave out `--resume`, or name the folder of the interrupted run with `--out`."
         )
-    faults = tuple(_differences(earlier_provenance(out), {**said, "hydrodamp": _version()}))
+    earlier = _earlier(out)
+    faults = differences(earlier, said)
     if faults:
         raise ProblemError(
             "\n".join((f"`--resume`: what is in {out} is of another run:", *faults, _AFRESH))
         )
+    return earlier
 
 
-def earlier_provenance(out: str) -> dict[str, str]:
-    """Return what a folder of results says of its run.
+def _earlier(out: str) -> Earlier:
+    from hydrodamp.report.unfinished import read_earlier
+
+    try:
+        return read_earlier(out)
+    except FileError as error:
+        raise FileError(f"{error} {_AFRESH}") from error
+
+
+def differences(earlier: Earlier, said: Mapping[str, str]) -> tuple[str, ...]:
+    """Return in what a folder of results is of another run.
 
     Parameters
     ----------
-    out : str
-        The folder.
+    earlier : Earlier
+        What the folder holds.
+    said : mapping of str to str
+        ``options``, ``files`` and ``versions`` of this run.
 
     Returns
     -------
-    words : dict of str to str
-        As in ``comparison.json``.
-
-    Raises
-    ------
-    FileError
-        If there is none, or it is no comparison.
+    sentences : tuple of str
+        None where this run may go on with it.
     """
-    from hydrodamp.loading import load_json
-
-    path = Path(out) / "comparison.json"
-    document = load_json(path)
-    found = document.get("provenance") if isinstance(document, dict) else None
-    if not isinstance(found, dict):
-        raise FileError(f"{path}: is no comparison of hydrodamp: it has no provenance. {_AFRESH}")
-    return {str(key): str(value) for key, value in found.items()}
+    return tuple(_differences(earlier.provenance, {**said, "hydrodamp": _version()}))
 
 
-def go_on(out: str, task: Task, said: Mapping[str, str]) -> tuple[Task, dict[str, str]]:
+def go_on(earlier: Earlier, task: Task, said: Mapping[str, str]) -> tuple[Task, dict[str, str]]:
     """Return a task with the fits that an earlier run has made.
 
     Parameters
     ----------
-    out : str
-        The folder, which :func:`check_resume` has passed.
+    earlier : Earlier
+        Of :func:`check_resume`.
     task : Task
         What is asked for.
     said : mapping of str to str
@@ -150,8 +166,8 @@ def go_on(out: str, task: Task, said: Mapping[str, str]) -> tuple[Task, dict[str
     said : dict of str to str
         With the warnings of the earlier run, and how many fits are from it.
     """
-    fits = earlier_fits(out, task)
-    warned = earlier_provenance(out).get("warnings", "")
+    fits = earlier_fits(earlier, task)
+    warned = earlier.provenance.get("warnings", "")
     words = {"resumed": f"{len(fits)} of {len(task.keys)} fits are of an earlier run"}
     return (
         replace(task, earlier=fits),
@@ -159,13 +175,13 @@ def go_on(out: str, task: Task, said: Mapping[str, str]) -> tuple[Task, dict[str
     )
 
 
-def earlier_fits(out: str, task: Task) -> dict[Key, Fit]:
+def earlier_fits(earlier: Earlier, task: Task) -> dict[Key, Fit]:
     """Return the fits of a folder.
 
     Parameters
     ----------
-    out : str
-        The folder, which :func:`check_resume` has passed.
+    earlier : Earlier
+        Of :func:`check_resume`.
     task : Task
         What is asked for.
 
@@ -181,9 +197,8 @@ def earlier_fits(out: str, task: Task) -> dict[Key, Fit]:
     ProblemError
         If a model or a method is not what it was.
     """
-    from hydrodamp.report.unfinished import finished_fits
-
-    fits = {key_of(fit): fit for fit in finished_fits(out)}
+    out = earlier.folder
+    fits = {key_of(fit): fit for fit in earlier.fits()}
     models = {model.key: model.restricted_to(task.vehicle.axes) for model in task.models}
     methods = {method.key: repr(method) for method in task.methods}
     for (model, method), fit in fits.items():
@@ -241,6 +256,5 @@ def _differing_files(then: str, now: str) -> Iterator[str]:
 
 
 def _digests(lines: str) -> dict[str, str]:
-    return {
-        path: digest for digest, _, path in (line.partition("  ") for line in lines.split("\n"))
-    }
+    found = (line.partition("  ") for line in lines.split("\n") if line)
+    return {path: digest for digest, _, path in found}

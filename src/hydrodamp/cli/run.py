@@ -1,4 +1,4 @@
-"""The work of compare and demo: fits, then replays; what is finished outlives Ctrl-C."""
+"""The work of compare and demo: fits, then replays; what is finished outlives what goes wrong."""
 
 from __future__ import annotations
 
@@ -67,11 +67,14 @@ class Outcome:
         Fits without a row.
     wanted : int
         How many rows were asked for.
+    failure : Exception or None
+        What ended the work, where it was not Ctrl-C.
     """
 
     comparison: Comparison
     waiting: tuple[Fit, ...]
     wanted: int
+    failure: Exception | None = None
 
     @property
     def finished(self) -> bool:
@@ -80,7 +83,7 @@ class Outcome:
 
 
 def carry_out(task: Task) -> Outcome:
-    """Identify and replay; after Ctrl-C keep what is finished.
+    """Identify and replay; after Ctrl-C or a failure keep what is finished.
 
     Ctrl-C while fitting ends the fits, and those that are finished are replayed; once more
     ends the replays too.
@@ -94,71 +97,90 @@ def carry_out(task: Task) -> Outcome:
     -------
     outcome : Outcome
         All rows, or those there are.
+
+    Raises
+    ------
+    Exception
+        If the work fails before any fit is there.
     """
-    fits = _fits(task)
-    rows = _rows(task, fits)
+    import hydrodamp.report.files  # noqa: F401  # before the work: nothing is to load after Ctrl-C
+
+    fits = {key: task.earlier[key] for key in task.keys if key in task.earlier}
+    rows: dict[Key, Row] = {}
+    failures: list[Exception] = []
+    try:
+        _fit_and_replay(task, fits, rows, failures)
+    except KeyboardInterrupt:
+        if fits:
+            note(f"interrupted with {len(rows)} of {len(fits)} replays")
+    except Exception as error:
+        failures.append(error)
+    failure = failures[0] if failures else None
+    if failure is not None and not fits:
+        raise failure
     return Outcome(
-        comparison=_comparison(task, rows),
-        waiting=tuple(fit for fit, row in zip(fits, rows, strict=True) if row is None),
+        comparison=_comparison(task, [rows[key] for key in task.keys if key in rows], failure),
+        waiting=tuple(fits[key] for key in task.keys if key in fits and key not in rows),
         wanted=len(task.keys),
+        failure=failure,
     )
 
 
-def _fits(task: Task) -> tuple[Fit, ...]:
-    """Return the fits there are, in order."""
-    found = {key: task.earlier[key] for key in task.keys if key in task.earlier}
+def _fit_and_replay(
+    task: Task, fits: dict[Key, Fit], rows: dict[Key, Row], failures: list[Exception]
+) -> None:
+    """Fit what is missing, then replay what there is, whatever ended the fits."""
 
     def keep(fit: Fit) -> None:
-        found[key_of(fit)] = fit
+        fits[key_of(fit)] = fit
 
     try:
         fit_all(task.vehicle, task.train, task.models, task.methods, keep, task.earlier)
     except KeyboardInterrupt:
-        if found:
+        if fits:
             note(
-                f"interrupted with {len(found)} of {len(task.keys)} fits: replaying those. "
+                f"interrupted with {len(fits)} of {len(task.keys)} fits: replaying those. "
                 "Ctrl-C again leaves that out."
             )
-    return tuple(found[key] for key in task.keys if key in found)
+    except Exception as error:
+        failures.append(error)
+        if fits:
+            note(f"failed with {len(fits)} of {len(task.keys)} fits: replaying those.")
+    if fits:
+        _replay(task, [fits[key] for key in task.keys if key in fits], rows)
 
 
-def _rows(task: Task, fits: Sequence[Fit]) -> tuple[Row | None, ...]:
-    """Return the row of each fit, None where it was not replayed."""
+def _replay(task: Task, fits: Sequence[Fit], rows: dict[Key, Row]) -> None:
     from hydrodamp.validation.compare import compare
 
-    found: dict[Key, Row] = {}
-    if not fits:
-        return ()
-    try:
-        with progress("replaying", len(fits)) as step:
+    with progress("replaying", len(fits)) as step:
 
-            def keep(row: Row) -> None:
-                found[key_of(row.fit)] = row
-                step()
+        def keep(row: Row) -> None:
+            rows[key_of(row.fit)] = row
+            step()
 
-            compare(
-                fits,
-                task.vehicle,
-                task.test,
-                attitude=task.attitude,
-                rate_unit=task.rate_unit,
-                done=keep,
-            )
-    except KeyboardInterrupt:
-        note(f"interrupted with {len(found)} of {len(fits)} replays")
-    return tuple(found.get(key_of(fit)) for fit in fits)
+        compare(
+            fits,
+            task.vehicle,
+            task.test,
+            attitude=task.attitude,
+            rate_unit=task.rate_unit,
+            done=keep,
+        )
 
 
-def _comparison(task: Task, rows: Sequence[Row | None]) -> Comparison:
+def _comparison(task: Task, rows: Sequence[Row], failure: Exception | None) -> Comparison:
     from hydrodamp.report.unfinished import unfinished
     from hydrodamp.validation.compare import origin
     from hydrodamp.validation.comparison import Comparison
 
-    there = tuple(row for row in rows if row is not None)
-    whole = Comparison(
-        rows=there,
+    there = Comparison(
+        rows=tuple(rows),
         rate_unit=task.rate_unit,
         attitude=task.attitude,
-        provenance=origin([row.fit for row in there], task.vehicle, task.test),
+        provenance=origin([row.fit for row in rows], task.vehicle, task.test),
     )
-    return whole if len(there) == len(task.keys) else unfinished(whole, len(task.keys))
+    if len(rows) == len(task.keys):
+        return there
+    why = "interrupted" if failure is None else f"ended by an error ({type(failure).__name__})"
+    return unfinished(there, len(task.keys), why)

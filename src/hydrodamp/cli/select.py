@@ -122,13 +122,12 @@ def read(paths: Sequence[str], mapping: str | None) -> Log:
     FileError
         If a file cannot be read.
     """
-    from hydrodamp.cli.progress import progress
+    from hydrodamp.cli.reading import reading
     from hydrodamp.data.read import read_log, read_logs
 
-    with progress(f"reading {', '.join(Path(path).name for path in paths[:3])}"):
-        if len(paths) == 1:
-            return read_log(paths[0], mapping)
-        return read_logs(tuple(dict.fromkeys(paths)), mapping)
+    once = tuple(dict.fromkeys(paths))
+    with reading(once) as done:
+        return read_log(paths[0], mapping) if len(paths) == 1 else read_logs(once, mapping, done)
 
 
 def part(option: str, values: Sequence[str], whole: Log | None, mapping: str | None) -> Log:

@@ -30,7 +30,7 @@ def trust(vehicle: Vehicle, log: Log, fit: Fit) -> tuple[str, ...]:
         move where the vehicle's numbers are wrong by a tenth. Part of it is left out
         where the log is too short for it, with a sentence.
     """
-    from hydrodamp.cli.progress import progress
+    from hydrodamp.cli.progress import stages
     from hydrodamp.errors import HydrodampError
     from hydrodamp.identification.regression.weak import WeakForm
     from hydrodamp.identification.trust.diagnostics import diagnose
@@ -40,15 +40,16 @@ def trust(vehicle: Vehicle, log: Log, fit: Fit) -> tuple[str, ...]:
 
     problem, model = prepare(vehicle, log, fit.model), fit.model
     asked: dict[str, Callable[[], str]] = {
-        "asking what the log determines": lambda: str(identifiability(problem, model)),
-        "asking the residuals": lambda: "\n".join(diagnose(problem, model, fit.damping).remarks),
-        "asking what a wrong vehicle does": lambda: str(
+        "what the log determines": lambda: str(identifiability(problem, model)),
+        "the residuals": lambda: "\n".join(diagnose(problem, model, fit.damping).remarks),
+        "what a wrong vehicle does": lambda: str(
             vehicle_doubt(vehicle, log, log, model, WeakForm())
         ),
     }
     words = []
-    for label, ask in asked.items():
-        with progress(label):
+    with stages("asking") as reach:
+        for place, (what, ask) in enumerate(asked.items()):
+            reach(what, place, len(asked))
             try:
                 words.append(ask())
             except HydrodampError as error:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -118,7 +118,9 @@ def read_record(
 
 
 def read_logs(
-    paths: Iterable[Place] | Place, mapping: LogMapping | str | Path | None = None
+    paths: Iterable[Place] | Place,
+    mapping: LogMapping | str | Path | None = None,
+    done: Callable[[Place], None] | None = None,
 ) -> Log:
     """Read several logs as one, each file at least a segment of its own.
 
@@ -128,6 +130,8 @@ def read_logs(
         The files; their columns must agree.
     mapping : LogMapping, str or Path, optional
         As for :func:`read_log`, for all of them.
+    done : callable, optional
+        Called with each path when it is read, faults or not.
 
     Returns
     -------
@@ -149,6 +153,8 @@ def read_logs(
             logs.append(read_log(path, given))
         except LogError as error:
             errors.append(error)
+        if done is not None:
+            done(path)
     if len(errors) == 1:
         raise errors[0]
     if errors:

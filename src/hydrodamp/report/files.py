@@ -11,20 +11,19 @@ import io
 import os
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from hydrodamp.data.segments import unique_names
 from hydrodamp.errors import FileError
 from hydrodamp.identification.fit import Fit
-from hydrodamp.loading import load_json
+from hydrodamp.loading import load_text
 from hydrodamp.report.comparison_grids import comparison_grids, row_grid, summary_grids
 from hydrodamp.report.document import comparison_document, fit_document
+from hydrodamp.report.fit_names import fit_names, fit_path
 from hydrodamp.report.gallery.folder import FIGURES, GRADES, earlier_findings
 from hydrodamp.report.reading import read_rows
 from hydrodamp.report.renderings import to_csv, to_latex, to_markdown, to_text
-from hydrodamp.report.unfinished import waiting_names, with_waiting
+from hydrodamp.report.unfinished import read_earlier, with_waiting
 from hydrodamp.saving import as_json, save_together
 from hydrodamp.validation.comparison import Comparison
 
@@ -36,6 +35,9 @@ RESULTS = (
     *(f"table.{kind}" for kind in ("txt", "md", "tex", "csv")),
 )
 """Files of a comparison's folder, besides those of ``fits`` and ``figures``."""
+
+WRITTEN = "comparison.json, table.txt .md .tex .csv, fits, replays.npz"
+"""What :func:`write_comparison` writes, in words."""
 
 
 def write_comparison(
@@ -59,8 +61,7 @@ def write_comparison(
     FileError
         If the folder cannot be made or written.
     """
-    home, beside = Path(folder), {f"{fit.model.key}.{fit.method}": fit for fit in waiting}
-    told = with_waiting(comparison, tuple(beside))
+    home, (told, beside) = Path(folder), _with_waiting(comparison, waiting)
     fits = dict(zip(row_names(told), (row.fit for row in told.rows), strict=True)) | beside
     texts = {
         **{f"fits/{name}.json": as_json(fit_document(fit)) for name, fit in fits.items()},
@@ -70,6 +71,42 @@ def write_comparison(
     contents = {home / name: text.encode("utf-8") for name, text in texts.items()}
     contents[home / "replays.npz"] = _replays(told)
     save_together(contents, removed=_earlier(home), last=home / "comparison.json")
+
+
+def is_written(
+    comparison: Comparison, folder: str | os.PathLike[str], waiting: Iterable[Fit] = ()
+) -> bool:
+    """Tell whether a folder holds this very comparison.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        What may have been written.
+    folder : str or path
+        There or not.
+    waiting : iterable of Fit, optional
+        As :func:`write_comparison` took them.
+
+    Returns
+    -------
+    written : bool
+        True where ``comparison.json`` is what :func:`write_comparison` makes of it.
+    """
+    told, _ = _with_waiting(comparison, waiting)
+    try:
+        text = load_text(Path(folder) / "comparison.json")
+    except FileError:
+        return False
+    return text == as_json(comparison_document(told))
+
+
+def _with_waiting(
+    comparison: Comparison, waiting: Iterable[Fit]
+) -> tuple[Comparison, dict[str, Fit]]:
+    """Return a comparison that names the fits without a row, and those by name."""
+    fits = tuple(waiting)
+    names = fit_names((fit.model.key, fit.method) for fit in fits)
+    return with_waiting(comparison, names), dict(zip(names, fits, strict=True))
 
 
 def read_comparison(folder: str | os.PathLike[str]) -> Comparison:
@@ -134,19 +171,15 @@ def row_names(comparison: Comparison) -> tuple[str, ...]:
     names : tuple of str
         ``MODEL.METHOD``, numbered where a pair comes again.
     """
-    return unique_names(f"{row.model}.{row.method}" for row in comparison.rows)
+    return fit_names((row.model, row.method) for row in comparison.rows)
 
 
 def _earlier(home: Path) -> list[Path]:
     """Return report, grades and pictures of an earlier comparison, and the fits it names."""
     try:
-        document: Any = load_json(home / "comparison.json")
-        entries = document["rows"]
-        names = unique_names(f"{entry['model']}.{entry['method']}" for entry in entries)
-        names = (*names, *waiting_names(document["provenance"]))
-    except (FileError, KeyError, TypeError, AttributeError):
+        fits = [fit_path(home, name) for name in read_earlier(home).names]
+    except FileError:
         return earlier_findings(home)
-    fits = [home / "fits" / f"{name}.json" for name in names if Path(name).name == name]
     return [*fits, home / "report.html", *earlier_findings(home)]
 
 

@@ -12,12 +12,12 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.axes import AXES, VELOCITY_OF
 from hydrodamp.data.log import Log, Segment
-from hydrodamp.data.segments import unique_names
 from hydrodamp.errors import FileError
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.uncertainty.intervals import Uncertainty
 from hydrodamp.loading import load_json
 from hydrodamp.models.damping_file import damping_from_document
+from hydrodamp.report.fit_names import fit_names, fit_path
 from hydrodamp.simulation.replay import AttitudeSource, Trajectory
 from hydrodamp.simulation.score import RateUnit, Score
 from hydrodamp.simulation.status import Status
@@ -52,11 +52,11 @@ def read_rows(home: Path) -> Comparison:
         unit = cast("RateUnit", words.pop("rate_unit"))
         words.pop("hydrodamp", None)
         entries: Sequence[Mapping[str, Any]] = document["rows"]
-        names = unique_names(f"{entry['model']}.{entry['method']}" for entry in entries)
+        names = fit_names((entry["model"], entry["method"]) for entry in entries)
         scores = [_score(entry, unit) for entry in entries]
     except (KeyError, TypeError, AttributeError) as error:
         raise FileError(f"{path}: is no comparison of hydrodamp: {error!r}.") from error
-    fits = [read_fit(home / "fits" / f"{name}.json") for name in names]
+    fits = [read_fit(fit_path(home, name)) for name in names]
     log, velocities = _replays(home / "replays.npz", words.get("test", ""))
     trajectories = [
         None

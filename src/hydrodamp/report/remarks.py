@@ -51,7 +51,8 @@ def _overlap(comparison: Comparison) -> Iterator[str]:
 def _chosen(comparison: Comparison) -> Iterator[str]:
     """Say which row has the lowest error and which is next; what was left out is said below."""
     if any(row.rms is not None for row in comparison.rows):
-        yield comparison.choice().sentence
+        so_far = "So far " if UNFINISHED in comparison.provenance else ""
+        yield f"{so_far}{comparison.choice().sentence}"
 
 
 def _likeness(comparison: Comparison) -> Iterator[str]:

@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from hydrodamp.data.segments import unique_names
 from hydrodamp.errors import FileError
 from hydrodamp.identification.fit import Fit
 from hydrodamp.loading import load_json
+from hydrodamp.report.fit_names import fit_names, fit_path
 from hydrodamp.report.reading import read_fit
 from hydrodamp.validation.comparison import Comparison
 
@@ -26,7 +26,82 @@ NOT_REPLAYED = "not_replayed"
 """Key in the provenance for the names of fits that wait for their replay."""
 
 
-def unfinished(comparison: Comparison, wanted: int) -> Comparison:
+@dataclass(frozen=True)
+class Earlier:
+    """What lies in a folder of results, finished or not.
+
+    Attributes
+    ----------
+    folder : path
+        Where.
+    provenance : dict of str to str
+        What its run was.
+    n_rows : int
+        How many fits were replayed.
+    names : tuple of str
+        Of the fits, as their files are called: those of the rows, then those that wait.
+    """
+
+    folder: Path
+    provenance: dict[str, str]
+    n_rows: int
+    names: tuple[str, ...]
+
+    @property
+    def worth(self) -> tuple[int, int]:
+        """Numbers of fits and of rows: a fit takes longer than its replay."""
+        return len(self.names), self.n_rows
+
+    def fits(self) -> tuple[Fit, ...]:
+        """Return the fits.
+
+        Returns
+        -------
+        fits : tuple of Fit
+            As named.
+
+        Raises
+        ------
+        FileError
+            If a file is missing or is not what it should be, or a name is none of a file of
+            ``fits``.
+        ModelError
+            If a file of ``fits`` has faults.
+        """
+        return tuple(read_fit(fit_path(self.folder, name)) for name in self.names)
+
+
+def read_earlier(folder: str | os.PathLike[str]) -> Earlier:
+    """Read what lies in a folder of results; the fits only when they are asked for.
+
+    Parameters
+    ----------
+    folder : str or path
+        With ``comparison.json``.
+
+    Returns
+    -------
+    earlier : Earlier
+        Its provenance, and the names of its fits.
+
+    Raises
+    ------
+    FileError
+        If there is none, or it is no comparison.
+    """
+    path = Path(folder) / "comparison.json"
+    document: Any = load_json(path)
+    if not isinstance(document, dict) or not isinstance(document.get("provenance"), dict):
+        raise FileError(f"{path}: is no comparison of hydrodamp: it has no provenance.")
+    try:
+        words = {str(key): str(value) for key, value in document["provenance"].items()}
+        named = fit_names((entry["model"], entry["method"]) for entry in document["rows"])
+    except (KeyError, TypeError, AttributeError) as error:
+        raise FileError(f"{path}: is no comparison of hydrodamp: {error!r}.") from error
+    return Earlier(Path(folder), words, len(named), (*named, *waiting_names(words)))
+
+
+def unfinished(comparison: Comparison, wanted: int, why: str = "interrupted") -> Comparison:
     """Return a comparison that says it lacks rows.
 
     Parameters
@@ -35,6 +110,8 @@ def unfinished(comparison: Comparison, wanted: int) -> Comparison:
         The rows there are.
     wanted : int
         How many there would be.
+    why : str, optional
+        What ended the run.
 
     Returns
     -------
@@ -46,7 +123,7 @@ def unfinished(comparison: Comparison, wanted: int) -> Comparison:
     >>> unfinished(Comparison(()), 24).provenance
     {'unfinished': '0 of 24 rows: interrupted'}
     """
-    words = f"{len(comparison.rows)} of {wanted} rows: interrupted"
+    words = f"{len(comparison.rows)} of {wanted} rows: {why}"
     return replace(comparison, provenance={**comparison.provenance, UNFINISHED: words})
 
 
@@ -90,34 +167,3 @@ def waiting_names(provenance: Mapping[str, str]) -> tuple[str, ...]:
     ('linear.oe', 'fossen.oe')
     """
     return tuple(provenance.get(NOT_REPLAYED, "").split())
-
-
-def finished_fits(folder: str | os.PathLike[str]) -> tuple[Fit, ...]:
-    """Return the fits of a folder of results, finished or not.
-
-    Parameters
-    ----------
-    folder : str or path
-        With ``comparison.json`` and ``fits``.
-
-    Returns
-    -------
-    fits : tuple of Fit
-        Of the rows, and those that wait for their replay.
-
-    Raises
-    ------
-    FileError
-        If a file is missing or is not what it should be.
-    ModelError
-        If a file of ``fits`` has faults.
-    """
-    home = Path(folder)
-    path = home / "comparison.json"
-    document: Any = load_json(path)
-    try:
-        named = unique_names(f"{entry['model']}.{entry['method']}" for entry in document["rows"])
-        names = (*named, *waiting_names(document["provenance"]))
-    except (KeyError, TypeError, AttributeError) as error:
-        raise FileError(f"{path}: is no comparison of hydrodamp: {error!r}.") from error
-    return tuple(read_fit(home / "fits" / f"{name}.json") for name in names)

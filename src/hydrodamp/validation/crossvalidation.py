@@ -149,6 +149,7 @@ def cross_validate(
     attitude: AttitudeSource = "measured",
     rate_unit: RateUnit = "deg",
     done: Callable[[Fit], None] | None = None,
+    keep: Callable[[CrossValidation], None] | None = None,
 ) -> CrossValidation:
     """Identify every model by every method on all folds but one, and replay that one.
 
@@ -174,6 +175,8 @@ def cross_validate(
         Unit of angular rates in equation 24.
     done : callable, optional
         Called with each fit as it comes, for a progress bar: folds times models times methods.
+    keep : callable, optional
+        Called after each fold with the table of the folds so far.
 
     Returns
     -------
@@ -202,10 +205,23 @@ def cross_validate(
     ways = tuple(methods) if isinstance(methods, Iterable) else (methods,)
     parts = holdouts(log, folds, gap)
     check_lengths(parts, [model.restricted_to(vehicle.axes) for model in asked])
-    tables = [_compared(vehicle, fold, asked, ways, attitude, rate_unit, done) for fold in parts]
+    tables: list[Comparison] = []
+    for fold in parts:
+        tables.append(_compared(vehicle, fold, asked, ways, attitude, rate_unit, done))
+        if keep is not None:
+            keep(_joined(tables, parts, rate_unit))
+    return _joined(tables, parts, rate_unit)
+
+
+def _joined(
+    tables: Sequence[Comparison], parts: Sequence[Holdout], rate_unit: RateUnit
+) -> CrossValidation:
+    """Return the table of the first folds, as many as there are comparisons."""
     return CrossValidation(
         rows=tuple(map(ValidatedRow, zip(*(table.rows for table in tables), strict=True))),
-        held_out=tuple(tuple(part.name for part in fold.test.segments) for fold in parts),
+        held_out=tuple(
+            tuple(part.name for part in fold.test.segments) for fold in parts[: len(tables)]
+        ),
         rate_unit=rate_unit,
     )
 

@@ -17,7 +17,7 @@ Control 76 (2003), doi:10.1080/00207170310001635419.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -111,7 +111,11 @@ class Sparse:
         return KEY
 
     def select(
-        self, vehicle: Vehicle, log: Log, models: Iterable[DampingModel] = ()
+        self,
+        vehicle: Vehicle,
+        log: Log,
+        models: Iterable[DampingModel] = (),
+        done: Callable[[Round], None] | None = None,
     ) -> DampingModel:
         """Return the selected model.
 
@@ -124,6 +128,8 @@ class Sparse:
         models : iterable of DampingModel
             Their damping terms are further candidates. Their terms with commands,
             weight and constants are no damping: they are kept, whatever is selected.
+        done : callable, optional
+            Called with each round as it comes, one for each of the windows.
 
         Returns
         -------
@@ -135,16 +141,20 @@ class Sparse:
         MethodError
             If the log is too short to select from.
         """
-        return self.selection(vehicle, log, models).model
+        return self.selection(vehicle, log, models, done).model
 
     def selection(
-        self, vehicle: Vehicle, log: Log, models: Iterable[DampingModel] = ()
+        self,
+        vehicle: Vehicle,
+        log: Log,
+        models: Iterable[DampingModel] = (),
+        done: Callable[[Round], None] | None = None,
     ) -> Selection:
         """Return the selected model and how it was come by.
 
         Parameters
         ----------
-        vehicle, log, models
+        vehicle, log, models, done
             As in :meth:`select`.
 
         Returns
@@ -169,6 +179,8 @@ class Sparse:
         for window in self.windows:
             made, damping = next_round(problem, offered, damping, window, asked)
             rounds.append(made)
+            if done is not None:
+                done(made)
         return _chosen(rounds, log)
 
     def _first(self, problem: Problem, offered: DampingModel) -> DampingModel:

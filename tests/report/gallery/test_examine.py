@@ -156,9 +156,11 @@ def test_progress_is_told_for_every_sketch(examined):
     def refuse() -> Drawn:
         raise hd.MethodError("no")
 
-    told: list[int] = []
-    gallery = painted([Sketch("a", "A", refuse), Sketch("b", "B", refuse)], lambda: told.append(1))
-    assert len(told) == 2
+    told: list[tuple[str, int, int]] = []
+    gallery = painted(
+        [Sketch("a", "A", refuse), Sketch("b", "B", refuse)], lambda *words: told.append(words)
+    )
+    assert told == [("A", 0, 2), ("B", 1, 2), ("", 2, 2)]
     assert gallery.not_drawn == ("A: no.", "B: no.")
 
 

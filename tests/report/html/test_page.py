@@ -179,6 +179,23 @@ def test_warnings_and_files_of_the_run_are_told(comparison, take_apart):
         assert word in origin
 
 
+def test_what_a_run_says_of_itself_has_headings_in_words(comparison, take_apart):
+    words = {
+        "options": "--train 0:20\n--test 20:30",
+        "unfinished": "1 of 2 rows: interrupted",
+        "not_replayed": "fossen.ls",
+        "resumed": "1 of 2 fits are of an earlier run",
+    }
+    found = take_apart(made(replace(comparison, provenance=words)))
+    origin = found.one("section", id="origin").text
+    headings = [each.text for each in found.all("dt")]
+    for key, text in words.items():
+        assert key not in headings
+        assert text.splitlines()[0] in origin
+    for heading in ("Options", "Unfinished", "Fits not replayed", "Resumed"):
+        assert heading in headings
+
+
 def test_without_jinja2_the_error_says_what_to_install(comparison, monkeypatch):
     monkeypatch.setattr(pages, "find_spec", lambda _: None)
     with pytest.raises(MethodError, match=r'pip install "hydrodamp\[report\]"'):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -92,7 +92,11 @@ def look(dataset: Dataset, folder: Path) -> Fetched:
     )
 
 
-def fetch(dataset: Dataset, folder: Path) -> Fetched:
+Reach = Callable[[str, int, int], None]
+"""Takes the name of a file, how many bytes of it have come, and how many it has, 0 if unknown."""
+
+
+def fetch(dataset: Dataset, folder: Path, reach: Reach | None = None) -> Fetched:
     """Bring a public log into a folder, and check it.
 
     Parameters
@@ -101,6 +105,9 @@ def fetch(dataset: Dataset, folder: Path) -> Fetched:
         From :func:`~hydrodamp.data.datasets.registry.find_dataset`; mind its licence.
     folder : Path
         Where its files shall lie; made if need be. What is there is not downloaded again.
+    reach : callable, optional
+        Called as bytes come, with the name of the file, how many of its bytes are there and
+        of how many, 0 where the server does not tell.
 
     Returns
     -------
@@ -115,12 +122,35 @@ def fetch(dataset: Dataset, folder: Path) -> Fetched:
     """
     before = look(dataset, folder)
     wanted = [file for file in dataset.files if file.name in before.lacking and file.url]
-    _download_all(wanted, folder)
+    _download_all(wanted, folder, reach)
     return dataclasses.replace(
         look(dataset, folder),
         downloaded=tuple(file.name for file in wanted),
         recorded=tuple(file.name for file in wanted if not file.sha256),
     )
+
+
+@dataclass
+class _Bar:
+    """A progress bar as pooch wants one: what it counts is handed on."""
+
+    name: str
+    reach: Reach
+    total: int = 0
+    count: int = 0
+
+    def update(self, more: int) -> None:
+        """Count bytes: those of whole blocks, so that the last seems too long."""
+        if more:
+            self.count = min(self.count + more, self.total or self.count + more)
+            self.reach(self.name, self.count, self.total)
+
+    def reset(self) -> None:
+        """Begin anew: pooch does, and then tells all bytes at once."""
+        self.count = 0
+
+    def close(self) -> None:
+        """Do nothing: what shows the bar ends it."""
 
 
 def _fault(file: DataFile, folder: Path, known: Mapping[str, str]) -> str:
@@ -132,7 +162,7 @@ def _fault(file: DataFile, folder: Path, known: Mapping[str, str]) -> str:
     return f"`{file.name}` is not the file that {whose} knows; remove it to fetch it anew"
 
 
-def _download_all(files: Sequence[DataFile], folder: Path) -> None:
+def _download_all(files: Sequence[DataFile], folder: Path, reach: Reach | None) -> None:
     if not files:
         return
     pooch = _pooch(files[0])
@@ -141,7 +171,7 @@ def _download_all(files: Sequence[DataFile], folder: Path) -> None:
     except OSError as error:
         raise FileError(f"{folder}: cannot be made: {error.strerror or error}.") from error
     for file in files:
-        _download(pooch, file, folder)
+        _download(pooch, file, folder, reach)
 
 
 def _pooch(file: DataFile) -> Any:
@@ -155,11 +185,12 @@ def _pooch(file: DataFile) -> Any:
     return pooch
 
 
-def _download(pooch: Any, file: DataFile, folder: Path) -> None:
+def _download(pooch: Any, file: DataFile, folder: Path, reach: Reach | None) -> None:
     """Fetch one file; it takes its place only once it is whole and has the right checksum."""
     known = f"sha256:{file.sha256}" if file.sha256 else None
+    bar = False if reach is None else _Bar(file.name, reach)
     try:
-        pooch.retrieve(file.url, known_hash=known, fname=file.name, path=folder)
+        pooch.retrieve(file.url, known_hash=known, fname=file.name, path=folder, progressbar=bar)
     except ValueError as error:
         raise FileError(
             f"{file.url}: what came is not the file that the registry knows, and was not kept."

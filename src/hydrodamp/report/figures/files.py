@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from hydrodamp.errors import FileError
 from hydrodamp.report.figures.look import our_look
+from hydrodamp.report.figures.svg import as_svg
 from hydrodamp.saving import save_bytes
 
 if TYPE_CHECKING:
@@ -68,9 +69,10 @@ def figure_bytes(figure: Figure, kind: str) -> bytes:
     with our_look(), warnings.catch_warnings():
         # A name in a script the font lacks prints as boxes: no reason to refuse the figure.
         warnings.filterwarnings("ignore", message="Glyph .* missing from")
+        if kind == "svg":
+            return _PATH.sub(_cut, as_svg(figure, _METADATA[kind]))
         figure.savefig(stream, format=kind, metadata=_METADATA[kind])
-    content = stream.getvalue()
-    return _PATH.sub(_cut, content) if kind == "svg" else content
+    return stream.getvalue()
 
 
 def _cut(path: re.Match[bytes]) -> bytes:

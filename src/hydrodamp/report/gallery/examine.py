@@ -45,7 +45,7 @@ def examine(
     comparison: Comparison,
     vehicle: Vehicle,
     train: Log,
-    done: Callable[[], None] | None = None,
+    reach: Callable[[str, int, int], None] | None = None,
 ) -> Findings:
     """Grade the coefficients of the chosen row and draw its pictures.
 
@@ -57,8 +57,9 @@ def examine(
         Everything known.
     train : Log
         What was identified from.
-    done : callable, optional
-        Called after each picture, for a progress bar.
+    reach : callable, optional
+        Called as pictures are drawn, for a progress bar: see
+        :func:`hydrodamp.report.gallery.picture.painted`.
 
     Returns
     -------
@@ -72,7 +73,7 @@ def examine(
     if not drawable():
         return Findings(grades, Gallery((), (*doubt, _sentence(MISSING))))
     sketches = list(_sketches(comparison, vehicle, train, row, problem, grades))
-    gallery = painted(sketches, done)
+    gallery = painted(sketches, reach)
     return Findings(grades, Gallery(gallery.pictures, (*doubt, *gallery.not_drawn)))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from hydrodamp.loading import load_json
 from hydrodamp.models.model import DampingModel
 from hydrodamp.report.gallery.findings import Findings, chosen_row
 from hydrodamp.report.gallery.picture import Gallery, Picture
+from hydrodamp.report.plain_names import is_plain
 from hydrodamp.saving import as_json, save_together
 from hydrodamp.validation.comparison import Comparison
 
@@ -128,7 +130,7 @@ def earlier_pictures(folder: Path) -> list[Path]:
         names = [str(entry["file"]) for entry in document["figures"]]
     except (FileError, KeyError, TypeError):
         return []
-    return [*(folder / name for name in names if _plain(name)), folder / INDEX]
+    return [*(folder / name for name in names if _is_drawing(name)), folder / INDEX]
 
 
 def _contents(gallery: Gallery, folder: Path) -> dict[Path, bytes]:
@@ -155,41 +157,45 @@ def _index(gallery: Gallery) -> dict[str, object]:
 
 
 def _read_gallery(path: Path) -> Gallery:
+    """Return the pictures of an index; one that was deleted or spoilt since is not drawn."""
     document: Any = load_json(path)
     try:
-        entries: list[dict[str, Any]] = list(document["figures"])
-        pictures = tuple(_read_picture(entry, path) for entry in entries)
-        not_drawn = tuple(map(str, document["not_drawn"]))
+        told = [_words(entry, path) for entry in document["figures"]]
+        not_drawn = list(map(str, document["not_drawn"]))
     except (KeyError, TypeError) as error:
         raise FileError(f"{path}: is no index of figures of hydrodamp: {error!r}.") from error
-    return Gallery(pictures, not_drawn)
+    pictures: list[Picture] = []
+    for words in told:
+        try:
+            pictures.append(_with_drawing(words, path.parent))
+        except FileError as error:
+            not_drawn.append(f"{words.title}: {error}")
+    return Gallery(tuple(pictures), tuple(not_drawn))
 
 
-def _read_picture(entry: dict[str, Any], index: Path) -> Picture:
+def _words(entry: dict[str, Any], index: Path) -> Picture:
+    """Return a picture of an index, without its drawing."""
     name = str(entry["file"])
-    if not _plain(name):
+    if not _is_drawing(name):
         raise FileError(f"{index}: `file` must name an .svg file beside it, got '{name}'.")
-    path = index.parent / name
+    title, caption, alt = (str(entry[key]) for key in ("title", "caption", "alt"))
+    return Picture(Path(name).stem, title, caption, alt, b"", bool(entry["print_only"]))
+
+
+def _with_drawing(words: Picture, folder: Path) -> Picture:
+    name = f"{words.name}.svg"
     try:
-        svg = path.read_bytes()
+        picture = replace(words, svg=(folder / name).read_bytes())
     except OSError as error:
-        raise FileError(f"{path}: cannot be read: {error.strerror}.") from error
-    picture = Picture(
-        path.stem,
-        str(entry["title"]),
-        str(entry["caption"]),
-        str(entry["alt"]),
-        svg,
-        bool(entry["print_only"]),
-    )
+        raise FileError(f"{name} cannot be read: {error.strerror}.") from error
     if not all(picture.size):
-        raise FileError(f"{path}: has no extent.")
+        raise FileError(f"{name} has no extent.")
     return picture
 
 
-def _plain(name: str) -> bool:
+def _is_drawing(name: str) -> bool:
     """Tell whether a name is that of an SVG file in the same folder."""
-    return Path(name).name == name and "\\" not in name and name.endswith(".svg")
+    return is_plain(name) and name.endswith(".svg")
 
 
 def _read_grades(path: Path, model: DampingModel) -> Identifiability:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import gc
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -112,37 +114,59 @@ class Gallery:
     not_drawn: tuple[str, ...] = ()
 
 
-def painted(sketches: list[Sketch], done: Callable[[], None] | None = None) -> Gallery:
+def painted(
+    sketches: list[Sketch], reach: Callable[[str, int, int], None] | None = None
+) -> Gallery:
     """Draw sketches.
 
     Parameters
     ----------
     sketches : list of Sketch
         What to draw.
-    done : callable, optional
-        Called after each, for a progress bar.
+    reach : callable, optional
+        Called before each with its title, how many are done and of how many; once more at the
+        end.
 
     Returns
     -------
     gallery : Gallery
         What could be drawn; of the others, why not.
     """
-    from hydrodamp.report.figures.files import figure_bytes
-
     pictures: list[Picture] = []
     not_drawn: list[str] = []
-    for sketch in sketches:
+    for place, sketch in enumerate(sketches):
+        if reach is not None:
+            reach(sketch.title, place, len(sketches))
         try:
-            drawn = sketch.draw()
+            with _uncollected():
+                pictures.append(_picture(sketch))
         except HydrodampError as error:
             not_drawn.append(f"{sketch.title}: {_sentence(error)}")
-        else:
-            svg = figure_bytes(drawn.figure, "svg")
-            words = sketch.title, drawn.caption, drawn.alt
-            pictures.append(Picture(sketch.name, *words, svg, sketch.printed))
-        if done is not None:
-            done()
+    if reach is not None:
+        reach("", len(sketches), len(sketches))
     return Gallery(tuple(pictures), tuple(not_drawn))
+
+
+def _picture(sketch: Sketch) -> Picture:
+    from hydrodamp.report.figures.files import figure_bytes
+    from hydrodamp.report.figures.svg import fix_empty_labels
+
+    drawn = sketch.draw()
+    fix_empty_labels(drawn.figure)
+    svg = figure_bytes(drawn.figure, "svg")
+    return Picture(sketch.name, sketch.title, drawn.caption, drawn.alt, svg, sketch.printed)
+
+
+@contextmanager
+def _uncollected() -> Iterator[None]:
+    """Look for no garbage: a figure has very many parts, and none is garbage before it is drawn."""
+    before = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if before:
+            gc.enable()
 
 
 def _sentence(error: HydrodampError) -> str:

@@ -9,7 +9,11 @@ from dataclasses import dataclass
 from hydrodamp.validation.comparison import Comparison
 
 _KNOWN = {
+    "unfinished": "Unfinished",
+    "not_replayed": "Fits not replayed",
+    "resumed": "Resumed",
     "command": "Command line",
+    "options": "Options",
     "vehicle": "Vehicle",
     "train": "Identified on",
     "train_segments": "Segments identified on",

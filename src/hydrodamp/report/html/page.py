@@ -27,11 +27,8 @@ from hydrodamp.validation.comparison import Comparison
 if TYPE_CHECKING:
     from jinja2 import Environment
 
-MISSING = (
-    'the report needs the package jinja2: pip install "hydrodamp[report]"; then '
-    "`hydrodamp report DIR` makes it from a folder of results."
-)
-"""What to do where there is no report."""
+MISSING = 'the report needs the package jinja2: pip install "hydrodamp[report]"'
+"""What is missing where there is no report."""
 
 MOST = 4_900_000
 """Bytes of a page; pictures that do not fit are left to their folder."""

@@ -1,0 +1,59 @@
+"""The names that fits have in the files of a comparison."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from hydrodamp.data.segments import unique_names
+from hydrodamp.errors import FileError
+from hydrodamp.report.plain_names import is_plain
+
+
+def fit_names(pairs: Iterable[tuple[str, str]]) -> tuple[str, ...]:
+    """Return the name of each fit, all different.
+
+    Parameters
+    ----------
+    pairs : iterable of (str, str)
+        Keys of model and method.
+
+    Returns
+    -------
+    names : tuple of str
+        ``MODEL.METHOD``, numbered where a pair comes again.
+
+    Examples
+    --------
+    >>> fit_names([("linear", "ls"), ("fossen", "ls"), ("linear", "ls")])
+    ('linear.ls', 'fossen.ls', 'linear.ls-2')
+    """
+    return unique_names(f"{model}.{method}" for model, method in pairs)
+
+
+def fit_path(home: Path, name: str) -> Path:
+    """Return the file of a fit.
+
+    Parameters
+    ----------
+    home : path
+        A folder of results.
+    name : str
+        As ``comparison.json`` has it.
+
+    Returns
+    -------
+    path : path
+        In ``fits``.
+
+    Raises
+    ------
+    FileError
+        If the name leads out of that folder.
+    """
+    if not is_plain(name):
+        raise FileError(
+            f"{home / 'comparison.json'}: each fit must be named by a plain file name, got "
+            f"'{name}': make the folder again by the command that wrote it."
+        )
+    return home / "fits" / f"{name}.json"
