@@ -36,6 +36,9 @@ METHODS = "ls,ls-sg,ai,ai-scaled,weak,gls,ridge,dissipative,smooth,rls,oe,recomm
 BLUEROV2 = Path(__file__).parents[1] / "examples" / "bluerov2"
 TRAIN, TEST = ("run_11_40_38", "run_11_57_50"), ("run_11_10_52", "run_11_46_03")
 
+_WIDTH = 140
+"""Columns that the tables need; a narrower screen would cut their numbers."""
+
 
 @dataclass(frozen=True)
 class Cell:
@@ -157,7 +160,7 @@ def main(
     if bluerov2 is not None:
         calls.append((on_bluerov2, str(bluerov2), keys))
     cells = _gathered(calls, workers)
-    console = Console()
+    console = Console(width=max(Console().width, _WIDTH))
     for title, (head, *rows) in tables(cells):
         table = Table(*head, title=title)
         for row in rows:

@@ -10,6 +10,7 @@ import typer
 from typer.testing import CliRunner, Result
 
 import hydrodamp as hd
+from hydrodamp.cli.beside import Beside
 from hydrodamp.cli.guard import guarded
 from hydrodamp.cli.report import illustrate, offer, offer_of_fit, report
 from hydrodamp.report.gallery import examine as examining
@@ -126,9 +127,13 @@ def test_a_fit_alone_is_replayed_on_what_it_was_fitted_to(
 ) -> None:
     fit, vehicle, log = fitted
     assert np.all(np.isfinite(fit.damping.coefficients))
-    offer_of_fit(fit, vehicle, log, ("axis  grade\nX     known",), "damping.json")
+    told = replace(fit, remarks=("axis  grade\nX     known",))
+    said = {"command": "hydrodamp identify a.csv", "versions": "Python 3"}
+    offer_of_fit(told, vehicle, log, said, Beside(Path("damping.json")))
     text = (folder / "damping.report.html").read_text("utf-8")
     assert "share all 400 samples" in text
+    assert "hydrodamp identify a.csv" in text
+    assert "The folder <code>damping.figures</code> of this run" in text
     assert "<pre>axis  grade\nX     known</pre>" in text
     drawn = {path.name for path in (folder / "damping.figures").iterdir()}
     assert {"excitation.svg", "residuals.svg", "replays.svg", "index.json"} <= drawn
@@ -148,7 +153,7 @@ def test_without_the_extra_nothing_is_said_to_be_written(
 ) -> None:
     monkeypatch.setattr(pages, "find_spec", lambda _: None)
     monkeypatch.setattr(examining, "find_spec", lambda _: None)
-    offer_of_fit(*fitted, (), "damping.json")
+    offer_of_fit(*fitted, {}, Beside(Path("damping.json")))
     said = capsys.readouterr().err
     assert "written" not in said
     assert "matplotlib" in said
@@ -168,6 +173,24 @@ def test_grades_pictures_and_report_go_beside_the_results(
     assert call("out").exit_code == 0
     assert (results / "report.html").read_bytes() == first
     assert b"The log determined " in first
+
+
+def test_a_page_elsewhere_names_the_folder_of_the_run_and_a_lost_picture(
+    fitted: tuple[hd.Fit, hd.Vehicle, hd.Log],
+    comparison: hd.Comparison,
+    results: Path,
+    call: Call,
+    folder: Path,
+) -> None:
+    _, vehicle, log = fitted
+    illustrate(comparison, vehicle, log, results)
+    (results / "figures" / "power.svg").unlink()
+    done = call("out --out elsewhere.html")
+    assert done.exit_code == 0, done.output
+    text = (folder / "elsewhere.html").read_text("utf-8")
+    assert "The folder <code>figures</code> of this run has the pictures" in text
+    assert "Power over the operating box: power.svg cannot be read" in text
+    assert "beside this report" not in text
 
 
 def test_without_the_extra_grades_are_written_all_the_same(

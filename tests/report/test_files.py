@@ -12,6 +12,7 @@ from hydrodamp.models.damping_file import read_damping
 from hydrodamp.report.comparison_grids import row_grid
 from hydrodamp.report.document import comparison_document
 from hydrodamp.report.files import read_comparison, row_names, write_comparison
+from hydrodamp.report.unfinished import read_earlier
 from hydrodamp.validation.comparison import Comparison
 
 
@@ -97,6 +98,21 @@ def test_a_name_that_leaves_the_folder_is_not_followed(
     (tmp_path / "comparison.json").write_text(rows, "utf-8")
     write_comparison(Comparison(comparison.rows[:1]), tmp_path)
     assert (tmp_path / "x.ls.json").exists()
+
+
+@pytest.mark.parametrize("name", ["../x", "/x", "a\\x", "a\0x"])
+def test_a_comparison_that_names_files_elsewhere_is_refused(
+    comparison: Comparison, tmp_path: Path, name: str
+) -> None:
+    write_comparison(comparison, tmp_path)
+    path = tmp_path / "comparison.json"
+    document = json.loads(path.read_text("utf-8"))
+    document["rows"][0]["model"] = name
+    path.write_text(json.dumps(document), "utf-8")
+    with pytest.raises(FileError, match="plain file name"):
+        read_comparison(tmp_path)
+    with pytest.raises(FileError, match="plain file name"):
+        read_earlier(tmp_path).fits()
 
 
 def test_times_are_without_the_rounding_of_clocks(comparison: Comparison, tmp_path: Path) -> None:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from hydrodamp.cli import options
+from hydrodamp.cli.beside import Beside
 from hydrodamp.cli.guard import WORK_FAILED
 from hydrodamp.cli.output import emit, fail, note, results
 
@@ -36,19 +38,24 @@ def identify(
     json: options.Json = False,
 ) -> None:
     """Identify one model, say how far to trust it, and write its damping file."""
+    from dataclasses import replace
+
     from hydrodamp.cli.choose import SPARSE, choose_model, with_sparse
     from hydrodamp.cli.experiment import check_before, check_samples, fit_all
+    from hydrodamp.cli.record import record
     from hydrodamp.cli.report import offer_of_fit
     from hydrodamp.cli.select import train_alone
-    from hydrodamp.cli.targets import check_out_file
     from hydrodamp.cli.trust import trust
     from hydrodamp.identification.methods import find_method
     from hydrodamp.vehicle.fleet import find_vehicle
 
-    if out is not None:
-        check_out_file(out, (*(logs or ()), *(train or ()), vehicle, model, mapping))
+    inputs = (*(logs or ()), *(train or ()), vehicle, model, mapping)
+    beside = None if out is None else Beside(Path(out))
+    if beside is not None:
+        beside.check(inputs)
     craft, way = find_vehicle(vehicle), find_method(method)
     named = () if model == SPARSE else (choose_model(model),)
+    said = record(inputs)
     log = train_alone(logs or (), train or (), mapping)
     (chosen,) = named or with_sparse(craft, log, ())
     check_before(craft, log, (chosen,))
@@ -59,27 +66,28 @@ def identify(
         words = trust(craft, log, fit)
         results().print("\n\n".join(words), markup=False, highlight=False)
         results().print()
-    deliver(fit, out, json)
-    if out is not None:
-        offer_of_fit(fit, craft, log, words, out)
+    deliver(fit, beside, json)
+    if beside is not None:
+        told = replace(fit, remarks=(*fit.remarks, *words))
+        offer_of_fit(told, craft, log, said, beside)
 
 
-def deliver(fit: Fit, out: str | None, json: bool) -> None:
+def deliver(fit: Fit, beside: Beside | None, json: bool) -> None:
     """Print and write a fit; end with status 1 if it has no numbers.
 
     Parameters
     ----------
     fit : Fit
         What came out.
-    out : str or None
-        Damping file to write.
+    beside : Beside or None
+        The damping file to write. Report and pictures of an earlier one go in the same step.
     json : bool
         Whether to print the document instead of a table.
     """
     from hydrodamp.report.document import fit_document
     from hydrodamp.report.fit_grid import fit_grid
     from hydrodamp.report.screen import show
-    from hydrodamp.saving import save_json
+    from hydrodamp.saving import as_json, save_together
 
     document = fit_document(fit)
     if json:
@@ -88,6 +96,7 @@ def deliver(fit: Fit, out: str | None, json: bool) -> None:
         show(results(), fit_grid(fit))
     if not fit.status.usable:
         fail(fit.status.value, WORK_FAILED)
-    if out is not None:
-        save_json(document, out)
-        note(f"written to {out}")
+    if beside is not None:
+        contents = {beside.damping: as_json(document).encode("utf-8")}
+        save_together(contents, removed=beside.earlier())
+        note(f"written to {beside.damping}")

@@ -12,7 +12,9 @@ from hydrodamp.cli.output import note
 
 if TYPE_CHECKING:
     import os
+    from collections.abc import Mapping
 
+    from hydrodamp.cli.beside import Beside
     from hydrodamp.data.log import Log
     from hydrodamp.identification.fit import Fit
     from hydrodamp.report.gallery.findings import Findings
@@ -94,14 +96,15 @@ def illustrate(comparison: Comparison, vehicle: Vehicle, train: Log, home: Path)
     written : tuple of str
         What was, by name; of what lacks a package it is said how to get it.
     """
-    from hydrodamp.report.gallery.folder import FIGURES, GRADES, write_findings
+    from hydrodamp.report.gallery.findings import FIGURES
+    from hydrodamp.report.gallery.folder import GRADES, write_findings
     from hydrodamp.report.html.write import REPORT
 
     findings = look_closer(comparison, vehicle, train)
     write_findings(findings, home)
     again = f"`{shlex.join(('hydrodamp', 'report', str(home)))}` makes it"
     there = {
-        GRADES: findings.identifiability is not None,
+        GRADES: findings.identifiability is not None or bool(findings.not_graded),
         FIGURES: bool(findings.gallery.pictures),
         REPORT: offer(comparison, home / REPORT, findings, again),
     }
@@ -134,7 +137,9 @@ def look_closer(comparison: Comparison, vehicle: Vehicle, train: Log) -> Finding
         return examine(comparison, vehicle, train, reach)
 
 
-def offer_of_fit(fit: Fit, vehicle: Vehicle, log: Log, words: tuple[str, ...], out: str) -> None:
+def offer_of_fit(
+    fit: Fit, vehicle: Vehicle, log: Log, said: Mapping[str, str], beside: Beside
+) -> None:
     """Write report and pictures of one fit beside its damping file.
 
     It is replayed on what it was fitted to.
@@ -147,25 +152,25 @@ def offer_of_fit(fit: Fit, vehicle: Vehicle, log: Log, words: tuple[str, ...], o
         Everything known.
     log : Log
         What it was identified from.
-    words : tuple of str
-        What else was found of it.
-    out : str
-        The damping file.
+    said : mapping of str to str
+        What the run was, for its provenance.
+    beside : Beside
+        Where they go; nothing of an earlier fit is there any more.
     """
     from dataclasses import replace
 
+    from hydrodamp.cli.guard import warned
     from hydrodamp.report.gallery.folder import write_gallery
     from hydrodamp.validation.compare import compare
 
-    told = replace(fit, remarks=(*fit.remarks, *words))
-    alone = compare((told,), vehicle, log)
-    said = {**alone.provenance, "overlap": f"all {log.n} samples"}
-    one = replace(alone, provenance=said)
-    findings = look_closer(one, vehicle, log)
-    figures, target = (Path(out).with_suffix(end) for end in (".figures", ".report.html"))
-    if findings.gallery.pictures or figures.is_dir():  # those of an earlier fit go
-        write_gallery(findings.gallery, figures)
+    alone = compare((fit,), vehicle, log)
+    words = {**alone.provenance, "overlap": f"all {log.n} samples", **said}
+    one = replace(alone, provenance=words)
+    findings = replace(look_closer(one, vehicle, log), folder=beside.figures.name)
+    if lines := warned():
+        one = replace(one, provenance={**words, "warnings": "\n".join(lines)})
     if findings.gallery.pictures:
-        note(f"written to {figures}")
-    if offer(one, target, findings):
-        note(f"written to {target}")
+        write_gallery(findings.gallery, beside.figures)
+        note(f"written to {beside.figures}")
+    if offer(one, beside.report, findings):
+        note(f"written to {beside.report}")

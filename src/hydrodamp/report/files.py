@@ -20,7 +20,8 @@ from hydrodamp.loading import load_text
 from hydrodamp.report.comparison_grids import comparison_grids, row_grid, summary_grids
 from hydrodamp.report.document import comparison_document, fit_document
 from hydrodamp.report.fit_names import fit_names, fit_path
-from hydrodamp.report.gallery.folder import FIGURES, GRADES, earlier_findings
+from hydrodamp.report.gallery.findings import FIGURES
+from hydrodamp.report.gallery.folder import GRADES, earlier_findings
 from hydrodamp.report.reading import read_rows
 from hydrodamp.report.renderings import to_csv, to_latex, to_markdown, to_text
 from hydrodamp.report.unfinished import read_earlier, with_waiting

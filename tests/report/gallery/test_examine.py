@@ -37,7 +37,7 @@ def test_everything_is_drawn_with_its_words(examined):
             assert words.endswith(".")
             assert "  " not in words
         assert picture.alt != picture.caption
-    assert [one.name for one in gallery.pictures if one.printed] == [
+    assert [one.name for one in gallery.pictures if one.print_only] == [
         *("replays", "front", "coefficients")
     ]
 
@@ -69,6 +69,8 @@ def test_captions_say_what_is_in_the_numbers(examined):
         in (words["horizons"])
     )
     assert "one pass" in words["history-ai"]
+    name = f"{row.model} by {row.method}"
+    assert f"Shaded, of {name}: where 95 % of the replays" in words["replays"]
 
 
 def test_without_a_score_the_data_alone_are_drawn(examined):
@@ -98,7 +100,8 @@ def test_a_log_too_short_to_grade_is_no_fault(examined):
     short = examined.train.between(0.0, 0.5)
     found = examine(examined.table, examined.vehicle, short)
     assert found.identifiability is None
-    assert found.gallery.not_drawn[0].startswith("What the log determines is not known: ")
+    assert found.not_graded.startswith("What the log determines is not known: ")
+    assert not any("determines" in one for one in found.gallery.not_drawn)
     assert "estimation-velocities" in [one.name for one in found.gallery.pictures]
 
 

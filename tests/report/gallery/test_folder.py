@@ -48,7 +48,7 @@ def test_the_report_made_again_is_the_same_file(examined, home):
     again = hd.write_report(home, home / "again.html")
     assert first.read_bytes() == again.read_bytes()
     text = again.read_text("utf-8")
-    shown = [one for one in examined.findings.gallery.pictures if not one.printed]
+    shown = [one for one in examined.findings.gallery.pictures if not one.print_only]
     assert text.count("data:image/svg+xml;base64,") == len(shown)
     assert "The log determined " in text
 
@@ -93,10 +93,8 @@ def test_the_grades_are_strict_json_in_words(home):
     [
         ("figures/index.json", '"excitation.svg"', '"../excitation.svg"', "must name an .svg"),
         ("figures/index.json", '"excitation.svg"', '"/etc/passwd"', "must name an .svg"),
-        ("figures/index.json", '"excitation.svg"', '"gone.svg"', "cannot be read"),
         ("figures/index.json", '"alt"', '"other"', "is no index of figures"),
         ("figures/index.json", '"figures"', '"other"', "is no index of figures"),
-        ("figures/excitation.svg", "<svg", "<html", "must begin as an SVG"),
         ("identifiability.json", '"grade": "determined"', '"grade": "sure"', "has no grades"),
         ("identifiability.json", '"axes"', '"other"', "has no grades"),
         ("identifiability.json", '"X_u"', '"X_uu"', "of other coefficients"),
@@ -109,6 +107,35 @@ def test_spoilt_files_are_refused(home, path, old, new, words):
     (home / path).write_text(text.replace(old, new), "utf-8")
     with pytest.raises(hd.FileError, match=words):
         read_findings(home, hd.read_comparison(home))
+
+
+@pytest.mark.parametrize(
+    ("spoil", "words"),
+    [
+        (lambda path: path.unlink(), "excitation.svg cannot be read"),
+        (lambda path: path.write_text("<html>", "utf-8"), "must begin as an SVG"),
+        (lambda path: path.write_text('<svg width="0pt" height="9pt">', "utf-8"), "no extent"),
+    ],
+)
+def test_a_picture_that_was_spoilt_is_left_out_with_a_sentence(examined, home, spoil, words):
+    spoil(home / "figures" / "excitation.svg")
+    found = read_findings(home, hd.read_comparison(home))
+    assert found.gallery.pictures == examined.findings.gallery.pictures[1:]
+    (said,) = found.gallery.not_drawn
+    assert said.startswith("Excitation by axis: ")
+    assert words in said
+    assert said.endswith(".")
+    text = hd.write_report(home, home / "report.html").read_text("utf-8")
+    assert words in text
+
+
+def test_why_there_are_no_grades_reads_back(examined, tmp_path):
+    hd.write_comparison(examined.table, tmp_path)
+    found = Findings(not_graded="What the log determines is not known: too short.")
+    write_findings(found, tmp_path)
+    assert read_findings(tmp_path, examined.table) == found
+    write_findings(Findings(), tmp_path)
+    assert not (tmp_path / "identifiability.json").exists()
 
 
 def test_an_index_that_names_files_elsewhere_removes_none_of_them(home):

@@ -15,8 +15,9 @@ from hydrodamp.models.catalog import PAPER_MODELS
 from hydrodamp.report.gallery.findings import Findings
 from hydrodamp.report.gallery.picture import Gallery, Picture
 from hydrodamp.report.html.page import page
-from hydrodamp.report.html.pictures import hung
+from hydrodamp.report.html.pictures import pictures_section
 from hydrodamp.report.html.summary import summary
+from hydrodamp.report.unfinished import unfinished
 
 HOSTILE = "</script><script>alert('1')</script><img src=x onerror=\"alert(2)\">&amp;"
 SVG = b'<svg width="252pt" height="180pt" onload="alert(1)"><script>alert(1)</script></svg>'
@@ -83,50 +84,101 @@ def test_hostile_words_stay_text(comparison, take_apart):
 
 def test_pictures_for_which_there_is_no_room_are_named():
     large = replace(PLAIN, name="large", title="Large", svg=SVG + b" " * 3000)
-    printed = replace(PLAIN, name="front", printed=True)
-    wall = hung(Findings(gallery=Gallery((large, PLAIN, printed), ("Other: no.",))), 2000)
-    assert [one.picture.name for one in wall.framed] == ["power"]
-    assert wall.not_drawn == (
-        "Other: no.",
-        "Large: too large for this page; see large.svg in the folder of figures.",
+    printed = replace(PLAIN, name="front", print_only=True)
+    findings = Findings(gallery=Gallery((large, PLAIN, printed), ("Other: no.",)))
+    section = pictures_section(findings, 2000)
+    assert [one.picture.name for one in section.images] == ["power"]
+    assert section.not_shown == ("Other: no.", "Large: large.svg is too large for this page.")
+    assert section.print_only == ("front.svg",)
+    assert pictures_section(Findings(), 2000) is None
+
+
+@pytest.mark.parametrize("folder", ["figures", "damping.figures"])
+def test_the_folder_is_named_also_where_the_page_shows_no_picture(comparison, take_apart, folder):
+    printed = replace(PLAIN, name="front", print_only=True)
+    found = take_apart(page(comparison, {}, Findings(None, Gallery((printed,)), folder=folder)))
+    assert not found.all("img")
+    assert (
+        f"The folder {folder} of this run has the pictures"
+        in found.one("section", id="pictures").text
     )
-    assert wall.printed == ("front.svg",)
-    assert hung(Findings(), 2000) is None
+    assert "among them front.svg for what" in found.one("section", id="pictures").text
+
+
+def test_why_there_are_no_grades_stands_where_they_would(comparison, take_apart):
+    findings = Findings(gallery=Gallery((PLAIN,)), not_graded=f"Not known: {HOSTILE}")
+    section = take_apart(page(comparison, {}, findings)).one("section", id="pictures")
+    assert f"Not known: {HOSTILE}" in section.text
+    assert section.text.index("Not known") < section.text.index("Takes power.")
+    assert "Not shown" not in section.text
+    bare = take_apart(page(comparison, {}, Findings(not_graded="Not known.")))
+    assert "Not known." in bare.one("section", id="pictures").text
 
 
 def test_grades_stand_as_a_table(comparison, take_apart):
     found = take_apart(page(comparison, {}, Findings(graded("ddwwnn", excited=False))))
     section = found.one("section", id="pictures")
     assert "Coefficients of linear by how well the log determines them" in section.text
-    wall = hung(Findings(graded("ddwwnn", excited=False)), 0)
-    assert wall.grades[0] == ("X", "6 of 6", "90 %", "yes", "2", "2", "2")
-    assert wall.grades[3] == ("K", "6 of 6", "10 %", "no", "2", "2", "2")
+    assert "The folder" not in section.text
+    section = pictures_section(Findings(graded("ddwwnn", excited=False)), 0)
+    assert section.grades[0] == ("X", "6 of 6", "90 %", "yes", "2", "2", "2")
+    assert section.grades[3] == ("K", "6 of 6", "10 %", "no", "2", "2", "2")
     assert not found.all("img")
 
 
 @pytest.mark.parametrize(
     ("grades", "excited", "sentence"),
     [
-        ("dddddd", True, "The log determined all 36 coefficients of this model."),
+        ("dddddd", True, "The log determined all 36 coefficients of this model"),
         (
             "dddddw",
             True,
             "The log determined 30 of its 36 coefficients; 6 are weak, good for sign and order "
-            "of magnitude at best (X_r, Y_r, Z_r, K_r, M_r, N_r).",
+            "of magnitude at best (X_r, Y_r, Z_r, K_r, M_r, N_r)",
         ),
         (
             "nnnnnn",
             False,
             "The log determined none of its 36 coefficients; 36 are not determined (X 6, Y 6, "
             "Z 6, K 6, M 6, N 6); axes it does not excite, by the share of the response "
-            "predicted: K 10 %.",
+            "predicted: K 10 %",
         ),
     ],
 )
 def test_the_third_sentence_rests_on_the_grades(comparison, grades, excited, sentence):
+    """The covariance is diag(1 ... 36) and the coefficients -1 ... -36: three intervals hold 0."""
     found = graded(grades, excited=excited)
-    assert summary(comparison, found)[2] == sentence
-    assert summary(comparison)[2] != sentence
+    ending = "; by ls, the 95 % intervals of 3 coefficients hold zero."
+    assert summary(comparison, found)[2] == f"{sentence}{ending}"
+    assert not summary(comparison)[2].startswith(sentence)
+
+
+@pytest.mark.parametrize(
+    ("model", "method", "ending"),
+    [
+        ("linear", "ai", "of this model; by ai, the estimate has not settled."),
+        ("uncoupled", "ls", "of this model; by ls, 3 coefficients cannot be told apart."),
+    ],
+)
+def test_the_fit_has_its_say_after_the_grades(comparison, model, method, ending):
+    row = comparison.row(model, method)
+    fit = replace(row.fit, damping=replace(row.fit.damping, covariance=None))
+    alone = hd.Comparison((replace(row, fit=fit),))
+    assert summary(alone, graded("dddddd"))[2].endswith(ending)
+
+
+def test_a_fit_with_nothing_to_add_adds_nothing(comparison):
+    fit = comparison.row("linear", "ls").fit
+    sure = replace(fit.damping, covariance=1e-6 * np.eye(36))
+    alone = hd.Comparison((replace(comparison.rows[0], fit=replace(fit, damping=sure)),))
+    assert summary(alone, graded("dddddd"))[2].endswith("all 36 coefficients of this model.")
+
+
+def test_while_rows_are_missing_the_verdict_is_one_so_far(comparison):
+    assert summary(comparison)[0].startswith("Take linear by ls")
+    assert summary(unfinished(comparison, 9))[0].startswith("So far, take linear by ls")
+    lost = unfinished(hd.Comparison(comparison.rows[1:2]), 9)
+    assert summary(lost)[0].startswith("No model can be recommended so far: none of 1 fits")
 
 
 def test_an_hour_at_ten_hertz_with_pictures_is_small(make_log, make_comparison):

@@ -10,6 +10,7 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.axes import AXES
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Fit
+from hydrodamp.report.correlated import correlated_pairs, correlation
 from hydrodamp.report.figures.look import COLUMN, PAGE, in_our_look, settle, sheet
 from hydrodamp.report.figures.symbols import coefficient_symbol, plain, shortened
 
@@ -57,28 +58,21 @@ def correlation_figure(fit: Fit) -> Figure:
             f"'{fit.model.key}' by '{fit.method}' has no covariance, so no correlation can be "
             "drawn: use a method that gives one"
         )
-    correlation = _correlation(covariance)
     width = COLUMN if fit.model.n_coefficients <= _ONE_COLUMN else 0.75 * PAGE
     figure = sheet(width, 1.12 * width)
     panel = figure.subplots()
     panel.set_facecolor("#d9d9d9")
     # Few squares are drawn dot by dot, many are left to the viewer, as one dot a square.
     drawn = "nearest" if fit.model.n_coefficients <= _ONE_COLUMN else "none"
-    image = panel.imshow(correlation, cmap="RdBu_r", vmin=-1.0, vmax=1.0, interpolation=drawn)
+    image = panel.imshow(
+        correlation(covariance), cmap="RdBu_r", vmin=-1.0, vmax=1.0, interpolation=drawn
+    )
     _name(panel, fit)
     bar = figure.colorbar(image, ax=panel, location="bottom", shrink=0.8, aspect=30, pad=0.02)
     bar.set_label("correlation [1]")
     bar.ax.tick_params(labelsize=7.0)
-    panel.set_title(_title(fit, correlation, int(width * _LETTERS)), loc="left")
+    panel.set_title(_title(fit, covariance, int(width * _LETTERS)), loc="left")
     return figure
-
-
-def _correlation(covariance: FloatArray) -> FloatArray:
-    """Return the correlation; NaN where a variance is zero or not finite."""
-    deviation = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    known = np.where((deviation > 0.0) & np.isfinite(deviation), deviation, np.nan)
-    correlation: FloatArray = np.clip(covariance / np.outer(known, known), -1.0, 1.0)
-    return correlation
 
 
 def _name(panel: Axes, fit: Fit) -> None:
@@ -103,16 +97,13 @@ def _name(panel: Axes, fit: Fit) -> None:
     panel.tick_params(length=0.0)
 
 
-def _title(fit: Fit, correlation: FloatArray, letters: int) -> str:
+def _title(fit: Fit, covariance: FloatArray, letters: int) -> str:
     """Return the fit, and its most correlated pairs."""
-    upper = np.triu(np.nan_to_num(np.abs(correlation)), 1)
-    worst = np.argsort(upper, axis=None)[::-1][:_TOLD]
-    pairs = [np.unravel_index(place, upper.shape) for place in worst]
     labels, said, room = fit.model.labels, [], letters - len("most correlated: ")
-    for i, j in pairs:
+    for i, j, value in correlated_pairs(covariance)[:_TOLD]:
         room -= len(f"{labels[i]} {labels[j]} -0.00, ")
-        if upper[i, j] > 0.0 and room >= 0:
+        if room >= 0:
             symbols = f"{coefficient_symbol(labels[i])} {coefficient_symbol(labels[j])}"
-            said.append(f"{symbols} ${correlation[i, j]:+.2f}$")
+            said.append(f"{symbols} ${value:+.2f}$")
     most = f"\nmost correlated: {', '.join(said)}" if said else ""
     return f"{plain(shortened(f'{fit.model.key} by {fit.method}', letters))}{most}"

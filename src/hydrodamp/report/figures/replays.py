@@ -38,6 +38,9 @@ Bands = Mapping[tuple[str, str], PredictionBand]
 _ROOM = 0.4
 """How far beyond the range of the measurements a panel reaches, at most, in such ranges."""
 
+_EDGE = 0.6
+"""Opacity of a band's edges, by which bands that overlap are told apart."""
+
 _LEGEND = 60
 """Letters of a line of the legend."""
 
@@ -56,9 +59,9 @@ def replays_figure(rows: Iterable[Row], bands: Bands | None = None) -> Figure:
     Parameters
     ----------
     rows : iterable of Row
-        Of one comparison, such as every method of one model. A replay that diverged is
-        drawn as far as it went; a cross marks the end. A row without a replay is named.
-        Angular rates have the unit of the scores.
+        Of one comparison, such as every method of one model; the first lies on top. A
+        replay that diverged is drawn as far as it went; a cross marks the end. A row
+        without a replay is named. Angular rates have the unit of the scores.
     bands : mapping of (model, method) to PredictionBand, optional
         Of some of them, on the same log.
 
@@ -99,10 +102,11 @@ def _draw(panel: Axes, log: Log, name: str, rows: list[tuple[Row, Look]], bands:
     for row, look in rows:
         if (band := bands.get((row.model, row.method))) is not None:
             ends = shown(band.lower, name, unit), shown(band.upper, name, unit)
-            panel.fill_between(*ribbon(log, *ends), color=look.colour, alpha=BAND, linewidth=0.0)
-    for run, values, look in lines:
+            area = panel.fill_between(*ribbon(log, *ends), facecolor=(look.colour, BAND))
+            area.set(edgecolor=(look.colour, _EDGE), linewidth=0.4)
+    for place, (run, values, look) in enumerate(lines):
         (line,) = panel.plot(*trace(log, values), color=look.colour, linestyle=look.dashes)
-        line.set(linewidth=0.8, zorder=3.0)
+        line.set(linewidth=0.8, zorder=3.5 - 0.5 * place / len(lines))
         for time, value in _ends(run, values):
             panel.plot(
                 [time],

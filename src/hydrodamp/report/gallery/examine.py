@@ -14,6 +14,7 @@ from hydrodamp.report.gallery.of_the_data import sketches_of_data
 from hydrodamp.report.gallery.of_the_fit import sketches_of_fit
 from hydrodamp.report.gallery.of_the_replays import sketches_of_replays
 from hydrodamp.report.gallery.picture import Gallery, Sketch, painted
+from hydrodamp.report.gallery.words import sentence
 from hydrodamp.simulation.problem import Problem, prepare
 from hydrodamp.validation.comparison import Comparison, Row
 from hydrodamp.vehicle.vehicle import Vehicle
@@ -64,27 +65,26 @@ def examine(
     Returns
     -------
     findings : Findings
-        What could be found; the gallery says what could not. Without matplotlib there
+        What could be found, and why the rest could not. Without matplotlib there
         are grades alone.
     """
     row = chosen_row(comparison)
     problem = None if row is None else prepare(vehicle, train, row.fit.model)
-    grades, doubt = (None, ()) if problem is None or row is None else _graded(problem, row)
+    grades, not_graded = (None, "") if problem is None or row is None else _graded(problem, row)
     if not drawable():
-        return Findings(grades, Gallery((), (*doubt, _sentence(MISSING))))
+        return Findings(grades, Gallery((), (sentence(MISSING),)), not_graded)
     sketches = list(_sketches(comparison, vehicle, train, row, problem, grades))
-    gallery = painted(sketches, reach)
-    return Findings(grades, Gallery(gallery.pictures, (*doubt, *gallery.not_drawn)))
+    return Findings(grades, painted(sketches, reach), not_graded)
 
 
-def _graded(problem: Problem, row: Row) -> tuple[Identifiability | None, tuple[str, ...]]:
+def _graded(problem: Problem, row: Row) -> tuple[Identifiability | None, str]:
     """Return the grades, or why there are none."""
     if not row.n_coefficients:
-        return None, ()
+        return None, ""
     try:
-        return identifiability(problem, row.fit.model), ()
+        return identifiability(problem, row.fit.model), ""
     except HydrodampError as error:
-        return None, (_sentence(f"What the log determines is not known: {error}"),)
+        return None, sentence(f"What the log determines is not known: {error}")
 
 
 def _sketches(
@@ -101,7 +101,3 @@ def _sketches(
         yield from sketches_of_replays(comparison, vehicle, row)
     yield from sketches_of_data(train, comparison.rate_unit)
     yield from sketches_of_adaptation(comparison, vehicle, train, row)
-
-
-def _sentence(text: str) -> str:
-    return f"{text[0].upper()}{text[1:].rstrip('.')}."

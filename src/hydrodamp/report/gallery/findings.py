@@ -8,6 +8,9 @@ from hydrodamp.identification.trust.identifiability import Identifiability
 from hydrodamp.report.gallery.picture import Gallery
 from hydrodamp.validation.comparison import Comparison, Row
 
+FIGURES = "figures"
+"""The folder of the pictures, in a folder of results."""
+
 
 @dataclass(frozen=True)
 class Findings:
@@ -20,10 +23,16 @@ class Findings:
         asked or could not say.
     gallery : Gallery
         The pictures.
+    not_graded : str
+        Why there are no grades, in a sentence; empty where there are or none were asked for.
+    folder : str
+        Name of the folder that their files are in.
     """
 
     identifiability: Identifiability | None = None
     gallery: Gallery = field(default_factory=Gallery)
+    not_graded: str = ""
+    folder: str = FIGURES
 
 
 def chosen_row(comparison: Comparison) -> Row | None:

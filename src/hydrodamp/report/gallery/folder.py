@@ -11,20 +11,22 @@ from hydrodamp.identification.trust.grades import Grade
 from hydrodamp.identification.trust.identifiability import AxisIdentifiability, Identifiability
 from hydrodamp.loading import load_json
 from hydrodamp.models.model import DampingModel
-from hydrodamp.report.gallery.findings import Findings, chosen_row
+from hydrodamp.report.gallery.findings import FIGURES, Findings, chosen_row
 from hydrodamp.report.gallery.picture import Gallery, Picture
 from hydrodamp.report.plain_names import is_plain
 from hydrodamp.saving import as_json, save_together
 from hydrodamp.validation.comparison import Comparison
 
 GRADES = "identifiability.json"
-"""The file with the grades, in a folder of results."""
-
-FIGURES = "figures"
-"""The folder of the pictures, in a folder of results."""
+"""The file with the grades, or why there are none, in a folder of results."""
 
 INDEX = "index.json"
 """The file with their words, among the pictures."""
+
+_AGAIN = "The command that wrote the folder makes it again."
+
+_NOT_GRADED = "not_graded"
+"""Key for why there are no grades."""
 
 _GRADES = {grade.word: grade for grade in Grade}
 
@@ -45,8 +47,8 @@ def write_findings(findings: Findings, home: Path) -> None:
         If a file cannot be written.
     """
     contents = _contents(findings.gallery, home / FIGURES)
-    if findings.identifiability is not None:
-        contents[home / GRADES] = as_json(findings.identifiability.as_dict()).encode("utf-8")
+    if grades := _grades_document(findings):
+        contents[home / GRADES] = as_json(grades).encode("utf-8")
     save_together(contents, removed=earlier_findings(home), last=home / FIGURES / INDEX)
 
 
@@ -89,11 +91,14 @@ def read_findings(home: Path, comparison: Comparison) -> Findings:
     FileError
         If a file is not what it should be.
     """
-    grades, index, row = home / GRADES, home / FIGURES / INDEX, chosen_row(comparison)
-    return Findings(
-        _read_grades(grades, row.fit.model) if row is not None and grades.is_file() else None,
-        _read_gallery(index) if index.is_file() else Gallery(),
-    )
+    path, index, row = home / GRADES, home / FIGURES / INDEX, chosen_row(comparison)
+    gallery = _read_gallery(index) if index.is_file() else Gallery()
+    if row is None or not path.is_file():
+        return Findings(gallery=gallery)
+    document: Any = load_json(path)
+    if isinstance(document, dict) and _NOT_GRADED in document:
+        return Findings(gallery=gallery, not_graded=str(document[_NOT_GRADED]))
+    return Findings(_read_grades(document, path, row.fit.model), gallery)
 
 
 def earlier_findings(home: Path) -> list[Path]:
@@ -140,6 +145,13 @@ def _contents(gallery: Gallery, folder: Path) -> dict[Path, bytes]:
     return contents
 
 
+def _grades_document(findings: Findings) -> dict[str, object]:
+    """Return the grades, or why there are none; empty where none were asked for."""
+    if findings.identifiability is not None:
+        return dict(findings.identifiability.as_dict())
+    return {_NOT_GRADED: findings.not_graded} if findings.not_graded else {}
+
+
 def _index(gallery: Gallery) -> dict[str, object]:
     return {
         "figures": [
@@ -148,7 +160,7 @@ def _index(gallery: Gallery) -> dict[str, object]:
                 "title": one.title,
                 "caption": one.caption,
                 "alt": one.alt,
-                "print_only": one.printed,
+                "print_only": one.print_only,
             }
             for one in gallery.pictures
         ],
@@ -187,9 +199,9 @@ def _with_drawing(words: Picture, folder: Path) -> Picture:
     try:
         picture = replace(words, svg=(folder / name).read_bytes())
     except OSError as error:
-        raise FileError(f"{name} cannot be read: {error.strerror}.") from error
+        raise FileError(f"{name} cannot be read: {error.strerror}. {_AGAIN}") from error
     if not all(picture.size):
-        raise FileError(f"{name} has no extent.")
+        raise FileError(f"{name} has no extent. {_AGAIN}")
     return picture
 
 
@@ -198,8 +210,7 @@ def _is_drawing(name: str) -> bool:
     return is_plain(name) and name.endswith(".svg")
 
 
-def _read_grades(path: Path, model: DampingModel) -> Identifiability:
-    document: Any = load_json(path)
+def _read_grades(document: Any, path: Path, model: DampingModel) -> Identifiability:
     try:
         if document["model"] != model.key:
             raise FileError(

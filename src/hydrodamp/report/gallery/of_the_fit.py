@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-import numpy as np
-
 from hydrodamp.identification.dissipation.operating_box import operating_box
 from hydrodamp.identification.dissipation.power import worst_power
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.trust.diagnostics import REJECTED, diagnose
 from hydrodamp.identification.trust.grades import Grade
 from hydrodamp.identification.trust.identifiability import Identifiability
+from hydrodamp.report.correlated import ALIKE, correlated_pairs
 from hydrodamp.report.figures.correlation import correlation_figure
 from hydrodamp.report.figures.excitation import excitation_figure
 from hydrodamp.report.figures.power import power_figure
@@ -20,9 +19,6 @@ from hydrodamp.report.gallery.picture import Drawn, Sketch
 from hydrodamp.report.gallery.words import listed
 from hydrodamp.simulation.problem import Problem
 from hydrodamp.simulation.score import RateUnit
-
-_ALIKE = 0.9
-"""Correlation from which two coefficients are said to be known only together."""
 
 
 def sketches_of_fit(
@@ -80,9 +76,9 @@ def _correlation(fit: Fit) -> Drawn:
     one = pairs == 1
     said = (
         f"{pairs} pair{'' if one else 's'} of coefficients err{'s' if one else ''} together beyond "
-        f"{_ALIKE:g} and {'is' if one else 'are'} known better together than apart."
+        f"{ALIKE:g} and {'is' if one else 'are'} known better together than apart."
         if pairs
-        else f"No pair of coefficients errs together beyond {_ALIKE:g}."
+        else f"No pair of coefficients errs together beyond {ALIKE:g}."
     )
     return Drawn(
         figure,
@@ -95,15 +91,15 @@ def _correlation(fit: Fit) -> Drawn:
 def _tied(fit: Fit) -> tuple[int, str]:
     """Return how many pairs err together, and the one that does most."""
     covariance = fit.damping.covariance
-    if covariance is None or fit.model.n_coefficients < 2:
+    pairs = [] if covariance is None else correlated_pairs(covariance)
+    if not pairs:
         return 0, ""
-    spread = np.sqrt(np.clip(np.diag(covariance), 0.0, None))
-    known = np.where(spread > 0.0, spread, np.inf)
-    upper = np.triu(np.clip(covariance / np.outer(known, known), -1.0, 1.0), 1)
-    i, j = np.unravel_index(np.argmax(np.abs(upper)), upper.shape)
-    labels = fit.model.labels
-    most = f"; the largest is {upper[i, j]:+.2f}, of {labels[i]} with {labels[j]}"
-    return int(np.count_nonzero(np.abs(upper) >= _ALIKE)), most
+    labels, most = fit.model.labels, pairs[0]
+    return (
+        sum(abs(pair.correlation) >= ALIKE for pair in pairs),
+        f"; the largest is {most.correlation:+.2f}, of {labels[most.first]} with "
+        f"{labels[most.second]}",
+    )
 
 
 def _residuals(problem: Problem, fit: Fit) -> Drawn:

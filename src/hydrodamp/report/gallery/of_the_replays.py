@@ -8,6 +8,7 @@ from hydrodamp.report.figures.coefficients import coefficients_figure
 from hydrodamp.report.figures.front import front_figure
 from hydrodamp.report.figures.horizons import horizons_figure
 from hydrodamp.report.figures.replays import replays_figure
+from hydrodamp.report.gallery.bands_of_rows import affordable_bands, said_of_bands
 from hydrodamp.report.gallery.picture import Drawn, Sketch
 from hydrodamp.report.gallery.words import listed, segments_of
 from hydrodamp.report.numbers import error_size
@@ -41,10 +42,17 @@ def sketches_of_replays(comparison: Comparison, vehicle: Vehicle, row: Row) -> I
     yield Sketch(
         "horizons", "Error growth with horizon", lambda: _horizons(comparison, vehicle, best)
     )
-    yield Sketch("replays", "Measured against replayed", lambda: _replays(comparison, best), True)
+    yield Sketch(
+        "replays",
+        "Measured against replayed",
+        lambda: _replays(comparison, vehicle, best),
+        print_only=True,
+    )
     if len(comparison.rows) > 1:
-        yield Sketch("front", "Error and size", lambda: _front(comparison), True)
-    yield Sketch("coefficients", "Coefficients", lambda: _coefficients(comparison, row), True)
+        yield Sketch("front", "Error and size", lambda: _front(comparison), print_only=True)
+    yield Sketch(
+        "coefficients", "Coefficients", lambda: _coefficients(comparison, row), print_only=True
+    )
 
 
 def best_of_each_method(comparison: Comparison, first: Row) -> tuple[Row, ...]:
@@ -111,14 +119,16 @@ def _grows(found: HorizonScores) -> str:
     )
 
 
-def _replays(comparison: Comparison, rows: Sequence[Row]) -> Drawn:
-    figure = replays_figure(rows)
+def _replays(comparison: Comparison, vehicle: Vehicle, rows: Sequence[Row]) -> Drawn:
+    bands = affordable_bands(vehicle, rows)
+    figure = replays_figure(rows, bands)
     logs = [row.trajectory.log for row in rows if row.trajectory is not None]
     names = listed([f"{row.model} by {row.method}" for row in rows])
     what = "Data that were fitted too" if comparison.provenance.get("overlap") else "Held-out data"
     return Drawn(
         figure,
-        f"{what}, {segments_of(logs[0])}: measured, and replayed by {names}.",
+        f"{what}, {segments_of(logs[0])}: measured, and replayed by {names}. "
+        f"{said_of_bands(bands)}".rstrip(),
         f"Lines of measured and replayed velocities over time, a panel each, by {names}.",
     )
 

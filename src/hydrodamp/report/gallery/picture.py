@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from hydrodamp.errors import FileError, HydrodampError
+from hydrodamp.report.gallery.words import sentence
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -30,7 +31,7 @@ class Picture:
         What it is, what to see in it, and what it shows to those who cannot see it.
     svg : bytes
         The drawing.
-    printed : bool
+    print_only : bool
         Whether it is for print alone, since a report has the same to zoom or to sort.
     """
 
@@ -39,7 +40,7 @@ class Picture:
     caption: str
     alt: str
     svg: bytes
-    printed: bool = False
+    print_only: bool = False
 
     @property
     def size(self) -> tuple[float, float]:
@@ -88,14 +89,14 @@ class Sketch:
         As of a picture.
     draw : callable
         Returns the figure and its words, or raises HydrodampError where it cannot be.
-    printed : bool
+    print_only : bool
         As of a picture.
     """
 
     name: str
     title: str
     draw: Callable[[], Drawn]
-    printed: bool = False
+    print_only: bool = False
 
 
 @dataclass(frozen=True)
@@ -141,7 +142,7 @@ def painted(
             with _uncollected():
                 pictures.append(_picture(sketch))
         except HydrodampError as error:
-            not_drawn.append(f"{sketch.title}: {_sentence(error)}")
+            not_drawn.append(sentence(f"{sketch.title}: {error}"))
     if reach is not None:
         reach("", len(sketches), len(sketches))
     return Gallery(tuple(pictures), tuple(not_drawn))
@@ -154,7 +155,7 @@ def _picture(sketch: Sketch) -> Picture:
     drawn = sketch.draw()
     fix_empty_labels(drawn.figure)
     svg = figure_bytes(drawn.figure, "svg")
-    return Picture(sketch.name, sketch.title, drawn.caption, drawn.alt, svg, sketch.printed)
+    return Picture(sketch.name, sketch.title, drawn.caption, drawn.alt, svg, sketch.print_only)
 
 
 @contextmanager
@@ -167,7 +168,3 @@ def _uncollected() -> Iterator[None]:
     finally:
         if before:
             gc.enable()
-
-
-def _sentence(error: HydrodampError) -> str:
-    return f"{str(error).rstrip('.')}."

@@ -10,6 +10,17 @@ _NAMED = 6
 """Names that are listed; of more, the number."""
 
 
+def sentence(text: str) -> str:
+    """Return what an error or a note says as a sentence.
+
+    Examples
+    --------
+    >>> sentence("no log")
+    'No log.'
+    """
+    return f"{text[0].upper()}{text[1:].rstrip('.')}."
+
+
 def listed(names: Sequence[str]) -> str:
     """Return names as a clause.
 

@@ -10,6 +10,7 @@ import numpy as np
 from hydrodamp.basis.axes import AXES
 from hydrodamp.identification.fit import Fit
 from hydrodamp.models.labels import coefficient_unit
+from hydrodamp.report.correlated import ALIKE, correlated_pairs
 from hydrodamp.report.numbers import NOTHING, coefficient
 from hydrodamp.validation.comparison import Row
 
@@ -18,9 +19,6 @@ MOST = 2500
 
 WIDTH = 160.0
 """Of an interval's drawing; zero and the value stand at fixed places in it."""
-
-ALIKE = 0.9
-"""Correlation of two estimates from which it is told."""
 
 _NAMED = 6
 """Pairs that are named, the most correlated first."""
@@ -167,25 +165,15 @@ def _apart(fit: Fit, tied: bool) -> str:
 
 def _correlated(fit: Fit) -> tuple[str, ...]:
     """Name the estimates that err together."""
-    covariance = fit.damping.covariance
-    if covariance is None:
+    covariance, labels = fit.damping.covariance, fit.model.labels
+    pairs = [] if covariance is None else correlated_pairs(covariance, ALIKE)
+    if not pairs:
         return ()
-    spread = np.sqrt(np.clip(np.diag(covariance), 0.0, None))
-    known = np.where(spread > 0.0, spread, np.inf)
-    correlation = np.triu(covariance / np.outer(known, known), 1)
-    first, second = np.nonzero(np.abs(correlation) >= ALIKE)
-    if not first.size:
-        return ()
-    order = np.argsort(-np.abs(correlation[first, second]), kind="stable")[:_NAMED]
-    labels = fit.model.labels
-    pairs = [
-        f"{labels[i]} with {labels[j]} ({correlation[i, j]:+.2f})"
-        for i, j in zip(first[order].tolist(), second[order].tolist(), strict=True)
-    ]
-    many = "1 pair of estimates is" if first.size == 1 else f"{first.size} pairs of estimates are"
+    named = [f"{labels[i]} with {labels[j]} ({value:+.2f})" for i, j, value in pairs[:_NAMED]]
+    many = "1 pair of estimates is" if len(pairs) == 1 else f"{len(pairs)} pairs of estimates are"
     return (
         f"{many} correlated beyond {ALIKE:g}, and better known together than apart; the most: "
-        f"{', '.join(pairs)}.",
+        f"{', '.join(named)}.",
     )
 
 

@@ -17,7 +17,7 @@ from hydrodamp.report.gallery.findings import Findings
 from hydrodamp.report.html import coefficient_tables as coefficients, front_chart as chart
 from hydrodamp.report.html.origin import origin, told
 from hydrodamp.report.html.packing import script_json
-from hydrodamp.report.html.pictures import hung
+from hydrodamp.report.html.pictures import pictures_section
 from hydrodamp.report.html.plots import plots
 from hydrodamp.report.html.score_table import ranked, score_table
 from hydrodamp.report.html.summary import summary
@@ -99,8 +99,9 @@ def page(
         raise MethodError(MISSING)
     template = _environment().get_template("report.html.j2")
     content = _content(comparison, provenance, findings)
-    bare = template.render(content, wall=hung(findings, 0))
-    return template.render(content, wall=hung(findings, MOST - len(bare.encode("utf-8"))))
+    bare = template.render(content, section=pictures_section(findings, 0))
+    room = MOST - len(bare.encode("utf-8"))
+    return template.render(content, section=pictures_section(findings, room))
 
 
 def _content(

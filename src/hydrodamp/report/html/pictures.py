@@ -1,4 +1,4 @@
-"""The pictures as they hang in a report, and the grades of the log beside them."""
+"""The section of a report with pictures, and the grades of the log above them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _PIXELS = 96.0 / 72.0
 
 
 @dataclass(frozen=True)
-class Framed:
+class PageImage:
     """A picture in a page.
 
     Attributes
@@ -35,31 +35,40 @@ class Framed:
 
 
 @dataclass(frozen=True)
-class Wall:
+class PicturesSection:
     """What a report says of the training log.
 
     Attributes
     ----------
-    framed : tuple of Framed
+    images : tuple of PageImage
         The pictures.
-    printed : tuple of str
+    print_only : tuple of str
         File of each that is in the folder alone.
-    not_drawn : tuple of str
+    has_files : bool
+        Whether there is any picture, in the page or not.
+    folder : str
+        Name of the folder with their files.
+    not_shown : tuple of str
         Why some are missing.
+    not_graded : str
+        Why there are no grades; empty where there are or none were asked for.
     graded : str
         Key of the model whose grades follow; empty without any.
     grades : tuple of tuple of str
         Axis, rank, predicted share, excited or not, and coefficients by grade.
     """
 
-    framed: tuple[Framed, ...]
-    printed: tuple[str, ...]
-    not_drawn: tuple[str, ...]
+    images: tuple[PageImage, ...]
+    print_only: tuple[str, ...]
+    has_files: bool
+    folder: str
+    not_shown: tuple[str, ...]
+    not_graded: str
     graded: str
     grades: tuple[tuple[str, ...], ...]
 
 
-def hung(findings: Findings, room: int) -> Wall | None:
+def pictures_section(findings: Findings, room: int) -> PicturesSection | None:
     """Return what a page shows of findings.
 
     Parameters
@@ -71,39 +80,40 @@ def hung(findings: Findings, room: int) -> Wall | None:
 
     Returns
     -------
-    wall : Wall or None
+    section : PicturesSection or None
         Pictures in their order; those for which there is no room are named. None where
         nothing was found.
     """
     gallery, grades = findings.gallery, findings.identifiability
-    if not gallery.pictures and not gallery.not_drawn and grades is None:
+    found = gallery.pictures or gallery.not_drawn or findings.not_graded
+    if not found and grades is None:
         return None
-    framed: list[Framed] = []
-    not_drawn = list(gallery.not_drawn)
-    for picture in (one for one in gallery.pictures if not one.printed):
-        one = _framed(picture)
-        if len(one.source) > room:
-            not_drawn.append(
-                f"{picture.title}: too large for this page; see {picture.name}.svg in the folder "
-                "of figures."
-            )
+    images: list[PageImage] = []
+    not_shown = list(gallery.not_drawn)
+    for picture in (one for one in gallery.pictures if not one.print_only):
+        image = _image(picture)
+        if len(image.source) > room:
+            not_shown.append(f"{picture.title}: {picture.name}.svg is too large for this page.")
             continue
-        room -= len(one.source)
-        framed.append(one)
-    return Wall(
-        framed=tuple(framed),
-        printed=tuple(f"{one.name}.svg" for one in gallery.pictures if one.printed),
-        not_drawn=tuple(not_drawn),
+        room -= len(image.source)
+        images.append(image)
+    return PicturesSection(
+        images=tuple(images),
+        print_only=tuple(f"{one.name}.svg" for one in gallery.pictures if one.print_only),
+        has_files=bool(gallery.pictures),
+        folder=findings.folder,
+        not_shown=tuple(not_shown),
+        not_graded=findings.not_graded,
         graded="" if grades is None else grades.model.key,
         grades=() if grades is None else _lines(grades),
     )
 
 
-def _framed(picture: Picture) -> Framed:
+def _image(picture: Picture) -> PageImage:
     """Return a picture as an image: in one, nothing of a file runs or asks the network."""
     width, height = picture.size
     words = base64.b64encode(picture.svg).decode("ascii")
-    return Framed(
+    return PageImage(
         picture,
         f"data:image/svg+xml;base64,{words}",
         round(_PIXELS * width),

@@ -11,6 +11,8 @@ from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.trust.grades import Grade
 from hydrodamp.identification.trust.identifiability import Identifiability
 from hydrodamp.report.html.coefficient_tables import reach
+from hydrodamp.report.unfinished import UNFINISHED
+from hydrodamp.simulation.status import Status
 from hydrodamp.validation.comparison import Comparison, Row
 
 _NAMED = 8
@@ -22,6 +24,12 @@ _MEANING = {
 }
 """What is said of each grade but the best."""
 
+_UNDONE = {
+    Status.NOT_SETTLED: "the estimate has not settled",
+    Status.STOPPED: "the search did not end at rest",
+}
+"""What is said of a fit that did not come to its end."""
+
 
 def summary(comparison: Comparison, grades: Identifiability | None = None) -> tuple[str, str, str]:
     """Return the verdict.
@@ -31,26 +39,30 @@ def summary(comparison: Comparison, grades: Identifiability | None = None) -> tu
     comparison : Comparison
         What came out.
     grades : Identifiability, optional
-        Which coefficients of the chosen model the log determines; without them the fit's
-        own rank and intervals say what is not known.
+        Which coefficients of the chosen model the log determines, whatever the method; what
+        the fit's own rank and intervals leave open is said after them, or alone without them.
 
     Returns
     -------
     which, how_good, unknown : str
-        The row to take and its runner-up; how its replay errs; which of its coefficients
-        the log did not determine.
+        The row to take and its runner-up, so far where rows are missing; how its replay errs;
+        which of its coefficients are not determined.
     """
     if all(row.rms is None for row in comparison.rows):
         return _none(comparison)
     choice = comparison.choice()
-    unknown = _unknown(choice.row.fit) if grades is None else _by_grade(grades)
-    return (f"Take {choice.sentence}", _how_good(comparison, choice.row), unknown)
+    fit = choice.row.fit
+    unknown = _unknown(fit) if grades is None else f"{_by_grade(grades)}{_by_method(fit)}."
+    take = "So far, take" if UNFINISHED in comparison.provenance else "Take"
+    return (f"{take} {choice.sentence}", _how_good(comparison, choice.row), unknown)
 
 
 def _none(comparison: Comparison) -> tuple[str, str, str]:
     outcomes = ", ".join(dict.fromkeys(row.status.word for row in comparison.rows)) or "no rows"
+    so_far = " so far" if UNFINISHED in comparison.provenance else ""
     return (
-        f"No model can be recommended: none of {len(comparison.rows)} fits has an RMS error.",
+        f"No model can be recommended{so_far}: none of {len(comparison.rows)} fits has an RMS "
+        "error.",
         f"Nothing can be said of how good they are; the outcomes are: {outcomes}.",
         "The log did not determine any of these models well enough to be replayed; try models "
         "with fewer terms, another method, or a log with richer manoeuvres.",
@@ -80,7 +92,7 @@ def _by_grade(found: Identifiability) -> str:
     """Say what noise and manoeuvres of the log left open."""
     n, sure = len(found.grades), len(found.labelled(Grade.DETERMINED))
     if sure == n:
-        return f"The log determined all {n} coefficients of this model."
+        return f"The log determined all {n} coefficients of this model"
     parts = [f"The log determined {sure or 'none'} of its {n} coefficients"]
     for grade, meaning in _MEANING.items():
         if labels := list(found.labelled(grade)):
@@ -91,7 +103,24 @@ def _by_grade(found: Identifiability) -> str:
         parts.append(
             f"axes it does not excite, by the share of the response predicted: {', '.join(quiet)}"
         )
-    return f"{'; '.join(parts)}."
+    return "; ".join(parts)
+
+
+def _by_method(fit: Fit) -> str:
+    """Say what the fit itself leaves open: grades are of the log, by another method than its."""
+    tied = {label for group in fit.aliased for label in group}
+    unsure = [label for label in _unsure(fit) if label not in tied]
+    parts = [_UNDONE[fit.status]] if fit.status in _UNDONE else []
+    if tied:
+        parts.append(f"{len(tied)} coefficients cannot be told apart")
+    if unsure:
+        noun = "other" if tied else "coefficient"
+        parts.append(
+            f"the 95 % interval of 1 {noun} holds zero"
+            if len(unsure) == 1
+            else f"the 95 % intervals of {len(unsure)} {noun}s hold zero"
+        )
+    return f"; by {fit.method}, {' and '.join(parts)}" if parts else ""
 
 
 def _unknown(fit: Fit) -> str:
