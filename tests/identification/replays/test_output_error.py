@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.identification.replays.climb import climb
-from hydrodamp.identification.replays.refine import searching
+from hydrodamp.identification.replays.climb import _chosen, climb
+from hydrodamp.identification.replays.refine import Place, searching
 from hydrodamp.identification.replays.runaway import runaways
 from hydrodamp.identification.replays.shooting import Guess, Shooting, cut
 from hydrodamp.simulation.campaign.water import true_damping
@@ -99,6 +99,20 @@ def test_intervals_make_room_for_what_short_windows_say(campaign):
     apart = np.abs(climbed.coefficients - climbed.short)
     assert np.all(fit.uncertainty.standard_errors >= apart * (1.0 - 1e-12))
     assert "shortest windows" in str(fit.uncertainty)
+
+
+def test_where_every_place_runs_away_the_one_that_lasts_longest_is_given(campaign):
+    """Fossen's model with thrust for drag: the more of it, the sooner the speed runs away."""
+    model = hd.catalog["fossen"]
+    problem = hd.prepare(campaign.vehicle, campaign.train, model)
+    whole = searching(problem, model).shooting(np.inf)
+    pushed = [np.zeros(12) for _ in range(3)]
+    for coefficients, push in zip(pushed, (60.0, 15.0, 30.0), strict=True):
+        coefficients[model.index("X_u")] = push
+    places = [Place(coefficients, np.ones(6)) for coefficients in pushed]
+    chosen, why = _chosen(whole, places, places[0])
+    assert chosen is places[1]
+    assert "runs away" in why
 
 
 def test_windows_cover_every_sample_and_cross_no_join(campaign):

@@ -125,12 +125,13 @@ def climb(
 def _chosen(whole: Shooting, places: list[Place], end: Place | None) -> tuple[Place, str]:
     """Return the end, or the nearest place where it runs away, and why not the end.
 
-    Among places that all replay the log, the nearest would be a matter of noise.
+    Among places that all replay the log, the nearest would be a matter of noise; among
+    places that all run away, the best is the one that replays most of it.
     """
 
-    def rank(place: Place) -> tuple[bool, float]:
-        misfit = _misfit(whole, place.coefficients)
-        return place is not end or misfit == np.inf, misfit
+    def rank(place: Place) -> tuple[bool, int, float]:
+        lost, misfit = _lost(whole, place.coefficients), _misfit(whole, place.coefficients)
+        return place is not end or lost > 0, lost, misfit
 
     columns, entries = whole.problem.columns, whole.entries
     ranked = sorted(places, key=rank)
@@ -155,6 +156,12 @@ def _misfit(shooting: Shooting, coefficients: FloatArray) -> float:
     errors = shooting.errors(Guess(coefficients, shooting.measured_starts()))
     square = np.mean(errors**2, axis=0) + (LIKE_NOISE * shooting.noise) ** 2
     return float(np.sum(np.log(square))) if np.all(np.isfinite(square)) else np.inf
+
+
+def _lost(shooting: Shooting, coefficients: FloatArray) -> int:
+    """Return how many samples come after a replay has run away."""
+    errors = shooting.errors(Guess(coefficients, shooting.measured_starts()))
+    return int(np.count_nonzero(~np.isfinite(errors).all(axis=1)))
 
 
 def _stages(
