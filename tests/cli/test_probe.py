@@ -161,6 +161,16 @@ def test_a_mapping_is_followed(folder: Path, call: Call) -> None:
     assert call("probe dive.csv --mapping mavros").exit_code == 2
 
 
+def test_a_draft_that_was_corrected_is_kept_unless_forced(folder: Path, call: Call) -> None:
+    unmapped(folder)
+    (folder / "mine.yaml").write_text("# corrected by hand\n", "utf-8")
+    done = call("probe dive.csv --draft mine.yaml")
+    assert done.exit_code == 2
+    assert "is there already" in done.stderr
+    assert (folder / "mine.yaml").read_text("utf-8") == "# corrected by hand\n"
+    assert call("probe dive.csv --draft mine.yaml --force").exit_code == 0
+
+
 def test_a_draft_needs_a_place(folder: Path, call: Call) -> None:
     unmapped(folder)
     done = call("probe dive.csv --draft nowhere/mine.yaml")

@@ -88,8 +88,8 @@ def test_or_where_it_is_asked_to_go(results: Path, call: Call, folder: Path) -> 
 @pytest.mark.parametrize(
     ("line", "words"),
     [
-        ("nowhere", "there is no folder nowhere"),
-        ("nowhere --out r.html", "comparison.json: cannot be read"),
+        ("nowhere", "nowhere: is no folder of results"),
+        ("nowhere --out r.html", "nowhere: is no folder of results"),
         ("out --out out/replays.npz", "is one of the inputs"),
         ("out --out deep/r.html", "there is no folder deep"),
         ("out --out out", "is a folder"),

@@ -22,6 +22,12 @@ def test_a_terminal_shows_every_word_in_80_columns(comparison: Comparison) -> No
             assert all(word in text for word in row)
 
 
+def test_a_time_between_colons_is_no_emoji() -> None:
+    stream = io.StringIO()
+    show(Console(file=stream), Grid("50:100:", ("a",), (), "l", notes=("They share 50:100: all.",)))
+    assert stream.getvalue().count("50:100:") == 2
+
+
 def test_outcomes_have_colours() -> None:
     rows = (("a", "diverged"), ("b", "~1.0"), ("c", "0.5"))
     table = rich_table(Grid("", ("model", "ls"), rows, "lr", best=frozenset({(2, 1)})))

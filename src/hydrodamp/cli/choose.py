@@ -54,8 +54,12 @@ def with_sparse(
         if model.key.casefold() == SPARSE:
             raise _called_alike(model.key, SPARSE)
     way = Sparse()
-    with progress("selecting terms", len(way.windows)) as step:
-        selected = way.select(vehicle, log, models, step)
+    try:
+        with progress("selecting terms", len(way.windows)) as step:
+            selected = way.select(vehicle, log, models, step)
+    except KeyboardInterrupt:
+        note("stopped while selecting `sparse`, before any fit: nothing is written.")
+        raise
     note(f"sparse: {selected.n_coefficients} coefficients. {selected.note}")
     return (*models, selected)
 

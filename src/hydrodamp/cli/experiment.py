@@ -186,6 +186,7 @@ def nothing_scored(comparison: Comparison) -> str:
         return ""
     outcomes = dict.fromkeys(row.status.word for row in comparison.rows)
     return (
-        f"no row has an RMS error ({', '.join(outcomes)}): try models with fewer terms, a better "
-        "derivative, or a log with richer manoeuvres."
+        f"no row has an RMS error ({', '.join(outcomes)}): check units, axes and signs first "
+        "(`hydrodamp probe`), then try models with fewer terms, another method, or a log with "
+        "richer manoeuvres."
     )

@@ -108,6 +108,7 @@ Resume = Annotated[
         "--resume", help="Go on with what the same command left in --out when it was interrupted."
     ),
 ]
+Force = Annotated[bool, typer.Option("--force", help="Replace a file that is there.")]
 Json = Annotated[
     bool, typer.Option("--json", help="Print machine-readable results on standard output.")
 ]

@@ -36,17 +36,19 @@ def probe(
         str | None,
         typer.Option("--draft", metavar="FILE", help="Save the draft of a mapping file."),
     ] = None,
+    force: options.Force = False,
     json: options.Json = False,
 ) -> None:
     """Look through a log: what is in it, what is missing, is it fit for the job."""
+    from hydrodamp.cli.targets import check_new_file
     from hydrodamp.report.probed import probed_document, probed_grids
     from hydrodamp.report.screen import show
-    from hydrodamp.saving import check_file, save_text
+    from hydrodamp.saving import save_text
     from hydrodamp.vehicle.fleet import find_vehicle
 
     craft = None if vehicle is None else find_vehicle(vehicle)
     if draft is not None:
-        check_file(draft)
+        check_new_file(draft, force)
     recordings = _recordings(logs)
     found, probed = _probed(logs, recordings, mapping, craft)
     if draft is not None:

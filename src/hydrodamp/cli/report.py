@@ -33,9 +33,15 @@ def report(
 ) -> None:
     """Make the report of a folder of results again, without fitting again."""
     from hydrodamp.cli.targets import check_out_file
+    from hydrodamp.errors import FileError
     from hydrodamp.report.html.write import REPORT
 
     home = Path(folder)
+    if not (home / "comparison.json").is_file():
+        raise FileError(
+            f"{folder}: is no folder of results, for there is no comparison.json in it; name one "
+            "that `compare` or `demo` wrote with `--out`."
+        )
     target = home / REPORT if out is None else Path(out)
     inputs = (path for path in home.rglob("*") if path != home / REPORT)
     check_out_file(str(target), map(str, inputs))

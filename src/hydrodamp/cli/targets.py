@@ -65,6 +65,28 @@ def check_out_folder(out: str, inputs: Iterable[str | None]) -> None:
     check_folder(folder)
 
 
+def check_new_file(out: str, force: bool) -> None:
+    """Refuse a file that cannot be written, or is there already and may hold work of a person.
+
+    Parameters
+    ----------
+    out : str
+        The file to be written.
+    force : bool
+        Whether it may be replaced.
+
+    Raises
+    ------
+    FileError
+        If it is there and may not, or is in a folder that cannot be written.
+    """
+    from hydrodamp.saving import check_file
+
+    check_file(out)
+    if Path(out).exists() and not force:
+        raise FileError(f"{out}: is there already; name another file, or say --force.")
+
+
 def _files(inputs: Iterable[str | None]) -> list[Path]:
     return [Path(name) for name in inputs if name and Path(name).is_file()]
 

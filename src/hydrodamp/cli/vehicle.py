@@ -9,7 +9,6 @@ import typer
 
 from hydrodamp.cli import options
 from hydrodamp.cli.output import emit, note
-from hydrodamp.errors import FileError
 
 Size = Annotated[float | None, typer.Option(metavar="METRES", help="Of the hull [m].")]
 
@@ -22,20 +21,19 @@ def new(
         float | None,
         typer.Option("--mass", metavar="KG", help="With flooded spaces [kg]."),
     ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
+    force: options.Force = False,
     json: options.Json = False,
 ) -> None:
     """Write a commented vehicle file to fill in.
 
     With --length, --diameter and --mass it is an estimate that can be used as it is.
     """
-    from hydrodamp.saving import check_file, save_text
+    from hydrodamp.cli.targets import check_new_file
+    from hydrodamp.saving import save_text
     from hydrodamp.vehicle.template import vehicle_template
 
     path = Path(file)
-    check_file(path)
-    if path.exists() and not force:
-        raise FileError(f"{path}: is there already; name another file, or say --force.")
+    check_new_file(file, force)
     save_text(vehicle_template(path.stem, length=length, diameter=diameter, mass=mass), path)
     complete = mass is not None
     if json:

@@ -28,13 +28,13 @@ def show(console: Console, *grids: Grid) -> None:
     for place, grid in enumerate(grids):
         if place:
             console.print()
-        console.print(grid.title, style="bold", markup=False)
+        console.print(grid.title, style="bold", markup=False, emoji=False)
         _print_whole(console, rich_table(grid))
         if grid.notes:
             console.print()
         for note in grid.notes:
             for line in wrapped(note, min(console.width, 100)):
-                console.print(line, markup=False, highlight=False, soft_wrap=True)
+                console.print(line, markup=False, highlight=False, emoji=False, soft_wrap=True)
 
 
 def rich_table(grid: Grid) -> Table:

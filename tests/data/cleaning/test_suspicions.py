@@ -62,6 +62,18 @@ def test_rates_in_another_unit(scale: float, says: str) -> None:
     assert f"{scale:.2g}"[:3] in one.evidence
 
 
+def test_rates_converted_once_too_often() -> None:
+    """Or the attitude is in degrees: rates alone cannot tell, and both are said."""
+    log = sound()
+    velocity = log.velocity.copy()
+    velocity[:, 5] *= np.pi / 180
+    found = looks(dataclasses.replace(log, velocity=velocity))
+    assert found == [
+        ("r", "is rad/s taken for deg/s and converted once too often"),
+        ("yaw", "is degrees taken for radians"),
+    ]
+
+
 def test_heading_in_degrees() -> None:
     log = sound()
     yaw = np.degrees(0.2 * TIME + 0.3 * np.sin(0.5 * TIME))

@@ -28,6 +28,7 @@ _RATES = {
     180 / np.pi: "deg/s taken for rad/s",
     60 / (2 * np.pi): "rpm taken for rad/s",
     1 / (2 * np.pi): "rev/s taken for rad/s",
+    np.pi / 180: "rad/s taken for deg/s and converted once too often",
     -1.0: "of the other sign, or of another frame than the attitude",
 }
 _SPEEDS = {
