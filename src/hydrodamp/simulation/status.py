@@ -14,7 +14,7 @@ class Status(Enum):
     'diverged'
     """
 
-    OK = "ok: every coefficient is told apart by the data."
+    OK = "ok: the data tell all coefficients apart; how well they determine each, its grade says."
     RANK_DEFICIENT = (
         "rank deficient: the data cannot tell some coefficients apart; their smallest-norm "
         "split is given and `aliased` names them."

@@ -126,7 +126,7 @@ class TestExcitation:
         assert [bar.get_width() for bar in left.patches] == [one.share for one in found.axes]
         total = sum(bar.get_width() for bar in right.patches)
         assert total == len(found.grades)
-        assert "10 %, not excited" in [text.get_text() for text in left.texts]
+        assert "10 %, not predicted" in [text.get_text() for text in left.texts]
         assert legend(figure) == ["determined", "weak", "not determined"]
         assert left.get_xlabel() == "predicted share of\nthe response [1]"
         on_sheet(figure)

@@ -56,7 +56,7 @@ def test_captions_say_what_is_in_the_numbers(examined):
             in (words["excitation"])
         )
     quiet = [one.axis for one in found.axes if not one.excited]
-    assert ("excites every axis" in words["excitation"]) == (not quiet)
+    assert ("predicted on every axis" in words["excitation"]) == (not quiet)
     problem = hd.prepare(examined.vehicle, examined.train, row.fit.model)
     worst = hd.worst_power(row.fit.damping, hd.operating_box(problem)).power
     assert f"the greatest power found is {worst:.3g} W" in words["power"]

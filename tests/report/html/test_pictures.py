@@ -140,8 +140,8 @@ def test_grades_stand_as_a_table(comparison, take_apart):
             "nnnnnn",
             False,
             "The log determined none of its 36 coefficients; 36 are not determined (X 6, Y 6, "
-            "Z 6, K 6, M 6, N 6); axes it does not excite, by the share of the response "
-            "predicted: K 10 %",
+            "Z 6, K 6, M 6, N 6); axes whose response is not predicted, for want of "
+            "motion or of the right terms (share): K 10 %",
         ),
     ],
 )

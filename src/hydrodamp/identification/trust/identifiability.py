@@ -66,7 +66,7 @@ class AxisIdentifiability:
     def __str__(self) -> str:
         """Return a line for the table."""
         counts = "".join(f"{self.count(grade):>8}" for grade in Grade)
-        note = "" if self.excited else "  not excited"
+        note = "" if self.excited else "  response not predicted"
         return (
             f"{self.axis:<5}{self.rank:>4} of {len(self.labels):<4}{self.condition:>10.3g}"
             f"{100.0 * self.share:>10.0f} %{counts}{note}"

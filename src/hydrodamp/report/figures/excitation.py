@@ -68,7 +68,7 @@ def _shares(panel: Axes, found: Identifiability) -> None:
     for place, (one, share) in enumerate(zip(found.axes, shares.tolist(), strict=True)):
         colour = "#4d4d4d" if one.excited else "#ffffff"
         panel.barh(place, share, height=0.62, color=colour, edgecolor="#4d4d4d")
-        words = f"{100.0 * share:.0f} %" if one.excited else f"{100.0 * share:.0f} %, not excited"
+        words = f"{100.0 * share:.0f} %" if one.excited else f"{100.0 * share:.0f} %, not predicted"
         inside = share > 0.6
         panel.text(
             share - 0.03 if inside else max(share, EXCITED) + 0.03,

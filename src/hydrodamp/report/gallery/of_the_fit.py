@@ -53,9 +53,10 @@ def sketches_of_fit(
 def _excitation(found: Identifiability) -> Drawn:
     quiet = [one.axis for one in found.axes if not one.excited]
     said = (
-        f"The log does not excite {listed(quiet)}: no coefficient there is to be read."
+        f"The response is not predicted on {listed(quiet)}, for want of motion or of the right "
+        "terms: no coefficient there is to be read."
         if quiet
-        else "The log excites every axis with coefficients."
+        else "The response is predicted on every axis with coefficients."
     )
     bars = "; ".join(
         f"{one.axis} {100.0 * one.share:.0f} %, "

@@ -101,7 +101,8 @@ def _by_grade(found: Identifiability) -> str:
     quiet = [f"{one.axis} {100.0 * one.share:.0f} %" for one in found.axes if not one.excited]
     if quiet:
         parts.append(
-            f"axes it does not excite, by the share of the response predicted: {', '.join(quiet)}"
+            "axes whose response is not predicted, for want of motion or of the right terms "
+            f"(share): {', '.join(quiet)}"
         )
     return "; ".join(parts)
 
