@@ -6,7 +6,6 @@ import time
 
 import pytest
 
-from hydrodamp.simulation import parallel
 from hydrodamp.simulation.parallel import each
 
 
@@ -36,76 +35,40 @@ def test_after_an_error_work_under_way_is_handed_out_and_no_more_is_begun() -> N
     assert len(begun) < 1000
 
 
-def test_a_second_ctrl_c_loses_nothing_that_is_finished(monkeypatch: pytest.MonkeyPatch) -> None:
-    told: list[int] = []
-    stop = parallel._Crew.stop
-
-    def stop_and_be_interrupted(crew: parallel._Crew) -> None:
-        stop(crew)
-        raise KeyboardInterrupt
-
-    def work(number: int) -> int:
-        if number == 2:
-            raise KeyboardInterrupt
-        return number
-
-    monkeypatch.setattr(parallel._Crew, "stop", stop_and_be_interrupted)
-    monkeypatch.setattr(parallel, "_await", lambda futures, *_: [one.result() for one in futures])
-    with pytest.raises(KeyboardInterrupt):
-        each(work, [(k,) for k in range(3)], told.append)
-    assert told == [0, 1]
-
-
-@pytest.mark.filterwarnings("error::pytest.PytestUnhandledThreadExceptionWarning")
-def test_no_thread_of_the_pool_is_hit_by_what_was_meant_for_the_work(
-    caplog: pytest.LogCaptureFixture,
-) -> None:
-    """Calls that end all the time, while they are told to stop."""
-    for _ in range(5):
-        begun = threading.Event()
-
-        def interrupt(begun: threading.Event = begun) -> None:
-            begun.wait()
-            _thread.interrupt_main()
-
-        threading.Thread(target=interrupt).start()
-        with pytest.raises(KeyboardInterrupt):
-            each(begun.set, [()] * 100_000)
-    assert not caplog.records
-
-
 def test_after_an_interruption_all_finished_work_is_handed_out_and_none_begun() -> None:
     told: list[int] = []
     begun: list[int] = []
+    over = threading.Event()
 
     def work(number: int) -> int:
         begun.append(number)
         if number == 3:
+            time.sleep(0.2)  # until the others are done
             raise KeyboardInterrupt
-        while number > 3:
-            pass  # until it is stopped
+        if number > 3:
+            over.wait()
         return number
 
     with pytest.raises(KeyboardInterrupt):
         each(work, [(k,) for k in range(1000)], told.append)
+    over.set()
     assert told == [0, 1, 2]
     assert len(begun) < 1000
 
 
-def test_ctrl_c_stops_work_that_would_never_end() -> None:
-    at_work = threading.Event()
+def test_ctrl_c_does_not_wait_for_work_that_is_not_done() -> None:
+    at_work, over = threading.Event(), threading.Event()
 
-    def endless() -> None:
+    def long() -> None:
         at_work.set()
-        while True:
-            pass
+        over.wait()
 
     def interrupt() -> None:
         at_work.wait()
         _thread.interrupt_main()
 
-    before = threading.active_count()
     threading.Thread(target=interrupt).start()
     with pytest.raises(KeyboardInterrupt):
-        each(endless, [()] * 5)
-    assert threading.active_count() == before
+        each(long, [()] * 5)
+    assert not over.is_set()
+    over.set()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import sys
 from typing import Annotated
 
 import typer
@@ -10,7 +12,7 @@ from hydrodamp.cli.compare import compare
 from hydrodamp.cli.convert import convert
 from hydrodamp.cli.datasets import datasets
 from hydrodamp.cli.demo import demo
-from hydrodamp.cli.guard import guarded
+from hydrodamp.cli.guard import INTERRUPTED, guarded
 from hydrodamp.cli.identify import identify
 from hydrodamp.cli.models import models
 from hydrodamp.cli.probe import probe
@@ -69,5 +71,15 @@ def hydrodamp_command(
 
 
 def main() -> None:
-    """Run the command line; the console script and ``python -m hydrodamp`` call this."""
-    app()
+    """Run the command line; the console script and ``python -m hydrodamp`` call this.
+
+    After Ctrl-C the process ends without waiting for fits that are still under way behind.
+    """
+    try:
+        app()
+    except SystemExit as end:
+        if end.code == INTERRUPTED:
+            sys.stdout.flush()
+            sys.stderr.flush()
+            os._exit(INTERRUPTED)
+        raise

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import ctypes
 import os
-import threading
-import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from typing import Any, TypeVar
@@ -14,9 +11,6 @@ Result = TypeVar("Result")
 
 _GLANCE = 0.2
 """How long a wait may last before Ctrl-C is looked for; Windows does not break a wait [s]."""
-
-_NAP = 0.001
-"""How often a thread that ends looks whether the others have been told to stop [s]."""
 
 
 def each(
@@ -47,26 +41,25 @@ def each(
     Raises
     ------
     KeyboardInterrupt
-        After Ctrl-C. Work under way goes on to the end of the compiled code it is in, and
-        is then stopped.
+        After Ctrl-C, at once: no more is begun. A thread cannot be stopped, so work under
+        way goes on behind until it is done, and what comes of it is dropped.
     Exception
         The first that a call raises; work under way is finished, and no more is begun.
     """
-    executor, crew = ThreadPoolExecutor(max_workers=os.cpu_count()), _Crew()
+    executor = ThreadPoolExecutor(max_workers=os.cpu_count())
     futures: list[Future[Result]] = []
     told: set[Future[Result]] = set()
     try:
-        futures.extend(executor.submit(crew.call, work, *call) for call in calls)
+        futures.extend(executor.submit(work, *call) for call in calls)
         _await(futures, told, done)
     except KeyboardInterrupt:
         executor.shutdown(wait=False, cancel_futures=True)
-        try:
-            crew.stop()
-        finally:
-            _tell(futures, told, done)
+        _tell(futures, told, done)
         raise
-    finally:
+    except BaseException:
         executor.shutdown(cancel_futures=True)
+        raise
+    executor.shutdown()
     return tuple(future.result() for future in futures)
 
 
@@ -101,60 +94,3 @@ def _tell(
         if done is not None and there and future not in told:
             done(future.result())
             told.add(future)
-
-
-class _Crew:
-    """The threads at work, which can be stopped as Ctrl-C stops the main thread.
-
-    A thread that computes looks for no flag, and a fit may take minutes. So it gets what
-    the main thread got, an exception at the next line of Python that it comes to. Like Ctrl-C
-    that may be any line, one that has just taken a lock too: what was under way is not used
-    again.
-    """
-
-    def __init__(self) -> None:
-        self._at_work: set[int] = set()
-        self._stopped = False
-        self._telling = False
-
-    def call(self, work: Callable[..., Result], *arguments: object) -> Result:
-        """Return what the work returns; while it lasts this thread can be stopped."""
-        me = threading.get_ident()
-        try:
-            self._at_work.add(me)
-            if self._stopped:
-                raise KeyboardInterrupt
-            return work(*arguments)
-        finally:
-            self._at_work.discard(me)
-            if self._stopped:
-                self._linger()
-
-    def _linger(self) -> None:
-        """Wait for an exception that is on its way: it shall arrive here, not in the pool."""
-        while self._telling:
-            time.sleep(_NAP)
-        time.sleep(0.0)  # one more place to arrive at
-
-    def stop(self) -> None:
-        """Stop all work, again and again until it has: a handler may have caught the first."""
-        try:
-            self._stopped = True
-            while self._at_work:
-                self._tell_all()
-                time.sleep(_GLANCE)
-        finally:
-            self._telling = False
-
-    def _tell_all(self) -> None:
-        self._telling = True
-        for thread in tuple(self._at_work):
-            if not _raise_in(thread, KeyboardInterrupt):
-                self._at_work.discard(thread)
-        self._telling = False
-
-
-def _raise_in(thread: int, error: type[BaseException]) -> bool:
-    """Raise an exception in a thread at its next line of Python; tell whether there is one."""
-    identity, what = ctypes.c_ulong(thread), ctypes.py_object(error)
-    return bool(ctypes.pythonapi.PyThreadState_SetAsyncExc(identity, what))
