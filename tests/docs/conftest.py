@@ -44,7 +44,7 @@ def dive(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     hd.write_log(log, "dive.csv")
     _write_tables(log)
     _write_bag(log)
-    Path("mine.yaml").write_text(MAPPING, encoding="utf-8")
+    Path("mapping.yaml").write_text(MAPPING, encoding="utf-8")
     return tmp_path
 
 
