@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from hydrodamp.arrays import FloatArray, frozen
+from hydrodamp.arrays import FloatArray, IntArray, frozen
 from hydrodamp.errors import ProblemError
 
 PACKED = 18
@@ -72,6 +72,41 @@ class Inputs:
     def n(self) -> int:
         """Return the number of samples."""
         return len(self.time)
+
+    def part(self, part: slice | IntArray, velocity: FloatArray | None = None) -> Inputs:
+        """Return some of the samples.
+
+        Parameters
+        ----------
+        part : slice or ndarray of int, shape (m,)
+            Which samples.
+        velocity : ndarray, shape (m, 6), optional
+            What takes the place of theirs [m/s, rad/s], body frame.
+
+        Returns
+        -------
+        inputs : Inputs
+            In the order of ``part``.
+
+        Raises
+        ------
+        ProblemError
+            If there is not one velocity a sample.
+
+        Examples
+        --------
+        >>> inputs = Inputs(np.arange(3), *[np.zeros((3, width)) for width in (6, 3, 6, 0, 2)])
+        >>> inputs.part(slice(1, 3)).time.tolist(), inputs.part(np.array([0, 2])).time.tolist()
+        ([1.0, 2.0], [0.0, 2.0])
+        """
+        return Inputs(
+            time=self.time[part],
+            velocity=self.velocity[part] if velocity is None else velocity,
+            down=self.down[part],
+            wrench=self.wrench[part],
+            channels=self.channels[part],
+            propulsion=self.propulsion[part],
+        )
 
     @property
     def n_channels(self) -> int:

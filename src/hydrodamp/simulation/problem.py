@@ -61,6 +61,12 @@ class Problem:
         return len(self.inputs.time)
 
     @property
+    def duration(self) -> float:
+        """Time covered by all segments together, without what is between them [s]."""
+        time = self.inputs.time
+        return float(np.sum(time[self.segments[:, 1] - 1] - time[self.segments[:, 0]]))
+
+    @property
     def segment_numbers(self) -> IntArray:
         """Number of the segment each sample is from, shape (n,)."""
         return np.repeat(np.arange(len(self.segments)), np.diff(self.segments, axis=1).ravel())

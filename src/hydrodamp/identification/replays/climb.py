@@ -106,7 +106,7 @@ def climb(
     search = searching(problem, model)
     whole = search.shooting(np.inf)
     ladder = [whole, search.shooting(lengths[0]), search.shooting(_SHORTEST)]
-    first = min(starts, key=lambda start: [_misfit(windows, start) for windows in ladder])
+    first = min(starts, key=lambda start: [_replayed(windows, start)[1] for windows in ladder])
     paths, words = _stages(search, Place(first, np.full(6, _FIRST)), lengths, rounds)
     places = [place for path in paths for place in path.places]
     places += [Place(start, np.full(6, _FIRST)) for start in starts]
@@ -130,7 +130,7 @@ def _chosen(whole: Shooting, places: list[Place], end: Place | None) -> tuple[Pl
     """
 
     def rank(place: Place) -> tuple[bool, int, float]:
-        lost, misfit = _lost(whole, place.coefficients), _misfit(whole, place.coefficients)
+        lost, misfit = _replayed(whole, place.coefficients)
         return place is not end or lost > 0, lost, misfit
 
     columns, entries = whole.problem.columns, whole.entries
@@ -151,17 +151,15 @@ def _why(chosen: Place, end: Place | None, ranked: list[Place]) -> str:
     return " An earlier place is given: the end runs away on whole runs."
 
 
-def _misfit(shooting: Shooting, coefficients: FloatArray) -> float:
-    """Return the log-likelihood of the errors per sample, negative; infinite if one diverged."""
+def _replayed(shooting: Shooting, coefficients: FloatArray) -> tuple[int, float]:
+    """Return the samples lost after a divergence, and the errors' log-likelihood per sample.
+
+    The likelihood is negative, and infinite where a replay diverged.
+    """
     errors = shooting.errors(Guess(coefficients, shooting.measured_starts()))
+    lost = int(np.count_nonzero(~np.isfinite(errors).all(axis=1)))
     square = np.mean(errors**2, axis=0) + (LIKE_NOISE * shooting.noise) ** 2
-    return float(np.sum(np.log(square))) if np.all(np.isfinite(square)) else np.inf
-
-
-def _lost(shooting: Shooting, coefficients: FloatArray) -> int:
-    """Return how many samples come after a replay has run away."""
-    errors = shooting.errors(Guess(coefficients, shooting.measured_starts()))
-    return int(np.count_nonzero(~np.isfinite(errors).all(axis=1)))
+    return lost, float(np.sum(np.log(square))) if np.all(np.isfinite(square)) else np.inf
 
 
 def _stages(

@@ -82,7 +82,7 @@ def left_out(search: Search, place: Place, n_parts: int) -> LeftOut | None:
     left_out : LeftOut or None
         None where fewer than four searches have an end.
     """
-    length = _duration(search.problem) / n_parts
+    length = search.problem.duration / n_parts
     windows, parts = _parts(search.problem, length, n_parts)
     ends = []
     for part in np.unique(parts):
@@ -101,26 +101,12 @@ def _parts(problem: Problem, length: float, n_parts: int) -> tuple[IntArray, Int
     return windows, np.floor(n_parts * middle / problem.n_samples).astype(np.int64)
 
 
-def _duration(problem: Problem) -> float:
-    time = problem.inputs.time
-    return float(np.sum(time[problem.segments[:, 1] - 1] - time[problem.segments[:, 0]]))
-
-
 def _of(problem: Problem, windows: IntArray) -> Problem:
     """Return the problem of some windows, a segment each."""
     kept = np.concatenate([np.arange(start, stop) for start, stop in windows.tolist()])
     ends = np.cumsum(np.diff(windows, axis=1).ravel())
-    inputs = problem.inputs
     return replace(
         problem,
-        inputs=replace(
-            inputs,
-            time=inputs.time[kept],
-            velocity=inputs.velocity[kept],
-            down=inputs.down[kept],
-            wrench=inputs.wrench[kept],
-            channels=inputs.channels[kept],
-            propulsion=inputs.propulsion[kept],
-        ),
+        inputs=problem.inputs.part(kept),
         segments=np.column_stack([np.append(0, ends[:-1]), ends]),
     )

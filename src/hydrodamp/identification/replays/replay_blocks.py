@@ -66,7 +66,7 @@ def replay_blocks(
         coefficients solved from it are whole ones, not changes.
     """
     search = searching(problem, model)
-    shooting = search.shooting(min(length, _duration(problem) / _LEAST))
+    shooting = search.shooting(min(length, problem.duration / _LEAST))
     guessed = around.onto(model)
     starts = shooting.measured_starts()
     spread = _spread(shooting.errors(Guess(guessed, starts)), search.noise)
@@ -82,11 +82,6 @@ def replay_blocks(
         rows = linear.triangle @ turn
         blocks.append(rows.T @ rows)
     return ReplayBlocks(np.array(blocks).reshape(-1, *turn.shape), lost)
-
-
-def _duration(problem: Problem) -> float:
-    time = problem.inputs.time
-    return float(np.sum(time[problem.segments[:, 1] - 1] - time[problem.segments[:, 0]]))
 
 
 def _spread(errors: FloatArray, noise: FloatArray) -> FloatArray:

@@ -9,7 +9,7 @@ problem.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -279,7 +279,7 @@ class Shooting:
             windows = self.windows[edge:stop] - first
             velocity = self.problem.inputs.velocity[first:last].copy()
             velocity[windows[:, 0]] = guess.starts[edge:stop]
-            yield _part(self.problem.inputs, first, last, velocity), windows, (first, last)
+            yield self.problem.inputs.part(slice(first, last), velocity), windows, (first, last)
             edge = stop
 
 
@@ -307,16 +307,3 @@ def cut(problem: Problem, length: float) -> IntArray:
         edges = [start, *inner.tolist(), stop]
         windows += pairwise(edges)
     return np.array(windows, dtype=np.int64).reshape(-1, 2)
-
-
-def _part(inputs: Inputs, first: int, last: int, velocity: FloatArray) -> Inputs:
-    part = slice(first, last)
-    return replace(
-        inputs,
-        time=inputs.time[part],
-        velocity=velocity,
-        down=inputs.down[part],
-        wrench=inputs.wrench[part],
-        channels=inputs.channels[part],
-        propulsion=inputs.propulsion[part],
-    )

@@ -60,24 +60,13 @@ def steps_between(
         ``stop - start - 1`` of them.
     """
     mass, part, n_known = problem.vehicle.mass_matrix, slice(start, stop), problem.columns.n_known
-    inputs = _part(problem.inputs, part, problem.inputs.velocity if velocity is None else velocity)
+    inputs = problem.inputs.part(part, None if velocity is None else velocity[part])
     regressor = _mean_regressor(problem.columns.plant.factors, inputs)
     acting = kernels.coriolis(mass, inputs.velocity) + inputs.wrench
     step = np.diff(inputs.time)[:, None]
     gained = np.diff(problem.inputs.velocity[part], axis=0) / step @ mass
     known = _mean(acting) + regressor[:, :n_known] @ problem.columns.known
     return Steps(regressor[:, n_known:], (gained - known) * problem.vehicle.free)
-
-
-def _part(inputs: Inputs, part: slice, velocity: FloatArray) -> Inputs:
-    return Inputs(
-        time=inputs.time[part],
-        velocity=velocity[part],
-        down=inputs.down[part],
-        wrench=inputs.wrench[part],
-        channels=inputs.channels[part],
-        propulsion=inputs.propulsion[part],
-    )
 
 
 def _mean_regressor(factors: IndexArray, inputs: Inputs) -> FloatArray:
