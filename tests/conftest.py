@@ -10,11 +10,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import settings
 
 import hydrodamp as hd
 from hydrodamp.kernels import coriolis
 
 Build = Callable[..., hd.Log]
+
+# The same examples every time; `--hypothesis-profile=default` looks for new ones.
+settings.register_profile("seeded", derandomize=True)
+settings.load_profile("seeded")
 
 NEAR = Path(__file__).resolve().parents[2] / "shared" / "data"
 """Where measured logs lie in a development tree; they are no part of the project."""

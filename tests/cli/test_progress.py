@@ -5,8 +5,9 @@ import io
 import pytest
 from rich.console import Console
 
+from hydrodamp.advance import advance
 from hydrodamp.cli import progress as module
-from hydrodamp.cli.progress import progress, stages
+from hydrodamp.cli.progress import followed, progress, stages
 
 
 class Terminal(io.StringIO):
@@ -64,6 +65,23 @@ def test_work_that_says_how_far_it_has_come(terminal: Terminal) -> None:
     assert "drawing [residuals]" in terminal.getvalue()
     assert "3/11" in terminal.getvalue()
     assert "left" in terminal.getvalue()
+
+
+def test_work_that_tells_what_share_of_it_is_done(terminal: Terminal) -> None:
+    with followed("writing", 800):
+        by = advance(4)
+        by()
+        by()
+    assert "writing" in terminal.getvalue()
+    assert "400/800" in terminal.getvalue()
+
+
+def test_nothing_is_said_of_rate_and_time_before_they_are_known(terminal: Terminal) -> None:
+    with stages("reading", unit="B"):
+        pass
+    assert "reading" in terminal.getvalue()
+    assert "left" not in terminal.getvalue()
+    assert "/?" not in terminal.getvalue()
 
 
 def test_each_of_several_works_has_a_length_of_its_own(terminal: Terminal) -> None:

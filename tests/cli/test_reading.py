@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 
 import pytest
@@ -12,34 +11,18 @@ from hydrodamp.cli import reading as module
 from hydrodamp.cli.reading import reading
 
 
-@pytest.fixture
-def shown(monkeypatch: pytest.MonkeyPatch) -> list[object]:
-    """What the bar was told: its label and total, then its steps."""
-    told: list[object] = []
-
-    @contextmanager
-    def progress(label: str, total: int | None, *, unit: str) -> Iterator[Callable[..., None]]:
-        told.append((label, total, unit))
-        yield lambda *, steps: told.append(steps)
-
-    monkeypatch.setattr(module, "progress", progress)
-    return told
-
-
-def test_bytes_are_counted_over_several_logs(tmp_path: Path, shown: list[object]) -> None:
+def test_the_bytes_of_all_logs_are_counted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "a.csv").write_bytes(b"123")
     (tmp_path / "dive").mkdir()
     for name, content in {"b.dat": b"1", "c.dat": b"22"}.items():
         (tmp_path / "dive" / name).write_bytes(content)
-    paths = [str(tmp_path / name) for name in ("a.csv", "dive", "gone.csv")]
-    with reading(paths) as done:
-        for path in paths:
-            done(path)
-    assert shown == [("reading a.csv, dive, gone.csv", 6, "B"), 3, 3, 0]
+    told: list[object] = []
 
+    def followed(label: str, total: int, *, unit: str) -> AbstractContextManager[None]:
+        told.extend((label, total, unit))
+        return nullcontext()
 
-def test_of_one_log_nobody_can_tell_how_much_is_read(tmp_path: Path, shown: list[object]) -> None:
-    (tmp_path / "a.csv").write_bytes(b"123")
-    with reading([str(tmp_path / "a.csv")]):
+    monkeypatch.setattr(module, "followed", followed)
+    with reading([str(tmp_path / name) for name in ("a.csv", "dive", "gone.csv", "d.csv")]):
         pass
-    assert shown == [("reading a.csv", None, "B")]
+    assert told == ["reading a.csv, dive, gone.csv", 6, "B"]

@@ -13,8 +13,9 @@ from hypothesis.extra.numpy import arrays
 
 from hydrodamp.data.attitude import euler_from_quaternion
 from hydrodamp.data.blocks import BLOCKS
-from hydrodamp.data.canonical import RESERVED, read_canonical, write_log
+from hydrodamp.data.canonical import RESERVED, write_log
 from hydrodamp.data.log import Log, Segment, concatenate
+from hydrodamp.data.read import read_log
 from hydrodamp.errors import FileError, GapWarning, LogError
 
 Write = Callable[..., Path]
@@ -46,7 +47,7 @@ def test_position_and_specific_force_come_back(swim: Log, tmp_path: Path) -> Non
     rng = np.random.default_rng(4)
     log = replace(swim, position=rng.normal(size=(swim.n, 3)), specific_force=np.ones((swim.n, 3)))
     write_log(log, tmp_path / "a.csv")
-    again = read_canonical(tmp_path / "a.csv")
+    again = read_log(tmp_path / "a.csv")
     np.testing.assert_array_equal(again.position, log.position)
     np.testing.assert_array_equal(again.specific_force, log.specific_force)
 
@@ -56,18 +57,23 @@ def test_half_a_position_is_refused(swim: Log, tmp_path: Path) -> None:
     text = (tmp_path / "a.csv").read_text().replace("east", "ost", 1)
     (tmp_path / "a.csv").write_text(text)
     with pytest.raises(LogError, match="`north east down` belong together; `east` is missing"):
-        read_canonical(tmp_path / "a.csv")
+        read_log(tmp_path / "a.csv")
 
 
 def test_a_written_log_is_read_to_the_bit(swim: Log, tmp_path: Path) -> None:
     write_log(swim, tmp_path / "swim.csv")
-    assert_same(read_canonical(tmp_path / "swim.csv"), swim)
+    assert_same(read_log(tmp_path / "swim.csv"), swim)
 
 
 @settings(max_examples=30, deadline=None)
 @given(
     arrays(np.float64, (6, 20), elements=st.floats(-1e6, 1e6)),
-    st.lists(st.text(min_size=1).filter(str.strip), min_size=2, max_size=2, unique=True),
+    st.lists(
+        st.text(st.characters(exclude_categories=["Cc", "Cs"]), min_size=1).filter(str.strip),
+        min_size=2,
+        max_size=2,
+        unique=True,
+    ),
 )
 def test_any_numbers_and_names_come_back(block: np.ndarray, names: list[str]) -> None:
     log = Log(
@@ -82,21 +88,21 @@ def test_any_numbers_and_names_come_back(block: np.ndarray, names: list[str]) ->
     )
     with tempfile.TemporaryDirectory() as folder:
         write_log(log, Path(folder) / "log.csv")
-        again = read_canonical(Path(folder) / "log.csv")
+        again = read_log(Path(folder) / "log.csv")
     assert_same(again, log)
 
 
 def test_fewer_velocities_stay_fewer(tmp_path: Path) -> None:
     log = Log.from_arrays([0, 1], {"u": [1, 2], "r": [3, 4]}, source="x.csv")
     write_log(log, tmp_path / "x.csv")
-    assert (tmp_path / "x.csv").read_text().startswith("segment,time,u,r\n")
-    assert_same(read_canonical(tmp_path / "x.csv"), log)
+    assert (tmp_path / "x.csv").read_text().startswith("time,u,r,segment\n")
+    assert_same(read_log(tmp_path / "x.csv"), log)
 
 
 def test_all_columns_find_their_place(csv_file: Write) -> None:
     names = [name for name in RESERVED if name not in ("qw", "qx", "qy", "qz", "segment")]
     rows = [",".join(str(k + 0.01 * j) for j in range(len(names))) for k in range(2)]
-    log = read_canonical(csv_file(",".join(names) + ",fin\n" + "".join(f"{r},7\n" for r in rows)))
+    log = read_log(csv_file(",".join(names) + ",fin\n" + "".join(f"{r},7\n" for r in rows)))
     assert log.velocity[0].tolist() == pytest.approx([0.04, 0.05, 0.06, 0.07, 0.08, 0.09])
     assert log.acceleration is not None
     assert log.acceleration[0].tolist() == pytest.approx([0.10, 0.11, 0.12, 0.13, 0.14, 0.15])
@@ -108,21 +114,21 @@ def test_all_columns_find_their_place(csv_file: Write) -> None:
 
 
 def test_a_wrench_may_lack_axes(csv_file: Write) -> None:
-    log = read_canonical(csv_file("time,u,X\n0,1,5\n1,1,6\n"))
+    log = read_log(csv_file("time,u,X\n0,1,5\n1,1,6\n"))
     assert log.wrench is not None
     assert log.wrench.tolist() == [[5, 0, 0, 0, 0, 0], [6, 0, 0, 0, 0, 0]]
 
 
 def test_segments_are_any_text(csv_file: Write) -> None:
     text = 'time,u,segment\n0,1,"yaw, 1800"\n1,1,"yaw, 1800"\n0,1,2\n1,1,2\n'
-    log = read_canonical(csv_file(text))
+    log = read_log(csv_file(text))
     assert [part.name for part in log.segments] == ["yaw, 1800", "2"]
 
 
 def test_a_stretch_without_values_splits_with_one_warning(csv_file: Write) -> None:
     rows = "".join(row(k, u="" if k in (4, 5) else "1") for k in range(10))
     with pytest.warns(GapWarning, match="log.csv: split into 2 segments: 2 samples") as caught:
-        log = read_canonical(csv_file(HEADER + rows))
+        log = read_log(csv_file(HEADER + rows))
     assert len(caught) == 1
     assert [part.name for part in log.segments] == ["log.1", "log.2"]
 
@@ -161,13 +167,13 @@ def test_a_stretch_without_values_splits_with_one_warning(csv_file: Write) -> No
 )
 def test_what_cannot_be_read_says_why(csv_file: Write, text: str, says: str) -> None:
     with pytest.raises(LogError) as caught:
-        read_canonical(csv_file(text))
+        read_log(csv_file(text))
     assert says in str(caught.value)
     assert "log.csv" in str(caught.value)
 
 
 def test_a_planar_log_may_have_its_heading_alone(csv_file: Write) -> None:
-    log = read_canonical(csv_file("time,u,v,r,yaw\n0,1,0,0,0.5\n1,1,0,0,0.6\n"))
+    log = read_log(csv_file("time,u,v,r,yaw\n0,1,0,0,0.5\n1,1,0,0,0.6\n"))
     assert log.attitude is not None
     np.testing.assert_allclose(
         euler_from_quaternion(log.attitude), [[0, 0, 0.5], [0, 0, 0.6]], atol=1e-15
@@ -180,11 +186,11 @@ def test_all_faults_of_a_file_are_told_at_once(csv_file: Write) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         with pytest.raises(LogError) as caught:
-            read_canonical(csv_file(text))
+            read_log(csv_file(text))
     assert len(caught.value.faults) == 3
     text = text.replace("x", "1").replace(",roll,pitch", ",a,b")
     with pytest.raises(LogError) as caught:
-        read_canonical(csv_file(text))
+        read_log(csv_file(text))
     assert len(caught.value.faults) == 3
 
 
@@ -199,21 +205,28 @@ def test_all_faults_of_a_file_are_told_at_once(csv_file: Write) -> None:
 def test_attitude_in_degrees_is_refused(csv_file: Write, angles: np.ndarray) -> None:
     rows = "".join(f"{k},1,{a[0]},{a[1]},{a[2]}\n" for k, a in enumerate(angles))
     with pytest.raises(LogError, match="`roll pitch yaw` must be in rad"):
-        read_canonical(csv_file("time,u,roll,pitch,yaw\n" + rows))
+        read_log(csv_file("time,u,roll,pitch,yaw\n" + rows))
 
 
 def test_rates_in_degrees_are_refused(csv_file: Write) -> None:
     time = np.arange(0, 20, 0.1)
     rows = "".join(f"{t},0,0,{np.sin(t)},{np.degrees(np.cos(t))}\n" for t in time)
     with pytest.raises(LogError, match="rates `r` must be in rad/s"):
-        read_canonical(csv_file("time,roll,pitch,yaw,r\n" + rows))
+        read_log(csv_file("time,roll,pitch,yaw,r\n" + rows))
 
 
 def test_a_tumbling_vehicle_is_fine(csv_file: Write) -> None:
     time = np.arange(0, 20, 0.1)
     rows = "".join(f"{t},{(3 * t + np.pi) % (2 * np.pi) - np.pi},0,0,3\n" for t in time)
-    log = read_canonical(csv_file("time,roll,pitch,yaw,p\n" + rows))
+    log = read_log(csv_file("time,roll,pitch,yaw,p\n" + rows))
     assert log.velocity[:, 3].tolist() == [3] * 200
+
+
+def test_a_segment_called_by_two_lines_is_not_written(swim: Log, tmp_path: Path) -> None:
+    log = replace(swim, segments=(Segment("turn\r2", 0, swim.n),))
+    with pytest.raises(LogError, match=r"'turn\\r2' cannot stand in a CSV: it must be one line"):
+        write_log(log, tmp_path / "x.csv")
+    assert not (tmp_path / "x.csv").exists()
 
 
 def test_a_folder_that_is_not_there(swim: Log, tmp_path: Path) -> None:
@@ -225,4 +238,4 @@ def test_long_logs_are_written_in_pieces(tmp_path: Path, monkeypatch: pytest.Mon
     monkeypatch.setattr("hydrodamp.data.canonical._CHUNK", 7)
     log = Log(time=np.arange(50.0), velocity=np.ones((50, 6)), source="l.csv")
     write_log(concatenate([log, log]), tmp_path / "l.csv")
-    assert_same(read_canonical(tmp_path / "l.csv"), concatenate([log, log]))
+    assert_same(read_log(tmp_path / "l.csv"), concatenate([log, log]))

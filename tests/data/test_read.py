@@ -5,8 +5,9 @@ from pathlib import Path
 
 import pytest
 
+from hydrodamp.advance import listening
 from hydrodamp.data.mapping import LogMapping
-from hydrodamp.data.read import read_log, read_logs
+from hydrodamp.data.read import logs_of, read_log, read_logs, read_recordings
 from hydrodamp.errors import FileError, LogError
 
 Write = Callable[..., Path]
@@ -31,12 +32,22 @@ def test_several_files_are_one_log(csv_file: Write) -> None:
     assert read_logs(csv_file(GOOD, "a.CSV")).n == 2
 
 
-def test_files_are_told_as_they_are_read_whatever_their_faults(csv_file: Write) -> None:
-    paths = [csv_file("time,u\n0,x\n1,2\n", "bad.csv"), csv_file(GOOD)]
-    told: list[str | Path] = []
-    with pytest.raises(LogError, match=r"bad\.csv"):
-        read_logs(paths, done=told.append)
-    assert told == paths
+@pytest.mark.parametrize("many", [False, True])
+def test_who_listens_hears_how_much_is_read(csv_file: Write, many: bool) -> None:
+    rows = "".join(f"{k},{k / 1000}\n" for k in range(5000))
+    paths = [csv_file("time,u\n" + rows, f"{name}.csv") for name in ("ab" if many else "a")]
+    heard: list[float] = []
+    with listening(heard.append):
+        read_logs(paths)
+    assert heard == sorted(heard)
+    assert heard[-1] == pytest.approx(1.0)
+    assert len({share for share in heard if 0.0 < share < 1.0}) >= len(paths)
+
+
+def test_recordings_are_one_log(csv_file: Write) -> None:
+    paths = [csv_file(GOOD, "a.csv"), csv_file(GOOD, "b.csv")]
+    log = logs_of(read_recordings(paths))
+    assert [part.name for part in log.segments] == ["a", "b"]
 
 
 def test_the_faults_of_every_file_are_told(csv_file: Write) -> None:

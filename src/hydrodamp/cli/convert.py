@@ -16,7 +16,7 @@ def convert(
     mapping: options.MappingFile = None,
 ) -> None:
     """Bring a log of any format onto one clock, do the mapping's steps, and write it as CSV."""
-    from hydrodamp.cli.progress import progress
+    from hydrodamp.cli.progress import followed
     from hydrodamp.cli.select import read
     from hydrodamp.cli.targets import check_out_file
     from hydrodamp.data.canonical import write_log
@@ -24,6 +24,6 @@ def convert(
     check_out_file(out, (*logs, mapping))
     log = read(logs, mapping)
     results().print(str(log), markup=False, highlight=False)
-    with progress(f"writing {log.n} samples"):
+    with followed("writing", log.n):
         write_log(log, out)
     note(f"written to {out}")

@@ -15,6 +15,9 @@ if TYPE_CHECKING:
     from hydrodamp.report.probed import Probed
     from hydrodamp.vehicle.vehicle import Vehicle
 
+_LOOKED = 0.3
+"""What share of the time it takes to look at a recording; the rest is judging its log."""
+
 
 def probe(
     logs: Annotated[
@@ -50,7 +53,7 @@ def probe(
     if draft is not None:
         check_new_file(draft, force)
     recordings = _recordings(logs)
-    found, probed = _probed(logs, recordings, mapping, craft)
+    found, probed = _probed(recordings, mapping, craft)
     if draft is not None:
         save_text(found.draft.text, draft)
         note(f"wrote {draft}")
@@ -62,31 +65,38 @@ def probe(
 
 def _recordings(logs: list[str]) -> list[Recording]:
     from hydrodamp.cli.reading import reading
-    from hydrodamp.data.read import read_recording
+    from hydrodamp.data.read import read_recordings
 
-    paths, found = tuple(dict.fromkeys(logs)), []
-    with reading(paths) as done:
-        for path in paths:
-            found.append(read_recording(path))
-            done(path)
-    return found
+    paths = tuple(dict.fromkeys(logs))
+    with reading(paths):
+        return read_recordings(paths)
 
 
 def _probed(
-    logs: list[str], recordings: list[Recording], mapping: str | None, craft: Vehicle | None
+    recordings: list[Recording], mapping: str | None, craft: Vehicle | None
 ) -> tuple[Probe, Probed]:
     """Look at the first recording, make a log of all, and judge it."""
-    from hydrodamp.cli.progress import progress
-    from hydrodamp.cli.select import read
-    from hydrodamp.data.probing.probe import is_canonical, probe as look
+    from hydrodamp.advance import within
+    from hydrodamp.cli.progress import followed
+    from hydrodamp.data.probing.probe import probe as look
+
+    messages = sum(topic.n for recording in recordings for topic in recording.topics)
+    with followed("looking through it", messages):
+        with within(0.0, _LOOKED):
+            found = look(recordings[0])
+        with within(_LOOKED, 1.0):
+            return found, _judged(found, recordings, mapping, craft)
+
+
+def _judged(
+    found: Probe, recordings: list[Recording], mapping: str | None, craft: Vehicle | None
+) -> Probed:
+    from hydrodamp.data.probing.probe import is_canonical
+    from hydrodamp.data.read import logs_of
     from hydrodamp.report.probed import by_guess, judged
 
-    with progress("looking through it"):
-        found = look(recordings[0])
     if mapping is not None:
-        log, way = read(logs, mapping), f"by the mapping {mapping}"
-    elif all(map(is_canonical, recordings)):
-        log, way = read(logs, None), ""
-    else:
-        return found, by_guess(found, recordings, craft)
-    return found, judged(log, way, craft)
+        return judged(logs_of(recordings, mapping), f"by the mapping {mapping}", craft)
+    if all(map(is_canonical, recordings)):
+        return judged(logs_of(recordings), "", craft)
+    return by_guess(found, recordings, craft)

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
+from hydrodamp.advance import listening
 from hydrodamp.cli.output import messages
 
 if TYPE_CHECKING:
@@ -82,6 +83,26 @@ def stages(label: str, *, unit: str = "") -> Iterator[Callable[[str, int, int], 
 
 
 @contextmanager
+def followed(label: str, total: int, *, unit: str = "") -> Iterator[None]:
+    """Show a bar for work inside that tells what share of it is done; it vanishes at the end.
+
+    Parameters
+    ----------
+    label : str
+        What is being done.
+    total : int
+        Of how many things or bytes the work consists.
+    unit : {"", "B"}, optional
+        As for :func:`progress`.
+    """
+    with (
+        stages(label, unit=unit) as reach,
+        listening(lambda share: reach("", int(share * total), total)),
+    ):
+        yield
+
+
+@contextmanager
 def _bar(columns: tuple[ProgressColumn, ...]) -> Iterator[Progress]:
     """Show a bar where standard error is a terminal."""
     from rich.progress import Progress
@@ -112,12 +133,13 @@ def _columns(counted: bool, unit: str) -> tuple[ProgressColumn, ...]:
         TransferSpeedColumn,
     )
 
-    from hydrodamp.cli.rate import RateColumn
+    from hydrodamp.cli.rate import OnceKnown, RateColumn
 
     label = (SpinnerColumn(), TextColumn("{task.description}", markup=False), BarColumn(20))
     if not counted:
         return (*label, TimeElapsedColumn())
-    left = (TimeRemainingColumn(compact=True), TextColumn("left"))
+    left = TimeRemainingColumn(compact=True), TextColumn("left")
+    known: tuple[ProgressColumn, ...] = (MofNCompleteColumn(), RateColumn(), TimeElapsedColumn())
     if unit:
-        return (*label, DownloadColumn(), TransferSpeedColumn(), *left)
-    return (*label, MofNCompleteColumn(), RateColumn(), TimeElapsedColumn(), *left)
+        known = (DownloadColumn(), TransferSpeedColumn())
+    return (*label, *map(OnceKnown, (*known, *left)))

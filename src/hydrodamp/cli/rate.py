@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from rich.console import RenderableType
 from rich.progress import ProgressColumn, Task
 from rich.text import Text
 
@@ -25,6 +26,35 @@ class RateColumn(ProgressColumn):
         return Text(pace(task.finished_speed or task.speed), style="progress.data.speed")
 
 
+class OnceKnown(ProgressColumn):
+    """A column that stays empty until it is known of how many steps the work consists.
+
+    Parameters
+    ----------
+    column : ProgressColumn
+        What is shown from then on.
+    """
+
+    def __init__(self, column: ProgressColumn) -> None:
+        super().__init__()
+        self.column = column
+
+    def render(self, task: Task) -> RenderableType:
+        """Return what the column says of a task.
+
+        Parameters
+        ----------
+        task : Task
+            Any.
+
+        Returns
+        -------
+        words : renderable
+            Nothing as long as there is no total.
+        """
+        return Text("") if task.total is None else self.column(task)
+
+
 def pace(speed: float | None) -> str:
     """Return a rate in words.
 
@@ -40,9 +70,11 @@ def pace(speed: float | None) -> str:
 
     Examples
     --------
-    >>> pace(12.3), pace(0.25), pace(None)
-    ('12.3/s', '4.0 s each', '- s each')
+    >>> pace(12.3), pace(41259.6), pace(0.25), pace(None)
+    ('12.3/s', '41260/s', '4.0 s each', '- s each')
     """
     if not speed:
         return "- s each"
-    return f"{speed:.1f}/s" if speed >= 1.0 else f"{1.0 / speed:.1f} s each"
+    if speed < 1.0:
+        return f"{1.0 / speed:.1f} s each"
+    return f"{speed:.1f}/s" if speed < 100.0 else f"{speed:.0f}/s"

@@ -1,39 +1,31 @@
-"""A bar while logs are read: over their bytes where there are several."""
+"""A bar while logs are read, over their bytes."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
+from contextlib import AbstractContextManager
 from pathlib import Path
 
-from hydrodamp.cli.progress import progress
+from hydrodamp.cli.progress import followed
 
 _NAMED = 3
 """Logs whose names are shown."""
 
 
-@contextmanager
-def reading(paths: Sequence[str]) -> Iterator[Callable[[str | Path], None]]:
-    """Show a bar while logs are read.
+def reading(paths: Sequence[str]) -> AbstractContextManager[None]:
+    """Show a bar while logs are read inside.
 
     Parameters
     ----------
     paths : sequence of str
-        Files and folders, each once. Of one alone nobody can tell how much of it is read, and
-        the bar only shows how long it has taken.
+        Files and folders, each once.
 
-    Yields
-    ------
-    done : callable
-        To be called with each when it is read.
+    Returns
+    -------
+    bar : context manager
+        As of :func:`~hydrodamp.cli.progress.followed`.
     """
-    sizes = {str(path): _size(Path(path)) for path in paths} if len(paths) > 1 else {}
+    from hydrodamp.data.formats.content import size_of
+
     names = ", ".join(Path(path).name for path in paths[:_NAMED])
-    with progress(f"reading {names}", sum(sizes.values()) or None, unit="B") as step:
-        yield lambda path: step(steps=sizes.get(str(path), 0))
-
-
-def _size(path: Path) -> int:
-    """Return the bytes of a file, or of all files of a folder; 0 where there is nothing."""
-    inside = path.rglob("*") if path.is_dir() else (path,)
-    return sum(each.stat().st_size for each in inside if each.is_file())
+    return followed(f"reading {names}", sum(map(size_of, paths)), unit="B")

@@ -126,8 +126,8 @@ def read(paths: Sequence[str], mapping: str | None) -> Log:
     from hydrodamp.data.read import read_log, read_logs
 
     once = tuple(dict.fromkeys(paths))
-    with reading(once) as done:
-        return read_log(paths[0], mapping) if len(paths) == 1 else read_logs(once, mapping, done)
+    with reading(once):
+        return read_log(paths[0], mapping) if len(paths) == 1 else read_logs(once, mapping)
 
 
 def part(option: str, values: Sequence[str], whole: Log | None, mapping: str | None) -> Log:

@@ -31,7 +31,7 @@ def simulate(
 ) -> None:
     """Replay a log open loop with identified damping and score it."""
     from hydrodamp.cli.experiment import check_attitude
-    from hydrodamp.cli.progress import progress
+    from hydrodamp.cli.progress import followed, progress
     from hydrodamp.cli.select import read
     from hydrodamp.cli.targets import check_out_file
     from hydrodamp.cli.trajectory import write_trajectory
@@ -49,8 +49,11 @@ def simulate(
     with progress("replaying"):
         trajectory = replay(craft, numbers, log, attitude=attitude.value)
     scored = score(trajectory, craft.axes, rate_unit.value)
-    if out is not None and write_trajectory(trajectory, craft, out):
-        note(f"written to {out}")
+    if out is not None:
+        with followed("writing", log.n):
+            written = write_trajectory(trajectory, craft, out)
+        if written:
+            note(f"written to {out}")
     if json:
         emit({"model": numbers.model.key, **score_document(scored, trajectory.attitude)})
     else:

@@ -1,4 +1,4 @@
-"""The package's own CSV, both ways: header names, SI units, forward-starboard-down.
+"""The canonical form: header names, SI units, forward-starboard-down; and writing it as CSV.
 
 ::
 
@@ -17,25 +17,23 @@
 
 from __future__ import annotations
 
-import csv
+import unicodedata
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
+from hydrodamp.advance import advance
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.axes import AXES, VELOCITIES
-from hydrodamp.data.checks import faults_of
 from hydrodamp.data.columns import (
     ACCELERATIONS,
     EULER,
     POSITION,
     QUATERNION,
     SPECIFIC_FORCE,
-    Columns,
 )
 from hydrodamp.data.log import Log
-from hydrodamp.data.table import Table, read_table
 from hydrodamp.errors import LogError
 from hydrodamp.saving import replacing
 
@@ -53,73 +51,7 @@ RESERVED = (
 )
 """Column names with a meaning of their own; any other is a command."""
 
-_CHUNK = 65536
-
-
-def read_canonical(path: str | Path) -> Log:
-    """Read a log in canonical CSV.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-
-    Returns
-    -------
-    log : Log
-        Split where ``segment`` changes, at gaps and at missing values.
-
-    Raises
-    ------
-    FileError
-        If the file cannot be opened.
-    LogError
-        With every fault of the file.
-
-    Warns
-    -----
-    GapWarning
-        Once, if a gap or missing values split the log.
-    """
-    table = read_table(path, texts=("segment",))
-    commands = tuple(name for name in table.numbers if name and name not in RESERVED)
-    columns = Columns(
-        table.numbers, commands, table.texts.get("segment"), table.lines, table.source
-    )
-    return log_of(table, columns, [*_name_faults(table.names)])
-
-
-def log_of(table: Table, columns: Columns, faults: list[str]) -> Log:
-    """Return the log of columns read from a table, or raise all faults of both.
-
-    Parameters
-    ----------
-    table : Table
-        What was read.
-    columns : Columns
-        The columns by their reserved names.
-    faults : list of str
-        Faults found so far, besides those of the table.
-
-    Returns
-    -------
-    log : Log
-        If there is no fault.
-
-    Raises
-    ------
-    LogError
-        With every fault.
-    """
-    faults = [*table.faults, *faults]
-    if table.numbers:
-        faults += columns.faults()
-    record = columns.record()
-    if record is not None and not faults:
-        return Log.from_record(record)
-    if record is not None and not table.unreadable:
-        faults += faults_of(record)
-    raise LogError(faults or ["there are no samples; at least two are needed"], source=table.source)
+_CHUNK = 8192
 
 
 def write_log(log: Log, path: str | Path) -> None:
@@ -136,6 +68,8 @@ def write_log(log: Log, path: str | Path) -> None:
     ------
     FileError
         If the file cannot be written.
+    LogError
+        If a segment's name holds a line break or another control character.
 
     Examples
     --------
@@ -144,18 +78,30 @@ def write_log(log: Log, path: str | Path) -> None:
     >>> path = Path(folder.name) / "log.csv"
     >>> write_log(Log(time=[0.0, 0.1], velocity=np.ones((2, 6))), path)
     >>> path.read_text().splitlines()[1]
-    '"1",0.0,1.0,1.0,1.0,1.0,1.0,1.0'
+    '0.0,1.0,1.0,1.0,1.0,1.0,1.0,"1"'
     >>> folder.cleanup()
     """
+    _check_names(log)
     with replacing(path) as file:
         file.write(",".join(_header(log)) + "\n")
-        # Quoted, so that a segment of any name comes back.
-        quoted = csv.writer(file, lineterminator="\n", quoting=csv.QUOTE_NONNUMERIC)
-        quoted.writerows(_rows(log))
+        file.writelines(_lines(log))
+
+
+def _check_names(log: Log) -> None:
+    """Refuse names that do not come back from a text in columns."""
+    faults = [
+        f"the name of segment {part.name!r} cannot stand in a CSV: it must be one line without"
+        " control characters. Rename it, or the file it was read from"
+        for part in log.segments
+        if any(unicodedata.category(letter) == "Cc" for letter in part.name)
+    ]
+    if faults:
+        raise LogError(faults, source=log.source)
 
 
 def _header(log: Log) -> list[str]:
-    return ["segment", *(name for names, _ in _blocks(log) for name in names)]
+    """Return the names, the segment last: a name in front might be taken for a comment."""
+    return [*(name for names, _ in _blocks(log) for name in names), "segment"]
 
 
 def _blocks(log: Log) -> list[tuple[tuple[str, ...], FloatArray]]:
@@ -180,21 +126,13 @@ def _blocks(log: Log) -> list[tuple[tuple[str, ...], FloatArray]]:
     return blocks
 
 
-def _rows(log: Log) -> Iterator[list[object]]:
-    """Yield one row a sample."""
-    blocks = _blocks(log)
+def _lines(log: Log) -> Iterator[str]:
+    """Yield one line a sample, the segment quoted so that any name comes back."""
+    blocks, by = _blocks(log), advance(log.n)
     for part in log.segments:
+        name = '"' + part.name.replace('"', '""') + '"'
         for start in range(part.start, part.stop, _CHUNK):
             rows = slice(start, min(start + _CHUNK, part.stop))
             for row in np.column_stack([block[rows] for _, block in blocks]).tolist():
-                yield [part.name, *row]
-
-
-def _name_faults(names: tuple[str, ...]) -> Iterator[str]:
-    """Say which names are empty, or a reserved one (but `time`, missed anyway) in other case."""
-    for place, name in enumerate(names, start=1):
-        if not name:
-            yield f"column {place} has no name; drop it (pandas: `to_csv(..., index=False)`)"
-        lower = name.lower()
-        if len(name) > 1 and name != lower and lower in RESERVED[1:] and lower not in names:
-            yield f"column `{name}` must be spelt `{lower}`; names keep their case"
+                yield f"{','.join(map(repr, row))},{name}\n"
+            by(rows.stop - rows.start)

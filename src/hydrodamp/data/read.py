@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
-from hydrodamp.data.canonical import read_canonical
+from hydrodamp.advance import shares, within
+from hydrodamp.data.formats.content import size_of
 from hydrodamp.data.log import Log
 from hydrodamp.data.mapping import LogMapping, read_mapping
 from hydrodamp.data.mapping.plain import canonical_record
@@ -20,6 +22,9 @@ from hydrodamp.errors import FileError, GapWarning, LogError
 
 Place = str | Path
 """A file or a folder."""
+
+_READ = 0.6
+"""What share of the time of a log its file takes; the rest is bringing it on one clock."""
 
 
 def read_log(path: Place | Sequence[Place], mapping: LogMapping | str | Path | None = None) -> Log:
@@ -52,15 +57,11 @@ def read_log(path: Place | Sequence[Place], mapping: LogMapping | str | Path | N
     ClockWarning
         Once, if a clock repeats, runs backwards or leaps.
     """
-    if mapping is not None:
-        return _mapping(mapping).log(read_recording(path))
-    try:
-        return Log.from_record(canonical_record(read_recording(path)))
-    except LogError:
-        if isinstance(path, (str, Path)) and Path(path).suffix.lower() == ".csv":
-            # The strict reader knows the line of every fault.
-            return read_canonical(path)
-        raise
+    given = None if mapping is None else _mapping(mapping)
+    with within(0.0, _READ):
+        recording = read_recording(path)
+    with within(_READ, 1.0):
+        return _log(recording, given)
 
 
 def read_recording(path: Place | Sequence[Place]) -> Recording:
@@ -117,10 +118,35 @@ def read_record(
     return canonical_record(recording) if mapping is None else _mapping(mapping).record(recording)
 
 
+def read_recordings(paths: Sequence[Place]) -> list[Recording]:
+    """Read several recordings, one after the other.
+
+    Parameters
+    ----------
+    paths : sequence of str or Path
+        Each a file or the folder of one recording.
+
+    Returns
+    -------
+    recordings : list of Recording
+        As of :func:`read_recording`.
+
+    Raises
+    ------
+    FileError
+        If a file cannot be opened, or its reader is not installed.
+    LogError
+        With every fault of the first file that has any.
+    """
+    found = []
+    for path, share in _in_turn(paths):
+        with within(*share):
+            found.append(read_recording(path))
+    return found
+
+
 def read_logs(
-    paths: Iterable[Place] | Place,
-    mapping: LogMapping | str | Path | None = None,
-    done: Callable[[Place], None] | None = None,
+    paths: Iterable[Place] | Place, mapping: LogMapping | str | Path | None = None
 ) -> Log:
     """Read several logs as one, each file at least a segment of its own.
 
@@ -130,8 +156,6 @@ def read_logs(
         The files; their columns must agree.
     mapping : LogMapping, str or Path, optional
         As for :func:`read_log`, for all of them.
-    done : callable, optional
-        Called with each path when it is read, faults or not.
 
     Returns
     -------
@@ -147,19 +171,62 @@ def read_logs(
     """
     files = [paths] if isinstance(paths, (str, Path)) else list(paths)
     given = None if mapping is None else _mapping(mapping)
-    logs, errors = [], []
-    for path in files:
+    return _all_of(partial(_read, path, share, given) for path, share in _in_turn(files))
+
+
+def logs_of(recordings: Iterable[Recording], mapping: LogMapping | str | Path | None = None) -> Log:
+    """Return several recordings as one log, each at least a segment of its own.
+
+    Parameters
+    ----------
+    recordings : iterable of Recording
+        As read; their columns must agree.
+    mapping : LogMapping, str or Path, optional
+        As for :func:`read_log`, for all of them.
+
+    Returns
+    -------
+    log : Log
+        The logs one after the other.
+
+    Raises
+    ------
+    LogError
+        With the faults of every recording.
+    """
+    given = None if mapping is None else _mapping(mapping)
+    return _all_of(partial(_log, recording, given) for recording in recordings)
+
+
+def _in_turn(paths: Sequence[Place]) -> Iterator[tuple[Place, tuple[float, float]]]:
+    """Yield each path, and its share of the bytes of all."""
+    return zip(paths, shares([*map(size_of, paths)]), strict=True)
+
+
+def _read(path: Place, share: tuple[float, float], mapping: LogMapping | None) -> Log:
+    with within(*share):
+        return read_log(path, mapping)
+
+
+def _log(recording: Recording, mapping: LogMapping | None) -> Log:
+    if mapping is not None:
+        return mapping.log(recording)
+    return Log.from_record(canonical_record(recording))
+
+
+def _all_of(logs: Iterable[Callable[[], Log]]) -> Log:
+    """Return the logs that some calls make as one; raise the faults of all at once."""
+    made, errors = [], []
+    for log in logs:
         try:
-            logs.append(read_log(path, given))
+            made.append(log())
         except LogError as error:
             errors.append(error)
-        if done is not None:
-            done(path)
     if len(errors) == 1:
         raise errors[0]
     if errors:
         raise LogError([str(error) for error in errors])
-    return concatenate(logs)
+    return concatenate(made)
 
 
 def read_parts(

@@ -17,6 +17,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from hydrodamp.advance import shares, within
 from hydrodamp.data.cleaning.attitude_jumps import steady_attitude
 from hydrodamp.data.cleaning.bottom_lock import mask_bottom_lock
 from hydrodamp.data.cleaning.clean import clean
@@ -125,8 +126,9 @@ def prepared(log: Log, steps: tuple[Step, ...]) -> Log:
     LogError
         If the log lacks what a step needs.
     """
-    for step in steps:
-        log = step(log)
+    for step, share in zip(steps, shares([1.0] * len(steps)), strict=True):
+        with within(*share):
+            log = step(log)
     return log
 
 

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
 
+from hydrodamp.advance import within
 from hydrodamp.data.cleaning.suspicions import Suspicion, suspicions
 from hydrodamp.data.completing.rates import rates_from_attitude
 from hydrodamp.data.log import Log
@@ -23,6 +24,9 @@ from hydrodamp.report.survey import Survey, survey
 from hydrodamp.report.survey_grids import survey_document, survey_grids
 from hydrodamp.report.verdict import Verdict, verdict
 from hydrodamp.vehicle.vehicle import Vehicle
+
+_SURVEYED = 0.3
+"""What share of the time it takes to judge a log its survey takes; the rest is its delays."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,8 +76,9 @@ def judged(log: Log, way: str, vehicle: Vehicle | None = None) -> Probed:
     """
     found = survey(log)
     whole = log if log.attitude is None else rates_from_attitude(log)
-    late = delays(whole)
-    said = verdict(found, log, vehicle, late, survey(whole))
+    with within(_SURVEYED, 1.0):
+        late = delays(whole)
+    said = verdict(found, log, vehicle, late, found if whole is log else survey(whole))
     return Probed(way, "", found, late, suspicions(log), said)
 
 

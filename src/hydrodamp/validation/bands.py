@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from hydrodamp import kernels
 from hydrodamp.arrays import FloatArray, frozen
@@ -302,7 +302,7 @@ def _reach(level: float, degrees_of_freedom: float) -> float:
         raise MethodError(f"`level` must lie between 0 and 1; got {level}")
     if not degrees_of_freedom > 0.0:
         raise MethodError(f"`degrees_of_freedom` must be positive; got {degrees_of_freedom}")
-    return float(student.ppf(0.5 + level / 2.0, degrees_of_freedom))
+    return float(stdtrit(degrees_of_freedom, 0.5 + level / 2.0))
 
 
 def _deviations(noise: npt.ArrayLike | None) -> FloatArray:

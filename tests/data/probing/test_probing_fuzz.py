@@ -41,7 +41,7 @@ def recordings(draw: st.DrawFn) -> Recording:
     return Recording(tuple(topics), "odd.csv", draw(st.sampled_from(["ROS 1 bag", "PX4 ULog", ""])))
 
 
-@settings(max_examples=60, deadline=None, derandomize=True)
+@settings(max_examples=60, deadline=None)
 @given(recordings())
 def test_no_recording_is_too_odd(recording: Recording) -> None:
     """Whatever stands in a recording, it is looked through; its draft reads, or says why not."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from hydrodamp.advance import counted
 from hydrodamp.data.cleaning.attitude_jumps import steady_attitude
 from hydrodamp.data.cleaning.bottom_lock import mask_bottom_lock
 from hydrodamp.data.cleaning.frozen import mask_frozen
@@ -53,7 +54,7 @@ def clean(log: Log, steps: Sequence[Step] = CLEANING_STEPS) -> Cleaned:
     spikes: 1 of 200 samples of `u` (0.5 %) interpolated
     """
     touched: list[Touched] = []
-    for step in steps:
+    for step in counted(steps, len(steps)):
         done = step(log)
         log = done.log
         touched += done.touched

@@ -12,7 +12,6 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray
 from hydrodamp.data.attitude import turn
@@ -137,6 +136,8 @@ def _bridged(log: Log, between: Mapping[str, _Between]) -> Log:
 
 def _turned(attitude: FloatArray, between: _Between) -> FloatArray:
     """Turn the good attitude before each bridged sample towards the one after it."""
+    from scipy.spatial.transform import Rotation  # takes long to import
+
     rows = np.flatnonzero(between.bridged)
     first, last = attitude[between.before[rows]], attitude[between.after[rows]]
     part = turn(first, last) * between.share[rows, np.newaxis]

@@ -18,7 +18,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-from scipy.ndimage import median_filter
 
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray
 from hydrodamp.basis.axes import VELOCITIES
@@ -206,6 +205,8 @@ def running_median(values: FloatArray, bounds: IntArray, window: int) -> FloatAr
     >>> running_median(np.array([0.0, 9, 2, 3, 4]), np.array([[0, 5]]), 3).tolist()
     [2.0, 2.0, 3.0, 3.0, 3.0]
     """
+    from scipy.ndimage import median_filter  # takes long to import
+
     medians = np.empty_like(values)
     for start, stop in bounds.tolist():
         part = values[start:stop]

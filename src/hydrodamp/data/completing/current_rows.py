@@ -18,6 +18,7 @@ TEN_MINUTES = 600.0
 
 _UNDER_WAY = 0.5  # of the median surge
 _LIKELY = 1.0  # m/s, a priori standard deviation of the current
+_SLOWEST = 1e-4  # m/s; no Doppler log is better
 _SIDESLIP = 0.03  # of the median surge, a priori standard deviation of the steady drift
 _LONGEST = 40000  # samples; more are thinned out
 _LEAST = 10  # samples
@@ -68,7 +69,7 @@ def under_way(log: Log) -> IntArray:
     """
     usual = float(np.median(log.velocity[:, 0]))
     rows = np.flatnonzero(log.velocity[:, 0] > _UNDER_WAY * usual)
-    if usual <= 0 or len(rows) < _LEAST:
+    if usual < _SLOWEST or len(rows) < _LEAST:
         fault = f"the vehicle is not under way: its median surge is {usual:.3g} m/s"
         raise LogError(fault, source=log.source)
     return rows[:: -(-len(rows) // _LONGEST)]

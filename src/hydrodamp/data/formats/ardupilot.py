@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from hydrodamp.advance import advance, counted, within
 from hydrodamp.data.formats.cells import column_of
 from hydrodamp.data.formats.content import content
 from hydrodamp.data.formats.dataflash_format import (
@@ -31,6 +32,9 @@ FORMAT = "ArduPilot log"
 """How messages call the format."""
 
 _MARK = b"\xa3\x95"
+_SCANNED = 0.6  # what share of the time it takes to find the messages
+_TOLD = 1 << 18  # after how many bytes it is told
+_LINES = 10_000  # after how many lines of a log in text
 _ABOUT = frozenset({"FMT", "FMTU", "UNIT", "MULT", "FILE"})
 _CLOCKS = {"TimeUS": 1e6, "TimeMS": 1e3}
 _TEXT = re.compile(rb"\s*FMT\s*,")
@@ -63,14 +67,21 @@ def read(path: str | Path) -> Recording:
     if _TEXT.match(data):
         topics = [*_text_topics(data, notes)]
     else:
-        topics = [*_binary_topics(data, source, notes)]
+        with within(0.0, _SCANNED):
+            formats, places = _scan(data, source, notes)
+        with within(_SCANNED, 1.0):
+            topics = [*_binary_topics(data, formats, places, notes)]
     if not topics:
         raise LogError(["the log holds no message with a value", *notes], source=source)
     return Recording(tuple(topics), source, FORMAT, tuple(notes))
 
 
-def _binary_topics(data: bytes, source: str, notes: list[str]) -> Iterator[Topic]:
-    formats, places = _scan(data, source, notes)
+def _binary_topics(
+    data: bytes,
+    formats: dict[int, MessageFormat],
+    places: dict[int, list[int]],
+    notes: list[str],
+) -> Iterator[Topic]:
     bytes_ = np.frombuffer(data, dtype=np.uint8)
     tables: dict[int, Any] = {}
     for kind, found in places.items():
@@ -82,7 +93,7 @@ def _binary_topics(data: bytes, source: str, notes: list[str]) -> Iterator[Topic
         block = bytes_[starts[:, np.newaxis] + np.arange(form.length)]
         tables[kind] = np.ascontiguousarray(block).view(form.row)[:, 0]
     units = _units({formats[kind].name: table for kind, table in tables.items()})
-    for kind, table in tables.items():
+    for kind, table in counted(tables.items(), len(tables)):
         form = formats[kind]
         if form.name not in _ABOUT:
             yield from _instances(form, _fields(form, table), units)
@@ -97,7 +108,11 @@ def _scan(
     lengths[FMT_TYPE] = FMT_LENGTH
     places: dict[int, list[int]] = defaultdict(list)
     place, end, lost, first_lost = 0, len(data), 0, 0
+    told, by = 0, advance(end)
     while place + 3 <= end:
+        if place >= told + _TOLD:
+            by(place - told)
+            told = place
         kind = data[place + 2]
         length = lengths[kind]
         if data[place] == 0xA3 and data[place + 1] == 0x95 and length:
@@ -215,7 +230,8 @@ def _text_topics(data: bytes, notes: list[str]) -> Iterator[Topic]:
     formats: dict[str, MessageFormat] = {}
     rows: dict[str, list[list[str]]] = defaultdict(list)
     odd: list[int] = []
-    for line, text in enumerate(data.decode("utf-8", errors="replace").splitlines(), start=1):
+    lines = data.decode("utf-8", errors="replace").splitlines()
+    for line, text in enumerate(counted(lines, len(lines), _LINES), start=1):
         cells = [cell.strip() for cell in text.split(",")]
         form = text_format(cells) if cells[0] == "FMT" else None
         if form is not None:

@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 import gzip
+import io
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import IO, cast
+from typing import IO, TYPE_CHECKING, cast
 
+from hydrodamp.advance import advance
 from hydrodamp.errors import FileError, LogError
+
+if TYPE_CHECKING:
+    from _typeshed import WriteableBuffer
 
 GZIP = b"\x1f\x8b"
 """How a file compressed by gzip begins."""
+
+_BUFFER = 1 << 16
 
 
 def head(path: str | Path, size: int) -> bytes:
@@ -61,8 +68,51 @@ def content(path: str | Path) -> bytes:
     LogError
         If the compression is damaged.
     """
-    with opened(path) as file:
+    with followed(path) as file:
         return file.read()
+
+
+def size_of(path: str | Path) -> int:
+    """Return how large a file is, or all files of a folder.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file or folder.
+
+    Returns
+    -------
+    size : int
+        In bytes; 0 where there is nothing.
+    """
+    path = Path(path)
+    inside = path.rglob("*") if path.is_dir() else (path,)
+    return sum(each.stat().st_size for each in inside if each.is_file())
+
+
+@contextmanager
+def followed(path: str | Path) -> Iterator[IO[bytes]]:
+    """Open a file as :func:`opened` does, and tell how much of it has been read.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+
+    Yields
+    ------
+    file : binary file
+        At its beginning.
+
+    Raises
+    ------
+    FileError
+        If the file cannot be opened.
+    LogError
+        If the compression is damaged.
+    """
+    with _unpacked(path, _Followed) as file:
+        yield file
 
 
 @contextmanager
@@ -86,8 +136,27 @@ def opened(path: str | Path) -> Iterator[IO[bytes]]:
     LogError
         If the compression is damaged.
     """
+    with _unpacked(path, io.FileIO) as file:
+        yield file
+
+
+class _Followed(io.FileIO):
+    """A file that tells how much of it has been read."""
+
+    def __init__(self, path: str | Path) -> None:
+        super().__init__(path)
+        self.by = advance(size_of(path))
+
+    def readinto(self, buffer: WriteableBuffer, /) -> int | None:
+        count = super().readinto(buffer)
+        self.by(count or 0)
+        return count
+
+
+@contextmanager
+def _unpacked(path: str | Path, kind: type[io.FileIO]) -> Iterator[IO[bytes]]:
     try:
-        with open(path, "rb") as file:
+        with io.BufferedReader(kind(path), _BUFFER) as file:
             packed = file.read(2) == GZIP
             file.seek(0)
             yield cast("IO[bytes]", gzip.GzipFile(fileobj=file)) if packed else file

@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from hydrodamp.data.formats.cells import is_missing, is_number, number
+from hydrodamp.data.formats.cells import Column, column_of, is_missing, is_number, number
 from hydrodamp.data.formats.naming import is_unit, split_unit, told_apart, unescaped
 from hydrodamp.errors import LogError
 
@@ -18,6 +18,8 @@ _CALLED = {"\t": "tabs", ";": "semicolons", "|": "bars", ",": "commas", "": "spa
 _COMMENT = re.compile(r"\s*(#|%|//)+")
 _SEPARATOR = re.compile(r"sep=.$", re.IGNORECASE)
 _SAMPLE = 200
+_LABEL = "segment"
+"""A column of names, were they digits: a segment `001` is not called `1`."""
 
 
 @dataclass(frozen=True)
@@ -63,6 +65,25 @@ class Dialect:
     def called(self) -> str:
         """How one calls what stands between the cells."""
         return _CALLED[self.delimiter]
+
+    def column(self, place: int, cells: Sequence[str]) -> Column:
+        """Return cells as a column.
+
+        Parameters
+        ----------
+        place : int
+            Of the column, from 0.
+        cells : sequence of str
+            A cell a row.
+
+        Returns
+        -------
+        column : Column
+            As of :func:`~hydrodamp.data.formats.cells.column_of`; names of segments stay words.
+        """
+        if self.names[place] == _LABEL:
+            return Column(None, tuple(cells))
+        return column_of(cells, self.decimal)
 
 
 @dataclass(frozen=True)
@@ -186,18 +207,19 @@ def _described(rows: list[_Row], delimiter: str, decimal: str) -> Dialect:
     later = _later(rows)
     width = _width(later, decimal)
     even = [row.cells for row in later if len(row.cells) == width]
-    numeric = [_numeric(column, decimal) for column in zip(*even, strict=True)]
-    start = next((k for k in range(len(rows)) if _is_data(rows, k, numeric, decimal)), 1)
+    likely = [_numeric(column, decimal) for column in zip(*even, strict=True)]
+    start = next((k for k in range(len(rows)) if _is_data(rows, k, likely, decimal)), 1)
     filled = max((row.filled for row in rows[start:] if len(row.cells) == width), default=width)
     header = _Header(rows[:start], filled, width, delimiter)
     names = header.names or told_apart([""] * filled)
+    numeric = [likely[k : k + 1] == [True] and name != _LABEL for k, name in enumerate(names)]
     return Dialect(
         delimiter,
         decimal,
         names,
         header.units,
         header.spelt,
-        tuple((numeric + [False] * len(names))[: len(names)]),
+        tuple(numeric),
         max(width, len(names)),
         rows[start].line if start < len(rows) else rows[-1].line + 1,
         tuple(header.notes),

@@ -12,8 +12,9 @@ from typing import Any
 
 import numpy as np
 
+from hydrodamp.advance import By, advance, within
 from hydrodamp.arrays import FloatArray
-from hydrodamp.data.formats.cells import Column, column_of
+from hydrodamp.data.formats.cells import Column
 from hydrodamp.data.formats.content import GZIP, content
 from hydrodamp.data.formats.extras import installed
 from hydrodamp.data.formats.text_table import COMMENTS, OddTextError, TextColumns, TextFile
@@ -23,6 +24,7 @@ _BLOCK = 1 << 19  # larger ones leave the cache and take half as long again
 _PIECE = 1 << 23
 _END = ord("\n")
 _SPACES = re.compile(rb"[ \t]+")
+_UNPACKED = 0.6  # what share of the time it takes to unpack, decode and trim a text
 _MARGINS = re.compile(rb"(?m)^ +| +(?=\r?$)")
 
 
@@ -49,7 +51,8 @@ def read(file: TextFile) -> TextColumns:
     if not any(file.dialect.numeric):
         raise OddTextError
     pieces = _pieces(_source(file), file.dialect.first - 1)
-    kept = _Kept.empty(file, pieces[-1].stop)
+    with within(0.0 if _is_plain(file) else _UNPACKED, 1.0):
+        kept = _Kept.empty(file, pieces[-1].stop)
     if len(pieces) == 1:
         kept.fill(pieces[0])
     else:
@@ -124,12 +127,13 @@ class _Kept:
     file: TextFile
     numbers: tuple[FloatArray | None, ...]
     words: tuple[list[str], ...]
+    by: By
 
     @classmethod
     def empty(cls, file: TextFile, n: int) -> _Kept:
         numeric = file.dialect.numeric
         numbers = tuple(np.empty(n) if it else None for it in numeric)
-        return cls(file, numbers, tuple([] if it else [""] * n for it in numeric))
+        return cls(file, numbers, tuple([] if it else [""] * n for it in numeric), advance(n))
 
     def fill(self, piece: _Piece) -> None:
         """Put the rows of a piece into their places."""
@@ -146,15 +150,16 @@ class _Kept:
                 else:
                     numbers[begin:end] = column.to_numpy(zero_copy_only=False)
             begin = end
+            self.by(len(batch))
         if begin != piece.stop:
             raise OddTextError
 
     def columns(self) -> TextColumns:
-        decimal, begin, n = self.file.dialect.decimal, self.file.dialect.first, 0
+        dialect, begin, n = self.file.dialect, self.file.dialect.first, 0
         columns = []
-        for numbers, words in zip(self.numbers, self.words, strict=True):
+        for place, (numbers, words) in enumerate(zip(self.numbers, self.words, strict=True)):
             if numbers is None:
-                columns.append(column_of(words, decimal))
+                columns.append(dialect.column(place, words))
             else:
                 numbers.setflags(write=False)
                 columns.append(Column(numbers))
@@ -164,25 +169,25 @@ class _Kept:
 
 def _part(table: Any, file: TextFile, skipped: int) -> TextColumns:
     """Return the columns of some rows."""
-    kinds, decimal = file.dialect.numeric, file.dialect.decimal
+    dialect = file.dialect
     columns = tuple(
         Column(np.concatenate([it.to_numpy(zero_copy_only=False) for it in column.chunks]))
         if numeric
-        else column_of(column.to_pylist(), decimal)
-        for column, numeric in zip(table.columns, kinds, strict=False)
+        else dialect.column(place, column.to_pylist())
+        for place, (column, numeric) in enumerate(zip(table.columns, dialect.numeric, strict=False))
     )
-    begin = file.dialect.first + skipped
+    begin = dialect.first + skipped
     return TextColumns(columns, range(begin, begin + len(table)), skipped)
 
 
 def _source(file: TextFile) -> Any:
     """Return the text as UTF-8 with single delimiters; that of a plain file stays on the disk."""
     arrow = _arrow()
-    plain = file.encoding in ("utf-8", "utf-8-sig") and file.dialect.delimiter
-    if plain and not _is_packed(file):
+    if _is_plain(file):
         with arrow.memory_map(str(file.path)) as mapped:
             return mapped.read_buffer(mapped.size())
-    text = content(file.path)
+    with within(0.0, _UNPACKED):
+        text = content(file.path)
     if file.encoding != "utf-8":
         text = text.decode(file.encoding, errors="replace").encode()
     if not file.dialect.delimiter:
@@ -224,9 +229,11 @@ def _arrow(part: str = "") -> Any:
     return module
 
 
-def _is_packed(file: TextFile) -> bool:
+def _is_plain(file: TextFile) -> bool:
+    """Tell a text that Arrow takes as it lies on the disk."""
     with open(file.path, "rb") as binary:
-        return binary.read(len(GZIP)) == GZIP
+        packed = binary.read(len(GZIP)) == GZIP
+    return file.encoding in ("utf-8", "utf-8-sig") and bool(file.dialect.delimiter) and not packed
 
 
 def _options(csv: Any, file: TextFile, skip: int) -> dict[str, Any]:

@@ -7,7 +7,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from hydrodamp.advance import shares, within
 from hydrodamp.data.formats import detect
+from hydrodamp.data.formats.content import size_of
 from hydrodamp.data.formats.detect import FORMATS
 from hydrodamp.data.formats.joining import joined
 from hydrodamp.data.formats.oddities import noted
@@ -106,9 +108,10 @@ def _suffix(file: Path) -> str:
 def _together(files: Sequence[Path], source: str) -> Recording:
     """Read several files; raise the faults of all of them at once."""
     read, errors = [], []
-    for file in files:
+    for file, share in zip(files, shares([*map(size_of, files)]), strict=True):
         try:
-            read.append(detect.read(file) if file.is_file() else _bag(file))
+            with within(*share):
+                read.append(detect.read(file) if file.is_file() else _bag(file))
         except LogError as error:
             errors.append(error)
     if len(errors) == 1:

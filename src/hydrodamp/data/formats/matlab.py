@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
+from hydrodamp.advance import counted
+from hydrodamp.data.formats.content import followed
 from hydrodamp.data.formats.extras import extra
 from hydrodamp.data.formats.gather import recording_of
 from hydrodamp.data.recording import Recording
@@ -54,7 +56,9 @@ def _matlab(path: str | Path, notes: list[str]) -> dict[str, Any]:
     import scipy.io
 
     try:
-        content = scipy.io.loadmat(str(path), simplify_cells=True)
+        with followed(path) as file:
+            # Its stubs know no open files; its documentation does.
+            content = scipy.io.loadmat(cast("str", file), simplify_cells=True)
     except Exception as error:  # a damaged file fails in ways SciPy does not list
         raise _damaged(path, error) from error
     inside = {name: value for name, value in content.items() if not name.startswith("__")}
@@ -90,14 +94,17 @@ def _is_struct_array(value: Any) -> bool:
 def _hdf5(path: str | Path, notes: list[str]) -> dict[str, Any]:
     h5py = extra("h5py", path)
     arrays: dict[str, Any] = {}
+    found: dict[str, Any] = {}
 
     def visit(name: str, node: Any) -> None:
         if isinstance(node, h5py.Dataset) and not name.startswith("#"):
-            _add(arrays, name.replace("/", "."), node, notes)
+            found[name.replace("/", ".")] = node
 
     try:
         with h5py.File(path, "r") as file:
             file.visititems(visit)
+            for name, node in counted(found.items(), len(found)):
+                _add(arrays, name, node, notes)
     except (OSError, RuntimeError, ValueError, KeyError) as error:
         raise _damaged(path, error) from error
     return arrays

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from hydrodamp.advance import counted, within
 from hydrodamp.arrays import FloatArray
 
 LONGEST = 64
@@ -240,7 +241,7 @@ def columns_of(
     KeyError
         If a type is not defined.
     """
-    columns, n = Columns(), len(messages)
+    columns, n, done = Columns(), len(messages), 0
     sizes = np.fromiter(map(len, messages), np.int64, n)
     for size in np.unique(sizes).tolist():
         rows = np.flatnonzero(sizes == size)
@@ -254,7 +255,10 @@ def columns_of(
                 rows, block = rows[1:], block[1:]
                 continue
             alike = _alike(block, layout)
-            _fill(columns, n, layout, rows[alike], block[alike])
+            last = done + int(np.count_nonzero(alike))
+            with within(done / n, last / n):
+                _fill(columns, n, layout, rows[alike], block[alike])
+            done = last
             rows, block = rows[~alike], block[~alike]
     return columns
 
@@ -271,7 +275,7 @@ def _fill(columns: Columns, n: int, layout: Layout, rows: Any, block: Any) -> No
     """Put the fields of messages of one shape into their columns."""
     columns.long |= layout.long
     columns.seconds |= set(layout.stamps)
-    for path, (offset, kind) in layout.numbers.items():
+    for path, (offset, kind) in counted(layout.numbers.items(), len(layout.numbers)):
         column = columns.numbers.setdefault(path, np.full(n, np.nan))
         column[rows] = _cut(block, offset, kind)
     for path, offset in layout.stamps.items():

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from hydrodamp.advance import counted, within
 from hydrodamp.data.formats.cells import Column, column_of, number
 from hydrodamp.data.formats.content import content
 from hydrodamp.data.recording import Recording, Topic
@@ -18,6 +19,8 @@ FORMAT = "MOOS log"
 """How messages call the format."""
 
 _LISTED = 3
+_TAKEN = 0.6  # what share of the time it takes to sort lines by variable
+_TOLD = 10_000  # after how many lines it is told
 
 
 def read(path: str | Path) -> Recording:
@@ -45,12 +48,13 @@ def read(path: str | Path) -> Recording:
     postings: dict[str, _Postings] = defaultdict(_Postings)
     odd: list[int] = []
     notes: list[str] = []
-    text = content(path).decode("utf-8", errors="replace")
-    for line, entry in enumerate(text.split("\n"), start=1):
-        if entry.startswith("%"):
-            _note_start(entry, notes)
-        elif entry.strip("\0\r \t") and not _take(entry, line, postings):
-            odd.append(line)
+    lines = content(path).decode("utf-8", errors="replace").split("\n")
+    with within(0.0, _TAKEN):
+        for line, entry in enumerate(counted(lines, len(lines), _TOLD), start=1):
+            if entry.startswith("%"):
+                _note_start(entry, notes)
+            elif entry.strip("\0\r \t") and not _take(entry, line, postings):
+                odd.append(line)
     n = sum(len(found.times) for found in postings.values())
     told = ", ".join(map(str, odd[:_LISTED])) + (" …" if len(odd) > _LISTED else "")
     if not n or len(odd) > n:
@@ -61,7 +65,9 @@ def read(path: str | Path) -> Recording:
         )
     if odd:
         notes.append(f"{len(odd)} lines are no postings (line {told}); passed over")
-    topics = tuple(found.topic(name, notes) for name, found in postings.items())
+    with within(_TAKEN, 1.0):
+        variables = counted(postings.items(), len(postings))
+        topics = tuple(found.topic(name, notes) for name, found in variables)
     return Recording(topics, str(path), FORMAT, tuple(notes))
 
 

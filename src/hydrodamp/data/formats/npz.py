@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from hydrodamp.advance import counted
 from hydrodamp.data.formats.gather import recording_of
 from hydrodamp.data.recording import Recording
 from hydrodamp.errors import FileError, LogError
@@ -60,7 +61,7 @@ def _arrays(path: str | Path, notes: list[str]) -> dict[str, Any]:
 
 
 def _members(archive: Any, notes: list[str]) -> Iterator[tuple[str, Any]]:
-    for name in archive.files:
+    for name in counted(archive.files, len(archive.files)):
         try:
             yield name, archive[name]
         except ValueError as error:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from hydrodamp.advance import counted
 from hydrodamp.arrays import FloatArray
 from hydrodamp.data.formats.extras import extra
 from hydrodamp.data.formats.naming import split_unit, told_apart
@@ -42,9 +43,11 @@ def read(path: str | Path) -> Recording:
     LogError
         If it is damaged.
     """
-    with_file = _opened(path)
+    arrow, file = extra("pyarrow", path), _opened(path)
+    groups = counted(range(file.num_row_groups), file.num_row_groups)
     try:
-        table = with_file.read()
+        parts = [file.read_row_group(group) for group in groups]
+        table = arrow.concat_tables(parts) if parts else file.read()
     except (ValueError, OSError) as error:
         raise _damaged(path, error) from error
     return _recording(table, path)

@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from hydrodamp.data.formats.content import content, head
+from hydrodamp.advance import advance, within
+from hydrodamp.data.formats.content import content, followed, head
 from hydrodamp.data.formats.extras import extra
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError
@@ -21,6 +22,8 @@ FORMAT = "PX4 ULog"
 
 _ELEMENT = re.compile(r"(.*)\[(\d+)\]$")
 _LONGEST = 64
+_READ = 0.8  # what share of the time pyulog takes
+_TOLD = 1 << 18  # after how many bytes it is told
 _HEADER = 16
 _KINDS = b"FIMPQARSODLCB"
 _MAGIC = b"ULog\x01\x12\x35"
@@ -56,7 +59,7 @@ def read(path: str | Path) -> Recording:
     notes: list[str] = []
     try:
         # pyulog prints what it stumbles on; standard output is not ours to write to.
-        with open(path, "rb") as file, redirect_stdout(io.StringIO()):
+        with within(0.0, _READ), followed(path) as file, redirect_stdout(io.StringIO()):
             log = pyulog.ULog(file)
     except Exception as error:  # a damaged log fails in ways pyulog does not list
         raise LogError(
@@ -65,7 +68,8 @@ def read(path: str | Path) -> Recording:
             source=str(path),
         ) from error
     topics = tuple(_topics(log, notes))
-    _note_damage(log, content(path), notes)
+    with within(_READ, 1.0):
+        _note_damage(log, content(path), notes)
     if not topics:
         raise LogError(["the log holds no message with a value", *notes], source=str(path))
     return Recording(topics, str(path), FORMAT, tuple(notes))
@@ -92,7 +96,11 @@ def _topics(log: Any, notes: list[str]) -> Iterator[Topic]:
 def _breaks_off(data: bytes) -> int:
     """Return where the chain of messages ends: each begins with its size and kind."""
     place, end = _HEADER, len(data)
+    told, by = 0, advance(end)
     while place + 3 <= end:
+        if place >= told + _TOLD:
+            by(place - told)
+            told = place
         size = data[place] + (data[place + 1] << 8)
         if data[place + 2] not in _KINDS or place + 3 + size > end:
             return place

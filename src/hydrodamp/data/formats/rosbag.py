@@ -10,12 +10,15 @@ from typing import Any
 
 import numpy as np
 
+from hydrodamp.advance import counted, shares, within
 from hydrodamp.data.formats.extras import extra
 from hydrodamp.data.formats.message_layout import columns_of
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import FileError, LogError
 
 _LARGEST = 1 << 16
+_TAKEN = 0.7  # what share of the time it takes to take messages out of the bag
+_TOLD = 1000  # after how many messages it is told
 _PASSED_OVER = {
     "sensor_msgs": {"Image", "CompressedImage", "PointCloud", "PointCloud2", "LaserScan"},
     "nav_msgs": {"OccupancyGrid", "Path"},
@@ -65,11 +68,13 @@ def read(path: str | Path) -> Recording:
     gathered = _Gathered(path)
     try:
         with highlevel.AnyReader([path], default_typestore=fallback) as bag:
-            gathered.read(bag)
+            with within(0.0, _TAKEN):
+                gathered.read(bag)
             definitions = {**fallback.fielddefs, **bag.typestore.fielddefs}
     except Exception as error:  # a damaged bag fails in ways nobody has listed
         raise LogError(f"{_why(error)}. {_repair(path, error)}", source=str(path)) from error
-    topics = list(gathered.topics(definitions, form != "ROS 1 bag"))
+    with within(_TAKEN, 1.0):
+        topics = list(gathered.topics(definitions, form != "ROS 1 bag"))
     if not topics:
         raise LogError(
             ["the bag holds no message that can be read", *gathered.notes], source=str(path)
@@ -95,7 +100,9 @@ class _Gathered:
             return
         count = 0
         try:
-            for connection, time, raw in bag.messages(connections=wanted):
+            messages = bag.messages(connections=wanted)
+            total = sum(it.msgcount for it in wanted)
+            for connection, time, raw in counted(messages, total, _TOLD):
                 count += 1
                 if len(raw) > _LARGEST:
                     self.large[connection.topic] = len(raw)
@@ -125,9 +132,11 @@ class _Gathered:
     def topics(self, definitions: Any, aligned: bool) -> Iterator[Topic]:
         """Yield the topics, with notes on what of them could not be read."""
         names = [topic for topic, _ in self.messages]
-        for (name, kind), messages in self.messages.items():
+        parts = shares([*map(len, self.messages.values())])
+        for ((name, kind), messages), share in zip(self.messages.items(), parts, strict=True):
             try:
-                columns = columns_of(messages, kind, definitions, aligned=aligned)
+                with within(*share):
+                    columns = columns_of(messages, kind, definitions, aligned=aligned)
             except KeyError as error:
                 self.notes.append(
                     f"topic `{name}` was left out: the bag does not define {error.args[0]}"

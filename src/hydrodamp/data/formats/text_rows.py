@@ -10,8 +10,9 @@ from itertools import chain, islice
 
 import numpy as np
 
-from hydrodamp.data.formats.cells import Column, column_of, is_number, numbers_of
-from hydrodamp.data.formats.content import opened
+from hydrodamp.data.formats.cells import Column, is_number, numbers_of
+from hydrodamp.data.formats.content import followed
+from hydrodamp.data.formats.dialect import Dialect
 from hydrodamp.data.formats.text_table import COMMENTS, TextColumns, TextFile
 from hydrodamp.errors import LogError
 
@@ -99,7 +100,7 @@ class _Part:
         self._turn()
         dialect = self.file.dialect
         pieces = [*zip(*self.done, strict=True)] or [()] * len(dialect.names)
-        columns = tuple(_joined(column, dialect.decimal) for column in pieces)
+        columns = tuple(_joined(dialect, *column) for column in enumerate(pieces))
         result = TextColumns(columns, self.lines, self.skipped, tuple(notes))
         self.skipped += len(self.lines)
         self.lines, self.done = [], []
@@ -120,11 +121,11 @@ class _Part:
         self.block = []
 
 
-def _joined(pieces: Sequence[Column], decimal: str) -> Column:
+def _joined(dialect: Dialect, place: int, pieces: Sequence[Column]) -> Column:
     """Return the column that its blocks make."""
     arrays = [piece.numbers for piece in pieces if piece.numbers is not None]
     if not arrays:
-        return column_of([cell for piece in pieces for cell in piece.words], decimal)
+        return dialect.column(place, [cell for piece in pieces for cell in piece.words])
     starts = np.cumsum([0, *map(len, arrays)]).tolist()
     bad = tuple(
         (start + row, cell)
@@ -185,7 +186,7 @@ class _Rows:
     def _split(self) -> Iterator[tuple[int, list[str]]]:
         """Yield the cells of each line below the header, and the number of the line."""
         delimiter, above = self.file.dialect.delimiter, self.file.dialect.first - 1
-        with opened(self.file.path) as binary:
+        with followed(self.file.path) as binary:
             text = io.TextIOWrapper(
                 binary, encoding=self.file.encoding, errors="replace", newline=""
             )

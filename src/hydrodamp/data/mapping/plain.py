@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator
+import re
+from collections.abc import Collection, Iterator
 
+import numpy as np
+
+from hydrodamp.arrays import FloatArray
 from hydrodamp.data.canonical import RESERVED
+from hydrodamp.data.checks import faults_of
 from hydrodamp.data.columns import Columns
 from hydrodamp.data.mapping.composition import presets
 from hydrodamp.data.mapping.finding import text_faults
@@ -14,6 +19,7 @@ from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError
 
 _LISTED = 8
+_UNNAMED = re.compile(r"column \d+")  # how readers call a column without a name
 
 
 def canonical_record(recording: Recording) -> Record:
@@ -44,18 +50,21 @@ def canonical_record(recording: Recording) -> Record:
     if len(recording.topics) != 1 or recording.topics[0].name:
         raise LogError(_no_table(recording), source=recording.source)
     table = recording.topics[0]
-    numbers = {name: values for name, values in table.fields.items() if name != "segment"}
+    fields = {**table.fields, **_unreadable(table)}
+    numbers = {name: values for name, values in fields.items() if name != "segment"}
     if "time" not in numbers and table.time is not None:
         numbers["time"] = table.time
     columns = Columns(
         numbers,
-        tuple(name for name in numbers if name not in RESERVED),
+        tuple(name for name in numbers if name not in RESERVED and not _UNNAMED.fullmatch(name)),
         labels_of(table, "segment"),
         table.lines or None,
         recording.source,
     )
     record = columns.record()
-    faults = [*_text_faults(table), *columns.faults()]
+    faults = [*_cell_faults(table), *columns.faults(), *_name_faults(table.fields)]
+    if faults and record is not None and not table.faults:
+        faults += faults_of(record)
     if faults or record is None:
         raise LogError(faults or ["there are no samples"], source=recording.source)
     return dataclasses.replace(record, notes=recording.notes)
@@ -88,11 +97,29 @@ def labels_of(table: Topic, name: str) -> tuple[str, ...] | None:
     return None
 
 
-def _text_faults(table: Topic) -> Iterator[str]:
-    yield from table.faults.values()
+def _unreadable(table: Topic) -> dict[str, FloatArray]:
+    """Return the columns that hold more than numbers as if they held some: they are there."""
+    return {name: np.zeros(table.n) for name in table.faults}
+
+
+def _cell_faults(table: Topic) -> Iterator[str]:
+    """Name what is no number, but for the names of segments."""
+    for name, fault in table.faults.items():
+        if name != "segment" or name not in table.texts:
+            yield fault
     for name, cells in table.texts.items():
-        if name != "segment":
+        if name != "segment" and name not in table.faults:
             yield from text_faults(cells, name)
+
+
+def _name_faults(names: Collection[str]) -> Iterator[str]:
+    """Say which names are empty, or a reserved one (but `time`, missed anyway) in other case."""
+    for name in names:
+        if _UNNAMED.fullmatch(name):
+            yield f"{name} has no name; drop it (pandas: `to_csv(..., index=False)`)"
+        lower = name.lower()
+        if len(name) > 1 and name != lower and lower in RESERVED[1:] and lower not in names:
+            yield f"column `{name}` must be spelt `{lower}`; names keep their case"
 
 
 def _no_table(recording: Recording) -> str:

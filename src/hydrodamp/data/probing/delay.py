@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hydrodamp.advance import counted
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.axes import VELOCITIES
 from hydrodamp.data.log import Log
@@ -94,10 +95,8 @@ def delays(log: Log) -> tuple[Delay, ...]:
         return ()
     even = _even(log)
     axes = [VELOCITIES.index(name) for name in log.velocity_names]
-    found = [
-        _best(name, even.commands[:, place], even, axes)
-        for place, name in enumerate(log.command_names)
-    ]
+    commands = counted(enumerate(log.command_names), len(log.command_names))
+    found = [_best(name, even.commands[:, place], even, axes) for place, name in commands]
     return tuple(one for one in found if one is not None)
 
 

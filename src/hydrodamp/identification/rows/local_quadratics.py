@@ -14,7 +14,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import savgol_coeffs, savgol_filter
 
 from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.identification.rows.velocity_noise import noise_variance
@@ -57,6 +56,8 @@ def smoothed(problem: Problem, windows: Sequence[int]) -> Smoothed:
     smoothed : Smoothed
         Never of more estimated risk than the measurement.
     """
+    from scipy.signal import savgol_coeffs  # takes long to import
+
     measured = problem.inputs.velocity
     noise = noise_variance(problem)
     best, velocity, chosen = noise.copy(), measured.copy(), np.ones(6, dtype=int)
@@ -71,6 +72,8 @@ def smoothed(problem: Problem, windows: Sequence[int]) -> Smoothed:
 
 
 def _local_quadratics(problem: Problem, window: int) -> FloatArray:
+    from scipy.signal import savgol_filter  # as above
+
     values = problem.inputs.velocity.copy()
     for start, stop in problem.segments.tolist():
         if stop - start >= window:

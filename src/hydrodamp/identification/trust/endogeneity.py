@@ -19,7 +19,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import f as fisher
+from scipy.special import fdtrc
 
 from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.identification.rows.equations import Rows
@@ -145,7 +145,8 @@ def _hotelling(scores: FloatArray) -> float | None:
     mean = scores.mean(axis=0)
     spread = np.cov(scores, rowvar=False).reshape(size, size)
     squared = count * float(mean @ np.linalg.pinv(spread, hermitian=True) @ mean)
-    return float(fisher.sf(squared * (count - size) / (size * (count - 1.0)), size, count - size))
+    ratio = squared * (count - size) / (size * (count - 1.0))
+    return float(fdtrc(size, count - size, max(ratio, 0.0)))
 
 
 def _shift(every: FloatArray, near: FloatArray, target: FloatArray) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2, median_abs_deviation
+from scipy.special import chdtrc
 
 from hydrodamp.arrays import FloatArray, IntArray
 
@@ -14,6 +14,9 @@ _LAGS = 10
 
 _PER_LAG = 5
 """Samples for each lag, on short ones."""
+
+_NORMAL = 1.482602218505602
+"""The standard deviation of a normal distribution over its median absolute deviation."""
 
 FAR = 4.0
 """Robust standard deviations from which a residual is an outlier: 6 in 100 000 of normal ones."""
@@ -73,7 +76,7 @@ def whiteness(series: FloatArray, segment: IntArray, spacing: float) -> Whitenes
     statistic = len(series) * (len(series) + 2.0) * float(np.sum(correlation**2 / pairs))
     positive = correlation[: np.argmax(np.append(correlation, -1.0) <= 0.0)]
     return Whiteness(
-        p=float(chi2.sf(statistic, lags)),
+        p=float(chdtrc(lags, statistic)),
         neighbours=float(correlation[0]),
         time=spacing * (1.0 + 2.0 * float(positive.sum())),
     )
@@ -100,8 +103,8 @@ def outlier_share(series: FloatArray) -> float:
     """
     if not len(series):
         return 0.0
-    deviation = float(median_abs_deviation(series, scale="normal"))
-    return float(np.mean(np.abs(series - np.median(series)) > FAR * deviation))
+    distance = np.abs(series - np.median(series))
+    return float(np.mean(distance > FAR * _NORMAL * np.median(distance)))
 
 
 def _correlations(

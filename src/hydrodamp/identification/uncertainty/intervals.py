@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.errors import MethodError
@@ -137,7 +137,7 @@ class Uncertainty:
         """
         if not 0.0 < level < 1.0:
             raise MethodError(f"`level` must lie between 0 and 1; got {level}")
-        return float(student.ppf(0.5 + level / 2.0, self.degrees_of_freedom))
+        return float(stdtrit(self.degrees_of_freedom, 0.5 + level / 2.0))
 
     def interval(self, coefficients: FloatArray, level: float = 0.95) -> FloatArray:
         """Return the interval of each coefficient.
