@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from hydrodamp.errors import FileError
-from hydrodamp.loading import load_json, load_text, load_yaml, parse_yaml
+from hydrodamp.loading import absent, load_json, load_text, load_yaml, neighbour, parse_yaml
 
 
 def test_text_comes_without_its_byte_order_mark(tmp_path: Path) -> None:
@@ -22,6 +22,35 @@ def test_what_cannot_be_read_is_named(tmp_path: Path) -> None:
             load(tmp_path)
         with pytest.raises(FileError, match=r"latin\.txt: must be UTF-8 text; near byte 3"):
             load(tmp_path / "latin.txt")
+
+
+@pytest.mark.parametrize(
+    ("wanted", "near"),
+    [
+        ("missoin.csv", "mission.csv"),
+        ("MISSION.CSV", "mission.csv"),
+        ("mission.cvs", "mission.csv"),
+        ("auw.yml", "auv.yaml"),
+        ("auv", "auv.yaml"),
+        ("rnus/day1.csv", "runs/day1.csv"),
+        ("rnus/day2.csv", "runs/day1.csv"),
+        ("a.csv", None),
+        ("none.csv", None),
+        ("mission.yaml", None),
+        ("elsewhere/mission.csv", None),
+        ("mission.csv/a.csv", None),
+    ],
+)
+def test_the_nearest_neighbour_of_what_is_not_there(
+    tmp_path: Path, wanted: str, near: str | None
+) -> None:
+    (tmp_path / "runs").mkdir()
+    for name in ("mission.csv", "auv.yaml", "b.csv", "runs/day1.csv"):
+        (tmp_path / name).touch()
+    assert neighbour(tmp_path / wanted) == (None if near is None else tmp_path / near)
+    assert absent(tmp_path / wanted).endswith(
+        "No such file or directory." if near is None else f"Did you mean '{tmp_path / near}'?"
+    )
 
 
 def test_yaml_and_json_of_a_file(tmp_path: Path) -> None:

@@ -136,6 +136,7 @@ from .identification.smoothing.smoother import noise_levels as noise_levels, smo
 from .identification.trust.bootstrap import Draws as Draws, bootstrap as bootstrap
 from .identification.trust.diagnostics import Diagnostics as Diagnostics, diagnose as diagnose
 from .identification.trust.grades import Grade as Grade
+from .identification.trust.grading import graded as graded
 from .identification.trust.identifiability import (
     Identifiability as Identifiability,
     identifiability as identifiability,
@@ -156,6 +157,7 @@ from .models.files import (
 )
 from .models.model import DampingModel as DampingModel
 from .models.published import published as published
+from .report.figures.apart import colour_of as colour_of
 from .report.figures.coefficients import coefficients_figure as coefficients_figure
 from .report.figures.correlation import correlation_figure as correlation_figure
 from .report.figures.estimation import (
@@ -167,7 +169,6 @@ from .report.figures.files import save_figure as save_figure
 from .report.figures.front import front_figure as front_figure
 from .report.figures.histories import history_figure as history_figure
 from .report.figures.horizons import horizons_figure as horizons_figure
-from .report.figures.look import colour_of as colour_of
 from .report.figures.power import power_figure as power_figure
 from .report.figures.replays import replays_figure as replays_figure
 from .report.figures.residuals import residuals_figure as residuals_figure

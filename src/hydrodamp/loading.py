@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import json
 import os
 import re
@@ -14,6 +15,8 @@ from hydrodamp.errors import FileError
 if TYPE_CHECKING:
     import yaml
 
+_ALIKE = 0.75
+_STEMS_ALIKE = 0.5
 _FLOAT = "tag:yaml.org,2002:float"
 _TIMESTAMP = "tag:yaml.org,2002:timestamp"
 _POWER_OF_TEN = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)[eE][-+]?[0-9]+$")
@@ -46,12 +49,80 @@ def load_text(path: str | os.PathLike[str]) -> str:
     """
     try:
         return Path(path).read_text(encoding="utf-8-sig")
+    except FileNotFoundError as error:
+        raise FileError(absent(path)) from error
     except OSError as error:
         raise FileError(f"{path}: cannot be read: {error.strerror}.") from error
     except UnicodeDecodeError as error:
         raise FileError(
             f"{path}: must be UTF-8 text; near byte {error.start} it is not."
         ) from error
+
+
+def absent(path: str | os.PathLike[str]) -> str:
+    """Return what to say of a file that is not there, with its nearest neighbour.
+
+    Parameters
+    ----------
+    path : str or path
+        Where nothing is.
+
+    Returns
+    -------
+    sentence : str
+        For a :class:`~hydrodamp.errors.FileError`.
+
+    Examples
+    --------
+    >>> absent("nowhere.txt")
+    'nowhere.txt: cannot be read: No such file or directory.'
+    """
+    near = neighbour(path)
+    meant = "" if near is None else f" Did you mean '{near}'?"
+    return f"{path}: cannot be read: No such file or directory.{meant}"
+
+
+def neighbour(path: str | os.PathLike[str]) -> Path | None:
+    """Return the file that a path may have meant: one called nearly so in the same folder.
+
+    Parameters
+    ----------
+    path : str or path
+        Where nothing is; its folder may be misspelt too.
+
+    Returns
+    -------
+    near : Path or None
+        None where nothing is called nearly so; a name without a suffix may mean one with.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     Path(folder, "mission.csv").touch()
+    ...     neighbour(Path(folder, "missoin.csv")).name
+    'mission.csv'
+    """
+    place = Path(path)
+    folder = place.parent if place.parent.is_dir() else neighbour(place.parent)
+    if folder is None or not folder.is_dir():
+        return None
+    if folder != place.parent and (folder / place.name).exists():
+        return folder / place.name
+    try:
+        there = {entry.name.casefold(): entry.name for entry in folder.iterdir()}
+    except OSError:
+        return None
+    wanted = place.name.casefold()
+    completed = [name for name in there if not place.suffix and Path(name).stem == wanted]
+    alike = difflib.get_close_matches(wanted, there, n=5, cutoff=_ALIKE)
+    near = [*completed, *(name for name in alike if _share(wanted, name) >= _STEMS_ALIKE)]
+    return folder / there[near[0]] if near else None
+
+
+def _share(one: str, other: str) -> float:
+    """Return how much two names have in common without their suffixes, which say little."""
+    return difflib.SequenceMatcher(None, Path(one).stem, Path(other).stem).ratio()
 
 
 def load_json(path: str | os.PathLike[str]) -> object:

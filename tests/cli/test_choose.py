@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from pathlib import Path
 
@@ -39,3 +40,36 @@ def test_a_model_of_ones_own_may_be_called_sparse(folder: Path, call: Call) -> N
     done = call(f"{LINE}linear,mine.yaml")
     assert done.exit_code == 0, done.output
     assert "sparse" in done.stdout
+
+
+TWO = "- {name: heavy, terms: {X: u|u|, N: r|r|}}\n- {name: light, terms: {X: u, N: r}}\n"
+
+
+def test_one_model_of_a_file_goes_by_its_name(folder: Path, call: Call) -> None:
+    (folder / "two.yaml").write_text(f"models:\n{TWO}", "utf-8")
+    done = call(f"{LINE}linear,two.yaml:light --json")
+    assert done.exit_code == 0, done.output
+    document = json.loads(done.stdout)
+    assert [row["model"] for row in document["rows"]] == ["linear", "light"]
+    assert "two.yaml" in document["provenance"]["files"]
+    one = call("identify a.csv --vehicle planar.yaml --method ls --json --model two.yaml:heavy")
+    assert set(json.loads(one.stdout)["coefficients"]) == {"X_u|u|", "N_r|r|"}
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("models two.yaml:lihgt", "no model is called 'lihgt'; the file holds heavy, light. Did"),
+        ("models towo.yaml", "towo.yaml: cannot be read: No such file or directory. Did you mean"),
+        ("models damping.json", "damping.json: cannot be read: No such file"),
+        (
+            "identify a.csv --vehicle planar.yaml --model two.yaml",
+            "Name one of them: `--model two.yaml:heavy`.",
+        ),
+    ],
+)
+def test_models_that_are_not_there(folder: Path, call: Call, line: str, said: str) -> None:
+    (folder / "two.yaml").write_text(f"models:\n{TWO}", "utf-8")
+    done = call(line)
+    assert done.exit_code == 2
+    assert said in " ".join(done.stderr.split())

@@ -24,6 +24,8 @@ def status(error: BaseException) -> int:
         (LogError(["one", "two"], source="a.csv"), 2, "error: a.csv: 2 faults\n  - one\n  - two"),
         (PermissionError(13, "Permission denied", "a.csv"), 2, "error: a.csv: Permission denied"),
         (OSError("odd"), 2, "error: file: odd"),
+        (FileNotFoundError(2, "no", "q/a.csv"), 2, "error: q/a.csv: cannot be read: No such file"),
+        (FileNotFoundError("odd"), 2, "error: odd"),
         (KeyError("x"), 1, "error: internal failure: KeyError: 'x' (test_guard.py:"),
         (KeyboardInterrupt(), 130, "interrupted"),
     ],

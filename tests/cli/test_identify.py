@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from typer.testing import Result
 
+from hydrodamp.cli.trust import Trust
 from hydrodamp.errors import HydrodampWarning
 from hydrodamp.identification.fit import Fit, empty_fit
 from hydrodamp.identification.methods import METHODS
@@ -30,6 +31,7 @@ def test_writes_a_damping_file_with_covariance_and_vehicle(folder: Path, call: C
     done = call(f"{LINE} --out d.json")
     assert done.exit_code == 0, done.output
     assert "std. error" in done.stdout
+    assert "grade" in done.stdout
     assert "written to d.json" in done.stderr
     damping = read_damping(folder / "d.json")
     assert damping["Y_v"] == pytest.approx(-40.0, rel=0.02)
@@ -75,9 +77,9 @@ def test_the_report_says_what_the_run_was(folder: Path, call: Call) -> None:
 def test_warnings_of_the_run_are_in_the_report(
     folder: Path, call: Call, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def warn(*args: object) -> tuple[str, ...]:
+    def warn(*args: object) -> Trust:
         warnings.warn("the sea was rough", HydrodampWarning, stacklevel=1)
-        return ()
+        return Trust()
 
     monkeypatch.setattr("hydrodamp.cli.trust.trust", warn)
     done = call(f"{LINE} --out d.json")

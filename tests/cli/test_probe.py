@@ -35,7 +35,29 @@ def test_commands_of_no_actuator_are_no_hindrance(folder: Path, call: Call) -> N
     (folder / "bare.yaml").write_text(text, "utf-8")
     document = json.loads(call("probe a.csv --vehicle bare.yaml --json").stdout)
     assert document["fit"]
-    assert any("no actuator of 'planar' takes: ahead turn" in x for x in document["reservations"])
+    (told,) = [each for each in document["reservations"] if "ahead turn" in each]
+    assert told.startswith("vehicle 'planar' has no actuators, and the log has only the commands")
+    for way in ("`terms: {X: ahead}`", "give it `actuators` in its file", "X Y Z K M N"):
+        assert way in told
+
+
+def test_commands_of_other_names_than_the_actuators_take(folder: Path, call: Call) -> None:
+    text = (folder / "planar.yaml").read_text("utf-8").replace("[ahead, turn]", "[rpm, fin]")
+    (folder / "other.yaml").write_text(text, "utf-8")
+    document = json.loads(call("probe a.csv --vehicle other.yaml --json").stdout)
+    (told,) = document["missing"]
+    assert told.startswith("the actuators of 'planar' take rpm fin, and the log has only")
+    assert "`commands: {rpm: ahead}` in a mapping" in told
+    assert not any("turn" in each for each in document["reservations"])
+
+
+def test_a_vehicle_that_nothing_rights_is_minded_once(folder: Path, call: Call) -> None:
+    call("vehicle new mine.yaml --length 1.6 --diameter 0.19 --mass 40")
+    done = call("probe a.csv --vehicle mine.yaml")
+    said = " ".join(done.output.split())
+    assert said.count("'mine' has no righting moment in roll and pitch") == 1
+    assert done.stderr == ""
+    assert "righting" not in call("probe a.csv --vehicle planar.yaml").output
 
 
 def test_says_what_will_not_be_determined(folder: Path, call: Call) -> None:
@@ -158,7 +180,32 @@ def test_a_mapping_is_followed(folder: Path, call: Call) -> None:
     call("probe dive.csv --draft mine.yaml")
     document = json.loads(call("probe dive.csv --mapping mine.yaml --json").stdout)
     assert document["log"] == "by the mapping mine.yaml"
+    assert document["draft"].startswith("# Drafted by")
+    assert document["guesses"]
     assert call("probe dive.csv --mapping mavros").exit_code == 2
+
+
+def test_with_a_mapping_neither_draft_nor_guesses_are_printed(folder: Path, call: Call) -> None:
+    unmapped(folder)
+    call("probe dive.csv --draft mine.yaml")
+    done = call("probe dive.csv --mapping mine.yaml --vehicle planar.yaml --draft again.yaml")
+    assert done.exit_code == 0, done.output
+    for word in ("dive.csv: text in columns", "Made by the mapping mine.yaml", "Verdict:"):
+        assert word in done.stdout, word
+    for word in ("as a mapping", "sure each line is", "No role found", "Axes: body"):
+        assert word not in done.stdout, word
+    assert (folder / "again.yaml").read_text("utf-8") == (folder / "mine.yaml").read_text("utf-8")
+    assert "Made by the draft" in call("probe dive.csv").stdout
+
+
+def test_what_the_steps_of_a_mapping_did_is_told(folder: Path, call: Call) -> None:
+    unmapped(folder)
+    call("probe dive.csv --draft mine.yaml")
+    with (folder / "mine.yaml").open("a", encoding="utf-8") as file:
+        file.write("steps: [{delayed: {motor_turn: 0.1}}]\n")
+    done = call("probe dive.csv --mapping mine.yaml")
+    (note,) = json.loads(call("probe dive.csv --mapping mine.yaml --json").stdout)["log_notes"]
+    assert note in " ".join(done.stdout.split())
 
 
 def test_a_draft_that_was_corrected_is_kept_unless_forced(folder: Path, call: Call) -> None:

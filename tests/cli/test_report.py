@@ -168,7 +168,7 @@ def test_grades_pictures_and_report_go_beside_the_results(
 ) -> None:
     _, vehicle, log = fitted
     written = illustrate(comparison, vehicle, log, results)
-    assert written == ("identifiability.json", "figures", "report.html")
+    assert written == ("identifiability.json", "band.npz", "figures", "report.html")
     first = (results / "report.html").read_bytes()
     assert call("out").exit_code == 0
     assert (results / "report.html").read_bytes() == first
@@ -205,7 +205,8 @@ def test_without_the_extra_grades_are_written_all_the_same(
     with monkeypatch.context() as bare:
         bare.setattr(pages, "find_spec", lambda _: None)
         bare.setattr(examining, "find_spec", lambda _: None)
-        assert illustrate(comparison, vehicle, log, results) == ("identifiability.json",)
+        written = illustrate(comparison, vehicle, log, results)
+    assert written == ("identifiability.json", "band.npz")
     said = capsys.readouterr().err
     assert said.count('pip install "hydrodamp[report]"') == 2
     assert f"then `hydrodamp report {results}` makes it." in said

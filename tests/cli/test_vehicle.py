@@ -2,11 +2,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 from typer.testing import Result
 
 from hydrodamp.vehicle.file import read_vehicle
+from hydrodamp.vehicle.fleet import fleet
 
 Call = Callable[..., Result]
 SIZES = "--length 1.6 --diameter 0.19 --mass 40"
@@ -17,6 +19,27 @@ def test_an_estimate_can_be_used_as_it_is(folder: Path, call: Call) -> None:
     assert done.exit_code == 0, done.output
     assert json.loads(done.stdout) == {"path": "mine.yaml", "complete": True}
     assert read_vehicle(folder / "mine.yaml").name == "mine"
+
+
+def test_an_estimate_says_that_nothing_rights_it(folder: Path, call: Call) -> None:
+    done = call(f"vehicle new mine.yaml {SIZES}")
+    assert "nothing rights the vehicle in roll and pitch" in done.stderr
+    assert "nothing rights" not in call("vehicle new empty.yaml").stderr
+
+
+def test_a_vehicle_of_the_fleet_can_be_started_from(folder: Path, call: Call) -> None:
+    done = call("vehicle new mine.yaml --like bluerov2")
+    assert done.exit_code == 0, done.output
+    assert read_vehicle(folder / "mine.yaml") == replace(fleet["bluerov2"], name="mine")
+    assert "actuators: []" in (folder / "mine.yaml").read_text("utf-8")
+    for line, words in (
+        ("vehicle new other.yaml --like bluerov3", "Did you mean 'bluerov2'?"),
+        (f"vehicle new other.yaml --like lauv {SIZES}", "leave out --length"),
+    ):
+        done = call(line)
+        assert done.exit_code == 2
+        assert words in done.stderr
+        assert not (folder / "other.yaml").exists()
 
 
 def test_a_file_to_fill_in(folder: Path, call: Call) -> None:

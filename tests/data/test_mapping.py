@@ -125,6 +125,14 @@ def test_all_faults_of_a_mapping_are_told_at_once() -> None:
         assert says in message
 
 
+def test_keys_that_read_like_forms_are_keys() -> None:
+    """`name`, `entry` and `one` are also what pydantic calls the form it tried."""
+    with pytest.raises(LogError) as caught:
+        LogMapping.from_dict({"time": "t", "name": "x", "velocity": {"u": "a", "one": "b"}})
+    assert "unknown key `name`" in str(caught.value)
+    assert "`velocity` has no `one`" in str(caught.value)
+
+
 @pytest.mark.parametrize("content", [None, [1], "time"])
 def test_a_mapping_must_be_a_table(content: object) -> None:
     with pytest.raises(LogError, match="must be a table of names to columns"):

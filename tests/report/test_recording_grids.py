@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 
 from hydrodamp.data.attitude import quaternion_from_euler
+from hydrodamp.data.cleaning.attitude_jumps import steady_attitude
 from hydrodamp.data.log import Log
 from hydrodamp.data.probing.delay import Delay
 from hydrodamp.data.probing.probe import probe
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.report.probed import by_guess, judged
-from hydrodamp.report.recording_grids import TOPICS, delay_grid, recording_grids
+from hydrodamp.report.recording_grids import TOPICS, delay_grid, draft_grid, topics_grid
 from hydrodamp.report.survey import survey
 from hydrodamp.report.verdict import verdict
 
@@ -17,7 +18,8 @@ TIME = np.arange(0.0, 60.0, 0.1)
 
 
 def notes(*topics: Topic, form: str = "text in columns") -> str:
-    grids = recording_grids(probe(Recording(topics, "dive.csv", form)))
+    found = probe(Recording(topics, "dive.csv", form))
+    grids = topics_grid(found), draft_grid(found)
     return "\n".join(note for grid in grids for note in grid.notes)
 
 
@@ -87,6 +89,29 @@ def test_a_current_is_minded() -> None:
     (told,) = [each for each in verdict(survey(log), log).reservations if "current" in each]
     assert "0.3 m/s" in told
     assert "`without_current`" in told
+
+
+@pytest.mark.parametrize(
+    ("places", "words"),
+    [
+        ((), ""),
+        ((400,), "at one sample, at 40.00 s"),
+        ((9000, 400), "at 2 samples, the first at 40.00 s"),
+    ],
+)
+def test_leaps_of_the_attitude_are_minded_as_the_step_finds_them(places, words) -> None:
+    """A heading that crosses the wrap, where averaged samples read zero."""
+    rng = np.random.default_rng(3)
+    time = np.arange(0.0, 1000.0, 0.1)
+    yaw = np.pi + 0.4 * np.sin(0.05 * time) + 0.002 * rng.standard_normal(len(time))
+    yaw[list(places)] = 0.0
+    attitude = quaternion_from_euler(np.outer(yaw, (0, 0, 1)))
+    log = Log.from_arrays(time, {"r": np.gradient(yaw, time)}, attitude=attitude)
+    told = [each for each in verdict(survey(log), log).reservations if "leaps" in each]
+    assert len(told) == bool(places)
+    assert all(words in each and "`steady_attitude`" in each for each in told)
+    found = steady_attitude(log).counts("attitude leaps")
+    assert sum(found.values()) == len(places)
 
 
 @pytest.mark.parametrize("has", [True, False])

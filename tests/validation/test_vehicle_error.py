@@ -131,7 +131,7 @@ def test_words_for_a_replay_that_diverges():
     doubt = VehicleDoubt("linear", "ls", 0.5, (sway, Sway("r_G: at the origin", moved=False)))
     assert doubt.sentence == (
         "If the vehicle is wrong, most for mass ±10 %: X_u moves by 3.1 % of the damping on its "
-        "axis; test RMS 0.5 -> diverged."
+        "axis; RMS of the replay 0.5 -> diverged."
     )
     assert str(doubt).splitlines()[2] == "  r_G: at the origin"
 

@@ -1,14 +1,15 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from importlib.resources import files
 
 import numpy as np
 import pytest
 
-from hydrodamp.errors import FileError, VehicleError
+from hydrodamp.errors import FileError, HydrodampWarning, VehicleError
 from hydrodamp.vehicle.file import format_vehicle, parse_vehicle, write_vehicle
-from hydrodamp.vehicle.fleet import NAMES, find_vehicle, fleet
+from hydrodamp.vehicle.fleet import NAMES, find_vehicle, fleet, fleet_text
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -109,5 +110,27 @@ def test_find_vehicle_takes_names_and_files(equipped, tmp_path):
     write_vehicle(equipped, tmp_path / "mine.yaml")
     assert find_vehicle(tmp_path / "mine.yaml") == equipped
     assert find_vehicle("lauv") is fleet["lauv"]
-    with pytest.raises(FileError, match="no such vehicle file"):
+    with pytest.raises(FileError, match=r"yours\.yaml: cannot be read: No such file"):
         find_vehicle(tmp_path / "yours.yaml")
+    with pytest.raises(FileError, match=r"Did you mean '.*mine\.yaml'"):
+        find_vehicle(tmp_path / "mine.yml")
+
+
+def test_a_name_without_its_suffix_means_the_file(equipped, tmp_path, monkeypatch):
+    write_vehicle(equipped, tmp_path / "mine.yaml")
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(VehicleError, match=r"no vehicle `mine`.*Did you mean 'mine\.yaml'"):
+        find_vehicle("mine")
+
+
+def test_a_file_of_a_vehicle_that_nothing_rights_is_told(equipped, tmp_path):
+    level = replace(equipped, center_of_gravity=equipped.center_of_buoyancy)
+    write_vehicle(level, tmp_path / "mine.yaml")
+    with pytest.warns(HydrodampWarning, match="no righting moment in roll and pitch"):
+        find_vehicle(tmp_path / "mine.yaml")
+
+
+def test_the_text_of_a_vehicle_is_its_file():
+    assert parse_vehicle(fleet_text("lauv")) == fleet["lauv"]
+    with pytest.raises(VehicleError, match="Did you mean 'lauv'"):
+        fleet_text("lauw")

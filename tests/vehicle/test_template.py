@@ -1,12 +1,16 @@
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 import yaml
 
 from hydrodamp.errors import VehicleError
 from hydrodamp.vehicle.file import parse_vehicle
-from hydrodamp.vehicle.template import vehicle_template
+from hydrodamp.vehicle.fleet import NAMES, fleet, fleet_text
+from hydrodamp.vehicle.righting import without_righting
+from hydrodamp.vehicle.template import copied, vehicle_template
 from hydrodamp.vehicle.vehicle import Vehicle
 
 
@@ -56,6 +60,29 @@ def test_sizes_in_other_units_are_refused(sizes):
     length, diameter, mass = sizes
     with pytest.raises(VehicleError, match="give metres and kilograms"):
         vehicle_template(length=length, diameter=diameter, mass=mass)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_copy_of_the_fleet_is_the_same_vehicle(name):
+    copy = parse_vehicle(copied(fleet_text(name), "a: b"))
+    assert copy == dataclasses.replace(fleet[name], name="a: b")
+
+
+def test_a_copy_without_actuators_has_examples():
+    """BlueROV2's thrust is not known; the 690's file says its own."""
+    assert "kind: thruster" in copied(fleet_text("bluerov2"), "mine")
+    assert copied(fleet_text("vt690"), "vt690").count("actuators:") == 1
+
+
+def test_an_estimate_says_that_nothing_rights_it():
+    """Length, diameter and mass say nothing of the metacentric height."""
+    text = vehicle_template("mine", length=1.33, diameter=0.19, mass=30.5)
+    assert without_righting(parse_vehicle(text))
+    comment = text.split("center_of_buoyancy:")[1].split("# What is known")[0]
+    for word in ("righting moment", "metacentric height", "millimetres to centimetres"):
+        assert word in comment
+    righted = text.replace("center_of_gravity: [0, 0, 0]", "center_of_gravity: [0, 0, 0.004]")
+    assert without_righting(parse_vehicle(righted)) == ""
 
 
 def test_a_planar_template_needs_little():

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hydrodamp.errors import MethodError, ModelError
+from hydrodamp.errors import FileError, MethodError, ModelError, did_you_mean
 
 if TYPE_CHECKING:
     from hydrodamp.data.log import Log
@@ -110,7 +110,7 @@ def named_models(name: str) -> tuple[DampingModel, ...]:
     Parameters
     ----------
     name : str
-        A name of the catalogue or a YAML file.
+        A name of the catalogue, a YAML file, or one model of it as ``FILE:NAME``.
 
     Returns
     -------
@@ -121,14 +121,80 @@ def named_models(name: str) -> tuple[DampingModel, ...]:
     ------
     ModelError
         If there is no such model, with the nearest.
+    FileError
+        If there is no such file, or it cannot be read.
     """
+    from hydrodamp.loading import absent
     from hydrodamp.models.catalog import catalog, find_model
     from hydrodamp.models.files import read_models
 
-    is_file = Path(name).suffix.lower() in (".yaml", ".yml") or Path(name).is_file()
-    if name not in catalog and is_file:
+    file = file_of(name)
+    if name in catalog:
+        return (find_model(name),)
+    if file != name:
+        return (one_of(file, name.removeprefix(f"{file}:"), read_models(file)),)
+    if _is_yaml(name) or Path(name).is_file():
         return read_models(name)
+    if Path(name).suffix:
+        raise FileError(absent(name))
     return (find_model(name),)
+
+
+def file_of(name: str) -> str:
+    """Return the file of ``FILE:NAME``; any other name as it is.
+
+    Parameters
+    ----------
+    name : str
+        As for :func:`named_models`.
+
+    Returns
+    -------
+    file : str
+        What stands before the colon, where that is a YAML file's name.
+
+    Examples
+    --------
+    >>> file_of("mine.yaml:tank"), file_of("linear")
+    ('mine.yaml', 'linear')
+    """
+    file = name.rpartition(":")[0]
+    return file if _is_yaml(file) else name
+
+
+def one_of(file: str, key: str, found: tuple[DampingModel, ...]) -> DampingModel:
+    """Return the model of a file that has a key.
+
+    Parameters
+    ----------
+    file : str
+        How messages call it.
+    key : str
+        Of the model.
+    found : tuple of DampingModel
+        What the file holds.
+
+    Returns
+    -------
+    model : DampingModel
+        The one.
+
+    Raises
+    ------
+    ModelError
+        If there is none, with the nearest.
+    """
+    keys = [model.key for model in found]
+    if key not in keys:
+        raise ModelError(
+            f"{file}: no model is called '{key}'; the file holds {', '.join(keys)}."
+            f"{did_you_mean(key, keys)}"
+        )
+    return found[keys.index(key)]
+
+
+def _is_yaml(name: str) -> bool:
+    return Path(name).suffix.lower() in (".yaml", ".yml")
 
 
 def choose_model(name: str) -> DampingModel:
@@ -137,7 +203,7 @@ def choose_model(name: str) -> DampingModel:
     Parameters
     ----------
     name : str
-        A name of the catalogue or a YAML file of one model.
+        A name of the catalogue, a YAML file of one model, or ``FILE:NAME``.
 
     Returns
     -------
@@ -148,11 +214,16 @@ def choose_model(name: str) -> DampingModel:
     ------
     ModelError
         If there is no such model, or the file holds several.
+    FileError
+        If there is no such file, or it cannot be read.
     """
     found = named_models(name)
     if len(found) != 1:
         keys = ", ".join(model.key for model in found)
-        raise ModelError(f"{name}: `--model` takes one model; the file holds {keys}.")
+        raise ModelError(
+            f"{name}: `--model` takes one model; the file holds {keys}. Name one of them: "
+            f"`--model {name}:{found[0].key}`."
+        )
     return found[0]
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hydrodamp.cli import options
+from hydrodamp.cli.choose import file_of
 from hydrodamp.cli.guard import WORK_FAILED
 from hydrodamp.cli.output import emit, fail, note, results
 
@@ -35,6 +36,7 @@ def compare(
     from hydrodamp.cli.experiment import check_attitude, check_before, check_samples
     from hydrodamp.cli.handing import hand_over
     from hydrodamp.cli.record import record
+    from hydrodamp.cli.replacing import note_replaced
     from hydrodamp.cli.resume import OPTIONS, check_resume, go_on, options_in_words
     from hydrodamp.cli.run import Task, carry_out
     from hydrodamp.cli.select import train_and_test
@@ -51,6 +53,8 @@ def compare(
     craft, chosen, ways = find_vehicle(vehicle), choose_models(models), choose_methods(methods)
     said = {**record(inputs), OPTIONS: options_in_words({**parts, **kinds, **settings})}
     earlier = check_resume(out, said) if resume else None
+    if out is not None:
+        note_replaced(out, said)
     learn, held_out, shared = train_and_test(logs or (), train or (), test or (), mapping)
     if selects(models):
         chosen = with_sparse(craft, learn, chosen)
@@ -66,7 +70,7 @@ def compare(
 
 
 def _names(models: str | None) -> tuple[str, ...]:
-    return tuple(name.strip() for name in (models or "").split(","))
+    return tuple(file_of(name.strip()) for name in (models or "").split(","))
 
 
 def deliver(
@@ -88,14 +92,15 @@ def deliver(
         Whether to print the document instead of tables.
     """
     from hydrodamp.cli.experiment import nothing_scored
+    from hydrodamp.cli.replacing import write_or_rescue
     from hydrodamp.cli.report import illustrate
     from hydrodamp.report.comparison_grids import comparison_grids
     from hydrodamp.report.document import comparison_document
-    from hydrodamp.report.files import WRITTEN, write_comparison
+    from hydrodamp.report.files import WRITTEN
     from hydrodamp.report.screen import show
 
     if out is not None:
-        write_comparison(comparison, out)
+        write_or_rescue(comparison, out)
     if json:
         emit(comparison_document(comparison))
     else:

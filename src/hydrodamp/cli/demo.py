@@ -41,6 +41,7 @@ def demo(
     from hydrodamp.cli.handing import hand_over
     from hydrodamp.cli.progress import progress
     from hydrodamp.cli.record import record
+    from hydrodamp.cli.replacing import note_replaced
     from hydrodamp.cli.resume import OPTIONS, check_resume, go_on, options_in_words
     from hydrodamp.cli.run import Task, carry_out
     from hydrodamp.cli.targets import check_out_folder
@@ -50,6 +51,8 @@ def demo(
         check_out_folder(out, ())
     said = {**record(()), OPTIONS: options_in_words({"--seed": str(seed), "--truth": truth})}
     earlier = check_resume(out, said) if resume else None
+    if out is not None:
+        note_replaced(out, said)
     if not kernels.COMPILED:
         note("the compiled core is missing: this may take minutes instead of seconds.")
     with progress("sailing the campaign", n_samples()) as step:

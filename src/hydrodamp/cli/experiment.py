@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from hydrodamp.errors import HydrodampError, ProblemError
+from hydrodamp.errors import HydrodampError, HydrodampWarning, ProblemError
 
 if TYPE_CHECKING:
     from hydrodamp.data.log import Log
@@ -20,7 +21,7 @@ Key = tuple[str, str]
 
 
 def check_before(vehicle: Vehicle, log: Log, models: Sequence[DampingModel]) -> None:
-    """Refuse a log that cannot serve, or has a column that nothing uses.
+    """Refuse a log that cannot serve, or has a column that nothing uses; say what looks wrong.
 
     Parameters
     ----------
@@ -37,7 +38,13 @@ def check_before(vehicle: Vehicle, log: Log, models: Sequence[DampingModel]) -> 
         If the log lacks what the vehicle or a term needs.
     LogError
         If a column is used by nothing.
+
+    Warns
+    -----
+    HydrodampWarning
+        If a unit or a sign looks wrong, with the evidence.
     """
+    from hydrodamp.data.cleaning.suspicions import suspicions
     from hydrodamp.simulation.fitness import check_columns_used, check_log
 
     free = tuple(model.restricted_to(vehicle.axes) for model in models)
@@ -51,6 +58,9 @@ def check_before(vehicle: Vehicle, log: Log, models: Sequence[DampingModel]) -> 
         raise faults[0]
     if faults:
         raise ProblemError("\n".join(map(str, faults)))
+    for one in suspicions(log):
+        if one.channel not in log.command_names:  # the vehicle says what its commands are
+            warnings.warn(f"{log.source or 'log'}: {one}", HydrodampWarning, stacklevel=2)
 
 
 def check_attitude(attitude: str, log: Log) -> None:

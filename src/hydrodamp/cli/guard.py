@@ -15,6 +15,7 @@ import typer
 
 from hydrodamp.cli.output import fail, note
 from hydrodamp.errors import HydrodampError, HydrodampWarning
+from hydrodamp.loading import absent
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -54,6 +55,8 @@ def guarded(command: Callable[P, R]) -> Callable[P, R]:
                 raise
             except HydrodampError as error:
                 fail(str(error), WRONG_INPUT)
+            except FileNotFoundError as error:
+                fail(absent(error.filename) if error.filename else str(error), WRONG_INPUT)
             except OSError as error:
                 fail(f"{error.filename or 'file'}: {error.strerror or error}", WRONG_INPUT)
             except KeyboardInterrupt:

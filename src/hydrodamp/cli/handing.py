@@ -9,8 +9,8 @@ import typer
 
 from hydrodamp.cli.guard import INTERRUPTED, warned
 from hydrodamp.cli.output import emit, note, results
+from hydrodamp.cli.replacing import earlier_results, write_or_rescue
 from hydrodamp.cli.resume import command_to_resume, differences
-from hydrodamp.errors import FileError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -70,10 +70,10 @@ def _warnings(said: Mapping[str, str]) -> dict[str, str]:
 
 def _write_after_all(comparison: Comparison, out: str) -> None:
     """Write finished results if their writing was interrupted, and say what is there."""
-    from hydrodamp.report.files import is_written, write_comparison
+    from hydrodamp.report.files import is_written
 
     if not is_written(comparison, out):
-        write_comparison(comparison, out)
+        write_or_rescue(comparison, out)
     note(
         f"interrupted: all rows are written to {out}; pictures and report may be missing.\n"
         f"To make those: {command_to_resume()}"
@@ -108,7 +108,7 @@ def _keep(outcome: Outcome, out: str | None) -> str:
     if out is None or not fits:
         return how_to_go_on(outcome, out)
     try:
-        earlier = _earlier(out)
+        earlier = earlier_results(out)
         if earlier is not None and earlier.worth > (fits, rows):
             return _left_alone(outcome, out, earlier)
         _write(outcome, out)
@@ -119,23 +119,13 @@ def _keep(outcome: Outcome, out: str | None) -> str:
 
 
 def _write(outcome: Outcome, out: str) -> None:
-    from hydrodamp.report.files import is_written, write_comparison
+    from hydrodamp.report.files import is_written
 
     try:
-        write_comparison(outcome.comparison, out, outcome.waiting)
+        write_or_rescue(outcome.comparison, out, outcome.waiting)
     except KeyboardInterrupt:
         if not is_written(outcome.comparison, out, outcome.waiting):
             raise
-
-
-def _earlier(out: str) -> Earlier | None:
-    """Return what is in the folder; None where that is no comparison."""
-    from hydrodamp.report.unfinished import read_earlier
-
-    try:
-        return read_earlier(out)
-    except FileError:
-        return None
 
 
 def _left_alone(outcome: Outcome, out: str, earlier: Earlier) -> str:

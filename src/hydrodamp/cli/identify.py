@@ -13,6 +13,7 @@ from hydrodamp.cli.guard import WORK_FAILED
 from hydrodamp.cli.output import emit, fail, note, results
 
 if TYPE_CHECKING:
+    from hydrodamp.cli.trust import Trust
     from hydrodamp.identification.fit import Fit
 
 
@@ -40,16 +41,16 @@ def identify(
     """Identify one model, say how far to trust it, and write its damping file."""
     from dataclasses import replace
 
-    from hydrodamp.cli.choose import SPARSE, choose_model, with_sparse
+    from hydrodamp.cli.choose import SPARSE, choose_model, file_of, with_sparse
     from hydrodamp.cli.experiment import check_before, check_samples, fit_all
     from hydrodamp.cli.record import record
     from hydrodamp.cli.report import offer_of_fit
     from hydrodamp.cli.select import train_alone
-    from hydrodamp.cli.trust import trust
+    from hydrodamp.cli.trust import Trust, trust
     from hydrodamp.identification.methods import find_method
     from hydrodamp.vehicle.fleet import find_vehicle
 
-    inputs = (*(logs or ()), *(train or ()), vehicle, model, mapping)
+    inputs = (*(logs or ()), *(train or ()), vehicle, file_of(model), mapping)
     beside = None if out is None else Beside(Path(out))
     if beside is not None:
         beside.check(inputs)
@@ -61,18 +62,14 @@ def identify(
     check_before(craft, log, (chosen,))
     check_samples(craft, log, (chosen,))
     (fit,) = fit_all(craft, log, (chosen,), (way,))
-    words: tuple[str, ...] = ()
-    if fit.status.usable and not json:
-        words = trust(craft, log, fit)
-        results().print("\n\n".join(words), markup=False, highlight=False)
-        results().print()
-    deliver(fit, beside, json)
+    found = trust(craft, log, fit) if fit.status.usable and not json else Trust()
+    deliver(fit, beside, json, found)
     if beside is not None:
-        told = replace(fit, remarks=(*fit.remarks, *words))
+        told = replace(fit, remarks=(*fit.remarks, *found.words))
         offer_of_fit(told, craft, log, said, beside)
 
 
-def deliver(fit: Fit, beside: Beside | None, json: bool) -> None:
+def deliver(fit: Fit, beside: Beside | None, json: bool, trust: Trust) -> None:
     """Print and write a fit; end with status 1 if it has no numbers.
 
     Parameters
@@ -83,6 +80,8 @@ def deliver(fit: Fit, beside: Beside | None, json: bool) -> None:
         The damping file to write. Report and pictures of an earlier one go in the same step.
     json : bool
         Whether to print the document instead of a table.
+    trust : Trust
+        What to print with and below the table.
     """
     from hydrodamp.report.document import fit_document
     from hydrodamp.report.fit_grid import fit_grid
@@ -93,10 +92,13 @@ def deliver(fit: Fit, beside: Beside | None, json: bool) -> None:
     if json:
         emit(document)
     else:
-        show(results(), fit_grid(fit))
+        show(results(), fit_grid(fit, trust.grades))
+        for part in trust.words:
+            results().print(f"\n{part}", markup=False, highlight=False)
     if not fit.status.usable:
         fail(fit.status.value, WORK_FAILED)
     if beside is not None:
+        instead = ", in place of an earlier one" if beside.damping.exists() else ""
         contents = {beside.damping: as_json(document).encode("utf-8")}
         save_together(contents, removed=beside.earlier())
-        note(f"written to {beside.damping}")
+        note(f"written to {beside.damping}{instead}")

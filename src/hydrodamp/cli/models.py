@@ -2,33 +2,73 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from hydrodamp.cli import options
 from hydrodamp.cli.output import emit, results
+from hydrodamp.errors import ModelError
+
+if TYPE_CHECKING:
+    from hydrodamp.models.model import DampingModel
 
 
 def models(
     name: Annotated[
         str | None,
-        typer.Argument(metavar="NAME", help="A model of the catalogue, or a YAML file."),
+        typer.Argument(metavar="NAME", help="A model of the catalogue, a YAML file, or FILE:NAME."),
+    ] = None,
+    model: Annotated[
+        str | None, typer.Argument(metavar="MODEL", help="One model of a file that holds several.")
     ] = None,
     json: options.Json = False,
 ) -> None:
     """List the damping models, or show one: terms, counts, source, note."""
-    from hydrodamp.cli.choose import named_models
+    from hydrodamp.cli.choose import SPARSE, named_models, one_of
     from hydrodamp.models.catalog import catalog
-    from hydrodamp.report.model_grids import model_document, model_grid, models_grid
+    from hydrodamp.report.screen import show
+    from hydrodamp.report.selected_grid import selected_document, selected_grid
+
+    if name is None:
+        _list(tuple(catalog.values()), "", json)
+    elif model is not None:
+        _refuse_name(name, model)
+        _show(one_of(name, model, named_models(name)), json)
+    elif name == SPARSE:
+        emit(selected_document()) if json else show(results(), selected_grid())
+    elif len(found := named_models(name)) == 1:
+        _show(found[0], json)
+    else:
+        _list(found, name, json)
+
+
+def _refuse_name(name: str, model: str) -> None:
+    from hydrodamp.models.catalog import catalog
+
+    if name in catalog:
+        raise ModelError(f"`{name}` is a model of the catalogue, no file: leave out `{model}`.")
+
+
+def _show(model: DampingModel, json: bool) -> None:
+    from hydrodamp.report.model_grids import model_document, model_grid
     from hydrodamp.report.screen import show
 
-    shown = tuple(catalog.values()) if name is None else named_models(name)
-    single = name is not None and len(shown) == 1
     if json:
-        listed = [model_document(model) for model in shown]
-        emit(listed[0] if single else {"models": listed})
-    elif single:
-        show(results(), model_grid(shown[0]))
+        emit(model_document(model))
     else:
-        show(results(), models_grid(shown))
+        show(results(), model_grid(model))
+
+
+def _list(found: tuple[DampingModel, ...], file: str, json: bool) -> None:
+    """List models; the catalogue, which is no file, with the one that comes with a log."""
+    from hydrodamp.report.model_grids import model_document, models_grid
+    from hydrodamp.report.screen import show
+    from hydrodamp.report.selected_grid import selected_document, with_selected
+
+    if json:
+        selected = {} if file else {"selected_from_a_log": [selected_document()]}
+        emit({"models": [model_document(model) for model in found], **selected})
+        return
+    grid = models_grid(found, f"hydrodamp models {file or 'NAME'}{' MODEL' if file else ''}")
+    show(results(), grid if file else with_selected(grid))

@@ -7,6 +7,9 @@ from typing import Annotated
 
 import typer
 
+from hydrodamp.cli.guard import WRONG_INPUT
+from hydrodamp.cli.output import fail
+
 METHODS = (
     "recommended, ls, ls-sg, ls-cv, weak, gls, ridge, dissipative, smooth, oe, ai, "
     "ai-scaled, ai-robust, rls"
@@ -37,6 +40,17 @@ class RateUnit(StrEnum):
     rad = "rad"
 
 
+def _named(context: typer.Context, vehicle: str) -> str:
+    """Refuse a call without a vehicle in a sentence that names some, as typer's does not."""
+    if not vehicle and not context.resilient_parsing:  # as a shell does that completes words
+        fail(
+            f"`--vehicle` is missing: name one of the fleet ({FLEET}), or a YAML file of your own; "
+            "`hydrodamp vehicle new` writes one.",
+            WRONG_INPUT,
+        )
+    return vehicle
+
+
 Logs = Annotated[
     list[str] | None,
     typer.Argument(
@@ -51,7 +65,12 @@ SomeLogs = Annotated[
 VehicleName = Annotated[
     str,
     typer.Option(
-        "--vehicle", metavar="V", help=f"A vehicle of the fleet ({FLEET}) or a YAML file."
+        "--vehicle",
+        metavar="V",
+        help=f"A vehicle of the fleet ({FLEET}) or a YAML file. [required]",
+        default_factory=str,
+        callback=_named,
+        show_default=False,
     ),
 ]
 Train = Annotated[
@@ -71,8 +90,8 @@ Models = Annotated[
     typer.Option(
         "--models",
         metavar="LIST",
-        help="Models by name and YAML files of models, with commas; `sparse` selects one from the "
-        "training data. [default: the paper's eight]",
+        help="Models by name and YAML files of models, or FILE:NAME, with commas; `sparse` selects "
+        "one from the training data. [default: the paper's eight]",
     ),
 ]
 Methods = Annotated[

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -47,9 +48,8 @@ def probe(
     from hydrodamp.report.probed import probed_document, probed_grids
     from hydrodamp.report.screen import show
     from hydrodamp.saving import save_text
-    from hydrodamp.vehicle.fleet import find_vehicle
 
-    craft = None if vehicle is None else find_vehicle(vehicle)
+    craft = None if vehicle is None else _vehicle(vehicle)
     if draft is not None:
         check_new_file(draft, force)
     recordings = _recordings(logs)
@@ -61,6 +61,16 @@ def probe(
         emit(probed_document(found, probed))
     else:
         show(results(), *probed_grids(found, probed))
+
+
+def _vehicle(name: str) -> Vehicle:
+    """Return the vehicle without its warnings: the verdict says them."""
+    from hydrodamp.errors import HydrodampWarning
+    from hydrodamp.vehicle.fleet import find_vehicle
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", HydrodampWarning)
+        return find_vehicle(name)
 
 
 def _recordings(logs: list[str]) -> list[Recording]:

@@ -102,6 +102,7 @@ def illustrate(comparison: Comparison, vehicle: Vehicle, train: Log, home: Path)
     written : tuple of str
         What was, by name; of what lacks a package it is said how to get it.
     """
+    from hydrodamp.report.gallery.band_file import BAND
     from hydrodamp.report.gallery.findings import FIGURES
     from hydrodamp.report.gallery.folder import GRADES, write_findings
     from hydrodamp.report.html.write import REPORT
@@ -111,6 +112,7 @@ def illustrate(comparison: Comparison, vehicle: Vehicle, train: Log, home: Path)
     again = f"`{shlex.join(('hydrodamp', 'report', str(home)))}` makes it"
     there = {
         GRADES: findings.identifiability is not None or bool(findings.not_graded),
+        BAND: findings.band is not None,
         FIGURES: bool(findings.gallery.pictures),
         REPORT: offer(comparison, home / REPORT, findings, again),
     }

@@ -3,15 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from hydrodamp.data.log import Log
     from hydrodamp.identification.fit import Fit
+    from hydrodamp.identification.trust.identifiability import Identifiability
     from hydrodamp.vehicle.vehicle import Vehicle
 
 
-def trust(vehicle: Vehicle, log: Log, fit: Fit) -> tuple[str, ...]:
+@dataclass(frozen=True)
+class Trust:
+    """How far a fit is to be trusted.
+
+    Attributes
+    ----------
+    grades : Identifiability or None
+        Of its coefficients; None where the log is too short for that.
+    words : tuple of str
+        What the log determines, what the residuals say, and how far the coefficients move
+        where the vehicle's numbers are wrong by a tenth. Where the log is too short for a
+        part of it, a sentence says so.
+    """
+
+    grades: Identifiability | None = None
+    words: tuple[str, ...] = ()
+
+
+def trust(vehicle: Vehicle, log: Log, fit: Fit) -> Trust:
     """Say how far a fit is to be trusted.
 
     Parameters
@@ -25,22 +45,26 @@ def trust(vehicle: Vehicle, log: Log, fit: Fit) -> tuple[str, ...]:
 
     Returns
     -------
-    words : tuple of str
-        What the log determines, what the residuals say, and how far the coefficients
-        move where the vehicle's numbers are wrong by a tenth. Part of it is left out
-        where the log is too short for it, with a sentence.
+    trust : Trust
+        Grades and sentences.
     """
     from hydrodamp.cli.progress import stages
     from hydrodamp.errors import HydrodampError
     from hydrodamp.identification.regression.weak import WeakForm
     from hydrodamp.identification.trust.diagnostics import diagnose
-    from hydrodamp.identification.trust.identifiability import identifiability
+    from hydrodamp.identification.trust.grading import graded
     from hydrodamp.simulation.problem import prepare
     from hydrodamp.validation.vehicle_error import vehicle_doubt
 
     problem, model = prepare(vehicle, log, fit.model), fit.model
+    grades: list[Identifiability] = []
+
+    def determined() -> str:
+        grades.append(graded(problem, fit))
+        return grades[0].summary
+
     asked: dict[str, Callable[[], str]] = {
-        "what the log determines": lambda: str(identifiability(problem, model)),
+        "what the log determines": determined,
         "the residuals": lambda: "\n".join(diagnose(problem, model, fit.damping).remarks),
         "what a wrong vehicle does": lambda: str(
             vehicle_doubt(vehicle, log, log, model, WeakForm())
@@ -54,4 +78,4 @@ def trust(vehicle: Vehicle, log: Log, fit: Fit) -> tuple[str, ...]:
                 words.append(ask())
             except HydrodampError as error:
                 words.append(f"Not said: {error}")
-    return tuple(part for part in words if part)
+    return Trust(next(iter(grades), None), tuple(part for part in words if part))

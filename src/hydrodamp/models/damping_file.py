@@ -6,10 +6,12 @@ import math
 import os
 import warnings
 from collections.abc import Iterator, Mapping
+from pathlib import Path
 
 from hydrodamp.basis.axes import AXES
 from hydrodamp.errors import ForeignVehicleWarning, ModelError
-from hydrodamp.loading import load_json
+from hydrodamp.file_kinds import DAMPING, mistaken
+from hydrodamp.loading import load_json, load_yaml
 from hydrodamp.models.damping import Damping, VehicleStamp
 from hydrodamp.models.damping_reader import read_document
 from hydrodamp.models.labels import coefficient_unit, spell_label
@@ -69,7 +71,10 @@ def read_damping(path: str | os.PathLike[str]) -> Damping:
     ModelError
         Naming every fault of the file.
     """
-    return damping_from_document(load_json(path), str(path))
+    written = Path(path).suffix.lower() not in (".yaml", ".yml")
+    # YAML is a vehicle, a mapping or a model of the user's: it is read to tell which.
+    document = load_json(path) if written else load_yaml(path)
+    return damping_from_document(document, str(path))
 
 
 def damping_document(damping: Damping) -> dict[str, object]:
@@ -147,6 +152,8 @@ def damping_from_document(document: object, source: str = "damping") -> Damping:
     >>> damping_from_document(damping_document(damping)).as_dict()
     {'Y_v': -20.0}
     """
+    if other := mistaken(document, source, DAMPING):
+        raise ModelError(other)
     if not isinstance(document, Mapping) or document.get("format") != FORMAT:
         raise ModelError(
             f"{source}: `format` must be '{FORMAT}': a damping file is written by hydrodamp "

@@ -6,6 +6,7 @@ import os
 from collections.abc import Mapping
 
 from hydrodamp.errors import ModelError, did_you_mean, list_faults
+from hydrodamp.file_kinds import MODELS, mistaken
 from hydrodamp.loading import load_yaml
 from hydrodamp.models.catalog import catalog
 from hydrodamp.models.model import DampingModel
@@ -37,11 +38,14 @@ def read_models(path: str | os.PathLike[str]) -> tuple[DampingModel, ...]:
     FileError
         If the file cannot be read or is no YAML, with its line.
     ModelError
-        Naming every fault of the file, each with its place.
+        Naming every fault of the file, each with its place; or what else it is.
     """
+    content = load_yaml(path)
+    if other := mistaken(content, str(path), MODELS):
+        raise ModelError(other)
     faults: list[str] = []
     models: dict[str, DampingModel] = {}
-    for place, entry in _entries(load_yaml(path), faults):
+    for place, entry in _entries(content, faults):
         model = _build(place, entry, {**catalog, **models}, faults)
         if model is not None and model.key in models:
             faults.append(f"{place}name: '{model.key}' comes twice.")

@@ -20,6 +20,7 @@ from hydrodamp.loading import load_text
 from hydrodamp.report.comparison_grids import comparison_grids, row_grid, summary_grids
 from hydrodamp.report.document import comparison_document, fit_document
 from hydrodamp.report.fit_names import fit_names, fit_path
+from hydrodamp.report.gallery.band_file import BAND
 from hydrodamp.report.gallery.findings import FIGURES
 from hydrodamp.report.gallery.folder import GRADES, earlier_findings
 from hydrodamp.report.reading import read_rows
@@ -33,6 +34,7 @@ RESULTS = (
     "replays.npz",
     "report.html",
     GRADES,
+    BAND,
     *(f"table.{kind}" for kind in ("txt", "md", "tex", "csv")),
 )
 """Files of a comparison's folder, besides those of ``fits`` and ``figures``."""

@@ -4,55 +4,55 @@ from __future__ import annotations
 
 from hydrodamp.basis.axes import AXES
 from hydrodamp.identification.fit import Fit
+from hydrodamp.identification.trust.identifiability import Identifiability
 from hydrodamp.models.labels import coefficient_unit
 from hydrodamp.report.grid import Grid
+from hydrodamp.report.known import LITTLE, LITTLE_MEANING, how_known
 from hydrodamp.report.numbers import NOTHING, coefficient
 
 LISTED = 12
 """Groups of coefficients that are spelt out; the file has them all."""
 
 
-def fit_grid(fit: Fit) -> Grid:
+def fit_grid(fit: Fit, grades: Identifiability | None = None) -> Grid:
     """Return the coefficients of a fit with their standard errors.
 
     Parameters
     ----------
     fit : Fit
         What to show.
+    grades : Identifiability, optional
+        How well each coefficient is known.
 
     Returns
     -------
     grid : Grid
-        A row a coefficient; below it the outcome and what is not told apart. A
-        method without ranks cannot know that and has no such column.
+        A row a coefficient; below it the outcome and what is not told apart. Without
+        grades and by a method without ranks there is no column of how well they are known.
     """
     model = fit.model
-    tied = {label for group in fit.aliased for label in group}
+    heading, known = how_known(fit, grades)
     units = [
         coefficient_unit(axis, t) for axis, ts in zip(AXES, model.terms, strict=True) for t in ts
     ]
     errors = _standard_errors(fit)
-    told = fit.rank is not None
     rows = tuple(
-        (label, coefficient(value), error, unit, *(_apart(label in tied) if told else ()))
+        (label, coefficient(value), error, unit, *((known.get(label, NOTHING),) if known else ()))
         for (label, value), error, unit in zip(
             fit.damping.as_dict().items(), errors, units, strict=True
         )
     )
+    little = (LITTLE_MEANING,) if LITTLE in known.values() else ()
     rank = "" if fit.rank is None else f", rank {fit.rank}"
     return Grid(
         title=f"{model.title} by {fit.method}: {model.n_coefficients} coefficients{rank}, "
         f"{fit.n_samples} samples",
-        header=("coefficient", "value", "std. error", "unit", *(("told apart",) if told else ())),
+        header=("coefficient", "value", "std. error", "unit", *((heading,) if known else ())),
         rows=rows,
-        align="lrrll" if told else "lrrl",
-        notes=(fit.status.value, *fit.sentences, *_groups(fit)),
+        align="lrrll" if known else "lrrl",
+        notes=(fit.status.value, *fit.sentences, *_groups(fit), *little),
         dim=frozenset({2, 3}),
     )
-
-
-def _apart(tied: bool) -> tuple[str]:
-    return ("no" if tied else "yes",)
 
 
 def _standard_errors(fit: Fit) -> list[str]:

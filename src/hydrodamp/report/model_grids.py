@@ -11,13 +11,15 @@ from hydrodamp.report.document import Document
 from hydrodamp.report.grid import Grid
 
 
-def models_grid(models: Iterable[DampingModel]) -> Grid:
+def models_grid(models: Iterable[DampingModel], command: str = "") -> Grid:
     """Return models with their counts.
 
     Parameters
     ----------
     models : iterable of DampingModel
         What to list.
+    command : str, optional
+        Which command shows one of them.
 
     Returns
     -------
@@ -33,7 +35,9 @@ def models_grid(models: Iterable[DampingModel]) -> Grid:
         )
         for model in models
     )
-    return Grid("Damping models", ("name", "n", *AXES, "title"), rows, "lr" + "r" * len(AXES) + "l")
+    header, align = ("name", "n", *AXES, "title"), "lr" + "r" * len(AXES) + "l"
+    notes = (f"`{command}` shows the terms of one.",) if command else ()
+    return Grid("Damping models", header, rows, align, notes)
 
 
 def model_document(model: DampingModel) -> Document:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 
 from hydrodamp.advance import within
@@ -19,7 +19,12 @@ from hydrodamp.data.stretches import concatenate
 from hydrodamp.errors import HydrodampError, HydrodampWarning
 from hydrodamp.report.document import Document
 from hydrodamp.report.grid import Grid
-from hydrodamp.report.recording_grids import delay_grid, recording_document, recording_grids
+from hydrodamp.report.recording_grids import (
+    delay_grid,
+    draft_grid,
+    recording_document,
+    topics_grid,
+)
 from hydrodamp.report.survey import Survey, survey
 from hydrodamp.report.survey_grids import survey_document, survey_grids
 from hydrodamp.report.verdict import Verdict, verdict
@@ -47,6 +52,10 @@ class Probed:
         What looks wrong about its units.
     verdict : Verdict
         What it can identify, and what is missing.
+    notes : tuple of str
+        What was done to the log, as it says itself.
+    guessed : bool
+        Whether nobody said how the recording makes a log.
     """
 
     way: str
@@ -55,6 +64,8 @@ class Probed:
     delays: tuple[Delay, ...]
     suspicions: tuple[Suspicion, ...]
     verdict: Verdict
+    notes: tuple[str, ...] = ()
+    guessed: bool = False
 
 
 def judged(log: Log, way: str, vehicle: Vehicle | None = None) -> Probed:
@@ -79,7 +90,7 @@ def judged(log: Log, way: str, vehicle: Vehicle | None = None) -> Probed:
     with within(_SURVEYED, 1.0):
         late = delays(whole)
     said = verdict(found, log, vehicle, late, found if whole is log else survey(whole))
-    return Probed(way, "", found, late, suspicions(log), said)
+    return Probed(way, "", found, late, suspicions(log), said, log.notes)
 
 
 def by_guess(
@@ -108,11 +119,11 @@ def by_guess(
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", HydrodampWarning)
                 log = concatenate([mapping.log(recording) for recording in recordings])
-            return judged(log, way, vehicle)
+            return replace(judged(log, way, vehicle), guessed=True)
         except HydrodampError as error:
             reason = f"{way}: {error}"
     missing = (f"a log: {reason}. Put the draft right and ask again with --mapping.",)
-    return Probed("", reason, None, (), (), Verdict(missing, ()))
+    return Probed("", reason, None, (), (), Verdict(missing, ()), guessed=True)
 
 
 def _mappings(found: Probe) -> Iterator[tuple[Callable[[], LogMapping], str]]:
@@ -136,15 +147,19 @@ def probed_grids(found: Probe, probed: Probed) -> tuple[Grid, ...]:
     Returns
     -------
     grids : tuple of Grid
-        What was read is left out of a log that needs no mapping.
+        The guesses and the draft are left out where a mapping was given, what was read too
+        where the log needs none.
     """
-    read = recording_grids(found) if probed.way or probed.survey is None else ()
+    guesses = (draft_grid(found),) if probed.guessed else ()
+    read = (topics_grid(found), *guesses) if probed.way or probed.guessed else ()
     late = (delay_grid(probed.delays),) if probed.delays else ()
     if probed.survey is None:
         notes = (*(f"missing: {each}" for each in probed.verdict.missing),)
         return (*read, Grid("No log", ("",), (), "l", (*notes, _said(probed))))
     segments, columns = survey_grids(probed.survey, probed.verdict)
-    return (*read, segments, *late, columns)
+    made = (f"Made {probed.way}.",) if probed.way else ()
+    told = (*segments.notes, *made, *probed.notes)
+    return (*read, replace(segments, notes=told), *late, columns)
 
 
 def _said(probed: Probed) -> str:
@@ -184,5 +199,6 @@ def probed_document(found: Probe, probed: Probed) -> Document:
         "log": probed.way or ("canonical" if probed.survey is not None else None),
         "delays": [asdict(one) for one in probed.delays],
         "suspicions": [asdict(one) for one in probed.suspicions],
+        "log_notes": list(probed.notes),
         **recording_document(found),
     }

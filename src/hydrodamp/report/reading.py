@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import zipfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -150,7 +151,8 @@ def _uncertainty(
 
 def _replays(path: Path, source: str) -> tuple[Log | None, dict[str, FloatArray]]:
     try:
-        with np.load(path, allow_pickle=False) as arrays:
+        # From memory: a damaged archive that is opened by its name stays open.
+        with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as arrays:
             found = {name: arrays[name] for name in arrays.files}
     except (OSError, ValueError, zipfile.BadZipFile) as error:
         raise FileError(f"{path}: cannot be read: {error}.") from error

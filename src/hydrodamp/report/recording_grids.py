@@ -27,22 +27,6 @@ _MIRROR = (
 )
 
 
-def recording_grids(found: Probe) -> tuple[Grid, ...]:
-    """Return the tables of a probed recording.
-
-    Parameters
-    ----------
-    found : Probe
-        What it holds.
-
-    Returns
-    -------
-    grids : tuple of Grid
-        Topics, then the draft with every guess, and what was seen of axes.
-    """
-    return (_topics(found), _draft(found))
-
-
 def delay_grid(found: tuple[Delay, ...]) -> Grid:
     """Return the delays between commands and velocities as a table.
 
@@ -128,7 +112,19 @@ def _preset_document(one: Fitting) -> Document:
     return {**asdict(one), "topics": dict(one.topics)}
 
 
-def _topics(found: Probe) -> Grid:
+def topics_grid(found: Probe) -> Grid:
+    """Return the topics of a recording as a table.
+
+    Parameters
+    ----------
+    found : Probe
+        What it holds.
+
+    Returns
+    -------
+    grid : Grid
+        A row a topic, with what its reader met and the units it states.
+    """
     notes = [f"Reader: {note}." for note in found.notes]
     for topic in found.topics:
         notes += [f"{topic.name or 'table'}: {fault}" for fault in topic.faults]
@@ -218,7 +214,19 @@ def _seen(found: Probe) -> Iterator[str]:
         yield f"No role found for: {', '.join(found.without_role[:_SILENT])}{tail}."
 
 
-def _draft(found: Probe) -> Grid:
+def draft_grid(found: Probe) -> Grid:
+    """Return the draft of a mapping as a table.
+
+    Parameters
+    ----------
+    found : Probe
+        What the recording holds.
+
+    Returns
+    -------
+    grid : Grid
+        The draft with every guess, then what was seen of axes and which presets fit.
+    """
     lines = tuple((line,) for line in found.draft.text.rstrip("\n").split("\n"))
     notes = [*_seen(found)]
     for one in found.presets:

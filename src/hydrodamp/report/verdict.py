@@ -7,7 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hydrodamp.arrays import IntArray
 from hydrodamp.basis.axes import VELOCITIES, VELOCITY_OF
+from hydrodamp.data.cleaning.attitude_jumps import LEAST_LEAP, leaps
 from hydrodamp.data.cleaning.suspicions import suspicions
 from hydrodamp.data.completing.current import estimate_current
 from hydrodamp.data.log import Log
@@ -15,7 +17,8 @@ from hydrodamp.data.probing.delay import Delay
 from hydrodamp.errors import HydrodampError
 from hydrodamp.models.model import DampingModel
 from hydrodamp.report.survey import Survey
-from hydrodamp.simulation.fitness import check_log
+from hydrodamp.simulation.fitness import check_log, nothing_drives
+from hydrodamp.vehicle.righting import without_righting
 from hydrodamp.vehicle.vehicle import Vehicle
 
 STILL = {"m/s": 0.02, "rad/s": 0.01}
@@ -41,6 +44,8 @@ _SHIP = {"u", "v", "r"}
 _MANY = 60_000  # samples, beyond which a current is not looked for
 _TIDE = 300.0  # s, below which a current is not looked for
 _DRIFT = 0.05  # m/s, less is the tether or the tank
+_BLOCK = 4096  # samples, in which leaps are looked for where there is a long step
+_LONG = 4.0  # times the median turn from sample to sample
 
 SLOW = 0.25
 """Median step [s] above which angular accelerations are hardly resolved."""
@@ -109,11 +114,8 @@ def verdict(
     missing = _missing(log) if vehicle is None else _missing_for(vehicle, log)
     axes = VELOCITIES if vehicle is None else tuple(VELOCITY_OF[axis] for axis in vehicle.axes)
     reservations = [*_reservations(survey, log, axes)]
-    if vehicle is not None and (strange := _strange(vehicle, log)):
-        reservations.append(
-            f"commands that no actuator of '{vehicle.name}' takes: {' '.join(strange)}; use models "
-            f"with terms for them, such as `terms: {{X: {strange[0]}}}` in a model file."
-        )
+    if vehicle is not None:
+        reservations += _reservations_about(vehicle, log)
     promises = tuple(_promises(survey if completed is None else completed, axes, delays))
     return Verdict(tuple(missing), tuple(reservations), promises)
 
@@ -167,15 +169,64 @@ def _missing_for(vehicle: Vehicle, log: Log) -> Iterator[str]:
         yield from lines[1:] or [lines[0].removeprefix(f"{log.source or 'log'}: ")]
 
 
+def _reservations_about(vehicle: Vehicle, log: Log) -> Iterator[str]:
+    """Say what the vehicle lacks for this log."""
+    told, strange = nothing_drives(vehicle, log), _strange(vehicle, log)
+    if told and strange and not vehicle.commands:
+        yield told
+    elif strange and not told:
+        yield (
+            f"commands that no actuator of '{vehicle.name}' takes: {' '.join(strange)}; use models "
+            f"with terms for them, such as `terms: {{X: {strange[0]}}}` in a model file, or leave "
+            "them out of the mapping."
+        )
+    if told := without_righting(vehicle):
+        yield told
+
+
 def _strange(vehicle: Vehicle, log: Log) -> list[str]:
     """Return the commands that no actuator of the vehicle takes."""
     return [name for name in log.command_names if name not in vehicle.commands]
 
 
 def _using(vehicle: Vehicle, log: Log) -> tuple[DampingModel, ...]:
-    """Return a model with a term for every command that no actuator takes."""
+    """Return a model with a term for every command that no actuator takes.
+
+    Where the actuators are left without any command of theirs, terms are no help.
+    """
+    if vehicle.commands and nothing_drives(vehicle, log):
+        return ()
     terms = {vehicle.axes[0]: " ".join(_strange(vehicle, log))}
     return (DampingModel.from_table(terms, key="probe"),)
+
+
+def _leaps(log: Log) -> Iterator[str]:
+    """Say where the attitude leaps there and back."""
+    places = _leaping(log)
+    if places.size:
+        where = "one sample," if places.size == 1 else f"{places.size} samples, the first"
+        yield (
+            f"the attitude leaps there and back at {where} at {log.time[places[0]]:.2f} s, as "
+            "where angles were averaged across a wrap: the step `steady_attitude` takes that out."
+        )
+
+
+def _leaping(log: Log) -> IntArray:
+    """Return the samples whose attitude leaps, found in the blocks that hold a long step."""
+    if log.attitude is None or log.n < 2:
+        return np.empty(0, dtype=np.intp)
+    step = 1.0 - np.abs(np.sum(log.attitude[1:] * log.attitude[:-1], axis=1))
+    # Of small turns this is an eighth of the square of the angle.
+    long = step > np.maximum(_LONG**2 * np.median(step), LEAST_LEAP**2 / 8)
+    blocks = [
+        (low, min(low + _BLOCK, stop))
+        for start, stop in log.bounds.tolist()
+        for low in range(start, stop, _BLOCK)
+        if long[low : min(low + _BLOCK, stop - 1)].any()
+    ]
+    if not blocks:
+        return np.empty(0, dtype=np.intp)
+    return np.flatnonzero(leaps(log.time, log.attitude, np.array(blocks)))
 
 
 def _current(log: Log) -> Iterator[str]:
@@ -222,6 +273,7 @@ def _reservations(survey: Survey, log: Log, axes: Iterable[str]) -> Iterator[str
     if constant:
         yield f"commands that never change: {' '.join(constant)}."
     yield from (f"{each}." for each in suspicions(log))
+    yield from _leaps(log)
     yield from _current(log)
     if log.acceleration is None and survey.n_samples:
         yield "no recorded acceleration: least squares differentiates the velocities."

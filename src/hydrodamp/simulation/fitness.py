@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
+from difflib import get_close_matches
 
 import numpy as np
 
@@ -11,7 +12,11 @@ from hydrodamp.basis.command_names import RESERVED
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError, ProblemError, did_you_mean, list_faults
 from hydrodamp.models.model import DampingModel
+from hydrodamp.vehicle.fleet import NAMES
 from hydrodamp.vehicle.vehicle import Vehicle
+
+_MISSPELT = 0.8
+"""How alike a column and a reserved name must be for the one to be taken for the other."""
 
 
 def check_log(vehicle: Vehicle, log: Log, models: Iterable[DampingModel]) -> None:
@@ -55,21 +60,89 @@ def check_columns_used(vehicle: Vehicle, log: Log, models: Iterable[DampingModel
     Raises
     ------
     LogError
-        Names every such column once, with the nearest reserved name.
+        Names every such column once, with the nearest name that is used. A log of which
+        nothing drives the vehicle is refused by :func:`check_log`.
     """
     used = set(vehicle.commands) | {name for model in models for name in model.commands}
     unused = [name for name in log.command_names if name not in used]
-    if unused:
-        raise LogError(
-            [
-                f"column '{name}' is used by nothing: it is no reserved name, no actuator of "
-                f"'{vehicle.name}' takes it and no term of the models has it."
-                f"{did_you_mean(name, (*RESERVED, *sorted(used)))} Drop or rename it, or add a "
-                "term with it to a model of yours."
-                for name in unused
-            ],
-            source=log.source,
+    if unused and (log.wrench is not None or len(unused) < len(log.command_names)):
+        raise LogError(_unused(vehicle, unused, used), source=log.source)
+
+
+def nothing_drives(vehicle: Vehicle, log: Log, models: Iterable[DampingModel] = ()) -> str:
+    """Return why a log does not say what drove a vehicle.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        Whose actuators take commands.
+    log : Log
+        What was recorded.
+    models : iterable of DampingModel, optional
+        Whose terms take commands.
+
+    Returns
+    -------
+    sentence : str
+        With what can be done; empty where a wrench was recorded, or a command that an
+        actuator or a term takes.
+    """
+    of_terms = {name for model in models for name in model.commands}
+    recorded = log.command_names
+    if log.wrench is not None or not (of_terms | set(vehicle.commands)).isdisjoint(recorded):
+        return ""
+    acting = f"the actuators of '{vehicle.name}' take {' '.join(vehicle.commands)}"
+    if not vehicle.commands:
+        acting = f"vehicle '{vehicle.name}' has no actuators"
+    if of_terms:
+        acting += f", the terms of the models take {' '.join(sorted(of_terms))}"
+    if not recorded:
+        return (
+            "nothing in this log says what drove the vehicle: it needs the wrench columns "
+            f"X Y Z K M N or a command that an actuator or a term uses; {acting}. Record either."
         )
+    return (
+        f"{acting}, and the log has only the commands {' '.join(recorded)} and no wrench: nothing "
+        "says what force they make. Let their gains be coefficients too, with terms such as "
+        f"`terms: {{X: {recorded[0]}}}` in a model file; or {_way_out(vehicle, recorded[0])}; or "
+        "record the wrench X Y Z K M N."
+    )
+
+
+def _way_out(vehicle: Vehicle, recorded: str) -> str:
+    """Return how actuators and recorded commands may meet."""
+    if vehicle.commands:
+        alike = f"`commands: {{{vehicle.commands[0]}: {recorded}}}` in a mapping"
+        return f"call them alike, such as {alike}"
+    if vehicle.name in NAMES:
+        copy = f"hydrodamp vehicle new mine.yaml --like {vehicle.name}"
+        return f"give it `actuators` in a copy (`{copy}` writes one)"
+    return "give it `actuators` in its file (`hydrodamp vehicle new` writes examples)"
+
+
+def _unused(vehicle: Vehicle, names: Sequence[str], used: Iterable[str]) -> str:
+    taken = sorted(used)
+    known = {
+        name: [*taken, *get_close_matches(name, RESERVED, n=1, cutoff=_MISSPELT)] for name in names
+    }
+    hints = [(name, did_you_mean(name, known[name])) for name in names]
+    near = "".join(
+        hint if len(names) == 1 else f"{hint.removesuffix('?')} for '{name}'?"
+        for name, hint in hints
+        if hint
+    )
+    what, which, them = "columns", "are used by nothing: none is a reserved name", "them"
+    if len(names) == 1:
+        what, which, them = "column", "is used by nothing: it is no reserved name", "it"
+    return (
+        f"{what} {_quoted(names)} {which}, no actuator of '{vehicle.name}' takes {them} and no "
+        f"term of the models has {them}.{near} Drop or rename {them}, or add terms with {them} to "
+        "a model of yours."
+    )
+
+
+def _quoted(names: Iterable[str]) -> str:
+    return ", ".join(f"'{name}'" for name in names)
 
 
 def _velocities(vehicle: Vehicle, log: Log) -> Iterator[str]:
@@ -94,27 +167,24 @@ def _commands(vehicle: Vehicle, log: Log, models: tuple[DampingModel, ...]) -> I
             "actuators twice: drop the wrench columns to use the vehicle's actuators, or drop "
             "those commands to use the recorded wrench."
         )
-    if log.wrench is None and not of_actuators & recorded and not of_terms & recorded:
-        yield _nothing_acts(vehicle, of_actuators | of_terms, recorded)
+    if told := nothing_drives(vehicle, log, models):
+        yield told
         return
     needed = of_terms | (of_actuators if log.wrench is None else set())
-    for name in sorted(needed - recorded):
-        user = "a term" if name in of_terms else f"an actuator of '{vehicle.name}'"
-        yield (
-            f"command column '{name}' is missing: {user} uses it."
-            f"{did_you_mean(name, sorted(recorded))}"
-        )
+    for user, names in (("a term", of_terms), (f"an actuator of '{vehicle.name}'", of_actuators)):
+        absent = sorted(needed & names - recorded)
+        needed -= names
+        if absent:
+            yield _absent(absent, user, sorted(recorded))
 
 
-def _nothing_acts(vehicle: Vehicle, wanted: set[str], recorded: set[str]) -> str:
-    has = f"it has the columns {' '.join(sorted(recorded))}" if recorded else "it has no other"
-    takes = f"the commands {' '.join(sorted(wanted))}" if wanted else "no command at all"
+def _absent(names: Sequence[str], user: str, recorded: Sequence[str]) -> str:
+    if len(names) == 1:
+        near = did_you_mean(names[0], recorded)
+        return f"command column '{names[0]}' is missing: {user} uses it.{near}"
     return (
-        "nothing in this log says what drove the vehicle: it needs the wrench columns "
-        f"X Y Z K M N or a command that an actuator or a term uses; {has}, while vehicle "
-        f"'{vehicle.name}' and the models take {takes}. Record the wrench, give the vehicle "
-        "actuators, or add terms for the commands to a model: a model file with "
-        "`terms: {X: ch_forward}`."
+        f"command columns {_quoted(names)} are missing: {user} uses each. The log has "
+        f"{_quoted(recorded) or 'no command'}."
     )
 
 

@@ -73,7 +73,7 @@ class Sway:
         many = "" if self.errors is None else f", {self.errors:.1f} standard errors"
         return (
             f"{self.what}: {self.label} moves by {100.0 * self.share:.1f} % of the damping on its "
-            f"axis{many}; test RMS {_size(before)} -> {_size(self.rms)}"
+            f"axis{many}; RMS of the replay {_size(before)} -> {_size(self.rms)}"
         )
 
 
@@ -112,7 +112,8 @@ class VehicleDoubt:
     def __str__(self) -> str:
         """Return a line for each number."""
         lines = [f"  {sway.line(self.rms)}" for sway in self.sways]
-        return "\n".join([f"{self.model} by {self.method}, if the vehicle is wrong:", *lines])
+        head = f"If the vehicle is wrong ({self.model} identified by {self.method} and replayed):"
+        return "\n".join([head, *lines])
 
 
 def vehicle_doubt(

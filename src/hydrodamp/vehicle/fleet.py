@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Iterator, Mapping
 from importlib.resources import files
 from pathlib import Path
 
-from hydrodamp.errors import FileError, VehicleError, did_you_mean
+from hydrodamp.errors import FileError, HydrodampWarning, VehicleError, did_you_mean
+from hydrodamp.loading import absent, neighbour
 from hydrodamp.vehicle.file import parse_vehicle, read_vehicle
+from hydrodamp.vehicle.righting import without_righting
 from hydrodamp.vehicle.vehicle import Vehicle
 
 NAMES = ("vt690", "remus100", "lauv", "bluerov2", "bluerov2-heavy")
@@ -34,11 +37,8 @@ class Fleet(Mapping[str, Vehicle]):
 
     def __getitem__(self, name: str) -> Vehicle:
         """Return one vehicle by name."""
-        if name not in NAMES:
-            raise VehicleError(_unknown(name))
         if name not in self._read:
-            place = files("hydrodamp.vehicle").joinpath("fleet", f"{name}.yaml")
-            self._read[name] = parse_vehicle(place.read_text(encoding="utf-8"), source=name)
+            self._read[name] = parse_vehicle(fleet_text(name), source=name)
         return self._read[name]
 
     def __contains__(self, name: object) -> bool:
@@ -62,6 +62,35 @@ fleet = Fleet()
 """The vehicles that come with the package."""
 
 
+def fleet_text(name: str) -> str:
+    """Return the file of a vehicle of the fleet, with the source of every number.
+
+    Parameters
+    ----------
+    name : str
+        Of the fleet.
+
+    Returns
+    -------
+    text : str
+        Commented YAML.
+
+    Raises
+    ------
+    VehicleError
+        If there is no such vehicle, with the nearest.
+
+    Examples
+    --------
+    >>> "name: lauv" in fleet_text("lauv")
+    True
+    """
+    if name not in NAMES:
+        raise VehicleError(_unknown(name))
+    place = files("hydrodamp.vehicle").joinpath("fleet", f"{name}.yaml")
+    return place.read_text(encoding="utf-8")
+
+
 def find_vehicle(name_or_path: str | os.PathLike[str]) -> Vehicle:
     """Return a vehicle of the fleet, or read a vehicle file.
 
@@ -80,7 +109,12 @@ def find_vehicle(name_or_path: str | os.PathLike[str]) -> Vehicle:
     VehicleError
         If it is neither a name nor a file, or the file's content cannot be.
     FileError
-        If a file with such a path cannot be read.
+        If a file with such a path cannot be read, or is not there: with the nearest.
+
+    Warns
+    -----
+    HydrodampWarning
+        If the vehicle of a file is free in roll or pitch and nothing rights it.
 
     Examples
     --------
@@ -91,14 +125,23 @@ def find_vehicle(name_or_path: str | os.PathLike[str]) -> Vehicle:
         return fleet[str(name_or_path)]
     path = Path(name_or_path)
     if path.exists():
-        return read_vehicle(path)
-    if path.suffix.lower() in (".yaml", ".yml") or len(path.parts) > 1:
-        raise FileError(f"{path}: there is no such vehicle file")
+        return _righted(read_vehicle(path))
+    if path.suffix or len(path.parts) > 1:
+        raise FileError(absent(path))
     raise VehicleError(_unknown(str(name_or_path)))
 
 
+def _righted(vehicle: Vehicle) -> Vehicle:
+    """Return a vehicle; warn if it never rights itself."""
+    if told := without_righting(vehicle):
+        warnings.warn(told, HydrodampWarning, stacklevel=3)
+    return vehicle
+
+
 def _unknown(name: str) -> str:
+    near = neighbour(name)
+    meant = did_you_mean(name, NAMES) if near is None else f" Did you mean '{near}'?"
     return (
-        f"there is no vehicle `{name}`; the fleet has {', '.join(NAMES)}."
-        f"{did_you_mean(name, NAMES)} For your own vehicle give the path of its YAML file."
+        f"there is no vehicle `{name}`; the fleet has {', '.join(NAMES)}.{meant} For your own "
+        "vehicle give the path of its YAML file; `hydrodamp vehicle new` writes one to fill in."
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 
 import numpy as np
 
@@ -42,20 +43,29 @@ added_mass:
 weight: {weight} # N, positive
 buoyancy: {buoyancy} # N, positive
 center_of_gravity: {gravity} # m
-center_of_buoyancy: {lift} # m, z smaller than that of gravity if it lies above
+center_of_buoyancy: {lift} # m
+# These two make the righting moment in roll and pitch: gravity must lie below buoyancy, its z
+# larger by the metacentric height, mostly millimetres to centimetres. Where both are equal nothing
+# turns the vehicle upright, and damping has to explain what did. It can be measured: where a
+# weight of m kg, moved d m to the side, heels the vehicle by phi, it is m*d/(mass*tan(phi)). Or it
+# is fitted: by the terms down_y on K and down_x on M in a model file.
+# A craft that floats has its metacenter in place of center_of_buoyancy.
 
+"""
+
+_ACTUATORS = """\
 # What is known of the actuation, in newtons. Leave out what is not: a log with commands of
 # unknown gain is fitted with terms such as u|u|*rudder or ch_forward. Examples:
 #
-#   - {{kind: fin, command: rudder, force: {{Y: 9.0, N: -9.0}}, drag: {{X: -4.7}}, limit: 0.35}}
+#   - {kind: fin, command: rudder, force: {Y: 9.0, N: -9.0}, drag: {X: -4.7}, limit: 0.35}
 #       force per u|u|*angle, drag per u|u|*angle^2, limit in rad; dead_zone: [-0.01, 0.01]
 #       is optional, as for a propeller
-#   - {{kind: propeller, command: rpm, thrust: 3.2e-6, speed_slope: 0.001}}
+#   - {kind: propeller, command: rpm, thrust: 3.2e-6, speed_slope: 0.001}
 #       thrust per rpm*|rpm|; steady speed u_c = 0.001*rpm [m/s]
-#   - {{kind: thruster, command: port, position: [-0.2, -0.1, 0], direction: [1, 0, 0], gain: 40}}
+#   - {kind: thruster, command: port, position: [-0.2, -0.1, 0], direction: [1, 0, 0], gain: 40}
 #       or, instead of the gain, curve: [[-1, -40], [0, 0], [1, 50]] of command and newtons
 #       (pulse widths will do); dead_zone: [-0.1, 0.1] and limit: 1 are optional
-#   - {{kind: matrix, commands: [ch_forward], wrench: [[35, 0, 0, 0, 0, 0]]}}
+#   - {kind: matrix, commands: [ch_forward], wrench: [[35, 0, 0, 0, 0, 0]]}
 #       X Y Z K M N per unit of each command
 actuators: []
 """
@@ -98,12 +108,38 @@ def vehicle_template(
     'mine'
     """
     if length is None and diameter is None and mass is None:
-        return _TEXT.format(**_empty(name))
+        return _TEXT.format(**_empty(name)) + _ACTUATORS
     if length is None or diameter is None or mass is None:
         raise VehicleError("an estimate needs `length`, `diameter` and `mass` together, or none")
     vehicle = Vehicle.from_hull(length, diameter, mass, name=name)
     _check_floats(length, diameter, mass)
-    return _TEXT.format(**_estimate(vehicle, mass))
+    return _TEXT.format(**_estimate(vehicle, mass)) + _ACTUATORS
+
+
+def copied(text: str, name: str) -> str:
+    r"""Return the text of a vehicle file under another name, with room for actuators.
+
+    Parameters
+    ----------
+    text : str
+        Of a vehicle file with a line ``name``.
+    name : str
+        What to call the copy.
+
+    Returns
+    -------
+    text : str
+        The same with its comments; where it knew no actuators, with examples of them.
+
+    Examples
+    --------
+    >>> copied("name: ship\nweight: 9\nactuators: [] # none", "mine")
+    'name: "mine"\nweight: 9\nactuators: [] # none'
+    """
+    renamed = re.sub(r"(?m)^name:.*$", lambda _: f"name: {json.dumps(name)}", text, count=1)
+    if re.search(r"(?m)^actuators:", text):
+        return renamed
+    return f"{renamed.rstrip()}\n\n{_ACTUATORS}"
 
 
 def _check_floats(length: float, diameter: float, mass: float) -> None:

@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.report.figures.apart import colour_of
 from hydrodamp.report.figures.coefficients import coefficients_figure
 from hydrodamp.report.figures.correlation import correlation_figure
-from hydrodamp.report.figures.look import COLUMN, PAGE, colour_of
+from hydrodamp.report.figures.look import COLUMN, PAGE
 from hydrodamp.report.figures.scales import SignedScale, round_numbers
+from hydrodamp.report.figures.symbols import coefficient_symbol
 
 from .conftest import legend
 
@@ -120,39 +122,90 @@ def test_round_numbers_stay_in_their_range():
         assert low <= min(numbers) < max(numbers) <= high
 
 
-def test_correlation_is_that_of_the_covariance(sailed, on_sheet):
+def words_in(panel):
+    """Return what is written in and beside a panel, without the empty."""
+    return [text.get_text() for text in panel.texts if text.get_text()]
+
+
+def tied(key, tie=0.0, axes=None):
+    """Return a fit whose neighbours err together."""
+    model = hd.catalog[key] if axes is None else hd.catalog[key].restricted_to(axes)
+    n = model.n_coefficients
+    apart = np.abs(np.subtract.outer(np.arange(n), np.arange(n)))
+    damping = hd.Damping(model, -np.ones(n), covariance=tie**apart)
+    return hd.Fit(damping, "ls", hd.Status.OK)
+
+
+def test_correlation_is_that_of_the_covariance_each_pair_once(sailed, on_sheet):
     fit = sailed.fit("fossen", "weak")
     figure = correlation_figure(fit)
-    shown = np.asarray(figure.axes[0].images[0].get_array())
+    panel = figure.axes[0]
+    shown = panel.images[-1].get_array()
     size = fit.uncertainty.standard_errors
-    assert shown == pytest.approx(fit.damping.covariance / np.outer(size, size))
-    assert figure.axes[0].get_yticklabels()[0].get_text() == "$X_{u}$"
-    assert figure.axes[0].get_title("left").startswith("fossen by weak\nmost correlated: ")
+    below = np.tri(12, k=-1, dtype=bool)
+    expected = fit.damping.covariance / np.outer(size, size)
+    assert np.asarray(shown)[below] == pytest.approx(expected[below])
+    assert np.array_equal(np.ma.getmaskarray(shown), ~below)
+    assert panel.get_yticklabels()[0].get_text() == "$X_{u}$"
+    assert panel.get_title("left") == "fossen by weak"
+    on_sheet(figure)
+
+
+def test_squares_of_few_coefficients_have_numbers():
+    said = words_in(correlation_figure(tied("fossen", -0.96)).axes[0])
+    for number in ("\N{MINUS SIGN}.96", ".92"):
+        assert number in said
+    assert len(words_in(correlation_figure(tied("fossen", 0.0)).axes[0])) == 6
+    many = words_in(correlation_figure(tied("linear", 0.96)).axes[0])
+    assert ".96" not in many
+
+
+def test_pairs_beyond_nine_tenths_are_framed_and_the_most_correlated_listed():
+    panel = correlation_figure(tied("linear", 0.95)).axes[0]
+    (frames,) = panel.collections
+    assert len(frames.get_paths()) == 35 + 34
+    said = words_in(panel)
+    pairs = [one for one in said if " with " in one]
+    assert 5 < len(pairs) <= 12
+    assert pairs[0] == "$X_{u}$ with $X_{v}$  $+0.95$"
+    assert said[-1] == f"and {69 - len(pairs)} more beyond 0.9"
+
+
+@pytest.mark.parametrize("key", ["fossen", "linear", "gertler-hagen", "mcfarland-whitcomb"])
+def test_it_grows_with_the_model_up_to_the_page_and_no_name_leaves_it(key, on_sheet):
+    figure = correlation_figure(tied(key, 0.95))
+    assert COLUMN <= figure.get_figwidth() <= PAGE
+    assert (figure.get_figwidth() == PAGE) == (hd.catalog[key].n_coefficients > 51)
     on_sheet(figure)
 
 
 def test_a_coefficient_without_variance_is_left_open():
-    fit = made_up("gertler-hagen")
+    fit = tied("gertler-hagen")
     covariance = np.eye(88)
     covariance[3, 3] = 0.0
-    covariance[0, 1] = covariance[1, 0] = -0.5
+    covariance[0, 1] = covariance[1, 0] = -0.95
+    covariance[6, 7] = covariance[7, 6] = -0.5
     known = replace(fit, damping=replace(fit.damping, covariance=covariance))
-    figure = correlation_figure(known)
-    shown = figure.axes[0].images[0].get_array()
-    assert np.ma.getmaskarray(shown)[3].all()
-    assert not np.ma.getmaskarray(shown)[4, 5]
-    assert "$-0.50$" in figure.axes[0].get_title("left")
-    assert [text.get_text() for text in figure.axes[0].get_xticklabels()] == [
-        f"${axis}$" for axis in "XYZKMN"
-    ]
+    panel = correlation_figure(known).axes[0]
+    ground, shown = (image.get_array() for image in panel.images)
+    unknown = np.ma.getmaskarray(shown)
+    assert unknown[3].all()
+    assert not unknown[5, 4]
+    assert ground[3, :4].tolist() == [1.0] * 4
+    assert ground[4, 4] == 0.0
+    assert not panel.get_xticks().size
+    named = [text for text in words_in(panel) if text.startswith("$X_") and " with " not in text]
+    labels = fit.model.labels
+    assert len(named) == 2 * 2, "the pair, on both sides"
+    assert set(named) == {coefficient_symbol(labels[0]), coefficient_symbol(labels[1])}
+    assert any(text.endswith("$-0.50$") for text in words_in(panel))
 
 
 def test_where_nothing_is_correlated_no_pair_is_named():
-    model = hd.catalog["fossen"].restricted_to(("X", "Y", "N"))
-    damping = hd.Damping(model, -np.ones(6), covariance=np.eye(6))
-    panel = correlation_figure(hd.Fit(damping, "ls", hd.Status.OK)).axes[0]
-    assert panel.get_title("left") == "fossen by ls"
+    panel = correlation_figure(tied("fossen", axes=("X", "Y", "N"))).axes[0]
+    assert words_in(panel) == ["$X$", "$Y$", "$N$"]
     assert len(panel.lines) == 2 * 2
+    assert not panel.collections[0].get_paths()
 
 
 def test_without_covariance_there_is_no_correlation():

@@ -11,9 +11,10 @@ import pytest
 from matplotlib.colors import to_rgb
 
 import hydrodamp as hd
+from hydrodamp.report.figures.apart import colour_of, looks_of, mark_of
 from hydrodamp.report.figures.estimation import velocities_figure
 from hydrodamp.report.figures.files import figure_bytes, save_figure
-from hydrodamp.report.figures.look import colour_of, dashes_of, in_our_look, mark_of, sheet
+from hydrodamp.report.figures.look import in_our_look, sheet
 from hydrodamp.report.figures.symbols import plain, shortened
 
 SURGE = hd.Log.from_arrays(np.arange(9), {"u": np.ones(9)})
@@ -57,9 +58,27 @@ def test_an_unknown_method_has_always_the_same_colour():
 
 
 def test_dashes_tell_models_of_one_method_apart():
-    first, other, second = dashes_of(["ls", "ai", "ls"])
-    assert first == other == "-"
-    assert second != "-"
+    first, other, second = looks_of([("linear", "ls"), ("linear", "ai"), ("fossen", "ls")])
+    assert first.linestyle == other.linestyle == "-"
+    assert second.linestyle == (0.0, second.dashes)
+    assert second.dashes
+    assert (first.colour, first.marker) == (second.colour, second.marker)
+    assert first.colour != other.colour
+
+
+def test_ten_models_have_dashes_of_their_own_and_the_eleventh_comes_round():
+    dashes = [look.dashes for look in looks_of([(str(k), "ls") for k in range(11)])]
+    assert len(set(dashes)) == 10
+    assert dashes[10] == dashes[0] == ()
+    assert all(len(each) % 2 == 0 for each in dashes)
+
+
+def test_a_given_order_fixes_the_dashes_whatever_is_drawn():
+    order = ["a", "b", "c"]
+    whole = dict(zip(order, looks_of([(key, "ls") for key in order]), strict=True))
+    some = looks_of([("c", "ls"), ("d", "ls"), ("b", "ls")], order)
+    assert [some[0], some[2]] == [whole["c"], whole["b"]]
+    assert some[1].dashes not in {look.dashes for look in whole.values()}
 
 
 @pytest.mark.parametrize(

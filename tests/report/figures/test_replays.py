@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.report.figures.look import MEASURED, colour_of
+from hydrodamp.report.figures.apart import colour_of
+from hydrodamp.report.figures.look import MEASURED
 from hydrodamp.report.figures.replays import replays_figure
 
 from .conftest import labels, legend
@@ -53,6 +54,10 @@ def test_models_of_one_method_differ_by_dashes(sailed):
     _, first, second = replays_figure(rows).axes[0].lines[:3]
     assert first.get_color() == second.get_color()
     assert first.get_linestyle() != second.get_linestyle()
+    figure = replays_figure(rows, models=("fossen", "linear"))
+    _, dashed, solid = figure.axes[0].lines[:3]
+    assert solid.get_linestyle() == "-" != dashed.get_linestyle()
+    assert [one.get_linestyle() for one in figure.legends[0].get_lines()][1:] == ["--", "-"]
 
 
 def test_a_diverged_replay_is_drawn_as_far_as_it_went_and_said(sailed):

@@ -10,13 +10,14 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.identification.dissipation.power_range import power_range
 from hydrodamp.identification.trust.residual_series import left_over, series, white_reach
+from hydrodamp.report.figures.apart import colour_of
 from hydrodamp.report.figures.excitation import excitation_figure
-from hydrodamp.report.figures.front import _pushed_apart, front_figure
+from hydrodamp.report.figures.front import front_figure
 from hydrodamp.report.figures.histories import history_figure
 from hydrodamp.report.figures.horizons import horizons_figure
-from hydrodamp.report.figures.look import colour_of
 from hydrodamp.report.figures.power import power_figure
 from hydrodamp.report.figures.residuals import residuals_figure
+from hydrodamp.report.figures.spacing import columns_of, pushed_apart
 
 from .conftest import labels, legend
 
@@ -27,7 +28,7 @@ class TestFront:
         (panel,) = figure.axes
         best = hd.front(comparison)
         steps = panel.lines[0]
-        assert list(steps.get_xdata()) == [row.n_coefficients for row in best]
+        assert steps.get_xdata() == pytest.approx([row.n_coefficients for row in best])
         assert list(steps.get_ydata()) == [row.rms for row in best]
         marked = [line for line in panel.lines[1:] if len(line.get_xdata()) == 1]
         crosses = [line for line in marked if line.get_marker() == "x"]
@@ -63,10 +64,28 @@ class TestFront:
     @pytest.mark.parametrize("seed", range(4))
     def test_names_are_pushed_apart_in_order_and_no_farther(self, seed):
         places = np.sort(np.random.default_rng(seed).random(9)).tolist()
-        moved = np.array(_pushed_apart(places))
+        moved = np.array(pushed_apart(places, 0.034))
         assert np.all(np.diff(moved) >= 0.034 - 1e-12)
         assert np.mean(moved) == pytest.approx(np.mean(places))
-        assert _pushed_apart([0.1, 0.5, 0.9]) == pytest.approx([0.1, 0.5, 0.9])
+        assert pushed_apart([0.1, 0.5, 0.9], 0.034) == pytest.approx([0.1, 0.5, 0.9])
+        held = np.array(pushed_apart(places, 0.1, (0.0, 1.0)))
+        assert 0.0 <= held[0] <= held[-1] <= 1.0
+        assert np.all(np.diff(held) >= 0.1 - 1e-12)
+
+    def test_models_of_one_size_stand_side_by_side(self, comparison):
+        row = comparison.rows[0]
+        model = replace(row.fit.model, key="twin")
+        twin = replace(row, fit=replace(row.fit, damping=replace(row.fit.damping, model=model)))
+        rows = (*comparison.rows, twin)
+        columns = columns_of(rows)
+        assert list(columns.values()) == sorted(columns.values())
+        left, right = columns[36, "linear"], columns[36, "twin"]
+        assert 36.0 < 1.05 * left < 1.05 * right < 1.1 * 36.0
+        assert columns[12, "fossen"] == pytest.approx(12.0)
+        panel = front_figure(replace(comparison, rows=rows)).axes[0]
+        drawn = {float(line.get_xdata()[0]) for line in panel.lines if len(line.get_xdata()) == 1}
+        assert {left, right} <= drawn
+        assert {"linear", "twin"} <= {text.get_text() for text in panel.texts}
 
 
 class TestHorizons:
@@ -96,6 +115,8 @@ class TestHorizons:
         assert [line.get_xdata()[0] for line in crosses] == [2, 3]
         assert [text.get_text() for text in panel.texts].count("3/12") == 2
         assert legend(figure) == ["linear by ls", "fossen by ls"]
+        assert panel.lines[0].get_color() == panel.lines[1].get_color()
+        assert panel.lines[0].get_linestyle() != panel.lines[1].get_linestyle()
         on_sheet(figure)
 
     def test_nothing_and_mixed_units_are_refused(self):

@@ -10,6 +10,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.identification.trust.grades import Grade
+from hydrodamp.report.correlated import correlated_pairs
 from hydrodamp.report.gallery import examine as examining, of_the_adaptation as adapting
 from hydrodamp.report.gallery.examine import examine
 from hydrodamp.report.gallery.findings import chosen_row
@@ -71,6 +72,10 @@ def test_captions_say_what_is_in_the_numbers(examined):
     assert "one pass" in words["history-ai"]
     name = f"{row.model} by {row.method}"
     assert f"Shaded, of {name}: where 95 % of the replays" in words["replays"]
+    pairs = correlated_pairs(row.fit.damping.covariance)
+    labels = row.fit.model.labels
+    most = f"{labels[pairs[0].first]} with {labels[pairs[0].second]} ({pairs[0].correlation:+.2f})"
+    assert words["correlation"].count(f"the most correlated are {most}, ") == 2
 
 
 def test_without_a_score_the_data_alone_are_drawn(examined):

@@ -6,6 +6,7 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import hydrodamp as hd
@@ -35,6 +36,11 @@ def test_findings_read_back_as_they_were(examined, home):
     found = read_findings(home, table)
     assert found.gallery == examined.findings.gallery
     assert found.identifiability == examined.findings.identifiability
+    band, before = found.band, examined.findings.band
+    np.testing.assert_array_equal(band.lower, before.lower)
+    np.testing.assert_array_equal(band.upper, before.upper)
+    assert (band.level, band.diverged, band.axes) == (0.95, before.diverged, before.axes)
+    np.testing.assert_allclose(band.velocity, before.velocity, atol=1e-9)
     grades = examined.findings.identifiability
     assert summary(table, found.identifiability) == summary(examined.table, grades)
     assert remarks(table) == remarks(examined.table)
@@ -51,6 +57,8 @@ def test_the_report_made_again_is_the_same_file(examined, home):
     shown = [one for one in examined.findings.gallery.pictures if not one.print_only]
     assert text.count("data:image/svg+xml;base64,") == len(shown)
     assert "The log determined " in text
+    row = examined.table.best()
+    assert f"95 % band of {row.model} by {row.method}" in text
 
 
 def test_without_findings_a_folder_makes_a_report_as_before(examined, tmp_path):
@@ -69,6 +77,7 @@ def test_stale_pictures_go_and_those_of_others_stay(examined, home):
     names = sorted(path.name for path in (home / "figures").iterdir())
     assert names == ["excitation.svg", "index.json", "mine.svg"]
     assert not (home / "identifiability.json").exists()
+    assert not (home / "band.npz").exists()
     hd.write_comparison(examined.table, home)
     assert [path.name for path in (home / "figures").iterdir()] == ["mine.svg"]
     assert not (home / "report.html").exists()
@@ -129,6 +138,25 @@ def test_a_picture_that_was_spoilt_is_left_out_with_a_sentence(examined, home, s
     assert words in text
 
 
+def test_a_band_of_something_else_is_refused(examined, home):
+    table, path = hd.read_comparison(home), home / "band.npz"
+    with np.load(path) as arrays:
+        found = dict(arrays)
+    np.savez(path, **{**found, "lower": found["lower"] + 1.0, "upper": found["upper"] + 1.0})
+    with pytest.raises(hd.FileError, match="the band of another replay than the comparison"):
+        read_findings(home, table)
+    np.savez(path, **{**found, "lower": found["lower"][:-1]})
+    with pytest.raises(hd.FileError, match="the band of another replay than the comparison"):
+        read_findings(home, table)
+    for content in (b"", b"no zip", path.read_bytes()[:200]):
+        path.write_bytes(content)
+        with pytest.raises(hd.FileError, match=r"band\.npz: is no band of hydrodamp"):
+            read_findings(home, table)
+    np.savez(path, lower=found["lower"])
+    with pytest.raises(hd.FileError, match=r"band\.npz: is no band of hydrodamp"):
+        read_findings(home, table)
+
+
 def test_why_there_are_no_grades_reads_back(examined, tmp_path):
     hd.write_comparison(examined.table, tmp_path)
     found = Findings(not_graded="What the log determines is not known: too short.")
@@ -146,7 +174,7 @@ def test_an_index_that_names_files_elsewhere_removes_none_of_them(home):
     assert home / "figures" / "a.svg" in named
     assert not any(path.resolve() == (home / "precious.svg").resolve() for path in named)
     index.write_text("[]", "utf-8")
-    assert earlier_findings(home) == [home / "identifiability.json"]
+    assert earlier_findings(home) == [home / "identifiability.json", home / "band.npz"]
 
 
 def test_a_gallery_stands_alone_beside_a_damping_file(examined, tmp_path):

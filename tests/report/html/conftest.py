@@ -16,6 +16,7 @@ from hydrodamp.models.damping import Damping
 from hydrodamp.simulation.replay import Trajectory
 from hydrodamp.simulation.score import score
 from hydrodamp.simulation.status import Status
+from hydrodamp.validation.bands import PredictionBand
 from hydrodamp.validation.comparison import Comparison, Row
 
 VOID = {"meta", "link", "br", "input", "img", "hr"}
@@ -124,3 +125,19 @@ def make_log() -> Callable[..., Log]:
 def make_comparison() -> Callable[..., Comparison]:
     """Return the maker of long comparisons."""
     return long_comparison
+
+
+def band_around(comparison: Comparison, half: float = 0.2) -> PredictionBand:
+    """Return a band about the chosen replay, ten times as wide at one sample in each segment."""
+    run = comparison.best().trajectory
+    assert run is not None
+    width = np.full_like(run.velocity, half)
+    width[[segment.start + len(segment) // 3 for segment in run.log.segments]] *= 10.0
+    ends = run.velocity - width, run.velocity + width
+    return PredictionBand(run.log, run.velocity, *ends, 0.95, 0.0, tuple(run.axes))
+
+
+@pytest.fixture
+def make_band() -> Callable[..., PredictionBand]:
+    """Return the maker of bands."""
+    return band_around

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 import pytest
 
 from hydrodamp.data.log import Segment
+from hydrodamp.report.gallery.findings import Findings
 from hydrodamp.report.html.write import write_report
 
 sync_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
@@ -38,14 +39,15 @@ def browser():
 
 
 @pytest.fixture
-def report(browser, make_log, make_comparison, tmp_path):
-    """An hour at 10 Hz, three models by two methods, segments and a file with hostile names."""
+def report(browser, make_log, make_comparison, make_band, tmp_path):
+    """An hour at 10 Hz with a band, three models by two methods, and hostile names."""
     log = make_log(3600.0, 10.0)
     first, second = log.segments
     hostile = Segment(HOSTILE, first.start, first.stop)
     log = replace(log, segments=(hostile, second), source=f"{HOSTILE}.csv")
     comparison = make_comparison(log, ("linear", "prestero", "fossen"), ("weak", "recommended"))
-    path = write_report(comparison, tmp_path / "report.html")
+    findings = Findings(band=make_band(comparison))
+    path = write_report(comparison, tmp_path / "report.html", findings)
     assert path.stat().st_size < 5_000_000
     context = browser.new_context(viewport={"width": 1280, "height": 900}, color_scheme="light")
     found = Open(context.new_page())
@@ -121,3 +123,61 @@ def test_names_from_a_file_stay_text(report):
     page = report.page
     assert page.evaluate("window.stolen === undefined")
     assert HOSTILE in page.locator("body").inner_text()
+
+
+def drawn(page):
+    """Return the first plot as a picture, without the cursor over anything."""
+    page.mouse.move(0, 0)
+    return page.evaluate("document.querySelector('#plots canvas').toDataURL()")
+
+
+def test_the_band_goes_and_comes_by_box_and_by_legend(report):
+    page = report.page
+    box = page.get_by_role("checkbox", name="95 % band of linear by weak")
+    assert box.is_checked()
+    box.uncheck()
+    bare = drawn(page)
+    box.check()
+    shaded = drawn(page)
+    assert bare != shaded
+    legends = page.locator("#plots .u-series", has_text="95 % band").locator("visible=true")
+    assert legends.count() == 6
+    legends.first.locator("th").click()
+    assert not box.is_checked()
+    assert drawn(page) == bare
+    legends.last.locator("th").click()
+    assert box.is_checked()
+    assert drawn(page) == shaded
+    page.locator("#plots .u-over").first.hover(position={"x": 300, "y": 40})
+    low, high = legends.first.locator("td").inner_text().split(" to ")
+    assert float(high) - float(low) == pytest.approx(0.4, abs=0.3)
+
+
+def test_every_line_in_a_legend_has_the_sample_of_its_box(report):
+    page = report.page
+    page.get_by_role("checkbox", name="fossen by weak").check()
+    page.get_by_role("checkbox", name="measured").uncheck()
+    rows = (
+        page.locator("#plots .uplot").first.locator(".u-legend .u-series").locator("visible=true")
+    )
+    said = rows.locator("th").all_inner_texts()
+    assert said[0] == "time"
+    assert said[1].startswith("95 % band of ")
+    assert "measured" not in said
+    assert "fossen by weak" in said
+    drawn = rows.nth(said.index("fossen by weak")).locator("path").get_attribute("stroke-dasharray")
+    boxed = page.locator("label", has_text="fossen by weak").locator("path")
+    assert drawn == boxed.get_attribute("stroke-dasharray") != ""
+
+
+def test_plots_say_in_words_what_they_show(report):
+    page = report.page
+    plot = page.locator("#plots canvas").first
+    band = "95 % band of linear by weak"
+    whole = f"u in m/s over time: measured, linear by weak, {band}"
+    assert plot.get_attribute("aria-label") == whole
+    page.get_by_role("checkbox", name=band).uncheck()
+    assert plot.get_attribute("aria-label") == whole.removesuffix(f", {band}")
+    for name in ("measured", "linear by weak"):
+        page.get_by_role("checkbox", name=name, exact=True).uncheck()
+    assert page.locator("#plots canvas").last.get_attribute("aria-label").endswith(": nothing")

@@ -14,6 +14,7 @@ from hydrodamp.data.log import Segment
 from hydrodamp.errors import MethodError
 from hydrodamp.models.catalog import PAPER_MODELS
 from hydrodamp.report.document import comparison_document
+from hydrodamp.report.gallery.findings import Findings
 from hydrodamp.report.html import page as pages
 from hydrodamp.report.html.page import page
 from hydrodamp.simulation.status import Status
@@ -142,6 +143,35 @@ def test_an_hour_at_ten_hertz_is_small(make_log, make_comparison):
     log = make_log(3600.0, 10.0)
     comparison = make_comparison(log, PAPER_MODELS, ("ls", "ai", "recommended"))
     assert len(made(comparison).encode()) < 5_000_000
+
+
+def test_an_hour_with_a_band_is_as_small(make_log, make_comparison, make_band):
+    comparison = make_comparison(make_log(3600.0, 10.0), PAPER_MODELS, ("ls", "ai", "recommended"))
+    found = Findings(band=make_band(comparison))
+    text = page(comparison, comparison_document(comparison)["provenance"], found)
+    assert len(text.encode()) < 5_000_000
+
+
+def test_lines_are_told_apart_by_samples_and_the_band_by_words(
+    make_log, make_comparison, make_band, take_apart
+):
+    comparison = make_comparison(make_log(60.0, 10.0), ("linear", "fossen"), ("ls", "weak"))
+    words = comparison_document(comparison)["provenance"]
+    found = take_apart(page(comparison, words, Findings(band=make_band(comparison))))
+    boxes = found.all("input", type="checkbox")
+    assert [each.attributes.get("value") for each in boxes] == ["0", None, "1", "2", "3", "4"]
+    labels = [each.text.strip() for each in found.all("label")]
+    assert labels[:3] == ["measured", "95 % band of linear by ls", "linear by ls"]
+    lines = [e.attributes for e in found.all("path", d="M0 5H36") if "label" in e.inside]
+    assert [bool(each.get("stroke-dasharray")) for each in lines[1:]] == [
+        *(False, True, False, True)
+    ]
+    band = found.one("input", id="band")
+    told = found.one("p", id=band.attributes["aria-describedby"]).text
+    assert "Half its width, in the root mean square: u 0." in told
+    plain = take_apart(made(comparison))
+    assert not plain.all("input", id="band")
+    assert not plain.all("p", id="band-words")
 
 
 def test_a_million_samples_take_no_more_room(make_log, make_comparison):

@@ -5,12 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hydrodamp.identification.uncertainty.intervals import Uncertainty
 from hydrodamp.models.catalog import PAPER_MODELS
-from hydrodamp.report.figures.look import mark_of
+from hydrodamp.report.figures.apart import mark_of
 from hydrodamp.report.html import coefficient_tables as tables_of
-from hydrodamp.report.html.coefficient_tables import coefficient_tables, reach
-from hydrodamp.report.html.front_chart import front_chart, marker
+from hydrodamp.report.html.coefficient_tables import coefficient_tables
+from hydrodamp.report.html.front_chart import BOTTOM, HEIGHT, TOP, front_chart, marker
 from hydrodamp.report.html.score_table import ranked, score_table
 from hydrodamp.report.html.summary import summary
 from hydrodamp.simulation.status import Status
@@ -93,9 +92,12 @@ def test_the_chart_has_every_error_and_the_front(comparison):
     chart = front_chart(comparison)
     assert chart is not None
     assert len(chart.points) == 4
-    assert sum(bool(point.name) for point in chart.points) == len(front(comparison))
+    assert chart.front.count("V") == len(front(comparison)) - 1
+    assert [column.name for column in chart.columns] == ["fossen", "uncoupled", "linear"]
+    assert {point.x for point in chart.points} == {column.place for column in chart.columns}
     assert [point.settled for point in chart.points] == [True, True, False, False]
-    assert all(64 <= point.x <= 696 and 16 <= point.y <= 332 for point in chart.points)
+    assert all(64 <= point.x <= 696 for point in chart.points)
+    assert all(TOP <= point.y <= HEIGHT - BOTTOM for point in chart.points)
     ticks = [tick.place for tick in chart.across]
     assert ticks == sorted(ticks)
     assert chart.words.endswith("linear by ls (36: 0.460).")
@@ -106,7 +108,8 @@ def test_rows_alike_stand_in_the_middle_and_one_alone_has_no_chart(comparison):
     first = comparison.rows[0]
     chart = front_chart(Comparison((first, first)))
     assert chart is not None
-    assert {(point.x, point.y) for point in chart.points} == {(380.0, 174.0)}
+    middle = 0.5 * (TOP + HEIGHT - BOTTOM)
+    assert {(point.x, point.y) for point in chart.points} == {(380.0, middle)}
     assert min(len(chart.across), len(chart.up)) >= 4
     assert front_chart(Comparison((first,))) is None
 
@@ -132,21 +135,14 @@ def test_intervals_are_drawn_in_shares_of_the_value(comparison):
     assert last.interval.high - 100.0 == pytest.approx(60.0 * 1.96 * 6 / 36, abs=0.1)
 
 
-def test_intervals_use_the_degrees_of_freedom_there_are(comparison):
-    fit = comparison.rows[0].fit
-    known = replace(fit, uncertainty=Uncertainty(fit.damping.covariance, 5.0, "by hand"))
-    assert reach(fit) == pytest.approx(1.96, abs=1e-3)
-    assert reach(known) == pytest.approx(2.571, abs=1e-3)
-
-
 def test_coefficients_without_standard_errors_have_no_interval(comparison):
     tables = coefficient_tables(ranked(comparison.rows))
     found = {(table.model, table.method): table for table in tables}
     assert ("coe", "ls") not in found
     online = found["linear", "ai"]
     assert not online.known
-    assert {line.apart for line in online.lines} == {"-"}
-    assert "no" in {line.apart for line in found["uncoupled", "ls"].lines}
+    assert {line.known for line in online.lines} == {"-"}
+    assert "no" in {line.known for line in found["uncoupled", "ls"].lines}
     assert online.sentences[0] == Status.NOT_SETTLED.value
 
 

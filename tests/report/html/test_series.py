@@ -40,6 +40,13 @@ def test_a_level_keeps_every_extreme_and_its_order(lengths, points, seed):
         inside = shown[(when >= time[start]) & (when <= time[stop - 1])]
         assert inside.min() == values[start:stop].min()
         assert inside.max() == values[start:stop].max()
+    low, high = coarse.lowest(values), coarse.highest(values)
+    assert low.shape == high.shape == when.shape
+    assert np.array_equal(np.isnan(low), np.isnan(shown))
+    for start, stop in zip(coarse.starts.tolist(), coarse.stops.tolist(), strict=True):
+        inside = (when >= time[start]) & (when <= time[stop - 1])
+        assert set(low[inside]) == {values[start:stop].min()}
+        assert set(high[inside]) == {values[start:stop].max()}
     if len(values) <= points:
         assert coarse.exact
         np.testing.assert_array_equal(shown[np.isfinite(shown)], values)
@@ -124,3 +131,68 @@ def test_a_short_log_is_drawn_as_it_is(comparison):
     assert len(drawn.document["levels"]) == 1
     assert len(drawn.rows) == 5
     assert drawn.rows[0].rms == 0.46
+
+
+def test_a_band_is_never_narrower_than_itself_at_any_level(make_log, make_comparison, make_band):
+    comparison = make_comparison(make_log(3600.0, 20.0), ("linear", "fossen"), ("ls", "weak"))
+    band = make_band(comparison)
+    drawn = plots(comparison, band)
+    assert drawn is not None
+    run = comparison.best().trajectory
+    turn = np.degrees(1.0)
+    for each in drawn.document["levels"]:
+        assert len(each["band"]) == 6
+        lower, upper = (unpacked(edge) for edge in each["band"][3])
+        line = unpacked(each["series"][1][3])
+        seen = np.isfinite(line)
+        assert np.array_equal(seen, np.isfinite(lower))
+        assert np.all(upper[seen] - line[seen] > 0.19 * turn)
+        assert np.all(line[seen] - lower[seen] > 0.19 * turn)
+    widest = turn * np.max(band.upper[:, 3])
+    for each in drawn.document["levels"][:2]:
+        assert np.nanmax(unpacked(each["band"][3][1])) == pytest.approx(widest, rel=1e-3)
+    assert run is not None
+
+
+def test_the_band_says_whose_it_is_and_how_wide(make_log, make_comparison, make_band):
+    comparison = make_comparison(make_log(200.0, 10.0), ("linear", "fossen"), ("ls",))
+    drawn = plots(comparison, make_band(comparison, half=0.0123))
+    assert drawn is not None
+    assert drawn.band is not None
+    assert drawn.document["band"] == {"name": drawn.band.name, "colour": drawn.lines[0].colour}
+    assert drawn.band.name == "95 % band of linear by ls"
+    assert drawn.band.words.startswith("Shaded, of linear by ls: where 95 % of the replays")
+    assert "Half its width, in the root mean square: u 0.013 m/s, v 0.013 m/s" in drawn.band.words
+    assert drawn.band.words.endswith("r 0.74 deg/s.")
+    without = plots(comparison)
+    assert without is not None
+    assert without.band is None
+    assert without.document["band"] is None
+    assert all(each["band"] == [] for each in without.document["levels"])
+
+
+def test_a_band_without_a_number_says_no_width(make_log, make_comparison, make_band):
+    comparison = make_comparison(make_log(60.0, 10.0), ("fossen",), ("ls",))
+    band = make_band(comparison, half=np.nan)
+    drawn = plots(comparison, band)
+    assert drawn is not None
+    assert drawn.band is not None
+    assert drawn.band.words.endswith("is in a band.")
+
+
+def test_colour_is_the_method_and_dashes_are_the_model(make_log, make_comparison):
+    names = ("linear", "prestero", "fossen"), ("ls", "weak")
+    comparison = make_comparison(make_log(60.0, 10.0), *names)
+    drawn = plots(comparison)
+    assert drawn is not None
+    looks = {line.name: (line.colour, line.dashes) for line in drawn.lines}
+    assert len(set(looks.values())) == 6
+    for method in names[1]:
+        assert len({looks[f"{model} by {method}"][0] for model in names[0]}) == 1
+    for model in names[0]:
+        assert len({looks[f"{model} by {method}"][1] for method in names[1]}) == 1
+    chosen = comparison.best()
+    assert looks[f"{chosen.model} by {chosen.method}"][1] == ()
+    assert [each["dashes"] for each in drawn.document["replays"]] == [
+        line.dashes for line in drawn.lines
+    ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import zipfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -9,9 +10,11 @@ from importlib import import_module
 from pathlib import Path
 
 from hydrodamp.data.formats import avl
-from hydrodamp.data.formats.content import head
+from hydrodamp.data.formats.content import content, head
 from hydrodamp.data.recording import Recording
 from hydrodamp.errors import FileError, LogError
+from hydrodamp.file_kinds import LOG, mistaken
+from hydrodamp.loading import absent, parse_yaml
 
 _HERE = "hydrodamp.data.formats"
 _HEAD = 4096
@@ -62,6 +65,7 @@ FORMATS = (
 )
 """All formats, those with a mark first."""
 
+_OURS = (".yaml", ".yml", ".json")
 _BY_MODULE = {form.module: form for form in reversed(FORMATS)}
 _FOREIGN = {
     ".xls": "a spreadsheet; save the sheet as CSV",
@@ -75,6 +79,8 @@ _FOREIGN = {
     ".pkl": "a pickle, which may run any program and is never loaded; save the numbers as Parquet",
     ".json": "JSON; save the numbers as CSV or Parquet",
     ".jsonl": "JSON; save the numbers as CSV or Parquet",
+    ".yaml": "YAML, as of a vehicle or a mapping; save the numbers as CSV or Parquet",
+    ".yml": "YAML, as of a vehicle or a mapping; save the numbers as CSV or Parquet",
 }
 
 
@@ -108,6 +114,8 @@ def format_of(path: str | Path) -> Format:
     'text in columns'
     """
     path = Path(path)
+    if not path.exists():
+        raise FileError(absent(path))
     if path.is_dir():
         raise FileError(f"{path}: is a folder; give the files in it")
     begin = head(path, _HEAD)
@@ -216,6 +224,8 @@ def _text_format(path: Path, begin: bytes, suffix: str) -> Format:
             " damaged, or another format under this name",
             source=str(path),
         )
+    if suffix in _OURS and (other := _of_ours(path)):
+        raise LogError(other)
     if suffix in _FOREIGN:
         raise LogError(f"this is {_FOREIGN[suffix]}", source=str(path))
     if _is_binary(begin) and suffix not in _BY_MODULE["delimited"].suffixes:
@@ -227,6 +237,16 @@ def _text_format(path: Path, begin: bytes, suffix: str) -> Format:
             source=str(path),
         )
     return _BY_MODULE["delimited"]
+
+
+def _of_ours(path: Path) -> str:
+    """Return what to say of a vehicle, a mapping or a result that is given as a log."""
+    try:
+        text = content(path).decode()
+        held = json.loads(text) if path.suffix.lower() == ".json" else parse_yaml(text, str(path))
+    except (ValueError, FileError, RecursionError):
+        return ""
+    return mistaken(held, str(path), LOG)
 
 
 def _is_binary(begin: bytes) -> bool:

@@ -15,6 +15,7 @@ from hydrodamp.data.formats.joining import joined
 from hydrodamp.data.formats.oddities import noted
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import FileError, LogError
+from hydrodamp.loading import absent
 
 _BAG = "metadata.yaml"
 _SUFFIXES = frozenset(suffix for form in FORMATS for suffix in form.suffixes)
@@ -83,7 +84,7 @@ def _expanded(path: Path) -> list[Path]:
     """Return the files of a folder that can be read, or the path itself."""
     if not path.is_dir() or _is_bag(path):
         if not path.exists():
-            raise FileError(f"{path}: cannot be read: No such file or directory")
+            raise FileError(absent(path))
         return [path]
     inside = [file for file in sorted(path.iterdir()) if _readable(file)]
     if not inside:

@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from hydrodamp.errors import LogError, did_you_mean
-from hydrodamp.loading import load_yaml, parse_yaml
+from hydrodamp.file_kinds import MAPPING, mistaken
+from hydrodamp.loading import load_yaml, neighbour, parse_yaml
 
 _SUFFIX = ".yaml"
 
@@ -60,7 +61,8 @@ def load(place: str | Path, beside: Path | None = None) -> tuple[object, Path | 
     FileError
         If there is no such file, or it is no YAML.
     LogError
-        If the place looks like a name and there is no such preset.
+        If the place looks like a name and there is no such preset, or the file is another
+        one of hydrodamp's than a mapping.
     """
     text = str(place)
     if isinstance(place, str) and text in presets():
@@ -68,11 +70,16 @@ def load(place: str | Path, beside: Path | None = None) -> tuple[object, Path | 
     path = Path(text) if beside is None else beside / text
     if isinstance(place, str) and "/" not in text and not Path(text).suffix and not path.exists():
         known = presets()
+        near = neighbour(path)
+        meant = did_you_mean(text, known) if near is None else f" Did you mean '{near}'?"
         raise LogError(
-            f"there is no preset '{text}'.{did_you_mean(text, known)} The presets are: "
-            f"{', '.join(known)}. A mapping file is named with its suffix"
+            f"there is no preset '{text}'.{meant} The presets are: {', '.join(known)}. A mapping "
+            "file is named with its suffix"
         )
-    return load_yaml(path), path
+    content = load_yaml(path)
+    if other := mistaken(content, str(path), MAPPING):
+        raise LogError(other)
+    return content, path
 
 
 def composed(content: dict[Any, Any], path: Path | None = None) -> dict[Any, Any]:

@@ -58,8 +58,15 @@ def form_faults(error: ValidationError) -> list[str]:
 
 
 def _sentence(fault: dict[str, Any]) -> str:
-    place = [part for part in fault["loc"] if part not in _TAGS and not _is_type(part)]
-    path, kind, given = _path(place), fault["type"], fault.get("input")
+    kind, given = fault["type"], fault.get("input")
+    loc = fault["loc"]
+    keys = {0, len(loc) - 1} if kind == "extra_forbidden" else {0}  # are keys, whatever they say
+    place = [
+        part
+        for i, part in enumerate(loc)
+        if i in keys or (part not in _TAGS and not _is_type(part))
+    ]
+    path = _path(place)
     if kind == "extra_forbidden":
         return _unknown(place)
     if path in _SAID:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -56,39 +57,20 @@ class AxisDiagnostics:
     endogeneity: Endogeneity | None
 
     @property
-    def remarks(self) -> tuple[str, ...]:
-        """What to know and to do, in sentences."""
-        return tuple(
-            sentence for sentence in (self._bias(), self._colour(), self._far()) if sentence
-        )
-
-    def _bias(self) -> str:
+    def biased(self) -> bool:
+        """Whether noise in the velocities biases a regression on this axis."""
         found = self.endogeneity
-        if found is None or found.p >= REJECTED or found.shift < SHIFTED:
-            return ""
-        return (
-            f"The noise in the velocities biases the {self.axis} axis (Durbin-Wu-Hausman p "
-            f"{_probability(found.p)}; the wrench explained moves by {100.0 * found.shift:.0f} %): "
-            "use output error, or the weak form with a longer support."
-        )
+        return found is not None and found.p < REJECTED and found.shift >= SHIFTED
 
-    def _colour(self) -> str:
-        white = self.whiteness
-        if white.p is None or white.p >= REJECTED:
-            return ""
-        return (
-            f"Residuals of the {self.axis} axis are correlated over {white.time:.2g} s (neighbours "
-            f"{white.neighbours:.2f}, Ljung-Box p {_probability(white.p)}): intervals for white "
-            "residuals would be wrong."
-        )
+    @property
+    def coloured(self) -> bool:
+        """Whether the residuals are correlated in time."""
+        return self.whiteness.p is not None and self.whiteness.p < REJECTED
 
-    def _far(self) -> str:
-        if self.outliers <= MANY:
-            return ""
-        return (
-            f"{100.0 * self.outliers:.1f} % of the residuals of the {self.axis} axis are beyond "
-            f"{FAR:g} robust standard deviations: look at the log there, or use a robust method."
-        )
+    @property
+    def spiked(self) -> bool:
+        """Whether there are more outliers than normal residuals have."""
+        return self.outliers > MANY
 
     def __str__(self) -> str:
         """Return a line for the table."""
@@ -120,8 +102,9 @@ class Diagnostics:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What to know and to do, in sentences, axis by axis."""
-        return tuple(sentence for one in self.axes for sentence in one.remarks)
+        """What to know and to do, a sentence a kind of trouble."""
+        said = (_bias(self.axes), _colour(self.axes), _spikes(self.axes))
+        return tuple(sentence for sentence in said if sentence)
 
     def as_dict(self) -> dict[str, Any]:
         """Return everything as numbers, words and lists, ready for strict JSON."""
@@ -246,8 +229,43 @@ def _explained(
     return explained
 
 
-def _probability(p: float) -> str:
-    return f"= {p:.3f}" if p >= 0.001 else "< 0.001"
+def _bias(axes: Sequence[AxisDiagnostics]) -> str:
+    where = [
+        f"{one.axis} ({100.0 * one.endogeneity.shift:.0f} %)"
+        for one in axes
+        if one.biased and one.endogeneity is not None
+    ]
+    if not where:
+        return ""
+    return (
+        f"The noise in the velocities biases {', '.join(where)}, by that share of the wrench "
+        f"explained (Durbin-Wu-Hausman, p < {REJECTED:g}): use output error, or the weak form with "
+        "a longer support."
+    )
+
+
+def _colour(axes: Sequence[AxisDiagnostics]) -> str:
+    where = [
+        f"{one.axis} (over {one.whiteness.time:.2g} s, neighbours {one.whiteness.neighbours:.2f})"
+        for one in axes
+        if one.coloured
+    ]
+    if not where:
+        return ""
+    return (
+        f"Residuals are correlated in time on {', '.join(where)} (Ljung-Box, p < {REJECTED:g}): "
+        "intervals for white residuals would be wrong."
+    )
+
+
+def _spikes(axes: Sequence[AxisDiagnostics]) -> str:
+    where = [f"{one.axis} ({100.0 * one.outliers:.1f} %)" for one in axes if one.spiked]
+    if not where:
+        return ""
+    return (
+        f"Many residuals are beyond {FAR:g} robust standard deviations on {', '.join(where)}: look "
+        "at the log there, or use a robust method."
+    )
 
 
 def _cell(p: float | None) -> str:

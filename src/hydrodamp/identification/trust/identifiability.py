@@ -149,8 +149,9 @@ class Identifiability:
             },
         }
 
-    def __str__(self) -> str:
-        """Return a table of the axes, then the groups and the labels by grade."""
+    @property
+    def summary(self) -> str:
+        """A table of the axes, then the groups."""
         counts = Counter(self.grades.values())
         total = ", ".join(f"{counts[grade]} {grade.word}" for grade in Grade)
         head = f"{'axis':<5}{'rank':>4}{'':<8}{'condition':>10}{'predicted':>12}"
@@ -159,7 +160,12 @@ class Identifiability:
         lines += [f"not told apart: {' '.join(group)}" for group in self.groups[:_MOST_GROUPS]]
         if (more := len(self.groups) - _MOST_GROUPS) > 0:
             lines.append(f"and {more} more groups")
-        return "\n".join([*lines, *(_listed(self, grade) for grade in Grade if counts[grade])])
+        return "\n".join(lines)
+
+    def __str__(self) -> str:
+        """Return the summary, then the labels by grade."""
+        there = [grade for grade in Grade if grade in self.grades.values()]
+        return "\n".join([self.summary, *(_listed(self, grade) for grade in there)])
 
 
 _MOST_GROUPS = 4
@@ -172,7 +178,8 @@ _MOST_LABELS = 36
 def identifiability(
     problem: Problem,
     model: DampingModel,
-    covariance: FloatArray | None = None,
+    covariance: FloatArray | Uncertainty | None = None,
+    coefficients: FloatArray | None = None,
     *,
     span: float = SPAN,
 ) -> Identifiability:
@@ -191,10 +198,13 @@ def identifiability(
         Vehicle and log.
     model : DampingModel
         Which terms.
-    covariance : ndarray, shape (n_coefficients, n_coefficients), optional
+    covariance : ndarray, shape (n_coefficients, n_coefficients), or Uncertainty, optional
         Of the estimator in use, in the order of the labels of the model on the free
-        axes. By default that of the weak form, from the noise that the model and the
-        terms of Gertler and Hagen together leave over.
+        axes; an array is taken as exact. By default that of the weak form, from the noise
+        that the model and the terms of Gertler and Hagen together leave over.
+    coefficients : ndarray, shape (n_coefficients,), optional
+        Of the estimator in use, against which the intervals are narrow or not. By default
+        those of the weak form.
     span : float
         Length of the test functions of the weak form [s]: some time constants of the
         vehicle.
@@ -207,7 +217,7 @@ def identifiability(
     Raises
     ------
     MethodError
-        If the covariance has another shape, or the log is too short.
+        If covariance or coefficients have another shape, or the log is too short.
 
     Examples
     --------
@@ -220,37 +230,54 @@ def identifiability(
     (12, 2)
     """
     free = model.restricted_to(problem.vehicle.axes)
-    _check(covariance, free)
+    known = _known(covariance)
+    _check(known, coefficients, free)
     seen = excitation(problem, free, span)
-    half = _half_widths(seen, covariance)
+    half = _half_widths(seen, known)
     ends = np.cumsum([0, *map(len, free.terms)]).tolist()
     return Identifiability(
         free,
         tuple(
-            _axis(seen, axis, free.labels[start:stop], half[start:stop])
+            _axis(
+                seen,
+                axis,
+                free.labels[start:stop],
+                half[start:stop],
+                None if coefficients is None else coefficients[start:stop],
+            )
             for axis, (start, stop) in enumerate(itertools.pairwise(ends))
             if stop > start
         ),
     )
 
 
-def _check(covariance: FloatArray | None, model: DampingModel) -> None:
+def _known(covariance: FloatArray | Uncertainty | None) -> Uncertainty | None:
+    if covariance is None or isinstance(covariance, Uncertainty):
+        return covariance
+    return Uncertainty(covariance, np.inf, "the covariance given")
+
+
+def _check(known: Uncertainty | None, coefficients: FloatArray | None, model: DampingModel) -> None:
     n = model.n_coefficients
-    if covariance is not None and np.shape(covariance) != (n, n):
-        raise MethodError(
-            f"`covariance` must have shape ({n}, {n}), a row for every coefficient of "
-            f"'{model.key}' on the free axes; got {np.shape(covariance)}"
-        )
+    covariance = None if known is None else known.covariance
+    for name, value, shape in (
+        ("covariance", covariance, (n, n)),
+        ("coefficients", coefficients, (n,)),
+    ):
+        if value is not None and value.shape != shape:
+            raise MethodError(
+                f"`{name}` must have shape {shape}, in the order of the coefficients of "
+                f"'{model.key}' on the free axes; got {value.shape}"
+            )
 
 
-def _half_widths(seen: Excitation, covariance: FloatArray | None) -> FloatArray:
+def _half_widths(seen: Excitation, known: Uncertainty | None) -> FloatArray:
     """Return half the width of the 95 % interval of each coefficient, from noise alone.
 
     What a log determines is a matter of its noise and its manoeuvres, not of whether the
     form of the model is right.
     """
-    if covariance is not None:
-        known = Uncertainty(covariance, np.inf, "the covariance given")
+    if known is not None:
         return known.reach() * known.standard_errors
     influence = least_squares_influence(seen.rows, seen.model)
     known = rows_covariance(seen.rows, influence, seen.model, seen.reference)
@@ -259,7 +286,11 @@ def _half_widths(seen: Excitation, covariance: FloatArray | None) -> FloatArray:
 
 
 def _axis(
-    seen: Excitation, axis: int, labels: tuple[str, ...], half: FloatArray
+    seen: Excitation,
+    axis: int,
+    labels: tuple[str, ...],
+    half: FloatArray,
+    coefficients: FloatArray | None,
 ) -> AxisIdentifiability:
     rows = seen.rows
     columns = [rows.basis.index(term) for term in seen.model.terms[axis]]
@@ -267,7 +298,7 @@ def _axis(
     alike = collinearity(design, labels)
     weights = alike.span.coefficients @ alike.span.directions.T
     evidence = Evidence(
-        coefficient=weights @ rows.target[:, axis],
+        coefficient=weights @ rows.target[:, axis] if coefficients is None else coefficients,
         half=half,
         size=np.sqrt(np.mean(design**2, axis=0)),
         sound=np.einsum("mn,nm->m", weights, seen.quiet[:, columns]),

@@ -13,16 +13,8 @@ from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.uncertainty.intervals import Uncertainty
 from hydrodamp.models.model import DampingModel
-from hydrodamp.report.figures.look import (
-    COLUMN,
-    FAINT,
-    PAGE,
-    colour_of,
-    in_our_look,
-    mark_of,
-    settle,
-    sheet,
-)
+from hydrodamp.report.figures.apart import colour_of, mark_of
+from hydrodamp.report.figures.look import COLUMN, FAINT, PAGE, in_our_look, settle, sheet
 from hydrodamp.report.figures.scales import SignedScale
 from hydrodamp.report.figures.symbols import coefficient_symbol, plain, shortened, wrench_unit
 

@@ -8,16 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hydrodamp.errors import MethodError
-from hydrodamp.report.figures.look import (
-    COLUMN,
-    FAINT,
-    colour_of,
-    in_our_look,
-    mark_of,
-    settle,
-    sheet,
-)
+from hydrodamp.report.figures.apart import colour_of, mark_of
+from hydrodamp.report.figures.look import COLUMN, FAINT, in_our_look, settle, sheet
 from hydrodamp.report.figures.scales import round_ticks
+from hydrodamp.report.figures.spacing import Columns, columns_of, limits_of, pushed_apart
 from hydrodamp.report.figures.symbols import plain, shortened
 from hydrodamp.validation.comparison import Comparison, Row
 from hydrodamp.validation.front import front
@@ -53,7 +47,8 @@ def front_figure(comparison: Comparison) -> Figure:
     -------
     figure : Figure
         One column wide, both scales logarithmic. The line joins the rows that no other
-        beats in both; models are named above.
+        beats in both. Models are named above their columns; those of the same number of
+        coefficients stand side by side.
 
     Raises
     ------
@@ -72,8 +67,9 @@ def front_figure(comparison: Comparison) -> Figure:
     panel.set_ylim(low, top)
     round_ticks(panel.yaxis, low, high)
     best = [row for row in front(comparison) if row.n_coefficients]
+    columns = columns_of(rows)
     panel.plot(
-        [row.n_coefficients for row in best],
+        [_column(row, columns) for row in best],
         [row.rms or 0.0 for row in best],
         drawstyle="steps-post",
         color=FAINT,
@@ -81,9 +77,9 @@ def front_figure(comparison: Comparison) -> Figure:
         zorder=2.0,
     )
     for row in rows:
-        _mark(panel, row, lane)
+        _mark(panel, row, _column(row, columns), lane)
     _draw_lane(panel, lane)
-    _name_models(panel, rows)
+    _name_models(panel, columns)
     panel.set_xlabel("number of coefficients")
     panel.set_ylabel(f"RMS error, eq. 24 [m/s and {comparison.rate_unit}/s]")
     settle(panel)
@@ -114,11 +110,15 @@ def _limits(errors: Sequence[float], lane: Lane) -> tuple[float, float, float]:
     return low, high, low * (high / low) ** (1.0 / share)
 
 
-def _mark(panel: Axes, row: Row, lane: Lane) -> None:
+def _column(row: Row, columns: Columns) -> float:
+    return columns[row.n_coefficients, row.model]
+
+
+def _mark(panel: Axes, row: Row, column: float, lane: Lane) -> None:
     colour = colour_of(row.method)
     if row.rms is None:
         panel.plot(
-            [row.n_coefficients],
+            [column],
             [lane[row.method]],
             "x",
             color=colour,
@@ -129,7 +129,7 @@ def _mark(panel: Axes, row: Row, lane: Lane) -> None:
         )
         return
     panel.plot(
-        [row.n_coefficients],
+        [column],
         [max(row.rms, panel.get_ylim()[0])],
         mark_of(row.method),
         color=colour,
@@ -155,24 +155,19 @@ def _draw_lane(panel: Axes, lane: Lane) -> None:
     panel.text(0.01, middle, "no error", transform=panel.transAxes, **style)
 
 
-def _name_models(panel: Axes, rows: Sequence[Row]) -> None:
-    """Write the models above their numbers of coefficients, pushed apart where they meet."""
-    sizes: dict[int, list[str]] = {}
-    for row in rows:
-        names = sizes.setdefault(row.n_coefficients, [])
-        if row.model not in names:
-            names.append(row.model)
-    low, high = min(sizes), max(sizes)
-    panel.set_xlim(low / 1.35, high * 1.25)
-    first, last = np.log(panel.get_xlim())
-    ordered = [(size, name) for size in sorted(sizes) for name in sizes[size]]
-    at = [float((np.log(size) - first) / (last - first)) for size, _ in ordered]
-    for (size, name), place, moved in zip(ordered, at, _pushed_apart(at), strict=True):
+def _name_models(panel: Axes, columns: Columns) -> None:
+    """Write the models above their columns, pushed apart where they meet."""
+    limits = limits_of(size for size, _ in columns)
+    panel.set_xlim(*limits)
+    first, last = np.log(limits)
+    at = [float((np.log(column) - first) / (last - first)) for column in columns.values()]
+    moved = pushed_apart(at, _APART)
+    for (_, name), column, place, aside in zip(columns, columns.values(), at, moved, strict=True):
         panel.annotate(
             plain(shortened(name, _NAME)),
             (place, 1.0),
             xycoords="axes fraction",
-            xytext=(moved, 1.05),
+            xytext=(aside, 1.05),
             textcoords="axes fraction",
             rotation=90,
             ha="center",
@@ -187,25 +182,9 @@ def _name_models(panel: Axes, rows: Sequence[Row]) -> None:
             },
             annotation_clip=False,
         )
-        panel.axvline(size, color="#e4e4e4", linewidth=0.5, zorder=0.6)
+        panel.axvline(column, color="#e4e4e4", linewidth=0.5, zorder=0.6)
     panel.grid(visible=False, axis="x", which="both")
-    round_ticks(panel.xaxis, low / 1.35, high * 1.25)
-
-
-def _pushed_apart(places: Sequence[float]) -> list[float]:
-    """Return places, rising, at least so far apart, as near as can be to where they were."""
-    shift = np.arange(len(places)) * _APART
-    wanted = np.asarray(places) - shift
-    # Pool adjacent violators: means of blocks, until they rise.
-    blocks: list[list[float]] = []
-    for value in wanted.tolist():
-        blocks.append([value])
-        while len(blocks) > 1 and np.mean(blocks[-2]) > np.mean(blocks[-1]):
-            last = blocks.pop()
-            blocks[-1] += last
-    level = np.concatenate([np.full(len(block), np.mean(block)) for block in blocks])
-    moved: list[float] = (level + shift).tolist()
-    return moved
+    round_ticks(panel.xaxis, *limits)
 
 
 def _legend(figure: Figure, rows: Sequence[Row]) -> None:

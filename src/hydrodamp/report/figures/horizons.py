@@ -2,21 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from hydrodamp.errors import MethodError
-from hydrodamp.report.figures.look import (
-    COLUMN,
-    FAINT,
-    Dashes,
-    colour_of,
-    dashes_of,
-    in_our_look,
-    mark_of,
-    settle,
-    sheet,
-)
+from hydrodamp.report.figures.apart import SAMPLE, Look, looks_of
+from hydrodamp.report.figures.look import COLUMN, FAINT, in_our_look, settle, sheet
 from hydrodamp.report.figures.scales import round_ticks
 from hydrodamp.report.figures.symbols import plain, shortened
 from hydrodamp.simulation.horizons import Horizon, HorizonScore, HorizonScores
@@ -33,7 +24,9 @@ _LANE = 0.35
 
 
 @in_our_look
-def horizons_figure(scores: Mapping[tuple[str, str], HorizonScores]) -> Figure:
+def horizons_figure(
+    scores: Mapping[tuple[str, str], HorizonScores], models: Sequence[str] = ()
+) -> Figure:
     """Draw the RMS error at each horizon.
 
     Parameters
@@ -42,11 +35,15 @@ def horizons_figure(scores: Mapping[tuple[str, str], HorizonScores]) -> Figure:
         All on the same log. Horizons stand at equal distances, the shortest first. Where
         a window diverged there is no error: a cross at the top, in the order of the
         legend, says how many did.
+    models : sequence of str, optional
+        The models that take dashes first, in this order; by default they take them as they
+        come, the first a solid line.
 
     Returns
     -------
     figure : Figure
-        One column wide, errors on a logarithmic scale.
+        One column wide, errors on a logarithmic scale. Colour and marker are the method,
+        dashes are the model.
 
     Raises
     ------
@@ -69,11 +66,10 @@ def horizons_figure(scores: Mapping[tuple[str, str], HorizonScores]) -> Figure:
     panel.set_ylabel(f"RMS error, eq. 24\n[m/s and {found[0].score.rate_unit}/s]")
     settle(panel)
     lane = _lane_of(scores)
-    dashes = dashes_of([method for _, method in scores])
-    for pair, dash in zip(scores, dashes, strict=True):
-        _draw(panel, scores[pair], horizons, pair, dash, lane.get(pair))
+    for pair, look in zip(scores, looks_of(list(scores), models), strict=True):
+        _draw(panel, scores[pair], horizons, pair, look, lane.get(pair))
     _make_room(panel, [one.score.rms for one in found if one.score.rms], len(lane))
-    figure.legend(loc="outside upper left", labelspacing=0.25)
+    figure.legend(loc="outside upper left", labelspacing=0.25, handlelength=SAMPLE)
     return figure
 
 
@@ -102,20 +98,18 @@ def _draw(
     scores: HorizonScores,
     horizons: list[Horizon],
     pair: Pair,
-    dashes: Dashes,
+    look: Look,
     row: float | None,
 ) -> None:
-    model, method = pair
-    colour = colour_of(method)
     ordered = sorted(scores.scores, key=lambda one: _length(one.horizon))
     places = [horizons.index(one.horizon) for one in ordered]
     errors = [float("nan") if one.score.rms is None else one.score.rms for one in ordered]
-    label = plain(shortened(f"{model} by {method}", 44))
-    (line,) = panel.plot(places, errors, linestyle=dashes, color=colour, label=label)
-    line.set(marker=mark_of(method), markersize=4.0)
+    label = plain(shortened(" by ".join(pair), 44))
+    (line,) = panel.plot(places, errors, linestyle=look.linestyle, color=look.colour, label=label)
+    line.set(marker=look.marker, markersize=4.0)
     for place, one in zip(places, ordered, strict=True):
         if row is not None and one.n_diverged:
-            _cross(panel, place, one, colour, row)
+            _cross(panel, place, one, look.colour, row)
 
 
 def _cross(panel: Axes, place: int, one: HorizonScore, colour: str, height: float) -> None:

@@ -1,16 +1,10 @@
-"""The one look of all figures: sizes, type, colours; the same colour for a method everywhere.
-
-The colours are those of M. Okabe and K. Ito, "Color Universal Design" (2002), for what is
-compared most, and of P. Tol's "muted" scheme (SRON/EPS/TN/09-002) for the rest; both are
-made for eyes that confuse red and green. Markers tell methods apart in grey.
-"""
+"""The one look of all figures: sizes, type, lines. What tells rows apart is in ``apart``."""
 
 from __future__ import annotations
 
 import functools
-import zlib
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, Literal, ParamSpec
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, ParamSpec
 
 from hydrodamp.errors import MethodError
 
@@ -37,37 +31,6 @@ SERIES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 
 BAND = 0.22
 """Opacity of a band behind its line."""
-
-Dashes = Literal["-"] | tuple[float, tuple[float, ...]]
-"""How matplotlib takes the dashes of a line."""
-
-_DASHES: tuple[Dashes, ...] = (
-    "-",
-    (0.0, (4.0, 1.2)),
-    (0.0, (1.2, 1.2)),
-    (0.0, (5.0, 1.0, 1.0, 1.0)),
-)
-
-_METHODS = {
-    "recommended": ("#D55E00", "o"),
-    "ls": ("#0072B2", "s"),
-    "ai": ("#E69F00", "^"),
-    "ai-scaled": ("#CC79A7", "v"),
-    "oe": ("#009E73", "D"),
-    "weak": ("#56B4E9", "P"),
-    "gls": ("#332288", "X"),
-    "ridge": ("#999933", "<"),
-    "dissipative": ("#882255", ">"),
-    "smooth": ("#117733", "p"),
-    "ls-sg": ("#44AA99", "h"),
-    "ls-cv": ("#6A8FC5", "H"),
-    "ai-robust": ("#AA4499", "d"),
-    "rls": ("#8C510A", "8"),
-}
-"""Colour and marker of each method of the command line."""
-
-_OTHERS = (("#CC6677", "*"), ("#5E4FA2", "1"), ("#B8860B", "2"), ("#4D4D4D", "3"))
-"""Of methods under any other key."""
 
 _STYLE = {
     "font.family": "DejaVu Sans",
@@ -116,71 +79,6 @@ _KINDS = (
 )
 _DRAWN_BY = tuple(f"{kind}." for kind in _KINDS.split(" "))
 """Settings of matplotlib that change what a figure looks like."""
-
-
-def colour_of(method: str) -> str:
-    """Return the colour of a method, the same in every figure and in the report.
-
-    Parameters
-    ----------
-    method : str
-        Its key; any other word has a colour too, always the same.
-
-    Returns
-    -------
-    colour : str
-        As ``#rrggbb``, to stand on white.
-
-    Examples
-    --------
-    >>> colour_of("ls"), colour_of("mine") == colour_of("mine")
-    ('#0072B2', True)
-    """
-    return _looks(method)[0]
-
-
-def mark_of(method: str) -> str:
-    """Return the marker of a method, as matplotlib spells it.
-
-    Parameters
-    ----------
-    method : str
-        Its key.
-
-    Returns
-    -------
-    marker : str
-        Its own for every method of the command line.
-
-    Examples
-    --------
-    >>> mark_of("ls")
-    's'
-    """
-    return _looks(method)[1]
-
-
-def dashes_of(methods: Sequence[str]) -> list[Dashes]:
-    """Return the dashes of lines whose colour is that of their method.
-
-    Parameters
-    ----------
-    methods : sequence of str
-        The method of each line.
-
-    Returns
-    -------
-    dashes : list
-        As matplotlib takes them: solid for the first line of a method, others for the
-        next, so that two models by one method are told apart.
-
-    Examples
-    --------
-    >>> [one == "-" for one in dashes_of(["ls", "ai", "ls"])]
-    [True, True, False]
-    """
-    ranks = [methods[:place].count(method) for place, method in enumerate(methods)]
-    return [_DASHES[rank % len(_DASHES)] for rank in ranks]
 
 
 def in_our_look(draw: Callable[Given, Figure]) -> Callable[Given, Figure]:
@@ -287,10 +185,3 @@ def settle(axes: Axes) -> None:
         Drawn in, now or later.
     """
     axes.tick_params(which="both", labelsize=_STYLE["xtick.labelsize"], width=0.6, color="#555555")
-
-
-def _looks(method: str) -> tuple[str, str]:
-    """Return colour and marker; the check sum of an unknown key chooses among the others."""
-    if method in _METHODS:
-        return _METHODS[method]
-    return _OTHERS[zlib.crc32(method.encode()) % len(_OTHERS)]

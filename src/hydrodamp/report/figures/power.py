@@ -13,17 +13,8 @@ from hydrodamp.identification.dissipation.operating_box import OperatingBox
 from hydrodamp.identification.dissipation.power import WorstPower, worst_power
 from hydrodamp.identification.dissipation.power_range import PowerRange, power_range
 from hydrodamp.identification.fit import Fit
-from hydrodamp.report.figures.look import (
-    BAND,
-    COLUMN,
-    FAINT,
-    Dashes,
-    colour_of,
-    dashes_of,
-    in_our_look,
-    settle,
-    sheet,
-)
+from hydrodamp.report.figures.apart import SAMPLE, Look, looks_of
+from hydrodamp.report.figures.look import BAND, COLUMN, FAINT, in_our_look, settle, sheet
 from hydrodamp.report.figures.symbols import plain, shortened, shown, velocity_label
 from hydrodamp.simulation.score import RateUnit
 
@@ -77,11 +68,10 @@ def power_figure(fits: Iterable[Fit], box: OperatingBox, rate_unit: RateUnit = "
     panels = dict(zip(names, grid.ravel(), strict=False))
     for empty in grid.ravel()[len(names) :]:
         empty.remove()
-    dashes = dashes_of([fit.method for fit in usable])
+    looks = looks_of([(fit.model.key, fit.method) for fit in usable])
     worst = [worst_power(fit.damping, box) for fit in usable]
     for name, panel in panels.items():
-        for fit, dash in zip(usable, dashes, strict=True):
-            look = colour_of(fit.method), dash
+        for fit, look in zip(usable, looks, strict=True):
             _draw(panel, power_range(fit.damping, box, name), name, look, rate_unit)
         panel.axhline(0.0, color=FAINT, linewidth=0.9)
         panel.margins(x=0.0)
@@ -89,16 +79,14 @@ def power_figure(fits: Iterable[Fit], box: OperatingBox, rate_unit: RateUnit = "
         settle(panel)
     _shade(list(panels.values()))
     figure.supylabel("power into the motion [W]", fontsize=7.5)
-    _legend(figure, usable, worst, dashes)
+    _legend(figure, usable, worst, looks)
     return figure
 
 
-def _draw(
-    panel: Axes, found: PowerRange, name: str, look: tuple[str, Dashes], rate_unit: RateUnit
-) -> None:
+def _draw(panel: Axes, found: PowerRange, name: str, look: Look, rate_unit: RateUnit) -> None:
     column = np.zeros((len(found.velocity), 6))
     column[:, VELOCITIES.index(name)] = found.velocity
-    velocity, (colour, dashes) = shown(column, name, rate_unit), look
+    velocity, colour, dashes = shown(column, name, rate_unit), look.colour, look.linestyle
     panel.fill_between(
         velocity, found.least, found.greatest, color=colour, alpha=BAND, linewidth=0.0
     )
@@ -115,14 +103,14 @@ def _shade(panels: list[Axes]) -> None:
         panel.set_ylim(low, high)
 
 
-def _legend(figure: Figure, fits: list[Fit], worst: list[WorstPower], dashes: list[Dashes]) -> None:
+def _legend(figure: Figure, fits: list[Fit], worst: list[WorstPower], looks: list[Look]) -> None:
     from matplotlib.lines import Line2D
 
     handles = [
-        Line2D([], [], color=colour_of(fit.method), linestyle=dash, label=_said(fit, most))
-        for fit, most, dash in zip(fits, worst, dashes, strict=True)
+        Line2D([], [], color=look.colour, linestyle=look.linestyle, label=_said(fit, most))
+        for fit, most, look in zip(fits, worst, looks, strict=True)
     ]
-    figure.legend(handles=handles, loc="outside upper left", labelspacing=0.25)
+    figure.legend(handles=handles, loc="outside upper left", labelspacing=0.25, handlelength=SAMPLE)
 
 
 def _said(fit: Fit, worst: WorstPower) -> str:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,16 +11,9 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.axes import VELOCITY_OF
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
+from hydrodamp.report.figures.apart import SAMPLE, Look, looks_of
 from hydrodamp.report.figures.joins import mark_segments
-from hydrodamp.report.figures.look import (
-    BAND,
-    MEASURED,
-    Dashes,
-    colour_of,
-    dashes_of,
-    in_our_look,
-    stacked,
-)
+from hydrodamp.report.figures.look import BAND, MEASURED, in_our_look, stacked
 from hydrodamp.report.figures.symbols import plain, shortened, shown, velocity_label
 from hydrodamp.report.figures.traces import clock, ribbon, trace
 from hydrodamp.report.numbers import error_size
@@ -45,15 +38,10 @@ _LEGEND = 60
 """Letters of a line of the legend."""
 
 
-class Look(NamedTuple):
-    """How a replay is drawn."""
-
-    colour: str
-    dashes: Dashes
-
-
 @in_our_look
-def replays_figure(rows: Iterable[Row], bands: Bands | None = None) -> Figure:
+def replays_figure(
+    rows: Iterable[Row], bands: Bands | None = None, models: Sequence[str] = ()
+) -> Figure:
     """Draw measured velocities and replays of chosen rows: figures 4 and 5 of the paper.
 
     Parameters
@@ -64,12 +52,16 @@ def replays_figure(rows: Iterable[Row], bands: Bands | None = None) -> Figure:
         without a replay is named. Angular rates have the unit of the scores.
     bands : mapping of (model, method) to PredictionBand, optional
         Of some of them, on the same log.
+    models : sequence of str, optional
+        The models that take dashes first, in this order; by default they take them as they
+        come, the first a solid line.
 
     Returns
     -------
     figure : Figure
-        One column wide, a panel for each free velocity. Panels reach to the measurements
-        and somewhat beyond; what leaves them is far off.
+        One column wide, a panel for each free velocity. Colour is the method, dashes are the
+        model. Panels reach to the measurements and somewhat beyond; what leaves them is far
+        off.
 
     Raises
     ------
@@ -82,7 +74,7 @@ def replays_figure(rows: Iterable[Row], bands: Bands | None = None) -> Figure:
     log, axes = _common(trajectories, known)
     names = [VELOCITY_OF[axis] for axis in axes]
     figure, panels = stacked(len(names), each=0.78, extra=0.75 + 0.13 * len(chosen))
-    looks = _looks(chosen)
+    looks = looks_of([(row.model, row.method) for row in chosen], models)
     for panel, name in zip(panels, names, strict=True):
         _draw(panel, log, name, list(zip(chosen, looks, strict=True)), known)
     mark_segments(panels, log)
@@ -105,7 +97,7 @@ def _draw(panel: Axes, log: Log, name: str, rows: list[tuple[Row, Look]], bands:
             area = panel.fill_between(*ribbon(log, *ends), facecolor=(look.colour, BAND))
             area.set(edgecolor=(look.colour, _EDGE), linewidth=0.4)
     for place, (run, values, look) in enumerate(lines):
-        (line,) = panel.plot(*trace(log, values), color=look.colour, linestyle=look.dashes)
+        (line,) = panel.plot(*trace(log, values), color=look.colour, linestyle=look.linestyle)
         line.set(linewidth=0.8, zorder=3.5 - 0.5 * place / len(lines))
         for time, value in _ends(run, values):
             panel.plot(
@@ -138,12 +130,6 @@ def _common(trajectories: list[Trajectory], bands: Bands) -> tuple[Log, tuple[st
     return first.log, first.axes
 
 
-def _looks(rows: tuple[Row, ...]) -> list[Look]:
-    methods = [row.method for row in rows]
-    dashes = dashes_of(methods)
-    return [Look(colour_of(key), dash) for key, dash in zip(methods, dashes, strict=True)]
-
-
 def _ends(trajectory: Trajectory, values: FloatArray) -> list[tuple[float, float]]:
     """Return the last sample before every divergence."""
     time, lost = clock(trajectory.log), {name for name, _ in trajectory.diverged}
@@ -172,9 +158,11 @@ def _legend(figure: Figure, rows: tuple[Row, ...], looks: list[Look], bands: Ban
     handles = [Line2D([], [], color=MEASURED, linewidth=1.1, label="measured")]
     for row, look in zip(rows, looks, strict=True):
         label = plain(shortened(_said(row, bands), _LEGEND))
-        dashes = "none" if row.trajectory is None else look.dashes
+        dashes = "none" if row.trajectory is None else look.linestyle
         handles.append(Line2D([], [], color=look.colour, linestyle=dashes, label=label))
-    figure.legend(handles=handles, loc="outside upper left", ncols=1, labelspacing=0.25)
+    figure.legend(
+        handles=handles, loc="outside upper left", ncols=1, labelspacing=0.25, handlelength=SAMPLE
+    )
 
 
 def _said(row: Row, bands: Bands) -> str:

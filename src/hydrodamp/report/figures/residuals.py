@@ -18,16 +18,8 @@ from hydrodamp.identification.trust.residual_series import (
     series,
     white_reach,
 )
-from hydrodamp.report.figures.look import (
-    COLUMN,
-    FAINT,
-    Dashes,
-    colour_of,
-    dashes_of,
-    in_our_look,
-    settle,
-    sheet,
-)
+from hydrodamp.report.figures.apart import SAMPLE, Look, looks_of
+from hydrodamp.report.figures.look import COLUMN, FAINT, in_our_look, settle, sheet
 from hydrodamp.report.figures.symbols import plain, shortened
 from hydrodamp.simulation.problem import Problem
 
@@ -59,8 +51,8 @@ def residuals_figure(problem: Problem, fits: Iterable[Fit], support: float | Non
     Returns
     -------
     figure : Figure
-        One column wide. Correlations of white residuals would stay in the grey band at
-        nineteen lags of twenty.
+        One column wide. Colour is the method, dashes are the model. Correlations of white
+        residuals would stay in the grey band at nineteen lags of twenty.
 
     Raises
     ------
@@ -76,12 +68,11 @@ def residuals_figure(problem: Problem, fits: Iterable[Fit], support: float | Non
     axes = [axis for axis in range(6) if any(fit.model.terms[axis] for fit in usable)]
     figure = sheet(COLUMN, 0.72 * len(axes) + 0.9 + 0.13 * len(usable))
     panels = figure.subplots(len(axes), 2, sharex="col", squeeze=False)
-    methods = [fit.method for fit in usable]
-    looks = list(zip(map(colour_of, methods), dashes_of(methods), strict=True))
+    looks = looks_of([(fit.model.key, fit.method) for fit in usable])
     for axis, (lags, spectrum) in zip(axes, panels, strict=True):
         for one, fit, look in zip(left, usable, looks, strict=True):
             if fit.model.terms[axis]:
-                _draw(lags, spectrum, series(one[:, axis], rows.segment, length), *look)
+                _draw(lags, spectrum, series(one[:, axis], rows.segment, length), look)
         _finish(lags, spectrum, AXES[axis], white_reach(rows.n))
     panels[-1, 0].set_xlabel("lag [s]")
     panels[-1, 1].set_xlabel("frequency [Hz]")
@@ -91,7 +82,8 @@ def residuals_figure(problem: Problem, fits: Iterable[Fit], support: float | Non
     return figure
 
 
-def _draw(lags: Axes, spectrum: Axes, found: ResidualSeries, colour: str, dashes: Dashes) -> None:
+def _draw(lags: Axes, spectrum: Axes, found: ResidualSeries, look: Look) -> None:
+    colour, dashes = look.colour, look.linestyle
     lags.plot(found.lag, found.correlation, color=colour, linestyle=dashes)
     seen = found.density > 0.0
     spectrum.plot(found.frequency[seen], found.density[seen], color=colour, linestyle=dashes)
@@ -124,16 +116,16 @@ def _decades(panel: Axes) -> None:
     panel.set_yticks([], minor=True)
 
 
-def _legend(figure: Figure, fits: list[Fit], looks: list[tuple[str, Dashes]]) -> None:
+def _legend(figure: Figure, fits: list[Fit], looks: list[Look]) -> None:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
     handles: list[Line2D | Patch] = [
-        Line2D([], [], color=colour, linestyle=dashes, label=_said(fit))
-        for fit, (colour, dashes) in zip(fits, looks, strict=True)
+        Line2D([], [], color=look.colour, linestyle=look.linestyle, label=_said(fit))
+        for fit, look in zip(fits, looks, strict=True)
     ]
     handles.append(Patch(facecolor="#dcdcdc", edgecolor="none", label="white residuals, 95 %"))
-    figure.legend(handles=handles, loc="outside upper left", labelspacing=0.25)
+    figure.legend(handles=handles, loc="outside upper left", labelspacing=0.25, handlelength=SAMPLE)
 
 
 def _said(fit: Fit) -> str:

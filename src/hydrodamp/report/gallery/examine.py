@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from importlib.util import find_spec
 
 from hydrodamp.data.log import Log
 from hydrodamp.errors import HydrodampError
-from hydrodamp.identification.trust.identifiability import Identifiability, identifiability
+from hydrodamp.identification.trust.grading import graded
+from hydrodamp.identification.trust.identifiability import Identifiability
+from hydrodamp.report.gallery.bands_of_rows import affordable_bands
 from hydrodamp.report.gallery.findings import Findings, chosen_row
 from hydrodamp.report.gallery.of_the_adaptation import sketches_of_adaptation
 from hydrodamp.report.gallery.of_the_data import sketches_of_data
 from hydrodamp.report.gallery.of_the_fit import sketches_of_fit
-from hydrodamp.report.gallery.of_the_replays import sketches_of_replays
+from hydrodamp.report.gallery.of_the_replays import best_of_each_method, sketches_of_replays
 from hydrodamp.report.gallery.picture import Gallery, Sketch, painted
 from hydrodamp.report.gallery.words import sentence
 from hydrodamp.simulation.problem import Problem, prepare
@@ -48,7 +50,7 @@ def examine(
     train: Log,
     reach: Callable[[str, int, int], None] | None = None,
 ) -> Findings:
-    """Grade the coefficients of the chosen row and draw its pictures.
+    """Grade the coefficients of the chosen row, band its replay and draw its pictures.
 
     Parameters
     ----------
@@ -60,21 +62,35 @@ def examine(
         What was identified from.
     reach : callable, optional
         Called as pictures are drawn, for a progress bar: see
-        :func:`hydrodamp.report.gallery.picture.painted`.
+        :func:`hydrodamp.report.gallery.picture.painted`; before them of no known number.
 
     Returns
     -------
     findings : Findings
         What could be found, and why the rest could not. Without matplotlib there
-        are grades alone.
+        are no pictures.
     """
     row = chosen_row(comparison)
-    problem = None if row is None else prepare(vehicle, train, row.fit.model)
-    grades, not_graded = (None, "") if problem is None or row is None else _graded(problem, row)
-    if not drawable():
-        return Findings(grades, Gallery((), (sentence(MISSING),)), not_graded)
-    sketches = list(_sketches(comparison, vehicle, train, row, problem, grades))
-    return Findings(grades, painted(sketches, reach), not_graded)
+    if row is None:
+        return Findings(
+            gallery=_gallery(_sketches_of_logs(comparison, vehicle, train, None), reach)
+        )
+    problem = prepare(vehicle, train, row.fit.model)
+    grades, not_graded = _graded(problem, row)
+    if reach is not None:
+        reach("bands of replays", 0, 0)
+    bands = affordable_bands(vehicle, best_of_each_method(comparison, row))
+    sketches = [
+        *sketches_of_fit(problem, row.fit, grades, comparison.rate_unit),
+        *sketches_of_replays(comparison, vehicle, row, bands),
+        *_sketches_of_logs(comparison, vehicle, train, row),
+    ]
+    band = bands.get((row.model, row.method))
+    return Findings(grades, _gallery(sketches, reach), not_graded, band)
+
+
+def _gallery(sketches: list[Sketch], reach: Callable[[str, int, int], None] | None) -> Gallery:
+    return painted(sketches, reach) if drawable() else Gallery((), (sentence(MISSING),))
 
 
 def _graded(problem: Problem, row: Row) -> tuple[Identifiability | None, str]:
@@ -82,22 +98,16 @@ def _graded(problem: Problem, row: Row) -> tuple[Identifiability | None, str]:
     if not row.n_coefficients:
         return None, ""
     try:
-        return identifiability(problem, row.fit.model), ""
+        return graded(problem, row.fit), ""
     except HydrodampError as error:
         return None, sentence(f"What the log determines is not known: {error}")
 
 
-def _sketches(
-    comparison: Comparison,
-    vehicle: Vehicle,
-    train: Log,
-    row: Row | None,
-    problem: Problem | None,
-    grades: Identifiability | None,
-) -> Iterator[Sketch]:
-    """Return all pictures, in the order in which they are looked at."""
-    if row is not None and problem is not None:
-        yield from sketches_of_fit(problem, row.fit, grades, comparison.rate_unit)
-        yield from sketches_of_replays(comparison, vehicle, row)
-    yield from sketches_of_data(train, comparison.rate_unit)
-    yield from sketches_of_adaptation(comparison, vehicle, train, row)
+def _sketches_of_logs(
+    comparison: Comparison, vehicle: Vehicle, train: Log, row: Row | None
+) -> list[Sketch]:
+    """Return the pictures that there are without any choice too."""
+    return [
+        *sketches_of_data(train, comparison.rate_unit),
+        *sketches_of_adaptation(comparison, vehicle, train, row),
+    ]

@@ -1,4 +1,4 @@
-"""What a report shows beside a comparison: grades of coefficients, and pictures."""
+"""What a report shows beside a comparison: grades of coefficients, a band, and pictures."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 from hydrodamp.identification.trust.identifiability import Identifiability
 from hydrodamp.report.gallery.picture import Gallery
+from hydrodamp.validation.bands import PredictionBand
 from hydrodamp.validation.comparison import Comparison, Row
 
 FIGURES = "figures"
@@ -14,7 +15,7 @@ FIGURES = "figures"
 
 @dataclass(frozen=True)
 class Findings:
-    """What the training log says of the chosen row.
+    """What is found out about the chosen row after the fits.
 
     Attributes
     ----------
@@ -25,6 +26,8 @@ class Findings:
         The pictures.
     not_graded : str
         Why there are no grades, in a sentence; empty where there are or none were asked for.
+    band : PredictionBand or None
+        Of the replay of the chosen row; None where it has none, or none that is cheap.
     folder : str
         Name of the folder that their files are in.
     """
@@ -32,6 +35,7 @@ class Findings:
     identifiability: Identifiability | None = None
     gallery: Gallery = field(default_factory=Gallery)
     not_graded: str = ""
+    band: PredictionBand | None = None
     folder: str = FIGURES
 
 
@@ -53,3 +57,27 @@ def chosen_row(comparison: Comparison) -> Row | None:
         alone = len(comparison.rows) == 1 and comparison.rows[0].fit.status.usable
         return comparison.rows[0] if alone else None
     return comparison.choice().row
+
+
+def models_of(comparison: Comparison, first: Row | None) -> tuple[str, ...]:
+    """Return the models of a report in the order in which they take dashes.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        Any.
+    first : Row or None
+        Whose model is drawn with a solid line: that of the chosen row.
+
+    Returns
+    -------
+    models : tuple of str
+        Each once; the others by the lowest error that any method gives them, since dashes grow
+        harder to see.
+    """
+    lowest: dict[str, float] = {}
+    for row in comparison.rows:
+        error = float("inf") if row.rms is None else row.rms
+        lowest[row.model] = min(error, lowest.get(row.model, error))
+    chosen = () if first is None else (first.model,)
+    return tuple(dict.fromkeys((*chosen, *sorted(lowest, key=lowest.__getitem__))))

@@ -1,4 +1,4 @@
-"""Findings as files: grades and pictures, both ways, so that a report is made again."""
+"""Findings as files: grades, band and pictures, both ways, so that a report is made again."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from hydrodamp.identification.trust.grades import Grade
 from hydrodamp.identification.trust.identifiability import AxisIdentifiability, Identifiability
 from hydrodamp.loading import load_json
 from hydrodamp.models.model import DampingModel
+from hydrodamp.report.gallery.band_file import BAND, band_bytes, read_band
 from hydrodamp.report.gallery.findings import FIGURES, Findings, chosen_row
 from hydrodamp.report.gallery.picture import Gallery, Picture
 from hydrodamp.report.plain_names import is_plain
@@ -32,7 +33,7 @@ _GRADES = {grade.word: grade for grade in Grade}
 
 
 def write_findings(findings: Findings, home: Path) -> None:
-    """Write grades and pictures into a folder of results, in place of earlier ones.
+    """Write grades, band and pictures into a folder of results, in place of earlier ones.
 
     Parameters
     ----------
@@ -49,6 +50,8 @@ def write_findings(findings: Findings, home: Path) -> None:
     contents = _contents(findings.gallery, home / FIGURES)
     if grades := _grades_document(findings):
         contents[home / GRADES] = as_json(grades).encode("utf-8")
+    if findings.band is not None:
+        contents[home / BAND] = band_bytes(findings.band)
     save_together(contents, removed=earlier_findings(home), last=home / FIGURES / INDEX)
 
 
@@ -79,7 +82,7 @@ def read_findings(home: Path, comparison: Comparison) -> Findings:
     home : path
         A folder of results.
     comparison : Comparison
-        That of the folder; its choice says whose grades they are.
+        That of the folder; its choice says whose grades and whose band they are.
 
     Returns
     -------
@@ -91,14 +94,15 @@ def read_findings(home: Path, comparison: Comparison) -> Findings:
     FileError
         If a file is not what it should be.
     """
-    path, index, row = home / GRADES, home / FIGURES / INDEX, chosen_row(comparison)
+    index, row = home / FIGURES / INDEX, chosen_row(comparison)
     gallery = _read_gallery(index) if index.is_file() else Gallery()
-    if row is None or not path.is_file():
+    if row is None:
         return Findings(gallery=gallery)
-    document: Any = load_json(path)
-    if isinstance(document, dict) and _NOT_GRADED in document:
-        return Findings(gallery=gallery, not_graded=str(document[_NOT_GRADED]))
-    return Findings(_read_grades(document, path, row.fit.model), gallery)
+    grades, not_graded = _read_graded(home / GRADES, row.fit.model)
+    band = None
+    if row.trajectory is not None and (home / BAND).is_file():
+        band = read_band(home / BAND, row.trajectory)
+    return Findings(grades, gallery, not_graded, band)
 
 
 def earlier_findings(home: Path) -> list[Path]:
@@ -112,9 +116,9 @@ def earlier_findings(home: Path) -> list[Path]:
     Returns
     -------
     paths : list of path
-        Grades, pictures and their index; some may be gone.
+        Grades, band, pictures and their index; some may be gone.
     """
-    return [home / GRADES, *earlier_pictures(home / FIGURES)]
+    return [home / GRADES, home / BAND, *earlier_pictures(home / FIGURES)]
 
 
 def earlier_pictures(folder: Path) -> list[Path]:
@@ -208,6 +212,16 @@ def _with_drawing(words: Picture, folder: Path) -> Picture:
 def _is_drawing(name: str) -> bool:
     """Tell whether a name is that of an SVG file in the same folder."""
     return is_plain(name) and name.endswith(".svg")
+
+
+def _read_graded(path: Path, model: DampingModel) -> tuple[Identifiability | None, str]:
+    """Return the grades of a file, or why there are none."""
+    if not path.is_file():
+        return None, ""
+    document: Any = load_json(path)
+    if isinstance(document, dict) and _NOT_GRADED in document:
+        return None, str(document[_NOT_GRADED])
+    return _read_grades(document, path, model), ""
 
 
 def _read_grades(document: Any, path: Path, model: DampingModel) -> Identifiability:

@@ -10,7 +10,7 @@ from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.trust.diagnostics import REJECTED, diagnose
 from hydrodamp.identification.trust.grades import Grade
 from hydrodamp.identification.trust.identifiability import Identifiability
-from hydrodamp.report.correlated import ALIKE, correlated_pairs
+from hydrodamp.report.correlated import ALIKE, Pair, correlated_pairs
 from hydrodamp.report.figures.correlation import correlation_figure
 from hydrodamp.report.figures.excitation import excitation_figure
 from hydrodamp.report.figures.power import power_figure
@@ -19,6 +19,9 @@ from hydrodamp.report.gallery.picture import Drawn, Sketch
 from hydrodamp.report.gallery.words import listed
 from hydrodamp.simulation.problem import Problem
 from hydrodamp.simulation.score import RateUnit
+
+_PAIRS = 5
+"""Correlated pairs named in a caption; the figure lists more."""
 
 
 def sketches_of_fit(
@@ -73,33 +76,32 @@ def _excitation(found: Identifiability) -> Drawn:
 
 def _correlation(fit: Fit) -> Drawn:
     figure = correlation_figure(fit)
-    pairs, worst = _tied(fit)
-    one = pairs == 1
-    said = (
-        f"{pairs} pair{'' if one else 's'} of coefficients err{'s' if one else ''} together beyond "
-        f"{ALIKE:g} and {'is' if one else 'are'} known better together than apart."
-        if pairs
-        else f"No pair of coefficients errs together beyond {ALIKE:g}."
-    )
+    covariance, labels = fit.damping.covariance, fit.model.labels
+    pairs = [] if covariance is None else correlated_pairs(covariance)
+    named = [f"{labels[i]} with {labels[j]} ({value:+.2f})" for i, j, value in pairs[:_PAIRS]]
+    most = f"; the most correlated are {listed(named)}" if named else ""
     return Drawn(
         figure,
-        f"{said} A dark square off the diagonal is such a pair.",
-        f"Square of the correlations of {fit.model.n_coefficients} coefficients of "
-        f"{fit.model.key} by {fit.method}, axes divided by lines{worst}.",
+        f"{_tied(pairs)}{most}. Each pair of coefficients is a square; a dark, framed one is such "
+        "a pair, and the letters stand beside their axes.",
+        f"Triangle of the correlations of {len(labels)} coefficients of {fit.model.key} by "
+        f"{fit.method}, axes divided by lines{most}.",
     )
 
 
-def _tied(fit: Fit) -> tuple[int, str]:
-    """Return how many pairs err together, and the one that does most."""
-    covariance = fit.damping.covariance
-    pairs = [] if covariance is None else correlated_pairs(covariance)
-    if not pairs:
-        return 0, ""
-    labels, most = fit.model.labels, pairs[0]
+def _tied(pairs: list[Pair]) -> str:
+    """Return how many pairs err together."""
+    count = sum(abs(pair.correlation) >= ALIKE for pair in pairs)
+    if not count:
+        return f"No pair of coefficients errs together beyond {ALIKE:g}"
+    if count == 1:
+        return (
+            f"1 pair of coefficients errs together beyond {ALIKE:g} and is known better together "
+            "than apart"
+        )
     return (
-        sum(abs(pair.correlation) >= ALIKE for pair in pairs),
-        f"; the largest is {most.correlation:+.2f}, of {labels[most.first]} with "
-        f"{labels[most.second]}",
+        f"{count} pairs of coefficients err together beyond {ALIKE:g} and are known better "
+        "together than apart"
     )
 
 

@@ -7,8 +7,9 @@ from collections.abc import Iterator, Sequence
 from hydrodamp.report.figures.coefficients import coefficients_figure
 from hydrodamp.report.figures.front import front_figure
 from hydrodamp.report.figures.horizons import horizons_figure
-from hydrodamp.report.figures.replays import replays_figure
-from hydrodamp.report.gallery.bands_of_rows import affordable_bands, said_of_bands
+from hydrodamp.report.figures.replays import Bands, replays_figure
+from hydrodamp.report.gallery.bands_of_rows import said_of_bands
+from hydrodamp.report.gallery.findings import models_of
 from hydrodamp.report.gallery.picture import Drawn, Sketch
 from hydrodamp.report.gallery.words import listed, segments_of
 from hydrodamp.report.numbers import error_size
@@ -21,7 +22,9 @@ _TOGETHER = 4
 """Rows in one picture."""
 
 
-def sketches_of_replays(comparison: Comparison, vehicle: Vehicle, row: Row) -> Iterator[Sketch]:
+def sketches_of_replays(
+    comparison: Comparison, vehicle: Vehicle, row: Row, bands: Bands
+) -> Iterator[Sketch]:
     """Return the pictures of replays.
 
     Parameters
@@ -32,6 +35,8 @@ def sketches_of_replays(comparison: Comparison, vehicle: Vehicle, row: Row) -> I
         Everything known.
     row : Row
         The chosen one.
+    bands : mapping of (model, method) to PredictionBand
+        Of some of :func:`best_of_each_method`.
 
     Yields
     ------
@@ -45,7 +50,7 @@ def sketches_of_replays(comparison: Comparison, vehicle: Vehicle, row: Row) -> I
     yield Sketch(
         "replays",
         "Measured against replayed",
-        lambda: _replays(comparison, vehicle, best),
+        lambda: _replays(comparison, best, bands),
         print_only=True,
     )
     if len(comparison.rows) > 1:
@@ -87,7 +92,7 @@ def _horizons(comparison: Comparison, vehicle: Vehicle, rows: Sequence[Row]) -> 
         for row in rows
         if row.trajectory is not None
     }
-    figure = horizons_figure(scores)
+    figure = horizons_figure(scores, models_of(comparison, rows[0]))
     told = "; ".join(f"{_name(pair)}: {_grows(found)}" for pair, found in scores.items())
     (first, found), *_ = scores.items()
     return Drawn(
@@ -119,9 +124,8 @@ def _grows(found: HorizonScores) -> str:
     )
 
 
-def _replays(comparison: Comparison, vehicle: Vehicle, rows: Sequence[Row]) -> Drawn:
-    bands = affordable_bands(vehicle, rows)
-    figure = replays_figure(rows, bands)
+def _replays(comparison: Comparison, rows: Sequence[Row], bands: Bands) -> Drawn:
+    figure = replays_figure(rows, bands, models_of(comparison, rows[0]))
     logs = [row.trajectory.log for row in rows if row.trajectory is not None]
     names = listed([f"{row.model} by {row.method}" for row in rows])
     what = "Data that were fitted too" if comparison.provenance.get("overlap") else "Held-out data"

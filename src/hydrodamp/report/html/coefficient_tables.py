@@ -9,8 +9,10 @@ import numpy as np
 
 from hydrodamp.basis.axes import AXES
 from hydrodamp.identification.fit import Fit
+from hydrodamp.identification.trust.identifiability import Identifiability
 from hydrodamp.models.labels import coefficient_unit
 from hydrodamp.report.correlated import ALIKE, correlated_pairs
+from hydrodamp.report.known import LITTLE, LITTLE_MEANING, how_known, reach
 from hydrodamp.report.numbers import NOTHING, coefficient
 from hydrodamp.validation.comparison import Row
 
@@ -24,7 +26,6 @@ _NAMED = 6
 """Pairs that are named, the most correlated first."""
 
 _ZERO, _VALUE = 40.0, 100.0
-_NORMAL = 1.959964
 
 
 @dataclass(frozen=True)
@@ -53,9 +54,9 @@ class Coefficient:
 
     Attributes
     ----------
-    label, value, error, span, unit, apart : str
-        Name, number, standard error, 95 % interval, unit and whether the data tell it
-        apart, in words.
+    label, value, error, span, unit, known : str
+        Name, number, standard error, 95 % interval, unit, and its grade or whether the data
+        tell it apart, in words.
     interval : Interval or None
         To draw.
     """
@@ -65,7 +66,7 @@ class Coefficient:
     error: str
     span: str
     unit: str
-    apart: str
+    known: str
     interval: Interval | None
 
 
@@ -77,6 +78,8 @@ class CoefficientTable:
     ----------
     model, method, title : str
         Keys, and the model's title.
+    heading : str
+        Of the last column: what is said of how well each is known.
     lines : tuple of Coefficient
         In the order of the model's labels.
     sentences : tuple of str
@@ -86,6 +89,7 @@ class CoefficientTable:
     model: str
     method: str
     title: str
+    heading: str
     lines: tuple[Coefficient, ...]
     sentences: tuple[str, ...]
 
@@ -95,13 +99,19 @@ class CoefficientTable:
         return any(line.interval is not None for line in self.lines)
 
 
-def coefficient_tables(rows: Sequence[Row]) -> tuple[CoefficientTable, ...]:
+def coefficient_tables(
+    rows: Sequence[Row], chosen: Row | None = None, grades: Identifiability | None = None
+) -> tuple[CoefficientTable, ...]:
     """Return the coefficients of some rows.
 
     Parameters
     ----------
     rows : sequence of Row
         The most wanted first.
+    chosen : Row, optional
+        One of them, which has grades.
+    grades : Identifiability, optional
+        Its grades.
 
     Returns
     -------
@@ -116,28 +126,13 @@ def coefficient_tables(rows: Sequence[Row]) -> tuple[CoefficientTable, ...]:
         listed += row.n_coefficients
         if tables and listed > MOST:
             break
-        tables.append(_table(row.fit))
+        tables.append(_table(row.fit, grades if row is chosen else None))
     return tuple(tables)
 
 
-def reach(fit: Fit) -> float:
-    """Return how many standard errors a 95 % interval reaches to either side.
-
-    Parameters
-    ----------
-    fit : Fit
-        With standard errors.
-
-    Returns
-    -------
-    reach : float
-        Of Student's t where the fit knows its degrees of freedom, else of the normal.
-    """
-    return _NORMAL if fit.uncertainty is None else fit.uncertainty.reach()
-
-
-def _table(fit: Fit) -> CoefficientTable:
-    tied = {label for group in fit.aliased for label in group}
+def _table(fit: Fit, grades: Identifiability | None) -> CoefficientTable:
+    heading, known = how_known(fit, grades)
+    little = (LITTLE_MEANING,) if LITTLE in known.values() else ()
     units = [
         coefficient_unit(axis, term)
         for axis, terms in zip(AXES, fit.model.terms, strict=True)
@@ -147,20 +142,15 @@ def _table(fit: Fit) -> CoefficientTable:
         model=fit.model.key,
         method=fit.method,
         title=fit.model.title,
+        heading=heading,
         lines=tuple(
-            _line(label, value, error, reach(fit), unit, _apart(fit, label in tied))
+            _line(label, value, error, reach(fit), unit, known.get(label, NOTHING))
             for (label, value), error, unit in zip(
                 fit.damping.as_dict().items(), _errors(fit), units, strict=True
             )
         ),
-        sentences=(fit.status.value, *fit.sentences, *_correlated(fit)),
+        sentences=(fit.status.value, *fit.sentences, *_correlated(fit), *little),
     )
-
-
-def _apart(fit: Fit, tied: bool) -> str:
-    if fit.rank is None:
-        return NOTHING
-    return "no" if tied else "yes"
 
 
 def _correlated(fit: Fit) -> tuple[str, ...]:
@@ -185,7 +175,7 @@ def _errors(fit: Fit) -> list[float | None]:
 
 
 def _line(
-    label: str, value: float, error: float | None, times: float, unit: str, apart: str
+    label: str, value: float, error: float | None, times: float, unit: str, known: str
 ) -> Coefficient:
     half = None if error is None else times * error
     span = NOTHING
@@ -197,7 +187,7 @@ def _line(
         error=coefficient(error),
         span=span,
         unit=unit,
-        apart=apart,
+        known=known,
         interval=None if half is None else _interval(value, half),
     )
 

@@ -6,18 +6,35 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from hydrodamp.report.figures.look import mark_of
+from hydrodamp.report.figures.apart import mark_of
+from hydrodamp.report.figures.spacing import Columns, columns_of, pushed_apart
+from hydrodamp.report.figures.symbols import shortened
 from hydrodamp.report.numbers import error_size
 from hydrodamp.validation.comparison import Comparison, Row
 from hydrodamp.validation.front import front
 
-WIDTH, HEIGHT = 720.0, 380.0
-LEFT, RIGHT, TOP, BOTTOM = 64.0, 24.0, 16.0, 48.0
+WIDTH, HEIGHT = 720.0, 514.0
+LEFT, RIGHT, TOP, BOTTOM = 64.0, 24.0, 150.0, 48.0
 _ROOM = 1.12
 """Between the data and the frame, as a factor."""
 
+_LINE = 14.0
+"""Least distance of the names of two models."""
+
+_LETTERS = 18
+"""Letters of a model's name."""
+
 _FEWEST = 4
 """Ticks that an axis must have, where finer ones can be had."""
+
+_DIGITS: tuple[tuple[float, ...], ...] = (
+    (1.0,),
+    (1.0, 2.0, 5.0),
+    tuple(range(1, 10)),
+    tuple(k / 2 for k in range(2, 20)),
+    tuple(k / 10 for k in range(10, 100)),
+)
+"""Ticks by powers of ten, from coarse to fine."""
 
 _SHAPES = {
     "o": (24, 0.0, 1.0),
@@ -54,12 +71,10 @@ class Point:
         Place.
     shape : str
         Path of its marker about that place.
-    method, words, name : str
-        Whose colour it has, what it is in full, and its label; empty off the front.
+    method, words : str
+        Whose colour it has, and what it is in full.
     settled : bool
         Whether it is drawn filled.
-    anchor : str
-        On which side of the point its label stands.
     """
 
     x: float
@@ -67,9 +82,24 @@ class Point:
     shape: str
     method: str
     words: str
-    name: str
     settled: bool
-    anchor: str
+
+
+@dataclass(frozen=True)
+class Column:
+    """A model above its points.
+
+    Attributes
+    ----------
+    place, aside : float
+        Where its points stand, and where its name does.
+    name : str
+        What it is called, not too long.
+    """
+
+    place: float
+    aside: float
+    name: str
 
 
 @dataclass(frozen=True)
@@ -80,6 +110,8 @@ class FrontChart:
     ----------
     across, up : tuple of Tick
         Of the two axes.
+    columns : tuple of Column
+        The models, in the order of their sizes.
     points : tuple of Point
         Rows with an error.
     front : str
@@ -92,6 +124,7 @@ class FrontChart:
 
     across: tuple[Tick, ...]
     up: tuple[Tick, ...]
+    columns: tuple[Column, ...]
     points: tuple[Point, ...]
     front: str
     markers: dict[str, str]
@@ -130,7 +163,7 @@ class Scale:
         >>> [tick.word for tick in Scale(40.0, 50.0, 0.0, 1.0).ticks()][::5]
         ['40', '45', '50']
         """
-        for digits in ((1,), (1, 2, 5), tuple(range(1, 10)), tuple(k / 10 for k in range(10, 100))):
+        for digits in _DIGITS:
             values = [
                 digit * 10.0**power
                 for power in range(math.floor(math.log10(self.low)), 8)
@@ -158,14 +191,16 @@ def front_chart(comparison: Comparison) -> FrontChart | None:
     rows = [row for row in comparison.rows if row.rms is not None and row.n_coefficients]
     if len(rows) < 2:
         return None
-    across = _scale([row.n_coefficients for row in rows], LEFT, WIDTH - RIGHT)
+    places = columns_of(rows)
+    across = _scale(list(places.values()), LEFT, WIDTH - RIGHT)
     up = _scale([row.rms or 0.0 for row in rows], HEIGHT - BOTTOM, TOP)
     best = [row for row in front(comparison) if row in rows]
     return FrontChart(
         across=across.ticks(),
         up=up.ticks(),
-        points=tuple(_point(row, across, up, any(row is other for other in best)) for row in rows),
-        front=_steps([(across(row.n_coefficients), up(row.rms or 0.0)) for row in best]),
+        columns=_columns(places, across),
+        points=tuple(_point(row, across(_column(row, places)), up) for row in rows),
+        front=_steps([(across(_column(row, places)), up(row.rms or 0.0)) for row in best]),
         markers={method: marker(mark_of(method), 8.0, 8.0) for method in comparison.methods},
         words=_words(best),
     )
@@ -209,8 +244,22 @@ def _scale(values: Sequence[float], start: float, stop: float) -> Scale:
     return Scale(low / _ROOM, max(max(values), low) * _ROOM, start, stop)
 
 
-def _point(row: Row, across: Scale, up: Scale, on_front: bool) -> Point:
-    x, y = across(row.n_coefficients), up(row.rms or 0.0)
+def _columns(places: Columns, across: Scale) -> tuple[Column, ...]:
+    """Return the models with their names pushed apart."""
+    at = [across(column) for column in places.values()]
+    moved = pushed_apart(at, _LINE, (LEFT, WIDTH - 0.5 * _LINE))
+    return tuple(
+        Column(place, round(aside, 1), shortened(name, _LETTERS))
+        for (_, name), place, aside in zip(places, at, moved, strict=True)
+    )
+
+
+def _column(row: Row, places: Columns) -> float:
+    return places[row.n_coefficients, row.model]
+
+
+def _point(row: Row, x: float, up: Scale) -> Point:
+    y = up(row.rms or 0.0)
     return Point(
         x=x,
         y=y,
@@ -218,9 +267,7 @@ def _point(row: Row, across: Scale, up: Scale, on_front: bool) -> Point:
         method=row.method,
         words=f"{row.model} by {row.method}: {row.n_coefficients} coefficients, "
         f"RMS {error_size(row.rms)}, {row.status.word}",
-        name=row.model if on_front else "",
         settled=row.settled,
-        anchor="end" if x > 0.8 * WIDTH else "start",
     )
 
 

@@ -63,14 +63,53 @@ class Level:
         values : ndarray
             As many as times; NaN between segments.
         """
+        low, high = self._each(np.fmin, series), self._each(np.fmax, series)
+        falling = series[self.starts] > series[self.stops - 1]
+        return self._broken(np.where(falling, high, low), np.where(falling, low, high))
+
+    def lowest(self, series: FloatArray) -> FloatArray:
+        """Return the lowest value of each stretch: the lower edge of a band, never too high.
+
+        Parameters
+        ----------
+        series : ndarray, shape (n,)
+            NaN where there is nothing.
+
+        Returns
+        -------
+        values : ndarray
+            As many as times, level in each stretch; NaN between segments.
+        """
+        low = self._each(np.fmin, series)
+        return self._broken(low, low)
+
+    def highest(self, series: FloatArray) -> FloatArray:
+        """Return the highest value of each stretch: the upper edge of a band, never too low.
+
+        Parameters
+        ----------
+        series : ndarray, shape (n,)
+            NaN where there is nothing.
+
+        Returns
+        -------
+        values : ndarray
+            As many as times, level in each stretch; NaN between segments.
+        """
+        high = self._each(np.fmax, series)
+        return self._broken(high, high)
+
+    def _each(self, extreme: np.ufunc, series: FloatArray) -> FloatArray:
+        """Return the extreme of each stretch."""
         inside = np.zeros(len(self.starts) * 2, dtype=np.intp)
         inside[0::2], inside[1::2] = self.starts, self.stops
         joined = np.append(series, np.nan)  # an index one past the end must be there
-        low = np.fmin.reduceat(joined, inside)[0::2]
-        high = np.fmax.reduceat(joined, inside)[0::2]
-        falling = series[self.starts] > series[self.stops - 1]
-        pairs = np.column_stack([np.where(falling, high, low), np.where(falling, low, high)])
-        return self._laid_out(pairs, np.full(len(self.breaks), np.nan))
+        found: FloatArray = extreme.reduceat(joined, inside)[0::2]
+        return found
+
+    def _broken(self, first: FloatArray, second: FloatArray) -> FloatArray:
+        """Return pairs in a row, with nothing between segments."""
+        return self._laid_out(np.column_stack([first, second]), np.full(len(self.breaks), np.nan))
 
     def _laid_out(self, pairs: FloatArray, ends: FloatArray) -> FloatArray:
         """Return pairs in a row, single ones once, with something at each break."""

@@ -12,8 +12,8 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 from hydrodamp.errors import MethodError
-from hydrodamp.report.figures.look import colour_of
-from hydrodamp.report.gallery.findings import Findings
+from hydrodamp.report.figures.apart import colour_of
+from hydrodamp.report.gallery.findings import Findings, chosen_row
 from hydrodamp.report.html import coefficient_tables as coefficients, front_chart as chart
 from hydrodamp.report.html.origin import origin, told
 from hydrodamp.report.html.packing import script_json
@@ -83,7 +83,7 @@ def page(
     provenance : mapping of str to object
         As in ``comparison.json``.
     findings : Findings, optional
-        Grades and pictures of the chosen row.
+        Grades, band and pictures of the chosen row.
 
     Returns
     -------
@@ -108,7 +108,7 @@ def _content(
     comparison: Comparison, provenance: Mapping[str, object], findings: Findings
 ) -> dict[str, object]:
     """Return what the page holds beside its pictures."""
-    drawn, order = plots(comparison), ranked(comparison.rows)
+    drawn, order = plots(comparison, findings.band), ranked(comparison.rows)
     return {
         "comparison": comparison,
         "title": _title(comparison),
@@ -123,7 +123,9 @@ def _content(
         "data": script_json(drawn.document) if drawn else "",
         "chart": chart.front_chart(comparison),
         "frame": chart,
-        "tables": coefficients.coefficient_tables(order),
+        "tables": coefficients.coefficient_tables(
+            order, chosen_row(comparison), findings.identifiability
+        ),
         "interval": coefficients,
         "origin": origin(comparison, provenance),
         "scripts": [_script(name) for name in _SCRIPTS[: None if drawn else 2]],

@@ -13,6 +13,9 @@ from hydrodamp.report.gallery.picture import Picture
 _PIXELS = 96.0 / 72.0
 """Of a page, in a point."""
 
+_COLUMN = 480
+"""Width up to which a picture stands in one of two columns [px]."""
+
 
 @dataclass(frozen=True)
 class PageImage:
@@ -32,6 +35,11 @@ class PageImage:
     source: str
     width: int
     height: int
+
+    @property
+    def is_broad(self) -> bool:
+        """Whether its letters would be too small in one of two columns."""
+        return self.width > _COLUMN
 
 
 @dataclass(frozen=True)

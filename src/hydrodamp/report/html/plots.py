@@ -10,12 +10,13 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.axes import VELOCITIES
 from hydrodamp.data.log import Log
-from hydrodamp.report.figures.look import colour_of
+from hydrodamp.report.gallery.findings import chosen_row
 from hydrodamp.report.html.levels import Level, level
 from hydrodamp.report.html.packing import BYTES, pack, pack_exactly
+from hydrodamp.report.html.plot_lines import BandLine, Line, band_line, lines_of
 from hydrodamp.report.html.score_table import ranked
 from hydrodamp.report.html.stage import staged_time, worst_window
-from hydrodamp.simulation.score import RateUnit
+from hydrodamp.validation.bands import PredictionBand
 from hydrodamp.validation.comparison import Comparison, Row
 
 MOST = 32
@@ -44,6 +45,10 @@ class Plots:
         What the script draws.
     rows : tuple of Row
         The replays in it, lowest error first.
+    lines : tuple of Line
+        How each of them is drawn.
+    band : BandLine or None
+        That of the chosen row, if it has one.
     worst : str
         Where the worst stretch is, in words.
     left_out : int
@@ -56,19 +61,23 @@ class Plots:
 
     document: dict[str, object]
     rows: tuple[Row, ...]
+    lines: tuple[Line, ...]
+    band: BandLine | None
     worst: str
     left_out: int
     names: tuple[str, ...]
     stretches: tuple[tuple[str, ...], ...]
 
 
-def plots(comparison: Comparison) -> Plots | None:
+def plots(comparison: Comparison, band: PredictionBand | None = None) -> Plots | None:
     """Return the time series of a comparison.
 
     Parameters
     ----------
     comparison : Comparison
         With replays.
+    band : PredictionBand, optional
+        Of the chosen row.
 
     Returns
     -------
@@ -79,17 +88,22 @@ def plots(comparison: Comparison) -> Plots | None:
     logs = [row.trajectory.log for row in replayed if row.trajectory is not None]
     if not logs:
         return None
-    return _Drawing(comparison.rate_unit, replayed, logs[0]).plots()
+    return _Drawing(comparison, replayed, logs[0], band).plots()
 
 
 class _Drawing:
     """The parts that the document shares."""
 
-    def __init__(self, rate_unit: RateUnit, replayed: Sequence[Row], log: Log) -> None:
+    def __init__(
+        self, comparison: Comparison, replayed: Sequence[Row], log: Log, band: PredictionBand | None
+    ) -> None:
+        rate_unit = comparison.rate_unit
         self.rows = tuple(replayed[:MOST])
         self.left_out = len(replayed) - len(self.rows)
         self.unit = f"{rate_unit}/s"
         self.log = log
+        self.lines = lines_of(comparison, self.rows)
+        self.chosen, self.band = chosen_row(comparison), band
         names = [name for row in self.rows for name in row.score.rms_by_axis]
         self.names = tuple(name for name in VELOCITIES if name in names)
         self.columns = [VELOCITIES.index(name) for name in self.names]
@@ -97,13 +111,15 @@ class _Drawing:
         self.scale = np.array([1.0] * 3 + [turn] * 3)[self.columns]
         self.time = staged_time(self.log)
         self.bounds = [(part.start, part.stop) for part in self.log.segments]
-        self.n_series = len(self.names) * (1 + len(self.rows))
+        self.n_series = len(self.names) * (1 + len(self.rows) + 2 * (self.band is not None))
 
     def plots(self) -> Plots:
         window = self._worst()
         return Plots(
             document=self._document(window),
             rows=self.rows,
+            lines=self.lines,
+            band=self._band_line(),
             worst=self._where(window.start, window.stop - 1),
             left_out=self.left_out,
             names=self.names,
@@ -115,8 +131,12 @@ class _Drawing:
         found = self.log.velocity
         if row is not None and row.trajectory is not None:
             found = row.trajectory.velocity
-        shown: FloatArray = found[:, self.columns] * self.scale
-        return shown
+        return self.shown(found)
+
+    def shown(self, velocity: FloatArray) -> FloatArray:
+        """Return the velocities that are drawn, in units to read."""
+        found: FloatArray = velocity[:, self.columns] * self.scale
+        return found
 
     def _worst(self) -> slice:
         errors = self.series(self.rows[0]) - self.series(None)
@@ -124,6 +144,7 @@ class _Drawing:
         return worst_window(self.time, np.array(self.bounds), errors, most)
 
     def _document(self, window: slice) -> dict[str, object]:
+        said = self._band_line()
         detail = int(DETAIL_BYTES / BYTES / self.n_series)
         levels = [level(self.bounds, OVERVIEW), level(self.bounds, max(detail, OVERVIEW))]
         if levels[0].exact:
@@ -143,9 +164,10 @@ class _Drawing:
                 for part in self.log.segments
             ],
             "replays": [
-                {"name": f"{row.model} by {row.method}", "colour": colour_of(row.method)}
-                for row in self.rows
+                {"name": line.name, "colour": line.colour, "dashes": line.dashes}
+                for line in self.lines
             ],
+            "band": None if said is None else {"name": said.name, "colour": said.colour},
             "worst": [self.time[window.start], self.time[window.stop - 1]],
             "levels": [self._level(each) for each in levels],
         }
@@ -158,7 +180,24 @@ class _Drawing:
                 [pack(each.values(values)) for values in self.series(row).T]
                 for row in (None, *self.rows)
             ],
+            "band": self._band(each),
         }
+
+    def _band(self, each: Level) -> list[tuple[dict[str, object], dict[str, object]]]:
+        """Return lower and upper edge of the band in each velocity, if there is one."""
+        if self.band is None:
+            return []
+        edges = self.shown(self.band.lower).T, self.shown(self.band.upper).T
+        return [
+            (pack(each.lowest(lower)), pack(each.highest(upper)))
+            for lower, upper in zip(*edges, strict=True)
+        ]
+
+    def _band_line(self) -> BandLine | None:
+        if self.band is None or self.chosen is None:
+            return None
+        half = 0.5 * self.shown(self.band.upper - self.band.lower)
+        return band_line(self.chosen, self.band, half, self.names, self.unit)
 
     def _stretches(self) -> list[tuple[str, ...]]:
         """Return the RMS errors of the first replay in a few stretches of the log."""

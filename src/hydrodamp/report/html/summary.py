@@ -10,7 +10,7 @@ from hydrodamp.basis.axes import AXES
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.trust.grades import Grade
 from hydrodamp.identification.trust.identifiability import Identifiability
-from hydrodamp.report.html.coefficient_tables import reach
+from hydrodamp.report.known import reach
 from hydrodamp.report.unfinished import UNFINISHED
 from hydrodamp.simulation.status import Status
 from hydrodamp.validation.comparison import Comparison, Row
@@ -39,8 +39,8 @@ def summary(comparison: Comparison, grades: Identifiability | None = None) -> tu
     comparison : Comparison
         What came out.
     grades : Identifiability, optional
-        Which coefficients of the chosen model the log determines, whatever the method; what
-        the fit's own rank and intervals leave open is said after them, or alone without them.
+        Which coefficients of the chosen row are determined, by the log and by the fit; what
+        the fit's rank and intervals leave open is said after them, or alone without them.
 
     Returns
     -------
@@ -89,7 +89,7 @@ def _how_good(comparison: Comparison, row: Row) -> str:
 
 
 def _by_grade(found: Identifiability) -> str:
-    """Say what noise and manoeuvres of the log left open."""
+    """Say how many coefficients are determined, and which are not."""
     n, sure = len(found.grades), len(found.labelled(Grade.DETERMINED))
     if sure == n:
         return f"The log determined all {n} coefficients of this model"
@@ -108,7 +108,7 @@ def _by_grade(found: Identifiability) -> str:
 
 
 def _by_method(fit: Fit) -> str:
-    """Say what the fit itself leaves open: grades are of the log, by another method than its."""
+    """Say what of the fit the grades do not: how its search ended, and how many may be zero."""
     tied = {label for group in fit.aliased for label in group}
     unsure = [label for label in _unsure(fit) if label not in tied]
     parts = [_UNDONE[fit.status]] if fit.status in _UNDONE else []

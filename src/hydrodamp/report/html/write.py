@@ -34,7 +34,7 @@ def write_report(
     path : str or path
         The file; written whole or not at all.
     findings : Findings, optional
-        Grades and pictures of the chosen row; by default those in the folder, if any.
+        Grades, band and pictures of the chosen row; by default those in the folder, if any.
 
     Returns
     -------

@@ -33,6 +33,10 @@ const hydrodampLevels = (() => {
       const [place, series, velocity] = name.split(" ").map(Number);
       return values(levels[place].series[series][velocity]);
     });
+    const edge = once((name) => {
+      const [place, side, velocity] = name.split(" ").map(Number);
+      return values(levels[place].band[velocity][side]);
+    });
     const first = (place) => time(place)[0];
     const last = (place) => time(place)[time(place).length - 1];
     // The finest level that covers the view without more points than a screen can show.
@@ -49,8 +53,12 @@ const hydrodampLevels = (() => {
       fitting,
       start: first(0),
       stop: last(0),
-      data: (place, velocity, shown) =>
-        [time(place), ...[0, ...shown].map((series) => decoded(`${place} ${series} ${velocity}`))],
+      // The edges of the band, where there is one, then the lines that are shown.
+      data: (place, velocity, shown) => [
+        time(place),
+        ...levels[place].band.slice(0, 1).flatMap(() => [0, 1].map((side) => edge(`${place} ${side} ${velocity}`))),
+        ...shown.map((series) => decoded(`${place} ${series} ${velocity}`)),
+      ],
       measured: (velocity) => decoded(`0 0 ${velocity}`),
     };
   };

@@ -6,18 +6,20 @@
   const home = document.getElementById("plots");
   const tools = document.getElementById("tools");
   const choices = document.getElementById("shown");
-  const DASHES = [[], [8, 4], [2, 3], [10, 3, 2, 3], [5, 2], [1, 4], [12, 4, 4, 4], [3, 6]];
+  const band = document.getElementById("band"); // its box, where there is a band
+  const EDGES = [1, 2]; // the series that are its edges
   const HEIGHT = 150;
   const SYNC = "hydrodamp";
   const view = { from: levels.start, to: levels.stop };
-  let shown = [1];
+  const chosen = () => [...choices.querySelectorAll("input[name=line]:checked")].map((box) => Number(box.value));
+  let shown = chosen();
   let plots = [];
 
   const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
-  const lifted = (hex) => {
+  const lifted = (hex, opacity = 1) => {
     const share = parseFloat(colour("--lift")) / 100;
     const part = (k) => Math.round(parseInt(hex.slice(k, k + 2), 16) * (1 - share) + 255 * share);
-    return `rgb(${part(1)}, ${part(3)}, ${part(5)})`;
+    return `rgba(${part(1)}, ${part(3)}, ${part(5)}, ${opacity})`;
   };
   const place = (time) => {
     const part = about.segments.findLast((one) => one.start <= time) ?? about.segments[0];
@@ -49,18 +51,59 @@
     font: "12px system-ui, sans-serif",
     ...extra,
   });
+  const between = (plot, k) => {
+    const [low, high] = EDGES.map((edge) => (k == null ? null : plot.data[edge][k]));
+    return low == null ? "–" : `${short(low)} to ${short(high)}`;
+  };
+  const edges = () => (band ? EDGES : []).map(() => ({
+    label: about.band.name,
+    stroke: () => lifted(about.band.colour, 0.6),
+    width: 0.5,
+    show: band.checked,
+    points: { show: false },
+    value: (plot, _, __, k) => between(plot, k),
+  }));
+  const line = (series) => ({
+    label: series ? about.replays[series - 1].name : "measured",
+    stroke: () => (series ? lifted(about.replays[series - 1].colour) : colour("--ink")),
+    dash: series ? about.replays[series - 1].dashes : [],
+    width: 1.5,
+    points: { show: false },
+    value: (_, v) => short(v),
+  });
   const lines = () => [
     { label: "time", value: (_, time) => (time == null ? "–" : place(time)) },
-    { label: "measured", stroke: () => colour("--ink"), width: 1.5, points: { show: false }, value: (_, v) => short(v) },
-    ...shown.map((series, order) => ({
-      label: about.replays[series - 1].name,
-      stroke: () => lifted(about.replays[series - 1].colour),
-      width: 1.5,
-      dash: DASHES[order % DASHES.length],
-      points: { show: false },
-      value: (_, v) => short(v),
-    })),
+    ...edges(),
+    ...shown.map(line),
   ];
+  // The legend has the samples of the boxes; of the two edges of the band one stands for both.
+  const sampled = (plot) => {
+    const rows = [...plot.root.querySelectorAll(".u-legend .u-series")].slice(1);
+    const boxes = [...(band ? [band, null] : []), ...shown.map((series) => choices.querySelector(`input[value="${series}"]`))];
+    rows.forEach((row, k) => {
+      if (boxes[k] === null) row.hidden = true;
+      else row.firstChild.prepend(boxes[k].parentElement.querySelector("svg").cloneNode(true));
+    });
+  };
+  const toggled = (plot, k, { show }) => {
+    if (!band || !EDGES.includes(k) || show === undefined || show === band.checked) return;
+    band.checked = show;
+    banded();
+  };
+  const banded = () => {
+    for (const plot of plots) {
+      for (const k of EDGES) if (plot.series[k].show !== band.checked) plot.setSeries(k, { show: band.checked });
+    }
+    described();
+  };
+  // What the plots show, for those who cannot see them.
+  const described = () => {
+    const names = [...shown.map((series) => line(series).label), ...(band?.checked ? [about.band.name] : [])];
+    plots.forEach((plot, velocity) => {
+      const { name, unit } = about.velocities[velocity];
+      plot.ctx.canvas.setAttribute("aria-label", `${name} in ${unit} over time: ${names.join(", ") || "nothing"}`);
+    });
+  };
   const joins = (plot) => {
     const { ctx, bbox } = plot;
     ctx.save();
@@ -92,14 +135,15 @@
       axis({ size: 58, space: 24 }),
     ],
     series: lines(),
+    bands: band ? [{ series: [2, 1], fill: () => lifted(about.band.colour, 0.22) }] : [],
     cursor: {
       sync: { key: SYNC, setSeries: false },
       y: false,
       drag: { x: true, y: false, setScale: false },
       bind: { dblclick: () => () => { look(levels.start, levels.stop); return null; } },
     },
-    legend: { live: true, markers: { dash: (_, k) => (DASHES[Math.max(k - 2, 0) % DASHES.length].length ? "dashed" : "solid") } },
-    hooks: { drawClear: [joins], setSelect: [selected] },
+    legend: { live: true, markers: { show: false } },
+    hooks: { ready: [sampled], drawClear: [joins], setSelect: [selected], setSeries: [toggled] },
   });
 
   const look = (from, to) => {
@@ -124,12 +168,11 @@
       panel.append(title);
       home.append(panel);
       const plot = new uPlot(options(velocity), levels.data(level, velocity, shown), panel);
-      const { canvas } = plot.ctx;
-      canvas.setAttribute("role", "img");
-      canvas.setAttribute("aria-label", `${name} in ${unit} over time, measured and as replayed`);
+      plot.ctx.canvas.setAttribute("role", "img");
       plot.root.querySelector(".u-legend").setAttribute("aria-hidden", "true");
       return plot;
     });
+    described();
     look(view.from, view.to);
   };
 
@@ -160,8 +203,9 @@
     event.preventDefault();
     keys[event.key]();
   });
-  choices.addEventListener("change", () => {
-    shown = [...choices.querySelectorAll("input:checked")].map((box) => Number(box.value));
+  choices.addEventListener("change", ({ target }) => {
+    if (target === band) return banded();
+    shown = chosen();
     build();
   });
   const resize = () => {
@@ -179,7 +223,7 @@
       plot.root.querySelector(".u-wrap").append(copy);
     }
   });
-  document.addEventListener("theme", build); // marks of a legend keep the colour they were made with
+  document.addEventListener("theme", build);
   tools.hidden = false;
   choices.hidden = false;
   build();

@@ -1,0 +1,87 @@
+"""Results in the way of new ones: said before they go; and new ones that find no room, saved."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from tempfile import mkdtemp
+from typing import TYPE_CHECKING
+
+from hydrodamp.cli.output import note
+from hydrodamp.cli.resume import differences
+from hydrodamp.errors import FileError
+
+if TYPE_CHECKING:
+    from hydrodamp.identification.fit import Fit
+    from hydrodamp.report.unfinished import Earlier
+    from hydrodamp.validation.comparison import Comparison
+
+
+def earlier_results(out: str) -> Earlier | None:
+    """Return what is in a folder of results.
+
+    Parameters
+    ----------
+    out : str
+        The folder.
+
+    Returns
+    -------
+    earlier : Earlier or None
+        None where that is no comparison.
+    """
+    from hydrodamp.report.unfinished import read_earlier
+
+    if not (Path(out) / "comparison.json").is_file():
+        return None
+    try:
+        return read_earlier(out)
+    except FileError:
+        return None
+
+
+def note_replaced(out: str, said: Mapping[str, str]) -> None:
+    """Say before the work that results of another run will be replaced.
+
+    Parameters
+    ----------
+    out : str
+        The folder of ``--out``.
+    said : mapping of str to str
+        ``options``, ``files`` and ``versions`` of this run.
+    """
+    earlier = earlier_results(out)
+    if earlier is not None and differences(earlier, said):
+        note(
+            f"{out} holds {earlier.n_rows} rows of another run; they are replaced when this one "
+            "is done. To keep them, stop and name another folder."
+        )
+
+
+def write_or_rescue(comparison: Comparison, out: str, waiting: Sequence[Fit] = ()) -> None:
+    """Write results; where their folder cannot be written, to one that can.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        Rows that are finished.
+    out : str
+        The folder of ``--out``.
+    waiting : sequence of Fit, optional
+        Fits without a row.
+
+    Raises
+    ------
+    FileError
+        If the folder cannot be written; it names the one where the results are.
+    """
+    from hydrodamp.report.files import write_comparison
+
+    try:
+        write_comparison(comparison, out, waiting)
+    except FileError as error:
+        refuge = mkdtemp(prefix="hydrodamp-")
+        write_comparison(comparison, refuge, waiting)
+        raise FileError(
+            f"{error}\nWhat was finished is in {refuge}; `hydrodamp report` makes its report."
+        ) from error

@@ -1,0 +1,114 @@
+"""What each line of the time series is: its name, its look, and the words of the band."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hydrodamp.arrays import FloatArray
+from hydrodamp.report.figures.apart import Look, colour_of, looks_of
+from hydrodamp.report.gallery.bands_of_rows import said_of_bands
+from hydrodamp.report.gallery.findings import chosen_row, models_of
+from hydrodamp.validation.bands import PredictionBand
+from hydrodamp.validation.comparison import Comparison, Row
+
+WIDTH = 1.5
+"""Of a line [px]."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """A replay that can be drawn.
+
+    Attributes
+    ----------
+    name, method, colour : str
+        What it is, and whose colour it has.
+    dashes : tuple of float
+        Lengths on and off [px]; empty for a solid line.
+    """
+
+    name: str
+    method: str
+    colour: str
+    dashes: tuple[float, ...]
+
+    @classmethod
+    def of(cls, row: Row, look: Look) -> Line:
+        """Return the line of a row."""
+        dashes = tuple(round(WIDTH * length, 1) for length in look.dashes)
+        return cls(f"{row.model} by {row.method}", row.method, look.colour, dashes)
+
+
+@dataclass(frozen=True)
+class BandLine:
+    """The band that can be drawn.
+
+    Attributes
+    ----------
+    name, method, colour : str
+        What it is, and whose colour it has.
+    words : str
+        What it holds, and how wide it is.
+    """
+
+    name: str
+    method: str
+    colour: str
+    words: str
+
+
+def lines_of(comparison: Comparison, rows: Sequence[Row]) -> tuple[Line, ...]:
+    """Return how replays are drawn, in the looks that the pictures of the run have too.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        Whose models take dashes in their order, that of the chosen row first.
+    rows : sequence of Row
+        Some of it.
+
+    Returns
+    -------
+    lines : tuple of Line
+        One a row.
+    """
+    models = models_of(comparison, chosen_row(comparison))
+    looks = looks_of([(row.model, row.method) for row in rows], models)
+    return tuple(map(Line.of, rows, looks))
+
+
+def band_line(
+    row: Row, band: PredictionBand, half: FloatArray, names: Sequence[str], unit: str
+) -> BandLine:
+    """Return what is said of a band.
+
+    Parameters
+    ----------
+    row : Row
+        Whose it is.
+    band : PredictionBand
+        Around its replay.
+    half : ndarray, shape (n, k)
+        Half its width, as it is drawn.
+    names : sequence of str
+        The velocities of the columns.
+    unit : str
+        Of angular rates.
+
+    Returns
+    -------
+    line : BandLine
+        Its words say for every velocity how wide it is.
+    """
+    name = f"{100.0 * band.level:.0f} % band of {row.model} by {row.method}"
+    widths = [
+        f"{one} {np.sqrt(np.nanmean(column**2)):.2g} {'m/s' if one in 'uvw' else unit}"
+        for one, column in zip(names, half.T, strict=True)
+        if np.isfinite(column).any()
+    ]
+    said = said_of_bands({(row.model, row.method): band})
+    wide = f" Half its width, in the root mean square: {', '.join(widths)}." if widths else ""
+    return BandLine(name, row.method, colour_of(row.method), f"{said}{wide}")

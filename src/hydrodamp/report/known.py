@@ -1,0 +1,74 @@
+"""How well each coefficient of a fit is known, in a word or two."""
+
+from __future__ import annotations
+
+from hydrodamp.identification.fit import Fit
+from hydrodamp.identification.trust.grades import CONTRIBUTION, RELATIVE, Grade
+from hydrodamp.identification.trust.identifiability import Identifiability
+
+LITTLE = "matters little"
+"""Said of a coefficient that is determined, but not as a number."""
+
+LITTLE_MEANING = (
+    f"{LITTLE}: on this log, what the interval leaves open is worth less than "
+    f"{100.0 * CONTRIBUTION:.0f} % of the response of its axis. Where the vehicle moves otherwise "
+    "it may matter more."
+)
+"""What is meant by that, in a sentence."""
+
+_NORMAL = 1.959964
+
+
+def reach(fit: Fit) -> float:
+    """Return how many standard errors a 95 % interval reaches to either side.
+
+    Parameters
+    ----------
+    fit : Fit
+        With standard errors.
+
+    Returns
+    -------
+    reach : float
+        Of Student's t where the fit knows its degrees of freedom, else of the normal.
+    """
+    return _NORMAL if fit.uncertainty is None else fit.uncertainty.reach()
+
+
+def how_known(fit: Fit, grades: Identifiability | None = None) -> tuple[str, dict[str, str]]:
+    """Return what is said of how well each coefficient is known.
+
+    Parameters
+    ----------
+    fit : Fit
+        Whose coefficients.
+    grades : Identifiability, optional
+        Their grades, where they were asked for.
+
+    Returns
+    -------
+    heading : str
+        Of the column.
+    known : dict of str to str
+        The grade of each coefficient by its label, or whether the data tell it apart; empty
+        where a method has no ranks and nobody asked for grades.
+    """
+    if grades is not None:
+        wide = _wide(fit)
+        return "grade", {
+            label: LITTLE if grade is Grade.DETERMINED and label in wide else grade.word
+            for label, grade in grades.grades.items()
+        }
+    tied = {label for group in fit.aliased for label in group}
+    labels = () if fit.rank is None else fit.model.labels
+    return "told apart", {label: "no" if label in tied else "yes" for label in labels}
+
+
+def _wide(fit: Fit) -> set[str]:
+    """Return the coefficients whose intervals are wide for their size."""
+    covariance, values = fit.damping.covariance, fit.damping.as_dict()
+    if covariance is None:
+        return set()
+    half = reach(fit) * covariance.diagonal().clip(min=0.0) ** 0.5
+    pairs = zip(values.items(), half.tolist(), strict=True)
+    return {label for (label, value), wide in pairs if not wide <= RELATIVE * abs(value)}

@@ -1,0 +1,92 @@
+"""Whoever gives one file for another, or misspells it, or forgets it, is told what to type."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+import typer
+from typer.testing import Result
+
+from hydrodamp.cli.main import app
+
+Call = Callable[..., Result]
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        (
+            "probe a.csv --vehicle map.yaml",
+            "map.yaml is a mapping of a log (it has time, velocity)",
+        ),
+        ("probe a.csv --mapping planar.yaml", "planar.yaml is a vehicle (it has axes, mass_matrix"),
+        ("probe planar.yaml", "planar.yaml is a vehicle"),
+        ("models planar.yaml", "not a file of models: give it as `--vehicle`"),
+        ("models map.yaml", "not a file of models: give it as `--mapping`"),
+        (
+            "compare a.csv --vehicle planar.yaml --models map.yaml --train 0:9 --test 9:20",
+            "map.yaml is a mapping of a log",
+        ),
+        ("simulate a.csv --vehicle planar.yaml --damping planar.yaml", "not a damping file"),
+    ],
+)
+def test_one_file_for_another(folder: Path, call: Call, line: str, said: str) -> None:
+    (folder / "map.yaml").write_text("time: t\nvelocity: {u: speed}\n", "utf-8")
+    done = call(line)
+    assert done.exit_code == 2
+    assert said in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("line", "near"),
+    [
+        ("probe abb.csv", "ab.csv"),
+        ("probe a.csv --vehicle plannar.yaml", "planar.yaml"),
+        ("probe a.csv --vehicle planar", "planar.yaml"),
+        ("probe a.csv --mapping planar.yml", "planar.yaml"),
+        ("probe a.csv --mapping planar", "planar.yaml"),
+        ("models planr.yaml", "planar.yaml"),
+        ("simulate a.csv --vehicle planar.yaml --damping damping.jsn", "damping.json"),
+    ],
+)
+def test_a_file_that_is_not_there(folder: Path, call: Call, line: str, near: str) -> None:
+    (folder / "damping.json").write_text("{}", "utf-8")
+    done = call(line)
+    assert done.exit_code == 2
+    assert f"Did you mean '{near}'?" in done.stderr
+    assert done.stdout == ""
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "compare a.csv --train 0:9 --test 9:20",
+        "validate a.csv",
+        "identify a.csv --model linear --out d.json",
+        "simulate a.csv --damping d.json",
+        "compare a.csv --vehicle= --train 0:9 --test 9:20",
+    ],
+)
+def test_a_vehicle_that_is_forgotten(folder: Path, call: Call, line: str) -> None:
+    done = call(line)
+    assert done.exit_code == 2
+    assert done.stderr.startswith("error: `--vehicle` is missing: name one of the fleet (vt690, ")
+    assert "`hydrodamp vehicle new`" in done.stderr
+    assert not (folder / "d.json").exists()
+
+
+def test_a_shell_that_completes_words_hears_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+    command = typer.main.get_command(app)
+    with command.make_context("hydrodamp", ["compare"], resilient_parsing=True) as context:
+        compare = command.get_command(context, "compare")
+        compare.make_context("compare", ["a.csv"], parent=context, resilient_parsing=True)
+    assert capsys.readouterr() == ("", "")
+
+
+def test_help_still_says_that_a_vehicle_is_required(call: Call) -> None:
+    told = " ".join(call("compare --help").stdout.split())
+    assert "or a YAML file. [required]" in told
+    assert call("compare --help").exit_code == 0
