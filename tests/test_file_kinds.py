@@ -10,7 +10,7 @@ from hydrodamp.data.formats.files import read
 from hydrodamp.data.mapping import read_mapping
 from hydrodamp.data.mapping.schema import MappingForm
 from hydrodamp.errors import HydrodampError
-from hydrodamp.file_kinds import KINDS, MAPPING, VEHICLE, mistaken
+from hydrodamp.file_kinds import KINDS, LOG, MAPPING, VEHICLE, mistaken
 from hydrodamp.models.catalog import catalog
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.damping_file import read_damping, write_damping
@@ -52,6 +52,19 @@ def test_every_reader_says_what_another_file_is(files: Path, given: str, wanted:
     assert f"{given} is {other} (it has " in message
     assert f"not {name}: give it as `{option}`" in message
     assert "\n" not in message
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        {"time": [0.0, 0.1], "velocity": [1.0, 1.1], "position": [0.0, 0.1]},
+        {"extends": "mavros", "axes": ["X"]},
+        {"name": "mine", "extends": "linear", "commands": ["rudder"]},
+    ],
+    ids=["a log as JSON", "a misplaced key", "a key of another kind"],
+)
+def test_a_key_or_two_make_no_other_file(content: dict[str, object]) -> None:
+    assert [mistaken(content, "x", wanted) for wanted in (*KINDS, LOG)] == [""] * (len(KINDS) + 1)
 
 
 @pytest.mark.parametrize("given", READERS)

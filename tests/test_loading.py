@@ -134,3 +134,14 @@ def test_what_is_nested_too_deeply_is_refused(tmp_path: Path) -> None:
     for load in (load_yaml, load_json):
         with pytest.raises(FileError, match="deep: cannot be read as"):
             load(tmp_path / "deep")
+
+
+def test_a_drive_that_is_not_there_has_no_neighbour(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Path, "is_dir", lambda _: False)
+    assert neighbour(Path("/gone/log.csv")) is None
+
+
+def test_neighbours_may_be_of_some_suffixes_only(tmp_path: Path) -> None:
+    (tmp_path / "lauvv.csv").touch()
+    assert neighbour(tmp_path / "lauvv") == tmp_path / "lauvv.csv"
+    assert neighbour(tmp_path / "lauvv", (".yaml",)) is None

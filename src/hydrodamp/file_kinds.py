@@ -21,11 +21,14 @@ class FileKind:
         What to do with one.
     keys : tuple of str
         Which of its outermost keys no other kind has.
+    least : int
+        How many of them tell it.
     """
 
     name: str
     use: str
     keys: tuple[str, ...] = ()
+    least: int = 2
 
     def own(self, content: Mapping[object, object]) -> list[str]:
         """Return the keys of a content that are of this kind alone, in their order."""
@@ -50,7 +53,9 @@ MAPPING = FileKind(
         "steps",
     ),
 )
-MODELS = FileKind("a file of models", "give it as `--models` or `--model`", ("terms", "models"))
+MODELS = FileKind(
+    "a file of models", "give it as `--models` or `--model`", ("terms", "models"), least=1
+)
 DAMPING = FileKind(
     "a damping file",
     "give it as `--damping` to `hydrodamp simulate`",
@@ -90,16 +95,21 @@ def mistaken(content: object, source: str, wanted: FileKind) -> str:
     >>> mistaken({"time": "t_s", "velocity": {"u": "speed"}}, "mine.yaml", MAPPING)
     ''
     """
-    if not isinstance(content, Mapping):
+    if not isinstance(content, Mapping) or _is_numbers(content.get("time")):
         return ""
     found = max(KINDS, key=lambda kind: len(kind.own(content)))
     own = found.own(content)
-    if len(own) <= len(wanted.own(content)):
+    if len(own) < found.least or len(own) <= len(wanted.own(content)):
         return ""
     return (
         f"{source} is {found.name} (it has {', '.join(_spelt(own))}), not {wanted.name}: "
         f"{found.use}."
     )
+
+
+def _is_numbers(value: object) -> bool:
+    """Tell the samples of a log from what a mapping says of its columns."""
+    return isinstance(value, list) and all(isinstance(one, int | float) for one in value)
 
 
 def _spelt(keys: list[str]) -> Iterator[str]:

@@ -82,18 +82,21 @@ def absent(path: str | os.PathLike[str]) -> str:
     return f"{path}: cannot be read: No such file or directory.{meant}"
 
 
-def neighbour(path: str | os.PathLike[str]) -> Path | None:
+def neighbour(path: str | os.PathLike[str], suffixes: tuple[str, ...] = ()) -> Path | None:
     """Return the file that a path may have meant: one called nearly so in the same folder.
 
     Parameters
     ----------
     path : str or path
         Where nothing is; its folder may be misspelt too.
+    suffixes : tuple of str, optional
+        Those of the files to choose from; all files and folders where not given.
 
     Returns
     -------
     near : Path or None
-        None where nothing is called nearly so; a name without a suffix may mean one with.
+        A file or a folder. None where nothing is called nearly so; a name without a suffix may
+        mean one with.
 
     Examples
     --------
@@ -104,13 +107,19 @@ def neighbour(path: str | os.PathLike[str]) -> Path | None:
     'mission.csv'
     """
     place = Path(path)
+    if place.parent == place:  # a drive that is not there
+        return None
     folder = place.parent if place.parent.is_dir() else neighbour(place.parent)
     if folder is None or not folder.is_dir():
         return None
     if folder != place.parent and (folder / place.name).exists():
         return folder / place.name
     try:
-        there = {entry.name.casefold(): entry.name for entry in folder.iterdir()}
+        there = {
+            entry.name.casefold(): entry.name
+            for entry in folder.iterdir()
+            if not suffixes or entry.suffix.lower() in suffixes
+        }
     except OSError:
         return None
     wanted = place.name.casefold()

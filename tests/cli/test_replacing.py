@@ -28,7 +28,7 @@ def test_results_of_another_run_are_named_before_they_go(folder: Path, call: Cal
     again = call(f"{LINE} --test 20:40")
     assert "another run" not in again.stderr
     other = call(f"{LINE} --test 30:40")
-    assert "out holds 1 rows of another run; they are replaced when this one is" in " ".join(
+    assert "out holds a comparison of another run (1 rows); it is replaced" in " ".join(
         other.stderr.split()
     )
 

@@ -15,6 +15,7 @@ from hydrodamp.data.attitude import euler_from_quaternion
 from hydrodamp.data.blocks import BLOCKS
 from hydrodamp.data.canonical import RESERVED, write_log
 from hydrodamp.data.log import Log, Segment, concatenate
+from hydrodamp.data.mapping import LogMapping
 from hydrodamp.data.read import read_log
 from hydrodamp.errors import FileError, GapWarning, LogError
 
@@ -69,7 +70,7 @@ def test_a_written_log_is_read_to_the_bit(swim: Log, tmp_path: Path) -> None:
 @given(
     arrays(np.float64, (6, 20), elements=st.floats(-1e6, 1e6)),
     st.lists(
-        st.text(st.characters(exclude_categories=["Cc", "Cs"]), min_size=1).filter(str.strip),
+        st.text(st.characters(exclude_categories=["Cc", "Cs"])).map(str.strip).filter(bool),
         min_size=2,
         max_size=2,
         unique=True,
@@ -125,6 +126,37 @@ def test_segments_are_any_text(csv_file: Write) -> None:
     assert [part.name for part in log.segments] == ["yaw, 1800", "2"]
 
 
+@pytest.mark.parametrize("clean", [True, False], ids=["fast", "careful"])
+@pytest.mark.parametrize(
+    ("cells", "names"),
+    [
+        (("001", "002"), ["001", "002"]),
+        (("1 ", "2"), ["1", "2"]),
+        (("1.0", "2.0"), ["1.0", "2.0"]),
+        (("", "2"), ["unnamed", "2"]),
+        (("1-2", "2"), ["1-2", "2"]),
+    ],
+)
+def test_segments_are_called_as_they_are_written(
+    csv_file: Write, cells: tuple[str, str], names: list[str], clean: bool
+) -> None:
+    rows = "".join(f"{k},1,{cells[k // 3]}\n" for k in range(6))
+    log = read_log(csv_file(f"time,u,segment\n{rows}{'' if clean else '# the end'}"))
+    assert [part.name for part in log.segments] == names
+
+
+def test_one_segment_is_not_two_for_a_blank(csv_file: Write) -> None:
+    log = read_log(csv_file("time,u,segment\n0,1,1 \n1,1,1\n2,1, 1\n"))
+    assert [part.name for part in log.segments] == ["1"]
+
+
+def test_a_segment_of_numbers_may_be_asked_for_by_a_mapping(csv_file: Write) -> None:
+    path = csv_file("time,u,segment\n0,1,1\n1,2,1\n2,3,2\n3,4,2\n")
+    only = {"column": "u", "where": {"segment": 2}}
+    asked = LogMapping.from_dict({"time": "time", "velocity": {"u": only}})
+    assert read_log(path, asked).velocity[:, 0].tolist() == [3, 4]
+
+
 def test_a_stretch_without_values_splits_with_one_warning(csv_file: Write) -> None:
     rows = "".join(row(k, u="" if k in (4, 5) else "1") for k in range(10))
     with pytest.warns(GapWarning, match="log.csv: split into 2 segments: 2 samples") as caught:
@@ -170,6 +202,23 @@ def test_what_cannot_be_read_says_why(csv_file: Write, text: str, says: str) -> 
         read_log(csv_file(text))
     assert says in str(caught.value)
     assert "log.csv" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "fault"),
+    [
+        ("0,1,2\n1,2,3\n2,3,4\n", "there is no line of column names; write one above"),
+        ("time,u,u\n0,1,1\n1,1,1\n", "column `u` stands 2 times in the header; keep one"),
+        ("time,u,fin\n0,1,up\n1,1,up\n", "'up' in row 1 (line 2)"),
+        ("time,u,Segment\n0,1,a\n1,1,a\n", "column `Segment` must be spelt `segment`"),
+    ],
+)
+def test_what_is_wrong_is_said_once(csv_file: Write, text: str, fault: str) -> None:
+    with pytest.raises(LogError) as caught:
+        read_log(csv_file(text))
+    said = [one for one in caught.value.faults if fault in one]
+    assert len(said) == 1
+    assert not any("must be letters" in one or "has no name" in one for one in caught.value.faults)
 
 
 def test_a_planar_log_may_have_its_heading_alone(csv_file: Write) -> None:

@@ -34,7 +34,7 @@ def test_several_files_are_one_log(csv_file: Write) -> None:
 
 @pytest.mark.parametrize("many", [False, True])
 def test_who_listens_hears_how_much_is_read(csv_file: Write, many: bool) -> None:
-    rows = "".join(f"{k},{k / 1000}\n" for k in range(5000))
+    rows = "".join(f"{k},{k / 10_000}\n" for k in range(60_000))  # more than a block
     paths = [csv_file("time,u\n" + rows, f"{name}.csv") for name in ("ab" if many else "a")]
     heard: list[float] = []
     with listening(heard.append):

@@ -13,7 +13,7 @@ from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.trust.grades import Grade
 from hydrodamp.identification.uncertainty.intervals import Uncertainty
 from hydrodamp.report.fit_grid import fit_grid
-from hydrodamp.report.known import LITTLE_MEANING, how_known, reach
+from hydrodamp.report.known import LITTLE_MEANING, how_known, reach_of
 from hydrodamp.validation.comparison import Comparison
 
 
@@ -59,5 +59,5 @@ def test_without_standard_errors_nothing_is_wide(fit: Fit) -> None:
 
 def test_intervals_use_the_degrees_of_freedom_there_are(fit: Fit) -> None:
     known = replace(fit, uncertainty=Uncertainty(fit.damping.covariance, 5.0, "by hand"))
-    assert reach(fit) == pytest.approx(1.96, abs=1e-3)
-    assert reach(known) == pytest.approx(2.571, abs=1e-3)
+    assert reach_of(fit) == pytest.approx(1.96, abs=1e-3)
+    assert reach_of(known) == pytest.approx(2.571, abs=1e-3)

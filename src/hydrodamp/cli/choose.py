@@ -132,10 +132,10 @@ def named_models(name: str) -> tuple[DampingModel, ...]:
     if name in catalog:
         return (find_model(name),)
     if file != name:
-        return (one_of(file, name.removeprefix(f"{file}:"), read_models(file)),)
+        return (one_of(file, name.removeprefix(f"{file}:").strip(), read_models(file)),)
     if _is_yaml(name) or Path(name).is_file():
         return read_models(name)
-    if Path(name).suffix:
+    if Path(name).suffix and not did_you_mean(name, catalog):
         raise FileError(absent(name))
     return (find_model(name),)
 

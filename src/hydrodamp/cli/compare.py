@@ -10,6 +10,7 @@ from hydrodamp.cli import options
 from hydrodamp.cli.choose import file_of
 from hydrodamp.cli.guard import WORK_FAILED
 from hydrodamp.cli.output import emit, fail, note, results
+from hydrodamp.errors import FileError
 
 if TYPE_CHECKING:
     from hydrodamp.data.log import Log
@@ -99,12 +100,18 @@ def deliver(
     from hydrodamp.report.files import WRITTEN
     from hydrodamp.report.screen import show
 
+    fault = None
     if out is not None:
-        write_or_rescue(comparison, out)
+        try:
+            write_or_rescue(comparison, out)
+        except FileError as error:
+            fault = error
     if json:
         emit(comparison_document(comparison))
     else:
         show(results(), *comparison_grids(comparison))
+    if fault is not None:
+        raise fault
     if out is not None:
         also = illustrate(comparison, vehicle, train, Path(out))
         note(f"written to {out}: {', '.join((WRITTEN, *also))}")

@@ -11,6 +11,7 @@ from hydrodamp.cli.guard import INTERRUPTED, warned
 from hydrodamp.cli.output import emit, note, results
 from hydrodamp.cli.replacing import earlier_results, write_or_rescue
 from hydrodamp.cli.resume import command_to_resume, differences
+from hydrodamp.errors import FileError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -81,7 +82,10 @@ def _write_after_all(comparison: Comparison, out: str) -> None:
 
 
 def _hand_over_part(outcome: Outcome, out: str | None, json: bool) -> NoReturn:
-    words = _keep(outcome, out)
+    try:
+        words = _keep(outcome, out)
+    except FileError as error:
+        words = f"{_end(outcome)}. {error}"
     try:
         _show(outcome.comparison, json)
     finally:

@@ -20,7 +20,10 @@ if TYPE_CHECKING:
 def identify(
     vehicle: options.VehicleName,
     model: Annotated[
-        str, typer.Option("--model", metavar="M", help="A model by name or a YAML file of one.")
+        str,
+        typer.Option(
+            "--model", metavar="M", help="A model by name, a YAML file of one, or FILE:NAME."
+        ),
     ],
     logs: options.Logs = None,
     method: Annotated[

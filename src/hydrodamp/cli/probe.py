@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from hydrodamp.report.probed import Probed
     from hydrodamp.vehicle.vehicle import Vehicle
 
-_LOOKED = 0.3
-"""What share of the time it takes to look at a recording; the rest is judging its log."""
+_LOOKED, _MADE = 0.3, 0.3
+"""What share of the time it takes to look at a recording; of the rest, to make a log of it."""
 
 
 def probe(
@@ -90,7 +90,7 @@ def _probed(
     from hydrodamp.cli.progress import followed
     from hydrodamp.data.probing.probe import probe as look
 
-    messages = sum(topic.n for recording in recordings for topic in recording.topics)
+    messages = sum(recording.n for recording in recordings)
     with followed("looking through it", messages):
         with within(0.0, _LOOKED):
             found = look(recordings[0])
@@ -101,12 +101,14 @@ def _probed(
 def _judged(
     found: Probe, recordings: list[Recording], mapping: str | None, craft: Vehicle | None
 ) -> Probed:
+    from hydrodamp.advance import within
     from hydrodamp.data.probing.probe import is_canonical
     from hydrodamp.data.read import logs_of
     from hydrodamp.report.probed import by_guess, judged
 
-    if mapping is not None:
-        return judged(logs_of(recordings, mapping), f"by the mapping {mapping}", craft)
-    if all(map(is_canonical, recordings)):
-        return judged(logs_of(recordings), "", craft)
-    return by_guess(found, recordings, craft)
+    if mapping is None and not all(map(is_canonical, recordings)):
+        return by_guess(found, recordings, craft)
+    with within(0.0, _MADE):
+        log = logs_of(recordings, mapping)
+    with within(_MADE, 1.0):
+        return judged(log, "" if mapping is None else f"by the mapping {mapping}", craft)

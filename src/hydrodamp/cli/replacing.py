@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from shutil import rmtree
 from tempfile import mkdtemp
 from typing import TYPE_CHECKING
 
@@ -53,8 +54,8 @@ def note_replaced(out: str, said: Mapping[str, str]) -> None:
     earlier = earlier_results(out)
     if earlier is not None and differences(earlier, said):
         note(
-            f"{out} holds {earlier.n_rows} rows of another run; they are replaced when this one "
-            "is done. To keep them, stop and name another folder."
+            f"{out} holds a comparison of another run ({earlier.n_rows} rows); it is replaced when "
+            "this one is done. To keep it, stop and name another folder."
         )
 
 
@@ -80,8 +81,20 @@ def write_or_rescue(comparison: Comparison, out: str, waiting: Sequence[Fit] = (
     try:
         write_comparison(comparison, out, waiting)
     except FileError as error:
+        raise FileError(f"{error}\n{_rescued(comparison, waiting)}") from error
+
+
+def _rescued(comparison: Comparison, waiting: Sequence[Fit]) -> str:
+    """Write results to a new folder for temporary files, and say where, or that it failed too."""
+    from hydrodamp.report.files import write_comparison
+
+    try:
         refuge = mkdtemp(prefix="hydrodamp-")
+    except OSError:
+        return "There is no other folder that can be written: what was finished is lost."
+    try:
         write_comparison(comparison, refuge, waiting)
-        raise FileError(
-            f"{error}\nWhat was finished is in {refuge}; `hydrodamp report` makes its report."
-        ) from error
+    except FileError as error:
+        rmtree(refuge, ignore_errors=True)
+        return f"Nor can another: {error} What was finished is lost."
+    return f"What was finished is in {refuge}; `hydrodamp report` makes its report."

@@ -77,5 +77,5 @@ def trust(vehicle: Vehicle, log: Log, fit: Fit) -> Trust:
             try:
                 words.append(ask())
             except HydrodampError as error:
-                words.append(f"Not said: {error}")
+                words.append(f"Not said, {what}: {error}")
     return Trust(next(iter(grades), None), tuple(part for part in words if part))

@@ -60,8 +60,7 @@ def read_log(path: Place | Sequence[Place], mapping: LogMapping | str | Path | N
     given = None if mapping is None else _mapping(mapping)
     with within(0.0, _READ):
         recording = read_recording(path)
-    with within(_READ, 1.0):
-        return _log(recording, given)
+    return _log(recording, given, (_READ, 1.0))
 
 
 def read_recording(path: Place | Sequence[Place]) -> Recording:
@@ -194,8 +193,9 @@ def logs_of(recordings: Iterable[Recording], mapping: LogMapping | str | Path | 
     LogError
         With the faults of every recording.
     """
-    given = None if mapping is None else _mapping(mapping)
-    return _all_of(partial(_log, recording, given) for recording in recordings)
+    given, there = None if mapping is None else _mapping(mapping), list(recordings)
+    parts = zip(there, shares([one.n for one in there]), strict=True)
+    return _all_of(partial(_log, recording, given, share) for recording, share in parts)
 
 
 def _in_turn(paths: Sequence[Place]) -> Iterator[tuple[Place, tuple[float, float]]]:
@@ -208,10 +208,11 @@ def _read(path: Place, share: tuple[float, float], mapping: LogMapping | None) -
         return read_log(path, mapping)
 
 
-def _log(recording: Recording, mapping: LogMapping | None) -> Log:
-    if mapping is not None:
-        return mapping.log(recording)
-    return Log.from_record(canonical_record(recording))
+def _log(recording: Recording, mapping: LogMapping | None, share: tuple[float, float]) -> Log:
+    with within(*share):
+        if mapping is not None:
+            return mapping.log(recording)
+        return Log.from_record(canonical_record(recording))
 
 
 def _all_of(logs: Iterable[Callable[[], Log]]) -> Log:

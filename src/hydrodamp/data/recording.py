@@ -150,6 +150,11 @@ class Recording:
     format: str
     notes: tuple[str, ...] = ()
 
+    @property
+    def n(self) -> int:
+        """The number of messages of all topics."""
+        return sum(topic.n for topic in self.topics)
+
     def topic(self, name: str) -> Topic:
         """Return a topic by its name.
 

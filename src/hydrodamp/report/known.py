@@ -5,6 +5,7 @@ from __future__ import annotations
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.trust.grades import CONTRIBUTION, RELATIVE, Grade
 from hydrodamp.identification.trust.identifiability import Identifiability
+from hydrodamp.identification.uncertainty.intervals import reach
 
 LITTLE = "matters little"
 """Said of a coefficient that is determined, but not as a number."""
@@ -16,10 +17,8 @@ LITTLE_MEANING = (
 )
 """What is meant by that, in a sentence."""
 
-_NORMAL = 1.959964
 
-
-def reach(fit: Fit) -> float:
+def reach_of(fit: Fit) -> float:
     """Return how many standard errors a 95 % interval reaches to either side.
 
     Parameters
@@ -32,7 +31,7 @@ def reach(fit: Fit) -> float:
     reach : float
         Of Student's t where the fit knows its degrees of freedom, else of the normal.
     """
-    return _NORMAL if fit.uncertainty is None else fit.uncertainty.reach()
+    return reach() if fit.uncertainty is None else fit.uncertainty.reach()
 
 
 def how_known(fit: Fit, grades: Identifiability | None = None) -> tuple[str, dict[str, str]]:
@@ -69,6 +68,6 @@ def _wide(fit: Fit) -> set[str]:
     covariance, values = fit.damping.covariance, fit.damping.as_dict()
     if covariance is None:
         return set()
-    half = reach(fit) * covariance.diagonal().clip(min=0.0) ** 0.5
+    half = reach_of(fit) * covariance.diagonal().clip(min=0.0) ** 0.5
     pairs = zip(values.items(), half.tolist(), strict=True)
     return {label for (label, value), wide in pairs if not wide <= RELATIVE * abs(value)}

@@ -14,8 +14,8 @@ from hydrodamp.data.log import Log
 from hydrodamp.data.mapping import LogMapping, read_mapping
 from hydrodamp.data.probing.delay import Delay, delays
 from hydrodamp.data.probing.probe import SUFFICES, Probe
+from hydrodamp.data.read import logs_of
 from hydrodamp.data.recording import Recording
-from hydrodamp.data.stretches import concatenate
 from hydrodamp.errors import HydrodampError, HydrodampWarning
 from hydrodamp.report.document import Document
 from hydrodamp.report.grid import Grid
@@ -118,7 +118,7 @@ def by_guess(
             mapping = mapping_of()
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", HydrodampWarning)
-                log = concatenate([mapping.log(recording) for recording in recordings])
+                log = logs_of(recordings, mapping)
             return replace(judged(log, way, vehicle), guessed=True)
         except HydrodampError as error:
             reason = f"{way}: {error}"

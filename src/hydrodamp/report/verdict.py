@@ -178,7 +178,7 @@ def _reservations_about(vehicle: Vehicle, log: Log) -> Iterator[str]:
         yield (
             f"commands that no actuator of '{vehicle.name}' takes: {' '.join(strange)}; use models "
             f"with terms for them, such as `terms: {{X: {strange[0]}}}` in a model file, or leave "
-            "them out of the mapping."
+            "them out."
         )
     if told := without_righting(vehicle):
         yield told

@@ -11,13 +11,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
-from scipy.special import stdtrit
 
 from hydrodamp import kernels
 from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.basis.axes import VELOCITY_OF
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
+from hydrodamp.identification.uncertainty.intervals import reach
 from hydrodamp.kernels.inputs import Inputs
 from hydrodamp.models.damping import Damping
 from hydrodamp.simulation.parallel import each
@@ -118,7 +118,7 @@ def prediction_band(
     MethodError
         If the damping has no covariance, or a setting makes no sense.
     """
-    half = _reach(level, degrees_of_freedom)
+    half = reach(level, degrees_of_freedom)
     spread = _Spread.of(problem, damping, _deviations(noise))
     velocity = np.full((problem.n_samples, 6), np.nan)
     width = np.full((problem.n_samples, 6), np.nan)
@@ -167,7 +167,7 @@ def drawn_band(
         If the shape of the draws is wrong, there are fewer than two, or the level is not
         between 0 and 1.
     """
-    _reach(level, np.inf)
+    reach(level, np.inf)
     values = np.asarray(draws, dtype=np.float64)
     size = damping.model.n_coefficients
     if values.ndim != 2 or values.shape[1] != size or len(values) < 2:
@@ -295,14 +295,6 @@ def _root(covariance: FloatArray) -> FloatArray:
     values, vectors = np.linalg.eigh(covariance / np.outer(unit, unit))
     root: FloatArray = unit[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
     return root
-
-
-def _reach(level: float, degrees_of_freedom: float) -> float:
-    if not 0.0 < level < 1.0:
-        raise MethodError(f"`level` must lie between 0 and 1; got {level}")
-    if not degrees_of_freedom > 0.0:
-        raise MethodError(f"`degrees_of_freedom` must be positive; got {degrees_of_freedom}")
-    return float(stdtrit(degrees_of_freedom, 0.5 + level / 2.0))
 
 
 def _deviations(noise: npt.ArrayLike | None) -> FloatArray:

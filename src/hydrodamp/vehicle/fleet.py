@@ -139,8 +139,9 @@ def _righted(vehicle: Vehicle) -> Vehicle:
 
 
 def _unknown(name: str) -> str:
-    near = neighbour(name)
-    meant = did_you_mean(name, NAMES) if near is None else f" Did you mean '{near}'?"
+    meant = did_you_mean(name, NAMES)
+    if not meant and (near := neighbour(name, (".yaml", ".yml"))):
+        meant = f" Did you mean '{near}'?"
     return (
         f"there is no vehicle `{name}`; the fleet has {', '.join(NAMES)}.{meant} For your own "
         "vehicle give the path of its YAML file; `hydrodamp vehicle new` writes one to fill in."

@@ -30,7 +30,7 @@ class Column:
     numbers : ndarray, shape (n,), or None
         NaN where a cell is empty or bad; None where the column is words.
     words : tuple of str
-        The cells without blanks around them, where some are no numbers.
+        The cells without blanks around them, where some are no numbers or all are names.
     bad : tuple of (int, str)
         Rows and cells that are no numbers, in a column of numbers.
     unit : str

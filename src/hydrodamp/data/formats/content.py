@@ -68,12 +68,12 @@ def content(path: str | Path) -> bytes:
     LogError
         If the compression is damaged.
     """
-    with followed(path) as file:
+    with opened(path) as file:
         return file.read()
 
 
 def size_of(path: str | Path) -> int:
-    """Return how large a file is, or all files of a folder.
+    """Return how large a file is, or all files right in a folder.
 
     Parameters
     ----------
@@ -83,16 +83,19 @@ def size_of(path: str | Path) -> int:
     Returns
     -------
     size : int
-        In bytes; 0 where there is nothing.
+        In bytes; 0 where there is nothing that can be looked at.
     """
     path = Path(path)
-    inside = path.rglob("*") if path.is_dir() else (path,)
-    return sum(each.stat().st_size for each in inside if each.is_file())
+    try:
+        inside = path.iterdir() if path.is_dir() else (path,)
+        return sum(each.stat().st_size for each in inside if each.is_file())
+    except OSError:
+        return 0
 
 
 @contextmanager
 def followed(path: str | Path) -> Iterator[IO[bytes]]:
-    """Open a file as :func:`opened` does, and tell how much of it has been read.
+    """Open a file as :func:`opened` does, and tell how much of it has been read, block by block.
 
     Parameters
     ----------

@@ -10,7 +10,7 @@ from importlib import import_module
 from pathlib import Path
 
 from hydrodamp.data.formats import avl
-from hydrodamp.data.formats.content import content, head
+from hydrodamp.data.formats.content import content, head, size_of
 from hydrodamp.data.recording import Recording
 from hydrodamp.errors import FileError, LogError
 from hydrodamp.file_kinds import LOG, mistaken
@@ -18,6 +18,7 @@ from hydrodamp.loading import absent, parse_yaml
 
 _HERE = "hydrodamp.data.formats"
 _HEAD = 4096
+_LARGEST_OF_OURS = 1 << 18  # bytes; parsing a file takes a while, and only to refuse it
 
 
 @dataclass(frozen=True)
@@ -241,6 +242,8 @@ def _text_format(path: Path, begin: bytes, suffix: str) -> Format:
 
 def _of_ours(path: Path) -> str:
     """Return what to say of a vehicle, a mapping or a result that is given as a log."""
+    if size_of(path) > _LARGEST_OF_OURS:
+        return ""
     try:
         text = content(path).decode()
         held = json.loads(text) if path.suffix.lower() == ".json" else parse_yaml(text, str(path))

@@ -20,6 +20,8 @@ _SEPARATOR = re.compile(r"sep=.$", re.IGNORECASE)
 _SAMPLE = 200
 _LABEL = "segment"
 """A column of names, were they digits: a segment `001` is not called `1`."""
+_NO_NAME = "unnamed"
+"""What a row without one has for a name."""
 
 
 @dataclass(frozen=True)
@@ -79,11 +81,14 @@ class Dialect:
         Returns
         -------
         column : Column
-            As of :func:`~hydrodamp.data.formats.cells.column_of`; names of segments stay words.
+            As of :func:`~hydrodamp.data.formats.cells.column_of`; names of segments stay words,
+            and are numbers too where all of them are.
         """
-        if self.names[place] == _LABEL:
-            return Column(None, tuple(cells))
-        return column_of(cells, self.decimal)
+        column = column_of(cells, self.decimal)
+        if self.names[place] != _LABEL:
+            return column
+        words = tuple(cell.strip() or _NO_NAME for cell in cells)
+        return Column(None if column.bad else column.numbers, words)
 
 
 @dataclass(frozen=True)

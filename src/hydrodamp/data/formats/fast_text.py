@@ -15,7 +15,7 @@ import numpy as np
 from hydrodamp.advance import By, advance, within
 from hydrodamp.arrays import FloatArray
 from hydrodamp.data.formats.cells import Column
-from hydrodamp.data.formats.content import GZIP, content
+from hydrodamp.data.formats.content import GZIP, followed
 from hydrodamp.data.formats.extras import installed
 from hydrodamp.data.formats.text_table import COMMENTS, OddTextError, TextColumns, TextFile
 
@@ -53,11 +53,11 @@ def read(file: TextFile) -> TextColumns:
     pieces = _pieces(_source(file), file.dialect.first - 1)
     with within(0.0 if _is_plain(file) else _UNPACKED, 1.0):
         kept = _Kept.empty(file, pieces[-1].stop)
-    if len(pieces) == 1:
-        kept.fill(pieces[0])
-    else:
-        with ThreadPoolExecutor(len(pieces)) as pool:
-            list(pool.map(kept.fill, pieces))
+        if len(pieces) == 1:
+            kept.fill(pieces[0])
+        else:
+            with ThreadPoolExecutor(len(pieces)) as pool:
+                list(pool.map(kept.fill, pieces))
     return kept.columns()
 
 
@@ -186,8 +186,8 @@ def _source(file: TextFile) -> Any:
     if _is_plain(file):
         with arrow.memory_map(str(file.path)) as mapped:
             return mapped.read_buffer(mapped.size())
-    with within(0.0, _UNPACKED):
-        text = content(file.path)
+    with within(0.0, _UNPACKED), followed(file.path) as binary:
+        text = binary.read()
     if file.encoding != "utf-8":
         text = text.decode(file.encoding, errors="replace").encode()
     if not file.dialect.delimiter:

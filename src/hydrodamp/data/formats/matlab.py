@@ -94,16 +94,16 @@ def _is_struct_array(value: Any) -> bool:
 def _hdf5(path: str | Path, notes: list[str]) -> dict[str, Any]:
     h5py = extra("h5py", path)
     arrays: dict[str, Any] = {}
-    found: dict[str, Any] = {}
+    found: list[tuple[str, Any]] = []
 
     def visit(name: str, node: Any) -> None:
         if isinstance(node, h5py.Dataset) and not name.startswith("#"):
-            found[name.replace("/", ".")] = node
+            found.append((name.replace("/", "."), node))
 
     try:
         with h5py.File(path, "r") as file:
             file.visititems(visit)
-            for name, node in counted(found.items(), len(found)):
+            for name, node in counted(found, len(found)):
                 _add(arrays, name, node, notes)
     except (OSError, RuntimeError, ValueError, KeyError) as error:
         raise _damaged(path, error) from error

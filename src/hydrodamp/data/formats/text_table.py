@@ -98,7 +98,7 @@ class TextColumns:
             "",
             None,
             {name: numbers for name, numbers in clean.items() if numbers is not None},
-            {name: col.words for name, col in named.items() if col.numbers is None or col.bad},
+            {name: col.words for name, col in named.items() if col.numbers is None or col.words},
             {**dialect.units, **dated},
             {**bad, **dialect.faults},
             self.lines,

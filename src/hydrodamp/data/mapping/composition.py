@@ -70,8 +70,9 @@ def load(place: str | Path, beside: Path | None = None) -> tuple[object, Path | 
     path = Path(text) if beside is None else beside / text
     if isinstance(place, str) and "/" not in text and not Path(text).suffix and not path.exists():
         known = presets()
-        near = neighbour(path)
-        meant = did_you_mean(text, known) if near is None else f" Did you mean '{near}'?"
+        meant = did_you_mean(text, known)
+        if not meant and (near := neighbour(path, (".yaml", ".yml"))):
+            meant = f" Did you mean '{near}'?"
         raise LogError(
             f"there is no preset '{text}'.{meant} The presets are: {', '.join(known)}. A mapping "
             "file is named with its suffix"

@@ -77,8 +77,9 @@ class Found:
             return
         if self.field in self.topic.faults:
             yield self.topic.faults[self.field]
-        if self.field in self.topic.texts:
-            yield from text_faults(self.topic.texts[self.field], self.source.column)
+        elif self.field in self.topic.texts and self.field not in self.topic.fields:
+            cells = self.topic.texts[self.field]
+            yield from text_faults(cells, self.source.column, self.topic.lines)
         unit, quantity = self.stated(), self.entry.quantity
         if unit and quantity and self.source.unit is None and unit not in UNITS[quantity]:
             yield (
@@ -184,7 +185,9 @@ def beside(topic: Topic, column: str) -> str | None:
     return None
 
 
-def text_faults(cells: Sequence[str], column: str) -> Iterator[str]:
+def text_faults(
+    cells: Sequence[str], column: str, lines: Sequence[int] | None = None
+) -> Iterator[str]:
     """Name the cells of a column that are no numbers.
 
     Parameters
@@ -193,15 +196,21 @@ def text_faults(cells: Sequence[str], column: str) -> Iterator[str]:
         As they stand in the file.
     column : str
         How the message calls it.
+    lines : sequence of int, optional
+        The line of the file of each.
 
     Yields
     ------
     fault : str
-        One sentence.
+        One sentence; none where all are numbers.
     """
     bad = [
-        f"{cell!r} in row {row}" for row, cell in enumerate(cells, start=1) if not _is_number(cell)
+        f"{cell!r} in row {row + 1}" + (f" (line {lines[row]})" if lines else "")
+        for row, cell in enumerate(cells)
+        if not _is_number(cell)
     ]
+    if not bad:
+        return
     more = len(bad) - _LISTED
     tail = f" and {more} more" if more > 0 else ""
     yield f"column `{column}` must hold numbers; got {', '.join(bad[:_LISTED])}{tail}"

@@ -20,6 +20,7 @@ from hydrodamp.errors import LogError
 
 _LISTED = 8
 _UNNAMED = re.compile(r"column \d+")  # how readers call a column without a name
+_TWICE = re.compile(r"(.*) \(\d+\)")  # and one whose name another has too
 
 
 def canonical_record(recording: Recording) -> Record:
@@ -56,13 +57,13 @@ def canonical_record(recording: Recording) -> Record:
         numbers["time"] = table.time
     columns = Columns(
         numbers,
-        tuple(name for name in numbers if name not in RESERVED and not _UNNAMED.fullmatch(name)),
+        tuple(name for name in numbers if name not in RESERVED and not _is_odd(name, table)),
         labels_of(table, "segment"),
         table.lines or None,
         recording.source,
     )
     record = columns.record()
-    faults = [*_cell_faults(table), *columns.faults(), *_name_faults(table.fields)]
+    faults = [*_cell_faults(table), *columns.faults(), *_name_faults((*table.fields, *table.texts))]
     if faults and record is not None and not table.faults:
         faults += faults_of(record)
     if faults or record is None:
@@ -102,6 +103,12 @@ def _unreadable(table: Topic) -> dict[str, FloatArray]:
     return {name: np.zeros(table.n) for name in table.faults}
 
 
+def _is_odd(name: str, table: Topic) -> bool:
+    """Tell a column without a name of its own: none at all, or one that stands twice."""
+    twice = _TWICE.fullmatch(name)
+    return bool(_UNNAMED.fullmatch(name)) or (twice is not None and twice[1] in table.faults)
+
+
 def _cell_faults(table: Topic) -> Iterator[str]:
     """Name what is no number, but for the names of segments."""
     for name, fault in table.faults.items():
@@ -109,11 +116,14 @@ def _cell_faults(table: Topic) -> Iterator[str]:
             yield fault
     for name, cells in table.texts.items():
         if name != "segment" and name not in table.faults:
-            yield from text_faults(cells, name)
+            yield from text_faults(cells, name, table.lines)
 
 
 def _name_faults(names: Collection[str]) -> Iterator[str]:
     """Say which names are empty, or a reserved one (but `time`, missed anyway) in other case."""
+    if names and all(map(_UNNAMED.fullmatch, names)):
+        yield "there is no line of column names; write one above the numbers"
+        return
     for name in names:
         if _UNNAMED.fullmatch(name):
             yield f"{name} has no name; drop it (pandas: `to_csv(..., index=False)`)"

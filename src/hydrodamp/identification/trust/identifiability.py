@@ -264,10 +264,10 @@ def _check(known: Uncertainty | None, coefficients: FloatArray | None, model: Da
         ("covariance", covariance, (n, n)),
         ("coefficients", coefficients, (n,)),
     ):
-        if value is not None and value.shape != shape:
+        if value is not None and np.shape(value) != shape:
             raise MethodError(
                 f"`{name}` must have shape {shape}, in the order of the coefficients of "
-                f"'{model.key}' on the free axes; got {value.shape}"
+                f"'{model.key}' on the free axes; got {np.shape(value)}"
             )
 
 

@@ -17,6 +17,38 @@ _OUTSIDE = 1e-6
 """A direction that lies outside others by less than this share is within them."""
 
 
+def reach(level: float = 0.95, degrees_of_freedom: float = np.inf) -> float:
+    """Return how many standard errors an interval reaches to either side.
+
+    Parameters
+    ----------
+    level : float
+        Share of repetitions in which the interval holds what is sought.
+    degrees_of_freedom : float
+        How well the standard error is known.
+
+    Returns
+    -------
+    reach : float
+        Quantile of Student's t.
+
+    Raises
+    ------
+    MethodError
+        If the level is not between 0 and 1, or the degrees of freedom are not positive.
+
+    Examples
+    --------
+    >>> round(reach(), 2), round(reach(degrees_of_freedom=5), 2)
+    (1.96, 2.57)
+    """
+    if not 0.0 < level < 1.0:
+        raise MethodError(f"`level` must lie between 0 and 1; got {level}")
+    if not degrees_of_freedom > 0.0:
+        raise MethodError(f"`degrees_of_freedom` must be positive; got {degrees_of_freedom}")
+    return float(stdtrit(degrees_of_freedom, 0.5 + level / 2.0))
+
+
 @dataclass(frozen=True, eq=False)
 class Uncertainty:
     """How far to trust some coefficients.
@@ -135,9 +167,7 @@ class Uncertainty:
         MethodError
             If the level is not between 0 and 1.
         """
-        if not 0.0 < level < 1.0:
-            raise MethodError(f"`level` must lie between 0 and 1; got {level}")
-        return float(stdtrit(self.degrees_of_freedom, 0.5 + level / 2.0))
+        return reach(level, self.degrees_of_freedom)
 
     def interval(self, coefficients: FloatArray, level: float = 0.95) -> FloatArray:
         """Return the interval of each coefficient.

@@ -11,7 +11,7 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.axes import AXES
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Fit
-from hydrodamp.identification.uncertainty.intervals import Uncertainty
+from hydrodamp.identification.uncertainty.intervals import reach
 from hydrodamp.models.model import DampingModel
 from hydrodamp.report.figures.apart import colour_of, mark_of
 from hydrodamp.report.figures.look import COLUMN, FAINT, PAGE, in_our_look, settle, sheet
@@ -138,10 +138,11 @@ def _draw(panel: Axes, fit: Fit, part: slice, offset: float, level: float) -> No
 
 def _half_widths(fit: Fit, level: float) -> FloatArray | None:
     """Return half the width of each interval; None where the method gives no covariance."""
-    known = fit.uncertainty
-    if known is None and fit.damping.covariance is not None:
-        known = Uncertainty(fit.damping.covariance, np.inf, "white residuals")
-    return None if known is None else known.reach(level) * known.standard_errors
+    covariance, known = fit.damping.covariance, fit.uncertainty
+    if covariance is None:
+        return None
+    times = reach(level) if known is None else known.reach(level)
+    return times * np.sqrt(np.diag(covariance))
 
 
 def _handle(fit: Fit, level: float) -> Line2D:

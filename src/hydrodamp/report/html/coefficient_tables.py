@@ -12,7 +12,7 @@ from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.trust.identifiability import Identifiability
 from hydrodamp.models.labels import coefficient_unit
 from hydrodamp.report.correlated import ALIKE, correlated_pairs
-from hydrodamp.report.known import LITTLE, LITTLE_MEANING, how_known, reach
+from hydrodamp.report.known import LITTLE, LITTLE_MEANING, how_known, reach_of
 from hydrodamp.report.numbers import NOTHING, coefficient
 from hydrodamp.validation.comparison import Row
 
@@ -144,7 +144,7 @@ def _table(fit: Fit, grades: Identifiability | None) -> CoefficientTable:
         title=fit.model.title,
         heading=heading,
         lines=tuple(
-            _line(label, value, error, reach(fit), unit, known.get(label, NOTHING))
+            _line(label, value, error, reach_of(fit), unit, known.get(label, NOTHING))
             for (label, value), error, unit in zip(
                 fit.damping.as_dict().items(), _errors(fit), units, strict=True
             )

@@ -10,7 +10,7 @@ from hydrodamp.basis.axes import AXES
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.trust.grades import Grade
 from hydrodamp.identification.trust.identifiability import Identifiability
-from hydrodamp.report.known import reach
+from hydrodamp.report.known import reach_of
 from hydrodamp.report.unfinished import UNFINISHED
 from hydrodamp.simulation.status import Status
 from hydrodamp.validation.comparison import Comparison, Row
@@ -158,7 +158,7 @@ def _unknown(fit: Fit) -> str:
 def _unsure(fit: Fit) -> list[str]:
     if fit.damping.covariance is None:
         return []
-    half = reach(fit) * np.sqrt(np.clip(np.diag(fit.damping.covariance), 0.0, None))
+    half = reach_of(fit) * np.sqrt(np.clip(np.diag(fit.damping.covariance), 0.0, None))
     within = np.abs(fit.damping.coefficients) <= half
     return [label for label, inside in zip(fit.model.labels, within, strict=True) if inside]
 
