@@ -74,7 +74,8 @@ def test_the_report_goes_into_the_folder(results: Path, call: Call) -> None:
         assert done.exit_code == 0, done.output
         assert "written to out/report.html" in done.stderr
     text = (results / "report.html").read_text("utf-8")
-    assert "Take linear by ls" in text
+    assert "linear by ls" in text
+    assert "which was compared with no other" in text
     assert '"name":"r","unit":"deg/s"' in text
     assert '"name":"w"' not in text  # a locked velocity is not drawn
 

@@ -89,10 +89,7 @@ def test_fits_that_have_not_settled_are_left_out_unless_none_has():
     assert choose([loose, *ROWS]).row is LARGE
     only = choose([loose])
     assert (only.row, only.runner_up) == (loose, None)
-    assert str(only) == (
-        "loose by ai (0.1): lowest RMS error of 1 replay; there is no runner-up. No fit has "
-        "settled."
-    )
+    assert str(only) == ("loose by ai (0.1), which was compared with no other. No fit has settled.")
 
 
 def test_no_error_and_no_rule_are_refused():

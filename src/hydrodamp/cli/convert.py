@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -24,6 +25,7 @@ def convert(
     check_out_file(out, (*logs, mapping))
     log = read(logs, mapping)
     results().print(str(log), markup=False, highlight=False)
+    instead = ", in place of an earlier one" if Path(out).exists() else ""
     with followed("writing", log.n):
         write_log(log, out)
-    note(f"written to {out}")
+    note(f"written to {out}{instead}")

@@ -9,7 +9,7 @@ import typer
 
 from hydrodamp.cli import options
 from hydrodamp.cli.beside import Beside
-from hydrodamp.cli.guard import WORK_FAILED
+from hydrodamp.cli.guard import WORK_FAILED, WRONG_INPUT
 from hydrodamp.cli.output import emit, fail, note, results
 
 if TYPE_CHECKING:
@@ -17,12 +17,34 @@ if TYPE_CHECKING:
     from hydrodamp.identification.fit import Fit
 
 
+def _named(context: typer.Context, model: str) -> str:
+    """Refuse a call without a model in a sentence that says where there are some."""
+    if not model and not context.resilient_parsing:  # as a shell does that completes words
+        fail(
+            "`--model` is missing: name one of `hydrodamp models`, a YAML file of your own, or "
+            "`sparse`, which is selected from the log.",
+            WRONG_INPUT,
+        )
+    if "," in model:
+        fail(
+            f"`--model {model}`: identify takes one model; `hydrodamp compare --models` takes "
+            "several.",
+            WRONG_INPUT,
+        )
+    return model
+
+
 def identify(
     vehicle: options.VehicleName,
     model: Annotated[
         str,
         typer.Option(
-            "--model", metavar="M", help="A model by name, a YAML file of one, or FILE:NAME."
+            "--model",
+            metavar="M",
+            help="A model by name, a YAML file of one, or FILE:NAME. [required]",
+            default_factory=str,
+            callback=_named,
+            show_default=False,
         ),
     ],
     logs: options.Logs = None,

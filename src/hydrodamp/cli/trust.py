@@ -63,12 +63,19 @@ def trust(vehicle: Vehicle, log: Log, fit: Fit) -> Trust:
         grades.append(graded(problem, fit))
         return grades[0].summary
 
+    def wrong_vehicle() -> str:
+        quick = WeakForm()
+        doubt = str(vehicle_doubt(vehicle, log, log, model, quick))
+        if fit.method == quick.key:
+            return doubt
+        return (
+            f"{doubt}\n  All of this by {quick.key}, for speed; the fit above is by {fit.method}."
+        )
+
     asked: dict[str, Callable[[], str]] = {
         "what the log determines": determined,
         "the residuals": lambda: "\n".join(diagnose(problem, model, fit.damping).remarks),
-        "what a wrong vehicle does": lambda: str(
-            vehicle_doubt(vehicle, log, log, model, WeakForm())
-        ),
+        "what a wrong vehicle does": wrong_vehicle,
     }
     words = []
     with stages("asking") as reach:

@@ -130,7 +130,10 @@ def _heading_alone(numbers: Collection[str]) -> bool:
 
 def _missing_faults(numbers: Mapping[str, FloatArray]) -> Iterator[str]:
     if "time" not in numbers:
-        yield f"column `time` is missing.{_nearest('time', numbers)} Rename it, or give a mapping"
+        yield (
+            f"column `time` is missing.{_nearest('time', numbers)} Rename it, or give a mapping: "
+            "`hydrodamp probe LOG --draft mapping.yaml` writes one"
+        )
     if not any(name in numbers for name in VELOCITIES):
         listed = " ".join(numbers)
         yield f"there is no velocity column: none of u v w p q r among {listed or 'no columns'}"

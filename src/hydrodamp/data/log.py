@@ -6,7 +6,6 @@ import dataclasses
 import warnings
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,7 +17,7 @@ from hydrodamp.data import attitude as attitudes, stretches
 from hydrodamp.data.blocks import BLOCKS, freeze, name_faults, segment_faults
 from hydrodamp.data.checks import faults_of
 from hydrodamp.data.record import Record
-from hydrodamp.data.segments import Segment, split
+from hydrodamp.data.segments import Segment, name_after, split
 from hydrodamp.data.stretches import concatenate
 from hydrodamp.data.summary import summary
 from hydrodamp.errors import GapWarning, LogError
@@ -216,7 +215,7 @@ class Log:
         """
         if faults := faults_of(record):
             raise LogError(faults, source=record.source)
-        parts = split(record, Path(record.source).stem or "1")
+        parts = split(record, name_after(record.source))
         if not parts.segments:
             empty = "no two neighbouring samples have all their values"
             raise LogError([empty, *parts.notes], source=record.source)

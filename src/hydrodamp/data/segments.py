@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterable
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -119,6 +120,28 @@ def split(record: Record, name: str = "1") -> Split:
         keep[a:b] = True
     notes = (*_gap_notes(record, gaps), *_missing_notes(record, missing, edges))
     return Split(keep, _named(record, kept, name), (*notes, *_dropped_notes(record, dropped)))
+
+
+def name_after(source: str) -> str:
+    """Return what the segments of a file are called.
+
+    Parameters
+    ----------
+    source : str
+        The file, compressed or not; empty for none.
+
+    Returns
+    -------
+    name : str
+        That of the file without its suffix.
+
+    Examples
+    --------
+    >>> name_after("logs/dive.csv.gz"), name_after("")
+    ('dive', '1')
+    """
+    name = Path(source).name
+    return Path(name[:-3] if name.lower().endswith(".gz") else name).stem or "1"
 
 
 def unique_names(names: Iterable[str]) -> tuple[str, ...]:

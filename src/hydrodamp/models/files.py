@@ -128,7 +128,8 @@ def _entries(content: object, faults: list[str]) -> list[tuple[str, Mapping[str,
         if isinstance(entry, Mapping):
             found.append((place, entry))
         else:
-            faults.append(f"{place or 'the file '}must map {', '.join(FIELDS)} to values.")
+            several = "" if place else "; several models go under `models:`, as a list"
+            faults.append(f"{place or 'the file '}must map {', '.join(FIELDS)} to values{several}.")
     return found
 
 

@@ -7,7 +7,7 @@ from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.trust.identifiability import Identifiability
 from hydrodamp.models.labels import coefficient_unit
 from hydrodamp.report.grid import Grid
-from hydrodamp.report.known import LITTLE, LITTLE_MEANING, how_known
+from hydrodamp.report.known import LITTLE, LITTLE_MEANING, RULE, how_known
 from hydrodamp.report.numbers import NOTHING, coefficient
 
 LISTED = 12
@@ -42,7 +42,7 @@ def fit_grid(fit: Fit, grades: Identifiability | None = None) -> Grid:
             fit.damping.as_dict().items(), errors, units, strict=True
         )
     )
-    little = (LITTLE_MEANING,) if LITTLE in known.values() else ()
+    rule = (() if grades is None else (RULE,)) + (LITTLE_MEANING,) * (LITTLE in known.values())
     rank = "" if fit.rank is None else f", rank {fit.rank}"
     return Grid(
         title=f"{model.title} by {fit.method}: {model.n_coefficients} coefficients{rank}, "
@@ -50,7 +50,7 @@ def fit_grid(fit: Fit, grades: Identifiability | None = None) -> Grid:
         header=("coefficient", "value", "std. error", "unit", *((heading,) if known else ())),
         rows=rows,
         align="lrrll" if known else "lrrl",
-        notes=(fit.status.value, *fit.sentences, *_groups(fit), *little),
+        notes=(fit.status.value, *fit.sentences, *_groups(fit), *rule),
         dim=frozenset({2, 3}),
     )
 

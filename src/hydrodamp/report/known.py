@@ -17,6 +17,13 @@ LITTLE_MEANING = (
 )
 """What is meant by that, in a sentence."""
 
+RULE = (
+    "grade, the worse of what the log and what the interval says: determined within "
+    f"{100.0 * RELATIVE:.0f} % of the number, or where it matters little; not determined where the "
+    "log moves or tells apart too little, or the interval leaves anything open; weak between."
+)
+"""How coefficients are graded, in a sentence."""
+
 
 def reach_of(fit: Fit) -> float:
     """Return how many standard errors a 95 % interval reaches to either side.

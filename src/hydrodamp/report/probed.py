@@ -188,6 +188,7 @@ def probed_document(found: Probe, probed: Probed) -> Document:
         else {
             "source": found.source,
             "missing": list(judged.missing),
+            "doubts": [],
             "reservations": [],
             "promises": [],
             "fit": False,

@@ -57,9 +57,10 @@ def survey_document(found: Survey, judged: Verdict) -> Document:
         **facts,
         "segments": segments,
         "missing": list(judged.missing),
+        "doubts": list(judged.doubts),
         "reservations": list(judged.reservations),
         "promises": list(judged.promises),
-        "fit": not judged.missing,
+        "fit": not (judged.missing or judged.doubts),
         "verdict": judged.sentence,
     }
 
@@ -90,6 +91,7 @@ def _segments(found: Survey) -> Grid:
 def _columns(found: Survey, judged: Verdict) -> Grid:
     notes = [f"Also recorded: {', '.join(found.has) or 'nothing else'}."]
     notes += [f"missing: {each}" for each in judged.missing]
+    notes += judged.doubts
     notes += [f"mind: {each}" for each in judged.reservations]
     notes += [f"good: {each}" for each in judged.promises]
     return Grid(

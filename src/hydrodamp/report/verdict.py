@@ -66,17 +66,22 @@ class Verdict:
         With these something will not be determined.
     promises : tuple of str
         What the log can identify.
+    doubts : tuple of str
+        Units and signs that look wrong; what is identified from them is wrong too.
     """
 
     missing: tuple[str, ...]
     reservations: tuple[str, ...]
     promises: tuple[str, ...] = ()
+    doubts: tuple[str, ...] = ()
 
     @property
     def sentence(self) -> str:
         """The verdict itself."""
         if self.missing:
             return "Not fit for the job as it is: see what is missing."
+        if self.doubts:
+            return "Not fit for the job yet: correct what looks wrong first."
         if self.reservations:
             return "Fit for the job, with reservations."
         return "Fit for the job."
@@ -117,7 +122,8 @@ def verdict(
     if vehicle is not None:
         reservations += _reservations_about(vehicle, log)
     promises = tuple(_promises(survey if completed is None else completed, axes, delays))
-    return Verdict(tuple(missing), tuple(reservations), promises)
+    doubts = tuple(f"{each}." for each in suspicions(log))
+    return Verdict(tuple(missing), tuple(reservations), promises, doubts)
 
 
 def _promises(survey: Survey, axes: Iterable[str], delays: Sequence[Delay]) -> Iterator[str]:
@@ -272,7 +278,6 @@ def _reservations(survey: Survey, log: Log, axes: Iterable[str]) -> Iterator[str
     constant = [channel.name for channel in survey.commands if channel.low == channel.high]
     if constant:
         yield f"commands that never change: {' '.join(constant)}."
-    yield from (f"{each}." for each in suspicions(log))
     yield from _leaps(log)
     yield from _current(log)
     if log.acceleration is None and survey.n_samples:

@@ -15,6 +15,9 @@ from hydrodamp.models.model import DampingModel
 from hydrodamp.vehicle.fleet import NAMES
 from hydrodamp.vehicle.vehicle import Vehicle
 
+_AHEAD = ("forward", "ahead", "surge", "throttle", "thrust", "rpm", "prop")
+"""What names of commands that drive forward hold."""
+
 _MISSPELT = 0.8
 """How alike a column and a reserved name must be for the one to be taken for the other."""
 
@@ -104,9 +107,15 @@ def nothing_drives(vehicle: Vehicle, log: Log, models: Iterable[DampingModel] = 
     return (
         f"{acting}, and the log has only the commands {' '.join(recorded)} and no wrench: nothing "
         "says what force they make. Let their gains be coefficients too, with terms such as "
-        f"`terms: {{X: {recorded[0]}}}` in a model file; or {_way_out(vehicle, recorded[0])}; or "
-        "record the wrench X Y Z K M N."
+        f"`terms: {{X: {_ahead(recorded)}}}` in a model file; or "
+        f"{_way_out(vehicle, recorded[0])}; or record the wrench X Y Z K M N."
     )
+
+
+def _ahead(recorded: Sequence[str]) -> str:
+    """Return the command that most likely drives a vehicle forward, for an example."""
+    likely = (name for word in _AHEAD for name in recorded if word in name.lower())
+    return next(likely, recorded[0])
 
 
 def _way_out(vehicle: Vehicle, recorded: str) -> str:

@@ -194,9 +194,17 @@ def choose(rows: Iterable[Candidate], rule: str | Rule = "rms") -> Choice[Candid
     return Choice(
         row=best,
         runner_up=second,
-        sentence=f"{_named(how, best)}: {how.reason(ranked)}; {_behind(how, best, second)}.",
+        sentence=_sentence(how, ranked, len(asked)),
         reservation=_reservation(best.settled, len(asked) - len(candidates)),
     )
+
+
+def _sentence(rule: Rule, ranked: Sequence[Ranked], asked: int) -> str:
+    """Say which row is first, and by what; of one alone only what it is."""
+    best, second = ranked[0], ranked[1] if len(ranked) > 1 else None
+    if asked == 1:
+        return f"{_named(rule, best)}, which was compared with no other."
+    return f"{_named(rule, best)}: {rule.reason(ranked)}; {_behind(rule, best, second)}."
 
 
 def error_of(row: Ranked) -> float:

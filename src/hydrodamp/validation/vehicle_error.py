@@ -112,7 +112,7 @@ class VehicleDoubt:
     def __str__(self) -> str:
         """Return a line for each number."""
         lines = [f"  {sway.line(self.rms)}" for sway in self.sways]
-        head = f"If the vehicle is wrong ({self.model} identified by {self.method} and replayed):"
+        head = f"If the vehicle is wrong ({self.model}, again by {self.method}, and replayed):"
         return "\n".join([head, *lines])
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from hydrodamp.data.attitude import quaternion_from_euler, rotation
-from hydrodamp.data.cleaning.ratios import path_ratio, rate_ratio
+from hydrodamp.data.cleaning.ratios import axis_ratios, path_ratio, rate_ratio
 from hydrodamp.data.cleaning.suspicions import note_suspicions, suspicions
 from hydrodamp.data.log import Log
 
@@ -162,6 +162,45 @@ def test_ratios_of_unrelated_or_absent_channels_are_none() -> None:
     assert np.isnan(rate_ratio(TIME, rng.normal(size=1200), rng.normal(size=1200), whole))
     assert np.isnan(rate_ratio(TIME, 0 * TIME, 0 * TIME, whole))
     assert np.isnan(path_ratio(dataclasses.replace(sound(), position=None)))
+
+
+def swaying(**wrong: float) -> Log:
+    """A vehicle that goes ahead, sideways and up and down, with velocities times some factors."""
+    rng = np.random.default_rng(5)
+    yaw = 0.5 * np.sin(0.1 * TIME)
+    attitude = quaternion_from_euler(np.outer(yaw, (0, 0, 1)))
+    velocity = np.column_stack((np.sin(0.2 * TIME), np.cos(0.3 * TIME), np.sin(0.13 * TIME)))
+    world = np.einsum("nij,nj->ni", rotation(attitude), velocity)
+    position = np.cumsum(world, axis=0) / 10 + rng.normal(0, 0.02, (1200, 3))
+    factors = [wrong.get(name, 1.0) for name in "uvw"]
+    named = dict(zip("uvw", (velocity * factors).T, strict=True))
+    return Log.from_arrays(TIME, named, attitude=attitude, position=position)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ({}, []),
+        ({"v": -1.0}, [("v", "of the other sign")]),
+        ({"u": 1.944}, [("u", "knots taken for m/s")]),
+        ({"w": 0.01}, [("w", "m/s taken for cm/s and converted once too often")]),
+        ({"u": 3.6, "v": -1.0}, [("u", "km/h taken for m/s"), ("v", "of the other sign")]),
+        ({"u": -1.0, "v": -1.0, "w": -1.0}, [("u v w", "of the other sign")]),
+    ],
+)
+def test_one_velocity_that_is_wrong_is_told(
+    wrong: dict[str, float], said: list[tuple[str, str]]
+) -> None:
+    found = suspicions(swaying(**wrong))
+    assert [one.channel for one in found] == [channel for channel, _ in said]
+    assert all(words in one.looks for one, (_, words) in zip(found, said, strict=True))
+
+
+def test_a_velocity_that_makes_no_way_is_not_judged() -> None:
+    ratios = axis_ratios(sound())  # it circles without sway and heave
+    assert ratios[0] == pytest.approx(1.0, abs=0.01)
+    assert np.isnan(ratios[1:]).all()
+    assert np.isnan(axis_ratios(dataclasses.replace(sound(), position=None))).all()
 
 
 def test_no_ratio_is_taken_across_a_join() -> None:

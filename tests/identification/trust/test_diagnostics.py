@@ -102,8 +102,9 @@ def test_sentences_for_a_person():
     coloured = axis(whiteness=Whiteness(1e-9, 0.9, 3.0))
     spiked = replace(coloured, axis="N", outliers=0.05)
     assert Diagnostics("two", (biased, coloured, spiked), 2.0).remarks == (
-        "The noise in the velocities biases Y (30 %), by that share of the wrench explained "
-        "(Durbin-Wu-Hausman, p < 0.01): use output error, or the weak form with a longer support.",
+        "The noise in the velocities biases a regression on Y (30 %), by that share of the wrench "
+        "explained (Durbin-Wu-Hausman, p < 0.01): output error (`recommended`, `oe`) has no such "
+        "bias, the weak form with a longer support less.",
         "Residuals are correlated in time on Y (over 3 s, neighbours 0.90), N (over 3 s, "
         "neighbours 0.90) (Ljung-Box, p < 0.01): intervals for white residuals would be wrong.",
         "Many residuals are beyond 4 robust standard deviations on N (5.0 %): look at the log "

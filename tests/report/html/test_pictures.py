@@ -118,7 +118,7 @@ def test_why_there_are_no_grades_stands_where_they_would(comparison, take_apart)
 def test_grades_stand_as_a_table(comparison, take_apart):
     found = take_apart(page(comparison, {}, Findings(graded("ddwwnn", excited=False))))
     section = found.one("section", id="pictures")
-    assert "Coefficients of linear by how well the log determines them" in section.text
+    assert "Coefficients of linear by how well they are known" in section.text
     assert "The folder" not in section.text
     section = pictures_section(Findings(graded("ddwwnn", excited=False)), 0)
     assert section.grades[0] == ("X", "6 of 6", "90 %", "yes", "2", "2", "2")
@@ -133,8 +133,8 @@ def test_grades_stand_as_a_table(comparison, take_apart):
         (
             "dddddw",
             True,
-            "The log determined 30 of its 36 coefficients; 6 are weak, good for sign and order "
-            "of magnitude at best (X_r, Y_r, Z_r, K_r, M_r, N_r)",
+            "The log determined 30 of its 36 coefficients; 6 are weak, to be used with the "
+            "whole model only (X_r, Y_r, Z_r, K_r, M_r, N_r)",
         ),
         (
             "nnnnnn",

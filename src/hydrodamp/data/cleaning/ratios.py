@@ -13,6 +13,7 @@ LEAST_AGREEMENT = 0.8
 
 _WINDOW = 5.0  # s, over which ways are compared: long against the noise of a position
 _LEAST_PAIRS = 8
+_LEAST_PART = 1e-4  # of the way, that a velocity must have; one in km/s beside others in m/s has
 _TINY = 1e-9  # of any unit; less is no motion
 
 
@@ -76,21 +77,69 @@ def path_ratio(log: Log) -> float:
     """
     if log.position is None or log.attitude is None:
         return float("nan")
-    world = np.einsum("nij,nj->ni", rotation(log.attitude), log.velocity[:, :3])
-    ways = []
+    made, gone = _ways(log)
+    return _ratio(made.sum(axis=2).ravel(), gone.ravel())
+
+
+def axis_ratios(log: Log) -> FloatArray:
+    """Return how many times longer the way of each velocity is than its part of the position's.
+
+    Parameters
+    ----------
+    log : Log
+        Without a position or an attitude there is nothing to compare.
+
+    Returns
+    -------
+    ratios : ndarray, shape (3,)
+        Of u, v and w: one where unit, sign and frame agree, NaN where a velocity has too small
+        a part in the way to tell.
+
+    Examples
+    --------
+    >>> time = np.arange(0.0, 60.0, 0.5)
+    >>> sway = np.sin(time / 3)
+    >>> log = Log.from_arrays(
+    ...     time,
+    ...     {"u": 1 + 0 * time, "v": -sway},
+    ...     attitude=np.zeros((120, 3)),
+    ...     position=np.column_stack((time, np.cumsum(sway) / 2, 0 * time)),
+    ... )
+    >>> axis_ratios(log).round(1).tolist()
+    [1.0, -1.0, nan]
+    """
+    ratios = np.full(3, np.nan)
+    if log.position is None or log.attitude is None:
+        return ratios
+    made, gone = _ways(log)
+    ways, way = made.reshape(-1, 3), gone.ravel()
+    sizes = np.linalg.norm(ways, axis=0)
+    there = np.flatnonzero(sizes > _LEAST_PART * np.linalg.norm(sizes))
+    shares = np.zeros(3)
+    shares[there] = np.linalg.lstsq(ways[:, there] / sizes[there], way)[0] / sizes[there]
+    for axis in there.tolist():
+        rest = way - ways @ shares + ways[:, axis] * shares[axis]
+        ratios[axis] = _ratio(ways[:, axis], rest)
+    return ratios
+
+
+def _ways(log: Log) -> tuple[FloatArray, FloatArray]:
+    """Return ways of some seconds: (m, 3, 3) made along u v w, in the world, and (m, 3) gone."""
+    assert log.attitude is not None
+    assert log.position is not None
+    world = rotation(log.attitude) * log.velocity[:, np.newaxis, :3]
+    made, gone = [], []
     for start, stop in log.bounds.tolist():
-        time = log.time[start:stop]
-        steps = (
-            np.diff(time)[:, np.newaxis] * (world[start + 1 : stop] + world[start : stop - 1]) / 2
-        )
-        way = np.concatenate((np.zeros((1, 3)), np.cumsum(steps, axis=0)))
+        time, place = log.time[start:stop], log.position[start:stop]
+        mean = (world[start + 1 : stop] + world[start : stop - 1]) / 2
+        steps = np.diff(time)[:, np.newaxis, np.newaxis] * mean
+        way = np.concatenate((np.zeros((1, 3, 3)), np.cumsum(steps, axis=0)))
         first = np.arange(stop - start)
         last = np.minimum(np.searchsorted(time, time + _WINDOW), stop - start - 1)
         first, last = first[last > first], last[last > first]
-        place = log.position[start:stop]
-        ways.append(np.stack((way[last] - way[first], place[last] - place[first])))
-    made, gone = np.concatenate(ways, axis=1)
-    return _ratio(made.ravel(), gone.ravel())
+        made.append(way[last] - way[first])
+        gone.append(place[last] - place[first])
+    return np.concatenate(made), np.concatenate(gone)
 
 
 def _inner_steps(bounds: IntArray, n: int) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:

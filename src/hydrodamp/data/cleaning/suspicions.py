@@ -16,7 +16,7 @@ from hydrodamp.basis.axes import AXES, VELOCITIES
 from hydrodamp.data.attitude import down as down_in_body, euler_from_quaternion
 from hydrodamp.data.checks import rate_slopes
 from hydrodamp.data.cleaning.channels import measured
-from hydrodamp.data.cleaning.ratios import path_ratio, rate_ratio
+from hydrodamp.data.cleaning.ratios import axis_ratios, path_ratio, rate_ratio
 from hydrodamp.data.cleaning.touched import Cleaned
 from hydrodamp.data.log import Log
 
@@ -38,6 +38,9 @@ _SPEEDS = {
     3600 / 1852: "knots taken for m/s",
     1 / 0.3048: "ft/s taken for m/s",
     0.001: "m/s beside a position in mm",
+    0.01: "m/s taken for cm/s and converted once too often",
+    1852 / 3600: "m/s taken for knots and converted once too often",
+    1 / 3.6: "m/s taken for km/h and converted once too often",
     -1.0: "of the other sign, or of another frame than the position",
 }
 _PULSE = (800.0, 2200.0)  # us, servo and ESC signals
@@ -169,11 +172,24 @@ def _speeds(log: Log) -> Iterator[Suspicion]:
         evidence = f"the way it makes is {ratio:.3g} times that of the position"
         yield Suspicion(called, f"is {looks}", evidence)
         return
+    alone = [*_speeds_alone(log, recorded)]
+    yield from alone
+    if alone:
+        return
     speed = np.linalg.norm(log.velocity[:, recorded], axis=1)
     if (usual := float(np.median(speed))) > _FAST:
         yield Suspicion(
             called, "may be cm/s or mm/s, not m/s", f"the median speed is {usual:.3g} m/s"
         )
+
+
+def _speeds_alone(log: Log, recorded: list[int]) -> Iterator[Suspicion]:
+    """Tell one velocity that is wrong beside others that are right."""
+    ratios = axis_ratios(log)
+    for place in recorded:
+        if looks := _unit(float(ratios[place]), _SPEEDS):
+            evidence = f"the way it makes is {ratios[place]:.3g} times its part of the position's"
+            yield Suspicion(VELOCITIES[place], f"is {looks}", evidence)
 
 
 def _accelerometer(log: Log) -> Iterator[Suspicion]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import warnings
 from collections.abc import Iterator
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,6 +19,7 @@ from hydrodamp.data.mapping.finding import Found, find, locate
 from hydrodamp.data.mapping.sampler import Sampler
 from hydrodamp.data.record import Record
 from hydrodamp.data.recording import Recording
+from hydrodamp.data.segments import name_after
 from hydrodamp.errors import ClockWarning, LogError
 
 if TYPE_CHECKING:
@@ -96,7 +96,7 @@ def _put_together(mapping: LogMapping, sampler: Sampler, source: str) -> Record:
     columns = Columns(
         numbers,
         tuple(name for name in mapping.commands if name in numbers),
-        sampler.labels(Path(source).stem or "1"),
+        sampler.labels(name_after(source)),
         sampler.lines(),
         source,
     )

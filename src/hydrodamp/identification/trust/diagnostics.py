@@ -238,9 +238,9 @@ def _bias(axes: Sequence[AxisDiagnostics]) -> str:
     if not where:
         return ""
     return (
-        f"The noise in the velocities biases {', '.join(where)}, by that share of the wrench "
-        f"explained (Durbin-Wu-Hausman, p < {REJECTED:g}): use output error, or the weak form with "
-        "a longer support."
+        f"The noise in the velocities biases a regression on {', '.join(where)}, by that share of "
+        f"the wrench explained (Durbin-Wu-Hausman, p < {REJECTED:g}): output error (`recommended`, "
+        "`oe`) has no such bias, the weak form with a longer support less."
     )
 
 

@@ -66,7 +66,7 @@ class AxisIdentifiability:
     def __str__(self) -> str:
         """Return a line for the table."""
         counts = "".join(f"{self.count(grade):>8}" for grade in Grade)
-        note = "" if self.excited else "  response not predicted"
+        note = "" if self.excited else " *"
         return (
             f"{self.axis:<5}{self.rank:>4} of {len(self.labels):<4}{self.condition:>10.3g}"
             f"{100.0 * self.share:>10.0f} %{counts}{note}"
@@ -160,6 +160,8 @@ class Identifiability:
         lines += [f"not told apart: {' '.join(group)}" for group in self.groups[:_MOST_GROUPS]]
         if (more := len(self.groups) - _MOST_GROUPS) > 0:
             lines.append(f"and {more} more groups")
+        if any(not one.excited for one in self.axes):
+            lines.append(_STAR)
         return "\n".join(lines)
 
     def __str__(self) -> str:
@@ -167,6 +169,8 @@ class Identifiability:
         there = [grade for grade in Grade if grade in self.grades.values()]
         return "\n".join([self.summary, *(_listed(self, grade) for grade in there)])
 
+
+_STAR = "* the response is not predicted, for want of motion or of the right terms"
 
 _MOST_GROUPS = 4
 """Groups printed, for one screen."""

@@ -57,7 +57,7 @@ def _excitation(found: Identifiability) -> Drawn:
     quiet = [one.axis for one in found.axes if not one.excited]
     said = (
         f"The response is not predicted on {listed(quiet)}, for want of motion or of the right "
-        "terms: no coefficient there is to be read."
+        "terms: no coefficient there is to be read alone, whatever the model as a whole predicts."
         if quiet
         else "The response is predicted on every axis with coefficients."
     )

@@ -12,7 +12,7 @@ from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.trust.identifiability import Identifiability
 from hydrodamp.models.labels import coefficient_unit
 from hydrodamp.report.correlated import ALIKE, correlated_pairs
-from hydrodamp.report.known import LITTLE, LITTLE_MEANING, how_known, reach_of
+from hydrodamp.report.known import LITTLE, LITTLE_MEANING, RULE, how_known, reach_of
 from hydrodamp.report.numbers import NOTHING, coefficient
 from hydrodamp.validation.comparison import Row
 
@@ -132,7 +132,7 @@ def coefficient_tables(
 
 def _table(fit: Fit, grades: Identifiability | None) -> CoefficientTable:
     heading, known = how_known(fit, grades)
-    little = (LITTLE_MEANING,) if LITTLE in known.values() else ()
+    rule = (() if grades is None else (RULE,)) + (LITTLE_MEANING,) * (LITTLE in known.values())
     units = [
         coefficient_unit(axis, term)
         for axis, terms in zip(AXES, fit.model.terms, strict=True)
@@ -149,7 +149,7 @@ def _table(fit: Fit, grades: Identifiability | None) -> CoefficientTable:
                 fit.damping.as_dict().items(), _errors(fit), units, strict=True
             )
         ),
-        sentences=(fit.status.value, *fit.sentences, *_correlated(fit), *little),
+        sentences=(fit.status.value, *fit.sentences, *_correlated(fit), *rule),
     )
 
 

@@ -13,13 +13,14 @@ from hydrodamp.identification.trust.identifiability import Identifiability
 from hydrodamp.report.known import reach_of
 from hydrodamp.report.unfinished import UNFINISHED
 from hydrodamp.simulation.status import Status
+from hydrodamp.validation.choice import Choice
 from hydrodamp.validation.comparison import Comparison, Row
 
 _NAMED = 8
 """Coefficients that are named; of more, the number by row."""
 
 _MEANING = {
-    Grade.WEAK: "weak, good for sign and order of magnitude at best",
+    Grade.WEAK: "weak, to be used with the whole model only",
     Grade.NOT_DETERMINED: "not determined",
 }
 """What is said of each grade but the best."""
@@ -53,8 +54,15 @@ def summary(comparison: Comparison, grades: Identifiability | None = None) -> tu
     choice = comparison.choice()
     fit = choice.row.fit
     unknown = _unknown(fit) if grades is None else f"{_by_grade(grades)}{_by_method(fit)}."
+    return (_which(comparison, choice), _how_good(comparison, choice.row), unknown)
+
+
+def _which(comparison: Comparison, choice: Choice[Row]) -> str:
+    """Say which row to take; one that is alone is nothing to choose from."""
+    if len(comparison.rows) == 1 and UNFINISHED not in comparison.provenance:
+        return choice.sentence
     take = "So far, take" if UNFINISHED in comparison.provenance else "Take"
-    return (f"{take} {choice.sentence}", _how_good(comparison, choice.row), unknown)
+    return f"{take} {choice.sentence}"
 
 
 def _none(comparison: Comparison) -> tuple[str, str, str]:
