@@ -120,7 +120,8 @@ def test_levels_get_finer_and_the_last_is_the_worst_minute(make_log, make_compar
     fine = unpacked(levels[2]["series"][0][0])
     samples = np.lib.stride_tricks.sliding_window_view(log.velocity[:, 0], 1201)[:, ::100]
     assert np.abs(samples - fine[::100]).max(axis=1).min() < 1e-4
-    assert drawn.worst.endswith(" s")
+    first, last = drawn.document["worst"]
+    assert drawn.worst.endswith(f"({first:.0f} to {last:.0f} s in the plots)")
     assert len(drawn.stretches) == 12
     assert drawn.left_out == 0
 

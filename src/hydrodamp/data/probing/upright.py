@@ -165,7 +165,11 @@ def _sticks(roles: Roles, commands: Sequence[Series]) -> Iterator[Sign]:
             )
             if sense
         ]
-        yield Sign(weight, " and ".join(seen) + "; as a rule, up is up and right is to starboard")
+        yield Sign(
+            weight,
+            " and ".join(seen)
+            + "; up is up for nearly all, right is to starboard for most but to port in ROS",
+        )
 
 
 def _answer(

@@ -120,7 +120,7 @@ class _Drawing:
             rows=self.rows,
             lines=self.lines,
             band=self._band_line(),
-            worst=self._where(window.start, window.stop - 1),
+            worst=self._where(window.start, window.stop - 1) + self._on_axis(window),
             left_out=self.left_out,
             names=self.names,
             stretches=tuple(self._stretches()),
@@ -209,6 +209,13 @@ class _Drawing:
             words = (f"{value:.3g}" if np.isfinite(value) else "diverged" for value in rms)
             found.append((self._where(start, stop - 1), *words))
         return found
+
+    def _on_axis(self, window: slice) -> str:
+        """Say where that is in the plots, whose segments follow one another."""
+        if len(self.log.segments) == 1:
+            return ""
+        shown = self.time[[window.start, window.stop - 1]]
+        return f" ({shown[0]:.0f} to {shown[1]:.0f} s in the plots)"
 
     def _where(self, first: int, last: int) -> str:
         part = next(part for part in self.log.segments if part.start <= first < part.stop)
