@@ -54,7 +54,7 @@ def demo(
     if out is not None:
         note_replaced(out, said)
     if not kernels.COMPILED:
-        note("the compiled core is missing: this may take minutes instead of seconds.")
+        note("the compiled core is missing: this may take hours instead of minutes.")
     with progress("sailing the campaign", n_samples()) as step:
         campaign = reenact(seed=seed, truth=truth, done=step)
     models, methods = choose_models(None), choose_methods(options.DEMO_METHODS)

@@ -211,9 +211,12 @@ def _leaps(log: Log) -> Iterator[str]:
     places = _leaping(log)
     if places.size:
         where = "one sample," if places.size == 1 else f"{places.size} samples, the first"
+        of = next(part for part in log.segments if part.start <= places[0] < part.stop)
+        when = f"{log.time[places[0]]:.2f} s"
+        when += f" of {of.name}" if len(log.segments) > 1 else ""
         yield (
-            f"the attitude leaps there and back at {where} at {log.time[places[0]]:.2f} s, as "
-            "where angles were averaged across a wrap: the step `steady_attitude` takes that out."
+            f"the attitude leaps there and back at {where} at {when}, as where angles were "
+            "averaged across a wrap: the step `steady_attitude` takes that out."
         )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from hydrodamp.identification.dissipation.operating_box import operating_box
+from hydrodamp.identification.dissipation.operating_box import TAIL, operating_box
 from hydrodamp.identification.dissipation.power import worst_power
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.trust.diagnostics import REJECTED, diagnose
@@ -139,8 +139,9 @@ def _power(problem: Problem, fit: Fit, rate_unit: RateUnit) -> Drawn:
     )
     return Drawn(
         figure,
-        f"{said} The box is that of the estimation data, a quarter wider; above zero (shaded) "
-        "power goes into the motion.",
+        f"{said} The box is that of the estimation data but for {100.0 * TAIL:g} % of the samples "
+        "at either end of each velocity, a quarter wider; above zero (shaded) power goes into the "
+        "motion.",
         f"Power of {fit.model.key} by {fit.method} over each velocity, the middle as a line and "
         f"its range as a band; the box is {box}; the greatest power found is {worst.power:.3g} W.",
     )
