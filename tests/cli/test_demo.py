@@ -41,13 +41,13 @@ def test_json_says_which_truth(call: Call) -> None:
 
 
 @pytest.mark.usefixtures("short")
-def test_says_that_numpy_takes_minutes(
+def test_says_that_numpy_takes_hours(
     call: Call, monkeypatch: pytest.MonkeyPatch, folder: Path
 ) -> None:
     monkeypatch.setattr(kernels, "COMPILED", False)
     done = call("demo --truth snaem")
     assert done.exit_code == 2
-    assert "may take minutes" in done.stderr
+    assert "may take hours" in done.stderr
     assert "Did you mean 'sname'?" in done.stderr
 
 
