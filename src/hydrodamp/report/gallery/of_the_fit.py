@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from hydrodamp.identification.dissipation.operating_box import TAIL, operating_box
 from hydrodamp.identification.dissipation.power import worst_power
 from hydrodamp.identification.fit import Fit
-from hydrodamp.identification.trust.diagnostics import REJECTED, diagnose
+from hydrodamp.identification.trust.diagnostics import diagnose
 from hydrodamp.identification.trust.grades import Grade
 from hydrodamp.identification.trust.identifiability import Identifiability
 from hydrodamp.report.correlated import ALIKE, Pair, correlated_pairs
@@ -108,9 +108,7 @@ def _tied(pairs: list[Pair]) -> str:
 def _residuals(problem: Problem, fit: Fit) -> Drawn:
     figure = residuals_figure(problem, [fit])
     axes = diagnose(problem, fit.model, fit.damping).axes
-    coloured = [
-        one.axis for one in axes if one.whiteness.p is not None and one.whiteness.p < REJECTED
-    ]
+    coloured = [one.axis for one in axes if one.coloured]
     said = (
         f"On {listed(coloured)} neighbours err alike: the model lacks something there, and "
         "intervals made for white residuals would be too narrow."
