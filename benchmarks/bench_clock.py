@@ -9,9 +9,9 @@ import pytest
 from interleaving import interleaved
 
 from hydrodamp.data.log import Log
-from hydrodamp.data.mapping import LogMapping
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import GapWarning
+from hydrodamp.ingest.mapping import LogMapping
 
 pytestmark = pytest.mark.usefixtures("one_core")
 MESSAGES = 1_000_000

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from interleaving import interleaved, on_all_cores
 
-from hydrodamp.data.formats import delimited, files, parquet
+from hydrodamp.ingest.formats import delimited, files, parquet
 
 ROWS, COLUMNS = 1_000_000, 20
 
@@ -81,7 +81,7 @@ def test_csv_without_arrow(benchmark, ledger, csv_file, tmp_path, monkeypatch):
     lines = csv_file.read_bytes().split(b"\n", ROWS // 10 + 1)[:-1]
     path = tmp_path / "log.csv"
     path.write_bytes(b"\n".join(lines) + b"\n")
-    monkeypatch.setattr("hydrodamp.data.formats.fast_text.installed", lambda name: None)
+    monkeypatch.setattr("hydrodamp.ingest.formats.fast_text.installed", lambda name: None)
     mine, theirs = interleaved(
         benchmark,
         lambda: files.read(path),
@@ -204,7 +204,7 @@ def test_px4(benchmark, ledger, tmp_path):
 STREAM = r"""
 import re, sys
 from pathlib import Path
-from hydrodamp.data.formats.parquet import parts
+from hydrodamp.ingest.formats.parquet import parts
 rows = sum(part.topics[0].n for part in parts(sys.argv[1]))
 print(rows, re.search(r"VmHWM:\s+(\d+) kB", Path("/proc/self/status").read_text())[1])
 """

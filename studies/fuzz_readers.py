@@ -4,7 +4,7 @@
 
 Guided by coverage (atheris, ``pip install atheris``). A reader may refuse a file with an error of
 hydrodamp; anything else is a fault, and the file that shows it is kept. The property tests in
-``tests/data/formats`` ask for right numbers too.
+``tests/ingest/formats`` ask for right numbers too.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from tempfile import TemporaryDirectory
 
 import atheris
 
-with atheris.instrument_imports(include=["hydrodamp.data.formats"]):
-    from hydrodamp.data.formats import ardupilot, avl, delimited, moos
+with atheris.instrument_imports(include=["hydrodamp.ingest.formats"]):
+    from hydrodamp.ingest.formats import ardupilot, avl, delimited, moos
 
 from hydrodamp.errors import HydrodampError
 

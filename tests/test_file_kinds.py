@@ -6,11 +6,11 @@ from pathlib import Path
 import pytest
 import yaml
 
-from hydrodamp.data.formats.files import read
-from hydrodamp.data.mapping import read_mapping
-from hydrodamp.data.mapping.schema import MappingForm
 from hydrodamp.errors import HydrodampError
 from hydrodamp.file_kinds import KINDS, LOG, MAPPING, VEHICLE, mistaken
+from hydrodamp.ingest.formats.files import read
+from hydrodamp.ingest.mapping import read_mapping
+from hydrodamp.ingest.mapping.schema import MappingForm
 from hydrodamp.models.catalog import catalog
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.damping_file import read_damping, write_damping

@@ -3,53 +3,36 @@
 from .basis.axes import AXES as AXES, VELOCITIES as VELOCITIES
 from .basis.basis import Basis as Basis
 from .basis.term import Term as Term
-from .data.canonical import write_log as write_log
-from .data.cleaning.attitude_jumps import steady_attitude as steady_attitude
-from .data.cleaning.bottom_lock import mask_bottom_lock as mask_bottom_lock
-from .data.cleaning.clean import CLEANING_STEPS as CLEANING_STEPS, clean as clean
-from .data.cleaning.frozen import mask_frozen as mask_frozen
-from .data.cleaning.spikes import remove_spikes as remove_spikes
-from .data.cleaning.suspicions import (
-    Suspicion as Suspicion,
-    note_suspicions as note_suspicions,
-    suspicions as suspicions,
-)
-from .data.cleaning.touched import Cleaned as Cleaned, Touched as Touched
-from .data.completing.accelerometer import (
+from .conditioning.accelerometer import (
     acceleration_from_accelerometer as acceleration_from_accelerometer,
 )
-from .data.completing.current import Current as Current, estimate_current as estimate_current
-from .data.completing.mixing import (
+from .conditioning.attitude_jumps import steady_attitude as steady_attitude
+from .conditioning.bottom_lock import mask_bottom_lock as mask_bottom_lock
+from .conditioning.clean import CLEANING_STEPS as CLEANING_STEPS, clean as clean
+from .conditioning.current import Current as Current, estimate_current as estimate_current
+from .conditioning.frozen import mask_frozen as mask_frozen
+from .conditioning.mixing import (
     AVL_690 as AVL_690,
     Mixing as Mixing,
     roll_from_mixing as roll_from_mixing,
 )
-from .data.completing.rates import rates_from_attitude as rates_from_attitude
-from .data.completing.response import (
+from .conditioning.rates import rates_from_attitude as rates_from_attitude
+from .conditioning.response import (
     beyond_dead_zone as beyond_dead_zone,
     delayed as delayed,
     lagged as lagged,
 )
-from .data.completing.through_water import without_current as without_current
-from .data.completing.ways import velocity_from_position as velocity_from_position
-from .data.datasets.fetching import fetch as fetch
-from .data.datasets.registry import Dataset as Dataset, find_dataset as find_dataset
+from .conditioning.spikes import remove_spikes as remove_spikes
+from .conditioning.suspicions import (
+    Suspicion as Suspicion,
+    note_suspicions as note_suspicions,
+    suspicions as suspicions,
+)
+from .conditioning.through_water import without_current as without_current
+from .conditioning.touched import Cleaned as Cleaned, Touched as Touched
+from .conditioning.ways import velocity_from_position as velocity_from_position
+from .data.canonical import write_log as write_log
 from .data.log import Log as Log, Segment as Segment, concatenate as concatenate
-from .data.mapping.composition import presets as presets
-from .data.mapping.log_mapping import (
-    LogMapping as LogMapping,
-    json_schema as json_schema,
-    read_mapping as read_mapping,
-)
-from .data.probing.delay import Delay as Delay, delays as delays
-from .data.probing.probe import Probe as Probe, probe as probe
-from .data.read import (
-    read_log as read_log,
-    read_logs as read_logs,
-    read_parts as read_parts,
-    read_record as read_record,
-    read_recording as read_recording,
-)
 from .data.recording import Recording as Recording, Topic as Topic
 from .errors import (
     ClockWarning as ClockWarning,
@@ -142,6 +125,23 @@ from .identification.trust.identifiability import (
     identifiability as identifiability,
 )
 from .identification.uncertainty.intervals import Uncertainty as Uncertainty
+from .ingest.datasets.fetching import fetch as fetch
+from .ingest.datasets.registry import Dataset as Dataset, find_dataset as find_dataset
+from .ingest.mapping.composition import presets as presets
+from .ingest.mapping.log_mapping import (
+    LogMapping as LogMapping,
+    json_schema as json_schema,
+    read_mapping as read_mapping,
+)
+from .ingest.probing.delay import Delay as Delay, delays as delays
+from .ingest.probing.probe import Probe as Probe, probe as probe
+from .ingest.read import (
+    read_log as read_log,
+    read_logs as read_logs,
+    read_parts as read_parts,
+    read_record as read_record,
+    read_recording as read_recording,
+)
 from .kernels.inputs import Sample as Sample
 from .models.catalog import (
     PAPER_MODELS as PAPER_MODELS,

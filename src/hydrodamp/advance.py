@@ -1,14 +1,4 @@
-"""How far long work has come, told from deep inside to whoever listens.
-
-Reading a log goes through many hands, and the one who knows how far it is stands at the bottom.
-What is told goes past them all: work says what share of it is done, work that consists of parts
-gives each a share, and a listener, if there is one, hears what share of everything that makes::
-
-    with listening(print):
-        with within(0.0, 0.5):
-            by = advance(2)
-            by()                # prints 0.25, and 0.5 after it
-"""
+"""How far long work has come, told from deep inside to whoever listens."""
 
 from __future__ import annotations
 
@@ -33,13 +23,7 @@ _listener: ContextVar[Listener | None] = ContextVar("listener", default=None)
 
 @contextmanager
 def listening(listener: Listener) -> Iterator[None]:
-    """Have a listener told how far the work inside has come.
-
-    Parameters
-    ----------
-    listener : callable
-        As :data:`Listener`.
-    """
+    """Have a listener told how far the work inside has come."""
     before = _listener.set(listener)
     try:
         yield
@@ -49,20 +33,7 @@ def listening(listener: Listener) -> Iterator[None]:
 
 @contextmanager
 def within(begin: float, end: float) -> Iterator[None]:
-    """Say that the work inside is a part of that at hand.
-
-    Parameters
-    ----------
-    begin, end : float
-        What share is done before it and after it.
-
-    Examples
-    --------
-    >>> with listening(print), within(0.5, 1.0):
-    ...     advance(2)()
-    0.75
-    1.0
-    """
+    """Say that the work inside is a part of that at hand."""
     outside = _listener.get()
     if outside is None:
         yield
@@ -73,25 +44,7 @@ def within(begin: float, end: float) -> Iterator[None]:
 
 
 def advance(total: float) -> By:
-    """Return how to say that the work at hand goes on.
-
-    Parameters
-    ----------
-    total : float
-        Of how many steps it consists.
-
-    Returns
-    -------
-    by : callable
-        As :data:`By`. Where nobody listens it does nothing.
-
-    Examples
-    --------
-    >>> with listening(print):
-    ...     by = advance(4)
-    ...     by(3)
-    0.75
-    """
+    """Return how to say that the work at hand goes on."""
     listener = _listener.get()  # a thread begun later would not know it
     if listener is None or not total > 0:
         return _silence
@@ -111,29 +64,7 @@ def _silence(steps: float = 1) -> None:
 
 
 def counted(items: Iterable[Item], total: int, each: int = 1) -> Iterator[Item]:
-    """Go through items, and tell how many are done.
-
-    Parameters
-    ----------
-    items : iterable
-        Any.
-    total : int
-        How many there are.
-    each : int, optional
-        After how many it is told.
-
-    Yields
-    ------
-    item
-        The next.
-
-    Examples
-    --------
-    >>> with listening(print):
-    ...     _ = [*counted("ab", 2)]
-    0.5
-    1.0
-    """
+    """Go through items, and tell how many are done."""
     by = advance(total)
     for number, item in enumerate(items, start=1):
         yield item
@@ -142,22 +73,6 @@ def counted(items: Iterable[Item], total: int, each: int = 1) -> Iterator[Item]:
 
 
 def shares(weights: Sequence[float]) -> list[tuple[float, float]]:
-    """Return what :func:`within` is to be told of parts that follow one another.
-
-    Parameters
-    ----------
-    weights : sequence of float
-        How long each takes, in any unit.
-
-    Returns
-    -------
-    shares : list of (float, float)
-        Where each begins and ends; all alike where the weights are all 0.
-
-    Examples
-    --------
-    >>> shares([1, 3])
-    [(0.0, 0.25), (0.25, 1.0)]
-    """
+    """Return what :func:`within` is to be told of parts that follow one another."""
     known = weights if any(weights) else [1.0] * len(weights)
     return [*pairwise(accumulate((each / sum(known) for each in known), initial=0.0))]

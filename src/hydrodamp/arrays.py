@@ -14,32 +14,7 @@ BoolArray = npt.NDArray[np.bool_]
 def frozen(
     values: npt.ArrayLike, shape: tuple[int | None, ...] | None = None, name: str = "values"
 ) -> FloatArray:
-    """Copy ``values`` into a C-contiguous float64 array that cannot be written.
-
-    Parameters
-    ----------
-    values : array_like
-        Anything NumPy turns into numbers.
-    shape : tuple of int or None, optional
-        The shape required; None in a place accepts any length there.
-    name : str, optional
-        How the message calls the array.
-
-    Returns
-    -------
-    array : ndarray
-        A read-only copy.
-
-    Raises
-    ------
-    ValueError
-        If the values are not numbers or have another shape.
-
-    Examples
-    --------
-    >>> frozen([1, 2, 3], (3,)).flags.writeable
-    False
-    """
+    """Copy ``values`` into a C-contiguous float64 array that cannot be written."""
     try:
         array = np.array(values, dtype=np.float64, order="C", copy=True)
     except (TypeError, ValueError) as error:

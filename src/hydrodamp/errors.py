@@ -1,34 +1,4 @@
-"""What can go wrong, as one tree.
-
-::
-
-    HydrodampError
-      TermError            a spelling that is not a velocity term
-      ModelError           unknown model, unknown label, wrong coefficient count
-      VehicleError         a mass matrix, actuator or vehicle file that cannot be
-      LogError             faults of a recorded log, all of one file at once
-      ProblemError         vehicle, log and terms that do not meet
-      MethodError          unknown method, impossible setting
-      FileError            a file or folder that cannot be read or written
-
-    HydrodampWarning
-      GapWarning           a log was split at a gap
-      ClockWarning         a clock repeats, runs backwards or leaps
-      FallbackWarning      the compiled core is missing, NumPy takes over
-      ForeignVehicleWarning  a damping file is used with another vehicle
-      PropulsionWarning    the propulsion ratio is unknown and taken as one
-
-Mistakes of the caller raise. Rank loss, a diverged replay and an identifier
-that has not settled are outcomes: a status on the result, not an exception.
-
-Every error is also a :class:`ValueError` (a :class:`FileError` an
-:class:`OSError`), so this is the try/except to write::
-
-    try:
-        log = hd.read_log("mission.csv")
-    except hd.HydrodampError as error:
-        print(error)
-"""
+"""What can go wrong, as one tree."""
 
 from __future__ import annotations
 
@@ -103,25 +73,7 @@ class PropulsionWarning(HydrodampWarning):
 
 
 def list_faults(source: str, faults: Sequence[str]) -> str:
-    """Return one message that lists all faults of a file.
-
-    Parameters
-    ----------
-    source : str
-        The file; empty for none.
-    faults : sequence of str
-        One sentence a fault.
-
-    Returns
-    -------
-    message : str
-        One line for a single fault, else their number and a line each.
-
-    Examples
-    --------
-    >>> list_faults("mine.yaml", ["`name` is missing"])
-    'mine.yaml: `name` is missing'
-    """
+    """Return one message that lists all faults of a file."""
     head = f"{source}: " if source else ""
     if len(faults) == 1:
         return head + faults[0]
@@ -129,24 +81,6 @@ def list_faults(source: str, faults: Sequence[str]) -> str:
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:
-    """Return a clause naming the known word nearest to ``name``.
-
-    Parameters
-    ----------
-    name : str
-        What was given.
-    known : iterable of str
-        What would be accepted.
-
-    Returns
-    -------
-    clause : str
-        ``" Did you mean 'linear'?"`` or, where nothing is near, an empty string.
-
-    Examples
-    --------
-    >>> did_you_mean("liner", ["linear", "fossen"])
-    " Did you mean 'linear'?"
-    """
+    """Return a clause naming the known word nearest to ``name``."""
     near = difflib.get_close_matches(name, list(known), n=1, cutoff=0.5)
     return f" Did you mean '{near[0]}'?" if near else ""

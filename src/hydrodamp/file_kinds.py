@@ -11,19 +11,7 @@ _SPELT = 3
 
 @dataclass(frozen=True)
 class FileKind:
-    """A kind of file.
-
-    Attributes
-    ----------
-    name : str
-        What it is, with its article.
-    use : str
-        What to do with one.
-    keys : tuple of str
-        Which of its outermost keys no other kind has.
-    least : int
-        How many of them tell it.
-    """
+    """A kind of file."""
 
     name: str
     use: str
@@ -72,29 +60,7 @@ KINDS = (VEHICLE, MAPPING, MODELS, DAMPING, COMPARISON)
 
 
 def mistaken(content: object, source: str, wanted: FileKind) -> str:
-    """Return what to say of a file that is another one of ours than was asked for.
-
-    Parameters
-    ----------
-    content : object
-        What the file holds.
-    source : str
-        How the sentence calls it.
-    wanted : FileKind
-        What it should be.
-
-    Returns
-    -------
-    sentence : str
-        Empty for what was asked for, and for what is none of ours.
-
-    Examples
-    --------
-    >>> mistaken({"name": "auv", "weight": 9.8, "axes": ["X"]}, "auv.yaml", LOG)
-    'auv.yaml is a vehicle (it has weight, axes), not a log: give it as `--vehicle`.'
-    >>> mistaken({"time": "t_s", "velocity": {"u": "speed"}}, "mine.yaml", MAPPING)
-    ''
-    """
+    """Return what to say of a file that is another one of ours than was asked for."""
     if not isinstance(content, Mapping) or _is_numbers(content.get("time")):
         return ""
     found = max(KINDS, key=lambda kind: len(kind.own(content)))

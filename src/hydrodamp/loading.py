@@ -23,30 +23,7 @@ _POWER_OF_TEN = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)[eE][-+]?[0-9]
 
 
 def load_text(path: str | os.PathLike[str]) -> str:
-    """Return the text of a file.
-
-    Parameters
-    ----------
-    path : str or path
-        A UTF-8 file.
-
-    Returns
-    -------
-    text : str
-        Without a byte order mark.
-
-    Raises
-    ------
-    FileError
-        If there is no such file or it is no text.
-
-    Examples
-    --------
-    >>> load_text("nowhere.txt")
-    Traceback (most recent call last):
-    ...
-    hydrodamp.errors.FileError: nowhere.txt: cannot be read: No such file or directory.
-    """
+    """Return the text of a file."""
     try:
         return Path(path).read_text(encoding="utf-8-sig")
     except FileNotFoundError as error:
@@ -60,52 +37,14 @@ def load_text(path: str | os.PathLike[str]) -> str:
 
 
 def absent(path: str | os.PathLike[str]) -> str:
-    """Return what to say of a file that is not there, with its nearest neighbour.
-
-    Parameters
-    ----------
-    path : str or path
-        Where nothing is.
-
-    Returns
-    -------
-    sentence : str
-        For a :class:`~hydrodamp.errors.FileError`.
-
-    Examples
-    --------
-    >>> absent("nowhere.txt")
-    'nowhere.txt: cannot be read: No such file or directory.'
-    """
+    """Return what to say of a file that is not there, with its nearest neighbour."""
     near = neighbour(path)
     meant = "" if near is None else f" Did you mean '{near}'?"
     return f"{path}: cannot be read: No such file or directory.{meant}"
 
 
 def neighbour(path: str | os.PathLike[str], suffixes: tuple[str, ...] = ()) -> Path | None:
-    """Return the file that a path may have meant: one called nearly so in the same folder.
-
-    Parameters
-    ----------
-    path : str or path
-        Where nothing is; its folder may be misspelt too.
-    suffixes : tuple of str, optional
-        Those of the files to choose from; all files and folders where not given.
-
-    Returns
-    -------
-    near : Path or None
-        A file or a folder. None where nothing is called nearly so; a name without a suffix may
-        mean one with.
-
-    Examples
-    --------
-    >>> from tempfile import TemporaryDirectory
-    >>> with TemporaryDirectory() as folder:
-    ...     Path(folder, "mission.csv").touch()
-    ...     neighbour(Path(folder, "missoin.csv")).name
-    'mission.csv'
-    """
+    """Return the file that a path may have meant: one called nearly so in the same folder."""
     place = Path(path)
     if place.parent == place:  # a drive that is not there
         return None
@@ -135,23 +74,7 @@ def _share(one: str, other: str) -> float:
 
 
 def load_json(path: str | os.PathLike[str]) -> object:
-    """Return the content of a JSON file.
-
-    Parameters
-    ----------
-    path : str or path
-        A UTF-8 file.
-
-    Returns
-    -------
-    content : object
-        What it holds.
-
-    Raises
-    ------
-    FileError
-        If there is no such file, or with the line if it is no JSON.
-    """
+    """Return the content of a JSON file."""
     try:
         content: object = json.loads(load_text(path))
     except json.JSONDecodeError as error:
@@ -165,57 +88,12 @@ def load_json(path: str | os.PathLike[str]) -> object:
 
 
 def load_yaml(path: str | os.PathLike[str]) -> object:
-    """Return the content of a YAML file.
-
-    Parameters
-    ----------
-    path : str or path
-        A UTF-8 file.
-
-    Returns
-    -------
-    content : object
-        As of :func:`parse_yaml`.
-
-    Raises
-    ------
-    FileError
-        If there is no such file, or with the line if it is no YAML.
-    """
+    """Return the content of a YAML file."""
     return parse_yaml(load_text(path), str(path))
 
 
 def parse_yaml(text: str, source: str) -> object:
-    """Return what a YAML text holds.
-
-    It is read as YAML 1.1, except that ``1e-3`` and ``2e5`` are numbers and dates are text.
-
-    Parameters
-    ----------
-    text : str
-        One document.
-    source : str
-        How messages call it.
-
-    Returns
-    -------
-    content : object
-        Mappings, lists, texts and numbers; None where the text is empty.
-
-    Raises
-    ------
-    FileError
-        With the line, if the text is no YAML or a key comes twice in one mapping.
-
-    Examples
-    --------
-    >>> parse_yaml("{gain: 1e-3, date: 2022-05-01}", "mine.yaml")
-    {'gain': 0.001, 'date': '2022-05-01'}
-    >>> parse_yaml("{mass: 1, mass: 2}", "mine.yaml")  # doctest: +ELLIPSIS
-    Traceback (most recent call last):
-    ...
-    hydrodamp.errors.FileError: mine.yaml, line 1: cannot be read as YAML: the key `mass` ...
-    """
+    """Return what a YAML text holds."""
     import yaml
 
     try:

@@ -14,33 +14,7 @@ from hydrodamp.errors import FileError
 
 @contextmanager
 def replacing(path: str | os.PathLike[str], *, binary: bool = False) -> Iterator[IO[Any]]:
-    """Open a temporary file beside ``path`` that takes its place once all is written.
-
-    Parameters
-    ----------
-    path : str or path
-        The file; one that is there is replaced, and stays as it is if anything fails.
-    binary : bool, optional
-        Whether bytes are written; otherwise UTF-8 text, line ends as they are given.
-
-    Yields
-    ------
-    stream : file
-        To write to.
-
-    Raises
-    ------
-    FileError
-        If the folder is not there or cannot be written.
-
-    Examples
-    --------
-    >>> with replacing("nowhere/a.txt") as stream:  # doctest: +ELLIPSIS
-    ...     stream.write("a")
-    Traceback (most recent call last):
-    ...
-    hydrodamp.errors.FileError: nowhere/a.txt: cannot be written: ...
-    """
+    """Open a temporary file beside ``path`` that takes its place once all is written."""
     target = Path(path)
     temporary = _beside(target)
     try:
@@ -60,85 +34,23 @@ def replacing(path: str | os.PathLike[str], *, binary: bool = False) -> Iterator
 
 
 def save_text(text: str, path: str | os.PathLike[str]) -> None:
-    """Write a text file whole or not at all.
-
-    Parameters
-    ----------
-    text : str
-        What to write, as UTF-8.
-    path : str or path
-        The file; one that is there is replaced.
-
-    Raises
-    ------
-    FileError
-        If the folder is not there or cannot be written.
-    """
+    """Write a text file whole or not at all."""
     with replacing(path) as stream:
         stream.write(text)
 
 
 def save_json(document: object, path: str | os.PathLike[str]) -> None:
-    """Write a document of strict JSON whole or not at all.
-
-    Parameters
-    ----------
-    document : object
-        As of :func:`as_json`.
-    path : str or path
-        The file; one that is there is replaced.
-
-    Raises
-    ------
-    FileError
-        If the folder is not there or cannot be written.
-    ValueError
-        If a number is not finite.
-    """
+    """Write a document of strict JSON whole or not at all."""
     save_text(as_json(document), path)
 
 
 def as_json(document: object) -> str:
-    r"""Return a document as text.
-
-    Parameters
-    ----------
-    document : object
-        Of finite numbers, None, words, lists and dicts.
-
-    Returns
-    -------
-    text : str
-        Indented, ending with a line feed.
-
-    Raises
-    ------
-    ValueError
-        If a number is not finite.
-
-    Examples
-    --------
-    >>> as_json({"rms": None})
-    '{\n  "rms": null\n}\n'
-    """
+    r"""Return a document as text."""
     return json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
 
 
 def save_bytes(content: bytes, path: str | os.PathLike[str]) -> None:
-    """Write a file of bytes whole or not at all.
-
-    Parameters
-    ----------
-    content : bytes
-        What to write.
-    path : str or path
-        The file; one that is there is replaced.
-
-    Raises
-    ------
-    FileError
-        If the folder is not there or cannot be written.
-    """
+    """Write a file of bytes whole or not at all."""
     with replacing(path, binary=True) as stream:
         stream.write(content)
 
@@ -146,23 +58,7 @@ def save_bytes(content: bytes, path: str | os.PathLike[str]) -> None:
 def save_together(
     contents: Mapping[Path, bytes], removed: Iterable[Path] = (), *, last: Path | None = None
 ) -> None:
-    """Write several files as one step: all of them, or none if anything interrupts or fails.
-
-    Parameters
-    ----------
-    contents : mapping of path to bytes
-        What each file shall hold; folders are made where they are missing.
-    removed : iterable of path
-        Files to remove in the same step, where they are there.
-    last : path, optional
-        The file that comes last: while it is there, so are the others.
-
-    Raises
-    ------
-    FileError
-        If a folder cannot be made, or a file not be written or replaced; then all that was
-        there is there still.
-    """
+    """Write several files as one step: all of them, or none if anything interrupts or fails."""
     folders = dict.fromkeys(path.parent for path in contents)
     missing = sorted({each for folder in folders for each in _missing(folder)}, reverse=True)
     temporary = {path: _beside(path) for path in contents}
@@ -264,20 +160,7 @@ def _undisturbed() -> Iterator[None]:
 
 
 def check_folder(path: str | os.PathLike[str]) -> None:
-    """Refuse a folder that cannot be made or written, before work starts.
-
-    What is made to find out is removed again.
-
-    Parameters
-    ----------
-    path : str or path
-        A folder that is there or is to be made.
-
-    Raises
-    ------
-    FileError
-        If it is a file, cannot be made, or cannot be written.
-    """
+    """Refuse a folder that cannot be made or written, before work starts."""
     import tempfile
 
     folder = Path(path)
@@ -297,18 +180,7 @@ def check_folder(path: str | os.PathLike[str]) -> None:
 
 
 def check_file(path: str | os.PathLike[str]) -> None:
-    """Refuse a file that cannot be written, before work starts.
-
-    Parameters
-    ----------
-    path : str or path
-        The file to be written; its folder must be there.
-
-    Raises
-    ------
-    FileError
-        If the folder is not there or cannot be written, or the path is a folder.
-    """
+    """Refuse a file that cannot be written, before work starts."""
     target = Path(path)
     if target.is_dir():
         raise FileError(f"{target}: is a folder; name a file in it.")

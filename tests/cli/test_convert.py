@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from typer.testing import Result
 
-from hydrodamp.data.read import read_log
+from hydrodamp.ingest.read import read_log
 
 Call = Callable[..., Result]
 

@@ -12,9 +12,9 @@ from typer.testing import CliRunner, Result
 
 from hydrodamp.cli.datasets import datasets
 from hydrodamp.cli.guard import guarded
-from hydrodamp.data.datasets import registry
-from hydrodamp.data.datasets.registry import DataFile, Dataset
 from hydrodamp.errors import FileError
+from hydrodamp.ingest.datasets import registry
+from hydrodamp.ingest.datasets.registry import DataFile, Dataset
 
 Run = Callable[..., Result]
 CONTENT = {"a.dat": "time,u\n", "b.dat": "time,v\n"}

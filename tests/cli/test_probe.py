@@ -10,7 +10,7 @@ from typer.testing import Result
 
 from hydrodamp.data.canonical import write_log
 from hydrodamp.data.log import Log
-from hydrodamp.data.read import read_log
+from hydrodamp.ingest.read import read_log
 
 Call = Callable[..., Result]
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from typer.testing import Result
 
-from hydrodamp.data.read import read_log
+from hydrodamp.ingest.read import read_log
 
 Call = Callable[..., Result]
 

@@ -15,9 +15,9 @@ from hydrodamp.data.attitude import euler_from_quaternion
 from hydrodamp.data.blocks import BLOCKS
 from hydrodamp.data.canonical import RESERVED, write_log
 from hydrodamp.data.log import Log, Segment, concatenate
-from hydrodamp.data.mapping import LogMapping
-from hydrodamp.data.read import read_log
 from hydrodamp.errors import FileError, GapWarning, LogError
+from hydrodamp.ingest.mapping import LogMapping
+from hydrodamp.ingest.read import read_log
 
 Write = Callable[..., Path]
 HEADER = "time,roll,pitch,yaw,u,v,w,p,q,r,rudder\n"

@@ -3,12 +3,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from hydrodamp.conditioning.attitude_jumps import steady_attitude
 from hydrodamp.data.attitude import quaternion_from_euler
-from hydrodamp.data.cleaning.attitude_jumps import steady_attitude
 from hydrodamp.data.log import Log
-from hydrodamp.data.probing.delay import Delay
-from hydrodamp.data.probing.probe import probe
 from hydrodamp.data.recording import Recording, Topic
+from hydrodamp.ingest.probing.delay import Delay
+from hydrodamp.ingest.probing.probe import probe
 from hydrodamp.report.probed import by_guess, judged
 from hydrodamp.report.recording_grids import TOPICS, delay_grid, draft_grid, topics_grid
 from hydrodamp.report.survey import survey

@@ -48,42 +48,12 @@ ZERO_WITHOUT = {**CONTENT, PROPULSION: "", "V_v": "v", "V_w": "w"}
 
 
 def is_absolute(atom: str) -> bool:
-    """Tell whether an atom is an absolute value, ``|r|`` or ``|rudder|``.
-
-    Examples
-    --------
-    >>> is_absolute("|r|"), is_absolute("r")
-    (True, False)
-    """
+    """Tell whether an atom is an absolute value, ``|r|`` or ``|rudder|``."""
     return atom.startswith("|")
 
 
 def atom_index(atom: str, channels: Sequence[str] = ()) -> int:
-    """Return the place of an atom in the kernels' table.
-
-    Parameters
-    ----------
-    atom : str
-        A reserved atom, a channel name, or a channel name between bars.
-    channels : sequence of str, optional
-        The command channels, in the order of the kernels' ``channels`` array.
-
-    Returns
-    -------
-    index : int
-        0 the constant one, 1 to 20 the reserved atoms, then the channels, then
-        their absolute values.
-
-    Raises
-    ------
-    TermError
-        If the atom is a command that is not among the channels.
-
-    Examples
-    --------
-    >>> atom_index("|r|"), atom_index("rudder", ("rpm", "rudder"))
-    (12, 22)
-    """
+    """Return the place of an atom in the kernels' table."""
     if atom in ATOM_PLACE:
         return ATOM_PLACE[atom]
     name = atom.strip("|")

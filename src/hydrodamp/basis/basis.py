@@ -261,24 +261,7 @@ _UNION_PLACE = {term: place for place, term in enumerate(UNION.terms)}
 
 
 def canonical_key(term: Term) -> TermKey:
-    """Return what terms are sorted by.
-
-    Parameters
-    ----------
-    term : Term
-        Any term.
-
-    Returns
-    -------
-    key : tuple
-        The 85 terms of the paper come first, in the order of :data:`UNION`; all
-        others follow by degree, then by their factors.
-
-    Examples
-    --------
-    >>> canonical_key(Term.parse("v|r|")) < canonical_key(Term.parse("down_y"))
-    True
-    """
+    """Return what terms are sorted by."""
     place = _UNION_PLACE.get(term, len(_UNION_PLACE))
     return place, len(term.factors), tuple(atom_key(factor) for factor in term.factors)
 

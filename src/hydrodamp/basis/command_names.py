@@ -28,13 +28,7 @@ _IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 
 def reads_as_product(text: str) -> bool:
-    """Tell whether a text is made of reserved symbols only.
-
-    Examples
-    --------
-    >>> reads_as_product("uv"), reads_as_product("rudder")
-    (True, False)
-    """
+    """Tell whether a text is made of reserved symbols only."""
     place = 0
     while found := SYMBOL.match(text, place):
         place = found.end()
@@ -42,27 +36,7 @@ def reads_as_product(text: str) -> bool:
 
 
 def check_command_name(name: str) -> None:
-    """Refuse a command name that a term could not spell.
-
-    Parameters
-    ----------
-    name : str
-        The name of a command column or actuator channel.
-
-    Raises
-    ------
-    TermError
-        If the name is no identifier, is reserved, or reads as a product of
-        reserved symbols.
-
-    Examples
-    --------
-    >>> check_command_name("rudder")
-    >>> check_command_name("uv")  # doctest: +ELLIPSIS
-    Traceback (most recent call last):
-    ...
-    hydrodamp.errors.TermError: Command name `uv` reads as the product u*v. Rename it, ...
-    """
+    """Refuse a command name that a term could not spell."""
     if not _IDENTIFIER.fullmatch(name):
         raise TermError(
             f"Command name `{name}` must be letters, digits and underscores and start with no "

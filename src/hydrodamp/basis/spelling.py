@@ -25,28 +25,7 @@ def atom_key(atom: str) -> AtomKey:
 
 
 def read_atoms(text: str) -> list[str]:
-    """Return the atoms a spelling names, as many times as it names them.
-
-    Parameters
-    ----------
-    text : str
-        Such as ``"v|r|"``, ``"u^2(eta-1)"`` or ``"u|u|*rudder"``.
-
-    Returns
-    -------
-    atoms : list of str
-        Not yet in canonical order.
-
-    Raises
-    ------
-    TermError
-        Telling where the spelling is stuck and what is wanted.
-
-    Examples
-    --------
-    >>> read_atoms("u|u|*rudder^2")
-    ['u', '|u|', 'rudder', 'rudder']
-    """
+    """Return the atoms a spelling names, as many times as it names them."""
     if not text.strip():
         raise TermError(f"A term must not be empty. {_ADVICE}")
     atoms: list[str] = []
@@ -56,13 +35,7 @@ def read_atoms(text: str) -> list[str]:
 
 
 def canonical(atoms: Iterable[str]) -> tuple[str, ...]:
-    """Return atoms in canonical order: ones dropped, pairs of absolute values squared.
-
-    Examples
-    --------
-    >>> canonical(["|r|", "v"]), canonical(["|u|", "|u|"])
-    (('v', '|r|'), ('u', 'u'))
-    """
+    """Return atoms in canonical order: ones dropped, pairs of absolute values squared."""
     counts = Counter(atom for atom in atoms if atom != "1")
     for atom in [atom for atom in counts if is_absolute(atom)]:
         pairs, counts[atom] = divmod(counts[atom], 2)
@@ -71,13 +44,7 @@ def canonical(atoms: Iterable[str]) -> tuple[str, ...]:
 
 
 def spell(factors: Sequence[str]) -> str:
-    """Return the spelling of factors in canonical order.
-
-    Examples
-    --------
-    >>> spell(("u", "u", "(eta-1)")), spell(("rpm", "|rpm|")), spell(())
-    ('u^2(eta-1)', 'rpm*|rpm|', '1')
-    """
+    """Return the spelling of factors in canonical order."""
     powers = [
         (atom, atom if count == 1 else f"{atom}^{count}")
         for atom, count in Counter(factors).items()

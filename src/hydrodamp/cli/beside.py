@@ -9,51 +9,22 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class Beside:
-    """Where pictures and report of a damping file go.
-
-    Attributes
-    ----------
-    damping : path
-        The damping file.
-    """
+    """Where pictures and report of a damping file go."""
 
     damping: Path
 
     @property
     def figures(self) -> Path:
-        """Folder of the pictures.
-
-        Examples
-        --------
-        >>> print(Beside(Path("model.v2.json")).figures, Beside(Path("model.v1")).figures)
-        model.v2.figures model.v1.figures
-        """
+        """Folder of the pictures."""
         return self._named("figures")
 
     @property
     def report(self) -> Path:
-        """The report.
-
-        Examples
-        --------
-        >>> print(Beside(Path("deep/model.json")).report)
-        deep/model.report.html
-        """
+        """The report."""
         return self._named("report.html")
 
     def check(self, inputs: Iterable[str | None]) -> None:
-        """Refuse targets that cannot be written or would replace an input.
-
-        Parameters
-        ----------
-        inputs : iterable of str or None
-            Files that are read; names that are no files, and None, are passed over.
-
-        Raises
-        ------
-        FileError
-            If a target is an input or cannot be written.
-        """
+        """Refuse targets that cannot be written or would replace an input."""
         from hydrodamp.cli.targets import check_out_file
         from hydrodamp.saving import check_folder
 

@@ -25,27 +25,7 @@ def selects(listed: str | None) -> bool:
 def with_sparse(
     vehicle: Vehicle, log: Log, models: tuple[DampingModel, ...]
 ) -> tuple[DampingModel, ...]:
-    """Return the models and the one selected from a log.
-
-    Parameters
-    ----------
-    vehicle : Vehicle
-        Everything known.
-    log : Log
-        What the models are identified from.
-    models : tuple of DampingModel
-        Their damping terms are candidates too; their terms with commands are kept.
-
-    Returns
-    -------
-    models : tuple of DampingModel
-        The selected one comes last.
-
-    Raises
-    ------
-    ModelError
-        If another model has its name.
-    """
+    """Return the models and the one selected from a log."""
     from hydrodamp.cli.output import note
     from hydrodamp.cli.progress import progress
     from hydrodamp.validation.sparse import Sparse
@@ -65,26 +45,7 @@ def with_sparse(
 
 
 def choose_models(listed: str | None) -> tuple[DampingModel, ...]:
-    """Return the models of a list with commas.
-
-    Parameters
-    ----------
-    listed : str or None
-        Names of the catalogue and YAML files; None for the paper's eight. ``sparse`` is
-        left out, see :func:`with_sparse`.
-
-    Returns
-    -------
-    models : tuple of DampingModel
-        Each once, in order.
-
-    Raises
-    ------
-    ModelError
-        If a name is unknown, with the nearest, or two models share a name.
-    FileError
-        If a file cannot be read.
-    """
+    """Return the models of a list with commas."""
     from hydrodamp.models.catalog import PAPER_MODELS
 
     asked = PAPER_MODELS if listed is None else _names(listed)
@@ -105,25 +66,7 @@ def _called_alike(first: str, second: str) -> ModelError:
 
 
 def named_models(name: str) -> tuple[DampingModel, ...]:
-    """Return the model of a name, or those of a file.
-
-    Parameters
-    ----------
-    name : str
-        A name of the catalogue, a YAML file, or one model of it as ``FILE:NAME``.
-
-    Returns
-    -------
-    models : tuple of DampingModel
-        One, or all of the file.
-
-    Raises
-    ------
-    ModelError
-        If there is no such model, with the nearest.
-    FileError
-        If there is no such file, or it cannot be read.
-    """
+    """Return the model of a name, or those of a file."""
     from hydrodamp.loading import absent
     from hydrodamp.models.catalog import catalog, find_model
     from hydrodamp.models.files import read_models
@@ -141,49 +84,13 @@ def named_models(name: str) -> tuple[DampingModel, ...]:
 
 
 def file_of(name: str) -> str:
-    """Return the file of ``FILE:NAME``; any other name as it is.
-
-    Parameters
-    ----------
-    name : str
-        As for :func:`named_models`.
-
-    Returns
-    -------
-    file : str
-        What stands before the colon, where that is a YAML file's name.
-
-    Examples
-    --------
-    >>> file_of("mine.yaml:tank"), file_of("linear")
-    ('mine.yaml', 'linear')
-    """
+    """Return the file of ``FILE:NAME``; any other name as it is."""
     file = name.rpartition(":")[0]
     return file if _is_yaml(file) else name
 
 
 def one_of(file: str, key: str, found: tuple[DampingModel, ...]) -> DampingModel:
-    """Return the model of a file that has a key.
-
-    Parameters
-    ----------
-    file : str
-        How messages call it.
-    key : str
-        Of the model.
-    found : tuple of DampingModel
-        What the file holds.
-
-    Returns
-    -------
-    model : DampingModel
-        The one.
-
-    Raises
-    ------
-    ModelError
-        If there is none, with the nearest.
-    """
+    """Return the model of a file that has a key."""
     keys = [model.key for model in found]
     if key not in keys:
         raise ModelError(
@@ -198,25 +105,7 @@ def _is_yaml(name: str) -> bool:
 
 
 def choose_model(name: str) -> DampingModel:
-    """Return the one model of a name or of a file.
-
-    Parameters
-    ----------
-    name : str
-        A name of the catalogue, a YAML file of one model, or ``FILE:NAME``.
-
-    Returns
-    -------
-    model : DampingModel
-        The model.
-
-    Raises
-    ------
-    ModelError
-        If there is no such model, or the file holds several.
-    FileError
-        If there is no such file, or it cannot be read.
-    """
+    """Return the one model of a name or of a file."""
     found = named_models(name)
     if len(found) != 1:
         keys = ", ".join(model.key for model in found)
@@ -228,23 +117,7 @@ def choose_model(name: str) -> DampingModel:
 
 
 def choose_methods(listed: str) -> tuple[Method, ...]:
-    """Return the methods of a list with commas.
-
-    Parameters
-    ----------
-    listed : str
-        Their keys.
-
-    Returns
-    -------
-    methods : tuple of Method
-        Each once, in order.
-
-    Raises
-    ------
-    MethodError
-        If a key is unknown, with the nearest.
-    """
+    """Return the methods of a list with commas."""
     from hydrodamp.identification.methods import find_method
 
     names = _names(listed)

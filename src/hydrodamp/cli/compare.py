@@ -77,21 +77,7 @@ def _names(models: str | None) -> tuple[str, ...]:
 def deliver(
     vehicle: Vehicle, train: Log, comparison: Comparison, out: str | None, json: bool
 ) -> None:
-    """Write and print a comparison; end with status 1 if it has no score at all.
-
-    Parameters
-    ----------
-    vehicle : Vehicle
-        Everything known.
-    train : Log
-        What was identified from.
-    comparison : Comparison
-        What came out.
-    out : str or None
-        Folder to write to.
-    json : bool
-        Whether to print the document instead of tables.
-    """
+    """Write and print a comparison; end with status 1 if it has no score at all."""
     from hydrodamp.cli.experiment import nothing_scored
     from hydrodamp.cli.replacing import write_or_rescue
     from hydrodamp.cli.report import illustrate

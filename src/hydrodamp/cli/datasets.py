@@ -12,8 +12,8 @@ from hydrodamp.cli.output import emit, note, results
 from hydrodamp.errors import FileError
 
 if TYPE_CHECKING:
-    from hydrodamp.data.datasets.fetching import Fetched
-    from hydrodamp.data.datasets.registry import Dataset
+    from hydrodamp.ingest.datasets.fetching import Fetched
+    from hydrodamp.ingest.datasets.registry import Dataset
     from hydrodamp.report.grid import Grid
 
 
@@ -36,8 +36,8 @@ def datasets(
 ) -> None:
     """List public logs, or fetch one: licence first, each file checked."""
     from hydrodamp.cli.progress import stages
-    from hydrodamp.data.datasets.fetching import fetch, look
-    from hydrodamp.data.datasets.registry import find_dataset
+    from hydrodamp.ingest.datasets.fetching import fetch, look
+    from hydrodamp.ingest.datasets.registry import find_dataset
 
     if name is None:
         _list(json)
@@ -59,7 +59,7 @@ def datasets(
 
 
 def _list(json: bool) -> None:
-    from hydrodamp.data.datasets.registry import datasets as known
+    from hydrodamp.ingest.datasets.registry import datasets as known
     from hydrodamp.report.screen import show
 
     listed = tuple(known().values())

@@ -30,12 +30,7 @@ def demo(
     resume: options.Resume = False,
     json: options.Json = False,
 ) -> None:
-    """Re-enact the paper's experiment on a simulated vehicle and print its Table I.
-
-    No log is needed and nothing is downloaded. The eight models are identified
-    by least squares, by the adaptive identifier and by the recommended method,
-    then replayed on other runs.
-    """
+    """Re-enact the paper's experiment on a simulated vehicle and print its Table I."""
     from hydrodamp import kernels
     from hydrodamp.cli.choose import choose_methods, choose_models
     from hydrodamp.cli.handing import hand_over

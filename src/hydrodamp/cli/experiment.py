@@ -21,30 +21,8 @@ Key = tuple[str, str]
 
 
 def check_before(vehicle: Vehicle, log: Log, models: Sequence[DampingModel]) -> None:
-    """Refuse a log that cannot serve, or has a column that nothing uses; say what looks wrong.
-
-    Parameters
-    ----------
-    vehicle : Vehicle
-        Whose axes and actuators count.
-    log : Log
-        To identify or to replay on.
-    models : sequence of DampingModel
-        All that were asked for.
-
-    Raises
-    ------
-    ProblemError
-        If the log lacks what the vehicle or a term needs.
-    LogError
-        If a column is used by nothing.
-
-    Warns
-    -----
-    HydrodampWarning
-        If a unit or a sign looks wrong, with the evidence.
-    """
-    from hydrodamp.data.cleaning.suspicions import suspicions
+    """Refuse a log that cannot serve, or has a column that nothing uses; say what looks wrong."""
+    from hydrodamp.conditioning.suspicions import suspicions
     from hydrodamp.simulation.fitness import check_columns_used, check_log
 
     free = tuple(model.restricted_to(vehicle.axes) for model in models)
@@ -64,20 +42,7 @@ def check_before(vehicle: Vehicle, log: Log, models: Sequence[DampingModel]) -> 
 
 
 def check_attitude(attitude: str, log: Log) -> None:
-    """Refuse a simulated attitude that nothing starts from.
-
-    Parameters
-    ----------
-    attitude : {"measured", "simulated"}
-        What ``--attitude`` says.
-    log : Log
-        To replay on.
-
-    Raises
-    ------
-    ProblemError
-        If it is to be simulated and the log has none.
-    """
+    """Refuse a simulated attitude that nothing starts from."""
     if attitude == "simulated" and log.attitude is None:
         raise ProblemError(
             f"{log.source or 'log'}: a simulated attitude starts from a recorded one, and the log "
@@ -86,22 +51,7 @@ def check_attitude(attitude: str, log: Log) -> None:
 
 
 def check_samples(vehicle: Vehicle, log: Log, models: Sequence[DampingModel]) -> None:
-    """Refuse a log with fewer samples than the largest axis of every model.
-
-    Parameters
-    ----------
-    vehicle : Vehicle
-        Whose free axes count.
-    log : Log
-        To identify on.
-    models : sequence of DampingModel
-        All that were asked for; one that is too large alone is a row with a status.
-
-    Raises
-    ------
-    ProblemError
-        With the number of samples that is needed.
-    """
+    """Refuse a log with fewer samples than the largest axis of every model."""
     needed = [max(map(len, model.restricted_to(vehicle.axes).terms), default=0) for model in models]
     if log.n < min(needed):
         raise ProblemError(
@@ -118,28 +68,7 @@ def fit_all(
     keep: Callable[[Fit], None] | None = None,
     earlier: Mapping[Key, Fit] = MappingProxyType({}),
 ) -> tuple[Fit, ...]:
-    """Identify every model by every method, with a bar a method: their rates differ much.
-
-    Parameters
-    ----------
-    vehicle : Vehicle
-        Everything known.
-    train : Log
-        To identify on.
-    models : sequence of DampingModel
-        Which terms.
-    methods : sequence of Method
-        How.
-    keep : callable, optional
-        Called with each fit as it comes.
-    earlier : mapping of (str, str) to Fit, optional
-        Fits by model and method that are there already, and are not made again.
-
-    Returns
-    -------
-    fits : tuple of Fit
-        Models within methods.
-    """
+    """Identify every model by every method, with a bar a method: their rates differ much."""
     from hydrodamp.cli.progress import progress
     from hydrodamp.identification.methods import identify_all
     from hydrodamp.simulation.problem import prepare
@@ -164,34 +93,12 @@ def fit_all(
 
 
 def key_of(fit: Fit) -> Key:
-    """Return what a fit is asked for by.
-
-    Parameters
-    ----------
-    fit : Fit
-        Any.
-
-    Returns
-    -------
-    model, method : str
-        Their keys.
-    """
+    """Return what a fit is asked for by."""
     return fit.model.key, fit.method
 
 
 def nothing_scored(comparison: Comparison) -> str:
-    """Return the sentence for a comparison without any score, empty if there is one.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        Any.
-
-    Returns
-    -------
-    sentence : str
-        Why there is nothing to rank.
-    """
+    """Return the sentence for a comparison without any score, empty if there is one."""
     if any(row.rms is not None for row in comparison.rows):
         return ""
     outcomes = dict.fromkeys(row.status.word for row in comparison.rows)

@@ -33,18 +33,7 @@ _warned: ContextVar[dict[str, None]] = ContextVar("warned")
 
 
 def guarded(command: Callable[P, R]) -> Callable[P, R]:
-    """Return a command that ends in a sentence and a status, never a traceback.
-
-    Parameters
-    ----------
-    command : callable
-        What the command does.
-
-    Returns
-    -------
-    command : callable
-        The same with warnings on standard error, one line each.
-    """
+    """Return a command that ends in a sentence and a status, never a traceback."""
 
     @functools.wraps(command)
     def run(*args: P.args, **kwargs: P.kwargs) -> R:
@@ -102,18 +91,7 @@ def warned() -> tuple[str, ...]:
 
 
 def internal_failure(error: Exception) -> str:
-    """Return the sentence for a failure that is ours.
-
-    Parameters
-    ----------
-    error : Exception
-        Any.
-
-    Returns
-    -------
-    sentence : str
-        What it was and where.
-    """
+    """Return the sentence for a failure that is ours."""
     frame = traceback.extract_tb(error.__traceback__)[-1]
     where = f"{Path(frame.filename).name}:{frame.lineno}"
     return (

@@ -28,26 +28,7 @@ def hand_over(
     json: bool,
     deliver: Callable[[Comparison, str | None, bool], None],
 ) -> None:
-    """Write and show what came out; end with status 130 if it is unfinished.
-
-    Parameters
-    ----------
-    outcome : Outcome
-        Of the work.
-    said : mapping of str to str
-        What the run was, for its provenance.
-    out : str or None
-        Folder to write to.
-    json : bool
-        Whether to print the document instead of tables.
-    deliver : callable
-        How finished results are written and shown.
-
-    Raises
-    ------
-    Exception
-        What ended the work, where it was not Ctrl-C.
-    """
+    """Write and show what came out; end with status 130 if it is unfinished."""
     comparison = replace(
         outcome.comparison, provenance={**outcome.comparison.provenance, **said, **_warnings(said)}
     )
@@ -147,20 +128,7 @@ def _left_alone(outcome: Outcome, out: str, earlier: Earlier) -> str:
 
 
 def how_to_go_on(outcome: Outcome, out: str | None) -> str:
-    """Return what is there of a run that was not finished, and how the rest is made.
-
-    Parameters
-    ----------
-    outcome : Outcome
-        Unfinished.
-    out : str or None
-        Folder that was written to.
-
-    Returns
-    -------
-    words : str
-        One or two lines.
-    """
+    """Return what is there of a run that was not finished, and how the rest is made."""
     from hydrodamp.report.files import WRITTEN
 
     if out is None:

@@ -95,19 +95,7 @@ def identify(
 
 
 def deliver(fit: Fit, beside: Beside | None, json: bool, trust: Trust) -> None:
-    """Print and write a fit; end with status 1 if it has no numbers.
-
-    Parameters
-    ----------
-    fit : Fit
-        What came out.
-    beside : Beside or None
-        The damping file to write. Report and pictures of an earlier one go in the same step.
-    json : bool
-        Whether to print the document instead of a table.
-    trust : Trust
-        What to print with and below the table.
-    """
+    """Print and write a fit; end with status 1 if it has no numbers."""
     from hydrodamp.report.document import fit_document
     from hydrodamp.report.fit_grid import fit_grid
     from hydrodamp.report.screen import show

@@ -71,10 +71,7 @@ def hydrodamp_command(
 
 
 def main() -> None:
-    """Run the command line; the console script and ``python -m hydrodamp`` call this.
-
-    After Ctrl-C the process ends without waiting for fits that are still under way behind.
-    """
+    """Run the command line; the console script and ``python -m hydrodamp`` call this."""
     try:
         app()
     except SystemExit as end:

@@ -37,19 +37,6 @@ def emit(document: object) -> None:
 
 
 def fail(sentence: str, status: int) -> NoReturn:
-    """Print what is wrong on standard error and end with a status.
-
-    Parameters
-    ----------
-    sentence : str
-        What is wrong and what to do.
-    status : int
-        1 where the work failed, 2 where the call or the input is wrong.
-
-    Raises
-    ------
-    typer.Exit
-        Always.
-    """
+    """Print what is wrong on standard error and end with a status."""
     note(f"error: {sentence}")
     raise typer.Exit(status)

@@ -16,21 +16,7 @@ Stretch = tuple[float, float]
 def overlap(
     train: Mapping[str, Stretch | None], test: Mapping[str, Stretch | None], whole: Log | None
 ) -> str:
-    """Return what two parts share, in words.
-
-    Parameters
-    ----------
-    train, test : dict of str to (float, float) or None
-        What was said, and its start and end if it is a span; None for the name
-        of a segment or a file.
-    whole : Log or None
-        LOG; None where the parts are files.
-
-    Returns
-    -------
-    shared : str
-        Files, segments and spans with commas; empty where nothing is shared.
-    """
+    """Return what two parts share, in words."""
     if whole is None:
         return ", ".join(dict.fromkeys(_files(tuple(train), tuple(test))))
     return ", ".join(dict.fromkeys(_stretches(train, test, whole)))

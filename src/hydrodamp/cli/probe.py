@@ -11,8 +11,8 @@ from hydrodamp.cli import options
 from hydrodamp.cli.output import emit, note, results
 
 if TYPE_CHECKING:
-    from hydrodamp.data.probing.probe import Probe
     from hydrodamp.data.recording import Recording
+    from hydrodamp.ingest.probing.probe import Probe
     from hydrodamp.report.probed import Probed
     from hydrodamp.vehicle.vehicle import Vehicle
 
@@ -75,7 +75,7 @@ def _vehicle(name: str) -> Vehicle:
 
 def _recordings(logs: list[str]) -> list[Recording]:
     from hydrodamp.cli.reading import reading
-    from hydrodamp.data.read import read_recordings
+    from hydrodamp.ingest.read import read_recordings
 
     paths = tuple(dict.fromkeys(logs))
     with reading(paths):
@@ -88,7 +88,7 @@ def _probed(
     """Look at the first recording, make a log of all, and judge it."""
     from hydrodamp.advance import within
     from hydrodamp.cli.progress import followed
-    from hydrodamp.data.probing.probe import probe as look
+    from hydrodamp.ingest.probing.probe import probe as look
 
     messages = sum(recording.n for recording in recordings)
     with followed("looking through it", messages):
@@ -102,8 +102,8 @@ def _judged(
     found: Probe, recordings: list[Recording], mapping: str | None, craft: Vehicle | None
 ) -> Probed:
     from hydrodamp.advance import within
-    from hydrodamp.data.probing.probe import is_canonical
-    from hydrodamp.data.read import logs_of
+    from hydrodamp.ingest.probing.probe import is_canonical
+    from hydrodamp.ingest.read import logs_of
     from hydrodamp.report.probed import by_guess, judged
 
     if mapping is None and not all(map(is_canonical, recordings)):

@@ -20,26 +20,7 @@ _HOUR = 3600.0
 def progress(
     label: str, total: int | None = None, before: int = 0, *, unit: str = ""
 ) -> Iterator[Callable[..., None]]:
-    """Show a bar while work goes on; it vanishes at the end.
-
-    Parameters
-    ----------
-    label : str
-        What is being done.
-    total : int, optional
-        Number of steps; without it, or for one alone, the bar only shows that work goes on,
-        and how long.
-    before : int, optional
-        Steps that were done in an earlier run, and say nothing of the rate.
-    unit : {"", "B"}, optional
-        What a step is: one of the things to do, or a byte.
-
-    Yields
-    ------
-    step : callable
-        To be called after each step, from any thread; what a callback is given besides
-        is passed over. The keyword `steps` says that it were several.
-    """
+    """Show a bar while work goes on; it vanishes at the end."""
     with _bar(_columns(total not in (None, 1), unit)) as bar:
         task = bar.add_task(label, total=total, completed=before)
         bar.advance(task, 0)  # the rate counts from here, not from the end of the first step
@@ -52,21 +33,7 @@ def progress(
 
 @contextmanager
 def stages(label: str, *, unit: str = "") -> Iterator[Callable[[str, int, int], None]]:
-    """Show a bar for work that says by itself how far it has come; it vanishes at the end.
-
-    Parameters
-    ----------
-    label : str
-        What is being done.
-    unit : {"", "B"}, optional
-        As for :func:`progress`.
-
-    Yields
-    ------
-    reach : callable
-        To be called with what is at hand, how many steps are done, and of how many, 0 where
-        that is not known.
-    """
+    """Show a bar for work that says by itself how far it has come; it vanishes at the end."""
     with _bar(_columns(True, unit)) as bar:
         task, last = bar.add_task(label, total=None), (0, 0)
 
@@ -84,17 +51,7 @@ def stages(label: str, *, unit: str = "") -> Iterator[Callable[[str, int, int], 
 
 @contextmanager
 def followed(label: str, total: int, *, unit: str = "") -> Iterator[None]:
-    """Show a bar for work inside that tells what share of it is done; it vanishes at the end.
-
-    Parameters
-    ----------
-    label : str
-        What is being done.
-    total : int
-        Of how many things or bytes the work consists.
-    unit : {"", "B"}, optional
-        As for :func:`progress`.
-    """
+    """Show a bar for work inside that tells what share of it is done; it vanishes at the end."""
     with (
         stages(label, unit=unit) as reach,
         listening(lambda share: reach("", int(share * total), total)),

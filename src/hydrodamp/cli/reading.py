@@ -13,19 +13,8 @@ _NAMED = 3
 
 
 def reading(paths: Sequence[str]) -> AbstractContextManager[None]:
-    """Show a bar while logs are read inside.
-
-    Parameters
-    ----------
-    paths : sequence of str
-        Files and folders, each once.
-
-    Returns
-    -------
-    bar : context manager
-        As of :func:`~hydrodamp.cli.progress.followed`.
-    """
-    from hydrodamp.data.formats.content import size_of
+    """Show a bar while logs are read inside."""
+    from hydrodamp.ingest.formats.content import size_of
 
     names = ", ".join(Path(path).name for path in paths[:_NAMED])
     return followed(f"reading {names}", sum(map(size_of, paths)), unit="B")

@@ -13,19 +13,7 @@ from hydrodamp.cli.guard import warned
 
 
 def record(inputs: Iterable[str | None]) -> dict[str, str]:
-    """Return a run in words, for the provenance of its results.
-
-    Parameters
-    ----------
-    inputs : iterable of str or None
-        Files and folders that were read; names that are neither, and None, are passed over.
-
-    Returns
-    -------
-    words : dict of str to str
-        ``command``; ``files``, a line each as ``sha256sum`` prints it; ``versions``, with what
-        steps in time; and ``warnings``, a line each. What is empty is left out.
-    """
+    """Return a run in words, for the provenance of its results."""
     import numpy
     import scipy
 

@@ -19,18 +19,7 @@ if TYPE_CHECKING:
 
 
 def earlier_results(out: str) -> Earlier | None:
-    """Return what is in a folder of results.
-
-    Parameters
-    ----------
-    out : str
-        The folder.
-
-    Returns
-    -------
-    earlier : Earlier or None
-        None where that is no comparison.
-    """
+    """Return what is in a folder of results."""
     from hydrodamp.report.unfinished import read_earlier
 
     if not (Path(out) / "comparison.json").is_file():
@@ -42,15 +31,7 @@ def earlier_results(out: str) -> Earlier | None:
 
 
 def note_replaced(out: str, said: Mapping[str, str]) -> None:
-    """Say before the work that results of another run will be replaced.
-
-    Parameters
-    ----------
-    out : str
-        The folder of ``--out``.
-    said : mapping of str to str
-        ``options``, ``files`` and ``versions`` of this run.
-    """
+    """Say before the work that results of another run will be replaced."""
     earlier = earlier_results(out)
     if earlier is not None and differences(earlier, said):
         note(
@@ -60,22 +41,7 @@ def note_replaced(out: str, said: Mapping[str, str]) -> None:
 
 
 def write_or_rescue(comparison: Comparison, out: str, waiting: Sequence[Fit] = ()) -> None:
-    """Write results; where their folder cannot be written, to one that can.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        Rows that are finished.
-    out : str
-        The folder of ``--out``.
-    waiting : sequence of Fit, optional
-        Fits without a row.
-
-    Raises
-    ------
-    FileError
-        If the folder cannot be written; it names the one where the results are.
-    """
+    """Write results; where their folder cannot be written, to one that can."""
     from hydrodamp.report.files import write_comparison
 
     try:

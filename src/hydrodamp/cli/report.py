@@ -55,24 +55,7 @@ def offer(
     findings: Findings | None = None,
     then: str = "run the command again",
 ) -> bool:
-    """Write a report, or say how to get it where what it needs is not installed.
-
-    Parameters
-    ----------
-    results : Comparison or str
-        A comparison, or the folder it was written to.
-    path : str or path
-        The file.
-    findings : Findings, optional
-        Grades and pictures; by default those in the folder.
-    then : str, optional
-        What to do once it is installed.
-
-    Returns
-    -------
-    written : bool
-        Whether it was.
-    """
+    """Write a report, or say how to get it where what it needs is not installed."""
     from hydrodamp.report.html.page import MISSING, installed
     from hydrodamp.report.html.write import write_report
 
@@ -84,24 +67,7 @@ def offer(
 
 
 def illustrate(comparison: Comparison, vehicle: Vehicle, train: Log, home: Path) -> tuple[str, ...]:
-    """Write grades, pictures and the report of a comparison into its folder.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        Written there already.
-    vehicle : Vehicle
-        Everything known.
-    train : Log
-        What was identified from.
-    home : path
-        The folder.
-
-    Returns
-    -------
-    written : tuple of str
-        What was, by name; of what lacks a package it is said how to get it.
-    """
+    """Write grades, pictures and the report of a comparison into its folder."""
     from hydrodamp.report.gallery.band_file import BAND
     from hydrodamp.report.gallery.findings import FIGURES
     from hydrodamp.report.gallery.folder import GRADES, write_findings
@@ -120,22 +86,7 @@ def illustrate(comparison: Comparison, vehicle: Vehicle, train: Log, home: Path)
 
 
 def look_closer(comparison: Comparison, vehicle: Vehicle, train: Log) -> Findings:
-    """Grade and draw the chosen row, with a bar; say how to get pictures where there are none.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        With the whole logs of its replays.
-    vehicle : Vehicle
-        Everything known.
-    train : Log
-        What was identified from.
-
-    Returns
-    -------
-    findings : Findings
-        Grades, and pictures where matplotlib is installed.
-    """
+    """Grade and draw the chosen row, with a bar; say how to get pictures where there are none."""
     from hydrodamp.cli.progress import stages
     from hydrodamp.report.gallery.examine import MISSING, drawable, examine
 
@@ -148,23 +99,7 @@ def look_closer(comparison: Comparison, vehicle: Vehicle, train: Log) -> Finding
 def offer_of_fit(
     fit: Fit, vehicle: Vehicle, log: Log, said: Mapping[str, str], beside: Beside
 ) -> None:
-    """Write report and pictures of one fit beside its damping file.
-
-    It is replayed on what it was fitted to.
-
-    Parameters
-    ----------
-    fit : Fit
-        With numbers.
-    vehicle : Vehicle
-        Everything known.
-    log : Log
-        What it was identified from.
-    said : mapping of str to str
-        What the run was, for its provenance.
-    beside : Beside
-        Where they go; nothing of an earlier fit is there any more.
-    """
+    """Write report and pictures of one fit beside its damping file."""
     from dataclasses import replace
 
     from hydrodamp.cli.guard import warned

@@ -25,23 +25,7 @@ _AFRESH = "Leave out `--resume` to start afresh; that replaces what is in the fo
 
 
 def options_in_words(asked: Mapping[str, str | Iterable[str] | None]) -> str:
-    """Return what was asked for, so that another run can be compared with it.
-
-    Parameters
-    ----------
-    asked : mapping of str to str, iterable of str or None
-        Values of options; several have a line each, and what was not said has none.
-
-    Returns
-    -------
-    words : str
-        A line a value.
-
-    Examples
-    --------
-    >>> options_in_words({"--train": ("0:20", "30:40"), "--mapping": None}).splitlines()
-    ['--train 0:20', '--train 30:40']
-    """
+    """Return what was asked for, so that another run can be compared with it."""
     return "\n".join(
         f"{name} {shlex.quote(value)}"
         for name, given in asked.items()
@@ -50,23 +34,7 @@ def options_in_words(asked: Mapping[str, str | Iterable[str] | None]) -> str:
 
 
 def command_to_resume(command: Iterable[str] | None = None) -> str:
-    """Return the command line that goes on where this one stopped.
-
-    Parameters
-    ----------
-    command : iterable of str, optional
-        What was typed after ``hydrodamp``; that of this process by default.
-
-    Returns
-    -------
-    line : str
-        To be typed in a shell.
-
-    Examples
-    --------
-    >>> command_to_resume(["demo", "--out", "my folder"])
-    "hydrodamp demo --resume --out 'my folder'"
-    """
+    """Return the command line that goes on where this one stopped."""
     words = list(sys.argv[1:] if command is None else command)
     options = words[: words.index("--")] if "--" in words else words
     if "--resume" not in options:  # behind a `--` it would be the name of a log
@@ -80,27 +48,7 @@ def _in_shell(words: list[str]) -> str:
 
 
 def check_resume(out: str | None, said: Mapping[str, str]) -> Earlier:
-    """Refuse to go on with what is not there, or was made from something else.
-
-    Parameters
-    ----------
-    out : str or None
-        The folder of ``--out``.
-    said : mapping of str to str
-        ``options``, ``files`` and ``versions`` of this run.
-
-    Returns
-    -------
-    earlier : Earlier
-        What the folder holds.
-
-    Raises
-    ------
-    ProblemError
-        If there is no such folder, or saying what differs.
-    FileError
-        If its ``comparison.json`` cannot be read.
-    """
+    """Refuse to go on with what is not there, or was made from something else."""
     if out is None:
         raise ProblemError(
             "`--resume` goes on with what an interrupted run left in a folder: name it with "
@@ -130,42 +78,12 @@ def _earlier(out: str) -> Earlier:
 
 
 def differences(earlier: Earlier, said: Mapping[str, str]) -> tuple[str, ...]:
-    """Return in what a folder of results is of another run.
-
-    Parameters
-    ----------
-    earlier : Earlier
-        What the folder holds.
-    said : mapping of str to str
-        ``options``, ``files`` and ``versions`` of this run.
-
-    Returns
-    -------
-    sentences : tuple of str
-        None where this run may go on with it.
-    """
+    """Return in what a folder of results is of another run."""
     return tuple(_differences(earlier.provenance, {**said, "hydrodamp": _version()}))
 
 
 def go_on(earlier: Earlier, task: Task, said: Mapping[str, str]) -> tuple[Task, dict[str, str]]:
-    """Return a task with the fits that an earlier run has made.
-
-    Parameters
-    ----------
-    earlier : Earlier
-        Of :func:`check_resume`.
-    task : Task
-        What is asked for.
-    said : mapping of str to str
-        What this run is, for its provenance.
-
-    Returns
-    -------
-    task : Task
-        With the fits of the folder.
-    said : dict of str to str
-        With the warnings of the earlier run, and how many fits are from it.
-    """
+    """Return a task with the fits that an earlier run has made."""
     fits = earlier_fits(earlier, task)
     warned = earlier.provenance.get("warnings", "")
     words = {"resumed": f"{len(fits)} of {len(task.keys)} fits are of an earlier run"}
@@ -176,27 +94,7 @@ def go_on(earlier: Earlier, task: Task, said: Mapping[str, str]) -> tuple[Task, 
 
 
 def earlier_fits(earlier: Earlier, task: Task) -> dict[Key, Fit]:
-    """Return the fits of a folder.
-
-    Parameters
-    ----------
-    earlier : Earlier
-        Of :func:`check_resume`.
-    task : Task
-        What is asked for.
-
-    Returns
-    -------
-    fits : dict of (str, str) to Fit
-        By model and method.
-
-    Raises
-    ------
-    FileError
-        If a file is missing or is not what it should be.
-    ProblemError
-        If a model or a method is not what it was.
-    """
+    """Return the fits of a folder."""
     out = earlier.folder
     fits = {key_of(fit): fit for fit in earlier.fits()}
     models = {model.key: model.restricted_to(task.vehicle.axes) for model in task.models}

@@ -22,23 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Task:
-    """What is to be compared.
-
-    Attributes
-    ----------
-    vehicle : Vehicle
-        Everything known.
-    train, test : Log
-        To identify on, and to replay on.
-    models : sequence of DampingModel
-        Which terms.
-    methods : sequence of Method
-        How.
-    attitude, rate_unit : str
-        Of the scores.
-    earlier : mapping of (str, str) to Fit
-        Fits by model and method that are there already.
-    """
+    """What is to be compared."""
 
     vehicle: Vehicle
     train: Log
@@ -57,19 +41,7 @@ class Task:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of a task.
-
-    Attributes
-    ----------
-    comparison : Comparison
-        The rows that were finished.
-    waiting : tuple of Fit
-        Fits without a row.
-    wanted : int
-        How many rows were asked for.
-    failure : Exception or None
-        What ended the work, where it was not Ctrl-C.
-    """
+    """What came of a task."""
 
     comparison: Comparison
     waiting: tuple[Fit, ...]
@@ -83,26 +55,7 @@ class Outcome:
 
 
 def carry_out(task: Task) -> Outcome:
-    """Identify and replay; after Ctrl-C or a failure keep what is finished.
-
-    Ctrl-C while fitting ends the fits, and those that are finished are replayed; once more
-    ends the replays too.
-
-    Parameters
-    ----------
-    task : Task
-        What is to be compared.
-
-    Returns
-    -------
-    outcome : Outcome
-        All rows, or those there are.
-
-    Raises
-    ------
-    Exception
-        If the work fails before any fit is there.
-    """
+    """Identify and replay; after Ctrl-C or a failure keep what is finished."""
     import hydrodamp.report.files  # noqa: F401  # before the work: nothing is to load after Ctrl-C
 
     fits = {key: task.earlier[key] for key in task.keys if key in task.earlier}

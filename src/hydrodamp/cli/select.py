@@ -23,36 +23,7 @@ _FILES = (".csv", ".txt", ".dat", ".mcap", ".bag", ".bin", ".ulg", ".mat", ".par
 def train_and_test(
     logs: Sequence[str], train: Sequence[str], test: Sequence[str], mapping: str | None
 ) -> tuple[Log, Log, str]:
-    """Return the log to identify on, the one to replay, and what both share.
-
-    Parameters
-    ----------
-    logs : sequence of str
-        Files; empty where ``train`` and ``test`` are files.
-    train, test : sequence of str
-        Files, or ``START:END`` seconds or segment names of the logs.
-    mapping : str or None
-        A mapping file.
-
-    Returns
-    -------
-    train, test : Log
-        Both with the segments they consist of.
-    shared : str
-        Data in both, in words; empty as it should be.
-
-    Raises
-    ------
-    ProblemError
-        If the two are not said, or said in a way that cannot be.
-    LogError
-        If a log has faults, or lacks such a span or segment.
-
-    Warns
-    -----
-    HydrodampWarning
-        If data are in both.
-    """
+    """Return the log to identify on, the one to replay, and what both share."""
     for option, values in (("--train", train), ("--test", test)):
         if not values:
             raise ProblemError(
@@ -69,29 +40,7 @@ def train_and_test(
 
 
 def train_alone(logs: Sequence[str], train: Sequence[str], mapping: str | None) -> Log:
-    """Return the log to identify on: all of LOG unless --train says less.
-
-    Parameters
-    ----------
-    logs : sequence of str
-        Files; empty where ``train`` are files.
-    train : sequence of str
-        As in :func:`train_and_test`; empty for all.
-    mapping : str or None
-        A mapping file.
-
-    Returns
-    -------
-    log : Log
-        With the segments it consists of.
-
-    Raises
-    ------
-    ProblemError
-        If neither is said, or said in a way that cannot be.
-    LogError
-        If a log has faults, or lacks such a span or segment.
-    """
+    """Return the log to identify on: all of LOG unless --train says less."""
     if not logs and not train:
         raise ProblemError("there is nothing to identify on: name a LOG.")
     whole = read(logs, mapping) if logs else None
@@ -101,29 +50,9 @@ def train_alone(logs: Sequence[str], train: Sequence[str], mapping: str | None) 
 
 
 def read(paths: Sequence[str], mapping: str | None) -> Log:
-    """Return the logs of some files, one after another.
-
-    Parameters
-    ----------
-    paths : sequence of str
-        Files.
-    mapping : str or None
-        A mapping file.
-
-    Returns
-    -------
-    log : Log
-        Each file in segments of its own.
-
-    Raises
-    ------
-    LogError
-        If a file has faults.
-    FileError
-        If a file cannot be read.
-    """
+    """Return the logs of some files, one after another."""
     from hydrodamp.cli.reading import reading
-    from hydrodamp.data.read import read_log, read_logs
+    from hydrodamp.ingest.read import read_log, read_logs
 
     once = tuple(dict.fromkeys(paths))
     with reading(once):
@@ -131,31 +60,7 @@ def read(paths: Sequence[str], mapping: str | None) -> Log:
 
 
 def part(option: str, values: Sequence[str], whole: Log | None, mapping: str | None) -> Log:
-    """Return what one option names.
-
-    Parameters
-    ----------
-    option : str
-        How messages call it.
-    values : sequence of str
-        Files, spans or segment names.
-    whole : Log or None
-        LOG, where it was given.
-    mapping : str or None
-        A mapping file.
-
-    Returns
-    -------
-    log : Log
-        The files, or the parts of LOG.
-
-    Raises
-    ------
-    ProblemError
-        If files stand beside LOG, or spans or names without it.
-    LogError
-        If LOG lacks such a span or segment.
-    """
+    """Return what one option names."""
     if whole is None:
         for value in values:
             _refuse_part(option, value)
@@ -177,28 +82,7 @@ def part(option: str, values: Sequence[str], whole: Log | None, mapping: str | N
 
 
 def span(value: str) -> tuple[float, float]:
-    """Return start and end of ``START:END``.
-
-    Parameters
-    ----------
-    value : str
-        Two numbers of seconds, neither negative, the second the larger.
-
-    Returns
-    -------
-    start, end : float
-        From the first sample of LOG [s].
-
-    Raises
-    ------
-    ProblemError
-        If it is anything else.
-
-    Examples
-    --------
-    >>> span("0:900")
-    (0.0, 900.0)
-    """
+    """Return start and end of ``START:END``."""
     found = _SPAN.fullmatch(value.strip())
     if not found or not float(found[1]) < float(found[2]):
         raise ProblemError(

@@ -9,20 +9,7 @@ from hydrodamp.errors import FileError
 
 
 def check_out_file(out: str, inputs: Iterable[str | None]) -> None:
-    """Refuse a file that cannot be written or would replace an input.
-
-    Parameters
-    ----------
-    out : str
-        The file to be written.
-    inputs : iterable of str or None
-        Files that are read; names that are no files, and None, are passed over.
-
-    Raises
-    ------
-    FileError
-        If it is an input, a folder, or in a folder that cannot be written.
-    """
+    """Refuse a file that cannot be written or would replace an input."""
     from hydrodamp.saving import check_file
 
     for path in _files(inputs):
@@ -34,21 +21,7 @@ def check_out_file(out: str, inputs: Iterable[str | None]) -> None:
 
 
 def check_out_folder(out: str, inputs: Iterable[str | None]) -> None:
-    """Refuse a folder that cannot be written or whose files would replace an input.
-
-    Parameters
-    ----------
-    out : str
-        The folder to be written.
-    inputs : iterable of str or None
-        Files that are read; names that are no files, and None, are passed over.
-
-    Raises
-    ------
-    FileError
-        If it is an input or another file, holds an input where a result goes,
-        or cannot be made or written.
-    """
+    """Refuse a folder that cannot be written or whose files would replace an input."""
     from hydrodamp.report.files import is_result
     from hydrodamp.saving import check_folder
 
@@ -66,20 +39,7 @@ def check_out_folder(out: str, inputs: Iterable[str | None]) -> None:
 
 
 def check_new_file(out: str, force: bool) -> None:
-    """Refuse a file that cannot be written, or is there already and may hold work of a person.
-
-    Parameters
-    ----------
-    out : str
-        The file to be written.
-    force : bool
-        Whether it may be replaced.
-
-    Raises
-    ------
-    FileError
-        If it is there and may not, or is in a folder that cannot be written.
-    """
+    """Refuse a file that cannot be written, or is there already and may hold work of a person."""
     from hydrodamp.saving import check_file
 
     check_file(out)

@@ -16,28 +16,7 @@ if TYPE_CHECKING:
 
 
 def write_trajectory(trajectory: Trajectory, vehicle: Vehicle, path: str) -> bool:
-    """Write a trajectory as canonical CSV.
-
-    Parameters
-    ----------
-    trajectory : Trajectory
-        Its velocities take the place of the measured ones; segments end where
-        they diverged.
-    vehicle : Vehicle
-        Whose free velocities are written.
-    path : str
-        The file; it appears whole or not at all.
-
-    Returns
-    -------
-    written : bool
-        False where every segment diverged at once, so that there is nothing.
-
-    Raises
-    ------
-    FileError
-        If the file cannot be written.
-    """
+    """Write a trajectory as canonical CSV."""
     log = simulated_log(trajectory, vehicle)
     if log is None:
         return False
@@ -46,21 +25,7 @@ def write_trajectory(trajectory: Trajectory, vehicle: Vehicle, path: str) -> boo
 
 
 def simulated_log(trajectory: Trajectory, vehicle: Vehicle) -> Log | None:
-    """Return what would have been measured.
-
-    Parameters
-    ----------
-    trajectory : Trajectory
-        The replay.
-    vehicle : Vehicle
-        Whose velocities are free.
-
-    Returns
-    -------
-    log : Log or None
-        With the clock, the actuation and, if the replay used it, the attitude
-        of the measured log; None where nothing but first samples is left.
-    """
+    """Return what would have been measured."""
     log = trajectory.log
     keep = np.asarray(np.isfinite(trajectory.velocity).all(axis=1))
     names = np.concatenate([[part.name] * len(part) for part in log.segments])

@@ -15,39 +15,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Trust:
-    """How far a fit is to be trusted.
-
-    Attributes
-    ----------
-    grades : Identifiability or None
-        Of its coefficients; None where the log is too short for that.
-    words : tuple of str
-        What the log determines, what the residuals say, and how far the coefficients move
-        where the vehicle's numbers are wrong by a tenth. Where the log is too short for a
-        part of it, a sentence says so.
-    """
+    """How far a fit is to be trusted."""
 
     grades: Identifiability | None = None
     words: tuple[str, ...] = ()
 
 
 def trust(vehicle: Vehicle, log: Log, fit: Fit) -> Trust:
-    """Say how far a fit is to be trusted.
-
-    Parameters
-    ----------
-    vehicle : Vehicle
-        Everything known.
-    log : Log
-        What it was identified from.
-    fit : Fit
-        With numbers.
-
-    Returns
-    -------
-    trust : Trust
-        Grades and sentences.
-    """
+    """Say how far a fit is to be trusted."""
     from hydrodamp.cli.progress import stages
     from hydrodamp.errors import HydrodampError
     from hydrodamp.identification.regression.weak import WeakForm

@@ -30,11 +30,7 @@ def new(
     force: options.Force = False,
     json: options.Json = False,
 ) -> None:
-    """Write a commented vehicle file to fill in.
-
-    With --length, --diameter and --mass it is an estimate that can be used as it is; with --like
-    it is a copy of a known vehicle, to give actuators or other numbers.
-    """
+    """Write a commented vehicle file to fill in."""
     from hydrodamp.cli.targets import check_new_file
     from hydrodamp.errors import VehicleError
     from hydrodamp.saving import save_text

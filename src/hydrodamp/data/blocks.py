@@ -32,20 +32,7 @@ _NEARLY_UNIT = 1e-3  # one farther off is a fault
 
 
 def freeze(values: Mapping[str, Any]) -> tuple[dict[str, FloatArray | None], list[str]]:
-    """Copy the arrays of a log at the door.
-
-    Parameters
-    ----------
-    values : dict
-        One entry for each name of :data:`BLOCKS`; None where not recorded.
-
-    Returns
-    -------
-    blocks : dict
-        Read-only float64 copies, quaternions normalised.
-    faults : list of str
-        Arrays of another shape than required, or that are not finite numbers.
-    """
+    """Copy the arrays of a log at the door."""
     blocks: dict[str, FloatArray | None] = {}
     faults = []
     n: int | None = None
@@ -68,20 +55,7 @@ def freeze(values: Mapping[str, Any]) -> tuple[dict[str, FloatArray | None], lis
 
 
 def segment_faults(time: FloatArray, segments: tuple[Segment, ...]) -> Iterator[str]:
-    """Return what is wrong with the segments of a log.
-
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Sample times [s].
-    segments : tuple of Segment
-        They must cover all samples in order, with names of their own.
-
-    Yields
-    ------
-    fault : str
-        One sentence a fault.
-    """
+    """Return what is wrong with the segments of a log."""
     edges = [0, *(part.stop for part in segments)]
     if [part.start for part in segments] != edges[:-1] or edges[-1] != len(time):
         yield f"`segments` must follow one another from 0 to {len(time)}; got {segments}"
@@ -103,22 +77,7 @@ def segment_faults(time: FloatArray, segments: tuple[Segment, ...]) -> Iterator[
 
 
 def name_faults(velocities: tuple[str, ...], commands: tuple[str, ...], n: int) -> Iterator[str]:
-    """Return what is wrong with the names of a log's columns.
-
-    Parameters
-    ----------
-    velocities : tuple of str
-        The velocities recorded.
-    commands : tuple of str
-        The command names.
-    n : int
-        The number of command columns.
-
-    Yields
-    ------
-    fault : str
-        One sentence a fault.
-    """
+    """Return what is wrong with the names of a log's columns."""
     if [name for name in VELOCITIES if name in velocities] != list(velocities):
         yield f"`velocity_names` must be some of u v w p q r in this order; got {velocities}"
     if len(commands) != n or len(set(commands)) < n:

@@ -24,27 +24,7 @@ COLUMNS_OF = {
 def speed_faults(
     velocity: FloatArray, place: Callable[[int], str], names: Sequence[str] = VELOCITIES
 ) -> Iterator[str]:
-    """Yield a sentence for each velocity that is larger than :data:`FASTEST`.
-
-    Parameters
-    ----------
-    velocity : ndarray, shape (n, 6)
-        Body velocity u v w [m/s] and p q r [rad/s]; NaN where missing.
-    place : callable
-        How a message calls the sample of an index.
-    names : sequence of str, optional
-        The velocities to look at.
-
-    Yields
-    ------
-    fault : str
-        Column, bound, value, place, and what to do.
-
-    Examples
-    --------
-    >>> next(speed_faults(np.full((1, 6), 60.0), "row {}".format)).split(". ")[0]
-    '`u` must be at most 50 m/s in size; it is 60 in row 0'
-    """
+    """Yield a sentence for each velocity that is larger than :data:`FASTEST`."""
     for column, (name, values) in enumerate(zip(VELOCITIES, velocity.T, strict=True)):
         with np.errstate(invalid="ignore"):
             over = np.flatnonzero((np.abs(values) > FASTEST) & np.isfinite(values))
@@ -62,25 +42,7 @@ def speed_faults(
 
 
 def unbounded(name: str, block: FloatArray) -> tuple[str, int, float] | None:
-    """Return the first number of an array that is not finite.
-
-    Parameters
-    ----------
-    name : str
-        The array.
-    block : ndarray, shape (n,) or (n, k)
-        Any numbers.
-
-    Returns
-    -------
-    found : tuple of str, int and float, or None
-        Its column by name where that is known, its row from 0, and itself.
-
-    Examples
-    --------
-    >>> unbounded("velocity", np.array([[0, 0, 0, 0, 0, np.inf]]))
-    ('r', 0, inf)
-    """
+    """Return the first number of an array that is not finite."""
     flat = block.reshape(len(block), -1)
     bad = np.argwhere(~np.isfinite(flat))
     if len(bad) == 0:

@@ -1,19 +1,4 @@
-"""The canonical form: header names, SI units, forward-starboard-down; and writing it as CSV.
-
-::
-
-    time [s]
-    roll pitch yaw [rad], or qw qx qy qz      attitude, body to north-east-down;
-                                              yaw alone where only u v r are recorded
-    u v w [m/s]  p q r [rad/s]                body velocity
-    du dv dw dp dq dr                         optional: its derivative
-    X Y Z [N]  K M N [N m]                    optional: actuator wrench
-    eta                                       optional: propulsion ratio
-    north east down [m]                       optional: position
-    fx fy fz [m/s^2]                          optional: specific force, body axes
-    segment                                   optional: an id, a change is a join
-    any other name                            a command, held until the next row
-"""
+"""The canonical form: header names, SI units, forward-starboard-down; and writing it as CSV."""
 
 from __future__ import annotations
 

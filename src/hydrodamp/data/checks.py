@@ -23,18 +23,7 @@ _LISTED = 3
 
 
 def faults_of(record: Record) -> list[str]:
-    """Return all that is wrong with a recording.
-
-    Parameters
-    ----------
-    record : Record
-        What was recorded; NaN outside of time is no fault.
-
-    Returns
-    -------
-    faults : list of str
-        One sentence each; empty for a sound recording.
-    """
+    """Return all that is wrong with a recording."""
     if record.n == 0:
         return ["there are no samples; at least two are needed"]
     time_faults = [*_clock_faults(record)]
@@ -45,25 +34,7 @@ def faults_of(record: Record) -> list[str]:
 
 
 def capped(faults: list[str], listed: int = _LISTED) -> list[str]:
-    """Return the first few faults of one kind and how many more there are.
-
-    Parameters
-    ----------
-    faults : list of str
-        Faults of one kind.
-    listed : int, optional
-        How many to spell out.
-
-    Returns
-    -------
-    faults : list of str
-        At most ``listed`` of them, the last one counting the rest.
-
-    Examples
-    --------
-    >>> capped(["a", "b", "c", "d", "e"], 2)
-    ['a', 'b (and 3 more like it)']
-    """
+    """Return the first few faults of one kind and how many more there are."""
     more = len(faults) - listed
     return (
         faults
@@ -75,40 +46,7 @@ def capped(faults: list[str], listed: int = _LISTED) -> list[str]:
 def rate_slopes(
     time: FloatArray, attitude: FloatArray, rates: FloatArray, breaks: BoolArray | None = None
 ) -> FloatArray:
-    """Return the slope of the recorded body rates on the differentiated attitude.
-
-    Both are averaged over half a second, so that neither attitude noise nor an
-    irregular clock flattens the slope. A tumbling vehicle is no exception:
-    attitude is differenced as a rotation, not angle by angle. Single samples of
-    attitude gone astray do not move it.
-
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Sample times, increasing where there is no break [s].
-    attitude : ndarray, shape (n, 4)
-        Unit quaternions ``(w, x, y, z)``, body to north-east-down.
-    rates : ndarray, shape (n, 3)
-        Recorded p q r.
-    breaks : ndarray of bool, shape (n,), optional
-        True where a sample does not continue the one before.
-
-    Returns
-    -------
-    slopes : ndarray, shape (3,)
-        Near 1 for rad/s, near 57.3 for deg/s, near -1 where sign or frame of
-        rates and attitude differ; NaN where the axis turns too little or the
-        two are unrelated.
-
-    Examples
-    --------
-    >>> from hydrodamp.data.attitude import quaternion_from_euler
-    >>> time = np.arange(0.0, 20.0, 0.1)
-    >>> yaw = np.column_stack((0 * time, 0 * time, np.sin(time)))
-    >>> rates = np.column_stack((0 * time, 0 * time, 57.3 * np.cos(time)))
-    >>> rate_slopes(time, quaternion_from_euler(yaw), rates).round(0).tolist()
-    [nan, nan, 57.0]
-    """
+    """Return the slope of the recorded body rates on the differentiated attitude."""
     first, last = _window(time, breaks)
     if len(first) < _LEAST_PAIRS:
         return np.full(3, np.nan)
@@ -121,32 +59,7 @@ def rate_slopes(
 def rates_in_degrees(
     time: FloatArray, attitude: FloatArray, rates: FloatArray, breaks: BoolArray | None = None
 ) -> bool:
-    """Return whether any recorded body rate is in deg/s.
-
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Sample times, increasing where there is no break [s].
-    attitude : ndarray, shape (n, 4)
-        Unit quaternions ``(w, x, y, z)``, body to north-east-down.
-    rates : ndarray, shape (n, 3)
-        Recorded p q r.
-    breaks : ndarray of bool, shape (n,), optional
-        True where a sample does not continue the one before.
-
-    Returns
-    -------
-    in_degrees : bool
-        True if the slope of an axis, see :func:`rate_slopes`, is 50 to 65.
-
-    Examples
-    --------
-    >>> from hydrodamp.data.attitude import quaternion_from_euler
-    >>> time = np.arange(0.0, 20.0, 0.1)
-    >>> tumble = quaternion_from_euler(np.column_stack((3 * time, 0 * time, 0 * time)))
-    >>> rates_in_degrees(time, tumble, np.tile([3.0, 0.0, 0.0], (200, 1)))
-    False
-    """
+    """Return whether any recorded body rate is in deg/s."""
     return bool(_in_degrees(rate_slopes(time, attitude, rates, breaks)).any())
 
 
@@ -175,12 +88,7 @@ def _integral(time: FloatArray, rates: FloatArray) -> FloatArray:
 
 
 def _slope(differenced: FloatArray, recorded: FloatArray) -> FloatArray:
-    """Return the slope of each axis that least absolute deviations give.
-
-    It is the median of the ratios weighted by the differenced rate: one sample
-    of attitude gone astray, as where angles were averaged across a wrap, does
-    not move it.
-    """
+    """Return the slope of each axis that least absolute deviations give."""
     return np.array([_axis_slope(x, y) for x, y in zip(differenced.T, recorded.T, strict=True)])
 
 

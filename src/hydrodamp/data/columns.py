@@ -35,21 +35,7 @@ _CONVERT = "Convert, or give a mapping with unit: deg"
 
 @dataclass(frozen=True, eq=False)
 class Columns:
-    """Named columns in SI units, forward-starboard-down and north-east-down.
-
-    Attributes
-    ----------
-    numbers : dict of str to ndarray, shape (n,)
-        Columns by reserved name, and commands by their own.
-    commands : tuple of str
-        Which of them are commands.
-    labels : tuple of str, or None
-        The segment of each sample.
-    lines : sequence of int, or None
-        The line of the file of each sample.
-    source : str
-        The file.
-    """
+    """Named columns in SI units, forward-starboard-down and north-east-down."""
 
     numbers: Mapping[str, FloatArray]
     commands: tuple[str, ...] = ()
@@ -58,13 +44,7 @@ class Columns:
     source: str = ""
 
     def faults(self) -> list[str]:
-        """Return what is wrong with the choice and content of the columns.
-
-        Returns
-        -------
-        faults : list of str
-            One sentence each.
-        """
+        """Return what is wrong with the choice and content of the columns."""
         return [
             *_missing_faults(self.numbers),
             *_attitude_faults(self.numbers),
@@ -75,13 +55,7 @@ class Columns:
         ]
 
     def record(self) -> Record | None:
-        """Return the record these columns make.
-
-        Returns
-        -------
-        record : Record or None
-            None where there is no time, no sample, or half an attitude.
-        """
+        """Return the record these columns make."""
         time = self.numbers.get("time")
         if time is None or len(time) == 0 or [*_attitude_faults(self.numbers)]:
             return None

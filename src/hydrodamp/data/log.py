@@ -31,7 +31,7 @@ class Log:
 
     Body axes are x forward, y starboard, z down; the world is north-east-down.
     Use :meth:`from_arrays` for arrays that may have gaps or NaN, and
-    :func:`hydrodamp.data.read.read_log` for files.
+    :func:`hydrodamp.ingest.read.read_log` for files.
 
     Attributes
     ----------

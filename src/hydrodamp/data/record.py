@@ -1,9 +1,4 @@
-"""What was recorded, sample by sample, before it is checked and split.
-
-A :class:`Record` may hold NaN where nothing was measured and may have gaps and
-faults. :meth:`hydrodamp.data.log.Log.from_record` turns it into a
-:class:`~hydrodamp.data.log.Log`, or says all that is wrong.
-"""
+"""What was recorded, sample by sample, before it is checked and split."""
 
 from __future__ import annotations
 
@@ -24,39 +19,7 @@ from hydrodamp.errors import LogError, TermError, did_you_mean
 
 @dataclass(frozen=True, eq=False)
 class Record:
-    """Columns of one recording, not yet checked.
-
-    Attributes
-    ----------
-    time : ndarray, shape (n,)
-        Sample times [s].
-    velocity : ndarray, shape (n, 6)
-        Body velocity u v w [m/s] and p q r [rad/s]; zero where not recorded.
-    velocity_names : tuple of str
-        The velocities recorded.
-    attitude : ndarray, shape (n, 4), or None
-        Quaternions ``(w, x, y, z)``, body to north-east-down.
-    commands : dict of str to ndarray, shape (n,)
-        Command channels by name.
-    wrench : ndarray, shape (n, 6), or None
-        Actuator force X Y Z [N] and moment K M N [N m], body frame.
-    acceleration : ndarray, shape (n, 6), or None
-        Body acceleration [m/s^2, rad/s^2].
-    propulsion_ratio : ndarray, shape (n,), or None
-        Propulsion ratio [1].
-    position : ndarray, shape (n, 3), or None
-        Of the reference point, north, east, down [m].
-    specific_force : ndarray, shape (n, 3), or None
-        What an accelerometer measures, body frame [m/s^2].
-    notes : tuple of str
-        What was done to it so far, a sentence each.
-    labels : tuple of str, or None
-        The segment of each sample; a change is a join.
-    lines : sequence of int, length n, or None
-        The line of the file each sample was read from.
-    source : str
-        Where it came from, for messages.
-    """
+    """Columns of one recording, not yet checked."""
 
     time: FloatArray
     velocity: FloatArray
@@ -85,13 +48,7 @@ class Record:
         source: str,
         **optional: npt.ArrayLike | None,
     ) -> Record:
-        """Return the record of plain arrays; parameters as for :meth:`Log.from_arrays`.
-
-        Raises
-        ------
-        LogError
-            With every array that has a wrong shape or name.
-        """
+        """Return the record of plain arrays; parameters as for :meth:`Log.from_arrays`."""
         n = np.size(time)
         door = _Door(n)
         blocks: dict[str, Any] = {
@@ -138,33 +95,11 @@ class Record:
         return lacking
 
     def place(self, row: int) -> str:
-        """Return how a message calls a sample.
-
-        Parameters
-        ----------
-        row : int
-            Index of the sample, from 0.
-
-        Returns
-        -------
-        place : str
-            Its row counted from 1 and, where it was read from a file, its line.
-        """
+        """Return how a message calls a sample."""
         return f"row {row + 1}" + ("" if self.lines is None else f" (line {self.lines[row]})")
 
     def columns(self, keep: BoolArray) -> dict[str, Any]:
-        """Return the arguments of a log that holds some of the samples.
-
-        Parameters
-        ----------
-        keep : ndarray of bool, shape (n,)
-            The samples to take.
-
-        Returns
-        -------
-        columns : dict
-            Everything of a :class:`~hydrodamp.data.log.Log` but its segments and source.
-        """
+        """Return the arguments of a log that holds some of the samples."""
         commands = np.column_stack([*self.commands.values(), np.empty((self.n, 0))])
         blocks = {name: commands if name == "commands" else getattr(self, name) for name in BLOCKS}
         rows = slice(None) if keep.all() else keep  # a long log is not copied for nothing

@@ -1,8 +1,4 @@
-"""What a recording holds, topic by topic, before anything is made of it.
-
-Every reader of a format returns a :class:`Recording`: numbers as they stand in the file, each
-topic on its own clock. Units, axes and one clock for all are the business of a mapping.
-"""
+"""What a recording holds, topic by topic, before anything is made of it."""
 
 from __future__ import annotations
 

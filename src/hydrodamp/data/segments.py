@@ -23,15 +23,7 @@ _LISTED = 5
 
 @dataclass(frozen=True)
 class Segment:
-    """A stretch of a log without a join or a gap: samples start to stop - 1.
-
-    Attributes
-    ----------
-    name : str
-        Unique within its log.
-    start, stop : int
-        Sample indices, half open.
-    """
+    """A stretch of a log without a join or a gap: samples start to stop - 1."""
 
     name: str
     start: int
@@ -44,17 +36,7 @@ class Segment:
 
 @dataclass(frozen=True, eq=False)
 class Split:
-    """How a recording falls into segments.
-
-    Attributes
-    ----------
-    keep : ndarray of bool, shape (n,)
-        The samples that belong to a segment.
-    segments : tuple of Segment
-        Their indices count kept samples only.
-    notes : tuple of str
-        What was cut out or dropped, for one warning; empty where nothing was.
-    """
+    """How a recording falls into segments."""
 
     keep: BoolArray
     segments: tuple[Segment, ...]
@@ -68,45 +50,13 @@ class Split:
 
 
 def longest_step(time: FloatArray, joins: BoolArray) -> float:
-    """Return the longest step that is not a gap.
-
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Sample times [s].
-    joins : ndarray of bool, shape (n,)
-        Whether a segment begins at each sample.
-
-    Returns
-    -------
-    step : float
-        The larger of five median steps and one second [s].
-
-    Examples
-    --------
-    >>> longest_step(np.array([0.0, 2.0, 4.0]), np.array([True, False, False]))
-    10.0
-    """
+    """Return the longest step that is not a gap."""
     steps = np.diff(time)[~joins[1:]]
     return max(GAP_STEPS * float(np.median(steps)), GAP_SECONDS) if len(steps) else GAP_SECONDS
 
 
 def split(record: Record, name: str = "1") -> Split:
-    """Return the segments of a recording whose time is in order.
-
-    Parameters
-    ----------
-    record : Record
-        What was recorded; its time increases between joins.
-    name : str, optional
-        The segment's name where the recording has no labels.
-
-    Returns
-    -------
-    split : Split
-        Pieces of one label are named ``label.1``, ``label.2`` and so on; pieces of
-        fewer than two samples are dropped.
-    """
+    """Return the segments of a recording whose time is in order."""
     joins, missing = record.joins, record.missing
     late = np.diff(record.time, prepend=record.time[:1]) > longest_step(record.time, joins)
     gaps = late & ~joins
@@ -123,45 +73,13 @@ def split(record: Record, name: str = "1") -> Split:
 
 
 def name_after(source: str) -> str:
-    """Return what the segments of a file are called.
-
-    Parameters
-    ----------
-    source : str
-        The file, compressed or not; empty for none.
-
-    Returns
-    -------
-    name : str
-        That of the file without its suffix.
-
-    Examples
-    --------
-    >>> name_after("logs/dive.csv.gz"), name_after("")
-    ('dive', '1')
-    """
+    """Return what the segments of a file are called."""
     name = Path(source).name
     return Path(name[:-3] if name.lower().endswith(".gz") else name).stem or "1"
 
 
 def unique_names(names: Iterable[str]) -> tuple[str, ...]:
-    """Return the names with a number added to those met before.
-
-    Parameters
-    ----------
-    names : iterable of str
-        Names in order.
-
-    Returns
-    -------
-    names : tuple of str
-        As many, all different.
-
-    Examples
-    --------
-    >>> unique_names(["dive", "turn", "dive"])
-    ('dive', 'turn', 'dive-2')
-    """
+    """Return the names with a number added to those met before."""
     taken: dict[str, None] = {}
     for name in names:
         candidate, count = name, 1

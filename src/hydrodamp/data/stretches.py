@@ -19,27 +19,7 @@ if TYPE_CHECKING:
 
 
 def elapsed(time: FloatArray, segments: Sequence[Segment]) -> FloatArray:
-    """Return the time since the first sample, running on where a clock restarts.
-
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Sample times [s], increasing within each segment.
-    segments : sequence of Segment
-        They cover all samples in order.
-
-    Returns
-    -------
-    elapsed : ndarray, shape (n,)
-        Increasing [s]. A segment that begins no later than the one before ended
-        begins one median step after it.
-
-    Examples
-    --------
-    >>> parts = Segment("a", 0, 3), Segment("b", 3, 5)
-    >>> elapsed(np.array([7.0, 8.0, 9.0, 0.0, 1.0]), parts).tolist()
-    [0.0, 1.0, 2.0, 3.0, 4.0]
-    """
+    """Return the time since the first sample, running on where a clock restarts."""
     count: FloatArray = time - time[0]
     for before, part in itertools.pairwise(segments):
         if time[part.start] <= time[part.start - 1]:
@@ -49,49 +29,13 @@ def elapsed(time: FloatArray, segments: Sequence[Segment]) -> FloatArray:
 
 
 def goes_by(segment: str, name: str) -> bool:
-    """Tell whether a segment answers to a name: its own, or that of its label.
-
-    Parameters
-    ----------
-    segment : str
-        The segment's name.
-    name : str
-        What was asked for.
-
-    Returns
-    -------
-    answers : bool
-        True for the name itself and for the pieces of a label cut at gaps.
-
-    Examples
-    --------
-    >>> goes_by("dive.2", "dive"), goes_by("dive.2.1", "dive"), goes_by("dive.deep", "dive")
-    (True, True, False)
-    """
+    """Tell whether a segment answers to a name: its own, or that of its label."""
     label, _, piece = segment.rpartition(".")
     return segment == name or (piece.isdigit() and goes_by(label, name))
 
 
 def spanned(log: Log, start: float, end: float) -> list[Segment]:
-    """Return the stretches of a log within a time span.
-
-    Parameters
-    ----------
-    log : Log
-        The log to cut.
-    start, end : float
-        Seconds counted from its first sample; ``end`` is not included.
-
-    Returns
-    -------
-    pieces : list of Segment
-        Of two samples or more, named after their segments.
-
-    Raises
-    ------
-    LogError
-        If there is none.
-    """
+    """Return the stretches of a log within a time span."""
     first, last = np.searchsorted(log.elapsed, (start, end)).tolist()
     cut = ((part, max(part.start, first), min(part.stop, last)) for part in log.segments)
     if pieces := [Segment(part.name, a, b) for part, a, b in cut if b - a >= 2]:
@@ -104,25 +48,7 @@ def spanned(log: Log, start: float, end: float) -> list[Segment]:
 
 
 def command_index(log: Log, name: str) -> int:
-    """Return which column of the commands has a name.
-
-    Parameters
-    ----------
-    log : Log
-        The log to look in.
-    name : str
-        The channel's name.
-
-    Returns
-    -------
-    index : int
-        From 0.
-
-    Raises
-    ------
-    LogError
-        If there is none of this name.
-    """
+    """Return which column of the commands has a name."""
     if name not in log.command_names:
         known = " ".join(log.command_names) or "none"
         near = did_you_mean(name, log.command_names)
@@ -132,25 +58,7 @@ def command_index(log: Log, name: str) -> int:
 
 
 def named(log: Log, names: Sequence[str]) -> list[Segment]:
-    """Return the segments of a log that go by some names, in the order of the names.
-
-    Parameters
-    ----------
-    log : Log
-        The log to look in.
-    names : sequence of str
-        Names of segments, or of labels that fell apart.
-
-    Returns
-    -------
-    pieces : list of Segment
-        Each once.
-
-    Raises
-    ------
-    LogError
-        If a name is unknown, or none is given.
-    """
+    """Return the segments of a log that go by some names, in the order of the names."""
     pieces: dict[str, Segment] = {}
     known = [part.name for part in log.segments]
     faults = [] if names else [f"name at least one segment of: {' '.join(known)}"]
@@ -168,20 +76,7 @@ def named(log: Log, names: Sequence[str]) -> list[Segment]:
 
 
 def take(log: Log, pieces: Sequence[Segment]) -> Log:
-    """Return the log of some stretches, each a segment of its own.
-
-    Parameters
-    ----------
-    log : Log
-        The log to cut.
-    pieces : sequence of Segment
-        Stretches of it.
-
-    Returns
-    -------
-    log : Log
-        The samples of the stretches in the order given.
-    """
+    """Return the log of some stretches, each a segment of its own."""
     rows = np.concatenate([np.arange(part.start, part.stop) for part in pieces])
     stops = list(itertools.accumulate(len(part) for part in pieces))
     names = [part.name for part in pieces]
@@ -194,30 +89,7 @@ def take(log: Log, pieces: Sequence[Segment]) -> Log:
 
 
 def concatenate(logs: Iterable[Log]) -> Log:
-    """Return one log of several, each keeping its own clock and segments.
-
-    Parameters
-    ----------
-    logs : iterable of Log
-        Logs with the same columns; commands may stand in another order.
-
-    Returns
-    -------
-    log : Log
-        A segment name met before gets a number: ``dive``, ``dive-2``.
-
-    Raises
-    ------
-    LogError
-        If there is no log, or a log has other columns than the first.
-
-    Examples
-    --------
-    >>> from hydrodamp.data.log import Log
-    >>> log = Log(time=[0.0, 1.0], velocity=np.ones((2, 6)))
-    >>> [segment.name for segment in concatenate([log, log]).segments]
-    ['1', '1-2']
-    """
+    """Return one log of several, each keeping its own clock and segments."""
     parts = list(logs)
     if not parts:
         raise LogError("there is no log to concatenate")

@@ -19,18 +19,7 @@ _WIDTH = 160
 
 
 def summary(log: Log) -> str:
-    """Return what a log holds: its span, columns, ranges and segments.
-
-    Parameters
-    ----------
-    log : Log
-        Any log.
-
-    Returns
-    -------
-    text : str
-        At most some forty lines.
-    """
+    """Return what a log holds: its span, columns, ranges and segments."""
     return "\n".join((*_head(log), *_ranges(log), *_segments(log), *_notes(log)))
 
 

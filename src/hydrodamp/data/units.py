@@ -69,30 +69,7 @@ _WORDS = {
 
 
 def factor(unit: str, quantity: str | None = None) -> float:
-    """Return the factor that turns a unit into SI.
-
-    Parameters
-    ----------
-    unit : str
-        Such as ``"deg/s"`` or ``"knots"``.
-    quantity : str, optional
-        A key of :data:`UNITS` the unit must belong to; any where not given.
-
-    Returns
-    -------
-    factor : float
-        Multiply by it.
-
-    Raises
-    ------
-    LogError
-        If there is no such unit, or it is one of another quantity.
-
-    Examples
-    --------
-    >>> round(factor("knots", "speed"), 4)
-    0.5144
-    """
+    """Return the factor that turns a unit into SI."""
     tables = UNITS.values() if quantity is None else (UNITS[quantity],)
     known = {name: value for table in tables for name, value in table.items()}
     if unit not in known:
@@ -105,23 +82,7 @@ def factor(unit: str, quantity: str | None = None) -> float:
 
 
 def spelt(text: str) -> str | None:
-    """Return the unit that a file states in words of its own.
-
-    Parameters
-    ----------
-    text : str
-        Such as ``"seconds"``, ``"m/s/s"`` or ``"deg / sec"``.
-
-    Returns
-    -------
-    unit : str or None
-        As in :data:`UNITS`; None where it is none of them.
-
-    Examples
-    --------
-    >>> spelt("meters/second"), spelt("m/s/s"), spelt("furlongs")
-    ('m/s', 'm/s^2', None)
-    """
+    """Return the unit that a file states in words of its own."""
     known = {name for table in UNITS.values() for name in table}
     plain = text.strip()
     if plain in known:

@@ -127,20 +127,7 @@ def identify(model: DampingModel, vehicle: Vehicle, log: Log, method: Method) ->
 
 
 def provenance(problem: Problem, method: object) -> dict[str, str]:
-    """Return log, vehicle and settings of a fit, in words.
-
-    Parameters
-    ----------
-    problem : Problem
-        What was used.
-    method : object
-        Its ``repr`` names the settings.
-
-    Returns
-    -------
-    words : dict of str to str
-        For the record beside the numbers.
-    """
+    """Return log, vehicle and settings of a fit, in words."""
     log = problem.log
     return {
         "log": log.source or "in memory",
@@ -216,20 +203,7 @@ def fitted(
 
 
 def trusted(fit: Fit, uncertainty: Uncertainty | None) -> Fit:
-    """Return a fit with standard errors for coloured noise.
-
-    Parameters
-    ----------
-    fit : Fit
-        Any with numbers.
-    uncertainty : Uncertainty or None
-        Of its coefficients; the fit stays as it is where there is none.
-
-    Returns
-    -------
-    fit : Fit
-        Its damping carries the covariance of the noise.
-    """
+    """Return a fit with standard errors for coloured noise."""
     if uncertainty is None:
         return fit
     return replace(

@@ -12,30 +12,7 @@ from hydrodamp.simulation.status import Status
 
 
 def refused(problem: Problem, model: DampingModel, key: str, triangle: Triangle) -> Fit | None:
-    """Return the empty fit of a problem that cannot be solved, or None.
-
-    Parameters
-    ----------
-    problem : Problem
-        What is used.
-    model : DampingModel
-        Restricted to the free axes.
-    key : str
-        Of the method.
-    triangle : Triangle
-        Of the problem.
-
-    Returns
-    -------
-    fit : Fit or None
-        ``EMPTY``, ``FAILED`` or ``TOO_FEW_SAMPLES``; None where there is something to
-        solve.
-
-    Raises
-    ------
-    ModelError
-        If the problem was not prepared for a term of the model.
-    """
+    """Return the empty fit of a problem that cannot be solved, or None."""
     problem.columns.require(model)
     status = _status(model, triangle)
     return None if status is None else empty_fit(problem, model, key, status)

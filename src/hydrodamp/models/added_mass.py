@@ -1,8 +1,4 @@
-"""What added mass contributes to equation 1 as coefficients of velocity products.
-
-Published coefficients often contain this part. Ours are the viscous remainder,
-with ``H(M nu) nu`` of the full mass matrix apart, so it must be taken out once.
-"""
+"""What added mass contributes to equation 1 as coefficients of velocity products."""
 
 from __future__ import annotations
 
@@ -28,29 +24,7 @@ _CROSS = (
 
 
 def added_mass_matrix(derivatives: Mapping[str, float]) -> FloatArray:
-    """Return the added mass matrix of SNAME derivatives.
-
-    Parameters
-    ----------
-    derivatives : mapping of str to float
-        By name, ``{"X_udot": -0.93, "Y_rdot": 1.93, ...}``; absent ones are zero.
-
-    Returns
-    -------
-    matrix : ndarray, shape (6, 6)
-        Positive, and symmetrised: half the sum of the negative derivatives and
-        their transpose.
-
-    Raises
-    ------
-    ValueError
-        If a name is no derivative.
-
-    Examples
-    --------
-    >>> float(added_mass_matrix({"X_udot": -0.93})[0, 0])
-    0.93
-    """
+    """Return the added mass matrix of SNAME derivatives."""
     matrix = np.zeros((6, 6))
     for name, value in derivatives.items():
         axis, _, velocity = name.removesuffix("dot").partition("_")
@@ -61,24 +35,7 @@ def added_mass_matrix(derivatives: Mapping[str, float]) -> FloatArray:
 
 
 def coriolis_coefficients(matrix: npt.ArrayLike) -> dict[str, float]:
-    """Return ``H(A nu) nu`` as coefficients of products of two velocities.
-
-    Parameters
-    ----------
-    matrix : array_like, shape (6, 6)
-        A mass matrix A, the added one or any other.
-
-    Returns
-    -------
-    coefficients : dict of str to float
-        By label, on the right-hand side of equation 1; those that are zero are left out.
-
-    Examples
-    --------
-    >>> coefficients = coriolis_coefficients(np.diag([1.0, 30.0, 30.0, 0.1, 5.0, 5.0]))
-    >>> coefficients["X_vr"], coefficients["N_uv"]
-    (30.0, -29.0)
-    """
+    """Return ``H(A nu) nu`` as coefficients of products of two velocities."""
     mass = np.asarray(matrix, dtype=np.float64)
     found: dict[str, float] = {}
     for k, left, right, sign in _CROSS:

@@ -1,8 +1,4 @@
-"""The paper's eight damping models, each a table.
-
-Terms follow section II.C of Gibson, McCarter, Stilwell and Neu, the counts
-Table I. What print garbles or leaves open is said in each model's note.
-"""
+"""The paper's eight damping models, each a table."""
 
 from __future__ import annotations
 

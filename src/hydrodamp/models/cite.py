@@ -17,25 +17,7 @@ BIBTEX = """@inproceedings{gibson-mccarter-stilwell-neu,
 
 
 def cite(subject: DampingModel | Damping) -> str:
-    """Return the references of a model, or of coefficients and their model.
-
-    Parameters
-    ----------
-    subject : DampingModel or Damping
-        What was used.
-
-    Returns
-    -------
-    references : str
-        One line a source; with the BibTeX entry of the paper where a model of the
-        catalogue is used.
-
-    Examples
-    --------
-    >>> from hydrodamp.models.catalog import catalog
-    >>> print(cite(catalog["linear"]).splitlines()[0][:50])
-    Linear: Gibson, McCarter, Stilwell, Neu: A Compari
-    """
+    """Return the references of a model, or of coefficients and their model."""
     model = subject.model if isinstance(subject, Damping) else subject
     lines = [f"{model.title}: {model.source or 'no source given'}"]
     if isinstance(subject, Damping) and subject.source:

@@ -78,23 +78,7 @@ def read_damping(path: str | os.PathLike[str]) -> Damping:
 
 
 def damping_document(damping: Damping) -> dict[str, object]:
-    """Return a damping as what its JSON file holds; for embedding in larger files.
-
-    Parameters
-    ----------
-    damping : Damping
-        Any damping.
-
-    Returns
-    -------
-    document : dict
-        Strict JSON: numbers that are not finite are None.
-
-    Examples
-    --------
-    >>> damping_document(Damping.from_dict(None, {"Y_v": -20.0}))["units"]
-    {'Y_v': 'N/(m/s)'}
-    """
+    """Return a damping as what its JSON file holds; for embedding in larger files."""
     model, stamp = damping.model, damping.vehicle
     return {
         "format": FORMAT,
@@ -127,31 +111,7 @@ def damping_document(damping: Damping) -> dict[str, object]:
 
 
 def damping_from_document(document: object, source: str = "damping") -> Damping:
-    """Return the damping of a document.
-
-    Parameters
-    ----------
-    document : object
-        What :func:`damping_document` returns, after any trip through JSON.
-    source : str, optional
-        How messages call it.
-
-    Returns
-    -------
-    damping : Damping
-        Numbers that are None become NaN.
-
-    Raises
-    ------
-    ModelError
-        Naming every fault of the document.
-
-    Examples
-    --------
-    >>> damping = Damping.from_dict(None, {"Y_v": -20.0})
-    >>> damping_from_document(damping_document(damping)).as_dict()
-    {'Y_v': -20.0}
-    """
+    """Return the damping of a document."""
     if other := mistaken(document, source, DAMPING):
         raise ModelError(other)
     if not isinstance(document, Mapping) or document.get("format") != FORMAT:
@@ -168,23 +128,7 @@ def damping_from_document(document: object, source: str = "damping") -> Damping:
 
 
 def warn_if_foreign(damping: Damping, stamp: VehicleStamp) -> None:
-    """Warn when coefficients are used with a vehicle they do not belong to.
-
-    The same forces have other coefficients under another mass matrix, so what
-    differs is named. Names alone do not count, nor what either stamp leaves unknown.
-
-    Parameters
-    ----------
-    damping : Damping
-        The coefficients; without a vehicle there is nothing to compare.
-    stamp : VehicleStamp
-        The vehicle at hand.
-
-    Warns
-    -----
-    ForeignVehicleWarning
-        If mass matrix, weight or buoyancy differ.
-    """
+    """Warn when coefficients are used with a vehicle they do not belong to."""
     own = damping.vehicle
     differences = [] if own is None else list(_differences(own, stamp))
     if own is not None and differences:

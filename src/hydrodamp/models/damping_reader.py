@@ -15,25 +15,7 @@ from hydrodamp.models.table import read_table
 
 
 def read_document(document: Mapping[str, object], source: str) -> Damping:
-    """Return the damping of a document whose format and version are right.
-
-    Parameters
-    ----------
-    document : mapping
-        What a damping file holds.
-    source : str
-        How messages call it.
-
-    Returns
-    -------
-    damping : Damping
-        Numbers that are None become NaN.
-
-    Raises
-    ------
-    ModelError
-        Naming every fault.
-    """
+    """Return the damping of a document whose format and version are right."""
     faults: list[str] = []
     model = _model(document.get("model"), faults)
     stamp = _stamp(document.get("vehicle"), faults)

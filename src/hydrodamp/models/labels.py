@@ -13,42 +13,12 @@ _ANGULAR = ("p", "q", "r")
 
 
 def spell_label(axis: str, term: Term) -> str:
-    """Return the name of a coefficient.
-
-    Examples
-    --------
-    >>> spell_label("Y", Term.parse("v|v|"))
-    'Y_v|v|'
-    """
+    """Return the name of a coefficient."""
     return f"{axis}_{term}"
 
 
 def read_label(label: str) -> tuple[str, Term]:
-    """Return the axis and the term of a coefficient's name.
-
-    Parameters
-    ----------
-    label : str
-        Axis, underscore, any spelling of the term.
-
-    Returns
-    -------
-    axis : str
-        One of X Y Z K M N.
-    term : Term
-        The term.
-
-    Raises
-    ------
-    ModelError
-        If the label does not start with an axis and an underscore, or the rest is no term.
-
-    Examples
-    --------
-    >>> axis, term = read_label("N_ur(eta-1)")
-    >>> axis, str(term)
-    ('N', 'ur(eta-1)')
-    """
+    """Return the axis and the term of a coefficient's name."""
     axis, underscore, spelling = label.partition("_")
     if axis not in AXES or not underscore:
         raise ModelError(
@@ -62,36 +32,12 @@ def read_label(label: str) -> tuple[str, Term]:
 
 
 def latex_label(axis: str, term: Term) -> str:
-    r"""Return the name of a coefficient as LaTeX mathematics.
-
-    Examples
-    --------
-    >>> latex_label("Y", Term.parse("v|v|"))
-    'Y_{v\\lvert v\\rvert}'
-    """
+    r"""Return the name of a coefficient as LaTeX mathematics."""
     return f"{axis}_{{{term.latex()}}}"
 
 
 def coefficient_unit(axis: str, term: Term) -> str:
-    """Return the unit of a coefficient.
-
-    Parameters
-    ----------
-    axis : str
-        X Y Z give newtons, K M N newton metres.
-    term : Term
-        Its factors give the denominator; a command stands for its own unit, in brackets.
-
-    Returns
-    -------
-    unit : str
-        Such as ``"N/(m/s)^2"``.
-
-    Examples
-    --------
-    >>> coefficient_unit("Y", Term.parse("v|v|")), coefficient_unit("K", Term.parse("up"))
-    ('N/(m/s)^2', 'N m/((m/s) (rad/s))')
-    """
+    """Return the unit of a coefficient."""
     wrench = "N" if axis in "XYZ" else "N m"
     powers = Counter(filter(None, (_factor_unit(factor) for factor in term.factors)))
     parts = [unit if power == 1 else f"{unit}^{power}" for unit, power in powers.items()]

@@ -1,9 +1,4 @@
-"""Coefficient sets from the literature, as the viscous remainder this package works with.
-
-The numbers of each source stand verbatim in a file of ``models/published``,
-with the added mass they go with and the list of coefficients that contain its
-Coriolis part; that part is taken out here, in one place and the same way for all.
-"""
+"""Coefficient sets from the literature, as the viscous remainder this package works with."""
 
 from __future__ import annotations
 
@@ -48,28 +43,7 @@ published: Mapping[str, Damping] = PublishedSets()
 
 
 def find_published(name: str) -> Damping:
-    """Return a published coefficient set.
-
-    Parameters
-    ----------
-    name : str
-        Such as ``"vt690-sname2022"``.
-
-    Returns
-    -------
-    damping : Damping
-        The viscous remainder; its note says what was taken out of the source's numbers.
-
-    Raises
-    ------
-    ModelError
-        If there is no such set, with the nearest name.
-
-    Examples
-    --------
-    >>> find_published("vt690-sname2022")["X_u|u|"]
-    -3.244
-    """
+    """Return a published coefficient set."""
     _check_name(name)
     content = _content(name)
     values = {label: float(value) for label, value in content["coefficients"].items()}
@@ -87,28 +61,7 @@ def find_published(name: str) -> Damping:
 
 
 def added_mass_of(name: str) -> FloatArray:
-    """Return the added mass matrix that a published set goes with.
-
-    Parameters
-    ----------
-    name : str
-        As in :func:`find_published`.
-
-    Returns
-    -------
-    matrix : ndarray, shape (6, 6)
-        Positive, symmetrised [kg, kg m, kg m^2].
-
-    Raises
-    ------
-    ModelError
-        If there is no such set, with the nearest name.
-
-    Examples
-    --------
-    >>> float(added_mass_of("remus100-prestero-theory")[1, 1])
-    35.5
-    """
+    """Return the added mass matrix that a published set goes with."""
     _check_name(name)
     return added_mass_matrix(_content(name)["added_mass"])
 

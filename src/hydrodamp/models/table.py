@@ -16,25 +16,7 @@ Rows = tuple[tuple[Term, ...], ...]
 
 
 def read_table(table: Table) -> tuple[Rows, list[str]]:
-    """Return the six rows of a table and every fault found in it.
-
-    Parameters
-    ----------
-    table : mapping
-        As in :meth:`DampingModel.from_table`.
-
-    Returns
-    -------
-    rows : tuple of 6 tuples of Term
-        What could be read.
-    faults : list of str
-        One sentence a fault.
-
-    Examples
-    --------
-    >>> read_table({"Q": "u"})[1]
-    ['`Q` is not an axis; the axes are X Y Z K M N.']
-    """
+    """Return the six rows of a table and every fault found in it."""
     rows: dict[str, dict[Term, None]] = {axis: {} for axis in AXES}
     faults: list[str] = []
     for axes, spellings in table.items():

@@ -28,36 +28,12 @@ _INSTEAD = {
 
 
 def comparison_grids(comparison: Comparison) -> tuple[Grid, ...]:
-    """Return all tables that a reader of a comparison should see.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        What to show.
-
-    Returns
-    -------
-    grids : tuple of Grid
-        Models against methods with the remarks below, then one by axis for
-        each method that has a score.
-    """
+    """Return all tables that a reader of a comparison should see."""
     return (*summary_grids(comparison), *axis_grids(comparison))
 
 
 def summary_grids(comparison: Comparison) -> tuple[Grid, ...]:
-    """Return the errors of models (down) by methods (across).
-
-    Parameters
-    ----------
-    comparison : Comparison
-        What to show.
-
-    Returns
-    -------
-    grids : tuple of Grid
-        One for every few methods, so that each is legible in 80 columns; the
-        last one carries the remarks.
-    """
+    """Return the errors of models (down) by methods (across)."""
     methods = comparison.methods
     pages = max(math.ceil(len(methods) / ABREAST), 1)
     share = math.ceil(len(methods) / pages)
@@ -69,35 +45,13 @@ def summary_grids(comparison: Comparison) -> tuple[Grid, ...]:
 
 
 def axis_grids(comparison: Comparison) -> tuple[Grid, ...]:
-    """Return error and fit by velocity, a table a method.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        What to show.
-
-    Returns
-    -------
-    grids : tuple of Grid
-        Without rows that have no score, and without methods that have none.
-    """
+    """Return error and fit by velocity, a table a method."""
     grids = (_by_axis(comparison, method) for method in comparison.methods)
     return tuple(grid for grid in grids if grid.rows)
 
 
 def row_grid(comparison: Comparison) -> Grid:
-    """Return every row with all its numbers in full precision, for other programs.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        What to show.
-
-    Returns
-    -------
-    grid : Grid
-        Empty words where there is no number.
-    """
+    """Return every row with all its numbers in full precision, for other programs."""
     unit = comparison.rate_unit
     names = _velocities(comparison)
     header = (
@@ -111,18 +65,7 @@ def row_grid(comparison: Comparison) -> Grid:
 
 
 def printed_error(row: Row) -> float | None:
-    """Return the error that the paper prints for a row's model and method.
-
-    Parameters
-    ----------
-    row : Row
-        Any row.
-
-    Returns
-    -------
-    rms : float or None
-        None where Table I has no such model or no such method.
-    """
+    """Return the error that the paper prints for a row's model and method."""
     column = PRINTED_COLUMN.get(row.method)
     printed = TABLE_I.get(row.model)
     return getattr(printed, column) if column and printed else None

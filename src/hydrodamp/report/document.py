@@ -14,18 +14,7 @@ Document = dict[str, object]
 
 
 def comparison_document(comparison: Comparison) -> Document:
-    """Return what ``comparison.json`` holds.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        What to write down.
-
-    Returns
-    -------
-    document : dict
-        ``rows``, ``units`` and ``provenance``.
-    """
+    """Return what ``comparison.json`` holds."""
     import hydrodamp
 
     return {
@@ -41,18 +30,7 @@ def comparison_document(comparison: Comparison) -> Document:
 
 
 def row_document(row: Row) -> Document:
-    """Return a row of a comparison as ``comparison.json`` has it.
-
-    Parameters
-    ----------
-    row : Row
-        What to write down.
-
-    Returns
-    -------
-    document : dict
-        Keys of model and method, numbers, the outcome in a word or two.
-    """
+    """Return a row of a comparison as ``comparison.json`` has it."""
     fit = row.fit
     values = fit.damping.as_dict()
     known = fit.status.usable
@@ -71,20 +49,7 @@ def row_document(row: Row) -> Document:
 
 
 def score_document(score: Score, attitude: str) -> Document:
-    """Return a score as a document.
-
-    Parameters
-    ----------
-    score : Score
-        What to write down.
-    attitude : str
-        Which attitude the replay used.
-
-    Returns
-    -------
-    document : dict
-        Errors, fit, outcome, and the units they are in.
-    """
+    """Return a score as a document."""
     return {
         **_score(score),
         "status": score.status.word,
@@ -95,19 +60,7 @@ def score_document(score: Score, attitude: str) -> Document:
 
 
 def fit_document(fit: Fit) -> Document:
-    """Return a fit as a document that is also a damping file.
-
-    Parameters
-    ----------
-    fit : Fit
-        What to write down.
-
-    Returns
-    -------
-    document : dict
-        What :func:`~hydrodamp.models.damping_file.write_damping` writes, and
-        under ``fit`` how far to trust it.
-    """
+    """Return a fit as a document that is also a damping file."""
     return {
         **damping_document(fit.damping),
         "fit": {
@@ -124,34 +77,12 @@ def fit_document(fit: Fit) -> Document:
 
 
 def diverged_at(score: Score) -> list[Document] | None:
-    """Return where and when a replay diverged.
-
-    Parameters
-    ----------
-    score : Score
-        Of the replay.
-
-    Returns
-    -------
-    places : list of dict, or None
-        Segment and time since its start [s]; None where nothing diverged.
-    """
+    """Return where and when a replay diverged."""
     return [{"segment": name, "time": moment(time)} for name, time in score.diverged] or None
 
 
 def error_units(rate_unit: str) -> Document:
-    """Return the units of errors and fits.
-
-    Parameters
-    ----------
-    rate_unit : {"deg", "rad"}
-        Unit of angular rates.
-
-    Returns
-    -------
-    units : dict
-        One entry for each kind of number.
-    """
+    """Return the units of errors and fits."""
     linear, angular = dict.fromkeys("uvw", "m/s"), dict.fromkeys("pqr", f"{rate_unit}/s")
     return {
         "rms": f"m/s and {rate_unit}/s mixed (eq. 24)",
@@ -162,24 +93,12 @@ def error_units(rate_unit: str) -> Document:
 
 
 def number(value: float | None) -> float | None:
-    """Return a number that strict JSON can hold.
-
-    Examples
-    --------
-    >>> number(float("nan")), number(2)
-    (None, 2.0)
-    """
+    """Return a number that strict JSON can hold."""
     return None if value is None or not math.isfinite(value) else float(value)
 
 
 def moment(time: float) -> float:
-    """Return a time to the nanosecond [s], without the rounding of a difference of clocks.
-
-    Examples
-    --------
-    >>> moment(0.1 + 0.2)
-    0.3
-    """
+    """Return a time to the nanosecond [s], without the rounding of a difference of clocks."""
     return round(float(time), 9)
 
 

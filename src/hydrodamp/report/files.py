@@ -1,9 +1,4 @@
-"""The folder of a comparison, both ways.
-
-``comparison.json``, ``table.txt``, ``.md``, ``.tex`` and ``.csv``,
-``fits/MODEL.METHOD.json`` (damping files with covariance) and ``replays.npz``:
-everything a report needs, so that it is made again without log or vehicle.
-"""
+"""The folder of a comparison, both ways."""
 
 from __future__ import annotations
 
@@ -79,22 +74,7 @@ def write_comparison(
 def is_written(
     comparison: Comparison, folder: str | os.PathLike[str], waiting: Iterable[Fit] = ()
 ) -> bool:
-    """Tell whether a folder holds this very comparison.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        What may have been written.
-    folder : str or path
-        There or not.
-    waiting : iterable of Fit, optional
-        As :func:`write_comparison` took them.
-
-    Returns
-    -------
-    written : bool
-        True where ``comparison.json`` is what :func:`write_comparison` makes of it.
-    """
+    """Tell whether a folder holds this very comparison."""
     told, _ = _with_waiting(comparison, waiting)
     try:
         text = load_text(Path(folder) / "comparison.json")
@@ -136,24 +116,7 @@ def read_comparison(folder: str | os.PathLike[str]) -> Comparison:
 
 
 def is_result(path: Path, folder: Path) -> bool:
-    """Tell whether a comparison written to a folder may replace a file.
-
-    Parameters
-    ----------
-    path, folder : path
-        Both absolute.
-
-    Returns
-    -------
-    replaced : bool
-        True for ``comparison.json``, the tables, replays, grades, the report and files of
-        ``fits`` and ``figures``.
-
-    Examples
-    --------
-    >>> is_result(Path("/out/table.csv"), Path("/out")), is_result(Path("/a.csv"), Path("/out"))
-    (True, False)
-    """
+    """Tell whether a comparison written to a folder may replace a file."""
     if path.parent == folder / "fits":
         return path.suffix == ".json"
     if path.parent == folder / FIGURES:
@@ -162,18 +125,7 @@ def is_result(path: Path, folder: Path) -> bool:
 
 
 def row_names(comparison: Comparison) -> tuple[str, ...]:
-    """Return the name that each row has in files, all different.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        Whose rows.
-
-    Returns
-    -------
-    names : tuple of str
-        ``MODEL.METHOD``, numbered where a pair comes again.
-    """
+    """Return the name that each row has in files, all different."""
     return fit_names((row.model, row.method) for row in comparison.rows)
 
 

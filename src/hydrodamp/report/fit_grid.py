@@ -15,21 +15,7 @@ LISTED = 12
 
 
 def fit_grid(fit: Fit, grades: Identifiability | None = None) -> Grid:
-    """Return the coefficients of a fit with their standard errors.
-
-    Parameters
-    ----------
-    fit : Fit
-        What to show.
-    grades : Identifiability, optional
-        How well each coefficient is known.
-
-    Returns
-    -------
-    grid : Grid
-        A row a coefficient; below it the outcome and what is not told apart. Without
-        grades and by a method without ranks there is no column of how well they are known.
-    """
+    """Return the coefficients of a fit with their standard errors."""
     model = fit.model
     heading, known = how_known(fit, grades)
     units = [

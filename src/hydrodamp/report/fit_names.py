@@ -11,46 +11,12 @@ from hydrodamp.report.plain_names import is_plain
 
 
 def fit_names(pairs: Iterable[tuple[str, str]]) -> tuple[str, ...]:
-    """Return the name of each fit, all different.
-
-    Parameters
-    ----------
-    pairs : iterable of (str, str)
-        Keys of model and method.
-
-    Returns
-    -------
-    names : tuple of str
-        ``MODEL.METHOD``, numbered where a pair comes again.
-
-    Examples
-    --------
-    >>> fit_names([("linear", "ls"), ("fossen", "ls"), ("linear", "ls")])
-    ('linear.ls', 'fossen.ls', 'linear.ls-2')
-    """
+    """Return the name of each fit, all different."""
     return unique_names(f"{model}.{method}" for model, method in pairs)
 
 
 def fit_path(home: Path, name: str) -> Path:
-    """Return the file of a fit.
-
-    Parameters
-    ----------
-    home : path
-        A folder of results.
-    name : str
-        As ``comparison.json`` has it.
-
-    Returns
-    -------
-    path : path
-        In ``fits``.
-
-    Raises
-    ------
-    FileError
-        If the name leads out of that folder.
-    """
+    """Return the file of a fit."""
     if not is_plain(name):
         raise FileError(
             f"{home / 'comparison.json'}: each fit must be named by a plain file name, got "

@@ -10,35 +10,7 @@ CROWDED = 10
 
 @dataclass(frozen=True)
 class Grid:
-    """A title, a header, rows of words and remarks below them.
-
-    Parameters
-    ----------
-    title : str
-        What the table shows.
-    header : tuple of str
-        One word a column.
-    rows : tuple of tuple of str
-        As many words a row.
-    align : str
-        ``l`` or ``r`` for each column.
-    notes : tuple of str, optional
-        Sentences below the table.
-    best : frozenset of (int, int), optional
-        Row and column of the cells to stress.
-    dim : frozenset of int, optional
-        Columns of secondary interest.
-
-    Raises
-    ------
-    ValueError
-        If header, rows and ``align`` differ in length.
-
-    Examples
-    --------
-    >>> Grid("counts", ("model", "n"), (("linear", "36"),), "lr").column("n")
-    ('36',)
-    """
+    """A title, a header, rows of words and remarks below them."""
 
     title: str
     header: tuple[str, ...]
@@ -62,17 +34,6 @@ class Grid:
         return 2 if len(self.header) <= CROWDED else 1
 
     def column(self, name: str) -> tuple[str, ...]:
-        """Return the words of a column.
-
-        Parameters
-        ----------
-        name : str
-            As in the header.
-
-        Returns
-        -------
-        words : tuple of str
-            From top to bottom.
-        """
+        """Return the words of a column."""
         place = self.header.index(name)
         return tuple(row[place] for row in self.rows)

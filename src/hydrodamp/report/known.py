@@ -26,39 +26,12 @@ RULE = (
 
 
 def reach_of(fit: Fit) -> float:
-    """Return how many standard errors a 95 % interval reaches to either side.
-
-    Parameters
-    ----------
-    fit : Fit
-        With standard errors.
-
-    Returns
-    -------
-    reach : float
-        Of Student's t where the fit knows its degrees of freedom, else of the normal.
-    """
+    """Return how many standard errors a 95 % interval reaches to either side."""
     return reach() if fit.uncertainty is None else fit.uncertainty.reach()
 
 
 def how_known(fit: Fit, grades: Identifiability | None = None) -> tuple[str, dict[str, str]]:
-    """Return what is said of how well each coefficient is known.
-
-    Parameters
-    ----------
-    fit : Fit
-        Whose coefficients.
-    grades : Identifiability, optional
-        Their grades, where they were asked for.
-
-    Returns
-    -------
-    heading : str
-        Of the column.
-    known : dict of str to str
-        The grade of each coefficient by its label, or whether the data tell it apart; empty
-        where a method has no ranks and nobody asked for grades.
-    """
+    """Return what is said of how well each coefficient is known."""
     if grades is not None:
         wide = _wide(fit)
         return "grade", {

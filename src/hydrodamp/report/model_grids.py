@@ -12,20 +12,7 @@ from hydrodamp.report.grid import Grid
 
 
 def models_grid(models: Iterable[DampingModel], command: str = "") -> Grid:
-    """Return models with their counts.
-
-    Parameters
-    ----------
-    models : iterable of DampingModel
-        What to list.
-    command : str, optional
-        Which command shows one of them.
-
-    Returns
-    -------
-    grid : Grid
-        Key, number of coefficients, terms an axis, title.
-    """
+    """Return models with their counts."""
     rows = tuple(
         (
             model.key,
@@ -41,24 +28,7 @@ def models_grid(models: Iterable[DampingModel], command: str = "") -> Grid:
 
 
 def model_document(model: DampingModel) -> Document:
-    """Return a model as a document.
-
-    Parameters
-    ----------
-    model : DampingModel
-        Any model.
-
-    Returns
-    -------
-    document : dict
-        Key, counts, terms by axis, source and note.
-
-    Examples
-    --------
-    >>> from hydrodamp.models.catalog import find_model
-    >>> model_document(find_model("fossen"))["n_coefficients"]
-    12
-    """
+    """Return a model as a document."""
     return {
         "model": model.key,
         "title": model.title,
@@ -73,18 +43,7 @@ def model_document(model: DampingModel) -> Document:
 
 
 def model_grid(model: DampingModel) -> Grid:
-    """Return one model with its terms.
-
-    Parameters
-    ----------
-    model : DampingModel
-        Any model.
-
-    Returns
-    -------
-    grid : Grid
-        Axes that share their terms in one row; source and note below.
-    """
+    """Return one model with its terms."""
     rows = tuple(
         (" ".join(axes), str(len(row)), " ".join(map(str, row)) or "none")
         for row, axes in group_axes(model).items()

@@ -8,15 +8,15 @@ from dataclasses import asdict, dataclass, replace
 from functools import partial
 
 from hydrodamp.advance import within
-from hydrodamp.data.cleaning.suspicions import Suspicion, suspicions
-from hydrodamp.data.completing.rates import rates_from_attitude
+from hydrodamp.conditioning.rates import rates_from_attitude
+from hydrodamp.conditioning.suspicions import Suspicion, suspicions
 from hydrodamp.data.log import Log
-from hydrodamp.data.mapping import LogMapping, read_mapping
-from hydrodamp.data.probing.delay import Delay, delays
-from hydrodamp.data.probing.probe import SUFFICES, Probe
-from hydrodamp.data.read import logs_of
 from hydrodamp.data.recording import Recording
 from hydrodamp.errors import HydrodampError, HydrodampWarning
+from hydrodamp.ingest.mapping import LogMapping, read_mapping
+from hydrodamp.ingest.probing.delay import Delay, delays
+from hydrodamp.ingest.probing.probe import SUFFICES, Probe
+from hydrodamp.ingest.read import logs_of
 from hydrodamp.report.document import Document
 from hydrodamp.report.grid import Grid
 from hydrodamp.report.recording_grids import (
@@ -36,27 +36,7 @@ _SURVEYED = 0.3
 
 @dataclass(frozen=True, eq=False)
 class Probed:
-    """The log of a recording, and what of it.
-
-    Attributes
-    ----------
-    way : str
-        By which mapping the log was made; empty where it needed none.
-    reason : str
-        Why there is no log; empty where there is one.
-    survey : Survey or None
-        What the log holds.
-    delays : tuple of Delay
-        How late it answers its commands.
-    suspicions : tuple of Suspicion
-        What looks wrong about its units.
-    verdict : Verdict
-        What it can identify, and what is missing.
-    notes : tuple of str
-        What was done to the log, as it says itself.
-    guessed : bool
-        Whether nobody said how the recording makes a log.
-    """
+    """The log of a recording, and what of it."""
 
     way: str
     reason: str
@@ -69,22 +49,7 @@ class Probed:
 
 
 def judged(log: Log, way: str, vehicle: Vehicle | None = None) -> Probed:
-    """Judge a log.
-
-    Parameters
-    ----------
-    log : Log
-        Any log.
-    way : str
-        By which mapping it was made.
-    vehicle : Vehicle, optional
-        Whose axes and actuators count.
-
-    Returns
-    -------
-    probed : Probed
-        Delays count rates derived from the attitude where none were recorded.
-    """
+    """Judge a log."""
     found = survey(log)
     whole = log if log.attitude is None else rates_from_attitude(log)
     with within(_SURVEYED, 1.0):
@@ -96,22 +61,7 @@ def judged(log: Log, way: str, vehicle: Vehicle | None = None) -> Probed:
 def by_guess(
     found: Probe, recordings: Sequence[Recording], vehicle: Vehicle | None = None
 ) -> Probed:
-    """Judge the log that the draft makes, or else a preset that fits.
-
-    Parameters
-    ----------
-    found : Probe
-        Of the first recording.
-    recordings : sequence of Recording
-        All of them, read alike.
-    vehicle : Vehicle, optional
-        Whose axes and actuators count.
-
-    Returns
-    -------
-    probed : Probed
-        Without a survey where neither makes a log; the reason says why.
-    """
+    """Judge the log that the draft makes, or else a preset that fits."""
     reason = "the roles of its columns are too unsure to make a log of"
     for mapping_of, way in _mappings(found):
         try:
@@ -135,21 +85,7 @@ def _mappings(found: Probe) -> Iterator[tuple[Callable[[], LogMapping], str]]:
 
 
 def probed_grids(found: Probe, probed: Probed) -> tuple[Grid, ...]:
-    """Return the tables of a probed recording and its log.
-
-    Parameters
-    ----------
-    found : Probe
-        Of the recording.
-    probed : Probed
-        Of its log.
-
-    Returns
-    -------
-    grids : tuple of Grid
-        The guesses and the draft are left out where a mapping was given, what was read too
-        where the log needs none.
-    """
+    """Return the tables of a probed recording and its log."""
     guesses = (draft_grid(found),) if probed.guessed else ()
     read = (topics_grid(found), *guesses) if probed.way or probed.guessed else ()
     late = (delay_grid(probed.delays),) if probed.delays else ()
@@ -167,20 +103,7 @@ def _said(probed: Probed) -> str:
 
 
 def probed_document(found: Probe, probed: Probed) -> Document:
-    """Return what ``probe --json`` prints.
-
-    Parameters
-    ----------
-    found : Probe
-        Of the recording.
-    probed : Probed
-        Of its log.
-
-    Returns
-    -------
-    document : dict
-        The survey of the log where there is one, then the recording.
-    """
+    """Return what ``probe --json`` prints."""
     judged = probed.verdict
     facts: Document = (
         survey_document(probed.survey, judged)

@@ -28,23 +28,7 @@ _STATUS = {status.word: status for status in Status}
 
 
 def read_rows(home: Path) -> Comparison:
-    """Return the comparison of a folder.
-
-    Parameters
-    ----------
-    home : path
-        The folder.
-
-    Returns
-    -------
-    comparison : Comparison
-        See :func:`hydrodamp.report.files.read_comparison`.
-
-    Raises
-    ------
-    FileError
-        If a file is missing or is not what it should be.
-    """
+    """Return the comparison of a folder."""
     path = home / "comparison.json"
     document = _document(path)
     try:
@@ -93,25 +77,7 @@ def _axes(score: Score) -> tuple[str, ...]:
 
 
 def read_fit(path: Path) -> Fit:
-    """Return the fit of a file of ``fits``.
-
-    Parameters
-    ----------
-    path : path
-        The file.
-
-    Returns
-    -------
-    fit : Fit
-        The same numbers; of the noise only its variances were kept.
-
-    Raises
-    ------
-    FileError
-        If the file is missing or is not what it should be.
-    ModelError
-        If its damping has faults.
-    """
+    """Return the fit of a file of ``fits``."""
     document = _document(path)
     damping = damping_from_document(document, str(path))
     try:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import asdict
 
-from hydrodamp.data.probing.delay import Delay
-from hydrodamp.data.probing.draft import LEAST
-from hydrodamp.data.probing.probe import SUFFICES, Probe
-from hydrodamp.data.probing.shipped import Fitting
-from hydrodamp.data.probing.topics import TopicFacts
+from hydrodamp.ingest.probing.delay import Delay
+from hydrodamp.ingest.probing.draft import LEAST
+from hydrodamp.ingest.probing.probe import SUFFICES, Probe
+from hydrodamp.ingest.probing.shipped import Fitting
+from hydrodamp.ingest.probing.topics import TopicFacts
 from hydrodamp.report.document import Document
 from hydrodamp.report.grid import Grid
 from hydrodamp.report.numbers import NOTHING
@@ -28,18 +28,7 @@ _MIRROR = (
 
 
 def delay_grid(found: tuple[Delay, ...]) -> Grid:
-    """Return the delays between commands and velocities as a table.
-
-    Parameters
-    ----------
-    found : tuple of Delay
-        At least one.
-
-    Returns
-    -------
-    grid : Grid
-        A row a command.
-    """
+    """Return the delays between commands and velocities as a table."""
     early = [one.command for one in found if one.seconds + (one.spread or 0.0) < _EARLY]
     notes = ["Explains: share of the growth of the velocity, beyond what velocities explain."]
     if early:
@@ -67,18 +56,7 @@ def delay_grid(found: tuple[Delay, ...]) -> Grid:
 
 
 def recording_document(found: Probe) -> Document:
-    """Return what ``probe --json`` tells of a recording.
-
-    Parameters
-    ----------
-    found : Probe
-        What it holds.
-
-    Returns
-    -------
-    document : dict
-        ``format``, ``notes``, ``topics``, ``guesses``, ``axes``, ``presets``, ``draft``.
-    """
+    """Return what ``probe --json`` tells of a recording."""
     roles = found.roles
     return {
         "format": found.format,
@@ -113,18 +91,7 @@ def _preset_document(one: Fitting) -> Document:
 
 
 def topics_grid(found: Probe) -> Grid:
-    """Return the topics of a recording as a table.
-
-    Parameters
-    ----------
-    found : Probe
-        What it holds.
-
-    Returns
-    -------
-    grid : Grid
-        A row a topic, with what its reader met and the units it states.
-    """
+    """Return the topics of a recording as a table."""
     notes = [f"Reader: {note}." for note in found.notes]
     for topic in found.topics:
         notes += [f"{topic.name or 'table'}: {fault}" for fault in topic.faults]
@@ -215,18 +182,7 @@ def _seen(found: Probe) -> Iterator[str]:
 
 
 def draft_grid(found: Probe) -> Grid:
-    """Return the draft of a mapping as a table.
-
-    Parameters
-    ----------
-    found : Probe
-        What the recording holds.
-
-    Returns
-    -------
-    grid : Grid
-        The draft with every guess, then what was seen of axes and which presets fit.
-    """
+    """Return the draft of a mapping as a table."""
     lines = tuple((line,) for line in found.draft.text.rstrip("\n").split("\n"))
     notes = [*_seen(found)]
     for one in found.presets:

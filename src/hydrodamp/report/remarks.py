@@ -12,19 +12,7 @@ from hydrodamp.validation.paper import beside_paper, rank_correlation
 
 
 def remarks(comparison: Comparison) -> tuple[str, ...]:
-    """Return the sentences that stand below the table of a comparison.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        What the table shows.
-
-    Returns
-    -------
-    sentences : tuple of str
-        Rows that are missing, data both fitted and tested on, the choice and its
-        runner-up, the likeness with the paper's order, then what went wrong where.
-    """
+    """Return the sentences that stand below the table of a comparison."""
     return (
         *_unfinished(comparison),
         *_overlap(comparison),
@@ -77,18 +65,7 @@ def _diverged(comparison: Comparison) -> Iterator[str]:
 
 
 def divergence(row: Row) -> str:
-    """Return where and when a row's replay diverged.
-
-    Parameters
-    ----------
-    row : Row
-        With a diverged replay.
-
-    Returns
-    -------
-    clause : str
-        Model, each segment with its time.
-    """
+    """Return where and when a row's replay diverged."""
     where = ", ".join(f"{name} after {seconds(time)}" for name, time in row.score.diverged)
     return f"{row.model} (in {where})"
 

@@ -26,29 +26,7 @@ _LATEX = {
 
 
 def to_text(grid: Grid, width: int = WIDTH) -> str:
-    """Return a table as plain text.
-
-    Parameters
-    ----------
-    grid : Grid
-        The table.
-    width : int, optional
-        Where notes are wrapped; columns are as wide as their words.
-
-    Returns
-    -------
-    text : str
-        Without a line end at its end.
-
-    Examples
-    --------
-    >>> print(to_text(Grid("Counts", ("model", "n"), (("linear", "36"),), "lr")))
-    Counts
-    <BLANKLINE>
-    model    n
-    ------  --
-    linear  36
-    """
+    """Return a table as plain text."""
     words = (grid.header, *grid.rows)
     widths = [max(map(len, column)) for column in zip(*words, strict=True)]
     lines = [_padded(row, widths, grid) for row in words]
@@ -59,18 +37,7 @@ def to_text(grid: Grid, width: int = WIDTH) -> str:
 
 
 def to_markdown(grid: Grid) -> str:
-    """Return a table in GitHub's Markdown.
-
-    Parameters
-    ----------
-    grid : Grid
-        The table.
-
-    Returns
-    -------
-    text : str
-        Title in bold, table, notes as a list.
-    """
+    """Return a table in GitHub's Markdown."""
     rules = ["---:" if side == "r" else ":---" for side in grid.align]
     rows = [_markdown_row(grid.header), _markdown_row(rules, escape=False)]
     rows += [_markdown_row(row) for row in _stressed(grid, "**{}**".format)]
@@ -80,18 +47,7 @@ def to_markdown(grid: Grid) -> str:
 
 
 def to_latex(grid: Grid) -> str:
-    """Return a table as LaTeX, with the rules of the booktabs package.
-
-    Parameters
-    ----------
-    grid : Grid
-        The table.
-
-    Returns
-    -------
-    text : str
-        A ``table`` with its caption; notes are comments.
-    """
+    """Return a table as LaTeX, with the rules of the booktabs package."""
     rows = _stressed(
         Grid(
             grid.title,
@@ -120,41 +76,14 @@ def to_latex(grid: Grid) -> str:
 
 
 def to_csv(grid: Grid) -> str:
-    r"""Return a table as comma-separated values: header and rows alone.
-
-    Parameters
-    ----------
-    grid : Grid
-        The table.
-
-    Returns
-    -------
-    text : str
-        Lines end with a line feed.
-
-    Examples
-    --------
-    >>> to_csv(Grid("Counts", ("model", "n"), (("linear", "36"),), "lr"))
-    'model,n\nlinear,36\n'
-    """
+    r"""Return a table as comma-separated values: header and rows alone."""
     stream = io.StringIO()
     csv.writer(stream, lineterminator="\n").writerows((grid.header, *grid.rows))
     return stream.getvalue()
 
 
 def to_html(grid: Grid) -> str:
-    """Return a table as an HTML fragment.
-
-    Parameters
-    ----------
-    grid : Grid
-        The table.
-
-    Returns
-    -------
-    text : str
-        A ``table`` and, where there are notes, a list below it.
-    """
+    """Return a table as an HTML fragment."""
     header = "".join(f"<th>{html.escape(word)}</th>" for word in grid.header)
     rows = ["".join(_html_cell(grid, i, j) for j in range(len(grid.align))) for i in _rows(grid)]
     notes = "".join(f"<li>{html.escape(note)}</li>" for note in grid.notes)
@@ -171,20 +100,7 @@ def to_html(grid: Grid) -> str:
 
 
 def wrapped(note: str, width: int = WIDTH) -> list[str]:
-    """Return a note in lines, each but the first indented.
-
-    Parameters
-    ----------
-    note : str
-        A sentence or more.
-    width : int, optional
-        Longest line.
-
-    Returns
-    -------
-    lines : list of str
-        Words are never broken.
-    """
+    """Return a note in lines, each but the first indented."""
     lines = textwrap.wrap(
         note, width, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False
     )

@@ -8,20 +8,7 @@ from hydrodamp.simulation.score import Score
 
 
 def score_grid(title: str, score: Score) -> Grid:
-    """Return a score as a table.
-
-    Parameters
-    ----------
-    title : str
-        What was replayed.
-    score : Score
-        How far it is from the log.
-
-    Returns
-    -------
-    grid : Grid
-        A row a velocity, the mixed number of equation 24 at the end.
-    """
+    """Return a score as a table."""
     unit = score.rate_unit
     rows = [
         (

@@ -14,15 +14,7 @@ _ALARMS = {"diverged": "red", "failed": "red", "too few": "red"}
 
 
 def show(console: Console, *grids: Grid) -> None:
-    """Print tables with their remarks.
-
-    Parameters
-    ----------
-    console : Console
-        Where to.
-    *grids : Grid
-        What.
-    """
+    """Print tables with their remarks."""
     from hydrodamp.report.renderings import wrapped
 
     for place, grid in enumerate(grids):
@@ -38,18 +30,7 @@ def show(console: Console, *grids: Grid) -> None:
 
 
 def rich_table(grid: Grid) -> Table:
-    """Return a table for a rich console.
-
-    Parameters
-    ----------
-    grid : Grid
-        The table.
-
-    Returns
-    -------
-    table : rich.table.Table
-        Without frame: one rule below the header.
-    """
+    """Return a table for a rich console."""
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
     from rich.text import Text

@@ -22,42 +22,19 @@ _SOURCE = (
 
 
 def with_selected(grid: Grid) -> Grid:
-    """Return a list of models and the one that is selected from a log.
-
-    Parameters
-    ----------
-    grid : Grid
-        As of :func:`~hydrodamp.report.model_grids.models_grid`.
-
-    Returns
-    -------
-    grid : Grid
-        With a row more, without counts, and a note of what it is.
-    """
+    """Return a list of models and the one that is selected from a log."""
     row = (KEY, NOTHING, *[""] * (len(grid.header) - 3), _TITLE)
     return replace(grid, rows=(*grid.rows, row), notes=(f"`{KEY}` {_NOTE}", *grid.notes))
 
 
 def selected_grid() -> Grid:
-    """Return what is known of the selected model before there is a log.
-
-    Returns
-    -------
-    grid : Grid
-        Without terms: it has none yet.
-    """
+    """Return what is known of the selected model before there is a log."""
     notes = f"Source: {_SOURCE}", f"Note: {KEY} {_NOTE}"
     return Grid(f"{_TITLE} ({KEY})", ("terms",), (("none before there is a log",),), "l", notes)
 
 
 def selected_document() -> Document:
-    """Return the selected model as a document.
-
-    Returns
-    -------
-    document : dict
-        As :func:`~hydrodamp.report.model_grids.model_document`, where what a log decides is None.
-    """
+    """Return the selected model as a document."""
     return {
         "model": KEY,
         "title": _TITLE,

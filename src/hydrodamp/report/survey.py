@@ -13,21 +13,7 @@ from hydrodamp.data.log import Log
 
 @dataclass(frozen=True)
 class Stretch:
-    """One segment of a log.
-
-    Attributes
-    ----------
-    name : str
-        Of the segment.
-    n_samples : int
-        How many it has.
-    start, end : float
-        First and last time on the log's clock [s].
-    step : float
-        Median step [s].
-    longest_step : float
-        Longest step [s].
-    """
+    """One segment of a log."""
 
     name: str
     n_samples: int
@@ -39,19 +25,7 @@ class Stretch:
 
 @dataclass(frozen=True)
 class Channel:
-    """One column of a log.
-
-    Attributes
-    ----------
-    name : str
-        As in the log.
-    unit : str
-        Its unit; empty for a command.
-    mean, std, low, high : float
-        Of all samples, in that unit.
-    n_changes : int
-        How often it changes from sample to sample within segments.
-    """
+    """One column of a log."""
 
     name: str
     unit: str
@@ -64,23 +38,7 @@ class Channel:
 
 @dataclass(frozen=True)
 class Survey:
-    """What a log holds.
-
-    Attributes
-    ----------
-    source : str
-        Where it came from.
-    n_samples : int
-        In all segments.
-    duration : float
-        Recorded time, gaps apart [s].
-    stretches : tuple of Stretch
-        The segments.
-    velocities, commands : tuple of Channel
-        What was recorded of either.
-    has : tuple of str
-        Which of attitude, wrench, acceleration, eta, position, accelerometer were recorded.
-    """
+    """What a log holds."""
 
     source: str
     n_samples: int
@@ -92,24 +50,7 @@ class Survey:
 
 
 def survey(log: Log) -> Survey:
-    """Look through a log.
-
-    Parameters
-    ----------
-    log : Log
-        Any log.
-
-    Returns
-    -------
-    survey : Survey
-        What it holds; :func:`~hydrodamp.report.verdict.verdict` says what of it.
-
-    Examples
-    --------
-    >>> log = Log(time=[0.0, 0.1, 0.2], velocity=np.ones((3, 6)))
-    >>> survey(log).stretches[0].n_samples
-    3
-    """
+    """Look through a log."""
     parts = {
         "attitude": log.attitude,
         "wrench": log.wrench,

@@ -15,38 +15,12 @@ LISTED = 30
 
 
 def survey_grids(found: Survey, judged: Verdict) -> tuple[Grid, ...]:
-    """Return the tables of a probed log.
-
-    Parameters
-    ----------
-    found : Survey
-        What the log holds.
-    judged : Verdict
-        What of it.
-
-    Returns
-    -------
-    grids : tuple of Grid
-        Segments, then columns with the verdict below.
-    """
+    """Return the tables of a probed log."""
     return (_segments(found), _columns(found, judged))
 
 
 def survey_document(found: Survey, judged: Verdict) -> Document:
-    """Return what ``probe --json`` prints.
-
-    Parameters
-    ----------
-    found : Survey
-        What the log holds.
-    judged : Verdict
-        What of it.
-
-    Returns
-    -------
-    document : dict
-        Facts, then ``missing``, ``reservations``, ``promises`` and ``verdict``.
-    """
+    """Return what ``probe --json`` prints."""
     facts = asdict(found)
     segments = [
         {key: moment(value) if isinstance(value, float) else value for key, value in part.items()}

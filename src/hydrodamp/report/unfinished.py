@@ -1,8 +1,4 @@
-"""What an interrupted run leaves in its folder: finished rows, and fits without a replay.
-
-``comparison.json`` says so in its provenance: ``unfinished`` in words, and ``not_replayed``
-with the names of the fits that no row has.
-"""
+"""What an interrupted run leaves in its folder: finished rows, and fits without a replay."""
 
 from __future__ import annotations
 
@@ -28,19 +24,7 @@ NOT_REPLAYED = "not_replayed"
 
 @dataclass(frozen=True)
 class Earlier:
-    """What lies in a folder of results, finished or not.
-
-    Attributes
-    ----------
-    folder : path
-        Where.
-    provenance : dict of str to str
-        What its run was.
-    n_rows : int
-        How many fits were replayed.
-    names : tuple of str
-        Of the fits, as their files are called: those of the rows, then those that wait.
-    """
+    """What lies in a folder of results, finished or not."""
 
     folder: Path
     provenance: dict[str, str]
@@ -53,42 +37,12 @@ class Earlier:
         return len(self.names), self.n_rows
 
     def fits(self) -> tuple[Fit, ...]:
-        """Return the fits.
-
-        Returns
-        -------
-        fits : tuple of Fit
-            As named.
-
-        Raises
-        ------
-        FileError
-            If a file is missing or is not what it should be, or a name is none of a file of
-            ``fits``.
-        ModelError
-            If a file of ``fits`` has faults.
-        """
+        """Return the fits."""
         return tuple(read_fit(fit_path(self.folder, name)) for name in self.names)
 
 
 def read_earlier(folder: str | os.PathLike[str]) -> Earlier:
-    """Read what lies in a folder of results; the fits only when they are asked for.
-
-    Parameters
-    ----------
-    folder : str or path
-        With ``comparison.json``.
-
-    Returns
-    -------
-    earlier : Earlier
-        Its provenance, and the names of its fits.
-
-    Raises
-    ------
-    FileError
-        If there is none, or it is no comparison.
-    """
+    """Read what lies in a folder of results; the fits only when they are asked for."""
     path = Path(folder) / "comparison.json"
     document: Any = load_json(path)
     if not isinstance(document, dict) or not isinstance(document.get("provenance"), dict):
@@ -102,46 +56,13 @@ def read_earlier(folder: str | os.PathLike[str]) -> Earlier:
 
 
 def unfinished(comparison: Comparison, wanted: int, why: str = "interrupted") -> Comparison:
-    """Return a comparison that says it lacks rows.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        The rows there are.
-    wanted : int
-        How many there would be.
-    why : str, optional
-        What ended the run.
-
-    Returns
-    -------
-    comparison : Comparison
-        Marked in its provenance, and so in its tables and its report.
-
-    Examples
-    --------
-    >>> unfinished(Comparison(()), 24).provenance
-    {'unfinished': '0 of 24 rows: interrupted'}
-    """
+    """Return a comparison that says it lacks rows."""
     words = f"{len(comparison.rows)} of {wanted} rows: {why}"
     return replace(comparison, provenance={**comparison.provenance, UNFINISHED: words})
 
 
 def with_waiting(comparison: Comparison, names: Sequence[str]) -> Comparison:
-    """Return a comparison that names the fits that wait for their replay.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        The rows there are.
-    names : sequence of str
-        Of the files of those fits; none leaves it as it is.
-
-    Returns
-    -------
-    comparison : Comparison
-        With their names in its provenance.
-    """
+    """Return a comparison that names the fits that wait for their replay."""
     if not names:
         return comparison
     waiting = {NOT_REPLAYED: " ".join(names)}
@@ -149,21 +70,5 @@ def with_waiting(comparison: Comparison, names: Sequence[str]) -> Comparison:
 
 
 def waiting_names(provenance: Mapping[str, str]) -> tuple[str, ...]:
-    """Return the names of the fits that wait for their replay.
-
-    Parameters
-    ----------
-    provenance : mapping of str to str
-        As in ``comparison.json``.
-
-    Returns
-    -------
-    names : tuple of str
-        Of files of ``fits``, without ``.json``.
-
-    Examples
-    --------
-    >>> waiting_names({"not_replayed": "linear.oe fossen.oe"})
-    ('linear.oe', 'fossen.oe')
-    """
+    """Return the names of the fits that wait for their replay."""
     return tuple(provenance.get(NOT_REPLAYED, "").split())

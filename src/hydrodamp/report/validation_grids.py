@@ -21,18 +21,7 @@ _SHOWN = {"aicc": "AICc", "bic": "BIC"}
 
 
 def fold_grid(table: CrossValidation) -> Grid:
-    """Return the errors on held-out folds, a row for each model and method.
-
-    Parameters
-    ----------
-    table : CrossValidation
-        What came out.
-
-    Returns
-    -------
-    grid : Grid
-        The choice in words stands below, where there is one.
-    """
+    """Return the errors on held-out folds, a row for each model and method."""
     best = {id(row) for row in front(table)}
     return Grid(
         title=f"Held out in turn: {len(table.held_out)} folds, RMS in m/s and {table.rate_unit}/s",
@@ -62,22 +51,7 @@ def _fold_row(row: ValidatedRow, on_front: bool) -> tuple[str, ...]:
 def horizon_grid(
     fits: Sequence[Fit], scores: Sequence[HorizonScores | None], found: Criteria
 ) -> Grid:
-    """Return the errors by horizon of fits to the whole log, and the criteria.
-
-    Parameters
-    ----------
-    fits : sequence of Fit
-        On the whole log.
-    scores : sequence of HorizonScores or None
-        Of each fit, on the same log; None where nothing was identified.
-    found : Criteria
-        Of the same fits.
-
-    Returns
-    -------
-    grid : Grid
-        Criteria count from the lowest of the table.
-    """
+    """Return the errors by horizon of fits to the whole log, and the criteria."""
     names = next(([_name(one) for one in some.scores] for some in scores if some), [])
     lowest = {key: min(_value(row, key) for row in found.rows) for key in _SHOWN}
     rows = [
@@ -136,24 +110,7 @@ def validation_document(
     scores: Sequence[HorizonScores | None],
     found: Criteria,
 ) -> Document:
-    """Return all of it as strict JSON.
-
-    Parameters
-    ----------
-    table : CrossValidation
-        Errors on held-out folds.
-    fits : sequence of Fit
-        On the whole log.
-    scores : sequence of HorizonScores or None
-        Of each fit.
-    found : Criteria
-        Of each fit.
-
-    Returns
-    -------
-    document : dict
-        ``folds``, ``whole``, ``held_out`` and ``choice``.
-    """
+    """Return all of it as strict JSON."""
     chosen = table.choice() if front(table) else None
     return {
         "held_out": [list(names) for names in table.held_out],

@@ -9,12 +9,12 @@ import numpy as np
 
 from hydrodamp.arrays import IntArray
 from hydrodamp.basis.axes import VELOCITIES, VELOCITY_OF
-from hydrodamp.data.cleaning.attitude_jumps import LEAST_LEAP, leaps
-from hydrodamp.data.cleaning.suspicions import suspicions
-from hydrodamp.data.completing.current import estimate_current
+from hydrodamp.conditioning.attitude_jumps import LEAST_LEAP, leaps
+from hydrodamp.conditioning.current import estimate_current
+from hydrodamp.conditioning.suspicions import suspicions
 from hydrodamp.data.log import Log
-from hydrodamp.data.probing.delay import Delay
 from hydrodamp.errors import HydrodampError
+from hydrodamp.ingest.probing.delay import Delay
 from hydrodamp.models.model import DampingModel
 from hydrodamp.report.survey import Survey
 from hydrodamp.simulation.fitness import check_log, nothing_drives
@@ -56,19 +56,7 @@ SHORT = 60.0
 
 @dataclass(frozen=True)
 class Verdict:
-    """What a log lacks and what to expect of it.
-
-    Attributes
-    ----------
-    missing : tuple of str
-        Without these nothing can be identified.
-    reservations : tuple of str
-        With these something will not be determined.
-    promises : tuple of str
-        What the log can identify.
-    doubts : tuple of str
-        Units and signs that look wrong; what is identified from them is wrong too.
-    """
+    """What a log lacks and what to expect of it."""
 
     missing: tuple[str, ...]
     reservations: tuple[str, ...]
@@ -94,28 +82,7 @@ def verdict(
     delays: Sequence[Delay] = (),
     completed: Survey | None = None,
 ) -> Verdict:
-    """Judge a log.
-
-    Parameters
-    ----------
-    survey : Survey
-        What the log holds.
-    log : Log
-        The log itself.
-    vehicle : Vehicle, optional
-        Whose axes and actuators count; without one, all six and any command.
-
-    delays : sequence of Delay, optional
-        Which commands were seen to move which axes.
-    completed : Survey, optional
-        Of the same log with the velocities that can be derived; what it can identify
-        counts them.
-
-    Returns
-    -------
-    verdict : Verdict
-        In sentences.
-    """
+    """Judge a log."""
     missing = _missing(log) if vehicle is None else _missing_for(vehicle, log)
     axes = VELOCITIES if vehicle is None else tuple(VELOCITY_OF[axis] for axis in vehicle.axes)
     reservations = [*_reservations(survey, log, axes)]
@@ -196,10 +163,7 @@ def _strange(vehicle: Vehicle, log: Log) -> list[str]:
 
 
 def _using(vehicle: Vehicle, log: Log) -> tuple[DampingModel, ...]:
-    """Return a model with a term for every command that no actuator takes.
-
-    Where the actuators are left without any command of theirs, terms are no help.
-    """
+    """Return a model with a term for every command that no actuator takes."""
     if vehicle.commands and nothing_drives(vehicle, log):
         return ()
     terms = {vehicle.axes[0]: " ".join(_strange(vehicle, log))}

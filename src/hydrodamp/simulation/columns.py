@@ -1,11 +1,4 @@
-"""Equation 1 as one table of columns, known and unknown alike.
-
-Restoring forces are the columns ``down_x down_y down_z``, a fin is
-``u|u|*rudder``, a propeller ``rpm*|rpm|``: all that a vehicle knows is itself
-``K ξ`` with given coefficients. So the right-hand side of equation 1 is the
-Coriolis term, a recorded wrench, and one table whose first columns are known
-and whose other columns a method identifies.
-"""
+"""Equation 1 as one table of columns, known and unknown alike."""
 
 from __future__ import annotations
 
@@ -158,22 +151,7 @@ def columns(vehicle: Vehicle, models: tuple[DampingModel, ...], *, actuators: bo
 
 
 def held_channels(table: Columns, commands: Mapping[str, FloatArray], n: int) -> FloatArray:
-    """Return the channels of a table, sample by sample.
-
-    Parameters
-    ----------
-    table : Columns
-        Says which channels, in which order.
-    commands : mapping of str to ndarray, shape (n,)
-        What was recorded.
-    n : int
-        How many samples.
-
-    Returns
-    -------
-    channels : ndarray, shape (n, n_channels)
-        Values to hold from each sample to the next.
-    """
+    """Return the channels of a table, sample by sample."""
     made = table.vehicle.channels(commands) if table.actuators else {}
     found = {**commands, **made}
     channels = np.empty((n, len(table.channels)))

@@ -23,22 +23,7 @@ _MISSPELT = 0.8
 
 
 def check_log(vehicle: Vehicle, log: Log, models: Iterable[DampingModel]) -> None:
-    """Refuse a log that lacks what the vehicle or a term needs.
-
-    Parameters
-    ----------
-    vehicle : Vehicle
-        Its free axes say which velocities, its actuators which commands.
-    log : Log
-        What was recorded.
-    models : iterable of DampingModel
-        Their terms may need commands and attitude.
-
-    Raises
-    ------
-    ProblemError
-        One sentence for every lack.
-    """
+    """Refuse a log that lacks what the vehicle or a term needs."""
     asked = tuple(models)
     faults = [*_velocities(vehicle, log), *_commands(vehicle, log, asked)]
     faults += _attitude(vehicle, log, asked)
@@ -47,25 +32,7 @@ def check_log(vehicle: Vehicle, log: Log, models: Iterable[DampingModel]) -> Non
 
 
 def check_columns_used(vehicle: Vehicle, log: Log, models: Iterable[DampingModel]) -> None:
-    """Refuse a column that no actuator and no term uses.
-
-    Such a column is a misspelt one, or one the user believes to count.
-
-    Parameters
-    ----------
-    vehicle : Vehicle
-        Whose actuators use commands.
-    log : Log
-        Whose command columns are asked about.
-    models : iterable of DampingModel
-        Whose terms use commands.
-
-    Raises
-    ------
-    LogError
-        Names every such column once, with the nearest name that is used. A log of which
-        nothing drives the vehicle is refused by :func:`check_log`.
-    """
+    """Refuse a column that no actuator and no term uses."""
     used = set(vehicle.commands) | {name for model in models for name in model.commands}
     unused = [name for name in log.command_names if name not in used]
     if unused and (log.wrench is not None or len(unused) < len(log.command_names)):
@@ -73,23 +40,7 @@ def check_columns_used(vehicle: Vehicle, log: Log, models: Iterable[DampingModel
 
 
 def nothing_drives(vehicle: Vehicle, log: Log, models: Iterable[DampingModel] = ()) -> str:
-    """Return why a log does not say what drove a vehicle.
-
-    Parameters
-    ----------
-    vehicle : Vehicle
-        Whose actuators take commands.
-    log : Log
-        What was recorded.
-    models : iterable of DampingModel, optional
-        Whose terms take commands.
-
-    Returns
-    -------
-    sentence : str
-        With what can be done; empty where a wrench was recorded, or a command that an
-        actuator or a term takes.
-    """
+    """Return why a log does not say what drove a vehicle."""
     of_terms = {name for model in models for name in model.commands}
     recorded = log.command_names
     if log.wrench is not None or not (of_terms | set(vehicle.commands)).isdisjoint(recorded):

@@ -1,9 +1,4 @@
-"""Scores at several horizons: replays that restart from the measured state.
-
-Open loop over a whole run, small errors add up and a weak model runs away; over one
-step nearly every model looks good, because there the noise of the state it starts
-from is most of the error. What lies between tells which use a model is fit for.
-"""
+"""Scores at several horizons: replays that restart from the measured state."""
 
 from __future__ import annotations
 
@@ -84,23 +79,7 @@ class HorizonScores:
     scores: tuple[HorizonScore, ...]
 
     def __getitem__(self, horizon: Horizon) -> HorizonScore:
-        """Return the score of a horizon.
-
-        Parameters
-        ----------
-        horizon : float, "step" or "run"
-            One that was asked for.
-
-        Returns
-        -------
-        score : HorizonScore
-            The first of this horizon.
-
-        Raises
-        ------
-        MethodError
-            If it was not asked for.
-        """
+        """Return the score of a horizon."""
         for found in self.scores:
             if found.horizon == horizon:
                 return found
@@ -180,26 +159,7 @@ def scores_with_restarts(
     attitude: AttitudeSource = "measured",
     rate_unit: RateUnit = "deg",
 ) -> HorizonScores:
-    """Score a prepared problem at several horizons; see :func:`horizon_scores`.
-
-    Parameters
-    ----------
-    problem : Problem
-        Prepared for (at least) the terms of the damping.
-    damping : Damping
-        The model with its numbers.
-    horizons : iterable of float, "step" or "run"
-        Seconds between restarts.
-    attitude : {"measured", "simulated"}
-        Which attitude gravity and buoyancy act along.
-    rate_unit : {"deg", "rad"}
-        Unit of angular rates.
-
-    Returns
-    -------
-    scores : HorizonScores
-        One a horizon.
-    """
+    """Score a prepared problem at several horizons; see :func:`horizon_scores`."""
     asked = [_checked(horizon) for horizon in horizons]
     matrix = problem.matrix(damping)
     return HorizonScores(
@@ -208,23 +168,7 @@ def scores_with_restarts(
 
 
 def windows(problem: Problem, horizon: Horizon) -> IntArray:
-    """Return the stretches that are replayed, each from its own measured state.
-
-    Parameters
-    ----------
-    problem : Problem
-        Clock and segments.
-    horizon : float, "step" or "run"
-        A window begins at the first sample at or after every so many seconds of its
-        segment. The last one of a segment may be shorter, and so is the only one
-        where the segment is.
-
-    Returns
-    -------
-    windows : ndarray of int, shape (n_windows, 2)
-        First sample and one past the last. The last sample of a window is the first
-        of the next in the segment; no window crosses a join.
-    """
+    """Return the stretches that are replayed, each from its own measured state."""
     time = problem.inputs.time
     return np.concatenate(
         [_cut(time, start, stop, horizon) for start, stop in problem.segments.tolist()]

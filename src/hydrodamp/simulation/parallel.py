@@ -18,34 +18,7 @@ def each(
     calls: Sequence[tuple[Any, ...]],
     done: Callable[[Result], None] | None = None,
 ) -> tuple[Result, ...]:
-    """Call ``work`` with each tuple of arguments, on as many threads as cores.
-
-    The compiled core releases the interpreter, so threads scale; the NumPy
-    reference does not and takes its time.
-
-    Parameters
-    ----------
-    work : callable
-        What to do.
-    calls : sequence of tuple
-        Arguments of each call.
-    done : callable, optional
-        Called with each result as it comes, in the thread that called, to keep it or for a
-        progress bar; after Ctrl-C or a failure too, with those that are finished.
-
-    Returns
-    -------
-    results : tuple
-        In the order of the calls.
-
-    Raises
-    ------
-    KeyboardInterrupt
-        After Ctrl-C, at once: no more is begun. A thread cannot be stopped, so work under
-        way goes on behind until it is done, and what comes of it is dropped.
-    Exception
-        The first that a call raises; work under way is finished, and no more is begun.
-    """
+    """Call ``work`` with each tuple of arguments, on as many threads as cores."""
     executor = ThreadPoolExecutor(max_workers=os.cpu_count())
     futures: list[Future[Result]] = []
     told: set[Future[Result]] = set()

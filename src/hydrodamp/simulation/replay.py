@@ -114,24 +114,7 @@ def replay(
     attitude: AttitudeSource = "measured",
     max_step: float = 0.05,
 ) -> Trajectory:
-    """Replay a prepared problem; see :func:`simulate`.
-
-    Parameters
-    ----------
-    problem : Problem
-        Prepared for (at least) the terms of the damping.
-    damping : Damping
-        The model with its numbers.
-    attitude : {"measured", "simulated"}
-        Which attitude gravity and buoyancy act along.
-    max_step : float
-        Longest Runge-Kutta step [s].
-
-    Returns
-    -------
-    trajectory : Trajectory
-        One value a sample.
-    """
+    """Replay a prepared problem; see :func:`simulate`."""
     velocity, diverged_at = kernels.replay(
         problem.columns.plant,
         problem.matrix(damping),
@@ -151,26 +134,7 @@ def replay(
 
 
 def initial_attitude(log: Log, attitude: AttitudeSource) -> FloatArray | None:
-    """Return the attitudes a replay that simulates its own starts from.
-
-    Parameters
-    ----------
-    log : Log
-        Level throughout where it has none.
-    attitude : {"measured", "simulated"}
-        Which attitude gravity and buoyancy act along.
-
-    Returns
-    -------
-    attitude : ndarray, shape (n, 4), or None
-        Unit quaternions (w, x, y, z), body to north-east-down; None where the measured
-        attitude acts.
-
-    Raises
-    ------
-    MethodError
-        If the source is neither.
-    """
+    """Return the attitudes a replay that simulates its own starts from."""
     if attitude == "measured":
         return None
     if attitude != "simulated":

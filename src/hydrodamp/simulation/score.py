@@ -49,24 +49,7 @@ class Score:
 
 
 def rms_error(error: FloatArray) -> float:
-    """Return equation 24: the root mean square of all entries.
-
-    Parameters
-    ----------
-    error : ndarray, shape (n, m)
-        Simulated minus measured velocity; in the paper Delta v.
-
-    Returns
-    -------
-    rms : float
-        In the mixed unit of the columns.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> rms_error(np.array([[3.0, 0.0], [0.0, 4.0]]))
-    2.5
-    """
+    """Return equation 24: the root mean square of all entries."""
     return float(np.sqrt(np.mean(np.square(error))))
 
 

@@ -7,18 +7,7 @@ from hydrodamp.vehicle.vehicle import Vehicle, mass_matrix_digest
 
 
 def stamp(vehicle: Vehicle) -> VehicleStamp:
-    """Return what a damping file says of the vehicle it belongs to.
-
-    Parameters
-    ----------
-    vehicle : Vehicle
-        The vehicle the coefficients were identified with.
-
-    Returns
-    -------
-    stamp : VehicleStamp
-        Name, weight [N], buoyancy [N] and the digest of the mass matrix.
-    """
+    """Return what a damping file says of the vehicle it belongs to."""
     return VehicleStamp(
         name=vehicle.name,
         weight=vehicle.weight,

@@ -1,8 +1,4 @@
-"""Bands around a replay: how far coefficients that are not known exactly move it.
-
-Two ways. To first order, from the sensitivities of the replay: cheap, and the band is
-symmetric. Or by replaying many draws of the coefficients: this sees that a draw diverges.
-"""
+"""Bands around a replay: how far coefficients that are not known exactly move it."""
 
 from __future__ import annotations
 
@@ -181,34 +177,7 @@ def drawn_band(
 
 
 def drawn_coefficients(damping: Damping, n: int = 200, seed: int = 0) -> FloatArray:
-    """Draw coefficients from their covariance, normally distributed.
-
-    Parameters
-    ----------
-    damping : Damping
-        With covariance.
-    n : int
-        How many draws.
-    seed : int
-        Of the draws.
-
-    Returns
-    -------
-    draws : ndarray, shape (n, n_coefficients)
-        Directions that the data do not determine stay where they are.
-
-    Raises
-    ------
-    MethodError
-        If the damping has no covariance.
-
-    Examples
-    --------
-    >>> known = Damping.from_dict(None, {"X_u": -2.0})
-    >>> known = Damping(known.model, known.coefficients, covariance=[[0.01]])
-    >>> bool(0.08 < drawn_coefficients(known, n=500).std() < 0.12)
-    True
-    """
+    """Draw coefficients from their covariance, normally distributed."""
     root = _root(_covariance(damping))
     chance = np.random.default_rng(seed).standard_normal((n, root.shape[1]))
     draws: FloatArray = damping.coefficients + chance @ root.T

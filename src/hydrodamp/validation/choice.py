@@ -164,26 +164,7 @@ RULES: dict[str, Rule] = {"rms": LowestError(), "parsimony": Parsimony()}
 
 
 def choose(rows: Iterable[Candidate], rule: str | Rule = "rms") -> Choice[Candidate]:
-    """Choose a row by a rule.
-
-    Parameters
-    ----------
-    rows : iterable of Row
-        Those without an RMS error are left out, and those that have not settled
-        unless none has.
-    rule : {"rms", "parsimony"} or Rule
-        The lowest error, or the fewest coefficients within 10 % of it.
-
-    Returns
-    -------
-    choice : Choice
-        The row, the runner-up and the sentence that says why.
-
-    Raises
-    ------
-    MethodError
-        If no row has an error, or the rule is unknown.
-    """
+    """Choose a row by a rule."""
     how, asked = _found(rule), list(rows)
     scored = [row for row in asked if row.rms is not None]
     if not scored:
@@ -208,18 +189,7 @@ def _sentence(rule: Rule, ranked: Sequence[Ranked], asked: int) -> str:
 
 
 def error_of(row: Ranked) -> float:
-    """Return the error of a row, infinite where it has none.
-
-    Parameters
-    ----------
-    row : Row
-        Any.
-
-    Returns
-    -------
-    error : float
-        Something to order by.
-    """
+    """Return the error of a row, infinite where it has none."""
     return float("inf") if row.rms is None else row.rms
 
 

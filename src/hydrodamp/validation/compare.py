@@ -72,22 +72,7 @@ def compare(
 
 
 def origin(fits: Sequence[Fit], vehicle: Vehicle, test: Log) -> dict[str, str]:
-    """Return what a comparison was made from, in words.
-
-    Parameters
-    ----------
-    fits : sequence of Fit
-        What is compared; the first says what it was identified from.
-    vehicle : Vehicle
-        The vehicle of the log.
-    test : Log
-        Held-out data.
-
-    Returns
-    -------
-    words : dict of str to str
-        Vehicle, logs and their segments.
-    """
+    """Return what a comparison was made from, in words."""
     train = fits[0].provenance if fits else {}
     return {
         "vehicle": vehicle.name,

@@ -16,32 +16,7 @@ _PAIRS = 0.5
 
 
 def effective_samples(series: FloatArray, segment: IntArray) -> float:
-    """Return the number of independent samples with the same information on a mean.
-
-    ``n / (1 + 2 Σ ρ_k)``: the sum over the autocorrelation is cut at the first lag that
-    is five times as long as what has been summed (Sokal's window). No pair of samples
-    lies across a join.
-
-    Parameters
-    ----------
-    series : ndarray, shape (n,)
-        In the order of time, about evenly spaced; its mean is taken off first.
-    segment : ndarray of int, shape (n,)
-        Number of the segment of each sample, never falling.
-
-    Returns
-    -------
-    count : float
-        From 1 to n. A series that swings back faster than chance would count as more
-        than n; it is counted as n.
-
-    Examples
-    --------
-    >>> rng = np.random.default_rng(0)
-    >>> steps = np.repeat(rng.normal(size=1000), 10)
-    >>> 900 < effective_samples(steps, np.zeros(10000, dtype=int)) < 1100
-    True
-    """
+    """Return the number of independent samples with the same information on a mean."""
     n = len(series)
     covariance = autocovariance(series, segment)
     if len(covariance) < 2 or not covariance[0] > 0.0:
@@ -54,25 +29,7 @@ def effective_samples(series: FloatArray, segment: IntArray) -> float:
 
 
 def autocovariance(series: FloatArray, segment: IntArray) -> FloatArray:
-    """Return the mean product of samples a lag apart, within segments.
-
-    Parameters
-    ----------
-    series : ndarray, shape (n,)
-        In the order of time; its mean is taken off first.
-    segment : ndarray of int, shape (n,)
-        Number of the segment of each sample, never falling.
-
-    Returns
-    -------
-    covariance : ndarray, shape (n_lags,)
-        From lag 0 to the longest one with pairs enough.
-
-    Examples
-    --------
-    >>> autocovariance(np.array([1.0, -1.0, 1.0, -1.0]), np.array([0, 0, 1, 1])).tolist()
-    [1.0, -1.0]
-    """
+    """Return the mean product of samples a lag apart, within segments."""
     if not len(series):
         return np.zeros(1)
     parts = np.split(series - series.mean(), np.flatnonzero(np.diff(segment)) + 1)

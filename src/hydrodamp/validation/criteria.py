@@ -1,15 +1,4 @@
-"""Information criteria on effective samples: does a further coefficient earn its place.
-
-They are computed on the rows of a regression, not on one-step prediction errors. Most of
-a one-step error is the noise of the sample it starts from and of the one it ends at: it
-is nearly the same for every model, and neighbours have one sample in common with opposite
-signs (a correlation of -1/2), so no likelihood of independent errors fits it. Rows have
-one and the same target for every model; those of the weak form have the least noise.
-
-Residuals of neighbouring rows are alike, so n rows count as fewer. The number that
-counts is found once, from the fit with the smallest residuals, and used for all:
-with a number of its own for each model, the order would change with the units.
-"""
+"""Information criteria on effective samples: does a further coefficient earn its place."""
 
 from __future__ import annotations
 
@@ -39,18 +28,7 @@ _SMALLEST = np.finfo(np.float64).eps
 
 @dataclass(frozen=True)
 class Criterion:
-    """What the criteria say of one fit; lower is better, only differences count.
-
-    Attributes
-    ----------
-    model, method : str
-        Their keys.
-    rank_by_axis : tuple of int
-        Coefficients that the rows tell apart, on each axis that counts.
-    aic, aicc, bic : float or None
-        None where nothing was identified; ``aicc`` is infinite where an axis has no
-        more effective samples than coefficients.
-    """
+    """What the criteria say of one fit; lower is better, only differences count."""
 
     model: str
     method: str

@@ -1,8 +1,4 @@
-"""Cross-validation: identify on all folds but one, replay that one, in turn.
-
-One split into training and test data may be lucky. Here every stretch of the log is
-replayed open loop by coefficients that have not seen it.
-"""
+"""Cross-validation: identify on all folds but one, replay that one, in turn."""
 
 from __future__ import annotations
 
@@ -26,13 +22,7 @@ from hydrodamp.vehicle.vehicle import Vehicle
 
 @dataclass(frozen=True)
 class ValidatedRow:
-    """One model by one method, identified and replayed once a fold.
-
-    Attributes
-    ----------
-    folds : tuple of Row
-        What became of it on each fold, without the replays themselves.
-    """
+    """One model by one method, identified and replayed once a fold."""
 
     folds: tuple[Row, ...]
 
@@ -58,11 +48,7 @@ class ValidatedRow:
 
     @property
     def rms(self) -> float | None:
-        """Mean of equation 24 over all folds; None where one has no error.
-
-        The mean over the folds that went well would flatter a model that runs away
-        on the hard ones.
-        """
+        """Mean of equation 24 over all folds; None where one has no error."""
         return self.rms_of_finished if None not in self.rms_by_fold else None
 
     @property

@@ -19,70 +19,20 @@ from hydrodamp.models.model import DampingModel
 
 @dataclass(frozen=True)
 class Holdout:
-    """One fold: what to identify from, and what to replay.
-
-    Attributes
-    ----------
-    train : Log
-        All other folds. What a cut leaves of a segment is a segment of its own.
-    test : Log
-        This fold; each of its segments is replayed from its first sample.
-    """
+    """One fold: what to identify from, and what to replay."""
 
     train: Log
     test: Log
 
 
 def holdouts(log: Log, n: int | None = None, gap: float = 5.0) -> tuple[Holdout, ...]:
-    """Divide a log into folds of whole segments, or of blocks with a gap between them.
-
-    Parameters
-    ----------
-    log : Log
-        What was measured.
-    n : int, optional
-        How many folds. By default one a segment, but at most ten, and five blocks
-        where there is a single segment. More than there are segments: the longest
-        are cut into blocks.
-    gap : float
-        What is left out around the cut between two blocks [s]: errors of neighbouring
-        samples are alike, and a block should not be known from its neighbour.
-
-    Returns
-    -------
-    holdouts : tuple of Holdout
-        One a fold.
-
-    Raises
-    ------
-    MethodError
-        If there are fewer than two folds, the gap is negative, or the log is too short.
-
-    Examples
-    --------
-    >>> log = Log.from_arrays(range(6), {"u": range(6)}, segment="aaabbb")
-    >>> [[part.name for part in fold.test.segments] for fold in holdouts(log)]
-    [['a'], ['b']]
-    """
+    """Divide a log into folds of whole segments, or of blocks with a gap between them."""
     divided = folds(_samples(log), n, gap)
     return tuple(_holdout(log, divided, fold) for fold in range(divided.n))
 
 
 def check_lengths(parts: Sequence[Holdout], models: Sequence[DampingModel]) -> None:
-    """Refuse folds that leave too little for every model.
-
-    Parameters
-    ----------
-    parts : sequence of Holdout
-        The folds.
-    models : sequence of DampingModel
-        Restricted to the free axes. One that is too large alone is a row with a status.
-
-    Raises
-    ------
-    MethodError
-        Names the first such fold and the samples that the smallest model needs.
-    """
+    """Refuse folds that leave too little for every model."""
     needed = min((max(map(len, model.terms), default=0) for model in models), default=0)
     for number, fold in enumerate(parts, start=1):
         if fold.train.n < needed:

@@ -9,15 +9,7 @@ from hydrodamp.validation.comparison import Comparison
 
 @dataclass(frozen=True)
 class Printed:
-    """One line of the paper's Table I.
-
-    Attributes
-    ----------
-    n_coefficients : int
-        In the paper n-bar.
-    ls, ai : float
-        RMS velocity error by least squares and by the adaptive identifier.
-    """
+    """One line of the paper's Table I."""
 
     n_coefficients: int
     ls: float
@@ -41,21 +33,7 @@ PRINTED_COLUMN = {"ls": "ls", "ls-sg": "ls", "ai": "ai", "ai-scaled": "ai"}
 
 
 def beside_paper(comparison: Comparison) -> bool:
-    """Tell whether Table I may stand beside a comparison.
-
-    It may where the paper's campaign was re-enacted; on another vehicle's log its
-    numbers would only mislead.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        Its provenance names the truth of a re-enactment.
-
-    Returns
-    -------
-    beside : bool
-        Whether it is a re-enactment with a model of Table I.
-    """
+    """Tell whether Table I may stand beside a comparison."""
     return "truth" in comparison.provenance and any(key in TABLE_I for key in comparison.models)
 
 

@@ -37,17 +37,7 @@ _DRAWN = 40
 
 @dataclass(frozen=True)
 class Stability:
-    """What makes a term a stable one.
-
-    Attributes
-    ----------
-    most : int
-        Terms that forward selection takes.
-    frequency : float
-        Share of the half samples a term must be chosen on.
-    pairs, seed : int
-        Pairs of half samples, and the seed of their draw.
-    """
+    """What makes a term a stable one."""
 
     most: int
     frequency: float
@@ -58,33 +48,7 @@ class Stability:
 def next_round(
     problem: Problem, offered: DampingModel, around: Damping, window: float, asked: Stability
 ) -> tuple[Round, Damping]:
-    """Select around a small model, and fit what was selected.
-
-    Parameters
-    ----------
-    problem : Problem
-        Prepared for all candidates.
-    offered : DampingModel
-        The candidates.
-    around : Damping
-        A small model among them.
-    window : float
-        Length of the windows that are replayed [s].
-    asked : Stability
-        What makes a term a stable one.
-
-    Returns
-    -------
-    made : Round
-        What was done.
-    damping : Damping
-        The selected model with the numbers of output error.
-
-    Raises
-    ------
-    MethodError
-        If too few blocks can be replayed.
-    """
+    """Select around a small model, and fit what was selected."""
     blocks = _blocks(problem, offered, around, window)
     held, groups, box = np.flatnonzero(kept(offered)), drag(offered), operating_box(problem)
     total = blocks.sum(axis=0)
@@ -137,26 +101,7 @@ def _pool(
 def refit(
     problem: Problem, model: DampingModel, starts: Sequence[FloatArray], windows: tuple[float, ...]
 ) -> tuple[Damping, float | None]:
-    """Fit the replay from several starts, each by itself, and keep the nearest.
-
-    Parameters
-    ----------
-    problem : Problem
-        Prepared for the model.
-    model : DampingModel
-        Restricted to the free axes.
-    starts : sequence of ndarray, shape (p,)
-        Coefficients to start from.
-    windows : tuple of float
-        Lengths of the windows, rising [s].
-
-    Returns
-    -------
-    damping : Damping
-        The coefficients.
-    rms : float or None
-        RMS error of the replay of whole segments, rates in deg/s; None if it diverges.
-    """
+    """Fit the replay from several starts, each by itself, and keep the nearest."""
     found = [
         Damping(model, climb(problem, model, [start], windows, _STEPS).coefficients)
         for start in starts

@@ -9,17 +9,7 @@ from hydrodamp.models.model import DampingModel
 
 @dataclass(frozen=True)
 class Entered:
-    """A coefficient that was chosen at some point.
-
-    Attributes
-    ----------
-    label : str
-        Such as ``Y_v|r|``.
-    ratio : float
-        Error-reduction ratio: the share of the target that it took when it entered.
-    frequency : float
-        On what share of the half samples it was chosen, 0 to 1.
-    """
+    """A coefficient that was chosen at some point."""
 
     label: str
     ratio: float
@@ -28,16 +18,7 @@ class Entered:
 
 @dataclass(frozen=True)
 class Size:
-    """One of the nested models that elimination leaves.
-
-    Attributes
-    ----------
-    n_coefficients : int
-        How many coefficients it has.
-    error : float
-        Sum of squares of the linearised replay on blocks left out, in units of the
-        spread of each velocity's error, and the price of dissipation.
-    """
+    """One of the nested models that elimination leaves."""
 
     n_coefficients: int
     error: float
@@ -45,29 +26,7 @@ class Size:
 
 @dataclass(frozen=True)
 class Round:
-    """One round: selection around a model, and the replay of what was selected.
-
-    Attributes
-    ----------
-    window : float
-        Length of the windows that were replayed [s].
-    n_candidates : int
-        How many coefficients were to choose from.
-    entered : tuple of Entered
-        In the order of entry.
-    sizes : tuple of Size
-        From the largest to the smallest.
-    model : DampingModel
-        The model chosen.
-    words : str
-        Why this size.
-    rms : float or None
-        RMS error of its replay of whole training segments, after output error; rates in
-        deg/s. None where it diverged.
-    push : float
-        Worst power of its damping found on the operating box [W]; negative where it
-        takes power everywhere.
-    """
+    """One round: selection around a model, and the replay of what was selected."""
 
     window: float
     n_candidates: int

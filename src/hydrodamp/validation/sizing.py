@@ -1,8 +1,4 @@
-"""How many terms: the smallest model that left-out blocks cannot tell from the best.
-
-The rule of one standard error: L. Breiman, J. Friedman, R. Olshen and C. Stone,
-"Classification and Regression Trees" (1984), section 3.4.3.
-"""
+"""How many terms: the smallest model that left-out blocks cannot tell from the best."""
 
 from __future__ import annotations
 
@@ -25,17 +21,7 @@ _RIDGE = 1e-10
 
 @dataclass(frozen=True, eq=False)
 class Sized:
-    """The size chosen among nested sets.
-
-    Attributes
-    ----------
-    place : int
-        Of the chosen set.
-    error : ndarray, shape (n_sets,)
-        Sum of squares on blocks left out, and the price of dissipation.
-    words : str
-        Why this one.
-    """
+    """The size chosen among nested sets."""
 
     place: int
     error: FloatArray
@@ -43,24 +29,7 @@ class Sized:
 
 
 def sized(blocks: FloatArray, sets: Sequence[IntArray], power: FloatArray) -> Sized:
-    """Choose the smallest set that is within one standard error of the best.
-
-    Parameters
-    ----------
-    blocks : ndarray, shape (n_blocks, p + 1, p + 1)
-        Normal matrix of each block, the target last; at least two blocks.
-    sets : sequence of ndarray of int
-        Nested, from the largest to the smallest.
-    power : ndarray, shape (m, p)
-        Power [W] of each column per unit of its coefficient, at velocities at which all
-        together must not be positive.
-
-    Returns
-    -------
-    sized : Sized
-        What it costs to keep the power from being positive counts as error, so a set
-        that can dissipate only at a price gives way to one that does so freely.
-    """
+    """Choose the smallest set that is within one standard error of the best."""
     total = blocks.sum(axis=0)
     rows = left_out(blocks, sets)
     prices = np.array([price(total, chosen, power[:, chosen]) for chosen in sets])
@@ -79,20 +48,7 @@ def sized(blocks: FloatArray, sets: Sequence[IntArray], power: FloatArray) -> Si
 
 
 def left_out(blocks: FloatArray, sets: Sequence[IntArray]) -> FloatArray:
-    """Return the error of every set on every block, its coefficients solved without it.
-
-    Parameters
-    ----------
-    blocks : ndarray, shape (n_blocks, p + 1, p + 1)
-        Normal matrix of each block, the target last.
-    sets : sequence of ndarray of int
-        Columns.
-
-    Returns
-    -------
-    errors : ndarray, shape (n_sets, n_blocks)
-        Sums of squares.
-    """
+    """Return the error of every set on every block, its coefficients solved without it."""
     n = len(blocks)
     fold = np.arange(n) % min(_FOLDS, n)
     total = blocks.sum(axis=0)
@@ -107,32 +63,7 @@ def left_out(blocks: FloatArray, sets: Sequence[IntArray]) -> FloatArray:
 
 
 def price(normal: FloatArray, chosen: IntArray, power: FloatArray) -> float:
-    """Return by how much the least error rises where the power must not be positive.
-
-    In coordinates in which the error is a distance, coefficients of no positive power are
-    a cone. What its projection cuts off is the projection on the polar cone (Moreau):
-    least squares with a non-negative weight for each velocity.
-
-    Parameters
-    ----------
-    normal : ndarray, shape (p + 1, p + 1)
-        ``[A b]ᵀ[A b]``, the target last.
-    chosen : ndarray of int, shape (k,)
-        The columns.
-    power : ndarray, shape (m, k)
-        Power [W] of each of them per unit of its coefficient, a row a velocity.
-
-    Returns
-    -------
-    price : float
-        In the squared unit of the target; zero where the best coefficients do not push.
-
-    Examples
-    --------
-    >>> normal = np.array([[4.0, 2.0], [2.0, 1.0]])
-    >>> price(normal, np.array([0]), np.array([[1.0]])), price(normal, np.array([0]), -np.eye(1))
-    (1.0, 0.0)
-    """
+    """Return by how much the least error rises where the power must not be positive."""
     part = normal[np.ix_(chosen, chosen)]
     scale = np.sqrt(np.where(np.diag(part) > 0.0, np.diag(part), 1.0))
     scaled = part / (scale[:, None] * scale) + _RIDGE * np.eye(len(chosen))

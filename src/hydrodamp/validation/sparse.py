@@ -1,19 +1,4 @@
-"""The ninth model: a few terms, chosen for what they do to the replay.
-
-1. A first small model comes from the rows of the regression, axis by axis, by forward
-   orthogonal least squares; output error on short windows gives it numbers.
-2. Around it the replay is linearised in all candidates. Forward selection over all axes
-   at once, on many halves of the log, tells which candidates are chosen stably.
-3. From the stable ones terms are dropped one by one, the cheapest first; each axis keeps a
-   term that brakes it. The size is the smallest that blocks left out cannot tell from the
-   best, and what damping costs that takes power on the whole operating box counts as error.
-4. Output error gives the chosen model its numbers, and it is the one to linearise around
-   in the next round, with longer windows.
-
-Selecting by the simulated output: L. Piroddi and W. Spinelli, "An identification
-algorithm for polynomial NARX models based on simulation error minimization", Int. J.
-Control 76 (2003), doi:10.1080/00207170310001635419.
-"""
+"""The ninth model: a few terms, chosen for what they do to the replay."""
 
 from __future__ import annotations
 
@@ -212,21 +197,7 @@ def _chosen(rounds: list[Round], log: Log) -> Selection:
 
 
 def best_round(rounds: Sequence[Round]) -> tuple[Round, str]:
-    """Choose among rounds: dissipation first, then the replay, then the size.
-
-    Parameters
-    ----------
-    rounds : sequence of Round
-        At least one.
-
-    Returns
-    -------
-    best : Round
-        Of those whose fit takes power on the whole operating box, or of all that replay
-        where none does, the one with the fewest coefficients near the lowest error.
-    why : str
-        In words.
-    """
+    """Choose among rounds: dissipation first, then the replay, then the size."""
     finished = [(made.rms, made) for made in rounds if made.rms is not None]
     if not finished:
         return rounds[-1], "No selected model replays the training data; this is the last."

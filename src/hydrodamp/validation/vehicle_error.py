@@ -1,9 +1,4 @@
-"""What if the vehicle is wrong? How far coefficients and replay move when its numbers do.
-
-Damping is what is left over when everything known is subtracted, so an error of the
-mass or the trim goes straight into the coefficients. Each number is moved both ways, the
-model identified again and replayed, with the same wrong vehicle in both.
-"""
+"""How far coefficients move where the vehicle's own numbers are wrong."""
 
 from __future__ import annotations
 
@@ -27,24 +22,7 @@ from hydrodamp.vehicle.vehicle import Vehicle
 
 @dataclass(frozen=True)
 class Sway:
-    """What an error of one number of the vehicle does.
-
-    Attributes
-    ----------
-    what : str
-        The number, and by how much it was moved, in words.
-    label : str
-        The coefficient that moves furthest; empty where nothing could be moved.
-    share : float
-        Its move, times the root mean square of its term, over that of the damping wrench
-        on its axis.
-    errors : float or None
-        Its move in standard errors; None where the method gives none.
-    rms : float or None
-        The worse RMS error of the two replays; None where one diverged.
-    moved : bool
-        Whether there was anything to move.
-    """
+    """What an error of one number of the vehicle does."""
 
     what: str
     label: str = ""
@@ -54,18 +32,7 @@ class Sway:
     moved: bool = True
 
     def line(self, before: float | None) -> str:
-        """Return what happens, as a line.
-
-        Parameters
-        ----------
-        before : float or None
-            RMS error with the vehicle as it is.
-
-        Returns
-        -------
-        line : str
-            Of the table.
-        """
+        """Return what happens, as a line."""
         if not self.moved:
             return self.what
         if not self.label:

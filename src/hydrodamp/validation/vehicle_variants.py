@@ -16,45 +16,14 @@ field is not much finer."""
 
 @dataclass(frozen=True)
 class Variant:
-    """One number of a vehicle, moved.
-
-    Attributes
-    ----------
-    what : str
-        The number and how far it was moved, or why it was not, in words.
-    vehicles : tuple of Vehicle
-        With less and with more of it; empty where there is nothing to move.
-    """
+    """One number of a vehicle, moved."""
 
     what: str
     vehicles: tuple[Vehicle, ...] = ()
 
 
 def variants(vehicle: Vehicle, share: float) -> tuple[Variant, ...]:
-    """Move mass, added mass, W - B and r_G, one at a time.
-
-    Parameters
-    ----------
-    vehicle : Vehicle
-        As it is believed to be.
-    share : float
-        How far, as a share of each number, between 0 and 1.
-
-    Returns
-    -------
-    variants : tuple of Variant
-        *Mass* is the rigid body's whole mass matrix, its moments of inertia included;
-        weight stays. Where a vehicle does not say which part of its mass matrix is
-        added mass, both are moved as one. *W - B* is moved by way of the buoyancy; where it is
-        zero, by the share of 1 % of the weight. *r_G* is moved in the restoring moment, and in
-        the rigid body's coupling of forces and turns where that is known.
-
-    Examples
-    --------
-    >>> from hydrodamp.vehicle.fleet import fleet
-    >>> [variant.what for variant in variants(fleet["vt690"], 0.1)]
-    ['mass ±10 %', 'added mass ±10 %', 'W - B ±0.47 N', 'r_G ±10 %']
-    """
+    """Move mass, added mass, W - B and r_G, one at a time."""
     return (*_masses(vehicle, share), _trim(vehicle, share), _center(vehicle, share))
 
 

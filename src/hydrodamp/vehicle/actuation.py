@@ -21,17 +21,7 @@ Rows: TypeAlias = Sequence[Sequence[float]]
 
 
 class Column(NamedTuple):
-    """One entry of the known matrix: ``value`` times ``term`` acts on ``axis``.
-
-    Attributes
-    ----------
-    axis : str
-        One of X Y Z K M N.
-    term : Term
-        What it is proportional to.
-    value : float
-        In N or N m per unit of the term, body frame (z down).
-    """
+    """One entry of the known matrix: ``value`` times ``term`` acts on ``axis``."""
 
     axis: str
     term: Term
@@ -39,11 +29,7 @@ class Column(NamedTuple):
 
 
 class Actuator(Protocol):
-    """Turns commands into a known wrench, linear in terms of the basis.
-
-    A property that is not a product of atoms (a limit, a curve, a dead zone)
-    becomes a channel of its own, computed from the commands alone.
-    """
+    """Turns commands into a known wrench, linear in terms of the basis."""
 
     @property
     def commands(self) -> tuple[str, ...]:
@@ -95,30 +81,7 @@ class Limited:
 
 
 def command_of(commands: Mapping[str, FloatArray], name: str) -> FloatArray:
-    """Return one command as an array.
-
-    Parameters
-    ----------
-    commands : mapping of str to ndarray, shape (n,)
-        What was recorded.
-    name : str
-        The command wanted.
-
-    Returns
-    -------
-    values : ndarray, shape (n,)
-        In the unit of the command.
-
-    Raises
-    ------
-    VehicleError
-        If there is no such command.
-
-    Examples
-    --------
-    >>> command_of({"rudder": [0.1, 0.2]}, "rudder").tolist()
-    [0.1, 0.2]
-    """
+    """Return one command as an array."""
     if name not in commands:
         raise VehicleError(
             f"the vehicle's actuators need the command `{name}`; got "
@@ -128,49 +91,13 @@ def command_of(commands: Mapping[str, FloatArray], name: str) -> FloatArray:
 
 
 def limited(values: npt.ArrayLike, limit: float | None) -> FloatArray:
-    """Return ``values`` clipped to plus or minus ``limit``.
-
-    Parameters
-    ----------
-    values : array_like, shape (n,)
-        Any unit.
-    limit : float or None
-        In the same unit; None does not limit.
-
-    Returns
-    -------
-    values : ndarray, shape (n,)
-        Never beyond the limit.
-
-    Examples
-    --------
-    >>> limited([-1.0, 0.2], 0.5).tolist()
-    [-0.5, 0.2]
-    """
+    """Return ``values`` clipped to plus or minus ``limit``."""
     array = np.asarray(values, dtype=np.float64)
     return array if limit is None else np.clip(array, -limit, limit)
 
 
 def idle(values: npt.ArrayLike, dead_zone: Sequence[float] | None) -> BoolArray:
-    """Return where a command has no effect.
-
-    Parameters
-    ----------
-    values : array_like, shape (n,)
-        Any unit.
-    dead_zone : two floats, or None
-        Lowest and highest command without effect.
-
-    Returns
-    -------
-    idle : ndarray of bool, shape (n,)
-        True within the zone, its ends included.
-
-    Examples
-    --------
-    >>> idle([-0.2, 0.1, 0.5], (-0.1, 0.1)).tolist()
-    [False, True, False]
-    """
+    """Return where a command has no effect."""
     given: FloatArray = np.asarray(values, dtype=np.float64)
     if dead_zone is None:
         return np.zeros(given.shape, dtype=np.bool_)
@@ -180,24 +107,6 @@ def idle(values: npt.ArrayLike, dead_zone: Sequence[float] | None) -> BoolArray:
 
 
 def wrench_columns(wrench: Iterable[float], term: Term) -> tuple[Column, ...]:
-    """Return the columns of a whole wrench per unit of one term.
-
-    Parameters
-    ----------
-    wrench : iterable of float, six numbers
-        X Y Z [N] and K M N [N m] per unit of the term, body frame.
-    term : Term
-        What it is proportional to.
-
-    Returns
-    -------
-    columns : tuple of Column
-        Without the zeros.
-
-    Examples
-    --------
-    >>> [column.axis for column in wrench_columns([1, 0, 0, 0, 0, 2], Term.parse("rudder"))]
-    ['X', 'N']
-    """
+    """Return the columns of a whole wrench per unit of one term."""
     pairs = zip(AXES, wrench, strict=True)
     return tuple(Column(axis, term, float(value)) for axis, value in pairs if value != 0.0)

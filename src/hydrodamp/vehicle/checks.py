@@ -17,30 +17,7 @@ from hydrodamp.vehicle.actuation import Actuator, Gains
 
 
 def checked_name(name: str, what: str) -> str:
-    """Return ``name`` if a command or channel may be called so.
-
-    Parameters
-    ----------
-    name : str
-        The name.
-    what : str
-        The argument, for the message.
-
-    Returns
-    -------
-    name : str
-        The same.
-
-    Raises
-    ------
-    VehicleError
-        If it is not an identifier, or reads as a term.
-
-    Examples
-    --------
-    >>> checked_name("rudder", "command")
-    'rudder'
-    """
+    """Return ``name`` if a command or channel may be called so."""
     try:
         check_command_name(name)
     except TermError as error:
@@ -49,32 +26,7 @@ def checked_name(name: str, what: str) -> str:
 
 
 def checked_number(value: float, what: str, *, positive: bool = False) -> float:
-    """Return ``value`` as a finite float.
-
-    Parameters
-    ----------
-    value : float
-        The number.
-    what : str
-        The argument, for the message.
-    positive : bool, optional
-        Whether it must be above zero.
-
-    Returns
-    -------
-    value : float
-        The same.
-
-    Raises
-    ------
-    VehicleError
-        If it is not finite, or not positive where it must be.
-
-    Examples
-    --------
-    >>> checked_number(3, "limit", positive=True)
-    3.0
-    """
+    """Return ``value`` as a finite float."""
     if not math.isfinite(value) or (positive and value <= 0.0):
         wanted = "a positive number" if positive else "a finite number"
         raise VehicleError(f"`{what}` must be {wanted}; got {value}")
@@ -82,30 +34,7 @@ def checked_number(value: float, what: str, *, positive: bool = False) -> float:
 
 
 def checked_gains(gains: Gains, what: str) -> tuple[tuple[str, float], ...]:
-    """Return axis gains as pairs in the order of the axes.
-
-    Parameters
-    ----------
-    gains : mapping or pairs of str and float
-        Axis and number.
-    what : str
-        The argument, for the message.
-
-    Returns
-    -------
-    gains : tuple of (str, float)
-        X first, N last.
-
-    Raises
-    ------
-    VehicleError
-        If a key is no axis or a number is not finite.
-
-    Examples
-    --------
-    >>> checked_gains({"N": -9, "Y": 8}, "force")
-    (('Y', 8.0), ('N', -9.0))
-    """
+    """Return axis gains as pairs in the order of the axes."""
     given = dict(gains)
     for axis, value in given.items():
         if axis not in AXES:
@@ -115,56 +44,12 @@ def checked_gains(gains: Gains, what: str) -> tuple[tuple[str, float], ...]:
 
 
 def checked_table(values: Any, shape: tuple[int | None, ...], what: str) -> Any:
-    """Return a small array of finite numbers as nested tuples.
-
-    Parameters
-    ----------
-    values : array_like
-        The numbers.
-    shape : tuple of int or None
-        What is required; None accepts any length.
-    what : str
-        The argument, for the message.
-
-    Returns
-    -------
-    values : tuple of float, or tuple of such tuples
-        Hashable.
-
-    Raises
-    ------
-    VehicleError
-        If the shape is another or a number is not finite.
-
-    Examples
-    --------
-    >>> checked_table([[1, 2]], (1, 2), "curve")
-    ((1.0, 2.0),)
-    """
+    """Return a small array of finite numbers as nested tuples."""
     return _nested(checked_array(values, shape, what).tolist())
 
 
 def check_command(command: str, name: str, limit: float | None) -> None:
-    """Raise if the command, the name of its channel or its limit cannot be.
-
-    Parameters
-    ----------
-    command : str
-        What the actuator listens to.
-    name : str
-        Starts the name of the derived channel; empty for the command.
-    limit : float or None
-        Largest command to either side.
-
-    Raises
-    ------
-    VehicleError
-        If one of them cannot be.
-
-    Examples
-    --------
-    >>> check_command("rudder", "", 0.35)
-    """
+    """Raise if the command, the name of its channel or its limit cannot be."""
     checked_name(command, "command")
     if name:
         checked_name(name, "name")
@@ -173,28 +58,7 @@ def check_command(command: str, name: str, limit: float | None) -> None:
 
 
 def checked_zone(zone: Sequence[float] | None) -> tuple[float, ...] | None:
-    """Return a dead zone whose ends are in order.
-
-    Parameters
-    ----------
-    zone : two floats, or None
-        Lowest and highest command without effect.
-
-    Returns
-    -------
-    zone : tuple of two floats, or None
-        The same.
-
-    Raises
-    ------
-    VehicleError
-        If it is not two numbers in order.
-
-    Examples
-    --------
-    >>> checked_zone([1470, 1530])
-    (1470.0, 1530.0)
-    """
+    """Return a dead zone whose ends are in order."""
     if zone is None:
         return None
     low, high = checked_table(zone, (2,), "dead_zone")
@@ -204,28 +68,7 @@ def checked_zone(zone: Sequence[float] | None) -> tuple[float, ...] | None:
 
 
 def checked_axes(axes: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the free axes if they are some of the six, in order.
-
-    Parameters
-    ----------
-    axes : tuple of str
-        Such as ``("X", "Y", "N")``.
-
-    Returns
-    -------
-    axes : tuple of str
-        The same.
-
-    Raises
-    ------
-    VehicleError
-        If one is unknown, comes twice or out of order, or there is none.
-
-    Examples
-    --------
-    >>> checked_axes(["X", "Y", "N"])
-    ('X', 'Y', 'N')
-    """
+    """Return the free axes if they are some of the six, in order."""
     given = tuple(axes)
     if not given or given != tuple(axis for axis in AXES if axis in given):
         got = " ".join(given) or "none"
@@ -234,28 +77,7 @@ def checked_axes(axes: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def checked_actuators(actuators: tuple[Actuator, ...]) -> tuple[Actuator, ...]:
-    """Return actuators whose channels do not collide.
-
-    Parameters
-    ----------
-    actuators : tuple of Actuator
-        All of one vehicle.
-
-    Returns
-    -------
-    actuators : tuple of Actuator
-        The same.
-
-    Raises
-    ------
-    VehicleError
-        If a derived channel is called like a command or like another one.
-
-    Examples
-    --------
-    >>> checked_actuators(())
-    ()
-    """
+    """Return actuators whose channels do not collide."""
     raw = {name for actuator in actuators for name in actuator.commands}
     seen: set[str] = set()
     for name in (name for actuator in actuators for name in actuator.derived):
@@ -270,62 +92,14 @@ def checked_actuators(actuators: tuple[Actuator, ...]) -> tuple[Actuator, ...]:
 
 
 def checked_force(value: float, what: str) -> float:
-    """Return a weight or a buoyancy, zero or positive.
-
-    Parameters
-    ----------
-    value : float
-        Magnitude of the force [N].
-    what : str
-        The argument, for the message.
-
-    Returns
-    -------
-    value : float
-        The same.
-
-    Raises
-    ------
-    VehicleError
-        If it is negative or not finite.
-
-    Examples
-    --------
-    >>> checked_force(466.5, "weight")
-    466.5
-    """
+    """Return a weight or a buoyancy, zero or positive."""
     if not (math.isfinite(value) and value >= 0.0):
         raise VehicleError(f"`{what}` must be zero or positive [N]; got {value}")
     return float(value)
 
 
 def checked_array(values: npt.ArrayLike, shape: tuple[int | None, ...], what: str) -> FloatArray:
-    """Return a read-only array of finite numbers.
-
-    Parameters
-    ----------
-    values : array_like
-        The numbers.
-    shape : tuple of int or None
-        What is required; None accepts any length.
-    what : str
-        The argument, for the message.
-
-    Returns
-    -------
-    array : ndarray
-        A copy.
-
-    Raises
-    ------
-    VehicleError
-        If the shape is another or a number is not finite.
-
-    Examples
-    --------
-    >>> checked_array([0, 0, 1], (3,), "center_of_gravity").flags.writeable
-    False
-    """
+    """Return a read-only array of finite numbers."""
     try:
         array = frozen(values, shape, what)
     except ValueError as error:

@@ -13,25 +13,7 @@ if TYPE_CHECKING:
 
 
 def describe(vehicle: Vehicle) -> str:
-    """Return a vehicle as text.
-
-    Parameters
-    ----------
-    vehicle : Vehicle
-        Any vehicle.
-
-    Returns
-    -------
-    text : str
-        At most some thirty lines: restoring, mass matrix, actuators, source.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from hydrodamp.vehicle.vehicle import Vehicle
-    >>> describe(Vehicle("cube", np.eye(6), weight=10.0, buoyancy=9.0)).splitlines()[0]
-    'cube: axes X Y Z K M N'
-    """
+    """Return a vehicle as text."""
     lines = [
         f"{vehicle.name}: axes {' '.join(vehicle.axes)}",
         f"weight {vehicle.weight:g} N, buoyancy {vehicle.buoyancy:g} N",

@@ -36,26 +36,7 @@ _WANTED = {
 
 
 def faults_of(error: ValidationError) -> list[str]:
-    """Return the faults of a vehicle file, one sentence each.
-
-    Parameters
-    ----------
-    error : ValidationError
-        What pydantic found.
-
-    Returns
-    -------
-    faults : list of str
-        Key path, what is required, what was got.
-
-    Examples
-    --------
-    >>> try:
-    ...     RigidBodyEntry.model_validate({"mass": -1, "inertia": [1, 1, 1]})
-    ... except ValidationError as error:
-    ...     faults_of(error)
-    ['`mass` must be greater than 0; got -1']
-    """
+    """Return the faults of a vehicle file, one sentence each."""
     return list(dict.fromkeys(_sentences(error)))
 
 

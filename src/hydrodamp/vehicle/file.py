@@ -62,32 +62,7 @@ def read_vehicle(path: str | os.PathLike[str]) -> Vehicle:
 
 
 def parse_vehicle(text: str, *, source: str = "vehicle") -> Vehicle:
-    """Read a vehicle from the text of a vehicle file.
-
-    Parameters
-    ----------
-    text : str
-        YAML.
-    source : str, optional
-        How messages call the text.
-
-    Returns
-    -------
-    vehicle : Vehicle
-        Checked.
-
-    Raises
-    ------
-    FileError
-        If the text is no YAML; with the line.
-    VehicleError
-        If its content cannot be.
-
-    Examples
-    --------
-    >>> parse_vehicle("{name: ship, axes: [X], mass_matrix: [[5]]}").name
-    'ship'
-    """
+    """Read a vehicle from the text of a vehicle file."""
     from pydantic import ValidationError
 
     from hydrodamp.vehicle.faults import faults_of
@@ -133,23 +108,7 @@ def write_vehicle(vehicle: Vehicle, path: str | os.PathLike[str]) -> None:
 
 
 def format_vehicle(vehicle: Vehicle) -> str:
-    """Return the text of a vehicle file.
-
-    Parameters
-    ----------
-    vehicle : Vehicle
-        Any vehicle.
-
-    Returns
-    -------
-    text : str
-        YAML that :func:`parse_vehicle` turns into the same vehicle.
-
-    Examples
-    --------
-    >>> print(format_vehicle(Vehicle("cube", np.eye(6), 10.0, 9.0)).splitlines()[0])
-    name: cube
-    """
+    """Return the text of a vehicle file."""
     import yaml
 
     content = {

@@ -19,18 +19,7 @@ NAMES = ("vt690", "remus100", "lauv", "bluerov2", "bluerov2-heavy")
 
 
 class Fleet(Mapping[str, Vehicle]):
-    """The vehicles that come with the package, each read when first asked for.
-
-    Raises
-    ------
-    VehicleError
-        On ``fleet[name]`` for an unknown name, with the nearest known one.
-
-    Examples
-    --------
-    >>> fleet["vt690"].buoyancy
-    466.5
-    """
+    """The vehicles that come with the package, each read when first asked for."""
 
     def __init__(self) -> None:
         self._read: dict[str, Vehicle] = {}
@@ -63,28 +52,7 @@ fleet = Fleet()
 
 
 def fleet_text(name: str) -> str:
-    """Return the file of a vehicle of the fleet, with the source of every number.
-
-    Parameters
-    ----------
-    name : str
-        Of the fleet.
-
-    Returns
-    -------
-    text : str
-        Commented YAML.
-
-    Raises
-    ------
-    VehicleError
-        If there is no such vehicle, with the nearest.
-
-    Examples
-    --------
-    >>> "name: lauv" in fleet_text("lauv")
-    True
-    """
+    """Return the file of a vehicle of the fleet, with the source of every number."""
     if name not in NAMES:
         raise VehicleError(_unknown(name))
     place = files("hydrodamp.vehicle").joinpath("fleet", f"{name}.yaml")

@@ -1,10 +1,4 @@
-"""Added mass from the size of a hull, for those who know little more.
-
-A prolate spheroid has Lamb's closed solution; a long cylinder has strip theory.
-Either is an estimate: real hulls carry fins, and are blunter than a spheroid.
-Expect some 10 % in sway and heave, 30 % in pitch and yaw, and only an order of
-magnitude in roll and surge.
-"""
+"""Added mass from the size of a hull, for those who know little more."""
 
 from __future__ import annotations
 
@@ -32,14 +26,7 @@ STANDARD_GRAVITY = 9.80665
 
 
 class LambFactors(NamedTuple):
-    """Added mass of a prolate spheroid over what it displaces.
-
-    Attributes
-    ----------
-    surge, sway, pitch : float
-        k_1 and k_2 multiply the displaced mass, k' the displaced inertia
-        across the axis [1]. Heave is as sway, yaw as pitch.
-    """
+    """Added mass of a prolate spheroid over what it displaces."""
 
     surge: float
     sway: float
@@ -47,32 +34,7 @@ class LambFactors(NamedTuple):
 
 
 def lamb_factors(aspect_ratio: float) -> LambFactors:
-    """Return Lamb's inertia coefficients of a prolate spheroid.
-
-    Parameters
-    ----------
-    aspect_ratio : float
-        Length over diameter, at least 1 [1].
-
-    Returns
-    -------
-    factors : LambFactors
-        Surge, sway and pitch.
-
-    Raises
-    ------
-    VehicleError
-        If the body is wider than long.
-
-    Examples
-    --------
-    >>> [round(factor, 3) for factor in lamb_factors(1.0)]
-    [0.5, 0.5, 0.0]
-
-    References
-    ----------
-    .. [1] H. Lamb, "Hydrodynamics", 6th ed., 1932, articles 114 and 115.
-    """
+    """Return Lamb's inertia coefficients of a prolate spheroid."""
     if not (math.isfinite(aspect_ratio) and aspect_ratio >= 1.0):
         raise VehicleError(
             f"`length` must be at least `diameter`; got a ratio of {aspect_ratio:g}. "
@@ -97,50 +59,13 @@ def _arctanh_remainder(e2: float) -> float:
 
 
 def check_hull(length: float, diameter: float, mass: float) -> None:
-    """Raise unless length, diameter and mass are positive.
-
-    Parameters
-    ----------
-    length, diameter : float
-        Of the hull [m].
-    mass : float
-        Of the vehicle [kg].
-
-    Raises
-    ------
-    VehicleError
-        Naming the size that is not.
-
-    Examples
-    --------
-    >>> check_hull(1.33, 0.19, 30.5)
-    """
+    """Raise unless length, diameter and mass are positive."""
     for what, size in (("length", length), ("diameter", diameter), ("mass", mass)):
         checked_number(size, what, positive=True)
 
 
 def hull_inertia(length: float, diameter: float, mass: float, shape: Shape) -> FloatArray:
-    """Return the moments of inertia of a homogeneous hull about its centre.
-
-    Parameters
-    ----------
-    length, diameter : float
-        Of the hull [m].
-    mass : float
-        Of the hull [kg].
-    shape : {"spheroid", "cylinder"}
-        How the mass is spread.
-
-    Returns
-    -------
-    inertia : ndarray, shape (3,)
-        Ixx Iyy Izz [kg m^2].
-
-    Examples
-    --------
-    >>> hull_inertia(2.0, 2.0, 5.0, "spheroid").tolist()
-    [2.0, 2.0, 2.0]
-    """
+    """Return the moments of inertia of a homogeneous hull about its centre."""
     along, across = _inertia_over_mass(length, diameter, shape)
     return frozen([mass * along, mass * across, mass * across])
 
@@ -154,27 +79,7 @@ def _inertia_over_mass(length: float, diameter: float, shape: str) -> tuple[floa
 
 
 def added_mass_spheroid(length: float, diameter: float, displaced_mass: float) -> FloatArray:
-    """Return the added mass of a prolate spheroid about its centre.
-
-    Parameters
-    ----------
-    length, diameter : float
-        Twice the semi-axes [m].
-    displaced_mass : float
-        Mass of the water displaced [kg]; for a neutrally buoyant vehicle its
-        own mass.
-
-    Returns
-    -------
-    matrix : ndarray, shape (6, 6)
-        Diagonal and positive, as it adds to the rigid body's (M = M_RB + this);
-        the roll entry is zero.
-
-    Examples
-    --------
-    >>> added_mass_spheroid(1.0, 1.0, 10.0).diagonal().tolist()
-    [5.0, 5.0, 5.0, 0.0, 0.0, 0.0]
-    """
+    """Return the added mass of a prolate spheroid about its centre."""
     factors = lamb_factors(length / diameter)
     across = factors.pitch * displaced_mass * _inertia_over_mass(length, diameter, "spheroid")[1]
     surge, sway = factors.surge * displaced_mass, factors.sway * displaced_mass
@@ -182,29 +87,7 @@ def added_mass_spheroid(length: float, diameter: float, displaced_mass: float) -
 
 
 def added_mass_strip(length: float, diameter: float, displaced_mass: float) -> FloatArray:
-    """Return the added mass of a long cylinder about its centre by strip theory.
-
-    Each slice adds the water it displaces (2D coefficient 1 of a circle) to
-    sway and heave, and that times x^2 to pitch and yaw. Strip theory says
-    nothing of surge: the spheroid of the same ratio gives it.
-
-    Parameters
-    ----------
-    length, diameter : float
-        Of the cylinder [m].
-    displaced_mass : float
-        Mass of the water displaced [kg].
-
-    Returns
-    -------
-    matrix : ndarray, shape (6, 6)
-        Diagonal and positive; the roll entry is zero.
-
-    Examples
-    --------
-    >>> added_mass_strip(6.0, 0.5, 10.0).diagonal()[[1, 5]].tolist()
-    [10.0, 30.0]
-    """
+    """Return the added mass of a long cylinder about its centre by strip theory."""
     surge = lamb_factors(length / diameter).surge * displaced_mass
     across = displaced_mass * length**2 / 12.0
     return frozen(np.diag([surge, displaced_mass, displaced_mass, 0.0, across, across]))
@@ -213,29 +96,7 @@ def added_mass_strip(length: float, diameter: float, displaced_mass: float) -> F
 def hull_added_mass(
     length: float, diameter: float, displaced_mass: float, roll_inertia: float, shape: Shape
 ) -> FloatArray:
-    """Return the added mass of a hull with small fins about its centre.
-
-    Parameters
-    ----------
-    length, diameter : float
-        Of the hull [m].
-    displaced_mass : float
-        Mass of the water displaced [kg].
-    roll_inertia : float
-        Ixx of the rigid body [kg m^2]; :data:`ROLL_FRACTION` of it is added.
-    shape : {"spheroid", "cylinder"}
-        Lamb's solution or strip theory.
-
-    Returns
-    -------
-    matrix : ndarray, shape (6, 6)
-        Diagonal and positive.
-
-    Examples
-    --------
-    >>> round(float(hull_added_mass(1.33, 0.19, 30.5, 0.1, "spheroid")[0, 0]), 2)
-    1.09
-    """
+    """Return the added mass of a hull with small fins about its centre."""
     estimate = added_mass_spheroid if shape == "spheroid" else added_mass_strip
     matrix = np.array(estimate(length, diameter, displaced_mass))
     matrix[3, 3] = ROLL_FRACTION * roll_inertia

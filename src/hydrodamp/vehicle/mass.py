@@ -21,23 +21,7 @@ InertiaPoint = Literal["origin", "center_of_gravity"]
 
 
 def cross_matrix(vector: npt.ArrayLike) -> FloatArray:
-    """Return S with ``S @ b == cross(vector, b)``.
-
-    Parameters
-    ----------
-    vector : array_like, shape (3,)
-        Any vector, body frame.
-
-    Returns
-    -------
-    matrix : ndarray, shape (3, 3)
-        Skew-symmetric.
-
-    Examples
-    --------
-    >>> (cross_matrix([1, 0, 0]) @ [0, 1, 0]).tolist()
-    [0.0, 0.0, 1.0]
-    """
+    """Return S with ``S @ b == cross(vector, b)``."""
     x, y, z = np.asarray(vector, dtype=np.float64)
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
@@ -48,41 +32,7 @@ def rigid_body_mass_matrix(
     center_of_gravity: npt.ArrayLike = (0.0, 0.0, 0.0),
     inertia_about: InertiaPoint = "origin",
 ) -> FloatArray:
-    """Return the mass matrix of a rigid body about the origin of the body frame.
-
-    Parameters
-    ----------
-    mass : float
-        Mass in air, flooded spaces included [kg].
-    inertia : array_like, shape (3,) or (3, 3)
-        Moments of inertia Ixx Iyy Izz, or the inertia tensor [kg m^2].
-    center_of_gravity : array_like, shape (3,), optional
-        r_G, seen from the origin, body frame (z down) [m].
-    inertia_about : {"origin", "center_of_gravity"}, optional
-        The point that ``inertia`` is taken about.
-
-    Returns
-    -------
-    matrix : ndarray, shape (6, 6)
-        Symmetric; [kg], [kg m] and [kg m^2] by blocks.
-
-    Raises
-    ------
-    VehicleError
-        If a number cannot be: no positive mass, an inertia that is not
-        symmetric, or an unknown point.
-
-    Examples
-    --------
-    >>> matrix = rigid_body_mass_matrix(10.0, (1, 2, 2), (0, 0, 0.1))
-    >>> float(matrix[0, 4]), float(matrix[1, 3])
-    (1.0, -1.0)
-
-    References
-    ----------
-    .. [1] T. I. Fossen, "Handbook of Marine Craft Hydrodynamics and Motion
-       Control", 2nd ed., 2021, chapter 3 (there M_RB).
-    """
+    """Return the mass matrix of a rigid body about the origin of the body frame."""
     if not (np.isfinite(mass) and mass > 0.0):
         raise VehicleError(f"`mass` must be positive [kg]; got {mass}")
     arm = cross_matrix(checked_array(center_of_gravity, (3,), "center_of_gravity"))
@@ -95,32 +45,7 @@ def rigid_body_mass_matrix(
 
 
 def checked_mass_matrix(matrix: npt.ArrayLike, axes: Sequence[str] = AXES) -> FloatArray:
-    """Return ``matrix`` as a read-only 6 x 6 array, sound on the free axes.
-
-    Parameters
-    ----------
-    matrix : array_like, shape (6, 6) or (k, k)
-        Rigid body plus added mass; k x k are the rows of k free axes alone,
-        the rest is then zero.
-    axes : sequence of str, optional
-        The free axes.
-
-    Returns
-    -------
-    matrix : ndarray, shape (6, 6)
-        Made exactly symmetric on the free axes.
-
-    Raises
-    ------
-    VehicleError
-        If the block of the free axes is not symmetric and positive-definite.
-        The message names the smallest eigenvalue and its direction.
-
-    Examples
-    --------
-    >>> checked_mass_matrix([[2, 0, 0], [0, 3, 0.5], [0, 0.5, 1]], ("X", "Y", "N")).shape
-    (6, 6)
-    """
+    """Return ``matrix`` as a read-only 6 x 6 array, sound on the free axes."""
     free = np.array([AXES.index(axis) for axis in axes])
     full = _six_by_six(matrix, free)
     block = full[np.ix_(free, free)]

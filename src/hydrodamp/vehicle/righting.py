@@ -11,31 +11,7 @@ _MOTIONS = {"K": ("roll", "down_y"), "M": ("pitch", "down_x")}
 
 
 def without_righting(vehicle: Vehicle) -> str:
-    """Return what to say of a vehicle that nothing turns upright.
-
-    Heeled or trimmed, a vehicle is righted by weight and buoyancy where the center of
-    gravity lies below that of buoyancy. Where both are left at the origin nothing rights it,
-    and a fit explains by damping what the righting moment did.
-
-    Parameters
-    ----------
-    vehicle : Vehicle
-        Any vehicle.
-
-    Returns
-    -------
-    sentence : str
-        Empty for one that is righted, or free neither in roll nor in pitch.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from hydrodamp.vehicle.vehicle import Vehicle
-    >>> without_righting(Vehicle("cube", np.eye(6), 10.0, 10.0))[:44]
-    "'cube' has no righting moment in roll and pi"
-    >>> without_righting(Vehicle("cube", np.eye(6), 10.0, 10.0, (0, 0, 0.01)))
-    ''
-    """
+    """Return what to say of a vehicle that nothing turns upright."""
     gravity, lift = float(vehicle.center_of_gravity[2]), float(vehicle.center_of_buoyancy[2])
     free = [axis for axis in _MOTIONS if axis in vehicle.axes]
     if not free or (gravity > lift and max(vehicle.weight, vehicle.buoyancy) > 0.0):

@@ -78,35 +78,7 @@ def vehicle_template(
     diameter: float | None = None,
     mass: float | None = None,
 ) -> str:
-    """Return the text of a vehicle file.
-
-    Parameters
-    ----------
-    name : str, optional
-        What to call the vehicle.
-    length, diameter : float, optional
-        Of the hull [m].
-    mass : float, optional
-        Flooded spaces included [kg]. With all three the file is an estimate
-        that can be used as it is; with none, numbers are left empty.
-
-    Returns
-    -------
-    text : str
-        Commented YAML.
-
-    Raises
-    ------
-    VehicleError
-        If only some of the sizes are given, one cannot be, or the hull displaces
-        less than a third of the mass or more than three times it.
-
-    Examples
-    --------
-    >>> from hydrodamp.vehicle.file import parse_vehicle
-    >>> parse_vehicle(vehicle_template("mine", length=1.33, diameter=0.19, mass=30.5)).name
-    'mine'
-    """
+    """Return the text of a vehicle file."""
     if length is None and diameter is None and mass is None:
         return _TEXT.format(**_empty(name)) + _ACTUATORS
     if length is None or diameter is None or mass is None:
@@ -117,25 +89,7 @@ def vehicle_template(
 
 
 def copied(text: str, name: str) -> str:
-    r"""Return the text of a vehicle file under another name, with room for actuators.
-
-    Parameters
-    ----------
-    text : str
-        Of a vehicle file with a line ``name``.
-    name : str
-        What to call the copy.
-
-    Returns
-    -------
-    text : str
-        The same with its comments; where it knew no actuators, with examples of them.
-
-    Examples
-    --------
-    >>> copied("name: ship\nweight: 9\nactuators: [] # none", "mine")
-    'name: "mine"\nweight: 9\nactuators: [] # none'
-    """
+    r"""Return the text of a vehicle file under another name, with room for actuators."""
     renamed = re.sub(r"(?m)^name:.*$", lambda _: f"name: {json.dumps(name)}", text, count=1)
     if re.search(r"(?m)^actuators:", text):
         return renamed

@@ -11,28 +11,7 @@ _OPTIONAL = ("source", "note", "actuators")
 
 
 def without_unneeded(content: Mapping[Any, Any]) -> dict[Any, Any]:
-    """Return a vehicle file with zeros where a locked axis left something empty.
-
-    Weight, buoyancy and their centres act on Z, K and M alone (the centre of
-    gravity also couples the rigid body's axes: empty, it is the origin). Moments of
-    inertia, added mass and mass-matrix entries of locked axes multiply nothing.
-
-    Parameters
-    ----------
-    content : mapping
-        What the YAML file holds; ``axes`` are all six where they are not said.
-
-    Returns
-    -------
-    content : dict
-        The same but for empty entries that the free axes do not need.
-
-    Examples
-    --------
-    >>> filled = without_unneeded({"axes": ["X", "Y", "N"], "weight": None})
-    >>> filled["weight"], filled["buoyancy"]
-    (0.0, 0.0)
-    """
+    """Return a vehicle file with zeros where a locked axis left something empty."""
     filled = {
         key: value for key, value in content.items() if value is not None or key not in _OPTIONAL
     }

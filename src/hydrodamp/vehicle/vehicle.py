@@ -29,23 +29,7 @@ from hydrodamp.vehicle.propeller import Propeller
 
 
 def mass_matrix_digest(matrix: npt.ArrayLike) -> str:
-    """Return a short fingerprint of a mass matrix.
-
-    Parameters
-    ----------
-    matrix : array_like, shape (6, 6)
-        Any mass matrix.
-
-    Returns
-    -------
-    digest : str
-        Sixteen hexadecimal digits of the SHA-256 of the entries, rounded to nine decimals.
-
-    Examples
-    --------
-    >>> mass_matrix_digest([[1.0, -0.0]]) == mass_matrix_digest([[1.0 + 1e-12, 0.0]])
-    True
-    """
+    """Return a short fingerprint of a mass matrix."""
     rounded = np.round(np.asarray(matrix, dtype="<f8"), 9) + 0.0
     return hashlib.sha256(rounded.tobytes()).hexdigest()[:16]
 

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.data.mapping import LogMapping
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.trust.excitation import excitation
 from hydrodamp.identification.trust.grades import Grade
 from hydrodamp.identification.trust.identifiability import identifiability
+from hydrodamp.ingest.mapping import LogMapping
 
 PRESTERO, LINEAR = hd.catalog["prestero"], hd.catalog["linear"]
 

@@ -1,14 +1,4 @@
-"""A proof that damping dissipates: matrix inequalities at the corners of the box.
-
-The power is ``νᵀ D(a) ν`` with D affine in the parameters a. If ``D(a) + S ⪯ 0`` at
-every corner, with some S that is positive for all velocities of the box, then the power
-is nowhere positive on the box: D(a) inside is a mean of the corners. Where a velocity
-keeps its sign, every other one is bounded by it, ``ν_j² ≤ (ν_j,max / ν_s,min)² ν_s²``;
-S is a sum of these differences with a multiplier each (the S-procedure: Boyd, El Ghaoui,
-Feron, Balakrishnan, *Linear Matrix Inequalities in System and Control Theory*, SIAM
-1994, section 2.6.3). That is what makes a box away from rest worth having: the drag at
-forward speed pays for couplings that a box around rest would forbid.
-"""
+"""A proof that damping dissipates: matrix inequalities at the corners of the box."""
 
 from __future__ import annotations
 
@@ -33,18 +23,7 @@ _TRIFLE = 1e-7
 
 @dataclass(frozen=True, eq=False)
 class Certificate:
-    """Coefficients with a proof.
-
-    Attributes
-    ----------
-    coefficients : ndarray, shape (n_coefficients,)
-        In the order of the model's labels.
-    n_corners : int
-        Matrix inequalities that hold.
-    bound : float
-        [W]. The power, with the reserve, exceeds this nowhere on the box: what the
-        solver's rounding leaves open, from the eigenvalues at the corners.
-    """
+    """Coefficients with a proof."""
 
     coefficients: FloatArray
     n_corners: int
@@ -53,40 +32,14 @@ class Certificate:
 
 @dataclass(frozen=True, eq=False)
 class Corners:
-    """The matrix inequalities of a model on a box.
-
-    Attributes
-    ----------
-    form : PowerForm
-        The power as a quadratic form.
-    offset : ndarray, shape (t,)
-        The reserve, packed and relative to the box.
-    bounds : ndarray, shape (t, n_bounds)
-        Packed matrices of forms that are positive on the box.
-    """
+    """The matrix inequalities of a model on a box."""
 
     form: PowerForm
     offset: FloatArray
     bounds: FloatArray
 
     def nearest(self, root: FloatArray, point: FloatArray, scale: FloatArray) -> Certificate | None:
-        """Return the nearest coefficients that satisfy the inequalities.
-
-        Parameters
-        ----------
-        root : ndarray, shape (n, n)
-            Measures distance in scaled coefficients.
-        point : ndarray, shape (n,)
-            Scaled coefficients wished for.
-        scale : ndarray, shape (n,)
-            Coefficients are scaled ones divided by this.
-
-        Returns
-        -------
-        certificate : Certificate or None
-            None where no coefficients satisfy them, or the solver stopped short of a
-            proof.
-        """
+        """Return the nearest coefficients that satisfy the inequalities."""
         inequalities = self._inequalities(scale)
         found = nearest(root, point, inequalities)
         if not found.solved:
@@ -118,23 +71,7 @@ class Corners:
 
 
 def corners_of(model: DampingModel, box: OperatingBox, reserve: FloatArray) -> Corners | None:
-    """Write the matrix inequalities of a model on a box.
-
-    Parameters
-    ----------
-    model : DampingModel
-        Its damping terms count.
-    box : OperatingBox
-        Where they are to dissipate.
-    reserve : ndarray, shape (6, 6)
-        The power is to be at most ``−νᵀ reserve ν`` [W].
-
-    Returns
-    -------
-    corners : Corners or None
-        None where the power is not affine in the velocities and their absolute values,
-        times two velocities, or there are too many corners.
-    """
+    """Write the matrix inequalities of a model on a box."""
     held = [place for place in range(6) if reserve[place].any() and box.extent[place] > 0.0]
     form = power_form(model, box, held, constant=bool(held))
     if form is None:

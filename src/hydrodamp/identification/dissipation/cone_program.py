@@ -1,8 +1,4 @@
-"""The nearest point under linear and matrix inequalities: one cone program, by Clarabel.
-
-P. J. Goulart, Y. Chen, *Clarabel: An interior-point solver for conic programs with
-quadratic objectives* (2024).
-"""
+"""The nearest point under linear and matrix inequalities: one cone program, by Clarabel."""
 
 from __future__ import annotations
 
@@ -20,23 +16,7 @@ _INFEASIBLE = ("PrimalInfeasible", "AlmostPrimalInfeasible")
 
 @dataclass(frozen=True, eq=False)
 class Inequalities:
-    """``rows·x ≤ bound`` and ``matrices·(x, free, multipliers) + offset ⪯ 0``.
-
-    Attributes
-    ----------
-    rows : ndarray, shape (m, n)
-        Linear inequalities.
-    bound : ndarray, shape (m,)
-        Their right-hand side.
-    matrices : sparse array, shape (b t, n + n_free + n_multipliers), optional
-        Packed symmetric matrices of b blocks, per unit of each variable.
-    offset : ndarray, shape (b t,)
-        Their constant part.
-    size : int
-        Rows of each block.
-    n_free, n_multipliers : int
-        Further variables: of any sign, and not negative.
-    """
+    """``rows·x ≤ bound`` and ``matrices·(x, free, multipliers) + offset ⪯ 0``."""
 
     rows: FloatArray
     bound: FloatArray
@@ -55,19 +35,7 @@ class Inequalities:
 
 @dataclass(frozen=True, eq=False)
 class Nearest:
-    """What the solver came to.
-
-    Attributes
-    ----------
-    point : ndarray, shape (n,)
-        The nearest point; not to be used unless solved.
-    further : ndarray, shape (n_free + n_multipliers,)
-        The further variables.
-    pressing : ndarray, shape (m,)
-        How hard each linear inequality presses: its dual variable.
-    outcome : str
-        The solver's own word.
-    """
+    """What the solver came to."""
 
     point: FloatArray
     further: FloatArray
@@ -86,25 +54,7 @@ class Nearest:
 
 
 def nearest(root: FloatArray, point: FloatArray, inequalities: Inequalities) -> Nearest:
-    """Solve ``min ½|root (x − point)|²`` under inequalities.
-
-    The residual ``r = root (x − point)`` is a variable of its own, so that the program
-    holds ``root`` and never its square.
-
-    Parameters
-    ----------
-    root : ndarray, shape (n, n)
-        Of full rank; columns of about unit length.
-    point : ndarray, shape (n,)
-        Where one would like to be.
-    inequalities : Inequalities
-        What must hold.
-
-    Returns
-    -------
-    nearest : Nearest
-        The solution, or why there is none.
-    """
+    """Solve ``min ½|root (x − point)|²`` under inequalities."""
     import clarabel  # type: ignore[import-untyped]
 
     n, further = len(point), inequalities.n_free + inequalities.n_multipliers

@@ -1,9 +1,4 @@
-"""Dissipation by search: forbid the worst velocity found, solve again, repeat.
-
-At a given velocity the power is linear in the coefficients, so *no power here* is one
-linear inequality, whatever the terms. J. E. Kelley, *The cutting-plane method for
-solving convex programs*, J. SIAM 8 (1960).
-"""
+"""Dissipation by search: forbid the worst velocity found, solve again, repeat."""
 
 from __future__ import annotations
 
@@ -38,17 +33,7 @@ _SLACK = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class Cut:
-    """Coefficients that dissipate as far as a search tells.
-
-    Attributes
-    ----------
-    coefficients : ndarray, shape (n_coefficients,)
-        In the order of the model's labels; not finite where the solver failed.
-    rounds : int
-        How often the program was solved; none where the point wished for dissipates.
-    done : bool
-        Whether the last search found no power to forbid.
-    """
+    """Coefficients that dissipate as far as a search tells."""
 
     coefficients: FloatArray
     rounds: int
@@ -57,17 +42,7 @@ class Cut:
 
 @dataclass(frozen=True, eq=False)
 class Planes:
-    """The planes of a model on a box.
-
-    Attributes
-    ----------
-    power : PowerRows
-        Power as a linear function of the coefficients.
-    box : OperatingBox
-        Where they are to dissipate.
-    reserve : ndarray, shape (6, 6)
-        The power is to be at most ``−νᵀ reserve ν`` [W].
-    """
+    """The planes of a model on a box."""
 
     power: PowerRows
     box: OperatingBox
@@ -76,30 +51,7 @@ class Planes:
     def nearest(
         self, root: FloatArray, point: FloatArray, scale: FloatArray, rounds: int = ROUNDS
     ) -> Cut:
-        """Return the nearest coefficients that no search can object to.
-
-        Parameters
-        ----------
-        root : ndarray, shape (n, n)
-            Measures distance in scaled coefficients.
-        point : ndarray, shape (n,)
-            Scaled coefficients wished for.
-        scale : ndarray, shape (n,)
-            Coefficients are scaled ones divided by this.
-        rounds : int
-            Rounds at the most. After any number of them the distance is no greater than
-            that of the nearest coefficients that dissipate.
-
-        Returns
-        -------
-        cut : Cut
-            The last coefficients.
-
-        Raises
-        ------
-        MethodError
-            If no coefficients satisfy the planes.
-        """
+        """Return the nearest coefficients that no search can object to."""
         x, tighter = point, 0.0
         nothing = Inequalities(np.zeros((0, len(point))), np.zeros(0))
         planes = nothing

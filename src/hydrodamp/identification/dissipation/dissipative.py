@@ -1,9 +1,4 @@
-"""Least squares whose damping takes power everywhere the vehicle operates.
-
-Noise in the regression can leave coefficients that push: a replay then runs away.
-Damping does not push. ``ν·τ(ν) ≤ 0`` on the operating box is a convex constraint on the
-coefficients; among those that satisfy it the one of least residual is taken.
-"""
+"""Least squares whose damping takes power everywhere the vehicle operates."""
 
 from __future__ import annotations
 
@@ -164,30 +159,7 @@ class Dissipative:
 def dissipative_solution(
     triangle: Triangle, weights: FloatArray, wanted: DissipativeSet, rounds: int | None = None
 ) -> Dissipating:
-    """Return the dissipative coefficients of least weighted residual.
-
-    Parameters
-    ----------
-    triangle : Triangle
-        Of the regression.
-    weights : ndarray, shape (6,)
-        Of the squared residual of each axis, in 1/N^2 and 1/(N m)^2.
-    wanted : DissipativeSet
-        What the coefficients must satisfy, and of which model.
-    rounds : int, optional
-        Rounds of cutting planes at the most.
-
-    Returns
-    -------
-    found : Dissipating
-        The coefficients and how it is known that they dissipate. What neither data nor
-        constraint settles is made small by a ridge of :data:`RIDGE`.
-
-    Raises
-    ------
-    MethodError
-        If no coefficients are in the set.
-    """
+    """Return the dissipative coefficients of least weighted residual."""
     roots, points = zip(
         *(
             _ridged(triangle, terms, axis, weights[axis])
@@ -200,21 +172,7 @@ def dissipative_solution(
 
 
 def inverse_variances(triangle: Triangle, axes: list[AxisSolution]) -> FloatArray:
-    """Return one over the residual variance of each axis without the constraint.
-
-    Parameters
-    ----------
-    triangle : Triangle
-        Of the regression.
-    axes : list of AxisSolution
-        Its solutions.
-
-    Returns
-    -------
-    weights : ndarray, shape (6,)
-        In 1/N^2 and 1/(N m)^2. An axis explained to better than a millionth counts as
-        explained to a millionth, one with nothing to explain as one unit.
-    """
+    """Return one over the residual variance of each axis without the constraint."""
     targets = np.linalg.norm(triangle.r[:, len(triangle.basis) :], axis=0)
     least = 1e-6 * targets / np.sqrt(triangle.n_samples)
     deviation = np.maximum([axis.residual for axis in axes], least)

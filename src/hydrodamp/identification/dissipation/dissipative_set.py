@@ -23,21 +23,7 @@ _SIZE = 100.0
 
 @dataclass(frozen=True, eq=False)
 class Dissipating:
-    """Coefficients that dissipate, and how that is known.
-
-    Attributes
-    ----------
-    coefficients : ndarray, shape (n_coefficients,)
-        In the order of the model's labels; not finite where the solver failed.
-    n_corners : int
-        Matrix inequalities that prove it; none where it was only checked.
-    bound : float
-        [W]. With a proof: what rounding leaves open, nowhere exceeded on the box.
-    rounds : int
-        Rounds of cutting planes; none with a proof.
-    done : bool
-        Whether the last search found nothing to forbid.
-    """
+    """Coefficients that dissipate, and how that is known."""
 
     coefficients: FloatArray
     n_corners: int = 0
@@ -53,31 +39,7 @@ class Dissipating:
 
 @dataclass(frozen=True, eq=False)
 class DissipativeSet:
-    """All coefficients of a model with ``ν·τ(ν) ≤ −νᵀ reserve ν`` on a box.
-
-    It is convex: at each velocity a half-space. Terms with commands, weight, constants
-    or (eta-1) are no damping and stay free.
-
-    Parameters
-    ----------
-    model : DampingModel
-        Whose coefficients.
-    box : OperatingBox
-        Velocities at which the damping is to take power.
-    reserve : ndarray, shape (6, 6), optional
-        Symmetric: how much of it; nothing by default.
-    certify : bool
-        Whether to look for a proof. It can cost more than the truth needs: the matrix
-        inequalities are sufficient, not necessary.
-
-    Examples
-    --------
-    >>> model = DampingModel.from_table({"X": "u", "Y N": "v r"}, key="mine")
-    >>> box = OperatingBox([1, -0.5, 0, 0, 0, -0.5], [2, 0.5, 0, 0, 0, 0.5])
-    >>> wished = [-1.0, -1.0, 0.0, 3.0, -1.0]
-    >>> DissipativeSet(model, box).nearest(wished, np.eye(5)).certified
-    True
-    """
+    """All coefficients of a model with ``ν·τ(ν) ≤ −νᵀ reserve ν`` on a box."""
 
     model: DampingModel
     box: OperatingBox
@@ -103,28 +65,7 @@ class DissipativeSet:
     def nearest(
         self, coefficients: npt.ArrayLike, root: npt.ArrayLike, rounds: int = ROUNDS
     ) -> Dissipating:
-        """Return the coefficients of the set that are nearest to some.
-
-        Parameters
-        ----------
-        coefficients : array_like, shape (n_coefficients,)
-            What one would like to have, in the order of the model's labels.
-        root : array_like, shape (m, n_coefficients)
-            Of full column rank: distance is ``|root (κ − coefficients)|``.
-        rounds : int
-            Rounds of cutting planes at the most.
-
-        Returns
-        -------
-        dissipating : Dissipating
-            By matrix inequalities where they can be written and solved, else by
-            cutting planes.
-
-        Raises
-        ------
-        MethodError
-            If no coefficients are in the set.
-        """
+        """Return the coefficients of the set that are nearest to some."""
         wished = np.asarray(coefficients, dtype=np.float64)
         if not self.power.counted.any():
             return Dissipating(wished)

@@ -1,9 +1,4 @@
-"""The velocities a vehicle is operated at, as a box.
-
-A statement such as *this damping takes power* needs a set of velocities it is made
-for. Under way the box keeps away from rest: at a forward speed the drag pays for much
-that a coupling may return, at rest nothing does.
-"""
+"""The velocities a vehicle is operated at, as a box."""
 
 from __future__ import annotations
 

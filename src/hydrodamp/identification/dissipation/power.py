@@ -39,39 +39,14 @@ _MOVES = 200
 
 
 def dissipates(term: Term) -> bool:
-    """Tell whether a term is damping: a function of the velocities alone, zero at rest.
-
-    Commands, weight and constants are not damping. A term with (eta-1) vanishes in
-    steady motion, where the propulsion ratio is one, and is not counted either.
-
-    Parameters
-    ----------
-    term : Term
-        Any term.
-
-    Returns
-    -------
-    counted : bool
-        Whether its power is constrained.
-
-    Examples
-    --------
-    >>> dissipates(Term.parse("v|r|")), dissipates(Term.parse("u|u|*rudder"))
-    (True, False)
-    """
+    """Tell whether a term is damping: a function of the velocities alone, zero at rest."""
     foreign = term.commands or term.needs_attitude or term.needs_propulsion
     return bool(term.velocities) and not foreign
 
 
 @dataclass(frozen=True)
 class PowerRows:
-    """Power as a linear function of the coefficients: ``ν·τ(ν) = row(ν)·κ``.
-
-    Attributes
-    ----------
-    model : DampingModel
-        Whose coefficients.
-    """
+    """Power as a linear function of the coefficients: ``ν·τ(ν) = row(ν)·κ``."""
 
     model: DampingModel
 
@@ -105,38 +80,14 @@ class PowerRows:
         return axes, columns
 
     def rows(self, velocity: FloatArray) -> FloatArray:
-        """Return the rows at some velocities.
-
-        Parameters
-        ----------
-        velocity : ndarray, shape (m, 6)
-            u v w [m/s] p q r [rad/s].
-
-        Returns
-        -------
-        rows : ndarray, shape (m, n_coefficients)
-            Power [W] per unit of each coefficient; zero for what is not damping.
-        """
+        """Return the rows at some velocities."""
         rows = np.zeros((len(velocity), self.model.n_coefficients))
         axes, columns = self._places
         rows[:, self.counted] = velocity[:, axes] * self._basis.evaluate(velocity)[:, columns]
         return rows
 
     def power(self, coefficients: FloatArray, velocity: FloatArray) -> FloatArray:
-        """Return the power of the damping terms.
-
-        Parameters
-        ----------
-        coefficients : ndarray, shape (n_coefficients,)
-            In the order of the model's labels.
-        velocity : ndarray, shape (m, 6)
-            u v w [m/s] p q r [rad/s].
-
-        Returns
-        -------
-        power : ndarray, shape (m,)
-            [W]. Negative where they dissipate.
-        """
+        """Return the power of the damping terms."""
         axes, columns = self._places
         matrix = np.zeros((len(self._basis), 6))
         matrix[columns, axes] = coefficients[self.counted]
@@ -199,20 +150,7 @@ def worst_power(damping: Damping, box: OperatingBox) -> WorstPower:
 
 
 def worst_found(power: Measure, box: OperatingBox) -> WorstPower:
-    """Return the greatest power that a search of a box finds.
-
-    Parameters
-    ----------
-    power : callable
-        Gives the power [W] at velocities of shape (m, 6).
-    box : OperatingBox
-        Where to search.
-
-    Returns
-    -------
-    worst : WorstPower
-        The greatest power found.
-    """
+    """Return the greatest power that a search of a box finds."""
     places = worst_places(power, box)
     values = power(places)
     worst = int(np.argmax(values))
@@ -220,40 +158,14 @@ def worst_found(power: Measure, box: OperatingBox) -> WorstPower:
 
 
 def worst_places(value: Measure, box: OperatingBox) -> FloatArray:
-    """Return velocities of a box at which something is locally greatest.
-
-    Parameters
-    ----------
-    value : callable
-        Gives a number at each of many velocities, shape (m, 6).
-    box : OperatingBox
-        Where to search.
-
-    Returns
-    -------
-    velocity : ndarray, shape (m, 6)
-        One for each of the starts that were worst, in no order.
-    """
+    """Return velocities of a box at which something is locally greatest."""
     starts = spread(box)
     worst = np.argsort(value(starts))[-_POLISHED:]
     return _climbed(value, starts[worst], box)
 
 
 def size(velocity: FloatArray, box: OperatingBox) -> FloatArray:
-    """Return the sum of squares of velocities relative to the box.
-
-    Parameters
-    ----------
-    velocity : ndarray, shape (m, 6)
-        u v w [m/s] p q r [rad/s].
-    box : OperatingBox
-        Its extent is the unit.
-
-    Returns
-    -------
-    size : ndarray, shape (m,)
-        Between zero and six.
-    """
+    """Return the sum of squares of velocities relative to the box."""
     extent = np.where(box.extent > 0.0, box.extent, 1.0)
     return np.asarray(np.sum((velocity / extent) ** 2, axis=1) + 1e-9)
 

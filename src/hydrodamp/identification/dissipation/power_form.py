@@ -1,14 +1,4 @@
-"""The power of a model as a quadratic form whose matrix is affine in speeds.
-
-A term ``ν_a |ν_b|`` on axis i gives the power ``ν_i ν_a |ν_b|``: an entry (i, a) of a
-symmetric matrix D that is proportional to the *parameter* ``|ν_b|``. So the power of
-many models is ``νᵀ D(a) ν`` with D affine in a few parameters a, each in an interval.
-A product ``ν_a ν_b`` of signed velocities leaves a choice which of the three
-velocities becomes the parameter. A velocity that keeps its sign on the box is taken
-where there is one; otherwise those that make the fewest corners. Where two could be
-taken the difference is a form that is zero for every velocity, ``ν_b·(ν_a ν_j) −
-ν_a·(ν_b ν_j)``, and is left free: whoever uses the form chooses how much of it to add.
-"""
+"""The power of a model as a quadratic form whose matrix is affine in speeds."""
 
 from __future__ import annotations
 
@@ -36,17 +26,7 @@ ONE: Parameter = ("one", 0)
 
 @dataclass(frozen=True)
 class Monomial:
-    """The power of one term: ``sign · Π ν_signed · Π |ν_absolute|`` per unit coefficient.
-
-    Attributes
-    ----------
-    coefficient : int
-        Place among the model's coefficients.
-    sign : float
-        One or minus one.
-    signed, absolute : tuple of int
-        Velocities, 0 (u) to 5 (r); the axis of the term is among the signed ones.
-    """
+    """The power of one term: ``sign · Π ν_signed · Π |ν_absolute|`` per unit coefficient."""
 
     coefficient: int
     sign: float
@@ -61,25 +41,7 @@ class Monomial:
 
 @dataclass(frozen=True, eq=False)
 class PowerForm:
-    """``νᵀ D(a) ν`` at the corners of the parameters.
-
-    Matrices are symmetric, relative to the box (row and column i multiplied by its
-    extent), and written as vectors of their upper triangle, column by column, entries
-    off the diagonal multiplied by √2.
-
-    Attributes
-    ----------
-    velocities : tuple of int
-        Rows of D, of 0 (u) to 5 (r).
-    parameters : tuple of Parameter
-        What D is affine in; the first one is the constant one.
-    corners : ndarray, shape (n_corners, n_parameters)
-        Values of the parameters.
-    entries : ndarray, shape (n_parameters, t, n_coefficients)
-        Part of D proportional to each parameter, per unit coefficient [W].
-    idle : ndarray, shape (n_parameters, t, n_idle)
-        Forms that are zero for every velocity, one a column.
-    """
+    """``νᵀ D(a) ν`` at the corners of the parameters."""
 
     velocities: tuple[int, ...]
     parameters: tuple[Parameter, ...]
@@ -91,24 +53,7 @@ class PowerForm:
 def power_form(
     model: DampingModel, box: OperatingBox, others: Iterable[int] = (), *, constant: bool = False
 ) -> PowerForm | None:
-    """Write the power of a model as a quadratic form.
-
-    Parameters
-    ----------
-    model : DampingModel
-        Its damping terms count.
-    box : OperatingBox
-        Which velocities keep their sign, and the intervals of the parameters.
-    others : iterable of int
-        Velocities to be rows of D besides those of the model.
-    constant : bool
-        Whether a form that does not grow with the parameters is going to be added.
-
-    Returns
-    -------
-    form : PowerForm or None
-        None where a term does not fit or there are too many corners.
-    """
+    """Write the power of a model as a quadratic form."""
     monomials = tuple(_monomials(model, box))
     if not all(monomial.fits for monomial in monomials):
         return None
@@ -139,38 +84,13 @@ def power_form(
 
 
 def packed(matrix: FloatArray) -> FloatArray:
-    """Return a symmetric matrix as the vector of its upper triangle.
-
-    Parameters
-    ----------
-    matrix : ndarray, shape (k, k)
-        Symmetric.
-
-    Returns
-    -------
-    vector : ndarray, shape (k (k + 1) / 2,)
-        Column by column, entries off the diagonal times √2, so that the scalar product
-        of two vectors is that of the matrices.
-    """
+    """Return a symmetric matrix as the vector of its upper triangle."""
     columns, rows = np.tril_indices(len(matrix))
     return np.asarray(matrix[rows, columns] * np.where(rows == columns, 1.0, np.sqrt(2.0)))
 
 
 def unpacked(vectors: FloatArray, size: int) -> FloatArray:
-    """Return the symmetric matrices of some vectors.
-
-    Parameters
-    ----------
-    vectors : ndarray, shape (m, t)
-        As from :func:`packed`.
-    size : int
-        Rows of each matrix.
-
-    Returns
-    -------
-    matrices : ndarray, shape (m, size, size)
-        Symmetric.
-    """
+    """Return the symmetric matrices of some vectors."""
     columns, rows = np.tril_indices(size)
     matrices = np.zeros((len(vectors), size, size))
     matrices[:, rows, columns] = vectors / np.where(rows == columns, 1.0, np.sqrt(2.0))
@@ -221,11 +141,7 @@ def _fewest_corners(
 
 
 def _corners(parameters: tuple[Parameter, ...], box: OperatingBox, homogeneous: bool) -> FloatArray:
-    """Return corners of a set that holds all values of the parameters on the box.
-
-    A homogeneous form need hold on one section of the cone only: at the least value of
-    a single parameter that keeps its sign, or, where none does, along each edge.
-    """
+    """Return corners of a set that holds all values of the parameters on the box."""
     used = sorted({place for kind, place in parameters if kind != "one"})
     keeping = [place for place in used if box.nearest[place] > 0.0]
     along_edges = homogeneous and not keeping

@@ -18,15 +18,7 @@ _PLACES = 25
 
 @dataclass(frozen=True, eq=False)
 class PowerRange:
-    """Power over the values of one velocity, whatever the others are within the box.
-
-    Attributes
-    ----------
-    velocity : ndarray, shape (m,)
-        Values of the velocity [m/s or rad/s].
-    least, middle, greatest : ndarray, shape (m,)
-        Of the power that damping puts into the motion [W], over the other velocities.
-    """
+    """Power over the values of one velocity, whatever the others are within the box."""
 
     velocity: FloatArray
     least: FloatArray
@@ -35,22 +27,7 @@ class PowerRange:
 
 
 def power_range(damping: Damping, box: OperatingBox, name: str) -> PowerRange:
-    """Return the power of a damping over the values of one velocity.
-
-    Parameters
-    ----------
-    damping : Damping
-        Whose damping terms count.
-    box : OperatingBox
-        Bounds of all velocities.
-    name : str
-        The velocity, of u v w p q r.
-
-    Returns
-    -------
-    found : PowerRange
-        Over the corners, middles and a quasi-random sequence of the others.
-    """
+    """Return the power of a damping over the values of one velocity."""
     axis, rows = VELOCITIES.index(name), PowerRows(damping.model)
     values = np.linspace(box.low[axis], box.high[axis], _PLACES)
     here = np.arange(6) == axis

@@ -17,16 +17,7 @@ _NOTHING = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Price:
-    """Growth of the residual over that of unconstrained least squares.
-
-    Attributes
-    ----------
-    total : float
-        Relative growth of the RMS residual of all axes, each in units of its own.
-    by_axis : ndarray, shape (6,)
-        Relative growth of the RMS residual of each axis; zero where it has no terms. A
-        constraint that couples axes may lower one at the cost of others, never all.
-    """
+    """Growth of the residual over that of unconstrained least squares."""
 
     total: float
     by_axis: FloatArray
@@ -51,24 +42,7 @@ class Price:
 def price(
     triangle: Triangle, weights: FloatArray, model: DampingModel, coefficients: FloatArray
 ) -> Price:
-    """Compare the residual of coefficients with that of least squares.
-
-    Parameters
-    ----------
-    triangle : Triangle
-        Of the regression.
-    weights : ndarray, shape (6,)
-        One over the variance of each axis without the constraint, in 1/N^2 and 1/(N m)^2.
-    model : DampingModel
-        Whose coefficients.
-    coefficients : ndarray, shape (n_coefficients,)
-        In the order of the model's labels.
-
-    Returns
-    -------
-    price : Price
-        How much it grows.
-    """
+    """Compare the residual of coefficients with that of least squares."""
     ends = np.cumsum([len(terms) for terms in model.terms])[:-1]
     ratio = np.ones(6)
     for axis, (terms, part) in enumerate(

@@ -18,21 +18,7 @@ from hydrodamp.simulation.stamp import stamp
 
 @dataclass(frozen=True)
 class Adaptation:
-    """An identifier bound to a plant and a model: all that a step needs.
-
-    Attributes
-    ----------
-    columns : Columns
-        Equation 1 as one table.
-    model : DampingModel
-        Whose entries move.
-    entries : tuple of ndarray
-        Rows and axes of the table where they stand.
-    a : ndarray, shape (6,)
-        Error gain of each axis.
-    gamma : ndarray, shape (n_columns, 6)
-        Adaptation gain of each entry; zero where it does not move.
-    """
+    """An identifier bound to a plant and a model: all that a step needs."""
 
     columns: Columns
     model: DampingModel
@@ -47,17 +33,7 @@ class Adaptation:
 
 @dataclass(frozen=True)
 class Bound:
-    """A robust or recursive method bound to a plant and a model.
-
-    Attributes
-    ----------
-    columns : Columns
-        Equation 1 as one table.
-    model : DampingModel
-        Whose coefficients move; restricted to the free axes.
-    entries : Entries
-        Where they stand in the table.
-    """
+    """A robust or recursive method bound to a plant and a model."""
 
     columns: Columns
     model: DampingModel
@@ -65,20 +41,7 @@ class Bound:
 
     @classmethod
     def to(cls, columns: Columns, model: DampingModel) -> Bound:
-        """Bind to the free axes of a vehicle.
-
-        Parameters
-        ----------
-        columns : Columns
-            Equation 1 as one table.
-        model : DampingModel
-            Which terms.
-
-        Returns
-        -------
-        bound : Bound
-            All other coefficients are taken as known.
-        """
+        """Bind to the free axes of a vehicle."""
         free = model.restricted_to(columns.vehicle.axes)
         rows, axes = columns.entries(free)
         known = columns.with_unknown((rows, axes), np.zeros(len(rows)))
@@ -92,35 +55,14 @@ class Bound:
 
 @dataclass(frozen=True)
 class RobustAdaptation:
-    """A robust identifier bound to a plant and a model: all that a step needs.
-
-    Attributes
-    ----------
-    bound : Bound
-        Plant and model.
-    robustness : Robustness
-        Gain matrices and what makes them robust.
-    """
+    """A robust identifier bound to a plant and a model: all that a step needs."""
 
     bound: Bound
     robustness: Robustness
 
 
 def first_guess(model: DampingModel, known: Damping | None = None) -> FloatArray:
-    """Return the paper's start: −1 on the diagonal linear terms, 0 elsewhere.
-
-    Parameters
-    ----------
-    model : DampingModel
-        Which terms.
-    known : Damping, optional
-        To start from in its place; 0 where it lacks a term.
-
-    Returns
-    -------
-    coefficients : ndarray, shape (n_coefficients,)
-        In the order of the model's labels.
-    """
+    """Return the paper's start: −1 on the diagonal linear terms, 0 elsewhere."""
     if known is not None:
         return known.onto(model)
     values = [

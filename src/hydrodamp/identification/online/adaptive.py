@@ -1,11 +1,4 @@
-"""Section IV: the adaptive identifier, which needs no acceleration.
-
-It is a simulated plant with feedback. Equations 15 and 16 are stepped with the
-implicit midpoint rule, which is stable at every step and keeps the paper's
-Lyapunov proof in discrete time: ``V`` falls by ``h dᵀ diag(a) d`` where the
-data satisfy the plant. Converging to constants is not converging to the true
-coefficients: that takes excitation.
-"""
+"""Section IV: the adaptive identifier, which needs no acceleration."""
 
 from __future__ import annotations
 

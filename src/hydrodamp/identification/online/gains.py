@@ -100,30 +100,7 @@ Numbers = float | tuple[float, ...]
 
 
 def per_axis(gain: Numbers, name: str) -> FloatArray:
-    """Return six positive gains from one or six.
-
-    Parameters
-    ----------
-    gain : float or tuple of 6 floats
-        One for all axes, or one an axis in the order X Y Z K M N.
-    name : str
-        How the message calls it.
-
-    Returns
-    -------
-    gains : ndarray, shape (6,)
-        All positive.
-
-    Raises
-    ------
-    MethodError
-        If there are neither one nor six, or one is not positive.
-
-    Examples
-    --------
-    >>> per_axis(20.0, "a")
-    array([20., 20., 20., 20., 20., 20.])
-    """
+    """Return six positive gains from one or six."""
     gains = np.asarray(gain, dtype=np.float64)
     if gains.shape not in ((), (6,)) or not np.all(np.isfinite(gains)) or np.any(gains <= 0.0):
         raise MethodError(
@@ -133,25 +110,7 @@ def per_axis(gain: Numbers, name: str) -> FloatArray:
 
 
 def error_gains(a: Numbers | ByNoise | ByStep, source: Problem | Columns) -> FloatArray:
-    """Return the error gain of each axis.
-
-    Parameters
-    ----------
-    a : float, tuple of 6 floats, ByNoise or ByStep
-        What was asked for.
-    source : Problem or Columns
-        A problem where gains by noise need the velocities, by step the clock.
-
-    Returns
-    -------
-    gains : ndarray, shape (6,)
-        [kg/s] on X Y Z, [kg m^2/s] on K M N.
-
-    Raises
-    ------
-    MethodError
-        If gains by noise or step are asked for without a log.
-    """
+    """Return the error gain of each axis."""
     if isinstance(a, ByStep):
         clocked = with_log(source, "clock")
         return a.share / median_step(clocked) * np.diag(clocked.vehicle.mass_matrix)
@@ -167,29 +126,7 @@ def adaptation_gains(
     entries: tuple[IndexArray | IntArray, IndexArray | IntArray],
     a: FloatArray,
 ) -> FloatArray:
-    """Return the adaptation gain of each coefficient.
-
-    Parameters
-    ----------
-    gamma : float, tuple of 6 floats or ByTerm
-        What was asked for.
-    source : Problem or Columns
-        A problem where gains by term need the size of each term.
-    entries : tuple of ndarray
-        Rows and axes of the table where the coefficients stand.
-    a : ndarray, shape (6,)
-        Error gains.
-
-    Returns
-    -------
-    gains : ndarray, shape (n_coefficients,)
-        Zero for a term that is zero throughout.
-
-    Raises
-    ------
-    MethodError
-        If gains by term are asked for without a log.
-    """
+    """Return the adaptation gain of each coefficient."""
     rows, axes = entries
     if not isinstance(gamma, ByTerm):
         return per_axis(gamma, "gamma")[axes]
@@ -201,25 +138,7 @@ def adaptation_gains(
 
 
 def with_log(source: Problem | Columns, what: str) -> Problem:
-    """Return the problem that settings by data need.
-
-    Parameters
-    ----------
-    source : Problem or Columns
-        What a method is bound to.
-    what : str
-        What they take from the log.
-
-    Returns
-    -------
-    problem : Problem
-        The source itself.
-
-    Raises
-    ------
-    MethodError
-        If it is no problem.
-    """
+    """Return the problem that settings by data need."""
     if isinstance(source, Problem):
         return source
     raise MethodError(

@@ -33,27 +33,7 @@ class OntoDissipative:
     """
 
     def __call__(self, problem: Problem, damping: Damping, metric: FloatArray) -> Damping:
-        """Project.
-
-        Parameters
-        ----------
-        problem : Problem
-            Its velocities give the box.
-        damping : Damping
-            Coefficients, however they were found.
-        metric : ndarray, shape (n_coefficients, n_coefficients)
-            Squared distance is ``δᵀ metric δ``; symmetric, positive definite.
-
-        Returns
-        -------
-        damping : Damping
-            The same model and vehicle.
-
-        Raises
-        ------
-        MethodError
-            If the solver fails.
-        """
+        """Project."""
         box = operating_box(problem)
         if worst_power(damping, box).power <= 0.0:
             return damping
@@ -61,18 +41,7 @@ class OntoDissipative:
 
 
 def inverted(gain: FloatArray) -> FloatArray:
-    """Invert a gain matrix on the coefficients that move; zero rows stay zero.
-
-    Parameters
-    ----------
-    gain : ndarray, shape (n, n)
-        Symmetric, positive definite but for zero rows.
-
-    Returns
-    -------
-    inverse : ndarray, shape (n, n)
-        Scaled to a unit diagonal before it is inverted, for units differ widely.
-    """
+    """Invert a gain matrix on the coefficients that move; zero rows stay zero."""
     live = np.diag(gain) > 0.0
     unit = np.sqrt(np.where(live, np.diag(gain), 1.0))
     filled = gain / np.outer(unit, unit) + np.diag(~live).astype(np.float64)
@@ -81,18 +50,7 @@ def inverted(gain: FloatArray) -> FloatArray:
 
 
 def joined(blocks: Sequence[FloatArray]) -> FloatArray:
-    """Return one metric of all axes; what no block measures counts as the rest on average.
-
-    Parameters
-    ----------
-    blocks : sequence of ndarray, shape (n_i, n_i)
-        One an axis; zero rows where a coefficient does not move.
-
-    Returns
-    -------
-    metric : ndarray, shape (n_coefficients, n_coefficients)
-        Positive definite where the blocks are on what they measure.
-    """
+    """Return one metric of all axes; what no block measures counts as the rest on average."""
     metric: FloatArray = np.asarray(block_diag(*blocks))
     diagonal = np.diag(metric)
     measured = diagonal > 0.0

@@ -1,10 +1,4 @@
-"""Recursive least squares that neither winds up nor bursts when nothing is excited.
-
-Rows come from neighbouring blocks of time and need no acceleration; old information is
-forgotten only along the row that replaces it. What is proven of it, and where it comes
-from, stands in :mod:`hydrodamp.kernels.reference.recursive`: the covariance never exceeds
-that of the prior, and no row moves the coefficients by more than its surprise.
-"""
+"""Recursive least squares that neither winds up nor bursts when nothing is excited."""
 
 from __future__ import annotations
 
@@ -217,17 +211,7 @@ class RecursiveLeastSquares:
 
 @dataclass(frozen=True)
 class Known:
-    """What an estimate tells of one axis.
-
-    Attributes
-    ----------
-    covariance : ndarray, shape (n_i, n_i)
-        Of its coefficients.
-    rank : int
-        Directions the data tell more of than the prior.
-    aliased : tuple of tuple of str
-        Labels that share the other directions, group by group.
-    """
+    """What an estimate tells of one axis."""
 
     covariance: FloatArray
     rank: int
@@ -235,22 +219,7 @@ class Known:
 
 
 def known_of(adaptation: RecursiveAdaptation, estimate: Estimate, axis: int) -> Known:
-    """Return what an estimate tells of one axis.
-
-    Parameters
-    ----------
-    adaptation : RecursiveAdaptation
-        Units and labels.
-    estimate : Estimate
-        Information and noise.
-    axis : int
-        0 (X) to 5 (N).
-
-    Returns
-    -------
-    known : Known
-        Covariance, rank and aliases.
-    """
+    """Return what an estimate tells of one axis."""
     entries = adaptation.bound.entries
     part = entries.of(axis)
     information = entries.squares(estimate.information)[axis]

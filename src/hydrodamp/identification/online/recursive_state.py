@@ -17,17 +17,7 @@ from hydrodamp.models.damping import Damping
 
 @dataclass(frozen=True)
 class RecursiveAdaptation:
-    """Recursive least squares bound to a plant and a model: all that a step needs.
-
-    Attributes
-    ----------
-    bound : Bound
-        Plant and model.
-    recursion : Recursion
-        Units, block and forgetting.
-    start : ndarray, shape (n,)
-        Coefficients before any data.
-    """
+    """Recursive least squares bound to a plant and a model: all that a step needs."""
 
     bound: Bound
     recursion: Recursion

@@ -1,11 +1,4 @@
-"""The adaptive identifier made robust against noise, idleness and wrong models.
-
-The same discrete plant as :mod:`hydrodamp.identification.online.adaptive`, and the same proof,
-for any gain matrices, with leakage, a dead zone and bounds; see
-:mod:`hydrodamp.kernels.reference.robust` for what exactly falls. With each of them at
-its neutral value (no leakage, no dead zone, no bounds, no projection, no tail, gains of
-one number) it is that identifier.
-"""
+"""The adaptive identifier made robust against noise, idleness and wrong models."""
 
 from __future__ import annotations
 
@@ -296,18 +289,5 @@ class RobustIdentifier:
 
 
 def tail_start(steps: int, tail: float) -> int:
-    """Return the step that the tail of a pass begins with.
-
-    Parameters
-    ----------
-    steps : int
-        Of the pass.
-    tail : float
-        Share of them.
-
-    Returns
-    -------
-    first : int
-        Zero where the tail is all of it.
-    """
+    """Return the step that the tail of a pass begins with."""
     return steps - round(tail * steps)

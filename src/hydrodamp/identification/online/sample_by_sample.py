@@ -1,7 +1,4 @@
-"""The adaptive identifier live: one pure step a sample.
-
-``identify`` on a log is the fold of exactly this step, bit for bit.
-"""
+"""The adaptive identifier live: one pure step a sample."""
 
 from __future__ import annotations
 
@@ -102,18 +99,7 @@ class State:
 
 
 def require_later(last: Sample, sample: Sample) -> None:
-    """Refuse a sample that is not later than the last one.
-
-    Parameters
-    ----------
-    last, sample : Sample
-        Both ends of a step.
-
-    Raises
-    ------
-    ProblemError
-        If time does not advance.
-    """
+    """Refuse a sample that is not later than the last one."""
     if not sample.time > last.time:
         raise ProblemError(
             f"time must advance from {last.time} s, got {sample.time} s; after a gap or "

@@ -1,12 +1,4 @@
-"""Whether an adaptive identifier has settled, or its coefficients are still on their way.
-
-A coefficient moves as long as the velocity error correlates with its term
-(equation 16). Where the error follows slowly, feedback ``a d`` balances the
-wrench that wrong coefficients leave over, ``a d ≈ ΔK ξ``. So the movement of
-the last stretch, divided by its gain and duration, gives the mean of ``d ξᵀ``
-and from it the wrench that is still missing: a measure that slow gains cannot
-flatter. Noise and a wrong model average out of the correlation.
-"""
+"""Whether an adaptive identifier has settled, or its coefficients are still on their way."""
 
 from __future__ import annotations
 
@@ -28,27 +20,7 @@ _LOOK = 4096
 def missing_share(
     problem: Problem, bound: Adaptation, matrix: FloatArray, moved: FloatArray, duration: float
 ) -> FloatArray:
-    """Estimate what share of the damping wrench the coefficients still lack.
-
-    Parameters
-    ----------
-    problem : Problem
-        Samples the wrench is evaluated at.
-    bound : Adaptation
-        Gains and entries.
-    matrix : ndarray, shape (n_columns, 6)
-        The last estimate.
-    moved : ndarray, shape (n_columns, 6)
-        Its change over the last stretch.
-    duration : float
-        How long that stretch was [s].
-
-    Returns
-    -------
-    share : ndarray, shape (6,)
-        Root mean square of the missing over that of the estimated wrench, an
-        axis; zero where the model has no term.
-    """
+    """Estimate what share of the damping wrench the coefficients still lack."""
     rows, axes = bound.entries
     share = np.zeros(6)
     xi = looked_at(problem)
@@ -61,35 +33,14 @@ def missing_share(
 
 @dataclass(frozen=True)
 class Stretch:
-    """The last stretch of a run: the last pass, or the later half of a single one.
-
-    Attributes
-    ----------
-    half : int
-        The step a single pass is halved at; zero for several.
-    duration : float
-        How long the stretch is [s].
-    """
+    """The last stretch of a run: the last pass, or the later half of a single one."""
 
     half: int
     duration: float
 
     @classmethod
     def of(cls, problem: Problem, passes: int) -> Stretch:
-        """Return the last stretch of some passes over a log.
-
-        Parameters
-        ----------
-        problem : Problem
-            Times and segments.
-        passes : int
-            How many.
-
-        Returns
-        -------
-        stretch : Stretch
-            Where it begins and how long it is.
-        """
+        """Return the last stretch of some passes over a log."""
         bounds = problem.segments
         steps = int((np.diff(bounds) - 1).sum())
         ends, starts = problem.inputs.time[bounds[:, 1] - 1], problem.inputs.time[bounds[:, 0]]
@@ -104,27 +55,7 @@ def share_missing(
     moved: FloatArray,
     duration: float,
 ) -> FloatArray:
-    """Estimate what share of the damping wrench a robust identifier still lacks.
-
-    Parameters
-    ----------
-    problem : Problem
-        Samples the wrench is evaluated at.
-    adaptation : RobustAdaptation
-        Gains and entries.
-    coefficients : ndarray, shape (n,)
-        The estimate.
-    moved : ndarray, shape (n,)
-        How far the coefficients went over the last stretch.
-    duration : float
-        How long that stretch was [s].
-
-    Returns
-    -------
-    share : ndarray, shape (6,)
-        Root mean square of the missing over that of the estimated wrench, an axis;
-        zero where the model has no term.
-    """
+    """Estimate what share of the damping wrench a robust identifier still lacks."""
     robustness = adaptation.robustness
     entries, xi, share = robustness.entries, looked_at(problem), np.zeros(6)
     returned = robustness.leakage * duration * (coefficients - robustness.led_to)
@@ -142,18 +73,7 @@ def share_missing(
 
 
 def looked_at(problem: Problem) -> FloatArray:
-    """Return the terms at some thousand samples of a log.
-
-    Parameters
-    ----------
-    problem : Problem
-        Samples and terms.
-
-    Returns
-    -------
-    terms : ndarray, shape (n, n_columns)
-        Over the whole log.
-    """
+    """Return the terms at some thousand samples of a log."""
     return problem.regressor(step=max(problem.n_samples // _LOOK, 1))
 
 

@@ -61,30 +61,7 @@ Gains = Numbers | ByTerm | ByExcitation
 def gain_matrices(
     gains: Gains, source: Problem | Columns, entries: Entries, a: FloatArray
 ) -> FloatArray:
-    """Return the gain matrices that were asked for.
-
-    Parameters
-    ----------
-    gains : float, tuple of 6 floats, ByTerm or ByExcitation
-        What was asked for.
-    source : Problem or Columns
-        A problem where gains follow the log.
-    entries : Entries
-        Which coefficients.
-    a : ndarray, shape (6,)
-        Error gains.
-
-    Returns
-    -------
-    packed : ndarray, shape (n_squares,)
-        One symmetric matrix an axis, positive definite but for terms that are zero
-        throughout, whose rows are zero.
-
-    Raises
-    ------
-    MethodError
-        If they follow a log and there is none.
-    """
+    """Return the gain matrices that were asked for."""
     if not isinstance(gains, ByExcitation):
         each = adaptation_gains(gains, source, (entries.rows, entries.axes), a)
         return entries.packed(np.diag(each[entries.of(axis)]) for axis in range(6))
@@ -98,18 +75,7 @@ def gain_matrices(
 
 
 def second_moments(problem: Problem) -> FloatArray:
-    """Return the mean of ``ξ ξᵀ`` over a log, known columns included.
-
-    Parameters
-    ----------
-    problem : Problem
-        Samples and terms.
-
-    Returns
-    -------
-    moments : ndarray, shape (n_columns, n_columns)
-        Symmetric.
-    """
+    """Return the mean of ``ξ ξᵀ`` over a log, known columns included."""
     size = problem.columns.plant.n_terms
     total = np.zeros((size, size))
     for start in range(0, problem.n_samples, _BLOCK):

@@ -16,52 +16,14 @@ from hydrodamp.models.model import DampingModel
 
 
 def stacked(whitening: FloatArray, blocks: Sequence[FloatArray]) -> FloatArray:
-    """Return the design of all axes, one below the other, after whitening across axes.
-
-    ``(W ⊗ I) diag(D₁ … D_k)`` for k axes of h rows each.
-
-    Parameters
-    ----------
-    whitening : ndarray, shape (k, k)
-        Mixes the axes.
-    blocks : sequence of k ndarrays, shape (h, m_i)
-        The design of each axis.
-
-    Returns
-    -------
-    design : ndarray, shape (k h, sum of m_i)
-        Belongs to the targets ``(Y @ whitening.T)``, axis after axis.
-
-    Examples
-    --------
-    >>> stacked(np.array([[1.0, 0.0], [2.0, 1.0]]), [np.ones((1, 1)), np.full((1, 2), 5.0)])
-    array([[1., 0., 0.],
-           [2., 5., 5.]])
-    """
+    """Return the design of all axes, one below the other, after whitening across axes."""
     columns = [np.kron(whitening[:, [axis]], block) for axis, block in enumerate(blocks)]
     return np.hstack(columns)
 
 
 @dataclass(frozen=True)
 class Coupled:
-    """The axes that a model has terms on, each as the directions its columns span.
-
-    Directions are orthonormal, so the joint problem is solved well whatever the
-    columns; the rank and the smallest norm are those of least squares axis by axis,
-    which no regular weighting changes. An axis without terms is left out: what it
-    leaves over is the damping the model is silent about, not noise.
-
-    Attributes
-    ----------
-    axes : tuple of int
-        The k axes, 0 (X) to 5 (N).
-    spans : tuple of Span
-        One an axis.
-    target : ndarray, shape (h, k)
-        The wrench to explain, folded, [N] and [N m], body frame.
-    n_samples : int
-        Rows folded in.
-    """
+    """The axes that a model has terms on, each as the directions its columns span."""
 
     axes: tuple[int, ...]
     spans: tuple[Span[Term], ...]
@@ -70,20 +32,7 @@ class Coupled:
 
     @classmethod
     def of(cls, triangle: Triangle, model: DampingModel) -> Coupled:
-        """Return the regression of a model.
-
-        Parameters
-        ----------
-        triangle : Triangle
-            Its columns hold the model's terms and the wrench.
-        model : DampingModel
-            Restricted to the free axes.
-
-        Returns
-        -------
-        coupled : Coupled
-            On the fewest rows: columns of no term of the model are dropped first.
-        """
+        """Return the regression of a model."""
         axes = tuple(axis for axis, terms in enumerate(model.terms) if terms)
         columns = [triangle.basis.index(term) for term in model.basis]
         targets = [len(triangle.basis) + axis for axis in axes]

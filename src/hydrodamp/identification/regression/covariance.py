@@ -1,17 +1,4 @@
-"""How far to trust the coefficients of a linear estimate on coloured, overlapping rows.
-
-The covariance counts all that a model leaves over: noise and what its form cannot follow.
-For a model whose form fits the two are one. For one whose form does not, such as the linear
-model of a vehicle with quadratic drag, intervals are wide: other manoeuvres would give
-other coefficients.
-
-Beside it stands the part from noise alone: sailed again through the same manoeuvres, what
-would the same estimator say? There noise is what a reference regression leaves over on the
-same rows, one with the model's own terms and more (A. Abadie, G. W. Imbens and F. Zheng,
-"Inference for Misspecified Models With Fixed Regressors", 2014,
-doi:10.1080/01621459.2014.928218). It leaves out sensor noise times misfit, which for a wrong
-model may be most of it.
-"""
+"""How far to trust the coefficients of a linear estimate on coloured, overlapping rows."""
 
 from __future__ import annotations
 
@@ -46,39 +33,7 @@ def rows_covariance(
     reference: DampingModel | None = None,
     block: float | None = None,
 ) -> Uncertainty:
-    """Return the covariance of a linear estimate, all axes together.
-
-    Parameters
-    ----------
-    rows : Rows
-        Those of the estimate, with columns for the terms of both models.
-    influence : Influence
-        What each row contributes, on the terms of the model.
-    model : DampingModel
-        Restricted to the free axes.
-    reference : DampingModel, optional
-        What it leaves over is noise alone; it needs all terms of the model. By default the
-        model itself.
-    block : float, optional
-        Length of a block [s]; from the correlation of the scores by default.
-
-    Returns
-    -------
-    uncertainty : Uncertainty
-        The variance that the regression takes from its residuals is put back, see
-        :meth:`hydrodamp.identification.uncertainty.tapered_blocks.Blocks.taken`.
-
-    Raises
-    ------
-    MethodError
-        If the block is not positive, or the rows leave the reference nothing over: too few
-        for its terms.
-
-    Notes
-    -----
-    Noise of the velocities that enters the regressor is part of the residuals. What it does
-    to the estimate of a wrong model through the size of the misfit is not.
-    """
+    """Return the covariance of a linear estimate, all axes together."""
     if not influence.axes:
         return Uncertainty(np.zeros((0, 0)), np.inf, "no coefficients")
     own = _on_reference(rows, influence, model)
@@ -101,25 +56,7 @@ def rows_covariance(
 def reference_rows(
     problem: Problem, equations: Equations, model: DampingModel
 ) -> tuple[Rows, DampingModel]:
-    """Return rows with the columns of a model and of its reference.
-
-    Parameters
-    ----------
-    problem : Problem
-        Vehicle and log.
-    equations : Equations
-        Where rows come from; one that chooses a setting from the terms is to have it fixed,
-        so that the rows are those of the estimate.
-    model : DampingModel
-        Restricted to the free axes.
-
-    Returns
-    -------
-    rows : Rows
-        For :func:`rows_covariance`.
-    reference : DampingModel
-        The model's own terms and those of Gertler and Hagen.
-    """
+    """Return rows with the columns of a model and of its reference."""
     wide = with_reference(problem, model)
     return equations.rows(wide), wide.models[1]
 
@@ -127,40 +64,7 @@ def reference_rows(
 def least_squares_uncertainty(
     problem: Problem, equations: Equations, model: DampingModel, block: float | None = None
 ) -> Uncertainty:
-    """Return how far to trust ordinary least squares on some rows.
-
-    Parameters
-    ----------
-    problem : Problem
-        Vehicle and log.
-    equations : Equations
-        Where the rows of the estimate came from.
-    model : DampingModel
-        Which terms.
-    block : float, optional
-        Length of a block [s].
-
-    Returns
-    -------
-    uncertainty : Uncertainty
-        In the order of the labels of the model restricted to the free axes.
-
-    Raises
-    ------
-    MethodError
-        As :func:`rows_covariance`.
-
-    Examples
-    --------
-    >>> from hydrodamp.identification.rows.equations import Differenced
-    >>> from hydrodamp.models.catalog import catalog
-    >>> from hydrodamp.simulation.campaign.reenact import reenact
-    >>> from hydrodamp.simulation.problem import prepare
-    >>> campaign, fossen = reenact(duration=20.0), catalog["fossen"]
-    >>> problem = prepare(campaign.vehicle, campaign.train, fossen)
-    >>> least_squares_uncertainty(problem, Differenced(), fossen).standard_errors.shape
-    (12,)
-    """
+    """Return how far to trust ordinary least squares on some rows."""
     free = model.restricted_to(problem.vehicle.axes)
     rows, reference = reference_rows(problem, equations, free)
     return rows_covariance(rows, least_squares_influence(rows, free), free, reference, block)
@@ -172,24 +76,7 @@ def linear_uncertainty(
     model: DampingModel,
     influence: Callable[[Rows, DampingModel], Influence],
 ) -> Uncertainty | None:
-    """Return how far to trust any linear estimate, or None where its rows cannot tell.
-
-    Parameters
-    ----------
-    problem : Problem
-        Vehicle and log.
-    equations : Equations
-        Where the rows of the estimate came from.
-    model : DampingModel
-        Restricted to the free axes.
-    influence : callable
-        From rows and model to what each row contributes.
-
-    Returns
-    -------
-    uncertainty : Uncertainty or None
-        As :func:`rows_covariance`; None where the rows are too few for the reference.
-    """
+    """Return how far to trust any linear estimate, or None where its rows cannot tell."""
     rows, reference = reference_rows(problem, equations, model)
     return _unless_too_few(rows, influence(rows, model), model, reference)
 
@@ -197,22 +84,7 @@ def linear_uncertainty(
 def noise_uncertainty(
     problem: Problem, equations: Equations, model: DampingModel
 ) -> Uncertainty | None:
-    """Return how far to trust least squares on noisy velocities.
-
-    Parameters
-    ----------
-    problem : Problem
-        Vehicle and log.
-    equations : Equations
-        Where the rows of the estimate came from.
-    model : DampingModel
-        Which terms.
-
-    Returns
-    -------
-    uncertainty : Uncertainty or None
-        As :func:`linear_uncertainty`, with room for what noise in the terms does.
-    """
+    """Return how far to trust least squares on noisy velocities."""
     free = model.restricted_to(problem.vehicle.axes)
     rows, reference = reference_rows(problem, equations, free)
     found = _unless_too_few(rows, least_squares_influence(rows, free), free, reference)

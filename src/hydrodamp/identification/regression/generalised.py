@@ -1,12 +1,4 @@
-"""Least squares weighted by the residual covariance, all axes coupled.
-
-Where axes have different terms, what one axis leaves over says something about the
-coefficients of another: seemingly unrelated regressions (Zellner 1962,
-doi:10.1080/01621459.1962.10480664). The weights come from the residuals themselves and
-are renewed until they settle. Where all axes have the same terms nothing is gained:
-the estimate is that of ordinary least squares. The weights take the residuals for
-noise; terms that an axis lacks stand in them too and are carried to the other axes.
-"""
+"""Least squares weighted by the residual covariance, all axes coupled."""
 
 from __future__ import annotations
 
@@ -212,12 +204,7 @@ def _solved(coupled: Coupled, weights: Whitening) -> FloatArray:
 
 
 def _covariance(coupled: Coupled, weights: Whitening, amounts: FloatArray) -> FloatArray:
-    """Return the covariance of the amounts for rows white in time, whatever the weights.
-
-    With ``P = (W U)⁺`` the amounts are ``P W y``, so their covariance is
-    ``P (W Σ Wᵀ ⊗ I) Pᵀ`` with the Σ of the residuals. For weights found from the
-    residuals the middle is the unit matrix. Coloured rows enter here.
-    """
+    """Return the covariance of the amounts for rows white in time, whatever the weights."""
     q, r = np.linalg.qr(coupled.stacked(weights.matrix))
     inverse = solve_triangular(r, q.T)
     left_over = coupled.left_over(amounts) / np.sqrt(coupled.freedom)

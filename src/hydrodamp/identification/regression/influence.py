@@ -1,10 +1,4 @@
-"""What each row contributes to each coefficient of a linear estimate.
-
-Least squares, ridge and weighted least squares are linear in what they explain: the
-coefficients are ``Σᵢ Bᵢ Uᵢᵀ σᵢ`` over the axes, with Uᵢ the orthonormal directions that the
-columns of axis i span. Directions come from the scaled design itself, through the same
-rank-revealing factorisation that solves it; the Gram matrix is never formed.
-"""
+"""What each row contributes to each coefficient of a linear estimate."""
 
 from __future__ import annotations
 
@@ -25,56 +19,21 @@ from hydrodamp.models.model import DampingModel
 
 @dataclass(frozen=True, eq=False)
 class Influence:
-    """A linear estimate, axis by axis.
-
-    Attributes
-    ----------
-    axes : tuple of int
-        The k axes it looks at, 0 (X) to 5 (N).
-    directions : tuple of k ndarrays, shape (m, r_i)
-        Orthonormal; in the formula Uᵢ.
-    amounts : tuple of k ndarrays, shape (n_coefficients, r_i)
-        What a unit of each direction adds to each coefficient; in the formula Bᵢ.
-    """
+    """A linear estimate, axis by axis."""
 
     axes: tuple[int, ...]
     directions: tuple[FloatArray, ...]
     amounts: tuple[FloatArray, ...]
 
     def coefficients(self, target: FloatArray) -> FloatArray:
-        """Return the estimate.
-
-        Parameters
-        ----------
-        target : ndarray, shape (m, 6)
-            Wrench to explain, X Y Z [N], K M N [N m], body frame.
-
-        Returns
-        -------
-        coefficients : ndarray, shape (n_coefficients,)
-            In the order of the model's labels.
-        """
+        """Return the estimate."""
         coefficients = np.zeros(len(self.amounts[0]))
         for axis, unit, amounts in zip(self.axes, self.directions, self.amounts, strict=True):
             coefficients += amounts @ (unit.T @ target[:, axis])
         return coefficients
 
     def scores(self, errors: FloatArray, blocks: Blocks | None = None) -> FloatArray:
-        """Return what the error of each row adds to each coefficient.
-
-        Parameters
-        ----------
-        errors : ndarray, shape (m, 6)
-            What a fit on these very directions leaves over, force [N] and moment [N m].
-        blocks : Blocks, optional
-            Where the fit's share of the variance is to be put back, see
-            :meth:`hydrodamp.identification.uncertainty.tapered_blocks.Blocks.restoring`.
-
-        Returns
-        -------
-        scores : ndarray, shape (m, n_coefficients)
-            One row a row.
-        """
+        """Return what the error of each row adds to each coefficient."""
         scores = np.zeros((len(errors), len(self.amounts[0])))
         for axis, unit, amounts in zip(self.axes, self.directions, self.amounts, strict=True):
             made = amounts if blocks is None else amounts @ blocks.restoring(unit)
@@ -82,60 +41,20 @@ class Influence:
         return scores
 
     def on(self, wider: Sequence[FloatArray]) -> Influence:
-        """Return the same estimate on directions that contain its own.
-
-        Parameters
-        ----------
-        wider : sequence of k ndarrays, shape (m, s_i)
-            Orthonormal directions, one set an axis.
-
-        Returns
-        -------
-        influence : Influence
-            The same coefficients from the same rows.
-        """
+        """Return the same estimate on directions that contain its own."""
         parts = zip(self.directions, self.amounts, wider, strict=True)
         amounts = tuple(made @ (unit.T @ wide) for unit, made, wide in parts)
         return Influence(self.axes, tuple(wider), amounts)
 
 
 def least_squares_influence(rows: Rows, model: DampingModel) -> Influence:
-    """Return the influence of rows on ordinary least squares.
-
-    Parameters
-    ----------
-    rows : Rows
-        With columns for all terms of the model.
-    model : DampingModel
-        Restricted to the free axes.
-
-    Returns
-    -------
-    influence : Influence
-        The coefficients of :func:`hydrodamp.identification.rows.rank.solve_axis`.
-    """
+    """Return the influence of rows on ordinary least squares."""
     axes, spans = _spans(rows, model)
     return _alone(axes, spans, [np.ones(span.rank) for span in spans])
 
 
 def ridge_influence(rows: Rows, model: DampingModel, strength: FloatArray) -> Influence:
-    """Return the influence of rows on ridge regression of given strength.
-
-    Parameters
-    ----------
-    rows : Rows
-        With columns for all terms of the model.
-    model : DampingModel
-        Restricted to the free axes.
-    strength : ndarray, shape (6,)
-        Of each axis, without unit, as in :class:`hydrodamp.identification.regression.ridge.Ridge`;
-        how it was chosen is not part of the influence.
-
-    Returns
-    -------
-    influence : Influence
-        The coefficients of :func:`hydrodamp.identification.regression.ridge.solve_ridge`.
-    """
+    """Return the influence of rows on ridge regression of given strength."""
     triangle = rows.triangle()
     sizes = {axis: column_size(triangle, terms) for axis, terms in enumerate(model.terms) if terms}
     axes, spans = _spans(rows, model, sizes)
@@ -147,24 +66,7 @@ def ridge_influence(rows: Rows, model: DampingModel, strength: FloatArray) -> In
 
 
 def weighted_influence(rows: Rows, model: DampingModel, whitening: FloatArray) -> Influence:
-    """Return the influence of rows on least squares weighted across axes.
-
-    Parameters
-    ----------
-    rows : Rows
-        With columns for all terms of the model.
-    model : DampingModel
-        Restricted to the free axes.
-    whitening : ndarray, shape (k, k)
-        Makes the errors of the k axes that have terms white, in 1/N and 1/(N m). How it was
-        found is not part of the influence.
-
-    Returns
-    -------
-    influence : Influence
-        The coefficients of :class:`hydrodamp.identification.regression.generalised.
-        GeneralisedLeastSquares`. Every axis looks at the directions of all.
-    """
+    """Return the influence of rows on least squares weighted across axes."""
     axes, spans = _spans(rows, model)
     common = spanned(np.hstack([span.directions for span in spans]), range(_ranks(spans)))
     unit = common.directions
@@ -177,22 +79,7 @@ def weighted_influence(rows: Rows, model: DampingModel, whitening: FloatArray) -
 
 
 def directions(rows: Rows, model: DampingModel, axes: Sequence[int]) -> tuple[FloatArray, ...]:
-    """Return what the columns of a model span on some axes.
-
-    Parameters
-    ----------
-    rows : Rows
-        With columns for all terms of the model.
-    model : DampingModel
-        Restricted to the free axes.
-    axes : sequence of int
-        Which axes, 0 (X) to 5 (N).
-
-    Returns
-    -------
-    directions : tuple of ndarray, shape (m, r_i)
-        Orthonormal, one set an axis.
-    """
+    """Return what the columns of a model span on some axes."""
     return tuple(_span(rows, model, axis).directions for axis in axes)
 
 

@@ -38,31 +38,7 @@ _NAMED = 8
 def updated(
     design: FloatArray, target: FloatArray, belief: Belief, names: Sequence[str]
 ) -> tuple[FloatArray, FloatArray]:
-    """Return mean and covariance of coefficients after white rows were seen.
-
-    The rows of the prior are stacked below those of the data, and the stack is solved
-    by singular values, column-scaled: the conjugate posterior of the textbooks (Bishop
-    2006, equations 3.50 and 3.51) without its normal equations.
-
-    Parameters
-    ----------
-    design : ndarray, shape (h, n)
-        Rows of unit noise: divided by its deviation, or whitened by a coloured
-        covariance C of an estimate, ``C^-1/2`` with ``target = C^-1/2 estimate``.
-    target : ndarray, shape (h,)
-        What they sum to.
-    belief : Belief
-        The prior.
-    names : sequence of n str
-        Labels.
-
-    Returns
-    -------
-    mean : ndarray, shape (n,)
-        Prior mean where neither says anything.
-    covariance : ndarray, shape (n, n)
-        On the directions that data or prior determine.
-    """
+    """Return mean and covariance of coefficients after white rows were seen."""
     span = spanned(np.vstack([design, belief.root]), names)
     change = np.concatenate([target - design @ belief.mean, np.zeros(len(belief.root))])
     mean = belief.mean + span.coefficients @ (span.directions.T @ change)

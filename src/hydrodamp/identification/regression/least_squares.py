@@ -140,30 +140,7 @@ def assembled(
     remarks: tuple[str, ...] = (),
     uncertainty: Uncertainty | None = None,
 ) -> Fit:
-    """Put together the fit of six separately solved axes.
-
-    Parameters
-    ----------
-    problem : Problem
-        What was used.
-    model : DampingModel
-        Restricted to the free axes.
-    method : Method
-        Which method solved them.
-    solutions : list of AxisSolution
-        One an axis.
-    n_samples : int
-        Rows used.
-    remarks : tuple of str
-        Sentences for the fit.
-    uncertainty : Uncertainty, optional
-        For coloured noise; the covariance of white residuals otherwise.
-
-    Returns
-    -------
-    fit : Fit
-        With rank, aliased labels and covariance, block by block.
-    """
+    """Put together the fit of six separately solved axes."""
     return fitted(
         problem,
         model,

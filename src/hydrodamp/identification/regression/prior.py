@@ -142,17 +142,7 @@ class Prior:
 
 @dataclass(frozen=True)
 class Belief:
-    """A normal prior on the coefficients of a model, as rows ``root κ = root mean``.
-
-    Attributes
-    ----------
-    mean : ndarray, shape (n,)
-        In the order of the model's labels.
-    root : ndarray, shape (k, n)
-        ``rootᵀ root`` is the inverse covariance; directions without a row are free.
-    n_known : int
-        Coefficients that the set has; the others start at zero.
-    """
+    """A normal prior on the coefficients of a model, as rows ``root κ = root mean``."""
 
     mean: FloatArray
     root: FloatArray

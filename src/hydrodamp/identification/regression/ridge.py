@@ -155,26 +155,7 @@ class _Given:
 def solve_ridge(
     triangle: Triangle, terms: Sequence[Term], axis: int, strength: float
 ) -> tuple[AxisSolution, float]:
-    """Solve one axis with a ridge of given strength.
-
-    Parameters
-    ----------
-    triangle : Triangle
-        Its columns hold the terms and the wrench.
-    terms : sequence of Term
-        The model's row.
-    axis : int
-        Which wrench, 0 (X) to 5 (N).
-    strength : float
-        Without unit; zero is least squares.
-
-    Returns
-    -------
-    solution : AxisSolution
-        Rank and aliases are those of the data, without the ridge.
-    effective : float
-        Effective number of coefficients: the shares that the ridge leaves, summed.
-    """
+    """Solve one axis with a ridge of given strength."""
     size = column_size(triangle, terms)
     design = triangle.r[:, [triangle.basis.index(term) for term in terms]]
     span = spanned(design, terms, size)

@@ -61,35 +61,14 @@ class CrossValidated:
 
 @dataclass(frozen=True)
 class Curve:
-    """Errors of prediction over strengths, on the folds left out.
-
-    Attributes
-    ----------
-    strength : ndarray, shape (g,)
-        Rising.
-    error : ndarray, shape (g,)
-        Mean square of the wrench not predicted [N^2] or [(N m)^2].
-    spread : ndarray, shape (g,)
-        Its standard error, from how the folds differ.
-    """
+    """Errors of prediction over strengths, on the folds left out."""
 
     strength: FloatArray
     error: FloatArray
     spread: FloatArray
 
     def chosen(self, slack: float = 0.0) -> int:
-        """Return the place of the largest strength near enough to the least error.
-
-        Parameters
-        ----------
-        slack : float
-            How near, in standard errors of the least.
-
-        Returns
-        -------
-        place : int
-            That of the least error where there is no slack.
-        """
+        """Return the place of the largest strength near enough to the least error."""
         least = int(self.error.argmin())
         allowed = self.error[least] + slack * self.spread[least]
         return int(np.flatnonzero(self.error <= allowed)[-1]) if slack else least
@@ -105,20 +84,7 @@ class Curve:
 
 
 def column_size(triangle: Triangle, terms: Sequence[Term]) -> FloatArray:
-    """Return the root mean square of columns; one where a column is zero.
-
-    Parameters
-    ----------
-    triangle : Triangle
-        Of all rows.
-    terms : sequence of m Term
-        Which columns.
-
-    Returns
-    -------
-    size : ndarray, shape (m,)
-        In the unit of each column.
-    """
+    """Return the root mean square of columns; one where a column is zero."""
     columns = triangle.r[:, [triangle.basis.index(term) for term in terms]]
     size: FloatArray = np.linalg.norm(columns, axis=0) / np.sqrt(triangle.n_samples)
     size[size == 0.0] = 1.0
@@ -132,26 +98,7 @@ def curve(
     size: FloatArray,
     strength: FloatArray = _GRID,
 ) -> Curve:
-    """Return the errors of prediction of one axis over strengths.
-
-    Parameters
-    ----------
-    splits : sequence of Split
-        The folds.
-    terms : sequence of m Term
-        The model's row.
-    axis : int
-        Which wrench, 0 (X) to 5 (N).
-    size : ndarray, shape (m,)
-        Of the columns; the same in all folds, so that a strength means the same.
-    strength : ndarray, shape (g,)
-        Which to try, rising.
-
-    Returns
-    -------
-    curve : Curve
-        Every strength from one factorisation a fold.
-    """
+    """Return the errors of prediction of one axis over strengths."""
     lost = np.array([_lost(split, terms, axis, size, strength) for split in splits])
     rows = np.array([split.test.n_samples for split in splits])
     means = lost / rows[:, None]
@@ -162,22 +109,7 @@ def curve(
 def refined(
     splits: Sequence[Split], terms: Sequence[Term], axis: int, size: FloatArray, slack: float = 0.0
 ) -> tuple[float, float]:
-    """Return the strength chosen for one axis, and its error.
-
-    Parameters
-    ----------
-    splits, terms, axis, size
-        As in :func:`curve`.
-    slack : float
-        In standard errors, as in :class:`CrossValidated`.
-
-    Returns
-    -------
-    strength : float
-        Sought on a grid, then on a finer one around its choice.
-    error : float
-        Root mean square of the wrench not predicted on the folds left out [N] or [N m].
-    """
+    """Return the strength chosen for one axis, and its error."""
     coarse = curve(splits, terms, axis, size)
     place = coarse.chosen(slack)
     low, high = coarse.strength[[max(place - 1, 0), min(place + 1, len(_GRID) - 1)]].tolist()
@@ -188,15 +120,7 @@ def refined(
 
 @dataclass(frozen=True, eq=False)
 class Validation:
-    """Folds of some rows, made when a model first asks for them.
-
-    Attributes
-    ----------
-    rows : Rows
-        All of them.
-    settings : CrossValidated
-        How folds are made and strengths chosen.
-    """
+    """Folds of some rows, made when a model first asks for them."""
 
     rows: Rows
     settings: CrossValidated
@@ -222,25 +146,7 @@ class Validation:
         return (f"Ridge strengths by cross-validation: {self.folds.made}.",)
 
     def strengths(self, model: DampingModel) -> tuple[FloatArray, FloatArray]:
-        """Choose a strength for each axis of a model.
-
-        Parameters
-        ----------
-        model : DampingModel
-            Restricted to the free axes.
-
-        Returns
-        -------
-        strength : ndarray, shape (6,)
-            Zero on axes without terms.
-        error : ndarray, shape (6,)
-            Root mean square not predicted on the folds left out [N], [N m]; zero there.
-
-        Raises
-        ------
-        MethodError
-            If a fold leaves fewer rows to learn from than an axis has terms.
-        """
+        """Choose a strength for each axis of a model."""
         self._check(model)
         found = np.zeros((6, 2))
         for axis, terms in enumerate(model.terms):
@@ -277,25 +183,7 @@ def _lost(
 
 
 def shrunk(singular: FloatArray, strength: FloatArray | float, n_rows: int) -> FloatArray:
-    """Return what ridge leaves of each direction, between zero and one.
-
-    Hoerl and Kennard (1970, doi:10.1080/00401706.1970.10488634):
-    ``s² / (s² + strength · n)``.
-
-    Parameters
-    ----------
-    singular : ndarray, shape (rank,)
-        Of the columns divided by their root mean square.
-    strength : float or ndarray
-        Without unit; one weighs a column like a row of its usual size.
-    n_rows : int
-        Rows behind the singular values.
-
-    Returns
-    -------
-    share : ndarray
-        One without strength.
-    """
+    """Return what ridge leaves of each direction, between zero and one."""
     square = singular * singular
     share: FloatArray = square / (square + strength * n_rows)
     return share

@@ -23,46 +23,14 @@ _FLOOR = 1e-5
 
 @dataclass(frozen=True)
 class Whitening:
-    """A matrix that makes residuals white.
-
-    Attributes
-    ----------
-    matrix : ndarray, shape (k, k)
-        ``matrix @ residual`` has unit covariance; in 1/N and 1/(N m). In the textbooks
-        the inverse of a square root of the covariance.
-    floored : bool
-        Whether a deviation was raised because the residuals are singular.
-    """
+    """A matrix that makes residuals white."""
 
     matrix: FloatArray
     floored: bool = False
 
 
 def whitening(left_over: FloatArray, freedom: FloatArray, size: FloatArray) -> Whitening:
-    """Whiten residuals as they are found.
-
-    Parameters
-    ----------
-    left_over : ndarray, shape (h, k)
-        Residuals of k axes, or any triangle of them. Their covariance is never formed:
-        the square root comes from their singular values.
-    freedom : ndarray, shape (k,)
-        Degrees of freedom of each axis; two axes share the geometric mean.
-    size : ndarray, shape (k,)
-        Norm of what was to be explained, over which rounding is measured.
-
-    Returns
-    -------
-    whitening : Whitening
-        Regular always: an axis with nothing left over, or axes in proportion, get the
-        smallest deviation that still solves well.
-
-    Examples
-    --------
-    >>> white = whitening(np.diag([2.0, 3.0]), np.ones(2), np.ones(2))
-    >>> np.abs(white.matrix @ np.diag([2.0, 3.0])).round(12).max(axis=0)
-    array([1., 1.])
-    """
+    """Whiten residuals as they are found."""
     deviation = np.linalg.norm(left_over, axis=0) / np.sqrt(freedom)
     least = _ROUNDING * size / np.sqrt(freedom)
     least[least == 0.0] = 1.0
@@ -74,23 +42,7 @@ def whitening(left_over: FloatArray, freedom: FloatArray, size: FloatArray) -> W
 
 
 def checked_covariance(covariance: object) -> FloatArray:
-    """Return a covariance of the wrench given by the user, copied.
-
-    Parameters
-    ----------
-    covariance : array_like, shape (6, 6)
-        Of the residual wrench, X Y Z [N], K M N [N m], body frame.
-
-    Returns
-    -------
-    covariance : ndarray, shape (6, 6)
-        Read-only.
-
-    Raises
-    ------
-    MethodError
-        If it is not 6 x 6, not finite or not symmetric.
-    """
+    """Return a covariance of the wrench given by the user, copied."""
     try:
         matrix = frozen(covariance, (6, 6), "weighting")  # type: ignore[arg-type]
     except ValueError as error:
@@ -108,25 +60,7 @@ def checked_covariance(covariance: object) -> FloatArray:
 
 
 def given_whitening(covariance: FloatArray, axes: Sequence[int]) -> Whitening:
-    """Whiten by a covariance given by the user.
-
-    Parameters
-    ----------
-    covariance : ndarray, shape (6, 6)
-        As :func:`checked_covariance` returns it.
-    axes : sequence of int
-        The k axes in use.
-
-    Returns
-    -------
-    whitening : Whitening
-        Of those axes.
-
-    Raises
-    ------
-    MethodError
-        If it is singular or indefinite on those axes.
-    """
+    """Whiten by a covariance given by the user."""
     part = covariance[np.ix_(axes, axes)]
     names = " ".join(AXES[axis] for axis in axes)
     scale = np.sqrt(np.maximum(np.diag(part), 0.0))

@@ -30,21 +30,7 @@ _FIRST = 1e-2
 
 @dataclass(frozen=True, eq=False)
 class Climb:
-    """Where a search ended.
-
-    Attributes
-    ----------
-    search : Search
-        Problem, units and noise.
-    place : Place
-        The place chosen.
-    short : ndarray, shape (p,), or None
-        Coefficients at the end of the shortest windows; None where those ran away.
-    settled : bool
-        Whether the place is where the longest windows came to rest.
-    words : str
-        What was done, for a person.
-    """
+    """Where a search ended."""
 
     search: Search
     place: Place
@@ -58,13 +44,7 @@ class Climb:
         return self.place.coefficients
 
     def slopes(self) -> FloatArray:
-        """Return the weighted Jacobian's triangle there, on whole segments, shape (p, p).
-
-        Returns
-        -------
-        slopes : ndarray, shape (p, p)
-            Zero where the replay diverges.
-        """
+        """Return the weighted Jacobian's triangle there, on whole segments, shape (p, p)."""
         whole = self.search.shooting(np.inf)
         guess = Guess(self.coefficients, whole.measured_starts())
         errors = whole.errors(guess)
@@ -81,28 +61,7 @@ def climb(
     lengths: tuple[float, ...],
     rounds: int,
 ) -> Climb:
-    """Search from the best of several starts, through windows of growing length.
-
-    Parameters
-    ----------
-    problem : Problem
-        What was measured.
-    model : DampingModel
-        Restricted to the free axes.
-    starts : sequence of ndarray, shape (p,)
-        Coefficients to start from.
-    lengths : tuple of float
-        Of the windows [s], rising.
-    rounds : int
-        Most steps a stage.
-
-    Returns
-    -------
-    climb : Climb
-        At the end, where its replay of whole segments does not run away, nor does so
-        beside the log; else at the place on the way, starts included, that does neither
-        and whose replay is nearest to the log, by the likelihood of its errors.
-    """
+    """Search from the best of several starts, through windows of growing length."""
     search = searching(problem, model)
     whole = search.shooting(np.inf)
     ladder = [whole, search.shooting(lengths[0]), search.shooting(_SHORTEST)]
@@ -123,11 +82,7 @@ def climb(
 
 
 def _chosen(whole: Shooting, places: list[Place], end: Place | None) -> tuple[Place, str]:
-    """Return the end, or the nearest place where it runs away, and why not the end.
-
-    Among places that all replay the log, the nearest would be a matter of noise; among
-    places that all run away, the best is the one that replays most of it.
-    """
+    """Return the end, or the nearest place where it runs away, and why not the end."""
 
     def rank(place: Place) -> tuple[bool, int, float]:
         lost, misfit = _replayed(whole, place.coefficients)
@@ -152,10 +107,7 @@ def _why(chosen: Place, end: Place | None, ranked: list[Place]) -> str:
 
 
 def _replayed(shooting: Shooting, coefficients: FloatArray) -> tuple[int, float]:
-    """Return the samples lost after a divergence, and the errors' log-likelihood per sample.
-
-    The likelihood is negative, and infinite where a replay diverged.
-    """
+    """Return the samples lost after a divergence, and the errors' log-likelihood per sample."""
     errors = shooting.errors(Guess(coefficients, shooting.measured_starts()))
     lost = int(np.count_nonzero(~np.isfinite(errors).all(axis=1)))
     square = np.mean(errors**2, axis=0) + (LIKE_NOISE * shooting.noise) ** 2

@@ -1,13 +1,4 @@
-"""How far the end of a search moves when a part of the log is left out.
-
-A replay adds up every push on the vehicle, so its errors are alike for as long as the
-vehicle remembers, and one log holds few independent ones. Estimates of their covariance
-are then too small, and nothing in them knows of the prior that the data set, or of a search
-that ends elsewhere. Leaving out one part of the log after another and going on from the
-end finds all of that together: the grouped jackknife (M. H. Quenouille, "Notes on Bias in
-Estimation", 1956, doi:10.1093/biomet/43.3-4.353; J. Shao and D. Tu, "The Jackknife and
-Bootstrap", 1995, doi:10.1007/978-1-4612-0795-5, section 2.3).
-"""
+"""How far the end of a search moves when a part of the log is left out."""
 
 from __future__ import annotations
 
@@ -29,15 +20,7 @@ _ROUNDS = 4
 
 @dataclass(frozen=True, eq=False)
 class LeftOut:
-    """Ends of the search without one part of the log after another.
-
-    Attributes
-    ----------
-    coefficients : ndarray, shape (n_parts, p)
-        One row a part, those whose search ran away left out.
-    length : float
-        Of a part [s].
-    """
+    """Ends of the search without one part of the log after another."""
 
     coefficients: FloatArray
     length: float
@@ -49,39 +32,14 @@ class LeftOut:
 
     @property
     def covariance(self) -> FloatArray:
-        """Jackknife covariance, shape (p, p), of rank one less than parts.
-
-        Examples
-        --------
-        >>> LeftOut(np.array([[1.0], [2.0], [3.0]]), 10.0).covariance.round(3)
-        array([[1.333]])
-        """
+        """Jackknife covariance, shape (p, p), of rank one less than parts."""
         away = self.coefficients - self.coefficients.mean(axis=0)
         covariance: FloatArray = (self.n_parts - 1) / self.n_parts * (away.T @ away)
         return covariance
 
 
 def left_out(search: Search, place: Place, n_parts: int) -> LeftOut | None:
-    """Search again without one part of the log after another.
-
-    Every part is replayed from a first state of its own, whatever is beside it, so that all
-    searches ask for the same and only the parts differ.
-
-    Parameters
-    ----------
-    search : Search
-        Problem, units and noise.
-    place : Place
-        Where the search of the whole log ended, and the others begin.
-    n_parts : int
-        How many parts of about equal length; fewer where segments would be cut into
-        pieces shorter than two thirds of a part.
-
-    Returns
-    -------
-    left_out : LeftOut or None
-        None where fewer than four searches have an end.
-    """
+    """Search again without one part of the log after another."""
     length = search.problem.duration / n_parts
     windows, parts = _parts(search.problem, length, n_parts)
     ends = []

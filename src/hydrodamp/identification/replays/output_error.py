@@ -1,10 +1,4 @@
-"""Output error: the coefficients whose replay comes nearest to the log.
-
-Least squares asks for the acceleration of the next instant and judges a model by its
-replay; output error fits the replay itself, through the simulator. Noise stays where
-it entered, in the output, so neither differentiation nor noise in the regressor
-biases the estimate. The price is a search that needs a start.
-"""
+"""Output error: the coefficients whose replay comes nearest to the log."""
 
 from __future__ import annotations
 
@@ -133,12 +127,7 @@ class OutputError:
 
 
 def _uncertainty(climbed: Climb, n_parts: int) -> Uncertainty | None:
-    """Return how far to trust the end of a search.
-
-    A push on the vehicle that its autopilot answers is tied to the commands, which draws
-    coefficients away on long windows, but hardly on short ones. Their disagreement is
-    allowed for.
-    """
+    """Return how far to trust the end of a search."""
     found = replay_uncertainty(climbed.search, climbed.place, n_parts)
     if found is None or climbed.short is None:
         return found

@@ -31,20 +31,7 @@ LIKE_NOISE = 0.1
 
 @dataclass(frozen=True, eq=False)
 class Search:
-    """What stays the same from stage to stage.
-
-    Attributes
-    ----------
-    problem : Problem
-        What was measured.
-    entries : tuple of ndarray
-        Rows and axes of the table of equation 1 where the coefficients stand.
-    noise : ndarray, shape (n_free,)
-        Standard deviation of each velocity's noise [m/s, rad/s].
-    unit : ndarray, shape (p,)
-        What each coefficient is where its term makes an acceleration of one, root mean
-        square over the log.
-    """
+    """What stays the same from stage to stage."""
 
     problem: Problem
     entries: tuple[np.ndarray, np.ndarray]
@@ -61,22 +48,7 @@ class Search:
         return Shooting(self.problem, self.entries, cut(self.problem, length), self.noise)
 
     def spread(self, errors: FloatArray) -> FloatArray:
-        """Return what to divide the errors of each velocity by.
-
-        Their root mean square would count every sample as news. Errors of a replay are
-        alike for seconds, so that the prior would hardly be heard; they count as many
-        times as they are independent, over all velocities.
-
-        Parameters
-        ----------
-        errors : ndarray, shape (n, n_free)
-            Of a replay that does not diverge [m/s, rad/s].
-
-        Returns
-        -------
-        spread : ndarray, shape (n_free,)
-            [m/s, rad/s].
-        """
+        """Return what to divide the errors of each velocity by."""
         square = np.mean(errors**2, axis=0) + (LIKE_NOISE * self.noise) ** 2
         spread: FloatArray = np.sqrt(square * self._alike(errors))
         return spread
@@ -91,15 +63,7 @@ class Search:
 
 @dataclass(frozen=True, eq=False)
 class Place:
-    """A place on the way.
-
-    Attributes
-    ----------
-    coefficients : ndarray, shape (p,)
-        In the order of the model's labels.
-    strength : ndarray, shape (6,)
-        Of the prior around zero, axis by axis.
-    """
+    """A place on the way."""
 
     coefficients: FloatArray
     strength: FloatArray
@@ -107,35 +71,14 @@ class Place:
 
 @dataclass(frozen=True, eq=False)
 class Path:
-    """The way of one stage.
-
-    Attributes
-    ----------
-    places : tuple of Place
-        One a step.
-    settled : bool
-        Whether it came to rest.
-    """
+    """The way of one stage."""
 
     places: tuple[Place, ...]
     settled: bool
 
 
 def searching(problem: Problem, model: DampingModel) -> Search:
-    """Set up the search for a model's coefficients.
-
-    Parameters
-    ----------
-    problem : Problem
-        What was measured.
-    model : DampingModel
-        Restricted to the free axes.
-
-    Returns
-    -------
-    search : Search
-        Noise by fourth differences, units by the size of the terms.
-    """
+    """Set up the search for a model's coefficients."""
     entries = problem.columns.entries(model)
     rows, axes = entries
     size = np.sqrt(mean_square(problem))[rows - problem.columns.n_known]
@@ -150,24 +93,7 @@ def searching(problem: Problem, model: DampingModel) -> Search:
 
 
 def refine(search: Search, shooting: Shooting, start: Place, rounds: int) -> Path | None:
-    """Take damped Gauss-Newton steps on windows of one length.
-
-    Parameters
-    ----------
-    search : Search
-        Units and noise.
-    shooting : Shooting
-        The windows.
-    start : Place
-        Where to begin.
-    rounds : int
-        Most steps.
-
-    Returns
-    -------
-    path : Path or None
-        The way taken; None where the start diverges on these windows.
-    """
+    """Take damped Gauss-Newton steps on windows of one length."""
     guess = Guess(start.coefficients, shooting.measured_starts())
     strength, damping = start.strength, 1e-3
     errors = shooting.errors(guess)
@@ -229,11 +155,7 @@ def _moved(shooting: Shooting, guess: Guess, around: Linearised, change: FloatAr
 
 
 def _evidence(search: Search, around: Linearised, guess: Guess, strength: FloatArray) -> FloatArray:
-    """Return the prior strength of each axis that the data speak for (MacKay 1992).
-
-    The strength is the number of coefficients the data determine over their sum of
-    squares, in units of an acceleration of one.
-    """
+    """Return the prior strength of each axis that the data speak for (MacKay 1992)."""
     slopes = around.triangle[:, :-1] * search.unit
     prior = strength[search.axes]
     rows = np.vstack([slopes, np.diag(np.sqrt(prior))])

@@ -1,10 +1,4 @@
-"""The replay, linearised in every candidate, block by block of the log.
-
-Around a model that replays well, velocities of the replay are linear in all further
-coefficients: their slopes are the sensitivities of the simulator. A selection on these
-rows sees what each term does to the replay, where one on accelerations sees what it does
-to a noisy derivative.
-"""
+"""The replay, linearised in every candidate, block by block of the log."""
 
 from __future__ import annotations
 
@@ -28,16 +22,7 @@ _LEAST = 16
 
 @dataclass(frozen=True, eq=False)
 class ReplayBlocks:
-    """Normal matrices of the linearised replay.
-
-    Attributes
-    ----------
-    blocks : ndarray, shape (n_blocks, p + 1, p + 1)
-        One a block, first states eliminated; the last column is the target, in units of
-        the spread of each velocity's error.
-    lost : int
-        Blocks left out because the replay diverges there.
-    """
+    """Normal matrices of the linearised replay."""
 
     blocks: FloatArray
     lost: int
@@ -46,25 +31,7 @@ class ReplayBlocks:
 def replay_blocks(
     problem: Problem, model: DampingModel, around: Damping, length: float
 ) -> ReplayBlocks:
-    """Linearise the replay in the coefficients of a large model around a small one.
-
-    Parameters
-    ----------
-    problem : Problem
-        Prepared for the large model.
-    model : DampingModel
-        The large one, restricted to the free axes.
-    around : Damping
-        The small one: its terms are among those of the large one.
-    length : float
-        Of the windows that are replayed from states of their own [s].
-
-    Returns
-    -------
-    blocks : ReplayBlocks
-        The target is the error of the replay plus what the small model explains, so that
-        coefficients solved from it are whole ones, not changes.
-    """
+    """Linearise the replay in the coefficients of a large model around a small one."""
     search = searching(problem, model)
     shooting = search.shooting(min(length, problem.duration / _LEAST))
     guessed = around.onto(model)
@@ -85,10 +52,7 @@ def replay_blocks(
 
 
 def _spread(errors: FloatArray, noise: FloatArray) -> FloatArray:
-    """Return the spread of each error beyond the noise of the state a window starts from.
-
-    That state is eliminated afterwards, so its noise is no part of what is left.
-    """
+    """Return the spread of each error beyond the noise of the state a window starts from."""
     finite = errors[np.all(np.isfinite(errors), axis=1)]
     own = np.mean(finite**2, axis=0) if len(finite) else np.zeros(len(noise))
     return np.sqrt(np.maximum(own - noise**2, noise**2))

@@ -1,11 +1,4 @@
-"""How far to trust coefficients that were fitted to a replay.
-
-To first order the estimate is a sum over samples of what the output error of each
-contributes through the sensitivities. That is what an ideal search would scatter. What the
-search at hand scatters beyond it, the searches without a part of the log say; see
-:mod:`hydrodamp.identification.replays.left_out`. Both are added: a few searches leave most
-combinations of a hundred coefficients without any variance of their own.
-"""
+"""How far to trust coefficients that were fitted to a replay."""
 
 from __future__ import annotations
 
@@ -23,23 +16,7 @@ from hydrodamp.identification.uncertainty.long_run import LongRun, long_run
 
 
 def replay_uncertainty(search: Search, place: Place, n_parts: int) -> Uncertainty | None:
-    """Return how far to trust the coefficients at the end of a search.
-
-    Parameters
-    ----------
-    search : Search
-        Problem, units and noise.
-    place : Place
-        Where the search ended.
-    n_parts : int
-        How many parts of the log are left out in turn; 0 for the scores alone.
-
-    Returns
-    -------
-    uncertainty : Uncertainty or None
-        None where the replay diverges. Where it is from the scores alone its words say that
-        it is too small.
-    """
+    """Return how far to trust the coefficients at the end of a search."""
     whole = search.shooting(np.inf)
     settled = _settled(search, whole, place.coefficients)
     if settled is None:

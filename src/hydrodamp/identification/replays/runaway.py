@@ -1,10 +1,4 @@
-"""Whether a model runs away a little beside the log it was fitted to.
-
-Coefficients can replay their own log well and still run away at another speed: nothing
-in the log speaks against it. So candidates are also driven through the log with every
-command a tenth weaker, which stays within what was seen. What should come out is
-unknown, but not that a velocity leaves the recorded range by a factor.
-"""
+"""Whether a model runs away a little beside the log it was fitted to."""
 
 from __future__ import annotations
 
@@ -25,21 +19,7 @@ has run away."""
 
 
 def runaways(problem: Problem, matrix: FloatArray) -> int:
-    """Count the replays that run away beside the log.
-
-    Parameters
-    ----------
-    problem : Problem
-        What was measured.
-    matrix : ndarray, shape (n_columns, 6)
-        All coefficients of equation 1.
-
-    Returns
-    -------
-    count : int
-        Segments in which a velocity left five times the recorded range, summed over
-        commands at 0.9 and 1.0 times the recorded.
-    """
+    """Count the replays that run away beside the log."""
     recorded = np.abs(problem.inputs.velocity)
     largest = BEYOND * np.repeat([recorded[:, :3].max(), recorded[:, 3:].max()], 3)
     return sum(_count(problem, matrix, share, largest) for share in SHARES)

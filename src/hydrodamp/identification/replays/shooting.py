@@ -1,10 +1,4 @@
-"""Multiple shooting: a log cut into windows, each replayed from a state of its own.
-
-The velocities of a window follow from its first state and the coefficients. The
-first state is unknown too, but for the sensor's noise; it is eliminated window by
-window, so that only the coefficients are left in the triangle of the linearised
-problem.
-"""
+"""Multiple shooting: a log cut into windows, each replayed from a state of its own."""
 
 from __future__ import annotations
 
@@ -33,15 +27,7 @@ _ENTRIES = 8_000_000
 
 @dataclass(frozen=True, eq=False)
 class Guess:
-    """Where the search stands.
-
-    Attributes
-    ----------
-    coefficients : ndarray, shape (p,)
-        In the order of the model's labels.
-    starts : ndarray, shape (n_windows, 6)
-        First velocity of every window [m/s, rad/s].
-    """
+    """Where the search stands."""
 
     coefficients: FloatArray
     starts: FloatArray
@@ -49,53 +35,20 @@ class Guess:
 
 @dataclass(frozen=True, eq=False)
 class Linearised:
-    """The problem around a guess, first states eliminated.
-
-    Attributes
-    ----------
-    triangle : ndarray, shape (p + 1, p + 1)
-        Of the weighted Jacobian on the coefficients and the weighted error.
-    cost : float
-        Sum of squares of all weighted errors, those of the first states included.
-    back : tuple of (ndarray, ndarray, ndarray)
-        Per window what gives the first state back: ``R x = c - B dk``.
-    """
+    """The problem around a guess, first states eliminated."""
 
     triangle: FloatArray
     cost: float
     back: tuple[tuple[FloatArray, FloatArray, FloatArray], ...]
 
     def starts_moved(self, change: FloatArray) -> FloatArray:
-        """Return how far each first state moves with a change of the coefficients.
-
-        Parameters
-        ----------
-        change : ndarray, shape (p,)
-            Of the coefficients.
-
-        Returns
-        -------
-        moved : ndarray, shape (n_windows, n_free)
-            [m/s, rad/s].
-        """
+        """Return how far each first state moves with a change of the coefficients."""
         return np.array([np.linalg.solve(r, c - b @ change) for r, c, b in self.back])
 
 
 @dataclass(frozen=True, eq=False)
 class Shooting:
-    """A problem, the coefficients sought, and the windows.
-
-    Attributes
-    ----------
-    problem : Problem
-        What was measured.
-    entries : tuple of ndarray
-        Rows and axes of the table of equation 1 where the coefficients stand.
-    windows : ndarray of int, shape (n_windows, 2)
-        First sample and one past the last.
-    noise : ndarray, shape (n_free,)
-        Standard deviation of each velocity's noise: what a first state may be off.
-    """
+    """A problem, the coefficients sought, and the windows."""
 
     problem: Problem
     entries: tuple[np.ndarray, np.ndarray]
@@ -112,18 +65,7 @@ class Shooting:
         return self.problem.inputs.velocity[self.windows[:, 0]]
 
     def errors(self, guess: Guess) -> FloatArray:
-        """Return measured minus simulated velocity of all samples in windows.
-
-        Parameters
-        ----------
-        guess : Guess
-            Coefficients and first states.
-
-        Returns
-        -------
-        errors : ndarray, shape (n, n_free)
-            NaN from where a window diverged; [m/s, rad/s].
-        """
+        """Return measured minus simulated velocity of all samples in windows."""
         parts = []
         for inputs, windows, place in self._batches(guess, 6):
             simulated, _ = kernels.replay(
@@ -138,40 +80,14 @@ class Shooting:
         return np.concatenate(parts)[:, self.free]
 
     def cost(self, guess: Guess, spread: FloatArray) -> float:
-        """Return the sum of squares of all weighted errors; infinite if one diverged.
-
-        Parameters
-        ----------
-        guess : Guess
-            Coefficients and first states.
-        spread : ndarray, shape (n_free,)
-            What to divide each velocity's errors by.
-
-        Returns
-        -------
-        cost : float
-            Without unit.
-        """
+        """Return the sum of squares of all weighted errors; infinite if one diverged."""
         errors = self.errors(guess) / spread
         off = (self.measured_starts() - guess.starts)[:, self.free] / self.noise
         total = float(np.sum(errors**2) + np.sum(off**2))
         return total if np.isfinite(total) else np.inf
 
     def linearised(self, guess: Guess, spread: FloatArray) -> Linearised | None:
-        """Return the problem around a guess; None if a window diverges there.
-
-        Parameters
-        ----------
-        guess : Guess
-            Coefficients and first states.
-        spread : ndarray, shape (n_free,)
-            What to divide each velocity's errors by.
-
-        Returns
-        -------
-        linearised : Linearised or None
-            Folded window by window: the Jacobian of the whole log is never held.
-        """
+        """Return the problem around a guess; None if a window diverges there."""
         width = len(guess.coefficients) + 1
         triangle: FloatArray = np.zeros((width, width))
         back: list[tuple[FloatArray, FloatArray, FloatArray]] = []
@@ -194,24 +110,7 @@ class Shooting:
     def scores(
         self, guess: Guess, spread: FloatArray, errors: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Return what each sample contributes to the coefficients' equations.
-
-        Parameters
-        ----------
-        guess : Guess
-            Coefficients and first states; its replay must not diverge.
-        spread : ndarray, shape (n_free,)
-            What to divide each velocity's errors by.
-        errors : ndarray, shape (n, n_free)
-            Of each sample [m/s, rad/s].
-
-        Returns
-        -------
-        scores : ndarray, shape (n, p)
-            Weighted slopes times weighted errors, first states eliminated.
-        slopes : ndarray, shape (p, p)
-            Triangle of the weighted slopes.
-        """
+        """Return what each sample contributes to the coefficients' equations."""
         p, n_free = len(guess.coefficients), len(self.free)
         scores: FloatArray = np.empty((len(errors), p))
         triangle: FloatArray = np.zeros((p, p))
@@ -284,20 +183,7 @@ class Shooting:
 
 
 def cut(problem: Problem, length: float) -> IntArray:
-    """Cut the segments of a log into windows of about equal length.
-
-    Parameters
-    ----------
-    problem : Problem
-        Clock and segments.
-    length : float
-        Of a window [s]; infinite for whole segments.
-
-    Returns
-    -------
-    windows : ndarray of int, shape (n_windows, 2)
-        They cover all samples; never across a join.
-    """
+    """Cut the segments of a log into windows of about equal length."""
     windows: list[tuple[int, int]] = []
     for start, stop in problem.segments.tolist():
         duration = float(problem.inputs.time[stop - 1] - problem.inputs.time[start])

@@ -1,9 +1,4 @@
-"""Slopes whose window each velocity chooses for itself, with the budget of the choice.
-
-A short window leaves noise in the slope, a long one bends it. The window of each velocity is
-the one whose parabolas best foretell the samples they leave out. What noise it lets through
-and what it takes from the motion is told, so that a user sees what an acceleration is worth.
-"""
+"""Slopes whose window each velocity chooses for itself, with the budget of the choice."""
 
 from __future__ import annotations
 
@@ -14,7 +9,7 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.basis.axes import VELOCITIES
-from hydrodamp.data.completing.local_polynomials import WINDOWS, Around, best_window, fitted
+from hydrodamp.conditioning.local_polynomials import WINDOWS, Around, best_window, fitted
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.rows.derivative import SavitzkyGolay
 from hydrodamp.identification.rows.velocity_noise import median_step, noise_variance
@@ -171,18 +166,7 @@ class ChosenSlopes:
 
 
 def said(budget: Sequence[Budget]) -> str:
-    """Return a budget as one sentence.
-
-    Parameters
-    ----------
-    budget : sequence of Budget
-        One a velocity.
-
-    Returns
-    -------
-    sentence : str
-        For the remarks of a fit.
-    """
+    """Return a budget as one sentence."""
     return f"Slopes over windows chosen by cross-validation: {'; '.join(map(str, budget))}."
 
 

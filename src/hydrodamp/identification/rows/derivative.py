@@ -1,8 +1,4 @@
-"""Acceleration from velocity: never across a join, right on irregular clocks.
-
-Least squares needs an acceleration. Where none was recorded it is estimated,
-and the estimate belongs to the method, not to the log.
-"""
+"""Acceleration from velocity: never across a join, right on irregular clocks."""
 
 from __future__ import annotations
 
@@ -145,18 +141,7 @@ class SavitzkyGolay:
 
 
 def default_derivative(problem: Problem) -> Derivative:
-    """Return what key ``ls`` uses: the record where there is one, else differences.
-
-    Parameters
-    ----------
-    problem : Problem
-        Whose log is asked.
-
-    Returns
-    -------
-    derivative : Derivative
-        ``RecordedAcceleration()`` or ``FiniteDifference()``.
-    """
+    """Return what key ``ls`` uses: the record where there is one, else differences."""
     if problem.log.acceleration is not None:
         return RecordedAcceleration()
     return FiniteDifference()

@@ -1,11 +1,4 @@
-"""Equation 3 as rows of a linear regression, however the acceleration is done away with.
-
-Every linear estimator (ordinary, weighted, ridge, dissipative) and every measure of
-how far to trust one works on the same rows ``Ξ κᵢ = σᵢ``, one right-hand side an
-axis. Differences of the velocity give one row a sample; the weak form one row a test
-function. Rows keep their segment and their time, because errors of neighbouring rows
-are alike and folds are made of whole stretches.
-"""
+"""Equation 3 as rows of a linear regression, however the acceleration is done away with."""
 
 from __future__ import annotations
 

@@ -1,9 +1,4 @@
-"""Folds for cross-validation: whole segments where there are several, else long blocks.
-
-Neighbouring rows carry alike errors, so a row picked at random is predicted well by
-its neighbours whatever the model is worth. A fold is therefore a whole segment, or a
-block of one with its margins left out.
-"""
+"""Folds for cross-validation: whole segments where there are several, else long blocks."""
 
 from __future__ import annotations
 
@@ -26,13 +21,7 @@ _BLOCKS = 5
 
 @dataclass(frozen=True)
 class Split:
-    """What one fold leaves to learn from, and the fold itself.
-
-    Attributes
-    ----------
-    train, test : Triangle
-        Of all other folds, and of this one.
-    """
+    """What one fold leaves to learn from, and the fold itself."""
 
     train: Triangle
     test: Triangle

@@ -1,13 +1,4 @@
-"""What a differentiated velocity sees of inputs that are held between samples.
-
-A command is held from sample to sample, so an acceleration taken from several
-velocities belongs to several commands: the central difference at sample k spans
-the command of k - 1 and that of k. Any derivative is a weighted mean of the
-slopes of single steps, and over a step the slope answers to the command held
-there; so the command it sees is the same weighted mean of commands, which is the
-same derivative of the command's integral. To take the command of sample k alone
-is to take it half a sample late, and that error goes into the coefficients.
-"""
+"""What a differentiated velocity sees of inputs that are held between samples."""
 
 from __future__ import annotations
 
@@ -24,22 +15,7 @@ Slopes = Callable[[FloatArray, FloatArray], FloatArray]
 
 
 def by_segment(problem: Problem, values: FloatArray, slopes: Slopes) -> FloatArray:
-    """Differentiate segment by segment, never across a join.
-
-    Parameters
-    ----------
-    problem : Problem
-        Times and segments.
-    values : ndarray, shape (n, k)
-        What to differentiate.
-    slopes : callable
-        The derivative of one segment.
-
-    Returns
-    -------
-    slopes : ndarray, shape (n, k)
-        In the unit of the values per second.
-    """
+    """Differentiate segment by segment, never across a join."""
     result = np.empty_like(values)
     for start, stop in problem.segments.tolist():
         result[start:stop] = slopes(problem.inputs.time[start:stop], values[start:stop])
@@ -47,21 +23,7 @@ def by_segment(problem: Problem, values: FloatArray, slopes: Slopes) -> FloatArr
 
 
 def seen_through(problem: Problem, slopes: Slopes) -> Problem:
-    """Return the problem with held inputs as a derivative of velocities sees them.
-
-    Parameters
-    ----------
-    problem : Problem
-        Its channels, and the speed u_c of a propeller, are held between samples;
-        a recorded wrench, attitude or propulsion ratio is not.
-    slopes : callable
-        The derivative of one segment.
-
-    Returns
-    -------
-    problem : Problem
-        The same but for those inputs; itself where nothing is held.
-    """
+    """Return the problem with held inputs as a derivative of velocities sees them."""
     inputs = problem.inputs
     turning = problem.propulsion_known and problem.log.propulsion_ratio is None
     held = np.hstack([inputs.channels, inputs.propulsion[:, : int(turning)]])

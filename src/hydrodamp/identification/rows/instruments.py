@@ -1,9 +1,4 @@
-"""Instruments: what rows before and after foretell of the regressors of a row.
-
-They share the motion with the row, but none of its samples, so that the noise of the sensors
-is not foretold where it is correlated over less than the lag. Rows on both sides are taken,
-because a push on the vehicle shows in what comes after.
-"""
+"""Instruments: what rows before and after foretell of the regressors of a row."""
 
 from __future__ import annotations
 
@@ -18,24 +13,7 @@ ROUNDING = 1e-6
 
 
 def around(rows: Rows, columns: FloatArray, lag: float) -> tuple[FloatArray, BoolArray]:
-    """Return means of columns a lag and two lags before and after, and where there are all.
-
-    Parameters
-    ----------
-    rows : Rows
-        Say the segment and the time of each row.
-    columns : ndarray, shape (m, k)
-        Regressors.
-    lag : float
-        How far before and after [s].
-
-    Returns
-    -------
-    near : ndarray, shape (m, 2 k)
-        Instruments of each row; zero where not known.
-    known : ndarray of bool, shape (m,)
-        Rows with two lags of their segment on either side.
-    """
+    """Return means of columns a lag and two lags before and after, and where there are all."""
     near = np.zeros((rows.n, 2 * columns.shape[1]))
     known = np.zeros(rows.n, dtype=bool)
     for segment in np.unique(rows.segment):
@@ -66,20 +44,7 @@ def _at(instants: FloatArray, time: FloatArray, columns: FloatArray) -> FloatArr
 
 
 def without(values: FloatArray, columns: FloatArray) -> FloatArray:
-    """Take the part in the span of some columns away.
-
-    Parameters
-    ----------
-    values : ndarray, shape (m, k)
-        What is left of these.
-    columns : ndarray, shape (m, c)
-        Span what is taken.
-
-    Returns
-    -------
-    rest : ndarray, shape (m, k)
-        Orthogonal to the columns.
-    """
+    """Take the part in the span of some columns away."""
     directions = spanned(columns, range(columns.shape[1])).directions
     rest: FloatArray = values - directions @ (directions.T @ values)
     return rest

@@ -1,12 +1,4 @@
-"""Velocities with less noise, to evaluate terms at: each as much as its noise asks for.
-
-A term of a noisy velocity is wrong and stays wrong under a test function where it is
-not linear; least squares then finds too small a coefficient. Local quadratics take noise
-away and add a bias where the motion bends. The window of each velocity is the one of
-the least estimated risk ``mean (Sν − ν)² + (2 S_kk − 1) σ²`` (C. M. Stein, "Estimation
-of the mean of a multivariate normal distribution" (1981), doi:10.1214/aos/1176345632),
-bias included; no smoothing has the risk σ².
-"""
+"""Velocities with less noise, to evaluate terms at: each as much as its noise asks for."""
 
 from __future__ import annotations
 
@@ -24,38 +16,14 @@ _DEGREE = 2
 
 @dataclass(frozen=True, eq=False)
 class Smoothed:
-    """Velocities with less noise.
-
-    Attributes
-    ----------
-    velocity : ndarray, shape (n, 6)
-        [m/s, rad/s].
-    windows : tuple of 6 ints
-        Samples under the local quadratic of each velocity; 1 where it stands as measured.
-    """
+    """Velocities with less noise."""
 
     velocity: FloatArray
     windows: tuple[int, ...]
 
 
 def smoothed(problem: Problem, windows: Sequence[int]) -> Smoothed:
-    """Smooth each velocity over the window of the least risk.
-
-    Parameters
-    ----------
-    problem : Problem
-        Velocities and segments; nothing is smoothed across a join, nor a segment shorter
-        than the window. The quadratic is in the number of the sample: what an irregular
-        clock makes of that counts as bias.
-    windows : sequence of int
-        Odd lengths to choose from, three samples or more; none at all leaves velocities
-        as measured.
-
-    Returns
-    -------
-    smoothed : Smoothed
-        Never of more estimated risk than the measurement.
-    """
+    """Smooth each velocity over the window of the least risk."""
     from scipy.signal import savgol_coeffs  # takes long to import
 
     measured = problem.inputs.velocity

@@ -27,21 +27,7 @@ Name = TypeVar("Name")
 
 @dataclass(frozen=True)
 class AxisSolution:
-    """The coefficients of one axis.
-
-    Attributes
-    ----------
-    coefficients : ndarray, shape (m,)
-        Smallest norm in scaled coefficients.
-    covariance : ndarray, shape (m, m)
-        Of white residuals, on the subspace the data determine.
-    rank : int
-        How many directions the data determine.
-    aliased : tuple of tuple of Term
-        Terms that the data cannot tell apart, group by group.
-    residual : float
-        Root mean square of what is left over, [N] or [N m].
-    """
+    """The coefficients of one axis."""
 
     coefficients: FloatArray
     covariance: FloatArray
@@ -53,18 +39,7 @@ class AxisSolution:
 def group_labels(
     by_axis: Iterable[tuple[int, Iterable[Sequence[Term | str]]]],
 ) -> tuple[tuple[str, ...], ...]:
-    """Return groups of terms as groups of labels.
-
-    Parameters
-    ----------
-    by_axis : iterable of (int, groups of Term or str)
-        Number of an axis, and the groups of terms on it.
-
-    Returns
-    -------
-    labels : tuple of tuple of str
-        Group by group, axis by axis.
-    """
+    """Return groups of terms as groups of labels."""
     return tuple(
         tuple(f"{AXES[axis]}_{term}" for term in group)
         for axis, groups in by_axis
@@ -74,19 +49,7 @@ def group_labels(
 
 @dataclass(frozen=True)
 class Span(Generic[Name]):
-    """What the data determine of the coefficients of some columns.
-
-    Attributes
-    ----------
-    directions : ndarray, shape (h, rank)
-        Orthonormal; they span the columns.
-    coefficients : ndarray, shape (m, rank)
-        Coefficients that make each direction, of smallest norm when scaled.
-    singular : ndarray, shape (rank,)
-        Singular values of the scaled columns, falling.
-    aliased : tuple of tuple
-        Names of columns that cannot be told apart, group by group.
-    """
+    """What the data determine of the coefficients of some columns."""
 
     directions: FloatArray
     coefficients: FloatArray
@@ -102,23 +65,7 @@ class Span(Generic[Name]):
 def spanned(
     design: FloatArray, names: Sequence[Name], scale: FloatArray | None = None
 ) -> Span[Name]:
-    """Find what the columns of a design span.
-
-    Parameters
-    ----------
-    design : ndarray, shape (h, m)
-        Rows of a regression, or their triangle.
-    names : sequence
-        One a column, such as its term.
-    scale : ndarray, shape (m,), optional
-        What to divide each column by first; its norm by default.
-
-    Returns
-    -------
-    span : Span
-        Of the column-scaled design, singular values below a share of the largest
-        left out.
-    """
+    """Find what the columns of a design span."""
     if not len(names):
         return Span(np.zeros((len(design), 0)), np.zeros((0, 0)), np.zeros(0), ())
     unit = np.linalg.norm(design, axis=0) if scale is None else scale
@@ -134,22 +81,7 @@ def spanned(
 
 
 def solve_axis(triangle: Triangle, terms: Sequence[Term], axis: int) -> AxisSolution:
-    """Solve ``min |Ξ κ − σ|`` (equation 12) on one axis from the triangle.
-
-    Parameters
-    ----------
-    triangle : Triangle
-        Its columns hold the terms and the wrench.
-    terms : sequence of Term
-        The model's row.
-    axis : int
-        Which wrench, 0 (X) to 5 (N).
-
-    Returns
-    -------
-    solution : AxisSolution
-        Coefficients, rank and aliases.
-    """
+    """Solve ``min |Ξ κ − σ|`` (equation 12) on one axis from the triangle."""
     span = spanned(triangle.r[:, [triangle.basis.index(term) for term in terms]], terms)
     target = triangle.r[:, len(triangle.basis) + axis]
     explained = span.directions.T @ target

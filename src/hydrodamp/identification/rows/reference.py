@@ -1,9 +1,4 @@
-"""A regression rich enough that what it leaves over is noise rather than misfit.
-
-The residuals of a model that is too simple are mostly what its form cannot follow. How
-noisy the rows are is therefore asked of the model's terms together with those of Gertler
-and Hagen.
-"""
+"""A regression rich enough that what it leaves over is noise rather than misfit."""
 
 from __future__ import annotations
 
@@ -14,29 +9,7 @@ from hydrodamp.simulation.problem import Problem, prepare
 
 
 def with_reference(problem: Problem, model: DampingModel) -> Problem:
-    """Return a problem for a model, and for the model with the reference's terms.
-
-    Parameters
-    ----------
-    problem : Problem
-        Vehicle and log.
-    model : DampingModel
-        Restricted to the free axes.
-
-    Returns
-    -------
-    problem : Problem
-        Its first model is the one given; its second has the terms of Gertler and Hagen
-        beside, without those that need the propulsion ratio.
-
-    Examples
-    --------
-    >>> from hydrodamp.simulation.campaign.reenact import reenact
-    >>> campaign, fossen = reenact(duration=10.0), catalog["fossen"]
-    >>> wide = with_reference(prepare(campaign.vehicle, campaign.train, fossen), fossen)
-    >>> [one.n_coefficients for one in wide.models]
-    [12, 82]
-    """
+    """Return a problem for a model, and for the model with the reference's terms."""
     reference = catalog["gertler-hagen"].restricted_to(problem.vehicle.axes)
     table = {
         axis: " ".join(str(term) for term in terms if not term.needs_propulsion)

@@ -1,13 +1,4 @@
-"""Equation 3 from sample to sample: momentum gained against the mean of what acted.
-
-Over the step from sample k to k + 1, with ξ, H(Mν)ν and a recorded wrench taken as the
-mean of both ends,
-
-    M (ν_{k+1} − ν_k) / h  =  mean(H(Mν)ν + G + u)  +  K mean(ξ)
-
-and held channels keep their value of sample k at both ends. The adaptive identifier and
-the replay have the same rule, so that fit and replay agree.
-"""
+"""Equation 3 from sample to sample: momentum gained against the mean of what acted."""
 
 from __future__ import annotations
 
@@ -23,17 +14,7 @@ from hydrodamp.simulation.problem import Problem
 
 @dataclass(frozen=True, eq=False)
 class Steps:
-    """Some steps of one segment, a row each.
-
-    Attributes
-    ----------
-    design : ndarray, shape (m, n_terms)
-        Mean of the unknown columns at both ends.
-    target : ndarray, shape (m, 6)
-        The mean wrench left over when everything known is subtracted, X Y Z [N] and
-        K M N [N m], body frame, on the right-hand side of equation 1: against the
-        motion. Zero on locked axes.
-    """
+    """Some steps of one segment, a row each."""
 
     design: FloatArray
     target: FloatArray
@@ -42,23 +23,7 @@ class Steps:
 def steps_between(
     problem: Problem, start: int, stop: int, velocity: FloatArray | None = None
 ) -> Steps:
-    """Return the steps between the samples of a stretch of one segment.
-
-    Parameters
-    ----------
-    problem : Problem
-        Samples and terms.
-    start, stop : int
-        First sample and one past the last, at least two samples.
-    velocity : ndarray, shape (n, 6), optional
-        Of all samples, to evaluate everything but the momentum gained at [m/s, rad/s]; as
-        measured by default.
-
-    Returns
-    -------
-    steps : Steps
-        ``stop - start - 1`` of them.
-    """
+    """Return the steps between the samples of a stretch of one segment."""
     mass, part, n_known = problem.vehicle.mass_matrix, slice(start, stop), problem.columns.n_known
     inputs = problem.inputs.part(part, None if velocity is None else velocity[part])
     regressor = _mean_regressor(problem.columns.plant.factors, inputs)

@@ -1,11 +1,4 @@
-"""How long a test function is, chosen by what the sensors leave of the motion.
-
-A short test function sees the noise of the velocities, for its slope is steep; a long
-one sees no fast motion, and what a model lacks is spread over more of the log. So the
-shortest is taken that hears more motion than noise. The noise of each velocity comes
-from its fourth differences. What it does to a row follows from the weights alone, and
-what the row sees altogether is measured.
-"""
+"""How long a test function is, chosen by what the sensors leave of the motion."""
 
 from __future__ import annotations
 
@@ -45,46 +38,14 @@ _OVERLAP = 2
 
 @dataclass(frozen=True)
 class Support:
-    """The length of a test function and how it was come by.
-
-    Attributes
-    ----------
-    length : float
-        [s].
-    reason : str
-        In words.
-    """
+    """The length of a test function and how it was come by."""
 
     length: float
     reason: str
 
 
 def chosen_support(problem: Problem) -> Support:
-    """Choose one length for all axes from the velocities of a log.
-
-    Parameters
-    ----------
-    problem : Problem
-        Velocities, times and segments.
-
-    Returns
-    -------
-    support : Support
-        At least four steps of the clock and at most a quarter of a segment, where
-        segments differ in length that of the mean sample.
-
-    Examples
-    --------
-    >>> import hydrodamp as hd
-    >>> time = np.arange(400) / 10
-    >>> surge = np.sin(time) + np.random.default_rng(0).normal(0, 0.02, 400)
-    >>> log = hd.Log.from_arrays(
-    ...     time, np.outer(surge, [1, 0, 0, 0, 0, 0]), attitude=np.zeros((400, 3)),
-    ...     wrench=np.zeros((400, 6)))
-    >>> problem = hd.prepare(hd.fleet["vt690"], log, hd.catalog["linear"])
-    >>> 0.4 < chosen_support(problem).length < 1.0
-    True
-    """
+    """Choose one length for all axes from the velocities of a log."""
     lengths, ratio = _lengths(problem), signal_to_noise(problem)
     moving = ratio > _HEARD
     if not moving.any():
@@ -101,23 +62,7 @@ def chosen_support(problem: Problem) -> Support:
 
 
 def noise_share(problem: Problem, support: float, noise: FloatArray) -> FloatArray:
-    """Return the share of noise in what test functions see of each velocity.
-
-    Parameters
-    ----------
-    problem : Problem
-        Velocities, times and segments.
-    support : float
-        Length of the test functions [s].
-    noise : ndarray, shape (6,)
-        Variance of the white noise of each velocity, in its squared unit.
-
-    Returns
-    -------
-    share : ndarray, shape (6,)
-        Of the mean square of the mean acceleration under a test function; one where
-        nothing moves.
-    """
+    """Return the share of noise in what test functions see of each velocity."""
     gain, power = 0.0, np.zeros(6)
     for start, stop in problem.segments.tolist():
         time, velocity = problem.inputs.time[start:stop], problem.inputs.velocity[start:stop]

@@ -1,11 +1,4 @@
-"""The sufficient statistic of least squares: one triangle, mergeable.
-
-The rows ``[ξᵀ τᵀ]`` of all samples (equation 3 gives τ) are folded block by
-block into the triangle R of their QR factorisation. Every model, axis and
-subset of segments then follows from R in milliseconds, without the data. The
-Gram matrix ``RᵀR`` would do the same at half the cost and is never formed: at
-condition 1e7 its coefficients are wrong while the residual looks perfect.
-"""
+"""The sufficient statistic of least squares: one triangle, mergeable."""
 
 from __future__ import annotations
 
@@ -105,22 +98,7 @@ def accumulate(
 
 
 def folded(basis: Basis, design: FloatArray, target: FloatArray) -> Triangle:
-    """Fold rows that are already there into their triangle.
-
-    Parameters
-    ----------
-    basis : Basis
-        The columns of the design.
-    design : ndarray, shape (m, n_terms)
-        In the paper Ξ.
-    target : ndarray, shape (m, 6)
-        Force [N] and moment [N m] that the terms are to explain, body frame.
-
-    Returns
-    -------
-    triangle : Triangle
-        Of ``[design target]``.
-    """
+    """Fold rows that are already there into their triangle."""
     size = len(basis) + 6
     r = folded_rows(np.zeros((size, size)), np.hstack([design, target]))
     return Triangle(basis, frozen(r), len(target))

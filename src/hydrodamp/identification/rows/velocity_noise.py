@@ -12,39 +12,14 @@ _BLOCK = 4096
 
 
 def median_step(problem: Problem) -> float:
-    """Return the median step between samples of one segment [s]; one second where there is none.
-
-    Parameters
-    ----------
-    problem : Problem
-        Times and segments.
-
-    Returns
-    -------
-    step : float
-        [s].
-    """
+    """Return the median step between samples of one segment [s]; one second where there is none."""
     steps = [np.diff(problem.inputs.time[start:stop]) for start, stop in problem.segments]
     every = np.concatenate(steps)
     return float(np.median(every)) if len(every) else 1.0
 
 
 def signal_to_noise(problem: Problem) -> FloatArray:
-    """Return variance over white noise of each velocity.
-
-    Fourth differences leave little of a smooth motion and 70 times the variance
-    of white noise (the sum of the squares of 1 4 6 4 1).
-
-    Parameters
-    ----------
-    problem : Problem
-        Velocities and segments.
-
-    Returns
-    -------
-    ratio : ndarray, shape (6,)
-        Between 1 and 1e6; 1 on locked axes and where a velocity does not vary.
-    """
+    """Return variance over white noise of each velocity."""
     velocity = problem.inputs.velocity
     left = [np.diff(velocity[start:stop], n=4, axis=0) for start, stop in problem.segments]
     differences = np.concatenate([part for part in left if len(part)] or [np.zeros((1, 6))])
@@ -56,36 +31,13 @@ def signal_to_noise(problem: Problem) -> FloatArray:
 
 
 def noise_variance(problem: Problem) -> FloatArray:
-    """Return the variance of the white noise of each velocity.
-
-    Parameters
-    ----------
-    problem : Problem
-        Velocities and segments.
-
-    Returns
-    -------
-    variance : ndarray, shape (6,)
-        By :func:`signal_to_noise`, so never more than that of the velocity itself
-        [(m/s)^2, (rad/s)^2].
-    """
+    """Return the variance of the white noise of each velocity."""
     variance: FloatArray = problem.inputs.velocity.var(axis=0) / signal_to_noise(problem)
     return variance
 
 
 def mean_square(problem: Problem) -> FloatArray:
-    """Return the mean square of every unknown column over a log.
-
-    Parameters
-    ----------
-    problem : Problem
-        Samples and terms.
-
-    Returns
-    -------
-    mean_square : ndarray, shape (n_terms,)
-        In the squared unit of each term.
-    """
+    """Return the mean square of every unknown column over a log."""
     total = np.zeros(len(problem.columns.basis))
     for start in range(0, problem.n_samples, _BLOCK):
         stop = min(start + _BLOCK, problem.n_samples)

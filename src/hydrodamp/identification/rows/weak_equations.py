@@ -1,14 +1,4 @@
-"""The weak form of equation 3: integrals against test functions in place of derivatives.
-
-Multiplied by a function φ that vanishes with its derivative at both ends of its support,
-and integrated by parts,
-
-    −∫ φ' M ν dt  =  ∫ φ (H(Mν)ν + G + u) dt  +  K ∫ φ ξ dt
-
-holds no acceleration. Noise of the velocities is averaged on both sides before anything
-is fitted. D. A. Messenger and D. M. Bortz, "Weak SINDy: Galerkin-based data-driven model
-selection" (2021), doi:10.1137/20M1343166, use the same idea with other quadrature.
-"""
+"""The weak form of equation 3: integrals against test functions in place of derivatives."""
 
 from __future__ import annotations
 
@@ -134,19 +124,7 @@ class WeakEquations:
 
 @dataclass(frozen=True, eq=False)
 class WeakProblem:
-    """A problem with its test functions settled.
-
-    Attributes
-    ----------
-    problem : Problem
-        Samples and terms.
-    support : Support
-        Length of a test function and how it was come by.
-    overlap : int
-        How many functions cover an instant.
-    smoothed : Smoothed
-        Velocities at which terms are evaluated.
-    """
+    """A problem with its test functions settled."""
 
     problem: Problem
     support: Support
@@ -154,13 +132,7 @@ class WeakProblem:
     smoothed: Smoothed
 
     def parts(self) -> Iterator[Rows]:
-        """Go through the rows block by block.
-
-        Yields
-        ------
-        rows : Rows
-            Some of one segment. The first are none, so that there always are some.
-        """
+        """Go through the rows block by block."""
         problem, basis = self.problem, self.problem.columns.basis
         none = np.zeros(0)
         yield Rows(basis, np.zeros((0, len(basis))), np.zeros((0, 6)), none.astype(int), none)
@@ -179,13 +151,7 @@ class WeakProblem:
                 )
 
     def triangle(self) -> Triangle:
-        """Return the triangle of all rows.
-
-        Returns
-        -------
-        triangle : Triangle
-            Made block by block.
-        """
+        """Return the triangle of all rows."""
         return merge(part.triangle() for part in self.parts())
 
     @property

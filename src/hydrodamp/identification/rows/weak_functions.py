@@ -1,18 +1,4 @@
-"""Test functions on the clock of a log: where they stand and how much each step weighs.
-
-The function is the bump ``φ(s) = (1 − s²)²`` on −1 ≤ s ≤ 1, which vanishes with its
-derivative at both ends. Its integral over a step, not its value at some instant of it,
-is the weight of the step; the weights of a function add up to one. A row of the weak
-form is the weighted sum of step equations (:mod:`hydrodamp.identification.rows.steps`).
-Summed by parts it holds no differences of velocities, only velocities times differences
-of weights: ``−∫φ' Mν``. Three things follow. A force held over a step and the straight
-velocity that it makes leave no error, on any clock. The same weights stand on both
-sides, so the one error of quadrature is that of the mean of both ends, which takes the
-share (λh)²/12 from a damping rate λ at steps of h. And the rows follow the rule by which
-held commands are replayed.
-
-Higher powers of the bump were tried: at equal bandwidth they make no difference.
-"""
+"""Test functions on the clock of a log: where they stand and how much each step weighs."""
 
 from __future__ import annotations
 
@@ -33,17 +19,7 @@ _ROUNDING = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Bumps:
-    """Test functions next to each other, and the samples they reach.
-
-    Attributes
-    ----------
-    centres : ndarray, shape (m,)
-        Their middles [s].
-    start, stop : int
-        First sample that they reach and one past the last.
-    weights : sparse array, shape (m, stop - start - 1)
-        Of each step in each function; every row adds up to one.
-    """
+    """Test functions next to each other, and the samples they reach."""
 
     centres: FloatArray
     start: int
@@ -52,31 +28,7 @@ class Bumps:
 
 
 def bumps(time: FloatArray, support: float, overlap: int) -> Iterator[Bumps]:
-    """Go through the test functions of one segment, some at a time.
-
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Of the samples of one segment [s].
-    support : float
-        Length of a test function [s].
-    overlap : int
-        How many cover an instant; fewer where they would stand closer than samples.
-
-    Yields
-    ------
-    bumps : Bumps
-        As many functions as fit, evenly spread; nothing where none does. Samples count
-        from the start of the segment.
-
-    Examples
-    --------
-    >>> some = next(bumps(np.arange(9.0), support=4.0, overlap=2))
-    >>> some.centres.tolist(), some.weights.shape
-    ([2.0, 4.0, 6.0], (3, 8))
-    >>> some.weights.sum(axis=1).round(12).tolist()
-    [1.0, 1.0, 1.0]
-    """
+    """Go through the test functions of one segment, some at a time."""
     if not covered(time, support):
         return
     step = float(time[-1] - time[0]) / (len(time) - 1)
@@ -88,42 +40,12 @@ def bumps(time: FloatArray, support: float, overlap: int) -> Iterator[Bumps]:
 
 
 def covered(time: FloatArray, support: float) -> bool:
-    """Return whether a segment is long enough for one test function.
-
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Of the samples of one segment [s].
-    support : float
-        Length of a test function [s].
-
-    Returns
-    -------
-    covered : bool
-        Whether its first and last sample are that far apart.
-    """
+    """Return whether a segment is long enough for one test function."""
     return bool(time[-1] - time[0] >= support * (1.0 - _ROUNDING))
 
 
 def likeness(overlap: int) -> float:
-    """Return how many rows count as one: ``Σ_j ∫φ(t)φ(t + jδ)dt / ∫φ²dt``.
-
-    Parameters
-    ----------
-    overlap : int
-        Functions over an instant, δ apart.
-
-    Returns
-    -------
-    count : float
-        At least one; for a disturbing force that is white in time, and regressors that
-        hardly change under a test function.
-
-    Examples
-    --------
-    >>> round(likeness(4), 3)
-    2.8
-    """
+    """Return how many rows count as one: ``Σ_j ∫φ(t)φ(t + jδ)dt / ∫φ²dt``."""
     area, square = 16.0 / 15.0, 256.0 / 315.0
     return max(area**2 / square * overlap / 2.0, 1.0)
 

@@ -1,16 +1,4 @@
-"""Forward selection by the error-reduction ratio, and elimination backwards.
-
-Forward orthogonal least squares (S. Chen, S. A. Billings and W. Luo, "Orthogonal least
-squares methods and their application to non-linear system identification", Int. J.
-Control 50 (1989), doi:10.1080/00207178908953472): each further column is the one that
-takes away most of what is left of the target. The share it takes is its error-reduction
-ratio.
-
-All of it runs on normal matrices ``[A b]ᵀ[A b]``, because those of blocks add up: a
-resampling is a sum. The squaring of the condition is harmless here. A column of which
-the chosen ones leave less than a millionth is never chosen, and no coefficient that
-anyone sees is solved for in this module.
-"""
+"""Forward selection by the error-reduction ratio, and elimination backwards."""
 
 from __future__ import annotations
 
@@ -30,44 +18,14 @@ _RIDGE = 1e-10
 
 @dataclass(frozen=True, eq=False)
 class Path:
-    """Columns in the order they were chosen.
-
-    Attributes
-    ----------
-    order : ndarray of int, shape (k,)
-        Their places.
-    ratio : ndarray, shape (k,)
-        Share of the target's square that each one took: the error-reduction ratio.
-    """
+    """Columns in the order they were chosen."""
 
     order: IntArray
     ratio: FloatArray
 
 
 def forward(normal: FloatArray, most: int, first: Sequence[int] = ()) -> Path:
-    """Choose columns one by one, each the one that explains most of what is left.
-
-    Parameters
-    ----------
-    normal : ndarray, shape (p + 1, p + 1)
-        ``[A b]ᵀ[A b]``, the target last.
-    most : int
-        How many columns to choose, those of ``first`` not counted.
-    first : sequence of int
-        Columns that are taken before any is chosen.
-
-    Returns
-    -------
-    path : Path
-        Ends early where no column takes anything.
-
-    Examples
-    --------
-    >>> design = np.array([[1.0, 0.0, 1.0], [0.0, 1.0, 1.0], [0.0, 0.0, 0.1]])
-    >>> rows = np.column_stack([design, [3.0, 1.0, 0.0]])
-    >>> forward(rows.T @ rows, 2).order.tolist()
-    [0, 1]
-    """
+    """Choose columns one by one, each the one that explains most of what is left."""
     n = len(normal) - 1
     scale = _scale(np.diag(normal))
     unit = normal / (scale[:, None] * scale)
@@ -102,24 +60,7 @@ def _next(
 def nested(
     normal: FloatArray, start: IntArray, held: IntArray, groups: Sequence[IntArray] = ()
 ) -> tuple[IntArray, ...]:
-    """Drop columns one by one, each the one whose loss costs least.
-
-    Parameters
-    ----------
-    normal : ndarray, shape (p + 1, p + 1)
-        ``[A b]ᵀ[A b]``, the target last.
-    start : ndarray of int
-        The columns to begin with.
-    held : ndarray of int
-        Columns that are never dropped.
-    groups : sequence of ndarray of int
-        Of each group the last member that is left is not dropped either.
-
-    Returns
-    -------
-    sets : tuple of ndarray of int
-        From ``start`` down to what may not be dropped, each rising.
-    """
+    """Drop columns one by one, each the one whose loss costs least."""
     chosen = np.sort(start)
     sets = [chosen]
     while True:
@@ -134,41 +75,13 @@ def nested(
 
 
 def solved(normal: FloatArray, chosen: IntArray) -> FloatArray:
-    """Return the coefficients of some columns.
-
-    Parameters
-    ----------
-    normal : ndarray, shape (p + 1, p + 1)
-        ``[A b]ᵀ[A b]``, the target last.
-    chosen : ndarray of int, shape (k,)
-        The columns.
-
-    Returns
-    -------
-    coefficients : ndarray, shape (k,)
-        Good enough to start a search from and to compare errors.
-    """
+    """Return the coefficients of some columns."""
     inverse, scale = _inverse(normal, chosen)
     return np.asarray(inverse @ (normal[chosen, -1] / scale) / scale)
 
 
 def error(normal: FloatArray, chosen: IntArray, coefficients: FloatArray) -> float:
-    """Return the sum of squares that coefficients leave of the target.
-
-    Parameters
-    ----------
-    normal : ndarray, shape (p + 1, p + 1)
-        ``[A b]ᵀ[A b]``, the target last.
-    chosen : ndarray of int, shape (k,)
-        The columns.
-    coefficients : ndarray, shape (k,)
-        Theirs.
-
-    Returns
-    -------
-    error : float
-        In the squared unit of the target.
-    """
+    """Return the sum of squares that coefficients leave of the target."""
     inner = normal[np.ix_(chosen, chosen)] @ coefficients - 2.0 * normal[chosen, -1]
     return float(normal[-1, -1] + coefficients @ inner)
 

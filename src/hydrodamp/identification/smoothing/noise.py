@@ -119,23 +119,7 @@ def _listed(names: tuple[str, ...], levels: FloatArray, silent: float) -> str:
 
 
 def sensor_noise(problem: Problem) -> Noise:
-    """Estimate the noise of the sensors from what no smooth motion has.
-
-    Fourth differences leave little of a smooth motion and 70 times the variance of
-    white noise. What they leave of the motion is counted as noise, so this is an
-    upper bound where a log is sampled slowly.
-
-    Parameters
-    ----------
-    problem : Problem
-        Velocities, attitude and segments; differences of a lower order where the
-        segments are short.
-
-    Returns
-    -------
-    noise : Noise
-        Without disturbances.
-    """
+    """Estimate the noise of the sensors from what no smooth motion has."""
     bounds = problem.segments.tolist()
     order = min(4, max(stop - start for start, stop in bounds) - 1)
     velocity, attitude = problem.inputs.velocity, problem.log.attitude

@@ -1,18 +1,4 @@
-"""Smoothing and least squares in turn: measured velocities are noisy in the terms, too.
-
-Least squares on smoothed motion needs a model to smooth with, and the smoother
-needs coefficients. Taken in turn they settle where neither moves, and there the
-coefficients minimise ``|L⁻¹ (r − B κ)|²``: generalised least squares on what the
-steps lack, with the covariance ``L Lᵀ`` that noise and disturbances give it. Each
-pass solves that directly along the last smoothed motion, where plain alternation
-would take hundreds of passes, then smooths again and estimates the noise levels
-again (maximum likelihood). Where disturbances vanish it comes to output error over
-whole segments, where noise vanishes to the paper's least squares.
-
-A wrong model has no true noise levels: the passes then lead from coefficients that
-explain single steps to others that may or may not replay well. So every pass is
-replayed on the log, and the last one that replays it about as well as the best is kept.
-"""
+"""Smoothing and least squares in turn: measured velocities are noisy in the terms, too."""
 
 from __future__ import annotations
 
@@ -56,20 +42,7 @@ is at most this many times the least."""
 
 @dataclass(frozen=True)
 class Estimate:
-    """What one pass came to.
-
-    Attributes
-    ----------
-    coefficients : ndarray, shape (n_coefficients,)
-        In the order of the model's labels.
-    span : Span
-        What the data determine of them.
-    noise : Noise
-        The levels it weighed by.
-    replay : float
-        Mean square of the open-loop replay's error over the variance of each free
-        velocity, mean over them; infinite where the replay diverged.
-    """
+    """What one pass came to."""
 
     coefficients: FloatArray
     span: Span[str]

@@ -1,11 +1,4 @@
-"""The smoothed log: what the motion was, by the sensors and by the model together.
-
-Among all motions that the steps of equation 1 and of the kinematics could have
-taken, the most probable one departs least from what was recorded, by the noise of
-each sensor, and asks least of disturbances. Each pass linearises all steps along
-the last motion and solves for the whole log at once; the passes are those of the
-iterated extended Kalman smoother (Bell 1994, SIAM J. Optim. 4, 626).
-"""
+"""The smoothed log: what the motion was, by the sensors and by the model together."""
 
 from __future__ import annotations
 
@@ -47,23 +40,7 @@ _SEED = 20
 
 @dataclass(frozen=True, eq=False)
 class Pass:
-    """All steps of a log along one track, under given noise.
-
-    Attributes
-    ----------
-    problem : Problem
-        The log.
-    track : Track
-        Where the steps are linearised.
-    noise : Noise
-        Of sensors and disturbances.
-    linear : Transitions
-        The steps.
-    errors : StepErrors
-        The covariance of what they lack.
-    missing : ndarray, shape (n_steps, width)
-        What the steps would lack along the record itself, to first order.
-    """
+    """All steps of a log along one track, under given noise."""
 
     problem: Problem
     track: Track
@@ -76,31 +53,7 @@ class Pass:
     def along(
         cls, problem: Problem, steps: Steps, matrix: FloatArray, track: Track, noise: Noise
     ) -> Pass:
-        """Linearise along a track.
-
-        Parameters
-        ----------
-        problem : Problem
-            The log.
-        steps : Steps
-            Of the problem.
-        matrix : ndarray, shape (n_columns, 6)
-            All coefficients of equation 1.
-        track : Track
-            Where.
-        noise : Noise
-            Of sensors and disturbances.
-
-        Returns
-        -------
-        linearised : Pass
-            Ready to smooth.
-
-        Raises
-        ------
-        numpy.linalg.LinAlgError
-            If a step runs away.
-        """
+        """Linearise along a track."""
         linear = transitions(problem, steps, matrix, track)
         errors = StepErrors.of(linear, noise)
         departure = problem.inputs.velocity - track.velocity
@@ -134,12 +87,7 @@ class Pass:
         return wrench
 
     def explained(self, weights: FloatArray, loudest: Noise) -> Noise:
-        """Return the noise levels that explain what this pass found.
-
-        Where the likelihood has its maximum, the weighed errors have the mean square
-        that their covariance predicts; each level is scaled by the ratio of the two.
-        The prediction is a trace, estimated with random signs for the noise.
-        """
+        """Return the noise levels that explain what this pass found."""
         steps, n = self.linear.steps, self.problem.n_samples
         rng, root = np.random.default_rng(_SEED), np.sqrt(steps.length)[:, None]
         probes = [self.linear.at_steps(one) for one in _signs(rng, n, steps, steps.width)]
@@ -232,20 +180,7 @@ def noise_levels(problem: Problem, damping: Damping) -> Noise:
 
 
 def first_disturbance(problem: Problem, matrix: FloatArray) -> FloatArray:
-    """Estimate the disturbances from above, by residuals on smoothed slopes.
-
-    Parameters
-    ----------
-    problem : Problem
-        The log.
-    matrix : ndarray, shape (n_columns, 6)
-        All coefficients of equation 1.
-
-    Returns
-    -------
-    disturbance : ndarray, shape (6,)
-        Root of the spectral density, X Y Z [N s^0.5], K M N [N m s^0.5].
-    """
+    """Estimate the disturbances from above, by residuals on smoothed slopes."""
     slopes = SavitzkyGolay()
     seen = slopes.seen(problem)
     wrench = damping_wrench(seen, slopes.acceleration(problem))

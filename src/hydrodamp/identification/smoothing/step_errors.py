@@ -1,11 +1,4 @@
-"""The covariance of what the steps leave unexplained, factored once.
-
-Errors of a sample enter the step that ends there and the one that begins there,
-a disturbance enters one step alone. So the covariance is block-tridiagonal, and
-its banded Cholesky factor whitens any rows in time linear in their number. This
-is the extended Rauch-Tung-Striebel smoother in another order of elimination
-(Bell 1994): it needs no inverse of any noise level, so they may be tiny.
-"""
+"""The covariance of what the steps leave unexplained, factored once."""
 
 from __future__ import annotations
 
@@ -21,37 +14,13 @@ from hydrodamp.identification.smoothing.transition import Transitions
 
 @dataclass(frozen=True, eq=False)
 class StepErrors:
-    """Covariance ``L Lᵀ`` of all rows of all steps.
-
-    Attributes
-    ----------
-    factor : ndarray, shape (2 width, n_steps width)
-        L, lower, in the banded form of LAPACK.
-    """
+    """Covariance ``L Lᵀ`` of all rows of all steps."""
 
     factor: FloatArray
 
     @classmethod
     def of(cls, linear: Transitions, noise: Noise) -> StepErrors:
-        """Factor the covariance of some transitions.
-
-        Parameters
-        ----------
-        linear : Transitions
-            How steps answer to errors of samples.
-        noise : Noise
-            How large those are, and disturbances.
-
-        Returns
-        -------
-        errors : StepErrors
-            Ready to whiten.
-
-        Raises
-        ------
-        numpy.linalg.LinAlgError
-            If a step ran away, or answers so strongly that no factor is found.
-        """
+        """Factor the covariance of some transitions."""
         if not np.all(np.isfinite(linear.defect)):
             raise np.linalg.LinAlgError("a step is not finite")
         steps, variance = linear.steps, noise.of_samples(linear.steps)
@@ -71,22 +40,7 @@ class StepErrors:
     def whiten(
         self, rows: FloatArray, start: int = 0, previous: FloatArray | None = None
     ) -> FloatArray:
-        """Return rows with unit covariance, ``L⁻¹`` times the rows given.
-
-        Parameters
-        ----------
-        rows : ndarray, shape (m, k)
-            Some rows of all steps, a whole number of steps.
-        start : int
-            Which row is the first.
-        previous : ndarray, shape (_, k), optional
-            Whitened rows just before; needed unless the first row is row 0.
-
-        Returns
-        -------
-        white : ndarray, shape (m, k)
-            Those rows whitened.
-        """
+        """Return rows with unit covariance, ``L⁻¹`` times the rows given."""
         white = np.array(rows, order="F")
         if previous is not None:
             reach = min(len(self.factor) - 1, len(previous))
@@ -95,18 +49,7 @@ class StepErrors:
         return _solved(part, white)
 
     def weigh(self, rows: FloatArray) -> FloatArray:
-        """Return the inverse of the covariance times all rows.
-
-        Parameters
-        ----------
-        rows : ndarray, shape (n_steps width, k)
-            All of them.
-
-        Returns
-        -------
-        weights : ndarray, shape (n_steps width, k)
-            ``(L Lᵀ)⁻¹`` times the rows.
-        """
+        """Return the inverse of the covariance times all rows."""
         return _solved(self.factor, self.whiten(rows), transposed=True)
 
     def _coupling(self, start: int, reach: int) -> FloatArray:

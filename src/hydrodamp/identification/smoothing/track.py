@@ -14,91 +14,30 @@ from hydrodamp.simulation.problem import Problem
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """What a smoother takes the motion to have been.
-
-    Attributes
-    ----------
-    velocity : ndarray, shape (n, 6)
-        u v w [m/s], p q r [rad/s], body frame.
-    turn : ndarray, shape (n, 3)
-        Rotation vector about body axes from the recorded attitude to the true one [rad].
-    """
+    """What a smoother takes the motion to have been."""
 
     velocity: FloatArray
     turn: FloatArray
 
     @classmethod
     def recorded(cls, problem: Problem) -> Track:
-        """Return the motion as it was recorded.
-
-        Parameters
-        ----------
-        problem : Problem
-            Its velocities on free axes.
-
-        Returns
-        -------
-        track : Track
-            Without any turn.
-        """
+        """Return the motion as it was recorded."""
         return cls(problem.inputs.velocity, np.zeros((problem.n_samples, 3)))
 
     def attitude(self, problem: Problem) -> FloatArray | None:
-        """Return the attitude.
-
-        Parameters
-        ----------
-        problem : Problem
-            Whose record is turned.
-
-        Returns
-        -------
-        attitude : ndarray, shape (n, 4), or None
-            Unit quaternions ``(w, x, y, z)``, body to north-east-down; None where
-            none was recorded.
-        """
+        """Return the attitude."""
         recorded = problem.log.attitude
         return None if recorded is None else turned(recorded, self.turn)
 
     def inputs(self, problem: Problem) -> Inputs:
-        """Return what drives the plant along this motion.
-
-        Parameters
-        ----------
-        problem : Problem
-            Gives actuation and clock.
-
-        Returns
-        -------
-        inputs : Inputs
-            The problem's, with this velocity and attitude.
-        """
+        """Return what drives the plant along this motion."""
         pose = self.attitude(problem)
         down = problem.inputs.down if pose is None else attitudes.down(pose)
         return replace(problem.inputs, velocity=self.velocity, down=down)
 
 
 def turned(attitude: FloatArray, turn: FloatArray) -> FloatArray:
-    """Return attitudes turned about body axes.
-
-    Parameters
-    ----------
-    attitude : ndarray, shape (n, 4)
-        Unit quaternions ``(w, x, y, z)``, body to north-east-down.
-    turn : ndarray, shape (n, 3)
-        Rotation vectors, body frame [rad].
-
-    Returns
-    -------
-    attitude : ndarray, shape (n, 4)
-        Such that :func:`hydrodamp.data.attitude.turn` finds the turn again.
-
-    Examples
-    --------
-    >>> level = np.array([[1.0, 0.0, 0.0, 0.0]])
-    >>> turned(level, np.array([[0.0, 0.0, np.pi]])).round(12).tolist()
-    [[0.0, 0.0, 0.0, 1.0]]
-    """
+    """Return attitudes turned about body axes."""
     angle = np.linalg.norm(turn, axis=1, keepdims=True)
     w, v = attitude[:, :1], attitude[:, 1:]
     cosine, half = np.cos(angle / 2), np.sinc(angle / (2 * np.pi)) * turn / 2

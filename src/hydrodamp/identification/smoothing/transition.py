@@ -1,16 +1,4 @@
-r"""What each step of a log leaves unexplained, and how that answers to errors.
-
-A step has one row a free axis, what is missing to reach the next velocity
-(equation 1, integrated as a replay does it), as the mean wrench over the step::
-
-    M (ν_{k+1} − F(ν_k)) / h
-
-and, where attitude was recorded, one row a free rotation: the turn from one
-attitude to the next, less the integral of the rates, as a mean rate. All steps
-are integrated and differentiated in one call of the core. Gravity acts along the
-attitude of the last pass; what an error of it would change there is left out, and so
-is what an error of velocity changes in the curvature of the rates.
-"""
+r"""What each step of a log leaves unexplained, and how that answers to errors."""
 
 from __future__ import annotations
 
@@ -30,21 +18,7 @@ _NONE = np.empty((0, 2), dtype=np.int32)
 
 @dataclass(frozen=True, eq=False)
 class Steps:
-    """The steps between neighbouring samples, never across a join.
-
-    Attributes
-    ----------
-    first : ndarray of int, shape (n_steps,)
-        The sample each step begins at.
-    length : ndarray, shape (n_steps,)
-        How long it takes [s].
-    joined : ndarray of bool, shape (n_steps - 1,)
-        Whether a step ends where the next begins.
-    free : ndarray of int, shape (n_free,)
-        The free axes, 0 (X) to 5 (N).
-    turning : ndarray of int, shape (n_turning,)
-        The free rotations, 0 to 2; none where no attitude was recorded.
-    """
+    """The steps between neighbouring samples, never across a join."""
 
     first: IntArray
     length: FloatArray
@@ -54,18 +28,7 @@ class Steps:
 
     @classmethod
     def of(cls, problem: Problem) -> Steps:
-        """Return the steps of a problem.
-
-        Parameters
-        ----------
-        problem : Problem
-            Its clock, segments and free axes.
-
-        Returns
-        -------
-        steps : Steps
-            One fewer than samples in every segment.
-        """
+        """Return the steps of a problem."""
         inside = np.ones(problem.n_samples, dtype=np.bool_)
         inside[problem.segments[:, 1] - 1] = False
         first = np.flatnonzero(inside)
@@ -87,18 +50,7 @@ class Steps:
 
 @dataclass(frozen=True, eq=False)
 class Transitions:
-    """All steps of a log, linearised along a track.
-
-    Attributes
-    ----------
-    steps : Steps
-        Which steps.
-    defect : ndarray, shape (n_steps, width)
-        What each leaves unexplained: force [N] and moment [N m] on the free axes,
-        body frame, on the right-hand side of equation 1, then rates [rad/s].
-    before, after : ndarray, shape (n_steps, width, width)
-        Its derivative by velocity and turn at the beginning and at the end.
-    """
+    """All steps of a log, linearised along a track."""
 
     steps: Steps
     defect: FloatArray
@@ -106,38 +58,14 @@ class Transitions:
     after: FloatArray
 
     def at_steps(self, errors: FloatArray) -> FloatArray:
-        """Return what errors of the samples do to the steps.
-
-        Parameters
-        ----------
-        errors : ndarray, shape (n, width)
-            Of velocity [m/s, rad/s] and turn [rad].
-
-        Returns
-        -------
-        defect : ndarray, shape (n_steps, width)
-            To first order.
-        """
+        """Return what errors of the samples do to the steps."""
         first = self.steps.first
         ends = errors[first, :, None], errors[first + 1, :, None]
         change: FloatArray = (self.before @ ends[0] + self.after @ ends[1])[..., 0]
         return change
 
     def at_samples(self, weights: FloatArray, n: int) -> FloatArray:
-        """Return the transpose of :meth:`at_steps` applied to weights of the steps.
-
-        Parameters
-        ----------
-        weights : ndarray, shape (n_steps, width)
-            One a row.
-        n : int
-            How many samples there are.
-
-        Returns
-        -------
-        weights : ndarray, shape (n, width)
-            One a velocity and turn.
-        """
+        """Return the transpose of :meth:`at_steps` applied to weights of the steps."""
         first, result = self.steps.first, np.zeros((n, self.steps.width))
         result[first] += (weights[:, None, :] @ self.before)[:, 0]
         result[first + 1] += (weights[:, None, :] @ self.after)[:, 0]
@@ -145,24 +73,7 @@ class Transitions:
 
 
 def transitions(problem: Problem, steps: Steps, matrix: FloatArray, track: Track) -> Transitions:
-    """Linearise every step along a track.
-
-    Parameters
-    ----------
-    problem : Problem
-        Plant and actuation.
-    steps : Steps
-        Of the problem.
-    matrix : ndarray, shape (n_columns, 6)
-        All coefficients of equation 1.
-    track : Track
-        Where to linearise.
-
-    Returns
-    -------
-    transitions : Transitions
-        Not finite where a step runs away.
-    """
+    """Linearise every step along a track."""
     n_free, inputs = len(steps.free), track.inputs(problem)
     reached, slope = _one_step(problem, steps, matrix, inputs, np.arange(steps.n), _NONE)
     inertia = _mass(problem, steps) / steps.length[:, None, None]
@@ -190,29 +101,7 @@ def by_coefficients(
     chosen: IntArray,
     parameters: IndexArray,
 ) -> FloatArray:
-    """Differentiate what some steps explain by the coefficients.
-
-    Parameters
-    ----------
-    problem : Problem
-        The plant.
-    steps : Steps
-        Of the problem.
-    matrix : ndarray, shape (n_columns, 6)
-        All coefficients of equation 1.
-    inputs : Inputs
-        Of the track to linearise along.
-    chosen : ndarray of int, shape (m,)
-        Which steps.
-    parameters : ndarray of int32, shape (p, 2)
-        Column and axis of each coefficient.
-
-    Returns
-    -------
-    slope : ndarray, shape (m, width, p)
-        Mean force [N] and moment [N m] on the free axes a unit of coefficient, body
-        frame, on the right-hand side of equation 1; zero for the rows of attitude.
-    """
+    """Differentiate what some steps explain by the coefficients."""
     _, jacobian = _one_step(problem, steps, matrix, inputs, chosen, parameters)
     result = np.zeros((len(chosen), steps.width, len(parameters)))
     inertia = _mass(problem, steps) / steps.length[chosen, None, None]
@@ -223,24 +112,7 @@ def by_coefficients(
 def accelerations(
     problem: Problem, matrix: FloatArray, inputs: Inputs, at: IntArray, held: IntArray
 ) -> FloatArray:
-    """Return the acceleration of equation 1 at some samples.
-
-    Parameters
-    ----------
-    problem : Problem
-        The plant.
-    matrix : ndarray, shape (n_columns, 6)
-        All coefficients of equation 1.
-    inputs : Inputs
-        Motion and actuation.
-    at, held : ndarray of int, shape (m,)
-        The samples, and those whose held channels act there.
-
-    Returns
-    -------
-    acceleration : ndarray, shape (m, 6)
-        Linear [m/s^2] and angular [rad/s^2]; zero on locked axes.
-    """
+    """Return the acceleration of equation 1 at some samples."""
     plant, velocity, free = problem.columns.plant, inputs.velocity[at], problem.vehicle.free
     channels, speed = inputs.channels[held], inputs.propulsion[held, 0]
     xi = kernels.regressor(plant.factors, velocity, inputs.down[at], channels, speed)

@@ -1,13 +1,4 @@
-"""Block bootstrap: the same estimate from stretches of the log drawn with replacement.
-
-Errors are alike within a stretch and hardly so between stretches, so whole stretches are
-drawn (H. R. Künsch, "The jackknife and the bootstrap for general stationary observations",
-1989, doi:10.1214/aos/1176347265). It asks nothing of a method but that it can be repeated.
-What is wrong with the model's form varies from stretch to stretch and is part of what is
-found: compare with the covariance that includes the model's error. Noise of a derivative
-cancels within a stretch but not across its sharp ends, so on differenced velocities the
-bootstrap is on the safe side.
-"""
+"""Block bootstrap: the same estimate from stretches of the log drawn with replacement."""
 
 from __future__ import annotations
 
@@ -104,32 +95,7 @@ class Draws:
 def bootstrap_rows(
     rows: Rows, model: DampingModel, block: float, n: int = 200, seed: int = 0
 ) -> Draws:
-    """Repeat ordinary least squares on blocks of rows drawn with replacement.
-
-    Parameters
-    ----------
-    rows : Rows
-        With columns for all terms of the model.
-    model : DampingModel
-        Restricted to the free axes.
-    block : float
-        Length of a block [s], longer than the correlation; such as the one of
-        :func:`hydrodamp.identification.regression.covariance.rows_covariance`.
-    n : int
-        How many draws.
-    seed : int
-        Of the draws.
-
-    Returns
-    -------
-    draws : Draws
-        Each block is folded into its triangle once; a draw is a triangle of triangles.
-
-    Raises
-    ------
-    MethodError
-        If there are fewer than two blocks or draws, or the block is not positive.
-    """
+    """Repeat ordinary least squares on blocks of rows drawn with replacement."""
     pieces = _pieces(rows.segment, rows.time, block, least=1)
     _check(pieces, n, block)
     small = _only(rows, model)

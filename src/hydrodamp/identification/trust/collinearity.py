@@ -1,10 +1,4 @@
-"""Columns that look alike: condition, variance inflation, groups not told apart.
-
-After D. A. Belsley, E. Kuh and R. E. Welsch, "Regression Diagnostics" (1980),
-doi:10.1002/0471725153, chapter 3: columns are scaled to unit length and not centred; a
-singular value is a dependency if it is small against the largest; a coefficient takes
-part in a dependency if most of its variance comes from there.
-"""
+"""Columns that look alike: condition, variance inflation, groups not told apart."""
 
 from __future__ import annotations
 
@@ -30,23 +24,7 @@ _LINKED = 0.5
 
 @dataclass(frozen=True, eq=False)
 class Collinearity(Generic[Name]):
-    """How far the columns of one axis can be told apart.
-
-    Attributes
-    ----------
-    span : Span
-        What the columns span.
-    condition : float
-        Largest over smallest singular value of the scaled columns; infinite where the
-        rank is not full, 1 without columns.
-    inflation : ndarray, shape (m,)
-        Variance inflation factor: by how much the other columns multiply the variance of
-        a coefficient; infinite where it is aliased.
-    aliased : ndarray of bool, shape (m,)
-        Whether the column is zero, or the null space takes part in the coefficient.
-    groups : tuple of tuple
-        Names not told apart: exactly alike first, then nearly alike.
-    """
+    """How far the columns of one axis can be told apart."""
 
     span: Span[Name]
     condition: float
@@ -56,27 +34,7 @@ class Collinearity(Generic[Name]):
 
 
 def collinearity(design: FloatArray, names: Sequence[Name]) -> Collinearity[Name]:
-    """Examine the columns of a design.
-
-    Parameters
-    ----------
-    design : ndarray, shape (h, m)
-        Rows of a regression, or their triangle.
-    names : sequence
-        One a column.
-
-    Returns
-    -------
-    collinearity : Collinearity
-        Of the column-scaled design.
-
-    Examples
-    --------
-    >>> design = np.array([[1.0, 1.0, 0.0], [1.0, 1.001, 0.0], [1.0, 1.0, 5.0], [1.0, 1.0, 0.0]])
-    >>> found = collinearity(design, "abc")
-    >>> found.groups, bool(found.condition > HIGH), round(float(found.inflation[2]), 2)
-    ((('a', 'b'),), True, 1.5)
-    """
+    """Examine the columns of a design."""
     span = spanned(design, names)
     lost = {name for group in span.aliased for name in group}
     aliased = np.array([name in lost for name in names], dtype=bool)

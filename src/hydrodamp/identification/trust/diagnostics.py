@@ -34,21 +34,7 @@ SHIFTED = 0.02
 
 @dataclass(frozen=True)
 class AxisDiagnostics:
-    """What the residuals of one axis say.
-
-    Attributes
-    ----------
-    axis : str
-        One of X Y Z K M N.
-    rms : float
-        Root mean square of the residuals, [N] or [N m].
-    whiteness : Whiteness
-        Correlation in time.
-    outliers : float
-        Share beyond four robust standard deviations, 0 to 1.
-    endogeneity : Endogeneity or None
-        The test of Durbin, Wu and Hausman; None where there is too little to tell.
-    """
+    """What the residuals of one axis say."""
 
     axis: str
     rms: float

@@ -1,18 +1,4 @@
-"""Whether the regressors are tied to the noise: the test of Durbin, Wu and Hausman.
-
-Noise in a regressor is a part of it that the rows before and after, which share no sample
-with a row, do not foretell. Least squares is unbiased only if what they do not foretell
-has nothing to do with what is left over (J. A. Hausman, "Specification Tests in
-Econometrics", 1978, doi:10.2307/1913827, in the form of the score; R. Davidson and J. G.
-MacKinnon, "Econometric Theory and Methods", 2004, section 8.7). The products of both are
-summed over stretches of time, and the sums are asked whether their mean is zero
-(Hotelling's T²): errors may be alike within a stretch. Rows on both sides are taken,
-because a push on the vehicle shows in what comes after, and what both sides do not foretell
-has little to do with it.
-
-A long log finds a bias that is too small to matter. So the test comes with its size: how
-far the wrench that the terms explain moves when only what is foretold counts.
-"""
+"""Whether the regressors are tied to the noise: the test of Durbin, Wu and Hausman."""
 
 from __future__ import annotations
 
@@ -43,16 +29,7 @@ _TIMES = 5.0
 
 @dataclass(frozen=True)
 class Endogeneity:
-    """Whether, and how far, a regression is biased by noise in its regressors.
-
-    Attributes
-    ----------
-    p : float
-        The probability that exact regressors would look as tied to the noise as these.
-    shift : float
-        Root mean square by which the explained wrench moves when only what is foretold
-        of the regressors counts, over that of the wrench.
-    """
+    """Whether, and how far, a regression is biased by noise in its regressors."""
 
     p: float
     shift: float
@@ -61,38 +38,7 @@ class Endogeneity:
 def endogeneity(
     rows: Rows, columns: FloatArray, controls: FloatArray, target: FloatArray, lag: float
 ) -> Endogeneity | None:
-    """Test whether regressors are tied to the noise of a regression.
-
-    Parameters
-    ----------
-    rows : Rows
-        Say the segment and the time of each row.
-    columns : ndarray, shape (m, k)
-        Regressors in question.
-    controls : ndarray, shape (m, c)
-        Further columns that explain the target, so that misfit is not taken for noise.
-    target : ndarray, shape (m,)
-        What is regressed [N, N m].
-    lag : float
-        How far before and after the instruments are [s], and twice that: at least as long
-        as a row's test function, and longer than the noise is correlated.
-
-    Returns
-    -------
-    endogeneity : Endogeneity or None
-        None where the log is too short to tell, or there is nothing to test.
-
-    Examples
-    --------
-    >>> from hydrodamp.basis.basis import Basis
-    >>> rng, time = np.random.default_rng(0), np.arange(4000.0)
-    >>> true, noise = np.sin(0.05 * time)[:, None], rng.normal(size=(4000, 1))
-    >>> target = true[:, 0] + 0.1 * rng.normal(size=4000)
-    >>> rows = Rows(Basis(()), np.zeros((4000, 0)), np.zeros((4000, 6)), 0 * time.astype(int), time)
-    >>> found = endogeneity(rows, true + noise, np.zeros((4000, 0)), target, lag=3.0)
-    >>> found.p < 0.001, found.shift > 1.0
-    (True, True)
-    """
+    """Test whether regressors are tied to the noise of a regression."""
     every = np.hstack([columns, controls])
     near, known = around(rows, every, lag)
     if np.count_nonzero(known) <= near.shape[1]:

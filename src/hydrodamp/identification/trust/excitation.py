@@ -1,13 +1,4 @@
-"""On which axes a log holds a response to motion, and on which noise alone.
-
-The wrench that a regression has to explain, ``M ν̇ − H(Mν)ν − G − u``, holds the known
-momentum term, and that term holds the noise of the velocities. Where a velocity is
-mostly noise, ``N_uv`` cancels the Munk moment of that noise: a coefficient of
-determination near one and a narrow interval, and nothing learnt. So the term is put on
-the other side. The *response* is ``M ν̇ − G − u``, what was seen of the motion alone, and
-its *share* is how much of its variance ``H(Mν)ν + K ξ`` predicts on stretches that had no
-part in finding K. A motion that only follows waves, a current or noise is not predicted.
-"""
+"""On which axes a log holds a response to motion, and on which noise alone."""
 
 from __future__ import annotations
 
@@ -46,23 +37,7 @@ _MOST_FOLDS = 10
 
 @dataclass(frozen=True, eq=False)
 class Excitation:
-    """What the motion of a log tells, axis by axis.
-
-    Attributes
-    ----------
-    model : DampingModel
-        Restricted to the free axes.
-    reference : DampingModel
-        The same with the terms of Gertler and Hagen beside its own.
-    rows : Rows
-        Weak form of the problem with the terms of the model and of the reference.
-    quiet : ndarray, shape (m, n_terms)
-        The same design with every velocity that is not excited held at its mean.
-    share : ndarray, shape (6,)
-        Predicted share of the response, 0 to 1; 0 on locked axes.
-    response : ndarray, shape (6,)
-        Root mean square of the predictable response, X Y Z [N] and K M N [N m].
-    """
+    """What the motion of a log tells, axis by axis."""
 
     model: DampingModel
     reference: DampingModel
@@ -78,42 +53,7 @@ class Excitation:
 
 
 def excitation(problem: Problem, model: DampingModel, span: float = SPAN) -> Excitation:
-    """Find how much of the motion on each axis equation 1 accounts for.
-
-    What predicts is the model or, where that does better, the model with the terms of
-    Gertler and Hagen beside its own: a poor form is not taken for poor excitation.
-
-    Parameters
-    ----------
-    problem : Problem
-        Vehicle and log.
-    model : DampingModel
-        Which terms.
-    span : float
-        Length of the test functions [s]; that of the longest segment if it is shorter.
-
-    Returns
-    -------
-    excitation : Excitation
-        Shares, and the rows they were found on.
-
-    Raises
-    ------
-    MethodError
-        If the span is not positive, or the log too short to keep a part of it aside.
-
-    Examples
-    --------
-    >>> from hydrodamp.basis.axes import AXES
-    >>> from hydrodamp.models.catalog import catalog
-    >>> from hydrodamp.simulation.campaign.reenact import reenact
-    >>> from hydrodamp.simulation.problem import prepare
-    >>> campaign = reenact(duration=60.0)
-    >>> linear = catalog["linear"]
-    >>> found = excitation(prepare(campaign.vehicle, campaign.train, linear), linear)
-    >>> [axis for axis, excited in zip(AXES, found.excited) if excited]
-    ['X', 'Y', 'Z', 'K', 'M', 'N']
-    """
+    """Find how much of the motion on each axis equation 1 accounts for."""
     if not 0.0 < span < np.inf:
         raise MethodError(f"`span` must be positive [s]; got {span}")
     free = model.restricted_to(problem.vehicle.axes)

@@ -50,25 +50,7 @@ doi:10.1002/9780470316665, section 1.1)."""
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """What is known of the coefficients of one axis, one entry a coefficient.
-
-    Attributes
-    ----------
-    coefficient : ndarray, shape (m,)
-        Least-squares values.
-    half : ndarray, shape (m,)
-        Half the width of their 95 % intervals.
-    size : ndarray, shape (m,)
-        Root mean square of their columns.
-    sound : ndarray, shape (m,)
-        Share of the leverage that comes from excited motion.
-    aliased : ndarray of bool, shape (m,)
-        Whether the null space takes part in it.
-    response : float
-        Root mean square of the axis' predictable response [N, N m].
-    excited : bool
-        Whether the axis has a response to speak of.
-    """
+    """What is known of the coefficients of one axis, one entry a coefficient."""
 
     coefficient: FloatArray
     half: FloatArray
@@ -79,13 +61,7 @@ class Evidence:
     excited: bool
 
     def grades(self) -> tuple[Grade, ...]:
-        """Return the grade of each coefficient.
-
-        Returns
-        -------
-        grades : tuple of Grade
-            In the order of the coefficients.
-        """
+        """Return the grade of each coefficient."""
         worth = self.half * self.size
         close = (self.half <= RELATIVE * np.abs(self.coefficient)) | (
             worth <= CONTRIBUTION * self.response

@@ -25,29 +25,7 @@ from hydrodamp.simulation.problem import Problem
 
 @dataclass(frozen=True)
 class AxisIdentifiability:
-    """What a log determines on one axis.
-
-    Attributes
-    ----------
-    axis : str
-        One of X Y Z K M N.
-    labels : tuple of str
-        The coefficients.
-    grades : tuple of Grade
-        How well each is determined.
-    inflation : tuple of float
-        Variance inflation factor of each; infinite where aliased.
-    rank : int
-        Directions that the data determine.
-    condition : float
-        Of the scaled columns; infinite where the rank is not full.
-    share : float
-        Share of the response to motion that is predicted on stretches held out.
-    excited : bool
-        Whether that is enough to grade anything.
-    groups : tuple of tuple of str
-        Labels not told apart, exactly or nearly.
-    """
+    """What a log determines on one axis."""
 
     axis: str
     labels: tuple[str, ...]
@@ -276,11 +254,7 @@ def _check(known: Uncertainty | None, coefficients: FloatArray | None, model: Da
 
 
 def _half_widths(seen: Excitation, known: Uncertainty | None) -> FloatArray:
-    """Return half the width of the 95 % interval of each coefficient, from noise alone.
-
-    What a log determines is a matter of its noise and its manoeuvres, not of whether the
-    form of the model is right.
-    """
+    """Return half the width of the 95 % interval of each coefficient, from noise alone."""
     if known is not None:
         return known.reach() * known.standard_errors
     influence = least_squares_influence(seen.rows, seen.model)

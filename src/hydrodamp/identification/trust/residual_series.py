@@ -23,19 +23,7 @@ _FREQUENCIES = 129
 
 @dataclass(frozen=True, eq=False)
 class ResidualSeries:
-    """What one axis leaves over, in time.
-
-    Attributes
-    ----------
-    lag : ndarray, shape (m,)
-        [s], from zero.
-    correlation : ndarray, shape (m,)
-        One at lag zero; zeros where nothing is left over.
-    frequency : ndarray, shape (k,)
-        [Hz], up to half of the rate of the rows.
-    density : ndarray, shape (k,)
-        One-sided power density, the square of N or N m per Hz.
-    """
+    """What one axis leaves over, in time."""
 
     lag: FloatArray
     correlation: FloatArray
@@ -44,31 +32,12 @@ class ResidualSeries:
 
 
 def white_reach(n: int) -> float:
-    """Return how large a correlation of white residuals gets, at nineteen lags of twenty.
-
-    Examples
-    --------
-    >>> round(white_reach(400), 3)
-    0.098
-    """
+    """Return how large a correlation of white residuals gets, at nineteen lags of twenty."""
     return 1.96 / float(np.sqrt(n))
 
 
 def left_over(rows: Rows, damping: Damping) -> FloatArray:
-    """Return what a damping leaves of each axis of some rows.
-
-    Parameters
-    ----------
-    rows : Rows
-        With (at least) the terms of the damping.
-    damping : Damping
-        Its terms and coefficients.
-
-    Returns
-    -------
-    residuals : ndarray, shape (m, 6)
-        Target less what is explained, X Y Z [N] and K M N [N m], body frame.
-    """
+    """Return what a damping leaves of each axis of some rows."""
     explained = np.zeros_like(rows.target)
     matrix = damping.matrix
     for axis, terms in enumerate(damping.model.terms):
@@ -79,36 +48,7 @@ def left_over(rows: Rows, damping: Damping) -> FloatArray:
 
 
 def series(residuals: FloatArray, segment: IntArray, spacing: float) -> ResidualSeries:
-    """Return correlation and spectrum of residuals, never across a join.
-
-    The spectrum is the cosine transform of the covariance under a window of E. Parzen
-    (1961), doi:10.1080/00401706.1961.10489939, and so never negative.
-
-    Parameters
-    ----------
-    residuals : ndarray, shape (m,)
-        Of rows that share no sample, in the order of time.
-    segment : ndarray of int, shape (m,)
-        Number of the segment of each, never falling.
-    spacing : float
-        Time from one to the next [s].
-
-    Returns
-    -------
-    found : ResidualSeries
-        Correlation and density.
-
-    Raises
-    ------
-    MethodError
-        If no segment has four rows or more.
-
-    Examples
-    --------
-    >>> found = series(np.array([1.0, -1.0] * 20), np.zeros(40, dtype=int), 0.5)
-    >>> found.correlation[:3].round(3).tolist(), float(found.frequency[-1])
-    ([1.0, -0.975, 0.95], 1.0)
-    """
+    """Return correlation and spectrum of residuals, never across a join."""
     longest = int(np.bincount(segment).max(initial=0)) if len(segment) else 0
     if longest < _SHARE:
         raise MethodError(

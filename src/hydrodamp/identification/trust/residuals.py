@@ -24,20 +24,7 @@ FAR = 4.0
 
 @dataclass(frozen=True)
 class Whiteness:
-    """How a residual is like the one before.
-
-    Attributes
-    ----------
-    p : float or None
-        Of G. M. Ljung and G. E. P. Box (1978), doi:10.1093/biomet/65.2.297: the
-        probability that white residuals would look as correlated as these. None for
-        residuals that are too few or all zero.
-    neighbours : float
-        Correlation of neighbours, -1 to 1.
-    time : float
-        Integrated autocorrelation time [s]: residuals this far apart count as
-        independent.
-    """
+    """How a residual is like the one before."""
 
     p: float | None
     neighbours: float
@@ -45,29 +32,7 @@ class Whiteness:
 
 
 def whiteness(series: FloatArray, segment: IntArray, spacing: float) -> Whiteness:
-    """Test residuals for correlation in time, never across a join.
-
-    Parameters
-    ----------
-    series : ndarray, shape (m,)
-        Residuals of rows that share no sample, in the order of time.
-    segment : ndarray of int, shape (m,)
-        Number of the segment of each, never falling.
-    spacing : float
-        Time from one to the next [s].
-
-    Returns
-    -------
-    whiteness : Whiteness
-        On 10 lags, fewer for short series.
-
-    Examples
-    --------
-    >>> noise = np.random.default_rng(0).normal(size=400)
-    >>> one = np.zeros(400, dtype=int)
-    >>> whiteness(noise, one, 1.0).p > 0.05, whiteness(noise.cumsum(), one, 1.0).p < 0.001
-    (True, True)
-    """
+    """Test residuals for correlation in time, never across a join."""
     lags = min(_LAGS, len(series) // _PER_LAG)
     power = float(series @ series)
     if lags < 1 or power <= 0.0:
@@ -83,24 +48,7 @@ def whiteness(series: FloatArray, segment: IntArray, spacing: float) -> Whitenes
 
 
 def outlier_share(series: FloatArray) -> float:
-    """Return the share of residuals beyond four robust standard deviations.
-
-    Parameters
-    ----------
-    series : ndarray, shape (m,)
-        Residuals.
-
-    Returns
-    -------
-    share : float
-        0 to 1. The robust deviation is 1.4826 times the median absolute one, which is
-        that of a normal distribution.
-
-    Examples
-    --------
-    >>> outlier_share(np.array([-1.0, 1.0, -2.0, 2.0, 0.5, -0.5, 0.0, 90.0]))
-    0.125
-    """
+    """Return the share of residuals beyond four robust standard deviations."""
     if not len(series):
         return 0.0
     distance = np.abs(series - np.median(series))

@@ -18,30 +18,7 @@ _OUTSIDE = 1e-6
 
 
 def reach(level: float = 0.95, degrees_of_freedom: float = np.inf) -> float:
-    """Return how many standard errors an interval reaches to either side.
-
-    Parameters
-    ----------
-    level : float
-        Share of repetitions in which the interval holds what is sought.
-    degrees_of_freedom : float
-        How well the standard error is known.
-
-    Returns
-    -------
-    reach : float
-        Quantile of Student's t.
-
-    Raises
-    ------
-    MethodError
-        If the level is not between 0 and 1, or the degrees of freedom are not positive.
-
-    Examples
-    --------
-    >>> round(reach(), 2), round(reach(degrees_of_freedom=5), 2)
-    (1.96, 2.57)
-    """
+    """Return how many standard errors an interval reaches to either side."""
     if not 0.0 < level < 1.0:
         raise MethodError(f"`level` must lie between 0 and 1; got {level}")
     if not degrees_of_freedom > 0.0:

@@ -1,14 +1,4 @@
-"""Covariance of a sum whose parts are alike for a while: coloured noise, overlapping rows.
-
-Every estimate is, to first order, a sum over rows of what each row contributes: its
-*score*. Neighbouring scores are correlated, so variances do not add row by row. Here the
-scores are summed over blocks longer than the correlation, and the outer products of the
-block sums are added; see :mod:`hydrodamp.identification.uncertainty.tapered_blocks`.
-
-How long a block is follows E. Lazarus, D. J. Lewis, J. H. Stock and M. W. Watson, "HAR
-Inference: Recommendations for Practice" (2018), doi:10.1080/07350015.2018.1506926: few
-degrees of freedom, paid for with Student's t.
-"""
+"""Covariance of a sum whose parts are alike for a while: coloured noise, overlapping rows."""
 
 from __future__ import annotations
 
@@ -35,19 +25,7 @@ _FREEDOM = 0.4
 
 @dataclass(frozen=True, eq=False)
 class LongRun:
-    """The covariance of a sum of correlated scores.
-
-    Attributes
-    ----------
-    covariance : ndarray, shape (p, p)
-        Of the sum over all rows.
-    degrees_of_freedom : float
-        How well it is known: intervals use Student's t with this many.
-    n_blocks : int
-        How many blocks fit side by side.
-    block : float
-        Length of a block [s].
-    """
+    """The covariance of a sum of correlated scores."""
 
     covariance: FloatArray
     degrees_of_freedom: float
@@ -58,38 +36,7 @@ class LongRun:
 def long_run(
     scores: FloatArray, segment: IntArray, time: FloatArray, block: float | None = None
 ) -> LongRun:
-    """Return the covariance of the sum of correlated scores.
-
-    Parameters
-    ----------
-    scores : ndarray, shape (m, p)
-        What each row contributes to each estimate, or to each estimating equation.
-    segment : ndarray of int, shape (m,)
-        Number of the segment of each row, never falling; nothing is taken as correlated
-        across a join.
-    time : ndarray, shape (m,)
-        Time of each row [s], rising within a segment.
-    block : float, optional
-        Length of a block [s]; by default that of :func:`block_length`.
-
-    Returns
-    -------
-    long_run : LongRun
-        The scores are taken to have mean zero; their sum need not be zero.
-
-    Raises
-    ------
-    MethodError
-        If the shapes do not agree, a score is not finite, there is no row, or the block
-        is not positive.
-
-    Examples
-    --------
-    >>> noise = np.random.default_rng(0).normal(size=(4000, 1))
-    >>> found = long_run(noise, np.zeros(4000, dtype=int), 0.1 * np.arange(4000))
-    >>> bool(abs(found.covariance[0, 0] / 4000 - 1.0) < 3 * (2 / found.degrees_of_freedom) ** 0.5)
-    True
-    """
+    """Return the covariance of the sum of correlated scores."""
     values = _finite(scores, len(time))
     length = block_length(values, segment, time) if block is None else block
     blocks = blocks_of(segment, time, length)
@@ -99,38 +46,7 @@ def long_run(
 
 
 def block_length(scores: FloatArray, segment: IntArray, time: FloatArray) -> float:
-    """Return how long blocks should be.
-
-    Of T correlation times, ``0.4 T^(2/3)`` degrees of freedom are kept: blocks are many
-    correlation times long, and there are more of them the longer the log is.
-
-    Parameters
-    ----------
-    scores : ndarray, shape (m, p)
-        What each row contributes.
-    segment : ndarray of int, shape (m,)
-        Number of the segment of each row, never falling.
-    time : ndarray, shape (m,)
-        Time of each row [s], rising within a segment.
-
-    Returns
-    -------
-    length : float
-        Of a block [s].
-
-    Raises
-    ------
-    MethodError
-        As :func:`long_run`.
-
-    Examples
-    --------
-    >>> noise = np.random.default_rng(0).normal(size=(1000, 1))
-    >>> held = np.repeat(noise, 10, axis=0)
-    >>> segment, time = np.zeros(10000, dtype=int), 0.1 * np.arange(10000)
-    >>> bool(block_length(held, segment, time) > 10.0)
-    True
-    """
+    """Return how long blocks should be."""
     values = _finite(scores, len(time))
     duration = float(since_start(segment, time)[1].sum())
     correlation = correlation_time(values, segment, time)
@@ -139,30 +55,7 @@ def block_length(scores: FloatArray, segment: IntArray, time: FloatArray) -> flo
 
 
 def correlation_time(scores: FloatArray, segment: IntArray, time: FloatArray) -> float:
-    """Return the time over which scores are alike: the integral of their autocorrelation.
-
-    Parameters
-    ----------
-    scores : ndarray, shape (m, p)
-        Columns count alike, whatever their size.
-    segment : ndarray of int, shape (m,)
-        Number of the segment of each row, never falling.
-    time : ndarray, shape (m,)
-        Time of each row [s], rising within a segment.
-
-    Returns
-    -------
-    time : float
-        Both sides of lag zero, cut off by Sokal's window [s]. At least the time between
-        rows, and at least 1/2048 of the whole.
-
-    Examples
-    --------
-    >>> noise = np.random.default_rng(0).normal(size=(1000, 1))
-    >>> held = np.repeat(noise, 5, axis=0)
-    >>> bool(0.8 < correlation_time(held, np.zeros(5000, dtype=int), 0.2 * np.arange(5000)) < 1.2)
-    True
-    """
+    """Return the time over which scores are alike: the integral of their autocorrelation."""
     bins, width = _binned(scores, segment, time)
     size = next_fast_len(2 * max(len(part) for part in bins), real=True)
     products = sum(irfft(np.abs(rfft(part, size, axis=0)) ** 2, size, axis=0) for part in bins)

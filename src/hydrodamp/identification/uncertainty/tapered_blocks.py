@@ -1,10 +1,4 @@
-"""Overlapping blocks of time that fade at both ends.
-
-Sums over blocks longer than a correlation are nearly independent. A sharp end would cut
-through the errors of a derivative, which cancel within a block but not across its ends,
-and leave far too much variance (D. N. Politis and E. Paparoditis, "Tapered block bootstrap",
-2001, doi:10.1093/biomet/88.4.1105).
-"""
+"""Overlapping blocks of time that fade at both ends."""
 
 from __future__ import annotations
 
@@ -30,37 +24,14 @@ _LEAST_LEFT = 0.1
 
 @dataclass(frozen=True, eq=False)
 class Blocks:
-    """Overlapping blocks of time that fade at both ends, none across a join.
-
-    Make one with :func:`blocks_of`.
-
-    Attributes
-    ----------
-    weights : sparse array, shape (b, m)
-        Of each row in each block; the squares of a row's weights add up to one.
-    length : float
-        Of a block [s].
-    n : int
-        How many fit side by side.
-    """
+    """Overlapping blocks of time that fade at both ends, none across a join."""
 
     weights: csr_array[np.float64, tuple[int, int]]
     length: float
     n: int
 
     def covariance(self, scores: FloatArray) -> FloatArray:
-        """Return the covariance of the sum of all scores.
-
-        Parameters
-        ----------
-        scores : ndarray, shape (m, p)
-            One row a row.
-
-        Returns
-        -------
-        covariance : ndarray, shape (p, p)
-            Positive semi-definite.
-        """
+        """Return the covariance of the sum of all scores."""
         sums = np.asarray(self.weights @ scores)
         covariance: FloatArray = sums.T @ sums
         return covariance
@@ -72,23 +43,7 @@ class Blocks:
         return float(overlaps.diagonal().sum() ** 2 / (overlaps.multiply(overlaps)).sum())
 
     def taken(self, directions: FloatArray) -> FloatArray:
-        """Return what a fit takes from the variance of its own scores.
-
-        Residuals of a fit are smaller than the errors. With white errors of unit
-        variance the scores of r orthonormal directions have, on average, the
-        covariance ``I − D`` in place of ``I``, where ``D = Σ_b K_b K_b`` and ``K_b`` is
-        the weighted sum of ``q qᵀ`` over a block.
-
-        Parameters
-        ----------
-        directions : ndarray, shape (m, r)
-            Orthonormal columns q that span what was fitted.
-
-        Returns
-        -------
-        taken : ndarray, shape (r, r)
-            In the formula D; its eigenvalues lie from 0 to 1.
-        """
+        """Return what a fit takes from the variance of its own scores."""
         pointer, place, value = self.weights.indptr, self.weights.indices, self.weights.data
         taken = np.zeros((directions.shape[1],) * 2)
         for first, last in itertools.pairwise(pointer.tolist()):
@@ -98,53 +53,14 @@ class Blocks:
         return taken
 
     def restoring(self, directions: FloatArray) -> FloatArray:
-        """Return the matrix that gives the scores of residuals the variance of the errors'.
-
-        Parameters
-        ----------
-        directions : ndarray, shape (m, r)
-            Orthonormal columns that span what was fitted.
-
-        Returns
-        -------
-        restoring : ndarray, shape (r, r)
-            ``(I − D)^(-1/2)`` of :meth:`taken`, symmetric. Where the fit took nearly all,
-            a tenth is assumed to be left.
-        """
+        """Return the matrix that gives the scores of residuals the variance of the errors'."""
         lost, axes = np.linalg.eigh(self.taken(directions))
         restoring: FloatArray = (axes / np.sqrt(np.maximum(1.0 - lost, _LEAST_LEFT))) @ axes.T
         return restoring
 
 
 def blocks_of(segment: IntArray, time: FloatArray, length: float) -> Blocks:
-    """Divide rows into overlapping blocks with half-sine weights.
-
-    Parameters
-    ----------
-    segment : ndarray of int, shape (m,)
-        Number of the segment of each row, never falling.
-    time : ndarray, shape (m,)
-        Time of each row [s], rising within a segment; any clock.
-    length : float
-        Length of a block [s].
-
-    Returns
-    -------
-    blocks : Blocks
-        The first and last blocks of a segment reach over its ends, so that every row
-        weighs the same.
-
-    Raises
-    ------
-    MethodError
-        If the length is not positive, or there is no row.
-
-    Examples
-    --------
-    >>> blocks = blocks_of(np.zeros(100, dtype=int), np.arange(100.0), length=10.0)
-    >>> bool(np.allclose(blocks.weights.multiply(blocks.weights).sum(axis=0), 1.0)), blocks.n
-    (True, 10)
-    """
+    """Divide rows into overlapping blocks with half-sine weights."""
     if not length > 0.0:
         raise MethodError(f"`block` must be positive [s]; got {length}")
     hop = length / _OVERLAP
@@ -164,33 +80,7 @@ def blocks_of(segment: IntArray, time: FloatArray, length: float) -> Blocks:
 
 
 def since_start(segment: IntArray, time: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return each row's time since its segment began, and how long each segment is.
-
-    Parameters
-    ----------
-    segment : ndarray of int, shape (m,)
-        Number of the segment of each row, never falling.
-    time : ndarray, shape (m,)
-        Time of each row [s], rising within a segment.
-
-    Returns
-    -------
-    since : ndarray, shape (m,)
-        From zero [s].
-    spans : ndarray, shape (n_segments,)
-        From first to last row and a mean step more [s]: one row has a length, too.
-
-    Raises
-    ------
-    MethodError
-        If there is no row, or the arrays differ in length.
-
-    Examples
-    --------
-    >>> since, spans = since_start(np.array([0, 0, 1, 1]), np.array([5.0, 6.0, 1.0, 3.0]))
-    >>> since.tolist(), spans.tolist()
-    ([0.0, 1.0, 0.0, 2.0], [2.5, 3.5])
-    """
+    """Return each row's time since its segment began, and how long each segment is."""
     _check(segment, time)
     starts = np.concatenate([[0], np.flatnonzero(np.diff(segment)) + 1])
     lengths = np.diff(np.append(starts, len(time)))

@@ -1,10 +1,4 @@
-"""What tells rows apart in every picture: the colour of a method, the dashes of a model.
-
-Print figures and the plots of ``report.html`` ask here, so that a row looks the same in both.
-The colours are those of M. Okabe and K. Ito, "Color Universal Design" (2002), for what is
-compared most, and of P. Tol's "muted" scheme (SRON/EPS/TN/09-002) for the rest; both are
-made for eyes that confuse red and green. Markers tell methods apart in grey.
-"""
+"""What tells rows apart in every picture: the colour of a method, the dashes of a model."""
 
 from __future__ import annotations
 
@@ -55,15 +49,7 @@ _OTHERS = (("#CC6677", "*"), ("#5E4FA2", "1"), ("#B8860B", "2"), ("#4D4D4D", "3"
 
 
 class Look(NamedTuple):
-    """How a row is drawn.
-
-    Attributes
-    ----------
-    colour, marker : str
-        Those of its method.
-    dashes : tuple of float
-        Those of its model: lengths on and off, in widths of the line; empty for a solid one.
-    """
+    """How a row is drawn."""
 
     colour: str
     marker: str
@@ -76,30 +62,7 @@ class Look(NamedTuple):
 
 
 def looks_of(rows: Sequence[tuple[str, str]], models: Sequence[str] = ()) -> list[Look]:
-    """Return how the rows of a picture are drawn.
-
-    Parameters
-    ----------
-    rows : sequence of (model, method)
-        In any order.
-    models : sequence of str, optional
-        The models that take dashes first, in this order, such as those of a whole report; the
-        others follow as they come.
-
-    Returns
-    -------
-    looks : list of Look
-        Of each row. Two rows of one method have one colour, two of one model the same dashes;
-        after ten models dashes come again.
-
-    Examples
-    --------
-    >>> first, other, second = looks_of([("linear", "ls"), ("linear", "ai"), ("fossen", "ls")])
-    >>> first.colour == second.colour, first.dashes == other.dashes == ()
-    (True, True)
-    >>> second.dashes
-    (5.0, 2.0)
-    """
+    """Return how the rows of a picture are drawn."""
     order = list(dict.fromkeys((*models, *(model for model, _ in rows))))
     dashes = {model: _DASHES[place % len(_DASHES)] for place, model in enumerate(order)}
     return [Look(*_method_look(method), dashes[model]) for model, method in rows]
@@ -127,23 +90,7 @@ def colour_of(method: str) -> str:
 
 
 def mark_of(method: str) -> str:
-    """Return the marker of a method, as matplotlib spells it.
-
-    Parameters
-    ----------
-    method : str
-        Its key.
-
-    Returns
-    -------
-    marker : str
-        Its own for every method of the command line.
-
-    Examples
-    --------
-    >>> mark_of("ls")
-    's'
-    """
+    """Return the marker of a method, as matplotlib spells it."""
     return _method_look(method)[1]
 
 

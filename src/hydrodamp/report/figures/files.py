@@ -51,20 +51,7 @@ def save_figure(figure: Figure, path: str | os.PathLike[str]) -> None:
 
 
 def figure_bytes(figure: Figure, kind: str) -> bytes:
-    """Return a figure as the content of a file.
-
-    Parameters
-    ----------
-    figure : Figure
-        From any function of this package.
-    kind : {"pdf", "svg", "png"}
-        Which format.
-
-    Returns
-    -------
-    content : bytes
-        The same for the same figure.
-    """
+    """Return a figure as the content of a file."""
     stream = io.BytesIO()
     with our_look(), warnings.catch_warnings():
         # A name in a script the font lacks prints as boxes: no reason to refuse the figure.

@@ -26,15 +26,7 @@ _FONT = 6.5
 
 
 def mark_segments(panels: Sequence[Axes], log: Log) -> None:
-    """Mark joins in every panel, name segments above the first, time below the last.
-
-    Parameters
-    ----------
-    panels : sequence of Axes
-        Above each other, sharing their time.
-    log : Log
-        Whose segments; one alone is neither marked nor named.
-    """
+    """Mark joins in every panel, name segments above the first, time below the last."""
     time, segments = clock(log), log.segments
     end = max(float(time[-1]), 1e-9)
     panels[-1].set_xlim(0.0, end)

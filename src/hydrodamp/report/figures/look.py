@@ -82,18 +82,7 @@ _DRAWN_BY = tuple(f"{kind}." for kind in _KINDS.split(" "))
 
 
 def in_our_look(draw: Callable[Given, Figure]) -> Callable[Given, Figure]:
-    """Make a function draw in the one look, whatever matplotlib is set to.
-
-    Parameters
-    ----------
-    draw : callable
-        Returns a figure.
-
-    Returns
-    -------
-    drawn : callable
-        The same; it raises MethodError where matplotlib is not installed.
-    """
+    """Make a function draw in the one look, whatever matplotlib is set to."""
 
     @functools.wraps(draw)
     def drawn(*args: Given.args, **kwargs: Given.kwargs) -> Figure:
@@ -104,18 +93,7 @@ def in_our_look(draw: Callable[Given, Figure]) -> Callable[Given, Figure]:
 
 
 def our_look() -> Any:
-    """Return the context in which figures are drawn and saved.
-
-    Returns
-    -------
-    context : context manager
-        Outside it matplotlib is as it was.
-
-    Raises
-    ------
-    MethodError
-        If matplotlib is not installed.
-    """
+    """Return the context in which figures are drawn and saved."""
     try:
         import matplotlib
     except ImportError as error:
@@ -129,18 +107,7 @@ def our_look() -> Any:
 
 
 def sheet(width: float, height: float) -> Figure:
-    """Return an empty figure whose parts make room for each other.
-
-    Parameters
-    ----------
-    width, height : float
-        [in].
-
-    Returns
-    -------
-    figure : Figure
-        Apart from any that matplotlib keeps.
-    """
+    """Return an empty figure whose parts make room for each other."""
     from matplotlib.figure import Figure
 
     return Figure(figsize=(width, height), layout="constrained")
@@ -149,26 +116,7 @@ def sheet(width: float, height: float) -> Figure:
 def stacked(
     panels: int, *, each: float, extra: float = 0.7, width: float = COLUMN
 ) -> tuple[Figure, list[Axes]]:
-    """Return a figure of panels above each other that share their horizontal axis.
-
-    Parameters
-    ----------
-    panels : int
-        How many.
-    each : float
-        Height of one [in].
-    extra : float
-        Height of what stands above and below them [in].
-    width : float
-        Of the figure [in].
-
-    Returns
-    -------
-    figure : Figure
-        Empty but for the axes.
-    axes : list of Axes
-        From the top.
-    """
+    """Return a figure of panels above each other that share their horizontal axis."""
     figure = sheet(width, panels * each + extra)
     axes = list(figure.subplots(panels, 1, sharex=True, squeeze=False)[:, 0])
     for one in axes:
@@ -177,11 +125,5 @@ def stacked(
 
 
 def settle(axes: Axes) -> None:
-    """Fix the size of tick labels, which matplotlib makes only when it draws.
-
-    Parameters
-    ----------
-    axes : Axes
-        Drawn in, now or later.
-    """
+    """Fix the size of tick labels, which matplotlib makes only when it draws."""
     axes.tick_params(which="both", labelsize=_STYLE["xtick.labelsize"], width=0.6, color="#555555")

@@ -25,15 +25,7 @@ _SMALL = 0.25
 
 @dataclass(frozen=True)
 class SignedScale:
-    """Logarithmic to both sides of a linear stretch about zero.
-
-    Attributes
-    ----------
-    linear : float
-        Half the linear stretch, a power of ten.
-    low, high : float
-        Its ends; zero lies between them.
-    """
+    """Logarithmic to both sides of a linear stretch about zero."""
 
     linear: float
     low: float
@@ -41,28 +33,7 @@ class SignedScale:
 
     @classmethod
     def of(cls, values: FloatArray, *, beyond: float, decades: int) -> SignedScale:
-        """Return the scale for some numbers.
-
-        Parameters
-        ----------
-        values : ndarray
-            Any; those not finite do not count.
-        beyond : float
-            How many times the greatest, to either side, it reaches.
-        decades : int
-            Powers of ten below the greatest number that are told apart, at most; what is
-            smaller is in the linear stretch, as is a quarter of the numbers at most.
-
-        Returns
-        -------
-        scale : SignedScale
-            Zero is always on it.
-
-        Examples
-        --------
-        >>> SignedScale.of(np.array([-200.0, 3.0, 40.0]), beyond=2.0, decades=5)
-        SignedScale(linear=1.0, low=-400.0, high=80.0)
-        """
+        """Return the scale for some numbers."""
         finite = values[np.isfinite(values)]
         sizes = np.abs(finite[finite != 0.0])
         powers = np.floor(np.log10(sizes)) if len(sizes) else np.zeros(1)
@@ -72,23 +43,7 @@ class SignedScale:
         return cls(linear, beyond * low, beyond * high)
 
     def ticks(self, most: int) -> tuple[float, ...]:
-        """Return zero and a few powers of ten to either side, the greatest among them.
-
-        Parameters
-        ----------
-        most : int
-            Powers to either side.
-
-        Returns
-        -------
-        ticks : tuple of float
-            Rising.
-
-        Examples
-        --------
-        >>> SignedScale(1.0, -200.0, 20.0).ticks(1)
-        (-100.0, 0.0, 10.0)
-        """
+        """Return zero and a few powers of ten to either side, the greatest among them."""
         ticks = [0.0]
         for sign, end in ((-1.0, -self.low), (1.0, self.high)):
             powers = np.arange(round(np.log10(self.linear)), np.floor(np.log10(end)) + 1)
@@ -97,17 +52,7 @@ class SignedScale:
         return tuple(sorted(ticks))
 
     def along(self, panel: Axes, direction: Literal["x", "y"], most: int = 2) -> None:
-        """Scale one direction of a panel.
-
-        Parameters
-        ----------
-        panel : Axes
-            Drawn in before.
-        direction : {"x", "y"}
-            Which.
-        most : int
-            Powers of ten written to either side of zero.
-        """
+        """Scale one direction of a panel."""
         if direction == "x":
             panel.set_xscale("symlog", linthresh=self.linear)
             panel.set_xlim(self.low, self.high)
@@ -121,38 +66,14 @@ class SignedScale:
 
 
 def round_ticks(axis: Axis, low: float, high: float) -> None:
-    """Write plain round numbers along a logarithmic axis: tens, or 1, 2 and 5 of each.
-
-    Parameters
-    ----------
-    axis : Axis
-        Of matplotlib, such as ``panel.yaxis``.
-    low, high : float
-        No number is written beyond them.
-    """
+    """Write plain round numbers along a logarithmic axis: tens, or 1, 2 and 5 of each."""
     numbers = round_numbers(low, high)
     axis.set_ticks(numbers, [f"{number:g}" for number in numbers])
     axis.set_ticks([], minor=True)
 
 
 def round_numbers(low: float, high: float) -> list[float]:
-    """Return round numbers of a range.
-
-    Parameters
-    ----------
-    low, high : float
-        Positive.
-
-    Returns
-    -------
-    numbers : list of float
-        Powers of ten where there are enough of them, else with twice and five times each.
-
-    Examples
-    --------
-    >>> round_numbers(0.05, 200.0), round_numbers(3.0, 30.0)
-    ([0.1, 1.0, 10.0, 100.0], [5.0, 10.0, 20.0])
-    """
+    """Return round numbers of a range."""
     powers = range(int(np.floor(np.log10(low))), int(np.ceil(np.log10(high))) + 1)
     few = np.log10(high / low) < _FEW
     steps = (1.0, 2.0, 5.0) if few else (1.0,)

@@ -22,27 +22,7 @@ Columns = dict[tuple[int, str], float]
 def pushed_apart(
     places: Sequence[float], least: float, ends: tuple[float, float] = (-math.inf, math.inf)
 ) -> list[float]:
-    """Return places at least so far apart, as near as can be to where they were.
-
-    Parameters
-    ----------
-    places : sequence of float
-        Rising.
-    least : float
-        Distance of two neighbours.
-    ends : (float, float), optional
-        None lies beyond them, if there is room for all between.
-
-    Returns
-    -------
-    moved : list of float
-        Their mean is that of the places, where the ends allow.
-
-    Examples
-    --------
-    >>> [round(place, 2) for place in pushed_apart([0.4, 0.4, 0.9], 0.1)]
-    [0.35, 0.45, 0.9]
-    """
+    """Return places at least so far apart, as near as can be to where they were."""
     shift = np.arange(len(places)) * least
     wanted = np.asarray(places) - shift
     # Pool adjacent violators: means of blocks, until they rise.
@@ -59,19 +39,7 @@ def pushed_apart(
 
 
 def columns_of(rows: Iterable[Row]) -> Columns:
-    """Return where models stand on a logarithmic axis of numbers of coefficients.
-
-    Parameters
-    ----------
-    rows : iterable of Row
-        With coefficients.
-
-    Returns
-    -------
-    columns : dict of (n, model) to float
-        At their number of coefficients, rising; models that share one stand side by side
-        about it, so that points of one method are told apart by their column.
-    """
+    """Return where models stand on a logarithmic axis of numbers of coefficients."""
     models = sorted(dict.fromkeys((row.n_coefficients, row.model) for row in rows), key=_size)
     low, high = limits_of(size for size, _ in models)
     moved = pushed_apart([math.log(size) for size, _ in models], _ASIDE * math.log(high / low))
@@ -84,12 +52,6 @@ def _size(model: tuple[int, str]) -> int:
 
 
 def limits_of(sizes: Iterable[float]) -> tuple[float, float]:
-    """Return the ends of an axis of numbers of coefficients.
-
-    Examples
-    --------
-    >>> limits_of([20, 40])
-    (14.814814814814813, 50.0)
-    """
+    """Return the ends of an axis of numbers of coefficients."""
     found = list(sizes)
     return min(found) / _MARGINS[0], max(found) * _MARGINS[1]

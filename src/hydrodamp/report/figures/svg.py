@@ -1,9 +1,4 @@
-"""A figure as SVG, by one renderer that measures and draws.
-
-Left to itself, matplotlib makes three: one measures, one draws everything for nothing, one
-draws; and each parses every symbol anew. What is written is the same, byte for byte, in half
-the time.
-"""
+"""A figure as SVG, by one renderer that measures and draws."""
 
 from __future__ import annotations
 
@@ -25,20 +20,7 @@ _SYMBOLS = 1000
 
 
 def as_svg(figure: Figure, metadata: dict[str, Any]) -> bytes:
-    """Lay out and draw a figure.
-
-    Parameters
-    ----------
-    figure : Figure
-        Left as it was, but for the places of its parts.
-    metadata : dict
-        As ``savefig`` takes it.
-
-    Returns
-    -------
-    content : bytes
-        Of a file.
-    """
+    """Lay out and draw a figure."""
     from matplotlib import rcParams
 
     vector: Any = import_module("matplotlib.backends.backend_svg")
@@ -62,13 +44,7 @@ def as_svg(figure: Figure, metadata: dict[str, Any]) -> bytes:
 
 
 def fix_empty_labels(figure: Figure) -> None:
-    """Fix the places of labels without words, which matplotlib else works out from all ticks.
-
-    Parameters
-    ----------
-    figure : Figure
-        Complete: a label that is written later would stand in the middle of its panel.
-    """
+    """Fix the places of labels without words, which matplotlib else works out from all ticks."""
     for axes in figure.axes:
         for axis in (axes.xaxis, axes.yaxis):
             if not axis.get_label().get_text():

@@ -11,77 +11,28 @@ from hydrodamp.simulation.score import RateUnit
 
 
 def velocity_label(name: str, rate_unit: RateUnit = "deg") -> str:
-    """Return the label of an axis that shows a velocity.
-
-    Examples
-    --------
-    >>> velocity_label("u"), velocity_label("r"), velocity_label("r", "rad")
-    ('$u$ [m/s]', '$r$ [deg/s]', '$r$ [rad/s]')
-    """
+    """Return the label of an axis that shows a velocity."""
     return f"${name}$ [{velocity_unit(name, rate_unit)}]"
 
 
 def velocity_unit(name: str, rate_unit: RateUnit = "deg") -> str:
-    """Return the unit a velocity is shown in.
-
-    Examples
-    --------
-    >>> velocity_unit("u"), velocity_unit("r")
-    ('m/s', 'deg/s')
-    """
+    """Return the unit a velocity is shown in."""
     return "m/s" if name in VELOCITIES[:3] else f"{rate_unit}/s"
 
 
 def shown(velocity: FloatArray, name: str, rate_unit: RateUnit = "deg") -> FloatArray:
-    """Return one column of velocities in the unit it is shown in.
-
-    Parameters
-    ----------
-    velocity : ndarray, shape (n, 6)
-        u v w [m/s] p q r [rad/s].
-    name : str
-        Which.
-    rate_unit : {"deg", "rad"}
-        Unit of angular rates.
-
-    Returns
-    -------
-    values : ndarray, shape (n,)
-        Of :func:`velocity_unit`.
-    """
+    """Return one column of velocities in the unit it is shown in."""
     column = velocity[:, VELOCITIES.index(name)]
     return np.degrees(column) if velocity_unit(name, rate_unit) == "deg/s" else column
 
 
 def wrench_unit(axis: str) -> str:
-    """Return the unit of an axis of a wrench.
-
-    Examples
-    --------
-    >>> wrench_unit("X"), wrench_unit("N")
-    ('N', 'N m')
-    """
+    """Return the unit of an axis of a wrench."""
     return "N" if axis in "XYZ" else "N m"
 
 
 def coefficient_symbol(label: str) -> str:
-    r"""Return the symbol of a coefficient as matplotlib's mathematics.
-
-    Parameters
-    ----------
-    label : str
-        Such as ``Y_v|v|``.
-
-    Returns
-    -------
-    symbol : str
-        With dollar signs.
-
-    Examples
-    --------
-    >>> coefficient_symbol("Y_v|v|")
-    '$Y_{v|v|}$'
-    """
+    r"""Return the symbol of a coefficient as matplotlib's mathematics."""
     spelt = latex_label(*read_label(label))
     for bar in (r"\lvert ", r"\lvert", r"\rvert ", r"\rvert"):
         spelt = spelt.replace(bar, "|")
@@ -89,33 +40,11 @@ def coefficient_symbol(label: str) -> str:
 
 
 def plain(text: object) -> str:
-    r"""Return words that came from a file so that matplotlib prints them as they are.
-
-    Parameters
-    ----------
-    text : object
-        A name of a segment, a channel, a model.
-
-    Returns
-    -------
-    text : str
-        One line; a dollar sign does not begin mathematics.
-
-    Examples
-    --------
-    >>> plain("dive $1$")
-    'dive \\$1\\$'
-    """
+    r"""Return words that came from a file so that matplotlib prints them as they are."""
     one_line = "".join(each if each.isprintable() else " " for each in str(text))
     return one_line.replace("$", r"\$")
 
 
 def shortened(text: str, room: int) -> str:
-    """Return words cut to a number of letters.
-
-    Examples
-    --------
-    >>> shortened("run_11_40_38", 7), shortened("dive", 7)
-    ('run_11…', 'dive')
-    """
+    """Return words cut to a number of letters."""
     return text if len(text) <= room else f"{text[: max(room - 1, 1)]}…"

@@ -1,9 +1,4 @@
-"""Lines of long series: the extremes of every bin, and never a stroke across a join.
-
-A line of a million samples in a column of a journal has a thousand times more samples than
-dots. One in a thousand of them would lose every spike; the least and the greatest of each
-bin, in the order they came, look like all of them.
-"""
+"""Lines of long series: the extremes of every bin, and never a stroke across a join."""
 
 from __future__ import annotations
 
@@ -18,27 +13,7 @@ column."""
 
 
 def min_max_pairs(values: FloatArray, most: int = PAIRS) -> IntArray:
-    """Return which samples to draw so that a line looks like all of them.
-
-    Parameters
-    ----------
-    values : ndarray, shape (n,)
-        In the order of time; NaN where there is nothing.
-    most : int
-        Bins, of equally many samples; at least one.
-
-    Returns
-    -------
-    kept : ndarray of int, shape (m,)
-        Rising; all samples where they are no more than two a bin, else the first, the
-        last, and of every bin its least and its greatest. A bin of NaN alone keeps its
-        first, so that the line breaks.
-
-    Examples
-    --------
-    >>> min_max_pairs(np.array([0.0, 5.0, 1.0, 1.0, -7.0, 1.0, 0.0, 0.0, 2.0]), 3).tolist()
-    [0, 1, 3, 4, 6, 8]
-    """
+    """Return which samples to draw so that a line looks like all of them."""
     n = len(values)
     if n <= 2 * most:
         return np.arange(n)
@@ -51,46 +26,14 @@ def min_max_pairs(values: FloatArray, most: int = PAIRS) -> IntArray:
 
 
 def clock(log: Log) -> FloatArray:
-    """Return the time that figures show: recorded time, segments end to end.
-
-    Parameters
-    ----------
-    log : Log
-        Whose clock may restart or leap at a join.
-
-    Returns
-    -------
-    time : ndarray, shape (n,)
-        [s], from zero.
-
-    Examples
-    --------
-    >>> log = Log.from_arrays([5, 6, 90, 92], {"u": [1, 1, 2, 2]}, segment="aabb")
-    >>> clock(log).tolist()
-    [0.0, 1.0, 1.0, 3.0]
-    """
+    """Return the time that figures show: recorded time, segments end to end."""
     steps = np.diff(log.time, prepend=log.time[0])
     steps[[segment.start for segment in log.segments]] = 0.0
     return np.cumsum(steps)
 
 
 def trace(log: Log, values: FloatArray, most: int = PAIRS) -> tuple[FloatArray, FloatArray]:
-    """Return the line of a channel, broken at joins.
-
-    Parameters
-    ----------
-    log : Log
-        Clock and segments.
-    values : ndarray, shape (n,)
-        One a sample.
-    most : int
-        Bins, shared among the segments by their samples.
-
-    Returns
-    -------
-    time, line : ndarray, shape (m,)
-        Of :func:`clock` [s]; NaN between segments.
-    """
+    """Return the line of a channel, broken at joins."""
     time = clock(log)
     times: list[FloatArray] = []
     lines: list[FloatArray] = []
@@ -105,23 +48,7 @@ def trace(log: Log, values: FloatArray, most: int = PAIRS) -> tuple[FloatArray, 
 def ribbon(
     log: Log, lower: FloatArray, upper: FloatArray, most: int = PAIRS
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the outline of a band: never narrower than the band itself.
-
-    Parameters
-    ----------
-    log : Log
-        Clock and segments.
-    lower, upper : ndarray, shape (n,)
-        Its ends; NaN where there is none.
-    most : int
-        Bins, shared among the segments by their samples.
-
-    Returns
-    -------
-    time, low, high : ndarray, shape (m,)
-        Least lower and greatest upper end of every bin at its first sample, and again at
-        its last; NaN between segments.
-    """
+    """Return the outline of a band: never narrower than the band itself."""
     time = clock(log)
     parts: list[tuple[FloatArray, FloatArray, FloatArray]] = []
     for segment in log.segments:

@@ -23,18 +23,7 @@ _SLACK = 1e-6
 
 
 def band_bytes(band: PredictionBand) -> bytes:
-    """Return a band as the content of its file.
-
-    Parameters
-    ----------
-    band : PredictionBand
-        Of a replay that is kept elsewhere.
-
-    Returns
-    -------
-    content : bytes
-        An npz file with ``lower`` and ``upper`` [m/s, rad/s], ``level`` and ``diverged``.
-    """
+    """Return a band as the content of its file."""
     stream = io.BytesIO()
     np.savez(
         stream,
@@ -48,25 +37,7 @@ def band_bytes(band: PredictionBand) -> bytes:
 
 
 def read_band(path: Path, replay: Trajectory) -> PredictionBand:
-    """Read what :func:`band_bytes` made.
-
-    Parameters
-    ----------
-    path : path
-        The file.
-    replay : Trajectory
-        Which the band is of.
-
-    Returns
-    -------
-    band : PredictionBand
-        The same; its log and its velocities are those of the replay.
-
-    Raises
-    ------
-    FileError
-        If the file is no band, or that of another replay.
-    """
+    """Read what :func:`band_bytes` made."""
     try:
         with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as arrays:
             lower, upper = (arrays[name].astype(np.float64) for name in ("lower", "upper"))

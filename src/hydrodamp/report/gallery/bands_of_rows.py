@@ -27,21 +27,7 @@ _STEP = 0.05
 
 
 def affordable_bands(vehicle: Vehicle, rows: Sequence[Row]) -> Bands:
-    """Return bands to first order around replays, the first rows first.
-
-    Parameters
-    ----------
-    vehicle : Vehicle
-        Everything known.
-    rows : sequence of Row
-        With the whole log in their trajectories. One without covariance has no band, nor has
-        one that was replayed along its own attitude.
-
-    Returns
-    -------
-    bands : mapping of (model, method) to PredictionBand
-        Of as many as take about a second together.
-    """
+    """Return bands to first order around replays, the first rows first."""
     left = _WORK if kernels.COMPILED else _WORK_UNCOMPILED
     bands: dict[tuple[str, str], PredictionBand] = {}
     for row in rows:
@@ -56,18 +42,7 @@ def affordable_bands(vehicle: Vehicle, rows: Sequence[Row]) -> Bands:
 
 
 def said_of_bands(bands: Bands) -> str:
-    """Return what a caption says of bands.
-
-    Parameters
-    ----------
-    bands : mapping of (model, method) to PredictionBand
-        Those drawn.
-
-    Returns
-    -------
-    sentences : str
-        Whose they are and what they hold; empty without any.
-    """
+    """Return what a caption says of bands."""
     if not bands:
         return ""
     names = listed([" by ".join(pair) for pair in bands])

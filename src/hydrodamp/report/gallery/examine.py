@@ -29,18 +29,7 @@ MISSING = (
 
 
 def drawable() -> bool:
-    """Tell whether what pictures need is installed.
-
-    Returns
-    -------
-    drawable : bool
-        Whether matplotlib is there.
-
-    Examples
-    --------
-    >>> isinstance(drawable(), bool)
-    True
-    """
+    """Tell whether what pictures need is installed."""
     return find_spec("matplotlib") is not None
 
 
@@ -50,26 +39,7 @@ def examine(
     train: Log,
     reach: Callable[[str, int, int], None] | None = None,
 ) -> Findings:
-    """Grade the coefficients of the chosen row, band its replay and draw its pictures.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        As :func:`hydrodamp.compare` made it, with the whole logs of its replays.
-    vehicle : Vehicle
-        Everything known.
-    train : Log
-        What was identified from.
-    reach : callable, optional
-        Called as pictures are drawn, for a progress bar: see
-        :func:`hydrodamp.report.gallery.picture.painted`; before them of no known number.
-
-    Returns
-    -------
-    findings : Findings
-        What could be found, and why the rest could not. Without matplotlib there
-        are no pictures.
-    """
+    """Grade the coefficients of the chosen row, band its replay and draw its pictures."""
     row = chosen_row(comparison)
     if row is None:
         return Findings(

@@ -15,22 +15,7 @@ FIGURES = "figures"
 
 @dataclass(frozen=True)
 class Findings:
-    """What is found out about the chosen row after the fits.
-
-    Attributes
-    ----------
-    identifiability : Identifiability or None
-        Which coefficients of the chosen model the log determines; None where it was not
-        asked or could not say.
-    gallery : Gallery
-        The pictures.
-    not_graded : str
-        Why there are no grades, in a sentence; empty where there are or none were asked for.
-    band : PredictionBand or None
-        Of the replay of the chosen row; None where it has none, or none that is cheap.
-    folder : str
-        Name of the folder that their files are in.
-    """
+    """What is found out about the chosen row after the fits."""
 
     identifiability: Identifiability | None = None
     gallery: Gallery = field(default_factory=Gallery)
@@ -40,19 +25,7 @@ class Findings:
 
 
 def chosen_row(comparison: Comparison) -> Row | None:
-    """Return the row whose pictures are drawn.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        Any.
-
-    Returns
-    -------
-    row : Row or None
-        The one chosen; where none has an error, the only one, if there is one alone
-        with numbers.
-    """
+    """Return the row whose pictures are drawn."""
     if all(row.rms is None for row in comparison.rows):
         alone = len(comparison.rows) == 1 and comparison.rows[0].fit.status.usable
         return comparison.rows[0] if alone else None
@@ -60,21 +33,7 @@ def chosen_row(comparison: Comparison) -> Row | None:
 
 
 def models_of(comparison: Comparison, first: Row | None) -> tuple[str, ...]:
-    """Return the models of a report in the order in which they take dashes.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        Any.
-    first : Row or None
-        Whose model is drawn with a solid line: that of the chosen row.
-
-    Returns
-    -------
-    models : tuple of str
-        Each once; the others by the lowest error that any method gives them, since dashes grow
-        harder to see.
-    """
+    """Return the models of a report in the order in which they take dashes."""
     lowest: dict[str, float] = {}
     for row in comparison.rows:
         error = float("inf") if row.rms is None else row.rms

@@ -33,20 +33,7 @@ _GRADES = {grade.word: grade for grade in Grade}
 
 
 def write_findings(findings: Findings, home: Path) -> None:
-    """Write grades, band and pictures into a folder of results, in place of earlier ones.
-
-    Parameters
-    ----------
-    findings : Findings
-        What to write.
-    home : path
-        The folder; all files are written or none.
-
-    Raises
-    ------
-    FileError
-        If a file cannot be written.
-    """
+    """Write grades, band and pictures into a folder of results, in place of earlier ones."""
     contents = _contents(findings.gallery, home / FIGURES)
     if grades := _grades_document(findings):
         contents[home / GRADES] = as_json(grades).encode("utf-8")
@@ -56,44 +43,13 @@ def write_findings(findings: Findings, home: Path) -> None:
 
 
 def write_gallery(gallery: Gallery, folder: Path) -> None:
-    """Write pictures and their words into a folder, in place of those of an earlier gallery.
-
-    Parameters
-    ----------
-    gallery : Gallery
-        What to write.
-    folder : path
-        Made if it is not there; other files in it stay.
-
-    Raises
-    ------
-    FileError
-        If the folder cannot be made or a file not be written.
-    """
+    """Write pictures and their words into a folder, in place of those of an earlier gallery."""
     contents, removed = _contents(gallery, folder), earlier_pictures(folder)
     save_together(contents, removed=removed, last=folder / INDEX)
 
 
 def read_findings(home: Path, comparison: Comparison) -> Findings:
-    """Read what :func:`write_findings` wrote.
-
-    Parameters
-    ----------
-    home : path
-        A folder of results.
-    comparison : Comparison
-        That of the folder; its choice says whose grades and whose band they are.
-
-    Returns
-    -------
-    findings : Findings
-        The same; empty where nothing was written.
-
-    Raises
-    ------
-    FileError
-        If a file is not what it should be.
-    """
+    """Read what :func:`write_findings` wrote."""
     index, row = home / FIGURES / INDEX, chosen_row(comparison)
     gallery = _read_gallery(index) if index.is_file() else Gallery()
     if row is None:
@@ -106,34 +62,12 @@ def read_findings(home: Path, comparison: Comparison) -> Findings:
 
 
 def earlier_findings(home: Path) -> list[Path]:
-    """Return what an earlier :func:`write_findings` wrote into a folder.
-
-    Parameters
-    ----------
-    home : path
-        A folder of results, there or not.
-
-    Returns
-    -------
-    paths : list of path
-        Grades, band, pictures and their index; some may be gone.
-    """
+    """Return what an earlier :func:`write_findings` wrote into a folder."""
     return [home / GRADES, home / BAND, *earlier_pictures(home / FIGURES)]
 
 
 def earlier_pictures(folder: Path) -> list[Path]:
-    """Return the pictures that the index of a folder names, and the index.
-
-    Parameters
-    ----------
-    folder : path
-        Of the pictures, there or not.
-
-    Returns
-    -------
-    paths : list of path
-        None without an index: files that someone else put there stay.
-    """
+    """Return the pictures that the index of a folder names, and the index."""
     try:
         document: Any = load_json(folder / INDEX)
         names = [str(entry["file"]) for entry in document["figures"]]

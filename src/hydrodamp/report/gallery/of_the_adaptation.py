@@ -47,24 +47,7 @@ class Remembering(Protocol):
 def sketches_of_adaptation(
     comparison: Comparison, vehicle: Vehicle, train: Log, chosen: Row | None
 ) -> Iterator[Sketch]:
-    """Return a picture for each adaptive method: of its row with the lowest error.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        Of which rows.
-    vehicle : Vehicle
-        Everything known.
-    train : Log
-        What was identified from.
-    chosen : Row or None
-        Whose method gives the values to compare with.
-
-    Yields
-    ------
-    sketch : Sketch
-        Histories; a log too long to be gone through again is not drawn.
-    """
+    """Return a picture for each adaptive method: of its row with the lowest error."""
     for key in comparison.methods:
         method = METHODS.get(key)
         if isinstance(method, Remembering):

@@ -13,20 +13,7 @@ from hydrodamp.simulation.score import RateUnit
 
 
 def sketches_of_data(log: Log, rate_unit: RateUnit) -> Iterator[Sketch]:
-    """Return the pictures of a log.
-
-    Parameters
-    ----------
-    log : Log
-        What models are estimated from.
-    rate_unit : {"deg", "rad"}
-        Unit of angular rates.
-
-    Yields
-    ------
-    sketch : Sketch
-        Velocities, then what drove the vehicle.
-    """
+    """Return the pictures of a log."""
     yield Sketch(
         "estimation-velocities", "Estimation data: velocities", lambda: _velocities(log, rate_unit)
     )

@@ -27,24 +27,7 @@ _PAIRS = 5
 def sketches_of_fit(
     problem: Problem, fit: Fit, grades: Identifiability | None, rate_unit: RateUnit
 ) -> Iterator[Sketch]:
-    """Return the pictures of a fit.
-
-    Parameters
-    ----------
-    problem : Problem
-        Prepared for its model.
-    fit : Fit
-        With numbers.
-    grades : Identifiability or None
-        Of its model; without it there is no picture of the excitation.
-    rate_unit : {"deg", "rad"}
-        Unit of angular rates.
-
-    Yields
-    ------
-    sketch : Sketch
-        Excitation, correlation, residuals, power.
-    """
+    """Return the pictures of a fit."""
     if grades is not None:
         known = grades
         yield Sketch("excitation", "Excitation by axis", lambda: _excitation(known))

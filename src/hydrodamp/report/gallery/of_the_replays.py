@@ -25,24 +25,7 @@ _TOGETHER = 4
 def sketches_of_replays(
     comparison: Comparison, vehicle: Vehicle, row: Row, bands: Bands
 ) -> Iterator[Sketch]:
-    """Return the pictures of replays.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        With the whole log in its trajectories, as :func:`hydrodamp.compare` makes it.
-    vehicle : Vehicle
-        Everything known.
-    row : Row
-        The chosen one.
-    bands : mapping of (model, method) to PredictionBand
-        Of some of :func:`best_of_each_method`.
-
-    Yields
-    ------
-    sketch : Sketch
-        Horizons; then replays, front and coefficients, for print alone.
-    """
+    """Return the pictures of replays."""
     best = best_of_each_method(comparison, row)
     yield Sketch(
         "horizons", "Error growth with horizon", lambda: _horizons(comparison, vehicle, best)
@@ -61,20 +44,7 @@ def sketches_of_replays(
 
 
 def best_of_each_method(comparison: Comparison, first: Row) -> tuple[Row, ...]:
-    """Return a row, then the one with the lowest error of every other method.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        Of which rows.
-    first : Row
-        Stands for its method.
-
-    Returns
-    -------
-    rows : tuple of Row
-        Lowest error first after it; as many as one picture holds.
-    """
+    """Return a row, then the one with the lowest error of every other method."""
     scored = [row for row in comparison.rows if row.rms is not None and row.method != first.method]
     scored.sort(key=lambda row: row.rms or 0.0)
     best = {row.method: row for row in reversed(scored)}

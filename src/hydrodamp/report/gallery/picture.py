@@ -21,19 +21,7 @@ _HEAD = 2000
 
 @dataclass(frozen=True)
 class Picture:
-    """A drawing and its words.
-
-    Attributes
-    ----------
-    name : str
-        Of its file, without the ending.
-    title, caption, alt : str
-        What it is, what to see in it, and what it shows to those who cannot see it.
-    svg : bytes
-        The drawing.
-    print_only : bool
-        Whether it is for print alone, since a report has the same to zoom or to sort.
-    """
+    """A drawing and its words."""
 
     name: str
     title: str
@@ -44,13 +32,7 @@ class Picture:
 
     @property
     def size(self) -> tuple[float, float]:
-        """Width and height [pt].
-
-        Raises
-        ------
-        FileError
-            If the drawing is no SVG with a size.
-        """
+        """Width and height [pt]."""
         head = self.svg[:_HEAD]
         width = re.search(rb'<svg\b[^>]*?\swidth="([\d.]+)pt"', head)
         height = re.search(rb'<svg\b[^>]*?\sheight="([\d.]+)pt"', head)
@@ -64,15 +46,7 @@ class Picture:
 
 @dataclass(frozen=True)
 class Drawn:
-    """A figure with its words.
-
-    Attributes
-    ----------
-    figure : Figure
-        Of matplotlib.
-    caption, alt : str
-        As of a picture.
-    """
+    """A figure with its words."""
 
     figure: Figure
     caption: str
@@ -81,17 +55,7 @@ class Drawn:
 
 @dataclass(frozen=True)
 class Sketch:
-    """A picture still to be drawn.
-
-    Attributes
-    ----------
-    name, title : str
-        As of a picture.
-    draw : callable
-        Returns the figure and its words, or raises HydrodampError where it cannot be.
-    print_only : bool
-        As of a picture.
-    """
+    """A picture still to be drawn."""
 
     name: str
     title: str
@@ -101,15 +65,7 @@ class Sketch:
 
 @dataclass(frozen=True)
 class Gallery:
-    """The pictures of a run.
-
-    Attributes
-    ----------
-    pictures : tuple of Picture
-        In the order in which they are looked at.
-    not_drawn : tuple of str
-        A sentence for each that could not be drawn.
-    """
+    """The pictures of a run."""
 
     pictures: tuple[Picture, ...] = ()
     not_drawn: tuple[str, ...] = ()
@@ -118,21 +74,7 @@ class Gallery:
 def painted(
     sketches: list[Sketch], reach: Callable[[str, int, int], None] | None = None
 ) -> Gallery:
-    """Draw sketches.
-
-    Parameters
-    ----------
-    sketches : list of Sketch
-        What to draw.
-    reach : callable, optional
-        Called before each with its title, how many are done and of how many; once more at the
-        end.
-
-    Returns
-    -------
-    gallery : Gallery
-        What could be drawn; of the others, why not.
-    """
+    """Draw sketches."""
     pictures: list[Picture] = []
     not_drawn: list[str] = []
     for place, sketch in enumerate(sketches):

@@ -11,47 +11,19 @@ _NAMED = 6
 
 
 def sentence(text: str) -> str:
-    """Return what an error or a note says as a sentence.
-
-    Examples
-    --------
-    >>> sentence("no log")
-    'No log.'
-    """
+    """Return what an error or a note says as a sentence."""
     return f"{text[0].upper()}{text[1:].rstrip('.')}."
 
 
 def listed(names: Sequence[str]) -> str:
-    """Return names as a clause.
-
-    Examples
-    --------
-    >>> listed(["X"]), listed(["X", "Y", "N"])
-    ('X', 'X, Y and N')
-    """
+    """Return names as a clause."""
     if len(names) < 2:
         return "".join(names)
     return f"{', '.join(names[:-1])} and {names[-1]}"
 
 
 def segments_of(log: Log) -> str:
-    """Return what a log consists of.
-
-    Parameters
-    ----------
-    log : Log
-        Any.
-
-    Returns
-    -------
-    clause : str
-        Samples, recorded time and segments.
-
-    Examples
-    --------
-    >>> segments_of(Log.from_arrays([0, 1, 5, 6], {"u": [1] * 4}, segment="aabb"))
-    '4 samples, 2 s in 2 segments (a and b)'
-    """
+    """Return what a log consists of."""
     names = [segment.name for segment in log.segments]
     head = f"{log.n} samples, {log.duration:.4g} s"
     if len(names) < 2:

@@ -30,17 +30,7 @@ _ZERO, _VALUE = 40.0, 100.0
 
 @dataclass(frozen=True)
 class Interval:
-    """Where a 95 % interval reaches, on a line from zero to the value and beyond.
-
-    Attributes
-    ----------
-    low, high : float
-        Its ends, cut at the drawing's.
-    cut : bool
-        Whether it reaches farther than is drawn.
-    sure : bool
-        Whether it leaves out zero.
-    """
+    """Where a 95 % interval reaches, on a line from zero to the value and beyond."""
 
     low: float
     high: float
@@ -50,16 +40,7 @@ class Interval:
 
 @dataclass(frozen=True)
 class Coefficient:
-    """A line of the table.
-
-    Attributes
-    ----------
-    label, value, error, span, unit, known : str
-        Name, number, standard error, 95 % interval, unit, and its grade or whether the data
-        tell it apart, in words.
-    interval : Interval or None
-        To draw.
-    """
+    """A line of the table."""
 
     label: str
     value: str
@@ -72,19 +53,7 @@ class Coefficient:
 
 @dataclass(frozen=True)
 class CoefficientTable:
-    """The coefficients of a fit.
-
-    Attributes
-    ----------
-    model, method, title : str
-        Keys, and the model's title.
-    heading : str
-        Of the last column: what is said of how well each is known.
-    lines : tuple of Coefficient
-        In the order of the model's labels.
-    sentences : tuple of str
-        What to read beside them.
-    """
+    """The coefficients of a fit."""
 
     model: str
     method: str
@@ -102,22 +71,7 @@ class CoefficientTable:
 def coefficient_tables(
     rows: Sequence[Row], chosen: Row | None = None, grades: Identifiability | None = None
 ) -> tuple[CoefficientTable, ...]:
-    """Return the coefficients of some rows.
-
-    Parameters
-    ----------
-    rows : sequence of Row
-        The most wanted first.
-    chosen : Row, optional
-        One of them, which has grades.
-    grades : Identifiability, optional
-        Its grades.
-
-    Returns
-    -------
-    tables : tuple of CoefficientTable
-        Of those with numbers, until there are too many to list.
-    """
+    """Return the coefficients of some rows."""
     tables: list[CoefficientTable] = []
     listed = 0
     for row in rows:

@@ -63,19 +63,7 @@ class Tick:
 
 @dataclass(frozen=True)
 class Point:
-    """A row in the chart.
-
-    Attributes
-    ----------
-    x, y : float
-        Place.
-    shape : str
-        Path of its marker about that place.
-    method, words : str
-        Whose colour it has, and what it is in full.
-    settled : bool
-        Whether it is drawn filled.
-    """
+    """A row in the chart."""
 
     x: float
     y: float
@@ -87,15 +75,7 @@ class Point:
 
 @dataclass(frozen=True)
 class Column:
-    """A model above its points.
-
-    Attributes
-    ----------
-    place, aside : float
-        Where its points stand, and where its name does.
-    name : str
-        What it is called, not too long.
-    """
+    """A model above its points."""
 
     place: float
     aside: float
@@ -104,23 +84,7 @@ class Column:
 
 @dataclass(frozen=True)
 class FrontChart:
-    """The chart, in its own units.
-
-    Attributes
-    ----------
-    across, up : tuple of Tick
-        Of the two axes.
-    columns : tuple of Column
-        The models, in the order of their sizes.
-    points : tuple of Point
-        Rows with an error.
-    front : str
-        Path of the steps.
-    markers : dict of str to str
-        The marker of each method, for the key.
-    words : str
-        What the front says, in a sentence.
-    """
+    """The chart, in its own units."""
 
     across: tuple[Tick, ...]
     up: tuple[Tick, ...]
@@ -133,15 +97,7 @@ class FrontChart:
 
 @dataclass(frozen=True)
 class Scale:
-    """A logarithmic axis.
-
-    Attributes
-    ----------
-    low, high : float
-        Values at its ends, positive.
-    start, stop : float
-        Places of its ends.
-    """
+    """A logarithmic axis."""
 
     low: float
     high: float
@@ -154,15 +110,7 @@ class Scale:
         return round(self.start + share * (self.stop - self.start), 1)
 
     def ticks(self) -> tuple[Tick, ...]:
-        """Return round values in reach: 1, 2, 5 by powers of ten; finer on a short axis.
-
-        Examples
-        --------
-        >>> [tick.word for tick in Scale(8.0, 240.0, 0.0, 1.0).ticks()]
-        ['10', '20', '50', '100', '200']
-        >>> [tick.word for tick in Scale(40.0, 50.0, 0.0, 1.0).ticks()][::5]
-        ['40', '45', '50']
-        """
+        """Return round values in reach: 1, 2, 5 by powers of ten; finer on a short axis."""
         for digits in _DIGITS:
             values = [
                 digit * 10.0**power
@@ -176,18 +124,7 @@ class Scale:
 
 
 def front_chart(comparison: Comparison) -> FrontChart | None:
-    """Return the chart of a comparison.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        What to show.
-
-    Returns
-    -------
-    chart : FrontChart or None
-        None where fewer than two rows have an error.
-    """
+    """Return the chart of a comparison."""
     rows = [row for row in comparison.rows if row.rms is not None and row.n_coefficients]
     if len(rows) < 2:
         return None
@@ -207,27 +144,7 @@ def front_chart(comparison: Comparison) -> FrontChart | None:
 
 
 def marker(kind: str, x: float, y: float, size: float = 6.0) -> str:
-    """Return the path of a marker.
-
-    Parameters
-    ----------
-    kind : str
-        As matplotlib spells it; a cross or a star where it is none of the plain shapes.
-    x, y : float
-        Its centre.
-    size : float
-        From there to a corner.
-
-    Returns
-    -------
-    path : str
-        Closed.
-
-    Examples
-    --------
-    >>> marker("D", 10.0, 10.0)
-    'M10 4L16 10L10 16L4 10Z'
-    """
+    """Return the path of a marker."""
     corners, turn, width = _SHAPES.get(kind, (4, 0.5 if kind == "X" else 0.0, 1.0))
     turn *= 1.0 if corners == 3 else 1.0 / corners
     starred = kind not in _SHAPES

@@ -12,17 +12,7 @@ from hydrodamp.arrays import FloatArray, IntArray
 
 @dataclass(frozen=True)
 class Level:
-    """Which samples share a stretch, at one zoom of a plot.
-
-    Attributes
-    ----------
-    starts : ndarray of int, shape (m,)
-        First sample of each stretch; none reaches across the end of a segment.
-    stops : ndarray of int, shape (m,)
-        One past its last sample.
-    breaks : ndarray of int, shape (k,)
-        The stretches that a new segment begins with, but for the first.
-    """
+    """Which samples share a stretch, at one zoom of a plot."""
 
     starts: IntArray
     stops: IntArray
@@ -34,68 +24,24 @@ class Level:
         return bool(np.all(self.stops - self.starts <= 2))
 
     def times(self, time: FloatArray) -> FloatArray:
-        """Return the two times of each stretch, with one between segments.
-
-        Parameters
-        ----------
-        time : ndarray, shape (n,)
-            Of the samples [s], increasing.
-
-        Returns
-        -------
-        times : ndarray
-            First and last of each stretch; increasing.
-        """
+        """Return the two times of each stretch, with one between segments."""
         pairs = np.column_stack([time[self.starts], time[self.stops - 1]])
         ends = 0.5 * (time[self.starts[self.breaks]] + time[self.stops[self.breaks - 1] - 1])
         return self._laid_out(pairs, ends)
 
     def values(self, series: FloatArray) -> FloatArray:
-        """Return lowest and highest value of each stretch, in the sense in which it runs.
-
-        Parameters
-        ----------
-        series : ndarray, shape (n,)
-            NaN where there is nothing.
-
-        Returns
-        -------
-        values : ndarray
-            As many as times; NaN between segments.
-        """
+        """Return lowest and highest value of each stretch, in the sense in which it runs."""
         low, high = self._each(np.fmin, series), self._each(np.fmax, series)
         falling = series[self.starts] > series[self.stops - 1]
         return self._broken(np.where(falling, high, low), np.where(falling, low, high))
 
     def lowest(self, series: FloatArray) -> FloatArray:
-        """Return the lowest value of each stretch: the lower edge of a band, never too high.
-
-        Parameters
-        ----------
-        series : ndarray, shape (n,)
-            NaN where there is nothing.
-
-        Returns
-        -------
-        values : ndarray
-            As many as times, level in each stretch; NaN between segments.
-        """
+        """Return the lowest value of each stretch: the lower edge of a band, never too high."""
         low = self._each(np.fmin, series)
         return self._broken(low, low)
 
     def highest(self, series: FloatArray) -> FloatArray:
-        """Return the highest value of each stretch: the upper edge of a band, never too low.
-
-        Parameters
-        ----------
-        series : ndarray, shape (n,)
-            NaN where there is nothing.
-
-        Returns
-        -------
-        values : ndarray
-            As many as times, level in each stretch; NaN between segments.
-        """
+        """Return the highest value of each stretch: the upper edge of a band, never too low."""
         high = self._each(np.fmax, series)
         return self._broken(high, high)
 
@@ -121,29 +67,7 @@ class Level:
 
 
 def level(bounds: Sequence[tuple[int, int]], points: int) -> Level:
-    """Return a level of about so many points.
-
-    Parameters
-    ----------
-    bounds : sequence of (int, int)
-        First sample and one past the last of each segment.
-    points : int
-        Shared among segments by their length; each stretch takes two.
-
-    Returns
-    -------
-    level : Level
-        Of single samples where there are no more than that.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> coarse = level([(0, 6)], 4)
-    >>> coarse.times(np.arange(6.0)).tolist()
-    [0.0, 2.0, 3.0, 5.0]
-    >>> coarse.values(np.array([0.0, 9.0, 1.0, 5.0, -3.0, 2.0])).tolist()
-    [0.0, 9.0, 5.0, -3.0]
-    """
+    """Return a level of about so many points."""
     n = sum(stop - start for start, stop in bounds)
     edges = [_edges(start, stop, n, points) for start, stop in bounds]
     counts = [len(each) - 1 for each in edges]

@@ -33,17 +33,7 @@ _APART = ("files", "warnings")
 
 @dataclass(frozen=True)
 class Origin:
-    """Where the numbers come from.
-
-    Attributes
-    ----------
-    facts : tuple of (str, str)
-        A heading and what stands under it.
-    files : tuple of (str, str)
-        Name and SHA-256 of each file that was read.
-    settings : tuple of (str, str)
-        Key and settings of each method.
-    """
+    """Where the numbers come from."""
 
     facts: tuple[tuple[str, str], ...]
     files: tuple[tuple[str, str], ...]
@@ -51,21 +41,7 @@ class Origin:
 
 
 def origin(comparison: Comparison, provenance: Mapping[str, object]) -> Origin:
-    """Return where a comparison comes from.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        Its fits know vehicle and settings.
-    provenance : mapping of str to object
-        As in ``comparison.json``. ``files`` has a line a file, SHA-256 and name, as
-        ``sha256sum`` prints them.
-
-    Returns
-    -------
-    origin : Origin
-        What is empty is left out; what is unknown here stands under its own key.
-    """
+    """Return where a comparison comes from."""
     import hydrodamp
 
     words = {key: str(value) for key, value in provenance.items() if str(value)}
@@ -80,18 +56,7 @@ def origin(comparison: Comparison, provenance: Mapping[str, object]) -> Origin:
 
 
 def told(provenance: Mapping[str, object]) -> tuple[str, ...]:
-    """Return the warnings of a run.
-
-    Parameters
-    ----------
-    provenance : mapping of str to object
-        ``warnings`` has a line each.
-
-    Returns
-    -------
-    warnings : tuple of str
-        In the order in which they were given.
-    """
+    """Return the warnings of a run."""
     return tuple(filter(None, map(str.strip, str(provenance.get("warnings", "")).splitlines())))
 
 

@@ -17,25 +17,7 @@ BYTES = 8 / 3
 
 
 def pack(values: FloatArray) -> dict[str, object]:
-    """Return a series in steps of its own range.
-
-    Parameters
-    ----------
-    values : ndarray, shape (n,)
-        NaN where there is nothing.
-
-    Returns
-    -------
-    packed : dict
-        ``low`` and ``step``, and ``steps``: little-endian 16-bit counts in base 64,
-        65535 for nothing.
-
-    Examples
-    --------
-    >>> packed = pack(np.array([0.0, 6.5, np.nan]))
-    >>> packed["low"], packed["step"], base64.b64decode(packed["steps"]).hex()
-    (0.0, 0.0001, '0000e8fdffff')
-    """
+    """Return a series in steps of its own range."""
     finite = values[np.isfinite(values)]
     low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)
     step = (high - low) / _STEPS or 1.0
@@ -44,44 +26,12 @@ def pack(values: FloatArray) -> dict[str, object]:
 
 
 def pack_exactly(values: FloatArray) -> str:
-    """Return a series as little-endian doubles in base 64.
-
-    Parameters
-    ----------
-    values : ndarray, shape (n,)
-        Such as times.
-
-    Returns
-    -------
-    text : str
-        Eleven characters a value.
-
-    Examples
-    --------
-    >>> pack_exactly(np.array([1.0]))
-    'AAAAAAAA8D8='
-    """
+    """Return a series as little-endian doubles in base 64."""
     return _text(values.astype("<f8"))
 
 
 def script_json(document: object) -> str:
-    r"""Return a document as JSON that may stand inside a script element.
-
-    Parameters
-    ----------
-    document : object
-        Of finite numbers, None, words, lists and dicts.
-
-    Returns
-    -------
-    text : str
-        The same to a JSON reader; without any character that markup could begin or end with.
-
-    Examples
-    --------
-    >>> script_json({"name": "</script>&"})
-    '{"name":"\\u003c/script\\u003e\\u0026"}'
-    """
+    r"""Return a document as JSON that may stand inside a script element."""
     text = json.dumps(document, allow_nan=False, ensure_ascii=True, separators=(",", ":"))
     for mark in "<>&":
         text = text.replace(mark, f"\\u{ord(mark):04x}")

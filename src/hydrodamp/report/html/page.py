@@ -41,60 +41,21 @@ _SCRIPTS = ("theme.js", "sorting.js", "uplot.js", "levels.js", "plots.js")
 
 @dataclass(frozen=True)
 class Script:
-    """A script and what the page's policy knows it by.
-
-    Attributes
-    ----------
-    text : str
-        As it stands in the page.
-    digest : str
-        SHA-256 in base 64.
-    """
+    """A script and what the page's policy knows it by."""
 
     text: str
     digest: str
 
 
 def installed() -> bool:
-    """Tell whether what a report needs is installed.
-
-    Returns
-    -------
-    installed : bool
-        Whether jinja2 is there.
-
-    Examples
-    --------
-    >>> isinstance(installed(), bool)
-    True
-    """
+    """Tell whether what a report needs is installed."""
     return find_spec("jinja2") is not None
 
 
 def page(
     comparison: Comparison, provenance: Mapping[str, object], findings: Findings = NOTHING_FOUND
 ) -> str:
-    """Return the report of a comparison.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        What to show.
-    provenance : mapping of str to object
-        As in ``comparison.json``.
-    findings : Findings, optional
-        Grades, band and pictures of the chosen row.
-
-    Returns
-    -------
-    text : str
-        One HTML document that asks the network for nothing.
-
-    Raises
-    ------
-    MethodError
-        If jinja2 is not installed.
-    """
+    """Return the report of a comparison."""
     if not installed():
         raise MethodError(MISSING)
     template = _environment().get_template("report.html.j2")

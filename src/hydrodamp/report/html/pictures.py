@@ -19,17 +19,7 @@ _COLUMN = 480
 
 @dataclass(frozen=True)
 class PageImage:
-    """A picture in a page.
-
-    Attributes
-    ----------
-    picture : Picture
-        Its words.
-    source : str
-        The drawing, as the address of an image.
-    width, height : int
-        [px] at its size in print.
-    """
+    """A picture in a page."""
 
     picture: Picture
     source: str
@@ -44,27 +34,7 @@ class PageImage:
 
 @dataclass(frozen=True)
 class PicturesSection:
-    """What a report says of the training log.
-
-    Attributes
-    ----------
-    images : tuple of PageImage
-        The pictures.
-    print_only : tuple of str
-        File of each that is in the folder alone.
-    has_files : bool
-        Whether there is any picture, in the page or not.
-    folder : str
-        Name of the folder with their files.
-    not_shown : tuple of str
-        Why some are missing.
-    not_graded : str
-        Why there are no grades; empty where there are or none were asked for.
-    graded : str
-        Key of the model whose grades follow; empty without any.
-    grades : tuple of tuple of str
-        Axis, rank, predicted share, excited or not, and coefficients by grade.
-    """
+    """What a report says of the training log."""
 
     images: tuple[PageImage, ...]
     print_only: tuple[str, ...]
@@ -77,21 +47,7 @@ class PicturesSection:
 
 
 def pictures_section(findings: Findings, room: int) -> PicturesSection | None:
-    """Return what a page shows of findings.
-
-    Parameters
-    ----------
-    findings : Findings
-        Grades and pictures.
-    room : int
-        What all pictures may take [bytes].
-
-    Returns
-    -------
-    section : PicturesSection or None
-        Pictures in their order; those for which there is no room are named. None where
-        nothing was found.
-    """
+    """Return what a page shows of findings."""
     gallery, grades = findings.gallery, findings.identifiability
     found = gallery.pictures or gallery.not_drawn or findings.not_graded
     if not found and grades is None:

@@ -20,15 +20,7 @@ WIDTH = 1.5
 
 @dataclass(frozen=True)
 class Line:
-    """A replay that can be drawn.
-
-    Attributes
-    ----------
-    name, method, colour : str
-        What it is, and whose colour it has.
-    dashes : tuple of float
-        Lengths on and off [px]; empty for a solid line.
-    """
+    """A replay that can be drawn."""
 
     name: str
     method: str
@@ -44,15 +36,7 @@ class Line:
 
 @dataclass(frozen=True)
 class BandLine:
-    """The band that can be drawn.
-
-    Attributes
-    ----------
-    name, method, colour : str
-        What it is, and whose colour it has.
-    words : str
-        What it holds, and how wide it is.
-    """
+    """The band that can be drawn."""
 
     name: str
     method: str
@@ -61,20 +45,7 @@ class BandLine:
 
 
 def lines_of(comparison: Comparison, rows: Sequence[Row]) -> tuple[Line, ...]:
-    """Return how replays are drawn, in the looks that the pictures of the run have too.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        Whose models take dashes in their order, that of the chosen row first.
-    rows : sequence of Row
-        Some of it.
-
-    Returns
-    -------
-    lines : tuple of Line
-        One a row.
-    """
+    """Return how replays are drawn, in the looks that the pictures of the run have too."""
     models = models_of(comparison, chosen_row(comparison))
     looks = looks_of([(row.model, row.method) for row in rows], models)
     return tuple(map(Line.of, rows, looks))
@@ -83,26 +54,7 @@ def lines_of(comparison: Comparison, rows: Sequence[Row]) -> tuple[Line, ...]:
 def band_line(
     row: Row, band: PredictionBand, half: FloatArray, names: Sequence[str], unit: str
 ) -> BandLine:
-    """Return what is said of a band.
-
-    Parameters
-    ----------
-    row : Row
-        Whose it is.
-    band : PredictionBand
-        Around its replay.
-    half : ndarray, shape (n, k)
-        Half its width, as it is drawn.
-    names : sequence of str
-        The velocities of the columns.
-    unit : str
-        Of angular rates.
-
-    Returns
-    -------
-    line : BandLine
-        Its words say for every velocity how wide it is.
-    """
+    """Return what is said of a band."""
     name = f"{100.0 * band.level:.0f} % band of {row.model} by {row.method}"
     widths = [
         f"{one} {np.sqrt(np.nanmean(column**2)):.2g} {'m/s' if one in 'uvw' else unit}"

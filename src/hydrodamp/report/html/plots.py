@@ -37,27 +37,7 @@ STRETCHES = 12
 
 @dataclass(frozen=True)
 class Plots:
-    """The time series and the words around them.
-
-    Attributes
-    ----------
-    document : dict
-        What the script draws.
-    rows : tuple of Row
-        The replays in it, lowest error first.
-    lines : tuple of Line
-        How each of them is drawn.
-    band : BandLine or None
-        That of the chosen row, if it has one.
-    worst : str
-        Where the worst stretch is, in words.
-    left_out : int
-        Replays that are not drawn.
-    names : tuple of str
-        The velocities.
-    stretches : tuple of tuple of str
-        A row a stretch of the log: where, then the first replay's error in each velocity.
-    """
+    """The time series and the words around them."""
 
     document: dict[str, object]
     rows: tuple[Row, ...]
@@ -70,20 +50,7 @@ class Plots:
 
 
 def plots(comparison: Comparison, band: PredictionBand | None = None) -> Plots | None:
-    """Return the time series of a comparison.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        With replays.
-    band : PredictionBand, optional
-        Of the chosen row.
-
-    Returns
-    -------
-    plots : Plots or None
-        None where nothing was replayed.
-    """
+    """Return the time series of a comparison."""
     replayed = [row for row in ranked(comparison.rows) if row.trajectory is not None]
     logs = [row.trajectory.log for row in replayed if row.trajectory is not None]
     if not logs:

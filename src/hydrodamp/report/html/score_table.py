@@ -15,15 +15,7 @@ from hydrodamp.validation.paper import beside_paper
 
 @dataclass(frozen=True)
 class Cell:
-    """What a reader sees and what the column is sorted by.
-
-    Attributes
-    ----------
-    text : str
-        Words.
-    key : str
-        A number or words; empty sorts last, whichever way.
-    """
+    """What a reader sees and what the column is sorted by."""
 
     text: str
     key: str
@@ -31,17 +23,7 @@ class Cell:
 
 @dataclass(frozen=True)
 class Column:
-    """A column's head.
-
-    Attributes
-    ----------
-    name : str
-        Its word.
-    title : str
-        What it is, in full.
-    numeric : bool
-        Whether its keys are numbers.
-    """
+    """A column's head."""
 
     name: str
     title: str
@@ -50,17 +32,7 @@ class Column:
 
 @dataclass(frozen=True)
 class Line:
-    """A row of the table.
-
-    Attributes
-    ----------
-    method : str
-        Whose colour it has.
-    cells : tuple of Cell
-        One a column.
-    chosen : bool
-        Whether it is the row of the verdict.
-    """
+    """A row of the table."""
 
     method: str
     cells: tuple[Cell, ...]
@@ -69,34 +41,14 @@ class Line:
 
 @dataclass(frozen=True)
 class ScoreTable:
-    """The table.
-
-    Attributes
-    ----------
-    columns : tuple of Column
-        Heads.
-    lines : tuple of Line
-        Lowest error first, rows without any last.
-    """
+    """The table."""
 
     columns: tuple[Column, ...]
     lines: tuple[Line, ...]
 
 
 def ranked(rows: Iterable[Row]) -> list[Row]:
-    """Return rows with the one to take first.
-
-    Parameters
-    ----------
-    rows : iterable of Row
-        Any.
-
-    Returns
-    -------
-    rows : list of Row
-        Settled ones by error, then those that have not settled, then those without error;
-        of equal ones the smaller model first.
-    """
+    """Return rows with the one to take first."""
 
     def place(row: Row) -> tuple[bool, bool, float, int]:
         rms = row.rms if row.rms is not None else float("inf")
@@ -106,19 +58,7 @@ def ranked(rows: Iterable[Row]) -> list[Row]:
 
 
 def score_table(comparison: Comparison) -> ScoreTable:
-    """Return all rows of a comparison with their errors.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        What to show.
-
-    Returns
-    -------
-    table : ScoreTable
-        Sorted by RMS error. The paper's error stands in it where the paper's campaign
-        was re-enacted.
-    """
+    """Return all rows of a comparison with their errors."""
     names = velocities(comparison)
     printed = beside_paper(comparison)
     order = sorted(comparison.rows, key=lambda r: (r.rms is None, r.rms or 0.0, r.n_coefficients))
@@ -130,18 +70,7 @@ def score_table(comparison: Comparison) -> ScoreTable:
 
 
 def velocities(comparison: Comparison) -> tuple[str, ...]:
-    """Return the velocities that have an error.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        Of a vehicle that may have fewer than six axes.
-
-    Returns
-    -------
-    names : tuple of str
-        In the order of ``u v w p q r``.
-    """
+    """Return the velocities that have an error."""
     known = {name for row in comparison.rows for name in row.score.rms_by_axis}
     return tuple(name for name in VELOCITIES if name in known)
 

@@ -33,22 +33,7 @@ _UNDONE = {
 
 
 def summary(comparison: Comparison, grades: Identifiability | None = None) -> tuple[str, str, str]:
-    """Return the verdict.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        What came out.
-    grades : Identifiability, optional
-        Which coefficients of the chosen row are determined, by the log and by the fit; what
-        the fit's rank and intervals leave open is said after them, or alone without them.
-
-    Returns
-    -------
-    which, how_good, unknown : str
-        The row to take and its runner-up, so far where rows are missing; how its replay errs;
-        which of its coefficients are not determined.
-    """
+    """Return the verdict."""
     if all(row.rms is None for row in comparison.rows):
         return _none(comparison)
     choice = comparison.choice()

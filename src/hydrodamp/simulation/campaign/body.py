@@ -1,7 +1,4 @@
-"""The known part of the simulated vehicle, as constant matrices.
-
-All numbers are read from the fleet's ``vt690``; none are stated here.
-"""
+"""The known part of the simulated vehicle, as constant matrices."""
 
 from __future__ import annotations
 
@@ -19,19 +16,7 @@ from hydrodamp.vehicle.vehicle import Vehicle
 
 @dataclass(frozen=True)
 class Body:
-    """Inertia, weight, fins and propeller of a vehicle with two pairs of fins.
-
-    Attributes
-    ----------
-    mass_matrix : ndarray, shape (6, 6)
-        Rigid body and added mass, symmetric [kg, kg m, kg m^2].
-    restoring : ndarray, shape (3, 6)
-        Wrench per component of the down direction [N, N m].
-    lift, drag : ndarray, shape (2, 6)
-        Wrench per ``u|u| delta`` and per ``u|u| delta^2`` of rudder and elevator.
-    thrust : ndarray, shape (6,)
-        Wrench per ``rpm|rpm|``.
-    """
+    """Inertia, weight, fins and propeller of a vehicle with two pairs of fins."""
 
     mass_matrix: FloatArray
     restoring: FloatArray
@@ -41,19 +26,7 @@ class Body:
 
     @classmethod
     def of(cls, vehicle: Vehicle) -> Body:
-        """Return the matrices of a vehicle with rudder, elevator and propeller.
-
-        Parameters
-        ----------
-        vehicle : Vehicle
-            With fins on the commands ``rudder`` and ``elevator`` and a propeller
-            whose thrust goes with the square of its speed alone.
-
-        Returns
-        -------
-        body : Body
-            The same numbers.
-        """
+        """Return the matrices of a vehicle with rudder, elevator and propeller."""
         fins = {one.command: one for one in vehicle.actuators if isinstance(one, Fin)}
         pair = (fins["rudder"], fins["elevator"])
         propeller = next(one for one in vehicle.actuators if isinstance(one, Propeller))
@@ -82,72 +55,25 @@ class Body:
         return frozen(momentum_wrench(momenta, np.tile(np.eye(6), (6, 1))))
 
     def coriolis_wrench(self, velocity: FloatArray) -> FloatArray:
-        """Return ``H(M nu) nu``, which does no work.
-
-        Parameters
-        ----------
-        velocity : ndarray, shape (n, 6)
-            Body velocity [m/s, rad/s].
-
-        Returns
-        -------
-        wrench : ndarray, shape (n, 6)
-            Force [N] and moment [N m], body frame, on the right-hand side.
-        """
+        """Return ``H(M nu) nu``, which does no work."""
         products = velocity[:, :, np.newaxis] * velocity[:, np.newaxis, :]
         wrench: FloatArray = products.reshape(-1, 36) @ self.coriolis_table
         return wrench
 
     def restoring_wrench(self, down: FloatArray) -> FloatArray:
-        """Return the wrench of weight and buoyancy.
-
-        Parameters
-        ----------
-        down : ndarray, shape (n, 3)
-            The world's down in the body.
-
-        Returns
-        -------
-        wrench : ndarray, shape (n, 6)
-            Force [N] and moment [N m], body frame.
-        """
+        """Return the wrench of weight and buoyancy."""
         wrench: FloatArray = down @ self.restoring
         return wrench
 
     def fin_wrench(self, velocity: FloatArray, angles: FloatArray) -> FloatArray:
-        """Return lift and drag of the fins.
-
-        Parameters
-        ----------
-        velocity : ndarray, shape (n, 6)
-            Body velocity [m/s, rad/s].
-        angles : ndarray, shape (n, 2)
-            Acting rudder and elevator angle [rad]; a positive rudder turns the
-            nose to port, a positive elevator raises it.
-
-        Returns
-        -------
-        wrench : ndarray, shape (n, 6)
-            Force [N] and moment [N m], body frame.
-        """
+        """Return lift and drag of the fins."""
         surge = velocity[:, :1]
         per_flow = angles @ self.lift + angles**2 @ self.drag
         wrench: FloatArray = surge * np.abs(surge) * per_flow
         return wrench
 
     def propulsion(self, rpm: FloatArray) -> FloatArray:
-        """Return the wrench of the propeller.
-
-        Parameters
-        ----------
-        rpm : ndarray, shape (n,)
-            Propeller speed [1/min].
-
-        Returns
-        -------
-        wrench : ndarray, shape (n, 6)
-            Force [N] and moment [N m], body frame.
-        """
+        """Return the wrench of the propeller."""
         return np.outer(rpm * np.abs(rpm), self.thrust)
 
 
@@ -156,20 +82,7 @@ def _row(gains: dict[str, float]) -> list[float]:
 
 
 def momentum_wrench(momentum: FloatArray, velocity: FloatArray) -> FloatArray:
-    """Return ``H(p) nu = [p1 x w ; p1 x v1 + p2 x w]`` of equation 1.
-
-    Parameters
-    ----------
-    momentum : ndarray, shape (n, 6)
-        Linear [kg m/s] and angular [kg m^2/s] momentum; in the paper p.
-    velocity : ndarray, shape (n, 6)
-        Body velocity [m/s, rad/s].
-
-    Returns
-    -------
-    wrench : ndarray, shape (n, 6)
-        Force [N] and moment [N m], body frame, on the right-hand side.
-    """
+    """Return ``H(p) nu = [p1 x w ; p1 x v1 + p2 x w]`` of equation 1."""
     linear, angular = momentum[:, :3], momentum[:, 3:]
     moving, turning = velocity[:, :3], velocity[:, 3:]
     force = np.cross(linear, turning)

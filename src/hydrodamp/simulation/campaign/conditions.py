@@ -1,26 +1,4 @@
-"""What troubles the campaign: errors of the sensors, and pushes on the vehicle.
-
-In ``SILENT`` conditions there is nothing of the kind. In ``WHITE`` ones the errors
-are as published (see ``sensors``) and nothing pushes the vehicle. ``COLOURED`` ones are
-nearer to the field: the errors have the same variances, but are autoregressions of
-first order, AR(1), and a wrench of the same kind pushes the vehicle:
-
-===================  ================  ==========================================
-what                 correlation time  standard deviation
-===================  ================  ==========================================
-u v w (DVL)          0.4 s             as published, 0.0133 m/s
-p q r (gyro)         0.1 s             as published, 8.7e-4 rad/s
-attitude             0.5 s             as published, 7.7e-5 rad
-depth                0.4 s             as published, 0.0316 m
-wrench X Y Z         2 s               0.5, 0.55, 0.12 N
-wrench K M N         2 s               0.0005, 0.08, 0.36 N m
-===================  ================  ==========================================
-
-The wrench is 3 % of the root mean square of the vehicle's true damping wrench over
-the training runs of the ``sname`` truth, axis by axis: 16.8, 18.5, 3.8 N and 0.016,
-2.6, 12.0 N m. The correlation times and the 3 % are assumptions. The wrench is held
-over each tenth of a second, as commands are; no estimator is told of it.
-"""
+"""What troubles the campaign: errors of the sensors, and pushes on the vehicle."""
 
 from __future__ import annotations
 
@@ -119,25 +97,7 @@ def _draw(streams: list[np.random.SeedSequence], n_samples: int, n_columns: int)
 
 
 def autoregression(normal: FloatArray, correlation_times: tuple[float, ...]) -> FloatArray:
-    """Return stationary AR(1) series of unit variance, ten samples a second.
-
-    Parameters
-    ----------
-    normal : ndarray, shape (n_samples, n_runs, n_columns)
-        Independent standard normal numbers.
-    correlation_times : tuple of n_columns floats
-        When the correlation has fallen to 1/e [s]; 0 leaves a column as it is.
-
-    Returns
-    -------
-    series : ndarray, shape (n_samples, n_runs, n_columns)
-        ``x_k = a x_(k-1) + sqrt(1 - a^2) e_k`` with ``a = exp(-0.1 s / time)``.
-
-    Examples
-    --------
-    >>> autoregression(np.ones((3, 1, 1)), (0.2,)).ravel().round(3)
-    array([1.   , 1.402, 1.645])
-    """
+    """Return stationary AR(1) series of unit variance, ten samples a second."""
     series = np.empty_like(normal)
     for column, time in enumerate(correlation_times):
         kept = np.exp(-PERIOD / time) if time else 0.0

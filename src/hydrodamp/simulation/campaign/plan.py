@@ -1,20 +1,4 @@
-"""The runs of the campaign: propeller speeds and steps.
-
-Section V-B of the paper names the kind of step and the propeller speed of each
-run, not the steps themselves. Chosen here, in the manner of its figures 2 and 3:
-
-=====================  ============================================================
-heading steps [deg]    60, -90, 120, -100, 70, -120, 90, -60, 100, -70, every 20-25 s
-depth steps [m]        3, -4, 5, -4, 3.5, -5, 4.5, -3, every 14-18 s
-first step             5 s after the start; the lists repeat
-start                  level, at ``0.001 rpm`` m/s, 10 m deep, heading north
-=====================  ============================================================
-
-Heave moves by 0.04 m/s rms in these depth steps; with 2-4 m every 20-25 s it is
-0.02 m/s, hardly above the 0.013 m/s of the DVL, and nothing can be learnt of it.
-Test runs begin elsewhere in the same lists, so no test run repeats a training
-run. A depth run holds its heading, a yaw run its depth.
-"""
+"""The runs of the campaign: propeller speeds and steps."""
 
 from __future__ import annotations
 
@@ -42,40 +26,14 @@ DEPTH_HOLDS = (16.0, 14.0, 17.0, 15.0, 18.0, 14.0, 16.0)
 
 @dataclass(frozen=True)
 class Steps:
-    """A staircase of reference values that starts from zero and repeats.
-
-    Attributes
-    ----------
-    changes : tuple of float
-        What each step adds, in the unit of the reference.
-    holds : tuple of float
-        Time from each step to the next [s]; repeats on its own.
-    first : float
-        Time of the first step [s].
-    """
+    """A staircase of reference values that starts from zero and repeats."""
 
     changes: tuple[float, ...]
     holds: tuple[float, ...]
     first: float = FIRST_STEP
 
     def at(self, time: FloatArray) -> FloatArray:
-        """Return the reference at the times given.
-
-        Parameters
-        ----------
-        time : ndarray, shape (n,)
-            Times from the start of the run [s].
-
-        Returns
-        -------
-        reference : ndarray, shape (n,)
-            In the unit of the changes.
-
-        Examples
-        --------
-        >>> Steps((2.0, -2.0), holds=(10.0,)).at(np.array([0.0, 5.0, 14.9, 15.0]))
-        array([0., 2., 2., 0.])
-        """
+        """Return the reference at the times given."""
         count = 2 + int(np.max(time, initial=0.0) / min(self.holds))
         starts = self.first + np.cumsum([0.0, *np.resize(self.holds, count - 1)])
         levels = np.concatenate(([0.0], np.cumsum(np.resize(self.changes, count))))
@@ -89,19 +47,7 @@ STEADY = Steps((0.0,), HEADING_HOLDS)
 
 @dataclass(frozen=True)
 class Run:
-    """One run: a propeller speed, and what the autopilot is asked for.
-
-    Attributes
-    ----------
-    name : str
-        Also the name of the log's segment.
-    rpm : float
-        Propeller speed, constant [1/min].
-    heading : Steps
-        Wanted heading [deg].
-    depth : Steps
-        Wanted depth below the starting depth [m].
-    """
+    """One run: a propeller speed, and what the autopilot is asked for."""
 
     name: str
     rpm: float

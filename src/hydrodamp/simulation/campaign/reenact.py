@@ -1,15 +1,4 @@
-"""The campaign of section V-B: four training runs, two validation runs.
-
-The paper's log was never published; this is its plan on a simulated vehicle.
-Every constant stands in the module it belongs to: steps and propeller speeds in
-:mod:`~hydrodamp.simulation.campaign.plan`, noise in ``sensors`` and ``conditions``, gains
-in ``autopilot``, hydrodynamics in ``truth`` and ``crossflow``, integration in
-``motion``; mass, weight, fins and propeller are the fleet's ``vt690``, the
-coefficients those of ``water``.
-
-Commands and log run at 10 Hz. The clock of the log runs on from run to run, with
-60 s between the end of one and the start of the next.
-"""
+"""The campaign of section V-B: four training runs, two validation runs."""
 
 from __future__ import annotations
 
@@ -75,23 +64,7 @@ class Campaign:
 
 
 def n_samples(duration: float = DURATION) -> int:
-    """Return how many samples a run has.
-
-    Parameters
-    ----------
-    duration : float, optional
-        Length of the run [s].
-
-    Returns
-    -------
-    number : int
-        Both ends included.
-
-    Examples
-    --------
-    >>> n_samples(2.0)
-    21
-    """
+    """Return how many samples a run has."""
     return round(duration / PERIOD) + 1
 
 

@@ -1,31 +1,4 @@
-"""What the water does to the simulated VT 690: two truths.
-
-``sname``
-    The published hydrodynamics of the VT 690 (SNAME T&R Bulletin 1-45, 2022; which
-    numbers, :mod:`~hydrodamp.simulation.campaign.water` says)::
-
-        X = X_u|u| u|u| + X_vr vr + X_wq wq + X_q^2 q^2 + X_r^2 r^2
-        Y = Y_uv uv + Y_v|v| v|v| + Y_ur ur + Y_r|r| r|r|
-        Z = Z_uw uw + Z_w|w| w|w| + Z_uq uq + Z_q|q| q|q|
-        K = K_up up + K_p|p| p|p|
-        M = M_uw uw + M_w|w| w|w| + M_uq uq + M_q|q| q|q|
-        N = N_uv uv + N_v|v| v|v| + N_ur ur + N_r|r| r|r|
-
-    That is Prestero's terms plus ``K_up``: none of the paper's eight models to
-    the letter, but it favours Prestero's.
-
-``crossflow``
-    Farther from all eight. The terms ``v|v| r|r| w|w| q|q|`` give way to the drag
-    of the crossflow strip by strip (:mod:`~hydrodamp.simulation.campaign.crossflow`
-    has its constants). The fins meet the drift: a rudder angle acts as
-    ``rudder - 0.178 atan2(-v, u)``, as published. The fins are alike, so the whole
-    may be turned by 90 degrees about x (``v -> w``, ``r -> -q``, ``Y -> Z``,
-    ``N -> -M``; a rudder becomes an elevator, sign and all): an elevator angle
-    acts as ``elevator - 0.178 atan2(-w, u)``. The fins follow their commands with
-    a first-order lag of 0.05 s, an assumption. The estimators know none of this.
-
-Both are the viscous remainder: ``H(M nu) nu`` with the full M stands apart.
-"""
+"""What the water does to the simulated VT 690: two truths."""
 
 from __future__ import annotations
 
@@ -66,25 +39,7 @@ CROSSFLOW_NOTE = (
 
 @dataclass(frozen=True)
 class Truth:
-    """The hydrodynamics that the estimators are to find.
-
-    Attributes
-    ----------
-    name : str
-        ``"sname"`` or ``"crossflow"``.
-    note : str
-        What it is, in a sentence.
-    products : ndarray, shape (36, 6)
-        Wrench per product of two velocities; the j-th and k-th in row 6 j + k.
-    quadratic : ndarray, shape (6, 6)
-        Wrench per velocity times its own size, a row a velocity.
-    strips : Strips or None
-        Crossflow strips, where they replace quadratic terms.
-    drift_factor : float
-        Share of the drift angle that the fins see.
-    fin_lag : float
-        Time constant of the fins [s]; 0 means that they follow at once.
-    """
+    """The hydrodynamics that the estimators are to find."""
 
     name: str
     note: str
@@ -95,19 +50,7 @@ class Truth:
     fin_lag: float = 0.0
 
     def hull_wrench(self, velocity: FloatArray) -> FloatArray:
-        """Return the viscous wrench of the hull, fins and propeller apart.
-
-        Parameters
-        ----------
-        velocity : ndarray, shape (n, 6)
-            Body velocity [m/s, rad/s].
-
-        Returns
-        -------
-        wrench : ndarray, shape (n, 6)
-            Force X Y Z [N] and moment K M N [N m], body frame, on the right-hand
-            side: dissipative where its product with the velocity is negative.
-        """
+        """Return the viscous wrench of the hull, fins and propeller apart."""
         pairs = (velocity[:, :, np.newaxis] * velocity[:, np.newaxis, :]).reshape(-1, 36)
         wrench: FloatArray = pairs @ self.products
         wrench += (velocity * np.abs(velocity)) @ self.quadratic
@@ -116,20 +59,7 @@ class Truth:
         return wrench
 
     def effective_fins(self, velocity: FloatArray, fins: FloatArray) -> FloatArray:
-        """Return the fin angles that act, given the drift of the vehicle.
-
-        Parameters
-        ----------
-        velocity : ndarray, shape (n, 6)
-            Body velocity [m/s, rad/s].
-        fins : ndarray, shape (n, 2)
-            Rudder and elevator angle [rad].
-
-        Returns
-        -------
-        angles : ndarray, shape (n, 2)
-            ``delta - factor atan2(-crossflow, u)`` [rad].
-        """
+        """Return the fin angles that act, given the drift of the vehicle."""
         if self.drift_factor == 0.0:
             return fins
         drift = np.arctan2(-velocity[:, 1:3], velocity[:, :1])
@@ -151,46 +81,12 @@ def _tables(coefficients: Mapping[str, float]) -> tuple[FloatArray, FloatArray]:
 
 
 def sname(coefficients: Mapping[str, float]) -> Truth:
-    """Return the published hydrodynamics as they are.
-
-    Parameters
-    ----------
-    coefficients : mapping of str to float
-        The published coefficients by label, such as ``"Y_v|v|"``.
-
-    Returns
-    -------
-    truth : Truth
-        Without strips, drift or lag.
-
-    Raises
-    ------
-    ValueError
-        If a term is not a product of two velocities or ``v|v|`` and its like.
-    """
+    """Return the published hydrodynamics as they are."""
     return Truth("sname", SNAME_NOTE, *_tables(coefficients))
 
 
 def crossflow(coefficients: Mapping[str, float], fins_at: float) -> Truth:
-    """Return the truth with crossflow strips, drift at the fins, and fin lag.
-
-    Parameters
-    ----------
-    coefficients : mapping of str to float
-        The published coefficients by label, such as ``"Y_v|v|"``.
-    fins_at : float
-        Position of the tail fins, forward of the origin [m].
-
-    Returns
-    -------
-    truth : Truth
-        Force and moment of pure drift as published.
-
-    Raises
-    ------
-    KeyError
-        If a label that the strips replace is missing.
-    """
+    """Return the truth with crossflow strips, drift at the fins, and fin lag."""
     known = coefficients
     kept = {label: value for label, value in known.items() if label not in CROSSFLOW_DRAG}
     totals = (-known["Y_v|v|"], -known["Z_w|w|"])

@@ -18,25 +18,7 @@ STARTING_DEPTH = 10.0
 
 @dataclass(frozen=True)
 class Voyage:
-    """What happened and what was measured, in every run.
-
-    Attributes
-    ----------
-    runs : tuple of Run
-        What was asked for.
-    time : ndarray, shape (n,)
-        Time from the start of each run [s].
-    states : ndarray, shape (n, n_runs, 12)
-        The exact states, just after the commands of the sample arrived.
-    accelerations : ndarray, shape (n, n_runs, 6)
-        The exact accelerations there [m/s^2, rad/s^2].
-    measured : ndarray, shape (n, n_runs, 10)
-        The states but for the fins, as the sensors saw them.
-    commands : ndarray, shape (n, n_runs, 2)
-        Rudder and elevator as sent [rad].
-    pushes : ndarray, shape (n, n_runs, 6)
-        Wrench from the outside [N, N m], body frame, from each sample to the next.
-    """
+    """What happened and what was measured, in every run."""
 
     runs: tuple[Run, ...]
     time: FloatArray
@@ -54,29 +36,7 @@ def sail(
     pushes: FloatArray,
     done: Callable[[], None] | None = None,
 ) -> Voyage:
-    """Return the voyage of every run, one sample each tenth of a second.
-
-    They start level and straight, at the speed that their propeller sustains.
-
-    Parameters
-    ----------
-    runs : sequence of Run
-        What is asked for.
-    motion : Motion
-        The vehicles, one for each run.
-    errors : ndarray, shape (n, n_runs, 10)
-        What the sensors add; they also say how long to sail.
-    pushes : ndarray, shape (n, n_runs, 6)
-        Wrench on the vehicle from the outside [N, N m], body frame, held from sample
-        to sample.
-    done : callable, optional
-        Called after each sample, for a progress bar.
-
-    Returns
-    -------
-    voyage : Voyage
-        Of ``n`` samples.
-    """
+    """Return the voyage of every run, one sample each tenth of a second."""
     time = np.arange(len(errors), dtype=np.float64) * PERIOD
     heading = np.radians(np.transpose([run.heading.at(time) for run in runs]))
     depth = STARTING_DEPTH + np.transpose([run.depth.at(time) for run in runs])

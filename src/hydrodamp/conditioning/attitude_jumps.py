@@ -1,0 +1,121 @@
+"""Attitude that leaps there and back: wraps that were averaged, and other false samples."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from hydrodamp.arrays import BoolArray, FloatArray, IntArray
+from hydrodamp.conditioning.lines import NORMAL, off_the_line, windows_about
+from hydrodamp.conditioning.missing import ATTITUDE, without_samples
+from hydrodamp.conditioning.spikes import LEAST_WINDOW
+from hydrodamp.conditioning.touched import Cleaned, Touched, cleaned
+from hydrodamp.data.attitude import turn
+from hydrodamp.data.log import Log
+
+LEAST_LEAP = np.radians(2.0)
+"""A turn there and back that is smaller is left to the noise [rad]."""
+
+_CHUNK = 16384
+
+
+def steady_attitude(log: Log, *, window: int = 7, threshold: float = 6.0) -> Cleaned:
+    """Take out samples of attitude that leap there and back, and let signs follow on.
+
+    Parameters
+    ----------
+    log : Log
+        Any log; without an attitude it is left alone.
+    window : int, optional
+        Samples compared, odd.
+    threshold : float, optional
+        Robust standard deviations of the turn from the window's middle; two degrees are
+        allowed in any case.
+
+    Returns
+    -------
+    cleaned : Cleaned
+        Leaps are interpolated along the shorter turn.
+
+    Examples
+    --------
+    >>> from hydrodamp.data.attitude import quaternion_from_euler
+    >>> yaw = np.radians([178.0, 178.5, 179.0, 179.5, 0.0, -179.5, -179.0, -178.5, -178.0])
+    >>> attitude = quaternion_from_euler(np.outer(yaw, (0, 0, 1)))
+    >>> log = Log.from_arrays(np.arange(9) / 10, {"r": np.full(9, 0.0873)}, attitude=attitude)
+    >>> made = steady_attitude(log)
+    >>> made.counts("attitude leaps"), np.degrees(2 * np.arcsin(made.log.attitude[4, 3])).item()
+    ({'attitude': 1}, 180.0)
+    """
+    if log.attitude is None:
+        return Cleaned(log)
+    found = leaps(log.time, log.attitude, log.bounds, window=window, threshold=threshold)
+    first = without_samples(log, {ATTITUDE: found}, "attitude leaps")
+    attitude = first.log.attitude
+    assert attitude is not None
+    followed = following(attitude, first.log.bounds)
+    flipped = np.any(followed != attitude, axis=1)
+    jumps = int(np.count_nonzero(flipped[1:] != flipped[:-1]))
+    signs = Touched("quaternion signs", ATTITUDE, jumps, first.log.n, "jumped, made to follow on")
+    if not jumps:
+        return first
+    second = cleaned(dataclasses.replace(first.log, attitude=followed), [signs])
+    return Cleaned(second.log, (*first.touched, *second.touched))
+
+
+def following(attitude: FloatArray, bounds: IntArray) -> FloatArray:
+    """Return the same attitudes with signs that follow on within each segment."""
+    along = np.sum(attitude[1:] * attitude[:-1], axis=1)
+    sign = np.concatenate(([1.0], np.where(along < 0, -1.0, 1.0)))
+    sign[bounds[:, 0]] = 1.0
+    product = np.cumprod(sign)
+    # What the segments before have gathered is taken back.
+    start = np.repeat(product[bounds[:, 0]], bounds[:, 1] - bounds[:, 0])
+    return attitude * (product * start)[:, np.newaxis]
+
+
+def leaps(
+    time: FloatArray,
+    attitude: FloatArray,
+    bounds: IntArray,
+    *,
+    window: int = 7,
+    threshold: float = 6.0,
+) -> BoolArray:
+    """Return which samples of attitude leap there and back."""
+    found = np.zeros(len(attitude), dtype=np.bool_)
+    for start, stop in bounds.tolist():
+        if stop - start < LEAST_WINDOW:
+            continue
+        part, clock = attitude[start:stop], time[start:stop]
+        rows = np.flatnonzero(_jolts(part) > LEAST_LEAP / 2)
+        for low in range(0, len(rows), _CHUNK):
+            some = rows[low : low + _CHUNK]
+            own, spread = _off(clock, part, some, window)
+            found[start + some] = own > np.maximum(threshold * spread, LEAST_LEAP)
+    return found
+
+
+def _jolts(attitude: FloatArray) -> FloatArray:
+    """Return how much the turn from sample to sample changes at each one [rad]."""
+    steps = turn(attitude[:-1], attitude[1:])
+    change = np.linalg.norm(np.diff(steps, axis=0), axis=1)
+    size = np.linalg.norm(steps[1:], axis=1)
+    return np.concatenate(([np.inf], np.where(size > 1.0, size, change), [np.inf]))
+
+
+def _off(
+    time: FloatArray, attitude: FloatArray, rows: IntArray, window: int
+) -> tuple[FloatArray, FloatArray]:
+    """Return how far samples are off the steady turn of their window, and how far most are."""
+    around = windows_about(attitude, rows, window)
+    along = np.abs(np.einsum("nkj,nlj->nkl", around, around))
+    central = np.median(along, axis=2).argmax(axis=1)
+    origin = np.repeat(around[np.arange(len(rows)), central], around.shape[1], axis=0)
+    turns = turn(origin, around.reshape(-1, 4)).reshape(*around.shape[:2], 3)
+    clock = windows_about(time, rows, window)
+    rest = [off_the_line(clock, turns[:, :, axis]) for axis in range(3)]
+    size = np.sqrt(sum(part**2 for part in rest))
+    place = np.argmax(clock == time[rows][:, np.newaxis], axis=1)
+    return size[np.arange(len(rows)), place], NORMAL * np.median(size, axis=1)

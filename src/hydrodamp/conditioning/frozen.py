@@ -1,0 +1,98 @@
+"""Frozen sensors: a velocity that repeats bit for bit while others move."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hydrodamp.arrays import BoolArray, FloatArray, IntArray
+from hydrodamp.conditioning.channels import measured
+from hydrodamp.conditioning.missing import without_samples
+from hydrodamp.conditioning.touched import Cleaned
+from hydrodamp.data.log import Log
+
+_TIMES_USUAL = 3.0
+_USUAL = 0.9  # quantile of the lengths of a channel's runs
+_LEAST_STEPS = 3
+_MOVING = 0.5  # of the steps of a run, on which something else must change
+
+
+@dataclass(frozen=True, eq=False)
+class _Runs:
+    """Stretches of one channel that hold one value: samples first to last."""
+
+    first: IntArray
+    last: IntArray
+    seconds: FloatArray
+
+
+def mask_frozen(log: Log, *, seconds: float = 1.0) -> Cleaned:
+    """Take out what a frozen velocity sensor repeats.
+
+    Parameters
+    ----------
+    log : Log
+        Any log.
+    seconds : float, optional
+        No run of one value up to this long is taken for frozen [s].
+
+    Returns
+    -------
+    cleaned : Cleaned
+        The first sample of a run is kept. A velocity that never changes at all is left
+        alone: :func:`~hydrodamp.conditioning.suspicions.suspicions` speaks of it.
+
+    Examples
+    --------
+    >>> time = np.arange(0.0, 10.0, 0.1)
+    >>> surge, rate = np.sin(time), np.cos(time)
+    >>> surge[40:60] = surge[40]
+    >>> mask_frozen(Log.from_arrays(time, {"u": surge, "r": rate})).counts("frozen")
+    {'u': 19}
+    """
+    columns = measured(log)
+    velocities = {name: columns[name] for name in log.velocity_names}
+    steady = {name: _steady(values, log.bounds) for name, values in velocities.items()}
+    others = [] if log.attitude is None else [_steady(log.attitude, log.bounds)]
+    lost = {}
+    for name, values in velocities.items():
+        rest = [same for other, same in steady.items() if other != name] + others
+        moving = ~np.logical_and.reduce(rest) if rest else np.zeros(log.n, dtype=np.bool_)
+        lost[name] = _frozen(log, values, steady[name], moving, seconds)
+    return without_samples(log, lost, "frozen")
+
+
+def _steady(values: FloatArray, bounds: IntArray) -> BoolArray:
+    """Tell which samples repeat the one before in the same segment."""
+    flat = values.reshape(len(values), -1)
+    same = np.zeros(len(values), dtype=np.bool_)
+    same[1:] = (flat[1:] == flat[:-1]).all(axis=1)
+    same[bounds[:, 0]] = False
+    return same
+
+
+def _frozen(
+    log: Log, values: FloatArray, same: BoolArray, moving: BoolArray, seconds: float
+) -> BoolArray:
+    runs = _runs(log.time, same)
+    found = np.zeros(log.n, dtype=np.bool_)
+    if len(runs.first) <= len(log.segments):  # one run a segment: it never changes
+        return found
+    limit = max(seconds, _TIMES_USUAL * float(np.quantile(runs.seconds, _USUAL)))
+    steps = runs.last - runs.first
+    count = np.concatenate(([0], np.cumsum(moving)))
+    moved = count[runs.last + 1] - count[runs.first + 1]
+    long = (runs.seconds > limit) & (steps >= _LEAST_STEPS) & (values[runs.first] != 0.0)
+    chosen = long & (moved >= _MOVING * steps)
+    marks = np.zeros(log.n + 1, dtype=np.int64)
+    np.add.at(marks, runs.first[chosen] + 1, 1)
+    np.add.at(marks, runs.last[chosen] + 1, -1)
+    found[:] = np.cumsum(marks[:-1]) > 0
+    return found
+
+
+def _runs(time: FloatArray, same: BoolArray) -> _Runs:
+    first = np.flatnonzero(~same)
+    last = np.append(first[1:], len(time)) - 1
+    return _Runs(first, last, time[last] - time[first])

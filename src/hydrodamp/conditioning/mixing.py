@@ -1,0 +1,225 @@
+"""Roll from fin mixing: an autopilot that allows for roll in its fins tells the roll."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from hydrodamp.arrays import BoolArray, FloatArray, IntArray, frozen
+from hydrodamp.data.attitude import euler_from_quaternion, quaternion_from_euler
+from hydrodamp.data.log import Log
+from hydrodamp.errors import LogError
+
+_AGREES = 0.02  # of the size of the demand, by which the fins may differ from equation 1
+_ROUNDING = 2e-4  # rad
+_LEAST = 5e-3  # rad of fin per rad of roll, that shows an angle
+_LEAST_SHARE = 0.1  # of the samples that must show one
+_STEADIER = 2.0  # times as steady a roll with the other sign is no chance
+_LARGEST = np.radians(60.0)  # no vehicle with fins rolls farther under way
+_STARTS = np.linspace(-_LARGEST, _LARGEST, 25)
+_STEPS = 4  # of Newton's method, from the best start
+
+
+@dataclass(frozen=True, eq=False)
+class Mixing:
+    """How an autopilot allows for roll: the tables of equation 1.
+
+    Attributes
+    ----------
+    cosine, sine : ndarray, shape (2, 2)
+        C and S: rows elevator and rudder as set, columns elevator and rudder demanded.
+
+    Examples
+    --------
+    >>> Mixing().sine.tolist()
+    [[0.0, -1.0], [1.0, 0.0]]
+    """
+
+    cosine: npt.ArrayLike = ((1.0, 0.0), (0.0, 1.0))
+    sine: npt.ArrayLike = ((0.0, -1.0), (1.0, 0.0))
+
+    def __post_init__(self) -> None:
+        """Copy the tables at the door."""
+        for name in ("cosine", "sine"):
+            try:
+                table = frozen(getattr(self, name), (2, 2), name)
+            except ValueError as error:
+                raise LogError(str(error)) from error
+            object.__setattr__(self, name, table)
+
+
+ROTATION = Mixing()
+"""The demand turned by the roll angle."""
+
+AVL_690 = Mixing(cosine=((1.0, 0.0), (0.0, -1.0)), sine=((0.0, -1.0), (1.0, 0.0)))
+"""The Virginia Tech 690: elevator (port - starboard) / 2 and rudder (bottom - top) / 2 as set,
+elevator and rudder angle as its loops put them out. Found by regression on its field log of
+July 2022, where it holds in all samples; a rotation holds in nine of ten only."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Sums:
+    """What the squared distance of equation 1 consists of, at each sample."""
+
+    fins: FloatArray  # (n, 2): fins along C d and S d
+    square: FloatArray  # (n, 3): |C d|^2, C d . S d, |S d|^2
+
+    def distance(self, roll: FloatArray) -> FloatArray:
+        """Return the squared distance, less that of no fins at all."""
+        c, s = np.cos(roll), np.sin(roll)
+        (first, both, second), (along, across) = self.square.T, self.fins.T
+        size = c * c * first + 2 * c * s * both + s * s * second
+        return np.asarray(size - 2 * (c * along + s * across))
+
+    def slopes(self, roll: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the first and second derivative of half the distance on roll."""
+        c, s = np.cos(roll), np.sin(roll)
+        (first, both, second), (along, across) = self.square.T, self.fins.T
+        slope = c * s * (second - first) + (c * c - s * s) * both + s * along - c * across
+        bend = (c * c - s * s) * (second - first) - 4 * c * s * both + c * along + s * across
+        return slope, bend
+
+
+def roll_from_mixing(
+    log: Log,
+    demanded: tuple[str, str],
+    fins: tuple[str, str],
+    mixing: Mixing = ROTATION,
+    *,
+    seconds: float = 0.5,
+) -> Log:
+    """Return a log whose roll angle comes from how the autopilot mixed its fins.
+
+    Parameters
+    ----------
+    log : Log
+        With an attitude, whose roll is replaced.
+    demanded : tuple of two str
+        Commands: elevator and rudder as the autopilot wants them, upright [rad].
+    fins : tuple of two str
+        Commands: elevator and rudder as set, rolling with the body [rad].
+    mixing : Mixing, optional
+        What the autopilot does.
+    seconds : float, optional
+        Time over which samples are taken together [s].
+
+    Returns
+    -------
+    log : Log
+        With a roll of 60 degrees at most; where fins stood at a stop it is interpolated,
+        and its notes tell how often.
+
+    Raises
+    ------
+    LogError
+        If a command or the attitude is lacking, hardly any sample shows an angle, or a
+        sign is wrong.
+
+    Examples
+    --------
+    >>> time = np.arange(0.0, 5.0, 0.1)
+    >>> roll, wanted = 0.1 * np.sin(time), 0.2 * np.exp(1j * time)
+    >>> fins = wanted * np.exp(1j * roll)
+    >>> commands = dict(climb=wanted.real, turn=wanted.imag, elevator=fins.real, rudder=fins.imag)
+    >>> log = Log.from_arrays(
+    ...     time, {"u": 1 + 0 * time}, attitude=np.zeros((50, 3)), commands=commands
+    ... )
+    >>> made = roll_from_mixing(log, ("climb", "turn"), ("elevator", "rudder"), seconds=0.1)
+    >>> bool(np.abs(euler_from_quaternion(made.attitude)[:, 0] - roll).max() < 1e-9)
+    True
+    """
+    if log.attitude is None:
+        fault = "there is no attitude; roll from mixing needs pitch and yaw"
+        raise LogError(fault, source=log.source)
+    wanted, actual = _pair(log, demanded), _pair(log, fins)
+    good, alone = _telling(wanted, actual, mixing)
+    if good.mean() < _LEAST_SHARE:
+        fault = (
+            f"the fins `{' '.join(fins)}` follow from the demands `{' '.join(demanded)}` and a roll"
+            f" in {100 * good.mean():.0f} % of the samples only; are names, signs and mixing right?"
+        )
+        raise LogError(fault, source=log.source)
+    mirrored = _telling(wanted * (1, -1), actual, mixing)
+    if _unsteadiness(good, alone) > _STEADIER * _unsteadiness(*mirrored):
+        fault = f"roll would be steadier with the other sign of `{demanded[1]}`; turn one sign"
+        raise LogError(fault, source=log.source)
+    euler = euler_from_quaternion(log.attitude)
+    euler[:, 0] = _angles(log, _sums(wanted, actual, mixing, good), seconds)
+    note = (
+        f"derived: roll from the mixing of `{' '.join(fins)}`; interpolated in"
+        f" {int((~good).sum())} of {log.n} samples"
+    )
+    return dataclasses.replace(log, attitude=quaternion_from_euler(euler)).noted(note)
+
+
+def _pair(log: Log, names: tuple[str, str]) -> FloatArray:
+    return np.column_stack([log.command(name) for name in names])
+
+
+def _sums(wanted: FloatArray, actual: FloatArray, mixing: Mixing, good: BoolArray) -> _Sums:
+    first = wanted @ np.asarray(mixing.cosine).T
+    second = wanted @ np.asarray(mixing.sine).T
+    pairs = ((actual, first), (actual, second), (first, first), (first, second), (second, second))
+    products = [np.where(good, np.sum(one * other, axis=1), 0.0) for one, other in pairs]
+    return _Sums(np.column_stack(products[:2]), np.column_stack(products[2:]))
+
+
+def _telling(
+    wanted: FloatArray, actual: FloatArray, mixing: Mixing
+) -> tuple[BoolArray, FloatArray]:
+    """Return where equation 1 holds and shows an angle, and the angle sample by sample."""
+    sums = _sums(wanted, actual, mixing, np.ones(len(wanted), dtype=np.bool_))
+    roll = _nearest(sums)
+    rest = np.sqrt(np.maximum(sums.distance(roll) + np.sum(actual**2, axis=1), 0.0))
+    holds = rest <= _AGREES * np.sqrt(sums.square[:, 0]) + _ROUNDING
+    return holds & (sums.slopes(roll)[1] > _LEAST**2), roll
+
+
+def _nearest(sums: _Sums) -> FloatArray:
+    """Return the angle of the least distance, from the best of several starts."""
+    roll = np.zeros(len(sums.fins))
+    least = sums.distance(roll)
+    for start in _STARTS:
+        trial = sums.distance(np.full(len(roll), start))
+        better = trial < least
+        roll[better], least[better] = start, trial[better]
+    for _ in range(_STEPS):
+        slope, bend = sums.slopes(roll)
+        roll -= np.clip(np.divide(slope, bend, out=np.zeros_like(roll), where=bend > 0), -0.2, 0.2)
+    return np.asarray(np.clip(roll, -_LARGEST, _LARGEST))
+
+
+def _unsteadiness(good: BoolArray, roll: FloatArray) -> float:
+    """Return the usual change of an angle from sample to sample [rad]."""
+    pairs = good[1:] & good[:-1]
+    if pairs.mean() < _LEAST_SHARE:
+        return np.inf
+    return float(np.median(np.abs(np.diff(roll)[pairs])))
+
+
+def _angles(log: Log, sums: _Sums, seconds: float) -> FloatArray:
+    """Return the angle that suits the samples about each one, interpolated over none."""
+    roll = np.empty(log.n)
+    for start, stop in log.bounds.tolist():
+        time = log.time[start:stop]
+        part = _Sums(sums.fins[start:stop], sums.square[start:stop])
+        total = _Sums(_about(time, part.fins, seconds), _about(time, part.square, seconds))
+        angle = _nearest(total)
+        known = np.flatnonzero(total.slopes(angle)[1] > _LEAST**2)
+        if len(known) == 0:
+            fault = f"nothing shows the roll from {time[0]:g} s to {time[-1]:g} s"
+            raise LogError(fault, source=log.source)
+        roll[start:stop] = np.interp(time, time[known], np.unwrap(angle[known]))
+    return roll
+
+
+def _about(time: FloatArray, values: FloatArray, seconds: float) -> FloatArray:
+    """Sum values over a time about each sample."""
+    slack = 1e-9 * max(1.0, seconds)
+    first: IntArray = np.searchsorted(time, time - seconds / 2 - slack)
+    last: IntArray = np.searchsorted(time, time + seconds / 2 + slack)
+    total = np.concatenate((np.zeros((1, values.shape[1])), np.cumsum(values, axis=0)))
+    return np.asarray(total[last] - total[first])

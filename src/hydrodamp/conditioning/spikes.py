@@ -1,0 +1,163 @@
+"""Spikes: samples far off their neighbours, by Hampel's rule."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from hydrodamp.arrays import BoolArray, FloatArray, IntArray
+from hydrodamp.basis.axes import VELOCITIES
+from hydrodamp.conditioning.channels import measured
+from hydrodamp.conditioning.lines import NORMAL, off_the_line, windows_about
+from hydrodamp.conditioning.missing import without_samples
+from hydrodamp.conditioning.touched import Cleaned
+from hydrodamp.data.log import Log
+from hydrodamp.errors import LogError, did_you_mean
+
+LEAST_WINDOW = 5
+"""A shorter stretch has no neighbours to speak of."""
+
+_ROUNDING = 1e-9  # of the largest value; less is no distance
+_FLICKER = 0.02  # share of samples off their line from which a coarse sensor flickers
+_HARMLESS = 0.01  # of the range of most values
+_SAMPLED = 20000  # samples at which the usual spread is taken, about
+_CHUNK = 32768
+
+
+def remove_spikes(
+    log: Log,
+    *,
+    names: Sequence[str] | None = None,
+    window: int = 7,
+    threshold: float = 6.0,
+) -> Cleaned:
+    """Interpolate over single samples, or a few, that stand out of their neighbours.
+
+    Parameters
+    ----------
+    log : Log
+        Any log; nothing is compared across a join.
+    names : sequence of str, optional
+        Channels to look at; where not given all that were measured but accelerations.
+        These and commands may jump; commands are never touched.
+    window : int, optional
+        Samples compared, odd, five or more. A third of a window of spikes side by side is
+        the most that can be told from motion.
+    threshold : float, optional
+        Robust standard deviations from the median. At six, white noise has a spike in some
+        ten million samples.
+
+    Returns
+    -------
+    cleaned : Cleaned
+        Spikes are interpolated; at the edge of a segment they are cut out.
+
+    Raises
+    ------
+    LogError
+        If a channel is unknown or a setting cannot be.
+
+    Examples
+    --------
+    >>> surge = np.sin(np.arange(50.0) / 9)
+    >>> surge[20] += 5
+    >>> made = remove_spikes(Log.from_arrays(np.arange(50.0), {"u": surge}))
+    >>> made.counts("spikes")
+    {'u': 1}
+    """
+    if window < LEAST_WINDOW or window % 2 == 0 or not threshold > 0:
+        fault = (
+            f"`window` must be odd and at least {LEAST_WINDOW}, `threshold` positive; got"
+            f" {window} and {threshold:g}"
+        )
+        raise LogError(fault, source=log.source)
+    columns = measured(log)
+    for name in names or ():
+        if name not in columns:
+            near = did_you_mean(name, columns)
+            fault = f"there is no measured channel '{name}'.{near} There are: {' '.join(columns)}"
+            raise LogError(fault, source=log.source)
+    lost = {
+        name: spikes(log.time, columns[name], log.bounds, window=window, threshold=threshold)
+        for name in (_usually(columns) if names is None else names)
+    }
+    return without_samples(log, lost, "spikes")
+
+
+def spikes(
+    time: FloatArray,
+    values: FloatArray,
+    bounds: IntArray,
+    *,
+    window: int = 7,
+    threshold: float = 6.0,
+) -> BoolArray:
+    """Return which samples of a channel are spikes."""
+    distance = np.abs(values - running_median(values, bounds, window))
+    least = max(threshold * _usual(time, values, bounds, window), _small(values))
+    found = np.zeros(len(values), dtype=np.bool_)
+    for start, stop in bounds.tolist():
+        rows = np.flatnonzero(distance[start:stop] > least)
+        if stop - start < LEAST_WINDOW:
+            continue
+        for low in range(0, len(rows), _CHUNK):
+            part = rows[low : low + _CHUNK]
+            own, spread = _off(time[start:stop], values[start:stop], part, window)
+            found[start + part] = own > np.maximum(threshold * spread, least)
+    return found
+
+
+def _usually(names: Iterable[str]) -> list[str]:
+    accelerations = {f"d{name}" for name in VELOCITIES}
+    return [name for name in names if name not in accelerations]
+
+
+def _off(
+    time: FloatArray, values: FloatArray, rows: IntArray, window: int
+) -> tuple[FloatArray, FloatArray]:
+    """Return how far samples of a segment are off their line, and how far most about them."""
+    around = windows_about(time, rows, window)
+    rest = np.abs(off_the_line(around, windows_about(values, rows, window)))
+    place = np.argmax(around == time[rows][:, np.newaxis], axis=1)
+    return rest[np.arange(len(rows)), place], NORMAL * np.median(rest, axis=1)
+
+
+def _usual(time: FloatArray, values: FloatArray, bounds: IntArray, window: int) -> float:
+    """Return the usual spread; of a coarse sensor, which mostly stands still, its flicker."""
+    parts = []
+    for start, stop in bounds.tolist():
+        if stop - start >= LEAST_WINDOW:
+            rows = np.arange(0, stop - start, -(-len(values) // _SAMPLED))
+            parts.append(_off(time[start:stop], values[start:stop], rows, window)[0])
+    rest = np.concatenate(parts) if parts else np.zeros(1)
+    middle = float(np.median(rest))
+    if middle <= _rounding(values) and np.mean(rest > _rounding(values)) > _FLICKER:
+        middle = float(np.median(rest[rest > _rounding(values)]))
+    return NORMAL * middle
+
+
+def _small(values: FloatArray) -> float:
+    """Return what is too small to matter, of motion without noise above all."""
+    low, high = np.quantile(values, (0.05, 0.95))
+    return max(_rounding(values), _HARMLESS * float(high - low))
+
+
+def _rounding(values: FloatArray) -> float:
+    return _ROUNDING * float(np.abs(values).max(initial=0.0))
+
+
+def running_median(values: FloatArray, bounds: IntArray, window: int) -> FloatArray:
+    """Return the median of the window about each sample, within its segment."""
+    from scipy.ndimage import median_filter  # takes long to import
+
+    medians = np.empty_like(values)
+    for start, stop in bounds.tolist():
+        part = values[start:stop]
+        if stop - start < window:
+            medians[start:stop] = np.median(part)
+            continue
+        half = window // 2
+        inner = median_filter(part, size=window, mode="nearest")[half : len(part) - half]
+        medians[start:stop] = np.pad(inner, half, mode="edge")
+    return medians

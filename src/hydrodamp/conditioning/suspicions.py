@@ -1,0 +1,240 @@
+"""Suspicions about units and signs, each with its evidence; nothing is changed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from hydrodamp.basis.axes import AXES, VELOCITIES
+from hydrodamp.conditioning.channels import measured
+from hydrodamp.conditioning.ratios import axis_ratios, path_ratio, rate_ratio
+from hydrodamp.conditioning.touched import Cleaned
+from hydrodamp.data.attitude import down as down_in_body, euler_from_quaternion
+from hydrodamp.data.checks import rate_slopes
+from hydrodamp.data.log import Log
+
+GRAVITY = 9.80665
+"""Standard gravity [m/s^2]."""
+
+_TOLERANCE = 0.08  # of a ratio, about that of a unit
+_RATES = {
+    180 / np.pi: "deg/s taken for rad/s",
+    60 / (2 * np.pi): "rpm taken for rad/s",
+    1 / (2 * np.pi): "rev/s taken for rad/s",
+    np.pi / 180: "rad/s taken for deg/s and converted once too often",
+    -1.0: "of the other sign, or of another frame than the attitude",
+}
+_SPEEDS = {
+    100.0: "cm/s taken for m/s",
+    1000.0: "mm/s taken for m/s",
+    3.6: "km/h taken for m/s",
+    3600 / 1852: "knots taken for m/s",
+    1 / 0.3048: "ft/s taken for m/s",
+    0.001: "m/s beside a position in mm",
+    0.01: "m/s taken for cm/s and converted once too often",
+    1852 / 3600: "m/s taken for knots and converted once too often",
+    1 / 3.6: "m/s taken for km/h and converted once too often",
+    -1.0: "of the other sign, or of another frame than the position",
+}
+_PULSE = (800.0, 2200.0)  # us, servo and ESC signals
+_NEUTRAL = (1300.0, 1700.0)  # us
+_FAST = 15.0  # m/s, the usual speed of hardly any craft with a log like this
+_SLOW_CLOCK = 20.0  # s, a step of hardly any log
+_ANGLE_NAMES = ("rudder", "fin", "elevator", "delta", "stern", "plane", "aileron")
+
+
+@dataclass(frozen=True)
+class Suspicion:
+    """Something about a channel that does not look right.
+
+    Attributes
+    ----------
+    channel : str
+        Which one.
+    looks : str
+        What it looks like.
+    evidence : str
+        Why, with the number it rests on.
+
+    Examples
+    --------
+    >>> print(Suspicion("r", "is deg/s taken for rad/s", "it is 57.3 times the attitude's"))
+    suspicion: `r` is deg/s taken for rad/s: it is 57.3 times the attitude's
+    """
+
+    channel: str
+    looks: str
+    evidence: str
+
+    def __str__(self) -> str:
+        """Return one sentence."""
+        return f"suspicion: `{self.channel}` {self.looks}: {self.evidence}"
+
+
+def suspicions(log: Log) -> tuple[Suspicion, ...]:
+    """Return what looks wrong about the units and signs of a log.
+
+    Parameters
+    ----------
+    log : Log
+        Any log.
+
+    Returns
+    -------
+    suspicions : tuple of Suspicion
+        Empty where nothing speaks against the log.
+
+    Examples
+    --------
+    >>> log = Log.from_arrays([0, 0.1], {"u": [1, 2]}, commands={"m1": [1500, 1700]})
+    >>> print(suspicions(log)[0])  # doctest: +ELLIPSIS
+    suspicion: `m1` looks like a pulse width [us], not a force: it lies between 1500 and 1700...
+    """
+    return (
+        *_clock(log),
+        *_rates(log),
+        *_attitude_in_degrees(log),
+        *_speeds(log),
+        *_accelerometer(log),
+        *_pulses(log),
+        *_angles(log),
+        *_constant(log),
+    )
+
+
+def note_suspicions(log: Log) -> Cleaned:
+    """Write what looks wrong into the notes of a log; no sample is touched.
+
+    Parameters
+    ----------
+    log : Log
+        Any log.
+
+    Returns
+    -------
+    cleaned : Cleaned
+        The same measurements.
+
+    Examples
+    --------
+    >>> note_suspicions(Log.from_arrays([0, 0.1], {"u": [1, 1.5]})).log.notes
+    ()
+    """
+    found = suspicions(log)
+    return Cleaned(log.noted(*map(str, found)) if found else log)
+
+
+def _clock(log: Log) -> Iterator[Suspicion]:
+    steps = np.concatenate([np.diff(log.time[a:b]) for a, b in log.bounds])
+    if (usual := float(np.median(steps))) > _SLOW_CLOCK:
+        yield Suspicion("time", "may be in ms, not s", f"the median step is {usual:.4g}")
+
+
+def _rates(log: Log) -> Iterator[Suspicion]:
+    if log.attitude is None:
+        return
+    breaks = np.zeros(log.n, dtype=np.bool_)
+    breaks[log.bounds[:, 0]] = True
+    with np.errstate(over="ignore"):  # an axis that does not turn has any ratio
+        slopes = rate_slopes(log.time, log.attitude, log.velocity[:, 3:], breaks)
+    for name, slope in zip(VELOCITIES[3:], slopes.tolist(), strict=True):
+        if name in log.velocity_names and (looks := _unit(slope, _RATES)):
+            yield Suspicion(name, f"is {looks}", f"it is {slope:.3g} times the attitude's rate")
+
+
+def _attitude_in_degrees(log: Log) -> Iterator[Suspicion]:
+    if log.attitude is None:
+        return
+    angles = euler_from_quaternion(log.attitude)
+    for column, angle in enumerate(("roll", "pitch", "yaw")):
+        if VELOCITIES[3 + column] not in log.velocity_names:
+            continue
+        ratio = rate_ratio(log.time, angles[:, column], log.velocity[:, 3 + column], log.bounds)
+        if abs(ratio * np.pi / 180 - 1) < _TOLERANCE:
+            evidence = f"it turns {ratio:.3g} times as fast as `{VELOCITIES[3 + column]}` says"
+            yield Suspicion(angle, "is degrees taken for radians", evidence)
+
+
+def _speeds(log: Log) -> Iterator[Suspicion]:
+    recorded = [VELOCITIES.index(name) for name in log.velocity_names if name in VELOCITIES[:3]]
+    if not recorded:
+        return
+    called = " ".join(VELOCITIES[k] for k in recorded)
+    ratio = path_ratio(log)
+    if looks := _unit(ratio, _SPEEDS):
+        evidence = f"the way it makes is {ratio:.3g} times that of the position"
+        yield Suspicion(called, f"is {looks}", evidence)
+        return
+    alone = [*_speeds_alone(log, recorded)]
+    yield from alone
+    if alone:
+        return
+    speed = np.linalg.norm(log.velocity[:, recorded], axis=1)
+    if (usual := float(np.median(speed))) > _FAST:
+        yield Suspicion(
+            called, "may be cm/s or mm/s, not m/s", f"the median speed is {usual:.3g} m/s"
+        )
+
+
+def _speeds_alone(log: Log, recorded: list[int]) -> Iterator[Suspicion]:
+    """Tell one velocity that is wrong beside others that are right."""
+    ratios = axis_ratios(log)
+    for place in recorded:
+        if looks := _unit(float(ratios[place]), _SPEEDS):
+            evidence = f"the way it makes is {ratios[place]:.3g} times its part of the position's"
+            yield Suspicion(VELOCITIES[place], f"is {looks}", evidence)
+
+
+def _accelerometer(log: Log) -> Iterator[Suspicion]:
+    if log.specific_force is None:
+        return
+    size = float(np.median(np.linalg.norm(log.specific_force, axis=1)))
+    if abs(size - 1.0) < _TOLERANCE:
+        yield Suspicion("specific_force", "is g taken for m/s^2", f"its median size is {size:.3g}")
+    if log.attitude is None or size == 0.0:
+        return
+    along = np.sum(log.specific_force * down_in_body(log.attitude), axis=1)
+    if (share := float(np.median(along)) / size) > 0.8:
+        evidence = f"{100 * share:.0f} % of it points down; at rest it should point up"
+        yield Suspicion("specific_force", "is of the other sign or frame", evidence)
+
+
+def _pulses(log: Log) -> Iterator[Suspicion]:
+    channels = {name: log.command(name) for name in log.command_names}
+    if log.wrench is not None:
+        channels |= dict(zip(AXES, log.wrench.T, strict=True))
+    for name, values in channels.items():
+        low, high = float(values.min()), float(values.max())
+        inside = _PULSE[0] <= low < high <= _PULSE[1]
+        if inside and _NEUTRAL[0] <= float(np.median(values)) <= _NEUTRAL[1]:
+            yield Suspicion(
+                name,
+                "looks like a pulse width [us], not a force",
+                f"it lies between {low:.4g} and {high:.4g}; a thruster with a curve turns it"
+                " into newtons",
+            )
+
+
+def _angles(log: Log) -> Iterator[Suspicion]:
+    for name in log.command_names:
+        largest = float(np.abs(log.command(name)).max())
+        if any(word in name.lower() for word in _ANGLE_NAMES) and np.pi / 2 < largest <= 90:
+            yield Suspicion(name, "may be in degrees, not rad", f"it reaches {largest:.3g}")
+
+
+def _constant(log: Log) -> Iterator[Suspicion]:
+    for name, values in measured(log).items():
+        if name in VELOCITIES and values[0] != 0.0 and (values == values[0]).all():
+            yield Suspicion(
+                name, "was not measured", f"it is {values[0]:.4g} throughout; leave it out"
+            )
+
+
+def _unit(ratio: float, units: dict[float, str]) -> str:
+    """Return what a ratio means, or nothing."""
+    if not np.isfinite(ratio):
+        return ""
+    unit = min(units, key=lambda unit: abs(ratio / unit - 1))
+    return units[unit] if abs(ratio / unit - 1) < _TOLERANCE else ""

@@ -1,0 +1,119 @@
+"""A topic's values at other times: interpolated, held or turned, never across a gap."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+
+from hydrodamp.arrays import BoolArray, FloatArray, IntArray
+from hydrodamp.ingest.clock.stamps import Stamps
+
+_CLOSE = 1e-6  # rad; below it sines are angles to all digits
+
+
+@dataclass(frozen=True, eq=False)
+class Ticks:
+    """The times that all topics are brought to."""
+
+    time: FloatArray
+    run: IntArray
+
+
+@dataclass(frozen=True, eq=False)
+class Brackets:
+    """Between which messages each tick lies."""
+
+    messages: tuple[slice, ...]
+    ticks: tuple[slice, ...]
+    times: tuple[tuple[FloatArray, FloatArray], ...]
+    before: IntArray
+    unknown: BoolArray | None
+    spent: BoolArray | None
+    early: BoolArray | None
+
+
+def brackets(stamps: Stamps, ticks: Ticks) -> Brackets:
+    """Return between which messages each tick lies."""
+    n = len(ticks.time)
+    own = {number: place for number, place in parts_of(stamps.run) if number >= 0}
+    pairs = [(own[number], place) for number, place in parts_of(ticks.run) if number in own]
+    before = np.zeros(n, np.int64)
+    unknown, spent, early = (np.ones(n, np.bool_) for _ in range(3))
+    times = tuple((stamps.time[mine], ticks.time[its]) for mine, its in pairs)
+    for (mine, its), (messages, wanted) in zip(pairs, times, strict=True):
+        index, unknown[its], spent[its], early[its] = _within(stamps, messages, wanted)
+        before[its] = index + mine.start
+    masks = (mask if mask.any() else None for mask in (unknown, spent, early))
+    places = tuple(one for one, _ in pairs), tuple(one for _, one in pairs)
+    return Brackets(*places, times, before, *masks)
+
+
+def _within(
+    stamps: Stamps, messages: FloatArray, wanted: FloatArray
+) -> tuple[IntArray, BoolArray, BoolArray, BoolArray]:
+    """Return the message before each tick of one stretch, and where it is of no use."""
+    last = len(messages) - 1
+    # Faster than a binary search for each, as both are in order; rounding may reach the next.
+    index = np.interp(wanted, messages, np.arange(float(len(messages)))).astype(np.int64)
+    index -= (messages[index] > wanted) & (index > 0)
+    since = wanted - messages[index]
+    early = since < 0
+    beyond = since > 0
+    gaps = np.append(np.diff(messages) > stamps.limit, True)
+    unknown = early | (beyond & gaps[index])
+    spent = unknown & ~((index == last) & beyond & (since <= stamps.step))
+    return index, unknown, spent, early
+
+
+def interpolated(values: FloatArray, found: Brackets) -> FloatArray:
+    """Return values between messages on a straight line."""
+    taken = np.empty(len(found.before))
+    for mine, its, (messages, wanted) in zip(found.messages, found.ticks, found.times, strict=True):
+        taken[its] = np.interp(wanted, messages, values[mine])
+    return _masked(taken, found.unknown)
+
+
+def held(values: FloatArray, found: Brackets, *, until_next: bool = False) -> FloatArray:
+    """Return the value of the last message before each tick."""
+    if len(values) == 0:
+        return np.full(len(found.before), np.nan)
+    return _masked(values[found.before], found.early if until_next else found.spent)
+
+
+def _masked(values: FloatArray, mask: BoolArray | None) -> FloatArray:
+    if mask is not None:
+        values[mask] = np.nan
+    return values
+
+
+def turned(quaternions: FloatArray, found: Brackets) -> FloatArray:
+    """Return attitudes between messages, turned at a constant rate."""
+    if len(quaternions) == 0:
+        return np.full((len(found.before), 4), np.nan)
+    after = np.minimum(found.before + 1, len(quaternions) - 1)
+    share = interpolated(np.arange(float(len(quaternions))), found) - found.before
+    first, second = quaternions[found.before], quaternions[after]
+    cosine = np.einsum("ni,ni->n", first, second)
+    second *= np.where(cosine < 0, -1.0, 1.0)[:, np.newaxis]
+    np.abs(cosine, out=cosine)
+    angle = np.arccos(np.minimum(cosine, 1.0))
+    sine = np.sin(angle)
+    # Where both are nearly the same the turn is a straight line.
+    close = sine < _CLOSE
+    sine[close] = 1.0
+    near = np.where(close, 1 - share, np.sin((1 - share) * angle) / sine)
+    far = np.where(close, share, np.sin(share * angle) / sine)
+    first *= near[:, np.newaxis]
+    second *= far[:, np.newaxis]
+    first += second
+    return first
+
+
+def parts_of(run: IntArray) -> list[tuple[int, slice]]:
+    """Return every run of consecutive equal numbers and where it lies."""
+    if len(run) == 0:
+        return []
+    edges = [0, *(np.flatnonzero(np.diff(run)) + 1).tolist(), len(run)]
+    return [(int(run[a]), slice(a, b)) for a, b in itertools.pairwise(edges)]

@@ -1,0 +1,159 @@
+"""The clock of a topic, set right: which of its messages to use, and when they were."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hydrodamp.arrays import BoolArray, FloatArray, IntArray
+from hydrodamp.data.segments import GAP_SECONDS, GAP_STEPS
+from hydrodamp.errors import LogError
+from hydrodamp.ingest.clock.epochs import Epochs, epochs
+from hydrodamp.ingest.clock.met import Met, Oddity
+
+_MOST_RUNS = 200
+
+
+@dataclass(frozen=True, eq=False)
+class Clock:
+    """The time stamps of a topic as they stand in the file."""
+
+    topic: str
+    time: FloatArray
+    labels: Sequence[str] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Stamps:
+    """The usable messages of a topic, in order."""
+
+    rows: IntArray
+    time: FloatArray
+    run: IntArray
+    step: float
+    limit: float
+    met: tuple[Met, ...] = ()
+
+
+def set_right(clocks: Sequence[Clock]) -> tuple[Stamps, ...]:
+    """Return the usable messages of the topics of one recording."""
+    drafts = [_Draft(clock) for clock in clocks]
+    eras = epochs([draft.time for draft in drafts])
+    return tuple(draft.stamps(eras) for draft in drafts)
+
+
+class _Draft:
+    """A clock without its stray and absent stamps."""
+
+    def __init__(self, clock: Clock) -> None:
+        self.topic, self.met = clock.topic, list[Met]()
+        self.rows: IntArray = np.arange(len(clock.time))
+        self.time, self.joins = clock.time, _changes(clock)
+        self.is_plain = clock.labels is None and _increases(clock.time)
+        if self.is_plain:
+            return
+        self._keep(np.isfinite(clock.time), Oddity.ABSENT)
+        self._keep(~_strays(self.time, self.joins), Oddity.STRAY)
+
+    def _keep(self, keep: BoolArray, oddity: Oddity) -> None:
+        """Drop what is not kept, and say so."""
+        if keep.all():
+            return
+        dropped = np.flatnonzero(~keep)
+        self._meet(oddity, len(dropped), dropped[0])
+        # A join among the dropped ones passes to the next that stays.
+        begun = np.cumsum(self.joins)[keep]
+        self.rows, self.time = self.rows[keep], self.time[keep]
+        self.joins = np.append(False, np.diff(begun) > 0)[: len(begun)]
+
+    def _meet(self, oddity: Oddity, count: int, place: int) -> None:
+        self.met.append(Met(self.topic, oddity, count, float(self.time[place])))
+
+    def stamps(self, eras: Epochs) -> Stamps:
+        """Return the messages in order, in runs."""
+        if self.is_plain and len(eras.starts) < 2:
+            return self._within(self.rows, self.time, np.zeros(len(self.rows), np.int64))
+        era, moved = eras.of(self.time)
+        leapt = np.append(False, np.diff(era) != 0)[: len(era)]
+        if leapt.any():
+            self._meet(Oddity.LEAP, int(np.count_nonzero(leapt)), int(np.argmax(leapt)))
+        run: IntArray = np.cumsum(leapt | self._restarts(moved, leapt), dtype=np.int64)
+        keep = self._in_order(moved, run)
+        return self._within(self.rows[keep], moved[keep], run[keep])
+
+    def _within(self, rows: IntArray, time: FloatArray, run: IntArray) -> Stamps:
+        """Return the messages that are left, and say where they pause."""
+        steps = np.diff(time)
+        inside = None if len(run) == 0 or run[0] == run[-1] else run[1:] == run[:-1]
+        whole = steps if inside is None else steps[inside]
+        step = float(np.median(whole)) if len(whole) else 0.0
+        limit = max(GAP_STEPS * step, GAP_SECONDS)
+        if len(whole) and whole.max() > limit:
+            late = np.flatnonzero((steps > limit) if inside is None else (steps > limit) & inside)
+            met = Met(self.topic, Oddity.DROPOUT, len(late), float(time[late[0]]), limit)
+            self.met.append(met)
+        return Stamps(rows, time, run, step, limit, tuple(self.met))
+
+    def _restarts(self, time: FloatArray, leapt: BoolArray) -> BoolArray:
+        """Find where the clock runs anew: at a join, or set back far."""
+        steps = np.append(0.0, np.diff(time))[: len(time)]
+        back = (steps < 0) & ~leapt & ~self.joins
+        if back.any():
+            near = np.abs(steps[~leapt & ~self.joins & (steps != 0)])
+            back &= steps < -max(GAP_STEPS * float(np.median(near)), GAP_SECONDS)
+        count = int(np.count_nonzero(back))
+        if count > _MOST_RUNS:
+            of = f" of `{self.topic}`" if self.topic else ""
+            raise LogError(
+                f"the clock{of} is set back {count} times; it is no clock. Name another in `time`"
+            )
+        if count:
+            self._meet(Oddity.SET_BACK, count, int(np.argmax(back)))
+        anew: BoolArray = back | (self.joins & (steps <= 0))
+        return anew
+
+    def _in_order(self, time: FloatArray, run: IntArray) -> BoolArray:
+        """Keep the messages later than all before them in their run."""
+        if not ((np.diff(time) <= 0) & (run[1:] == run[:-1])).any():
+            return np.ones(len(time), np.bool_)
+        edges = np.flatnonzero(np.diff(run)) + 1
+        latest = np.concatenate([np.maximum.accumulate(part) for part in np.split(time, edges)])
+        before = np.append(-np.inf, latest[:-1])
+        before[edges] = -np.inf
+        for oddity, odd in ((Oddity.REPEATED, time == before), (Oddity.LATE, time < before)):
+            if odd.any():
+                self._meet(oddity, int(np.count_nonzero(odd)), int(np.argmax(odd)))
+        keep: BoolArray = time > before
+        return keep
+
+
+def _changes(clock: Clock) -> BoolArray:
+    joins = np.zeros(len(clock.time), np.bool_)
+    if clock.labels is not None:
+        names = np.array(clock.labels, dtype=object)
+        joins[1:] = names[1:] != names[:-1]
+    return joins
+
+
+def _strays(time: FloatArray, joins: BoolArray) -> BoolArray:
+    """Find single stamps far from both neighbours, which are near one another."""
+    strays = np.zeros(len(time), np.bool_)
+    steps = np.abs(np.diff(time))
+    if len(steps) < 2:
+        return strays
+    far = max(GAP_STEPS * float(np.median(steps)), GAP_SECONDS)
+    long = steps > far
+    if not long.any():
+        return strays
+    near = np.abs(time[2:] - time[:-2]) <= far
+    strays[1:-1] = long[:-1] & long[1:] & near & ~(joins[1:-1] | joins[2:])
+    return strays
+
+
+def _increases(time: FloatArray) -> bool:
+    """Tell a clock that never repeats or runs backwards: only then can no stamp be a stray."""
+    return bool(np.isfinite(time[[0, -1]] if len(time) else time).all()) and bool(
+        (np.diff(time) > 0).all()
+    )

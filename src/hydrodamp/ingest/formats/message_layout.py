@@ -1,0 +1,214 @@
+"""Where the numbers of a serialised ROS message lie, so that many are read at once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from hydrodamp.advance import counted, within
+from hydrodamp.arrays import FloatArray
+
+LONGEST = 64
+"""Arrays longer than this are no measurements of one moment; they are left out."""
+
+_TYPES = {
+    "bool": "?",
+    "byte": "u1",
+    "char": "u1",
+    "octet": "u1",
+    "int8": "i1",
+    "uint8": "u1",
+    "int16": "i2",
+    "uint16": "u2",
+    "int32": "i4",
+    "uint32": "u4",
+    "int64": "i8",
+    "uint64": "u8",
+    "float32": "f4",
+    "float64": "f8",
+}
+_STAMPS = ("builtin_interfaces/msg/Time", "builtin_interfaces/msg/Duration")
+_FILLER = "structure_needs_at_least_one_member"
+_BASE, _NAME, _ARRAY = 1, 2, 3  # as rosbags numbers the kinds of field
+
+Fielddefs = Mapping[str, tuple[Any, Sequence[tuple[str, Any]]]]
+
+
+@dataclass
+class Layout:
+    """Places of the fields in one shape of a message."""
+
+    order: str
+    numbers: dict[str, tuple[int, str]] = field(default_factory=dict)
+    stamps: dict[str, int] = field(default_factory=dict)
+    words: dict[str, tuple[int, int]] = field(default_factory=dict)
+    counts: dict[int, int] = field(default_factory=dict)
+    long: dict[str, int] = field(default_factory=dict)
+    size: int = 0
+
+
+class _Walk:
+    """One message, read from the front."""
+
+    def __init__(self, raw: bytes, definitions: Fielddefs, aligned: bool) -> None:
+        self.raw, self.definitions, self.aligned = raw, definitions, aligned
+        self.start = self.place = 4 if aligned else 0
+        order = ">" if aligned and raw[1] % 2 == 0 else "<"
+        self.layout = Layout(order)
+
+    def message(self, name: str, path: str) -> None:
+        for part, kind in self.definitions[name][1]:
+            if part != _FILLER:
+                self._field(kind, f"{path}.{part}" if path else part)
+            else:
+                self.place += 1
+
+    def _field(self, kind: Any, path: str) -> None:
+        node, detail = int(kind[0]), kind[1]
+        if node == _BASE:
+            self._base(detail[0], path)
+        elif node == _NAME:
+            self._nested(detail, path)
+        else:
+            length = detail[1] if node == _ARRAY else self._count()
+            self._items(detail[0], length, path)
+
+    def _base(self, name: str, path: str) -> None:
+        if name == "string":
+            length = self._count()
+            self.layout.words[path] = (self.place, length - (1 if self.aligned else 0))
+            self.place += length
+            return
+        kind = self.layout.order + _TYPES[name]
+        self._align(np.dtype(kind).itemsize)
+        self.layout.numbers[path] = (self.place, kind)
+        self.place += np.dtype(kind).itemsize
+
+    def _nested(self, name: str, path: str) -> None:
+        if name in _STAMPS:
+            self._align(4)
+            self.layout.stamps[path] = self.place
+            self.place += 8
+        else:
+            self.message(name, path)
+
+    def _items(self, kind: Any, length: int, path: str) -> None:
+        """Step through an array; a long one of numbers is stepped over at once."""
+        if length <= LONGEST:
+            for index in range(length):
+                self._field(kind, f"{path}[{index}]")
+            return
+        self.layout.long[path] = length
+        if int(kind[0]) == _BASE and kind[1][0] != "string":
+            size = np.dtype(_TYPES[kind[1][0]]).itemsize
+            self._align(size)
+            self.place += size * length
+        else:
+            self._pass_over(kind, length)
+
+    def _pass_over(self, kind: Any, length: int) -> None:
+        """Step over long arrays of messages, keeping only the lengths in them."""
+        whole = self.layout
+        self.layout = Layout(whole.order)
+        for _ in range(length):
+            self._field(kind, "")
+        whole.counts |= self.layout.counts
+        self.layout = whole
+
+    def _count(self) -> int:
+        self._align(4)
+        if self.place + 4 > len(self.raw):
+            raise ValueError("the message ends early")
+        order = "big" if self.layout.order == ">" else "little"
+        count = int.from_bytes(self.raw[self.place : self.place + 4], order)  # type: ignore[arg-type]
+        if count > len(self.raw):
+            raise ValueError("the message ends early")
+        self.layout.counts[self.place] = count
+        self.place += 4
+        return count
+
+    def _align(self, size: int) -> None:
+        if self.aligned:
+            self.place += (self.start - self.place) % size
+
+
+def layout_of(raw: bytes, name: str, definitions: Fielddefs, *, aligned: bool) -> Layout:
+    """Return where the fields of a message lie."""
+    walk = _Walk(raw, definitions, aligned)
+    walk.message(name, "")
+    if walk.place > len(raw):
+        raise ValueError("the message ends early")
+    walk.layout.size = len(raw)
+    return walk.layout
+
+
+@dataclass
+class Columns:
+    """Fields of many messages."""
+
+    numbers: dict[str, FloatArray] = field(default_factory=dict)
+    texts: dict[str, list[str]] = field(default_factory=dict)
+    seconds: set[str] = field(default_factory=set)
+    long: dict[str, int] = field(default_factory=dict)
+    broken: list[int] = field(default_factory=list)
+
+
+def columns_of(
+    messages: Sequence[bytes], name: str, definitions: Fielddefs, *, aligned: bool
+) -> Columns:
+    """Return the fields of messages of one type."""
+    columns, n, done = Columns(), len(messages), 0
+    sizes = np.fromiter(map(len, messages), np.int64, n)
+    for size in np.unique(sizes).tolist():
+        rows = np.flatnonzero(sizes == size)
+        block = np.frombuffer(b"".join(messages[row] for row in rows.tolist()), np.uint8)
+        block = block.reshape(len(rows), size)
+        while len(rows):
+            try:
+                layout = layout_of(block[0].tobytes(), name, definitions, aligned=aligned)
+            except (ValueError, IndexError):
+                columns.broken.append(int(rows[0]))
+                rows, block = rows[1:], block[1:]
+                continue
+            alike = _alike(block, layout)
+            last = done + int(np.count_nonzero(alike))
+            with within(done / n, last / n):
+                _fill(columns, n, layout, rows[alike], block[alike])
+            done = last
+            rows, block = rows[~alike], block[~alike]
+    return columns
+
+
+def _alike(block: Any, layout: Layout) -> Any:
+    """Tell which messages have the lengths, and the byte order, of the first."""
+    alike = np.ones(len(block), dtype=bool)
+    for offset in layout.counts:
+        alike &= (block[:, offset : offset + 4] == block[0, offset : offset + 4]).all(axis=1)
+    return alike & (block[:, 1] == block[0, 1]) if layout.order == ">" else alike
+
+
+def _fill(columns: Columns, n: int, layout: Layout, rows: Any, block: Any) -> None:
+    """Put the fields of messages of one shape into their columns."""
+    columns.long |= layout.long
+    columns.seconds |= set(layout.stamps)
+    for path, (offset, kind) in counted(layout.numbers.items(), len(layout.numbers)):
+        column = columns.numbers.setdefault(path, np.full(n, np.nan))
+        column[rows] = _cut(block, offset, kind)
+    for path, offset in layout.stamps.items():
+        column = columns.numbers.setdefault(path, np.full(n, np.nan))
+        seconds = _cut(block, offset, layout.order + "i4").astype(np.float64)
+        column[rows] = seconds + _cut(block, offset + 4, layout.order + "u4") / 1e9
+    for path, (offset, length) in layout.words.items():
+        texts = columns.texts.setdefault(path, [""] * n)
+        words = _cut(block, offset, f"V{length}").tolist() if length > 0 else [b""] * len(rows)
+        known = {word: word.decode("utf-8", errors="replace") for word in set(words)}
+        for row, word in zip(rows.tolist(), words, strict=True):
+            texts[row] = known[word]
+
+
+def _cut(block: Any, offset: int, kind: str) -> Any:
+    width = np.dtype(kind).itemsize
+    return np.ascontiguousarray(block[:, offset : offset + width]).view(kind)[:, 0]

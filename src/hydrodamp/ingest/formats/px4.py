@@ -1,0 +1,107 @@
+"""PX4's ULog, read by pyulog."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Iterator
+from contextlib import redirect_stdout
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hydrodamp.advance import advance, within
+from hydrodamp.data.recording import Recording, Topic
+from hydrodamp.errors import LogError
+from hydrodamp.ingest.formats.content import content, followed, head
+from hydrodamp.ingest.formats.extras import extra
+
+FORMAT = "PX4 ULog"
+"""How messages call the format."""
+
+_ELEMENT = re.compile(r"(.*)\[(\d+)\]$")
+_LONGEST = 64
+_READ = 0.8  # what share of the time pyulog takes
+_TOLD = 1 << 18  # after how many bytes it is told
+_HEADER = 16
+_KINDS = b"FIMPQARSODLCB"
+_MAGIC = b"ULog\x01\x12\x35"
+
+
+def read(path: str | Path) -> Recording:
+    """Read a ULog."""
+    pyulog = extra("pyulog", path)
+    if not head(path, len(_MAGIC)).startswith(_MAGIC):
+        raise LogError(
+            "it does not begin as a ULog does. Give it the name of the format it has",
+            source=str(path),
+        )
+    notes: list[str] = []
+    try:
+        # pyulog prints what it stumbles on; standard output is not ours to write to.
+        with within(0.0, _READ), followed(path) as file, redirect_stdout(io.StringIO()):
+            log = pyulog.ULog(file)
+    except Exception as error:  # a damaged log fails in ways pyulog does not list
+        raise LogError(
+            f"the log is cut off or damaged: {str(error) or type(error).__name__}. Download it"
+            " from the vehicle again",
+            source=str(path),
+        ) from error
+    topics = tuple(_topics(log, notes))
+    with within(_READ, 1.0):
+        _note_damage(log, content(path), notes)
+    if not topics:
+        raise LogError(["the log holds no message with a value", *notes], source=str(path))
+    return Recording(topics, str(path), FORMAT, tuple(notes))
+
+
+def _topics(log: Any, notes: list[str]) -> Iterator[Topic]:
+    for dataset in sorted(log.data_list, key=lambda it: (it.name, it.multi_id)):
+        name = dataset.name if dataset.multi_id == 0 else f"{dataset.name}[{dataset.multi_id}]"
+        long = {
+            found[1]
+            for found in map(_ELEMENT.match, dataset.data)
+            if found and int(found[2]) >= _LONGEST
+        }
+        notes += [f"topic `{name}`: the long array `{field}` was left out" for field in long]
+        fields = {
+            field: np.asarray(values, dtype=np.float64)
+            for field, values in dataset.data.items()
+            if field.rpartition("[")[0] not in long
+        }
+        if len(fields.get("timestamp", ())):
+            yield Topic(name, fields["timestamp"] / 1e6, fields)
+
+
+def _breaks_off(data: bytes) -> int:
+    """Return where the chain of messages ends: each begins with its size and kind."""
+    place, end = _HEADER, len(data)
+    told, by = 0, advance(end)
+    while place + 3 <= end:
+        if place >= told + _TOLD:
+            by(place - told)
+            told = place
+        size = data[place] + (data[place + 1] << 8)
+        if data[place + 2] not in _KINDS or place + 3 + size > end:
+            return place
+        place += 3 + size
+    return place
+
+
+def _note_damage(log: Any, data: bytes, notes: list[str]) -> None:
+    end = _breaks_off(data)
+    if end < len(data):
+        notes.append(
+            f"the log breaks off or is damaged at byte {end} of {len(data)}; of what follows only"
+            " whole messages that could be found again were read"
+        )
+    elif log.file_corruption:
+        notes.append("the log is damaged in places, which pyulog passed over")
+    if log.dropouts:
+        lost = sum(dropout.duration for dropout in log.dropouts) / 1e3
+        first = (log.dropouts[0].timestamp - log.start_timestamp) * 1e-6
+        notes.append(
+            f"the logger dropped messages {len(log.dropouts)} times, {lost:.3g} s in all, first"
+            f" {first:.4g} s after the start"
+        )

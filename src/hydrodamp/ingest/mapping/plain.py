@@ -1,0 +1,101 @@
+"""Recordings whose columns have the canonical names, so that no mapping is needed."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections.abc import Collection, Iterator
+
+import numpy as np
+
+from hydrodamp.arrays import FloatArray
+from hydrodamp.data.canonical import RESERVED
+from hydrodamp.data.checks import faults_of
+from hydrodamp.data.columns import Columns
+from hydrodamp.data.record import Record
+from hydrodamp.data.recording import Recording, Topic
+from hydrodamp.errors import LogError
+from hydrodamp.ingest.mapping.composition import presets
+from hydrodamp.ingest.mapping.finding import text_faults
+
+_LISTED = 8
+_UNNAMED = re.compile(r"column \d+")  # how readers call a column without a name
+_TWICE = re.compile(r"(.*) \(\d+\)")  # and one whose name another has too
+
+
+def canonical_record(recording: Recording) -> Record:
+    """Return the record of a table in the canonical form."""
+    if len(recording.topics) != 1 or recording.topics[0].name:
+        raise LogError(_no_table(recording), source=recording.source)
+    table = recording.topics[0]
+    fields = {**table.fields, **_unreadable(table)}
+    numbers = {name: values for name, values in fields.items() if name != "segment"}
+    if "time" not in numbers and table.time is not None:
+        numbers["time"] = table.time
+    columns = Columns(
+        numbers,
+        tuple(name for name in numbers if name not in RESERVED and not _is_odd(name, table)),
+        labels_of(table, "segment"),
+        table.lines or None,
+        recording.source,
+    )
+    record = columns.record()
+    faults = [*_cell_faults(table), *columns.faults(), *_name_faults((*table.fields, *table.texts))]
+    if faults and record is not None and not table.faults:
+        faults += faults_of(record)
+    if faults or record is None:
+        raise LogError(faults or ["there are no samples"], source=recording.source)
+    return dataclasses.replace(record, notes=recording.notes)
+
+
+def labels_of(table: Topic, name: str) -> tuple[str, ...] | None:
+    """Return a column as labels, one a row."""
+    if name in table.texts:
+        return table.texts[name]
+    if name in table.fields:
+        return tuple(f"{number:.15g}" for number in table.fields[name].tolist())
+    return None
+
+
+def _unreadable(table: Topic) -> dict[str, FloatArray]:
+    """Return the columns that hold more than numbers as if they held some: they are there."""
+    return {name: np.zeros(table.n) for name in table.faults}
+
+
+def _is_odd(name: str, table: Topic) -> bool:
+    """Tell a column without a name of its own: none at all, or one that stands twice."""
+    twice = _TWICE.fullmatch(name)
+    return bool(_UNNAMED.fullmatch(name)) or (twice is not None and twice[1] in table.faults)
+
+
+def _cell_faults(table: Topic) -> Iterator[str]:
+    """Name what is no number, but for the names of segments."""
+    for name, fault in table.faults.items():
+        if name != "segment" or name not in table.texts:
+            yield fault
+    for name, cells in table.texts.items():
+        if name != "segment" and name not in table.faults:
+            yield from text_faults(cells, name, table.lines)
+
+
+def _name_faults(names: Collection[str]) -> Iterator[str]:
+    """Say which names are empty, or a reserved one (but `time`, missed anyway) in other case."""
+    if names and all(map(_UNNAMED.fullmatch, names)):
+        yield "there is no line of column names; write one above the numbers"
+        return
+    for name in names:
+        if _UNNAMED.fullmatch(name):
+            yield f"{name} has no name; drop it (pandas: `to_csv(..., index=False)`)"
+        lower = name.lower()
+        if len(name) > 1 and name != lower and lower in RESERVED[1:] and lower not in names:
+            yield f"column `{name}` must be spelt `{lower}`; names keep their case"
+
+
+def _no_table(recording: Recording) -> str:
+    names = [topic.name or "(a table)" for topic in recording.topics]
+    more = len(names) - _LISTED
+    listed = ", ".join(names[:_LISTED]) + (f" and {more} more" if more > 0 else "")
+    return (
+        f"it holds the topics {listed or 'none'}; a mapping must say which is what. Give a mapping"
+        f" file, or a preset: {', '.join(presets())}"
+    )

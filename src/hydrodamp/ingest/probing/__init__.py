@@ -1,0 +1,1 @@
+"""What an unknown recording holds: guessed, with the evidence."""

@@ -1,0 +1,210 @@
+"""How late a vehicle answers its commands, from steps of the commands and what follows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hydrodamp.advance import counted
+from hydrodamp.arrays import FloatArray
+from hydrodamp.basis.axes import VELOCITIES
+from hydrodamp.data.log import Log
+
+_EARLIEST, _LATEST = -0.6, 3.0  # s; an answer before its command means that clocks differ
+_LEAST_CHANGES = 4
+_LEAST_SAMPLES = 60
+_LEAST_SHARE = 0.03  # of the variance of the growth
+_SURE_SHARE = 0.1
+_EARLY = 0.05  # s
+_BACKWARD = 0.4  # at most, that an answer before its command is a delay
+_PARTS = 5  # of the log; their delays must agree
+_NEAR = 0.15  # s, that parts may differ by; or two steps
+_LONGEST = 20_000  # samples that are looked at
+_ROUND = 1e-3  # of a step; times counted from 1970 are rounded
+_FINEST = 0.02  # s, a step below which nothing is gained
+
+
+@dataclass(frozen=True)
+class Delay:
+    """How late one velocity answers one command.
+
+    Attributes
+    ----------
+    command, velocity : str
+        Which.
+    seconds : float
+        Dead time and lag together [s]; negative where the answer comes first.
+    spread : float or None
+        Standard deviation among parts of the log [s]; None where one part alone tells.
+    share : float
+        Of the variance of the growth of the velocity that the command explains beyond what the
+        velocities do.
+    sense : int
+        1 where the velocity grows with the command, -1 where it falls.
+    confidence : int
+        [%].
+    """
+
+    command: str
+    velocity: str
+    seconds: float
+    spread: float | None
+    share: float
+    sense: int
+    confidence: int
+
+
+@dataclass(frozen=True, eq=False)
+class _Even:
+    """A log on an even clock, a row of NaN between segments."""
+
+    step: float
+    velocity: FloatArray
+    commands: FloatArray
+
+
+def delays(log: Log) -> tuple[Delay, ...]:
+    """Estimate how late the velocities answer the commands.
+
+    Parameters
+    ----------
+    log : Log
+        With commands.
+
+    Returns
+    -------
+    delays : tuple of Delay
+        For every command that moves an axis, the axis of which it explains most.
+
+    Examples
+    --------
+    >>> time = np.arange(0.0, 60.0, 0.1)
+    >>> rpm = np.sign(np.sin(time))
+    >>> surge = 2 - np.abs(((time - 0.5) % (2 * np.pi)) / np.pi - 1)
+    >>> found = delays(Log.from_arrays(time, {"u": surge}, commands={"rpm": rpm}))
+    >>> found[0].command, found[0].velocity, round(found[0].seconds, 1)
+    ('rpm', 'u', 0.5)
+    """
+    if not log.command_names:
+        return ()
+    even = _even(log)
+    axes = [VELOCITIES.index(name) for name in log.velocity_names]
+    commands = counted(enumerate(log.command_names), len(log.command_names))
+    found = [_best(name, even.commands[:, place], even, axes) for place, name in commands]
+    return tuple(one for one in found if one is not None)
+
+
+def _even(log: Log) -> _Even:
+    steps = np.concatenate([np.diff(log.time[a:b]) for a, b in log.bounds])
+    step = max(float(np.median(steps)), _FINEST)
+    velocities, commands = [], []
+    left = _LONGEST
+    for start, stop in log.bounds.tolist():
+        time = log.time[start:stop]
+        even = np.arange(time[0], time[-1], step)[:left]
+        before = np.searchsorted(time, even + _ROUND * step, side="right") - 1
+        columns = [np.interp(even, time, log.velocity[start:stop, k]) for k in range(6)]
+        velocities += [np.column_stack(columns), np.full((1, 6), np.nan)]
+        held = log.commands[start:stop][before]
+        commands += [held, np.full((1, held.shape[1]), np.nan)]
+        left -= len(even)
+        if left <= 0:
+            break
+    return _Even(step, np.concatenate(velocities), np.concatenate(commands))
+
+
+def _best(name: str, command: FloatArray, even: _Even, axes: list[int]) -> Delay | None:
+    """Return the delay of the axis of which a command explains most."""
+    known = command[np.isfinite(command)]
+    if np.count_nonzero(np.diff(known)) < _LEAST_CHANGES:
+        return None
+    lags = np.arange(round(_EARLIEST / even.step), round(_LATEST / even.step) + 1.0)
+    moved = _moved(command, lags)
+    growth = np.diff(even.velocity[:, axes], axis=0, append=np.nan) / even.step
+    state = _state(even.velocity, axes)
+    fine = np.isfinite(np.column_stack((growth, moved, state))).all(axis=1)
+    if len(lags) < 4 or np.count_nonzero(fine) < _LEAST_SAMPLES:
+        return None
+    basis = np.linalg.qr(state[fine])[0]
+    given = _beyond(basis, moved[fine])
+    wanted = _beyond(basis, growth[fine])
+    totals = np.sum((growth[fine] - growth[fine].mean(axis=0)) ** 2, axis=0)
+    found = [
+        _delay(name, axis, wanted[:, [place]], given, float(totals[place]), lags * even.step)
+        for place, axis in enumerate(axes)
+    ]
+    best = max(found, key=lambda one: one.share)
+    return best if best.share >= _LEAST_SHARE else None
+
+
+def _state(velocity: FloatArray, axes: list[int]) -> FloatArray:
+    """Return what else moves a vehicle: itself, its drag, and what turns with its speed."""
+    own = velocity[:, axes]
+    ones = np.ones((len(velocity), 1))
+    moving = [0] if 0 in axes else []
+    with_speed = [own * velocity[:, [0]]] if moving else []
+    spread = np.column_stack((ones, own, own * np.abs(own), *with_speed))
+    size = np.nanstd(spread, axis=0)
+    return spread[:, (size > 0.0) | (np.arange(len(size)) == 0)]
+
+
+def _beyond(basis: FloatArray, values: FloatArray) -> FloatArray:
+    rest: FloatArray = values - basis @ (basis.T @ values)
+    return rest
+
+
+def _delay(
+    name: str, axis: int, wanted: FloatArray, given: FloatArray, total: float, lags: FloatArray
+) -> Delay:
+    shares, senses = _shares(wanted, given, total)
+    place = int(np.argmax(shares))
+    step = float(lags[1] - lags[0])
+    seconds = _peak(shares, lags, place)
+    parts = []
+    for part in np.array_split(np.arange(len(wanted)), _PARTS):
+        inside, _ = _shares(wanted[part], given[part], total * len(part) / len(wanted))
+        top = int(np.argmax(inside))
+        if inside[top] > _LEAST_SHARE:
+            parts.append(_peak(inside, lags, top))
+    allowed = max(2 * step, _NEAR)
+    near = float(np.mean(np.abs(np.array(parts) - seconds) <= allowed)) if len(parts) > 1 else 0.5
+    inner = 0 < place < len(lags) - 1
+    sure = near * min(1.0, float(shares[place]) / _SURE_SHARE)
+    if seconds < -max(step, _EARLY):
+        sure = min(sure, _BACKWARD)
+    return Delay(
+        command=name,
+        velocity=VELOCITIES[axis],
+        seconds=seconds,
+        spread=float(np.std(parts)) if len(parts) > 1 else None,
+        share=float(shares[place]),
+        sense=int(np.sign(senses[place])),
+        confidence=round(99 * sure) if inner else 0,
+    )
+
+
+def _moved(command: FloatArray, lags: FloatArray) -> FloatArray:
+    """Return the command at every lag, shape (n, lags); NaN beyond the ends."""
+    rows = np.arange(len(command))[:, np.newaxis] - lags.astype(int)
+    inside = (rows >= 0) & (rows < len(command))
+    return np.where(inside, command[np.clip(rows, 0, len(command) - 1)], np.nan)
+
+
+def _shares(wanted: FloatArray, given: FloatArray, total: float) -> tuple[FloatArray, FloatArray]:
+    """Return what share of the growth each lag explains, and its sense."""
+    sizes = np.linalg.norm(given, axis=0)
+    there = sizes > 1e-9 * max(float(sizes.max()), 1e-30)
+    along = np.where(there, wanted[:, 0] @ given, 0.0) / np.where(there, sizes, 1.0)
+    return along**2 / max(total, 1e-30), along
+
+
+def _peak(shares: FloatArray, lags: FloatArray, place: int) -> float:
+    """Return the time of the top of a parabola through the highest share and its neighbours."""
+    if not 0 < place < len(lags) - 1:
+        return float(lags[place])
+    left, top, right = shares[place - 1 : place + 2]
+    bend = float(left - 2 * top + right)
+    return float(lags[place]) + (
+        0.5 * float(left - right) / bend * float(lags[1] - lags[0]) if bend < 0.0 else 0.0
+    )

@@ -1,0 +1,192 @@
+"""Which way is down: what tells axes FRD over NED from FLU over a world with z up."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hydrodamp.arrays import FloatArray
+from hydrodamp.data.attitude import rotation
+from hydrodamp.ingest.probing.frames import Roles, attitude_series, quaternions
+from hydrodamp.ingest.probing.motion import changes, compared, whole_rows, windows
+from hydrodamp.ingest.probing.series import Series, together
+from hydrodamp.ingest.probing.words import words
+
+USUAL = 0.6
+"""Marine craft are recorded forward-starboard-down unless something speaks against it."""
+
+_ROS, _AUTOPILOT, _GRAVITY, _DEPTH, _POSE, _SURFACE = 2.5, 4.0, 4.0, 4.0, 0.7, 0.8
+_HEAVE = frozenset(("heave", "vertical"))
+_YAW = frozenset(("yaw", "turn"))
+_LATERAL = frozenset(("lateral", "sway", "strafe"))
+_NO_STICKS = frozenset(("vel", "twist", "rudder", "fin"))
+_PATTERNS = {
+    (1.0, -1.0): -2.4,
+    (-1.0, 1.0): 2.4,
+    (1.0, 1.0): -1.0,
+    (1.0, 0.0): -1.0,
+    (-1.0, 0.0): 1.5,
+    (0.0, -1.0): -1.0,
+    (0.0, 1.0): 0.3,
+}
+"""Weights by the sense of heave, and of yaw and lateral together."""
+
+_DIVE = 1.0  # m, more than a vehicle bobs at the surface
+_LONG = 10.0  # s, over which depth changes by more than its noise
+_STRONG = 5.0  # standard errors
+_MOST = 99
+
+
+@dataclass(frozen=True)
+class Sign:
+    """One sign of which way is down."""
+
+    weight: float
+    told: str
+
+
+@dataclass(frozen=True)
+class Upright:
+    """Which axes, all signs weighed."""
+
+    body: str
+    confidence: int
+    signs: tuple[Sign, ...]
+
+
+def weigh(form: str, roles: Roles, commands: Sequence[Series]) -> Upright:
+    """Tell the axes of body and attitude."""
+    signs = (
+        *_custom(form),
+        *_gravity(roles),
+        *_depth(roles),
+        *_sticks(roles, commands),
+        *_pose(roles),
+        *_surface(roles),
+    )
+    total = USUAL + sum(sign.weight for sign in signs)
+    sure = 100 / (1 + math.exp(-abs(total)))
+    return Upright("FRD" if total > 0 else "FLU", min(_MOST, round(sure)), signs)
+
+
+def _custom(form: str) -> Iterator[Sign]:
+    if "ROS" in form:
+        yield Sign(-_ROS, "messages of ROS are forward-port-up over east-north-up (REP 103)")
+    elif "PX4" in form or "ArduPilot" in form:
+        yield Sign(
+            _AUTOPILOT, "logs of PX4 and ArduPilot are forward-starboard-down over north-east-down"
+        )
+
+
+def _gravity(roles: Roles) -> Iterator[Sign]:
+    if "accelerometer.z" not in roles:
+        return
+    there = [roles[name] for name in (f"accelerometer.{axis}" for axis in "xyz") if name in roles]
+    mean = [float(np.nanmean(one.values)) for one in there]
+    share = mean[-1] / max(float(np.linalg.norm(mean)), 1e-9)
+    if abs(share) > 0.7:
+        up = share > 0.0
+        told = f"the accelerometer's z shows gravity as {mean[-1]:+.3g}: its z points "
+        yield Sign(-_GRAVITY if up else _GRAVITY, told + ("up" if up else "down"))
+
+
+def _depth(roles: Roles) -> Iterator[Sign]:
+    """Compare the change of depth with the vertical part of the velocity."""
+    attitude = attitude_series(roles)
+    needed = ("position.depth", "velocity.u")
+    if not attitude or any(name not in roles for name in needed):
+        return
+    names = [name for name in ("velocity.u", "velocity.v", "velocity.w") if name in roles]
+    joined = together([roles["position.depth"], *(roles[name] for name in names), *attitude])
+    if len(joined.elapsed) < 2:
+        return
+    n = 1 + len(names)
+    third = rotation(quaternions(roles, joined.values[:, n:]))[:, 2]
+    columns = ["uvw".index(name[-1]) for name in names]
+    rise = np.sum(third[:, columns] * joined.values[:, 1:n], axis=1)
+    added, moved = changes(joined.elapsed, rise[:, np.newaxis], joined.values[:, :1], _LONG)
+    likeness = _likeness(added[:, 0], moved[:, 0])
+    if abs(likeness) > 0.3:
+        told = f"depth changes with the velocity along the world's z (correlation {likeness:+.2f})"
+        yield Sign(math.copysign(_DEPTH * abs(likeness), likeness), told)
+
+
+def _sticks(roles: Roles, commands: Sequence[Series]) -> Iterator[Sign]:
+    """Read a pilot's sticks: up is up for nearly all; right is starboard for most, not in ROS."""
+    up = _answer(_HEAVE, "w", roles, commands)
+    right = _answer(_YAW, "r", roles, commands) + _answer(_LATERAL, "v", roles, commands)
+    senses = (math.copysign(1.0, up) if up else 0.0, math.copysign(1.0, right) if right else 0.0)
+    weight = _PATTERNS.get(senses, 0.0)
+    if weight:
+        told = {1.0: "along", -1.0: "against"}
+        seen = [
+            f"the {what} stick acts {told[sense]} {axis}"
+            for sense, what, axis in zip(
+                senses, ("heave", "yaw or lateral"), ("+w", "+r, +v"), strict=True
+            )
+            if sense
+        ]
+        yield Sign(
+            weight,
+            " and ".join(seen)
+            + "; up is up for nearly all, right is to starboard for most but to port in ROS",
+        )
+
+
+def _answer(
+    names: frozenset[str], velocity: str, roles: Roles, commands: Sequence[Series]
+) -> float:
+    """Return 1 or -1 where a stick surely moves the vehicle, 0 where none does."""
+    if f"velocity.{velocity}" not in roles:
+        return 0.0
+    for command in commands:
+        said = set(words(command.column))
+        if said & names and not said & _NO_STICKS and command.varies:
+            pull = _pull(command, roles[f"velocity.{velocity}"])
+            return math.copysign(1.0, pull) if abs(pull) > _STRONG else 0.0
+    return 0.0
+
+
+def _pull(command: Series, velocity: Series) -> float:
+    """Return how surely a velocity grows with a command, in standard errors."""
+    joined = together([velocity, command])
+    first, last = windows(joined.elapsed, whole_rows(joined.values))
+    if len(first) < 10:
+        return 0.0
+    growth = joined.values[last, 0] - joined.values[first, 0]
+    middle = (first + last) // 2
+    rows = np.column_stack((joined.values[middle, 1], joined.values[first, 0], 0 * growth + 1))
+    solved, _, rank, _ = np.linalg.lstsq(rows, growth, rcond=None)
+    if rank < 3:
+        return 0.0
+    rest = growth - rows @ solved
+    noise = float(rest @ rest) / max(len(rest) - 3, 1) * np.linalg.inv(rows.T @ rows)[0, 0]
+    return float(solved[0] / math.sqrt(noise)) if noise > 0.0 else 0.0
+
+
+def _pose(roles: Roles) -> Iterator[Sign]:
+    if "position.z" in roles and "position.depth" not in roles:
+        yield Sign(-_POSE, "a pose called x y z, as of motion capture, mostly has z up")
+
+
+def _surface(roles: Roles) -> Iterator[Sign]:
+    """See to which side of its start a vehicle goes: it starts near the surface."""
+    if "position.z" not in roles:
+        return
+    place = roles["position.z"].values
+    place = place[np.isfinite(place)] - place[np.isfinite(place)][0]
+    low, high = (float(edge) for edge in np.quantile(place, (0.02, 0.98)))
+    if high - low > _DIVE and abs(high + low) > 0.4 * (high - low):
+        told = f"from its start it goes {-low:.2g} m towards -z, {max(high, 0.0):.2g} m towards +z"
+        yield Sign(math.copysign(_SURFACE, high + low), f"{told}: it starts near the surface")
+
+
+def _likeness(first: FloatArray, second: FloatArray) -> float:
+    """Return the correlation; a tilted Doppler log adds a constant."""
+    if not len(first):
+        return 0.0
+    found = compared(first - np.median(first), second - np.median(second))
+    return found.correlation if np.isfinite(found.correlation) else 0.0

@@ -1,0 +1,259 @@
+"""The door to recorded files of every format."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from hydrodamp.advance import shares, within
+from hydrodamp.conditioning.steps import prepared
+from hydrodamp.data.log import Log
+from hydrodamp.data.record import Record
+from hydrodamp.data.recording import Recording
+from hydrodamp.data.stretches import concatenate
+from hydrodamp.errors import FileError, GapWarning, LogError
+from hydrodamp.ingest.formats.content import size_of
+from hydrodamp.ingest.mapping import LogMapping, read_mapping
+from hydrodamp.ingest.mapping.plain import canonical_record
+
+Place = str | Path
+"""A file or a folder."""
+
+_READ = 0.6
+"""What share of the time of a log its file takes; the rest is bringing it on one clock."""
+
+
+def read_log(path: Place | Sequence[Place], mapping: LogMapping | str | Path | None = None) -> Log:
+    """Read one log, from one file or from several that were recorded together.
+
+    Parameters
+    ----------
+    path : str or Path, or sequence of them
+        A file, the files or the folder of one recording, in any format that can be read.
+    mapping : LogMapping, str or Path, optional
+        How its topics and columns are called and measured: a mapping, its YAML file, or the name
+        of a preset; without one the file must be a table in the canonical form.
+
+    Returns
+    -------
+    log : Log
+        On one clock, in SI units, forward-starboard-down and north-east-down, split in segments.
+
+    Raises
+    ------
+    FileError
+        If a file cannot be opened, or its reader is not installed.
+    LogError
+        With every fault of the file.
+
+    Warns
+    -----
+    GapWarning
+        Once, if a gap or missing values split the log.
+    ClockWarning
+        Once, if a clock repeats, runs backwards or leaps.
+    """
+    given = None if mapping is None else _mapping(mapping)
+    with within(0.0, _READ):
+        recording = read_recording(path)
+    return _log(recording, given, (_READ, 1.0))
+
+
+def read_recording(path: Place | Sequence[Place]) -> Recording:
+    """Read all topics of one recording, as they stand in the file.
+
+    Parameters
+    ----------
+    path : str or Path, or sequence of them
+        A file, the files or the folder of one recording.
+
+    Returns
+    -------
+    recording : Recording
+        Numbers in the units and axes of the file, each topic on its own clock.
+
+    Raises
+    ------
+    FileError
+        If a file cannot be opened, or its reader is not installed.
+    LogError
+        With every fault of the file.
+    """
+    from hydrodamp.ingest.formats.files import read
+
+    return read(path)
+
+
+def read_record(
+    path: Place | Sequence[Place], mapping: LogMapping | str | Path | None = None
+) -> Record:
+    """Read one log without checking and cutting it, so that steps may complete it.
+
+    Parameters
+    ----------
+    path : str or Path, or sequence of them
+        A file, the files or the folder of one recording.
+    mapping : LogMapping, str or Path, optional
+        As for :func:`read_log`.
+
+    Returns
+    -------
+    record : Record
+        On one clock and in our axes, with NaN where nothing was measured; without velocities
+        where the mapping gives a position alone.
+
+    Raises
+    ------
+    FileError
+        If a file cannot be opened, or its reader is not installed.
+    LogError
+        With every fault of the file.
+    """
+    recording = read_recording(path)
+    return canonical_record(recording) if mapping is None else _mapping(mapping).record(recording)
+
+
+def read_recordings(paths: Sequence[Place]) -> list[Recording]:
+    """Read several recordings, one after the other."""
+    found = []
+    for path, share in _in_turn(paths):
+        with within(*share):
+            found.append(read_recording(path))
+    return found
+
+
+def read_logs(
+    paths: Iterable[Place] | Place, mapping: LogMapping | str | Path | None = None
+) -> Log:
+    """Read several logs as one, each file at least a segment of its own.
+
+    Parameters
+    ----------
+    paths : iterable of str or Path, or one of them
+        The files; their columns must agree.
+    mapping : LogMapping, str or Path, optional
+        As for :func:`read_log`, for all of them.
+
+    Returns
+    -------
+    log : Log
+        The logs one after the other.
+
+    Raises
+    ------
+    FileError
+        If a file cannot be opened.
+    LogError
+        With the faults of every file.
+    """
+    files = [paths] if isinstance(paths, (str, Path)) else list(paths)
+    given = None if mapping is None else _mapping(mapping)
+    return _all_of(partial(_read, path, share, given) for path, share in _in_turn(files))
+
+
+def logs_of(recordings: Iterable[Recording], mapping: LogMapping | str | Path | None = None) -> Log:
+    """Return several recordings as one log, each at least a segment of its own."""
+    given, there = None if mapping is None else _mapping(mapping), list(recordings)
+    parts = zip(there, shares([one.n for one in there]), strict=True)
+    return _all_of(partial(_log, recording, given, share) for recording, share in parts)
+
+
+def _in_turn(paths: Sequence[Place]) -> Iterator[tuple[Place, tuple[float, float]]]:
+    """Yield each path, and its share of the bytes of all."""
+    return zip(paths, shares([*map(size_of, paths)]), strict=True)
+
+
+def _read(path: Place, share: tuple[float, float], mapping: LogMapping | None) -> Log:
+    with within(*share):
+        return read_log(path, mapping)
+
+
+def _log(recording: Recording, mapping: LogMapping | None, share: tuple[float, float]) -> Log:
+    with within(*share):
+        if mapping is not None:
+            return mapping.log(recording)
+        return Log.from_record(canonical_record(recording))
+
+
+def _all_of(logs: Iterable[Callable[[], Log]]) -> Log:
+    """Return the logs that some calls make as one; raise the faults of all at once."""
+    made, errors = [], []
+    for log in logs:
+        try:
+            made.append(log())
+        except LogError as error:
+            errors.append(error)
+    if len(errors) == 1:
+        raise errors[0]
+    if errors:
+        raise LogError([str(error) for error in errors])
+    return concatenate(made)
+
+
+def read_parts(
+    path: Place, mapping: LogMapping | str | Path | None = None, rows: int = 400_000
+) -> Iterator[Log]:
+    """Read a table larger than memory, one log after the other.
+
+    Parameters
+    ----------
+    path : str or Path
+        A table: text in columns or Parquet.
+    mapping : LogMapping, str or Path, optional
+        As for :func:`read_log`.
+    rows : int, optional
+        How many rows a part has.
+
+    Yields
+    ------
+    log : Log
+        The next rows; a segment ends where a part does. Parts in which nothing is known are left
+        out, with a warning.
+
+    Raises
+    ------
+    FileError
+        If the file cannot be opened, or its format cannot be read in parts.
+    LogError
+        With every fault of a part.
+    """
+    given = None if mapping is None else _mapping(mapping)
+    for number, part in enumerate(_tables(path, rows), start=1):
+        if not _is_blank(part, given):
+            record = canonical_record(part) if given is None else given.record(part)
+            if np.count_nonzero(~record.missing) > 1:
+                log = Log.from_record(record)
+                yield log if given is None else prepared(log, given.steps)
+                continue
+        told = f"{path}: part {number} has no two samples with all their values; left out"
+        warnings.warn(told, GapWarning, stacklevel=2)
+
+
+def _tables(path: Place, rows: int) -> Iterator[Recording]:
+    """Return a table part by part."""
+    from hydrodamp.ingest.formats import delimited, detect, parquet
+
+    form = detect.format_of(path)
+    if form.module == "delimited":
+        return delimited.parts(path, rows)
+    if form.module == "parquet":
+        return parquet.parts(path, rows)
+    raise FileError(
+        f"{path}: {form.name} cannot be read in parts; only text in columns and Parquet can. Save"
+        " the table as Parquet"
+    )
+
+
+def _is_blank(part: Recording, mapping: LogMapping | None) -> bool:
+    """Tell a part in which a column that is used has no number at all."""
+    fields = part.topics[0].fields
+    used = set(fields) if mapping is None else {entry.column for entry in mapping.entries}
+    return any(bool(np.isnan(fields[name]).all()) for name in used & set(fields))
+
+
+def _mapping(given: LogMapping | str | Path) -> LogMapping:
+    return given if isinstance(given, LogMapping) else read_mapping(given)

@@ -1,0 +1,92 @@
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from hypothesis import given, settings, strategies as st
+
+from hydrodamp.conditioning.attitude_jumps import following, leaps, steady_attitude
+from hydrodamp.data.attitude import quaternion_from_euler, turn
+from hydrodamp.data.log import Log
+
+
+def tumbling(n: int = 200, rate: float = 0.8) -> np.ndarray:
+    """Turning about every axis, through every wrap there is."""
+    time = np.arange(n) / 10
+    return quaternion_from_euler(
+        np.column_stack((rate * time, 0.7 * np.sin(rate * time), 2 * rate * time))
+    )
+
+
+def log_of(attitude: np.ndarray) -> Log:
+    n = len(attitude)
+    return Log(time=np.arange(n) / 10, velocity=np.ones((n, 6)), attitude=attitude)
+
+
+@pytest.mark.parametrize("rate", [0.0, 0.3, 1.0, 2.0])
+def test_a_tumbling_vehicle_does_not_leap(rate: float) -> None:
+    attitude = tumbling(rate=rate)
+    assert not leaps(np.arange(len(attitude)) / 10, attitude, np.array([[0, 200]])).any()
+
+
+def test_a_turn_that_begins_and_ends_is_no_leap() -> None:
+    yaw = np.cumsum(np.where((np.arange(80) > 20) & (np.arange(80) < 50), 0.1, 0.0))
+    attitude = quaternion_from_euler(np.outer(yaw, (0, 0, 1)))
+    assert not leaps(np.arange(len(attitude)) / 10, attitude, np.array([[0, 80]])).any()
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.sets(st.integers(1, 23), max_size=10), st.floats(0.8, 3.1), st.floats(0, 1.0))
+def test_exactly_the_leaps_put_in_are_taken_out(
+    places: set[int], angle: float, rate: float
+) -> None:
+    attitude = tumbling(rate=rate)
+    rows = np.array(sorted(places), dtype=int) * 8
+    half = angle / 2
+    w, x, y, z = attitude[rows].T
+    c, s = np.cos(half), np.sin(half)
+    spoilt = attitude.copy()
+    spoilt[rows] = np.column_stack((c * w - s * y, c * x - s * z, c * y + s * w, c * z + s * x))
+    made = steady_attitude(log_of(spoilt))
+    assert made.counts("attitude leaps").get("attitude", 0) == len(rows)
+    off = np.linalg.norm(turn(made.log.attitude, attitude), axis=1)
+    assert off.max() < 0.02 + 0.05 * rate**2
+
+
+def test_averaged_wraps_are_found_whatever_the_signs() -> None:
+    rng = np.random.default_rng(1)
+    attitude = tumbling() * rng.choice([-1.0, 1.0], size=(200, 1))
+    attitude[[50, 120]] = quaternion_from_euler(np.zeros((2, 3)))
+    made = steady_attitude(log_of(attitude))
+    assert made.counts("attitude leaps") == {"attitude": 2}
+    assert made.log.attitude is not None
+    assert (np.sum(made.log.attitude[1:] * made.log.attitude[:-1], axis=1) > 0).all()
+
+
+def test_signs_follow_on_within_each_segment_and_mean_the_same() -> None:
+    rng = np.random.default_rng(2)
+    attitude = tumbling() * rng.choice([-1.0, 1.0], size=(200, 1))
+    bounds = np.array([[0, 70], [70, 71], [71, 200]])
+    followed = following(attitude, bounds)
+    np.testing.assert_array_equal(np.abs(followed), np.abs(attitude))
+    np.testing.assert_array_equal(followed[[0, 70, 71]], attitude[[0, 70, 71]])
+    along = np.sum(followed[1:] * followed[:-1], axis=1)
+    assert (np.delete(along, [69, 70]) > 0).all()
+
+
+def test_small_noise_is_left_alone() -> None:
+    rng = np.random.default_rng(3)
+    attitude = quaternion_from_euler(1e-4 * rng.normal(size=(500, 3)))
+    attitude[100] = quaternion_from_euler(np.full((1, 3), np.radians(0.5)))
+    assert not leaps(np.arange(len(attitude)) / 10, attitude, np.array([[0, 500]])).any()
+
+
+def test_short_segments_and_no_attitude() -> None:
+    attitude = tumbling(8)
+    attitude[2] = -attitude[2][[1, 0, 3, 2]]
+    assert not leaps(np.arange(len(attitude)) / 10, attitude, np.array([[0, 4], [4, 8]])).any()
+    log = Log(time=[0.0, 1.0], velocity=np.ones((2, 6)))
+    assert steady_attitude(log).log is log
+    still = dataclasses.replace(log, attitude=[[1, 0, 0, 0], [-1, 0, 0, 0]])
+    assert steady_attitude(still).counts("quaternion signs") == {"attitude": 1}

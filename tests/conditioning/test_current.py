@@ -1,0 +1,236 @@
+from __future__ import annotations
+
+import dataclasses
+import os
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings, strategies as st
+
+from hydrodamp.conditioning.current import Current, estimate_current
+from hydrodamp.conditioning.through_water import without_current
+from hydrodamp.data.attitude import euler_from_quaternion, quaternion_from_euler, rotation
+from hydrodamp.data.log import Log, concatenate
+from hydrodamp.errors import LogError
+from hydrodamp.simulation.campaign.reenact import reenact
+
+SPEEDS = {1500.0: 1.5, 1000.0: 1.0}
+
+
+@cache
+def survey(seed: int = 0, legs: int = 8) -> Log:
+    """Legs up and down with turns between, two propeller speeds, as seen through the water."""
+    rng = np.random.default_rng(seed)
+    time = np.arange(0.0, 200.0 * legs, 0.5)
+    leg, phase = np.divmod(time, 200.0)
+    rpm = np.where(leg % 4 < 2, 1500.0, 1000.0)
+    turn = np.clip((phase - 160) / 40, 0, 1)
+    yaw = np.pi * (leg + turn) + 0.4
+    rate = np.where(phase > 160, np.pi / 40, 0.0)
+    surge = np.where(rpm > 1200, 1.5, 1.0) - 8 * rate**2
+    drift = -1.2 * rate
+    noise = np.cumsum(rng.normal(size=(2, len(time))), axis=1)
+    noise -= np.apply_along_axis(lambda row: np.convolve(row, np.ones(40) / 40, "same"), 1, noise)
+    noise *= 0.02 / noise.std()
+    velocity = np.zeros((len(time), 6))
+    velocity[:, 0], velocity[:, 1], velocity[:, 5] = surge + noise[0], drift + noise[1], rate
+    return Log.from_arrays(
+        time,
+        velocity,
+        attitude=np.column_stack((0 * yaw, 0.05 + 0 * yaw, yaw)),
+        commands={"rpm": rpm},
+    )
+
+
+@cache
+def campaign() -> Log:
+    return reenact(seed=0, duration=60.0).train
+
+
+def in_current(log: Log, current: np.ndarray) -> Log:
+    """Add a current, north and east at each sample, to what is seen through the water."""
+    flow = np.column_stack((current, np.zeros(log.n)))
+    velocity = log.velocity.copy()
+    velocity[:, :3] += np.einsum("nji,nj->ni", rotation(log.attitude), flow)
+    return dataclasses.replace(log, velocity=velocity)
+
+
+@settings(max_examples=8, deadline=None)
+@given(st.floats(-0.5, 0.5), st.floats(-0.5, 0.5), st.integers(0, 3))
+def test_a_known_constant_current_comes_back(north: float, east: float, seed: int) -> None:
+    log = survey(seed)
+    found = estimate_current(in_current(log, np.tile((north, east), (log.n, 1))), drift=0.0)
+    assert found.velocity.shape == (1, 2)
+    np.testing.assert_allclose(found.velocity[0], (north, east), atol=0.02)
+    assert found.determined
+
+
+def test_a_tide_that_turns_comes_back() -> None:
+    log = survey()
+    true = np.column_stack((0.1 + 0 * log.elapsed, 0.25 * np.sin(2 * np.pi * log.elapsed / 3600)))
+    found = estimate_current(in_current(log, true), spacing=300.0, drift=0.1)
+    np.testing.assert_allclose(found.at(log.elapsed), true, atol=0.05)
+    assert found.standard_error.max() < 0.03
+
+
+def test_standard_errors_are_as_large_as_the_errors() -> None:
+    """Over seeds, errors over standard errors have a spread about one."""
+    scores = []
+    for seed in range(8):
+        log = in_current(survey(seed), np.tile((0.2, -0.1), (survey(seed).n, 1)))
+        found = estimate_current(log, drift=0.0)
+        scores.append((found.velocity - (0.2, -0.1)) / found.standard_error)
+    assert 0.3 < np.std(scores) < 2.0
+
+
+def test_what_is_removed_is_what_was_added() -> None:
+    log = survey()
+    flow = np.tile((0.2, 0.3), (log.n, 1))
+    current = Current([0.0], [[0.2, 0.3]], [[0.0, 0.0]])
+    np.testing.assert_allclose(
+        without_current(in_current(log, flow), current).velocity, log.velocity, atol=1e-12
+    )
+    back = without_current(in_current(log, flow))
+    np.testing.assert_allclose(back.velocity[:, :2], log.velocity[:, :2], atol=0.02)
+    assert "less a current estimated of" in back.notes[-1]
+
+
+@settings(max_examples=4, deadline=None)
+@given(st.floats(-3, 3))
+def test_the_current_turns_with_the_compass(angle: float) -> None:
+    log = in_current(survey(), np.tile((0.2, 0.1), (survey().n, 1)))
+    c, s = np.cos(angle / 2), np.sin(angle / 2)
+    w, x, y, z = log.attitude.T
+    turned = np.column_stack((c * w - s * z, c * x - s * y, c * y + s * x, c * z + s * w))
+    north, east = estimate_current(log).velocity.T
+    found = estimate_current(dataclasses.replace(log, attitude=turned)).velocity
+    expected = np.column_stack(
+        (np.cos(angle) * north - np.sin(angle) * east, np.sin(angle) * north + np.cos(angle) * east)
+    )
+    np.testing.assert_allclose(found, expected, atol=2e-3)
+
+
+def test_recorded_accelerations_follow() -> None:
+    """The derivative of the velocity through the water is that of its difference."""
+    time = np.arange(0.0, 100.0, 0.01)
+    yaw = 0.1 * time
+    velocity = np.zeros((len(time), 6))
+    velocity[:, 0], velocity[:, 5] = 1.5, 0.1
+    log = Log(
+        time=time,
+        velocity=velocity,
+        attitude=quaternion_from_euler(np.outer(yaw, (0, 0, 1))),
+        acceleration=np.zeros_like(velocity),
+    )
+    tide = Current([0.0, 100.0], [[0.2, 0.0], [0.0, 0.3]], np.zeros((2, 2)))
+    made = without_current(log, tide)
+    slopes = np.gradient(made.velocity, time, axis=0)
+    np.testing.assert_allclose(made.acceleration[1:-1], slopes[1:-1], atol=1e-6)
+    assert without_current(made, Current([0.0], [[0, 0]], [[0, 0]])).acceleration is not None
+
+
+def test_several_segments_and_clocks_that_restart() -> None:
+    log = in_current(survey(), np.tile((0.2, -0.1), (survey().n, 1)))
+    pieces = concatenate([log.between(0, 700), log.between(700, 1600)])
+    found = estimate_current(pieces, drift=0.0)
+    np.testing.assert_allclose(found.velocity[0], (0.2, -0.1), atol=0.02)
+
+
+def test_runs_months_apart_have_knots_of_their_own() -> None:
+    log = in_current(survey(), np.tile((0.2, -0.1), (survey().n, 1)))
+    later = dataclasses.replace(log, time=log.time + 1e7)
+    both = estimate_current(concatenate([log, later]), spacing=400.0)
+    assert len(both.time) < 16
+    np.testing.assert_allclose(both.velocity, np.tile((0.2, -0.1), (len(both.time), 1)), atol=0.04)
+
+
+def test_one_heading_tells_nothing() -> None:
+    log = survey().between(0, 150)
+    found = estimate_current(log)
+    assert not found.determined
+    with pytest.raises(LogError, match="the headings of the log do not tell its current"):
+        without_current(log)
+
+
+def test_lacking_and_impossible_are_named_at_once() -> None:
+    log = Log.from_arrays([0, 1], {"r": [0, 0]})
+    with pytest.raises(LogError) as caught:
+        estimate_current(log, spacing=0.0)
+    assert len(caught.value.faults) == 4
+    with pytest.raises(LogError, match="there is no attitude"):
+        without_current(log, Current([0.0], [[0, 0]], [[0, 0]]))
+    with pytest.raises(LogError, match="makes 1601 knots; at most 1000 will do"):
+        estimate_current(survey(), spacing=1.0)
+    still = dataclasses.replace(survey(), velocity=np.zeros((survey().n, 6)))
+    with pytest.raises(LogError, match="not under way: its median surge is 0 m/s"):
+        estimate_current(still)
+
+
+def test_chosen_commands_and_those_that_do_not_vary() -> None:
+    log = in_current(survey(), np.tile((0.2, -0.1), (survey().n, 1)))
+    constant = dataclasses.replace(
+        log,
+        command_names=("rpm", "trim"),
+        commands=np.column_stack((log.commands, np.ones(log.n))),
+    )
+    every = estimate_current(constant, drift=0.0)
+    named = estimate_current(constant, commands=["rpm"], drift=0.0)
+    np.testing.assert_allclose(every.velocity, named.velocity, atol=1e-12)
+    with pytest.raises(LogError, match="no command 'rp'"):
+        estimate_current(log, commands=["rp"])
+
+
+def test_a_current_prints_itself_short() -> None:
+    log = in_current(survey(), np.tile((0.2, -0.1), (survey().n, 1)))
+    assert len(str(estimate_current(log, spacing=20.0)).splitlines()) == 13
+
+
+def test_a_heave_that_was_not_recorded_stays_zero() -> None:
+    log = survey()
+    few = {name: log.velocity[:, "uvwpqr".index(name)] for name in ("u", "v", "r")}
+    planar = Log.from_arrays(log.time, few, attitude=log.attitude)
+    made = without_current(planar, Current([0.0], [[0.3, 0.3]], [[0, 0]]))
+    assert (made.velocity[:, 2] == 0).all()
+
+
+@pytest.mark.parametrize("flow", [(0.2, -0.1), (-0.3, 0.3)])
+def test_a_known_current_in_the_reenacted_campaign(flow: tuple[float, float]) -> None:
+    """Whole six-degree-of-freedom dynamics, sensor noise and an autopilot in the loop."""
+    log = campaign()
+    found = estimate_current(in_current(log, np.tile(flow, (log.n, 1))), drift=0.0)
+    np.testing.assert_allclose(found.velocity[0], flow, atol=0.015)
+    assert found.determined
+
+
+def test_the_field_log_of_the_690() -> None:
+    """Oracle: its documentation, a current that grows from 0.11 to 0.28 m/s towards east."""
+    near = Path(__file__).resolve().parents[3].parent / "shared" / "data"
+    path = Path(os.environ.get("HYDRODAMP_DATA", near)) / "vt690_field" / "derived_10hz.csv"
+    if not path.is_file():
+        pytest.skip("the 690's field log is not here; name its folder in HYDRODAMP_DATA")
+    table = np.loadtxt(path, delimiter=",", skiprows=1)
+    log = Log.from_arrays(
+        table[:, 0],
+        dict(zip("uvwpqr", (*table[:, 1:4].T, *table[:, 7:10].T), strict=True)),
+        attitude=table[:, 4:7],
+        commands={"elevator": table[:, 10], "rudder": table[:, 11]},
+    )
+    found = estimate_current(log, spacing=1e4)
+    (north, east) = found.velocity.T
+    assert found.determined
+    assert np.abs(north).max() < 0.06
+    assert east[0] == pytest.approx(0.11, abs=0.05)
+    assert east[1] == pytest.approx(0.28, abs=0.05)
+    through = without_current(log, found)
+    apart = [_difference_of_headings(log, one.velocity) for one in (log, through)]
+    assert apart[1] < 0.15 * apart[0]
+
+
+def _difference_of_headings(log: Log, velocity: np.ndarray) -> float:
+    """Return how much faster the vehicle seems on one heading than on the other [m/s]."""
+    yaw = np.degrees(euler_from_quaternion(log.attitude)[:, 2]) % 360
+    steady = np.abs(velocity[:, 5]) < 0.01
+    means = [velocity[steady & (np.abs(yaw - at) < 15), 0].mean() for at in (48, 228)]
+    return float(abs(means[0] - means[1]))

@@ -1,0 +1,117 @@
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from hypothesis import given, settings, strategies as st
+
+from hydrodamp.conditioning.channels import measured, segment_of, with_columns
+from hydrodamp.conditioning.missing import usual_gap, without_samples
+from hydrodamp.data.attitude import quaternion_from_euler, turn
+from hydrodamp.data.log import Log
+from hydrodamp.errors import LogError
+
+CLOCK = np.cumsum(np.random.default_rng(5).uniform(0.05, 0.25, 60))
+
+
+def straight(n: int = 60) -> Log:
+    """Everything linear in time on an irregular clock: interpolation is exact."""
+    time = CLOCK[:n]
+    return Log.from_arrays(
+        time,
+        {"u": 1 + 0.2 * time, "r": np.full(n, 0.3)},
+        attitude=quaternion_from_euler(np.outer(0.3 * time, (0, 0, 1))),
+        commands={"rudder": np.arange(n)},
+        segment=np.repeat(["a", "b"], [n // 2, n - n // 2]),
+    )
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.sets(st.integers(1, 28), max_size=10))
+def test_what_is_linear_comes_back(places: set[int]) -> None:
+    log = straight()
+    lost = np.zeros(60, dtype=bool)
+    lost[list(places)] = True
+    made = without_samples(log, {"u": lost, "attitude": lost}, "gone", longest=10.0)
+    assert made.count == 2 * len(places)
+    np.testing.assert_allclose(made.log.velocity, log.velocity, atol=1e-12)
+    np.testing.assert_allclose(np.abs(turn(made.log.attitude, log.attitude)), 0, atol=1e-9)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.sets(st.integers(0, 59), max_size=59), st.floats(0.1, 3.0))
+def test_every_lost_sample_is_bridged_or_cut(places: set[int], longest: float) -> None:
+    log = straight()
+    lost = np.zeros(60, dtype=bool)
+    lost[list(places)] = True
+    try:
+        made = without_samples(log, {"u": lost}, "gone", longest)
+    except LogError:
+        return
+    assert made.count == len(places)
+    cut = [one.samples for one in made.touched if one.done == "cut out"]
+    assert made.log.n <= 60 - sum(cut)  # a sample left alone goes too
+    steps = np.concatenate([np.diff(made.log.time[a:b]) for a, b in made.log.bounds])
+    assert steps.max() <= np.diff(CLOCK).max()
+
+
+def test_a_long_stretch_splits_and_the_pieces_go_by_the_old_name() -> None:
+    log = straight()
+    lost = np.zeros(60, dtype=bool)
+    lost[40:52] = True
+    made = without_samples(log, {"u": lost}, "gone").log
+    assert [part.name for part in made.segments] == ["a", "b.1", "b.2"]
+    assert made.select("b").n == 18
+    again = np.zeros(made.n, dtype=bool)
+    again[33:35] = True
+    twice = without_samples(made, {"u": again}, "gone", longest=0.0).log
+    assert [part.name for part in twice.segments] == ["a", "b.1.1", "b.1.2", "b.2"]
+    assert twice.select("b.1").n == 8
+    assert twice.select("b").n == 16
+
+
+def test_no_bridge_across_a_join() -> None:
+    log = straight()
+    lost = np.zeros(60, dtype=bool)
+    lost[29:31] = True
+    made = without_samples(log, {"r": lost}, "gone", longest=100.0)
+    assert made.log.n == 58
+    assert [part.name for part in made.log.segments] == ["a", "b"]
+
+
+def test_a_sample_left_alone_leaves_too() -> None:
+    log = straight()
+    lost = np.zeros(60, dtype=bool)
+    lost[1] = True
+    made = without_samples(log, {"r": lost}, "gone", longest=0.0).log
+    assert made.n == 58
+    assert made.time[0] == log.time[2]
+
+
+def test_nothing_left_is_a_fault() -> None:
+    with pytest.raises(LogError, match="gone: no two neighbouring samples are left; all 60"):
+        without_samples(straight(), {"u": np.ones(60, dtype=bool)}, "gone")
+
+
+def test_nothing_lost_is_the_same_log() -> None:
+    log = straight()
+    made = without_samples(log, {"u": np.zeros(60, dtype=bool)}, "gone")
+    assert made.log is log
+    assert str(made) == "nothing was touched"
+
+
+def test_the_usual_gap_is_that_of_the_reader() -> None:
+    time = np.arange(0.0, 30.0, 0.5)
+    assert usual_gap(Log(time=time, velocity=np.ones((60, 6)))) == 2.5
+
+
+def test_columns_out_and_in() -> None:
+    log = dataclasses.replace(straight(), position=np.ones((60, 3)), acceleration=np.ones((60, 6)))
+    names = ["u", "r", "du", "dr", "north", "east", "down"]
+    assert list(measured(log)) == names
+    twice = with_columns(log, {name: 2 * values for name, values in measured(log).items()})
+    np.testing.assert_array_equal(twice.velocity, 2 * log.velocity)
+    np.testing.assert_array_equal(twice.position, 2 * log.position)
+    assert with_columns(log, {}) is log
+    assert segment_of(log).sum() == 30

@@ -1,0 +1,124 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings, strategies as st
+
+from hydrodamp.conditioning.response import beyond_dead_zone, delayed, lagged
+from hydrodamp.data.log import Log, concatenate
+from hydrodamp.errors import LogError
+
+
+def log_of(values: np.ndarray, time: np.ndarray | None = None) -> Log:
+    clock = np.arange(len(values)) / 10 if time is None else time
+    return Log.from_arrays(clock, {"u": np.ones(len(values))}, commands={"rudder": values})
+
+
+def clock(seed: int, n: int = 200) -> np.ndarray:
+    return np.cumsum(np.random.default_rng(seed).uniform(0.02, 0.3, n))
+
+
+def wave(seed: int, n: int = 200) -> np.ndarray:
+    return np.repeat(np.random.default_rng(seed).normal(size=-(-n // 7)), 7)[:n]
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 20))
+def test_a_whole_number_of_steps_is_a_shift(steps: int) -> None:
+    values = wave(1)
+    made = delayed(log_of(values), {"rudder": steps / 10}).command("rudder")
+    shifted = np.concatenate((np.full(steps, values[0]), values[: 200 - steps]))
+    np.testing.assert_allclose(made, shifted, atol=1e-9)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 5), st.floats(0.01, 3.0))
+def test_a_delay_keeps_the_impulse(seed: int, seconds: float) -> None:
+    time, values = clock(seed), wave(seed)
+    values[0] = values[-40:] = 0.0  # nothing is under way before and at the end
+    made = delayed(log_of(values, time), {"rudder": seconds}).command("rudder")
+    steps = np.append(np.diff(time), np.median(np.diff(time)))
+    if time[-1] - time[-40] > seconds:
+        assert made @ steps == pytest.approx(values @ steps, abs=1e-9)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 5), st.floats(0.02, 5.0))
+def test_a_lag_solves_its_equation(seed: int, seconds: float) -> None:
+    """Oracle: the exact solution over each step, taken one after the other."""
+    time, values = clock(seed), wave(seed)
+    steps = np.append(np.diff(time), np.median(np.diff(time)))
+    state, mean = values[0], []
+    for step, value in zip(steps, values, strict=True):
+        decay = np.exp(-step / seconds)
+        mean.append(value + (state - value) * (1 - decay) * seconds / step)
+        state = value + (state - value) * decay
+    made = lagged(log_of(values, time), {"rudder": seconds}).command("rudder")
+    np.testing.assert_allclose(made, mean, atol=1e-9)
+
+
+@pytest.mark.parametrize("seconds", [1e-4, 1e-2, 1.0, 1e5])
+def test_very_quick_and_very_slow_actuators(seconds: float) -> None:
+    values = wave(3)
+    made = lagged(log_of(values), {"rudder": seconds}).command("rudder")
+    assert np.isfinite(made).all()
+    assert values.min() - 1e-9 <= made.min()
+    assert made.max() <= values.max() + 1e-9
+    if seconds < 1e-3:
+        np.testing.assert_allclose(made, values, atol=1e-2)
+    if seconds > 1e4:
+        np.testing.assert_allclose(made, values[0], atol=1e-2)
+
+
+def test_nothing_is_handed_on_at_a_join() -> None:
+    log = log_of(wave(4))
+    pair = concatenate([log, log])
+    for step in (delayed, lagged):
+        alone = step(log, {"rudder": 0.7}).command("rudder")
+        np.testing.assert_array_equal(
+            step(pair, {"rudder": 0.7}).command("rudder"), np.concatenate((alone, alone))
+        )
+
+
+def test_what_was_done_is_told_and_zero_does_nothing() -> None:
+    log = log_of(wave(5))
+    made = lagged(delayed(log, {"rudder": 0.2}), {"rudder": 0.4})
+    assert made.notes == (
+        "command `rudder` delayed by 0.2 s",
+        "command `rudder` lagged by 0.4 s",
+    )
+    same = delayed(log, {"rudder": 0.0})
+    assert same.notes == ()
+    np.testing.assert_array_equal(same.commands, log.commands)
+
+
+def test_what_cannot_be_is_named() -> None:
+    log = log_of(wave(6))
+    with pytest.raises(LogError, match=r"no command 'ruder'\. Did you mean 'rudder'"):
+        delayed(log, {"ruder": 0.1})
+    for seconds in (-1.0, np.nan, np.inf):
+        with pytest.raises(LogError, match="the time of `rudder` must be zero or positive"):
+            lagged(log, {"rudder": seconds})
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.floats(-1, 0), st.floats(0, 1), st.integers(0, 5))
+def test_beyond_a_dead_zone(low: float, high: float, seed: int) -> None:
+    values = wave(seed)
+    made = beyond_dead_zone(log_of(values), {"rudder": (low, high)}).command("rudder")
+    inside = (values >= low) & (values <= high)
+    assert (made[inside] == 0).all()
+    order = np.argsort(values)
+    assert (np.diff(made[order]) >= 0).all()
+    np.testing.assert_allclose(made[values > high] + high, values[values > high])
+    np.testing.assert_allclose(made[values < low] + low, values[values < low])
+
+
+def test_a_zone_that_cannot_be_is_named() -> None:
+    log = log_of(wave(1))
+    for zone in ((1.0, 0.0), (np.nan, 1.0)):
+        with pytest.raises(LogError, match="the dead zone of `rudder` must be lowest, highest"):
+            beyond_dead_zone(log, {"rudder": zone})
+    assert beyond_dead_zone(log, {"rudder": (-0.1, 0.1)}).notes == (
+        "command `rudder` counted from its dead zone, -0.1 to 0.1",
+    )

@@ -1,0 +1,168 @@
+from __future__ import annotations
+
+import dataclasses
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import given, settings, strategies as st
+
+from hydrodamp.conditioning.spikes import remove_spikes, running_median, spikes
+from hydrodamp.data.log import Log, concatenate
+from hydrodamp.errors import LogError
+
+
+def noisy(n: int = 400, seed: int = 0) -> np.ndarray:
+    rng = np.random.default_rng(seed)
+    return np.sin(np.arange(n) / 15) + 0.02 * rng.normal(size=n)
+
+
+def whole(values: np.ndarray) -> np.ndarray:
+    return np.array([[0, len(values)]])
+
+
+def found_in(values: np.ndarray) -> np.ndarray:
+    return spikes(1.0 * np.arange(len(values)), values, whole(values))
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.sets(st.integers(0, 49), min_size=0, max_size=20),
+    st.integers(0, 5),
+    st.sampled_from([-1.0, 1.0]),
+)
+def test_exactly_the_spikes_put_in_are_found(places: set[int], seed: int, sign: float) -> None:
+    values = noisy(seed=seed)
+    rows = np.array(sorted(places), dtype=int) * 8  # no two in half a window
+    values[rows] += sign * 1.0
+    assert np.flatnonzero(found_in(values)).tolist() == rows.tolist()
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.floats(0.01, 100), st.floats(-10, 10), st.booleans())
+def test_unit_and_zero_do_not_matter(scale: float, zero: float, flipped: bool) -> None:
+    values = noisy()
+    values[[50, 51, 200]] += 3.0
+    other = (-1 if flipped else 1) * scale * values + zero
+    np.testing.assert_array_equal(found_in(values), found_in(other))
+
+
+def test_time_may_run_backwards() -> None:
+    values = noisy()
+    values[[3, 100, 398]] += 3.0
+    found = found_in(values)
+    np.testing.assert_array_equal(found_in(values[::-1]), found[::-1])
+    assert found.sum() == 3
+
+
+@pytest.mark.parametrize("kind", ["step", "ramp", "corner", "stairs", "still", "pulse of four"])
+def test_motion_is_no_spike(kind: str) -> None:
+    index = np.arange(60.0)
+    values = {
+        "step": np.where(index < 30, 0.0, 1.0),
+        "ramp": 0.3 * index,
+        "corner": np.maximum(index - 30, 0.0),
+        "stairs": np.floor(index / 4),
+        "still": np.zeros(60),
+        "pulse of four": np.where((index >= 30) & (index < 34), 1.0, 0.0),
+    }[kind]
+    assert not found_in(values).any()
+
+
+def test_a_coarse_sensor_may_flicker() -> None:
+    rng = np.random.default_rng(1)
+    values = np.where(rng.random(500) < 0.1, 0.001, 0.0)
+    values[100] = 0.5
+    assert np.flatnonzero(found_in(values)).tolist() == [100]
+
+
+def test_a_spike_in_a_constant_is_one() -> None:
+    values = np.ones(50)
+    values[20] = 1.2
+    assert np.flatnonzero(found_in(values)).tolist() == [20]
+
+
+def test_nothing_is_compared_across_a_join() -> None:
+    low, high = noisy(), 30 + noisy(seed=1)
+    both = np.concatenate((low, high))
+    bounds = np.array([[0, 400], [400, 800]])
+    assert not spikes(1.0 * np.arange(800), both, bounds).any()
+    assert not spikes(1.0 * np.arange(10), both[396:406], np.array([[0, 4], [4, 10]])).any()
+    joined = running_median(both, bounds, 7)
+    np.testing.assert_array_equal(joined[:400], running_median(low, whole(low), 7))
+
+
+def test_white_noise_has_next_to_none() -> None:
+    values = np.random.default_rng(2).normal(size=200_000)
+    assert found_in(values).sum() <= 2
+
+
+def test_a_step_counts_what_it_touched_and_tells_it(swim: Log) -> None:
+    velocity = swim.velocity.copy()
+    velocity[[20, 21, 60], 0] += 4.0
+    velocity[0, 5] += 9.0
+    made = remove_spikes(dataclasses.replace(swim, velocity=velocity))
+    assert made.counts("spikes") == {"u": 3, "r": 1}
+    assert made.count == 4
+    assert made.log.n == 99  # there is nothing before the first sample
+    np.testing.assert_allclose(made.log.velocity, swim.velocity[1:], atol=2e-3)
+    assert made.log.notes == (
+        "spikes: 3 of 100 samples of `u` (3 %) interpolated",
+        "spikes: 1 of 100 samples of `r` (1 %) cut out",
+    )
+
+
+def test_commands_and_other_channels_are_left_alone(swim: Log) -> None:
+    commands = swim.commands.copy()
+    commands[50, 0] = 9.0
+    spiked = dataclasses.replace(swim, commands=commands)
+    assert remove_spikes(spiked).log is spiked
+    velocity = swim.velocity.copy()
+    velocity[20, 0] += 4.0
+    spiked = dataclasses.replace(swim, velocity=velocity)
+    assert remove_spikes(spiked, names=["r"]).count == 0
+    assert remove_spikes(spiked, names=["u"]).count == 1
+
+
+def test_accelerations_are_looked_at_where_named(swim: Log) -> None:
+    rng = np.random.default_rng(3)
+    blocks = {
+        "acceleration": rng.normal(size=(100, 6)) / 50,
+        "position": rng.normal(size=(100, 3)) / 50,
+        "specific_force": rng.normal(size=(100, 3)) / 50,
+    }
+    for block in blocks.values():
+        block[40, 0] = 5.0
+    log = dataclasses.replace(swim, **blocks)
+    made = remove_spikes(log)
+    assert made.counts("spikes") == {"north": 1, "force_x": 1}
+    assert float(np.abs(made.log.position).max()) < 0.1
+    assert remove_spikes(log, names=["du"]).counts("spikes") == {"du": 1}
+
+
+def test_segments_one_by_one_or_together(swim: Log) -> None:
+    velocity = swim.velocity.copy()
+    velocity[[30, 70], 0] += 4.0
+    log = dataclasses.replace(swim, velocity=velocity)
+    pair = remove_spikes(concatenate([log, log]))
+    alone = remove_spikes(log).log.velocity
+    np.testing.assert_array_equal(pair.log.velocity, np.concatenate((alone, alone)))
+    assert pair.counts("spikes") == {"u": 4}
+
+
+@pytest.mark.parametrize("setting", [{"window": 4}, {"window": 3}, {"window": 8}, {"threshold": 0}])
+def test_settings_that_cannot_be(swim: Log, setting: dict[str, float]) -> None:
+    with pytest.raises(LogError, match=r"`window` must be odd and at least 5"):
+        remove_spikes(swim, **setting)
+
+
+def test_an_unknown_channel_is_named(swim: Log) -> None:
+    with pytest.raises(LogError, match="no measured channel 'rudder'"):
+        remove_spikes(swim, names=["rudder"])
+
+
+def test_two_spikes_side_by_side_on_a_slope() -> None:
+    for width, hit in itertools.product((1, 2), (40, 90)):
+        values = noisy()
+        values[hit : hit + width] += 2.0
+        assert found_in(values).sum() == width

@@ -1,0 +1,140 @@
+"""Values at the times of another topic."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis.strategies import floats, lists
+from scipy.spatial.transform import Rotation, Slerp
+
+from hydrodamp.ingest.clock.base import at_rate, fastest, matched
+from hydrodamp.ingest.clock.sampling import Ticks, brackets, held, interpolated, turned
+from hydrodamp.ingest.clock.stamps import Clock, Stamps, set_right
+
+
+def stamps(time: list[float] | np.ndarray, topic: str = "dvl") -> Stamps:
+    return set_right([Clock(topic, np.asarray(time, float))])[0]
+
+
+def ticks(time: list[float] | np.ndarray, run: list[int] | None = None) -> Ticks:
+    time = np.asarray(time, float)
+    return Ticks(time, np.zeros(len(time), np.int64) if run is None else np.array(run))
+
+
+@given(lists(floats(0.01, 0.9), min_size=2, max_size=40), lists(floats(-1, 40), min_size=1))
+def test_between_messages_values_lie_on_a_line(steps: list[float], asked: list[float]) -> None:
+    """Against np.interp where there is something on both sides; else nothing."""
+    time = np.cumsum([0.0, *steps])
+    values = np.sin(7 * time)
+    wanted = np.sort(asked)
+    got = interpolated(values, brackets(stamps(time), ticks(wanted)))
+    inside = (wanted >= 0) & (wanted <= time[-1])
+    np.testing.assert_array_equal(np.isnan(got), ~inside)
+    np.testing.assert_allclose(got[inside], np.interp(wanted, time, values)[inside], atol=1e-12)
+
+
+def test_a_message_is_taken_to_the_bit() -> None:
+    time = np.cumsum(np.random.default_rng(0).uniform(0.01, 0.3, 200))
+    values = np.random.default_rng(1).normal(size=200)
+    found = brackets(stamps(time), ticks(time))
+    assert interpolated(values, found).tolist() == values.tolist()
+    assert held(values, found).tolist() == values.tolist()
+
+
+def test_nothing_is_interpolated_over_a_gap() -> None:
+    """Five median steps of 0.1 s are less than 1 s, which therefore counts."""
+    time = np.concatenate((np.arange(0, 2.05, 0.1), np.arange(3.5, 5.05, 0.1)))
+    found = brackets(stamps(time), ticks([1.95, 2.0, 2.01, 3.0, 3.5, 3.55]))
+    got = interpolated(time, found)
+    np.testing.assert_allclose(got, [1.95, 2.0, np.nan, np.nan, 3.5, 3.55])
+    np.testing.assert_allclose(held(time, found), [1.9, 2.0, np.nan, np.nan, 3.5, 3.5])
+    kept = held(time, found, until_next=True)
+    np.testing.assert_allclose(kept, [1.9, 2.0, 2.0, 2.0, 3.5, 3.5])
+
+
+def test_a_slow_topic_may_pause_for_five_of_its_steps() -> None:
+    time = [0.0, 10, 20, 30, 75, 85, 95, 150]
+    found = brackets(stamps(time), ticks([50.0, 120.0]))
+    np.testing.assert_allclose(interpolated(np.array(time), found), [50.0, np.nan])
+
+
+def test_a_command_holds_one_step_after_the_last() -> None:
+    found = brackets(stamps([0, 1, 2]), ticks([-0.1, 2.9, 3.1]))
+    np.testing.assert_allclose(held(np.array([5.0, 6, 7]), found), [np.nan, 7, np.nan])
+    np.testing.assert_allclose(held(np.array([5.0, 6, 7]), found, until_next=True), [np.nan, 7, 7])
+
+
+def test_runs_know_nothing_of_one_another() -> None:
+    two = stamps([90, 91, 92, 0, 1, 2])
+    found = brackets(two, ticks([90.5, 92.0, 0.5, 3.0, 0.5], [0, 0, 1, 1, 2]))
+    got = interpolated(np.array([0.0, 1, 2, 10, 11, 12]), found)
+    np.testing.assert_allclose(got, [0.5, 2.0, 10.5, np.nan, np.nan])
+
+
+def test_attitude_turns_as_scipy_turns_it() -> None:
+    rng = np.random.default_rng(3)
+    time = np.cumsum(rng.uniform(0.05, 0.5, 60))
+    turns = Rotation.random(60, random_state=rng)
+    wanted = rng.uniform(time[0], time[-1], 300)
+    wanted.sort()
+    # Any quaternion may come with the other sign.
+    given = turns.as_quat(scalar_first=True) * rng.choice([-1.0, 1.0], 60)[:, np.newaxis]
+    got = turned(given, brackets(stamps(time), ticks(wanted)))
+    expected = Slerp(time, turns)(wanted)
+    apart = (Rotation.from_quat(got, scalar_first=True) * expected.inv()).magnitude()
+    np.testing.assert_allclose(apart, 0, atol=1e-7)
+    np.testing.assert_allclose(np.linalg.norm(got, axis=1), 1, atol=1e-12)
+
+
+def test_a_heading_turns_the_shorter_way_through_the_wrap() -> None:
+    yaw = np.radians([179, -179])
+    still = np.zeros(2)
+    given = np.column_stack((np.cos(yaw / 2), still, still, np.sin(yaw / 2)))
+    got = turned(given, brackets(stamps([0, 1]), ticks([0.25, 0.5])))
+    np.testing.assert_allclose(np.degrees(2 * np.arctan2(got[:, 3], got[:, 0])) % 360, [179.5, 180])
+
+
+def test_equal_attitudes_stay() -> None:
+    same = np.tile([0.6, 0.8, 0.0, 0.0], (3, 1))
+    found = brackets(stamps([0, 1, 2]), ticks([0.3, 1.0, 1.7, 5.0]))
+    np.testing.assert_allclose(turned(same, found)[:3], same, atol=1e-15)
+    assert np.isnan(turned(same, found)[3]).all()
+
+
+def test_the_fastest_topic_has_the_shortest_step() -> None:
+    clocks = {0: stamps([0, 1, 2]), 1: stamps([0, 0.1, 0.2]), 2: stamps([0.0])}
+    assert fastest(clocks) == 1
+    assert fastest({2: clocks[2]}) == 2
+
+
+def test_even_ticks_cover_each_run() -> None:
+    even = at_rate(stamps([50, 50.4, 51.0, 5, 5.5]), 4.0)
+    assert even.time.tolist() == [50, 50.25, 50.5, 50.75, 51, 5, 5.25, 5.5]
+    assert even.run.tolist() == [0, 0, 0, 0, 0, 1, 1, 1]
+
+
+@pytest.mark.parametrize("rate", [3.0, 7.0, 10.0, 50.0])
+def test_even_ticks_reach_the_last_message(rate: float) -> None:
+    time = np.arange(0, 100 * rate + 1) / rate
+    assert at_rate(stamps(time), rate).time.tolist() == pytest.approx(time.tolist())
+
+
+def test_as_many_runs_are_matched_in_order() -> None:
+    base = stamps([90, 91, 92, 0, 1, 2])
+    other = stamps([90.5, 91.5, 0.1, 0.6])
+    assert matched(other, base).run.tolist() == [0, 0, 1, 1]
+
+
+def test_a_topic_that_misses_a_run_goes_where_it_overlaps_most() -> None:
+    base = stamps([100, 101, 102, 103, 0, 1, 2, 3])
+    assert matched(stamps([0.5, 1.5, 2.5]), base).run.tolist() == [1, 1, 1]
+    assert matched(stamps([100.5, 101.5]), base).run.tolist() == [0, 0]
+
+
+def test_runs_that_the_base_has_not_are_left_out() -> None:
+    base = stamps([0, 1, 2, 3])
+    other = stamps([0, 1, 2, -50, -49, -48])
+    assert matched(other, base).run.tolist() == [0, 0, 0, -1, -1, -1]
+    found = brackets(matched(other, base), ticks([0.5]))
+    assert interpolated(np.arange(6.0), found).tolist() == [0.5]

@@ -1,0 +1,151 @@
+"""Clocks that repeat, run backwards, are set back or leap."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis.extra.numpy import arrays
+from hypothesis.strategies import floats, integers, lists
+
+from hydrodamp.errors import LogError
+from hydrodamp.ingest.clock.epochs import epochs
+from hydrodamp.ingest.clock.met import Met, Oddity
+from hydrodamp.ingest.clock.stamps import Clock, Stamps, set_right
+
+
+def right(time: list[float] | np.ndarray, labels: list[str] | None = None) -> Stamps:
+    return set_right([Clock("dvl", np.asarray(time, float), labels)])[0]
+
+
+def oddities(stamps: Stamps) -> dict[Oddity, int]:
+    return {met.oddity: met.count for met in stamps.met}
+
+
+def test_a_sound_clock_is_taken_as_it_is() -> None:
+    time = np.arange(0, 10, 0.1)
+    stamps = right(time)
+    assert stamps.time is time
+    assert stamps.met == ()
+    assert stamps.step == pytest.approx(0.1)
+    assert stamps.limit == 1.0
+
+
+def test_repeated_and_late_messages_are_dropped_and_counted() -> None:
+    stamps = right([0, 1, 2, 2, 3, 2.5, 2.6, 4, 4, 5])
+    assert stamps.rows.tolist() == [0, 1, 2, 4, 7, 9]
+    assert stamps.run.tolist() == [0] * 6
+    assert oddities(stamps) == {Oddity.REPEATED: 2, Oddity.LATE: 2}
+
+
+def test_a_stray_stamp_is_dropped_and_is_no_restart() -> None:
+    time = np.arange(20.0)
+    time[[3, 9]] = 9e8, -70
+    stamps = right(time)
+    assert stamps.time.tolist() == [k for k in range(20) if k not in (3, 9)]
+    assert oddities(stamps) == {Oddity.STRAY: 2}
+
+
+def test_absent_stamps_are_dropped() -> None:
+    stamps = right([0, np.nan, 1, np.inf, 2])
+    assert stamps.rows.tolist() == [0, 2, 4]
+    assert oddities(stamps) == {Oddity.ABSENT: 2}
+
+
+def test_a_clock_set_back_begins_a_run() -> None:
+    stamps = right([100, 101, 102, 50, 51, 52])
+    assert stamps.run.tolist() == [0, 0, 0, 1, 1, 1]
+    assert stamps.time.tolist() == [100, 101, 102, 50, 51, 52]
+    assert oddities(stamps) == {Oddity.SET_BACK: 1}
+
+
+def test_a_label_that_changes_begins_a_run_and_nothing_is_odd() -> None:
+    stamps = right([0, 1, 2, 0, 1, 2], list("aaabbb"))
+    assert stamps.run.tolist() == [0, 0, 0, 1, 1, 1]
+    assert stamps.met == ()
+
+
+def test_a_label_that_changes_while_the_clock_runs_on_is_no_new_run() -> None:
+    stamps = right([0, 1, 2, 3], list("aabb"))
+    assert stamps.run.tolist() == [0] * 4
+
+
+def test_a_join_at_a_dropped_message_stays_a_join() -> None:
+    stamps = right([0, 1, 2, np.nan, 1, 2], list("aaabbb"))
+    assert stamps.run.tolist() == [0, 0, 0, 1, 1]
+
+
+def test_an_epoch_learnt_on_the_way_is_one_for_all_topics() -> None:
+    """The clock counts from boot, then from 1970: three seconds before, all topics alike."""
+    now = 1.7e9
+    fast = np.array([1, 1.5, 2, 2.5, now + 3, now + 3.5, now + 4])
+    slow = np.array([1.2, 2.2, now + 3.2])
+    one, other = set_right([Clock("imu", fast), Clock("dvl", slow)])
+    assert oddities(one)[Oddity.LEAP] == oddities(other)[Oddity.LEAP] == 1
+    assert one.run.tolist() == [0, 0, 0, 0, 1, 1, 1]
+    assert other.run.tolist() == [0, 0, 1]
+    assert one.time[3] == pytest.approx(now + 2)
+    np.testing.assert_allclose(other.time[:2] - one.time[0], [0.2, 1.2], atol=1e-6)
+
+
+def test_a_topic_wholly_before_the_leap_moves_with_the_others() -> None:
+    now = 1.7e9
+    _, early = set_right(
+        [Clock("imu", np.array([0.0, 1, now, now + 1])), Clock("fin", np.array([0.25, 0.5]))]
+    )
+    assert early.met == ()
+    np.testing.assert_allclose(early.time - now, [-1.75, -1.5], atol=1e-6)
+
+
+def test_drop_outs_are_told_with_what_counts_as_one() -> None:
+    stamps = right([0, 1, 2, 3, 9, 10, 11, 30, 31])
+    (met,) = stamps.met
+    assert (met.oddity, met.count, met.at, met.limit) == (Oddity.DROPOUT, 2, 3.0, 5.0)
+    assert str(met) == "`dvl`: 2 times no message for longer than 5 s (first after 3 s)"
+
+
+def test_a_clock_set_back_all_the_time_is_none() -> None:
+    with pytest.raises(LogError, match="clock of `dvl` is set back 250 times; it is no clock"):
+        right(np.tile(np.arange(10.0), 251))
+
+
+@pytest.mark.parametrize("time", [[], [3.0]])
+def test_a_topic_of_one_message_or_none(time: list[float]) -> None:
+    stamps = right(time)
+    assert stamps.time.tolist() == time
+    assert stamps.step == 0.0
+
+
+def test_sentences_name_a_table_by_nothing() -> None:
+    met = Met("", Oddity.REPEATED, 1, 2.0)
+    assert str(met) == "1 row with a repeated time stamp, dropped (first at 2 s)"
+
+
+@given(arrays(float, integers(0, 60), elements=floats(-1e7, 1e7, width=32)))
+def test_whatever_the_stamps_time_increases_within_runs(time: np.ndarray) -> None:
+    stamps = right(time)
+    inside = stamps.run[1:] == stamps.run[:-1]
+    assert (np.diff(stamps.time)[inside] > 0).all()
+    assert (np.diff(stamps.run) >= 0).all()
+    assert (np.diff(stamps.rows) > 0).all()
+
+
+@given(lists(floats(1e-3, 100), min_size=1, max_size=50))
+def test_a_clock_that_increases_loses_nothing(steps: list[float]) -> None:
+    time = np.cumsum([0.0, *steps])
+    stamps = right(time)
+    assert stamps.rows.tolist() == list(range(len(time)))
+    assert set(oddities(stamps)) <= {Oddity.DROPOUT}
+
+
+def test_epochs_of_nothing() -> None:
+    era, moved = epochs([np.array([])]).of(np.array([]))
+    assert era.tolist() == moved.tolist() == []
+
+
+def test_three_epochs_stand_side_by_side() -> None:
+    era, moved = epochs([np.array([0.0, 1.0, 5e6, 5e6 + 1, 9e8])]).of(
+        np.array([0.0, 1.0, 5e6, 5e6 + 1, 9e8])
+    )
+    assert era.tolist() == [0, 0, 1, 1, 2]
+    np.testing.assert_allclose(np.diff(moved), [1, 1, 1, 1])

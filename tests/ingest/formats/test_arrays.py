@@ -1,0 +1,177 @@
+"""Parquet, NPZ and MAT: written by pyarrow, NumPy, SciPy and h5py."""
+
+from __future__ import annotations
+
+import datetime
+from decimal import Decimal
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hydrodamp.errors import FileError, LogError
+from hydrodamp.ingest.formats import matlab, npz, parquet
+from hydrodamp.ingest.formats.detect import parts
+
+TIME = np.arange(5.0)
+
+
+def test_parquet_of_every_type(tmp_path: Path) -> None:
+    arrow = pytest.importorskip("pyarrow")
+    writer = pytest.importorskip("pyarrow.parquet")
+    noon = datetime.datetime(2022, 7, 28, 12, tzinfo=datetime.UTC)
+    stated = arrow.field("depth", arrow.float32(), metadata={"unit": "m"})
+    columns = {
+        "time [s]": arrow.array([0.0, 0.5]),
+        "count": arrow.array([1, None], arrow.int64()),
+        "good": arrow.array([True, None]),
+        "fine": arrow.array([False, True]),
+        "price": arrow.array([Decimal("1.25"), None]),
+        "when": arrow.array([noon, None], arrow.timestamp("us", "UTC")),
+        "day": arrow.array([noon.date(), None]),
+        "span": arrow.array([250, None], arrow.duration("ms")),
+        "mode": arrow.array(["AUTO", None]),
+        "kind": arrow.array(["a", "b"]).dictionary_encode(),
+        "rpm": arrow.array([[1.0, 2.0], [3.0]]),
+        "pose": arrow.array([{"x": 1.0, "at": {"y": 2.0}}, {"x": 3.0, "at": {"y": 4.0}}]),
+        "blob": arrow.array([b"a", b"b"]),
+        "names": arrow.array([["a"], ["b"]]),
+        "cloud": arrow.array([[0.0] * 99] * 2),
+    }
+    table = arrow.table(columns).append_column(stated, arrow.array([3.0, 4.0], arrow.float32()))
+    writer.write_table(table, tmp_path / "run.parquet")
+    recording = parquet.read(tmp_path / "run.parquet")
+    topic = recording.topics[0]
+    numbers = {name: values.tolist() for name, values in topic.fields.items()}
+    nan = pytest.approx(np.nan, nan_ok=True)
+    assert numbers == {
+        "time": [0, 0.5],
+        "count": [1, nan],
+        "good": [1, nan],
+        "fine": [0, 1],
+        "price": [1.25, nan],
+        "when": [1659009600, nan],
+        "day": [1658966400, nan],
+        "span": [0.25, nan],
+        "rpm[0]": [1, 3],
+        "rpm[1]": [2, nan],
+        "pose.x": [1, 3],
+        "pose.at.y": [2, 4],
+        "depth": [3, 4],
+    }
+    assert topic.texts == {"mode": ("AUTO", ""), "kind": ("a", "b")}
+    assert topic.units == {"time": "s", "when": "s", "day": "s", "span": "s", "depth": "m"}
+    assert [note.split("`")[1] for note in recording.notes] == ["blob", "names", "cloud"]
+
+
+def test_parquet_in_parts(tmp_path: Path) -> None:
+    arrow = pytest.importorskip("pyarrow")
+    writer = pytest.importorskip("pyarrow.parquet")
+    path = tmp_path / "run.parquet"
+    writer.write_table(arrow.table({"t": np.arange(1000.0)}), path, row_group_size=300)
+    found = [part.topics[0].fields["t"] for part in parts(path, 128)]
+    assert max(map(len, found)) <= 128
+    np.testing.assert_array_equal(np.concatenate(found), np.arange(1000))
+
+
+def test_parquet_damaged_in_its_pages(tmp_path: Path) -> None:
+    arrow = pytest.importorskip("pyarrow")
+    writer = pytest.importorskip("pyarrow.parquet")
+    path = tmp_path / "run.parquet"
+    writer.write_table(arrow.table({"t": np.random.default_rng(1).random(5000)}), path)
+    content = bytearray(path.read_bytes())
+    content[4:400] = b"\xff" * 396
+    path.write_bytes(content)
+    for read in (parquet.read, lambda path: list(parquet.parts(path))):
+        with pytest.raises(LogError, match="cut off or damaged"):
+            read(path)
+
+
+@pytest.mark.parametrize("read", [parquet.read, npz.read, matlab.read])
+def test_files_that_are_not_there(tmp_path: Path, read) -> None:
+    with pytest.raises(FileError, match="cannot be read: No such file"):
+        read(tmp_path / "absent")
+
+
+def test_npz(tmp_path: Path) -> None:
+    path = tmp_path / "run.npz"
+    nu = np.arange(10.0).reshape(5, 2)
+    np.savez(
+        path,
+        **{"time": TIME, "nu": nu, "across": nu.T, "u [m/s]": TIME, "mode": list("abcde")},
+        mass=12.0,
+        cube=np.zeros((5, 2, 2)),
+        wide=np.zeros((5, 99)),
+    )
+    recording = npz.read(path)
+    topic = recording.topics[0]
+    np.testing.assert_array_equal(topic.fields["nu[1]"], nu[:, 1])
+    np.testing.assert_array_equal(topic.fields["across[1]"], nu[:, 1])
+    assert topic.units == {"u": "m/s"}
+    assert topic.texts == {"mode": tuple("abcde")}
+    assert [note.split("`")[1] for note in recording.notes] == ["mass", "cube", "wide"]
+
+
+def test_npy_with_named_columns(tmp_path: Path) -> None:
+    rows = np.array([(0.0, 1), (0.5, 2)], dtype=[("time", "f8"), ("rpm", "i4")])
+    np.save(tmp_path / "run.npy", rows)
+    assert npz.read(tmp_path / "run.npy").topics[0].fields["rpm"].tolist() == [1, 2]
+    np.savez(tmp_path / "run.npz", log=rows)
+    assert list(npz.read(tmp_path / "run.npz").topics[0].fields) == ["log.time", "log.rpm"]
+    np.save(tmp_path / "plain.npy", np.ones((4, 2)))
+    assert list(npz.read(tmp_path / "plain.npy").topics[0].fields) == ["array[0]", "array[1]"]
+
+
+def test_mat_with_structures(tmp_path: Path) -> None:
+    scipy = pytest.importorskip("scipy.io")
+    log = {"time": TIME, "nu": {"u": 2 * TIME, "all": np.ones((5, 6))}, "name": "dive"}
+    scipy.savemat(tmp_path / "run.mat", {"log": log, "mass": 12.0})
+    recording = matlab.read(tmp_path / "run.mat")
+    topic = recording.topics[0]
+    assert list(topic.fields)[:2] == ["log.time", "log.nu.u"]
+    assert topic.fields["log.nu.u"].tolist() == (2 * TIME).tolist()
+    assert "log.nu.all[5]" in topic.fields
+    assert recording.notes == ("`mass` (one value) holds no samples; left out",)
+
+
+def test_mat_with_sensors_of_their_own_rate(tmp_path: Path) -> None:
+    """Structures of different lengths are topics, each on its own clock."""
+    scipy = pytest.importorskip("scipy.io")
+    dvl = {"time": np.arange(3.0), "u": np.ones(3)}
+    imu = {"time": np.arange(30.0) / 10, "r": np.ones(30), "odd": np.ones(7)}
+    scipy.savemat(tmp_path / "run.mat", {"dvl": dvl, "imu": imu})
+    recording = matlab.read(tmp_path / "run.mat")
+    assert {topic.name: topic.n for topic in recording.topics} == {"dvl": 3, "imu": 30}
+    with pytest.raises(LogError, match="`odd` has 7 values where `time` has 30"):
+        recording.topic("imu").numbers("odd")
+
+
+def test_mat_with_an_array_of_structures_and_a_cell(tmp_path: Path) -> None:
+    scipy = pytest.importorskip("scipy.io")
+    rows = np.array([(0.0, 1.0), (0.5, 2.0)], dtype=[("t", object), ("u", object)])
+    cell = np.array(["a", 1.0, np.ones(3)], dtype=object)
+    scipy.savemat(tmp_path / "run.mat", {"log": rows, "things": cell})
+    recording = matlab.read(tmp_path / "run.mat")
+    assert recording.topics[0].fields["log.u"].tolist() == [1, 2]
+    assert "`things`" in recording.notes[0]
+
+
+@pytest.mark.parametrize("userblock", [0, 512])
+def test_mat_of_version_seven_three(tmp_path: Path, userblock: int) -> None:
+    """MATLAB writes a matrix of n x 3 as a dataset of 3 x n, and says its class."""
+    h5py = pytest.importorskip("h5py")
+    path = tmp_path / "run.mat"
+    with h5py.File(path, "w", userblock_size=userblock) as file:
+        for name, block in (("log/time", TIME[None]), ("log/nu", np.arange(15.0).reshape(3, 5))):
+            file[name] = block
+            file[name].attrs["MATLAB_class"] = np.bytes_("double")
+        file["log/name"] = np.array([100, 105], dtype="u2")
+        file["log/name"].attrs["MATLAB_class"] = np.bytes_("char")
+        file["#refs#/a"] = TIME
+        file["plain"] = TIME
+        file["words"] = ["a", "b"]
+    recording = matlab.read(path)
+    topic = recording.topics[0]
+    assert sorted(topic.fields) == ["log.nu[0]", "log.nu[1]", "log.nu[2]", "log.time", "plain"]
+    assert topic.fields["log.nu[1]"].tolist() == [5, 6, 7, 8, 9]
+    assert "`words`" in recording.notes[0]

@@ -1,0 +1,270 @@
+"""ROS bags that rosbags writes; every field against what rosbags itself makes of it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings, strategies as st
+
+from hydrodamp.errors import FileError
+from hydrodamp.ingest.formats import files, message_layout, rosbag
+
+TWIST = "geometry_msgs/msg/TwistStamped"
+JOINTS = "sensor_msgs/msg/JointState"
+
+
+def one_by_one(path: Path) -> dict[str, list[Any]]:
+    """The messages of a bag as rosbags reads them."""
+    from rosbags.highlevel import AnyReader
+
+    found: dict[str, list[Any]] = {}
+    with AnyReader([path]) as bag:
+        for connection, time, raw in bag.messages():
+            message = bag.deserialize(raw, connection.msgtype)
+            found.setdefault(connection.topic, []).append((time, message))
+    return found
+
+
+@pytest.mark.parametrize("kind", ["MCAP", "SQLITE3", "ROS1"])
+def test_fields_are_those_of_rosbags(tmp_path: Path, bag: Any, kind: str) -> None:
+    if kind == "ROS1":
+        path = bag.ros1(tmp_path / "dive.bag", bag.twists(30, old=True))
+    else:
+        path = bag.ros2(tmp_path / "dive", bag.twists(30), kind)
+    topic = rosbag.read(path).topic("/dvl")
+    expected = one_by_one(path)["/dvl"]
+    assert topic.time is not None
+    np.testing.assert_allclose(topic.time, [time / 1e9 for time, _ in expected], rtol=1e-15)
+    messages = [message for _, message in expected]
+    for part in ("linear", "angular"):
+        for axis in "xyz":
+            values = [getattr(getattr(it.twist, part), axis) for it in messages]
+            assert topic.fields[f"twist.{part}.{axis}"].tolist() == values
+    stamps = [it.header.stamp.sec + it.header.stamp.nanosec / 1e9 for it in messages]
+    assert topic.fields["header.stamp"].tolist() == stamps
+    assert topic.units == {"header.stamp": "s"}
+    assert topic.texts["header.frame_id"] == tuple(it.header.frame_id for it in messages)
+
+
+@pytest.mark.parametrize("kind", ["MCAP", "SQLITE3"])
+def test_a_storage_file_needs_no_folder(tmp_path: Path, bag: Any, kind: str) -> None:
+    folder = bag.ros2(tmp_path / "dive", bag.twists(3), kind)
+    (file,) = [*folder.glob("*.mcap"), *folder.glob("*.db3")]
+    assert files.read(file).topics[0].n == files.read(folder).topics[0].n == 3
+    assert {"MCAP": "MCAP", "SQLITE3": "SQLite"}[kind] in files.read(file).format
+
+
+def test_messages_of_changing_shape(tmp_path: Path, bag: Any) -> None:
+    """Strings and sequences of changing lengths; NaN where there is no such element."""
+    angles = [[0.1], [0.2, 0.3], [], [0.4, 0.5], [0.6]]
+    names = [["fin"], ["fin", "propeller"], [], ["a", "b"], ["screw"]]
+    messages = [
+        ("/joints", JOINTS, 1.0 + k, bag.joints(5.0 + k, *pair))
+        for k, pair in enumerate(zip(angles, names, strict=True))
+    ]
+    topic = rosbag.read(bag.ros2(tmp_path / "dive", messages)).topics[0]
+    nan = np.nan
+    np.testing.assert_array_equal(topic.fields["position[0]"], [0.1, 0.2, nan, 0.4, 0.6])
+    np.testing.assert_array_equal(topic.fields["position[1]"], [nan, 0.3, nan, 0.5, nan])
+    assert topic.texts["name[0]"] == ("fin", "fin", "", "a", "screw")
+    assert topic.fields["header.stamp"].tolist() == [5, 6, 7, 8, 9]
+
+
+@settings(max_examples=15, deadline=None)
+@given(data=st.data())
+@pytest.mark.parametrize("old", [False, True], ids=["ROS 2", "ROS 1"])
+def test_any_message_lies_where_rosbags_finds_it(old: bool, data: st.DataObject) -> None:
+    """A message of every base type, nested, with arrays and sequences of each."""
+    typesys = pytest.importorskip("rosbags.typesys")
+    store = typesys.get_typestore(typesys.Stores.EMPTY)
+    base = ["bool", "int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64"]
+    base += ["float32", "float64", "string"]
+    kinds = data.draw(
+        st.lists(
+            st.tuples(st.sampled_from(base), st.sampled_from(["", "[3]", "[]"])),
+            min_size=1,
+            max_size=6,
+        )
+    )
+    inner = "\n".join(f"{kind}{length} f{k}" for k, (kind, length) in enumerate(kinds))
+    store.register(typesys.get_types_from_msg(inner, "a/msg/Inner"))
+    outer = "uint8 first\na/Inner one\na/Inner[2] two\na/Inner[] many\nfloat64 last"
+    store.register(typesys.get_types_from_msg(outer, "a/msg/Outer"))
+    messages = [_message(store, kinds, data.draw) for _ in range(3)]
+    pack = store.serialize_ros1 if old else store.serialize_cdr
+    raw = [bytes(pack(message, "a/msg/Outer")) for message in messages]
+    columns = message_layout.columns_of(raw, "a/msg/Outer", store.fielddefs, aligned=not old)
+    assert columns.broken == []
+    for row, message in enumerate(messages):
+        _check(columns, row, "", message)
+
+
+NUMBERS = {"bool": st.booleans(), "float64": st.floats(allow_nan=False)}
+NUMBERS["float32"] = st.floats(width=32, allow_nan=False)
+NUMBERS["string"] = st.text(st.characters(codec="ascii", exclude_characters="\0"), max_size=5)
+for bits in (8, 16, 32, 64):
+    NUMBERS[f"int{bits}"] = st.integers(-(2 ** (bits - 1)), 2 ** (bits - 1) - 1)
+    NUMBERS[f"uint{bits}"] = st.integers(0, 2**bits - 1)
+
+
+def _message(store: Any, kinds: Any, draw: Any) -> Any:
+    def value(kind: str, length: str) -> Any:
+        if not length:
+            return draw(NUMBERS[kind])
+        size = {"min_size": 3, "max_size": 3} if length == "[3]" else {"max_size": 4}
+        values = draw(st.lists(NUMBERS[kind], **size))
+        return values if kind == "string" else np.array(values, dtype=kind)
+
+    def inner() -> Any:
+        fields = {f"f{k}": value(*kind) for k, kind in enumerate(kinds)}
+        return store.types["a/msg/Inner"](**fields)
+
+    many = [inner() for _ in range(draw(st.integers(0, 3)))]
+    return store.types["a/msg/Outer"](
+        first=draw(NUMBERS["uint8"]),
+        one=inner(),
+        two=[inner(), inner()],
+        many=many,
+        last=draw(NUMBERS["float64"]),
+    )
+
+
+def _check(columns: Any, row: int, path: str, value: Any) -> None:
+    """Compare a field with its column, or go into what it holds."""
+    if isinstance(value, str):
+        assert columns.texts[path][row] == value
+    elif isinstance(value, (list, np.ndarray)):
+        for index, item in enumerate(value):
+            _check(columns, row, f"{path}[{index}]", item)
+    elif hasattr(value, "__dataclass_fields__"):
+        for name in value.__dataclass_fields__:
+            if name != "__msgtype__":
+                _check(columns, row, f"{path}.{name}".lstrip("."), getattr(value, name))
+    else:
+        assert columns.numbers[path][row] == float(value)
+
+
+def test_long_arrays_and_large_messages_are_left_out(tmp_path: Path, bag: Any) -> None:
+    typesys = pytest.importorskip("rosbags.typesys")
+    text = "float64[100] fixed\nint32[] free\na/Part[] parts\nfloat32 last"
+    bag.modern.register(typesys.get_types_from_msg("string name\nint16 n", "a/msg/Part"))
+    bag.modern.register(typesys.get_types_from_msg(text, "a/msg/Long"))
+    part = bag.modern.types["a/msg/Part"]
+    message = bag.modern.types["a/msg/Long"](
+        fixed=np.zeros(100),
+        free=np.zeros(70, "i4"),
+        last=2.5,
+        parts=[part(name="x" * (k % 3), n=k) for k in range(65)],
+    )
+    heavy = bag.modern.types["a/msg/Long"](
+        fixed=np.zeros(100), free=np.zeros(20_000, "i4"), last=2.5, parts=[]
+    )
+    sent = [("/long", "a/msg/Long", 1.0, message), ("/heavy", "a/msg/Long", 2.0, heavy)]
+    recording = rosbag.read(bag.ros2(tmp_path / "dive", sent))
+    assert recording.topic("/long").fields["last"].tolist() == [2.5]
+    assert list(recording.topic("/long").fields) == ["last"]
+    told = " ".join(recording.notes)
+    for what in ("`fixed` of 100", "`free` of 70", "`parts` of 65", "`/heavy`: messages of 8"):
+        assert what in told
+
+
+def test_messages_that_end_early_are_counted(bag: Any) -> None:
+    raw = [bytes(bag.modern.serialize_cdr(bag.twist(1.0, k), TWIST)) for k in range(4)]
+    raw[1] = raw[1][:-8]
+    raw[2] = raw[2][:9]
+    columns = message_layout.columns_of(raw, TWIST, bag.modern.fielddefs, aligned=True)
+    assert sorted(columns.broken) == [1, 2]
+    np.testing.assert_array_equal(columns.numbers["twist.linear.x"], [0, np.nan, np.nan, 3])
+
+
+def test_broken_messages_are_noted(tmp_path: Path, bag: Any, monkeypatch: Any) -> None:
+    pack = bag.modern.serialize_cdr
+    cut = iter([False, True, False])
+    monkeypatch.setattr(
+        bag.modern, "serialize_cdr", lambda *it: pack(*it)[: 20 if next(cut) else None]
+    )
+    recording = rosbag.read(bag.ros2(tmp_path / "dive", bag.twists(3)))
+    assert recording.topics[0].n == 2
+    assert "1 messages end before their fields do" in recording.notes[0]
+    assert "number 2" in recording.notes[0]
+
+
+def test_big_endian_messages(bag: Any) -> None:
+    raw = [
+        bytes(bag.modern.serialize_cdr(bag.twist(2.0, k), TWIST, little_endian=k % 2 == 0))
+        for k in range(4)
+    ]
+    columns = message_layout.columns_of(raw, TWIST, bag.modern.fielddefs, aligned=True)
+    assert columns.numbers["twist.linear.x"].tolist() == [0, 1, 2, 3]
+    assert columns.texts["header.frame_id"] == ["base"] * 4
+
+
+def test_types_nobody_defines_are_noted(tmp_path: Path, bag: Any, monkeypatch: Any) -> None:
+    path = bag.ros2(tmp_path / "dive", bag.twists(3))
+
+    def unknown(*_: Any, **__: Any) -> None:
+        raise KeyError("a/msg/Secret")
+
+    monkeypatch.setattr(rosbag, "columns_of", unknown)
+    with pytest.raises(ValueError, match="the bag does not define a/msg/Secret"):
+        rosbag.read(path)
+
+
+def test_definitions_missing_in_the_bag_come_from_the_distribution(
+    tmp_path: Path, bag: Any
+) -> None:
+    """Bags of SQLite written before ROS 2 Iron carry none."""
+    import sqlite3
+
+    folder = bag.ros2(tmp_path / "dive", bag.twists(3), "SQLITE3")
+    (file,) = folder.glob("*.db3")
+    with sqlite3.connect(file) as store:
+        store.execute("DELETE FROM message_definitions")
+    store.close()
+    assert rosbag.read(folder).topics[0].fields["twist.linear.y"].tolist() == [0, -0.01, -0.02]
+
+
+def test_parts_of_a_split_bag_are_one_recording(tmp_path: Path, bag: Any) -> None:
+    second = bag.ros2(tmp_path / "b", bag.twists(4, start=200.0))
+    first = bag.ros2(tmp_path / "a", bag.twists(3))
+    recording = files.read([second, first])
+    topic = recording.topics[0]
+    assert topic.n == 7
+    assert topic.time is not None
+    assert (np.diff(topic.time) > 0).all()
+    assert topic.texts["header.frame_id"] == ("base",) * 7
+
+
+def test_a_bag_that_is_not_there(tmp_path: Path) -> None:
+    pytest.importorskip("rosbags")
+    with pytest.raises(FileError, match=r"absent\.bag: cannot be read: No such file"):
+        rosbag.read(tmp_path / "absent.bag")
+
+
+def test_topics_without_messages_or_fields(tmp_path: Path, bag: Any) -> None:
+    from rosbags.rosbag2 import Writer
+
+    folder = tmp_path / "dive"
+    empty = bag.modern.types["std_msgs/msg/Empty"]()
+    with Writer(folder, version=9) as writer:
+        silent = writer.add_connection("/silent", TWIST, typestore=bag.modern)
+        beat = writer.add_connection("/beat", "std_msgs/msg/Empty", typestore=bag.modern)
+        for k in range(3):
+            writer.write(beat, k, bag.modern.serialize_cdr(empty, "std_msgs/msg/Empty"))
+    recording = rosbag.read(folder)
+    assert silent.topic == "/silent"
+    assert {topic.name: topic.n for topic in recording.topics} == {"/beat": 3}
+    assert recording.topics[0].fields == {}
+    assert recording.notes == (f"topic `/silent` ({TWIST}) holds no message",)
+
+
+def test_a_topic_of_broken_messages_only_is_left_out(
+    tmp_path: Path, bag: Any, monkeypatch: Any
+) -> None:
+    pack = bag.modern.serialize_cdr
+    monkeypatch.setattr(bag.modern, "serialize_cdr", lambda *it: pack(*it)[:20])
+    with pytest.raises(ValueError, match="3 messages end before their fields do"):
+        rosbag.read(bag.ros2(tmp_path / "dive", bag.twists(3)))

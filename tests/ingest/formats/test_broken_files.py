@@ -1,0 +1,319 @@
+"""A corpus of broken and odd files: each is refused in words, or read with a note.
+
+One line of the table a file. ``refused`` raises a message that names the file;
+``noted`` reads and tells in the notes; ``spoilt`` reads, and who asks for the field is told.
+"""
+
+from __future__ import annotations
+
+import gzip
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from hydrodamp.errors import FileError, LogError
+from hydrodamp.ingest.formats import files
+
+TABLE = "time,u,r\n0.0,1.5,0.1\n0.1,1.6,0.2\n0.2,1.7,0.3\n0.3,1.8,0.4\n"
+DEPTH = "depth\r\ntime,depth,\r\nseconds,m,\r\n"
+Make = Callable[[Path, Any, Any, Any], Path]
+
+
+def text(name: str, content: str, encoding: str = "utf-8") -> Make:
+    return raw(name, content.encode(encoding))
+
+
+def raw(name: str, content: bytes) -> Make:
+    def make(folder: Path, *_: Any) -> Path:
+        (folder / name).write_bytes(content)
+        return folder / name
+
+    return make
+
+
+def cut(make: Make, share: float, name: str = "") -> Make:
+    """Keep the first part of a file."""
+
+    def cut_off(folder: Path, *tools: Any) -> Path:
+        path = whole(make(folder, *tools))
+        content = path.read_bytes()
+        path = path.with_name(name) if name else path
+        path.write_bytes(content[: int(len(content) * share)])
+        return path
+
+    return cut_off
+
+
+def overwritten(make: Make, start: float, length: int = 64) -> Make:
+    """Put zero bytes over part of a file."""
+
+    def overwrite(folder: Path, *tools: Any) -> Path:
+        path = whole(make(folder, *tools))
+        content = bytearray(path.read_bytes())
+        place = int(len(content) * start)
+        content[place : place + length] = bytes(length)
+        path.write_bytes(content)
+        return path
+
+    return overwrite
+
+
+def whole(path: Path) -> Path:
+    """The storage file of a bag's folder, or the file itself."""
+    return next(iter([*path.glob("*.mcap"), *path.glob("*.db3")])) if path.is_dir() else path
+
+
+def ros2(kind: str, n: int = 40) -> Make:
+    return lambda folder, bag, *_: bag.ros2(folder / "dive", bag.twists(n), kind)
+
+
+def ros1(n: int = 40) -> Make:
+    return lambda folder, bag, *_: bag.ros1(folder / "dive.bag", bag.twists(n, old=True))
+
+
+def two_vehicles(folder: Path, bag: Any, *_: Any) -> Path:
+    one = bag.twists(40, "/alpha/dvl")
+    return bag.ros2(folder / "dive", [*one, *bag.twists(40, "/bravo/dvl", start=102.0)])
+
+
+def late_topic(folder: Path, bag: Any, *_: Any) -> Path:
+    return bag.ros2(folder / "dive", [*bag.twists(40), *bag.twists(5, "/imu", start=103.0)])
+
+
+def two_types(folder: Path, bag: Any, *_: Any) -> Path:
+    image = ("/dvl", "sensor_msgs/msg/JointState", 105.0, bag.joints(105.0, [0.1], ["fin"]))
+    return bag.ros2(folder / "dive", [*bag.twists(3), image])
+
+
+def no_messages(folder: Path, bag: Any, *_: Any) -> Path:
+    return bag.ros2(folder / "dive", [])
+
+
+def only_images(folder: Path, bag: Any, *_: Any) -> Path:
+    return bag.ros2(folder / "dive", [("/eye", "sensor_msgs/msg/Image", 1.0, bag.image(9))])
+
+
+def no_metadata(folder: Path, bag: Any, *_: Any) -> Path:
+    path = ros2("SQLITE3")(folder, bag)
+    (path / "metadata.yaml").unlink()
+    return path
+
+
+def broken_metadata(folder: Path, bag: Any, *_: Any) -> Path:
+    path = ros2("MCAP")(folder, bag)
+    (path / "metadata.yaml").write_text("rosbag2_bagfile_information: [\n")
+    return path
+
+
+def lost_storage(folder: Path, bag: Any, *_: Any) -> Path:
+    path = ros2("MCAP")(folder, bag)
+    whole(path).unlink()
+    return path
+
+
+def dataflash(folder: Path, _: Any, dive: Any, *__: Any) -> Path:
+    return dive.save(folder / "dive.bin")
+
+
+def ulog(**options: Any) -> Make:
+    return lambda folder, _, __, write: write(folder / "dive.ulg", **options)
+
+
+def parquet(folder: Path, *_: Any) -> Path:
+    arrow = pytest.importorskip("pyarrow")
+    parquet = pytest.importorskip("pyarrow.parquet")
+    path = folder / "run.parquet"
+    parquet.write_table(arrow.table({"time": np.arange(99.0), "u": np.ones(99)}), path)
+    return path
+
+
+def npz(**arrays: Any) -> Make:
+    def make(folder: Path, *_: Any) -> Path:
+        np.savez(folder / "run.npz", **arrays)
+        return folder / "run.npz"
+
+    return make
+
+
+def mat(**arrays: Any) -> Make:
+    def make(folder: Path, *_: Any) -> Path:
+        scipy = pytest.importorskip("scipy.io")
+        scipy.savemat(folder / "run.mat", arrays)
+        return folder / "run.mat"
+
+    return make
+
+
+def hdf5(folder: Path, *_: Any) -> Path:
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(folder / "run.mat", "w", userblock_size=512) as file:
+        file["u"] = np.ones(5000)
+    return folder / "run.mat"
+
+
+def folder_of(**contents: str) -> Make:
+    def make(folder: Path, *_: Any) -> Path:
+        inside = folder / "dive"
+        inside.mkdir()
+        for name, content in contents.items():
+            (inside / name.replace("__", ".")).write_text(content)
+        return inside
+
+    return make
+
+
+refused, noted, spoilt = "refused", "noted", "spoilt"
+MOOS = "%% LOGSTART 1000.5\n0.1 NAV_X pNav 1.5\n0.2 NAV_X pNav 1.6\n"
+FOUR = np.arange(4.0)
+
+CORPUS = [
+    # name, what it is, what becomes of it, what is said
+    ("empty", raw("a.csv", b""), refused, "the file is empty"),
+    ("blank", text("a.csv", "\n\n  \n"), refused, "only zero bytes or blanks"),
+    ("zeros", raw("a.csv", bytes(4096)), refused, "only zero bytes or blanks"),
+    ("noise", raw("a.csv", np.random.default_rng(1).bytes(5000)), refused, r"no text: byte \d+ "),
+    ("noise-bin", raw("a.bin", b"\x07\x01\x00\x02" * 99), refused, "its name says ArduPilot log"),
+    ("noise-name", raw("a.xyz", b"\x07\x01\x00\x02" * 99), refused, "no format known here begins"),
+    ("spreadsheet", raw("a.xlsx", b"PK\x03\x04" + bytes(99)), refused, "save the sheet as CSV"),
+    ("pickle", raw("a.pkl", b"\x80\x04\x95" + bytes(99)), refused, "a pickle, which may run"),
+    ("telemetry", raw("a.tlog", b"\x00\x01\xfe\x03" * 9), refused, "mavlogdump.py"),
+    ("lsts", raw("Data.lsf", b"\x54\xfe\x00\x01" * 9), refused, "no maintained reader exists"),
+    ("ragged", text("a.csv", TABLE + "0.4,1.9\n0.5,2,3,4\n"), refused, "line 7 has 4 cells"),
+    ("ragged-all", text("a.csv", TABLE + "0.4,1.9\n0.5,2,3,4\n"), refused, "line 6 has 2 cells"),
+    ("mixed-marks", text("a.csv", TABLE + "0.4;1.9;0.5\n"), refused, "told apart by commas"),
+    ("narrow-names", text("a.csv", "time,u\n0,1,2\n1,2,3\n"), refused, "the header has 2"),
+    ("half-line", text("a.csv", TABLE + "0.4,1."), noted, r"the last line \(6\) is cut off"),
+    ("bad-cell", text("a.csv", TABLE + "0.4,oops,1\n"), spoilt, r"u: .*'oops' in row 5 \(line 6\)"),
+    ("twice-named", text("a.csv", "time,u,u\n0,1,2\n"), spoilt, "u: column `u` stands 2 times"),
+    ("repeated-header", text("a.csv", TABLE + TABLE), noted, "line 6 repeats the header"),
+    ("comments", text("a.csv", TABLE + "# lunch\n0.4,1,1\n"), noted, "line 6 is a comment"),
+    ("nul-bytes", text("a.csv", TABLE + "\0" * 99 + "\n"), noted, "line 6 is filled with zero"),
+    ("nul-cell", text("a.csv", TABLE + "0.4,1\0\0,1\n"), spoilt, r"u: .*\(line 6\)"),
+    (
+        "quote",
+        text("a.csv", TABLE + '0.4,"1,1\n' * 3),
+        refused,
+        "goes on to line 8: is a quotation mark",
+    ),
+    ("infinite", text("a.csv", TABLE + "0.4,inf,-inf\n"), noted, r"`u` is infinite once.*line 6"),
+    ("huge", text("a.csv", TABLE + "0.4,1e308,0\n"), noted, r"`u` is beyond 1e\+300 once"),
+    ("overflow", text("a.csv", TABLE + "0.4,1e999,0\n"), noted, "`u` is infinite once"),
+    ("one-row", text("a.csv", "time,u\n0,1\n"), noted, "there is one row"),
+    ("no-names", text("a.csv", "0,1\n1,2\n2,3\n"), noted, "no line of column names"),
+    ("western", text("a.csv", "Zeit,Höhe\n0,1\n1,2\n", "cp1252"), noted, "read as Windows-1252"),
+    ("western-late", text("a.csv", TABLE * 1 + "0.4,é,1\n", "cp1252"), spoilt, "u: .*'é' in row 5"),
+    ("titles", text("a.csv", "x,y,z\n" + TABLE), noted, "line 1 above the column names"),
+    ("dates", text("a.csv", "t,u\n2022-07-28 12:00:00,1\n2022-07-28 12:00:01,2\n"), noted, "1970"),
+    ("gz-cut", raw("a.csv.gz", gzip.compress(TABLE.encode() * 99)[:60]), refused, "gzip -dc"),
+    ("gz-noise", raw("a.csv.gz", b"\x1f\x8b\x08\x00" + bytes(range(60))), refused, "gzip"),
+    ("utf16-cut", raw("a.csv", TABLE.encode("utf-16")[:-3]), spoilt, r"r: .*row 4 \(line 5\)"),
+    ("avl-back", text("d.dat", DEPTH + "1,2,\n3,2,\n2,2,\n"), noted, r"runs back once.*\(line 6\)"),
+    ("avl-one", text("d.dat", DEPTH + "1,2,\n"), noted, "holds one message only"),
+    ("avl-cell", text("d.dat", DEPTH + "1,2,\nx,2,\n2,2,\n"), refused, "`time` must hold numbers"),
+    ("bag1-cut", cut(ros1(), 0.6), refused, "rosbag reindex"),
+    ("bag1-head", cut(ros1(), 0.02), refused, "cannot be read as a ROS bag"),
+    (
+        "bag1-zeroed",
+        overwritten(ros1(), 0.5, 400),
+        noted,
+        "damaged after message 5 .*rosbag reindex",
+    ),
+    ("mcap-half", cut(ros2("MCAP"), 0.7), refused, "mcap recover"),
+    ("mcap-magic", raw("a.mcap", b"\x89MCAP0\r\n"), refused, "mcap recover"),
+    ("mcap-zeroed", overwritten(ros2("MCAP"), 0.3), refused, "mcap recover"),
+    ("db3-cut", cut(ros2("SQLITE3"), 0.5), refused, "recover"),
+    ("db3-empty", raw("a.db3", b"SQLite format 3\0"), refused, "recover"),
+    ("bag-no-metadata", no_metadata, "read", ""),
+    ("bag-bad-metadata", broken_metadata, refused, "Could not load YAML"),
+    ("bag-lost-storage", lost_storage, refused, "database files are missing"),
+    ("bag-empty", no_messages, refused, "no message that can be read"),
+    ("bag-images", only_images, refused, r"`/eye` \(sensor_msgs/msg/Image\) was left out"),
+    ("bag-late-topic", late_topic, noted, r"topic `/imu` begins 3 s after the first one"),
+    ("bag-two-vehicles", two_vehicles, noted, "or two vehicles in one recording"),
+    ("bag-two-types", two_types, "read", ""),
+    ("bin-cut", cut(dataflash, 0.9), noted, r"cut off: its last \d+ bytes"),
+    ("bin-zeroed", overwritten(dataflash, 0.8), noted, "bytes belong to no message, the first at"),
+    ("bin-head", raw("a.bin", b"\xa3\x95\x01\x02"), refused, "0xA3 0x95 0x80"),
+    ("ulg-cut", cut(ulog(n=50), 0.7), noted, r"breaks off or is damaged at byte \d+ of \d+"),
+    ("ulg-head", cut(ulog(), 0.01), refused, "cut off or damaged|its name says"),
+    ("ulg-dropout", ulog(dropout=True), noted, "dropped messages 1 times, 0.25 s in all"),
+    ("ulg-long", ulog(), noted, "the long array `values` was left out"),
+    ("parquet-cut", cut(parquet, 0.8), refused, "cut off or damaged"),
+    ("parquet-zeroed", overwritten(parquet, 0.9, 200), refused, "cut off or damaged"),
+    ("npz-cut", cut(npz(time=FOUR, u=FOUR), 0.6), refused, "cut off or damaged"),
+    ("npz-lengths", npz(time=FOUR, u=np.ones(3)), spoilt, "u: `u` has 3 values where `time` has 4"),
+    ("npz-objects", npz(time=FOUR, log=np.array([{}, 1], object)), noted, "never loaded"),
+    ("npz-scalars", npz(mass=np.array(12.0)), refused, "no array with a value a sample"),
+    ("npz-empty", npz(), refused, "no array with a value a sample; there is nothing"),
+    ("mat-cut", cut(mat(time=FOUR, u=np.ones((4, 300))), 0.3), refused, "cut off or damaged"),
+    ("mat-lengths", mat(time=FOUR, u=np.ones(3)), spoilt, "u: `u` has 3 values where `time` has 4"),
+    ("mat73-cut", cut(hdf5, 0.5), refused, "cut off or damaged"),
+    ("moos-half", text("a.alog", MOOS + "0.3 NAV"), noted, "1 lines are no postings .line 4"),
+    (
+        "moos-words",
+        text("a.alog", MOOS + "0.3 NAV_X pNav lost\n"),
+        spoilt,
+        "value: .*'lost' in line 4",
+    ),
+    ("moos-none", text("a.alog", "once upon a time\nthere was\na log\n"), refused, "no MOOS log"),
+    ("folder-empty", folder_of(readme__md="x"), refused, "the folder holds no log"),
+    ("folder-mixed", folder_of(a__csv=TABLE, b__tsv=TABLE), refused, "logs of several kinds"),
+    ("folder-bad", folder_of(a__csv="t,u\n1\n", b__csv="t,u\n1\n"), refused, "2 faults"),
+    ("folder-same", folder_of(a__alog=MOOS, b__alog=MOOS), refused, "their times overlap"),
+]
+
+
+@pytest.mark.parametrize(
+    ("make", "becomes", "says"), [case[1:] for case in CORPUS], ids=[case[0] for case in CORPUS]
+)
+def test_corpus(
+    tmp_path: Path, bag: Any, dive: Any, write_ulog: Any, make: Make, becomes: str, says: str
+) -> None:
+    _check(make(tmp_path, bag, dive, write_ulog), becomes, says)
+
+
+TEXTS = [case for case in CORPUS if case[1].__qualname__.startswith("raw.")]
+
+
+@pytest.mark.parametrize(
+    ("make", "becomes", "says"), [case[1:] for case in TEXTS], ids=[case[0] for case in TEXTS]
+)
+def test_corpus_without_arrow(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, make: Make, becomes: str, says: str
+) -> None:
+    monkeypatch.setattr("hydrodamp.ingest.formats.fast_text.installed", lambda name: None)
+    _check(make(tmp_path, None, None, None), becomes, says)
+
+
+def _check(path: Path, becomes: str, says: str) -> None:
+    """Read a file, and see that it becomes what the table says."""
+    if becomes == refused:
+        with pytest.raises((LogError, FileError), match=says) as caught:
+            files.read(path)
+        assert path.name in str(caught.value)
+        return
+    recording = files.read(path)
+    assert recording.topics
+    if becomes == noted:
+        assert any(_matches(says, note) for note in recording.notes), recording.notes
+    if becomes == spoilt:
+        faults = {name: told for one in recording.topics for name, told in one.faults.items()}
+        assert any(_matches(says, f"{name}: {told}") for name, told in faults.items()), faults
+    for topic in recording.topics:
+        assert not set(topic.faults) & set(topic.fields)
+        for name in topic.faults:
+            with pytest.raises(LogError, match=r"must hold numbers|keep one|values where"):
+                topic.numbers(name)
+
+
+def _matches(says: str, told: str) -> bool:
+    return re.search(says, told) is not None
+
+
+def test_the_corpus_is_large() -> None:
+    assert len(CORPUS) >= 40
+    assert len({case[0] for case in CORPUS}) == len(CORPUS)

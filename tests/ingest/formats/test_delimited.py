@@ -1,0 +1,310 @@
+from __future__ import annotations
+
+import csv
+import gzip
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hydrodamp.errors import FileError, LogError
+from hydrodamp.ingest.formats import avl, delimited, fast_text, text_rows
+
+TABLE = {"t": [0.0, 0.5, 1.0], "u": [1.5, -2.25, 3.0]}
+
+
+@pytest.fixture(params=["arrow", "alone"])
+def reader(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
+    """Both readers: Arrow's, and our own where Arrow is not installed."""
+    if request.param == "arrow":
+        pytest.importorskip("pyarrow")
+    else:
+        monkeypatch.setattr(fast_text, "installed", lambda name: None)
+    return request.param
+
+
+@pytest.fixture
+def only_fast(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let the careful reader fail, so that Arrow must do."""
+    pytest.importorskip("pyarrow")
+    monkeypatch.setattr(text_rows, "read", None)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "t,u\n0,1.5\n0.5,-2.25\n1,3\n",
+        "t;u\n0;1.5\n0.5;-2.25\n1;3\n",
+        "t;u\r\n0;1,5\r\n0,5;-2,25\r\n1;3\r\n",
+        "t\tu\n0\t1.5\n0.5\t-2.25\n1\t3\n",
+        "t\tu\n0\t1,5\n0,5\t-2,25\n1\t3\n",
+        "t|u\n0|1.5\n0.5|-2.25\n1|3\n",
+        "  t    u\n  0    1.5 \n 0.5  -2.25\n 1.0   3.\n",
+        "# t u\n0 1.5\n0.5 -2.25\n1 3\n",
+        "% made by hand\n% t,u\n0,1.5\n0.5,-2.25\n1,3\n",
+        "sep=;\nt;u\n0;1.5\n0.5;-2.25\n1;3\n",
+        '"t","u"\n"0","1.5"\n"0.5","-2.25"\n"1","3"\n',
+        '"t";"u"\n"0";"1,5"\n"0,5";"-2,25"\n"1";"3"\n',
+        "t,u,\n0,1.5,\n0.5,-2.25,\n1,3,\n",
+        "t,u\r0,1.5\r0.5,-2.25\r1,3\r",
+        "\n\nt,u\n\n0,1.5\n0.5,-2.25\n\n1,3\n\n",
+        "Log of a dive\nRun 7\nt,u\n0,1.5\n0.5,-2.25\n1,3",
+        "t,u\n0,+1.5\n5e-1,-.225E1\n1.,3\n",
+    ],
+)
+@pytest.mark.parametrize(
+    "encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "cp1252"]
+)
+def test_any_spelling_gives_the_same_numbers(
+    tmp_path: Path, text: str, encoding: str, reader: str
+) -> None:
+    path = tmp_path / "log.csv"
+    path.write_bytes(text.encode(encoding))
+    topic = delimited.read(path).topics[0]
+    assert topic.name == ""
+    assert topic.time is None
+    assert {name: values.tolist() for name, values in topic.fields.items()} == TABLE
+    assert topic.faults == {}
+    assert topic.texts == {}
+
+
+def test_clean_text_goes_through_arrow(tmp_path: Path, only_fast: None) -> None:
+    for text in ("t,u\n0,1.5\n0.5, -2.25\n1,3\n", " t  u\n 0 1.5 \n .5  -2.25\n 1 3\n"):
+        path = tmp_path / "log.csv"
+        path.write_text(text)
+        topic = delimited.read(path).topics[0]
+        assert {name: values.tolist() for name, values in topic.fields.items()} == TABLE
+        assert not topic.fields["u"].flags.writeable
+
+
+def test_units_stand_in_names_or_in_a_line_of_their_own(tmp_path: Path, reader: str) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text("time [s],speed (m/s),rpm[0],range (beam),u_[kn]\n0,1,2,3,4\n1,2,3,4,5\n")
+    topic = delimited.read(path).topics[0]
+    assert list(topic.fields) == ["time", "speed", "rpm[0]", "range (beam)", "u"]
+    assert topic.units == {"time": "s", "speed": "m/s", "u": "kn"}
+    path.write_text("time,speed,angle\n[s],m/s,°\n0,1,2\n1,2,3\n")
+    topic = delimited.read(path).topics[0]
+    assert topic.units == {"time": "s", "speed": "m/s", "angle": "°"}
+    assert list(topic.lines) == [3, 4]
+    path.write_text("speed [m/s],speed [kn]\n1,2\n2,3\n")
+    assert list(delimited.read(path).topics[0].fields) == ["speed [m/s]", "speed [kn]"]
+
+
+def test_velocities_are_no_units(tmp_path: Path) -> None:
+    """v and w are names of velocities before they are volt and watt."""
+    path = tmp_path / "log.csv"
+    path.write_text("Run of the day\nt,u,v,w,p,q,r\n0,1,2,3,4,5,6\n1,2,3,4,5,6,7\n")
+    assert list(delimited.read(path).topics[0].fields) == list("tuvwpqr")
+
+
+def test_words_truths_dates_and_gaps(tmp_path: Path, reader: str) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text(
+        "t,mode,good,when,none,u\n"
+        "0,AUTO,True,2022-07-28T12:00:00Z,,1\n"
+        "1,AUTO,False,2022-07-28T14:00:01+02:00,,n/a\n"
+        "2,STOP,,2022-07-28 12:00:02.500,NaN,3\n"
+    )
+    recording = delimited.read(path)
+    topic = recording.topics[0]
+    assert topic.texts == {"mode": ("AUTO", "AUTO", "STOP")}
+    np.testing.assert_array_equal(topic.fields["good"], [1, 0, np.nan])
+    np.testing.assert_array_equal(topic.fields["when"] - 1659009600, [0, 1, 2.5])
+    assert topic.units == {"when": "s"}
+    assert np.isnan(topic.fields["none"]).all()
+    np.testing.assert_array_equal(topic.fields["u"], [1, np.nan, 3])
+    assert recording.notes == ("column `when` holds dates, read in seconds since 1970",)
+
+
+def test_dates_that_are_none_are_words(tmp_path: Path, reader: str) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text("t,when\n0,2022-13-28\n1,2022-07-99\n")
+    assert delimited.read(path).topics[0].texts == {"when": ("2022-13-28", "2022-07-99")}
+
+
+def test_numbers_spelt_in_ways_of_other_tongues_are_refused(tmp_path: Path, reader: str) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text("t;u\n0;1,5\n1;1_000\n2;1.234,5\n3;2,5\n")
+    topic = delimited.read(path).topics[0]
+    assert topic.texts["u"] == ("1,5", "1_000", "1.234,5", "2,5")
+    assert topic.faults["u"] == (
+        "column `u` must hold numbers; got '1_000' in row 2 (line 3), '1.234,5' in row 3 (line 4)"
+    )
+
+
+def test_a_bad_column_keeps_its_cells_across_blocks(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(text_rows, "_BLOCK", 2)
+    path = tmp_path / "log.csv"
+    path.write_text("t,u\n0,1.5\n1,2\n2,x\n3,4\n4,y\n5,6\n6,7\n")
+    topic = delimited.read(path).topics[0]
+    assert topic.texts["u"] == ("1.5", "2.0", "x", "4", "y", "6", "7.0")
+    assert "'x' in row 3 (line 4), 'y' in row 5 (line 6)" in topic.faults["u"]
+    assert topic.fields["t"].tolist() == [0, 1, 2, 3, 4, 5, 6]
+
+
+def test_a_header_alone_has_no_rows(tmp_path: Path, reader: str) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text("time,u\n")
+    topic = delimited.read(path).topics[0]
+    assert list(topic.fields) == ["time", "u"]
+    assert topic.n == 0
+
+
+def test_names_in_any_number_of_header_lines(tmp_path: Path, reader: str) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text("A,B,C\nt,u,r\ns,m/s,rad/s\n0,1,2\n1,2,3\n")
+    recording = delimited.read(path)
+    assert dict(recording.topics[0].units) == {"t": "s", "u": "m/s", "r": "rad/s"}
+    assert recording.notes == ("line 1 above the column names was passed over",)
+
+
+def test_columns_without_name_are_called_by_their_place(tmp_path: Path, reader: str) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text(",t,u\n0,1,2\n1,2,3\n")
+    assert list(delimited.read(path).topics[0].fields) == ["column 1", "t", "u"]
+
+
+def test_compressed_text(tmp_path: Path, reader: str) -> None:
+    path = tmp_path / "log.csv.gz"
+    path.write_bytes(gzip.compress(b"t,u\n0,1\n1,2\n"))
+    assert delimited.read(path).topics[0].fields["u"].tolist() == [1, 2]
+
+
+def test_a_csv_field_too_long_is_told(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text('t,u\n0,1\n1,"' + "x" * (csv.field_size_limit() + 9) + '"\n')
+    with pytest.raises(LogError, match=r"larger than|mark missing"):
+        delimited.read(path)
+
+
+@pytest.mark.parametrize("rows", [1, 7, 100, 1000])
+def test_parts_join_to_the_whole(tmp_path: Path, rows: int, reader: str) -> None:
+    rng = np.random.default_rng(rows)
+    table = rng.standard_normal((500, 3))
+    path = tmp_path / "log.csv"
+    np.savetxt(path, table, delimiter=",", header="t,u,r", comments="", fmt="%.17g")
+    whole = delimited.read(path).topics[0]
+    parts = [part.topics[0] for part in delimited.parts(path, rows)]
+    assert max(part.n for part in parts) <= rows
+    for place, name in enumerate("tur"):
+        joined = np.concatenate([part.fields[name] for part in parts])
+        np.testing.assert_array_equal(joined, whole.fields[name])
+        np.testing.assert_array_equal(joined, table[:, place])
+    assert [line for part in parts for line in part.lines] == list(whole.lines)
+
+
+def test_parts_turn_careful_where_the_text_turns_odd(tmp_path: Path) -> None:
+    lines = [f"{k},{k / 2}" for k in range(100_000)]
+    lines[75_000] = "75000,oops"
+    path = tmp_path / "log.csv"
+    path.write_text("t,u\n" + "\n".join(lines) + "\n")
+    parts = [part.topics[0] for part in delimited.parts(path, 20_000)]
+    assert [part.n for part in parts] == [20_000] * 5
+    np.testing.assert_array_equal(
+        np.concatenate([part.fields["t"] for part in parts]), np.arange(100_000)
+    )
+    assert [bool(part.faults) for part in parts] == [False, False, False, True, False]
+    assert "'oops' in row 75001 (line 75002)" in parts[3].faults["u"]
+    assert parts[4].fields["u"][-1] == 99_999 / 2
+
+
+def test_parts_tell_the_faults_of_a_part(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text("t,u\n0,1\n1,2\n2,3,4\n3,4\n")
+    with pytest.raises(LogError, match="line 4 has 3 cells"):
+        list(delimited.parts(path, 10))
+
+
+def test_letters_that_are_no_unicode_far_down(tmp_path: Path) -> None:
+    rows = "".join(f"{k},calm\n" for k in range(60_000))
+    path = tmp_path / "log.csv"
+    path.write_bytes(("t,sea\n" + rows + "60000,müde\n").encode("cp1252"))
+    recording = delimited.read(path)
+    assert recording.topics[0].texts["sea"][-1] == "müde"
+    assert "Windows-1252" in recording.notes[0]
+
+
+@pytest.mark.parametrize("ending", ["\r\n", "\n"])
+def test_the_topics_of_virginia_tech(tmp_path: Path, ending: str, reader: str) -> None:
+    lines = [
+        "DVL",
+        r"time,v_x,data\_good,",
+        "seconds,m/s,bool,",
+        "10.25,  0.340,  1.0,",
+        "10.50,    NaN,  0.0,",
+    ]
+    path = tmp_path / "share_dvl_node.velocity.dat"
+    path.write_bytes(ending.join([*lines, ""]).encode())
+    topic = avl.read(path).topics[0]
+    assert topic.name == "share_dvl_node.velocity"
+    assert topic.time is not None
+    assert topic.time.tolist() == [10.25, 10.5]
+    np.testing.assert_array_equal(topic.fields["v_x"], [0.34, np.nan])
+    assert topic.units == {"time": "seconds", "v_x": "m/s", "data_good": "bool"}
+    assert list(topic.lines) == [4, 5]
+
+
+def test_a_topic_without_clock_is_none_of_virginia_tech(tmp_path: Path) -> None:
+    path = tmp_path / "x.dat"
+    path.write_text("DVL\na,b,\nm,m,\n1,2,\n2,3,\n")
+    with pytest.raises(LogError, match="no column `time` in its second line"):
+        avl.read(path)
+
+
+@pytest.mark.parametrize("tail", ["", "\n"])
+@pytest.mark.parametrize("cores", [1, 2, 3, 7])
+def test_pieces_read_side_by_side_are_the_whole(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, only_fast: None, cores: int, tail: str
+) -> None:
+    """Words, gaps and numbers stay in their rows wherever the text is cut."""
+    monkeypatch.setattr(fast_text, "_PIECE", 64)
+    monkeypatch.setattr(fast_text, "_BLOCK", 128)
+    monkeypatch.setattr("os.cpu_count", lambda: cores)
+    rng = np.random.default_rng(cores)
+    table = rng.standard_normal((300, 2)).round(int(cores))
+    rows = [f"{k},w{k % 7},{a!r},{b!r}" for k, (a, b) in enumerate(table.tolist())]
+    rows[200] = "200,w4,,1.5"
+    path = tmp_path / "log.csv"
+    path.write_text("Log\nt,mode,a,b\n" + "\n".join(rows) + tail)
+    topic = delimited.read(path).topics[0]
+    table[200] = np.nan, 1.5
+    assert topic.fields["t"].tolist() == list(range(300))
+    assert topic.texts["mode"] == tuple(f"w{k % 7}" for k in range(300))
+    np.testing.assert_array_equal(topic.fields["a"], table[:, 0])
+    np.testing.assert_array_equal(topic.fields["b"], table[:, 1])
+    assert topic.lines == range(3, 303)
+
+
+def test_a_longer_line_than_a_piece_is_not_cut(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(fast_text, "_PIECE", 64)
+    monkeypatch.setattr(fast_text, "_BLOCK", 32)
+    monkeypatch.setattr("os.cpu_count", lambda: 4)
+    path = tmp_path / "log.csv"
+    path.write_text("t,word\n0," + "x" * 500 + "\n1,y\n")
+    assert delimited.read(path).topics[0].texts["word"] == ("x" * 500, "y")
+
+
+def test_lines_that_end_the_old_way_are_counted(tmp_path: Path) -> None:
+    """Arrow sees more rows than there are line feeds; the careful reader takes over."""
+    path = tmp_path / "log.csv"
+    path.write_bytes(b"t,u\r0,1\r1,2\n2,3\r3,4\n")
+    topic = delimited.read(path).topics[0]
+    assert topic.fields["u"].tolist() == [1, 2, 3, 4]
+    assert list(topic.lines) == [2, 3, 4, 5]
+
+
+def test_a_file_of_words_only(tmp_path: Path, reader: str) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text("event,who\ndive,crew\nrise,crew\n")
+    assert delimited.read(path).topics[0].texts["event"] == ("dive", "rise")
+    assert [part.topics[0].n for part in delimited.parts(path, 1)] == [1, 1]
+
+
+def test_a_file_nobody_may_read(tmp_path: Path) -> None:
+    with pytest.raises(FileError, match="cannot be read: Is a directory"):
+        delimited.read(tmp_path)

@@ -1,0 +1,197 @@
+"""Which reader a file gets, and several files as one recording."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hydrodamp.data.recording import Topic
+from hydrodamp.errors import FileError, LogError
+from hydrodamp.ingest.formats import detect, files
+from hydrodamp.ingest.formats.extras import installed
+from hydrodamp.ingest.formats.joining import joined
+from hydrodamp.ingest.formats.naming import told_apart
+
+TABLE = "t,u\n0,1\n1,2\n"
+
+
+@pytest.mark.parametrize(
+    ("begin", "name", "module"),
+    [
+        (b"#ROSBAG V2.0\n", "x", "rosbag"),
+        (b"\x89MCAP0\r\n", "x.csv", "rosbag"),
+        (b"SQLite format 3\0", "x", "rosbag"),
+        (b"PAR1", "x.csv", "parquet"),
+        (b"\x93NUMPY", "x.npz", "npz"),
+        (b"PK\x03\x04", "x.npz", "npz"),
+        (b"MATLAB 5.0 MAT-file", "x.dat", "matlab"),
+        (b"\x89HDF\r\n\x1a\n", "x", "matlab"),
+        (b"MATLAB".ljust(512, b" ") + b"\x89HDF\r\n\x1a\n", "x", "matlab"),
+        (b"X" * 512 + b"\x89HDF\r\n\x1a\n", "x", "matlab"),
+        (b"\xa3\x95\x80", "x", "ardupilot"),
+        (b"FMT, 128, 89, FMT", "x.log", "ardupilot"),
+        (b"ULog\x01\x12\x35", "x.bin", "px4"),
+        (b"%% LOGSTART 5", "x", "moos"),
+        (b"0.1 A b 1", "x.alog", "moos"),
+        (b"\x54\xfe\x00", "Data", "lsts"),
+        (b"DVL\r\ntime,u,\r\nseconds,m/s,\r\n1,2,\r\n", "x.dat", "avl"),
+        (b"DVL\r\ntime,u\r\nseconds,m/s\r\n1,2\r\n", "x.dat", "delimited"),
+        (b"t,u\n0,1\n", "x.log", "delimited"),
+        (b"t,u\n0,1\n", "x", "delimited"),
+        (TABLE.encode("utf-16"), "x", "delimited"),
+    ],
+)
+def test_content_comes_before_the_name(
+    tmp_path: Path, begin: bytes, name: str, module: str
+) -> None:
+    path = tmp_path / name
+    path.write_bytes(begin)
+    assert detect.format_of(path).module == module
+
+
+def test_archives_of_arrays_are_known_inside(tmp_path: Path) -> None:
+    np.savez(tmp_path / "run", t=np.arange(3.0))
+    path = (tmp_path / "run.npz").rename(tmp_path / "run")
+    assert files.read(path).topics[0].n == 3
+    path.write_bytes(b"PK\x03\x04 but no archive")
+    with pytest.raises(LogError, match="unpack it and give the log in it"):
+        files.read(path)
+
+
+def test_a_folder_is_no_file(tmp_path: Path) -> None:
+    with pytest.raises(FileError, match="is a folder"):
+        detect.format_of(tmp_path)
+
+
+def test_foreign_text_is_told(tmp_path: Path) -> None:
+    (tmp_path / "run.json").write_text("{}")
+    with pytest.raises(LogError, match="this is JSON; save the numbers as CSV"):
+        files.read(tmp_path / "run.json")
+
+
+def test_a_file_comes_in_parts_where_it_can(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text(TABLE)
+    assert [part.topics[0].n for part in detect.parts(tmp_path / "a.csv", 1)] == [1, 1]
+    np.savez(tmp_path / "b.npz", t=np.arange(3.0))
+    assert [part.topics[0].n for part in detect.parts(tmp_path / "b.npz", 1)] == [3]
+
+
+@pytest.mark.parametrize(
+    ("content", "name", "package"),
+    [
+        (b"PAR1", "x.parquet", "pyarrow"),
+        (b"\x89HDF\r\n\x1a\n", "x.mat", "h5py"),
+        (b"ULog\x01\x12\x35", "x.ulg", "pyulog"),
+        (b"#ROSBAG V2.0", "x.bag", "rosbags"),
+    ],
+)
+def test_a_missing_reader_is_named_with_its_command(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, content: bytes, name: str, package: str
+) -> None:
+    for module in [it for it in sys.modules if it.partition(".")[0] == package]:
+        monkeypatch.setitem(sys.modules, module, None)
+    monkeypatch.setitem(sys.modules, package, None)
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(FileError) as caught:
+        files.read(tmp_path / name)
+    assert f"the package {package}, is not installed" in str(caught.value)
+    assert 'pip install "hydrodamp[logs]"' in str(caught.value)
+    assert installed(package) is None
+
+
+def test_a_folder_of_tables_is_a_topic_each(tmp_path: Path) -> None:
+    (tmp_path / "dvl.csv").write_text(TABLE)
+    (tmp_path / "imu.CSV").write_text("t,r\n0,x\n1,2\n2,3\n")
+    (tmp_path / "notes.md").write_text("calm sea")
+    (tmp_path / ".hidden.csv").write_text("nothing")
+    (tmp_path / "derived.npz").write_bytes(b"")
+    recording = files.read(tmp_path)
+    assert [topic.name for topic in recording.topics] == ["dvl", "imu"]
+    assert recording.notes == ("imu.CSV: column `r` must hold numbers; got 'x' in row 1 (line 2)",)
+    assert recording.source == str(tmp_path)
+    (tmp_path / "imu.CSV").unlink()
+    (tmp_path / "derived.npz").unlink()
+    assert files.read(tmp_path).topics[0].name == "dvl"
+
+
+def test_several_files_are_one_recording(tmp_path: Path) -> None:
+    (tmp_path / "dvl.csv").write_text(TABLE)
+    np.savez(tmp_path / "imu.npz", t=np.arange(3.0))
+    recording = files.read([tmp_path / "dvl.csv", tmp_path / "imu.npz"])
+    assert {topic.name: topic.n for topic in recording.topics} == {"dvl": 2, "imu": 3}
+    assert recording.format == "text in columns and NumPy arrays"
+    assert files.read([tmp_path / "dvl.csv"]).topics[0].name == ""
+
+
+def test_nothing_and_nowhere(tmp_path: Path) -> None:
+    with pytest.raises(FileError, match="no file was given"):
+        files.read([])
+    with pytest.raises(FileError, match="No such file"):
+        files.read(tmp_path / "absent.csv")
+
+
+def test_one_bad_file_of_several_is_told_alone(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text(TABLE)
+    (tmp_path / "b.csv").write_text("t,u\n0,1\n1\n")
+    with pytest.raises(LogError, match=r"b\.csv: line 3 has 1 cells, the header has 2"):
+        files.read(tmp_path)
+
+
+def test_topics_join_in_the_order_of_their_clocks() -> None:
+    first = Topic("a", [0.0, 1.0], {"x": [1.0, 2.0]}, {"m": ("p", "q")}, {"x": "m"})
+    second = Topic("a", [5.0], {"x": [3.0], "y": [9.0]}, faults={"z": "spoilt"})
+    other = Topic("b", None, {"x": [3.0]})
+    empty = Topic("a", [], {"x": []}, {"m": ()})
+    whole, alone = joined([second, empty, other, first][::-1], "dive")[::-1]
+    assert {whole.name, alone.name} == {"a", "b"}
+    topic = whole if whole.name == "a" else alone
+    np.testing.assert_array_equal(topic.time, [0, 1, 5])
+    np.testing.assert_array_equal(topic.fields["y"], [np.nan, np.nan, 9])
+    assert topic.texts["m"] == ("p", "q", "")
+    assert topic.units == {"x": "m"}
+    assert topic.faults == {"z": "spoilt"}
+    with pytest.raises(LogError, match="without a clock of its own"):
+        joined([other, other], "dive")
+
+
+def test_topics_keep_frozen_arrays_and_copy_others() -> None:
+    values = np.arange(3.0)
+    topic = Topic("a", None, {"x": values})
+    assert topic.fields["x"] is not values
+    assert not topic.fields["x"].flags.writeable
+    values.setflags(write=False)
+    assert Topic("a", None, {"x": values}).fields["x"] is values
+    assert Topic("a", None, {"x": np.arange(6.0)[::2]}).fields["x"].flags.owndata
+
+
+def test_topics_of_unequal_fields_cannot_be() -> None:
+    with pytest.raises(LogError, match=r"topic `a` must have 3 values a field; got `x` 2"):
+        Topic("a", [0.0, 1.0, 2.0], {"x": [1.0, 2.0]})
+
+
+def test_asking_a_topic_for_numbers() -> None:
+    topic = Topic("a", None, {"x": [1.0]}, {"m": ("p",)}, faults={"z": "`z` is spoilt"})
+    assert topic.numbers("x").tolist() == [1]
+    with pytest.raises(LogError, match="field `m` in topic `a` must hold numbers; it holds words"):
+        topic.numbers("m")
+    with pytest.raises(LogError, match="`z` is spoilt in topic `a`"):
+        topic.numbers("z")
+    with pytest.raises(LogError, match="there is no field `y` in topic `a`"):
+        topic.numbers("y")
+
+
+def test_asking_a_recording_for_a_topic(tmp_path: Path) -> None:
+    (tmp_path / "dvl.csv").write_text(TABLE)
+    (tmp_path / "imu.csv").write_text(TABLE)
+    recording = files.read(tmp_path)
+    assert recording.topic("imu").n == 2
+    assert recording.spans() == {}
+    with pytest.raises(LogError, match=r"no topic `imo`\. Did you mean 'imu'"):
+        recording.topic("imo")
+
+
+def test_doubles_never_take_a_name_that_is_there() -> None:
+    assert told_apart(["u", "u (1)", "u"]) == ("u (2)", "u (1)", "u (3)")

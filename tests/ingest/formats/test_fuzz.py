@@ -1,0 +1,220 @@
+"""The readers of our own on anything: an answer or a LogError, and no number but those written."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings, strategies as st
+
+from hydrodamp.errors import FileError, LogError
+from hydrodamp.ingest.formats import (
+    ardupilot,
+    avl,
+    dataflash_format,
+    delimited,
+    fast_text,
+    files,
+    moos,
+    px4,
+)
+
+SETTINGS = settings(
+    max_examples=30,
+    deadline=None,
+    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
+)
+NUMBER = st.floats(allow_nan=True, allow_infinity=True, width=64)
+NAME = st.text(st.sampled_from("abcdefgxyz_"), min_size=1, max_size=8).map(lambda it: "x" + it)
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("fuzz")
+
+
+def answers(read: Callable[[Path], Any], path: Path) -> Any:
+    """Read, or refuse in words."""
+    try:
+        return read(path)
+    except (LogError, FileError) as error:
+        told = str(error)
+    assert path.name in told
+    return None
+
+
+@SETTINGS
+@given(content=st.binary(max_size=400))
+@pytest.mark.parametrize("name", ["x.csv", "x.bin", "x.alog", "x.dat", "x", "x.csv.gz", "x.ulg"])
+def test_any_bytes_are_answered(place: Path, name: str, content: bytes) -> None:
+    path = place / name
+    path.write_bytes(content)
+    answers(files.read, path)
+
+
+@SETTINGS
+@given(content=st.text(st.sampled_from("01.,;\t e-\n\r\"'#%tuNa_\0é="), max_size=200))
+@pytest.mark.parametrize("read", [delimited.read, avl.read, moos.read, ardupilot.read])
+def test_any_text_is_answered(place: Path, read: Callable[[Path], Any], content: str) -> None:
+    path = place / "x.dat"
+    path.write_bytes(content.encode())
+    recording = answers(read, path)
+    for topic in () if recording is None else recording.topics:
+        assert all(len(values) == topic.n for values in topic.fields.values())
+
+
+@SETTINGS
+@given(content=st.text(st.sampled_from('01.,; -\n"tuNa'), max_size=120))
+def test_arrow_and_the_careful_reader_agree(place: Path, content: str) -> None:
+    """Where Arrow reads a text, the reader that goes row by row finds the same in it."""
+    pytest.importorskip("pyarrow")
+    path = place / "x.csv"
+    path.write_text(content, newline="")
+    fast = answers(delimited.read, path)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(fast_text, "installed", lambda name: None)
+        slow = answers(delimited.read, path)
+    assert (fast is None) == (slow is None)
+    if fast is None:
+        return
+    ours, theirs = fast.topics[0], slow.topics[0]
+    assert list(ours.fields) == list(theirs.fields)
+    assert ours.texts == theirs.texts
+    assert ours.faults == theirs.faults
+    assert list(ours.lines) == list(theirs.lines)
+    for name, values in ours.fields.items():
+        np.testing.assert_array_equal(values, theirs.fields[name])
+
+
+@SETTINGS
+@given(data=st.data())
+@pytest.mark.parametrize("fast", [True, False])
+def test_tables_come_back_as_written(place: Path, fast: bool, data: st.DataObject) -> None:
+    names = data.draw(st.lists(NAME, min_size=2, max_size=4, unique=True))
+    mark = data.draw(st.sampled_from([",", ";", "\t", "|", "  "]))
+    comma = mark != "," and data.draw(st.booleans())
+    cells = st.lists(NUMBER, min_size=len(names), max_size=len(names))
+    rows = data.draw(st.lists(cells, min_size=1, max_size=8))
+    rows.append([1.5] * len(names))  # a file of nothing but gaps has no columns of numbers
+    text = mark.join(names) + "\n" + "".join(mark.join(map(repr, row)) + "\n" for row in rows)
+    path = place / "x.csv"
+    path.write_text(text.replace(".", ",") if comma else text)
+    with pytest.MonkeyPatch.context() as patch:
+        if not fast:
+            patch.setattr(fast_text, "installed", lambda name: None)
+        topic = delimited.read(path).topics[0]
+    assert list(topic.fields) == names
+    for column, values in zip(zip(*rows, strict=True), topic.fields.values(), strict=True):
+        np.testing.assert_array_equal(values, column)
+
+
+@SETTINGS
+@given(rows=st.lists(st.tuples(NUMBER, NUMBER), min_size=1, max_size=9))
+def test_topics_of_virginia_tech_come_back(place: Path, rows: list[tuple[float, float]]) -> None:
+    rows = [(abs(t) if math.isfinite(t) else 1.0, u) for t, u in rows]
+    lines = ["DVL", r"time,v\_x,", "seconds,m/s,", *(f"{t!r}, {u!r}," for t, u in rows)]
+    path = place / "x.dat"
+    path.write_text("\r\n".join([*lines, ""]), newline="")
+    topic = avl.read(path).topics[0]
+    np.testing.assert_array_equal(topic.time, [t for t, _ in rows])
+    np.testing.assert_array_equal(topic.fields["v_x"], [u for _, u in rows])
+
+
+@SETTINGS
+@given(
+    postings=st.lists(
+        st.tuples(st.floats(0, 1e9), NAME, NAME, st.one_of(NUMBER, NAME)), min_size=1, max_size=12
+    )
+)
+def test_postings_come_back(place: Path, postings: list[tuple[float, str, str, Any]]) -> None:
+    path = place / "x.alog"
+    path.write_text("".join(f"{t!r}  {name}  {who}  {it}\n" for t, name, who, it in postings))
+    recording = moos.read(path)
+    for name in {posting[1] for posting in postings}:
+        topic = recording.topic(name)
+        mine = [posting for posting in postings if posting[1] == name]
+        np.testing.assert_array_equal(topic.time, [posting[0] for posting in mine])
+        assert topic.texts["source"] == tuple(posting[2] for posting in mine)
+        values = [posting[3] for posting in mine]
+        if "value" in topic.fields:
+            np.testing.assert_array_equal(topic.fields["value"], values)
+        else:
+            assert topic.texts["value"] == tuple(map(str, values))
+            assert any(isinstance(value, str) for value in values)
+
+
+@SETTINGS
+@given(data=st.data())
+def test_dataflash_comes_back(place: Path, data: st.DataObject) -> None:
+    """Packed by pymavlink, every letter of a format and every value it can hold."""
+    reader = pytest.importorskip("pymavlink.DFReader")
+    limits = {"b": 7, "h": 15, "i": 31, "q": 63, "B": 8, "H": 16, "I": 32, "Q": 64, "M": 8}
+    letters = data.draw(st.lists(st.sampled_from("bhiqBHIQfdgcCeEL"), min_size=1, max_size=8))
+    about = reader.DFFormat(128, "FMT", 89, "BBnNZ", "Type,Length,Name,Format,Columns")
+    names = ",".join(f"F{k}" for k in range(len(letters)))
+    form = dataflash_format.MessageFormat(
+        200,
+        "ANY",
+        3
+        + reader.struct.calcsize(
+            "<" + "".join(reader.FORMAT_TO_STRUCT[letter][0] for letter in letters)
+        ),
+        "".join(letters),
+        tuple(names.split(",")),
+    )
+    row = [200, form.length, b"ANY", form.letters.encode(), names.encode()]
+    content = reader.DFMessage(about, row, True, None).get_msgbuf()
+    packed = reader.DFFormat(200, "ANY", form.length, form.letters, names)
+    rows = data.draw(
+        st.lists(st.tuples(*(_value(letter, limits) for letter in letters)), min_size=1, max_size=5)
+    )
+    for values in rows:
+        raw = bytes([0xA3, 0x95, 200]) + reader.struct.pack(packed.msg_struct, *values)
+        content += raw
+    path = place / "x.bin"
+    path.write_bytes(content)
+    topic = ardupilot.read(path).topic("ANY")
+    for place_, letter in enumerate(letters):
+        divisor = {"c": 100, "C": 100, "e": 100, "E": 100, "L": 1e7}.get(letter, 1)
+        expected = [float(values[place_]) / divisor for values in rows]
+        if letter == "f":
+            expected = np.array(expected, dtype=np.float32).astype(float).tolist()
+        if letter == "g":
+            expected = np.array(expected, dtype=np.float16).astype(float).tolist()
+        assert topic.fields[f"F{place_}"].tolist() == expected
+
+
+def _value(letter: str, limits: dict[str, int]) -> st.SearchStrategy[Any]:
+    if letter in "fdg":
+        return st.floats(width={"f": 32, "d": 64, "g": 16}[letter], allow_nan=False)
+    bits = limits[{"c": "h", "C": "H", "e": "i", "E": "I", "L": "i"}.get(letter, letter)]
+    signed = letter in "bhiqceL"
+    return st.integers(-(2**bits) if signed else 0, 2**bits - 1)
+
+
+@SETTINGS
+@given(damage=st.lists(st.tuples(st.integers(0, 2000), st.integers(0, 255)), max_size=12))
+def test_damaged_dataflash_is_answered(place: Path, dive: Any, damage: list[Any]) -> None:
+    content = bytearray(dive.content)
+    for where, value in damage:
+        content[where % len(content)] = value
+    path = place / "x.bin"
+    path.write_bytes(content)
+    recording = answers(ardupilot.read, path)
+    assert recording is None or recording.topics
+
+
+@SETTINGS
+@given(damage=st.lists(st.tuples(st.integers(0, 2000), st.integers(0, 255)), max_size=12))
+def test_damaged_ulogs_are_answered(place: Path, write_ulog: Any, damage: list[Any]) -> None:
+    pytest.importorskip("pyulog")
+    path = write_ulog(place / "x.ulg")
+    content = bytearray(path.read_bytes())
+    for where, value in damage:
+        content[where % len(content)] = value
+    path.write_bytes(content)
+    answers(px4.read, path)

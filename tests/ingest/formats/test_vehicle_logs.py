@@ -1,0 +1,206 @@
+"""ArduPilot against pymavlink, PX4 against pyulog, MOOS against its published form."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from hydrodamp.errors import LogError
+from hydrodamp.ingest.formats import ardupilot, files, lsts, moos, px4
+
+
+def test_dataflash_is_what_pymavlink_reads(tmp_path: Path, dive: Any) -> None:
+    path = dive.save(tmp_path / "dive.bin")
+    recording = ardupilot.read(path)
+    rows: dict[str, list[Any]] = {}
+    for message in dive.messages(path):
+        kind = message.get_type()
+        rows.setdefault(f"IMU[{message.I}]" if kind == "IMU" else kind, []).append(message)
+    assert [topic.name for topic in recording.topics] == ["MSG", "ATT", "IMU[0]", "IMU[1]", "POS"]
+    for topic in recording.topics:
+        expected = rows[topic.name]
+        for name, values in topic.fields.items():
+            assert values.tolist() == [getattr(message, name) for message in expected], name
+        for name, words in topic.texts.items():
+            assert list(words) == [getattr(message, name) for message in expected]
+        assert topic.time is not None
+        assert topic.time.tolist() == [message.TimeUS / 1e6 for message in expected]
+        units = {name: expected[0].fmt.get_unit(name) for name in topic.fields}
+        assert topic.units == {
+            name: unit for name, unit in units.items() if unit and unit != "instance"
+        }
+
+
+def test_units_carry_the_prefix_of_their_multiplier(tmp_path: Path, dive: Any) -> None:
+    recording = ardupilot.read(dive.save(tmp_path / "dive.bin"))
+    assert recording.topic("ATT").units == {
+        "TimeUS": "µs",
+        "Roll": "deg",
+        "Pitch": "deg",
+        "Yaw": "deg",
+    }
+    assert recording.topic("IMU[0]").units["GyrZ"] == "mrad/s"
+
+
+def test_arrays_in_dataflash(tmp_path: Path, dataflash: Any) -> None:
+    dataflash.define(150, "ISBD", "Qa", "TimeUS,x")
+    dataflash.content += b"\xa3\x95\x96" + (5_000_000).to_bytes(8, "little")
+    dataflash.content += np.arange(32, dtype="<i2").tobytes()
+    topic = ardupilot.read(dataflash.save(tmp_path / "dive.bin")).topics[0]
+    assert [topic.fields[f"x[{k}]"].item() for k in range(32)] == list(range(32))
+
+
+@pytest.mark.parametrize(
+    ("letters", "columns", "length"),
+    [("Qf", "TimeUS", 15), ("Q?", "TimeUS,x", 12), ("Qf", "TimeUS,x", 99), ("ff", "x,x", 11)],
+)
+def test_messages_that_break_their_own_format(
+    tmp_path: Path, dive: Any, letters: str, columns: str, length: int
+) -> None:
+    dive.put("FMT", 160, length, b"BAD", letters.encode(), columns.encode())
+    dive.content += b"\xa3\x95\xa0" + bytes(length - 3)
+    dive.put("ATT", 9_000_000, 1.0, 2.0, 3.0)
+    recording = ardupilot.read(dive.save(tmp_path / "dive.bin"))
+    assert recording.topic("ATT").n == 21
+    assert "messages BAD do not fit their own format; left out" in recording.notes
+
+
+def test_a_format_given_anew_drops_what_contradicts_it(tmp_path: Path, dive: Any) -> None:
+    dive.define(140, "ATT", "Qf", "TimeUS,Roll")
+    dive.put("ATT", 8_000_000, 1.5)
+    recording = ardupilot.read(dive.save(tmp_path / "dive.bin"))
+    assert recording.topic("ATT").fields["Roll"].tolist() == [1.5]
+    assert any("described anew" in note for note in recording.notes)
+
+
+def test_dataflash_in_text(tmp_path: Path) -> None:
+    path = tmp_path / "dive.log"
+    path.write_text(
+        "FMT, 128, 89, FMT, BBnNZ, Type,Length,Name,Format,Columns\n"
+        "FMT, 140, 23, ATT, QccC, TimeUS,Roll,Pitch,Yaw\n"
+        "FMT, 142, 75, MSG, QZ, TimeUS,Message\n"
+        "ATT, 1000000, 0.5, -0.25, 270.5\n"
+        "ATT, 1100000, 0.6, -0.35, 271.5\n"
+        "MSG, 1200000, ArduSub\n"
+        "\n"
+        "FMT, 160, 3, NONE, ,\n"
+        "ATT, 1200000, 0.6\n"
+        "XYZ, 3\n"
+    )
+    recording = files.read(path)
+    attitude = recording.topic("ATT")
+    assert attitude.fields["Yaw"].tolist() == [270.5, 271.5]
+    assert attitude.time is not None
+    assert attitude.time.tolist() == [1.0, 1.1]
+    assert recording.topic("MSG").texts["Message"] == ("ArduSub",)
+    assert "line 9 and 1 more fit no format of the log; passed over" in recording.notes
+
+
+def test_dataflash_without_messages(tmp_path: Path, dataflash: Any) -> None:
+    with pytest.raises(LogError, match="holds no message with a value"):
+        ardupilot.read(dataflash.save(tmp_path / "dive.bin"))
+
+
+def test_ulog_is_what_pyulog_reads(tmp_path: Path, write_ulog: Any) -> None:
+    pyulog = pytest.importorskip("pyulog")
+    path = write_ulog(tmp_path / "dive.ulg", instances=2)
+    recording = files.read(path)
+    with path.open("rb") as file:
+        log = pyulog.ULog(file)
+    for dataset in log.data_list:
+        if dataset.name == "big":
+            continue
+        name = "vehicle_attitude" if dataset.multi_id == 0 else "vehicle_attitude[1]"
+        topic = recording.topic(name)
+        assert set(topic.fields) == set(dataset.data)
+        for field, values in dataset.data.items():
+            np.testing.assert_array_equal(topic.fields[field], values)
+        np.testing.assert_allclose(topic.time, dataset.data["timestamp"] / 1e6)
+    assert recording.topic("vehicle_attitude").time[0] == 1.0
+    assert list(recording.topic("big").fields) == ["timestamp"]
+
+
+def test_ulog_without_messages(tmp_path: Path) -> None:
+    pytest.importorskip("pyulog")
+    path = tmp_path / "dive.ulg"
+    path.write_bytes(b"ULog\x01\x12\x35\x01" + bytes(8))
+    with pytest.raises(LogError, match="no message with a value"):
+        px4.read(path)
+    path.write_bytes(b"something else")
+    with pytest.raises(LogError, match="does not begin as a ULog"):
+        px4.read(path)
+
+
+@pytest.mark.parametrize("damage", [b"\xff" * 60, bytes(60), bytes(range(1, 61))])
+def test_corruption_that_pyulog_passes_over_is_noted(
+    tmp_path: Path, write_ulog: Any, damage: bytes, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("pyulog")
+    path = write_ulog(tmp_path / "dive.ulg", n=50)
+    content = bytearray(path.read_bytes())
+    content[900:960] = damage
+    path.write_bytes(content)
+    recording = px4.read(path)
+    assert any("damaged at byte" in note for note in recording.notes)
+    assert capsys.readouterr().out == ""
+
+
+def test_what_pyulog_finds_damaged_is_noted(tmp_path: Path, write_ulog: Any) -> None:
+    """A chain that holds, around messages too short for their format."""
+    pytest.importorskip("pyulog")
+    path = write_ulog(tmp_path / "dive.ulg")
+    content = path.read_bytes()
+    place = content.rindex(b"big") + 3
+    path.write_bytes(content[:place] + b"\x02\x00D\xff\xff" + content[place:])
+    recording = px4.read(path)
+    assert any("in places" in note for note in recording.notes)
+
+
+MOOS = """\
+%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%
+%% LOG FILE:       ./alpha.alog
+%% FILE OPENED ON  Thu Jul 28 12:00:00 2022
+%% LOGSTART         1659009600.5
+%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%%
+0.00000        DB_TIME        MOOSDB_alpha        1659009600.5
+0.25000        NAV_SPEED      pNav                1.5
+0.30000        NODE_REPORT    pNodeReporter       NAME=alpha,X=1.5,Y=-2e1,MODE=DRIVE
+0.35000        MODE           pHelm:ACTIVE        PARK station keeping
+0.50000        NAV_SPEED      pNav                1.75
+0.55000        NODE_REPORT    pNodeReporter       NAME=alpha,X=2.5,Y=-21
+0.60000        EMPTY          pHelm
+"""
+
+
+def test_moos(tmp_path: Path) -> None:
+    path = tmp_path / "alpha.alog"
+    path.write_text(MOOS)
+    recording = files.read(path)
+    speed = recording.topic("NAV_SPEED")
+    assert speed.time is not None
+    assert speed.time.tolist() == [0.25, 0.5]
+    assert speed.fields["value"].tolist() == [1.5, 1.75]
+    assert speed.texts["source"] == ("pNav", "pNav")
+    assert list(speed.lines) == [7, 10]
+    report = recording.topic("NODE_REPORT")
+    assert report.fields["X"].tolist() == [1.5, 2.5]
+    assert report.fields["Y"].tolist() == [-20, -21]
+    assert report.texts["NAME"] == ("alpha", "alpha")
+    assert report.texts["MODE"] == ("DRIVE", "")
+    assert recording.topic("MODE").texts["value"] == ("PARK station keeping",)
+    assert np.isnan(recording.topic("EMPTY").fields["value"]).all()
+    assert recording.notes[0] == "times count from 1659009600.5 s since 1970"
+
+
+def test_moos_is_known_by_its_first_lines(tmp_path: Path) -> None:
+    path = tmp_path / "alpha.txt"
+    path.write_text(MOOS)
+    assert files.read(path).format == moos.FORMAT
+
+
+def test_lsts_logs_are_told_how_to_convert(tmp_path: Path) -> None:
+    with pytest.raises(LogError, match="Export to CSV"):
+        lsts.read(tmp_path / "Data.lsf.gz")

@@ -1,0 +1,215 @@
+"""Mapping files: presets, overrides, faults, and the schema for editors."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from hydrodamp.errors import FileError, LogError
+from hydrodamp.ingest.mapping import LogMapping, json_schema, presets, read_mapping
+from hydrodamp.ingest.mapping.composition import composed
+from hydrodamp.loading import parse_yaml
+
+NAMES = (
+    "ardusub",
+    "avl690",
+    "bluerov2-kth",
+    "kvlcc2-hsva",
+    "mavros",
+    "px4-uuv",
+    "rep103-odometry",
+)
+
+
+def faults(content: object) -> tuple[str, ...]:
+    with pytest.raises(LogError) as caught:
+        LogMapping.from_dict(content, "map.yaml")
+    return caught.value.faults
+
+
+def test_the_presets_are_those_promised_and_name_their_sources() -> None:
+    assert presets() == NAMES
+    for name in NAMES:
+        content = composed({"extends": name})
+        assert "github.com" in content["source"], name
+        assert read_mapping(name).source == name
+
+
+def test_a_file_changes_what_it_extends(tmp_path: Path) -> None:
+    (tmp_path / "mine.yaml").write_text(
+        "extends: rep103-odometry\n"
+        "topics: {odometry: /rov/odom}\n"
+        "velocity: {p: /imu.gyro.x, w: null}\n"
+        "commands: [a, b]\n",
+        encoding="utf-8",
+    )
+    (tmp_path / "yours.yaml").write_text(
+        "extends: [mine.yaml]\ncommands: {b: {column: bb}}\nclock: {rate: 10}\nposition: null\n",
+        encoding="utf-8",
+    )
+    mine, yours = (read_mapping(tmp_path / name) for name in ("mine.yaml", "yours.yaml"))
+    columns = {entry.name: entry.column for entry in mine.entries}
+    assert columns["p"] == "/imu.gyro.x"
+    assert columns["q"] == "odometry.twist.twist.angular.y"
+    assert "w" not in columns
+    assert dict(mine.topics) == {"odometry": ("/rov/odom",)}
+    assert mine.world == "ENU"
+    assert {entry.column for entry in yours.entries if entry.is_command} == {"a", "bb"}
+    assert yours.rate == 10
+    assert not any(entry.group == "position" for entry in yours.entries)
+
+
+def test_a_later_preset_lies_over_an_earlier_one() -> None:
+    content = composed({"extends": ["bluerov2-kth", "kvlcc2-hsva"], "velocity": None})
+    assert content["time"] == "column 1"
+    assert "ch_yaw" in content["commands"]
+    assert content["frame"] == "FLU"
+
+
+def test_a_ring_of_files_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "a.yaml").write_text("extends: b.yaml\n", encoding="utf-8")
+    (tmp_path / "b.yaml").write_text("extends: a.yaml\n", encoding="utf-8")
+    with pytest.raises(LogError, match="extend one another in a ring"):
+        read_mapping(tmp_path / "a.yaml")
+
+
+def test_what_cannot_be_extended_is_told(tmp_path: Path) -> None:
+    with pytest.raises(
+        LogError, match=r"no preset 'mavross'\. Did you mean 'mavros'\? The presets"
+    ):
+        LogMapping.from_dict({"extends": "mavross"})
+    with pytest.raises(LogError, match="`extends` must be the name of a preset or a path; got 3"):
+        LogMapping.from_dict({"extends": [3]})
+    (tmp_path / "list.yaml").write_text("[1, 2]\n", encoding="utf-8")
+    with pytest.raises(LogError, match="holds no mapping; it must be a table"):
+        LogMapping.from_dict({"extends": "list.yaml"}, str(tmp_path / "map.yaml"))
+    with pytest.raises(FileError, match="cannot be read"):
+        LogMapping.from_dict({"extends": "absent.yaml"}, str(tmp_path / "map.yaml"))
+    with pytest.raises(LogError, match="no preset 'ardu'"):
+        read_mapping("ardu")
+
+
+def test_every_fault_of_the_new_keys_has_its_place() -> None:
+    told = faults(
+        {
+            "time": 3,
+            "velocity": {
+                "u": 3,
+                "v": {"column": "a", "sign": True, "scale": "x", "where": 3},
+                "w": [],
+                "p": ["a", {"column": 3}],
+                "q": {"value": "x"},
+                "r": {"column": "r", "plus": {"s": "t"}},
+            },
+            "commands": {"a": None, "b": 3},
+            "clock": {"rat": 3, "rate": -1},
+            "sensors": {"velocity": {"position": [1, 2], "rotation": {"rol": 1}}, "dvl": {}},
+            "attitude": {"quaternion": "q"},
+            "topics": {"imu": 3},
+        }
+    )
+    assert set(told) == {
+        "`time` must name a column; got 3",
+        "`clock.rate` must be greater than 0; got -1",
+        "`clock` has no `rat`. Did you mean 'rate'? It takes: topic rate",
+        "`attitude.quaternion` must be a table; got str",
+        "`velocity.u` must name a column; got 3",
+        "`velocity.v.sign` must be 1 or -1; got 'true'",
+        "`velocity.v.scale` must be a number; got 'x'",
+        "`velocity.v.where` must be a table; got int",
+        "`velocity.w` must be a list of at least one; got []",
+        "`velocity.p[1]` must name a column; got 3",
+        "`velocity.q.value` must be a number; got 'x'",
+        "`velocity.r.plus.s` must be a number; got 't'",
+        "`commands.b` must name a column; got 3",
+        "`sensors.velocity.rotation` has no `rol`. Did you mean 'roll'? It takes: roll pitch yaw"
+        " unit",
+        "`sensors.velocity.position` must be a list of 3; got [1, 2]",
+        "`sensors` has no `dvl`. It takes: velocity rates attitude accelerometer",
+        "`topics.imu` must be text; got 3",
+    }
+
+
+BASE = {"time": "t", "velocity": {"u": "u", "v": "v", "w": "w", "p": "p", "q": "q", "r": "r"}}
+
+
+@pytest.mark.parametrize(
+    ("more", "says"),
+    [
+        (
+            {"attitude": {"roll": "a", "quaternion": {"column": "q"}}},
+            "must be given once; got both",
+        ),
+        ({"attitude": {"yaw": "a", "heading": "b"}}, "takes `yaw` or `heading`, not both"),
+        (
+            {"attitude": {"quaternion": {"column": "q"}, "qw": "w"}},
+            "takes `quaternion` or its four parts, not both",
+        ),
+        ({"attitude": {"quaternion": {"column": 3}}}, "`attitude.quaternion` must name a column"),
+        ({"velocity": {"u": "u", "north": "n"}}, "got both `u` and `north`"),
+        ({"velocity": {"north": "n", "east": "e"}}, "`velocity.north` needs `attitude`"),
+        (
+            {"velocity": {"north": "n"}, "attitude": {"yaw": "y"}},
+            "needs both `north` and `east`",
+        ),
+        (
+            {
+                "velocity": {"north": "n", "east": "e"},
+                "attitude": {"roll": "r", "pitch": "p", "yaw": "y"},
+            },
+            "needs `down` or `up` beside north and east, as the vehicle may tilt",
+        ),
+        ({"position": {"up": "z", "depth": "d"}}, "takes one of `up depth`"),
+        ({"frame": "FLU", "world": "NED"}, "must be NWU or ENU where attitude is of axes FLU"),
+        ({"world": "UTM"}, "`world` must be NED, NWU or ENU; got 'UTM'"),
+        ({"clock": 3}, "`clock` must be a topic, or a table of `topic` or `rate`; got 3"),
+        (
+            {"velocity": {"u": "u"}, "sensors": {"velocity": {"rotation": {"yaw": 9}}}},
+            "`sensors.velocity.rotation` needs all three",
+        ),
+        (
+            {"velocity": {"u": "u"}, "sensors": {"velocity": {"position": [1, 0, 0]}}},
+            "needs the rates p q r, or r alone on the level",
+        ),
+        ({"sensors": {"rates": {"position": [1, 0, 0]}}}, "`sensors.rates.position` has no effect"),
+        ({"sensors": 3}, "`sensors` must be a table"),
+        ({"commands": "rpm"}, "`commands` must be a table of names to columns; got str"),
+        ({"eta": [1]}, "`eta[0]` must name a column; got 1"),
+        ({"eta": {"column": "e", "unit": "deg"}}, "`eta.unit`: 'deg' is no unit of ratio"),
+        ({"velocity": {"u": [{"column": "a", "unit": "rad"}]}}, "`velocity.u.unit`: 'rad' is no"),
+        ({"time": None}, "`time: recorded` takes it"),
+    ],
+)
+def test_what_makes_no_sense_is_told(more: dict[str, object], says: str) -> None:
+    assert says in "\n".join(faults({**BASE, **more}))
+
+
+def test_attitude_may_have_other_axes_than_the_rest() -> None:
+    mapping = LogMapping.from_dict(
+        {**BASE, "world": "ENU", "sensors": {"attitude": {"axes": "FLU"}}, "attitude": {"yaw": "y"}}
+    )
+    assert (mapping.frame, mapping.world) == ("FRD", "ENU")
+
+
+def test_the_schema_knows_every_key_and_takes_the_presets() -> None:
+    jsonschema = pytest.importorskip("jsonschema", reason="jsonschema is not installed")
+    schema = json_schema()
+    assert set(schema["properties"]) >= {"extends", "velocity", "sensors", "clock", "topics"}
+    validator = jsonschema.Draft202012Validator(schema)
+    for name in NAMES:
+        assert [*validator.iter_errors(composed({"extends": name}))] == []
+    assert [*validator.iter_errors({"velocty": {}})]
+    assert [*validator.iter_errors({"velocity": {"u": {"colum": "a"}}})]
+
+
+def test_the_mappings_of_the_documentation_are_sound() -> None:
+    page = Path(__file__).resolve().parents[3] / "docs" / "mapping.md"
+    blocks = page.read_text(encoding="utf-8").split("```yaml\n")[1:]
+    mappings = [
+        LogMapping.from_dict(parse_yaml(block.partition("```")[0], "mapping.md"))
+        for block in blocks
+    ]
+    assert [mapping.world for mapping in mappings] == ["ENU", "ENU"]
+    assert mappings[0].commands == (*(f"servo{k}" for k in (1, 2, 3, 4, 5, 6, 8)), "lights")
+    assert mappings[1].rate == 20

@@ -1,0 +1,183 @@
+"""Canonical names need no mapping in any flat format; large tables are read in parts."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis.extra.numpy import arrays
+from hypothesis.strategies import floats, lists, text
+
+from hydrodamp.data.canonical import write_log
+from hydrodamp.data.log import Log
+from hydrodamp.data.recording import Recording, Topic
+from hydrodamp.errors import FileError, GapWarning, LogError
+from hydrodamp.ingest.mapping import LogMapping
+from hydrodamp.ingest.mapping.plain import canonical_record
+from hydrodamp.ingest.read import read_log, read_logs, read_parts, read_record, read_recording
+
+TIME = np.arange(0, 5, 0.1)
+COLUMNS = {
+    "time": TIME,
+    "roll": 0 * TIME,
+    "pitch": 0 * TIME,
+    "yaw": 0.1 * np.sin(TIME),
+    "u": 1 + 0 * TIME,
+    "r": 0.1 * np.cos(TIME),
+    "rudder": np.sign(np.sin(TIME)),
+}
+
+
+def write(path: Path) -> Path:
+    """Write the columns with the writer of each format."""
+    if path.suffix == ".parquet":
+        arrow = pytest.importorskip("pyarrow", reason="pyarrow is not installed")
+        parquet = pytest.importorskip("pyarrow.parquet")
+        parquet.write_table(arrow.table(COLUMNS), path)
+    elif path.suffix == ".npz":
+        np.savez(path, **COLUMNS)
+    elif path.suffix == ".mat":
+        from scipy.io import savemat
+
+        savemat(path, COLUMNS)
+    else:
+        table = np.column_stack(list(COLUMNS.values()))
+        header = "\t".join(COLUMNS) if path.suffix == ".tsv" else ",".join(COLUMNS)
+        np.savetxt(
+            path,
+            table,
+            fmt="%.17g",
+            delimiter="\t" if path.suffix == ".tsv" else ",",
+            header=header,
+            comments="",
+        )
+    return path
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".tsv", ".parquet", ".npz", ".mat"])
+def test_canonical_names_need_no_mapping(tmp_path: Path, suffix: str) -> None:
+    log = read_log(write(tmp_path / f"dive{suffix}"))
+    assert log.time.tolist() == TIME.tolist()
+    assert log.velocity_names == ("u", "r")
+    assert log.velocity[:, 5].tolist() == COLUMNS["r"].tolist()
+    assert log.command_names == ("rudder",)
+    assert [part.name for part in log.segments] == ["dive"]
+
+
+@settings(deadline=None, max_examples=25)
+@given(
+    arrays(float, (6, 6), elements=floats(-40, 40)),
+    lists(text("abcxyz_", min_size=3, max_size=6), min_size=2, max_size=2, unique=True),
+)
+def test_what_is_written_is_read_to_the_bit(block: np.ndarray, names: list[str]) -> None:
+    time = np.cumsum(np.abs(block[:, 0]) / 100 + 1e-3)
+    commands = {f"c_{name}": column for name, column in zip(names, block.T, strict=False)}
+    log = Log.from_arrays(time, block, commands=commands, wrench=block, segment="aaabbb")
+    with TemporaryDirectory() as folder:
+        path = Path(folder, "log.csv")
+        write_log(log, path)
+        again = read_log(path)
+    assert again.time.tobytes() == log.time.tobytes()
+    assert again.velocity.tobytes() == log.velocity.tobytes()
+    assert again.commands.tobytes() == log.commands.tobytes()
+    assert again.wrench is not None
+    assert again.wrench.tobytes() == block.tobytes()
+    assert again.segments == log.segments
+
+
+def test_topics_need_a_mapping(tmp_path: Path) -> None:
+    topics = tuple(Topic(f"/t{k}", [0.0, 1.0], {"u": [1.0, 1.0]}) for k in range(10))
+    with pytest.raises(
+        LogError, match=r"/t7 and 2 more; a mapping must say .* or a preset: ardusub"
+    ):
+        canonical_record(Recording(topics, "dive.bag", "a test"))
+    table = Topic("", [0.0, 1.0], {"u": [1.0, 1.0], "segment": [1.0, 2.0]})
+    record = canonical_record(Recording((table,), "dive.npz", "a test", ("one note",)))
+    assert record.labels == ("1", "2")
+    assert record.notes == ("one note",)
+    words = Topic("", None, {"time": [0.0, 1.0], "u": [1.0, 1.0]}, {"mode": ("a", "b")})
+    with pytest.raises(LogError, match="column `mode` must hold numbers; got 'a' in row 1, 'b'"):
+        canonical_record(Recording((words,), "dive.mat", "a test"))
+
+
+def test_faults_of_another_format_are_told(tmp_path: Path) -> None:
+    np.savez(tmp_path / "log.npz", time=[0.0, 1.0], speed=[1.0, 1.0])
+    with pytest.raises(LogError, match=r"log\.npz: there is no velocity column"):
+        read_log(tmp_path / "log.npz")
+
+
+def test_faults_of_a_csv_are_told_with_their_lines(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text("time,u\n0,1\n1,1\n\n1,1\n", encoding="utf-8")
+    with pytest.raises(LogError, match=r"it repeats 1 s in row 3 \(line 5\)"):
+        read_log(path)
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".parquet"])
+def test_parts_of_a_table_make_up_the_whole(tmp_path: Path, suffix: str) -> None:
+    path = write(tmp_path / f"dive{suffix}")
+    given = {"time": "time", "velocity": {"u": "u", "r": "r"}, "commands": ["rudder"]}
+    mapping = tmp_path / "map.yaml"
+    mapping.write_text(repr(given), encoding="utf-8")
+    for chosen in (None, mapping):
+        parts = list(read_parts(path, chosen, rows=20))
+        assert [part.n for part in parts] == [20, 20, 10]
+        whole = np.concatenate([part.velocity for part in parts])
+        np.testing.assert_array_equal(whole, read_log(path, chosen).velocity)
+
+
+def test_parts_in_which_nothing_is_known_are_left_out(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    rows = [f"{k},{'' if 4 <= k < 8 or 9 <= k < 12 else 1}" for k in range(16)]
+    path.write_text("\n".join(["time,u", *rows]), encoding="utf-8")
+    with pytest.warns(GapWarning) as told:
+        assert [part.n for part in read_parts(path, rows=4)] == [4, 4]
+    assert [str(one.message).split(":")[-1] for one in told] == [
+        f" part {number} has no two samples with all their values; left out" for number in (2, 3)
+    ]
+    mapping = LogMapping.from_dict({"time": "time", "velocity": {"u": "u"}})
+    with pytest.warns(GapWarning):
+        assert len([*read_parts(path, mapping, rows=4)]) == 2
+
+
+def test_a_format_that_cannot_be_read_in_parts_says_so(tmp_path: Path) -> None:
+    with pytest.raises(FileError, match="in parts"):
+        next(read_parts(write(tmp_path / "dive.npz")))
+
+
+def test_a_record_is_not_yet_cut(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text("time,u\n0,1\n1,\n2,1\n3,1\n", encoding="utf-8")
+    assert read_record(path).n == 4
+    mapping = tmp_path / "map.yaml"
+    mapping.write_text("{time: time, velocity: {u: u}}", encoding="utf-8")
+    assert read_record(path, mapping).n == 4
+    assert read_recording(path).topics[0].n == 4
+
+
+def test_several_files_of_one_dive_make_one_log(tmp_path: Path) -> None:
+    """A table a topic, put together on the clock of the faster one."""
+    fast, slow = np.arange(0, 5, 0.1), np.arange(0, 5, 0.5)
+    for name, time, column in (("gyro", fast, "r"), ("dvl", slow, "u")):
+        table = np.column_stack((time, 0.1 * time))
+        np.savetxt(
+            tmp_path / f"{name}.csv", table, delimiter=",", header=f"t,{column}", comments=""
+        )
+    given = {"time": "t", "velocity": {"u": "dvl.u", "r": "gyro.r"}}
+    mapping = tmp_path / "map.yaml"
+    mapping.write_text(repr(given), encoding="utf-8")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", GapWarning)
+        log = read_log([tmp_path / "gyro.csv", tmp_path / "dvl.csv"], mapping)
+        again = read_log(tmp_path, mapping)
+    np.testing.assert_allclose(log.velocity[:, 0], 0.1 * log.time)
+    assert again.velocity.tolist() == log.velocity.tolist()
+
+
+def test_logs_that_follow_one_another_are_read_as_one(tmp_path: Path) -> None:
+    path = write(tmp_path / "dive.parquet")
+    assert read_logs([path, path]).n == 100

@@ -1,0 +1,415 @@
+"""Topics on clocks of their own become one log."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+
+from hydrodamp.data.attitude import euler_from_quaternion
+from hydrodamp.data.recording import Recording, Topic
+from hydrodamp.errors import ClockWarning, GapWarning, LogError
+from hydrodamp.ingest.mapping import LogMapping
+
+FAST, SLOW = np.arange(0, 20, 0.1), np.arange(0.03, 20, 0.25)
+
+
+def dive(*more: Topic, notes: tuple[str, ...] = ()) -> Recording:
+    """A Doppler log at 4 Hz, a gyroscope at 10 Hz with attitude, a fin that steps."""
+    dvl = Topic("/dvl", SLOW, {"v.x": 1 + 0.1 * SLOW, "v.y": 0 * SLOW, "ok": 1 + 0 * SLOW})
+    imu = Topic("/imu", FAST, {"r": 0.5 * np.cos(FAST), "yaw": 0.5 * np.sin(FAST)})
+    fin = Topic("/fin", np.arange(0, 20.0), {"angle": np.arange(20.0)})
+    return Recording((dvl, imu, fin, *more), "dives/dive7.bag", "a test", notes)
+
+
+def mapping(**more: object) -> LogMapping:
+    content: dict[str, object] = {
+        "time": "recorded",
+        "velocity": {"u": "/dvl.v.x", "r": "/imu.r"},
+        "attitude": {"yaw": "/imu.yaw"},
+        "commands": {"rudder": "/fin.angle"},
+    }
+    return LogMapping.from_dict({**content, **more}, "map.yaml")
+
+
+def read(recording: Recording, given: LogMapping) -> object:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", GapWarning)
+        return given.log(recording)
+
+
+def test_the_fastest_velocity_gives_the_clock() -> None:
+    with pytest.warns(GapWarning, match="no samples|missing values"):
+        log = mapping().log(dive())
+    first, last = SLOW[[0, -1]]
+    assert log.time.tolist() == FAST[(first <= FAST) & (last >= FAST)].tolist()
+    np.testing.assert_allclose(log.velocity[:, 0], 1 + 0.1 * log.time)
+    np.testing.assert_allclose(log.velocity[:, 5], 0.5 * np.cos(log.time))
+    np.testing.assert_allclose(log.command("rudder"), np.floor(log.time + 1e-9))
+    assert log.notes[0] == "2 topics brought to the clock of `/imu`"
+
+
+def test_a_named_topic_gives_the_clock() -> None:
+    for clock in ("/dvl", {"topic": "/dvl"}):
+        log = read(dive(), mapping(clock=clock))
+        assert set(log.time.tolist()) <= set(SLOW.tolist())
+        np.testing.assert_array_equal(log.velocity[:, 0], 1 + 0.1 * log.time)
+
+
+def test_a_rate_gives_the_clock() -> None:
+    log = read(dive(), mapping(clock={"rate": 2.0}))
+    np.testing.assert_allclose(np.diff(log.time), 0.5)
+    assert "brought to 2 Hz over the messages of `/imu`" in log.notes
+
+
+def test_a_clock_of_nothing_is_refused() -> None:
+    with pytest.raises(LogError, match=r"the topic `/dvll`, .* Did you mean '/dvl'\? It takes: "):
+        mapping(clock="/dvll").log(dive())
+
+
+def test_a_delay_is_taken_off_the_stamps() -> None:
+    delayed = {"u": {"column": "/dvl.v.x", "delay": 0.4}, "r": "/imu.r"}
+    log = read(dive(), mapping(velocity=delayed))
+    np.testing.assert_allclose(log.velocity[:, 0], 1 + 0.1 * (log.time + 0.4))
+
+
+def test_rows_that_do_not_meet_a_condition_do_not_count() -> None:
+    """Without bottom lock for two seconds the Doppler log says nonsense: a gap in it."""
+    topics = list(dive().topics)
+    lost = (SLOW > 5) & (SLOW < 7)
+    nonsense = np.where(lost, 99.0, 1 + 0.1 * SLOW)
+    topics[0] = Topic("/dvl", SLOW, {"v.x": nonsense, "ok": np.where(lost, 0.0, 1.0)})
+    for where in ("ok", "/dvl.ok", {"ok": 1}):
+        velocity = {"u": {"column": "/dvl.v.x", "where": where}, "r": "/imu.r"}
+        log = read(Recording(tuple(topics), "dive.bag", "a test"), mapping(velocity=velocity))
+        assert len(log.segments) == 2
+        assert log.velocity[:, 0].max() < 3.1
+
+
+def test_a_drop_out_becomes_a_cut_and_is_told() -> None:
+    topics = list(dive().topics)
+    keep = (SLOW < 8) | (SLOW > 11)
+    topics[0] = Topic("/dvl", SLOW[keep], {"v.x": 1 + 0.1 * SLOW[keep]})
+    with pytest.warns(GapWarning):
+        log = mapping().log(Recording(tuple(topics), "dive.bag", "a test"))
+    assert [part.name for part in log.segments] == ["dive.1", "dive.2"]
+    assert not ((log.time > 8) & (log.time < 11)).any()
+    assert any("`/dvl`: once no message for longer than 1.25 s" in note for note in log.notes)
+
+
+def test_numbers_that_are_missing_are_passed_over_and_told() -> None:
+    topics = list(dive().topics)
+    speed = 1 + 0.1 * SLOW
+    speed[[10, 11]] = np.nan
+    topics[0] = Topic("/dvl", SLOW, {"v.x": speed})
+    log = read(Recording(tuple(topics), "dive.bag", "a test"), mapping())
+    np.testing.assert_allclose(log.velocity[:, 0], 1 + 0.1 * log.time)
+    assert any("2 messages without a number of u, dropped" in note for note in log.notes)
+
+
+def test_commands_hold_or_interpolate_as_asked() -> None:
+    """A command sent only when it changes holds until the next: `hold: true`."""
+    topics = list(dive().topics)
+    topics[2] = Topic("/fin", np.array([0, 0.5, 1, 2, 15]), {"angle": np.arange(5.0)})
+    given = Recording(tuple(topics), "dive.bag", "a test")
+    until = {"rudder": {"column": "/fin.angle", "hold": True}}
+    log = read(given, mapping(commands=until))
+    assert log.duration == pytest.approx(19.6)
+    np.testing.assert_array_equal(
+        log.command("rudder"), np.searchsorted([0.5, 1, 2, 15], log.time, "right")
+    )
+    log = read(given, mapping())
+    assert not ((log.time > 2.0) & (log.time < 15.0)).any()
+    assert log.time.max() <= 15.75
+    ramp = {"rudder": {"column": "/fin.angle", "hold": False}}
+    log = read(dive(), mapping(commands=ramp))
+    np.testing.assert_allclose(log.command("rudder"), log.time, atol=1e-12)
+
+
+def test_pulse_widths_become_shares_of_full_thrust() -> None:
+    topics = [*dive().topics, Topic("/pwm", np.arange(21.0), {"c": np.linspace(1100, 1900, 21)})]
+    commands = {"motor": {"column": "/pwm.c", "scale": 0.0025, "offset": -3.75, "hold": False}}
+    log = read(Recording(tuple(topics), "dive.bag", "a test"), mapping(commands=commands))
+    np.testing.assert_allclose(log.command("motor"), -1 + log.time / 10, atol=1e-12)
+
+
+def test_columns_of_one_topic_may_be_added() -> None:
+    fins = Topic("/fins", np.arange(21.0), {"top": np.full(21, 0.3), "bottom": np.full(21, -0.1)})
+    commands = {"rudder": {"column": "/fins.bottom", "scale": 0.5, "plus": {"/fins.top": -0.5}}}
+    log = read(dive(fins), mapping(commands=commands))
+    np.testing.assert_allclose(log.command("rudder"), -0.2)
+
+
+def test_angles_of_several_topics_and_constants_go_together() -> None:
+    """Roll is not recorded; pitch comes from another topic than yaw, which wraps."""
+    time = np.arange(0.02, 20, 0.1)
+    pitch = Topic("/pitch", time, {"deg": 5 + 0 * time})
+    yaw = Topic("/yaw", time, {"rad": (3 + 0.2 * time + np.pi) % (2 * np.pi) - np.pi})
+    attitude = {
+        "roll": {"value": 90, "unit": "deg"},
+        "pitch": {"column": "/pitch.deg", "unit": "deg"},
+        "yaw": "/yaw.rad",
+    }
+    log = read(dive(pitch, yaw), mapping(attitude=attitude))
+    assert log.attitude is not None
+    roll, tilt, heading = euler_from_quaternion(log.attitude).T
+    np.testing.assert_allclose(roll, np.pi / 2)
+    assert "`roll` was not recorded; the mapping takes it as 1.5708 throughout" in log.notes
+    np.testing.assert_allclose(np.degrees(tilt), 5)
+    np.testing.assert_allclose(np.unwrap(heading), 3 + 0.2 * log.time, atol=1e-9)
+
+
+@pytest.mark.parametrize("order", ["wxyz", "xyzw", None])
+def test_quaternions_come_in_either_order_or_by_name(order: str | None) -> None:
+    time = np.arange(0.05, 20, 0.1)
+    values = {"w": np.cos(time / 2), "x": 0 * time, "y": 0 * time, "z": np.sin(time / 2)}
+    names = {part: f".{part}" if order is None else f"[{order.index(part)}]" for part in "wxyz"}
+    # An estimator that has not started yet sends zeros.
+    fields = {f"q{names[part]}": np.where(time < 1, 0.0, values[part]) for part in "wxyz"}
+    quaternion = {"column": "/att.q"} | ({} if order is None else {"order": order})
+    given = mapping(attitude={"quaternion": quaternion})
+    log = read(dive(Topic("/att", time, fields)), given)
+    assert log.attitude is not None
+    assert log.time[0] > 1
+    np.testing.assert_allclose(
+        np.unwrap(euler_from_quaternion(log.attitude)[:, 2])[-1] % (2 * np.pi),
+        log.time[-1] % (2 * np.pi),
+        atol=1e-9,
+    )
+
+
+def test_a_quaternion_of_two_topics_is_none() -> None:
+    time = np.arange(0, 20, 0.1)
+    one, two = (Topic(name, time, {"q": np.ones(200)}) for name in ("/a", "/b"))
+    parts = {"qw": "/a.q", "qx": "/b.q", "qy": "/a.q", "qz": {"value": 0.0}}
+    with pytest.raises(LogError, match="a quaternion needs `qw qx qy qz`, all of one topic"):
+        mapping(attitude=parts).log(dive(one, two))
+
+
+def test_velocities_of_the_world_need_the_attitude_that_an_option_left_out() -> None:
+    velocity = {"north": "/dvl.v.x", "east": "/dvl.v.y"}
+    attitude = {"heading": {"column": "/compass.heading", "optional": True}}
+    with pytest.raises(LogError, match="needs a heading, which is missing"):
+        mapping(velocity=velocity, attitude=attitude).log(dive())
+
+
+def test_angles_of_a_turned_sensor_on_several_clocks() -> None:
+    """A sensor upside down: its roll is half a turn when the vehicle is level."""
+    time = np.arange(0.02, 20, 0.1)
+    level = Topic("/tilt", time, {"roll": np.pi + 0 * time, "pitch": 0 * time})
+    attitude = {"roll": "/tilt.roll", "pitch": "/tilt.pitch", "yaw": "/imu.yaw"}
+    turned = {"attitude": {"rotation": {"roll": 180}}}
+    log = read(dive(level), mapping(attitude=attitude, sensors=turned))
+    assert log.attitude is not None
+    roll, _, yaw = euler_from_quaternion(log.attitude).T
+    np.testing.assert_allclose(roll, 0, atol=1e-12)
+    np.testing.assert_allclose(yaw, 0.5 * np.sin(log.time), atol=1e-9)
+
+
+def test_a_message_stamp_is_used_where_the_topic_has_one() -> None:
+    late = Topic("/dvl", SLOW + 0.2, {"v.x": 1 + 0.1 * SLOW, "stamp": SLOW * 1e3})
+    recording = Recording((late, *dive().topics[1:]), "dive.bag", "a test")
+    log = read(recording, mapping(time=[{"column": "stamp", "unit": "ms"}, "recorded"]))
+    np.testing.assert_allclose(log.velocity[:, 0], 1 + 0.1 * log.time)
+
+
+def test_the_first_choice_that_a_log_has_is_taken() -> None:
+    choices = [{"column": "/gyro.r", "unit": "deg/s"}, {"column": "/imu.r", "unit": "rad/s"}]
+    velocity = {"u": "/dvl.v.x", "r": choices}
+    log = read(dive(), mapping(velocity=velocity))
+    np.testing.assert_allclose(log.velocity[:, 5], 0.5 * np.cos(log.time))
+    gyro = Topic("/gyro", FAST, {"r": 90 + 0 * FAST})
+    log = read(dive(gyro), mapping(velocity=velocity))
+    np.testing.assert_allclose(log.velocity[:, 5], np.pi / 2)
+
+
+def test_names_stand_for_topics() -> None:
+    topics: Mapping[str, object] = {"imu": ["/rov/imu", "/imu"], "dvl": "/dvl"}
+    given = mapping(
+        topics=topics,
+        velocity={"u": {"column": "dvl.v.x", "where": "dvl.ok"}, "r": "imu.r"},
+        attitude={"yaw": "imu.yaw"},
+        clock="dvl",
+    )
+    assert set(read(dive(), given).time.tolist()) <= set(SLOW.tolist())
+
+
+def test_units_that_a_file_states_are_turned() -> None:
+    gyro = Topic("/gyro", FAST, {"r": 90 + 0 * FAST}, units={"r": "deg/sec"})
+    log = read(dive(gyro), mapping(velocity={"u": "/dvl.v.x", "r": "/gyro.r"}))
+    np.testing.assert_allclose(log.velocity[:, 5], np.pi / 2)
+    wrong = Topic("/gyro", FAST, {"r": 0 * FAST}, units={"r": "m/s"})
+    with pytest.raises(LogError, match="is in m/s by its file, which is no unit of angular rate"):
+        mapping(velocity={"u": "/dvl.v.x", "r": "/gyro.r"}).log(dive(wrong))
+
+
+def test_angles_in_degrees_are_found_out() -> None:
+    time = np.arange(0.05, 20, 0.1)
+    spun = Topic("/att", time, {"roll": 0 * time, "pitch": 0 * time + 9, "yaw": (90 * time) % 360})
+    attitude = {name: f"/att.{name}" for name in ("roll", "pitch", "yaw")}
+    with pytest.raises(LogError) as caught:
+        mapping(attitude=attitude).log(dive(spun))
+    assert [fault.split()[0] for fault in caught.value.faults] == [
+        "`attitude.pitch`",
+        "`attitude.yaw`",
+    ]
+
+
+def test_a_position_alone_makes_a_record_to_be_completed() -> None:
+    given = LogMapping.from_dict(
+        {"time": "recorded", "position": {"north": "/gps.n", "east": "/gps.e"}}
+    )
+    gps = Topic("/gps", np.arange(3.0), {"n": np.arange(3.0), "e": np.arange(3.0)})
+    record = given.record(Recording((gps,), "dive.bag", "a test"))
+    assert record.velocity_names == ()
+    assert record.position is not None
+    assert record.position[2].tolist() == [2, 2, 0]
+
+
+def test_odd_clocks_are_put_right_with_a_warning() -> None:
+    topics = list(dive().topics)
+    time = SLOW.copy()
+    time[5] = time[4]
+    topics[0] = Topic("/dvl", time, {"v.x": 1 + 0.1 * time})
+    given = Recording(tuple(topics), "dive.bag", "a test", ("the bag was cut short",))
+    with pytest.warns(ClockWarning, match="1 message with a repeated time stamp"):
+        log = read(given, mapping())
+    np.testing.assert_allclose(log.velocity[:, 0], 1 + 0.1 * log.time)
+    assert log.notes[0] == "the bag was cut short"
+    assert any("repeated" in note for note in log.notes)
+
+
+def test_where_the_clock_is_set_back_a_segment_begins() -> None:
+    """All topics see the same step back, by a minute after ten seconds."""
+    shifted = [
+        Topic(one.name, np.where(one.time > 10, one.time - 60, one.time), one.fields)
+        for one in dive().topics
+        if one.time is not None
+    ]
+    with pytest.warns(ClockWarning, match="set back once"):
+        log = read(Recording(tuple(shifted), "dive.bag", "a test"), mapping())
+    assert [part.name.split(".")[1] for part in log.segments] == ["1", "2"]
+    after = log.time[log.segments[1].start :]
+    assert after[0] <= -49
+    np.testing.assert_allclose(
+        log.velocity[log.segments[1].start :, 0], 1 + 0.1 * (after + 60), atol=1e-12
+    )
+
+
+def test_segments_may_be_named_by_a_field_of_the_clock() -> None:
+    run = np.where(FAST < 10, 1.0, 2.0)
+    imu = Topic("/imu", FAST, {"r": 0.5 * np.cos(FAST), "yaw": 0 * FAST, "run": run})
+    topics = (dive().topics[0], imu, dive().topics[2])
+    log = read(Recording(topics, "dive.bag", "a test"), mapping(segment="/imu.run"))
+    assert [part.name for part in log.segments] == ["1", "2"]
+
+
+def test_all_that_a_log_lacks_is_told_at_once() -> None:
+    given = mapping(
+        velocity={"u": "/dvl.v.xx", "v": "/gps.v", "w": "/gps.w", "r": "/imu.r"},
+        segment="/mode.run",
+        commands={
+            "a": {"column": "/none.a", "optional": True},
+            "b": {"column": "/fin.angle", "where": "on"},
+        },
+    )
+    with pytest.raises(LogError) as caught:
+        given.log(dive())
+    assert (
+        caught.value.faults
+        == (
+            "topic `/dvl` has no field `v.xx`, which map.yaml takes for `u`. Did you mean 'v.x'?",
+            "topic `/fin` lacks one of `on` beside `angle`, which map.yaml takes for `b`",
+            "there is no topic `/gps`, which map.yaml takes for `v w`. There are: /dvl, /imu, /fin."
+            " If it is called otherwise, say so: `topics: {/gps: ITS NAME}`",
+            "there is no topic `/mode`, which map.yaml takes for `segment`. Did you mean '/dvl'?"
+            " There are: /dvl, /imu, /fin. If it is called otherwise, say so:"
+            " `topics: {/mode: ITS NAME}`",
+        )
+        or "/mode" in caught.value.faults[-1]
+    )
+
+
+def test_a_topic_without_a_clock_says_so() -> None:
+    bare = Topic("/bare", None, {"angle": np.arange(3.0), "stamps": np.arange(3.0)})
+    with pytest.raises(LogError, match="topic `/bare` has no clock of its own"):
+        mapping(commands={"a": "/bare.angle"}).log(dive(bare))
+    with pytest.raises(LogError) as caught:
+        mapping(commands={"a": "/bare.angle"}, time="stamp").log(dive(bare))
+    assert set(caught.value.faults) == {
+        f"topic `{name}` has no field `stamp`, its clock{tail}"
+        for name, tail in (
+            ("/dvl", "; `time: recorded` takes when it was recorded."),
+            ("/imu", "; `time: recorded` takes when it was recorded."),
+            ("/bare", ". Did you mean 'stamps'?"),
+        )
+    }
+
+
+def test_clocks_with_nothing_in_common_are_refused() -> None:
+    """A simulator's seconds beside the seconds since 1970."""
+    fin = Topic("/fin2", 1.7e9 + np.arange(20.0), {"a": np.arange(20.0)})
+    with pytest.raises(LogError, match=r"`/fin2` runs from 1700000000 s .* nothing in common"):
+        mapping(commands={"a": "/fin2.a"}).log(dive(fin))
+    early = Topic("/fin2", -100 + np.arange(20.0), {"a": np.arange(20.0)})
+    with pytest.raises(LogError, match=r"`/fin2` runs from -100 s to -81 s and that of `/imu`"):
+        mapping(commands={"a": "/fin2.a"}).log(dive(early))
+    log = read(dive(early), mapping(commands={"a": {"column": "/fin2.a", "hold": True}}))
+    assert set(log.command("a").tolist()) == {19.0}
+
+
+def test_a_clock_that_learns_the_date_makes_two_segments_a_second_apart() -> None:
+    topics = [
+        Topic(one.name, one.time + np.where(one.time < 10, 0, 1.7e9), one.fields)
+        for one in dive().topics
+        if one.time is not None
+    ]
+    with pytest.warns(ClockWarning, match="leaps to another epoch once"):
+        log = read(Recording(tuple(topics), "dive.bag", "a test"), mapping())
+    assert [part.name for part in log.segments] == ["dive.1", "dive.2"]
+    assert log.elapsed[-1] == pytest.approx(20.6, abs=0.3)
+    first, second = (slice(part.start, part.stop) for part in log.segments)
+    np.testing.assert_allclose(
+        np.diff(log.velocity[first, 0]), 0.1 * np.diff(log.time[first]), atol=1e-7
+    )
+    np.testing.assert_allclose(log.velocity[second, 0], 1 + 0.1 * (log.time[second] - 1.7e9))
+
+
+def test_a_command_sent_once_holds_and_a_velocity_sent_once_is_no_clock() -> None:
+    once = Topic("/once", np.array([1.0]), {"a": np.array([7.0])})
+    commands = {"a": {"column": "/once.a", "hold": True}}
+    log = read(dive(once), mapping(commands=commands))
+    assert set(log.command("a").tolist()) == {7.0}
+    assert log.time[0] == 1.0
+    for velocity, rows, says in (("/once.a", once, "one message"), ("/none.a", None, "no message")):
+        empty = Topic("/none", np.array([np.nan]), {"a": np.array([1.0])})
+        given = Recording((rows or empty,), "dive.bag", "a test")
+        alone = LogMapping.from_dict({"time": "recorded", "velocity": {"u": velocity}})
+        with pytest.raises(LogError, match=f"has {says} with a time in order; at least two"):
+            alone.log(given)
+
+
+def test_topics_without_a_message_are_refused_unless_they_are_optional() -> None:
+    empty = Topic("/empty", np.empty(0), {"a": np.empty(0)})
+    with pytest.raises(LogError, match="topic `/empty` has no message with a time; set its"):
+        mapping(commands={"a": "/empty.a"}).log(dive(empty))
+    commands = {"a": {"column": "/empty.a", "optional": True}}
+    assert read(dive(empty), mapping(commands=commands)).command_names == ()
+
+
+def test_infinite_numbers_are_missing() -> None:
+    time = np.arange(0, 5, 0.1)
+    speed = np.where(time == 2.0, np.inf, 1.0)
+    table = Recording((Topic("", None, {"t": time, "u": speed}),), "log.csv", "a test")
+    given = LogMapping.from_dict({"time": "t", "velocity": {"u": "u"}})
+    with pytest.warns(GapWarning, match="1 sample with missing values at 2 s"):
+        assert given.log(table).n == 49
+
+
+def test_a_table_without_rows_says_so() -> None:
+    alone = LogMapping.from_dict({"time": "t", "velocity": {"u": "u"}})
+    empty = Topic("", None, {"t": np.empty(0), "u": np.empty(0)})
+    with pytest.raises(LogError, match="the table has no message"):
+        alone.log(Recording((empty,), "log.csv", "a test"))

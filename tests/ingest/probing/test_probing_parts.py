@@ -1,0 +1,149 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from hydrodamp.data.log import Log
+from hydrodamp.data.recording import Recording, Topic
+from hydrodamp.ingest.mapping import LogMapping
+from hydrodamp.ingest.probing.clocks import ticking
+from hydrodamp.ingest.probing.delay import delays
+from hydrodamp.ingest.probing.draft import command_names
+from hydrodamp.ingest.probing.motion import NONE, changes, compared, straightened, windows
+from hydrodamp.ingest.probing.series import Series, together
+from hydrodamp.ingest.probing.topics import topics_of
+
+
+def test_topics_in_numbers() -> None:
+    time = np.concatenate((np.arange(0, 10, 0.1), np.arange(15, 20, 0.1), [3.0]))
+    topic = Topic("imu", time, {"a": time}, units={"a": "deg"}, faults={"b": "`b` is broken"})
+    facts = topics_of(Recording((topic, Topic("once", [1.0], {"a": [1.0]})), "x", "bag"))
+    assert facts[0].rate == pytest.approx(10.0)
+    assert facts[0].longest_gap == pytest.approx(5.1)
+    assert (facts[0].backward, facts[0].faults) == (1, ("`b` is broken",))
+    assert facts[1].rate is None
+
+
+@pytest.mark.parametrize(
+    ("scale", "start", "unit"),
+    [
+        (1.0, 0.0, "s"),
+        (1e3, 0.0, "ms"),
+        (1e6, 0.0, "us"),
+        (1e9, 0.0, "ns"),
+        (1e9, 1.7e18, "ns"),
+        (1e3, 1.7e12, "ms"),
+    ],
+)
+def test_unit_of_the_clock_by_its_size(scale: float, start: float, unit: str) -> None:
+    found = ticking(Topic("", None, {"stamp": start + scale * np.arange(0, 60, 0.1)}))
+    assert found is not None
+    assert found.unit == unit
+    assert np.diff(found.seconds).mean() == pytest.approx(0.1, rel=1e-3)
+
+
+def test_no_clock() -> None:
+    assert ticking(Topic("", None, {"a": [1.0, 0.0, 2.0, np.nan], "b": [np.nan] * 4})) is None
+
+
+def test_angles_without_wraps() -> None:
+    angle = np.linspace(0.0, 12.0, 200)
+    np.testing.assert_allclose(np.diff(straightened((angle + np.pi) % (2 * np.pi))), 12 / 199)
+    degrees = np.degrees(angle) % 360
+    np.testing.assert_allclose(np.diff(straightened(degrees)), np.degrees(12 / 199))
+    assert straightened(np.array([1.0])).tolist() == [1.0]
+    assert straightened(np.array([0.0, 2.0, 0.0])).tolist() == [0.0, 2.0, 0.0]
+
+
+def test_a_few_spikes_do_not_hide_an_agreement() -> None:
+    time = np.arange(0.0, 100.0, 0.1)
+    value = np.sin(time)
+    value[500] = 40.0
+    added, moved = changes(time, np.cos(time)[:, np.newaxis], value[:, np.newaxis])
+    ratio, correlation = compared(added, moved)
+    assert ratio == pytest.approx(1.0, abs=0.01)
+    assert correlation > 0.99
+
+
+def test_too_little_to_compare() -> None:
+    assert compared(np.ones(3), np.ones(3)) is NONE
+    assert not NONE.agrees()
+    assert [len(one) for one in windows(np.arange(3.0), np.ones(3, dtype=bool))] == [0, 0]
+
+
+def test_no_window_crosses_a_gap() -> None:
+    time = np.concatenate((np.arange(0, 10, 0.1), np.arange(60, 70, 0.1)))
+    values = Series("", "a", None, time, np.where(time < 30, 0.0, 100.0))
+    joined = together([values])
+    _, moved = changes(joined.elapsed, 0 * joined.values, joined.values)
+    assert len(moved) > 20
+    assert np.abs(moved).max() == 0.0
+
+
+def test_series_meet_on_the_slower_clock() -> None:
+    slow, fast = np.arange(0.0, 20.0, 0.5), np.arange(5.0, 18.0, 0.1)
+    gap = (fast > 10.0) & (fast < 12.0)
+    one = Series("a", "x", None, slow, slow)
+    other = Series("b", "y", None, fast[~gap], 2 * fast[~gap])
+    joined = together([one, other])
+    known = np.isfinite(joined.values).all(axis=1)
+    np.testing.assert_allclose(joined.values[known, 1], 2 * joined.values[known, 0])
+    assert {10.5, 11.0, 11.5} <= set(joined.values[~known, 0]) <= {10.0, 10.5, 11.0, 11.5, 12.0}
+    apart = Series("b", "y", None, fast + 100, fast)
+    assert len(together([one, apart]).elapsed) == 0
+    empty = Series("b", "y", None, fast, np.where(fast == fast[0], 1.0, np.nan))
+    assert np.isnan(together([one, empty]).values[:, 1]).all()
+
+
+def surge(delay: int, step: float, irregular: bool = False, n: int = 3000) -> Log:
+    """Surge with quadratic drag that answers a thruster some steps late; noise on top."""
+    rng = np.random.default_rng(7)
+    command = np.repeat(rng.choice([-1.0, 0.0, 0.5, 1.0], n // 50 + 1), 50)[:n]
+    speed = np.zeros(n)
+    for k in range(n - 1):
+        force = command[max(k - delay, 0)]
+        speed[k + 1] = speed[k] + step * (force - 0.8 * speed[k] * abs(speed[k]))
+    keep = np.sort(rng.permutation(n)[: n * 3 // 4]) if irregular else np.arange(n)
+    time = step * np.arange(n)
+    return Log.from_arrays(
+        time[keep] + 1.7e9,
+        {"u": speed[keep] + 1e-3 * rng.standard_normal(len(keep)), "r": 0.01 * np.sin(time[keep])},
+        commands={"rpm": command[keep], "light": np.ones(len(keep)), "still": 0 * keep},
+    )
+
+
+@pytest.mark.parametrize(("delay", "irregular"), [(0, False), (4, False), (12, False), (6, True)])
+def test_delay_comes_back(delay: int, irregular: bool) -> None:
+    (found,) = delays(surge(delay, 0.05, irregular))
+    assert (found.command, found.velocity, found.sense) == ("rpm", "u", 1)
+    assert found.seconds == pytest.approx(0.05 * delay, abs=0.05)
+    assert found.confidence > 90
+    assert found.spread is not None
+    assert found.spread < 0.05
+
+
+def test_a_command_that_does_nothing_has_no_delay() -> None:
+    rng = np.random.default_rng(3)
+    time = np.arange(0.0, 200.0, 0.1)
+    command = np.repeat(rng.choice([0.0, 1.0], 40), 50)
+    log = Log.from_arrays(time, {"u": rng.standard_normal(2000)}, commands={"lamp": command})
+    assert delays(log) == ()
+
+
+def test_short_and_slow_logs_have_no_delay() -> None:
+    step = {"a": np.tile([0.0, 1.0], 6)}
+    for time in (np.arange(12.0), 0.1 * np.arange(12.0), 10 * np.arange(12.0)):
+        assert delays(Log.from_arrays(time, {"u": np.sin(time)}, commands=step)) == ()
+    assert delays(Log.from_arrays([0.0, 1.0], {"u": [1.0, 2.0]})) == ()
+
+
+def test_long_logs_are_cut() -> None:
+    log = surge(4, 0.05, n=30_000)
+    assert delays(log)[0].seconds == pytest.approx(0.2, abs=0.05)
+
+
+def test_command_names_are_short_legal_and_unlike() -> None:
+    names = command_names(["/a/port.data", "/b/port.data", "yes", "1", "a b", "a-b", "!", "u|v"])
+    assert len(set(names)) == len(names)
+    content = {"time": "t", "velocity": {"u": "u"}, "commands": dict.fromkeys(names, "c")}
+    assert LogMapping.from_dict(content).commands == tuple(names)

@@ -1,0 +1,246 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from hydrodamp.data.recording import Recording, Topic
+from hydrodamp.errors import LogError
+from hydrodamp.ingest.probing.names import hint
+from hydrodamp.ingest.probing.probe import Probe, is_canonical, probe
+from hydrodamp.ingest.probing.words import parted
+
+Table = Callable[..., Recording]
+
+
+def log_of(found: Probe, recording: Recording):
+    return found.mapping().log(recording)
+
+
+def agrees(found: Probe, recording: Recording, dive) -> None:
+    """Check that the draft gives the dive back: the maker's numbers are the oracle."""
+    log = log_of(found, recording)
+    np.testing.assert_allclose(log.velocity[:, :3], dive.body, atol=1e-9)
+    np.testing.assert_allclose(log.velocity[:, 3:], dive.rates, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("topic", "field", "unit", "role"),
+    [
+        ("/rov/odom", "twist.twist.angular.y", None, "velocity.q"),
+        ("/rov/odom", "pose.pose.orientation.w", None, "attitude.qw"),
+        ("/rov/odom", "twist.covariance[3]", None, None),
+        ("IMU", "AccZ", "m/s^2", "accelerometer.z"),
+        ("RATE", "Y", "deg/s", "velocity.r"),
+        ("ATT", "DesYaw", "deg", None),
+        ("XKF1", "VD", "m/s", "velocity.down"),
+        ("share_node.fins", "top", "rad", "commands"),
+        ("share_node.yaw_pid", "yaw_setpoint", "rad", None),
+        ("share_node.depth", "depth_filt", "m", "position.depth"),
+        ("", "yaw_rate", None, "velocity.r"),
+        ("", "yaw", "m/s", None),
+        ("", "velocity_north", "m/s", "velocity.north"),
+        ("", "north", "m", "position.north"),
+        ("dvl", "data_good", "bool", "flag"),
+        ("", "ch_yaw", None, "commands"),
+        ("", "temperature", None, None),
+    ],
+)
+def test_names(topic: str, field: str, unit: str | None, role: str | None) -> None:
+    found = hint(topic, field, unit)
+    assert (found and found[0]) == role
+
+
+def test_units_in_names() -> None:
+    assert parted("gyro_x_deg_s") == (("gyro", "x"), "deg/s")
+    assert parted("u_mps")[1] == "m/s"
+
+
+def test_px4_is_earth_fixed_and_comes_back(px4: Recording, dive) -> None:
+    found = probe(px4)
+    assert found.roles.way.earth_fixed is True
+    assert (found.roles.upright.body, found.roles.world) == ("FRD", "NED")
+    assert [one.name for one in found.presets] == ["px4-uuv"]
+    assert found.roles.chosen("accelerometer.x") is None
+    agrees(found, px4, dive)
+
+
+def test_ardusub_in_degrees_comes_back(ardusub: Recording, dive) -> None:
+    found = probe(ardusub)
+    assert found.roles.rates.unit == "rad/s"
+    assert "attitude:\n  roll: {column: ATT.Roll, unit: deg}" in found.draft.text
+    assert [one.name for one in found.presets] == ["ardusub"]
+    assert found.roles.upright.confidence == 99
+    agrees(found, ardusub, dive)
+
+
+def test_axes_and_units_of_every_sensor_are_found(table: Table, dive) -> None:
+    """Attitude and velocity with z up, rates in deg/s with z down, an accelerometer tells."""
+    flip = np.array([1.0, 1.0, -1.0, -1.0])
+    up = np.array([1.0, -1.0, -1.0])
+    recording = table(
+        t_ms=1000 * dive.time + 1e6,
+        **{
+            f"q{part}": column
+            for part, column in zip("wxyz", (dive.quaternion * flip).T, strict=True)
+        },
+        **{f"gyro_{a}": column for a, column in zip("xyz", np.degrees(dive.rates).T, strict=True)},
+        **{f"v{a}": column for a, column in zip("xyz", (dive.body * up).T, strict=True)},
+        **dict(zip("xyz", (dive.position * up).T, strict=True)),
+        acc_z=9.81 + 0.1 * np.sin(dive.time),
+        rpm=dive.rudder,
+    )
+    found = probe(recording)
+    roles = found.roles
+    assert (roles.upright.body, roles.world, roles.way.earth_fixed) == ("FLU", "NWU", False)
+    assert roles.rates.unit == "deg/s"
+    assert roles.rates.mirrored
+    assert roles.clocks[0][1].unit == "ms"
+    agrees(found, recording, dive)
+
+
+def test_velocities_in_other_axes_than_the_attitude(table: Table, dive) -> None:
+    up = np.array([1.0, -1.0, -1.0])
+    recording = table(
+        time_s=dive.time,
+        **dict(zip(("roll", "pitch", "yaw"), dive.angles.T, strict=True)),
+        **dict(zip(("vx", "vy", "vz"), (dive.body * up).T, strict=True)),
+        **dict(zip("pqr", dive.rates.T, strict=True)),
+        **dict(zip("xyz", dive.position.T, strict=True)),
+        depth=dive.position[:, 2] + 3,
+    )
+    found = probe(recording)
+    assert found.roles.way.mirrored
+    assert not found.roles.rates.mirrored
+    assert "velocity: {axes: FLU}" in found.draft.text
+    agrees(found, recording, dive)
+
+
+@pytest.mark.parametrize("degrees", [True, False])
+def test_a_ship_without_names(table: Table, degrees: bool) -> None:
+    time = np.arange(0.0, 200.0, 0.1)
+    heading = 0.4 * np.sin(0.1 * time) + 0.1 * np.sin(0.23 * time)
+    drift = -0.1 * np.cos(0.1 * time)
+    speed = np.array([np.cos(heading + drift), np.sin(heading + drift)])
+    scale = 180 / np.pi if degrees else 1.0
+    columns = (
+        time,
+        *np.cumsum(speed * 0.1, axis=1),
+        scale * heading,
+        *speed,
+        scale * np.gradient(heading, time),
+        np.repeat(np.sign(np.sin(0.1 * time[::50])), 50),
+        7.0 + 0 * time,
+    )
+    recording = table(**{f"column {k}": column for k, column in enumerate(columns, start=1)})
+    found = probe(recording)
+    log = log_of(found, recording)
+    np.testing.assert_allclose(log.velocity[:, 0], np.cos(drift), atol=1e-9)
+    np.testing.assert_allclose(log.velocity[:, 1], np.sin(drift), atol=1e-9)
+    assert log.velocity_names == ("u", "v", "r")
+    assert log.command_names == ("column_8",)
+    assert found.without_role == ("column 9",)
+
+
+def test_pairs_alone_are_told_but_not_used(table: Table) -> None:
+    time = np.arange(0.0, 60.0, 0.1)
+    found = probe(table(a=time, b=np.cos(time), c=np.sin(time)))
+    assert any("the rate of `c`" in one.evidence for one in found.roles.guesses)
+    assert found.draft.confidence == 0
+    with pytest.raises(LogError):
+        found.mapping()
+
+
+def test_depth_tells_which_way_is_down(dive) -> None:
+    up = dive.body * (1.0, -1.0, -1.0)
+    angles = dive.angles * (1.0, -1.0, -1.0)
+    for body, angle, depth, axes in (
+        (dive.body, dive.angles, dive.position[:, 2], "FRD"),
+        (up, angles, dive.position[:, 2], "FLU"),
+    ):
+        recording = Recording(
+            (
+                Topic("dvl", dive.time, dict(zip(("v_x", "v_y", "v_z"), body.T, strict=True))),
+                Topic("ahrs", dive.time, dict(zip(("roll", "pitch", "yaw"), angle.T, strict=True))),
+                Topic("ctd", dive.time[::2], {"depth": depth[::2] + 5}),
+            ),
+            "dive",
+            "VT/AVL topic",
+        )
+        upright = probe(recording).roles.upright
+        assert upright.body == axes
+        assert upright.confidence > 90
+
+
+def test_sticks_of_a_pilot(table: Table) -> None:
+    """Up is up and right is starboard: against w and r of axes with z up, along them never both."""
+    rng = np.random.default_rng(4)
+    time = np.arange(0.0, 200.0, 0.1)
+    sticks = np.repeat(rng.choice([-1.0, 0.0, 1.0], (40, 2)), 50, axis=0)
+    for senses, axes in (((1.0, -1.0), "FLU"), ((-1.0, 1.0), "FRD")):
+        moved = np.zeros((2000, 2))
+        for k in range(1999):
+            moved[k + 1] = moved[k] + 0.1 * (np.array(senses) * sticks[k] - moved[k])
+        recording = table(
+            time_s=time, w=moved[:, 0], r=moved[:, 1], ch_heave=sticks[:, 0], ch_yaw=sticks[:, 1]
+        )
+        upright = probe(recording).roles.upright
+        assert (upright.body, len(upright.signs)) == (axes, 1)
+
+
+def test_bad_rows_are_left_out_and_flagged(dive) -> None:
+    good = np.ones(1200)
+    good[100:140] = 0.0
+    speed = np.where(good[:, np.newaxis] == 1.0, dive.body, -32.768)
+    fields = dict(zip(("v_x", "v_y", "v_z"), speed.T, strict=True))
+    recording = Recording(
+        (
+            Topic("dvl.velocity", dive.time, {**fields, "data_good": good}),
+            Topic("control.yaw_pid", dive.time, {"yaw_input": dive.angles[:, 2]}),
+            Topic("control.pitch_pid", dive.time, {"pitch_input": dive.angles[:, 1]}),
+        ),
+        "dive",
+        "VT/AVL topic",
+    )
+    text = probe(recording).draft.text
+    assert "u: {column: dvl.velocity.v_x, where: data_good}" in text
+    assert "roll: {value: 0.0}" in text
+
+
+def test_speeds_too_large_are_doubted(table: Table, dive) -> None:
+    found = probe(table(time_s=dive.time, u=900 + 100 * dive.body[:, 0], v=30 * dive.body[:, 1]))
+    guess = found.roles.chosen("velocity.u")
+    assert guess is not None
+    assert guess.confidence < 50
+    assert "cm/s or mm/s?" in guess.evidence[-1]
+
+
+def test_what_is_canonical(table: Table, dive) -> None:
+    assert is_canonical(table(time=dive.time, u=dive.time))
+    assert not is_canonical(table(time_s=dive.time, u=dive.time))
+    assert not is_canonical(Recording((Topic("a", dive.time, {"u": dive.time}),), "x", "bag"))
+
+
+def test_nothing_known_is_no_error() -> None:
+    for topic in (Topic("", None, {}), Topic("", None, {"a": [1.0]}), Topic("x", [], {"u": []})):
+        found = probe(Recording((topic,), "x", "text in columns"))
+        assert found.draft.confidence == 0
+
+
+def test_preset_with_another_topic(dive) -> None:
+    """Odometry under a name of its own: the preset fits, given the topic."""
+    east = dive.position[:, [1, 0, 2]] * (1, 1, -1)
+    up = dive.body * (1, -1, -1)
+    fields = {
+        **{f"pose.pose.position.{a}": c for a, c in zip("xyz", east.T, strict=True)},
+        **{f"pose.pose.orientation.{a}": c for a, c in zip("wxyz", dive.quaternion.T, strict=True)},
+        **{f"twist.twist.linear.{a}": c for a, c in zip("xyz", up.T, strict=True)},
+        **{f"twist.twist.angular.{a}": c for a, c in zip("xyz", dive.rates.T, strict=True)},
+        "header.stamp": dive.time,
+    }
+    found = probe(Recording((Topic("/rov/state", dive.time, fields),), "x", "ROS 2 bag (MCAP)"))
+    (preset,) = found.presets
+    assert (preset.name, preset.topics) == ("rep103-odometry", (("odometry", "/rov/state"),))
+    assert "time: [header.stamp, recorded]" in found.draft.text
+    assert found.roles.world == "ENU"

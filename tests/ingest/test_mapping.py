@@ -1,0 +1,225 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hydrodamp.data.attitude import body_rates, down, quaternion_from_euler, rotation
+from hydrodamp.data.checks import rate_slopes
+from hydrodamp.errors import FileError, LogError
+from hydrodamp.ingest.mapping import LogMapping, read_mapping
+from hydrodamp.ingest.read import read_log, read_logs
+
+Write = Callable[..., Path]
+EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "bluerov2" / "mapping.yaml"
+
+
+def test_names_units_and_signs_are_turned(csv_file: Write) -> None:
+    path = csv_file("t_ms,spd,yawrate,fin,ignored\n0,1,90,5,abc\n500,2,180,,def\n1000,2,0,7,\n")
+    mapping = LogMapping.from_dict(
+        {
+            "time": {"column": "t_ms", "unit": "ms"},
+            "velocity": {
+                "u": {"column": "spd", "unit": "knots"},
+                "r": {"column": "yawrate", "unit": "deg/s", "sign": -1},
+            },
+            "commands": {"rudder": {"column": "fin", "unit": "deg", "hold": True}},
+            "source": "a test",
+            "note": None,
+        }
+    )
+    log = mapping.read(path)
+    assert log.time.tolist() == [0, 0.5, 1]
+    np.testing.assert_allclose(log.velocity[:, 0], np.array([1, 2, 2]) * 1852 / 3600)
+    np.testing.assert_allclose(log.velocity[:, 5], [-np.pi / 2, -np.pi, 0])
+    np.testing.assert_allclose(log.command("rudder"), np.radians([5, 5, 7]))
+    assert log.velocity_names == ("u", "r")
+
+
+def test_every_group_finds_its_place(csv_file: Write) -> None:
+    path = csv_file(
+        "t,s,u1,a1,x1,n1,e\n0,a,1,2,3,4,50\n1,a,1,2,3,4,50\n0,b,1,2,3,4,50\n1,b,1,2,3,4,5\n"
+    )
+    mapping = LogMapping.from_dict(
+        {
+            "time": "t",
+            "segment": "s",
+            "velocity": {"u": "u1"},
+            "acceleration": {"du": {"column": "a1", "unit": "g"}},
+            "wrench": {"X": {"column": "x1", "unit": "kN"}, "N": "n1"},
+            "eta": {"column": "e", "unit": "%"},
+        }
+    )
+    log = mapping.read(path)
+    assert [part.name for part in log.segments] == ["a", "b"]
+    assert log.acceleration is not None
+    assert log.acceleration[0, 0] == 2 * 9.80665
+    assert log.wrench is not None
+    assert log.wrench[0].tolist() == [3000, 0, 0, 0, 0, 4]
+    assert log.propulsion_ratio is not None
+    assert log.propulsion_ratio[0] == 0.5
+
+
+@pytest.mark.parametrize("form", ["euler", "quaternion"])
+def test_port_up_becomes_starboard_down(csv_file: Write, form: str) -> None:
+    """FLU in a z-up world is FRD in a z-down world, both turned by pi about x."""
+    turned = np.diag([1.0, -1.0, -1.0])
+    euler = np.array([[0.3, -0.2, 0.7], [0.35, -0.1, 0.9]])
+    flu = quaternion_from_euler(euler)
+    values = euler if form == "euler" else flu
+    names = ["roll", "pitch", "yaw"] if form == "euler" else ["qw", "qx", "qy", "qz"]
+    header = ",".join(["time", *names, *"uvwpqr", *"XYZKMN", "fin"])
+    body = "".join(
+        ",".join(map(repr, [k, *values[k].tolist(), 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13]))
+        + "\n"
+        for k in range(2)
+    )
+    mapping = {
+        "frame": "FLU",
+        "time": "time",
+        "attitude": {name: name for name in names},
+        "velocity": {name: name for name in "uvwpqr"},
+        "wrench": {name: name for name in "XYZKMN"},
+        "commands": ["fin"],
+    }
+    log = LogMapping.from_dict(mapping).read(csv_file(header + "\n" + body))
+    assert log.attitude is not None
+    assert log.wrench is not None
+    np.testing.assert_allclose(rotation(log.attitude), turned @ rotation(flu) @ turned, atol=1e-14)
+    assert log.velocity[0].tolist() == [1, -2, -3, 4, -5, -6]
+    assert log.wrench[0].tolist() == [7, -8, -9, 10, -11, -12]
+    assert log.command("fin")[0] == 13
+
+
+def test_all_faults_of_a_mapping_are_told_at_once() -> None:
+    with pytest.raises(LogError) as caught:
+        LogMapping.from_dict(
+            {
+                "frames": "FLU",
+                "frame": "NED",
+                "segment": 3,
+                "velocity": {"u": {"colum": "a"}, "x": "b", "p": {"column": "p", "unit": "deg"}},
+                "commands": {"uv": "c", "fin": {"column": "f", "sign": 2, "hold": "yes"}},
+                "wrench": ["X"],
+            },
+            "map.yaml",
+        )
+    message = str(caught.value)
+    for says in (
+        "map.yaml: 12 faults",
+        "unknown key `frames`. Did you mean 'frame'?",
+        "`frame` must be FRD (z down) or FLU (z up); got 'NED'",
+        "`time` must name the column of the clock",
+        "`segment` must be the name of a column; got 3",
+        "`velocity.u` has no `colum`. Did you mean 'column'?",
+        "`velocity.u` must name a column; got None",
+        "`velocity` has no `x`. It takes: u v w p q r",
+        "`velocity.p.unit`: 'deg' is no unit of angular rate",
+        "`commands.uv`: Command name `uv` reads as the product",
+        "`commands.fin.sign` must be 1 or -1; got 2",
+        "`commands.fin.hold` must be true or false; got 'yes'",
+        "`wrench` must be a table of names to columns; got list",
+    ):
+        assert says in message
+
+
+def test_keys_that_read_like_forms_are_keys() -> None:
+    """`name`, `entry` and `one` are also what pydantic calls the form it tried."""
+    with pytest.raises(LogError) as caught:
+        LogMapping.from_dict({"time": "t", "name": "x", "velocity": {"u": "a", "one": "b"}})
+    assert "unknown key `name`" in str(caught.value)
+    assert "`velocity` has no `one`" in str(caught.value)
+
+
+@pytest.mark.parametrize("content", [None, [1], "time"])
+def test_a_mapping_must_be_a_table(content: object) -> None:
+    with pytest.raises(LogError, match="must be a table of names to columns"):
+        LogMapping.from_dict(content)
+    with pytest.raises(LogError, match="`velocity` must name the columns of at least one"):
+        LogMapping.from_dict({"time": "t"})
+
+
+def test_columns_the_log_lacks_are_named_with_the_nearest(csv_file: Write) -> None:
+    mapping = LogMapping.from_dict(
+        {"time": "time_s", "velocity": {"u": "surge"}, "segment": "run"}, "map.yaml"
+    )
+    with pytest.raises(LogError) as caught:
+        mapping.read(csv_file("times,surge\n0,1\n1,1\n"))
+    assert caught.value.faults == (
+        "there is no column `time_s`, which map.yaml takes for `time`. Did you mean 'times'?",
+        "there is no column `run`, which map.yaml takes for `segment`.",
+    )
+    with pytest.raises(LogError, match="the file is empty"):
+        mapping.read(csv_file(""))
+
+
+def test_bad_cells_are_told_by_the_names_of_the_file(csv_file: Write) -> None:
+    mapping = LogMapping.from_dict({"time": "t", "velocity": {"u": "surge"}})
+    with pytest.raises(LogError, match="column `surge` must hold numbers; got 'x' in row 2"):
+        mapping.read(csv_file("t,surge\n0,1\n1,x\n"))
+
+
+def test_a_value_is_not_held_before_the_first(csv_file: Write) -> None:
+    content = {
+        "time": "t",
+        "velocity": {"u": "u"},
+        "commands": {"fin": {"column": "f", "hold": True}},
+    }
+    with pytest.warns(Warning, match="1 sample with missing values"):
+        log = LogMapping.from_dict(content).read(csv_file("t,u,f\n0,1,\n1,1,5\n2,1,\n3,1,\n"))
+    assert log.command("fin").tolist() == [5, 5, 5]
+
+
+@pytest.mark.parametrize("text", ["time: t\nvelocity: {u: [}\n", "time: t\ntime: s\n"])
+def test_unreadable_yaml_is_refused_with_its_line(csv_file: Write, text: str) -> None:
+    with pytest.raises(FileError, match=r"map\.yaml, line 2: cannot be read as YAML"):
+        read_mapping(csv_file(text, "map.yaml"))
+
+
+def test_a_mapping_that_is_not_there(tmp_path: Path) -> None:
+    with pytest.raises(FileError, match=r"absent\.yaml: cannot be read: No such file"):
+        read_mapping(tmp_path / "absent.yaml")
+
+
+def test_the_bluerov2_runs_load(bluerov2_runs: list[Path]) -> None:
+    log = read_logs(bluerov2_runs, EXAMPLE)
+    assert [part.name for part in log.segments] == [path.stem for path in bluerov2_runs]
+    assert log.command_names == tuple(
+        f"ch_{name}" for name in ("forward", "lateral", "heave", "roll", "pitch", "yaw")
+    )
+    assert log.n == sum(len(path.read_text().splitlines()) - 1 for path in bluerov2_runs)
+
+
+def test_the_bluerov2_attitude_moves_as_its_rates_say(bluerov2_runs: list[Path]) -> None:
+    for path in bluerov2_runs:
+        log = read_log(path, EXAMPLE)
+        assert log.attitude is not None
+        slopes = rate_slopes(log.time, log.attitude, log.velocity[:, 3:])
+        np.testing.assert_allclose(slopes, 1, atol=0.1)
+        differenced = body_rates(log.time, log.attitude)
+        recorded = (log.velocity[1:, 3:] + log.velocity[:-1, 3:]) / 2
+        sound = np.abs(differenced - recorded).max(axis=1) < 3
+        for axis in range(3):
+            assert np.corrcoef(differenced[sound, axis], recorded[sound, axis])[0, 1] > 0.8
+
+
+def test_the_bluerov2_sinks_when_w_is_positive(bluerov2_runs: list[Path]) -> None:
+    for path in bluerov2_runs:
+        log = read_log(path, EXAMPLE)
+        raw = np.genfromtxt(path, delimiter=",", names=True)
+        assert log.attitude is not None
+        depth_rate = np.einsum("ni,ni->n", down(log.attitude), log.velocity[:, :3])
+        differenced = -np.diff(raw["z_m"]) / np.diff(log.time)
+        mean = (depth_rate[1:] + depth_rate[:-1]) / 2
+        assert np.corrcoef(differenced, mean)[0, 1] > 0.6
+        heave = log.command("ch_heave")
+        if heave.any():
+            assert np.corrcoef(heave, log.velocity[:, 2])[0, 1] < -0.4
+
+
+def test_a_mapping_is_a_value() -> None:
+    content = {"time": "t", "velocity": {"u": "s"}}
+    assert LogMapping.from_dict(content) == LogMapping.from_dict(content)
+    assert isinstance(read_mapping(EXAMPLE), LogMapping)

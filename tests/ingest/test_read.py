@@ -1,0 +1,75 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from hydrodamp.advance import listening
+from hydrodamp.errors import FileError, LogError
+from hydrodamp.ingest.mapping import LogMapping
+from hydrodamp.ingest.read import logs_of, read_log, read_logs, read_recordings
+
+Write = Callable[..., Path]
+GOOD = "time,u\n0,1\n1,2\n"
+
+
+def test_a_mapping_may_be_a_value_or_a_file(csv_file: Write) -> None:
+    path = csv_file("t,s\n0,1\n1,2\n")
+    text = "time: t\nvelocity: {u: s}\n"
+    for mapping in (
+        LogMapping.from_dict({"time": "t", "velocity": {"u": "s"}}),
+        csv_file(text, "map.yaml"),
+        str(csv_file(text, "map.yaml")),
+    ):
+        assert read_log(path, mapping).velocity[:, 0].tolist() == [1, 2]
+        assert read_logs([path, path], mapping).n == 4
+
+
+def test_several_files_are_one_log(csv_file: Write) -> None:
+    log = read_logs([csv_file(GOOD, "a.csv"), csv_file(GOOD, "b.csv")])
+    assert [part.name for part in log.segments] == ["a", "b"]
+    assert read_logs(csv_file(GOOD, "a.CSV")).n == 2
+
+
+@pytest.mark.parametrize("many", [False, True])
+def test_who_listens_hears_how_much_is_read(csv_file: Write, many: bool) -> None:
+    rows = "".join(f"{k},{k / 10_000}\n" for k in range(60_000))  # more than a block
+    paths = [csv_file("time,u\n" + rows, f"{name}.csv") for name in ("ab" if many else "a")]
+    heard: list[float] = []
+    with listening(heard.append):
+        read_logs(paths)
+    assert heard == sorted(heard)
+    assert heard[-1] == pytest.approx(1.0)
+    assert len({share for share in heard if 0.0 < share < 1.0}) >= len(paths)
+
+
+def test_recordings_are_one_log(csv_file: Write) -> None:
+    paths = [csv_file(GOOD, "a.csv"), csv_file(GOOD, "b.csv")]
+    log = logs_of(read_recordings(paths))
+    assert [part.name for part in log.segments] == ["a", "b"]
+
+
+def test_the_faults_of_every_file_are_told(csv_file: Write) -> None:
+    bad = csv_file("time,u\n0,x\n1,2\n", "bad.csv")
+    worse = csv_file("u,uv\n0,1\n1,2\n", "worse.csv")
+    with pytest.raises(LogError) as caught:
+        read_logs([bad, csv_file(GOOD), worse])
+    message = str(caught.value)
+    assert "bad.csv: column `u` must hold numbers" in message
+    assert "worse.csv: 2 faults" in message
+    with pytest.raises(LogError, match=r"bad\.csv: column `u`"):
+        read_logs([bad, csv_file(GOOD)])
+
+
+@pytest.mark.parametrize("name", ["log.bag", "log"])
+def test_a_file_is_known_by_its_content_not_its_name(csv_file: Write, name: str) -> None:
+    assert read_log(csv_file(GOOD, name)).velocity[:, 0].tolist() == [1, 2]
+
+
+def test_a_folder_without_logs_is_no_log(tmp_path: Path) -> None:
+    (tmp_path / "runs.csv").mkdir()
+    with pytest.raises(FileError, match="folder holds no log"):
+        read_log(tmp_path / "runs.csv")
+    with pytest.raises(FileError, match="cannot be read"):
+        read_log(tmp_path / "absent.csv")
