@@ -73,15 +73,10 @@ from .identification.online.adaptive import (
     AdaptiveIdentifier as AdaptiveIdentifier,
     History as History,
 )
-from .identification.online.gains import ByNoise as ByNoise, ByStep as ByStep, ByTerm as ByTerm
-from .identification.online.limits import OwnDrag as OwnDrag, Within as Within
-from .identification.online.projection import OntoDissipative as OntoDissipative
+from .identification.online.gains import ByNoise as ByNoise, ByTerm as ByTerm
 from .identification.online.recursive import RecursiveLeastSquares as RecursiveLeastSquares
 from .identification.online.recursive_state import RecursiveState as RecursiveState
-from .identification.online.robust import RobustIdentifier as RobustIdentifier
-from .identification.online.robust_state import RobustState as RobustState
 from .identification.online.sample_by_sample import State as State, observe as observe
-from .identification.online.whitening import ByExcitation as ByExcitation
 from .identification.recommended import Recommended as Recommended
 from .identification.regression.generalised import (
     GeneralisedLeastSquares as GeneralisedLeastSquares,
@@ -113,10 +108,6 @@ from .identification.rows.triangle import (
     merge as merge,
 )
 from .identification.rows.weak_equations import WeakEquations as WeakEquations
-from .identification.smoothing.noise import Noise as Noise
-from .identification.smoothing.smooth import Smoothed as Smoothed
-from .identification.smoothing.smoother import noise_levels as noise_levels, smooth as smooth
-from .identification.trust.bootstrap import Draws as Draws, bootstrap as bootstrap
 from .identification.trust.diagnostics import Diagnostics as Diagnostics, diagnose as diagnose
 from .identification.trust.grades import Grade as Grade
 from .identification.trust.grading import graded as graded
@@ -197,7 +188,6 @@ from .simulation.score import Score as Score, score as score
 from .simulation.status import Status as Status
 from .validation.bands import (
     PredictionBand as PredictionBand,
-    drawn_band as drawn_band,
     prediction_band as prediction_band,
 )
 from .validation.choice import (

@@ -33,7 +33,7 @@ _RIDGE = """@article{hoerl-kennard-1970,
 }"""
 
 _METHODS = {
-    **dict.fromkeys(("ls", "ls-sg", "ls-cv", "ai", "ai-scaled", "ai-robust"), (BIBTEX,)),
+    **dict.fromkeys(("ls", "ls-sg", "ls-cv", "ai", "ai-scaled"), (BIBTEX,)),
     "weak": (_WEAK,),
     "gls": (_GENERALISED,),
     "ridge": (_RIDGE,),

@@ -11,7 +11,6 @@ from hydrodamp.identification.fit import Fit, Method
 from hydrodamp.identification.online.adaptive import AdaptiveIdentifier
 from hydrodamp.identification.online.gains import ByNoise, ByTerm
 from hydrodamp.identification.online.recursive import RecursiveLeastSquares
-from hydrodamp.identification.online.robust import RobustIdentifier
 from hydrodamp.identification.recommended import Recommended
 from hydrodamp.identification.regression.generalised import GeneralisedLeastSquares
 from hydrodamp.identification.regression.least_squares import LeastSquares
@@ -20,7 +19,6 @@ from hydrodamp.identification.regression.weak import WeakForm
 from hydrodamp.identification.replays.output_error import OutputError
 from hydrodamp.identification.rows.chosen_slopes import ChosenSlopes
 from hydrodamp.identification.rows.derivative import SavitzkyGolay
-from hydrodamp.identification.smoothing.smooth import Smoothed
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.parallel import each
 from hydrodamp.simulation.problem import Problem
@@ -34,11 +32,9 @@ METHODS: dict[str, Method] = {
     "gls": GeneralisedLeastSquares(),
     "ridge": Ridge(),
     "dissipative": Dissipative(),
-    "smooth": Smoothed(),
     "oe": OutputError(),
     "ai": AdaptiveIdentifier(a=20.0, gamma=20.0),
     "ai-scaled": AdaptiveIdentifier(a=ByNoise(), gamma=ByTerm(), passes=30),
-    "ai-robust": RobustIdentifier(),
     "rls": RecursiveLeastSquares(),
 }
 """``recommended`` is what a user gets who names none; ``ls`` and ``ai`` are the paper's.

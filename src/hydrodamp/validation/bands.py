@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -16,9 +16,8 @@ from hydrodamp.errors import MethodError
 from hydrodamp.identification.uncertainty.intervals import reach
 from hydrodamp.kernels.inputs import Inputs
 from hydrodamp.models.damping import Damping
-from hydrodamp.simulation.parallel import each
 from hydrodamp.simulation.problem import Problem
-from hydrodamp.simulation.replay import LIMIT, AttitudeSource, replay
+from hydrodamp.simulation.replay import LIMIT
 
 _CHUNK = 8_000_000
 """Numbers of a sensitivity held at once: 64 MB."""
@@ -38,7 +37,7 @@ class PredictionBand:
     level : float
         Share that the band is to hold.
     diverged : float
-        Share of the draws, or of the segments, that diverged.
+        Share of the segments that diverged.
     axes : tuple of str
         The free axes.
     """
@@ -128,62 +127,6 @@ def prediction_band(
     )
 
 
-def drawn_band(
-    problem: Problem,
-    damping: Damping,
-    draws: FloatArray,
-    level: float = 0.95,
-    *,
-    attitude: AttitudeSource = "measured",
-) -> PredictionBand:
-    """Return the band of the replays of many draws of the coefficients.
-
-    Parameters
-    ----------
-    problem : Problem
-        Prepared for (at least) the terms of the damping.
-    damping : Damping
-        Whose replay the band is around.
-    draws : ndarray, shape (n_draws, n_coefficients)
-        From a bootstrap, or of :func:`drawn_coefficients`.
-    level : float
-        Share of the draws inside, at each sample alone.
-    attitude : {"measured", "simulated"}
-        Which attitude gravity and buoyancy act along.
-
-    Returns
-    -------
-    band : PredictionBand
-        Quantiles of the draws that have not diverged by then; ``diverged`` says how
-        many do.
-
-    Raises
-    ------
-    MethodError
-        If the shape of the draws is wrong, there are fewer than two, or the level is not
-        between 0 and 1.
-    """
-    reach(level, np.inf)
-    values = np.asarray(draws, dtype=np.float64)
-    size = damping.model.n_coefficients
-    if values.ndim != 2 or values.shape[1] != size or len(values) < 2:
-        raise MethodError(f"`draws` must have shape (2 or more, {size}); got {values.shape}")
-    drawn = [replace(damping, coefficients=row, covariance=None) for row in values]
-    replays = each(replay, [(problem, one, attitude) for one in (damping, *drawn)])
-    lower, upper = _quantiles(np.array([run.velocity for run in replays[1:]]), level)
-    lost = float(np.mean([bool(run.diverged) for run in replays[1:]]))
-    axes = problem.vehicle.axes
-    return PredictionBand(problem.log, replays[0].velocity, lower, upper, level, lost, axes)
-
-
-def drawn_coefficients(damping: Damping, n: int = 200, seed: int = 0) -> FloatArray:
-    """Draw coefficients from their covariance, normally distributed."""
-    root = _root(_covariance(damping))
-    chance = np.random.default_rng(seed).standard_normal((n, root.shape[1]))
-    draws: FloatArray = damping.coefficients + chance @ root.T
-    return draws
-
-
 @dataclass(frozen=True, eq=False)
 class _Spread:
     """What is needed to carry the spread of coefficients through a replay."""
@@ -252,7 +195,7 @@ def _covariance(damping: Damping) -> FloatArray:
     if damping.covariance is None:
         raise MethodError(
             f"the coefficients of '{damping.model.key}' have no covariance, so there is no band: "
-            "use a method that gives one, or a bootstrap"
+            "use a method that gives one"
         )
     return damping.covariance
 
@@ -276,12 +219,3 @@ def _deviations(noise: npt.ArrayLike | None) -> FloatArray:
     if not np.all(values >= 0.0):
         raise MethodError(f"`noise` must not be negative; got {values.tolist()}")
     return values
-
-
-def _quantiles(velocity: FloatArray, level: float) -> tuple[FloatArray, FloatArray]:
-    """Return two quantiles over the draws still there; NaN where none is."""
-    alive = np.isfinite(velocity).all(axis=2).any(axis=0)
-    ends = np.full((2, *velocity.shape[1:]), np.nan)
-    shares = [0.5 - level / 2.0, 0.5 + level / 2.0]
-    ends[:, alive] = np.nanquantile(velocity[:, alive], shares, axis=0)
-    return ends[0], ends[1]

@@ -9,7 +9,6 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp import kernels
-from hydrodamp.identification.online.projection import OntoDissipative
 from hydrodamp.identification.online.recursive import RecursiveLeastSquares
 from hydrodamp.identification.online.recursive_state import RecursiveAdaptation
 from hydrodamp.identification.rows.velocity_noise import mean_square
@@ -229,23 +228,6 @@ def test_a_start_is_kept_where_nothing_is_excited(voyage):
     assert plain.damping.as_dict() == {"X_u": -1.0, "X_v": 0.0, "N_r": -1.0}
 
 
-def test_a_projection_is_applied_to_the_result(voyage):
-    """Here the data ask for a Y_v that drives: the nearest damping that does not is given."""
-    problem = voyage.problem(0, MANOEUVRE)
-    against = replace(problem.log, wrench=-problem.log.wrench)
-    turned = hd.prepare(voyage.vehicle, against, MODEL)
-    free = METHOD.identify(turned, MODEL)
-    kept = replace(METHOD, project=OntoDissipative()).identify(turned, MODEL)
-    box = hd.operating_box(turned)
-    size = hd.worst_power(free.damping, box).power
-    assert size > 0.0
-    assert hd.worst_power(kept.damping, box).power < 1e-3 * size
-    fine = replace(METHOD, project=OntoDissipative()).identify(problem, MODEL)
-    plain = METHOD.identify(problem, MODEL)
-    np.testing.assert_array_equal(fine.damping.coefficients, plain.damping.coefficients)
-    assert kept.damping.covariance is None
-
-
 def test_outcomes_that_are_no_numbers(voyage):
     short = hd.prepare(voyage.vehicle, voyage.log.between(0.0, 1.5), MODEL)
     assert METHOD.identify(short, MODEL).status is hd.Status.TOO_FEW_SAMPLES
@@ -257,6 +239,20 @@ def test_outcomes_that_are_no_numbers(voyage):
     problem = hd.prepare(voyage.vehicle, replace(absurd, wrench=wrench), MODEL)
     with np.errstate(all="ignore"):
         assert METHOD.identify(problem, MODEL).status is hd.Status.FAILED
+
+
+def test_absurd_commands_are_said_to_be_absurd(vehicle):
+    n = 20
+    log = hd.Log.from_arrays(
+        np.arange(n) / 10,
+        np.ones((n, 6)),
+        attitude=np.zeros((n, 3)),
+        wrench=np.zeros((n, 6)),
+        commands={"fin": np.full(n, 1e200)},
+    )
+    model = hd.DampingModel.from_table({"X": "u", "N": "u|u|*fin"}, key="mine")
+    with np.errstate(all="ignore"), pytest.raises(hd.MethodError, match="not finite"):
+        hd.identify(model, vehicle, log, METHOD)
 
 
 def test_columns_alone_give_no_prior(voyage):

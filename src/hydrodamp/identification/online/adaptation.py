@@ -9,7 +9,6 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.axes import AXES, VELOCITY_OF
 from hydrodamp.kernels.entries import Entries
-from hydrodamp.kernels.robustness import Robustness
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.columns import Columns
@@ -33,7 +32,7 @@ class Adaptation:
 
 @dataclass(frozen=True)
 class Bound:
-    """A robust or recursive method bound to a plant and a model."""
+    """A recursive method bound to a plant and a model."""
 
     columns: Columns
     model: DampingModel
@@ -51,14 +50,6 @@ class Bound:
         """Return the damping of some coefficients, with the vehicle it belongs to."""
         vehicle = stamp(self.columns.vehicle)
         return Damping(self.model, coefficients, covariance=covariance, vehicle=vehicle)
-
-
-@dataclass(frozen=True)
-class RobustAdaptation:
-    """A robust identifier bound to a plant and a model: all that a step needs."""
-
-    bound: Bound
-    robustness: Robustness
 
 
 def first_guess(model: DampingModel, known: Damping | None = None) -> FloatArray:

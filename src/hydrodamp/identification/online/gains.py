@@ -8,7 +8,7 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray, IndexArray, IntArray
 from hydrodamp.errors import MethodError
-from hydrodamp.identification.rows.velocity_noise import mean_square, median_step, signal_to_noise
+from hydrodamp.identification.rows.velocity_noise import mean_square, signal_to_noise
 from hydrodamp.simulation.columns import Columns
 from hydrodamp.simulation.problem import Problem
 
@@ -34,34 +34,6 @@ class ByNoise:
     """
 
     share: float = 0.02
-
-    def __post_init__(self) -> None:
-        """Refuse what the proof does not cover."""
-        per_axis(self.share, "share")
-
-
-@dataclass(frozen=True)
-class ByStep:
-    """Error gains ``a_i = share · M_ii / h``, h the log's median step: feedback faster than it.
-
-    Noise of a measured velocity stands in the error and in the terms alike. With
-    ``x = a_i h / 2 M_ii``, the bias this leaves in the coefficients is ``x / (1 + x)²``
-    of ``M_ii / h`` over the signal-to-noise ratio: small feedback keeps it small, and
-    so does very large feedback, where the error answers to its own step alone and
-    the noise at both ends of the step cancels.
-
-    Parameters
-    ----------
-    share : float
-        How much faster than the step.
-
-    Raises
-    ------
-    MethodError
-        If it is not positive.
-    """
-
-    share: float = 2000.0
 
     def __post_init__(self) -> None:
         """Refuse what the proof does not cover."""
@@ -109,11 +81,8 @@ def per_axis(gain: Numbers, name: str) -> FloatArray:
     return np.broadcast_to(gains, (6,)).copy()
 
 
-def error_gains(a: Numbers | ByNoise | ByStep, source: Problem | Columns) -> FloatArray:
+def error_gains(a: Numbers | ByNoise, source: Problem | Columns) -> FloatArray:
     """Return the error gain of each axis."""
-    if isinstance(a, ByStep):
-        clocked = with_log(source, "clock")
-        return a.share / median_step(clocked) * np.diag(clocked.vehicle.mass_matrix)
     if not isinstance(a, ByNoise):
         return per_axis(a, "a")
     problem = with_log(source, "noise of each velocity")

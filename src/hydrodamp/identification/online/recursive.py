@@ -13,7 +13,6 @@ from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Fit, empty_fit, fitted
 from hydrodamp.identification.online.adaptation import Bound, first_guess
 from hydrodamp.identification.online.gains import with_log
-from hydrodamp.identification.online.projection import Projection, joined
 from hydrodamp.identification.online.recursive_state import RecursiveAdaptation, RecursiveState
 from hydrodamp.identification.rows.rank import spanned
 from hydrodamp.identification.rows.velocity_noise import mean_square
@@ -43,8 +42,6 @@ class RecursiveLeastSquares:
     start : Damping, optional
         Coefficients to start from, such as a published set; the paper's start by
         default.
-    project : Projection, optional
-        Applied to the result of a log, such as ``OntoDissipative()``.
 
     Raises
     ------
@@ -61,7 +58,6 @@ class RecursiveLeastSquares:
     memory: float = 600.0
     prior: float = 1.0
     start: Damping | None = None
-    project: Projection | None = None
 
     def __post_init__(self) -> None:
         """Refuse settings that make no sense."""
@@ -191,22 +187,12 @@ class RecursiveLeastSquares:
             problem,
             bound.model,
             self,
-            self._projected(problem, adaptation, estimate),
-            covariance=covariance if self.project is None else None,
+            estimate.coefficients,
+            covariance=covariance,
             rank=rank,
             aliased=tuple(group for part in known for group in part.aliased),
             status=Status.OK if rank == bound.model.n_coefficients else Status.BY_PRIOR,
         )
-
-    def _projected(
-        self, problem: Problem, adaptation: RecursiveAdaptation, estimate: Estimate
-    ) -> FloatArray:
-        """Project in the metric of the information."""
-        if self.project is None or not np.all(np.isfinite(estimate.coefficients)):
-            return estimate.coefficients
-        metric = joined([precision(adaptation, estimate, axis) for axis in range(6)])
-        damping = adaptation.bound.damping(estimate.coefficients)
-        return self.project(problem, damping, metric).coefficients
 
 
 @dataclass(frozen=True)
@@ -231,13 +217,3 @@ def known_of(adaptation: RecursiveAdaptation, estimate: Estimate, axis: int) -> 
     directions = vectors[:, told].T if told.any() else np.zeros((1, len(names)))
     aliased = spanned(directions, names, np.ones(len(names))).aliased
     return Known(covariance, int(told.sum()), aliased)
-
-
-def precision(adaptation: RecursiveAdaptation, estimate: Estimate, axis: int) -> FloatArray:
-    """Return the inverse covariance of an axis, zero rows for coefficients that are held."""
-    entries = adaptation.bound.entries
-    unit = adaptation.recursion.unit[entries.of(axis)]
-    inverse = np.where(unit > 0.0, 1.0 / np.where(unit > 0.0, unit, 1.0), 0.0)
-    known = np.eye(len(unit)) + entries.squares(estimate.information)[axis]
-    noise = estimate.noise[axis]
-    return np.asarray(known * np.outer(inverse, inverse) / (noise if noise > 0.0 else 1.0))

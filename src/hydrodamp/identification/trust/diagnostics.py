@@ -13,10 +13,8 @@ from hydrodamp.basis.axes import AXES
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.rows.equations import Rows
 from hydrodamp.identification.rows.rank import spanned
-from hydrodamp.identification.rows.reference import with_reference
 from hydrodamp.identification.rows.support import chosen_support
 from hydrodamp.identification.rows.weak_equations import WeakEquations
-from hydrodamp.identification.trust.endogeneity import Endogeneity, endogeneity
 from hydrodamp.identification.trust.residuals import FAR, Whiteness, outlier_share, whiteness
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
@@ -28,9 +26,6 @@ REJECTED = 0.01
 MANY = 0.01
 """Share of outliers worth a sentence: more than 100 times that of normal residuals."""
 
-SHIFTED = 0.02
-"""Least shift of the explained wrench worth a sentence: what a replay shows."""
-
 
 @dataclass(frozen=True)
 class AxisDiagnostics:
@@ -40,13 +35,6 @@ class AxisDiagnostics:
     rms: float
     whiteness: Whiteness
     outliers: float
-    endogeneity: Endogeneity | None
-
-    @property
-    def biased(self) -> bool:
-        """Whether noise in the velocities biases a regression on this axis."""
-        found = self.endogeneity
-        return found is not None and found.p < REJECTED and found.shift >= SHIFTED
 
     @property
     def coloured(self) -> bool:
@@ -64,7 +52,6 @@ class AxisDiagnostics:
         return (
             f"{self.axis:<5}{self.rms:>10.3g}{_cell(white.p):>9}{white.neighbours:>8.2f}"
             f"{white.time:>8.2g} s{100.0 * self.outliers:>9.2f} %"
-            f"{_cell(None if self.endogeneity is None else self.endogeneity.p):>9}"
         )
 
 
@@ -89,7 +76,7 @@ class Diagnostics:
     @property
     def remarks(self) -> tuple[str, ...]:
         """What to know and to do, a sentence a kind of trouble."""
-        said = (_bias(self.axes), _colour(self.axes), _spikes(self.axes))
+        said = (_colour(self.axes), _spikes(self.axes))
         return tuple(sentence for sentence in said if sentence)
 
     def as_dict(self) -> dict[str, Any]:
@@ -99,7 +86,7 @@ class Diagnostics:
     def __str__(self) -> str:
         """Return a table of the axes, then the sentences."""
         head = f"{'axis':<5}{'rms':>10}{'white p':>9}{'lag 1':>8}{'time':>10}"
-        head += f"{'outliers':>11}{'DWH p':>9}"
+        head += f"{'outliers':>11}"
         title = f"{self.model}: residuals under test functions of {self.spacing:.3g} s"
         return "\n".join([title, head, *map(str, self.axes), *self.remarks])
 
@@ -110,14 +97,11 @@ def diagnose(
     damping: Damping | None = None,
     *,
     support: float | None = None,
-    lag: float | None = None,
 ) -> Diagnostics:
     """Examine what a model leaves of a log.
 
     Residuals are those of the weak form under test functions that follow each other and
-    share no sample, so that no correlation is of their making. Whether noise in the
-    velocities biases a regression on these rows is tested beside the terms of Gertler and
-    Hagen: what the model cannot follow is not taken for noise.
+    share no sample, so that no correlation is of their making.
 
     Parameters
     ----------
@@ -129,9 +113,6 @@ def diagnose(
         Whose residuals to examine; by default those of least squares on the same rows.
     support : float, optional
         Length of the test functions [s]; by default as :class:`WeakEquations` chooses it.
-    lag : float, optional
-        How far before and after a row its instruments are [s]: longer than the sensors'
-        noise is correlated. By default a test function.
 
     Returns
     -------
@@ -141,7 +122,7 @@ def diagnose(
     Raises
     ------
     MethodError
-        If the damping lacks a coefficient, or the lag is shorter than a test function.
+        If the damping lacks a coefficient.
 
     Examples
     --------
@@ -155,15 +136,9 @@ def diagnose(
     """
     free = model.restricted_to(problem.vehicle.axes)
     length = chosen_support(problem).length if support is None else support
-    apart = length if lag is None else lag
-    if not apart >= length:
-        raise MethodError(
-            f"`lag` must be at least the length of a test function, {length:g} s; got {apart:g}"
-        )
-    wide = with_reference(problem, free)
-    rows = WeakEquations(length, overlap=1, windows=()).rows(wide)
+    rows = WeakEquations(length, overlap=1, windows=()).rows(problem)
     axes = tuple(
-        _axis(rows, wide.models, axis, _known(damping, free), length, apart)
+        _axis(rows, free, axis, _known(damping, free), length)
         for axis in range(6)
         if free.terms[axis]
     )
@@ -181,22 +156,19 @@ def _known(damping: Damping | None, model: DampingModel) -> dict[str, float] | N
 
 def _axis(
     rows: Rows,
-    models: tuple[DampingModel, ...],
+    model: DampingModel,
     axis: int,
     values: dict[str, float] | None,
     length: float,
-    lag: float,
 ) -> AxisDiagnostics:
-    own, wide = models[0].terms[axis], models[1].terms[axis]
+    own = model.terms[axis]
     design = rows.design[:, [rows.basis.index(term) for term in own]]
-    further = [rows.basis.index(term) for term in wide if term not in own]
     left = rows.target[:, axis] - _explained(design, rows.target[:, axis], values, axis, own)
     return AxisDiagnostics(
         axis=AXES[axis],
         rms=float(np.sqrt(np.mean(left**2))),
         whiteness=whiteness(left, rows.segment, length),
         outliers=outlier_share(left),
-        endogeneity=endogeneity(rows, design, rows.design[:, further], rows.target[:, axis], lag),
     )
 
 
@@ -213,21 +185,6 @@ def _explained(
     directions = spanned(design, terms).directions
     explained: FloatArray = directions @ (directions.T @ target)
     return explained
-
-
-def _bias(axes: Sequence[AxisDiagnostics]) -> str:
-    where = [
-        f"{one.axis} ({100.0 * one.endogeneity.shift:.0f} %)"
-        for one in axes
-        if one.biased and one.endogeneity is not None
-    ]
-    if not where:
-        return ""
-    return (
-        f"The noise in the velocities biases a regression on {', '.join(where)}, by that share of "
-        f"the wrench explained (Durbin-Wu-Hausman, p < {REJECTED:g}): output error (`recommended`, "
-        "`oe`) has no such bias, the weak form with a longer support less."
-    )
 
 
 def _colour(axes: Sequence[AxisDiagnostics]) -> str:
@@ -250,7 +207,7 @@ def _spikes(axes: Sequence[AxisDiagnostics]) -> str:
         return ""
     return (
         f"Many residuals are beyond {FAR:g} robust standard deviations on {', '.join(where)}: look "
-        "at the log there, or use a robust method."
+        "at the log there and remove its spikes."
     )
 
 

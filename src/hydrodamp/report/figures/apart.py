@@ -36,10 +36,8 @@ _METHODS = {
     "gls": ("#332288", "X"),
     "ridge": ("#999933", "<"),
     "dissipative": ("#882255", ">"),
-    "smooth": ("#117733", "p"),
     "ls-sg": ("#44AA99", "h"),
     "ls-cv": ("#6A8FC5", "H"),
-    "ai-robust": ("#AA4499", "d"),
     "rls": ("#8C510A", "8"),
 }
 """Colour and marker of each method of the command line."""

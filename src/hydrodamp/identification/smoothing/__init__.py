@@ -1,1 +1,0 @@
-"""Least squares on states that were smoothed first."""
