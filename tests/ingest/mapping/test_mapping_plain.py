@@ -104,6 +104,42 @@ def test_topics_need_a_mapping(tmp_path: Path) -> None:
         canonical_record(Recording((words,), "dive.mat", "a test"))
 
 
+def test_units_in_the_header_are_turned_into_si(tmp_path: Path) -> None:
+    path = tmp_path / "dive.csv"
+    path.write_text(
+        "time [ms],u [km/h],r (deg/s),eta [-],north,east,down [cm],rudder [deg]\n"
+        "0,3.6,90,1,0,0,200,5\n500,7.2,0,1,0,0,300,6\n",
+        encoding="utf-8",
+    )
+    record = read_record(path)
+    np.testing.assert_allclose(record.time, [0.0, 0.5])
+    np.testing.assert_allclose(record.velocity[:, 0], [1.0, 2.0])
+    np.testing.assert_allclose(record.velocity[:, 5], [np.pi / 2, 0.0])
+    assert record.position is not None
+    assert record.position[:, 2].tolist() == [2.0, 3.0]
+    assert record.commands["rudder"].tolist() == [5.0, 6.0]  # commands may be anything
+
+
+def test_units_in_the_header_that_do_not_fit_are_all_told(tmp_path: Path) -> None:
+    path = tmp_path / "dive.csv"
+    path.write_text("time [s],u [deg],v [furlong]\n0,3.6,9\n1,7.2,0\n", encoding="utf-8")
+    with pytest.raises(LogError) as caught:
+        read_log(path)
+    assert [fault.partition(".")[0] for fault in caught.value.faults] == [
+        "column `u` is in deg by its header, which is no unit of speed known here",
+        "column `v` is in furlong by its header, which is no unit of speed known here",
+    ]
+
+
+def test_two_whole_runs_are_sent_to_read_logs(tmp_path: Path) -> None:
+    runs = [write(tmp_path / f"run{number}.csv") for number in (1, 2)]
+    with pytest.raises(LogError) as caught:
+        read_log(runs)
+    (fault,) = caught.value.faults
+    assert fault.startswith("each of run1, run2 is a whole log in the canonical form")
+    assert "`read_logs`" in fault
+
+
 def test_faults_of_another_format_are_told(tmp_path: Path) -> None:
     np.savez(tmp_path / "log.npz", time=[0.0, 1.0], speed=[1.0, 1.0])
     with pytest.raises(LogError, match=r"log\.npz: there is no velocity column"):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from hydrodamp.basis.axes import AXES, VELOCITIES
-from hydrodamp.data.columns import ACCELERATIONS, EULER, QUATERNION
+from hydrodamp.data.columns import ACCELERATIONS, EULER, POSITION, QUATERNION, SPECIFIC_FORCE
 
 COMPASS = ("north", "east", "down", "up")
 """Directions of the world; what is given along them needs the attitude to become body axes."""
@@ -23,6 +23,15 @@ GROUPS: dict[str, dict[str, str]] = {
 
 SINGLE = {"time": "time", "eta": "ratio"}
 """Channels that stand by themselves."""
+
+CANONICAL = SINGLE | {
+    name: quantity
+    for group in ("attitude", "velocity", "acceleration", "wrench")
+    for name, quantity in GROUPS[group].items()
+    if name not in (*COMPASS, "heading")
+}
+CANONICAL |= dict.fromkeys(POSITION, "length") | dict.fromkeys(SPECIFIC_FORCE, "acceleration")
+"""The columns of the canonical form, and the quantity each one is."""
 
 DOWNWARD = {"up": ("down", -1.0), "depth": ("down", 1.0)}
 """Other names of what is counted downwards, and their sign."""

@@ -9,16 +9,20 @@ from collections.abc import Collection, Iterator
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
+from hydrodamp.basis.axes import VELOCITIES
 from hydrodamp.data.canonical import RESERVED
 from hydrodamp.data.checks import faults_of
 from hydrodamp.data.columns import Columns
 from hydrodamp.data.record import Record
 from hydrodamp.data.recording import Recording, Topic
+from hydrodamp.data.units import UNITS, factor, spelt
 from hydrodamp.errors import LogError
+from hydrodamp.ingest.mapping.channels import CANONICAL
 from hydrodamp.ingest.mapping.composition import presets
 from hydrodamp.ingest.mapping.finding import text_faults
 
 _LISTED = 8
+_NO_UNIT = ("", "-", "none")  # how files say that there is none
 _UNNAMED = re.compile(r"column \d+")  # how readers call a column without a name
 _TWICE = re.compile(r"(.*) \(\d+\)")  # and one whose name another has too
 
@@ -32,6 +36,7 @@ def canonical_record(recording: Recording) -> Record:
     numbers = {name: values for name, values in fields.items() if name != "segment"}
     if "time" not in numbers and table.time is not None:
         numbers["time"] = table.time
+    numbers, unit_faults = _in_si(numbers, table)
     columns = Columns(
         numbers,
         tuple(name for name in numbers if name not in RESERVED and not _is_odd(name, table)),
@@ -40,12 +45,32 @@ def canonical_record(recording: Recording) -> Record:
         recording.source,
     )
     record = columns.record()
-    faults = [*_cell_faults(table), *columns.faults(), *_name_faults((*table.fields, *table.texts))]
+    names = (*table.fields, *table.texts)
+    faults = [*_cell_faults(table), *unit_faults, *columns.faults(), *_name_faults(names)]
     if faults and record is not None and not table.faults:
         faults += faults_of(record)
     if faults or record is None:
         raise LogError(faults or ["there are no samples"], source=recording.source)
     return dataclasses.replace(record, notes=recording.notes)
+
+
+def _in_si(numbers: dict[str, FloatArray], table: Topic) -> tuple[dict[str, FloatArray], list[str]]:
+    """Return the columns in SI units, and what is wrong with the units of the header."""
+    turned, faults = dict(numbers), []
+    for name, quantity in CANONICAL.items():
+        stated = table.units.get(name, "")
+        if name not in numbers or name in table.faults or stated in _NO_UNIT:
+            continue
+        unit = spelt(stated)
+        if unit in UNITS[quantity]:
+            scale = factor(unit)
+            turned[name] = numbers[name] if scale == 1.0 else scale * numbers[name]
+        else:
+            faults.append(
+                f"column `{name}` is in {stated} by its header, which is no unit of {quantity}"
+                f" known here. Known are: {', '.join(UNITS[quantity])}"
+            )
+    return turned, faults
 
 
 def labels_of(table: Topic, name: str) -> tuple[str, ...] | None:
@@ -93,9 +118,20 @@ def _name_faults(names: Collection[str]) -> Iterator[str]:
 
 def _no_table(recording: Recording) -> str:
     names = [topic.name or "(a table)" for topic in recording.topics]
+    if len(names) > 1 and all(map(_is_canonical, recording.topics)):
+        return (
+            f"each of {', '.join(names)} is a whole log in the canonical form. Read them one after"
+            " another by `read_logs`; `read_log` takes several files as the topics of one recording"
+        )
     more = len(names) - _LISTED
     listed = ", ".join(names[:_LISTED]) + (f" and {more} more" if more > 0 else "")
     return (
         f"it holds the topics {listed or 'none'}; a mapping must say which is what. Give a mapping"
         f" file, or a preset: {', '.join(presets())}"
     )
+
+
+def _is_canonical(topic: Topic) -> bool:
+    """Return whether a topic has a time and a velocity by their canonical names."""
+    names = {*topic.fields, *topic.texts, *topic.faults}
+    return "time" in names and not names.isdisjoint(VELOCITIES)
