@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from hydrodamp.data.units import UNITS, factor
+from hydrodamp.data.units import UNITS, factor, is_unit, spelt, unit_at_end
 from hydrodamp.errors import LogError
 
 # NIST SP 811 (2008), appendix B.8, to the digits printed there.
@@ -39,3 +39,45 @@ def test_any_quantity_will_do_where_none_is_asked() -> None:
     assert factor("deg") == math.pi / 180
     with pytest.raises(LogError, match="'furlong' is no unit known here"):
         factor("furlong")
+
+
+@pytest.mark.parametrize(
+    ("text", "unit"),
+    [
+        *[("kts", "kn"), ("KM/H", "km/h"), ("CM/S", "cm/s"), ("m/sec", "m/s"), ("mps", "m/s")],
+        *[("msec", "ms"), ("usec", "us"), ("µs", "us"), ("μs", "us"), ("Seconds", "s")],
+        *[("°/s", "deg/s"), ("Degrees per second", "deg/s"), ("dps", "deg/s"), ("1/min", "rpm")],
+        *[("m/s/s", "m/s^2"), ("m/s²", "m/s^2"), ("m/s2", "m/s^2"), ("[N·m]", "N m")],
+        *[("volt", None), ("raw", None), ("S", None), ("", None)],
+    ],
+)
+def test_units_are_known_in_the_spellings_of_files(text: str, unit: str | None) -> None:
+    assert spelt(text) == unit
+    assert is_unit(text) == (unit is not None or text in ("volt", "raw"))
+
+
+def test_the_quantity_decides_between_units_that_differ_by_their_case_alone() -> None:
+    assert spelt("KN", "speed") == "kn"
+    assert spelt("KN", "force") == "kN"
+    assert factor("KTS", "speed") == UNITS["speed"]["kn"]
+
+
+@pytest.mark.parametrize("word", ["u", "r", "1", "7", "t", "N2"])
+def test_names_and_numbers_are_no_units(word: str) -> None:
+    assert not is_unit(word)
+
+
+@pytest.mark.parametrize(
+    ("name", "found"),
+    [
+        ("gyro z rad s", (2, "rad/s")),
+        ("gyro rads", (1, "rad/s")),
+        ("accel x m s2", (2, "m/s^2")),
+        ("speed knots", (1, "knots")),
+        ("speed min", None),
+        ("depth", None),
+        ("m", None),
+    ],
+)
+def test_a_name_may_end_in_its_unit(name: str, found: tuple[int, str] | None) -> None:
+    assert unit_at_end(name.split()) == found

@@ -11,9 +11,9 @@ import numpy as np
 from hydrodamp.advance import advance
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.axes import AXES, VELOCITIES
+from hydrodamp.data.channels import RESERVED as RESERVED
 from hydrodamp.data.columns import (
     ACCELERATIONS,
-    EULER,
     POSITION,
     QUATERNION,
     SPECIFIC_FORCE,
@@ -21,20 +21,6 @@ from hydrodamp.data.columns import (
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError
 from hydrodamp.saving import replacing
-
-RESERVED = (
-    "time",
-    *EULER,
-    *QUATERNION,
-    *VELOCITIES,
-    *ACCELERATIONS,
-    "eta",
-    "segment",
-    *AXES,
-    *POSITION,
-    *SPECIFIC_FORCE,
-)
-"""Column names with a meaning of their own; any other is a command."""
 
 _CHUNK = 8192
 

@@ -11,23 +11,18 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.axes import AXES, VELOCITIES
 from hydrodamp.basis.command_names import check_command_name
 from hydrodamp.data.attitude import quaternion_from_euler
+from hydrodamp.data.channels import (
+    ACCELERATION,
+    ATTITUDE,
+    EULER as EULER,
+    POSITION as _POSITION,
+    SPECIFIC_FORCE as _SPECIFIC_FORCE,
+)
 from hydrodamp.data.record import Record
 from hydrodamp.errors import TermError, did_you_mean
 
-EULER = ("roll", "pitch", "yaw")
-"""Attitude as angles [rad]."""
-
-QUATERNION = ("qw", "qx", "qy", "qz")
-"""Attitude as a unit quaternion, body to north-east-down."""
-
-ACCELERATIONS = tuple(f"d{name}" for name in VELOCITIES)
-"""Time derivatives of the velocities [m/s^2, rad/s^2]."""
-
-POSITION = ("north", "east", "down")
-"""Position of the reference point [m]."""
-
-SPECIFIC_FORCE = ("fx", "fy", "fz")
-"""What an accelerometer feels, body axes [m/s^2]."""
+ACCELERATIONS, POSITION, QUATERNION = ACCELERATION.columns, _POSITION.columns, ATTITUDE.columns
+SPECIFIC_FORCE = _SPECIFIC_FORCE.columns
 
 _TURN = 2 * np.pi
 _CONVERT = "Convert, or give a mapping with unit: deg"

@@ -1,9 +1,10 @@
-"""Units a mapping may name, and what they are in SI."""
+"""The one vocabulary of units: what they are in SI, and how files spell them."""
 
 from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 
 from hydrodamp.errors import LogError, did_you_mean
 
@@ -14,6 +15,7 @@ _KNOT = _MILE / 3600  # m/s
 _POUND_FORCE = 4.4482216152605  # N
 _GRAVITY = 9.80665  # m/s^2, standard
 
+#: For every quantity its units, the SI unit first, and the factor that turns each into SI.
 UNITS: dict[str, dict[str, float]] = {
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0},
     "length": {"m": 1.0, "cm": 0.01, "mm": 0.001, "km": 1e3, "ft": _FOOT, "nmi": _MILE},
@@ -46,52 +48,112 @@ UNITS: dict[str, dict[str, float]] = {
     "moment": {"N m": 1.0, "kN m": 1e3, "lbf ft": _POUND_FORCE * _FOOT},
     "ratio": {"1": 1.0, "%": 0.01},
 }
-"""For every quantity its units, and the factor that turns each into SI."""
 
-_WORDS = {
-    "second": "s",
-    "sec": "s",
-    "millisecond": "ms",
-    "microsecond": "us",
-    "nanosecond": "ns",
-    "hour": "h",
-    "metre": "m",
-    "meter": "m",
-    "radian": "rad",
-    "degree": "deg",
-    "°": "deg",
-    "degheading": "deg",
-    "knot": "kn",
-    "newton": "N",
-    "percent": "%",
+# Other spellings, small and in the singular, of units and of the parts of a quotient.
+_SPELT = """
+s: second sec
+min: minute
+h: hour hr
+ms: millisecond msec
+us: microsecond usec μs
+ns: nanosecond nsec
+m: metre meter
+ft: foot feet
+rad: radian
+deg: degree ° degheading
+m/s: mps
+m/s^2: mps2 ms2
+kn: knot kt
+rad/s: radps
+deg/s: degps dps
+rev/s: rps
+rpm: rev/min revs/min 1/min
+N: newton
+N m: nm n*m n.m n·m
+%: percent
+"""
+_SPELLINGS = {
+    spelling: unit
+    for unit, listed in (line.split(": ") for line in _SPELT.strip().splitlines())
+    for spelling in listed.split()
 }
-"""Other spellings of parts of a unit."""
+
+# Words that are units in a header, but of no quantity of a log.
+_NO_QUANTITY = """
+- K C A V W T bool boolean raw none count pwm 1/s hz khz pa hpa kpa mbar bar dbar psi mv volt
+ma amp watt °c degc kg kg/m3 g/cc psu ppt gauss mgauss tesla ut μt
+"""
+_WITHOUT_FACTOR = frozenset(_NO_QUANTITY.split())
+
+# Units that mean something else as the last word of a column's name.
+_NOT_IN_NAMES = frozenset(["1", "%", "g", "h", "min", "rev", "n"])
+
+
+def si_unit(quantity: str) -> str:
+    """Return the SI unit of a quantity."""
+    return next(iter(UNITS[quantity]))
 
 
 def factor(unit: str, quantity: str | None = None) -> float:
-    """Return the factor that turns a unit into SI."""
-    tables = UNITS.values() if quantity is None else (UNITS[quantity],)
-    known = {name: value for table in tables for name, value in table.items()}
-    if unit not in known:
-        called = f"of {quantity} " if quantity else ""
+    """Return the factor that turns a unit, in any spelling, into SI."""
+    known = _known(quantity)
+    found = spelt(unit, quantity)
+    if found is None:
+        of = f"of {quantity} " if quantity else ""
         raise LogError(
-            f"'{unit}' is no unit {called}known here.{did_you_mean(unit, known)}"
+            f"'{unit}' is no unit {of}known here.{did_you_mean(unit, known)}"
             f" Known are: {', '.join(known)}"
         )
-    return known[unit]
+    return known[found]
 
 
-def spelt(text: str) -> str | None:
-    """Return the unit that a file states in words of its own."""
-    known = {name for table in UNITS.values() for name in table}
-    plain = text.strip()
+def spelt(text: str, quantity: str | None = None) -> str | None:
+    """Return the unit that a file states in its own spelling; None where it is not known."""
+    known = _known(quantity)
+    plain = _bare(text)
     if plain in known:
         return plain
-    parts = [_word(part.strip()) for part in re.split("/| per ", plain)]
-    unit = "/".join(parts).replace("/s/s", "/s^2").replace("/s2", "/s^2").replace("/s²", "/s^2")
-    return unit if unit in known else None
+    if len(plain) == 1 and plain != "°":  # one letter counts as it stands: v is no volt
+        return None
+    parts = "/".join(_part(part) for part in re.split("/| per ", _spelling(plain.casefold())))
+    squared = re.sub(r"/s(/s|2|²|\*\*2)$", "/s^2", parts)
+    return {name.casefold(): name for name in reversed(known)}.get(squared.casefold())
 
 
-def _word(part: str) -> str:
-    lower = part.lower()
-    return _WORDS.get(lower, _WORDS.get(lower.removesuffix("s"), part))
+def is_unit(word: str) -> bool:
+    """Return whether a word is a unit as headers spell them."""
+    plain = _bare(word)
+    if len(plain) == 1:
+        return plain in _WITHOUT_FACTOR or (plain != "1" and spelt(plain) is not None)
+    folded = plain.casefold()
+    return spelt(plain) is not None or bool({folded, folded.removesuffix("s")} & _WITHOUT_FACTOR)
+
+
+def unit_at_end(words: Sequence[str]) -> tuple[int, str] | None:
+    """Return how many words at the end of a name are its unit, and the unit."""
+    for count in (2, 1):
+        tail = words[len(words) - count :]
+        if len(words) <= count or tail[0] in _NOT_IN_NAMES:
+            continue
+        rate = count == 1 and tail[0] in ("rads", "degs")  # as in `gyro_rads`
+        unit = spelt(f"{tail[0][:-1]}/s" if rate else "/".join(tail))
+        if unit is not None:
+            return count, unit
+    return None
+
+
+def _known(quantity: str | None) -> dict[str, float]:
+    tables = UNITS.values() if quantity is None else (UNITS[quantity],)
+    return {name: value for table in tables for name, value in table.items()}
+
+
+def _bare(text: str) -> str:
+    return text.strip().strip("[]()").strip()
+
+
+def _spelling(folded: str) -> str:
+    return _SPELLINGS.get(folded, _SPELLINGS.get(folded.removesuffix("s"), folded))
+
+
+def _part(part: str) -> str:
+    return _spelling(part.strip())
