@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from functools import partial
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -12,12 +13,12 @@ from hydrodamp.cli.output import emit, note, results
 
 if TYPE_CHECKING:
     from hydrodamp.data.recording import Recording
+    from hydrodamp.ingest.probing.judged import Judged
     from hydrodamp.ingest.probing.probe import Probe
-    from hydrodamp.report.probed import Probed
     from hydrodamp.vehicle.vehicle import Vehicle
 
-_LOOKED, _MADE = 0.3, 0.3
-"""What share of the time it takes to look at a recording; of the rest, to make a log of it."""
+_LOOKED = 0.3
+"""What share of the time it takes to look at a recording; the rest makes and judges a log."""
 
 
 def probe(
@@ -45,7 +46,7 @@ def probe(
 ) -> None:
     """Look through a log: what is in it, what is missing, is it fit for the job."""
     from hydrodamp.cli.targets import check_new_file
-    from hydrodamp.report.probed import probed_document, probed_grids
+    from hydrodamp.report.probe_tables import probe_document, probe_grids
     from hydrodamp.report.screen import show
     from hydrodamp.saving import save_text
 
@@ -53,14 +54,14 @@ def probe(
     if draft is not None:
         check_new_file(draft, force)
     recordings = _recordings(logs)
-    found, probed = _probed(recordings, mapping, craft)
+    found, judged = _judged(recordings, mapping, craft)
     if draft is not None:
         save_text(found.draft.text, draft)
         note(f"wrote {draft}")
     if json:
-        emit(probed_document(found, probed))
+        emit(probe_document(found, judged))
     else:
-        show(results(), *probed_grids(found, probed))
+        show(results(), *probe_grids(found, judged))
 
 
 def _vehicle(name: str) -> Vehicle:
@@ -82,33 +83,20 @@ def _recordings(logs: list[str]) -> list[Recording]:
         return read_recordings(paths)
 
 
-def _probed(
+def _judged(
     recordings: list[Recording], mapping: str | None, craft: Vehicle | None
-) -> tuple[Probe, Probed]:
+) -> tuple[Probe, Judged]:
     """Look at the first recording, make a log of all, and judge it."""
     from hydrodamp.advance import within
     from hydrodamp.cli.progress import followed
+    from hydrodamp.ingest.probing.judged import judge
     from hydrodamp.ingest.probing.probe import probe as look
+    from hydrodamp.simulation.fitness import needs_of
 
     messages = sum(recording.n for recording in recordings)
     with followed("looking through it", messages):
         with within(0.0, _LOOKED):
             found = look(recordings[0])
         with within(_LOOKED, 1.0):
-            return found, _judged(found, recordings, mapping, craft)
-
-
-def _judged(
-    found: Probe, recordings: list[Recording], mapping: str | None, craft: Vehicle | None
-) -> Probed:
-    from hydrodamp.advance import within
-    from hydrodamp.ingest.probing.probe import is_canonical
-    from hydrodamp.ingest.read import logs_of
-    from hydrodamp.report.probed import by_guess, judged
-
-    if mapping is None and not all(map(is_canonical, recordings)):
-        return by_guess(found, recordings, craft)
-    with within(0.0, _MADE):
-        log = logs_of(recordings, mapping)
-    with within(_MADE, 1.0):
-        return judged(log, "" if mapping is None else f"by the mapping {mapping}", craft)
+            needs = None if craft is None else partial(needs_of, craft)
+            return found, judge(found, recordings, mapping, needs)

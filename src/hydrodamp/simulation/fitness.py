@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from difflib import get_close_matches
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,7 +14,11 @@ from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError, ProblemError, did_you_mean, list_faults
 from hydrodamp.models.model import DampingModel
 from hydrodamp.vehicle.fleet import NAMES
+from hydrodamp.vehicle.righting import without_righting
 from hydrodamp.vehicle.vehicle import Vehicle
+
+if TYPE_CHECKING:
+    from hydrodamp.ingest.probing.verdict import Needs
 
 _AHEAD = ("forward", "ahead", "surge", "throttle", "thrust", "rpm", "prop")
 """What names of commands that drive forward hold."""
@@ -37,6 +42,35 @@ def check_columns_used(vehicle: Vehicle, log: Log, models: Iterable[DampingModel
     unused = [name for name in log.command_names if name not in used]
     if unused and (log.wrench is not None or len(unused) < len(log.command_names)):
         raise LogError(_unused(vehicle, unused, used), source=log.source)
+
+
+def needs_of(vehicle: Vehicle, log: Log) -> Needs:
+    """Return what a vehicle needs of a log, with a term for every command no actuator takes."""
+    from hydrodamp.ingest.probing.verdict import Needs
+
+    strange = [name for name in log.command_names if name not in vehicle.commands]
+    undriven = nothing_drives(vehicle, log)
+    models = () if vehicle.commands and undriven else (_model_of(vehicle, strange),)
+    asked = (*_velocities(vehicle, log), *_commands(vehicle, log, models))
+    minded = [told for told in (without_righting(vehicle),) if told]
+    if undriven and strange and not vehicle.commands:
+        minded.insert(0, undriven)
+    elif strange and not undriven:
+        minded.insert(
+            0,
+            f"commands that no actuator of '{vehicle.name}' takes: {' '.join(strange)}; use models "
+            f"with terms for them, such as `terms: {{X: {strange[0]}}}` in a model file, or leave "
+            "them out.",
+        )
+    return Needs(
+        velocities=tuple(VELOCITY_OF[axis] for axis in vehicle.axes),
+        missing=(*asked, *_attitude(vehicle, log, models)),
+        reservations=tuple(minded),
+    )
+
+
+def _model_of(vehicle: Vehicle, commands: Sequence[str]) -> DampingModel:
+    return DampingModel.from_table({vehicle.axes[0]: " ".join(commands)}, key="probe")
 
 
 def nothing_drives(vehicle: Vehicle, log: Log, models: Iterable[DampingModel] = ()) -> str:

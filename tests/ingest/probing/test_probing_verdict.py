@@ -7,57 +7,42 @@ from hydrodamp.conditioning.attitude_jumps import steady_attitude
 from hydrodamp.data.attitude import quaternion_from_euler
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording, Topic
-from hydrodamp.ingest.probing.delay import Delay
+from hydrodamp.ingest.probing.judged import judge
 from hydrodamp.ingest.probing.probe import probe
-from hydrodamp.report.probed import by_guess, judged
-from hydrodamp.report.recording_grids import TOPICS, delay_grid, draft_grid, topics_grid
-from hydrodamp.report.survey import survey
-from hydrodamp.report.verdict import verdict
+from hydrodamp.ingest.probing.survey import survey
+from hydrodamp.ingest.probing.verdict import verdict
 
 TIME = np.arange(0.0, 60.0, 0.1)
 
 
-def notes(*topics: Topic, form: str = "text in columns") -> str:
-    found = probe(Recording(topics, "dive.csv", form))
-    grids = topics_grid(found), draft_grid(found)
-    return "\n".join(note for grid in grids for note in grid.notes)
+def test_steps_and_changes_stay_within_segments() -> None:
+    commands = {"rpm": np.tile([1.0, 1.0, 2.0], 2)}
+    names = np.repeat(["run0", "run1"], 3).tolist()
+    log = Log.from_arrays(
+        np.tile([0.0, 0.1, 0.3], 2), np.ones((6, 6)), commands=commands, segment=names
+    )
+    found = survey(log)
+    assert [part.longest_step for part in found.segments] == [0.3 - 0.1] * 2
+    assert found.commands[0].n_changes == 2
+    assert found.source == "in memory"
 
 
-def test_topics_are_counted_and_their_clocks_told() -> None:
-    back = np.concatenate((TIME, TIME[:5]))
-    many = [Topic(f"t{k:02}", TIME, {"a": TIME}) for k in range(TOPICS + 2)]
-    told = notes(*many, Topic("back", back, {"a": back}, faults={"b": "`b` is broken"}))
-    assert "and 3 more topics" in told
-    told = notes(Topic("back", back, {"a": back}, units={"a": "m"}, faults={"b": "`b` is broken"}))
-    assert "back: 1 times the clock stands still or goes back." in told
-    assert "back: `b` is broken" in told
-    assert "Units the file states: m." in told
+def test_a_sound_log_is_fit_for_the_job() -> None:
+    time = np.arange(0.0, 100.0, 0.1)
+    waves = np.sin(np.outer(time, np.linspace(0.3, 0.9, 6)))
+    log = Log.from_arrays(
+        time,
+        waves,
+        attitude=np.tile([1.0, 0.0, 0.0, 0.0], (1000, 1)),
+        wrench=waves,
+        acceleration=waves,
+    )
+    judged = verdict(log)
+    assert judged.sentence == "Fit for the job."
+    assert judged.survey.has == ("attitude", "wrench", "acceleration")
 
 
-def test_rates_in_other_axes_are_told() -> None:
-    angles = np.column_stack((np.sin(TIME), 0.3 * np.sin(0.7 * TIME), np.sin(0.5 * TIME)))
-    rate = np.gradient(angles[:, 2], TIME)
-    told = notes(Topic("", None, {"t": TIME, "yaw": angles[:, 2], "q": -np.cos(TIME), "r": -rate}))
-    assert "Rates are in axes of the other kind than the attitude" in told
-    assert "Motion alone cannot tell" in told
-
-
-def test_a_column_too_unsure_for_the_draft_is_named() -> None:
-    told = notes(Topic("", None, {"t": TIME, "u": 100 + 50 * np.sin(TIME), "v": 99 * np.cos(TIME)}))
-    assert "No shipped preset fits." in told
-    assert "too unsure (" in told
-
-
-def test_an_answer_before_its_command_is_told() -> None:
-    early = Delay("rudder", "r", -0.3, 0.05, 0.4, -1, 40)
-    grid = delay_grid((early, Delay("rpm", "u", 0.2, None, 0.4, 1, 50)))
-    assert grid.rows[0] == ("rudder", "-r", "-0.30", "0.05", "40 %", "40 %")
-    assert grid.rows[1][3] == "-"
-    assert any("before rudder:" in note for note in grid.notes)
-
-
-def test_a_preset_is_tried_where_the_draft_fails() -> None:
-    """A heading alone gives the draft no velocities; the preset knows its columns."""
+def test_the_draft_is_tried_before_a_preset() -> None:
     rng = np.random.default_rng(1)
     columns = {name: rng.standard_normal(600) for name in ("u", "v", "w", "p", "q", "r")}
     columns |= {f"{name}_rad": 0.1 * np.sin(TIME) for name in ("roll", "pitch", "yaw")}
@@ -69,7 +54,15 @@ def test_a_preset_is_tried_where_the_draft_fails() -> None:
     recording = Recording((table,), "run.csv", "text in columns")
     found = probe(recording)
     assert [one.name for one in found.presets] == ["bluerov2-kth"]
-    assert by_guess(found, [recording]).way == "by the draft"
+    assert judge(found, [recording]).made == "by the draft"
+
+
+def test_without_a_log_the_reason_is_what_is_missing() -> None:
+    table = Topic("", None, {"t": TIME, "u": 100 + 50 * np.sin(TIME), "v": 99 * np.cos(TIME)})
+    recording = Recording((table,), "run.csv", "text in columns")
+    judged = judge(probe(recording), [recording])
+    assert judged.verdict is None
+    assert judged.missing[0].startswith("a log: the roles of its columns are too unsure")
 
 
 def test_a_current_is_minded() -> None:
@@ -86,9 +79,9 @@ def test_a_current_is_minded() -> None:
         {"u": surge + noise[0], "v": sway + noise[1], "r": 0.02 + 0 * time},
         attitude=quaternion_from_euler(np.column_stack((0 * yaw, 0 * yaw, yaw))),
     )
-    (told,) = [each for each in verdict(survey(log), log).reservations if "current" in each]
-    assert "0.3 m/s" in told
-    assert "`without_current`" in told
+    (said,) = [each for each in verdict(log).reservations if "current" in each]
+    assert "0.3 m/s" in said
+    assert "`without_current`" in said
 
 
 @pytest.mark.parametrize(
@@ -107,9 +100,9 @@ def test_leaps_of_the_attitude_are_minded_as_the_step_finds_them(places, words) 
     yaw[list(places)] = 0.0
     attitude = quaternion_from_euler(np.outer(yaw, (0, 0, 1)))
     log = Log.from_arrays(time, {"r": np.gradient(yaw, time)}, attitude=attitude)
-    told = [each for each in verdict(survey(log), log).reservations if "leaps" in each]
-    assert len(told) == bool(places)
-    assert all(words in each and "`steady_attitude`" in each for each in told)
+    said = [each for each in verdict(log).reservations if "leaps" in each]
+    assert len(said) == bool(places)
+    assert all(words in each and "`steady_attitude`" in each for each in said)
     found = steady_attitude(log).counts("attitude leaps")
     assert sum(found.values()) == len(places)
 
@@ -118,7 +111,6 @@ def test_leaps_of_the_attitude_are_minded_as_the_step_finds_them(places, words) 
 def test_what_can_be_derived_is_counted(has: bool) -> None:
     yaw = np.sin(TIME)
     attitude = quaternion_from_euler(np.column_stack((0 * yaw, 0.2 * np.cos(0.6 * TIME), yaw)))
-    log = Log.from_arrays(TIME, {"u": yaw}, attitude=attitude if has else None)
-    said = judged(log, "").verdict
+    said = verdict(Log.from_arrays(TIME, {"u": yaw}, attitude=attitude if has else None))
     assert any("yaw" in each for each in said.promises) is has
     assert any("`rates_from_attitude`" in each for each in said.missing) is has

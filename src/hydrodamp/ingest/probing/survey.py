@@ -12,7 +12,7 @@ from hydrodamp.data.log import Log
 
 
 @dataclass(frozen=True)
-class Stretch:
+class SegmentFacts:
     """One segment of a log."""
 
     name: str
@@ -43,7 +43,7 @@ class Survey:
     source: str
     n_samples: int
     duration: float
-    stretches: tuple[Stretch, ...]
+    segments: tuple[SegmentFacts, ...]
     velocities: tuple[Channel, ...]
     commands: tuple[Channel, ...]
     has: tuple[str, ...]
@@ -63,7 +63,7 @@ def survey(log: Log) -> Survey:
         source=log.source or "in memory",
         n_samples=log.n,
         duration=log.duration,
-        stretches=tuple(_stretches(log)),
+        segments=tuple(_segments(log)),
         velocities=tuple(
             _channel(log, name, "m/s" if name in "uvw" else "rad/s", log.velocity[:, place])
             for place, name in enumerate(VELOCITIES)
@@ -74,14 +74,14 @@ def survey(log: Log) -> Survey:
     )
 
 
-def _stretches(log: Log) -> list[Stretch]:
+def _segments(log: Log) -> list[SegmentFacts]:
     found = []
     for segment in log.segments:
         time = log.time[segment.start : segment.stop]
         steps = np.diff(time) if len(time) > 1 else np.zeros(1)
         ends = float(time[0]), float(time[-1])
         step = float(np.median(steps)), float(steps.max())
-        found.append(Stretch(segment.name, len(time), *ends, *step))
+        found.append(SegmentFacts(segment.name, len(time), *ends, *step))
     return found
 
 

@@ -1,0 +1,215 @@
+"""Is a log fit for the job: what is missing, what looks wrong, and what can be identified."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hydrodamp.arrays import IntArray
+from hydrodamp.basis.axes import VELOCITIES
+from hydrodamp.conditioning.attitude_jumps import LEAST_LEAP, leaps
+from hydrodamp.conditioning.current import estimate_current
+from hydrodamp.conditioning.rates import rates_from_attitude
+from hydrodamp.conditioning.suspicions import Suspicion, suspicions
+from hydrodamp.data.log import Log
+from hydrodamp.errors import HydrodampError
+from hydrodamp.ingest.probing.delay import Delay, delays
+from hydrodamp.ingest.probing.survey import Channel, Survey, survey
+
+_STILL = {"m/s": 0.02, "rad/s": 0.01}  # standard deviation of a velocity that hardly varies
+_WELL = 2.0  # times that deviation is excitation worth speaking of
+_SEEN = 0.05  # of the growth of a velocity, from which a command is seen to act
+_MOTIONS = {"u": "surge", "v": "sway", "w": "heave", "p": "roll", "q": "pitch", "r": "yaw"}
+_SHIP = {"u", "v", "r"}
+_MANY = 60_000  # samples, beyond which a current is not looked for
+_TIDE = 300.0  # s, below which a current is not looked for
+_DRIFT = 0.05  # m/s, less is the tether or the tank
+_BLOCK = 4096  # samples, in which leaps are looked for where there is a long step
+_LONG = 4.0  # times the median turn from sample to sample
+_SLOW = 0.25  # s, a step above which angular accelerations are hardly resolved
+_SHORT = 60.0  # s, below which little is determined
+
+
+@dataclass(frozen=True)
+class Needs:
+    """What a vehicle asks of a log, and what of it the log lacks."""
+
+    velocities: tuple[str, ...]
+    missing: tuple[str, ...] = ()
+    reservations: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What a log holds, what it lacks, and what to expect of it."""
+
+    survey: Survey
+    delays: tuple[Delay, ...]
+    missing: tuple[str, ...]
+    suspicions: tuple[Suspicion, ...]
+    reservations: tuple[str, ...]
+    promises: tuple[str, ...]
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """What looks wrong, a sentence each."""
+        return tuple(f"{each}." for each in self.suspicions)
+
+    @property
+    def fit(self) -> bool:
+        """Whether the log can be used as it is."""
+        return not (self.missing or self.suspicions)
+
+    @property
+    def sentence(self) -> str:
+        """The verdict itself."""
+        if self.missing:
+            return "Not fit for the job as it is: see what is missing."
+        if self.suspicions:
+            return "Not fit for the job yet: correct what looks wrong first."
+        if self.reservations:
+            return "Fit for the job, with reservations."
+        return "Fit for the job."
+
+
+def verdict(log: Log, needs: Needs | None = None) -> Verdict:
+    """Judge a log; without the needs of a vehicle all velocities are asked for."""
+    found = survey(log)
+    whole = log if log.attitude is None else rates_from_attitude(log)
+    late = delays(whole)
+    wanted = VELOCITIES if needs is None else needs.velocities
+    reservations = _reservations(found, log, wanted)
+    return Verdict(
+        survey=found,
+        delays=late,
+        missing=tuple(_missing(log)) if needs is None else needs.missing,
+        suspicions=suspicions(log),
+        reservations=(*reservations, *(() if needs is None else needs.reservations)),
+        promises=tuple(_promises(survey(whole).velocities, wanted, late)),
+    )
+
+
+def _promises(
+    channels: Iterable[Channel], wanted: Sequence[str], late: Sequence[Delay]
+) -> Iterator[str]:
+    """Say what can be identified: excited axes, and gains of commands that were seen to act."""
+    known = {channel.name: channel for channel in channels}
+    well = [one for name, one in known.items() if name in wanted and _excited(one, _WELL)]
+    if well:
+        told = ", ".join(f"{_MOTIONS[c.name]} (std {c.std:.2g} {c.unit})" for c in well)
+        yield f"it can identify damping in {told}."
+    sure = [one for one in late if one.share >= _SEEN]
+    if sure:
+        told = ", ".join(f"{one.command} ({_MOTIONS[one.velocity]})" for one in sure)
+        yield f"gains can be fitted for commands that are seen to act: {told}."
+    if set(known) == _SHIP and set(wanted) == set(VELOCITIES):
+        yield "for a vehicle of `axes: [X, Y, N]`, no velocity is missing."
+
+
+def _excited(channel: Channel, times: float = 1.0) -> bool:
+    return channel.std >= times * _STILL[channel.unit]
+
+
+def _missing(log: Log) -> Iterator[str]:
+    absent = [name for name in VELOCITIES if name not in log.velocity_names]
+    if absent:
+        yield (
+            f"velocities {' '.join(absent)}: needed unless the vehicle's `axes` leave them out "
+            f"(ask again with --vehicle).{_derivable(log, absent)}"
+        )
+    if log.attitude is None:
+        yield "attitude (roll pitch yaw or qw qx qy qz): weight and buoyancy act along it."
+    if log.wrench is None and not log.command_names:
+        yield "actuation: the wrench X Y Z K M N, or command columns."
+
+
+def _derivable(log: Log, absent: Sequence[str]) -> str:
+    """Say how absent velocities can be derived from what is there."""
+    ways = []
+    if set(log.velocity_names) == _SHIP:
+        return ""
+    if log.attitude is not None and set(absent) & set("pqr"):
+        ways.append("`rates_from_attitude` derives rates")
+    if log.position is not None and set(absent) & set("uvw"):
+        ways.append("`velocity_from_position` derives speeds")
+    return f" {' and '.join(ways)}." if ways else ""
+
+
+def _reservations(found: Survey, log: Log, wanted: Sequence[str]) -> Iterator[str]:
+    if found.duration < _SHORT:
+        yield f"only {found.duration:.3g} s were recorded; minutes of manoeuvres are better."
+    if max(segment.step for segment in found.segments) > _SLOW:
+        yield f"samples are more than {_SLOW:g} s apart; ten a second are better."
+    channels = [channel for channel in found.velocities if channel.name in wanted]
+    for channel in channels:
+        if not _excited(channel, _WELL):
+            varies, so = ("varies little", "uncertain")
+            if not _excited(channel):
+                varies, so = ("hardly varies", "not determined")
+            yield (
+                f"{channel.name} {varies} (std {channel.std:.2g} {channel.unit}): "
+                f"coefficients with {channel.name} will be {so}."
+            )
+    for name in (channel.name for channel in channels if channel.low * channel.high > 0.0):
+        yield (
+            f"{name} never changes sign: {name}^2 and {name}|{name}| are then one column, and so "
+            f"are {name} and |{name}|."
+        )
+    constant = [channel.name for channel in found.commands if channel.low == channel.high]
+    if constant:
+        yield f"commands that never change: {' '.join(constant)}."
+    yield from _leaps(log)
+    yield from _current(log)
+    if log.acceleration is None and found.n_samples:
+        yield "no recorded acceleration: least squares differentiates the velocities."
+
+
+def _leaps(log: Log) -> Iterator[str]:
+    """Say where the attitude leaps there and back."""
+    places = _leaping(log)
+    if places.size:
+        where = "one sample," if places.size == 1 else f"{places.size} samples, the first"
+        of = next(part for part in log.segments if part.start <= places[0] < part.stop)
+        when = f"{log.time[places[0]]:.2f} s"
+        when += f" of {of.name}" if len(log.segments) > 1 else ""
+        yield (
+            f"the attitude leaps there and back at {where} at {when}, as where angles were "
+            "averaged across a wrap: the step `steady_attitude` takes that out."
+        )
+
+
+def _leaping(log: Log) -> IntArray:
+    """Return the samples whose attitude leaps, found in the blocks that hold a long step."""
+    if log.attitude is None or log.n < 2:
+        return np.empty(0, dtype=np.intp)
+    step = 1.0 - np.abs(np.sum(log.attitude[1:] * log.attitude[:-1], axis=1))
+    # Of small turns this is an eighth of the square of the angle.
+    long = step > np.maximum(_LONG**2 * np.median(step), LEAST_LEAP**2 / 8)
+    blocks = [
+        (low, min(low + _BLOCK, stop))
+        for start, stop in log.bounds.tolist()
+        for low in range(start, stop, _BLOCK)
+        if long[low : min(low + _BLOCK, stop - 1)].any()
+    ]
+    if not blocks:
+        return np.empty(0, dtype=np.intp)
+    return np.flatnonzero(leaps(log.time, log.attitude, np.array(blocks)))
+
+
+def _current(log: Log) -> Iterator[str]:
+    """Say where velocities are over ground and a current is in them."""
+    if log.n > _MANY or log.duration < _TIDE:
+        return
+    try:
+        current = estimate_current(log)
+    except HydrodampError:
+        return
+    sizes = np.linalg.norm(current.velocity, axis=1)
+    doubt = np.linalg.norm(current.standard_error, axis=1)
+    if current.determined and float(np.median(sizes - 3 * doubt)) > _DRIFT:
+        yield (
+            "velocities are over ground, in a current of "
+            f"{sizes.min():.2g} to {sizes.max():.2g} m/s: the step `without_current` takes it out."
+        )

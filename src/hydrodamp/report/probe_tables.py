@@ -1,0 +1,265 @@
+"""What `hydrodamp probe` shows of a recording and the log it makes: tables, and one document."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import asdict, replace
+
+from hydrodamp.ingest.probing.delay import Delay
+from hydrodamp.ingest.probing.draft import LEAST
+from hydrodamp.ingest.probing.judged import Judged
+from hydrodamp.ingest.probing.probe import SUFFICES, Probe
+from hydrodamp.ingest.probing.survey import Channel, SegmentFacts, Survey
+from hydrodamp.ingest.probing.topics import TopicFacts
+from hydrodamp.ingest.probing.verdict import Verdict
+from hydrodamp.report.document import Document, moment
+from hydrodamp.report.grid import Grid
+from hydrodamp.report.numbers import NOTHING, coefficient
+
+LISTED = 25
+"""Topics and segments that are spelt out."""
+
+_EARLY = -0.05  # s, of an answer before its command
+_SILENT = 12  # columns without a role that are named
+_SURE = 90  # %, below which axes must be checked
+_SAVED = "draft, and how sure each line is (--draft FILE saves it)"
+_MIRROR = (
+    "Motion alone cannot distinguish FRD over NED from FLU over a world with z up: each is the "
+    "other turned half about the forward axis. An accelerometer, a depth or whoever wrote the log "
+    "can."
+)
+_WORLDS = {"NED": "north-east-down", "NWU": "z up (NWU)", "ENU": "east-north-up"}
+
+
+def probe_grids(found: Probe, judged: Judged) -> tuple[Grid, ...]:
+    """Return the tables of a probed recording and its log."""
+    guesses = (_draft(found),) if judged.guessed else ()
+    read = (_topics(found), *guesses) if judged.made or judged.guessed else ()
+    if judged.verdict is None:
+        said = "Verdict: Not fit for the job as it is: see what is missing."
+        missing = (f"missing: {each}" for each in judged.missing)
+        return (*read, Grid("No log", ("",), (), "l", (*missing, said)))
+    segments = _segments(judged.verdict.survey)
+    made = (f"Made {judged.made}.",) if judged.made else ()
+    segments = replace(segments, notes=(*segments.notes, *made, *judged.notes))
+    late = (_delays(judged.verdict.delays),) if judged.verdict.delays else ()
+    return (*read, segments, *late, _columns(judged.verdict))
+
+
+def probe_document(found: Probe, judged: Judged) -> Document:
+    """Return what ``probe --json`` prints."""
+    roles, verdict = found.roles, judged.verdict
+    facts: Document = {"source": found.source}
+    if verdict is not None:
+        facts = asdict(verdict.survey)
+        facts["duration"] = moment(verdict.survey.duration)
+        facts["segments"] = [
+            {**asdict(one), "start": moment(one.start), "end": moment(one.end)}
+            for one in verdict.survey.segments
+        ]
+    return {
+        **facts,
+        "missing": list(judged.missing),
+        "doubts": [] if verdict is None else list(verdict.doubts),
+        "reservations": [] if verdict is None else list(verdict.reservations),
+        "promises": [] if verdict is None else list(verdict.promises),
+        "fit": verdict is not None and verdict.fit,
+        "verdict": "Not fit for the job: there is no log." if verdict is None else verdict.sentence,
+        "log": judged.made or (None if verdict is None else "canonical"),
+        "delays": [] if verdict is None else [asdict(one) for one in verdict.delays],
+        "suspicions": [] if verdict is None else [asdict(one) for one in verdict.suspicions],
+        "log_notes": list(judged.notes),
+        "format": found.format,
+        "notes": list(found.notes),
+        "topics": [{**asdict(one), "units": dict(one.units)} for one in found.topics],
+        "guesses": [{**asdict(one), "role": one.role or None} for one in roles.guesses],
+        "without_role": list(found.without_role),
+        "axes": {
+            "body": roles.upright.body,
+            "world": roles.world,
+            "confidence": roles.upright.confidence,
+            "evidence": [sign.told for sign in roles.upright.signs],
+            "velocity": {True: "earth-fixed", False: "body", None: None}[_earth_fixed(found)],
+            "velocity_mirrored": roles.way.mirrored,
+            "rates_mirrored": roles.rates.mirrored,
+            "rate_unit": roles.rates.unit,
+        },
+        "presets": [{**asdict(one), "topics": dict(one.topics)} for one in found.presets],
+        "draft": found.draft.text,
+        "draft_confidence": found.draft.confidence,
+    }
+
+
+def _topics(found: Probe) -> Grid:
+    notes = [f"Reader: {note}." for note in found.notes]
+    for topic in found.topics:
+        name = topic.name or "table"
+        notes += [f"{name}: {fault}" for fault in topic.faults]
+        if topic.start is None and topic.n:
+            notes.append(f"{name}: no column increases; there is no clock.")
+        if topic.backward:
+            notes.append(f"{name}: {topic.backward} times the clock stands still or goes back.")
+    units = sorted({unit for topic in found.topics for _, unit in topic.units})
+    notes.append(f"Units the file states: {', '.join(units) or 'none'}.")
+    header = ("topic", "messages", "fields", "rate [Hz]", "jitter", "gap [s]", "from [s]", "to [s]")
+    return Grid(
+        title=f"{found.source}: {found.format}",
+        header=header,
+        rows=tuple(map(_topic, found.topics[:LISTED])),
+        align="lrrrrrrr",
+        notes=(*_more(len(found.topics), "topics"), *notes),
+    )
+
+
+def _topic(topic: TopicFacts) -> tuple[str, ...]:
+    jitter = None if topic.jitter is None else 100 * topic.jitter
+    return (
+        topic.name or "(table)",
+        str(topic.n),
+        str(topic.n_fields),
+        _word(topic.rate, ".3g"),
+        _word(jitter, ".0f", " %"),
+        _word(topic.longest_gap, ".3g"),
+        _word(topic.start, ".2f"),
+        _word(topic.end, ".2f"),
+    )
+
+
+def _word(value: float | None, form: str, unit: str = "") -> str:
+    return NOTHING if value is None else f"{value:{form}}{unit}"
+
+
+def _more(count: int, what: str) -> tuple[str, ...]:
+    return (f"and {count - LISTED} more {what}",) if count > LISTED else ()
+
+
+def _draft(found: Probe) -> Grid:
+    lines = tuple((line,) for line in found.draft.text.rstrip("\n").split("\n"))
+    notes = [*_axes(found), *_roles(found), *_presets(found)]
+    if found.draft.confidence < SUFFICES:
+        notes.append(
+            f"The draft is too unsure ({found.draft.confidence} %) to make a log of: correct it, "
+            "then ask again with --mapping."
+        )
+    return Grid("What its columns may be, as a mapping", (_SAVED,), lines, "l", tuple(notes))
+
+
+def _axes(found: Probe) -> Iterator[str]:
+    """Say which axes the recording uses, with the evidence."""
+    roles, way = found.roles, found.roles.way
+    upright = roles.upright
+    yield f"Axes: body {upright.body} over {_WORLDS[roles.world]}, {upright.confidence} %."
+    for sign in upright.signs:
+        yield f"- for {'FRD' if sign.weight > 0 else 'FLU'}: {sign.told}."
+    if upright.confidence < _SURE:
+        yield _MIRROR
+    if way.earth_fixed is not None:
+        turned = "as they stand" if way.earth_fixed else "turned by the attitude"
+        kind = "earth-fixed" if way.earth_fixed else "along body axes"
+        yield (
+            f"Velocities are {kind}: {turned} they make the way of the position (correlation "
+            f"{way.agreement.correlation:.3f}; otherwise {way.other.correlation:.2f} at best)."
+        )
+    elif _earth_fixed(found):
+        yield "Velocities are earth-fixed: they are turned into the body by the attitude."
+    if roles.rates.unit:
+        axes = ", ".join(f"{name} {likeness:.2f}" for name, likeness in roles.rates.axes)
+        yield f"Rates turn as the attitude does, in {roles.rates.unit} (correlation {axes})."
+    for mirrored, what in ((roles.rates.mirrored, "Rates"), (way.mirrored, "Velocities")):
+        if mirrored:
+            yield f"{what} are in axes of the other kind than the attitude: y and z opposite."
+
+
+def _earth_fixed(found: Probe) -> bool | None:
+    roles = found.roles
+    if roles.chosen("velocity.north") or roles.chosen("velocity.east"):
+        return True
+    return roles.way.earth_fixed
+
+
+def _roles(found: Probe) -> Iterator[str]:
+    """Name the columns whose role is unsure or unknown."""
+    unsure = [one for one in found.roles.guesses if one.role and one.confidence < LEAST]
+    if unsure:
+        named = (f"{one.column} ({one.role}, {one.confidence} %)" for one in unsure[:_SILENT])
+        yield f"Too unsure for the draft: {', '.join(named)}."
+    if found.without_role:
+        more = len(found.without_role) - _SILENT
+        tail = f" and {more} more" if more > 0 else ""
+        yield f"No role found for: {', '.join(found.without_role[:_SILENT])}{tail}."
+
+
+def _presets(found: Probe) -> Iterator[str]:
+    for one in found.presets:
+        topics = ", ".join(f"{name}: {topic}" for name, topic in one.topics)
+        extra = f", given `topics: {{{topics}}}` in a mapping that extends it" if topics else ""
+        yield (
+            f"Preset `{one.name}` fits{extra}: {one.channels} channels found, "
+            f"{one.agreeing} of {one.guessed} as guessed."
+        )
+    if not found.presets:
+        yield "No shipped preset fits."
+
+
+def _delays(found: tuple[Delay, ...]) -> Grid:
+    early = [one.command for one in found if one.seconds + (one.spread or 0.0) < _EARLY]
+    notes = ["Explains: share of the growth of the velocity, beyond what velocities explain."]
+    if early:
+        notes.append(
+            f"The answer comes before {' '.join(early)}: the clocks differ, a filter without phase "
+            "smoothed the velocity, or a loop is closed and the command follows the motion."
+        )
+    return Grid(
+        title="Delay between commands and what they move (dead time and lag together)",
+        header=("command", "moves", "delay [s]", "± [s]", "explains", "sure"),
+        rows=tuple(map(_delay, found)),
+        align="llrrrr",
+        notes=tuple(notes),
+    )
+
+
+def _delay(one: Delay) -> tuple[str, ...]:
+    moves = f"{'+' if one.sense > 0 else '-'}{one.velocity}"
+    spread, share = _word(one.spread, ".2f"), f"{100 * one.share:.0f} %"
+    return (one.command, moves, f"{one.seconds:.2f}", spread, share, f"{one.confidence} %")
+
+
+def _segments(found: Survey) -> Grid:
+    n = len(found.segments)
+    return Grid(
+        title=f"{found.source}: {found.n_samples} samples, {found.duration:.1f} s "
+        f"in {n} segment{'s' if n != 1 else ''}",
+        header=("segment", "samples", "from [s]", "to [s]", "rate [Hz]", "longest step [s]"),
+        rows=tuple(map(_segment, found.segments[:LISTED])),
+        align="lrrrrr",
+        notes=_more(n, "segments"),
+    )
+
+
+def _segment(one: SegmentFacts) -> tuple[str, ...]:
+    rate = _word(1.0 / one.step if one.step > 0.0 else None, ".3g")
+    span = f"{one.start:.2f}", f"{one.end:.2f}"
+    return (one.name, str(one.n_samples), *span, rate, f"{one.longest_step:.3g}")
+
+
+def _columns(judged: Verdict) -> Grid:
+    found = judged.survey
+    return Grid(
+        title="Columns",
+        header=("column", "unit", "mean", "std", "lowest", "highest", "changes"),
+        rows=tuple(map(_column, (*found.velocities, *found.commands))),
+        align="llrrrrr",
+        notes=(
+            f"Also recorded: {', '.join(found.has) or 'nothing else'}.",
+            *(f"missing: {each}" for each in judged.missing),
+            *judged.doubts,
+            *(f"mind: {each}" for each in judged.reservations),
+            *(f"good: {each}" for each in judged.promises),
+            f"Verdict: {judged.sentence}",
+        ),
+    )
+
+
+def _column(one: Channel) -> tuple[str, ...]:
+    numbers = map(coefficient, (one.mean, one.std, one.low, one.high))
+    return (one.name, one.unit or "command", *numbers, str(one.n_changes))
