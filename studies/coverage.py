@@ -54,13 +54,13 @@ from hydrodamp import (
     prepare,
 )
 from hydrodamp.arrays import BoolArray, FloatArray
+from hydrodamp.files import replacing
 from hydrodamp.identification.fit import Method
 from hydrodamp.identification.recommended import Recommended
 from hydrodamp.identification.replays.output_error import OutputError
 from hydrodamp.identification.trust.grades import Grade
 from hydrodamp.identification.trust.identifiability import identifiability
 from hydrodamp.identification.uncertainty.intervals import Uncertainty
-from hydrodamp.saving import replacing
 from hydrodamp.simulation.campaign.conditions import COLOURED
 from hydrodamp.simulation.campaign.reenact import reenact_all
 

@@ -30,7 +30,7 @@ from rich.progress import track
 from rich.table import Table
 
 import hydrodamp as hd
-from hydrodamp.saving import save_json, save_text
+from hydrodamp.files import save_json, save_text
 
 METHODS = "ls,ls-sg,ai,ai-scaled,weak,gls,ridge,dissipative,rls,oe,recommended"
 BLUEROV2 = Path(__file__).parents[1] / "examples" / "bluerov2"

@@ -178,24 +178,6 @@ def test_without_a_folder_what_is_finished_is_shown(
     assert "Traceback" not in shown.output
 
 
-def test_an_interruption_while_writing_leaves_the_folder_as_it_was(
-    folder: Path, call: Call, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    with monkeypatch.context() as patch:
-        interrupt_fits(patch, 1)
-        call(LINE)
-    left = {path: path.read_bytes() for path in (folder / "out").rglob("*") if path.is_file()}
-    with monkeypatch.context() as patch:
-        interrupt_replays(patch, 7)
-        patch.setattr(files, "save_together", Interrupting(files.save_together, 1))
-        done = call(f"{LINE} --resume")
-    assert done.exit_code == 130
-    assert "out is as it was before" in done.stderr
-    assert left == {
-        path: path.read_bytes() for path in (folder / "out").rglob("*") if path.is_file()
-    }
-
-
 def test_an_interrupted_report_loses_no_row(
     whole: dict[str, object], folder: Path, call: Call, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -222,7 +204,7 @@ def test_finished_rows_are_written_over_an_older_comparison_even_if_that_is_inte
     whole: dict[str, object], folder: Path, call: Call, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert call(LINE.replace("linear,coe,prestero,fossen", "linear")).exit_code == 0
-    monkeypatch.setattr(files, "save_together", Interrupting(files.save_together, 1))
+    monkeypatch.setattr(files, "save_all", Interrupting(files.save_all, 1))
     assert call(LINE).exit_code == 130
     assert document()["rows"] == whole["rows"]
 

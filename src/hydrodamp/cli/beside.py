@@ -26,7 +26,7 @@ class Beside:
     def check(self, inputs: Iterable[str | None]) -> None:
         """Refuse targets that cannot be written or would replace an input."""
         from hydrodamp.cli.targets import check_out_file
-        from hydrodamp.saving import check_folder
+        from hydrodamp.files import check_folder
 
         read = tuple(inputs)
         check_out_file(str(self.damping), read)

@@ -67,7 +67,7 @@ def _called_alike(first: str, second: str) -> ModelError:
 
 def named_models(name: str) -> tuple[DampingModel, ...]:
     """Return the model of a name, or those of a file."""
-    from hydrodamp.loading import absent
+    from hydrodamp.files import absent
     from hydrodamp.models.catalog import catalog, find_model
     from hydrodamp.models.files import read_models
 

@@ -15,7 +15,7 @@ import typer
 
 from hydrodamp.cli.output import fail, note
 from hydrodamp.errors import HydrodampError, HydrodampWarning
-from hydrodamp.loading import absent
+from hydrodamp.files import absent
 
 P = ParamSpec("P")
 R = TypeVar("R")

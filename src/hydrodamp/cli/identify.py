@@ -96,10 +96,10 @@ def identify(
 
 def deliver(fit: Fit, beside: Beside | None, json: bool, trust: Trust) -> None:
     """Print and write a fit; end with status 1 if it has no numbers."""
+    from hydrodamp.files import save_json
     from hydrodamp.report.document import fit_document
     from hydrodamp.report.fit_grid import fit_grid
     from hydrodamp.report.screen import show
-    from hydrodamp.saving import as_json, save_together
 
     document = fit_document(fit)
     if json:
@@ -112,6 +112,7 @@ def deliver(fit: Fit, beside: Beside | None, json: bool, trust: Trust) -> None:
         fail(fit.status.value, WORK_FAILED)
     if beside is not None:
         instead = ", in place of an earlier one" if beside.damping.exists() else ""
-        contents = {beside.damping: as_json(document).encode("utf-8")}
-        save_together(contents, removed=beside.earlier())
+        for path in beside.earlier():
+            path.unlink(missing_ok=True)
+        save_json(document, beside.damping)
         note(f"written to {beside.damping}{instead}")

@@ -31,7 +31,7 @@ def note(text: str) -> None:
 
 def emit(document: object) -> None:
     """Print a machine-readable result on standard output."""
-    from hydrodamp.saving import as_json
+    from hydrodamp.files import as_json
 
     typer.echo(as_json(document), nl=False)
 

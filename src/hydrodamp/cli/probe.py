@@ -46,9 +46,9 @@ def probe(
 ) -> None:
     """Look through a log: what is in it, what is missing, is it fit for the job."""
     from hydrodamp.cli.targets import check_new_file
+    from hydrodamp.files import save_text
     from hydrodamp.report.probe_tables import probe_document, probe_grids
     from hydrodamp.report.screen import show
-    from hydrodamp.saving import save_text
 
     craft = None if vehicle is None else _vehicle(vehicle)
     if draft is not None:

@@ -10,7 +10,7 @@ from hydrodamp.errors import FileError
 
 def check_out_file(out: str, inputs: Iterable[str | None]) -> None:
     """Refuse a file that cannot be written or would replace an input."""
-    from hydrodamp.saving import check_file
+    from hydrodamp.files import check_file
 
     for path in _files(inputs):
         if _same(Path(out), path):
@@ -22,8 +22,8 @@ def check_out_file(out: str, inputs: Iterable[str | None]) -> None:
 
 def check_out_folder(out: str, inputs: Iterable[str | None]) -> None:
     """Refuse a folder that cannot be written or whose files would replace an input."""
+    from hydrodamp.files import check_folder
     from hydrodamp.report.files import is_result
-    from hydrodamp.saving import check_folder
 
     folder = Path(out)
     for path in _files(inputs):
@@ -40,7 +40,7 @@ def check_out_folder(out: str, inputs: Iterable[str | None]) -> None:
 
 def check_new_file(out: str, force: bool) -> None:
     """Refuse a file that cannot be written, or is there already and may hold work of a person."""
-    from hydrodamp.saving import check_file
+    from hydrodamp.files import check_file
 
     check_file(out)
     if Path(out).exists() and not force:

@@ -33,7 +33,7 @@ def new(
     """Write a commented vehicle file to fill in."""
     from hydrodamp.cli.targets import check_new_file
     from hydrodamp.errors import VehicleError
-    from hydrodamp.saving import save_text
+    from hydrodamp.files import save_text
     from hydrodamp.vehicle.fleet import fleet_text
     from hydrodamp.vehicle.template import copied, vehicle_template
 

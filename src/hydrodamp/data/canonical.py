@@ -20,7 +20,7 @@ from hydrodamp.data.columns import (
 )
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError
-from hydrodamp.saving import replacing
+from hydrodamp.files import replacing
 
 _CHUNK = 8192
 

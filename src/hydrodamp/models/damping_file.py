@@ -10,12 +10,10 @@ from pathlib import Path
 
 from hydrodamp.basis.axes import AXES
 from hydrodamp.errors import ForeignVehicleWarning, ModelError
-from hydrodamp.file_kinds import DAMPING, mistaken
-from hydrodamp.loading import load_json, load_yaml
+from hydrodamp.files import load_json, load_yaml, mistaken, save_json
 from hydrodamp.models.damping import Damping, VehicleStamp
 from hydrodamp.models.damping_reader import read_document
 from hydrodamp.models.labels import coefficient_unit, spell_label
-from hydrodamp.saving import save_json
 
 FORMAT = "hydrodamp-damping"
 VERSION = 1
@@ -112,7 +110,7 @@ def damping_document(damping: Damping) -> dict[str, object]:
 
 def damping_from_document(document: object, source: str = "damping") -> Damping:
     """Return the damping of a document."""
-    if other := mistaken(document, source, DAMPING):
+    if other := mistaken(document, source, "damping"):
         raise ModelError(other)
     if not isinstance(document, Mapping) or document.get("format") != FORMAT:
         raise ModelError(

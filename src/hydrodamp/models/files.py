@@ -6,13 +6,11 @@ import os
 from collections.abc import Mapping
 
 from hydrodamp.errors import ModelError, did_you_mean, list_faults
-from hydrodamp.file_kinds import MODELS, mistaken
-from hydrodamp.loading import load_yaml
+from hydrodamp.files import load_yaml, mistaken, save_text
 from hydrodamp.models.catalog import catalog
 from hydrodamp.models.model import DampingModel
 from hydrodamp.models.screen import group_axes
 from hydrodamp.models.table import read_table
-from hydrodamp.saving import save_text
 
 FIELDS = ("name", "title", "source", "note", "extends", "terms")
 """What a model in a file may say; ``name`` and one of ``terms`` and ``extends`` it must."""
@@ -41,7 +39,7 @@ def read_models(path: str | os.PathLike[str]) -> tuple[DampingModel, ...]:
         Naming every fault of the file, each with its place; or what else it is.
     """
     content = load_yaml(path)
-    if other := mistaken(content, str(path), MODELS):
+    if other := mistaken(content, str(path), "models"):
         raise ModelError(other)
     faults: list[str] = []
     models: dict[str, DampingModel] = {}

@@ -8,7 +8,7 @@ from typing import Any, cast
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.errors import ModelError, did_you_mean
-from hydrodamp.loading import parse_yaml
+from hydrodamp.files import parse_yaml
 from hydrodamp.models.added_mass import added_mass_matrix, coriolis_coefficients
 from hydrodamp.models.catalog import find_model
 from hydrodamp.models.damping import Damping, VehicleStamp

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from hydrodamp.errors import FileError
+from hydrodamp.files import as_json, load_text, save_all
 from hydrodamp.identification.fit import Fit
-from hydrodamp.loading import load_text
 from hydrodamp.report.comparison_grids import comparison_grids, row_grid, summary_grids
 from hydrodamp.report.document import comparison_document, fit_document
 from hydrodamp.report.fit_names import fit_names, fit_path
@@ -21,7 +21,6 @@ from hydrodamp.report.gallery.folder import GRADES, earlier_findings
 from hydrodamp.report.reading import read_rows
 from hydrodamp.report.renderings import to_csv, to_latex, to_markdown, to_text
 from hydrodamp.report.unfinished import read_earlier, with_waiting
-from hydrodamp.saving import as_json, save_together
 from hydrodamp.validation.comparison import Comparison
 
 RESULTS = (
@@ -66,9 +65,12 @@ def write_comparison(
         **{f"table.{suffix}": text for suffix, text in _tables(told).items()},
         "comparison.json": as_json(comparison_document(told)),
     }
-    contents = {home / name: text.encode("utf-8") for name, text in texts.items()}
-    contents[home / "replays.npz"] = _replays(told)
-    save_together(contents, removed=_earlier(home), last=home / "comparison.json")
+    contents = {home / "replays.npz": _replays(told)}
+    contents |= {home / name: text.encode("utf-8") for name, text in texts.items()}
+    for path in (home / "comparison.json", *_earlier(home)):
+        if path.is_file():
+            path.unlink()
+    save_all(contents)
 
 
 def is_written(

@@ -14,9 +14,9 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.axes import AXES, VELOCITY_OF
 from hydrodamp.data.log import Log, Segment
 from hydrodamp.errors import FileError
+from hydrodamp.files import load_json
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.uncertainty.intervals import Uncertainty
-from hydrodamp.loading import load_json
 from hydrodamp.models.damping_file import damping_from_document
 from hydrodamp.report.fit_names import fit_names, fit_path
 from hydrodamp.simulation.replay import AttitudeSource, Trajectory

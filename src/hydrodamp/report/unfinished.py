@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from hydrodamp.errors import FileError
+from hydrodamp.files import load_json
 from hydrodamp.identification.fit import Fit
-from hydrodamp.loading import load_json
 from hydrodamp.report.fit_names import fit_names, fit_path
 from hydrodamp.report.reading import read_fit
 from hydrodamp.validation.comparison import Comparison

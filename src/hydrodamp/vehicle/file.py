@@ -11,9 +11,7 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.errors import VehicleError, list_faults
-from hydrodamp.file_kinds import VEHICLE, mistaken
-from hydrodamp.loading import load_text, parse_yaml
-from hydrodamp.saving import save_text
+from hydrodamp.files import load_text, mistaken, parse_yaml, save_text
 from hydrodamp.vehicle.actuation import Actuator
 from hydrodamp.vehicle.fin import Fin
 from hydrodamp.vehicle.mass import rigid_body_mass_matrix
@@ -74,7 +72,7 @@ def parse_vehicle(text: str, *, source: str = "vehicle") -> Vehicle:
         raise VehicleError(
             f"{source}: a vehicle file must be keys and values, such as 'name: mine'; {got}"
         )
-    if other := mistaken(content, source, VEHICLE):
+    if other := mistaken(content, source, "vehicle"):
         raise VehicleError(other)
     try:
         entry = VehicleEntry.model_validate(content)

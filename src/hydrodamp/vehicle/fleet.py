@@ -9,7 +9,7 @@ from importlib.resources import files
 from pathlib import Path
 
 from hydrodamp.errors import FileError, HydrodampWarning, VehicleError, did_you_mean
-from hydrodamp.loading import absent, neighbour
+from hydrodamp.files import absent, neighbour
 from hydrodamp.vehicle.file import parse_vehicle, read_vehicle
 from hydrodamp.vehicle.righting import without_righting
 from hydrodamp.vehicle.vehicle import Vehicle

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from hydrodamp.errors import FileError, LogError
+from hydrodamp.files import parse_yaml
 from hydrodamp.ingest.mapping import LogMapping, json_schema, presets, read_mapping
 from hydrodamp.ingest.mapping.composition import composed
-from hydrodamp.loading import parse_yaml
 
 NAMES = (
     "ardusub",

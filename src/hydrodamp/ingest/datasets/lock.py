@@ -7,8 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from hydrodamp.errors import FileError
-from hydrodamp.loading import load_json
-from hydrodamp.saving import as_json, save_text
+from hydrodamp.files import as_json, load_json, save_text
 
 LOCK = "hydrodamp-lock.json"
 """What the lock file is called."""

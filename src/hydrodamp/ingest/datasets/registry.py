@@ -10,7 +10,7 @@ from types import MappingProxyType
 from typing import Any, cast
 
 from hydrodamp.errors import FileError, did_you_mean
-from hydrodamp.loading import load_yaml
+from hydrodamp.files import load_yaml
 
 
 @dataclass(frozen=True)

@@ -11,10 +11,9 @@ from pathlib import Path
 
 from hydrodamp.data.recording import Recording
 from hydrodamp.errors import FileError, LogError
-from hydrodamp.file_kinds import LOG, mistaken
+from hydrodamp.files import absent, mistaken, parse_yaml
 from hydrodamp.ingest.formats import avl
 from hydrodamp.ingest.formats.content import content, head, size_of
-from hydrodamp.loading import absent, parse_yaml
 
 _HERE = "hydrodamp.ingest.formats"
 _HEAD = 4096
@@ -172,7 +171,7 @@ def _of_ours(path: Path) -> str:
         held = json.loads(text) if path.suffix.lower() == ".json" else parse_yaml(text, str(path))
     except (ValueError, FileError, RecursionError):
         return ""
-    return mistaken(held, str(path), LOG)
+    return mistaken(held, str(path), "log")
 
 
 def _is_binary(begin: bytes) -> bool:

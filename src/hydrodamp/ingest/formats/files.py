@@ -10,12 +10,12 @@ from pathlib import Path
 from hydrodamp.advance import shares, within
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import FileError, LogError
+from hydrodamp.files import absent
 from hydrodamp.ingest.formats import detect
 from hydrodamp.ingest.formats.content import size_of
 from hydrodamp.ingest.formats.detect import FORMATS
 from hydrodamp.ingest.formats.joining import joined
 from hydrodamp.ingest.formats.oddities import noted
-from hydrodamp.loading import absent
 
 _BAG = "metadata.yaml"
 _SUFFIXES = frozenset(suffix for form in FORMATS for suffix in form.suffixes)

@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from hydrodamp.errors import LogError, did_you_mean
-from hydrodamp.file_kinds import MAPPING, mistaken
-from hydrodamp.loading import load_yaml, neighbour, parse_yaml
+from hydrodamp.files import load_yaml, mistaken, neighbour, parse_yaml
 
 _SUFFIX = ".yaml"
 
@@ -55,7 +54,7 @@ def load(place: str | Path, beside: Path | None = None) -> tuple[object, Path | 
             "file is named with its suffix"
         )
     content = load_yaml(path)
-    if other := mistaken(content, str(path), MAPPING):
+    if other := mistaken(content, str(path), "mapping"):
         raise LogError(other)
     return content, path
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from hydrodamp.basis.axes import VELOCITIES
 from hydrodamp.data.recording import Recording
+from hydrodamp.files import parse_yaml
 from hydrodamp.ingest.mapping import LogMapping
 from hydrodamp.ingest.probing.clocks import Ticking
 from hydrodamp.ingest.probing.draft import Draft, draft
@@ -17,7 +18,6 @@ from hydrodamp.ingest.probing.series import series_of
 from hydrodamp.ingest.probing.shipped import Fitting, fitting
 from hydrodamp.ingest.probing.topics import TopicFacts, topics_of
 from hydrodamp.ingest.probing.words import words
-from hydrodamp.loading import parse_yaml
 
 SUFFICES = 60
 """Confidence [%] from which a draft is worth making a log of."""

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hydrodamp.errors import FileError
+from hydrodamp.files import save_bytes
 from hydrodamp.report.figures.look import our_look
 from hydrodamp.report.figures.svg import as_svg
-from hydrodamp.saving import save_bytes
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -7,15 +7,14 @@ from pathlib import Path
 from typing import Any
 
 from hydrodamp.errors import FileError
+from hydrodamp.files import as_json, load_json, save_all
 from hydrodamp.identification.trust.grades import Grade
 from hydrodamp.identification.trust.identifiability import AxisIdentifiability, Identifiability
-from hydrodamp.loading import load_json
 from hydrodamp.models.model import DampingModel
 from hydrodamp.report.gallery.band_file import BAND, band_bytes, read_band
 from hydrodamp.report.gallery.findings import FIGURES, Findings, chosen_row
 from hydrodamp.report.gallery.picture import Gallery, Picture
 from hydrodamp.report.plain_names import is_plain
-from hydrodamp.saving import as_json, save_together
 from hydrodamp.validation.comparison import Comparison
 
 GRADES = "identifiability.json"
@@ -39,13 +38,17 @@ def write_findings(findings: Findings, home: Path) -> None:
         contents[home / GRADES] = as_json(grades).encode("utf-8")
     if findings.band is not None:
         contents[home / BAND] = band_bytes(findings.band)
-    save_together(contents, removed=earlier_findings(home), last=home / FIGURES / INDEX)
+    for path in earlier_findings(home):
+        path.unlink(missing_ok=True)
+    save_all(contents)
 
 
 def write_gallery(gallery: Gallery, folder: Path) -> None:
     """Write pictures and their words into a folder, in place of those of an earlier gallery."""
-    contents, removed = _contents(gallery, folder), earlier_pictures(folder)
-    save_together(contents, removed=removed, last=folder / INDEX)
+    contents = _contents(gallery, folder)
+    for path in earlier_pictures(folder):
+        path.unlink(missing_ok=True)
+    save_all(contents)
 
 
 def read_findings(home: Path, comparison: Comparison) -> Findings:

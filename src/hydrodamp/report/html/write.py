@@ -7,13 +7,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, cast
 
-from hydrodamp.loading import load_json
+from hydrodamp.files import load_json, save_text
 from hydrodamp.report.document import comparison_document
 from hydrodamp.report.files import read_comparison
 from hydrodamp.report.gallery.findings import Findings
 from hydrodamp.report.gallery.folder import read_findings
 from hydrodamp.report.html.page import page
-from hydrodamp.saving import save_text
 from hydrodamp.validation.comparison import Comparison
 
 REPORT = "report.html"

@@ -1,0 +1,272 @@
+"""Text, YAML and JSON, read with line numbers and written whole or not at all."""
+
+from __future__ import annotations
+
+import difflib
+import json
+import os
+import re
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from functools import lru_cache
+from pathlib import Path
+from typing import IO, TYPE_CHECKING, Any
+
+from hydrodamp.errors import FileError
+
+if TYPE_CHECKING:
+    import yaml
+
+_NEAR, _NEAR_STEM = 0.75, 0.5
+_POWER_OF_TEN = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)[eE][-+]?[0-9]+$")
+
+#: hydrodamp's own files: what one is, how it is given, and the keys that only it has.
+KINDS = {
+    "log": ("a log", "give it as LOG", ""),
+    "vehicle": (
+        "a vehicle",
+        "give it as `--vehicle`",
+        "mass_matrix rigid_body added_mass weight buoyancy center_of_gravity center_of_buoyancy "
+        "axes actuators",
+    ),
+    "mapping": (
+        "a mapping of a log",
+        "give it as `--mapping`",
+        "time velocity attitude commands frame world clock topics position accelerometer "
+        "acceleration wrench eta segment sensors steps",
+    ),
+    "models": ("a file of models", "give it as `--models` or `--model`", "terms models"),
+    "damping": (
+        "a damping file",
+        "give it as `--damping` to `hydrodamp simulate`",
+        "coefficients covariance sign_convention reference_point",
+    ),
+    "comparison": (
+        "the result of a comparison",
+        "look at it with `hydrodamp report` and its folder",
+        "rows provenance",
+    ),
+}
+_ONE_KEY_TELLS = "models"
+
+
+def load_text(path: str | os.PathLike[str]) -> str:
+    """Return the text of a file."""
+    try:
+        return Path(path).read_text(encoding="utf-8-sig")
+    except FileNotFoundError as error:
+        raise FileError(absent(path)) from error
+    except OSError as error:
+        raise FileError(f"{path}: cannot be read: {error.strerror}.") from error
+    except UnicodeDecodeError as error:
+        raise FileError(
+            f"{path}: must be UTF-8 text; near byte {error.start} it is not."
+        ) from error
+
+
+def absent(path: str | os.PathLike[str]) -> str:
+    """Return the message for a file that does not exist, with its nearest neighbour."""
+    near = neighbour(path)
+    meant = "" if near is None else f" Did you mean '{near}'?"
+    return f"{path}: cannot be read: No such file or directory.{meant}"
+
+
+def neighbour(path: str | os.PathLike[str], suffixes: tuple[str, ...] = ()) -> Path | None:
+    """Return the existing file whose name is nearest to that of a path."""
+    place = Path(path)
+    if place.parent == place:  # the root of a drive that does not exist
+        return None
+    folder = place.parent if place.parent.is_dir() else neighbour(place.parent)
+    if folder is None or not folder.is_dir():
+        return None
+    if folder != place.parent and (folder / place.name).exists():
+        return folder / place.name
+    try:
+        names = [e.name for e in folder.iterdir() if not suffixes or e.suffix.lower() in suffixes]
+    except OSError:
+        return None
+    there = {name.casefold(): name for name in names}
+    wanted = place.name.casefold()
+    without_suffix = [name for name in there if not place.suffix and Path(name).stem == wanted]
+    near = [
+        name
+        for name in difflib.get_close_matches(wanted, there, n=5, cutoff=_NEAR)
+        # Suffixes say little: two short names with the same one are not near for that.
+        if difflib.SequenceMatcher(None, Path(wanted).stem, Path(name).stem).ratio() >= _NEAR_STEM
+    ]
+    found = [*without_suffix, *near]
+    return folder / there[found[0]] if found else None
+
+
+def load_json(path: str | os.PathLike[str]) -> object:
+    """Return the content of a JSON file."""
+    try:
+        content: object = json.loads(load_text(path))
+    except json.JSONDecodeError as error:
+        raise FileError(
+            f"{path}, line {error.lineno}: cannot be read as JSON: {error.msg} "
+            f"at column {error.colno}."
+        ) from error
+    except (ValueError, RecursionError) as error:
+        raise FileError(f"{path}: cannot be read as JSON: {error}.") from error
+    return content
+
+
+def load_yaml(path: str | os.PathLike[str]) -> object:
+    """Return the content of a YAML file."""
+    return parse_yaml(load_text(path), str(path))
+
+
+def parse_yaml(text: str, source: str) -> object:
+    """Return what a YAML text holds; a key given twice is refused."""
+    import yaml
+
+    try:
+        content: object = yaml.load(text, _loader())
+    except yaml.YAMLError as error:
+        mark = getattr(error, "problem_mark", None)
+        # An error in a single character tells its place in the text instead of a mark.
+        line = mark.line if mark else text.count("\n", 0, getattr(error, "position", 0))
+        problem = getattr(error, "problem", None) or getattr(error, "reason", error)
+        raise FileError(f"{source}, line {line + 1}: cannot be read as YAML: {problem}.") from error
+    except RecursionError as error:
+        raise FileError(f"{source}: cannot be read as YAML: nested too deeply.") from error
+    return content
+
+
+@lru_cache
+def _loader() -> type[yaml.SafeLoader]:
+    """Return the safe loader that refuses keys given twice, reads 1e3 and leaves dates as text."""
+    from yaml import MappingNode, Node, SafeLoader, ScalarNode
+    from yaml.constructor import ConstructorError
+
+    class Loader(SafeLoader):
+        def compose_mapping_node(self, anchor: dict[Any, Node]) -> MappingNode:
+            node = super().compose_mapping_node(anchor)
+            first: dict[tuple[str, str], ScalarNode] = {}
+            for key in (key for key, _ in node.value if isinstance(key, ScalarNode)):
+                other = first.setdefault((key.tag, key.value), key)
+                if other is not key:
+                    line = other.start_mark.line + 1
+                    problem = f"the key `{key.value}` stands in line {line} already"
+                    raise ConstructorError(None, None, problem, key.start_mark)
+            return node
+
+        def construct_object(self, node: Node, deep: bool = False) -> Any:
+            try:
+                return super().construct_object(node, deep)
+            except (ValueError, LookupError, AttributeError) as error:
+                problem = f"the value is no {node.tag.rpartition(':')[2]}"
+                raise ConstructorError(None, None, problem, node.start_mark) from error
+
+    Loader.yaml_implicit_resolvers = {
+        first: [(tag, spelling) for tag, spelling in kinds if not tag.endswith(":timestamp")]
+        for first, kinds in SafeLoader.yaml_implicit_resolvers.items()
+    }
+    Loader.add_implicit_resolver("tag:yaml.org,2002:float", _POWER_OF_TEN, list("-+.0123456789"))
+    return Loader
+
+
+def mistaken(content: object, source: str, wanted: str) -> str:
+    """Return the message for a file that is another of hydrodamp's own than was asked for."""
+    if not isinstance(content, Mapping) or isinstance(content.get("time"), list):
+        return ""
+    own = {
+        kind: [str(key) for key in content if key in keys.split()]
+        for kind, (_, _, keys) in KINDS.items()
+        if keys
+    }
+    found = max(own, key=lambda kind: len(own[kind]))
+    enough = 1 if found == _ONE_KEY_TELLS else 2
+    if len(own[found]) < enough or len(own[found]) <= len(own.get(wanted, ())):
+        return ""
+    seen = ", ".join(own[found][:3]) + (", ..." if len(own[found]) > 3 else "")
+    name, use, _ = KINDS[found]
+    return f"{source} is {name} (it has {seen}), not {KINDS[wanted][0]}: {use}."
+
+
+@contextmanager
+def replacing(path: str | os.PathLike[str], *, binary: bool = False) -> Iterator[IO[Any]]:
+    """Open a temporary file beside ``path`` that takes its place once all of it is on the disk."""
+    target = Path(path)
+    temporary = target.parent / f".hydrodamp-{os.urandom(8).hex()}"
+    try:
+        with (
+            temporary.open("xb") if binary else temporary.open("x", encoding="utf-8", newline="")
+        ) as stream:
+            yield stream
+            stream.flush()
+            os.fsync(stream.fileno())
+        temporary.replace(target)
+    except OSError as error:
+        raise FileError(
+            f"{target}: cannot be written: {error.strerror or error}. Make room, close it in other "
+            "programs, or give a file in a folder that exists and may be written."
+        ) from error
+    finally:
+        with suppress(OSError):
+            temporary.unlink(missing_ok=True)
+
+
+def save_text(text: str, path: str | os.PathLike[str]) -> None:
+    """Write a text file whole or not at all."""
+    with replacing(path) as stream:
+        stream.write(text)
+
+
+def save_json(document: object, path: str | os.PathLike[str]) -> None:
+    """Write a document of strict JSON whole or not at all."""
+    save_text(as_json(document), path)
+
+
+def as_json(document: object) -> str:
+    """Return a document as strict JSON."""
+    return json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+
+
+def save_bytes(content: bytes, path: str | os.PathLike[str]) -> None:
+    """Write a file of bytes whole or not at all."""
+    with replacing(path, binary=True) as stream:
+        stream.write(content)
+
+
+def save_all(contents: Mapping[Path, bytes]) -> None:
+    """Write files in their order, each whole or not at all, and make their folders."""
+    for path, content in contents.items():
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise FileError(
+                f"{path.parent}: the folder cannot be made: {error.strerror}."
+            ) from error
+        save_bytes(content, path)
+
+
+def check_folder(path: str | os.PathLike[str]) -> None:
+    """Refuse a folder that cannot be made or written, before work starts."""
+    import tempfile
+
+    folder = Path(path)
+    missing = [each for each in (folder, *folder.parents) if not each.exists()]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise FileError(
+            f"{folder}: no folder can be made or written there: {error.strerror}. Give another one."
+        ) from error
+    finally:
+        for each in missing:
+            with suppress(OSError):
+                each.rmdir()
+
+
+def check_file(path: str | os.PathLike[str]) -> None:
+    """Refuse a file that cannot be written, before work starts."""
+    target = Path(path)
+    if target.is_dir():
+        raise FileError(f"{target}: is a folder; name a file in it.")
+    if not target.parent.is_dir():
+        raise FileError(f"{target}: cannot be written: there is no folder {target.parent}.")
+    check_folder(target.parent)

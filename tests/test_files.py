@@ -1,0 +1,389 @@
+"""Files are read with line numbers and written whole or not at all."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+import yaml
+
+from hydrodamp.errors import FileError, HydrodampError
+from hydrodamp.files import (
+    KINDS,
+    absent,
+    check_file,
+    check_folder,
+    load_json,
+    load_text,
+    load_yaml,
+    mistaken,
+    neighbour,
+    parse_yaml,
+    replacing,
+    save_all,
+    save_bytes,
+    save_json,
+    save_text,
+)
+from hydrodamp.ingest.formats.files import read
+from hydrodamp.ingest.mapping import read_mapping
+from hydrodamp.ingest.mapping.schema import MappingForm
+from hydrodamp.models.catalog import catalog
+from hydrodamp.models.damping import Damping
+from hydrodamp.models.damping_file import read_damping, write_damping
+from hydrodamp.models.files import read_models, write_model
+from hydrodamp.vehicle.file import read_vehicle, write_vehicle
+from hydrodamp.vehicle.fleet import fleet
+from hydrodamp.vehicle.schema import VehicleEntry
+
+
+@pytest.fixture
+def narrow_umask() -> Iterator[None]:
+    before = os.umask(0o027)
+    yield
+    os.umask(before)
+
+
+def test_a_file_is_replaced_and_nothing_else_is_left(tmp_path: Path) -> None:
+    for content in ("one", "two\r\nthree\n", "ν"):
+        save_text(content, tmp_path / "a.txt")
+        assert (tmp_path / "a.txt").read_bytes() == content.encode("utf-8")
+    for raw in (b"one", b"\xff\r\n"):
+        save_bytes(raw, str(tmp_path / "a.txt"))
+        assert (tmp_path / "a.txt").read_bytes() == raw
+    assert [path.name for path in tmp_path.iterdir()] == ["a.txt"]
+
+
+def test_a_name_as_long_as_a_name_can_be(tmp_path: Path) -> None:
+    path = tmp_path / ("a" * 255)
+    save_text("one", path)
+    assert path.read_text("utf-8") == "one"
+
+
+@pytest.mark.skipif(os.name != "posix", reason="other systems have no permission bits")
+@pytest.mark.usefixtures("narrow_umask")
+def test_permissions_are_those_of_any_new_file(tmp_path: Path) -> None:
+    save_text("one", tmp_path / "a.txt")
+    save_bytes(b"one", tmp_path / "b.bin")
+    assert {path.stat().st_mode & 0o777 for path in tmp_path.iterdir()} == {0o640}
+
+
+def test_a_failed_write_leaves_nothing(tmp_path: Path) -> None:
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "file").touch()
+    for path in ("folder", "none/a.txt", "file/a.txt"):
+        with pytest.raises(FileError, match=f"{path}: cannot be written: .*a folder that"):
+            save_text("one", tmp_path / path)
+        with pytest.raises(FileError, match=f"{path}: cannot be written: .*a folder that"):
+            save_bytes(b"one", tmp_path / path)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "folder"]
+
+
+@pytest.mark.parametrize(
+    ("error", "seen", "words"),
+    [
+        (OSError(28, "No space left on device"), FileError, "cannot be written: No space left"),
+        (KeyboardInterrupt("stop"), KeyboardInterrupt, "stop"),
+        (ValueError("half way"), ValueError, "half way"),
+    ],
+)
+def test_an_error_half_way_leaves_the_old_file(
+    tmp_path: Path, error: BaseException, seen: type[BaseException], words: str
+) -> None:
+    save_text("old", tmp_path / "a.txt")
+
+    def break_off() -> None:
+        with replacing(tmp_path / "a.txt") as stream:
+            stream.write("new")
+            raise error
+
+    with pytest.raises(seen, match=words):
+        break_off()
+    assert (tmp_path / "a.txt").read_text("utf-8") == "old"
+    assert [path.name for path in tmp_path.iterdir()] == ["a.txt"]
+
+
+def test_the_new_file_appears_at_the_end(tmp_path: Path) -> None:
+    save_text("old", tmp_path / "a.txt")
+    with replacing(tmp_path / "a.txt") as stream:
+        stream.write("new")
+        stream.flush()
+        assert (tmp_path / "a.txt").read_text("utf-8") == "old"
+    assert (tmp_path / "a.txt").read_text("utf-8") == "new"
+
+
+def test_json_is_strict(tmp_path: Path) -> None:
+    save_json({"a": [1.5, None, "ν"]}, tmp_path / "a.json")
+    assert load_json(tmp_path / "a.json") == {"a": [1.5, None, "ν"]}
+    with pytest.raises(ValueError, match="not JSON compliant"):
+        save_json({"a": float("nan")}, tmp_path / "a.json")
+    assert load_json(tmp_path / "a.json") == {"a": [1.5, None, "ν"]}
+
+
+def test_checking_a_folder_leaves_no_trace(tmp_path: Path) -> None:
+    check_folder(tmp_path / "a" / "b")
+    assert not [*tmp_path.iterdir()]
+    (tmp_path / "kept").mkdir()
+    check_folder(tmp_path / "kept")
+    assert not [*(tmp_path / "kept").iterdir()]
+
+
+def test_a_folder_below_a_file_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    for path in (tmp_path / "file", tmp_path / "file" / "deep"):
+        with pytest.raises(FileError, match="Give another one"):
+            check_folder(path)
+
+
+def test_a_file_needs_its_folder(tmp_path: Path) -> None:
+    check_file(tmp_path / "a.json")
+    assert not [*tmp_path.iterdir()]
+    with pytest.raises(FileError, match="is a folder"):
+        check_file(tmp_path)
+    with pytest.raises(FileError, match="there is no folder"):
+        check_file(tmp_path / "none" / "a.json")
+
+
+def test_a_file_is_on_the_disk_before_it_takes_its_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen: list[bool] = []
+    monkeypatch.setattr(os, "fsync", lambda _: seen.append((tmp_path / "a.txt").exists()))
+    save_text("one", tmp_path / "a.txt")
+    save_bytes(b"one", tmp_path / "b.txt")
+    assert seen == [False, True]
+
+
+def test_several_files_are_written_in_their_order(tmp_path: Path) -> None:
+    (tmp_path / "b.txt").mkdir()
+    contents = {tmp_path / "deep" / "a.txt": b"a", tmp_path / "b.txt": b"b", tmp_path / "c": b"c"}
+    with pytest.raises(FileError, match=r"b\.txt: cannot be written"):
+        save_all(contents)
+    assert sorted(path.name for path in tmp_path.rglob("*")) == ["a.txt", "b.txt", "deep"]
+    with pytest.raises(FileError, match="the folder cannot be made"):
+        save_all({tmp_path / "deep" / "a.txt" / "d": b"d"})
+
+
+def test_text_comes_without_its_byte_order_mark(tmp_path: Path) -> None:
+    (tmp_path / "a.txt").write_bytes(b"\xef\xbb\xbf\xce\xbd\n")
+    assert load_text(tmp_path / "a.txt") == "ν\n"
+
+
+def test_what_cannot_be_read_is_named(tmp_path: Path) -> None:
+    (tmp_path / "latin.txt").write_bytes(b"caf\xe9")
+    for load in (load_text, load_yaml, load_json):
+        with pytest.raises(FileError, match=r"none\.txt: cannot be read: No such file"):
+            load(tmp_path / "none.txt")
+        with pytest.raises(FileError, match="cannot be read: "):
+            load(tmp_path)
+        with pytest.raises(FileError, match=r"latin\.txt: must be UTF-8 text; near byte 3"):
+            load(tmp_path / "latin.txt")
+
+
+@pytest.mark.parametrize(
+    ("wanted", "near"),
+    [
+        ("missoin.csv", "mission.csv"),
+        ("MISSION.CSV", "mission.csv"),
+        ("mission.cvs", "mission.csv"),
+        ("auw.yml", "auv.yaml"),
+        ("auv", "auv.yaml"),
+        ("rnus/day1.csv", "runs/day1.csv"),
+        ("rnus/day2.csv", "runs/day1.csv"),
+        ("a.csv", None),
+        ("none.csv", None),
+        ("mission.yaml", None),
+        ("elsewhere/mission.csv", None),
+        ("mission.csv/a.csv", None),
+    ],
+)
+def test_the_nearest_neighbour_of_what_is_not_there(
+    tmp_path: Path, wanted: str, near: str | None
+) -> None:
+    (tmp_path / "runs").mkdir()
+    for name in ("mission.csv", "auv.yaml", "b.csv", "runs/day1.csv"):
+        (tmp_path / name).touch()
+    assert neighbour(tmp_path / wanted) == (None if near is None else tmp_path / near)
+    assert absent(tmp_path / wanted).endswith(
+        "No such file or directory." if near is None else f"Did you mean '{tmp_path / near}'?"
+    )
+
+
+def test_yaml_and_json_of_a_file(tmp_path: Path) -> None:
+    for name, load in (("a.yaml", load_yaml), ("a.json", load_json)):
+        (tmp_path / name).write_text('{"a": [1, 2.5, null, true, "ν"]}', "utf-8")
+        assert load(tmp_path / name) == {"a": [1, 2.5, None, True, "ν"]}
+
+
+@pytest.mark.parametrize(
+    ("text", "number"),
+    # YAML 1.2.2, section 10.3.2, as Python's float reads them.
+    [(text, float(text)) for text in ("1e-3", "2e5", "-2E5", ".5e3", "1.e3", "+1e+3", "1.5e-3")],
+)
+def test_powers_of_ten_are_numbers(text: str, number: float) -> None:
+    value = parse_yaml(f"a: [{text}]", "mine")
+    assert value == {"a": [number]}
+    assert isinstance(value["a"][0], float)
+
+
+@pytest.mark.parametrize("text", ["1e3x", "e3", "v1e3", "1e", "2022-05-01", "2024-13-45", "'1e3'"])
+def test_what_is_no_number_stays_text(text: str) -> None:
+    assert parse_yaml(text, "mine") == text.strip("'")
+
+
+def test_an_empty_text_holds_nothing() -> None:
+    assert parse_yaml("", "mine") is None
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        ("name: mine\nweight: [1, 2\nbuoyancy: 3\n", 3),
+        ("name: mine\n  wrong: [1,\n", 2),
+        ("a: 'x\n", 2),
+        ("a: 1\nb: *c\n", 2),
+        ("--- 1\n--- 2\n", 2),
+        ("a: 1\n[b]: 2\n", 2),
+        ("a: 1\n\nb: \x07\n", 3),
+        ("\x00", 1),
+        ("a: 1\nb: !!python/object:os.system {}\n", 2),
+        ("a: 1\nb: !!bool maybe\n", 2),
+        ("a: 1\nb: !!float ''\n", 2),
+        ("a: 1\nb: !!timestamp noon\n", 2),
+        ("a: 1\nb: 0b_\n", 2),
+    ],
+)
+def test_unreadable_yaml_tells_its_line(tmp_path: Path, text: str, line: int) -> None:
+    path = tmp_path / "mine.yaml"
+    path.write_text(text, "utf-8")
+    with pytest.raises(FileError, match=rf"mine\.yaml, line {line}: cannot be read as YAML: \S"):
+        load_yaml(path)
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [("a: 1\nb: 2\na: 3\n", 3), ("x:\n  - a: 1\n    'a': 2\n", 3), ("1: a\n1: b\n", 2)],
+)
+def test_a_key_that_comes_twice_is_refused(text: str, line: int) -> None:
+    with pytest.raises(FileError, match=rf"mine, line {line}: .*the key `.` stands in line . alre"):
+        parse_yaml(text, "mine")
+
+
+def test_the_same_key_in_different_mappings_is_none_that_comes_twice() -> None:
+    text = "base: &base {a: 1, b: 2}\none: {<<: *base, a: 3}\ntwo: {<<: *base, b: {b: 4}}\n"
+    assert parse_yaml(text, "mine") == {
+        "base": {"a": 1, "b": 2},
+        "one": {"a": 3, "b": 2},
+        "two": {"a": 1, "b": {"b": 4}},
+    }
+
+
+def test_bad_json_tells_its_line(tmp_path: Path) -> None:
+    path = tmp_path / "a.json"
+    path.write_text('{"format":\n !}', "utf-8")
+    with pytest.raises(FileError, match=r"a\.json, line 2: cannot be read as JSON: .*column 2"):
+        load_json(path)
+
+
+def test_what_is_nested_too_deeply_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "deep").write_text("[" * 200_000, "utf-8")
+    for load in (load_yaml, load_json):
+        with pytest.raises(FileError, match="deep: cannot be read as"):
+            load(tmp_path / "deep")
+
+
+def test_a_drive_that_is_not_there_has_no_neighbour(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Path, "is_dir", lambda _: False)
+    assert neighbour(Path("/gone/log.csv")) is None
+
+
+def test_neighbours_may_be_of_some_suffixes_only(tmp_path: Path) -> None:
+    (tmp_path / "lauvv.csv").touch()
+    assert neighbour(tmp_path / "lauvv") == tmp_path / "lauvv.csv"
+    assert neighbour(tmp_path / "lauvv", (".yaml",)) is None
+
+
+READERS = {
+    "vehicle.yaml": (read_vehicle, "a vehicle", "--vehicle"),
+    "mapping.yaml": (read_mapping, "a mapping of a log", "--mapping"),
+    "models.yaml": (read_models, "a file of models", "--models"),
+    "damping.json": (read_damping, "a damping file", "--damping"),
+}
+
+
+@pytest.fixture
+def files(tmp_path: Path) -> Path:
+    """A folder with one file of every kind."""
+    write_vehicle(fleet["lauv"], tmp_path / "vehicle.yaml")
+    text = yaml.safe_dump({"time": "t", "velocity": {"u": "speed"}, "name": None})
+    (tmp_path / "mapping.yaml").write_text(text.replace("name: null\n", ""), "utf-8")
+    write_model(catalog["fossen"], tmp_path / "models.yaml")
+    write_damping(Damping.from_dict(None, {"Y_v": -20.0}), tmp_path / "damping.json")
+    return tmp_path
+
+
+@pytest.mark.parametrize("given", READERS)
+@pytest.mark.parametrize("wanted", READERS)
+def test_every_reader_says_what_another_file_is(files: Path, given: str, wanted: str) -> None:
+    reader, name, _ = READERS[wanted]
+    _, other, option = READERS[given]
+    if given == wanted:
+        assert reader(files / given)
+        return
+    with pytest.raises(HydrodampError) as caught:
+        reader(files / given)
+    message = str(caught.value)
+    assert f"{given} is {other} (it has " in message
+    assert f"not {name}: give it as `{option}`" in message
+    assert "\n" not in message
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        {"time": [0.0, 0.1], "velocity": [1.0, 1.1], "position": [0.0, 0.1]},
+        {"extends": "mavros", "axes": ["X"]},
+        {"name": "mine", "extends": "linear", "commands": ["rudder"]},
+    ],
+    ids=["a log as JSON", "a misplaced key", "a key of another kind"],
+)
+def test_a_key_or_two_make_no_other_file(content: dict[str, object]) -> None:
+    assert [mistaken(content, "x", wanted) for wanted in KINDS] == [""] * len(KINDS)
+
+
+@pytest.mark.parametrize("given", READERS)
+def test_none_of_them_is_a_log(files: Path, given: str) -> None:
+    _, other, option = READERS[given]
+    with pytest.raises(HydrodampError, match=f"{given} is {other}.*not a log: .*`{option}`"):
+        read(files / given)
+
+
+@pytest.mark.parametrize("text", ["- 1\n- 2\n", "a: 1\n", "a: [\n"])
+@pytest.mark.parametrize("suffix", [".yaml", ".json"])
+def test_what_is_none_of_ours_is_no_log_either(tmp_path: Path, text: str, suffix: str) -> None:
+    (tmp_path / f"a{suffix}").write_text(text, "utf-8")
+    with pytest.raises(HydrodampError, match=f"this is {suffix[1:].upper()}"):
+        read(tmp_path / f"a{suffix}")
+
+
+def test_a_comparison_is_told(tmp_path: Path) -> None:
+    (tmp_path / "c.json").write_text(json.dumps({"rows": [], "units": {}, "provenance": {}}))
+    with pytest.raises(HydrodampError, match=r"result of a comparison.*hydrodamp report"):
+        read_damping(tmp_path / "c.json")
+
+
+def test_keys_are_those_of_the_forms_and_of_one_kind_only() -> None:
+    own = {kind: keys.split() for kind, (_, _, keys) in KINDS.items() if keys}
+    shared = {"name", "source", "note", "extends"}
+    assert set(own["vehicle"]) == set(VehicleEntry.model_fields) - shared
+    assert set(own["mapping"]) == set(MappingForm.model_fields) - shared
+    every = [key for keys in own.values() for key in keys]
+    assert len(every) == len(set(every))
+
+
+@pytest.mark.parametrize("content", [None, [], "text", {}, {"name": "a"}, {1: 2}])
+def test_what_has_no_key_of_ours_is_left_to_its_reader(content: object) -> None:
+    assert mistaken(content, "a.yaml", "vehicle") == ""
