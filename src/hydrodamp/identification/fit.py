@@ -189,6 +189,8 @@ def fitted(
         return empty_fit(problem, model, method.key, Status.FAILED)
     if uncertainty is not None:
         covariance = uncertainty.covariance
+    named = {label for group in aliased for label in group}
+    aliased += tuple(group for group in problem.undetermined(model) if group[0] not in named)
     return Fit(
         damping=Damping(model, coefficients, covariance=covariance, vehicle=stamp(problem.vehicle)),
         method=method.key,

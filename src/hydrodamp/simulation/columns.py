@@ -8,11 +8,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, frozen
+from hydrodamp.basis.atoms import FIRST_CHANNEL
 from hydrodamp.basis.basis import Basis
 from hydrodamp.errors import ModelError
 from hydrodamp.kernels.plant import Plant
 from hydrodamp.models.model import DampingModel
 from hydrodamp.vehicle.vehicle import Vehicle
+
+# A channel that is always zero; no command can have this name.
+_ZERO = ""
 
 
 @dataclass(frozen=True)
@@ -111,7 +115,13 @@ class Columns:
         return rows, axes
 
 
-def columns(vehicle: Vehicle, models: tuple[DampingModel, ...], *, actuators: bool) -> Columns:
+def columns(
+    vehicle: Vehicle,
+    models: tuple[DampingModel, ...],
+    *,
+    actuators: bool,
+    propulsion_known: bool = True,
+) -> Columns:
     """Write equation 1 of a vehicle and some models as one table.
 
     Parameters
@@ -122,6 +132,8 @@ def columns(vehicle: Vehicle, models: tuple[DampingModel, ...], *, actuators: bo
         Give the unknown ones, restricted to the free axes.
     actuators : bool
         False where the log has the wrench of the actuators itself.
+    propulsion_known : bool
+        False makes the columns of terms with (eta-1) zero at every sample.
 
     Returns
     -------
@@ -133,8 +145,11 @@ def columns(vehicle: Vehicle, models: tuple[DampingModel, ...], *, actuators: bo
         basis = basis | model.restricted_to(vehicle.axes).basis
     known = (vehicle if actuators else replace(vehicle, actuators=())).known_columns()
     names = {name for term in (*known.terms, *basis) for name in term.commands}
-    channels = tuple(sorted(names))
-    table = np.vstack([Basis(known.terms).table(channels), basis.table(channels)])
+    idle = [term.needs_propulsion and not propulsion_known for term in basis]
+    channels = (*sorted(names), *((_ZERO,) if any(idle) else ()))
+    unknown = basis.table(channels).copy()
+    unknown[idle] = [FIRST_CHANNEL + len(channels) - 1, 0, 0, 0]
+    table = np.vstack([Basis(known.terms).table(channels), unknown])
     return Columns(
         vehicle=vehicle,
         basis=basis,
@@ -153,7 +168,7 @@ def columns(vehicle: Vehicle, models: tuple[DampingModel, ...], *, actuators: bo
 def held_channels(table: Columns, commands: Mapping[str, FloatArray], n: int) -> FloatArray:
     """Return the channels of a table, sample by sample."""
     made = table.vehicle.channels(commands) if table.actuators else {}
-    found = {**commands, **made}
+    found = {**commands, **made, _ZERO: np.zeros(n)}
     channels = np.empty((n, len(table.channels)))
     for place, name in enumerate(table.channels):
         channels[:, place] = found[name]

@@ -108,9 +108,6 @@ class Problem:
     def matrix(self, damping: Damping) -> FloatArray:
         """Return all coefficients of equation 1, known and identified, as one table.
 
-        Where the propulsion ratio is unknown it is one, whatever the speed of a
-        replay, so the coefficients of terms with (eta-1) are zero here.
-
         Parameters
         ----------
         damping : Damping
@@ -124,11 +121,16 @@ class Problem:
         free = damping.model.restricted_to(self.vehicle.axes)
         values = damping.as_dict()
         coefficients = np.array([values[label] for label in free.labels])
-        table = self.columns.with_unknown(self.columns.entries(free), coefficients)
-        if not self.propulsion_known:
-            idle = [term.needs_propulsion for term in self.columns.basis]
-            table[self.columns.n_known :][idle] = 0.0
-        return table
+        return self.columns.with_unknown(self.columns.entries(free), coefficients)
+
+    def undetermined(self, model: DampingModel) -> tuple[tuple[str], ...]:
+        """Return the labels with (eta-1) where the ratio is unknown, each a group of its own."""
+        terms = (term for row in model.terms for term in row)
+        return tuple(
+            (label,)
+            for label, term in zip(model.labels, terms, strict=True)
+            if term.needs_propulsion and not self.propulsion_known
+        )
 
     def __str__(self) -> str:
         """Return one line."""
@@ -164,12 +166,13 @@ def prepare(vehicle: Vehicle, log: Log, models: Iterable[DampingModel] | Damping
     asked = (models,) if isinstance(models, DampingModel) else tuple(models)
     free = tuple(model.restricted_to(vehicle.axes) for model in asked)
     check_log(vehicle, log, free)
-    table = columns(vehicle, free, actuators=bool(vehicle.actuators) and log.wrench is None)
     commands = {name: log.command(name) for name in log.command_names}
     wrench = np.zeros((log.n, 6)) if log.wrench is None else log.wrench * vehicle.free
     velocity = log.velocity * vehicle.free
     held = vehicle.propulsion_speed(commands)
     known = log.propulsion_ratio is not None or held is not None
+    actuators = bool(vehicle.actuators) and log.wrench is None
+    table = columns(vehicle, free, actuators=actuators, propulsion_known=known)
     if not known and any(term.needs_propulsion for term in table.basis):
         _warn_of_unknown_ratio()
     inputs = Inputs(
@@ -193,7 +196,7 @@ def prepare(vehicle: Vehicle, log: Log, models: Iterable[DampingModel] | Damping
 def _warn_of_unknown_ratio() -> None:
     warnings.warn(
         "the log has no `eta` and the vehicle no propeller with a speed: the propulsion ratio is "
-        "taken as one, so terms with (eta-1) vanish",
+        "taken as one, so coefficients of terms with (eta-1) cannot be identified and are zero",
         PropulsionWarning,
         stacklevel=3,
     )

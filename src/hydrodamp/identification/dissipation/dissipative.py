@@ -120,11 +120,13 @@ class Dissipative:
         axes = [solve_axis(triangle, terms, axis) for axis, terms in enumerate(free.terms)]
         weights = inverse_variances(triangle, axes)
         found = dissipative_solution(triangle, weights, wanted)
+        columns = [triangle.basis.index(term) for terms in free.terms for term in terms]
+        seen = np.any(triangle.r[:, columns], axis=0)
         return fitted(
             problem,
             free,
             self,
-            found.coefficients,
+            np.where(seen, found.coefficients, 0.0),  # the solver leaves some 1e-16
             rank=sum(axis.rank for axis in axes),
             aliased=_aliased(axes),
             n_samples=triangle.n_samples,

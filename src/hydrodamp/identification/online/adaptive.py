@@ -185,6 +185,7 @@ class AdaptiveIdentifier:
             damping=Damping(bound.model, coefficients, vehicle=stamp(problem.vehicle)),
             method=self.key,
             status=status,
+            aliased=problem.undetermined(bound.model),
             n_samples=problem.n_samples,
             provenance=provenance(problem, self),
         )

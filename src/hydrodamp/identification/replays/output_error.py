@@ -138,7 +138,8 @@ def _told(
     problem: Problem, model: DampingModel, method: OutputError, climbed: Climb, starts: list[Fit]
 ) -> Fit:
     """Put the end of a search into words."""
-    span = spanned(climbed.slopes(), model.labels)
+    slopes = climbed.slopes()
+    span = spanned(slopes, model.labels)
     remarks = (
         f"The search started from {' and '.join(fit.method for fit in starts)}; {climbed.words}",
     )
@@ -147,7 +148,7 @@ def _told(
         problem,
         model,
         method,
-        climbed.coefficients,
+        np.where(np.any(slopes, axis=0), climbed.coefficients, 0.0),  # not the solver's 1e-17
         uncertainty=_uncertainty(climbed, method.parts),
         rank=span.rank,
         aliased=span.aliased,
