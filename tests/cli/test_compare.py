@@ -104,3 +104,16 @@ def test_data_in_both_parts_is_warned_of(folder: Path, call: Call) -> None:
     )
     assert done.exit_code == 0
     assert "warning: training and test data share 10:20" in done.stderr
+
+
+def test_a_fit_that_is_refused_is_a_row_that_says_why(folder: Path, call: Call) -> None:
+    done = call(
+        "compare a.csv --vehicle planar.yaml --train 0:5 --test 20:40 --out out "
+        "--models mcfarland-whitcomb,fossen --methods ridge,weak"
+    )
+    assert done.exit_code == 0, done.output
+    assert "refused" in done.stdout
+    assert "mcfarland-whitcomb by ridge: " in " ".join(done.stdout.split())
+    rows = read_comparison(folder / "out").rows
+    assert [row.status.word for row in rows[:2]] == ["refused", "refused"]
+    assert len(rows) == 4

@@ -109,7 +109,7 @@ def deliver(fit: Fit, beside: Beside | None, json: bool, trust: Trust) -> None:
         for part in trust.words:
             results().print(f"\n{part}", markup=False, highlight=False)
     if not fit.status.usable:
-        fail(fit.status.value, WORK_FAILED)
+        fail(" ".join((fit.status.value, *fit.remarks)), WORK_FAILED)
     if beside is not None:
         instead = ", in place of an earlier one" if beside.damping.exists() else ""
         for path in beside.earlier():

@@ -9,6 +9,7 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.data.log import Log
+from hydrodamp.errors import MethodError
 from hydrodamp.identification.uncertainty.intervals import Uncertainty
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
@@ -215,11 +216,32 @@ def trusted(fit: Fit, uncertainty: Uncertainty | None) -> Fit:
     )
 
 
-def empty_fit(problem: Problem, model: DampingModel, method: str, status: Status) -> Fit:
+def empty_fit(
+    problem: Problem,
+    model: DampingModel,
+    method: str,
+    status: Status,
+    remarks: tuple[str, ...] = (),
+) -> Fit:
     """Return a fit with all coefficients zero and a status that says why."""
     return Fit(
         damping=Damping(model, np.zeros(model.n_coefficients), vehicle=stamp(problem.vehicle)),
         method=method,
         status=status,
         n_samples=problem.n_samples,
+        remarks=remarks,
     )
+
+
+# What a method raises where a log and a model do not suit it. A problem that was prepared for
+# other terms, or a fault of the program, is none of these and ends the work.
+REFUSALS = (MethodError, np.linalg.LinAlgError, ArithmeticError)
+
+
+def attempted(method: Method, problem: Problem, model: DampingModel) -> Fit:
+    """Return a method's fit; where it raises, a fit whose status and remark say so."""
+    try:
+        return method.identify(problem, model)
+    except REFUSALS as error:
+        free = model.restricted_to(problem.vehicle.axes)
+        return empty_fit(problem, free, method.key, Status.REFUSED, (str(error),))

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from typing import Protocol, runtime_checkable
 
 from hydrodamp.errors import MethodError, did_you_mean
 from hydrodamp.identification.dissipation.dissipative import Dissipative
-from hydrodamp.identification.fit import Fit, Method
+from hydrodamp.identification.fit import REFUSALS, Fit, Method, attempted
 from hydrodamp.identification.online.adaptive import AdaptiveIdentifier
 from hydrodamp.identification.online.gains import ByNoise, ByTerm
 from hydrodamp.identification.online.recursive import RecursiveLeastSquares
@@ -89,7 +90,8 @@ def identify_all(
     """Identify several models by one method, on all cores.
 
     A method that shares work between models does it once, such as the triangle of least
-    squares.
+    squares. Where a method cannot identify one of the models from this log, that fit has the
+    status ``REFUSED`` and the reason among its remarks; the others are not lost with it.
 
     Parameters
     ----------
@@ -109,10 +111,11 @@ def identify_all(
         In the order of the models.
     """
     asked = tuple(models)
-    if not isinstance(method, Shared):
-        return each(method.identify, [(problem, model) for model in asked], done)
-    fits = method.identify_all(problem, asked)
-    for fit in fits:
-        if done is not None:
-            done(fit)
-    return fits
+    if isinstance(method, Shared):
+        with suppress(*REFUSALS):  # then one by one, to find which
+            fits = method.identify_all(problem, asked)
+            for fit in fits:
+                if done is not None:
+                    done(fit)
+            return fits
+    return each(attempted, [(method, problem, model) for model in asked], done)

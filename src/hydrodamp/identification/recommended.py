@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 from hydrodamp.identification.dissipation.dissipative import Dissipative
-from hydrodamp.identification.fit import Fit, Method
+from hydrodamp.identification.fit import Fit, Method, attempted
 from hydrodamp.identification.regression.ridge import Ridge
 from hydrodamp.identification.regression.weak import WeakForm
 from hydrodamp.identification.replays.output_error import OutputError
@@ -18,10 +18,10 @@ class Recommended:
     """Output error from the best of several starts.
 
     The weak form is best where a model is small, ridge where columns are alike, and
-    the dissipative solution where the others run away. Which start serves, the replay
-    of the log decides. Output error then fits the replay itself; the place it returns
-    does not run away when driven a little softer than the log, if there is
-    such a place on its way.
+    the dissipative solution where the others run away. A start that this log does not allow
+    is left out; which of the others serves, the replay of the log decides. Output error then
+    fits the replay itself; the place it returns does not run away when driven a little softer
+    than the log, if there is such a place on its way.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ class Recommended:
             ``STOPPED`` where the search ended before it came to rest; the remarks say
             what it started from.
         """
-        starts = [start.identify(problem, model) for start in self.starts]
+        starts = [attempted(start, problem, model) for start in self.starts]
         fit = self.search.refined(problem, *starts)
         provenance = {**fit.provenance, "settings": repr(self)}
         return replace(fit, method=self.key, provenance=provenance)

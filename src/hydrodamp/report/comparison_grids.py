@@ -23,6 +23,7 @@ _PRINTED = {"ls": "paper LS", "ai": "paper AI"}
 _INSTEAD = {
     Status.DIVERGED: "diverged",
     Status.TOO_FEW_SAMPLES: "too few",
+    Status.REFUSED: "refused",
     Status.FAILED: "failed",
 }
 

@@ -20,6 +20,7 @@ def remarks(comparison: Comparison) -> tuple[str, ...]:
         *_likeness(comparison),
         *_diverged(comparison),
         *_outcomes(comparison),
+        *_refused(comparison),
         f"Open-loop replay, eq. 24; lower is better. Attitude {comparison.attitude}.",
     )
 
@@ -79,6 +80,12 @@ def _outcomes(comparison: Comparison) -> Iterator[str]:
         if rows:
             mark = "~ " if status is Status.NOT_SETTLED else ""
             yield f"{mark}{status.value} {_named(comparison, rows)}"
+
+
+def _refused(comparison: Comparison) -> Iterator[str]:
+    for row in comparison.rows:
+        if row.status is Status.REFUSED:
+            yield f"{row.model} by {row.method}: {' '.join(row.fit.remarks)}"
 
 
 def _named(comparison: Comparison, rows: list[Row]) -> str:

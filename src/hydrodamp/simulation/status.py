@@ -40,6 +40,10 @@ class Status(Enum):
         "by prior: the data cannot tell some coefficients apart; there the prior decides and "
         "`aliased` names them."
     )
+    REFUSED = (
+        "refused: the method cannot identify this model from this log; the remarks say why, and "
+        "nothing was identified."
+    )
     FAILED = "failed: the estimate is not finite; look for absurd numbers in the log."
     DIVERGED = "diverged: the open-loop replay left every bound; there is no RMS error."
 
@@ -54,6 +58,7 @@ class Status(Enum):
         return self not in (
             Status.EMPTY,
             Status.TOO_FEW_SAMPLES,
+            Status.REFUSED,
             Status.FAILED,
             Status.DIVERGED,
         )

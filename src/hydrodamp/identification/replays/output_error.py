@@ -115,7 +115,7 @@ class OutputError:
         model = starts[0].model
         usable = [fit for fit in starts if fit.status.usable]
         if not usable:
-            return empty_fit(problem, model, self.key, starts[0].status)
+            return empty_fit(problem, model, self.key, starts[0].status, starts[0].remarks)
         climbed = climb(
             problem,
             model,

@@ -1,0 +1,58 @@
+"""Methods by key, and several models at once: one that is refused does not end the others."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import hydrodamp as hd
+
+LARGE, SMALL = hd.catalog["mcfarland-whitcomb"], hd.catalog["fossen"]
+
+
+@pytest.fixture(scope="module")
+def short():
+    """A single run of 20 s: ridge has too few rows to cross-validate the largest model."""
+    campaign = hd.reenact(seed=0, duration=20.0)
+    run = campaign.train.select(campaign.train.segments[0].name)
+    return hd.prepare(campaign.vehicle, run, [LARGE, SMALL])
+
+
+def test_a_fit_that_raises_is_a_status_and_the_other_models_stay(short):
+    told = []
+    fits = hd.identify_all(short, (LARGE, SMALL), hd.Ridge(), told.append)
+    refused, usable = fits
+    assert refused.status is hd.Status.REFUSED
+    assert "rows to learn from where axis X" in refused.remarks[0]
+    assert (refused.model.key, refused.method) == (LARGE.key, "ridge")
+    assert not refused.damping.coefficients.any()
+    assert usable.status.usable
+    assert set(map(id, told)) == set(map(id, fits))
+    table = hd.compare(fits, short.vehicle, short.log)
+    assert table.rows[0].status is hd.Status.REFUSED
+    assert table.row(LARGE.key, "ridge").rms is None
+
+
+def test_recommended_goes_on_without_the_start_it_cannot_have(short):
+    search = hd.OutputError(windows=(2.0,), rounds=1, parts=0)
+    (fit,) = hd.identify_all(short, [LARGE], hd.Recommended(search=search))
+    assert np.isfinite(fit.damping.coefficients).all()
+    assert fit.damping.coefficients.any()
+    assert "started from weak and dissipative" in fit.remarks[0]
+
+
+def test_recommended_says_why_where_no_start_can_be_had(short):
+    method = hd.Recommended(starts=(hd.Ridge(),))
+    (fit,) = hd.identify_all(short, [LARGE], method)
+    assert fit.status is hd.Status.REFUSED
+    assert fit.method == "recommended"
+    assert "rows to learn from" in fit.remarks[0]
+
+
+def test_an_error_of_the_call_stays_an_error(short):
+    narrow = hd.prepare(short.vehicle, short.log, SMALL)
+    for method in (hd.Ridge(), hd.AdaptiveIdentifier()):
+        with pytest.raises(hd.ModelError, match="not prepared for"):
+            hd.identify_all(narrow, [SMALL, LARGE], method)
+    with pytest.raises(hd.MethodError, match="unknown method 'rigde'"):
+        hd.find_method("rigde")
