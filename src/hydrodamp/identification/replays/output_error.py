@@ -138,8 +138,8 @@ def _told(
     problem: Problem, model: DampingModel, method: OutputError, climbed: Climb, starts: list[Fit]
 ) -> Fit:
     """Put the end of a search into words."""
-    slopes = climbed.slopes()
-    span = spanned(slopes, model.labels)
+    span = spanned(climbed.slopes(), model.labels)
+    idle = {label for group in problem.undetermined(model) for label in group}
     remarks = (
         f"The search started from {' and '.join(fit.method for fit in starts)}; {climbed.words}",
     )
@@ -148,7 +148,8 @@ def _told(
         problem,
         model,
         method,
-        np.where(np.any(slopes, axis=0), climbed.coefficients, 0.0),  # not the solver's 1e-17
+        # exactly zero, not the solver's 1e-17
+        np.where([label in idle for label in model.labels], 0.0, climbed.coefficients),
         uncertainty=_uncertainty(climbed, method.parts),
         rank=span.rank,
         aliased=span.aliased,
