@@ -32,7 +32,7 @@ from rich.table import Table
 import hydrodamp as hd
 from hydrodamp.files import save_json, save_text
 
-METHODS = "ls,ls-sg,ai,ai-scaled,weak,gls,ridge,dissipative,rls,oe,recommended"
+METHODS = "ls,ai,ai-scaled,weak,ridge,dissipative,rls,oe,recommended"
 BLUEROV2 = Path(__file__).parents[1] / "examples" / "bluerov2"
 TRAIN, TEST = ("run_11_40_38", "run_11_57_50"), ("run_11_10_52", "run_11_46_03")
 

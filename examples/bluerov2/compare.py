@@ -36,7 +36,8 @@ def fits(models: tuple[hd.DampingModel, ...], vehicle: hd.Vehicle, train: hd.Log
     feedback = tuple(BANDWIDTH * np.diag(vehicle.mass_matrix))
     tuned = hd.AdaptiveIdentifier(a=feedback, gamma=hd.ByTerm(SETTLING), passes=PASSES)
     ways = (
-        *((key, hd.find_method(key)) for key in ("ls", "ls-sg", "ai", "ai-scaled")),
+        *((key, hd.find_method(key)) for key in ("ls", "ai", "ai-scaled")),
+        ("ls-smoothed", hd.LeastSquares(hd.SavitzkyGolay())),
         ("ai-tuned", tuned),
     )
     return [

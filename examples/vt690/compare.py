@@ -21,7 +21,7 @@ from turns import turns, with_speed
 HERE = Path(__file__).parent
 SOURCE = "github.com/ECE-MDE/AUV-Fault-Detection, commit 6e89c60, no licence stated"
 AXES = {"yaw": ("N",), "steering": ("Y", "N")}
-METHODS = "ls-sg,weak,oe,recommended"
+METHODS = "weak,oe,recommended"
 CHOSEN = ("steering", "oe")
 
 

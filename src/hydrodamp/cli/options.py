@@ -10,7 +10,7 @@ import typer
 from hydrodamp.cli.guard import WRONG_INPUT
 from hydrodamp.cli.output import fail
 
-METHODS = "recommended, ls, ls-sg, ls-cv, weak, gls, ridge, dissipative, oe, ai, ai-scaled, rls"
+METHODS = "recommended, ls, weak, ridge, dissipative, oe, ai, ai-scaled, rls"
 """All methods, for help; those of ``identification.methods``."""
 
 FLEET = "vt690, remus100, lauv, bluerov2, bluerov2-heavy"

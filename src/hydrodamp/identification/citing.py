@@ -15,15 +15,6 @@ _WEAK = """@article{messenger-bortz-2021,
   doi     = {10.1137/20M1343166}
 }"""
 
-_GENERALISED = """@article{zellner-1962,
-  author  = {Zellner, Arnold},
-  title   = {An Efficient Method of Estimating Seemingly Unrelated Regressions and Tests for
-             Aggregation Bias},
-  journal = {Journal of the American Statistical Association},
-  year    = {1962},
-  doi     = {10.1080/01621459.1962.10480664}
-}"""
-
 _RIDGE = """@article{hoerl-kennard-1970,
   author  = {Hoerl, Arthur E. and Kennard, Robert W.},
   title   = {Ridge Regression: Biased Estimation for Nonorthogonal Problems},
@@ -33,9 +24,8 @@ _RIDGE = """@article{hoerl-kennard-1970,
 }"""
 
 _METHODS = {
-    **dict.fromkeys(("ls", "ls-sg", "ls-cv", "ai", "ai-scaled"), (BIBTEX,)),
+    **dict.fromkeys(("ls", "ai", "ai-scaled"), (BIBTEX,)),
     "weak": (_WEAK,),
-    "gls": (_GENERALISED,),
     "ridge": (_RIDGE,),
     "dissipative": (_WEAK,),
     "recommended": (_WEAK, _RIDGE),

@@ -13,13 +13,10 @@ from hydrodamp.identification.online.adaptive import AdaptiveIdentifier
 from hydrodamp.identification.online.gains import ByNoise, ByTerm
 from hydrodamp.identification.online.recursive import RecursiveLeastSquares
 from hydrodamp.identification.recommended import Recommended
-from hydrodamp.identification.regression.generalised import GeneralisedLeastSquares
 from hydrodamp.identification.regression.least_squares import LeastSquares
 from hydrodamp.identification.regression.ridge import Ridge
 from hydrodamp.identification.regression.weak import WeakForm
 from hydrodamp.identification.replays.output_error import OutputError
-from hydrodamp.identification.rows.chosen_slopes import ChosenSlopes
-from hydrodamp.identification.rows.derivative import SavitzkyGolay
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.parallel import each
 from hydrodamp.simulation.problem import Problem
@@ -27,10 +24,7 @@ from hydrodamp.simulation.problem import Problem
 METHODS: dict[str, Method] = {
     "recommended": Recommended(),
     "ls": LeastSquares(),
-    "ls-sg": LeastSquares(SavitzkyGolay()),
-    "ls-cv": LeastSquares(ChosenSlopes()),
     "weak": WeakForm(),
-    "gls": GeneralisedLeastSquares(),
     "ridge": Ridge(),
     "dissipative": Dissipative(),
     "oe": OutputError(),
@@ -39,8 +33,7 @@ METHODS: dict[str, Method] = {
     "rls": RecursiveLeastSquares(),
 }
 """``recommended`` is what a user gets who names none; ``ls`` and ``ai`` are the paper's.
-``ls-sg`` takes smoothed slopes in place of finite differences, ``ai-scaled`` is ``ai`` with
-gains by axis and term and thirty passes."""
+``ai-scaled`` is ``ai`` with gains by axis and term and thirty passes."""
 
 
 @runtime_checkable

@@ -28,7 +28,7 @@ TABLE_I = {
 }
 """Root mean square velocity error values for different models."""
 
-PRINTED_COLUMN = {"ls": "ls", "ls-sg": "ls", "ai": "ai", "ai-scaled": "ai"}
+PRINTED_COLUMN = {"ls": "ls", "ai": "ai", "ai-scaled": "ai"}
 """Which printed column a method stands beside."""
 
 

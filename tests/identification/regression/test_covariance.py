@@ -17,14 +17,11 @@ from hydrodamp.identification.regression.covariance import (
     reference_rows,
     rows_covariance,
 )
-from hydrodamp.identification.regression.generalised import GeneralisedLeastSquares
 from hydrodamp.identification.regression.influence import (
     least_squares_influence,
     ridge_influence,
-    weighted_influence,
 )
 from hydrodamp.identification.regression.ridge import solve_ridge
-from hydrodamp.identification.regression.weighting import given_whitening
 from hydrodamp.identification.rows.equations import Differenced, Rows
 from hydrodamp.identification.rows.rank import solve_axis
 from hydrodamp.identification.uncertainty.intervals import Uncertainty
@@ -72,22 +69,6 @@ def test_influence_is_ridge():
         for axis, terms in enumerate(MODEL.terms)
     ]
     np.testing.assert_allclose(found, np.concatenate(wanted), rtol=1e-9)
-
-
-def test_influence_is_weighted_least_squares(vehicle, exact_log, true_damping):
-    model = hd.DampingModel.from_table({"X": "u", "Y": "v r", "N": "r v|v|"}, key="mine")
-    problem = hd.prepare(vehicle, exact_log(true_damping(model)), model)
-    exact = Differenced().rows(problem)
-    noise = np.random.default_rng(4).normal(size=exact.target.shape)
-    rows = replace(exact, target=exact.target + noise)
-    weighting = np.diag([1.0, 2.0, 1.0, 1.0, 1.0, 3.0])
-    weighting[1, 5] = weighting[5, 1] = 1.5
-    method = GeneralisedLeastSquares(weighting=weighting)
-    wanted = method.solve(rows.triangle(), problem, model).damping.coefficients
-    white = given_whitening(weighting, (0, 1, 5)).matrix
-    influence = weighted_influence(rows, model, white)
-    np.testing.assert_allclose(influence.coefficients(rows.target), wanted, rtol=1e-8)
-    assert rows_covariance(rows, influence, model).covariance.shape == (5, 5)
 
 
 def test_scores_add_up_to_the_change_of_the_estimate():

@@ -84,7 +84,7 @@ def test_axes_without_coefficients_have_no_panel():
     assert len(coefficients_figure([fit]).axes) == 3
     four = hd.catalog["linear"].restricted_to(("X", "Y", "Z", "N"))
     fit = hd.Fit(hd.Damping(four, np.ones(16)), "ls", hd.Status.OK)
-    many = [replace(fit, method=key) for key in ("ls", "weak", "oe", "gls", "ai", "ridge")]
+    many = [replace(fit, method=key) for key in ("ls", "weak", "oe", "rls", "ai", "ridge")]
     assert len(coefficients_figure(many).axes) == 4
 
 

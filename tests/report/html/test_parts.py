@@ -115,7 +115,7 @@ def test_rows_alike_stand_in_the_middle_and_one_alone_has_no_chart(comparison):
 
 
 def test_methods_of_the_command_line_have_markers_of_their_own():
-    methods = ("ls", "ai", "ai-scaled", "oe", "weak", "gls", "ridge", "recommended", "rls")
+    methods = ("ls", "ai", "ai-scaled", "oe", "weak", "ridge", "recommended", "rls")
     shapes = {marker(mark_of(method), 0.0, 0.0) for method in methods}
     assert len(shapes) == len(methods)
 

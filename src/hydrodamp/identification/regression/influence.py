@@ -6,10 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import block_diag, solve_triangular
+from scipy.linalg import block_diag
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.identification.regression.coupled import stacked
 from hydrodamp.identification.regression.shrinkage import column_size, shrunk
 from hydrodamp.identification.rows.equations import Rows
 from hydrodamp.identification.rows.rank import Span, spanned
@@ -65,19 +64,6 @@ def ridge_influence(rows: Rows, model: DampingModel, strength: FloatArray) -> In
     return _alone(axes, spans, shares)
 
 
-def weighted_influence(rows: Rows, model: DampingModel, whitening: FloatArray) -> Influence:
-    """Return the influence of rows on least squares weighted across axes."""
-    axes, spans = _spans(rows, model)
-    common = spanned(np.hstack([span.directions for span in spans]), range(_ranks(spans)))
-    unit = common.directions
-    design = stacked(whitening, [unit.T @ span.directions for span in spans])
-    q, r = np.linalg.qr(design)
-    inverse = solve_triangular(r, q.T).reshape(design.shape[1], len(axes), common.rank)
-    back = _back(spans)
-    weighted = np.einsum("iah,ab->bih", inverse, whitening)
-    return Influence(axes, (unit,) * len(axes), tuple(back @ part for part in weighted))
-
-
 def directions(rows: Rows, model: DampingModel, axes: Sequence[int]) -> tuple[FloatArray, ...]:
     """Return what the columns of a model span on some axes."""
     return tuple(_span(rows, model, axis).directions for axis in axes)
@@ -110,7 +96,3 @@ def _back(spans: list[Span[int]]) -> FloatArray:
     """Return the coefficients of each direction, shape (n_coefficients, sum of ranks)."""
     made: FloatArray = block_diag(*[span.coefficients for span in spans])
     return made
-
-
-def _ranks(spans: list[Span[int]]) -> int:
-    return sum(span.rank for span in spans)

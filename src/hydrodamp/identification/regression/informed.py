@@ -15,7 +15,6 @@ from hydrodamp.identification.fit import Fit, fitted
 from hydrodamp.identification.refusal import refused
 from hydrodamp.identification.regression.prior import Belief, Prior
 from hydrodamp.identification.regression.shrinkage import column_size
-from hydrodamp.identification.regression.weighting import whitening
 from hydrodamp.identification.rows.equations import Equations
 from hydrodamp.identification.rows.rank import Span, group_labels, spanned
 from hydrodamp.identification.rows.triangle import Triangle
@@ -30,6 +29,9 @@ _FAR = 2.0
 
 _UNTOUCHED = 0.9
 """Share of its prior standard deviation that a coefficient keeps where data say little."""
+
+# Residuals below this share of the target are rounding, not noise.
+_ROUNDING = 1e-9
 
 _NAMED = 8
 """Labels named in a remark."""
@@ -191,10 +193,9 @@ def _seen(
     target = triangle.r[:, len(triangle.basis) + axis]
     span = spanned(design, [str(term) for term in model.terms[axis]])
     amounts = span.directions.T @ target
-    left_over = (target - span.directions @ amounts)[:, None]
-    freedom = np.array([max(triangle.n_samples - span.rank, 1.0)])
-    weight = whitening(left_over, freedom, np.array([np.linalg.norm(target)])).matrix
-    scale = abs(float(weight[0, 0]))
+    left_over = float(np.linalg.norm(target - span.directions @ amounts))
+    size = max(left_over, _ROUNDING * float(np.linalg.norm(target))) or 1.0
+    scale = np.sqrt(max(triangle.n_samples - span.rank, 1.0)) / size
     return scale * (span.directions.T @ design), scale * amounts, span
 
 

@@ -11,8 +11,7 @@ from scipy.linalg import block_diag
 from hydrodamp.identification.fit import Fit, Method, fitted, trusted
 from hydrodamp.identification.refusal import refused
 from hydrodamp.identification.regression.covariance import noise_uncertainty
-from hydrodamp.identification.rows.chosen_slopes import ChosenSlopes, said
-from hydrodamp.identification.rows.derivative import Derivative, SavitzkyGolay
+from hydrodamp.identification.rows.derivative import Derivative
 from hydrodamp.identification.rows.equations import Differenced
 from hydrodamp.identification.rows.rank import AxisSolution, group_labels, solve_axis
 from hydrodamp.identification.rows.triangle import Triangle, accumulate
@@ -38,13 +37,12 @@ class LeastSquares:
     derivative : Derivative, optional
         Where the acceleration comes from: the recorded one where the log has
         it, else finite differences as in the paper. ``SavitzkyGolay()`` is the
-        better choice on noisy velocities, ``ChosenSlopes()`` chooses its windows
-        itself and tells what noise and bias are left.
+        better choice on noisy velocities.
 
     Examples
     --------
-    >>> LeastSquares().key, LeastSquares(SavitzkyGolay()).key
-    ('ls', 'ls-sg')
+    >>> LeastSquares().key
+    'ls'
     """
 
     derivative: Derivative | None = None
@@ -52,9 +50,7 @@ class LeastSquares:
     @property
     def key(self) -> str:
         """The key on the command line."""
-        if isinstance(self.derivative, ChosenSlopes):
-            return "ls-cv"
-        return "ls-sg" if isinstance(self.derivative, SavitzkyGolay) else "ls"
+        return "ls"
 
     def identify(self, problem: Problem, model: DampingModel) -> Fit:
         """Identify one model.
@@ -123,12 +119,7 @@ class LeastSquares:
         if refusal is not None:
             return refusal
         solutions = [solve_axis(triangle, terms, axis) for axis, terms in enumerate(free.terms)]
-        return assembled(problem, free, self, solutions, triangle.n_samples, self._remarks(problem))
-
-    def _remarks(self, problem: Problem) -> tuple[str, ...]:
-        if not isinstance(self.derivative, ChosenSlopes):
-            return ()
-        return (said(self.derivative.budget(problem)),)
+        return assembled(problem, free, self, solutions, triangle.n_samples)
 
 
 def assembled(

@@ -33,11 +33,8 @@ _METHODS = {
     "ai-scaled": ("#CC79A7", "v"),
     "oe": ("#009E73", "D"),
     "weak": ("#56B4E9", "P"),
-    "gls": ("#332288", "X"),
     "ridge": ("#999933", "<"),
     "dissipative": ("#882255", ">"),
-    "ls-sg": ("#44AA99", "h"),
-    "ls-cv": ("#6A8FC5", "H"),
     "rls": ("#8C510A", "8"),
 }
 """Colour and marker of each method of the command line."""
