@@ -1,10 +1,17 @@
 # One word each; CI calls the same commands.
-.PHONY: check format lint types test bench build docs
+.PHONY: check core format lint types test bench build wheels docs
 
 check: lint types test
 
-build:            ## compile the C core in place, for work on the sources
+build:            ## everything for work on the sources
 	pip install -e ".[dev]"
+
+core:             ## compile the C core in place, where a source is newer
+	python hatch_build.py
+
+wheels:           ## for all platforms, with zig, into dist/
+	pip install --quiet hatchling ziglang
+	python hatch_build.py wheels
 
 format:
 	ruff format .

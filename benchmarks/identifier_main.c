@@ -4,7 +4,7 @@
  * doubles: mass by columns, a, gamma, start, time, velocity, down, wrench, propulsion.
  * Printed: the median CPU time [s] of some runs, and the last velocity error.
  */
-#include "hydrodamp.h"
+#include "batch.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -9,9 +9,8 @@ from importlib import import_module
 import pytest
 
 import hydrodamp
-from hydrodamp.kernels import COMPILED
 
-NO_EXAMPLES = ("__main__", "._core") if COMPILED else ("__main__", "._core", ".compiled")
+NO_EXAMPLES = ("__main__", "._core")
 MODULES = sorted(
     info.name
     for info in pkgutil.walk_packages(hydrodamp.__path__, "hydrodamp.")

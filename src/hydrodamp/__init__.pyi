@@ -36,7 +36,6 @@ from .data.log import Log as Log, Segment as Segment, concatenate as concatenate
 from .data.recording import Recording as Recording, Topic as Topic
 from .errors import (
     ClockWarning as ClockWarning,
-    FallbackWarning as FallbackWarning,
     FileError as FileError,
     ForeignVehicleWarning as ForeignVehicleWarning,
     GapWarning as GapWarning,

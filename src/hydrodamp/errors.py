@@ -60,10 +60,6 @@ class ClockWarning(HydrodampWarning):
     """A recorded clock repeats, runs backwards or leaps; the report says what was done."""
 
 
-class FallbackWarning(HydrodampWarning):
-    """The compiled core is missing; the NumPy reference takes over."""
-
-
 class ForeignVehicleWarning(HydrodampWarning):
     """Damping coefficients are used with a vehicle they do not belong to."""
 

@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 from typer.testing import Result
 
-from hydrodamp import kernels
 from hydrodamp.simulation.campaign import reenact as campaign
 
 Call = Callable[..., Result]
@@ -38,17 +37,6 @@ def test_json_says_which_truth(call: Call) -> None:
     assert len(document["rows"]) == 32
     assert document["provenance"]["truth"] == "sname"
     assert document["provenance"]["seed"] == "0"
-
-
-@pytest.mark.usefixtures("short")
-def test_says_that_numpy_takes_hours(
-    call: Call, monkeypatch: pytest.MonkeyPatch, folder: Path
-) -> None:
-    monkeypatch.setattr(kernels, "COMPILED", False)
-    done = call("demo --truth snaem")
-    assert done.exit_code == 2
-    assert "may take hours" in done.stderr
-    assert "Did you mean 'sname'?" in done.stderr
 
 
 def test_the_folder_is_checked_before_work_starts(folder: Path, call: Call) -> None:

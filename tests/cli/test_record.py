@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from hydrodamp import kernels
 from hydrodamp.cli.guard import warned, warnings_as_notes
 from hydrodamp.cli.record import record
 from hydrodamp.errors import GapWarning
@@ -32,15 +31,5 @@ def test_a_run_says_what_it_read_and_was_warned_of(
         f"{two}  runs/c\N{REPLACEMENT CHARACTER}d.csv",
     ]
     assert words["versions"].startswith("Python 3")
-    core = "compiled core" if kernels.COMPILED else "NumPy in place of the compiled core"
-    assert words["versions"].endswith(f", {core}")
     assert warned() == ()
     assert "warnings" not in record(())
-
-
-def test_a_run_without_the_compiled_core_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    said = set()
-    for compiled in (True, False):
-        monkeypatch.setattr(kernels, "COMPILED", compiled)
-        said.add(record(())["versions"])
-    assert len(said) == 2

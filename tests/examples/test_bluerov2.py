@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.kernels import COMPILED
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLE = ROOT / "examples" / "bluerov2"
@@ -56,7 +55,6 @@ def test_a_folder_without_the_runs_is_named(tmp_path: Path) -> None:
     assert "Traceback" not in ended.stderr
 
 
-@pytest.mark.skipif(not COMPILED, reason="a quarter of an hour without the compiled core")
 def test_the_command_beats_the_decoupled_fit(data: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     ended = run(str(data), "--out", str(out))

@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.kernels import COMPILED
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "kvlcc2"
 
@@ -56,7 +55,6 @@ def test_a_folder_without_the_runs_is_named(tmp_path: Path) -> None:
     assert "Traceback" not in ended.stderr
 
 
-@pytest.mark.skipif(not COMPILED, reason="minutes without the compiled core")
 def test_whole_zigzags_that_were_held_out(data: Path, tmp_path: Path) -> None:
     """At or above 82 % everywhere: what an independent fit of the same terms reaches, at least."""
     out = tmp_path / "out"

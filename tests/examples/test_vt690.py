@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.kernels import COMPILED
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "vt690"
 INDEPENDENT = (79, 54, 71, 83)
@@ -43,7 +42,6 @@ def test_a_folder_without_the_log_is_named(tmp_path: Path) -> None:
     assert "Traceback" not in ended.stderr
 
 
-@pytest.mark.skipif(not COMPILED, reason="minutes without the compiled core")
 def test_held_out_turns_from_the_raw_topics(data: Path, tmp_path: Path) -> None:
     ended = run(str(data), "--methods", "oe", "--out", str(tmp_path / "out"))
     assert ended.returncode == 0, ended.stderr

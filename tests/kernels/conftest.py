@@ -2,36 +2,27 @@
 
 from __future__ import annotations
 
-import importlib
 from types import ModuleType, SimpleNamespace
 
 import numpy as np
 import pytest
 
+from hydrodamp import kernels
 from hydrodamp.kernels import reference
 from hydrodamp.kernels.inputs import Inputs
 from hydrodamp.kernels.plant import FIXED_ATOMS, Plant
 
-BACKENDS = ("reference", "compiled")
-
-
-def load(name: str) -> ModuleType:
-    if name == "reference":
-        return reference
-    try:
-        return importlib.import_module("hydrodamp.kernels.compiled")
-    except ImportError:
-        pytest.skip("the compiled core was not built: no C compiler at install")
+BACKENDS = {"reference": reference, "compiled": kernels}
 
 
 @pytest.fixture(scope="session", params=BACKENDS)
 def backend(request) -> ModuleType:
-    return load(request.param)
+    return BACKENDS[request.param]
 
 
 @pytest.fixture(scope="session")
 def compiled() -> ModuleType:
-    return load("compiled")
+    return kernels
 
 
 def mass_matrix(rng):

@@ -9,7 +9,7 @@ import typer
 
 from hydrodamp.cli import options
 from hydrodamp.cli.compare import deliver
-from hydrodamp.cli.output import note, results
+from hydrodamp.cli.output import results
 
 if TYPE_CHECKING:
     from hydrodamp.simulation.campaign.reenact import Campaign
@@ -31,7 +31,6 @@ def demo(
     json: options.Json = False,
 ) -> None:
     """Re-enact the paper's experiment on a simulated vehicle and print its Table I."""
-    from hydrodamp import kernels
     from hydrodamp.cli.choose import choose_methods, choose_models
     from hydrodamp.cli.handing import hand_over
     from hydrodamp.cli.progress import progress
@@ -48,8 +47,6 @@ def demo(
     earlier = check_resume(out, said) if resume else None
     if out is not None:
         note_replaced(out, said)
-    if not kernels.COMPILED:
-        note("the compiled core is missing: this may take hours instead of minutes.")
     with progress("sailing the campaign", n_samples()) as step:
         campaign = reenact(seed=seed, truth=truth, done=step)
     models, methods = choose_models(None), choose_methods(options.DEMO_METHODS)

@@ -17,14 +17,11 @@ def record(inputs: Iterable[str | None]) -> dict[str, str]:
     import numpy
     import scipy
 
-    from hydrodamp import kernels
-
-    core = "compiled core" if kernels.COMPILED else "NumPy in place of the compiled core"
     words = {
         "command": shlex.join(["hydrodamp", *sys.argv[1:]]),
         "files": "\n".join(f"{_digest(path)}  {_one_line(path)}" for path in _files(inputs)),
         "versions": f"Python {platform.python_version()}, NumPy {numpy.__version__}, "
-        f"SciPy {scipy.__version__}, {platform.system()} {platform.machine()}, {core}",
+        f"SciPy {scipy.__version__}, {platform.system()} {platform.machine()}",
         "warnings": "\n".join(warned()),
     }
     return {key: text for key, text in words.items() if text}

@@ -1,48 +1,24 @@
-"""Everything that steps in time, on arrays alone: the compiled core or its NumPy twin.
+"""Everything that steps in time, on arrays alone, in one C99 library.
 
-A plant and a model are tables here, so a new model compiles nothing. The
-functions below are the C99 core's where it was built, else the NumPy
-reference's, with one :class:`~hydrodamp.errors.FallbackWarning` at first use.
-Read plant and inputs (the arrays), then reference (the equations), then csrc.
+A plant and a model are tables here, so a new model compiles nothing. Read plant and inputs
+(the arrays), then core (the functions), then csrc.
 """
 
-try:
-    from hydrodamp.kernels.compiled import (
-        absorb,
-        acceleration,
-        adapt,
-        adapt_step,
-        block_step,
-        coriolis,
-        recur,
-        regressor,
-        replay,
-        robust_run,
-        robust_step,
-        sensitivities,
-    )
-
-    COMPILED = True
-except ImportError:
-    from hydrodamp.kernels.fallback import (
-        absorb,
-        acceleration,
-        adapt,
-        adapt_step,
-        block_step,
-        coriolis,
-        recur,
-        regressor,
-        replay,
-        robust_run,
-        robust_step,
-        sensitivities,
-    )
-
-    COMPILED = False
+from hydrodamp.kernels.core import (
+    absorb,
+    acceleration,
+    adapt,
+    adapt_step,
+    block_step,
+    coriolis,
+    recur,
+    regressor,
+    replay,
+    sensitivities,
+)
+from hydrodamp.kernels.robust_core import robust_run, robust_step
 
 __all__ = [
-    "COMPILED",
     "absorb",
     "acceleration",
     "adapt",

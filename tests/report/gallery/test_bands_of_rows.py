@@ -47,6 +47,5 @@ def test_what_takes_too_long_has_none_and_the_chosen_comes_first(examined, rows,
     log = rows[0].trajectory.log
     steps = max(log.n, log.duration / 0.05)
     monkeypatch.setattr(bands_of_rows, "_WORK", 36.0 * steps)
-    monkeypatch.setattr(bands_of_rows, "_WORK_UNCOMPILED", 36.0 * steps)
     assert list(affordable_bands(examined.vehicle, rows)) == [("linear", "weak")]
     assert list(affordable_bands(examined.vehicle, rows[::-1])) == [("fossen", "weak")]

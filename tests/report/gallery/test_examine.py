@@ -129,7 +129,6 @@ def test_what_cannot_be_drawn_says_why(examined):
 )
 def test_a_history_that_is_not_to_hand_says_why(examined, monkeypatch, work, settings, words):
     monkeypatch.setattr(adapting, "_WORK", work)
-    monkeypatch.setattr(adapting, "_WORK_UNCOMPILED", work)
     rows = [row for row in examined.table.rows if row.method == "ai"]
     if settings is not None:
         rows = [

@@ -1,7 +1,5 @@
 /* Atoms: the symbols that terms are products of, and their derivatives. */
-#include "hydrodamp.h"
-
-#include <tgmath.h>
+#include "onboard.h"
 
 static const hd_real slowest = (hd_real)1e-6; /* m/s; guards the propulsion ratio */
 
@@ -13,13 +11,13 @@ void hd_atoms(const hd_real velocity[6], const hd_real down[3], const hd_real *c
               size_t n_channels, hd_real propulsion_speed, hd_real *atoms, size_t stride)
 {
     const hd_real u = velocity[0], v = velocity[1], w = velocity[2];
-    const hd_real speed = sqrt(u * u + v * v + w * w); /* U */
-    const hd_real crossflow = sqrt(v * v + w * w);     /* V */
+    const hd_real speed = hd_sqrt(u * u + v * v + w * w); /* U */
+    const hd_real crossflow = hd_sqrt(v * v + w * w);     /* V */
 
     atoms[0] = 1;
     for (size_t i = 0; i < 6; ++i) {
         atoms[(1 + i) * stride] = velocity[i];
-        atoms[(7 + i) * stride] = fabs(velocity[i]);
+        atoms[(7 + i) * stride] = hd_fabs(velocity[i]);
     }
     atoms[13 * stride] = speed;
     atoms[14 * stride] = crossflow;
@@ -30,7 +28,7 @@ void hd_atoms(const hd_real velocity[6], const hd_real down[3], const hd_real *c
         atoms[(18 + i) * stride] = down[i];
     for (size_t i = 0; i < n_channels; ++i) {
         atoms[(HD_FIXED_ATOMS + i) * stride] = channels[i];
-        atoms[(HD_FIXED_ATOMS + n_channels + i) * stride] = fabs(channels[i]);
+        atoms[(HD_FIXED_ATOMS + n_channels + i) * stride] = hd_fabs(channels[i]);
     }
 }
 
@@ -45,8 +43,8 @@ void hd_atom_slopes(const hd_real velocity[6], hd_real propulsion_speed, const h
                     hd_real slope[36])
 {
     const hd_real u = velocity[0], v = velocity[1], w = velocity[2];
-    const hd_real speed = sqrt(u * u + v * v + w * w);
-    const hd_real crossflow = sqrt(v * v + w * w);
+    const hd_real speed = hd_sqrt(u * u + v * v + w * w);
+    const hd_real crossflow = hd_sqrt(v * v + w * w);
 
     for (size_t i = 0; i < 36; ++i)
         slope[i] = 0;

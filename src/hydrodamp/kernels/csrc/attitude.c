@@ -1,7 +1,5 @@
 /* Attitude as a quaternion q = (w, x, y, z), body to world. */
-#include "hydrodamp.h"
-
-#include <tgmath.h>
+#include "batch.h"
 
 static const hd_real half = (hd_real)0.5;
 
@@ -53,7 +51,7 @@ void hd_quaternion_by_itself(const hd_real omega[3], hd_real slope[16])
 
 hd_real hd_normalise(hd_real q[4])
 {
-    const hd_real length = sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    const hd_real length = hd_sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
 
     for (size_t i = 0; i < 4; ++i)
         q[i] /= length;

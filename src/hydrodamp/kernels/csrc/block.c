@@ -7,7 +7,7 @@
  * the hat's at mid-step, so data that satisfy the steps satisfy the rows exactly, on
  * any clock.
  */
-#include "hydrodamp.h"
+#include "onboard.h"
 
 enum { ELAPSED, HAS_RISEN, HEAD };
 

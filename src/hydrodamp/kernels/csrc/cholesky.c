@@ -1,5 +1,5 @@
 /* The one 6 x 6 symmetric positive-definite solve of every step. */
-#include "hydrodamp.h"
+#include "onboard.h"
 
 /* Column j of a = L D L^T, square-root free, and of L y = b. The upper triangle of a
  * becomes D L^T row by row, its diagonal the pivots' reciprocals. With j a constant

@@ -1,5 +1,5 @@
 /* Coefficients listed axis by axis: what a method moves, apart from what is known. */
-#include "hydrodamp.h"
+#include "onboard.h"
 
 size_t hd_entries_on(const hd_entries *entries, size_t axis)
 {

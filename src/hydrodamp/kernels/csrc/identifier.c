@@ -10,7 +10,7 @@
  * It is stable at every h, and V = 1/2 D'MD + 1/2 sum (K - K_true)_ij^2/gamma_ij
  * changes by exactly -h d'diag(a)d + h d.eps: the proof of eq. 23 in discrete time.
  */
-#include "hydrodamp.h"
+#include "batch.h"
 
 size_t hd_adapt_work(size_t n_terms, size_t n_channels)
 {

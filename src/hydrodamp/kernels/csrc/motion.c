@@ -1,5 +1,5 @@
 /* The right-hand side of eq. 1: momentum, damping, known wrenches. */
-#include "hydrodamp.h"
+#include "batch.h"
 
 void hd_momentum(const hd_real mass[36], const hd_real velocity[6], hd_real product[6])
 {
@@ -34,6 +34,12 @@ void hd_coriolis(const hd_real mass[36], const hd_real velocity[6], hd_real wren
     for (size_t i = 0; i < 6; ++i)
         wrench[i] = 0;
     add_moving_frame(p, velocity, wrench);
+}
+
+void hd_coriolis_rows(const hd_real mass[36], const hd_real *velocity, size_t n, hd_real *wrench)
+{
+    for (size_t k = 0; k < n; ++k)
+        hd_coriolis(mass, velocity + 6 * k, wrench + 6 * k);
 }
 
 void hd_coriolis_slope(const hd_real mass[36], const hd_real velocity[6], hd_real slope[36])

@@ -12,7 +12,7 @@
  * covariance never exceeds the prior's, and no row moves kappa, measured by the prior, by
  * more than its surprise y - kappa . phi.
  */
-#include "hydrodamp.h"
+#include "batch.h"
 
 size_t hd_absorb_work(const hd_entries *entries)
 {

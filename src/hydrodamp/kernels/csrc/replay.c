@@ -1,7 +1,5 @@
 /* Replay: eq. 1 integrated by RK4 between samples, open loop. */
-#include "hydrodamp.h"
-
-#include <tgmath.h>
+#include "batch.h"
 
 typedef struct {
     const hd_plant *plant;

@@ -6,7 +6,7 @@
  *   M (D_{k+1} - D_k)/h = f + K_mid xi - diag(a) d - M (nu_{k+1} - nu_k)/h
  *   (kappa_{k+1} - kappa_k)/h = -theta Gamma_i xi_i d_i - sigma (kappa_mid - rest).
  *
- * theta, between 0 and 1, is the dead zone. With |D|_M = sqrt(D'MD) and e_k the excess of
+ * theta, between 0 and 1, is the dead zone. With |D|_M = hd_sqrt(D'MD) and e_k the excess of
  * |D_k|_M over its size, theta = (e_{k+1}^2 - e_k^2) / (|D_{k+1}|_M^2 - |D_k|_M^2): the
  * discrete gradient of V_D = e^2/2 is theta M d. So V = V_D + 1/2 sum E_i' Gamma_i^-1 E_i,
  * E = kappa - kappa_true, changes by exactly
@@ -16,9 +16,7 @@
  * Bounds are kept by projections on half-spaces in the metric Gamma_i^-1: where the truth
  * keeps the bounds V cannot rise by them.
  */
-#include "hydrodamp.h"
-
-#include <tgmath.h>
+#include "batch.h"
 
 enum { SWEEPS = 8, ROUNDS = 200 };
 
@@ -75,7 +73,7 @@ static hd_real size_of(const hd_real mass[36], const hd_real error[6])
     hd_momentum(mass, error, momentum);
     for (size_t i = 0; i < 6; ++i)
         square += error[i] * momentum[i];
-    return square > 0 ? sqrt(square) : 0;
+    return square > 0 ? hd_sqrt(square) : 0;
 }
 
 static hd_real excess(hd_real size, hd_real dead_zone)

@@ -5,9 +5,7 @@
  * J = d rate / d x and B holds M^-1 e_axis xi_term in the column of (term, axis).
  * Every stage of the step is differentiated, and so is the normalisation.
  */
-#include "hydrodamp.h"
-
-#include <tgmath.h>
+#include "batch.h"
 
 typedef struct {
     const hd_plant *plant;

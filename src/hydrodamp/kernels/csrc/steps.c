@@ -3,7 +3,7 @@
  * Velocity, attitude and a recorded wrench are averaged over a step; channels and the
  * propeller's speed keep the value they have where it begins.
  */
-#include "hydrodamp.h"
+#include "batch.h"
 
 size_t hd_walk_work(size_t n_terms, size_t n_channels)
 {

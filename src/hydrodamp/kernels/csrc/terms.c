@@ -1,5 +1,5 @@
 /* Terms: products of atoms, one table for every model (eq. 4). */
-#include "hydrodamp.h"
+#include "batch.h"
 
 static inline hd_real term(const int32_t f[HD_FACTORS], const hd_real *atoms)
 {

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hydrodamp import kernels
 from hydrodamp.identification.fit import Fit
 from hydrodamp.report.figures.replays import Bands
 from hydrodamp.report.gallery.words import listed
@@ -19,16 +18,13 @@ from hydrodamp.vehicle.vehicle import Vehicle
 _WORK = 4e6
 """Steps times coefficients of all bands together: about a second."""
 
-_WORK_UNCOMPILED = 4e4
-"""The same without the compiled core."""
-
 _STEP = 0.05
 """Longest step of a band's replay [s]."""
 
 
 def affordable_bands(vehicle: Vehicle, rows: Sequence[Row]) -> Bands:
     """Return bands to first order around replays, the first rows first."""
-    left = _WORK if kernels.COMPILED else _WORK_UNCOMPILED
+    left = _WORK
     bands: dict[tuple[str, str], PredictionBand] = {}
     for row in rows:
         if row.trajectory is None or not _has_band(row.fit, row.trajectory):

@@ -7,7 +7,6 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from hydrodamp import kernels
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.methods import METHODS
@@ -25,9 +24,6 @@ _STEPS_KEPT = 3000
 
 _WORK = 1e8
 """Steps times coefficients that are gone through again: about a second."""
-
-_WORK_UNCOMPILED = 1e6
-"""The same without the compiled core."""
 
 
 @runtime_checkable
@@ -111,8 +107,7 @@ def _refuse(method: Remembering, train: Log, row: Row) -> None:
             f"it was made with other settings than '{row.method}' has by its key; draw it with "
             "`hd.history_figure(method.history(problem, model))`"
         )
-    most = _WORK if kernels.COMPILED else _WORK_UNCOMPILED
-    if float(train.n) * method.passes * row.n_coefficients > most:
+    if float(train.n) * method.passes * row.n_coefficients > _WORK:
         raise MethodError(
             f"going {method.passes} times through {train.n} samples with {row.n_coefficients} "
             "coefficients again takes too long here; draw it with "
