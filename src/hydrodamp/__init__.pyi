@@ -32,7 +32,8 @@ from .conditioning.through_water import without_current as without_current
 from .conditioning.touched import Cleaned as Cleaned, Touched as Touched
 from .conditioning.ways import velocity_from_position as velocity_from_position
 from .data.canonical import write_log as write_log
-from .data.log import Log as Log, Segment as Segment, concatenate as concatenate
+from .data.concatenation import concatenate as concatenate
+from .data.log import Log as Log, Segment as Segment
 from .data.recording import Recording as Recording, Topic as Topic
 from .errors import (
     ClockWarning as ClockWarning,

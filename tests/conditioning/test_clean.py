@@ -7,7 +7,8 @@ import numpy as np
 
 from hydrodamp.conditioning.clean import CLEANING_STEPS, clean
 from hydrodamp.conditioning.spikes import remove_spikes
-from hydrodamp.data.log import Log, concatenate
+from hydrodamp.data.concatenation import concatenate
+from hydrodamp.data.log import Log
 
 
 def spoilt(swim: Log) -> Log:

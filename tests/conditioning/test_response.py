@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from hydrodamp.conditioning.response import beyond_dead_zone, delayed, lagged
-from hydrodamp.data.log import Log, concatenate
+from hydrodamp.data.concatenation import concatenate
+from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError
 
 

@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from hydrodamp.conditioning.spikes import remove_spikes, running_median, spikes
-from hydrodamp.data.log import Log, concatenate
+from hydrodamp.data.concatenation import concatenate
+from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError
 
 

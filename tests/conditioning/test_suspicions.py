@@ -6,7 +6,6 @@ import itertools
 import numpy as np
 import pytest
 
-from hydrodamp.conditioning.ratios import axis_ratios, path_ratio, rate_ratio
 from hydrodamp.conditioning.suspicions import note_suspicions, suspicions
 from hydrodamp.data.attitude import quaternion_from_euler, rotation
 from hydrodamp.data.log import Log
@@ -156,14 +155,6 @@ def test_fewer_velocities_have_fewer_suspicions() -> None:
         assert suspicions(few) == ()
 
 
-def test_ratios_of_unrelated_or_absent_channels_are_none() -> None:
-    rng = np.random.default_rng(0)
-    whole = np.array([[0, 1200]])
-    assert np.isnan(rate_ratio(TIME, rng.normal(size=1200), rng.normal(size=1200), whole))
-    assert np.isnan(rate_ratio(TIME, 0 * TIME, 0 * TIME, whole))
-    assert np.isnan(path_ratio(dataclasses.replace(sound(), position=None)))
-
-
 def swaying(**wrong: float) -> Log:
     """A vehicle that goes ahead, sideways and up and down, with velocities times some factors."""
     rng = np.random.default_rng(5)
@@ -194,24 +185,3 @@ def test_one_velocity_that_is_wrong_is_told(
     found = suspicions(swaying(**wrong))
     assert [one.channel for one in found] == [channel for channel, _ in said]
     assert all(words in one.looks for one, (_, words) in zip(found, said, strict=True))
-
-
-def test_a_velocity_that_makes_no_way_is_not_judged() -> None:
-    ratios = axis_ratios(sound())  # it circles without sway and heave
-    assert ratios[0] == pytest.approx(1.0, abs=0.01)
-    assert np.isnan(ratios[1:]).all()
-    assert np.isnan(axis_ratios(dataclasses.replace(sound(), position=None))).all()
-
-
-def test_no_ratio_is_taken_across_a_join() -> None:
-    log = sound()
-    position = log.position.copy()
-    position[600:] += 500.0
-    parts = Log.from_arrays(
-        TIME,
-        log.velocity,
-        attitude=log.attitude,
-        position=position,
-        segment=["a"] * 600 + ["b"] * 600,
-    )
-    assert path_ratio(parts) == pytest.approx(1.0, abs=0.01)

@@ -12,9 +12,10 @@ from hypothesis import given, settings, strategies as st
 from hypothesis.extra.numpy import arrays
 
 from hydrodamp.data.attitude import euler_from_quaternion
-from hydrodamp.data.blocks import BLOCKS
-from hydrodamp.data.canonical import RESERVED, write_log
-from hydrodamp.data.log import Log, Segment, concatenate
+from hydrodamp.data.canonical import write_log
+from hydrodamp.data.channels import BLOCKS, RESERVED
+from hydrodamp.data.concatenation import concatenate
+from hydrodamp.data.log import Log, Segment
 from hydrodamp.errors import FileError, GapWarning, LogError
 from hydrodamp.ingest.mapping import LogMapping
 from hydrodamp.ingest.read import read_log
@@ -29,7 +30,7 @@ def row(time: float, *, u: str = "1", rudder: str = "0.1") -> str:
 
 def assert_same(one: Log, other: Log) -> None:
     """Every number equal to the bit, every name equal."""
-    for name in BLOCKS:
+    for name in (*(block.name for block in BLOCKS), "commands"):
         mine, its = getattr(one, name), getattr(other, name)
         assert (mine is None) == (its is None), name
         if mine is not None:

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from hydrodamp.data.attitude import down, quaternion_from_euler
-from hydrodamp.data.log import Log, Segment, concatenate
+from hydrodamp.data.concatenation import concatenate
+from hydrodamp.data.log import Log, Segment
 from hydrodamp.errors import GapWarning, LogError
 
 STILL = np.zeros((4, 6))

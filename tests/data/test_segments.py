@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hydrodamp.data.log import Log
-from hydrodamp.data.segments import Segment, unique_names
+from hydrodamp.data.record import Segment, unique_names
 from hydrodamp.errors import GapWarning, LogError
 
 

@@ -3,7 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hydrodamp.data.log import Log, Segment, concatenate
+from hydrodamp.data.concatenation import concatenate
+from hydrodamp.data.log import Log, Segment
 from hydrodamp.errors import LogError
 
 

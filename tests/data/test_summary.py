@@ -3,13 +3,12 @@ from __future__ import annotations
 import numpy as np
 
 from hydrodamp.data.log import Log, Segment
-from hydrodamp.data.summary import summary
 
 
 def test_what_is_there_and_what_is_not(swim: Log) -> None:
-    text = summary(swim)
+    text = str(swim)
     assert "100 samples, 9.9 s in 1 segment, median step 0.1 s" in text
-    assert "with attitude; without wrench, acceleration, propulsion ratio" in text
+    assert "with attitude; without acceleration, propulsion ratio, wrench, position" in text
     assert "m/s" in text
     assert "rudder" in text
     assert "more" not in text
@@ -25,7 +24,7 @@ def test_a_crowded_log_fits_on_one_screen() -> None:
         commands=np.zeros((60, 40)),
         segments=tuple(Segment(f"s{k}", 2 * k, 2 * k + 2) for k in range(30)),
     )
-    text = summary(log)
+    text = str(log)
     assert len(text.splitlines()) < 45
     assert "... and 28 more commands" in text
     assert "... and 18 more segments" in text
@@ -41,17 +40,19 @@ def test_nothing_is_lacking_in_a_full_log() -> None:
         wrench=block,
         acceleration=block,
         propulsion_ratio=[1, 1],
+        position=block[:, :3],
+        specific_force=block[:, :3],
     )
-    assert "without" not in summary(log)
+    assert "without" not in str(log)
 
 
 def test_what_was_done_is_told_at_the_end(swim: Log) -> None:
-    text = summary(swim.noted(*(f"step {k}" for k in range(20))))
+    text = str(swim.noted(*(f"step {k}" for k in range(20))))
     assert "  what was done to it\n    step 0\n" in text
     assert text.endswith("... and 8 more notes")
-    assert max(map(len, summary(swim.noted("word " * 200)).splitlines())) < 170
+    assert max(map(len, str(swim.noted("word " * 200)).splitlines())) < 170
 
 
 def test_position_and_specific_force_are_told_where_they_are() -> None:
     log = Log.from_arrays([0, 1], {"u": [1, 1]}, position=np.zeros((2, 3)))
-    assert "with position; without attitude, wrench" in summary(log)
+    assert "with position; without attitude, acceleration" in str(log)

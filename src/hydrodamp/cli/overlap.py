@@ -41,7 +41,7 @@ def _stretches(
 
 def _rows(name: str, span: Stretch | None, whole: Log) -> list[tuple[int, int]]:
     """Return the first and one-past-last samples of a part."""
-    from hydrodamp.data.stretches import goes_by
+    from hydrodamp.data.record import goes_by
 
     if span is None:
         return [(part.start, part.stop) for part in whole.segments if goes_by(part.name, name)]

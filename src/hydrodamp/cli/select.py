@@ -72,7 +72,7 @@ def part(option: str, values: Sequence[str], whole: Log | None, mapping: str | N
             _refuse_dash(option, value)
     if not any(":" in value and value not in names for value in values):
         return whole.select(*dict.fromkeys(values))
-    from hydrodamp.data.log import concatenate
+    from hydrodamp.data.concatenation import concatenate
 
     pieces = [
         whole.select(value) if value in names or ":" not in value else whole.between(*span(value))

@@ -12,9 +12,8 @@ from hydrodamp.arrays import BoolArray, FloatArray, IntArray
 from hydrodamp.conditioning.channels import measured, segment_of, with_columns
 from hydrodamp.conditioning.touched import Cleaned, Touched, cleaned
 from hydrodamp.data.attitude import turn
-from hydrodamp.data.log import Log
-from hydrodamp.data.segments import Segment, longest_step, unique_names
-from hydrodamp.data.stretches import take
+from hydrodamp.data.log import Log, take
+from hydrodamp.data.record import Segment, longest_step, unique_names
 from hydrodamp.errors import LogError
 
 ATTITUDE = "attitude"

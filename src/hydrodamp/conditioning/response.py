@@ -10,7 +10,6 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.data.log import Log
-from hydrodamp.data.stretches import command_index
 from hydrodamp.errors import LogError
 
 _LONGEST = 200.0  # time constants summed at once: e^200 is far from overflow
@@ -112,7 +111,8 @@ def beyond_dead_zone(log: Log, zones: Mapping[str, tuple[float, float]]) -> Log:
     """
     commands = log.commands.copy()
     for name, (low, high) in zones.items():
-        column = command_index(log, name)
+        log.command(name)  # refuses names that are not there
+        column = log.command_names.index(name)
         if not (np.isfinite((low, high)).all() and low <= high):
             fault = f"the dead zone of `{name}` must be lowest, highest; got {low:g}, {high:g}"
             raise LogError(fault, source=log.source)
@@ -127,7 +127,8 @@ def beyond_dead_zone(log: Log, zones: Mapping[str, tuple[float, float]]) -> Log:
 def _answered(log: Log, seconds: Mapping[str, float], response: _Response, done: str) -> Log:
     commands = log.commands.copy()
     for name, given in seconds.items():
-        column = command_index(log, name)
+        log.command(name)  # refuses names that are not there
+        column = log.command_names.index(name)
         if not (np.isfinite(given) and given >= 0):
             fault = f"the time of `{name}` must be zero or positive [s]; got {given}"
             raise LogError(fault, source=log.source)

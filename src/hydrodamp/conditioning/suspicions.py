@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.axes import AXES, VELOCITIES
 from hydrodamp.conditioning.channels import measured
-from hydrodamp.conditioning.ratios import axis_ratios, path_ratio, rate_ratio
 from hydrodamp.conditioning.touched import Cleaned
+from hydrodamp.data.agreement import angle_ratio, path_ratios, rate_slopes
 from hydrodamp.data.attitude import down as down_in_body, euler_from_quaternion
-from hydrodamp.data.checks import rate_slopes
 from hydrodamp.data.log import Log
 
 GRAVITY = 9.80665
@@ -135,10 +135,8 @@ def _clock(log: Log) -> Iterator[Suspicion]:
 def _rates(log: Log) -> Iterator[Suspicion]:
     if log.attitude is None:
         return
-    breaks = np.zeros(log.n, dtype=np.bool_)
-    breaks[log.bounds[:, 0]] = True
     with np.errstate(over="ignore"):  # an axis that does not turn has any ratio
-        slopes = rate_slopes(log.time, log.attitude, log.velocity[:, 3:], breaks)
+        slopes = rate_slopes(log.time, log.attitude, log.velocity[:, 3:], log.bounds)
     for name, slope in zip(VELOCITIES[3:], slopes.tolist(), strict=True):
         if name in log.velocity_names and (looks := _unit(slope, _RATES)):
             yield Suspicion(name, f"is {looks}", f"it is {slope:.3g} times the attitude's rate")
@@ -151,7 +149,7 @@ def _attitude_in_degrees(log: Log) -> Iterator[Suspicion]:
     for column, angle in enumerate(("roll", "pitch", "yaw")):
         if VELOCITIES[3 + column] not in log.velocity_names:
             continue
-        ratio = rate_ratio(log.time, angles[:, column], log.velocity[:, 3 + column], log.bounds)
+        ratio = angle_ratio(log.time, angles[:, column], log.velocity[:, 3 + column], log.bounds)
         if abs(ratio * np.pi / 180 - 1) < _TOLERANCE:
             evidence = f"it turns {ratio:.3g} times as fast as `{VELOCITIES[3 + column]}` says"
             yield Suspicion(angle, "is degrees taken for radians", evidence)
@@ -162,12 +160,14 @@ def _speeds(log: Log) -> Iterator[Suspicion]:
     if not recorded:
         return
     called = " ".join(VELOCITIES[k] for k in recorded)
-    ratio = path_ratio(log)
+    ratio, ratios = float("nan"), np.full(3, np.nan)
+    if log.position is not None and log.attitude is not None:
+        ratio, ratios = path_ratios(log.time, log.velocity, log.attitude, log.position, log.bounds)
     if looks := _unit(ratio, _SPEEDS):
         evidence = f"the way it makes is {ratio:.3g} times that of the position"
         yield Suspicion(called, f"is {looks}", evidence)
         return
-    alone = [*_speeds_alone(log, recorded)]
+    alone = [*_speeds_alone(ratios, recorded)]
     yield from alone
     if alone:
         return
@@ -178,9 +178,8 @@ def _speeds(log: Log) -> Iterator[Suspicion]:
         )
 
 
-def _speeds_alone(log: Log, recorded: list[int]) -> Iterator[Suspicion]:
-    """Tell one velocity that is wrong beside others that are right."""
-    ratios = axis_ratios(log)
+def _speeds_alone(ratios: FloatArray, recorded: list[int]) -> Iterator[Suspicion]:
+    """Yield a velocity that is wrong beside others that are right."""
     for place in recorded:
         if looks := _unit(float(ratios[place]), _SPEEDS):
             evidence = f"the way it makes is {ratios[place]:.3g} times its part of the position's"

@@ -1,4 +1,4 @@
-"""Attitude as unit quaternions and Euler angles, and the body rates between two attitudes."""
+"""Attitude as unit quaternions and Euler angles, and the turn from one to another."""
 
 from __future__ import annotations
 
@@ -60,8 +60,3 @@ def turn(first: FloatArray, second: FloatArray) -> FloatArray:
     scale = np.divide(angle, sine, out=np.full_like(sine, 2.0), where=sine > 0)
     turned: FloatArray = vector * scale
     return turned
-
-
-def body_rates(time: FloatArray, attitude: FloatArray) -> FloatArray:
-    """Return the mean body rate of every step, from attitude alone."""
-    return turn(attitude[:-1], attitude[1:]) / np.diff(time)[:, np.newaxis]

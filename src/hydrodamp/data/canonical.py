@@ -1,28 +1,64 @@
-"""The canonical form: header names, SI units, forward-starboard-down; and writing it as CSV."""
+"""The canonical form: columns by their names in SI units, as a record; and a log as such a file."""
 
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from hydrodamp.advance import advance
 from hydrodamp.arrays import FloatArray
-from hydrodamp.basis.axes import AXES, VELOCITIES
-from hydrodamp.data.channels import RESERVED as RESERVED
-from hydrodamp.data.columns import (
-    ACCELERATIONS,
-    POSITION,
-    QUATERNION,
-    SPECIFIC_FORCE,
-)
+from hydrodamp.basis.axes import VELOCITIES
+from hydrodamp.data.attitude import quaternion_from_euler
+from hydrodamp.data.channels import ACCELERATION, ATTITUDE, BLOCKS, EULER, SEGMENT
 from hydrodamp.data.log import Log
-from hydrodamp.errors import LogError
+from hydrodamp.data.record import Record, command_faults, side_by_side
+from hydrodamp.errors import LogError, did_you_mean
 from hydrodamp.files import replacing
 
+_QUATERNION, _ACCELERATIONS = ATTITUDE.columns, ACCELERATION.columns
+_TURN = 2 * np.pi
+_CONVERT = "Convert, or give a mapping with unit: deg"
 _CHUNK = 8192
+
+
+def record_of_columns(
+    numbers: Mapping[str, FloatArray],
+    commands: Sequence[str] = (),
+    labels: tuple[str, ...] | None = None,
+    lines: Sequence[int] | None = None,
+    source: str = "",
+) -> tuple[Record | None, list[str]]:
+    """Return the record of named columns in SI units and our axes, and all that is wrong."""
+    turned = [*_attitude_faults(numbers)]
+    faults = [
+        *_missing_faults(numbers),
+        *turned,
+        *_acceleration_faults(numbers),
+        *_whole_faults(numbers),
+        *command_faults(commands),
+        *_empty_faults(numbers),
+    ]
+    time = numbers.get("time")
+    if time is None or len(time) == 0 or turned:
+        return None, faults
+    blocks = {}
+    for block in BLOCKS:
+        if block.name == "velocity" or any(name in numbers for name in block.columns):
+            stacked = side_by_side(numbers, block.columns, len(time))
+            blocks[block.name] = stacked if block.shape else stacked[:, 0]
+    if "attitude" not in blocks and "yaw" in numbers:
+        blocks["attitude"] = quaternion_from_euler(side_by_side(numbers, EULER, len(time)))
+    return Record(
+        blocks,
+        tuple(name for name in VELOCITIES if name in numbers),
+        {name: numbers[name] for name in commands},
+        labels,
+        lines,
+        source,
+    ), faults
 
 
 def write_log(log: Log, path: str | Path) -> None:
@@ -53,9 +89,11 @@ def write_log(log: Log, path: str | Path) -> None:
     >>> folder.cleanup()
     """
     _check_names(log)
+    columns = _columns(log)
     with replacing(path) as file:
-        file.write(",".join(_header(log)) + "\n")
-        file.writelines(_lines(log))
+        # The segment is last: a name in front might be taken for a comment.
+        file.write(",".join((*columns, SEGMENT)) + "\n")
+        file.writelines(_lines(columns, log))
 
 
 def _check_names(log: Log) -> None:
@@ -70,40 +108,123 @@ def _check_names(log: Log) -> None:
         raise LogError(faults, source=log.source)
 
 
-def _header(log: Log) -> list[str]:
-    """Return the names, the segment last: a name in front might be taken for a comment."""
-    return [*(name for names, _ in _blocks(log) for name in names), "segment"]
+def _columns(log: Log) -> dict[str, FloatArray]:
+    """Return what the log holds by the names of columns."""
+    columns: dict[str, FloatArray] = {}
+    for block in BLOCKS:
+        values = getattr(log, block.name)
+        if values is not None:
+            columns |= dict(zip(block.columns, values.reshape(log.n, -1).T, strict=True))
+    for name in VELOCITIES:
+        if name not in log.velocity_names:
+            del columns[name]
+            columns.pop(f"d{name}", None)
+    return columns | dict(zip(log.command_names, log.commands.T, strict=True))
 
 
-def _blocks(log: Log) -> list[tuple[tuple[str, ...], FloatArray]]:
-    """Return the names and numbers of what the log holds, side by side."""
-    recorded = [VELOCITIES.index(name) for name in log.velocity_names]
-    blocks: list[tuple[tuple[str, ...], FloatArray]] = [(("time",), log.time[:, np.newaxis])]
-    if log.attitude is not None:
-        blocks.append((QUATERNION, log.attitude))
-    blocks.append((log.velocity_names, log.velocity[:, recorded]))
-    if log.acceleration is not None:
-        names = tuple(ACCELERATIONS[index] for index in recorded)
-        blocks.append((names, log.acceleration[:, recorded]))
-    if log.propulsion_ratio is not None:
-        blocks.append((("eta",), log.propulsion_ratio[:, np.newaxis]))
-    if log.wrench is not None:
-        blocks.append((AXES, log.wrench))
-    if log.position is not None:
-        blocks.append((POSITION, log.position))
-    if log.specific_force is not None:
-        blocks.append((SPECIFIC_FORCE, log.specific_force))
-    blocks.append((log.command_names, log.commands))
-    return blocks
-
-
-def _lines(log: Log) -> Iterator[str]:
-    """Yield one line a sample, the segment quoted so that any name comes back."""
-    blocks, by = _blocks(log), advance(log.n)
+def _lines(columns: Mapping[str, FloatArray], log: Log) -> Iterator[str]:
+    """Yield one line a sample, the segment last and quoted so that any name comes back."""
+    by = advance(log.n)
     for part in log.segments:
         name = '"' + part.name.replace('"', '""') + '"'
         for start in range(part.start, part.stop, _CHUNK):
             rows = slice(start, min(start + _CHUNK, part.stop))
-            for row in np.column_stack([block[rows] for _, block in blocks]).tolist():
+            for row in np.column_stack([values[rows] for values in columns.values()]).tolist():
                 yield f"{','.join(map(repr, row))},{name}\n"
             by(rows.stop - rows.start)
+
+
+def _heading_alone(numbers: Collection[str]) -> bool:
+    """Tell a planar log: of the angles yaw alone, of the velocities none but u v r."""
+    upright = not any(name in numbers for name in (*EULER[:2], *_QUATERNION, "w", "p", "q"))
+    return "yaw" in numbers and upright
+
+
+def _missing_faults(numbers: Mapping[str, FloatArray]) -> Iterator[str]:
+    if "time" not in numbers:
+        yield (
+            f"column `time` is missing.{_nearest('time', numbers)} Rename it, or give a mapping: "
+            "`hydrodamp probe LOG --draft mapping.yaml` writes one"
+        )
+    if not any(name in numbers for name in VELOCITIES):
+        listed = " ".join(numbers)
+        yield f"there is no velocity column: none of u v w p q r among {listed or 'no columns'}"
+
+
+def _nearest(name: str, numbers: Collection[str]) -> str:
+    by_lower = {other.lower(): other for other in numbers}
+    starts = [other for low, other in by_lower.items() if low in ("t", name) or name in low]
+    return f" Did you mean '{starts[0]}'?" if starts else did_you_mean(name, numbers)
+
+
+def _attitude_faults(numbers: Mapping[str, FloatArray]) -> Iterator[str]:
+    found = [[name for name in group if name in numbers] for group in (EULER, _QUATERNION)]
+    if all(found):
+        both = " ".join(found[0]), " ".join(found[1])
+        yield f"attitude must be given once; got both `{both[0]}` and `{both[1]}`. Drop one set"
+        return
+    if _heading_alone(numbers):
+        if _wraps_in_degrees(numbers, "yaw"):
+            yield "`yaw` must be in rad; it runs as an angle in degrees does. " + _CONVERT
+        return
+    for group, there in zip((EULER, _QUATERNION), found, strict=True):
+        if there and len(there) < len(group):
+            absent = [name for name in group if name not in there]
+            hints = "".join(_nearest(name, set(numbers) - set(group)) for name in absent)
+            all_of, lacking = " ".join(group), " ".join(absent)
+            planar = " Only a planar log, of u v r alone, may have yaw by itself"
+            yield f"attitude needs all of `{all_of}`; `{lacking}` is missing.{hints}" + (
+                planar if there == ["yaw"] and not hints else ""
+            )
+    if len(found[0]) == len(EULER) and _in_degrees(numbers):
+        yield ("`roll pitch yaw` must be in rad; they run as angles in degrees do. " + _CONVERT)
+
+
+def _in_degrees(numbers: Mapping[str, FloatArray]) -> bool:
+    """Tell angles in degrees: a pitch beyond any turn, or a wrap by 360."""
+    if len(numbers["pitch"]) == 0:
+        return False
+    wrapped = any(_wraps_in_degrees(numbers, name) for name in ("roll", "yaw"))
+    return wrapped or bool((np.abs(numbers["pitch"]) > _TURN).any())
+
+
+def _wraps_in_degrees(numbers: Mapping[str, FloatArray], name: str) -> bool:
+    wrap = np.abs(np.diff(numbers[name]))
+    return bool(((wrap > 340) & (wrap < 380)).any())
+
+
+def _acceleration_faults(numbers: Mapping[str, FloatArray]) -> Iterator[str]:
+    there = [name for name in _ACCELERATIONS if name in numbers]
+    needed = [f"d{name}" for name in VELOCITIES if name in numbers]
+    if there and (absent := [name for name in needed if name not in there]):
+        yield (
+            f"accelerations must be given for every velocity recorded; `{' '.join(absent)}` is"
+            f" missing beside `{' '.join(there)}`. Add it, or drop {_surplus(there, absent)}"
+        )
+    if surplus := [name for name in there if name not in needed]:
+        yield f"accelerations `{' '.join(surplus)}` have no velocity column; add it or drop them"
+
+
+def _whole_faults(numbers: Mapping[str, FloatArray]) -> Iterator[str]:
+    for group in (block.columns for block in BLOCKS if block.is_whole):
+        there = [name for name in group if name in numbers]
+        if there and len(there) < len(group):
+            absent = " ".join(name for name in group if name not in there)
+            yield (
+                f"`{' '.join(group)}` belong together; `{absent}` is missing beside "
+                f"`{' '.join(there)}`. Add it, drop the others, or rename a command of that name"
+            )
+
+
+def _surplus(there: Sequence[str], absent: Sequence[str]) -> str:
+    """Say which columns to drop: the accelerations, or the velocities without one."""
+    velocities = " ".join(name.removeprefix("d") for name in absent)
+    return (
+        f"`{' '.join(there)}` (velocities are then differentiated) or the velocities `{velocities}`"
+    )
+
+
+def _empty_faults(numbers: Mapping[str, FloatArray]) -> Iterator[str]:
+    for name, column in numbers.items():
+        if name != "time" and len(column) and np.isnan(column).all():
+            yield f"column `{name}` holds no number at all; drop it"

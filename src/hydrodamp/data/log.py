@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import warnings
 from collections.abc import Mapping, Sequence
 from functools import cached_property
@@ -13,16 +14,21 @@ import numpy.typing as npt
 
 from hydrodamp.arrays import FloatArray, IntArray, frozen
 from hydrodamp.basis.axes import VELOCITIES
-from hydrodamp.data import attitude as attitudes, stretches
-from hydrodamp.data.blocks import BLOCKS, freeze, name_faults, segment_faults
-from hydrodamp.data.checks import faults_of
-from hydrodamp.data.record import Record
-from hydrodamp.data.segments import Segment, name_after, split
-from hydrodamp.data.stretches import concatenate
+from hydrodamp.data import attitude as attitudes
+from hydrodamp.data.channels import BLOCKS
+from hydrodamp.data.checks import frozen_blocks, name_faults, record_faults, segment_faults
+from hydrodamp.data.record import (
+    Record,
+    Segment as Segment,
+    elapsed,
+    named,
+    record_of_arrays,
+    split,
+)
 from hydrodamp.data.summary import summary
-from hydrodamp.errors import GapWarning, LogError
+from hydrodamp.errors import GapWarning, LogError, did_you_mean
 
-__all__ = ["Log", "Segment", "concatenate"]
+_ARRAYS = (*(block.name for block in BLOCKS), "commands")
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -30,8 +36,7 @@ class Log:
     """A measured log: finite samples, time increasing within each segment.
 
     Body axes are x forward, y starboard, z down; the world is north-east-down.
-    Use :meth:`from_arrays` for arrays that may have gaps or NaN, and
-    :func:`hydrodamp.ingest.read.read_log` for files.
+    :meth:`from_arrays` takes gaps and NaN, :func:`hydrodamp.ingest.read.read_log` files.
 
     Attributes
     ----------
@@ -95,17 +100,15 @@ class Log:
 
     def __post_init__(self) -> None:
         """Copy the arrays at the door and check them."""
-        blocks, faults = freeze({name: getattr(self, name) for name in BLOCKS})
+        blocks, faults = frozen_blocks({name: getattr(self, name) for name in _ARRAYS})
         values: dict[str, Any] = {**blocks}
-        values["velocity_names"] = tuple(self.velocity_names)
-        values["command_names"] = tuple(self.command_names)
-        values["notes"] = tuple(self.notes)
-        values["segments"] = tuple(self.segments) or (Segment("1", 0, np.size(self.time)),)
+        for name in ("velocity_names", "command_names", "notes", "segments"):
+            values[name] = tuple(getattr(self, name))
+        values["segments"] = values["segments"] or (Segment("1", 0, np.size(self.time)),)
         if not faults:
             faults += segment_faults(values["time"], values["segments"])
-            faults += name_faults(
-                values["velocity_names"], values["command_names"], values["commands"].shape[1]
-            )
+            width = values["commands"].shape[1]
+            faults += name_faults(values["velocity_names"], values["command_names"], width)
         if faults:
             raise LogError(faults, source=self.source)
         for name, value in values.items():
@@ -162,8 +165,7 @@ class Log:
         Raises
         ------
         LogError
-            If a shape, the clock, a quaternion or the unit of the rates is wrong, or
-            a velocity is beyond 50 in size.
+            With everything that is wrong.
 
         Examples
         --------
@@ -173,70 +175,37 @@ class Log:
         >>> [segment.name for segment in log.segments], log.velocity_names
         (['a', 'b'], ('u',))
         """
-        return cls.from_record(
-            Record.from_arrays(
-                time,
-                velocity,
-                attitude=attitude,
-                commands=commands or {},
-                wrench=wrench,
-                acceleration=acceleration,
-                propulsion_ratio=propulsion_ratio,
-                position=position,
-                specific_force=specific_force,
-                segment=segment,
-                source=source,
-            )
-        )
+        given = {
+            "time": time,
+            "velocity": velocity,
+            "attitude": attitude,
+            "wrench": wrench,
+            "acceleration": acceleration,
+            "propulsion_ratio": propulsion_ratio,
+            "position": position,
+            "specific_force": specific_force,
+        }
+        return cls.from_record(record_of_arrays(given, commands or {}, segment, source))
 
     @classmethod
     def from_record(cls, record: Record) -> Log:
-        """Return the log of a recording, split at its joins, gaps and missing samples.
-
-        Parameters
-        ----------
-        record : Record
-            What was recorded.
-
-        Returns
-        -------
-        log : Log
-            Without missing samples; segments without labels are named after the source.
-
-        Raises
-        ------
-        LogError
-            With every fault of the recording.
-
-        Warns
-        -----
-        GapWarning
-            Once, if anything but a change of label cuts the recording.
-        """
-        if faults := faults_of(record):
+        """Return the log of a recording, split at its joins, gaps and missing samples."""
+        if faults := record_faults(record):
             raise LogError(faults, source=record.source)
-        parts = split(record, name_after(record.source))
-        if not parts.segments:
+        keep, segments, notes = split(record)
+        if not segments:
             empty = "no two neighbouring samples have all their values"
-            raise LogError([empty, *parts.notes], source=record.source)
-        if parts.notes:
-            warnings.warn(f"{record.source or 'log'}: {parts.told}", GapWarning, stacklevel=3)
-        log = cls(**record.columns(parts.keep), segments=parts.segments, source=record.source)
-        return log.noted(parts.told) if parts.notes else log
+            raise LogError([empty, *notes], source=record.source)
+        log = cls(**record.log_fields(keep), segments=segments)
+        if not notes:
+            return log
+        many = f"{len(segments)} segment{'s' if len(segments) > 1 else ''}"
+        cut = f"split into {many}: {'; '.join(notes)}"
+        warnings.warn(f"{record.source or 'log'}: {cut}", GapWarning, stacklevel=3)
+        return log.noted(cut)
 
     def noted(self, *notes: str) -> Log:
-        """Return the same log with sentences on what was done to it.
-
-        Parameters
-        ----------
-        *notes : str
-            One sentence each.
-
-        Returns
-        -------
-        log : Log
-            With the notes after those it had.
-        """
+        """Return the same log with sentences on what was done to it, after those it had."""
         return dataclasses.replace(self, notes=(*self.notes, *notes))
 
     @property
@@ -264,7 +233,7 @@ class Log:
     @cached_property
     def elapsed(self) -> FloatArray:
         """Time since the first sample [s], shape (n,); runs on where a clock restarts."""
-        return frozen(stretches.elapsed(self.time, self.segments))
+        return frozen(elapsed(self.time, self.segments))
 
     def command(self, name: str) -> FloatArray:
         """Return one command channel.
@@ -284,7 +253,12 @@ class Log:
         LogError
             If there is none of this name.
         """
-        return self.commands[:, stretches.command_index(self, name)]
+        if name not in self.command_names:
+            known = " ".join(self.command_names) or "none"
+            near = did_you_mean(name, self.command_names)
+            fault = f"there is no command '{name}'.{near} The commands are: {known}"
+            raise LogError(fault, source=self.source)
+        return self.commands[:, self.command_names.index(name)]
 
     def between(self, start: float, end: float) -> Log:
         """Return the samples of a time span.
@@ -311,7 +285,15 @@ class Log:
         >>> log.between(2, 5).time.tolist()
         [2.0, 3.0, 4.0]
         """
-        return stretches.take(self, stretches.spanned(self, start, end))
+        first, last = np.searchsorted(self.elapsed, (start, end)).tolist()
+        cut = ((part, max(part.start, first), min(part.stop, last)) for part in self.segments)
+        if pieces := [Segment(part.name, a, b) for part, a, b in cut if b - a >= 2]:
+            return take(self, pieces)
+        fault = (
+            f"no two samples lie between {start:g} s and {end:g} s; the log spans 0 s to"
+            f" {self.elapsed[-1]:g} s, counted from its first sample"
+        )
+        raise LogError(fault, source=self.source)
 
     def select(self, *names: str) -> Log:
         """Return the segments of the given names, in the order given.
@@ -338,7 +320,10 @@ class Log:
         >>> log.select("b").velocity[:, 0].tolist()
         [2.0, 2.0]
         """
-        return stretches.take(self, stretches.named(self, names))
+        pieces, faults = named(self.segments, names)
+        if faults:
+            raise LogError(faults, source=self.source)
+        return take(self, pieces)
 
     def __repr__(self) -> str:
         """Return one line."""
@@ -346,4 +331,20 @@ class Log:
 
     def __str__(self) -> str:
         """Return what the log holds, on one screen."""
-        return summary(self)
+        names = (self.velocity_names, self.command_names)
+        return summary(self.source, arrays(self), names, self.segments, self.notes)
+
+
+def take(log: Log, pieces: Sequence[Segment]) -> Log:
+    """Return the log of some stretches, each a segment of its own."""
+    rows = np.concatenate([np.arange(part.start, part.stop) for part in pieces])
+    stops = list(itertools.accumulate(len(part) for part in pieces))
+    segments = tuple(map(Segment, (part.name for part in pieces), [0, *stops[:-1]], stops))
+    taken: dict[str, Any] = {name: block[rows] for name, block in arrays(log).items()}
+    return dataclasses.replace(log, **taken, segments=segments)
+
+
+def arrays(log: Log) -> dict[str, FloatArray]:
+    """Return the arrays that a log has, commands included."""
+    found = {name: getattr(log, name) for name in _ARRAYS}
+    return {name: block for name, block in found.items() if block is not None}

@@ -1,9 +1,11 @@
-"""What was recorded, sample by sample, before it is checked and split."""
+"""What was recorded, sample by sample, before it is checked; and where it falls into segments."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import itertools
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,61 +15,52 @@ from hydrodamp.arrays import BoolArray, FloatArray, frozen
 from hydrodamp.basis.axes import VELOCITIES
 from hydrodamp.basis.command_names import check_command_name
 from hydrodamp.data.attitude import quaternion_from_euler
-from hydrodamp.data.blocks import BLOCKS
+from hydrodamp.data.channels import BLOCKS
 from hydrodamp.errors import LogError, TermError, did_you_mean
+
+#: A step longer than this many median steps, and than GAP_SECONDS, is a gap.
+GAP_STEPS = 5.0
+
+#: No step up to this long is a gap [s].
+GAP_SECONDS = 1.0
+
+_LISTED = 5
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A stretch of a log without a join or a gap: samples start to stop - 1."""
+
+    name: str
+    start: int
+    stop: int
+
+    def __len__(self) -> int:
+        """Return the number of samples."""
+        return self.stop - self.start
 
 
 @dataclass(frozen=True, eq=False)
 class Record:
-    """Columns of one recording, not yet checked."""
+    """Arrays of one recording in SI units and our axes; NaN where nothing was measured."""
 
-    time: FloatArray
-    velocity: FloatArray
+    blocks: Mapping[str, FloatArray]  # by the names of data.channels; time and velocity always
     velocity_names: tuple[str, ...] = VELOCITIES
-    attitude: FloatArray | None = None
-    commands: dict[str, FloatArray] = field(default_factory=dict)
-    wrench: FloatArray | None = None
-    acceleration: FloatArray | None = None
-    propulsion_ratio: FloatArray | None = None
-    position: FloatArray | None = None
-    specific_force: FloatArray | None = None
+    commands: Mapping[str, FloatArray] = field(default_factory=dict)
     labels: tuple[str, ...] | None = None
     lines: Sequence[int] | None = None
     source: str = ""
     notes: tuple[str, ...] = ()
 
-    @classmethod
-    def from_arrays(
-        cls,
-        time: npt.ArrayLike,
-        velocity: npt.ArrayLike | Mapping[str, npt.ArrayLike],
-        *,
-        attitude: npt.ArrayLike | None,
-        commands: Mapping[str, npt.ArrayLike],
-        segment: Sequence[object] | None,
-        source: str,
-        **optional: npt.ArrayLike | None,
-    ) -> Record:
-        """Return the record of plain arrays; parameters as for :meth:`Log.from_arrays`."""
-        n = np.size(time)
-        door = _Door(n)
-        blocks: dict[str, Any] = {
-            name: door.optional(name, optional.get(name), shape)
-            for name, shape in _optional_shapes(n).items()
-        }
-        record = cls(
-            time=door.array("time", time, (n,)),
-            velocity=door.velocity(velocity),
-            velocity_names=_velocity_names(velocity),
-            attitude=door.attitude(attitude),
-            commands={name: door.command(name, given) for name, given in commands.items()},
-            **blocks,
-            labels=door.labels(segment),
-            source=source,
-        )
-        if door.faults:
-            raise LogError(door.faults, source=source)
-        return record
+    @property
+    def time(self) -> FloatArray:
+        """Sample times [s]."""
+        return self.blocks["time"]
+
+    @property
+    def velocity(self) -> FloatArray:
+        """Body velocity, zero where not recorded, shape (n, 6)."""
+        return self.blocks["velocity"]
 
     @property
     def n(self) -> int:
@@ -88,94 +81,202 @@ class Record:
     def missing(self) -> BoolArray:
         """Whether any column but time is NaN at each sample, shape (n,)."""
         lacking = np.zeros(self.n, dtype=np.bool_)
-        blocks = (getattr(self, name) for name in _optional_shapes(self.n))
-        for block in (self.velocity, self.attitude, *blocks, *self.commands.values()):
-            if block is not None:
-                lacking |= np.isnan(block.reshape(self.n, -1)).any(axis=1)
+        measured = [block for name, block in self.blocks.items() if name != "time"]
+        for block in (*measured, *self.commands.values()):
+            lacking |= np.isnan(block.reshape(self.n, -1)).any(axis=1)
         return lacking
 
     def place(self, row: int) -> str:
         """Return how a message calls a sample."""
         return f"row {row + 1}" + ("" if self.lines is None else f" (line {self.lines[row]})")
 
-    def columns(self, keep: BoolArray) -> dict[str, Any]:
-        """Return the arguments of a log that holds some of the samples."""
+    def log_fields(self, keep: BoolArray) -> dict[str, Any]:
+        """Return the fields of a log that holds some of the samples."""
         commands = np.column_stack([*self.commands.values(), np.empty((self.n, 0))])
-        blocks = {name: commands if name == "commands" else getattr(self, name) for name in BLOCKS}
         rows = slice(None) if keep.all() else keep  # a long log is not copied for nothing
-        taken = {name: None if block is None else block[rows] for name, block in blocks.items()}
         return {
-            **taken,
-            "velocity_names": self.velocity_names,
+            **{name: block[rows] for name, block in self.blocks.items()},
+            "commands": commands[rows],
             "command_names": tuple(self.commands),
+            "velocity_names": self.velocity_names,
+            "source": self.source,
             "notes": self.notes,
         }
 
 
-class _Door:
-    """Copies arrays of n samples and collects what is wrong with them."""
+def record_of_arrays(
+    given: Mapping[str, Any],
+    commands: Mapping[str, npt.ArrayLike],
+    segment: Sequence[object] | None,
+    source: str,
+) -> Record:
+    """Return the record of arrays by the names of their blocks, or raise all their faults."""
+    n = np.size(given["time"])
+    faults: list[str] = []
 
-    def __init__(self, n: int) -> None:
-        self.n = n
-        self.faults: list[str] = []
-
-    def array(self, name: str, values: npt.ArrayLike, shape: tuple[int, ...]) -> FloatArray:
+    def copied(name: str, values: npt.ArrayLike, shape: tuple[int, ...]) -> FloatArray:
         try:
-            return frozen(values, shape, name)
+            return frozen(values, (n, *shape), name)
         except ValueError as error:
-            turned = np.shape(values)[::-1] == shape != shape[::-1]
+            turned = np.shape(values) == (*shape, n) != (n, *shape)
             hint = ". Did you pass it transposed? Rows are samples" if turned else ""
-            self.faults.append(f"{error}{hint}")
-            return np.zeros(shape)
+            faults.append(f"{error}{hint}")
+            return np.zeros((n, *shape))
 
-    def optional(
-        self, name: str, values: npt.ArrayLike | None, shape: tuple[int, ...]
-    ) -> FloatArray | None:
-        return None if values is None else self.array(name, values, shape)
+    blocks: dict[str, FloatArray] = {}
+    names: tuple[str, ...] = VELOCITIES
+    for block in BLOCKS:
+        values = given.get(block.name)
+        if block.name == "velocity" and isinstance(values, Mapping):
+            names = tuple(name for name in VELOCITIES if name in values)
+            columns = {name: copied(name, column, ()) for name, column in values.items()}
+            faults += [
+                f"velocity names are u v w p q r; got '{name}'.{did_you_mean(name, VELOCITIES)}"
+                for name in columns
+                if name not in VELOCITIES
+            ]
+            values = side_by_side(columns, VELOCITIES, n)
+        if block.name == "attitude" and values is not None and np.shape(values) == (n, 3):
+            values = quaternion_from_euler(copied("attitude", values, (3,)))
+        if values is not None:
+            blocks[block.name] = copied(block.name, values, block.shape)
+    faults += command_faults(commands)
+    channels = {name: copied(name, values, ()) for name, values in commands.items()}
+    if segment is not None and len(segment) != n:
+        faults.append(f"`segment` must have {n} labels; got {len(segment)}")
+    if faults:
+        raise LogError(faults, source=source)
+    labels = None if segment is None else tuple(map(str, segment))
+    return Record(blocks, names, channels, labels, source=source)
 
-    def velocity(self, velocity: npt.ArrayLike | Mapping[str, npt.ArrayLike]) -> FloatArray:
-        if not isinstance(velocity, Mapping):
-            return self.array("velocity", velocity, (self.n, 6))
-        block = np.zeros((self.n, 6))
-        for name, values in velocity.items():
-            if name in VELOCITIES:
-                block[:, VELOCITIES.index(name)] = self.array(name, values, (self.n,))
-            else:
-                near = did_you_mean(name, VELOCITIES)
-                self.faults.append(f"velocity names are u v w p q r; got '{name}'.{near}")
-        return block
 
-    def command(self, name: str, values: npt.ArrayLike) -> FloatArray:
+def side_by_side(columns: Mapping[str, FloatArray], names: Sequence[str], n: int) -> FloatArray:
+    """Stack columns; those that are absent are zero."""
+    return np.column_stack([columns.get(name, np.zeros(n)) for name in names])
+
+
+def command_faults(names: Iterable[str]) -> list[str]:
+    """Return what is wrong with the names of commands."""
+    faults = []
+    for name in names:
         try:
             check_command_name(name)
         except TermError as error:
-            self.faults.append(str(error))
-        return self.array(name, values, (self.n,))
-
-    def attitude(self, attitude: npt.ArrayLike | None) -> FloatArray | None:
-        if attitude is None or np.shape(attitude) != (self.n, 3):
-            return self.optional("attitude", attitude, (self.n, 4))
-        return quaternion_from_euler(self.array("attitude", attitude, (self.n, 3)))
-
-    def labels(self, segment: Sequence[object] | None) -> tuple[str, ...] | None:
-        if segment is not None and len(segment) != self.n:
-            self.faults.append(f"`segment` must have {self.n} labels; got {len(segment)}")
-            return None
-        return None if segment is None else tuple(map(str, segment))
+            faults.append(f"column `{name}`: {error}")
+    return faults
 
 
-def _optional_shapes(n: int) -> dict[str, tuple[int, ...]]:
-    """Return the arrays that a recording may have besides motion and commands."""
-    return {
-        "wrench": (n, 6),
-        "acceleration": (n, 6),
-        "propulsion_ratio": (n,),
-        "position": (n, 3),
-        "specific_force": (n, 3),
-    }
+def longest_step(time: FloatArray, joins: BoolArray) -> float:
+    """Return the longest step that is not a gap."""
+    steps = np.diff(time)[~joins[1:]]
+    return max(GAP_STEPS * float(np.median(steps)), GAP_SECONDS) if len(steps) else GAP_SECONDS
 
 
-def _velocity_names(velocity: npt.ArrayLike | Mapping[str, npt.ArrayLike]) -> tuple[str, ...]:
-    if not isinstance(velocity, Mapping):
-        return VELOCITIES
-    return tuple(name for name in VELOCITIES if name in velocity)
+def split(record: Record) -> tuple[BoolArray, tuple[Segment, ...], tuple[str, ...]]:
+    """Return which samples to keep, their segments, and a sentence on every cut but joins."""
+    joins, missing = record.joins, record.missing
+    late = np.diff(record.time, prepend=record.time[:1]) > longest_step(record.time, joins)
+    gaps = late & ~joins
+    starts = joins | gaps | (missing != np.roll(missing, 1))
+    edges = np.append(np.flatnonzero(starts), record.n).tolist()
+    pieces = [(a, b) for a, b in itertools.pairwise(edges) if not missing[a]]
+    kept = [(a, b) for a, b in pieces if b - a >= 2]
+    keep = np.zeros(record.n, dtype=np.bool_)
+    for a, b in kept:
+        keep[a:b] = True
+    return keep, _segments(record, kept), _notes(record, gaps, missing, edges)
+
+
+def name_after(source: str) -> str:
+    """Return what the segments of a file are called."""
+    name = Path(source).name
+    return Path(name[:-3] if name.lower().endswith(".gz") else name).stem or "1"
+
+
+def unique_names(names: Iterable[str]) -> tuple[str, ...]:
+    """Return the names with a number added to those that stood before."""
+    taken: dict[str, None] = {}
+    for name in names:
+        candidate, count = name, 1
+        while candidate in taken:
+            count += 1
+            candidate = f"{name}-{count}"
+        taken[candidate] = None
+    return tuple(taken)
+
+
+def elapsed(time: FloatArray, segments: Sequence[Segment]) -> FloatArray:
+    """Return the time since the first sample, running on where a clock restarts."""
+    count: FloatArray = time - time[0]
+    for before, part in itertools.pairwise(segments):
+        if time[part.start] <= time[part.start - 1]:
+            step = np.median(np.diff(time[before.start : before.stop]))
+            count[part.start :] += count[part.start - 1] + step - count[part.start]
+    return count
+
+
+def named(segments: Sequence[Segment], names: Sequence[str]) -> tuple[list[Segment], list[str]]:
+    """Return the segments that answer to some names, in that order, and what is wrong."""
+    pieces: dict[str, Segment] = {}
+    known = " ".join(part.name for part in segments)
+    faults = [] if names else [f"name at least one segment of: {known}"]
+    for name in names:
+        found = {part.name: part for part in segments if goes_by(part.name, name)}
+        if not found:
+            near = did_you_mean(name, known.split(" "))
+            faults.append(f"there is no segment '{name}'.{near} The segments are: {known}")
+        pieces |= found
+    return list(pieces.values()), faults
+
+
+def goes_by(segment: str, name: str) -> bool:
+    """Return whether a segment answers to a name: its own, or that of its label."""
+    label, _, piece = segment.rpartition(".")
+    return segment == name or (piece.isdigit() and goes_by(label, name))
+
+
+def _segments(record: Record, pieces: list[tuple[int, int]]) -> tuple[Segment, ...]:
+    """Name each piece after its label or file, numbered where a label fell apart."""
+    run = np.cumsum(record.joins)
+    count = np.bincount([run[a] for a, _ in pieces], minlength=1)
+    seen: dict[int, int] = {}
+    names = []
+    for a, _ in pieces:
+        label = name_after(record.source) if record.labels is None else record.labels[a]
+        seen[run[a]] = seen.get(run[a], 0) + 1
+        names.append(f"{label}.{seen[run[a]]}" if count[run[a]] > 1 else label)
+    stops = [*itertools.accumulate(b - a for a, b in pieces)]
+    return tuple(map(Segment, unique_names(names), [0, *stops[:-1]], stops))
+
+
+def _notes(
+    record: Record, gaps: BoolArray, missing: BoolArray, edges: list[int]
+) -> tuple[str, ...]:
+    """Say where a recording is cut, and what is dropped."""
+    time, pieces = record.time, [*itertools.pairwise(edges)]
+    pauses = [
+        f"no samples from {time[row - 1]:g} s to {time[row]:g} s"
+        for row in np.flatnonzero(gaps).tolist()
+    ]
+    lacking = [
+        f"{b - a} {'sample' if b - a == 1 else 'samples'} with missing values"
+        f" at {time[a]:g} s to {time[b - 1]:g} s"
+        for a, b in pieces
+        if missing[a]
+    ]
+    dropped = [
+        f"dropped a segment of one sample at {time[a]:g} s"
+        + ("" if record.labels is None else f" (segment '{record.labels[a]}')")
+        for a, b in pieces
+        if b - a == 1 and not missing[a]
+    ]
+    return (
+        *_capped(pauses, "gaps"),
+        *_capped(lacking, "stretches with missing values"),
+        *_capped(dropped, "segments of one sample dropped"),
+    )
+
+
+def _capped(notes: list[str], what: str) -> list[str]:
+    more = len(notes) - _LISTED
+    return notes if more <= 0 else [*notes[:_LISTED], f"{more} more {what}"]

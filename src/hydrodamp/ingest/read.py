@@ -11,10 +11,10 @@ import numpy as np
 
 from hydrodamp.advance import shares, within
 from hydrodamp.conditioning.steps import prepared
+from hydrodamp.data.concatenation import concatenate
 from hydrodamp.data.log import Log
 from hydrodamp.data.record import Record
 from hydrodamp.data.recording import Recording
-from hydrodamp.data.stretches import concatenate
 from hydrodamp.errors import FileError, GapWarning, LogError
 from hydrodamp.ingest.formats.content import size_of
 from hydrodamp.ingest.mapping import LogMapping, read_mapping

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
-from hydrodamp.data.segments import unique_names
+from hydrodamp.data.record import unique_names
 from hydrodamp.errors import FileError
 from hydrodamp.report.plain_names import is_plain
 

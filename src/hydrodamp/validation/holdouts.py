@@ -9,8 +9,7 @@ import numpy as np
 
 from hydrodamp.arrays import BoolArray
 from hydrodamp.basis.basis import Basis
-from hydrodamp.data.log import Log, Segment
-from hydrodamp.data.stretches import take
+from hydrodamp.data.log import Log, Segment, take
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.rows.equations import Rows
 from hydrodamp.identification.rows.folds import Folds, folds

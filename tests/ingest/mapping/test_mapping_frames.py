@@ -61,8 +61,7 @@ def test_axes_there_and_back(motion: np.ndarray, case: tuple[str, str], form: st
     )
     record = mapping.record(recording(t=np.arange(4.0), **columns))
     np.testing.assert_array_equal(record.velocity, motion[:, 3:])
-    assert record.attitude is not None
-    back = Rotation.from_quat(record.attitude, scalar_first=True)
+    back = Rotation.from_quat(record.blocks["attitude"], scalar_first=True)
     ours = Rotation.from_euler("ZYX", motion[:, [2, 1, 0]])
     np.testing.assert_allclose((back * ours.inv()).magnitude(), 0, atol=1e-7)
 
@@ -79,8 +78,7 @@ def test_rep_103_looks_east_at_zero_and_north_at_a_quarter() -> None:
         }
     )
     record = mapping.record(recording(t=np.arange(2.0), yaw=np.array([0.0, 90]), u=np.ones(2)))
-    assert record.attitude is not None
-    yaw = np.degrees(euler_from_quaternion(record.attitude)[:, 2])
+    yaw = np.degrees(euler_from_quaternion(record.blocks["attitude"])[:, 2])
     np.testing.assert_allclose(yaw, [90, 0], atol=1e-12)
 
 
@@ -158,8 +156,7 @@ def test_a_sensor_turned_and_moved_in_the_vehicle(motion: np.ndarray) -> None:
     )
     record = mapping.record(given)
     np.testing.assert_allclose(record.velocity, motion[:, 3:], atol=1e-12)
-    assert record.attitude is not None
-    back = Rotation.from_quat(record.attitude, scalar_first=True)
+    back = Rotation.from_quat(record.blocks["attitude"], scalar_first=True)
     np.testing.assert_allclose((back * body.inv()).magnitude(), 0, atol=1e-7)
 
 
@@ -210,10 +207,8 @@ def test_an_accelerometer_at_rest_feels_the_ground_push_up() -> None:
     record = mapping.record(
         recording(t=np.arange(2.0), u=still, x=still, y=still, z=np.ones(2), n=still, d=still + 7)
     )
-    assert record.specific_force is not None
-    assert record.position is not None
-    np.testing.assert_allclose(record.specific_force[0], [0, 0, -9.80665])
-    assert record.position[0].tolist() == [0, 0, 7]
+    np.testing.assert_allclose(record.blocks["specific_force"][0], [0, 0, -9.80665])
+    assert record.blocks["position"][0].tolist() == [0, 0, 7]
 
 
 @settings(deadline=None, max_examples=40)

@@ -115,8 +115,7 @@ def test_units_in_the_header_are_turned_into_si(tmp_path: Path) -> None:
     np.testing.assert_allclose(record.time, [0.0, 0.5])
     np.testing.assert_allclose(record.velocity[:, 0], [1.0, 2.0])
     np.testing.assert_allclose(record.velocity[:, 5], [np.pi / 2, 0.0])
-    assert record.position is not None
-    assert record.position[:, 2].tolist() == [2.0, 3.0]
+    assert record.blocks["position"][:, 2].tolist() == [2.0, 3.0]
     assert record.commands["rudder"].tolist() == [5.0, 6.0]  # commands may be anything
 
 

@@ -264,8 +264,7 @@ def test_a_position_alone_makes_a_record_to_be_completed() -> None:
     gps = Topic("/gps", np.arange(3.0), {"n": np.arange(3.0), "e": np.arange(3.0)})
     record = given.record(Recording((gps,), "dive.bag", "a test"))
     assert record.velocity_names == ()
-    assert record.position is not None
-    assert record.position[2].tolist() == [2, 2, 0]
+    assert record.blocks["position"][2].tolist() == [2, 2, 0]
 
 
 def test_odd_clocks_are_put_right_with_a_warning() -> None:

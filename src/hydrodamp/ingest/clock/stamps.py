@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray
-from hydrodamp.data.segments import GAP_SECONDS, GAP_STEPS
+from hydrodamp.data.record import GAP_SECONDS, GAP_STEPS
 from hydrodamp.errors import LogError
 from hydrodamp.ingest.clock.epochs import Epochs, epochs
 from hydrodamp.ingest.clock.met import Met, Oddity

@@ -10,7 +10,7 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.axes import AXES, VELOCITIES
 from hydrodamp.data.attitude import quaternion_from_euler
-from hydrodamp.data.columns import ACCELERATIONS, EULER, QUATERNION
+from hydrodamp.data.channels import ACCELERATION, ATTITUDE, EULER
 from hydrodamp.ingest.mapping import frames
 from hydrodamp.ingest.mapping.sampler import Sampler, runs_in_degrees
 
@@ -30,7 +30,7 @@ class Assembly:
         self.faults: list[str] = []
         self._attitude()
         self._velocity()
-        for group, names in (("acceleration", ACCELERATIONS), ("wrench", AXES)):
+        for group, names in (("acceleration", ACCELERATION.columns), ("wrench", AXES)):
             for index, name in enumerate(names):
                 if sampler.has(f"{group}.{name}"):
                     self._put(name, f"{group}.{name}", index % 3)
@@ -75,7 +75,7 @@ class Assembly:
 
     def _attitude(self) -> None:
         angles = [name for name in (*EULER, "heading") if self.sampler.has(f"attitude.{name}")]
-        parts = [name for name in QUATERNION if self.sampler.has(f"attitude.{name}")]
+        parts = [name for name in ATTITUDE.columns if self.sampler.has(f"attitude.{name}")]
         if angles:
             self.faults += self._degree_faults(angles)
             self._euler(angles)
@@ -130,12 +130,12 @@ class Assembly:
         self._put_quaternion(self.sampler.turned(turned, places[0]))
 
     def _put_quaternion(self, quaternion: FloatArray) -> None:
-        self.numbers |= dict(zip(QUATERNION, quaternion.T, strict=True))
+        self.numbers |= dict(zip(ATTITUDE.columns, quaternion.T, strict=True))
 
     def _at_ticks(self) -> FloatArray | None:
         """Return the attitude put so far as quaternions; level where only yaw is known."""
-        if QUATERNION[0] in self.numbers:
-            return np.column_stack([self.numbers[name] for name in QUATERNION])
+        if ATTITUDE.columns[0] in self.numbers:
+            return np.column_stack([self.numbers[name] for name in ATTITUDE.columns])
         if "yaw" not in self.numbers:
             return None
         level = np.zeros(self.sampler.n)

@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrodamp.data.columns import Columns
-from hydrodamp.data.record import Record
+from hydrodamp.data.canonical import record_of_columns
+from hydrodamp.data.record import Record, name_after
 from hydrodamp.data.recording import Recording
-from hydrodamp.data.segments import name_after
 from hydrodamp.errors import ClockWarning, LogError
 from hydrodamp.ingest.clock.met import Met, Oddity
 from hydrodamp.ingest.mapping.aliases import meant, renamed, resolved
@@ -70,19 +69,21 @@ def _put_together(mapping: LogMapping, sampler: Sampler, source: str) -> Record:
     moves = any(name in made.numbers for name in "uvwpqr")
     # Columns without a velocity make no log; a position may yet give one.
     numbers = made.numbers if moves else {**made.numbers, "u": np.zeros(sampler.n)}
-    columns = Columns(
+    record, faults = record_of_columns(
         numbers,
         tuple(name for name in mapping.commands if name in numbers),
         sampler.labels(name_after(source)),
         sampler.lines(),
         source,
     )
-    faults, record = [*made.faults, *columns.faults()], columns.record()
+    faults = [*made.faults, *faults]
     if faults or record is None:
         raise LogError(faults or ["there are no samples"], source=source)
     if not moves:
         record = dataclasses.replace(record, velocity_names=())
-    return dataclasses.replace(record, position=made.position, specific_force=made.specific_force)
+    blocks = {**record.blocks, "position": made.position, "specific_force": made.specific_force}
+    there = {name: block for name, block in blocks.items() if block is not None}
+    return dataclasses.replace(record, blocks=there)
 
 
 def _summary(sampler: Sampler, rate: float | None) -> Iterator[str]:

@@ -10,14 +10,13 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.axes import VELOCITIES
-from hydrodamp.data.canonical import RESERVED
-from hydrodamp.data.checks import faults_of
-from hydrodamp.data.columns import Columns
+from hydrodamp.data.canonical import record_of_columns
+from hydrodamp.data.channels import QUANTITIES, RESERVED
+from hydrodamp.data.checks import record_faults
 from hydrodamp.data.record import Record
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.data.units import UNITS, factor, spelt
 from hydrodamp.errors import LogError
-from hydrodamp.ingest.mapping.channels import CANONICAL
 from hydrodamp.ingest.mapping.composition import presets
 from hydrodamp.ingest.mapping.finding import text_faults
 
@@ -37,18 +36,17 @@ def canonical_record(recording: Recording) -> Record:
     if "time" not in numbers and table.time is not None:
         numbers["time"] = table.time
     numbers, unit_faults = _in_si(numbers, table)
-    columns = Columns(
+    record, wrong = record_of_columns(
         numbers,
         tuple(name for name in numbers if name not in RESERVED and not _is_odd(name, table)),
         labels_of(table, "segment"),
         table.lines or None,
         recording.source,
     )
-    record = columns.record()
     names = (*table.fields, *table.texts)
-    faults = [*_cell_faults(table), *unit_faults, *columns.faults(), *_name_faults(names)]
+    faults = [*_cell_faults(table), *unit_faults, *wrong, *_name_faults(names)]
     if faults and record is not None and not table.faults:
-        faults += faults_of(record)
+        faults += record_faults(record)
     if faults or record is None:
         raise LogError(faults or ["there are no samples"], source=recording.source)
     return dataclasses.replace(record, notes=recording.notes)
@@ -57,12 +55,12 @@ def canonical_record(recording: Recording) -> Record:
 def _in_si(numbers: dict[str, FloatArray], table: Topic) -> tuple[dict[str, FloatArray], list[str]]:
     """Return the columns in SI units, and what is wrong with the units of the header."""
     turned, faults = dict(numbers), []
-    for name, quantity in CANONICAL.items():
+    for name, quantity in QUANTITIES.items():
         stated = table.units.get(name, "")
         if name not in numbers or name in table.faults or stated in _NO_UNIT:
             continue
-        unit = spelt(stated)
-        if unit in UNITS[quantity]:
+        unit = spelt(stated, quantity)
+        if unit is not None:
             scale = factor(unit)
             turned[name] = numbers[name] if scale == 1.0 else scale * numbers[name]
         else:

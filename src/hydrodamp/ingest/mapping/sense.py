@@ -7,7 +7,7 @@ from typing import Any
 
 from hydrodamp.basis.axes import VELOCITIES
 from hydrodamp.basis.command_names import check_command_name
-from hydrodamp.data.columns import EULER, QUATERNION
+from hydrodamp.data.channels import ATTITUDE, EULER
 from hydrodamp.data.units import factor
 from hydrodamp.errors import LogError, TermError
 from hydrodamp.ingest.mapping.channels import COMPASS, GROUPS, SINGLE, quantity_of
@@ -46,7 +46,7 @@ def _missing(content: Mapping[Any, Any]) -> Iterator[str]:
 
 def _attitude(given: Mapping[Any, Any]) -> Iterator[str]:
     euler = [name for name in (*EULER, "heading") if name in given]
-    turned = [name for name in (*QUATERNION, "quaternion") if name in given]
+    turned = [name for name in (*ATTITUDE.columns, "quaternion") if name in given]
     if euler and turned:
         yield (
             f"`attitude` must be given once; got both `{' '.join(euler)}` and"
@@ -71,7 +71,7 @@ def _velocity(given: Mapping[Any, Any], attitude: Mapping[Any, Any]) -> Iterator
         yield f"`velocity.{world[0]}` needs `attitude` to become a velocity along body axes"
     if world and not {"north", "east"} <= set(world):
         yield "`velocity` along the world's axes needs both `north` and `east`"
-    level = not {"roll", "pitch", *QUATERNION, "quaternion"} & set(attitude)
+    level = not {"roll", "pitch", *ATTITUDE.columns, "quaternion"} & set(attitude)
     if world and attitude and not level and not {"down", "up"} & set(world):
         yield "`velocity` needs `down` or `up` beside north and east, as the vehicle may tilt"
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from hydrodamp.basis.command_names import check_command_name
-from hydrodamp.data.canonical import RESERVED
+from hydrodamp.data.channels import RESERVED
 from hydrodamp.data.recording import Recording
 from hydrodamp.data.units import UNITS
 from hydrodamp.errors import HydrodampError
