@@ -18,7 +18,7 @@ from hydrodamp.data.recording import Recording
 from hydrodamp.errors import FileError, GapWarning, LogError
 from hydrodamp.ingest.formats.content import size_of
 from hydrodamp.ingest.mapping import LogMapping, read_mapping
-from hydrodamp.ingest.mapping.plain import canonical_record
+from hydrodamp.ingest.mapping.canonical_table import canonical_record
 
 Place = str | Path
 """A file or a folder."""

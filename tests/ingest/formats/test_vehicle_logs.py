@@ -76,6 +76,19 @@ def test_a_format_given_anew_drops_what_contradicts_it(tmp_path: Path, dive: Any
     assert any("described anew" in note for note in recording.notes)
 
 
+def test_the_cores_of_an_estimator_are_topics_of_their_own_without_stated_units(
+    tmp_path: Path,
+) -> None:
+    path = tmp_path / "dive.log"
+    path.write_text(
+        "FMT, 140, 23, XKF1, QBf, TimeUS,C,VN\n"
+        + "".join(f"XKF1, {1000 * k}, {k % 2}, {k}\n" for k in range(6))
+    )
+    recording = ardupilot.read(path)
+    assert [topic.name for topic in recording.topics] == ["XKF1[0]", "XKF1[1]"]
+    assert recording.topic("XKF1[0]").fields["VN"].tolist() == [0.0, 2.0, 4.0]
+
+
 def test_dataflash_in_text(tmp_path: Path) -> None:
     path = tmp_path / "dive.log"
     path.write_text(

@@ -199,7 +199,7 @@ def test_an_accelerometer_at_rest_feels_the_ground_push_up() -> None:
             "frame": "FLU",
             "time": "t",
             "velocity": {"u": "u"},
-            "accelerometer": {"x": "x", "y": "y", "z": {"column": "z", "unit": "g"}},
+            "specific_force": {"fx": "x", "fy": "y", "fz": {"column": "z", "unit": "g"}},
             "position": {"north": "n", "depth": "d"},
         }
     )

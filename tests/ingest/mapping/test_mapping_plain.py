@@ -17,7 +17,7 @@ from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import FileError, GapWarning, LogError
 from hydrodamp.ingest.mapping import LogMapping
-from hydrodamp.ingest.mapping.plain import canonical_record
+from hydrodamp.ingest.mapping.canonical_table import canonical_record
 from hydrodamp.ingest.read import read_log, read_logs, read_parts, read_record, read_recording
 
 TIME = np.arange(0, 5, 0.1)

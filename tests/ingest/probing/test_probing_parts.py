@@ -146,4 +146,4 @@ def test_command_names_are_short_legal_and_unlike() -> None:
     names = command_names(["/a/port.data", "/b/port.data", "yes", "1", "a b", "a-b", "!", "u|v"])
     assert len(set(names)) == len(names)
     content = {"time": "t", "velocity": {"u": "u"}, "commands": dict.fromkeys(names, "c")}
-    assert LogMapping.from_dict(content).commands == tuple(names)
+    assert tuple(LogMapping.from_dict(content).commands) == tuple(names)

@@ -31,7 +31,7 @@ def agrees(found: Probe, recording: Recording, dive) -> None:
         ("/rov/odom", "twist.twist.angular.y", None, "velocity.q"),
         ("/rov/odom", "pose.pose.orientation.w", None, "attitude.qw"),
         ("/rov/odom", "twist.covariance[3]", None, None),
-        ("IMU", "AccZ", "m/s^2", "accelerometer.z"),
+        ("IMU", "AccZ", "m/s^2", "specific_force.fz"),
         ("RATE", "Y", "deg/s", "velocity.r"),
         ("ATT", "DesYaw", "deg", None),
         ("XKF1", "VD", "m/s", "velocity.down"),
@@ -62,7 +62,7 @@ def test_px4_is_earth_fixed_and_comes_back(px4: Recording, dive) -> None:
     assert found.roles.way.earth_fixed is True
     assert (found.roles.upright.body, found.roles.world) == ("FRD", "NED")
     assert [one.name for one in found.presets] == ["px4-uuv"]
-    assert found.roles.chosen("accelerometer.x") is None
+    assert found.roles.chosen("specific_force.fx") is None
     agrees(found, px4, dive)
 
 

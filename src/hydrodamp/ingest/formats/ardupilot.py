@@ -230,4 +230,4 @@ def _text_topics(data: bytes, notes: list[str]) -> Iterator[Topic]:
             key: list(column.words) if column.numbers is None else column.numbers
             for key, column in columns.items()
         }
-        yield _topic(name, fields, {}, slice(None))
+        yield from _instances(formats[name], fields, Units({}, {}, {}))

@@ -39,6 +39,9 @@ _KINDS: dict[str, tuple[str, float]] = {
 }
 """NumPy type and divisor of every letter of a format (ArduPilot, LogStructure.h)."""
 
+# The field that numbers the sensors of one kind, where a log does not state it (LogStructure.h).
+_INSTANCES = {"XKF": "C", "NKF": "C", "IMU": "I", "ACC": "I", "GYR": "I"}
+
 _PREFIXES = {0.1: "d", 0.01: "c", 1e-3: "m", 1e-6: "µ", 1e-9: "n"}
 
 
@@ -101,8 +104,10 @@ class Units:
 
     def instance(self, form: MessageFormat) -> str:
         """Return the field that numbers the sensors of one kind; empty for none."""
-        letters, _ = self.by_type.get(form.type, ("", ""))
-        place = letters.find("#")
+        if form.type not in self.by_type:
+            known = _INSTANCES.get(form.name.rstrip("0123456789"), "")
+            return known if known in form.columns else ""
+        place = self.by_type[form.type][0].find("#")
         return form.columns[place] if 0 <= place < len(form.columns) else ""
 
     def of(self, form: MessageFormat) -> dict[str, str]:

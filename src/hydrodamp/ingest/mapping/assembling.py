@@ -1,118 +1,179 @@
-"""Channels at the ticks of one clock, turned into our axes and put together."""
+"""From a recording to a record: channels found, brought to one clock, turned into our axes."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import TYPE_CHECKING
+import dataclasses
+import warnings
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.basis.axes import AXES, VELOCITIES
+from hydrodamp.basis.axes import VELOCITIES
 from hydrodamp.data.attitude import quaternion_from_euler
-from hydrodamp.data.channels import ACCELERATION, ATTITUDE, EULER
+from hydrodamp.data.canonical import record_of_columns
+from hydrodamp.data.channels import ACCELERATION, ATTITUDE, EULER, POSITION, SPECIFIC_FORCE, WRENCH
+from hydrodamp.data.record import Record, name_after
+from hydrodamp.data.recording import Recording
+from hydrodamp.errors import ClockWarning, LogError
+from hydrodamp.ingest.clock.met import Oddity
 from hydrodamp.ingest.mapping import frames
-from hydrodamp.ingest.mapping.sampler import Sampler, runs_in_degrees
-
-if TYPE_CHECKING:
-    from hydrodamp.ingest.mapping.log_mapping import LogMapping
+from hydrodamp.ingest.mapping.channels import SINGLE
+from hydrodamp.ingest.mapping.finding import find, locate, meant, renamed
+from hydrodamp.ingest.mapping.sampler import Sampler, streams_of
+from hydrodamp.ingest.mapping.schema import RECORDED, Entry, MappingFile, Source
 
 _LINEAR, _ANGULAR = VELOCITIES[:3], VELOCITIES[3:]
-_WORLD = ("north", "east", "down")
+_WORLD = POSITION.columns
+_TURN = 2 * np.pi
+_EXPECTED = (Oddity.DROPOUT, Oddity.EMPTY)  # in any log; no more than a note
+
+
+def record_of(mapping: MappingFile, recording: Recording) -> Record:
+    """Return the record that a mapping makes of a recording."""
+    try:
+        sampler = _sampler(mapping, recording)
+    except LogError as error:
+        raise LogError(error.faults, source=recording.source) from error
+    made = Assembly(mapping, sampler)
+    moves = any(name in made.numbers for name in VELOCITIES)
+    # Columns without a velocity make no log; a position may yet give one.
+    numbers = made.numbers if moves else {**made.numbers, "u": np.zeros(sampler.n)}
+    record, faults = record_of_columns(
+        numbers,
+        tuple(name for name in mapping.commands if name in numbers),
+        sampler.labels(name_after(recording.source)),
+        sampler.lines(),
+        recording.source,
+    )
+    faults = [*made.faults, *faults]
+    if faults or record is None:
+        raise LogError(faults or ["there are no samples"], source=recording.source)
+    if told := [str(one) for one in sampler.met if one.oddity not in _EXPECTED]:
+        warnings.warn(f"{recording.source}: {'; '.join(told)}", ClockWarning, stacklevel=3)
+    return dataclasses.replace(
+        record,
+        velocity_names=record.velocity_names if moves else (),
+        notes=(*recording.notes, *_summary(mapping, sampler), *map(str, sampler.met)),
+    )
+
+
+def _sampler(mapping: MappingFile, recording: Recording) -> Sampler:
+    """Find all channels and set their clocks right, or tell every fault."""
+    names = meant(mapping.topics, recording)
+    wanted = [entry for entry in mapping.entries if entry.group != "time"]
+    segment = None if mapping.segment is None else renamed(mapping.segment, names)
+    labelled = None if segment is None else locate(segment, recording)
+    if segment is not None and labelled is None:
+        wanted.append(Entry("segment", "segment", (Source(column=segment),)))
+    is_table = any(not topic.name and topic.time is None for topic in recording.topics)
+    if is_table and mapping.time[0].column != RECORDED:
+        wanted.insert(0, Entry("time", "time", mapping.time, "time"))
+    found, faults = find(wanted, recording, mapping.name, mapping.topics)
+    found = [one for one in found if one.entry.group != "time"]
+    streams, untimed = streams_of(found, mapping.time, labelled)
+    if faults := [*faults, *(() if is_table and faults else untimed)]:
+        raise LogError(faults)
+    clock = mapping.clock.topic
+    return Sampler(found, streams, names.get(clock or "", clock), mapping.clock.rate)
+
+
+def _summary(mapping: MappingFile, sampler: Sampler) -> Iterator[str]:
+    """Say whose clock the log follows, where there was a choice, and what is constant."""
+    base, rate = sampler.base.topic.name, mapping.clock.rate
+    others = len({stream.topic.name for stream in sampler.streams} - {base})
+    if rate is not None:
+        yield f"brought to {rate:g} Hz over the messages of `{base}`"
+    elif others:
+        yield f"{others} topic{'s' if others > 1 else ''} brought to the clock of `{base}`"
+    for place, value in sampler.constants.items():
+        name = place.partition(".")[2]
+        yield f"`{name}` was not recorded; the mapping takes it as {value:g} throughout"
 
 
 class Assembly:
-    """The columns of the canonical form, made from the channels of a mapping."""
+    """The columns of the canonical form, made from channels at the ticks of one clock."""
 
-    def __init__(self, mapping: LogMapping, sampler: Sampler) -> None:
+    def __init__(self, mapping: MappingFile, sampler: Sampler) -> None:
         self.mapping, self.sampler = mapping, sampler
         self.numbers: dict[str, FloatArray] = {"time": sampler.ticks.time}
         self.faults: list[str] = []
         self._attitude()
         self._velocity()
-        for group, names in (("acceleration", ACCELERATION.columns), ("wrench", AXES)):
-            for index, name in enumerate(names):
-                if sampler.has(f"{group}.{name}"):
-                    self._put(name, f"{group}.{name}", index % 3)
-        if sampler.has("eta.eta"):
-            self.numbers["eta"] = sampler.number("eta.eta")
+        for block in (ACCELERATION, WRENCH):
+            for index, name in enumerate(block.columns):
+                self._put(name, f"{block.name}.{name}", index % 3, mapping.frame)
+        self._whole(POSITION.name, POSITION.columns)
+        self._specific_force()
+        single = [(name, f"{name}.{name}") for name in SINGLE if name != "time"]
+        for name, place in single:
+            if sampler.has(place):
+                self.numbers[name] = sampler.number(place)
         for name in mapping.commands:
             if sampler.has(f"commands.{name}"):
                 self.numbers[name] = sampler.number(f"commands.{name}", is_command=True)
 
-    @property
-    def position(self) -> FloatArray | None:
-        """North, east, down at the ticks, shape (n, 3) [m]; zero along what is not given."""
-        return self._three("position", _WORLD)
+    def _put(self, name: str, place: str, index: int, axes: str) -> None:
+        """Put a component along or about a body axis among the columns, if it is there."""
+        if self.sampler.has(place):
+            sign = frames.vector_sign(index, axes)
+            values = self.sampler.number(place)
+            # Taken from zero, so that zero does not become minus zero.
+            self.numbers[name] = values if sign == 1.0 else 0.0 - values
 
-    @property
-    def specific_force(self) -> FloatArray | None:
-        """What an accelerometer measures, body axes, shape (n, 3) [m/s^2]."""
-        given = self._three("accelerometer", ("x", "y", "z"))
-        if given is None:
-            return None
-        mounting = self.mapping.mounting("accelerometer")
-        signs = [frames.vector_sign(index, mounting.axes) for index in range(3)]
-        return (given * signs) @ mounting.rotation().T
-
-    def _three(self, group: str, names: tuple[str, ...]) -> FloatArray | None:
+    def _whole(self, group: str, names: Sequence[str]) -> FloatArray | None:
+        """Put three components that belong together; zero along what is not given."""
         there = [self.sampler.has(f"{group}.{name}") for name in names]
         if not any(there):
             return None
-        return np.column_stack(
-            [
-                self.sampler.number(f"{group}.{name}") if has else np.zeros(self.sampler.n)
-                for name, has in zip(names, there, strict=True)
-            ]
-        )
+        columns = [
+            self.sampler.number(f"{group}.{name}") if has else np.zeros(self.sampler.n)
+            for name, has in zip(names, there, strict=True)
+        ]
+        self.numbers |= dict(zip(names, columns, strict=True))
+        return np.column_stack(columns)
 
-    def _put(self, name: str, place: str, index: int, axes: str | None = None) -> None:
-        """Put a component along or about a body axis among the columns."""
-        sign = frames.vector_sign(index, axes or self.mapping.frame)
-        values = self.sampler.number(place)
-        # Taken from zero, so that zero does not become minus zero.
-        self.numbers[name] = values if sign == 1.0 else 0.0 - values
+    def _specific_force(self) -> None:
+        given = self._whole(SPECIFIC_FORCE.name, SPECIFIC_FORCE.columns)
+        if given is not None:
+            mounting = self.mapping.mounting(SPECIFIC_FORCE.name)
+            signs = [frames.vector_sign(index, mounting.axes) for index in range(3)]
+            turned = (given * signs) @ mounting.rotation().T
+            self.numbers |= dict(zip(SPECIFIC_FORCE.columns, turned.T, strict=True))
 
     def _attitude(self) -> None:
         angles = [name for name in (*EULER, "heading") if self.sampler.has(f"attitude.{name}")]
         parts = [name for name in ATTITUDE.columns if self.sampler.has(f"attitude.{name}")]
         if angles:
-            self.faults += self._degree_faults(angles)
-            self._euler(angles)
+            self.faults += [
+                f"`attitude.{name}` must be in rad; it runs as an angle in degrees does. Say"
+                " `unit: deg`"
+                for name in angles
+                if not self.sampler.is_direct(f"attitude.{name}")
+                and _runs_in_degrees(name, self.sampler.raw(f"attitude.{name}"))
+            ]
+            self._euler({"yaw" if name == "heading" else name: name for name in angles})
         elif parts:
             self._quaternion(parts)
 
-    def _degree_faults(self, angles: list[str]) -> Iterator[str]:
-        for name in angles:
-            if not self.sampler.is_direct(f"attitude.{name}") and runs_in_degrees(
-                name, self.sampler.raw(f"attitude.{name}")
-            ):
-                yield (
-                    f"`attitude.{name}` must be in rad; it runs as an angle in degrees does. Say"
-                    " `unit: deg`"
-                )
-
-    def _euler(self, angles: list[str]) -> None:
+    def _euler(self, given: dict[str, str]) -> None:
         """Put angles among the columns: as angles where nothing was done to them."""
-        places = [f"attitude.{name}" for name in angles]
         mounting, world = self.mapping.mounting("attitude"), self.mapping.world
-        called = ["yaw" if name == "heading" else name for name in angles]
-        whole = set(called) == set(EULER)
-        direct = all(map(self.sampler.is_direct, places)) and not mounting.is_turned
-        if whole and not direct and self.sampler.together(places):
-            recorded = {
-                short: frames.euler_angle(name, self.sampler.raw(place), world)
-                for short, name, place in zip(called, angles, places, strict=True)
-            }
-            euler = np.column_stack([recorded[name] for name in EULER])
-            turned = frames.unmounted(quaternion_from_euler(euler), mounting)
-            self._put_quaternion(self.sampler.turned(turned, places[0]))
+        places = {short: f"attitude.{name}" for short, name in given.items()}
+        is_whole = set(given) == set(EULER)
+        is_direct = all(map(self.sampler.is_direct, places.values())) and not mounting.is_turned
+        is_together = is_whole and not is_direct and self.sampler.together([*places.values()])
+        sample = self.sampler.raw if is_together else self.sampler.angle
+        angles = {
+            short: frames.euler_angle(name, sample(places[short]), world)
+            for short, name in given.items()
+        }
+        if not is_whole or is_direct:
+            self.numbers |= angles
             return
-        for short, name, place in zip(called, angles, places, strict=True):
-            self.numbers[short] = frames.euler_angle(name, self.sampler.angle(place), world)
-        if whole and not direct:
-            euler = np.column_stack([self.numbers.pop(name) for name in EULER])
-            self._put_quaternion(frames.unmounted(quaternion_from_euler(euler), mounting))
+        euler = quaternion_from_euler(np.column_stack([angles[name] for name in EULER]))
+        turned = frames.unmounted(euler, mounting)
+        self._put_quaternion(self.sampler.turned(turned, places["yaw"]) if is_together else turned)
 
     def _quaternion(self, parts: list[str]) -> None:
         places = [f"attitude.{name}" for name in parts]
@@ -138,27 +199,28 @@ class Assembly:
             return np.column_stack([self.numbers[name] for name in ATTITUDE.columns])
         if "yaw" not in self.numbers:
             return None
-        level = np.zeros(self.sampler.n)
-        return quaternion_from_euler(
-            np.column_stack([self.numbers.get(name, level) for name in EULER])
-        )
+        return quaternion_from_euler(self._columns(EULER))
+
+    def _columns(self, names: Sequence[str]) -> FloatArray:
+        """Return columns put so far side by side; zero where there is none."""
+        zero = np.zeros(self.sampler.n)
+        return np.column_stack([self.numbers.get(name, zero) for name in names])
 
     def _velocity(self) -> None:
-        for part, group in ((_LINEAR, "velocity"), (_ANGULAR, "rates")):
-            mounting = self.mapping.mounting(group)
-            for index, name in enumerate(part):
-                if self.sampler.has(f"velocity.{name}"):
-                    self._put(name, f"velocity.{name}", index, mounting.axes)
-            self._unmount(part, mounting)
+        for names, sensor in ((_LINEAR, "velocity"), (_ANGULAR, "rates")):
+            mounting = self.mapping.mounting(sensor)
+            for index, name in enumerate(names):
+                self._put(name, f"velocity.{name}", index, mounting.axes)
+            if mounting.is_turned and all(name in self.numbers for name in names):
+                turned = mounting.rotation() @ self._columns(names).T
+                self.numbers |= dict(zip(names, turned, strict=True))
         if self.sampler.has("velocity.north"):
             self._from_world()
-        self._to_reference()
-
-    def _unmount(self, names: tuple[str, ...], mounting: frames.Mounting) -> None:
-        """Turn three components from the axes of a sensor into those of the body."""
-        if mounting.is_turned and all(name in self.numbers for name in names):
-            given = np.column_stack([self.numbers[name] for name in names])
-            self.numbers |= dict(zip(names, mounting.rotation() @ given.T, strict=True))
+        position = self.mapping.mounting("velocity").position
+        there = [name for name in _LINEAR if name in self.numbers]
+        if any(position) and there:
+            moved = frames.at_reference(self._columns(_LINEAR), self._columns(_ANGULAR), position)
+            self.numbers |= {name: moved[:, _LINEAR.index(name)] for name in there}
 
     def _from_world(self) -> None:
         """Turn velocities along north, east, down into those along body axes."""
@@ -166,27 +228,16 @@ class Assembly:
         if attitude is None:
             self.faults.append("a velocity along north and east needs a heading, which is missing")
             return
-        tilts = self.sampler.has("velocity.down")
-        given = [
-            self.sampler.number(f"velocity.{name}") for name in (_WORLD if tilts else _WORLD[:2])
-        ]
-        if not tilts:
-            given.append(np.zeros(self.sampler.n))
+        known = _LINEAR if self.sampler.has("velocity.down") else _LINEAR[:2]
+        given = [self.sampler.number(f"velocity.{name}") for name in _WORLD[: len(known)]]
+        given += [np.zeros(self.sampler.n)] * (3 - len(given))
         body = frames.into_body(attitude, given).T
-        known = _LINEAR if tilts else _LINEAR[:2]
         self.numbers |= dict(zip(known, body, strict=False))
 
-    def _to_reference(self) -> None:
-        """Move the velocity from where it is measured to the reference point."""
-        position = self.mapping.mounting("velocity").position
-        if not any(position) or not any(name in self.numbers for name in _LINEAR):
-            return
-        zero = np.zeros(self.sampler.n)
-        given, rates = (
-            np.column_stack([self.numbers.get(name, zero) for name in names])
-            for names in (_LINEAR, _ANGULAR)
-        )
-        moved = frames.at_reference(given, rates, position)
-        for index, name in enumerate(_LINEAR):
-            if name in self.numbers:
-                self.numbers[name] = moved[:, index]
+
+def _runs_in_degrees(name: str, angle: FloatArray) -> bool:
+    """Tell an angle in degrees taken for one in radians."""
+    if name == "pitch":
+        return bool((np.abs(angle) > _TURN).any())
+    wrap = np.abs(np.diff(angle))
+    return bool(((wrap > 340) & (wrap < 380)).any())

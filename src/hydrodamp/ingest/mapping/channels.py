@@ -2,26 +2,31 @@
 
 from __future__ import annotations
 
-from hydrodamp.data.channels import ACCELERATION, ATTITUDE, EULER, VELOCITY, WRENCH
+from hydrodamp.data.channels import ATTITUDE, BLOCKS, EULER, POSITION, VELOCITY
 
+#: Directions of the world; what is given along them needs the attitude to become body axes.
 COMPASS = ("north", "east", "down", "up")
-"""Directions of the world; what is given along them needs the attitude to become body axes."""
 
-GROUPS: dict[str, dict[str, str]] = {
-    "attitude": dict.fromkeys((*EULER, "heading"), "angle") | {**ATTITUDE.quantities},
-    "velocity": {**VELOCITY.quantities, **dict.fromkeys(COMPASS, "speed")},
-    "acceleration": {**ACCELERATION.quantities},
-    "wrench": {**WRENCH.quantities},
-    "position": dict.fromkeys((*COMPASS, "depth"), "length"),
-    "accelerometer": dict.fromkeys(("x", "y", "z"), "acceleration"),
-}
-"""For every group its channels and their quantities; commands have names of their own."""
-
-SINGLE = {"time": "time", "eta": "ratio"}
-"""Channels that stand by themselves."""
-
+#: Other names of what is counted downwards, and their sign.
 DOWNWARD = {"up": ("down", -1.0), "depth": ("down", 1.0)}
-"""Other names of what is counted downwards, and their sign."""
+
+_BESIDES = {
+    ATTITUDE.name: dict.fromkeys((*EULER, "heading"), "angle"),
+    VELOCITY.name: dict.fromkeys(COMPASS, "speed"),
+    POSITION.name: dict.fromkeys(DOWNWARD, "length"),
+}
+
+#: For every group its channels and their quantities; commands have names of their own.
+GROUPS: dict[str, dict[str, str]] = {
+    block.name: {**block.quantities, **_BESIDES.get(block.name, {})}
+    for block in BLOCKS
+    if block.shape
+}
+
+#: Channels that stand by themselves.
+SINGLE = {
+    name: what for block in BLOCKS if not block.shape for name, what in block.quantities.items()
+}
 
 
 def quantity_of(group: str, name: str) -> str | None:

@@ -1,8 +1,8 @@
-"""The channels of a mapping, found in a recording."""
+"""The channels of a mapping found in a recording, and what is said of those that are absent."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,16 +10,22 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.data.units import UNITS, factor, spelt
-from hydrodamp.ingest.mapping.absence import absences
-from hydrodamp.ingest.mapping.entries import Entry, Source
+from hydrodamp.errors import did_you_mean
+from hydrodamp.ingest.mapping.schema import Entry, Source
+
+NO_UNIT = ("", "-", "none")
+"""How files say that a number has no unit."""
 
 _MISSING = frozenset({"", "nan", "na", "n/a", "null", "none"})
-_LISTED = 3
+_LISTED_CELLS, _LISTED_TOPICS = 3, 12
+
+Topics = Mapping[str, Sequence[str]]
+"""For every name that a mapping gives to topics those it may stand for."""
 
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """A channel and the field of a topic it is read from."""
+    """A channel and the field of a topic it is read from; a constant has no topic."""
 
     entry: Entry
     source: Source
@@ -29,7 +35,7 @@ class Found:
     @property
     def place(self) -> str:
         """How the channel is called: ``group.name``."""
-        return f"{self.entry.group}.{self.entry.name}"
+        return self.entry.place
 
     def values(self) -> FloatArray:
         """Return its numbers in SI units, one a message, with their sign."""
@@ -40,24 +46,22 @@ class Found:
             values = topic.fields[self.field]
             if source.scale != 1.0:
                 values = values * source.scale
-            for name, weight in source.plus:
+            for name, weight in source.plus.items():
                 values = values + weight * topic.fields[beside(topic, name) or name]
             if source.offset != 0.0:
                 values = values + source.offset
-        scale = source.sign * self._factor()
+        unit = source.unit or self.stated()
+        scale = source.sign * self.entry.sign * (factor(unit) if unit else 1.0)
         return values if scale == 1.0 else values * scale
 
-    def _factor(self) -> float:
-        unit = self.source.unit or self.stated()
-        return 1.0 if unit is None else factor(unit)
-
-    def stated(self) -> str | None:
-        """Return the unit that the file states, where it counts and is known."""
+    def stated(self) -> str:
+        """Return the unit that the file states, where it counts."""
         source = self.source
-        plain = (source.scale, source.offset, source.plus) == (1.0, 0.0, ())
-        if self.topic is None or self.entry.quantity is None or not plain:
-            return None
-        return spelt(self.topic.units.get(self.field, ""))
+        is_plain = source.scale == 1.0 and source.offset == 0.0 and not source.plus
+        if self.topic is None or self.entry.quantity is None or source.unit or not is_plain:
+            return ""
+        unit = self.topic.units.get(self.field, "")
+        return "" if unit in NO_UNIT else spelt(unit, self.entry.quantity) or unit
 
     def faults(self) -> Iterator[str]:
         """Say what is wrong with the field: words, or a unit of another quantity."""
@@ -69,7 +73,7 @@ class Found:
             cells = self.topic.texts[self.field]
             yield from text_faults(cells, self.source.column, self.topic.lines)
         unit, quantity = self.stated(), self.entry.quantity
-        if unit and quantity and self.source.unit is None and unit not in UNITS[quantity]:
+        if unit and quantity and unit not in UNITS[quantity]:
             yield (
                 f"`{self.source.column}` is in {unit} by its file, which is no unit of {quantity}"
                 f" as `{self.entry.name}` needs. Map another field, or state its unit"
@@ -77,18 +81,49 @@ class Found:
 
 
 def find(
-    entries: Sequence[Entry], recording: Recording, called: str, names: Sequence[str] = ()
+    entries: Sequence[Entry], recording: Recording, called: str, topics: Topics
 ) -> tuple[list[Found], list[str]]:
     """Return the channels that a recording has, and what is wrong with the others."""
-    found = [_first(entry, recording) for entry in entries]
-    faults = [fault for one in found if one is not None for fault in one.faults()]
+    names = meant(topics, recording)
+    sought = [
+        entry._replace(choices=tuple(_renamed(one, names) for one in entry.choices))
+        for entry in entries
+    ]
+    found = [(entry, _first(entry, recording)) for entry in sought]
+    there = [one for _, one in found if one is not None]
     absent = [
         entry
-        for entry, one in zip(entries, found, strict=True)
+        for entry, one in found
         if one is None and not any(source.optional for source in entry.choices)
     ]
-    there = [one for one in found if one is not None]
-    return there, list(dict.fromkeys([*faults, *absences(absent, recording, called, names)]))
+    faults = [fault for one in there for fault in one.faults()]
+    faults += _absences(absent, recording, called, [*topics])
+    return there, list(dict.fromkeys(faults))
+
+
+def meant(topics: Topics, recording: Recording) -> dict[str, str]:
+    """Return the topic of a recording that each name stands for: the first that is there."""
+    known = {topic.name for topic in recording.topics}
+    there = {name: [one for one in choices if one in known] for name, choices in topics.items()}
+    return {name: found[0] for name, found in there.items() if found}
+
+
+def renamed(column: str, names: Mapping[str, str]) -> str:
+    """Return a column with the name of its topic replaced by the topic."""
+    for name, topic in names.items():
+        if column.startswith(f"{name}."):
+            return topic + column.removeprefix(name)
+    return column
+
+
+def _renamed(source: Source, names: Mapping[str, str]) -> Source:
+    return source.model_copy(
+        update={
+            "column": renamed(source.column, names),
+            "where": {renamed(name, names): wanted for name, wanted in source.where.items()},
+            "plus": {renamed(name, names): weight for name, weight in source.plus.items()},
+        }
+    )
 
 
 def _first(entry: Entry, recording: Recording) -> Found | None:
@@ -97,8 +132,9 @@ def _first(entry: Entry, recording: Recording) -> Found | None:
         if source.value is not None:
             return Found(entry, source, None)
         place = locate(source.column, recording)
-        needed = [name for name, _ in (*source.where, *source.plus)]
-        if place is not None and all(beside(place[0], name) is not None for name in needed):
+        if place is not None and all(
+            beside(place[0], name) is not None for name in (*source.where, *source.plus)
+        ):
             return Found(entry, source, *place)
     return None
 
@@ -121,6 +157,15 @@ def beside(topic: Topic, column: str) -> str | None:
     return None
 
 
+def labels_of(table: Topic, name: str) -> tuple[str, ...] | None:
+    """Return a column as labels, one a row."""
+    if name in table.texts:
+        return table.texts[name]
+    if name in table.fields:
+        return tuple(f"{number:.15g}" for number in table.fields[name].tolist())
+    return None
+
+
 def text_faults(
     cells: Sequence[str], column: str, lines: Sequence[int] | None = None
 ) -> Iterator[str]:
@@ -130,11 +175,13 @@ def text_faults(
         for row, cell in enumerate(cells)
         if not _is_number(cell)
     ]
-    if not bad:
-        return
-    more = len(bad) - _LISTED
-    tail = f" and {more} more" if more > 0 else ""
-    yield f"column `{column}` must hold numbers; got {', '.join(bad[:_LISTED])}{tail}"
+    if bad:
+        yield f"column `{column}` must hold numbers; got {_listed(bad, _LISTED_CELLS)}"
+
+
+def _listed(names: Sequence[str], most: int) -> str:
+    more = len(names) - most
+    return ", ".join(names[:most]) + (f" and {more} more" if more > 0 else "")
 
 
 def _is_number(cell: str) -> bool:
@@ -143,3 +190,49 @@ def _is_number(cell: str) -> bool:
     except ValueError:
         return cell.strip().lower() in _MISSING
     return True
+
+
+def _absences(
+    entries: Sequence[Entry], recording: Recording, called: str, names: Sequence[str]
+) -> Iterator[str]:
+    """Name what is absent, topic by topic, and the nearest there is."""
+    tables = [topic for topic in recording.topics if not topic.name]
+    known = [topic.name for topic in recording.topics]
+    topics: dict[str, list[str]] = {}
+    for entry in entries:
+        takes = f"which {called} takes for `{entry.name}`"
+        inside = [topic for topic in recording.topics if entry.column.startswith(f"{topic.name}.")]
+        if tables:
+            columns = [name for table in tables for name in (*table.fields, *table.texts)]
+            near = did_you_mean(entry.column, columns)
+            yield f"there is no column `{entry.column}`, {takes}.{near}"
+        elif inside:
+            yield _no_field(entry, max(inside, key=lambda topic: len(topic.name)), takes)
+        else:
+            topics.setdefault(_topic_in(entry.column, known, names), []).append(entry.name)
+    for name, channels in topics.items():
+        yield (
+            f"there is no topic `{name}`, which {called} takes for `{' '.join(channels)}`."
+            f"{did_you_mean(name, known)} There are: {_listed(known, _LISTED_TOPICS) or 'none'}."
+            f" If it is called otherwise, say so: `topics: {{{name}: ITS NAME}}`"
+        )
+
+
+def _no_field(entry: Entry, topic: Topic, takes: str) -> str:
+    field = entry.column.removeprefix(f"{topic.name}.")
+    if field in topic.fields:
+        needed = [name for source in entry.choices for name in (*source.where, *source.plus)]
+        return f"topic `{topic.name}` lacks one of `{' '.join(needed)}` beside `{field}`, {takes}"
+    near = did_you_mean(field, (*topic.fields, *topic.texts))
+    return f"topic `{topic.name}` has no field `{field}`, {takes}.{near}"
+
+
+def _topic_in(column: str, known: Sequence[str], names: Sequence[str]) -> str:
+    """Guess which part of a column names the topic: a given name, or one like a topic there is."""
+    given = [name for name in names if column.startswith(f"{name}.")]
+    if given:
+        return max(given, key=len)
+    parts = column.split(".")
+    heads = [".".join(parts[:count]) for count in range(len(parts) - 1, 0, -1)]
+    near = [head for head in heads if did_you_mean(head, known)]
+    return (near or heads[-1:] or [column])[0]

@@ -2,35 +2,39 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from hydrodamp.conditioning.steps import Step, prepared, steps_of
+from pydantic import ValidationError
+
+from hydrodamp.conditioning.steps import prepared
 from hydrodamp.data.log import Log
 from hydrodamp.data.record import Record
 from hydrodamp.data.recording import Recording
 from hydrodamp.errors import LogError
-from hydrodamp.ingest.mapping.aliases import Topics
+from hydrodamp.faults import faults_in
+from hydrodamp.ingest.mapping.assembling import record_of
 from hydrodamp.ingest.mapping.composition import composed, load
-from hydrodamp.ingest.mapping.entries import Entry, entries_of
-from hydrodamp.ingest.mapping.frames import Mounting
-
-if TYPE_CHECKING:
-    from hydrodamp.ingest.mapping.schema import MappingForm, SensorForm
+from hydrodamp.ingest.mapping.contradictions import axes_of_attitude, contradictions
+from hydrodamp.ingest.mapping.schema import MappingFile
 
 _WORLD = {"FRD": "NED", "FLU": "NWU"}
+_SAID = {
+    "frame": "`frame` must be FRD (z down) or FLU (z up); got {given!r}",
+    "segment": "`segment` must be the name of a column; got {given!r}",
+    "world": "`world` must be NED, NWU or ENU; got {given!r}",
+}
 
 
-@dataclass(frozen=True)
-class LogMapping:
+class LogMapping(MappingFile):
     """Which field of a recording becomes which channel of a log, and how.
+
+    Its attributes are the keys of a mapping file, with everything that it extends filled in.
 
     Attributes
     ----------
-    entries : tuple of Entry
-        One for every channel.
+    name : str
+        What messages call it: its file, or the name of the preset.
     frame : str
         Axes of the log: ``FRD`` (body forward-starboard-down) or ``FLU`` (body
         forward-port-up).
@@ -39,30 +43,11 @@ class LogMapping:
         y; or ``ENU``.
     segment : str or None
         The column that names the segments.
-    topic : str or None
-        The topic whose clock is followed; None for the fastest that holds a velocity.
-    rate : float or None
-        Samples a second instead of that topic's own [Hz].
-    topics : tuple of (str, tuple of str)
+    topics : dict of str to tuple of str
         Names used here, and the topics that each may stand for.
-    sensors : tuple of (str, Mounting)
-        How the sensors behind the groups sit in the vehicle.
-    source : str
-        The mapping's file.
     steps : tuple of Step
         What is done to the log once it is on one clock.
     """
-
-    entries: tuple[Entry, ...]
-    frame: str = "FRD"
-    world: str = "NED"
-    segment: str | None = None
-    topic: str | None = None
-    rate: float | None = None
-    topics: Topics = ()
-    sensors: tuple[tuple[str, Mounting], ...] = ()
-    source: str = ""
-    steps: tuple[Step, ...] = ()
 
     @classmethod
     def from_dict(cls, content: object, source: str = "mapping") -> LogMapping:
@@ -71,7 +56,7 @@ class LogMapping:
         Parameters
         ----------
         content : dict
-            As in the docstring of :mod:`hydrodamp.ingest.mapping`.
+            As the mapping file holds it.
         source : str, optional
             How messages call it; a path, so that files it extends are found beside it.
 
@@ -93,66 +78,23 @@ class LogMapping:
         >>> [entry.column for entry in mapping.entries]
         ['t', 'speed']
         """
-        from pydantic import ValidationError
-
-        from hydrodamp.ingest.mapping.faults import called, form_faults
-        from hydrodamp.ingest.mapping.schema import MappingForm
-        from hydrodamp.ingest.mapping.sense import sense_faults
-
         if not isinstance(content, dict):
-            fault = f"a mapping must be a table of names to columns; got {called(content)}"
-            raise LogError(fault, source=source)
+            got = "nothing" if content is None else type(content).__name__
+            raise LogError(
+                f"a mapping must be a table of names to columns; got {got}", source=source
+            )
         whole = composed(content, Path(source))
-        steps, wrong = steps_of(whole.get("steps"))
-        faults = [*sense_faults(whole), *wrong]
+        wrong = [*contradictions(whole)]
+        world = _WORLD.get(axes_of_attitude(whole), "NED")
         try:
-            form = MappingForm.model_validate(whole)
+            mapping = cls.model_validate({"world": world, **whole})
         except ValidationError as error:
-            raise LogError([*form_faults(error), *faults], source=source) from error
-        if faults:
-            raise LogError(faults, source=source)
-        return replace(cls._of(form, source), steps=steps)
-
-    @classmethod
-    def _of(cls, form: MappingForm, source: str) -> LogMapping:
-        sensors = dict(form.sensors or {})
-        attitude = sensors.get("attitude")
-        axes = (attitude.axes if attitude else None) or form.frame
-        clock = form.clock
-        return cls(
-            entries_of(form),
-            form.frame,
-            form.world or _WORLD[axes],
-            form.segment,
-            clock if isinstance(clock, str) or clock is None else clock.topic,
-            None if isinstance(clock, str) or clock is None else clock.rate,
-            tuple(
-                (name, (given,) if isinstance(given, str) else tuple(given))
-                for name, given in form.topics.items()
-            ),
-            tuple((name, _mounting(one, form.frame)) for name, one in sensors.items() if one),
-            source,
-        )
-
-    @property
-    def commands(self) -> tuple[str, ...]:
-        """The names of the commands."""
-        return tuple(entry.name for entry in self.entries if entry.is_command)
-
-    def mounting(self, group: str) -> Mounting:
-        """Return how the sensor behind a group sits in the vehicle.
-
-        Parameters
-        ----------
-        group : str
-            ``velocity``, ``rates``, ``attitude`` or ``accelerometer``.
-
-        Returns
-        -------
-        mounting : Mounting
-            At the reference point and along the body's axes where the mapping says nothing.
-        """
-        return dict(self.sensors).get(group, Mounting(self.frame))
+            faults = [*faults_in(error, whole, cls, _SAID), *wrong]
+            raise LogError(faults, source=source) from error
+        if wrong:
+            raise LogError(wrong, source=source)
+        mapping._name = source
+        return mapping
 
     def read(self, path: str | Path) -> Log:
         """Read a log through this mapping.
@@ -252,8 +194,6 @@ class LogMapping:
         ClockWarning
             Once, if a clock repeats, runs backwards or leaps.
         """
-        from hydrodamp.ingest.mapping.joining import record_of
-
         return record_of(self, recording)
 
 
@@ -297,19 +237,10 @@ def json_schema() -> dict[str, Any]:
     Examples
     --------
     >>> sorted(json_schema()["properties"])[:3]
-    ['acceleration', 'accelerometer', 'attitude']
+    ['acceleration', 'attitude', 'clock']
     """
-    from hydrodamp.ingest.mapping.schema import schema
-
-    return schema()
-
-
-def _mounting(form: SensorForm, frame: str) -> Mounting:
-    """Return the mounting that a mapping describes in its own axes."""
-    turn = form.rotation
-    scale = math.pi / 180 if turn and turn.unit == "deg" else 1.0
-    sign = -1.0 if frame == "FLU" else 1.0
-    angles = (turn.roll, sign * turn.pitch, sign * turn.yaw) if turn else (0.0, 0.0, 0.0)
-    x, y, z = form.position or (0.0, 0.0, 0.0)
-    roll, pitch, yaw = (scale * angle for angle in angles)
-    return Mounting(form.axes or frame, (roll, pitch, yaw), (x, sign * y, sign * z))
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        **MappingFile.model_json_schema(),
+        "title": "hydrodamp mapping file",
+    }

@@ -1,13 +1,17 @@
-"""The channels of all topics at the ticks of one clock."""
+"""The channels of all topics, their clocks set right, at the ticks of one clock."""
 
 from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray
+from hydrodamp.conditioning.bottom_lock import lost_lock
+from hydrodamp.data.recording import Topic
+from hydrodamp.data.units import factor, spelt
 from hydrodamp.errors import LogError, did_you_mean
 from hydrodamp.ingest.clock.base import at_rate, fastest, matched
 from hydrodamp.ingest.clock.met import Met, Oddity
@@ -20,28 +24,131 @@ from hydrodamp.ingest.clock.sampling import (
     parts_of,
     turned,
 )
-from hydrodamp.ingest.clock.stamps import Stamps
-from hydrodamp.ingest.mapping.feeds import Feed, Feeds
+from hydrodamp.ingest.clock.stamps import Clock, Stamps, set_right
+from hydrodamp.ingest.mapping.finding import Found, beside, labels_of
+from hydrodamp.ingest.mapping.schema import RECORDED, Source
 
-_TURN = 2 * np.pi
+_LINEAR = tuple(f"velocity.{name}" for name in "uvw")
+
+
+@dataclass(eq=False)
+class Stream:
+    """Channels of one topic that share their clock: the same delay, the same conditions."""
+
+    topic: Topic
+    clock: Clock
+    rows: BoolArray | None
+    channels: dict[str, Found] = field(default_factory=dict)
+    stamps: Stamps = field(init=False)
+
+    @property
+    def moves(self) -> bool:
+        """Whether it holds a velocity, so that its clock may be followed."""
+        return any(place.startswith("velocity.") for place in self.channels)
+
+    @property
+    def is_optional(self) -> bool:
+        """Whether a log may do without it."""
+        return all(one.source.optional for one in self.channels.values())
+
+    @property
+    def called(self) -> str:
+        """How a message calls its topic."""
+        return f"topic `{self.topic.name}`" if self.topic.name else "the table"
+
+    def values(self, place: str) -> FloatArray:
+        """Return the numbers of a channel at the usable messages, in SI units."""
+        values = self.channels[place].values()
+        if np.isinf(values).any():
+            values = np.where(np.isinf(values), np.nan, values)
+        if place in _LINEAR:
+            values = np.where(lost_lock(values, np.inf), np.nan, values)
+        if self.rows is not None:
+            values = values[self.rows]
+        return values if len(self.stamps.rows) == len(values) else values[self.stamps.rows]
+
+
+def streams_of(
+    found: Sequence[Found], time: Sequence[Source], segment: tuple[Topic, str] | None
+) -> tuple[list[Stream], list[str]]:
+    """Return the channels by the clocks they stand on, and a fault for every topic without one."""
+    streams: dict[object, Stream] = {}
+    faults: list[str] = []
+    for one in found:
+        if one.topic is None:
+            continue
+        key = (one.topic.name, one.source.delay, *one.source.where.items())
+        if key not in streams:
+            try:
+                streams[key] = _stream(one.topic, one.source, time, segment)
+            except LogError as error:
+                faults += error.faults
+                continue
+        streams[key].channels[one.place] = one
+    if faults:
+        return [], list(dict.fromkeys(faults))
+    there = list(streams.values())
+    for stream, stamps in zip(there, set_right([one.clock for one in there]), strict=True):
+        stream.stamps = stamps
+    return [one for one in there if len(one.stamps.rows) or not one.is_optional], []
+
+
+def _stream(
+    topic: Topic, source: Source, time: Sequence[Source], segment: tuple[Topic, str] | None
+) -> Stream:
+    """Return a stream without channels, with the rows that meet the conditions of a source."""
+    stamps = _time(topic, time) - source.delay
+    labels = labels_of(topic, segment[1]) if segment and segment[0] is topic else None
+    rows: BoolArray | None = None
+    for name, wanted in source.where.items():
+        flags = topic.fields[beside(topic, name) or name]
+        fits = (flags != 0) & ~np.isnan(flags) if wanted is None else flags == wanted
+        rows = fits if rows is None else rows & fits
+    if rows is not None:
+        stamps = stamps[rows]
+        labels = None if labels is None else tuple(np.array(labels, dtype=object)[rows])
+    return Stream(topic, Clock(topic.name, stamps, labels), rows)
+
+
+def _time(topic: Topic, time: Sequence[Source]) -> FloatArray:
+    """Return the stamps of a topic in seconds, or say that it has none."""
+    called = f"topic `{topic.name}`" if topic.name else "the table"
+    for source in time:
+        name = beside(topic, source.column)
+        if name is not None:
+            stated = source.unit or spelt(topic.units.get(name, ""), "time")
+            values = topic.fields[name] * source.scale + source.offset
+            return values * (factor(stated, "time") if stated else 1.0)
+    columns = [source.column for source in time]
+    if RECORDED in columns and topic.time is not None:
+        return topic.time
+    if columns == [RECORDED]:
+        raise LogError(f"{called} has no clock of its own; name its column in `time`")
+    near = did_you_mean(columns[0], (*topic.fields, *topic.texts))
+    own = "" if topic.time is None else "; `time: recorded` takes when it was recorded"
+    raise LogError(f"{called} has no field `{columns[0]}`, its clock{own}.{near}")
 
 
 class Sampler:
-    """Gives the channels of feeds at the ticks of one clock."""
+    """Gives the channels at the ticks of one clock."""
 
-    def __init__(self, feeds: Feeds, topic: str | None = None, rate: float | None = None) -> None:
-        self.feeds = feeds
-        self.base = _base(feeds, topic)
-        self.base_stamps = feeds.stamps[self.base]
+    def __init__(
+        self,
+        found: Sequence[Found],
+        streams: Sequence[Stream],
+        topic: str | None,
+        rate: float | None,
+    ) -> None:
+        self.streams = streams
+        self.base = base = _followed(streams, topic)
         self.is_even = rate is not None
-        self.ticks = (
-            Ticks(self.base_stamps.time, self.base_stamps.run)
-            if rate is None
-            else at_rate(self.base_stamps, rate)
-        )
-        if faults := [*_strangers(feeds, self.base)]:
+        plain = Ticks(base.stamps.time, base.stamps.run)
+        self.ticks = plain if rate is None else at_rate(base.stamps, rate)
+        if faults := [*_strangers(streams, base)]:
             raise LogError(faults)
-        self.met = list(dict.fromkeys(one for stamps in feeds.stamps for one in stamps.met))
+        self.met = list(dict.fromkeys(one for stream in streams for one in stream.stamps.met))
+        self.constants = {one.place: float(one.values()[0]) for one in found if one.topic is None}
+        self._of = {place: stream for stream in streams for place in stream.channels}
         self._found: dict[tuple[int, bytes], Brackets] = {}
 
     @property
@@ -51,15 +158,11 @@ class Sampler:
 
     def has(self, place: str) -> bool:
         """Tell whether there is a channel of this ``group.name``."""
-        return self.feeds.holding(place) is not None or place in self._constants()
-
-    def _constants(self) -> dict[str, float]:
-        return {one.place: float(one.values()[0]) for one in self.feeds.constants}
+        return place in self._of or place in self.constants
 
     def labels(self, stem: str) -> tuple[str, ...] | None:
         """Return the segment of each tick; None where there is one run without a name."""
-        labels, stamps = self.feeds.feeds[self.base].clock.labels, self.base_stamps
-        run = self.ticks.run
+        labels, stamps, run = self.base.clock.labels, self.base.stamps, self.ticks.run
         if labels is None and len(parts_of(run)) == 1:
             return None
         named = np.full(self.n, stem, dtype=object)
@@ -71,7 +174,7 @@ class Sampler:
         names = named[starts].tolist()
         told = [
             f"{name}.{names[: place + 1].count(name)}"
-            if name in _neighbours(names, place)
+            if name in (*names[max(place - 1, 0) : place], *names[place + 1 : place + 2])
             else name
             for place, name in enumerate(names)
         ]
@@ -79,148 +182,121 @@ class Sampler:
 
     def lines(self) -> Sequence[int] | None:
         """Return the line of the file of each tick; None where it has none."""
-        feed = self.feeds.feeds[self.base]
-        if self.is_even or not len(feed.topic.lines) or feed.rows is not None:
+        lines, rows = self.base.topic.lines, self.base.stamps.rows
+        if self.is_even or not len(lines) or self.base.rows is not None:
             return None
-        rows = self.base_stamps.rows
-        lines = feed.topic.lines
         return lines if len(rows) == len(lines) else [lines[row] for row in rows.tolist()]
 
     def is_direct(self, place: str) -> bool:
         """Tell whether a channel stands on the clock that is followed."""
-        return self.feeds.holding(place) == self.base and not self.is_even
+        return self._of.get(place) is self.base and not self.is_even
 
     def together(self, places: Sequence[str]) -> bool:
         """Tell whether channels stand in one topic, on one clock."""
-        return len({self.feeds.holding(place) for place in places}) == 1 and (
-            self.feeds.holding(places[0]) is not None
-        )
+        streams = [self._of.get(place) for place in places]
+        return streams[0] is not None and all(one is streams[0] for one in streams)
 
     def number(self, place: str, *, is_command: bool = False) -> FloatArray:
         """Return a channel at the ticks, shape (n,); NaN where it is not known."""
-        number = self.feeds.holding(place)
-        if number is None:
-            return np.full(self.n, self._constants()[place])
-        feed, stamps = self.feeds.feeds[number], self.feeds.stamps[number]
-        values, hold = feed.values(place, stamps), feed.channels[place].source.hold
+        stream = self._of.get(place)
+        if stream is None:
+            return np.full(self.n, self.constants[place])
+        values, hold = stream.values(place), stream.channels[place].source.hold
         if self.is_direct(place):
             return _filled(values) if hold else values
-        found, values = self._sound(number, values, place)
+        found, values = self._known(stream, values, place)
         if hold or (is_command and hold is None):
             return held(values, found, until_next=hold is True)
         return interpolated(values, found)
 
     def angle(self, place: str) -> FloatArray:
         """Return an angle at the ticks, shape (n,), interpolated the shorter way round."""
-        number = self.feeds.holding(place)
-        if number is None or self.is_direct(place):
+        stream = self._of.get(place)
+        if stream is None or self.is_direct(place):
             return self.number(place)
-        values = self.feeds.feeds[number].values(place, self.feeds.stamps[number])
-        found, values = self._sound(number, values, place)
+        found, values = self._known(stream, stream.values(place), place)
         return interpolated(np.unwrap(values), found)
 
     def raw(self, place: str) -> FloatArray:
         """Return a channel at the messages of its topic."""
-        number = self.feeds.holding(place)
-        if number is None:
-            return np.array([self._constants()[place]])
-        return self.feeds.feeds[number].values(place, self.feeds.stamps[number])
+        stream = self._of.get(place)
+        return np.array([self.constants[place]]) if stream is None else stream.values(place)
 
     def turned(self, quaternions: FloatArray, place: str) -> FloatArray:
         """Return attitudes at the ticks, shape (n, 4)."""
-        number = self.feeds.holding(place)
-        if number is None or self.is_direct(place):
+        stream = self._of.get(place)
+        if stream is None or self.is_direct(place):
             return quaternions
         norm = np.sqrt(np.einsum("ni,ni->n", quaternions, quaternions))
         # An estimator that has not started sends zeros.
-        sound = np.isfinite(norm) & (norm > 0.5)
-        found = self._brackets(number, sound, "attitude")
-        unit = quaternions if sound.all() else quaternions[sound]
-        return turned(unit / norm[sound][:, np.newaxis], found)
+        known = np.isfinite(norm) & (norm > 0.5)
+        found = self._brackets(stream, known, "attitude")
+        unit = quaternions if known.all() else quaternions[known]
+        return turned(unit / norm[known][:, np.newaxis], found)
 
-    def _sound(self, number: int, values: FloatArray, place: str) -> tuple[Brackets, FloatArray]:
+    def _known(self, stream: Stream, values: FloatArray, place: str) -> tuple[Brackets, FloatArray]:
         """Return the values that are numbers and where the ticks lie among them."""
-        sound = np.isfinite(values)
-        found = self._brackets(number, sound, place.partition(".")[2])
-        return found, values if sound.all() else values[sound]
+        known = np.isfinite(values)
+        found = self._brackets(stream, known, place.partition(".")[2])
+        return found, values if known.all() else values[known]
 
-    def _brackets(self, number: int, sound: BoolArray, what: str) -> Brackets:
-        key = (number, b"" if sound.all() else sound.tobytes())
+    def _brackets(self, stream: Stream, known: BoolArray, what: str) -> Brackets:
+        """Return where the ticks lie among the messages with a number; say which have none."""
+        key = (id(stream), b"" if known.all() else known.tobytes())
         if key not in self._found:
-            stamps = matched(self.feeds.stamps[number], self.base_stamps)
+            stamps = matched(stream.stamps, self.base.stamps)
             if key[1]:
-                stamps = self._without(stamps, sound, self.feeds.feeds[number], what)
+                first, count = float(stamps.time[np.argmin(known)]), int(np.sum(~known))
+                self.met.append(Met(stream.topic.name, Oddity.EMPTY, count, first, what=what))
+                kept = {name: getattr(stamps, name)[known] for name in ("rows", "time", "run")}
+                stamps = dataclasses.replace(stamps, **kept)
             self._found[key] = brackets(stamps, self.ticks)
         return self._found[key]
 
-    def _without(self, stamps: Stamps, sound: BoolArray, feed: Feed, what: str) -> Stamps:
-        """Drop the messages without a number, and say so."""
-        first = float(stamps.time[int(np.argmin(sound))])
-        count = int(np.count_nonzero(~sound))
-        self.met.append(Met(feed.topic.name, Oddity.EMPTY, count, first, what=what))
-        return dataclasses.replace(
-            stamps, rows=stamps.rows[sound], time=stamps.time[sound], run=stamps.run[sound]
-        )
 
-
-def _base(feeds: Feeds, topic: str | None) -> int:
-    """Return the number of the feed whose clock is followed."""
-    names = [feed.topic.name for feed in feeds.feeds]
-    moving = [number for number, feed in enumerate(feeds.feeds) if feed.moves]
-    choice = moving or list(range(len(names)))
+def _followed(streams: Sequence[Stream], topic: str | None) -> Stream:
+    """Return the stream whose clock is followed."""
+    choice = [one for one in streams if one.moves] or list(streams)
     if topic is not None:
-        choice = [number for number, name in enumerate(names) if name == topic]
-        choice = [number for number in choice if number in moving] or choice
+        named = [one for one in streams if one.topic.name == topic]
+        choice = [one for one in named if one.moves] or named
     if not choice:
+        names = [one.topic.name for one in streams]
         raise LogError(
             f"`clock` names the topic `{topic}`, of which the mapping takes nothing."
             f"{did_you_mean(topic or '', names)} It takes: {', '.join(dict.fromkeys(names))}"
         )
-    base = fastest({number: feeds.stamps[number] for number in choice})
-    if (count := len(feeds.stamps[base].rows)) < 2:
-        called = f"topic `{names[base]}`" if names[base] else "the table"
+    base = choice[fastest({number: one.stamps for number, one in enumerate(choice)})]
+    if (count := len(base.stamps.rows)) < 2:
         held = "one message" if count == 1 else "no message"
-        raise LogError(f"{called} has {held} with a time in order; at least two are needed")
+        raise LogError(f"{base.called} has {held} with a time in order; at least two are needed")
     return base
 
 
-def _strangers(feeds: Feeds, base: int) -> Iterator[str]:
+def _strangers(streams: Sequence[Stream], base: Stream) -> Iterator[str]:
     """Name topics without a message, or with no time in common with the one that is followed."""
-    followed = feeds.stamps[base].time
-    for feed, stamps in zip(feeds.feeds, feeds.stamps, strict=True):
-        if not len(stamps.time):
-            yield f"topic `{feed.topic.name}` has no message with a time; set its channels to null"
+    followed = base.stamps.time
+    for stream in streams:
+        time, name = stream.stamps.time, stream.topic.name
+        if not len(time):
+            yield f"topic `{name}` has no message with a time; set its channels to null"
             continue
-        until_next = all(one.source.hold for one in feed.channels.values())
-        late = stamps.time.min() > followed.max()
-        if late or (stamps.time.max() < followed.min() and not until_next):
-            other = feeds.feeds[base]
+        until_next = all(one.source.hold for one in stream.channels.values())
+        late = time.min() > followed.max()
+        if late or (time.max() < followed.min() and not until_next):
             yield (
-                f"the clock of `{feed.topic.name}` runs {_span(feed)} and that of"
-                f" `{other.topic.name}` {_span(other)}: they have nothing in common. Choose another"
+                f"the clock of `{name}` runs {_span(stream)} and that of"
+                f" `{base.topic.name}` {_span(base)}: they have nothing in common. Choose another"
                 " `time`, or set the channels of one to null"
             )
 
 
-def _span(feed: Feed) -> str:
-    time = feed.clock.time[np.isfinite(feed.clock.time)]
+def _span(stream: Stream) -> str:
+    time = stream.clock.time[np.isfinite(stream.clock.time)]
     return f"from {time.min():.10g} s to {time.max():.10g} s"
-
-
-def _neighbours(names: Sequence[str], place: int) -> tuple[str, ...]:
-    """Return the names before and after one."""
-    return (*names[max(place - 1, 0) : place], *names[place + 1 : place + 2])
 
 
 def _filled(values: FloatArray) -> FloatArray:
     """Fill NaN with the last value before it."""
     last = np.maximum.accumulate(np.where(np.isnan(values), 0, np.arange(len(values))))
     return values[last]
-
-
-def runs_in_degrees(name: str, angle: FloatArray) -> bool:
-    """Tell an angle in degrees taken for one in radians."""
-    if name == "pitch":
-        return bool((np.abs(angle) > _TURN).any())
-    wrap = np.abs(np.diff(angle))
-    return bool(((wrap > 340) & (wrap < 380)).any())

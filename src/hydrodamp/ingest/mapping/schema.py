@@ -1,23 +1,42 @@
-"""The form of a mapping file, key by key."""
+"""The mapping file: frozen models that are at once its form, its checks and its values."""
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+import math
+from collections.abc import Callable, Iterator
+from functools import cached_property
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, Self
 
 from pydantic import (
+    AfterValidator,
     BaseModel,
     BeforeValidator,
     ConfigDict,
-    Discriminator,
     Field,
     FiniteFloat,
+    PrivateAttr,
     StrictBool,
     StrictStr,
-    Tag,
+    create_model,
+    model_validator,
 )
 
-Vector = Annotated[list[FiniteFloat], Field(min_length=3, max_length=3)]
+from hydrodamp.basis.command_names import check_command_name
+from hydrodamp.conditioning.steps import Step, steps_of
+from hydrodamp.data.channels import RESERVED
+from hydrodamp.data.units import factor
+from hydrodamp.errors import LogError
+from hydrodamp.ingest.mapping.channels import DOWNWARD, GROUPS, SINGLE, quantity_of
+from hydrodamp.ingest.mapping.frames import Mounting
+
+RECORDED = "recorded"
+"""What `time` says where topics have a clock of their own."""
+
 Axes = Literal["FRD", "FLU"]
+
+
+class _Strict(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
 
 
 def _not_a_truth(given: object) -> object:
@@ -25,37 +44,23 @@ def _not_a_truth(given: object) -> object:
     return repr(given).lower() if isinstance(given, bool) else given
 
 
-def _name_or_table(given: object) -> str:
-    return "one" if isinstance(given, str) else "table"
+def _conditions(given: object) -> object:
+    if isinstance(given, str | dict):
+        return {given: None} if isinstance(given, str) else given
+    raise ValueError(f"must be the name of a field, or a table of fields and values; got {given!r}")
 
 
-def _one_or_list(given: object) -> str:
-    return "several" if isinstance(given, list) else "one"
-
-
-def _list_or_table(given: object) -> str:
-    return "several" if isinstance(given, list) else "table"
-
-
-Sign = Annotated[Literal[1, -1], BeforeValidator(_not_a_truth)]
-Condition = Annotated[
-    Annotated[str, Tag("one")] | Annotated[dict[str, FiniteFloat], Tag("table")],
-    Discriminator(_name_or_table),
-]
-
-
-class _Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid")
-
-
-class EntryForm(_Strict):
-    """One column and what becomes of it."""
+class Source(_Strict):
+    """One place in a log and what becomes of the numbers there; or one value throughout."""
 
     column: StrictStr = Field(
-        description="its name in the log: topic.field, or the column of a table"
+        "", description="its name in the log: topic.field, or the column of a table"
     )
+    value: FiniteFloat | None = Field(None, description="in place of a column: the same throughout")
     unit: str | None = Field(None, description="of the value after scale and offset")
-    sign: Sign = Field(1, description="applied before axes are turned")
+    sign: Annotated[Literal[1, -1], BeforeValidator(_not_a_truth)] = Field(
+        1, description="applied before axes are turned"
+    )
     scale: FiniteFloat = Field(1.0, description="value = scale times number plus offset")
     offset: FiniteFloat = 0.0
     plus: dict[str, FiniteFloat] = Field(
@@ -65,122 +70,120 @@ class EntryForm(_Strict):
         None, description="keep the last value until the next; false interpolates a command"
     )
     delay: FiniteFloat = Field(0.0, description="how long before its stamp it was measured [s]")
-    where: Condition | None = Field(
-        None, description="use only rows where this field is not zero, or has this value"
-    )
+    where: Annotated[
+        dict[str, FiniteFloat | None],
+        BeforeValidator(_conditions, json_schema_input_type=str | dict[str, float]),
+    ] = Field({}, description="use only rows where this field is not zero, or has this value")
     optional: StrictBool = Field(False, description="no fault where the log lacks it")
 
+    @model_validator(mode="after")
+    def _one_place(self) -> Self:
+        if self.value is None and not self.column:
+            raise ValueError("must name a `column`, or give a `value`")
+        if self.value is not None and not self.model_fields_set <= {"value", "unit", "sign"}:
+            raise ValueError("takes `unit` and `sign` alone beside `value`")
+        return self
 
-class ConstantForm(_Strict):
-    """A channel that is the same all the time."""
 
-    value: FiniteFloat
-    unit: str | None = None
-
-
-def _form(given: object) -> str:
+def _table(given: object) -> object:
+    """Write the name of a column as a table."""
+    if isinstance(given, dict | Source):
+        return given
     if isinstance(given, str):
-        return "name"
-    if isinstance(given, list):
-        return "choices"
-    return "constant" if isinstance(given, dict) and "value" in given else "entry"
+        return {"column": given}
+    raise ValueError(f"must name a column; got {given!r}")
 
 
-_One = Annotated[
-    Annotated[str, Tag("name")]
-    | Annotated[EntryForm, Tag("entry")]
-    | Annotated[ConstantForm, Tag("constant")],
-    Discriminator(_form),
-]
+def _choices(given: object) -> object:
+    if given == []:
+        raise ValueError("must be a list of at least one; got []")
+    return given if isinstance(given, list) else [given]
+
+
+def _checked_units(quantity: str | None) -> Callable[[tuple[Source, ...]], tuple[Source, ...]]:
+    def check(choices: tuple[Source, ...]) -> tuple[Source, ...]:
+        for source in choices:
+            if source.unit is not None:
+                factor(source.unit, quantity)
+        return choices
+
+    return check
+
+
+_ONE = str | Source
+
+#: A column, a table about it, or a list of these of which the first found counts.
 Channel = Annotated[
-    Annotated[str, Tag("name")]
-    | Annotated[EntryForm, Tag("entry")]
-    | Annotated[ConstantForm, Tag("constant")]
-    | Annotated[Annotated[list[_One], Field(min_length=1)], Tag("choices")],
-    Discriminator(_form),
+    tuple[Annotated[Source, BeforeValidator(_table)], ...],
+    BeforeValidator(_choices, json_schema_input_type=_ONE | list[_ONE]),
 ]
-"""A column, a table about it, a constant, or a list of these of which the first found counts."""
 
 
-class QuaternionForm(_Strict):
+class Entry(NamedTuple):
+    """One channel of a mapping; ``sign`` is that of its name, as of ``up`` for ``down``."""
+
+    group: str
+    name: str
+    choices: tuple[Source, ...]
+    quantity: str | None = None
+    sign: float = 1.0
+
+    @property
+    def column(self) -> str:
+        """Its first choice of a column."""
+        return self.choices[0].column
+
+    @property
+    def place(self) -> str:
+        """How the channel is called: ``group.name``."""
+        return f"{self.group}.{self.name}"
+
+
+class Quaternion(_Strict):
     """Four numbers of one message."""
 
-    column: str = Field(description="what comes before [0] ... [3], or before .w .x .y .z")
+    column: StrictStr = Field(description="what comes before [0] ... [3], or before .w .x .y .z")
     order: Literal["wxyz", "xyzw"] | None = Field(
         None, description="of an array; without it the parts are called w x y z"
     )
 
-
-class AttitudeForm(_Strict):
-    """Roll, pitch, yaw; or a quaternion; or a heading."""
-
-    roll: Channel | None = None
-    pitch: Channel | None = None
-    yaw: Channel | None = None
-    qw: Channel | None = None
-    qx: Channel | None = None
-    qy: Channel | None = None
-    qz: Channel | None = None
-    heading: Channel | None = Field(None, description="clockwise from north, whatever the frame")
-    quaternion: QuaternionForm | None = None
+    def parts(self) -> Iterator[tuple[str, Source]]:
+        """Yield the parts by their names, and where each stands."""
+        for part in "wxyz":
+            tail = f".{part}" if self.order is None else f"[{self.order.index(part)}]"
+            yield f"q{part}", Source(column=f"{self.column}{tail}")
 
 
-class VelocityForm(_Strict):
-    """Along body axes, or along north, east, down."""
+class Group(_Strict):
+    """Channels that belong together."""
 
-    u: Channel | None = None
-    v: Channel | None = None
-    w: Channel | None = None
-    p: Channel | None = None
-    q: Channel | None = None
-    r: Channel | None = None
-    north: Channel | None = None
-    east: Channel | None = None
-    down: Channel | None = None
-    up: Channel | None = None
-
-
-class AccelerationForm(_Strict):
-    """Time derivatives of the velocities."""
-
-    du: Channel | None = None
-    dv: Channel | None = None
-    dw: Channel | None = None
-    dp: Channel | None = None
-    dq: Channel | None = None
-    dr: Channel | None = None
+    def entries(self, group: str) -> Iterator[Entry]:
+        """Yield the channels that are given."""
+        for name in type(self).model_fields:
+            given = getattr(self, name)
+            if isinstance(given, Quaternion):
+                for part, source in given.parts():
+                    yield Entry(group, part, (source,), "ratio")
+            elif given is not None:
+                called, sign = DOWNWARD.get(name, (name, 1.0))
+                yield Entry(group, called, given, quantity_of(group, name), sign)
 
 
-class WrenchForm(_Strict):
-    """Actuator force and moment on the vehicle, body axes."""
-
-    X: Channel | None = None
-    Y: Channel | None = None
-    Z: Channel | None = None
-    K: Channel | None = None
-    M: Channel | None = None
-    N: Channel | None = None
+def _field(quantity: str) -> tuple[Any, Any]:
+    """Return the form of a channel that may be left out, its unit checked."""
+    kind = Annotated[Channel, AfterValidator(_checked_units(quantity))] | None
+    return kind, Field(None, description=quantity)
 
 
-class PositionForm(_Strict):
-    """Of the reference point in the world."""
-
-    north: Channel | None = None
-    east: Channel | None = None
-    down: Channel | None = None
-    up: Channel | None = None
-    depth: Channel | None = None
+def _group(name: str, channels: dict[str, str]) -> type[Group]:
+    """Return the form of a group: a field a channel, its unit checked against its quantity."""
+    fields: dict[str, Any] = {name: _field(quantity) for name, quantity in channels.items()}
+    if name == "attitude":
+        fields["quaternion"] = (Quaternion | None, None)
+    return create_model(name.capitalize(), __base__=Group, **fields)
 
 
-class AccelerometerForm(_Strict):
-    """Specific force, body axes."""
-
-    x: Channel | None = None
-    y: Channel | None = None
-    z: Channel | None = None
-
-
-class AnglesForm(_Strict):
+class Rotation(_Strict):
     """How a sensor is turned against the body."""
 
     roll: FiniteFloat = 0.0
@@ -189,79 +192,138 @@ class AnglesForm(_Strict):
     unit: Literal["deg", "rad"] = "deg"
 
 
-class SensorForm(_Strict):
+class Sensor(_Strict):
     """Where and how a sensor sits in the vehicle."""
 
     axes: Axes | None = Field(None, description="of the sensor; those of the body if not given")
-    rotation: AnglesForm | None = Field(
-        None, description="turns the body's axes into the sensor's: yaw, then pitch, then roll"
+    rotation: Rotation = Field(
+        Rotation(),
+        description="turns the body's axes into the sensor's: yaw, then pitch, then roll",
     )
-    position: Vector | None = Field(
-        None, description="of the sensor from the reference point, body axes [m]"
+    position: Annotated[list[FiniteFloat], Field(min_length=3, max_length=3)] = Field(
+        [0.0, 0.0, 0.0], description="of the sensor from the reference point, body axes [m]"
     )
 
+    def mounting(self, frame: str) -> Mounting:
+        """Return how it sits against our axes; the file says it in its own."""
+        turn = self.rotation
+        scale = math.pi / 180 if turn.unit == "deg" else 1.0
+        sign = -1.0 if frame == "FLU" else 1.0
+        x, y, z = self.position
+        angles = (scale * turn.roll, scale * sign * turn.pitch, scale * sign * turn.yaw)
+        return Mounting(self.axes or frame, angles, (x, sign * y, sign * z))
 
-class SensorsForm(_Strict):
+
+class Sensors(_Strict):
     """The sensors behind the groups of channels."""
 
-    velocity: SensorForm | None = None
-    rates: SensorForm | None = None
-    attitude: SensorForm | None = None
-    accelerometer: SensorForm | None = None
+    velocity: Sensor = Sensor()
+    rates: Sensor = Sensor()
+    attitude: Sensor = Sensor()
+    specific_force: Sensor = Sensor()
 
 
-class ClockForm(_Strict):
+class Clock(_Strict):
     """Whose clock all channels are brought to."""
 
     topic: StrictStr | None = None
     rate: Annotated[FiniteFloat, Field(gt=0)] | None = Field(None, description="[Hz]")
 
 
-TopicNames = Annotated[
-    Annotated[str, Tag("one")] | Annotated[list[str], Tag("several")], Discriminator(_one_or_list)
-]
-Clock = Annotated[
-    Annotated[str, Tag("one")] | Annotated[ClockForm, Tag("table")], Discriminator(_name_or_table)
-]
+def _clock(given: object) -> object:
+    if isinstance(given, str | dict):
+        return {"topic": given} if isinstance(given, str) else given
+    raise ValueError(f"must be a topic, or a table of `topic` or `rate`; got {given!r}")
 
 
-class MappingForm(_Strict):
+def _command_name(name: str) -> str:
+    if name in RESERVED:
+        raise ValueError("has the name of another column of a log; give the command its own")
+    check_command_name(name)
+    return name
+
+
+def _steps(given: object) -> tuple[Step, ...]:
+    if not isinstance(given, list):
+        raise ValueError(f"must be a list; got {given!r}")
+    steps, faults = steps_of(given)
+    if faults:
+        raise LogError(faults)
+    return steps
+
+
+def _by_name(given: object) -> object:
+    return {name: name for name in given} if isinstance(given, list) else given
+
+
+if TYPE_CHECKING:
+
+    class _Channels(_Strict):
+        time: Channel
+
+else:
+    _Channels = create_model(
+        "_Channels",
+        __base__=_Strict,
+        **{name: (_group(name, channels) | None, None) for name, channels in GROUPS.items()},
+        **{name: _field(quantity) for name, quantity in SINGLE.items()},
+    )
+
+
+class MappingFile(_Channels):
     """A whole mapping file."""
 
     extends: str | list[str] = Field([], description="presets or mapping files this one changes")
-    source: str | None = None
+    source: str | None = Field(None, description="where it is from")
     note: str | None = None
-    topics: dict[str, TopicNames] = Field(
-        {}, description="names used in this file, and the topics that each may stand for"
-    )
+    topics: dict[
+        str,
+        Annotated[
+            tuple[str, ...],
+            BeforeValidator(
+                lambda given: [given] if isinstance(given, str) else given,
+                json_schema_input_type=str | list[str],
+            ),
+        ],
+    ] = Field({}, description="names used in this file, and the topics that each may stand for")
     frame: Axes = Field("FRD", description="FRD: world north-east-down; FLU: world z up")
-    world: Literal["NED", "NWU", "ENU"] | None = Field(
-        None, description="what attitude is counted from: NED for FRD; NWU (default) or ENU for FLU"
+    world: Literal["NED", "NWU", "ENU"] = Field(
+        "NED",
+        description="what attitude is counted from: NED for FRD; NWU (default) or ENU for FLU",
     )
-    time: Channel | None = Field(None, description="the clock, or `recorded`")
-    clock: Clock | None = None
+    clock: Annotated[Clock, BeforeValidator(_clock, json_schema_input_type=str | Clock)] = Clock()
     segment: StrictStr | None = None
-    attitude: AttitudeForm | None = None
-    velocity: VelocityForm | None = None
-    acceleration: AccelerationForm | None = None
-    wrench: WrenchForm | None = None
-    position: PositionForm | None = None
-    accelerometer: AccelerometerForm | None = None
-    eta: Channel | None = None
     commands: Annotated[
-        Annotated[dict[str, Channel], Tag("table")] | Annotated[list[str], Tag("several")],
-        Discriminator(_list_or_table),
+        dict[Annotated[str, AfterValidator(_command_name)], Channel],
+        BeforeValidator(_by_name, json_schema_input_type=dict[str, Channel] | list[str]),
     ] = Field({}, description="by their names here; a list where they keep their names")
-    sensors: SensorsForm | None = None
-    steps: list[str | dict[str, Any]] | None = Field(
-        None, description="done to the log, in order; names as in hydrodamp.conditioning.steps"
-    )
+    sensors: Sensors = Sensors()
+    steps: Annotated[
+        tuple[Step, ...],
+        BeforeValidator(_steps, json_schema_input_type=list[str | dict[str, Any]]),
+    ] = Field((), description="done to the log, in order; names as in hydrodamp.conditioning.steps")
 
+    _name: str = PrivateAttr("mapping")
 
-def schema() -> dict[str, Any]:
-    """Return the JSON Schema of a mapping file."""
-    return {
-        "$schema": "https://json-schema.org/draft/2020-12/schema",
-        **MappingForm.model_json_schema(),
-        "title": "hydrodamp mapping file",
-    }
+    @property
+    def name(self) -> str:
+        """What messages call it."""
+        return self._name
+
+    @cached_property
+    def entries(self) -> tuple[Entry, ...]:
+        """The channels, one entry each."""
+        single = [
+            Entry(name, name, given, quantity)
+            for name, quantity in SINGLE.items()
+            if (given := getattr(self, name))
+        ]
+        groups = [(name, getattr(self, name)) for name in GROUPS]
+        measured = [one for name, group in groups if group for one in group.entries(name)]
+        commands = [Entry("commands", name, given) for name, given in self.commands.items()]
+        return (*single, *measured, *commands)
+
+    def mounting(self, group: str) -> Mounting:
+        """Return how the sensor behind a group sits in the vehicle."""
+        sensor: Sensor = getattr(self.sensors, group)
+        return sensor.mounting(self.frame)

@@ -48,7 +48,7 @@ def draft(recording: Recording, roles: Roles) -> Draft:
         *_group(used, "attitude", roles, recording),
         *_group(used, "velocity", roles, recording),
         *_group(used, "position", roles, recording),
-        *_group(used, "accelerometer", roles, recording),
+        *_group(used, "specific_force", roles, recording),
         *_commands(roles),
         *_sensors(roles),
         *_steps(used),

@@ -52,8 +52,8 @@ _FUSED = (
     {f"v{a}": f"velocity.{b}" for a, b in zip("xyz", "uvw", strict=True)}
     | {f"w{a}": f"velocity.{b}" for a, b in zip("xyz", "pqr", strict=True)}
     | {f"g{a}": f"velocity.{b}" for a, b in zip("xyz", "pqr", strict=True)}
-    | {f"a{a}": f"accelerometer.{a}" for a in "xyz"}
-    | {f"acc{a}": f"accelerometer.{a}" for a in "xyz"}
+    | {f"a{a}": f"specific_force.f{a}" for a in "xyz"}
+    | {f"acc{a}": f"specific_force.f{a}" for a in "xyz"}
     | {f"gyr{a}": f"velocity.{b}" for a, b in zip("xyz", "pqr", strict=True)}
     | {f"q{a}": f"attitude.q{a}" for a in "wxyz"}
     | {f"v{a}": f"velocity.{b}" for a, b in _COMPASS.items() if len(a) == 1}
@@ -132,7 +132,7 @@ def _vectors(name: tuple[str, ...], around: set[str]) -> Iterator[Hint]:
     axis = _AXES.get(last)
     if axis is not None and len(around) > 1:
         for kind, role, sure in (
-            (_FORCE, f"accelerometer.{'xyz'[axis]}", 85),
+            (_FORCE, f"specific_force.f{'xyz'[axis]}", 85),
             (_ANGULAR, f"velocity.{'pqr'[axis]}", 85),
             (_SPEED, f"velocity.{'uvw'[axis]}", 80),
             (_PLACE, f"position.{'xyz'[axis]}", 75),

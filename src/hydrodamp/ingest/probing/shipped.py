@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 from hydrodamp.data.recording import Recording
 from hydrodamp.ingest.mapping import LogMapping, presets, read_mapping
-from hydrodamp.ingest.mapping.aliases import meant, resolved
 from hydrodamp.ingest.mapping.finding import Found, find
 from hydrodamp.ingest.probing.roles import Roles
 
@@ -35,22 +33,17 @@ def fitting(recording: Recording, roles: Roles) -> tuple[Fitting, ...]:
 
 def _fits(name: str, recording: Recording, roles: Roles) -> Iterator[Fitting]:
     mapping = read_mapping(name)
-    changed = tuple(_other_topics(mapping, recording))
-    topics = tuple(
-        (one, (dict(changed)[one],) if one in dict(changed) else names)
-        for one, names in mapping.topics
-    )
-    renamed = dataclasses.replace(mapping, topics=topics)
-    timeless = [entry for entry in renamed.entries if entry.group != "time"]
-    entries = resolved(timeless, meant(topics, recording))
-    found, faults = find(entries, recording, name)
+    changed = dict(_other_topics(mapping, recording))
+    topics = mapping.topics | {one: (topic,) for one, topic in changed.items()}
+    timeless = [entry for entry in mapping.entries if entry.group != "time"]
+    found, faults = find(timeless, recording, name, topics)
     if faults or not any(one.entry.group == "velocity" and one.topic for one in found):
         return
     guesses = {one.column: one for one in roles.guesses if one.confidence >= _SURE and one.chosen}
     told = [one for one in found if one.source.column in guesses]
     agreeing = sum(_agrees(one, guesses[one.source.column].role) for one in told)
     if told and agreeing >= _AGREES * len(told):
-        yield Fitting(name, len(found), agreeing, len(told), changed)
+        yield Fitting(name, len(found), agreeing, len(told), tuple(changed.items()))
 
 
 def _agrees(found: Found, role: str) -> bool:
@@ -65,7 +58,7 @@ def _agrees(found: Found, role: str) -> bool:
 def _other_topics(mapping: LogMapping, recording: Recording) -> Iterator[tuple[str, str]]:
     """Find the one topic with all the fields that a name of a preset needs."""
     known = {topic.name for topic in recording.topics}
-    for name, choices in mapping.topics:
+    for name, choices in mapping.topics.items():
         if known & set(choices):
             continue
         needed = {

@@ -57,7 +57,7 @@ def survey(log: Log) -> Survey:
         "acceleration": log.acceleration,
         "eta": log.propulsion_ratio,
         "position": log.position,
-        "accelerometer": log.specific_force,
+        "specific_force": log.specific_force,
     }
     return Survey(
         source=log.source or "in memory",

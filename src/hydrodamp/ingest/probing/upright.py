@@ -82,9 +82,13 @@ def _custom(form: str) -> Iterator[Sign]:
 
 
 def _gravity(roles: Roles) -> Iterator[Sign]:
-    if "accelerometer.z" not in roles:
+    if "specific_force.fz" not in roles:
         return
-    there = [roles[name] for name in (f"accelerometer.{axis}" for axis in "xyz") if name in roles]
+    there = [
+        roles[name]
+        for name in (f"specific_force.{axis}" for axis in ("fx", "fy", "fz"))
+        if name in roles
+    ]
     mean = [float(np.nanmean(one.values)) for one in there]
     share = mean[-1] / max(float(np.linalg.norm(mean)), 1e-9)
     if abs(share) > 0.7:

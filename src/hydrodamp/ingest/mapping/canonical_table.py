@@ -18,10 +18,9 @@ from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.data.units import UNITS, factor, spelt
 from hydrodamp.errors import LogError
 from hydrodamp.ingest.mapping.composition import presets
-from hydrodamp.ingest.mapping.finding import text_faults
+from hydrodamp.ingest.mapping.finding import NO_UNIT, labels_of, text_faults
 
 _LISTED = 8
-_NO_UNIT = ("", "-", "none")  # how files say that there is none
 _UNNAMED = re.compile(r"column \d+")  # how readers call a column without a name
 _TWICE = re.compile(r"(.*) \(\d+\)")  # and one whose name another has too
 
@@ -57,11 +56,10 @@ def _in_si(numbers: dict[str, FloatArray], table: Topic) -> tuple[dict[str, Floa
     turned, faults = dict(numbers), []
     for name, quantity in QUANTITIES.items():
         stated = table.units.get(name, "")
-        if name not in numbers or name in table.faults or stated in _NO_UNIT:
+        if name not in numbers or name in table.faults or stated in NO_UNIT:
             continue
-        unit = spelt(stated, quantity)
-        if unit is not None:
-            scale = factor(unit)
+        if spelt(stated, quantity):
+            scale = factor(stated, quantity)
             turned[name] = numbers[name] if scale == 1.0 else scale * numbers[name]
         else:
             faults.append(
@@ -69,15 +67,6 @@ def _in_si(numbers: dict[str, FloatArray], table: Topic) -> tuple[dict[str, Floa
                 f" known here. Known are: {', '.join(UNITS[quantity])}"
             )
     return turned, faults
-
-
-def labels_of(table: Topic, name: str) -> tuple[str, ...] | None:
-    """Return a column as labels, one a row."""
-    if name in table.texts:
-        return table.texts[name]
-    if name in table.fields:
-        return tuple(f"{number:.15g}" for number in table.fields[name].tolist())
-    return None
 
 
 def _unreadable(table: Topic) -> dict[str, FloatArray]:

@@ -1,0 +1,125 @@
+"""What a pydantic model finds wrong in a file, one plain sentence a fault, each with its place."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any, get_args
+
+from hydrodamp.errors import HydrodampError, LogError, did_you_mean
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel, ValidationError
+
+_WANTED = {
+    "bool_type": "true or false",
+    "dict_type": "a table",
+    "finite_number": "a finite number",
+    "float_parsing": "a number",
+    "float_type": "a number",
+    "list_type": "a list",
+    "model_attributes_type": "a table",
+    "model_type": "a table",
+    "string_type": "text",
+    "tuple_type": "a list",
+}
+_LONGEST = 60
+
+
+def faults_in(
+    error: ValidationError,
+    content: object,
+    form: type[BaseModel],
+    said: Mapping[str, str] | None = None,
+) -> list[str]:
+    """Return the faults of a file's content as sentences; ``said`` has its own for some places.
+
+    A validator that raises ValueError gives the rest of a sentence that begins with the place
+    ("must be ..."); one that raises an error of ours gives a whole sentence.
+    """
+    told: list[str] = []
+    for fault in error.errors(include_url=False):
+        place = _place(fault["loc"], content, fault["type"])
+        told += _sentences(dict(fault), place, form, said or {})
+    return list(dict.fromkeys(told))
+
+
+def _sentences(
+    fault: dict[str, Any], place: list[str | int], form: type[BaseModel], said: Mapping[str, str]
+) -> Iterator[str]:
+    path, kind, given = spelt_path(place), fault["type"], fault.get("input")
+    cause = fault.get("ctx", {}).get("error")
+    if isinstance(cause, HydrodampError):
+        faults = cause.faults if isinstance(cause, LogError) else (str(cause),)
+        yield from (f"`{path}`: {each}" if path else each for each in faults)
+    elif cause is not None:
+        yield f"`{path}` {cause}" if path else str(cause)
+    elif path in said:
+        yield said[path].format(given=given)
+    elif kind == "extra_forbidden":
+        yield _unknown(place, form)
+    elif kind == "missing":
+        yield f"`{path}` is missing"
+    elif given is None:
+        yield f"`{path}` is still empty: fill it in"
+    else:
+        yield f"`{path}` must be {_wanted(kind, fault)}; got {_short(given)}"
+
+
+def _place(loc: tuple[str | int, ...], content: Any, kind: str) -> list[str | int]:
+    """Return where a fault is: its keys in the content, without what pydantic adds to them."""
+    place: list[str | int] = []
+    for depth, part in enumerate(loc):
+        is_key = isinstance(content, dict) and part in content
+        is_index = isinstance(content, list) and isinstance(part, int) and part < len(content)
+        if is_key or is_index:
+            content = content[part]
+            place.append(part)
+        elif kind == "missing" and depth == len(loc) - 1:
+            place.append(part)
+    return place
+
+
+def spelt_path(place: list[str | int]) -> str:
+    """Return a place as it is written: ``velocity.u[0].unit``."""
+    text = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in place)
+    return text.removeprefix(".")
+
+
+def _unknown(place: list[str | int], form: type[BaseModel]) -> str:
+    key, known = str(place[-1]), list(_keys_at(place, form))
+    near = did_you_mean(key, known)
+    if len(place) == 1:
+        return f"unknown key `{key}`.{near} Keys are: {' '.join(known)}"
+    return f"`{spelt_path(place[:-1])}` has no `{key}`.{near} It takes: {' '.join(known)}"
+
+
+def _keys_at(place: list[str | int], form: type[BaseModel]) -> dict[str, None]:
+    """Return the keys that the table around a place may have."""
+    forms = [form]
+    for part in place[:-1]:
+        found = [one.model_fields[part] for one in forms if part in one.model_fields]
+        forms = [inner for one in found for inner in _forms(one.annotation)] or forms
+    return {key: None for one in forms for key in one.model_fields}
+
+
+def _forms(annotation: Any) -> Iterator[type[BaseModel]]:
+    """Yield the models in the type of a field."""
+    if hasattr(annotation, "model_fields"):
+        yield annotation
+    for part in get_args(annotation):
+        yield from _forms(part)
+
+
+def _wanted(kind: str, fault: Mapping[str, Any]) -> str:
+    if kind == "literal_error":
+        return str(fault["ctx"]["expected"]).replace("'", "")
+    if kind in ("too_short", "too_long"):
+        least, most = (fault["ctx"].get(name) for name in ("min_length", "max_length"))
+        return "a list of at least one" if least == 1 else f"a list of {least or most}"
+    said = str(fault["msg"]).removeprefix("Input should be ").removeprefix("Input ")
+    return _WANTED.get(kind, said)
+
+
+def _short(value: object) -> str:
+    text = repr(value)
+    return text if len(text) <= _LONGEST else text[: _LONGEST - 3] + "..."
