@@ -4,15 +4,19 @@ import json
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 from typer.testing import Result
 
+from hydrodamp.data.attitude import quaternion_from_euler
+from hydrodamp.data.canonical import write_log
+from hydrodamp.data.log import Log
 from hydrodamp.report.files import read_comparison
 
 Call = Callable[..., Result]
 ROW = {
     *("model", "method", "n_coefficients", "rank", "rms", "rms_by_axis", "fit_by_axis"),
-    *("status", "diverged_at", "coefficients"),
+    *("status", "diverged_at", "coefficients", "fit"),
 }
 
 
@@ -103,7 +107,7 @@ def test_data_in_both_parts_is_warned_of(folder: Path, call: Call) -> None:
         "compare a.csv --vehicle planar.yaml --train 0:20 --test 10:40 --models linear --methods ls"
     )
     assert done.exit_code == 0
-    assert "warning: training and test data share 10:20" in done.stderr
+    assert "warning: training and test data share 10:19.9" in done.stderr
 
 
 def test_a_fit_that_is_refused_is_a_row_that_says_why(folder: Path, call: Call) -> None:
@@ -117,3 +121,30 @@ def test_a_fit_that_is_refused_is_a_row_that_says_why(folder: Path, call: Call) 
     rows = read_comparison(folder / "out").rows
     assert [row.status.word for row in rows[:2]] == ["refused", "refused"]
     assert len(rows) == 4
+
+
+def test_an_earlier_comparison_is_named_before_it_goes(folder: Path, call: Call) -> None:
+    line = "compare a.csv --vehicle planar.yaml --train 0:20 --models linear --methods ls --out out"
+    assert "earlier comparison" not in call(f"{line} --test 20:40").stderr
+    (old,) = (folder / "out" / "fits").iterdir()
+    again = call(f"{line.replace('linear', 'fossen')} --test 20:40")
+    assert "out holds an earlier comparison, which this one replaces" in again.stderr
+    assert not old.exists()
+    assert [row.model for row in read_comparison("out").rows] == ["fossen"]
+
+
+def test_a_rate_in_the_wrong_unit_is_told_before_it_is_fitted(folder: Path, call: Call) -> None:
+    time = np.arange(0.0, 60.0, 0.1)
+    heading = np.sin(time / 2)
+    rate = 0.5 * np.cos(time / 2)
+    euler = np.column_stack((0.0 * time, 0.0 * time, heading))
+    log = Log.from_arrays(
+        time,
+        {"u": 1.0 + 0.1 * np.sin(time), "v": 0.1 * np.cos(time), "r": np.radians(rate)},
+        attitude=quaternion_from_euler(euler),
+        commands={"ahead": np.sin(time), "turn": np.cos(time)},
+    )
+    write_log(log, folder / "turns.csv")
+    done = call("identify turns.csv --vehicle planar.yaml --model linear --method ls --json")
+    told = " ".join(done.stderr.split())
+    assert "warning: turns.csv: suspicion: `r` is rad/s taken for deg/s" in told

@@ -11,7 +11,7 @@ import typer
 from typer.testing import CliRunner, Result
 
 from hydrodamp.cli.datasets import datasets
-from hydrodamp.cli.guard import guarded
+from hydrodamp.cli.output import guarded
 from hydrodamp.errors import FileError
 from hydrodamp.ingest.datasets import registry
 from hydrodamp.ingest.datasets.registry import DataFile, Dataset

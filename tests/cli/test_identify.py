@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 from typer.testing import Result
 
-from hydrodamp.cli.trust import Trust
 from hydrodamp.errors import HydrodampWarning
 from hydrodamp.identification.fit import Fit, empty_fit
 from hydrodamp.identification.methods import METHODS
@@ -77,11 +76,11 @@ def test_the_report_says_what_the_run_was(folder: Path, call: Call) -> None:
 def test_warnings_of_the_run_are_in_the_report(
     folder: Path, call: Call, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def warn(*args: object) -> Trust:
+    def warn(*args: object) -> tuple[None, tuple[()]]:
         warnings.warn("the sea was rough", HydrodampWarning, stacklevel=1)
-        return Trust()
+        return None, ()
 
-    monkeypatch.setattr("hydrodamp.cli.trust.trust", warn)
+    monkeypatch.setattr("hydrodamp.cli.identify.trust", warn)
     done = call(f"{LINE} --out d.json")
     assert "warning: the sea was rough" in done.stderr
     assert "the sea was rough" in (folder / "d.report.html").read_text("utf-8")
@@ -171,3 +170,9 @@ def test_a_fit_without_numbers_writes_nothing(
     assert done.exit_code == 1, done.output
     assert "error: failed" in done.stderr
     assert not (folder / "d.json").exists()
+
+
+def test_a_damping_file_that_is_replaced_is_named(folder: Path, call: Call) -> None:
+    line = "identify a.csv --vehicle planar.yaml --model linear --method ls --json --out d.json"
+    assert "in place of" not in call(line).stderr
+    assert "written to d.json, in place of an earlier one" in call(line).stderr

@@ -10,9 +10,8 @@ import typer
 from typer.testing import CliRunner, Result
 
 import hydrodamp as hd
-from hydrodamp.cli.beside import Beside
-from hydrodamp.cli.guard import guarded
-from hydrodamp.cli.report import illustrate, offer, offer_of_fit, report
+from hydrodamp.cli.output import guarded
+from hydrodamp.cli.report import Beside, illustrate, offer, report
 from hydrodamp.report.gallery import examine as examining
 from hydrodamp.report.html import page as pages
 
@@ -128,9 +127,8 @@ def test_a_fit_alone_is_replayed_on_what_it_was_fitted_to(
 ) -> None:
     fit, vehicle, log = fitted
     assert np.all(np.isfinite(fit.damping.coefficients))
-    told = replace(fit, remarks=("axis  grade\nX     known",))
     said = {"command": "hydrodamp identify a.csv", "versions": "Python 3"}
-    offer_of_fit(told, vehicle, log, said, Beside(Path("damping.json")))
+    Beside(Path("damping.json")).illustrate(fit, ("axis  grade\nX     known",), vehicle, log, said)
     text = (folder / "damping.report.html").read_text("utf-8")
     assert "share all 400 samples" in text
     assert "hydrodamp identify a.csv" in text
@@ -154,7 +152,8 @@ def test_without_the_extra_nothing_is_said_to_be_written(
 ) -> None:
     monkeypatch.setattr(pages, "find_spec", lambda _: None)
     monkeypatch.setattr(examining, "find_spec", lambda _: None)
-    offer_of_fit(*fitted, {}, Beside(Path("damping.json")))
+    fit, vehicle, log = fitted
+    Beside(Path("damping.json")).illustrate(fit, (), vehicle, log, {})
     said = capsys.readouterr().err
     assert "written" not in said
     assert "matplotlib" in said

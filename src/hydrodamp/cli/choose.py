@@ -13,13 +13,13 @@ if TYPE_CHECKING:
     from hydrodamp.models.model import DampingModel
     from hydrodamp.vehicle.vehicle import Vehicle
 
+#: The model that is selected from the training log.
 SPARSE = "sparse"
-"""The model that is selected from the training log."""
 
 
 def selects(listed: str | None) -> bool:
     """Tell whether a list of models asks for one to be selected from the log."""
-    return listed is not None and SPARSE in _names(listed)
+    return listed is not None and SPARSE in names(listed)
 
 
 def with_sparse(
@@ -27,19 +27,15 @@ def with_sparse(
 ) -> tuple[DampingModel, ...]:
     """Return the models and the one selected from a log."""
     from hydrodamp.cli.output import note
-    from hydrodamp.cli.progress import progress
+    from hydrodamp.progress import progress
     from hydrodamp.validation.sparse import Sparse
 
     for model in models:
         if model.key.casefold() == SPARSE:
-            raise _called_alike(model.key, SPARSE)
+            raise _same_name(model.key, SPARSE)
     way = Sparse()
-    try:
-        with progress("selecting terms", len(way.windows)) as step:
-            selected = way.select(vehicle, log, models, step)
-    except KeyboardInterrupt:
-        note("stopped while selecting `sparse`, before any fit: nothing is written.")
-        raise
+    with progress("selecting terms", len(way.windows)) as step:
+        selected = way.select(vehicle, log, models, lambda *_: step())
     note(f"sparse: {selected.n_coefficients} coefficients. {selected.note}")
     return (*models, selected)
 
@@ -48,21 +44,21 @@ def choose_models(listed: str | None) -> tuple[DampingModel, ...]:
     """Return the models of a list with commas."""
     from hydrodamp.models.catalog import PAPER_MODELS
 
-    asked = PAPER_MODELS if listed is None else _names(listed)
-    names = tuple(name for name in asked if name != SPARSE)
+    asked = PAPER_MODELS if listed is None else names(listed)
     if not asked:
         raise ModelError("`--models` must name at least one model; got an empty list.")
     chosen: dict[str, DampingModel] = {}
-    for model in (model for name in names for model in named_models(name)):
-        there = chosen.setdefault(model.key.casefold(), model)  # not all systems tell A.json from a
+    for model in (model for name in asked if name != SPARSE for model in named_models(name)):
+        # Not all file systems distinguish A.json from a.json.
+        there = chosen.setdefault(model.key.casefold(), model)
         if (there.key, there.terms) != (model.key, model.terms):
-            raise _called_alike(there.key, model.key)
+            raise _same_name(there.key, model.key)
     return tuple(chosen.values())
 
 
-def _called_alike(first: str, second: str) -> ModelError:
-    names = f"'{first}'" if first == second else f"'{first}' and '{second}'"
-    return ModelError(f"two different models are called {names}: rename the one in your file.")
+def _same_name(first: str, second: str) -> ModelError:
+    pair = f"'{first}'" if first == second else f"'{first}' and '{second}'"
+    return ModelError(f"two different models are called {pair}: rename the one in your file.")
 
 
 def named_models(name: str) -> tuple[DampingModel, ...]:
@@ -120,11 +116,11 @@ def choose_methods(listed: str) -> tuple[Method, ...]:
     """Return the methods of a list with commas."""
     from hydrodamp.identification.methods import find_method
 
-    names = _names(listed)
-    if not names:
+    if not names(listed):
         raise MethodError("`--methods` must name at least one method; got an empty list.")
-    return tuple(find_method(name) for name in names)
+    return tuple(find_method(name) for name in names(listed))
 
 
-def _names(listed: str) -> tuple[str, ...]:
+def names(listed: str) -> tuple[str, ...]:
+    """Return the names of a list with commas, each once."""
     return tuple(dict.fromkeys(name.strip() for name in listed.split(",") if name.strip()))

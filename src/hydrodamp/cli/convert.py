@@ -17,8 +17,7 @@ def convert(
     mapping: options.MappingFile = None,
 ) -> None:
     """Bring a log of any format onto one clock, do the mapping's steps, and write it as CSV."""
-    from hydrodamp.cli.progress import followed
-    from hydrodamp.cli.select import read
+    from hydrodamp.cli.parts import read
     from hydrodamp.cli.targets import check_out_file
     from hydrodamp.data.canonical import write_log
 
@@ -26,6 +25,5 @@ def convert(
     log = read(logs, mapping)
     results().print(str(log), markup=False, highlight=False)
     instead = ", in place of an earlier one" if Path(out).exists() else ""
-    with followed("writing", log.n):
-        write_log(log, out)
+    write_log(log, out)
     note(f"written to {out}{instead}")

@@ -35,7 +35,6 @@ def datasets(
     json: options.Json = False,
 ) -> None:
     """List public logs, or fetch one: licence first, each file checked."""
-    from hydrodamp.cli.progress import stages
     from hydrodamp.ingest.datasets.fetching import fetch, look
     from hydrodamp.ingest.datasets.registry import find_dataset
 
@@ -48,8 +47,7 @@ def datasets(
     _introduce(dataset)
     wanted = [file for file in dataset.files if file.name in here.lacking and file.url]
     if wanted and _accepted(len(wanted), yes):
-        with stages("downloading", unit="B") as reach:
-            here = fetch(dataset, place, reach)
+        here = fetch(dataset, place)
     if len(here.lacking) == len(dataset.files):
         raise FileError(
             f"{place}: holds none of the {len(dataset.files)} files of '{name}', such as"

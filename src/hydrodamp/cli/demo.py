@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from functools import partial
-from typing import TYPE_CHECKING, Annotated
+from pathlib import Path
+from typing import Annotated
 
 import typer
 
 from hydrodamp.cli import options
-from hydrodamp.cli.compare import deliver
 from hydrodamp.cli.output import results
-
-if TYPE_CHECKING:
-    from hydrodamp.simulation.campaign.reenact import Campaign
+from hydrodamp.errors import ProblemError
 
 
 def demo(
@@ -32,42 +29,30 @@ def demo(
 ) -> None:
     """Re-enact the paper's experiment on a simulated vehicle and print its Table I."""
     from hydrodamp.cli.choose import choose_methods, choose_models
-    from hydrodamp.cli.handing import hand_over
-    from hydrodamp.cli.progress import progress
-    from hydrodamp.cli.record import record
-    from hydrodamp.cli.replacing import note_replaced
-    from hydrodamp.cli.resume import OPTIONS, check_resume, go_on, options_in_words
-    from hydrodamp.cli.run import Task, carry_out
-    from hydrodamp.cli.targets import check_out_folder
+    from hydrodamp.cli.targets import check_out_folder, record
+    from hydrodamp.cli.work import Task, carry_out
+    from hydrodamp.progress import progress
     from hydrodamp.simulation.campaign.reenact import n_samples, reenact
 
+    if resume and out is None:
+        raise ProblemError(options.RESUME_NEEDS_OUT)
     if out is not None:
         check_out_folder(out, ())
-    said = {**record(()), OPTIONS: options_in_words({"--seed": str(seed), "--truth": truth})}
-    earlier = check_resume(out, said) if resume else None
-    if out is not None:
-        note_replaced(out, said)
     with progress("sailing the campaign", n_samples()) as step:
         campaign = reenact(seed=seed, truth=truth, done=step)
-    models, methods = choose_models(None), choose_methods(options.DEMO_METHODS)
-    task = Task(campaign.vehicle, campaign.train, campaign.test, models, methods)
-    if earlier is not None:
-        task, said = go_on(earlier, task, said)
-    words = {"truth": campaign.truth, "note": campaign.note, "seed": str(seed)}
     if not json:
-        _introduce(campaign, seed)
-    made = partial(deliver, campaign.vehicle, campaign.train)
-    hand_over(carry_out(task), {**words, **said}, out, json, made)
-
-
-def _introduce(campaign: Campaign, seed: int) -> None:
-    """Say what is simulated, before the table."""
-    console = results()
-    train = ", ".join(segment.name for segment in campaign.train.segments)
-    test = ", ".join(segment.name for segment in campaign.test.segments)
-    console.print(
-        f"The paper's campaign, re-enacted on a simulated {campaign.vehicle.name} (seed {seed}).\n"
-        f"Truth '{campaign.truth}': {campaign.note}\n"
-        f"Identified on {train}; replayed on {test}.\n",
-        markup=False,
-    )
+        train, test = (
+            ", ".join(segment.name for segment in log.segments)
+            for log in (campaign.train, campaign.test)
+        )
+        results().print(
+            f"The paper's campaign, re-enacted on a simulated {campaign.vehicle.name} (seed "
+            f"{seed}).\nTruth '{campaign.truth}': {campaign.note}\n"
+            f"Identified on {train}; replayed on {test}.\n",
+            markup=False,
+        )
+    models, methods = choose_models(None), choose_methods(options.DEMO_METHODS)
+    home = None if out is None else Path(out)
+    task = Task(campaign.vehicle, campaign.train, campaign.test, models, methods, home)
+    words = {"truth": campaign.truth, "note": campaign.note, "seed": str(seed), **record(())}
+    carry_out(task, words, resume, json)

@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from hydrodamp.cli import options
-from hydrodamp.cli.beside import Beside
-from hydrodamp.cli.guard import WORK_FAILED, WRONG_INPUT
-from hydrodamp.cli.output import emit, fail, note, results
+from hydrodamp.cli.output import WORK_FAILED, WRONG_INPUT, emit, fail, note, results
 
 if TYPE_CHECKING:
-    from hydrodamp.cli.trust import Trust
+    from hydrodamp.data.log import Log
     from hydrodamp.identification.fit import Fit
+    from hydrodamp.identification.trust.identifiability import Identifiability
+    from hydrodamp.vehicle.vehicle import Vehicle
 
 
-def _named(context: typer.Context, model: str) -> str:
-    """Refuse a call without a model in a sentence that says where there are some."""
+def _one_model(context: typer.Context, model: str) -> str:
+    """Refuse a call without a model, or with several."""
     if not model and not context.resilient_parsing:  # as a shell does that completes words
         fail(
             "`--model` is missing: name one of `hydrodamp models`, a YAML file of your own, or "
@@ -43,7 +44,7 @@ def identify(
             metavar="M",
             help="A model by name, a YAML file of one, or FILE:NAME. [required]",
             default_factory=str,
-            callback=_named,
+            callback=_one_model,
             show_default=False,
         ),
     ],
@@ -64,15 +65,17 @@ def identify(
     json: options.Json = False,
 ) -> None:
     """Identify one model, say how far to trust it, and write its damping file."""
-    from dataclasses import replace
-
     from hydrodamp.cli.choose import SPARSE, choose_model, file_of, with_sparse
-    from hydrodamp.cli.experiment import check_before, check_samples, fit_all
-    from hydrodamp.cli.record import record
-    from hydrodamp.cli.report import offer_of_fit
-    from hydrodamp.cli.select import train_alone
-    from hydrodamp.cli.trust import Trust, trust
+    from hydrodamp.cli.parts import train_alone
+    from hydrodamp.cli.report import Beside
+    from hydrodamp.cli.targets import record
+    from hydrodamp.cli.work import check_training, fit_all
+    from hydrodamp.files import save_json
     from hydrodamp.identification.methods import find_method
+    from hydrodamp.report.document import fit_document
+    from hydrodamp.report.fit_grid import fit_grid
+    from hydrodamp.report.screen import show
+    from hydrodamp.simulation.problem import prepare
     from hydrodamp.vehicle.fleet import find_vehicle
 
     inputs = (*(logs or ()), *(train or ()), vehicle, file_of(model), mapping)
@@ -84,35 +87,60 @@ def identify(
     said = record(inputs)
     log = train_alone(logs or (), train or (), mapping)
     (chosen,) = named or with_sparse(craft, log, ())
-    check_before(craft, log, (chosen,))
-    check_samples(craft, log, (chosen,))
-    (fit,) = fit_all(craft, log, (chosen,), (way,))
-    found = trust(craft, log, fit) if fit.status.usable and not json else Trust()
-    deliver(fit, beside, json, found)
-    if beside is not None:
-        told = replace(fit, remarks=(*fit.remarks, *found.words))
-        offer_of_fit(told, craft, log, said, beside)
-
-
-def deliver(fit: Fit, beside: Beside | None, json: bool, trust: Trust) -> None:
-    """Print and write a fit; end with status 1 if it has no numbers."""
-    from hydrodamp.files import save_json
-    from hydrodamp.report.document import fit_document
-    from hydrodamp.report.fit_grid import fit_grid
-    from hydrodamp.report.screen import show
-
-    document = fit_document(fit)
+    check_training(craft, log, (chosen,))
+    fits: dict[tuple[str, str], Fit] = {}
+    fit_all(prepare(craft, log, chosen), (chosen,), (way,), fits)
+    (fit,) = fits.values()
+    grades, words = (None, ()) if json or not fit.status.usable else trust(craft, log, fit)
     if json:
-        emit(document)
+        emit(fit_document(fit))
     else:
-        show(results(), fit_grid(fit, trust.grades))
-        for part in trust.words:
+        show(results(), fit_grid(fit, grades))
+        for part in words:
             results().print(f"\n{part}", markup=False, highlight=False)
     if not fit.status.usable:
         fail(" ".join((fit.status.value, *fit.remarks)), WORK_FAILED)
     if beside is not None:
         instead = ", in place of an earlier one" if beside.damping.exists() else ""
-        for path in beside.earlier():
-            path.unlink(missing_ok=True)
-        save_json(document, beside.damping)
+        beside.remove_earlier()
+        save_json(fit_document(fit), beside.damping)
         note(f"written to {beside.damping}{instead}")
+        beside.illustrate(fit, words, craft, log, said)
+
+
+def trust(vehicle: Vehicle, log: Log, fit: Fit) -> tuple[Identifiability | None, tuple[str, ...]]:
+    """Return grades, and what residuals and a wrong vehicle say, in words."""
+    from hydrodamp.errors import HydrodampError
+    from hydrodamp.identification.methods import find_method
+    from hydrodamp.identification.trust.diagnostics import diagnose
+    from hydrodamp.identification.trust.grading import graded
+    from hydrodamp.progress import counted
+    from hydrodamp.simulation.problem import prepare
+    from hydrodamp.validation.vehicle_error import vehicle_doubt
+
+    problem, model = prepare(vehicle, log, fit.model), fit.model
+    grades: list[Identifiability] = []
+    quick = find_method("weak")
+
+    def determined() -> str:
+        grades.append(graded(problem, fit))
+        return grades[0].summary
+
+    def wrong_vehicle() -> str:
+        doubt = str(vehicle_doubt(vehicle, log, log, model, quick))
+        if fit.method != quick.key:
+            doubt += f"\n  All of this by {quick.key}, for speed; the fit above is by {fit.method}."
+        return doubt
+
+    questions: dict[str, Callable[[], str]] = {
+        "what the log determines": determined,
+        "the residuals": lambda: "\n".join(diagnose(problem, model, fit.damping).remarks),
+        "what a wrong vehicle does": wrong_vehicle,
+    }
+    words = []
+    for what, ask in counted(questions.items(), "asking", len(questions)):
+        try:
+            words.append(ask())
+        except HydrodampError as error:
+            words.append(f"Not answered, {what}: {error}")
+    return next(iter(grades), None), tuple(filter(None, words))

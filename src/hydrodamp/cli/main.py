@@ -12,9 +12,9 @@ from hydrodamp.cli.compare import compare
 from hydrodamp.cli.convert import convert
 from hydrodamp.cli.datasets import datasets
 from hydrodamp.cli.demo import demo
-from hydrodamp.cli.guard import INTERRUPTED, guarded
 from hydrodamp.cli.identify import identify
 from hydrodamp.cli.models import models
+from hydrodamp.cli.output import INTERRUPTED, guarded
 from hydrodamp.cli.probe import probe
 from hydrodamp.cli.report import report
 from hydrodamp.cli.simulate import simulate

@@ -7,8 +7,7 @@ from typing import Annotated
 
 import typer
 
-from hydrodamp.cli.guard import WRONG_INPUT
-from hydrodamp.cli.output import fail
+from hydrodamp.cli.output import WRONG_INPUT, fail
 
 METHODS = "recommended, ls, weak, ridge, dissipative, oe, ai, ai-scaled, rls"
 """All methods, for help; those of ``identification.methods``."""
@@ -21,6 +20,12 @@ DEFAULT_METHOD = "recommended"
 
 DEMO_METHODS = "ls,ai,ai-scaled,recommended"
 """The paper's two, the second with scaled gains, and what hydrodamp recommends."""
+
+
+RESUME_NEEDS_OUT = (
+    "`--resume` goes on with the fits that an interrupted run left in a folder: name it with "
+    "`--out DIR`."
+)
 
 
 class AttitudeSource(StrEnum):

@@ -1,13 +1,31 @@
-"""What is printed where: results on standard output, all else on standard error."""
+"""What is printed where, and the exit status: results on standard output, all else on the other."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NoReturn
+import functools
+import traceback
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from pathlib import Path
+from typing import TYPE_CHECKING, NoReturn, ParamSpec, TypeVar
 
 import typer
 
+from hydrodamp.errors import HydrodampError, HydrodampWarning
+from hydrodamp.files import absent, as_json
+from hydrodamp.progress import watched
+
 if TYPE_CHECKING:
     from rich.console import Console
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+WORK_FAILED, WRONG_INPUT, INTERRUPTED = 1, 2, 130
+
+_warned: ContextVar[dict[str, None]] = ContextVar("warned")
 
 
 def results() -> Console:
@@ -17,13 +35,6 @@ def results() -> Console:
     return Console(highlight=False, emoji=False)
 
 
-def messages() -> Console:
-    """Return the console for messages and progress."""
-    from rich.console import Console
-
-    return Console(stderr=True, highlight=False, emoji=False)
-
-
 def note(text: str) -> None:
     """Print a message on standard error."""
     typer.echo(text, err=True)
@@ -31,12 +42,67 @@ def note(text: str) -> None:
 
 def emit(document: object) -> None:
     """Print a machine-readable result on standard output."""
-    from hydrodamp.files import as_json
-
     typer.echo(as_json(document), nl=False)
 
 
 def fail(sentence: str, status: int) -> NoReturn:
-    """Print what is wrong on standard error and end with a status."""
+    """Print an error on standard error and end with a status."""
     note(f"error: {sentence}")
     raise typer.Exit(status)
+
+
+def guarded(command: Callable[P, R]) -> Callable[P, R]:
+    """Return a command that ends in a sentence and a status, never a traceback."""
+
+    @functools.wraps(command)
+    def run(*args: P.args, **kwargs: P.kwargs) -> R:
+        with warnings_as_notes(), watched():
+            try:
+                return command(*args, **kwargs)
+            except (typer.Exit, typer.Abort, typer.BadParameter, BrokenPipeError):
+                raise
+            except HydrodampError as error:
+                fail(str(error), WRONG_INPUT)
+            except FileNotFoundError as error:
+                fail(absent(error.filename) if error.filename else str(error), WRONG_INPUT)
+            except OSError as error:
+                fail(f"{error.filename or 'file'}: {error.strerror or error}", WRONG_INPUT)
+            except KeyboardInterrupt:
+                note("interrupted")
+                raise typer.Exit(INTERRUPTED) from None
+            except Exception as error:
+                frame = traceback.extract_tb(error.__traceback__)[-1]
+                fail(
+                    f"internal failure: {type(error).__name__}: {error} "
+                    f"({Path(frame.filename).name}:{frame.lineno}). This is a fault of hydrodamp: "
+                    "please report it with the command.",
+                    WORK_FAILED,
+                )
+
+    return run
+
+
+@contextmanager
+def warnings_as_notes() -> Iterator[None]:
+    """Print each warning once, as one line on standard error, and keep it."""
+    seen: dict[str, None] = {}
+    token = _warned.set(seen)
+
+    def show(message: Warning | str, *_: object, **__: object) -> None:
+        text = " ".join(str(message).split())
+        if text not in seen:
+            seen[text] = None
+            note(f"warning: {text}")
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", HydrodampWarning)
+        warnings.showwarning = show
+        try:
+            yield
+        finally:
+            _warned.reset(token)
+
+
+def warned() -> tuple[str, ...]:
+    """Return the warnings of the command that is running, in order, each once."""
+    return tuple(_warned.get({}))

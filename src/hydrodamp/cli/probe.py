@@ -4,30 +4,16 @@ from __future__ import annotations
 
 import warnings
 from functools import partial
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from hydrodamp.cli import options
 from hydrodamp.cli.output import emit, note, results
 
-if TYPE_CHECKING:
-    from hydrodamp.data.recording import Recording
-    from hydrodamp.ingest.probing.judged import Judged
-    from hydrodamp.ingest.probing.probe import Probe
-    from hydrodamp.vehicle.vehicle import Vehicle
-
-_LOOKED = 0.3
-"""What share of the time it takes to look at a recording; the rest makes and judges a log."""
-
 
 def probe(
-    logs: Annotated[
-        list[str],
-        typer.Argument(
-            metavar="LOG", help="Logs: files or folders of any format, one after another."
-        ),
-    ],
+    logs: options.SomeLogs,
     vehicle: Annotated[
         str | None,
         typer.Option(
@@ -46,15 +32,28 @@ def probe(
 ) -> None:
     """Look through a log: what is in it, what is missing, is it fit for the job."""
     from hydrodamp.cli.targets import check_new_file
+    from hydrodamp.errors import HydrodampWarning
     from hydrodamp.files import save_text
+    from hydrodamp.ingest.probing.judged import judge
+    from hydrodamp.ingest.probing.probe import probe as look
+    from hydrodamp.ingest.read import read_recordings
+    from hydrodamp.progress import progress
     from hydrodamp.report.probe_tables import probe_document, probe_grids
     from hydrodamp.report.screen import show
+    from hydrodamp.simulation.fitness import needs_of
+    from hydrodamp.vehicle.fleet import find_vehicle
 
-    craft = None if vehicle is None else _vehicle(vehicle)
+    needs = None
+    if vehicle is not None:
+        with warnings.catch_warnings():  # the verdict says what is to be said of the vehicle
+            warnings.simplefilter("ignore", HydrodampWarning)
+            needs = partial(needs_of, find_vehicle(vehicle))
     if draft is not None:
         check_new_file(draft, force)
-    recordings = _recordings(logs)
-    found, judged = _judged(recordings, mapping, craft)
+    recordings = read_recordings(tuple(dict.fromkeys(logs)))
+    with progress("looking through it"):
+        found = look(recordings[0])
+        judged = judge(found, recordings, mapping, needs)
     if draft is not None:
         save_text(found.draft.text, draft)
         note(f"wrote {draft}")
@@ -62,41 +61,3 @@ def probe(
         emit(probe_document(found, judged))
     else:
         show(results(), *probe_grids(found, judged))
-
-
-def _vehicle(name: str) -> Vehicle:
-    """Return the vehicle without its warnings: the verdict says them."""
-    from hydrodamp.errors import HydrodampWarning
-    from hydrodamp.vehicle.fleet import find_vehicle
-
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", HydrodampWarning)
-        return find_vehicle(name)
-
-
-def _recordings(logs: list[str]) -> list[Recording]:
-    from hydrodamp.cli.reading import reading
-    from hydrodamp.ingest.read import read_recordings
-
-    paths = tuple(dict.fromkeys(logs))
-    with reading(paths):
-        return read_recordings(paths)
-
-
-def _judged(
-    recordings: list[Recording], mapping: str | None, craft: Vehicle | None
-) -> tuple[Probe, Judged]:
-    """Look at the first recording, make a log of all, and judge it."""
-    from hydrodamp.advance import within
-    from hydrodamp.cli.progress import followed
-    from hydrodamp.ingest.probing.judged import judge
-    from hydrodamp.ingest.probing.probe import probe as look
-    from hydrodamp.simulation.fitness import needs_of
-
-    messages = sum(recording.n for recording in recordings)
-    with followed("looking through it", messages):
-        with within(0.0, _LOOKED):
-            found = look(recordings[0])
-        with within(_LOOKED, 1.0):
-            needs = None if craft is None else partial(needs_of, craft)
-            return found, judge(found, recordings, mapping, needs)

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydrodamp.cli.output import note
+from hydrodamp.cli.output import note, warned
 
 if TYPE_CHECKING:
-    import os
-    from collections.abc import Mapping
-
-    from hydrodamp.cli.beside import Beside
     from hydrodamp.data.log import Log
     from hydrodamp.identification.fit import Fit
     from hydrodamp.report.gallery.findings import Findings
@@ -51,7 +49,7 @@ def report(
 
 def offer(
     results: Comparison | str,
-    path: str | os.PathLike[str],
+    path: Path,
     findings: Findings | None = None,
     then: str = "run the command again",
 ) -> bool:
@@ -87,33 +85,73 @@ def illustrate(comparison: Comparison, vehicle: Vehicle, train: Log, home: Path)
 
 def look_closer(comparison: Comparison, vehicle: Vehicle, train: Log) -> Findings:
     """Grade and draw the chosen row, with a bar; say how to get pictures where there are none."""
-    from hydrodamp.cli.progress import stages
     from hydrodamp.report.gallery.examine import MISSING, drawable, examine
 
     if not drawable():
         note(MISSING)
-    with stages("drawing") as reach:
-        return examine(comparison, vehicle, train, reach)
+    return examine(comparison, vehicle, train)
 
 
-def offer_of_fit(
-    fit: Fit, vehicle: Vehicle, log: Log, said: Mapping[str, str], beside: Beside
-) -> None:
-    """Write report and pictures of one fit beside its damping file."""
-    from dataclasses import replace
+@dataclass(frozen=True)
+class Beside:
+    """A damping file, and the pictures and the report that lie beside it, named after it."""
 
-    from hydrodamp.cli.guard import warned
-    from hydrodamp.report.gallery.folder import write_gallery
-    from hydrodamp.validation.compare import compare
+    damping: Path
 
-    alone = compare((fit,), vehicle, log)
-    words = {**alone.provenance, "overlap": f"all {log.n} samples", **said}
-    one = replace(alone, provenance=words)
-    findings = replace(look_closer(one, vehicle, log), folder=beside.figures.name)
-    if lines := warned():
-        one = replace(one, provenance={**words, "warnings": "\n".join(lines)})
-    if findings.gallery.pictures:
-        write_gallery(findings.gallery, beside.figures)
-        note(f"written to {beside.figures}")
-    if offer(one, beside.report, findings):
-        note(f"written to {beside.report}")
+    @property
+    def stem(self) -> str:
+        """The path of the damping file without its suffix."""
+        path = str(self.damping)
+        return path[: -len(".json")] if path.lower().endswith(".json") else path
+
+    @property
+    def figures(self) -> Path:
+        """Folder of the pictures."""
+        return Path(f"{self.stem}.figures")
+
+    @property
+    def page(self) -> Path:
+        """The report."""
+        return Path(f"{self.stem}.report.html")
+
+    def check(self, inputs: Iterable[str | None]) -> None:
+        """Refuse targets that cannot be written or would replace an input."""
+        from hydrodamp.cli.targets import check_out_file
+        from hydrodamp.files import check_folder
+
+        read = tuple(inputs)
+        check_out_file(str(self.damping), read)
+        check_out_file(str(self.page), read)
+        check_folder(self.figures)
+
+    def remove_earlier(self) -> None:
+        """Remove the report and the pictures of an earlier fit."""
+        from hydrodamp.report.gallery.folder import earlier_pictures
+
+        for path in (self.page, *earlier_pictures(self.figures)):
+            path.unlink(missing_ok=True)
+
+    def illustrate(
+        self,
+        fit: Fit,
+        words: tuple[str, ...],
+        vehicle: Vehicle,
+        log: Log,
+        said: Mapping[str, str],
+    ) -> None:
+        """Write report and pictures of the fit."""
+        from hydrodamp.report.gallery.folder import write_gallery
+        from hydrodamp.validation.compare import compare
+
+        told = replace(fit, remarks=(*fit.remarks, *words))
+        alone = compare((told,), vehicle, log)
+        origin = {**alone.provenance, "overlap": f"all {log.n} samples", **said}
+        alone = replace(alone, provenance=origin)
+        findings = replace(look_closer(alone, vehicle, log), folder=self.figures.name)
+        if lines := warned():
+            alone = replace(alone, provenance={**origin, "warnings": "\n".join(lines)})
+        if findings.gallery.pictures:
+            write_gallery(findings.gallery, self.figures)
+            note(f"written to {self.figures}")
+        if offer(alone, self.page, findings):
+            note(f"written to {self.page}")

@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from hydrodamp.cli import options
-from hydrodamp.cli.guard import WORK_FAILED
-from hydrodamp.cli.output import emit, fail, note, results
+from hydrodamp.cli.output import WORK_FAILED, emit, fail, note, results
 
 if TYPE_CHECKING:
-    from hydrodamp.simulation.score import Score
+    from hydrodamp.data.log import Log
+    from hydrodamp.simulation.replay import Trajectory
+    from hydrodamp.vehicle.vehicle import Vehicle
 
 
 def simulate(
@@ -30,13 +31,15 @@ def simulate(
     json: options.Json = False,
 ) -> None:
     """Replay a log open loop with identified damping and score it."""
-    from hydrodamp.cli.experiment import check_attitude
-    from hydrodamp.cli.progress import followed, progress
-    from hydrodamp.cli.select import read
+    from hydrodamp.cli.parts import read
     from hydrodamp.cli.targets import check_out_file
-    from hydrodamp.cli.trajectory import write_trajectory
+    from hydrodamp.cli.work import check_attitude
+    from hydrodamp.data.canonical import write_log
     from hydrodamp.models.damping_file import read_damping
+    from hydrodamp.progress import progress
     from hydrodamp.report.document import score_document
+    from hydrodamp.report.score_grid import score_grid
+    from hydrodamp.report.screen import show
     from hydrodamp.simulation.replay import simulate as replay
     from hydrodamp.simulation.score import score
     from hydrodamp.vehicle.fleet import find_vehicle
@@ -49,26 +52,39 @@ def simulate(
     with progress("replaying"):
         trajectory = replay(craft, numbers, log, attitude=attitude.value)
     scored = score(trajectory, craft.axes, rate_unit.value)
-    if out is not None:
-        with followed("writing", log.n):
-            written = write_trajectory(trajectory, craft, out)
-        if written:
-            note(f"written to {out}")
+    if out is not None and (simulated := simulated_log(trajectory, craft)) is not None:
+        write_log(simulated, out)
+        note(f"written to {out}")
     if json:
         emit({"model": numbers.model.key, **score_document(scored, trajectory.attitude)})
     else:
-        _print_score(f"{numbers.model.title} on {log.source}", scored)
-    _fail_if_diverged(scored)
-
-
-def _fail_if_diverged(scored: Score) -> None:
+        show(results(), score_grid(f"{numbers.model.title} on {log.source}", scored))
     if scored.diverged:
         places = ", ".join(f"{name} after {time:.1f} s" for name, time in scored.diverged)
         fail(f"the replay diverged in {places}; there is no RMS error.", WORK_FAILED)
 
 
-def _print_score(title: str, scored: Score) -> None:
-    from hydrodamp.report.score_grid import score_grid
-    from hydrodamp.report.screen import show
+def simulated_log(trajectory: Trajectory, vehicle: Vehicle) -> Log | None:
+    """Return the log with simulated velocities; None where the replay diverged at once."""
+    import numpy as np
 
-    show(results(), score_grid(title, scored))
+    from hydrodamp.basis.axes import VELOCITIES, VELOCITY_OF
+    from hydrodamp.data.log import Log
+
+    log = trajectory.log
+    keep = np.asarray(np.isfinite(trajectory.velocity).all(axis=1))
+    if not any(keep[part.start : part.stop].sum() > 1 for part in log.segments):
+        return None
+    free = [VELOCITY_OF[axis] for axis in vehicle.axes]
+    attitude = log.attitude if trajectory.attitude == "measured" else None
+    names = np.repeat([part.name for part in log.segments], [len(part) for part in log.segments])
+    return Log.from_arrays(
+        log.time[keep],
+        {name: trajectory.velocity[keep, VELOCITIES.index(name)] for name in free},
+        attitude=None if attitude is None else attitude[keep],
+        commands={name: log.command(name)[keep] for name in log.command_names},
+        wrench=None if log.wrench is None else log.wrench[keep],
+        propulsion_ratio=None if log.propulsion_ratio is None else log.propulsion_ratio[keep],
+        segment=names[keep].tolist(),
+        source=f"replay of {log.source or 'log'}",
+    )

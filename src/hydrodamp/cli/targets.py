@@ -1,17 +1,23 @@
-"""Where ``--out`` may point: somewhere that can be written and is no input."""
+"""What a run reads and writes: ``--out`` is checked before work, inputs are put on record."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import hashlib
+import platform
+import shlex
+import sys
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
+from hydrodamp.cli.output import warned
 from hydrodamp.errors import FileError
+from hydrodamp.files import check_file, check_folder
+
+Inputs = Iterable[str | None]
 
 
-def check_out_file(out: str, inputs: Iterable[str | None]) -> None:
+def check_out_file(out: str, inputs: Inputs) -> None:
     """Refuse a file that cannot be written or would replace an input."""
-    from hydrodamp.files import check_file
-
     for path in _files(inputs):
         if _same(Path(out), path):
             raise FileError(
@@ -20,9 +26,8 @@ def check_out_file(out: str, inputs: Iterable[str | None]) -> None:
     check_file(out)
 
 
-def check_out_folder(out: str, inputs: Iterable[str | None]) -> None:
+def check_out_folder(out: str, inputs: Inputs) -> None:
     """Refuse a folder that cannot be written or whose files would replace an input."""
-    from hydrodamp.files import check_folder
     from hydrodamp.report.files import is_result
 
     folder = Path(out)
@@ -39,18 +44,50 @@ def check_out_folder(out: str, inputs: Iterable[str | None]) -> None:
 
 
 def check_new_file(out: str, force: bool) -> None:
-    """Refuse a file that cannot be written, or is there already and may hold work of a person."""
-    from hydrodamp.files import check_file
-
+    """Refuse a file that cannot be written, or that exists and may hold a person's work."""
     check_file(out)
     if Path(out).exists() and not force:
         raise FileError(f"{out}: is there already; name another file, or say --force.")
 
 
-def _files(inputs: Iterable[str | None]) -> list[Path]:
+def record(inputs: Inputs) -> dict[str, str]:
+    """Return the command line, the files with their hashes and the versions, for provenance."""
+    import numpy
+    import scipy
+
+    words = {
+        "command": shlex.join(["hydrodamp", *sys.argv[1:]]),
+        "files": "\n".join(f"{_digest(path)}  {_one_line(path)}" for path in _all_files(inputs)),
+        "versions": f"Python {platform.python_version()}, NumPy {numpy.__version__}, "
+        f"SciPy {scipy.__version__}, {platform.system()} {platform.machine()}",
+        "warnings": "\n".join(warned()),
+    }
+    return {key: text for key, text in words.items() if text}
+
+
+def _files(inputs: Inputs) -> list[Path]:
     return [Path(name) for name in inputs if name and Path(name).is_file()]
 
 
 def _same(one: Path, other: Path) -> bool:
     """Tell whether two paths are one file, by whatever links or spellings."""
     return one.resolve() == other.resolve() or (one.exists() and one.samefile(other))
+
+
+def _all_files(inputs: Inputs) -> Iterator[Path]:
+    for path in dict.fromkeys(Path(name) for name in inputs if name):
+        if path.is_dir():
+            yield from sorted(each for each in path.rglob("*") if each.is_file())
+        elif path.is_file():
+            yield path
+
+
+def _digest(path: Path) -> str:
+    with path.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
+
+
+def _one_line(path: Path) -> str:
+    return "".join(
+        each if each.isprintable() else "\N{REPLACEMENT CHARACTER}" for each in str(path)
+    )

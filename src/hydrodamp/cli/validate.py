@@ -8,21 +8,13 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 import typer
 
 from hydrodamp.cli import options
-from hydrodamp.cli.guard import INTERRUPTED, WORK_FAILED
-from hydrodamp.cli.output import emit, fail, note, results
+from hydrodamp.cli.output import INTERRUPTED, WORK_FAILED, emit, fail, note, results
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from hydrodamp.data.log import Log
-    from hydrodamp.identification.fit import Fit, Method
-    from hydrodamp.models.model import DampingModel
-    from hydrodamp.simulation.horizons import HorizonScores
-    from hydrodamp.validation.criteria import Criteria
+    from hydrodamp.identification.fit import Fit
     from hydrodamp.validation.crossvalidation import CrossValidation
-    from hydrodamp.vehicle.vehicle import Vehicle
-
-    Whole = tuple[tuple[Fit, ...], list[HorizonScores | None], Criteria]
 
 
 def validate(
@@ -43,12 +35,16 @@ def validate(
 ) -> None:
     """Cross-validate models over the segments of a log, and score them at several horizons."""
     from hydrodamp.cli.choose import choose_methods, choose_models, selects
-    from hydrodamp.cli.experiment import check_attitude, check_before, check_samples
-    from hydrodamp.cli.progress import progress
-    from hydrodamp.cli.select import read
+    from hydrodamp.cli.parts import read
+    from hydrodamp.cli.work import check_attitude, check_training, fit_all
     from hydrodamp.errors import ModelError
+    from hydrodamp.identification.rows.weak_equations import WeakEquations
+    from hydrodamp.progress import counted, progress
     from hydrodamp.report.screen import show
     from hydrodamp.report.validation_grids import fold_grid, horizon_grid, validation_document
+    from hydrodamp.simulation.horizons import HORIZONS, scores_with_restarts
+    from hydrodamp.simulation.problem import prepare
+    from hydrodamp.validation.criteria import criteria
     from hydrodamp.validation.crossvalidation import cross_validate
     from hydrodamp.validation.holdouts import holdouts
     from hydrodamp.vehicle.fleet import find_vehicle
@@ -60,11 +56,11 @@ def validate(
         )
     craft, chosen, ways = find_vehicle(vehicle), choose_models(models), choose_methods(methods)
     log = read(logs, mapping)
-    check_before(craft, log, chosen)
+    check_training(craft, log, chosen)
     check_attitude(attitude.value, log)
-    check_samples(craft, log, chosen)
     tables: list[CrossValidation] = []
     count = len(holdouts(log, folds))
+    made: dict[tuple[str, str], Fit] = {}
     try:
         with progress("leaving out in turn", count * len(ways) * len(chosen)) as done:
             table = cross_validate(
@@ -75,12 +71,21 @@ def validate(
                 folds=folds,
                 attitude=attitude.value,
                 rate_unit=rate_unit.value,
-                done=done,
+                done=lambda *_: done(),
                 keep=tables.append,
             )
-        fits, scores, found = _on_the_whole(craft, log, chosen, ways, attitude, rate_unit)
+        problem = prepare(craft, log, chosen)
+        fit_all(problem, chosen, ways, made)
+        fits = tuple(made[model.key, way.key] for way in ways for model in chosen)
+        scores = [
+            scores_with_restarts(problem, fit.damping, HORIZONS, attitude.value, rate_unit.value)
+            if fit.status.usable
+            else None
+            for fit in counted(fits, "replaying from many places", len(fits))
+        ]
     except KeyboardInterrupt:
         _show_part(tables, count, json)
+    found = criteria(WeakEquations().rows(problem), fits)
     if json:
         emit(validation_document(table, fits, scores, found))
     else:
@@ -89,40 +94,8 @@ def validate(
         fail("no model has an error on any fold: give a longer log or smaller models.", WORK_FAILED)
 
 
-def _on_the_whole(
-    vehicle: Vehicle,
-    log: Log,
-    models: Sequence[DampingModel],
-    methods: Sequence[Method],
-    attitude: options.AttitudeSource,
-    rate_unit: options.RateUnit,
-) -> Whole:
-    """Fit the whole log; return fits, their errors by horizon and their criteria."""
-    from hydrodamp.cli.experiment import fit_all
-    from hydrodamp.cli.progress import progress
-    from hydrodamp.identification.rows.weak_equations import WeakEquations
-    from hydrodamp.simulation.horizons import HORIZONS, scores_with_restarts
-    from hydrodamp.simulation.problem import prepare
-    from hydrodamp.validation.criteria import criteria
-
-    fits = fit_all(vehicle, log, models, methods)
-    problem = prepare(vehicle, log, models)
-    scores: list[HorizonScores | None] = []
-    with progress("replaying from many places", len(fits)) as step:
-        for fit in fits:
-            scores.append(
-                scores_with_restarts(
-                    problem, fit.damping, HORIZONS, attitude.value, rate_unit.value
-                )
-                if fit.status.usable
-                else None
-            )
-            step()
-    return fits, scores, criteria(WeakEquations().rows(problem), fits)
-
-
 def _show_part(tables: Sequence[CrossValidation], count: int, json: bool) -> NoReturn:
-    """Show the folds that were finished before Ctrl-C, marked as such; end with status 130."""
+    """Show the folds that were finished before Ctrl-C; end with status 130."""
     from hydrodamp.report.screen import show
     from hydrodamp.report.validation_grids import fold_grid, validation_document
     from hydrodamp.validation.criteria import Criteria

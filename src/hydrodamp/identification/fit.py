@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass, field, replace
 from typing import Protocol
 
@@ -127,7 +128,16 @@ def identify(model: DampingModel, vehicle: Vehicle, log: Log, method: Method) ->
     return method.identify(prepare(vehicle, log, model), model)
 
 
-def provenance(problem: Problem, method: object) -> dict[str, str]:
+def digest(problem: Problem, model: DampingModel, method: object) -> str:
+    """Return what tells one fit from another: data and vehicle, terms, settings, version."""
+    import hydrodamp
+
+    terms = model.restricted_to(problem.vehicle.axes).terms
+    asked = (problem.digest, model.key, terms, repr(method), hydrodamp.__version__)
+    return hashlib.sha256(repr(asked).encode()).hexdigest()[:16]
+
+
+def provenance(problem: Problem, model: DampingModel, method: object) -> dict[str, str]:
     """Return log, vehicle and settings of a fit, in words."""
     log = problem.log
     return {
@@ -136,6 +146,7 @@ def provenance(problem: Problem, method: object) -> dict[str, str]:
         "samples": str(problem.n_samples),
         "vehicle": problem.vehicle.name,
         "settings": repr(method),
+        "digest": digest(problem, model, method),
     }
 
 
@@ -199,7 +210,7 @@ def fitted(
         rank=rank,
         aliased=aliased,
         n_samples=problem.n_samples if n_samples is None else n_samples,
-        provenance=provenance(problem, method),
+        provenance=provenance(problem, model, method),
         remarks=remarks,
         uncertainty=uncertainty,
     )

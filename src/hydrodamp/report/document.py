@@ -7,6 +7,7 @@ import math
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.uncertainty.intervals import Uncertainty
 from hydrodamp.models.damping_file import damping_document
+from hydrodamp.report.fit_names import fit_names
 from hydrodamp.simulation.score import Score
 from hydrodamp.validation.comparison import Comparison, Row
 
@@ -18,7 +19,12 @@ def comparison_document(comparison: Comparison) -> Document:
     import hydrodamp
 
     return {
-        "rows": [row_document(row) for row in comparison.rows],
+        "rows": [
+            {**row_document(row), "fit": name}
+            for row, name in zip(
+                comparison.rows, fit_names(row.fit for row in comparison.rows), strict=True
+            )
+        ],
         "units": _units(comparison),
         "provenance": {
             **comparison.provenance,

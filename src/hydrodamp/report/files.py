@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import io
 import os
-from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
 
-from hydrodamp.errors import FileError
-from hydrodamp.files import as_json, load_text, save_all
+from hydrodamp.files import as_json, save_all
 from hydrodamp.identification.fit import Fit
 from hydrodamp.report.comparison_grids import comparison_grids, row_grid, summary_grids
 from hydrodamp.report.document import comparison_document, fit_document
@@ -18,9 +16,9 @@ from hydrodamp.report.fit_names import fit_names, fit_path
 from hydrodamp.report.gallery.band_file import BAND
 from hydrodamp.report.gallery.findings import FIGURES
 from hydrodamp.report.gallery.folder import GRADES, earlier_findings
-from hydrodamp.report.reading import read_rows
+from hydrodamp.report.reading import read_fit, read_rows
+from hydrodamp.report.remarks import UNFINISHED
 from hydrodamp.report.renderings import to_csv, to_latex, to_markdown, to_text
-from hydrodamp.report.unfinished import read_earlier, with_waiting
 from hydrodamp.validation.comparison import Comparison
 
 RESULTS = (
@@ -37,9 +35,7 @@ WRITTEN = "comparison.json, table.txt .md .tex .csv, fits, replays.npz"
 """What :func:`write_comparison` writes, in words."""
 
 
-def write_comparison(
-    comparison: Comparison, folder: str | os.PathLike[str], waiting: Iterable[Fit] = ()
-) -> None:
+def write_comparison(comparison: Comparison, folder: str | os.PathLike[str]) -> None:
     """Write a comparison to a folder, which is made if it is not there.
 
     Parameters
@@ -47,51 +43,40 @@ def write_comparison(
     comparison : Comparison
         What to write.
     folder : str or path
-        All files are written or none, whatever interrupts. Fits, grades, pictures and
-        report of an earlier comparison in the same folder are removed.
-    waiting : iterable of Fit, optional
-        Fits of an unfinished run that were not replayed. They lie beside the others, and
-        ``not_replayed`` in the provenance names them.
+        Each file is written whole or not at all, ``comparison.json`` last. Report, grades,
+        pictures and other fits of an earlier comparison in the folder are removed.
 
     Raises
     ------
     FileError
         If the folder cannot be made or written.
     """
-    home, (told, beside) = Path(folder), _with_waiting(comparison, waiting)
-    fits = dict(zip(row_names(told), (row.fit for row in told.rows), strict=True)) | beside
-    texts = {
-        **{f"fits/{name}.json": as_json(fit_document(fit)) for name, fit in fits.items()},
-        **{f"table.{suffix}": text for suffix, text in _tables(told).items()},
-        "comparison.json": as_json(comparison_document(told)),
-    }
-    contents = {home / "replays.npz": _replays(told)}
-    contents |= {home / name: text.encode("utf-8") for name, text in texts.items()}
-    for path in (home / "comparison.json", *_earlier(home)):
+    home = Path(folder)
+    fits = {fit_path(home, name): fit for name, fit in _named_fits(comparison).items()}
+    there = () if UNFINISHED in comparison.provenance else (home / "fits").glob("*.json")
+    earlier = (path for path in there if path not in fits)
+    for path in (home / "comparison.json", home / "report.html", *earlier_findings(home), *earlier):
         if path.is_file():
             path.unlink()
-    save_all(contents)
+    texts = {
+        **{path: as_json(fit_document(fit)) for path, fit in fits.items()},
+        **{home / f"table.{suffix}": text for suffix, text in _tables(comparison).items()},
+        home / "comparison.json": as_json(comparison_document(comparison)),
+    }
+    contents = {home / "replays.npz": _replays(comparison)}
+    save_all(contents | {path: text.encode("utf-8") for path, text in texts.items()})
 
 
-def is_written(
-    comparison: Comparison, folder: str | os.PathLike[str], waiting: Iterable[Fit] = ()
-) -> bool:
-    """Tell whether a folder holds this very comparison."""
-    told, _ = _with_waiting(comparison, waiting)
-    try:
-        text = load_text(Path(folder) / "comparison.json")
-    except FileError:
-        return False
-    return text == as_json(comparison_document(told))
+def write_fit(fit: Fit, folder: Path) -> None:
+    """Write one fit into a folder of results, as soon as it is finished."""
+    (name,) = fit_names((fit,))
+    save_all({fit_path(folder, name): as_json(fit_document(fit)).encode("utf-8")})
 
 
-def _with_waiting(
-    comparison: Comparison, waiting: Iterable[Fit]
-) -> tuple[Comparison, dict[str, Fit]]:
-    """Return a comparison that names the fits without a row, and those by name."""
-    fits = tuple(waiting)
-    names = fit_names((fit.model.key, fit.method) for fit in fits)
-    return with_waiting(comparison, names), dict(zip(names, fits, strict=True))
+def kept_fits(folder: Path) -> dict[str, Fit]:
+    """Return the fits that lie in a folder of results, by their digests."""
+    found = map(read_fit, sorted((folder / "fits").glob("*.json")))
+    return {fit.provenance["digest"]: fit for fit in found if "digest" in fit.provenance}
 
 
 def read_comparison(folder: str | os.PathLike[str]) -> Comparison:
@@ -126,18 +111,9 @@ def is_result(path: Path, folder: Path) -> bool:
     return path.parent == folder and path.name in RESULTS
 
 
-def row_names(comparison: Comparison) -> tuple[str, ...]:
-    """Return the name that each row has in files, all different."""
-    return fit_names((row.model, row.method) for row in comparison.rows)
-
-
-def _earlier(home: Path) -> list[Path]:
-    """Return report, grades and pictures of an earlier comparison, and the fits it names."""
-    try:
-        fits = [fit_path(home, name) for name in read_earlier(home).names]
-    except FileError:
-        return earlier_findings(home)
-    return [*fits, home / "report.html", *earlier_findings(home)]
+def _named_fits(comparison: Comparison) -> dict[str, Fit]:
+    fits = [row.fit for row in comparison.rows]
+    return dict(zip(fit_names(fits), fits, strict=True))
 
 
 def _tables(comparison: Comparison) -> dict[str, str]:
@@ -153,7 +129,7 @@ def _tables(comparison: Comparison) -> dict[str, str]:
 def _replays(comparison: Comparison) -> bytes:
     """Return measured and simulated velocities as the bytes of an npz file."""
     arrays: dict[str, np.ndarray] = {}
-    for name, row in zip(row_names(comparison), comparison.rows, strict=True):
+    for name, row in zip(_named_fits(comparison), comparison.rows, strict=True):
         if row.trajectory is None:
             continue
         log = row.trajectory.log

@@ -7,12 +7,16 @@ from pathlib import Path
 
 from hydrodamp.data.record import unique_names
 from hydrodamp.errors import FileError
+from hydrodamp.identification.fit import Fit
 from hydrodamp.report.plain_names import is_plain
 
 
-def fit_names(pairs: Iterable[tuple[str, str]]) -> tuple[str, ...]:
-    """Return the name of each fit, all different."""
-    return unique_names(f"{model}.{method}" for model, method in pairs)
+def fit_names(fits: Iterable[Fit]) -> tuple[str, ...]:
+    """Return model, method and digest of each fit; a number makes names different."""
+    return unique_names(
+        ".".join(filter(None, (fit.model.key, fit.method, fit.provenance.get("digest", "")[:8])))
+        for fit in fits
+    )
 
 
 def fit_path(home: Path, name: str) -> Path:

@@ -18,7 +18,7 @@ from hydrodamp.files import load_json
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.uncertainty.intervals import Uncertainty
 from hydrodamp.models.damping_file import damping_from_document
-from hydrodamp.report.fit_names import fit_names, fit_path
+from hydrodamp.report.fit_names import fit_path
 from hydrodamp.simulation.replay import AttitudeSource, Trajectory
 from hydrodamp.simulation.score import RateUnit, Score
 from hydrodamp.simulation.status import Status
@@ -37,7 +37,7 @@ def read_rows(home: Path) -> Comparison:
         unit = cast("RateUnit", words.pop("rate_unit"))
         words.pop("hydrodamp", None)
         entries: Sequence[Mapping[str, Any]] = document["rows"]
-        names = fit_names((entry["model"], entry["method"]) for entry in entries)
+        names = [str(entry["fit"]) for entry in entries]
         scores = [_score(entry, unit) for entry in entries]
     except (KeyError, TypeError, AttributeError) as error:
         raise FileError(f"{path}: is no comparison of hydrodamp: {error!r}.") from error

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from hydrodamp.report.numbers import seconds
-from hydrodamp.report.unfinished import UNFINISHED
 from hydrodamp.simulation.status import Status
 from hydrodamp.validation.comparison import Comparison, Row
 from hydrodamp.validation.paper import beside_paper, rank_correlation
+
+#: Key in the provenance of a comparison that lacks rows; its value says how many.
+UNFINISHED = "unfinished"
 
 
 def remarks(comparison: Comparison) -> tuple[str, ...]:

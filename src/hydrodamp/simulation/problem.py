@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import hashlib
 import warnings
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from functools import cached_property
 
 import numpy as np
 
@@ -18,6 +20,7 @@ from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.columns import Columns, columns, held_channels
 from hydrodamp.simulation.fitness import check_log
+from hydrodamp.vehicle.file import format_vehicle
 from hydrodamp.vehicle.vehicle import Vehicle
 
 
@@ -70,6 +73,17 @@ class Problem:
     def segment_numbers(self) -> IntArray:
         """Number of the segment each sample is from, shape (n,)."""
         return np.repeat(np.arange(len(self.segments)), np.diff(self.segments, axis=1).ravel())
+
+    @cached_property
+    def digest(self) -> str:
+        """SHA-256 of the vehicle and of all that was measured, whatever files it came from."""
+        seen = hashlib.sha256(format_vehicle(self.vehicle).encode())
+        seen.update(repr((self.log.command_names, self.segments.tolist())).encode())
+        for field in fields(self.log):
+            block = getattr(self.log, field.name)
+            if isinstance(block, np.ndarray):
+                seen.update(field.name.encode() + np.ascontiguousarray(block).data)
+        return seen.hexdigest()
 
     def regressor(
         self,

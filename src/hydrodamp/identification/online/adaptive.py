@@ -187,7 +187,7 @@ class AdaptiveIdentifier:
             status=status,
             aliased=problem.undetermined(bound.model),
             n_samples=problem.n_samples,
-            provenance=provenance(problem, self),
+            provenance=provenance(problem, model, self),
         )
 
     def history(self, problem: Problem, model: DampingModel, every: int = 1) -> History:

@@ -11,7 +11,7 @@ from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.trust.grades import Grade
 from hydrodamp.identification.trust.identifiability import Identifiability
 from hydrodamp.report.known import reach_of
-from hydrodamp.report.unfinished import UNFINISHED
+from hydrodamp.report.remarks import UNFINISHED
 from hydrodamp.simulation.status import Status
 from hydrodamp.validation.choice import Choice
 from hydrodamp.validation.comparison import Comparison, Row

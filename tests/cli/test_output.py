@@ -5,7 +5,7 @@ import warnings
 import pytest
 import typer
 
-from hydrodamp.cli.guard import guarded
+from hydrodamp.cli.output import guarded
 from hydrodamp.errors import GapWarning, LogError
 
 
@@ -26,7 +26,7 @@ def status(error: BaseException) -> int:
         (OSError("odd"), 2, "error: file: odd"),
         (FileNotFoundError(2, "no", "q/a.csv"), 2, "error: q/a.csv: cannot be read: No such file"),
         (FileNotFoundError("odd"), 2, "error: odd"),
-        (KeyError("x"), 1, "error: internal failure: KeyError: 'x' (test_guard.py:"),
+        (KeyError("x"), 1, "error: internal failure: KeyError: 'x' (test_output.py:"),
         (KeyboardInterrupt(), 130, "interrupted"),
     ],
 )

@@ -1,4 +1,4 @@
-"""Data in both parts are named, whatever they are called by."""
+"""Which data are in both parts is said, whatever names they were given by."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ LINE = "compare --vehicle planar.yaml --models linear --methods ls"
 @pytest.mark.parametrize(
     ("parts", "shared"),
     [
-        ("a.csv --train 0:20 --test 10:40", "10:20"),
-        ("a.csv --train 0:20 --test 0:20", "0:20"),
-        ("ab.csv --train one --test one", "one"),
-        ("ab.csv --train one --test two --test 30:50", "30:39.9 of one"),
-        ("ab.csv --train 0:50 --test two", "40:49.9 of two"),
+        ("a.csv --train 0:20 --test 10:40", "10:19.9"),
+        ("a.csv --train 0:20 --test 0:20", "0:19.9"),
+        ("ab.csv --train one --test one", "0:39.9"),
+        ("ab.csv --train one --test two --test 30:50", "30:39.9"),
+        ("ab.csv --train 0:50 --test two", "40:49.9"),
         ("--train a.csv --test b.csv --test ./a.csv", "./a.csv"),
     ],
 )

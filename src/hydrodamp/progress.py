@@ -1,0 +1,103 @@
+"""How far long work has come: a bar over bytes or steps, by rich, where somebody watches."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from typing import TYPE_CHECKING, TypeVar
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
+
+Item = TypeVar("Item")
+Step = Callable[..., None]
+
+_watched: ContextVar[bool] = ContextVar("watched", default=False)
+_running: ContextVar[Progress | None] = ContextVar("running", default=None)
+
+
+@contextmanager
+def watched() -> Iterator[None]:
+    """Show the progress of the work inside on standard error, where that is a terminal."""
+    import sys
+
+    token = _watched.set(sys.stderr.isatty())
+    try:
+        yield
+    finally:
+        _watched.reset(token)
+
+
+@contextmanager
+def progress(label: str, total: float | None = None, unit: str = "") -> Iterator[Step]:
+    """Give a function that says that so many more steps are done, from any thread."""
+    if not _watched.get():
+        yield lambda steps=1: None
+        return
+    outer = _running.get()
+    bars = _bars() if outer is None else outer
+    token = _running.set(bars)
+    task = bars.add_task(label, total=total, unit=unit)
+    bars.start()
+    try:
+        yield lambda steps=1: bars.advance(task, steps)
+    finally:
+        bars.refresh()
+        bars.remove_task(task)
+        _running.reset(token)
+        if outer is None:
+            bars.stop()
+
+
+def counted(items: Iterable[Item], label: str, total: int) -> Iterator[Item]:
+    """Go through items, and show how many are done."""
+    with progress(label, total) as step:
+        for item in items:
+            yield item
+            step()
+
+
+def _bars() -> Progress:
+    from rich.console import Console
+    from rich.filesize import decimal
+    from rich.progress import (
+        BarColumn,
+        Progress,
+        ProgressColumn,
+        SpinnerColumn,
+        Task,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
+    from rich.text import Text
+
+    class Amount(ProgressColumn):
+        """How much is done, and how fast."""
+
+        def render(self, task: Task) -> Text:
+            if task.total is None:
+                return Text("")
+            speed = task.finished_speed or task.speed
+            if task.fields["unit"] == "B":
+                done = f"{decimal(int(task.completed))} of {decimal(int(task.total))}"
+                rate = f"{decimal(int(speed))}/s" if speed else ""
+            else:
+                done = f"{task.completed:.0f}/{task.total:.0f}"
+                slow = speed and speed < 1.0
+                rate = f"{1 / speed:.1f} s each" if speed and slow else f"{speed or 0:.1f}/s"
+            return Text(f"{done} {rate}")
+
+    return Progress(
+        SpinnerColumn(),
+        TextColumn("{task.description}", markup=False),
+        BarColumn(20),
+        Amount(),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(compact=True),
+        console=Console(stderr=True, highlight=False, emoji=False),
+        transient=True,
+        redirect_stdout=False,
+        speed_estimate_period=3600.0,  # a single fit may last minutes
+    )

@@ -1,0 +1,66 @@
+"""Bars on standard error, where that is a terminal and somebody watches."""
+
+from __future__ import annotations
+
+import io
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import pytest
+
+from hydrodamp.progress import counted, progress, watched
+
+
+class Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+@contextmanager
+def on_terminal(monkeypatch: pytest.MonkeyPatch) -> Iterator[Terminal]:
+    """Standard error is a terminal of 120 columns inside."""
+    screen = Terminal()
+    with monkeypatch.context() as patch:
+        patch.setenv("TERM", "xterm")
+        patch.setenv("COLUMNS", "120")
+        patch.setattr(sys, "stderr", screen)
+        yield screen
+
+
+def test_nothing_is_shown_where_there_is_no_terminal(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("FORCE_COLOR", "1")  # colours in a file are no reason for bars in it
+    with watched(), progress("identifying", 3) as step:
+        step()
+    assert capsys.readouterr() == ("", "")
+
+
+def test_nothing_is_shown_to_a_program(monkeypatch: pytest.MonkeyPatch) -> None:
+    with on_terminal(monkeypatch) as screen:
+        assert [*counted("abc", "reading", 3)] == ["a", "b", "c"]
+    assert screen.getvalue() == ""
+
+
+def test_steps_are_counted_with_their_rate_and_the_time_left(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    with on_terminal(monkeypatch) as screen, watched(), progress("[identifying]", 9) as step:
+        step()
+        step(6)
+    for words in ("[identifying]", "7/9", "0:00:00"):
+        assert words in screen.getvalue()
+
+
+def test_bytes_are_shown_as_such(monkeypatch: pytest.MonkeyPatch) -> None:
+    with on_terminal(monkeypatch) as screen, watched(), progress("it", 5e6, unit="B") as step:
+        step(2_500_000)
+    assert "2.5 MB of 5.0 MB" in screen.getvalue()
+
+
+def test_work_inside_work_has_a_bar_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    with on_terminal(monkeypatch) as screen, watched(), progress("outer"):
+        assert [*counted("abcd", "inner", 4)] == [*"abcd"]
+    for words in ("outer", "inner", "4/4"):
+        assert words in screen.getvalue()
