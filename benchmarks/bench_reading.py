@@ -81,7 +81,7 @@ def test_csv_without_arrow(benchmark, ledger, csv_file, tmp_path, monkeypatch):
     lines = csv_file.read_bytes().split(b"\n", ROWS // 10 + 1)[:-1]
     path = tmp_path / "log.csv"
     path.write_bytes(b"\n".join(lines) + b"\n")
-    monkeypatch.setattr("hydrodamp.ingest.formats.fast_text.installed", lambda name: None)
+    monkeypatch.setitem(sys.modules, "pyarrow.csv", None)
     mine, theirs = interleaved(
         benchmark,
         lambda: files.read(path),

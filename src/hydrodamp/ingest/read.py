@@ -15,7 +15,7 @@ from hydrodamp.data.concatenation import concatenate
 from hydrodamp.data.log import Log
 from hydrodamp.data.record import Record
 from hydrodamp.data.recording import Recording
-from hydrodamp.errors import FileError, GapWarning, LogError
+from hydrodamp.errors import GapWarning, LogError
 from hydrodamp.ingest.formats.content import size_of
 from hydrodamp.ingest.mapping import LogMapping, read_mapping
 from hydrodamp.ingest.mapping.canonical_table import canonical_record
@@ -221,8 +221,10 @@ def read_parts(
     LogError
         With every fault of a part.
     """
+    from hydrodamp.ingest.formats.detect import parts
+
     given = None if mapping is None else _mapping(mapping)
-    for number, part in enumerate(_tables(path, rows), start=1):
+    for number, part in enumerate(parts(path, rows), start=1):
         if not _is_blank(part, given):
             record = canonical_record(part) if given is None else given.record(part)
             if np.count_nonzero(~record.missing) > 1:
@@ -231,21 +233,6 @@ def read_parts(
                 continue
         told = f"{path}: part {number} has no two samples with all their values; left out"
         warnings.warn(told, GapWarning, stacklevel=2)
-
-
-def _tables(path: Place, rows: int) -> Iterator[Recording]:
-    """Return a table part by part."""
-    from hydrodamp.ingest.formats import delimited, detect, parquet
-
-    form = detect.format_of(path)
-    if form.module == "delimited":
-        return delimited.parts(path, rows)
-    if form.module == "parquet":
-        return parquet.parts(path, rows)
-    raise FileError(
-        f"{path}: {form.name} cannot be read in parts; only text in columns and Parquet can. Save"
-        " the table as Parquet"
-    )
 
 
 def _is_blank(part: Recording, mapping: LogMapping | None) -> bool:

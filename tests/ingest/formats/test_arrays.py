@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import datetime
+import gzip
+import struct
 from decimal import Decimal
 from pathlib import Path
 
 import numpy as np
 import pytest
+import scipy.io
 
 from hydrodamp.errors import FileError, LogError
-from hydrodamp.ingest.formats import matlab, npz, parquet
+from hydrodamp.ingest.formats import arrays, files, parquet
 from hydrodamp.ingest.formats.detect import parts
 
 TIME = np.arange(5.0)
@@ -87,7 +90,7 @@ def test_parquet_damaged_in_its_pages(tmp_path: Path) -> None:
             read(path)
 
 
-@pytest.mark.parametrize("read", [parquet.read, npz.read, matlab.read])
+@pytest.mark.parametrize("read", [parquet.read, arrays.read])
 def test_files_that_are_not_there(tmp_path: Path, read) -> None:
     with pytest.raises(FileError, match="cannot be read: No such file"):
         read(tmp_path / "absent")
@@ -103,7 +106,7 @@ def test_npz(tmp_path: Path) -> None:
         cube=np.zeros((5, 2, 2)),
         wide=np.zeros((5, 99)),
     )
-    recording = npz.read(path)
+    recording = arrays.read(path)
     topic = recording.topics[0]
     np.testing.assert_array_equal(topic.fields["nu[1]"], nu[:, 1])
     np.testing.assert_array_equal(topic.fields["across[1]"], nu[:, 1])
@@ -115,18 +118,18 @@ def test_npz(tmp_path: Path) -> None:
 def test_npy_with_named_columns(tmp_path: Path) -> None:
     rows = np.array([(0.0, 1), (0.5, 2)], dtype=[("time", "f8"), ("rpm", "i4")])
     np.save(tmp_path / "run.npy", rows)
-    assert npz.read(tmp_path / "run.npy").topics[0].fields["rpm"].tolist() == [1, 2]
+    assert arrays.read(tmp_path / "run.npy").topics[0].fields["rpm"].tolist() == [1, 2]
     np.savez(tmp_path / "run.npz", log=rows)
-    assert list(npz.read(tmp_path / "run.npz").topics[0].fields) == ["log.time", "log.rpm"]
+    assert list(arrays.read(tmp_path / "run.npz").topics[0].fields) == ["log.time", "log.rpm"]
     np.save(tmp_path / "plain.npy", np.ones((4, 2)))
-    assert list(npz.read(tmp_path / "plain.npy").topics[0].fields) == ["array[0]", "array[1]"]
+    assert list(arrays.read(tmp_path / "plain.npy").topics[0].fields) == ["array[0]", "array[1]"]
 
 
 def test_mat_with_structures(tmp_path: Path) -> None:
     scipy = pytest.importorskip("scipy.io")
     log = {"time": TIME, "nu": {"u": 2 * TIME, "all": np.ones((5, 6))}, "name": "dive"}
     scipy.savemat(tmp_path / "run.mat", {"log": log, "mass": 12.0})
-    recording = matlab.read(tmp_path / "run.mat")
+    recording = arrays.read(tmp_path / "run.mat")
     topic = recording.topics[0]
     assert list(topic.fields)[:2] == ["log.time", "log.nu.u"]
     assert topic.fields["log.nu.u"].tolist() == (2 * TIME).tolist()
@@ -140,7 +143,7 @@ def test_mat_with_sensors_of_their_own_rate(tmp_path: Path) -> None:
     dvl = {"time": np.arange(3.0), "u": np.ones(3)}
     imu = {"time": np.arange(30.0) / 10, "r": np.ones(30), "odd": np.ones(7)}
     scipy.savemat(tmp_path / "run.mat", {"dvl": dvl, "imu": imu})
-    recording = matlab.read(tmp_path / "run.mat")
+    recording = arrays.read(tmp_path / "run.mat")
     assert {topic.name: topic.n for topic in recording.topics} == {"dvl": 3, "imu": 30}
     with pytest.raises(LogError, match="`odd` has 7 values where `time` has 30"):
         recording.topic("imu").numbers("odd")
@@ -151,7 +154,7 @@ def test_mat_with_an_array_of_structures_and_a_cell(tmp_path: Path) -> None:
     rows = np.array([(0.0, 1.0), (0.5, 2.0)], dtype=[("t", object), ("u", object)])
     cell = np.array(["a", 1.0, np.ones(3)], dtype=object)
     scipy.savemat(tmp_path / "run.mat", {"log": rows, "things": cell})
-    recording = matlab.read(tmp_path / "run.mat")
+    recording = arrays.read(tmp_path / "run.mat")
     assert recording.topics[0].fields["log.u"].tolist() == [1, 2]
     assert "`things`" in recording.notes[0]
 
@@ -170,8 +173,48 @@ def test_mat_of_version_seven_three(tmp_path: Path, userblock: int) -> None:
         file["#refs#/a"] = TIME
         file["plain"] = TIME
         file["words"] = ["a", "b"]
-    recording = matlab.read(path)
+    recording = arrays.read(path)
     topic = recording.topics[0]
     assert sorted(topic.fields) == ["log.nu[0]", "log.nu[1]", "log.nu[2]", "log.time", "plain"]
     assert topic.fields["log.nu[1]"].tolist() == [5, 6, 7, 8, 9]
     assert "`words`" in recording.notes[0]
+
+
+def parquet_file(path: Path) -> None:
+    arrow = pytest.importorskip("pyarrow")
+    pytest.importorskip("pyarrow.parquet").write_table(arrow.table({"time": TIME}), path)
+
+
+def hdf5_file(path: Path) -> None:
+    with pytest.importorskip("h5py").File(path, "w") as file:
+        file["time"] = TIME
+
+
+@pytest.mark.parametrize(
+    ("name", "write"),
+    [
+        ("run.npz", lambda path: np.savez(path, time=TIME)),
+        ("run.npy", lambda path: np.save(path, np.array([*TIME], dtype=[("time", "f8")]))),
+        ("run.mat", lambda path: scipy.io.savemat(path, {"time": TIME})),
+        ("run.parquet", parquet_file),
+        ("run.h5", hdf5_file),
+    ],
+)
+def test_arrays_and_tables_compressed_by_gzip(tmp_path: Path, name: str, write) -> None:
+    write(tmp_path / name)
+    packed = tmp_path / f"{name}.gz"
+    packed.write_bytes(gzip.compress((tmp_path / name).read_bytes()))
+    assert files.read(packed).topics[0].fields["time"].tolist() == TIME.tolist()
+
+
+@pytest.mark.parametrize("order", ["<", ">"])
+def test_mat_of_version_four(tmp_path: Path, order: str) -> None:
+    """A header of five whole numbers, the name, and the columns (MATLAB MAT-File Format, 1999)."""
+    path = tmp_path / "run.mat"
+    scipy.io.savemat(path, {"time": TIME, "u": 2 * TIME}, format="4")
+    if order == ">":
+        header = struct.pack(">5i", 1000, 5, 1, 0, 5)
+        path.write_bytes(header + b"time\0" + TIME.astype(">f8").tobytes())
+    topic = files.read(path).topics[0]
+    assert topic.fields["time"].tolist() == TIME.tolist()
+    assert order == ">" or topic.fields["u"].tolist() == (2 * TIME).tolist()

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from hydrodamp.errors import FileError
 from hydrodamp.ingest.formats import files, message_layout, rosbag
 
 TWIST = "geometry_msgs/msg/TwistStamped"
@@ -236,12 +235,6 @@ def test_parts_of_a_split_bag_are_one_recording(tmp_path: Path, bag: Any) -> Non
     assert topic.time is not None
     assert (np.diff(topic.time) > 0).all()
     assert topic.texts["header.frame_id"] == ("base",) * 7
-
-
-def test_a_bag_that_is_not_there(tmp_path: Path) -> None:
-    pytest.importorskip("rosbags")
-    with pytest.raises(FileError, match=r"absent\.bag: cannot be read: No such file"):
-        rosbag.read(tmp_path / "absent.bag")
 
 
 def test_topics_without_messages_or_fields(tmp_path: Path, bag: Any) -> None:

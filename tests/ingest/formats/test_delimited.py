@@ -2,13 +2,16 @@ from __future__ import annotations
 
 import csv
 import gzip
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from hydrodamp.errors import FileError, LogError
-from hydrodamp.ingest.formats import avl, delimited, fast_text, text_rows
+from hydrodamp.ingest.formats import avl, delimited, text_rows
+from hydrodamp.ingest.mapping import LogMapping
+from hydrodamp.ingest.read import read_log
 
 TABLE = {"t": [0.0, 0.5, 1.0], "u": [1.5, -2.25, 3.0]}
 
@@ -19,7 +22,7 @@ def reader(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> s
     if request.param == "arrow":
         pytest.importorskip("pyarrow")
     else:
-        monkeypatch.setattr(fast_text, "installed", lambda name: None)
+        monkeypatch.setitem(sys.modules, "pyarrow.csv", None)
     return request.param
 
 
@@ -27,7 +30,7 @@ def reader(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> s
 def only_fast(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let the careful reader fail, so that Arrow must do."""
     pytest.importorskip("pyarrow")
-    monkeypatch.setattr(text_rows, "read", None)
+    monkeypatch.setattr(text_rows, "parts", None)
 
 
 @pytest.mark.parametrize(
@@ -255,38 +258,22 @@ def test_a_topic_without_clock_is_none_of_virginia_tech(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("tail", ["", "\n"])
-@pytest.mark.parametrize("cores", [1, 2, 3, 7])
-def test_pieces_read_side_by_side_are_the_whole(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, only_fast: None, cores: int, tail: str
+def test_words_gaps_and_numbers_stay_in_their_rows(
+    tmp_path: Path, only_fast: None, tail: str
 ) -> None:
-    """Words, gaps and numbers stay in their rows wherever the text is cut."""
-    monkeypatch.setattr(fast_text, "_PIECE", 64)
-    monkeypatch.setattr(fast_text, "_BLOCK", 128)
-    monkeypatch.setattr("os.cpu_count", lambda: cores)
-    rng = np.random.default_rng(cores)
-    table = rng.standard_normal((300, 2)).round(int(cores))
+    """The text is longer than the blocks that Arrow parses side by side."""
+    table = np.random.default_rng(3).standard_normal((20_000, 2))
     rows = [f"{k},w{k % 7},{a!r},{b!r}" for k, (a, b) in enumerate(table.tolist())]
     rows[200] = "200,w4,,1.5"
     path = tmp_path / "log.csv"
     path.write_text("Log\nt,mode,a,b\n" + "\n".join(rows) + tail)
     topic = delimited.read(path).topics[0]
     table[200] = np.nan, 1.5
-    assert topic.fields["t"].tolist() == list(range(300))
-    assert topic.texts["mode"] == tuple(f"w{k % 7}" for k in range(300))
+    assert topic.fields["t"].tolist() == list(range(20_000))
+    assert topic.texts["mode"] == tuple(f"w{k % 7}" for k in range(20_000))
     np.testing.assert_array_equal(topic.fields["a"], table[:, 0])
     np.testing.assert_array_equal(topic.fields["b"], table[:, 1])
-    assert topic.lines == range(3, 303)
-
-
-def test_a_longer_line_than_a_piece_is_not_cut(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(fast_text, "_PIECE", 64)
-    monkeypatch.setattr(fast_text, "_BLOCK", 32)
-    monkeypatch.setattr("os.cpu_count", lambda: 4)
-    path = tmp_path / "log.csv"
-    path.write_text("t,word\n0," + "x" * 500 + "\n1,y\n")
-    assert delimited.read(path).topics[0].texts["word"] == ("x" * 500, "y")
+    assert topic.lines == range(3, 20_003)
 
 
 def test_lines_that_end_the_old_way_are_counted(tmp_path: Path) -> None:
@@ -308,3 +295,24 @@ def test_a_file_of_words_only(tmp_path: Path, reader: str) -> None:
 def test_a_file_nobody_may_read(tmp_path: Path) -> None:
     with pytest.raises(FileError, match="cannot be read: Is a directory"):
         delimited.read(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("clock", "tick", "speed", "factor"),
+    [
+        ("msec", 1e-3, "kts", 1852 / 3600),
+        ("usec", 1e-6, "KM/H", 1 / 3.6),
+        ("µs", 1e-6, "CM/S", 0.01),
+    ],
+)
+@pytest.mark.parametrize("line", ["time ({}),u ({}),r\n", "time,u,r\n{},{},rad/s\n"])
+def test_every_unit_that_a_header_states_is_converted(
+    tmp_path: Path, clock: str, tick: float, speed: str, factor: float, line: str
+) -> None:
+    path = tmp_path / "log.csv"
+    rows = [f"{round(0.1 * k / tick)},{k},0.5\n" for k in range(5)]
+    path.write_text(line.format(clock, speed) + "".join(rows), encoding="utf-8")
+    mapping = LogMapping.from_dict({"time": "time", "velocity": {"u": "u", "r": "r"}})
+    for log in (read_log(path, mapping), read_log(path)):
+        np.testing.assert_allclose(log.time, [0.0, 0.1, 0.2, 0.3, 0.4], rtol=1e-12)
+        np.testing.assert_allclose(log.velocity[:, 0], factor * np.arange(5), rtol=1e-12)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from hydrodamp.errors import LogError
-from hydrodamp.ingest.formats import ardupilot, files, lsts, moos, px4
+from hydrodamp.ingest.formats import ardupilot, files, px4
 
 
 def test_dataflash_is_what_pymavlink_reads(tmp_path: Path, dive: Any) -> None:
@@ -211,9 +211,11 @@ def test_moos(tmp_path: Path) -> None:
 def test_moos_is_known_by_its_first_lines(tmp_path: Path) -> None:
     path = tmp_path / "alpha.txt"
     path.write_text(MOOS)
-    assert files.read(path).format == moos.FORMAT
+    assert files.read(path).format == "MOOS log"
 
 
 def test_lsts_logs_are_told_how_to_convert(tmp_path: Path) -> None:
+    path = tmp_path / "Data"
+    path.write_bytes(b"\x54\xfe\x00")
     with pytest.raises(LogError, match="Export to CSV"):
-        lsts.read(tmp_path / "Data.lsf.gz")
+        files.read(path)

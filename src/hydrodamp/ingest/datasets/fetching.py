@@ -13,7 +13,7 @@ from typing import Any
 from hydrodamp.errors import FileError, list_faults
 from hydrodamp.ingest.datasets.lock import LOCK, record, recorded, sha256
 from hydrodamp.ingest.datasets.registry import DataFile, Dataset
-from hydrodamp.ingest.formats.extras import INSTALL
+from hydrodamp.ingest.formats.detect import INSTALL
 
 
 @dataclass(frozen=True)

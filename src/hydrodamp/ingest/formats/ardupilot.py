@@ -4,36 +4,55 @@ from __future__ import annotations
 
 import re
 from collections import defaultdict
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from hydrodamp.advance import advance, counted, within
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError
 from hydrodamp.ingest.formats.cells import column_of
 from hydrodamp.ingest.formats.content import content
-from hydrodamp.ingest.formats.dataflash_format import (
-    FMT_LENGTH,
-    FMT_TYPE,
-    MessageFormat,
-    Units,
-    format_of,
-    text_format,
-)
-
-FORMAT = "ArduPilot log"
-"""How messages call the format."""
 
 _MARK = b"\xa3\x95"
-_SCANNED = 0.6  # what share of the time it takes to find the messages
-_TOLD = 1 << 18  # after how many bytes it is told
-_LINES = 10_000  # after how many lines of a log in text
+_FMT_TYPE, _FMT_LENGTH = 128, 89  # of the messages that describe the others
 _ABOUT = frozenset({"FMT", "FMTU", "UNIT", "MULT", "FILE"})
 _CLOCKS = {"TimeUS": 1e6, "TimeMS": 1e3}
 _TEXT = re.compile(rb"\s*FMT\s*,")
+
+#: NumPy type of every letter of a format, and the divisor of those that are scaled (ArduPilot,
+#: LogStructure.h).
+_KINDS = {
+    "b": "i1",
+    "B": "u1",
+    "h": "<i2",
+    "H": "<u2",
+    "i": "<i4",
+    "I": "<u4",
+    "q": "<i8",
+    "Q": "<u8",
+    "f": "<f4",
+    "d": "<f8",
+    "g": "<f2",
+    "n": "S4",
+    "N": "S16",
+    "Z": "S64",
+    "c": "<i2",
+    "C": "<u2",
+    "e": "<i4",
+    "E": "<u4",
+    "L": "<i4",
+    "M": "u1",
+    "a": "32<i2",
+}
+_DIVISORS = {"c": 100.0, "C": 100.0, "e": 100.0, "E": 100.0, "L": 1e7}
+
+# The field that numbers the sensors of one kind, where a log does not state it (LogStructure.h).
+_INSTANCES = {"XKF": "C", "NKF": "C", "IMU": "I", "ACC": "I", "GYR": "I"}
+
+_PREFIXES = {0.1: "d", 0.01: "c", 1e-3: "m", 1e-6: "µ", 1e-9: "n"}
 
 
 def read(path: str | Path) -> Recording:
@@ -43,22 +62,47 @@ def read(path: str | Path) -> Recording:
     if _TEXT.match(data):
         topics = [*_text_topics(data, notes)]
     else:
-        with within(0.0, _SCANNED):
-            formats, places = _scan(data, source, notes)
-        with within(_SCANNED, 1.0):
-            topics = [*_binary_topics(data, formats, places, notes)]
+        topics = [*_binary_topics(data, source, notes)]
     if not topics:
         raise LogError(["the log holds no message with a value", *notes], source=source)
-    return Recording(tuple(topics), source, FORMAT, tuple(notes))
+    return Recording(tuple(topics), source, "ArduPilot log", tuple(notes))
 
 
-def _binary_topics(
-    data: bytes,
-    formats: dict[int, MessageFormat],
-    places: dict[int, list[int]],
-    notes: list[str],
-) -> Iterator[Topic]:
-    bytes_ = np.frombuffer(data, dtype=np.uint8)
+@dataclass(frozen=True)
+class _Format:
+    """How messages of one type are laid out."""
+
+    type: int
+    name: str
+    length: int
+    letters: str
+    columns: tuple[str, ...]
+
+    @property
+    def row(self) -> np.dtype[Any] | None:
+        """The NumPy type of one message; None where letters, names and length disagree."""
+        if len(self.letters) != len(self.columns) or len(set(self.columns)) < len(self.columns):
+            return None
+        if any(letter not in _KINDS for letter in self.letters):
+            return None
+        body = [(name, _KINDS[key]) for name, key in zip(self.columns, self.letters, strict=True)]
+        row = np.dtype([("", "V3"), *body])
+        return row if row.itemsize == self.length else None
+
+    @classmethod
+    def described_by(cls, message: bytes) -> _Format:
+        name, letters, columns = map(_decoded, (message[5:9], message[9:25], message[25:89]))
+        names = tuple(name.strip() for name in columns.split(",")) if columns else ()
+        return cls(message[3], name, message[4], letters, names)
+
+
+def _decoded(word: bytes) -> str:
+    return word.partition(b"\0")[0].decode("utf-8", errors="replace")
+
+
+def _binary_topics(data: bytes, source: str, notes: list[str]) -> Iterator[Topic]:
+    formats, places = _scan(data, source, notes)
+    letters = np.frombuffer(data, dtype=np.uint8)
     tables: dict[int, Any] = {}
     for kind, found in places.items():
         form = formats[kind]
@@ -66,39 +110,40 @@ def _binary_topics(
             notes.append(f"messages {form.name} do not fit their own format; left out")
             continue
         starts = np.array(found, dtype=np.int64)
-        block = bytes_[starts[:, np.newaxis] + np.arange(form.length)]
+        block = letters[starts[:, np.newaxis] + np.arange(form.length)]
         tables[kind] = np.ascontiguousarray(block).view(form.row)[:, 0]
-    units = _units({formats[kind].name: table for kind, table in tables.items()})
-    for kind, table in counted(tables.items(), len(tables)):
-        form = formats[kind]
-        if form.name not in _ABOUT:
-            yield from _instances(form, _fields(form, table), units)
+    stated = _Stated({formats[kind].name: table for kind, table in tables.items()})
+    for kind, table in tables.items():
+        if formats[kind].name not in _ABOUT:
+            yield from _instances(formats[kind], _fields(formats[kind], table), stated)
 
 
 def _scan(
     data: bytes, source: str, notes: list[str]
-) -> tuple[dict[int, MessageFormat], dict[int, list[int]]]:
+) -> tuple[dict[int, _Format], dict[int, list[int]]]:
     """Return the formats, and the place of every message by its type."""
-    formats = {FMT_TYPE: MessageFormat(FMT_TYPE, "FMT", FMT_LENGTH, "BBnNZ", tuple("TLNFC"))}
+    formats = {_FMT_TYPE: _Format(_FMT_TYPE, "FMT", _FMT_LENGTH, "BBnNZ", tuple("TLNFC"))}
     lengths = [0] * 256
-    lengths[FMT_TYPE] = FMT_LENGTH
+    lengths[_FMT_TYPE] = _FMT_LENGTH
     places: dict[int, list[int]] = defaultdict(list)
     place, end, lost, first_lost = 0, len(data), 0, 0
-    told, by = 0, advance(end)
     while place + 3 <= end:
-        if place >= told + _TOLD:
-            by(place - told)
-            told = place
         kind = data[place + 2]
         length = lengths[kind]
         if data[place] == 0xA3 and data[place + 1] == 0x95 and length:
             if place + length > end:
                 break
             places[kind].append(place)
-            if kind == FMT_TYPE:
-                form = format_of(data[place : place + FMT_LENGTH])
-                if form.length >= 3 and form.type != FMT_TYPE:
-                    notes += _adopt(form, formats, lengths, places)
+            if kind == _FMT_TYPE:
+                form = _Format.described_by(data[place : place + _FMT_LENGTH])
+                if form.length >= 3 and form.type != _FMT_TYPE:
+                    if formats.setdefault(form.type, form) != form and form.type in places:
+                        dropped = len(places.pop(form.type))
+                        notes.append(
+                            f"messages {form.name} are described anew; {dropped} before were left"
+                            " out"
+                        )
+                    formats[form.type], lengths[form.type] = form, form.length
             place += length
             continue
         following = data.find(_MARK, place + 1)
@@ -112,108 +157,116 @@ def _scan(
             " Give it the name of the format it has",
             source=source,
         )
-    _note_damage(notes, lost, first_lost, end - place)
+    if lost:
+        notes.append(
+            f"{lost} bytes belong to no message, the first at byte {first_lost}; passed over"
+        )
+    if end > place:
+        notes.append(
+            f"the log is cut off: its last {end - place} bytes are half a message; left out"
+        )
     return formats, places
 
 
-def _adopt(
-    form: MessageFormat,
-    formats: dict[int, MessageFormat],
-    lengths: list[int],
-    places: dict[int, list[int]],
-) -> list[str]:
-    """Take a format; where it contradicts an earlier one, the messages of that are dropped."""
-    before = formats.get(form.type, form)
-    formats[form.type] = form
-    lengths[form.type] = form.length
-    dropped = places.pop(form.type, []) if before != form else []
-    if not dropped:
-        return []
-    return [f"messages {form.name} are described anew; {len(dropped)} before were left out"]
-
-
-def _note_damage(notes: list[str], lost: int, first: int, left: int) -> None:
-    if lost:
-        notes.append(f"{lost} bytes belong to no message, the first at byte {first}; passed over")
-    if left > 0:
-        notes.append(f"the log is cut off: its last {left} bytes are half a message; left out")
-
-
-def _fields(form: MessageFormat, table: Any) -> dict[str, Any]:
+def _fields(form: _Format, table: Any) -> dict[str, Any]:
     """Return the columns of a table of messages: scaled numbers, or words."""
     fields: dict[str, Any] = {}
-    for name in form.columns:
+    for name, letter in zip(form.columns, form.letters, strict=True):
         column = table[name]
         if column.dtype.kind == "S":
             fields[name] = [_decoded(word) for word in column.tolist()]
         elif column.ndim == 2:
             fields |= {f"{name}[{k}]": column[:, k].astype(np.float64) for k in range(32)}
         else:
-            fields[name] = column.astype(np.float64) / form.divisor(name)
+            fields[name] = column.astype(np.float64) / _DIVISORS.get(letter, 1.0)
     return fields
 
 
-def _decoded(word: bytes) -> str:
-    return word.partition(b"\0")[0].decode("utf-8", errors="replace")
+class _Stated:
+    """Units and instance fields, as the messages UNIT, MULT and FMTU state them."""
+
+    def __init__(self, tables: Mapping[str, Any]) -> None:
+        def rows(name: str, *columns: str) -> Iterator[tuple[Any, ...]]:
+            table = tables.get(name)
+            if table is not None and set(columns) <= set(table.dtype.names):
+                yield from zip(*(table[column].tolist() for column in columns), strict=True)
+
+        self.labels = {
+            chr(key % 256): _decoded(label) for key, label in rows("UNIT", "Id", "Label")
+        }
+        self.multipliers = {chr(key % 256): float(by) for key, by in rows("MULT", "Id", "Mult")}
+        self.by_type = {
+            int(kind): (_decoded(units), _decoded(scales))
+            for kind, units, scales in rows("FMTU", "FmtType", "UnitIds", "MultIds")
+        }
+
+    def instance(self, form: _Format) -> str:
+        """Return the field that numbers the sensors of one kind; empty for none."""
+        if form.type not in self.by_type:
+            return _INSTANCES.get(form.name.rstrip("0123456789"), "")
+        place = self.by_type[form.type][0].find("#")
+        return form.columns[place] if 0 <= place < len(form.columns) else ""
+
+    def units(self, form: _Format) -> dict[str, str]:
+        """Return the units of the fields that have one."""
+        letters, scales = self.by_type.get(form.type, ("", ""))
+        units = {}
+        for place, (name, letter) in enumerate(zip(form.columns, letters, strict=False)):
+            label = self.labels.get(letter, "")
+            if not label or letter == "#":
+                continue
+            scaled = form.letters[place] in _DIVISORS or place >= len(scales)
+            by = 1.0 if scaled else self.multipliers.get(scales[place], 1.0)
+            near = next((one for one in _PREFIXES if by and abs(one / by - 1) < 1e-6), None)
+            if by in (0.0, 1.0):
+                units[name] = label
+            else:
+                units[name] = f"{by:.4g} {label}" if near is None else _PREFIXES[near] + label
+        return units
 
 
-def _units(tables: dict[str, Any]) -> Units:
-    """Return what the messages UNIT, MULT and FMTU say; empty where they are missing."""
-    by_type: dict[int, tuple[str, str]] = {}
-    labels: dict[str, str] = {}
-    multipliers: dict[str, float] = {}
-    for row in _rows(tables.get("UNIT"), ("Id", "Label")):
-        labels[chr(row[0] % 256)] = _decoded(row[1])
-    for row in _rows(tables.get("MULT"), ("Id", "Mult")):
-        multipliers[chr(row[0] % 256)] = float(row[1])
-    for row in _rows(tables.get("FMTU"), ("FmtType", "UnitIds", "MultIds")):
-        by_type[int(row[0])] = (_decoded(row[1]), _decoded(row[2]))
-    return Units(by_type, labels, multipliers)
-
-
-def _rows(table: Any, names: tuple[str, ...]) -> Iterable[tuple[Any, ...]]:
-    if table is None or any(name not in table.dtype.names for name in names):
-        return ()
-    return zip(*(table[name].tolist() for name in names), strict=True)
-
-
-def _instances(form: MessageFormat, fields: dict[str, Any], units: Units) -> Iterator[Topic]:
+def _instances(form: _Format, fields: dict[str, Any], stated: _Stated) -> Iterator[Topic]:
     """Yield a topic, or one for every sensor of the kind."""
-    instance, stated = units.instance(form), units.of(form)
-    numbers = fields.get(instance)
+    units = stated.units(form)
+    numbers = fields.get(stated.instance(form))
     if numbers is None or isinstance(numbers, list):
-        yield _topic(form.name, fields, stated, slice(None))
+        yield _topic(form.name, fields, units)
         return
     for number in np.unique(numbers).tolist():
         rows = np.flatnonzero(numbers == number)
-        yield _topic(f"{form.name}[{int(number)}]", fields, stated, rows)
+        yield _topic(f"{form.name}[{int(number)}]", fields, units, rows)
 
 
-def _topic(name: str, fields: dict[str, Any], units: dict[str, str], rows: Any) -> Topic:
-    numbers = {key: column[rows] for key, column in fields.items() if not isinstance(column, list)}
-    texts = {key: column for key, column in fields.items() if isinstance(column, list)}
-    if isinstance(rows, np.ndarray):
-        texts = {key: [column[row] for row in rows.tolist()] for key, column in texts.items()}
+def _topic(
+    name: str, fields: Mapping[str, Any], units: Mapping[str, str], rows: Any = None
+) -> Topic:
+    """Return a topic of all messages, or of some rows of them."""
+    numbers: dict[str, Any] = {}
+    words: dict[str, tuple[str, ...]] = {}
+    for key, column in fields.items():
+        if isinstance(column, list):
+            words[key] = tuple(column if rows is None else (column[row] for row in rows.tolist()))
+        else:
+            numbers[key] = column if rows is None else column[rows]
     clock = next((key for key in _CLOCKS if key in numbers), None)
     time = None if clock is None else numbers[clock] / _CLOCKS[clock]
-    words = {key: tuple(column) for key, column in texts.items()}
     stated = {key: unit for key, unit in units.items() if key in numbers}
     return Topic(name, time, numbers, words, stated)
 
 
 def _text_topics(data: bytes, notes: list[str]) -> Iterator[Topic]:
     """Yield the topics of a log in text, whose values are scaled already."""
-    formats: dict[str, MessageFormat] = {}
+    formats: dict[str, _Format] = {}
     rows: dict[str, list[list[str]]] = defaultdict(list)
     odd: list[int] = []
     lines = data.decode("utf-8", errors="replace").splitlines()
-    for line, text in enumerate(counted(lines, len(lines), _LINES), start=1):
-        cells = [cell.strip() for cell in text.split(",")]
-        form = text_format(cells) if cells[0] == "FMT" else None
-        if form is not None:
-            formats[form.name] = form
-        elif cells[0] in formats and len(cells) - 1 == len(formats[cells[0]].columns):
-            rows[cells[0]].append(cells[1:])
+    for line, text in enumerate(lines, start=1):
+        name, *cells = (cell.strip() for cell in text.split(","))
+        if name == "FMT" and len(cells) >= 4 and cells[0].isdigit() and cells[1].isdigit():
+            kind, length, called, letters, *columns = cells
+            formats[called] = _Format(int(kind), called, int(length), letters, tuple(columns))
+        elif name in formats and len(cells) == len(formats[name].columns):
+            rows[name].append(cells)
         elif text.strip("\0 "):
             odd.append(line)
     if odd:
@@ -222,12 +275,9 @@ def _text_topics(data: bytes, notes: list[str]) -> Iterator[Topic]:
     for name, found in rows.items():
         if name in _ABOUT or not formats[name].columns:
             continue
-        columns = {
-            key: column_of(cells)
-            for key, cells in zip(formats[name].columns, zip(*found, strict=True), strict=True)
-        }
+        values = map(column_of, zip(*found, strict=True))
         fields = {
             key: list(column.words) if column.numbers is None else column.numbers
-            for key, column in columns.items()
+            for key, column in zip(formats[name].columns, values, strict=True)
         }
-        yield from _instances(formats[name], fields, Units({}, {}, {}))
+        yield from _instances(formats[name], fields, _Stated({}))

@@ -1,34 +1,60 @@
-"""Cells of text, and the numbers in them."""
+"""Cells of a table: the numbers, words and dates in them, and the names and units of columns."""
 
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from itertools import count
 
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
+from hydrodamp.data.units import is_unit
 
+#: What stands in a cell without a value, in lower case.
 MISSING = frozenset(
     {"", "nan", "-nan", "na", "n/a", "#n/a", "null", "none", "nat", "-", "1.#qnan", "-1.#ind"}
 )
-"""What stands in a cell without a value, in lower case."""
 
 _TRUTH = {"true": 1.0, "false": 0.0}
 _DATE = re.compile(r"\s*\d{4}-\d\d-\d\d([T ]\d\d:\d\d.*)?$")
 _NAN = float("nan")
+_LISTED = 3
+_BRACKETED = re.compile(r"(.*?\S)[ _]*(?:\[([^\[\]]*)\]|\(([^()]*)\))$")
+_ELEMENT = re.compile(r"\d+")
 
 
 @dataclass(frozen=True)
 class Column:
-    """What a column of cells holds: numbers, or words."""
+    """What a column of cells holds: numbers, or words; and the rows that are no numbers."""
 
     numbers: FloatArray | None
     words: tuple[str, ...] = ()
     bad: tuple[tuple[int, str], ...] = ()
     unit: str = ""
+
+    def fault(self, name: str, lines: Sequence[int], skipped: int = 0) -> str:
+        """Return a sentence on the cells that are no numbers."""
+        told = [
+            f"{cell!r} in row {skipped + row + 1} (line {lines[row]})"
+            for row, cell in self.bad[:_LISTED]
+        ]
+        more = len(self.bad) - _LISTED
+        tail = f" and {more} more" if more > 0 else ""
+        return f"{name} must hold numbers; got {', '.join(told)}{tail}"
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """Columns of some rows of a text, with the line of each row."""
+
+    columns: tuple[Column, ...]
+    lines: Sequence[int]
+    skipped: int = 0
+    notes: tuple[str, ...] = ()
 
 
 def number(cell: str, decimal: str = ".") -> float | None:
@@ -83,9 +109,9 @@ def column_of(cells: Sequence[str], decimal: str = ".") -> Column:
         if seconds is not None:
             return Column(seconds, unit="s")
     column = numbers_of(cells, decimal)
-    return (
-        column if 2 * len(column.bad) <= len(there) else Column(None, tuple(map(str.strip, cells)))
-    )
+    if 2 * len(column.bad) <= len(there):
+        return column
+    return Column(None, tuple(map(str.strip, cells)))
 
 
 def _seconds(cells: Sequence[str]) -> FloatArray | None:
@@ -99,3 +125,27 @@ def _seconds(cells: Sequence[str]) -> FloatArray | None:
 def _second(cell: str) -> float:
     date = datetime.fromisoformat(cell.strip())
     return (date if date.tzinfo else date.replace(tzinfo=UTC)).timestamp()
+
+
+def split_unit(name: str) -> tuple[str, str]:
+    """Split the unit off a name that carries one in brackets."""
+    found = _BRACKETED.fullmatch(name)
+    if found is None:
+        return name, ""
+    stem, square, round_ = found.groups()
+    unit = (square if square is not None else round_).strip()
+    told = is_unit(unit) if square is None else unit and not _ELEMENT.fullmatch(unit)
+    return (stem, unit) if told else (name, "")
+
+
+def unique_names(names: Sequence[str]) -> tuple[str, ...]:
+    """Return names with a number where they repeat, and with their place where there is none."""
+    given = [name or f"column {place}" for place, name in enumerate(names, start=1)]
+    counts, taken = Counter(given), set(given)
+    unique = []
+    for name in given:
+        if counts[name] > 1:
+            name = next(new for k in count(1) if (new := f"{name} ({k})") not in taken)
+            taken.add(name)
+        unique.append(name)
+    return tuple(unique)

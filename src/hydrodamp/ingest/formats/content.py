@@ -1,4 +1,4 @@
-"""The bytes of a file, compressed by gzip or not; what cannot be opened is named."""
+"""The bytes of a file, compressed by gzip or not; a file that cannot be opened is named."""
 
 from __future__ import annotations
 
@@ -16,15 +16,13 @@ from hydrodamp.errors import FileError, LogError
 if TYPE_CHECKING:
     from _typeshed import WriteableBuffer
 
-GZIP = b"\x1f\x8b"
-"""How a file compressed by gzip begins."""
-
+_GZIP = b"\x1f\x8b"
 _BUFFER = 1 << 16
 
 
 def head(path: str | Path, size: int) -> bytes:
     """Return the first bytes of a file, unpacked where it is compressed by gzip."""
-    with opened(path) as file:
+    with opened(path, counted=False) as file:
         return file.read(size)
 
 
@@ -34,8 +32,14 @@ def content(path: str | Path) -> bytes:
         return file.read()
 
 
+def seekable(path: str | Path) -> str | IO[bytes]:
+    """Return what a library that seeks is to open: the path, or in memory what gzip unpacks."""
+    with opened(path) as file:
+        return io.BytesIO(file.read()) if isinstance(file, gzip.GzipFile) else str(path)
+
+
 def size_of(path: str | Path) -> int:
-    """Return how large a file is, or all files right in a folder."""
+    """Return how large a file is, or all files directly in a folder."""
     path = Path(path)
     try:
         inside = path.iterdir() if path.is_dir() else (path,)
@@ -44,22 +48,8 @@ def size_of(path: str | Path) -> int:
         return 0
 
 
-@contextmanager
-def followed(path: str | Path) -> Iterator[IO[bytes]]:
-    """Open a file as :func:`opened` does, and tell how much of it has been read, block by block."""
-    with _unpacked(path, _Followed) as file:
-        yield file
-
-
-@contextmanager
-def opened(path: str | Path) -> Iterator[IO[bytes]]:
-    """Open a file for reading, unpacked where it is compressed by gzip."""
-    with _unpacked(path, io.FileIO) as file:
-        yield file
-
-
-class _Followed(io.FileIO):
-    """A file that tells how much of it has been read."""
+class _CountedFile(io.FileIO):
+    """A file that tells the progress bar how many of its bytes have been read."""
 
     def __init__(self, path: str | Path) -> None:
         super().__init__(path)
@@ -72,19 +62,20 @@ class _Followed(io.FileIO):
 
 
 @contextmanager
-def _unpacked(path: str | Path, kind: type[io.FileIO]) -> Iterator[IO[bytes]]:
+def opened(path: str | Path, *, counted: bool = True) -> Iterator[IO[bytes]]:
+    """Open a file for reading, unpacked where it is compressed by gzip."""
+    kind = _CountedFile if counted else io.FileIO
     try:
         with io.BufferedReader(kind(path), _BUFFER) as file:
-            packed = file.read(2) == GZIP
-            file.seek(0)
-            yield cast("IO[bytes]", gzip.GzipFile(fileobj=file)) if packed else file
+            packed = file.peek(len(_GZIP)).startswith(_GZIP)
+            yield cast("IO[bytes]", gzip.GzipFile(fileobj=file) if packed else file)
     except (EOFError, zlib.error, gzip.BadGzipFile) as error:
         raise LogError(
             f"the gzip compression is cut off or damaged ({error}). Copy the file again, or unpack"
             " what is left of it with `gzip -dc FILE > LOG`",
             source=str(path),
         ) from error
-    except (FileError, LogError):
+    except FileError:
         raise
     except OSError as error:
         raise FileError(f"{path}: cannot be read: {error.strerror or error}") from error

@@ -2,54 +2,82 @@
 
 from __future__ import annotations
 
-import re
+import codecs
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
-from hydrodamp.data.recording import Recording
+from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.ingest.formats import fast_text, text_rows
-from hydrodamp.ingest.formats.content import head
-from hydrodamp.ingest.formats.dialect import find_dialect
-from hydrodamp.ingest.formats.encoding import encoding_of
-from hydrodamp.ingest.formats.text_table import OddTextError, TextFile, throughout
+from hydrodamp.ingest.formats.cells import Part
+from hydrodamp.ingest.formats.content import opened
+from hydrodamp.ingest.formats.dialect import WESTERN, Dialect, find_dialect
 
 FORMAT = "text in columns"
-"""How messages call the format."""
-
-_SAMPLE = 1 << 18
-_LINE = re.compile("\r\n|\n|\r")
+_CHUNK = 1 << 20
 
 
 def read(path: str | Path) -> Recording:
     """Read text in columns with any header, delimiter, encoding and decimal sign."""
-    file = text_file(path)
+    dialect = find_dialect(path)
     try:
-        columns = fast_text.read(file)
-    except OddTextError:
-        file = throughout(file)
-        columns = text_rows.read(file)
-    return columns.recording(file, FORMAT)
+        return _recording(fast_text.read(path, dialect), path, dialect)
+    except fast_text.OddTextError:
+        dialect = _throughout(path, dialect)
+        return _recording(next(text_rows.parts(path, dialect, None)), path, dialect)
 
 
 def parts(path: str | Path, rows: int = 100_000) -> Iterator[Recording]:
     """Read text in columns part by part, for files larger than the memory."""
-    file, done = text_file(path), 0
+    dialect, done = find_dialect(path), 0
     try:
-        for columns in fast_text.parts(file, rows):
-            yield columns.recording(file, FORMAT)
-            done += columns.n
-    except OddTextError:
-        file = throughout(file)
-        for columns in text_rows.parts(file, rows, skip=done):
-            yield columns.recording(file, FORMAT)
+        for part in fast_text.parts(path, dialect, rows):
+            yield _recording(part, path, dialect)
+            done += len(part.lines)
+    except fast_text.OddTextError:
+        dialect = _throughout(path, dialect)
+        for part in text_rows.parts(path, dialect, rows, skip=done):
+            yield _recording(part, path, dialect)
 
 
-def text_file(path: str | Path) -> TextFile:
-    """Find how a text file is written."""
-    begin = head(path, _SAMPLE)
-    encoding, notes = encoding_of(begin, str(path))
-    lines = _LINE.split(begin.rstrip(b"\0").decode(encoding, errors="replace"))
-    if len(begin) == _SAMPLE and len(lines) > 1:
-        lines.pop()
-    dialect = find_dialect(lines, str(path))
-    return TextFile(path, encoding, dialect, tuple(notes), quoted='"' in "".join(lines))
+def _throughout(path: str | Path, dialect: Dialect) -> Dialect:
+    """Return the dialect with an encoding that holds to the end of the file."""
+    if dialect.encoding != "utf-8":
+        return dialect
+    decoder = codecs.getincrementaldecoder("utf-8")()
+    with opened(path, counted=False) as file:
+        try:
+            while chunk := file.read(_CHUNK):
+                decoder.decode(chunk)
+        except UnicodeDecodeError:
+            return replace(dialect, encoding=WESTERN)
+    return dialect
+
+
+def _recording(part: Part, path: str | Path, dialect: Dialect) -> Recording:
+    """Return columns as a recording of one topic."""
+    named = dict(zip(dialect.names, part.columns, strict=True))
+    bad = {
+        name: column.fault(f"column `{name}`", part.lines, part.skipped)
+        for name, column in named.items()
+        if column.bad
+    }
+    dated = {name: column.unit for name, column in named.items() if column.unit}
+    notes = [*dialect.notes, *part.notes, *bad.values()]
+    if dialect.encoding == WESTERN:
+        notes.insert(0, "the text is not UTF-8; its letters were read as Windows-1252")
+    notes += [f"column `{name}` holds dates, read in seconds since 1970" for name in dated]
+    topic = Topic(
+        "",
+        None,
+        {
+            name: column.numbers
+            for name, column in named.items()
+            if column.numbers is not None and name not in bad
+        },
+        {name: col.words for name, col in named.items() if col.numbers is None or col.words},
+        {**dialect.units, **dated},
+        {**bad, **dialect.faults},
+        part.lines,
+    )
+    return Recording((topic,), str(path), FORMAT, tuple(notes))

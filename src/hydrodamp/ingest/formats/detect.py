@@ -1,157 +1,202 @@
-"""Which reader a file needs: by what it begins with, then by its suffix."""
+"""The one table of formats, and which of them a file has: by its first bytes, then its suffix."""
 
 from __future__ import annotations
 
 import json
+import re
 import zipfile
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 
 from hydrodamp.data.recording import Recording
 from hydrodamp.errors import FileError, LogError
 from hydrodamp.files import absent, mistaken, parse_yaml
-from hydrodamp.ingest.formats import avl
 from hydrodamp.ingest.formats.content import content, head, size_of
 
-_HERE = "hydrodamp.ingest.formats"
+#: What installs the reader of every format.
+INSTALL = 'pip install "hydrodamp[logs]"'
+
 _HEAD = 4096
 _LARGEST_OF_OURS = 1 << 18  # bytes; parsing a file takes a while, and only to refuse it
 
 
 @dataclass(frozen=True)
 class Format:
-    """A format that can be read."""
+    """A format: its reader, its name in messages, its suffixes, and how its files begin.
+
+    A format without a mark is known by its suffixes alone.
+    """
 
     module: str
     name: str
-    suffixes: tuple[str, ...]
-    magic: tuple[bytes, ...] = ()
+    suffixes: tuple[str, ...] = ()
+    mark: bytes = b""
+    axes: str = ""
+    refusal: str = ""
 
-    @property
-    def read(self) -> Callable[[str | Path], Recording]:
-        """Its reader, imported now."""
-        reader: Callable[[str | Path], Recording]
-        reader = import_module(f"{_HERE}.{self.module}").read
-        return reader
+    def reader(self, path: str | Path) -> ModuleType:
+        """Return the module that reads the format."""
+        if self.refusal:
+            raise LogError(self.refusal, source=str(path))
+        return import_module(f"hydrodamp.ingest.formats.{self.module}")
 
 
+_ROS, _AUTOPILOT = "FLU over ENU", "FRD over NED"
+_AVL = (
+    rb"[^\r\n]*\r?\n[ \t]*time,([^\r\n]*,)?[ \t]*\r?\n"
+    rb"[ \t]*([mun]?s(ec)?|(milli|micro|nano)?seconds?),([^\r\n]*,)?[ \t]*(\r?\n|$)"
+)
+_MATLAB_4 = (
+    rb"[\0-\x34]\0\0\0.{8}[\0\1]\0\0\0.\0\0\0[A-Za-z]\w*\0"
+    rb"|\0\0[\3\4]..{8}\0\0\0[\0\1]\0\0\0.[A-Za-z]\w*\0"
+)
+_LSTS = (
+    "LSTS logs (.lsf) cannot be read here: no maintained reader exists for Python. Open the log"
+    " in Neptus (Mission Review and Analysis), choose `Export to CSV` or `MatLab format .MAT`,"
+    " and read what it writes: a folder of CSV files, one a message, is read as topics"
+)
+
+#: All formats, those with a mark first.
 FORMATS = (
-    Format("rosbag", "ROS 1 bag", (".bag",), (b"#ROSBAG",)),
-    Format("rosbag", "ROS 2 bag (MCAP)", (".mcap",), (b"\x89MCAP",)),
-    Format("rosbag", "ROS 2 bag (SQLite)", (".db3",), (b"SQLite format 3\0",)),
-    Format("parquet", "Parquet", (".parquet", ".pq"), (b"PAR1",)),
-    Format("npz", "NumPy arrays", (".npz", ".npy"), (b"\x93NUMPY",)),
-    Format("matlab", "MATLAB or HDF5", (".mat", ".h5", ".hdf5"), (b"MATLAB ", b"\x89HDF")),
-    Format("ardupilot", "ArduPilot log", (".bin", ".log"), (b"\xa3\x95",)),
-    Format("px4", "PX4 ULog", (".ulg",), (b"ULog\x01\x12\x35",)),
+    Format("rosbag", "ROS 1 bag", (".bag",), b"#ROSBAG", _ROS),
+    Format("rosbag", "ROS 2 bag (MCAP)", (".mcap",), rb"\x89MCAP", _ROS),
+    Format("rosbag", "ROS 2 bag (SQLite)", (".db3",), rb"SQLite format 3\0", _ROS),
+    Format("parquet", "Parquet", (".parquet", ".pq"), b"PAR1"),
+    Format("arrays", "NumPy arrays", (".npz", ".npy"), rb"\x93NUMPY"),
+    Format("arrays", "MATLAB file", (".mat",), b"MATLAB |" + _MATLAB_4),
+    Format("arrays", "MATLAB or HDF5 file", (".h5", ".hdf5"), rb"(.{512})?\x89HDF"),
+    Format("ardupilot", "ArduPilot log", (".bin", ".log"), rb"\xa3\x95|\s*FMT ?,", _AUTOPILOT),
+    Format("px4", "PX4 ULog", (".ulg",), rb"ULog\x01\x12\x35", _AUTOPILOT),
+    Format("", "LSTS log", (".lsf",), rb"\x54\xfe|\xfe\x54", refusal=_LSTS),
+    Format("moos", "MOOS log", (), b"%%.*LOGSTART"),
+    Format("avl", "VT/AVL topic", (), _AVL),
     Format("moos", "MOOS log", (".alog",)),
-    Format("lsts", "LSTS log", (".lsf",), (b"\x54\xfe", b"\xfe\x54")),
-    Format("avl", "VT/AVL topic", ()),
     Format("delimited", "text in columns", (".csv", ".tsv", ".txt", ".dat", ".asc")),
 )
-"""All formats, those with a mark first."""
 
-_OURS = (".yaml", ".yml", ".json")
-_BY_MODULE = {form.module: form for form in reversed(FORMATS)}
+#: How the names of files that can be read end.
+SUFFIXES = frozenset(suffix for form in FORMATS for suffix in form.suffixes)
+
+_BAG = "metadata.yaml"
 _FOREIGN = {
-    ".xls": "a spreadsheet; save the sheet as CSV",
-    ".xlsx": "a spreadsheet; save the sheet as CSV",
-    ".ods": "a spreadsheet; save the sheet as CSV",
+    **dict.fromkeys((".xls", ".xlsx", ".ods"), "a spreadsheet; save the sheet as CSV"),
+    **dict.fromkeys((".zip", ".7z", ".tar"), "an archive; unpack it and give the log in it"),
+    **dict.fromkeys((".json", ".jsonl"), "JSON; save the numbers as CSV or Parquet"),
+    **dict.fromkeys(
+        (".yaml", ".yml"), "YAML, as of a vehicle or a mapping; save the numbers as CSV or Parquet"
+    ),
     ".tlog": "a MAVLink telemetry log; convert it with `mavlogdump.py --format csv`, or take the"
     " .bin log of the vehicle itself",
-    ".zip": "an archive; unpack it and give the log in it",
-    ".7z": "an archive; unpack it and give the log in it",
-    ".tar": "an archive; unpack it and give the log in it",
     ".pkl": "a pickle, which may run any program and is never loaded; save the numbers as Parquet",
-    ".json": "JSON; save the numbers as CSV or Parquet",
-    ".jsonl": "JSON; save the numbers as CSV or Parquet",
-    ".yaml": "YAML, as of a vehicle or a mapping; save the numbers as CSV or Parquet",
-    ".yml": "YAML, as of a vehicle or a mapping; save the numbers as CSV or Parquet",
 }
 
 
-def format_of(path: str | Path) -> Format:
-    r"""Return the format of a file."""
-    path = Path(path)
-    if not path.exists():
-        raise FileError(absent(path))
-    if path.is_dir():
-        raise FileError(f"{path}: is a folder; give the files in it")
-    begin = head(path, _HEAD)
-    suffix = _suffix(path)
-    if not begin.strip(b"\0\r\n\t "):
-        raise LogError(_nothing(begin), source=str(path))
-    for form in FORMATS:
-        if begin.startswith(form.magic) and form.magic:
-            return form
-    if begin.startswith((b"PK\x03\x04", b"PK\x05\x06")):
-        return _zipped(path, suffix)
-    if begin[512:].startswith(b"\x89HDF"):
-        return _BY_MODULE["matlab"]
-    return _text_format(path, begin, suffix)
-
-
 def read(path: str | Path) -> Recording:
-    """Read one file of any format."""
-    return format_of(path).read(path)
+    """Read one file, or one bag, of any format."""
+    reader = format_of(path).reader(path)
+    with _naming_absent_packages(path):
+        recording: Recording = reader.read(path)
+    return recording
 
 
 def parts(path: str | Path, rows: int = 100_000) -> Iterator[Recording]:
-    """Read one file part by part where its format allows it, else whole."""
+    """Read one file part by part, for files larger than the memory."""
     form = format_of(path)
-    module = import_module(f"{_HERE}.{form.module}")
-    if hasattr(module, "parts"):
-        yield from module.parts(path, rows)
-    else:
-        yield form.read(path)
+    reader = form.reader(path)
+    if not hasattr(reader, "parts"):
+        raise FileError(
+            f"{path}: {form.name} cannot be read in parts; only text in columns and Parquet can."
+            " Save the table as Parquet"
+        )
+    with _naming_absent_packages(path):
+        yield from reader.parts(path, rows)
 
 
-def _suffix(path: Path) -> str:
-    name = path.name.lower().removesuffix(".gz")
-    return Path(name).suffix
+@contextmanager
+def _naming_absent_packages(path: str | Path) -> Iterator[None]:
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        name = str(error.name).partition(".")[0]
+        raise FileError(
+            f"{path}: its reader, the package {name}, is not installed. Install it: {INSTALL}"
+        ) from error
 
 
-def _nothing(begin: bytes) -> str:
-    if begin:
-        return "the file holds only zero bytes or blanks; copy it from the vehicle again"
-    return "the file is empty; it must begin with a line of column names, or be a log"
+def usual_axes(form: str) -> str:
+    """Return the axes that a recording's formats have by custom: ``FLU over ENU`` or the like."""
+    return next((one.axes for one in FORMATS if one.axes and one.name in form), "")
+
+
+def is_bag(path: str | Path) -> bool:
+    """Return whether a folder is a bag of ROS 2."""
+    return (Path(path) / _BAG).exists()
+
+
+def suffix_of(path: str | Path) -> str:
+    """Return the suffix of a file in small letters, that of gzip aside."""
+    return Path(Path(path).name.lower().removesuffix(".gz")).suffix
+
+
+def format_of(path: str | Path) -> Format:
+    """Return the format of a file, or of a bag in a folder."""
+    path = Path(path)
+    if not path.exists():
+        raise FileError(absent(path))
+    if is_bag(path):
+        return next(form for form in FORMATS if form.module == "rosbag")
+    if path.is_dir():
+        raise FileError(f"{path}: is a folder; give the files in it")
+    begin, suffix = head(path, _HEAD), suffix_of(path)
+    if not begin:
+        raise LogError(
+            "the file is empty; it must begin with a line of column names, or be a log",
+            source=str(path),
+        )
+    if not begin.strip(b"\0\r\n\t "):
+        raise LogError(
+            "the file holds only zero bytes or blanks; copy it from the vehicle again",
+            source=str(path),
+        )
+    if begin.startswith((b"PK\x03\x04", b"PK\x05\x06")):
+        return _zipped(path, suffix)
+    for form in FORMATS:
+        if form.mark and re.match(form.mark, begin, re.DOTALL):
+            return form
+    return _known_by_suffix(path, begin, suffix)
 
 
 def _zipped(path: Path, suffix: str) -> Format:
-    if suffix == ".npz":
-        return _BY_MODULE["npz"]
     try:
-        names = zipfile.ZipFile(path).namelist()
+        names = [] if suffix == ".npz" else zipfile.ZipFile(path).namelist()
     except zipfile.BadZipFile:
-        names = []
-    if names and all(name.endswith(".npy") for name in names):
-        return _BY_MODULE["npz"]
+        names = [""]
+    if all(name.endswith(".npy") for name in names):
+        return next(form for form in FORMATS if ".npz" in form.suffixes)
     raise LogError(f"this is {_FOREIGN.get(suffix, _FOREIGN['.zip'])}", source=str(path))
 
 
-def _text_format(path: Path, begin: bytes, suffix: str) -> Format:
-    """Tell formats of text apart, and binary noise from text."""
-    if begin.lstrip().startswith(b"FMT,") or begin.lstrip().startswith(b"FMT ,"):
-        return _BY_MODULE["ardupilot"]
-    if suffix == ".alog" or (begin.startswith(b"%%") and b"LOGSTART" in begin):
-        return _BY_MODULE["moos"]
-    if avl.recognised(begin):
-        return _BY_MODULE["avl"]
-    marked = [form for form in FORMATS if suffix in form.suffixes and form.magic]
-    if marked and _is_binary(begin):
-        known = " or ".join(repr(mark) for form in marked for mark in form.magic)
+def _known_by_suffix(path: Path, begin: bytes, suffix: str) -> Format:
+    """Return the format that the name says, or text in columns; refuse noise and foreign files."""
+    named = next((form for form in FORMATS if suffix in form.suffixes), None)
+    if named is not None and not named.mark:
+        return named
+    binary = _is_binary(begin)
+    if named is not None and binary:
         raise LogError(
-            f"its name says {marked[0].name}, but it begins with {begin[:8]!r}, not {known}: it is"
+            f"its name says {named.name}, but it begins with {begin[:8]!r}, as none does: it is"
             " damaged, or another format under this name",
             source=str(path),
         )
-    if suffix in _OURS and (other := _of_ours(path)):
+    if suffix in (".yaml", ".yml", ".json") and (other := _of_ours(path)):
         raise LogError(other)
     if suffix in _FOREIGN:
         raise LogError(f"this is {_FOREIGN[suffix]}", source=str(path))
-    if _is_binary(begin) and suffix not in _BY_MODULE["delimited"].suffixes:
+    if binary:
         known = ", ".join(
             f"{form.name} ({' '.join(form.suffixes)})" for form in FORMATS if form.suffixes
         )
@@ -159,7 +204,7 @@ def _text_format(path: Path, begin: bytes, suffix: str) -> Format:
             f"no format known here begins with {begin[:8]!r}. Can be read: {known}",
             source=str(path),
         )
-    return _BY_MODULE["delimited"]
+    return FORMATS[-1]
 
 
 def _of_ours(path: Path) -> str:

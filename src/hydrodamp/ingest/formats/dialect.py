@@ -2,36 +2,63 @@
 
 from __future__ import annotations
 
+import codecs
 import csv
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 
+from hydrodamp.data.units import is_unit
 from hydrodamp.errors import LogError
-from hydrodamp.ingest.formats.cells import Column, column_of, is_missing, is_number, number
-from hydrodamp.ingest.formats.naming import is_unit, split_unit, told_apart, unescaped
+from hydrodamp.ingest.formats.cells import (
+    Column,
+    column_of,
+    is_missing,
+    is_number,
+    number,
+    split_unit,
+    unique_names,
+)
+from hydrodamp.ingest.formats.content import head
 
-_DELIMITERS = ("\t", ";", "|", ",", "")
-"""In order of preference; the empty one stands for any white space."""
-_CALLED = {"\t": "tabs", ";": "semicolons", "|": "bars", ",": "commas", "": "spaces"}
+#: How a line begins that holds no row.
+COMMENTS = ("#", "%", "//")
+
+#: What text that is not Unicode is taken for.
+WESTERN = "cp1252"
+
+_ENCODINGS = {
+    rb"\xef\xbb\xbf": "utf-8-sig",
+    rb"\xff\xfe|\xfe\xff": "utf-16",
+    rb"([^\0]\0){4}": "utf-16-le",
+    rb"(\0[^\0]){4}": "utf-16-be",
+}
+_CONTROL = re.compile(rb"[\x01-\x08\x0e-\x1a\x1c-\x1f]")
+_NOISE = 0.003  # share of control characters above which a file is no text
+_BEGIN = 1 << 18  # bytes
+_LINE = re.compile("\r\n|\n|\r")
+
+#: In order of preference; the empty one stands for any white space.
+_DELIMITERS = {"\t": "tabs", ";": "semicolons", "|": "bars", ",": "commas", "": "spaces"}
 _COMMENT = re.compile(r"\s*(#|%|//)+")
 _SEPARATOR = re.compile(r"sep=.$", re.IGNORECASE)
-_SAMPLE = 200
-_LABEL = "segment"
-"""A column of names, were they digits: a segment `001` is not called `1`."""
-_NO_NAME = "unnamed"
-"""What a row without one has for a name."""
+_SAMPLE = 200  # lines
+_LABEL = "segment"  # a column of names even of digits: a segment `001` is not called `1`
+_NO_NAME = "unnamed"  # the label of a row without one
 
 
 @dataclass(frozen=True)
 class Dialect:
-    """How the columns of a text file are told apart and called."""
+    """The encoding of a text, its delimiter and decimal sign, and its header."""
 
+    encoding: str
+    quoted: bool
     delimiter: str
     decimal: str
     names: tuple[str, ...]
-    units: dict[str, str]
+    units: Mapping[str, str]
     header: tuple[str, ...]
     numeric: tuple[bool, ...]
     width: int
@@ -41,8 +68,8 @@ class Dialect:
 
     @property
     def called(self) -> str:
-        """How one calls what stands between the cells."""
-        return _CALLED[self.delimiter]
+        """The name of the delimiter."""
+        return _DELIMITERS[self.delimiter]
 
     def column(self, place: int, cells: Sequence[str]) -> Column:
         """Return cells as a column."""
@@ -51,6 +78,53 @@ class Dialect:
             return column
         words = tuple(cell.strip() or _NO_NAME for cell in cells)
         return Column(None if column.bad else column.numbers, words)
+
+
+def find_dialect(path: str | Path) -> Dialect:
+    """Find how a file is written from its first lines."""
+    begin = head(path, _BEGIN)
+    encoding = _encoding_of(begin, str(path))
+    lines = _LINE.split(begin.rstrip(b"\0").decode(encoding, errors="replace"))
+    if len(begin) == _BEGIN and len(lines) > 1:
+        lines.pop()
+    try:
+        tables = {mark: _rows(lines[:_SAMPLE], mark) for mark in _DELIMITERS}
+    except csv.Error as error:
+        raise LogError(f"the file is no text of columns: {error}", source=str(path)) from error
+    tables = {mark: rows for mark, rows in tables.items() if rows}
+    if not tables:
+        raise LogError(
+            "the file is empty; it must begin with a line of column names", source=str(path)
+        )
+    ways = [(mark, decimal) for mark in tables for decimal in ".,"]
+    delimiter, decimal = max(ways, key=lambda way: _score(tables[way[0]], way[1]))
+    if all(len(row.cells) == 1 for row in tables[delimiter]):
+        # Nothing splits the rows, so what splits the first line is the delimiter.
+        split = (mark for mark in tables if mark and tables[mark][0].filled > 1)
+        delimiter = next(split, next(iter(tables)))
+    return _described(tables[delimiter], encoding, '"' in "".join(lines), delimiter, decimal)
+
+
+def _encoding_of(begin: bytes, source: str) -> str:
+    """Find the encoding of a text from its first bytes; refuse what is no text."""
+    for mark, encoding in _ENCODINGS.items():
+        if re.match(mark, begin):
+            return encoding
+    begin = begin.rstrip(b"\0")
+    controls = [*_CONTROL.finditer(begin)]
+    if len(controls) > max(2, _NOISE * len(begin)):
+        first = controls[0].start()
+        raise LogError(
+            f"this is no text: byte {first} (line {begin.count(bytes([10]), 0, first) + 1}) is"
+            f" 0x{begin[first]:02x}. If the file is a log of another format, give it the name"
+            " that format has; if a fault has overwritten part of a text file, cut that part out",
+            source=source,
+        )
+    try:
+        codecs.getincrementaldecoder("utf-8")().decode(begin)
+    except UnicodeDecodeError:
+        return WESTERN
+    return "utf-8"
 
 
 @dataclass(frozen=True)
@@ -65,44 +139,18 @@ class _Row:
         return next((k + 1 for k in reversed(range(len(self.cells))) if self.cells[k].strip()), 0)
 
 
-def split(line: str, delimiter: str) -> list[str]:
-    """Return the cells of one line."""
-    if not delimiter:
-        return line.split()
-    return next(csv.reader([line], delimiter=delimiter, skipinitialspace=True), [])
-
-
-def find_dialect(lines: Sequence[str], source: str) -> Dialect:
-    """Find how a file is written from its first lines."""
-    try:
-        spelt = {mark: _rows(lines[:_SAMPLE], mark) for mark in _DELIMITERS}
-    except csv.Error as error:
-        raise LogError(f"the file is no text of columns: {error}", source=source) from error
-    if not any(row.filled for rows in spelt.values() for row in rows):
-        raise LogError(
-            "the file is empty; it must begin with a line of column names", source=source
-        )
-    ways = [(mark, decimal) for mark in _DELIMITERS if spelt[mark] for decimal in ".,"]
-    delimiter, decimal = max(ways, key=lambda way: _score(spelt[way[0]], way[1]))
-    if all(len(row.cells) == 1 for row in spelt[delimiter]):
-        delimiter = _of_header(spelt)
-    return _described(spelt[delimiter], delimiter, decimal)
-
-
-def _of_header(spelt: Mapping[str, Sequence[_Row]]) -> str:
-    """Return what splits the first line, where nothing splits the rows."""
-    marks = [mark for mark in _DELIMITERS if spelt[mark]]
-    return next((mark for mark in marks if mark and spelt[mark][0].filled > 1), marks[0])
-
-
 def _rows(lines: Sequence[str], delimiter: str) -> list[_Row]:
-    """Return the rows that are not blank; a comment's mark is dropped."""
+    """Return the rows that are not blank, without the mark of a comment."""
     rows = []
     for line, text in enumerate(lines, start=1):
         if _SEPARATOR.match(text.strip()):
             continue
-        bare = _COMMENT.sub("", text, count=1) if (mark := _COMMENT.match(text)) else text
-        row = _Row(line, tuple(split(bare, delimiter)), mark is not None)
+        bare = _COMMENT.sub("", text, count=1)
+        if delimiter:
+            cells = next(csv.reader([bare], delimiter=delimiter, skipinitialspace=True), [])
+        else:
+            cells = bare.split()
+        row = _Row(line, tuple(cells), bare != text)
         if row.filled:
             rows.append(row)
     return rows
@@ -133,23 +181,27 @@ def _score(rows: Sequence[_Row], decimal: str) -> tuple[float, bool, float]:
     return round(numbers * equal, 3), width > 1, equal
 
 
-def _described(rows: list[_Row], delimiter: str, decimal: str) -> Dialect:
+def _described(
+    rows: list[_Row], encoding: str, quoted: bool, delimiter: str, decimal: str
+) -> Dialect:
     """Return the dialect of rows split by the delimiter that fits best."""
     later = _later(rows)
     width = _width(later, decimal)
     even = [row.cells for row in later if len(row.cells) == width]
-    likely = [_numeric(column, decimal) for column in zip(*even, strict=True)]
+    likely = [_is_numeric(column, decimal) for column in zip(*even, strict=True)]
     start = next((k for k in range(len(rows)) if _is_data(rows, k, likely, decimal)), 1)
     filled = max((row.filled for row in rows[start:] if len(row.cells) == width), default=width)
     header = _Header(rows[:start], filled, width, delimiter)
-    names = header.names or told_apart([""] * filled)
+    names = header.names or unique_names([""] * filled)
     numeric = [likely[k : k + 1] == [True] and name != _LABEL for k, name in enumerate(names)]
     return Dialect(
+        encoding,
+        quoted,
         delimiter,
         decimal,
         names,
         header.units,
-        header.spelt,
+        header.cells,
         tuple(numeric),
         max(width, len(names)),
         rows[start].line if start < len(rows) else rows[-1].line + 1,
@@ -158,14 +210,14 @@ def _described(rows: list[_Row], delimiter: str, decimal: str) -> Dialect:
     )
 
 
-def _numeric(cells: Sequence[str], decimal: str) -> bool:
+def _is_numeric(cells: Sequence[str], decimal: str) -> bool:
     there = [cell for cell in cells if not is_missing(cell)]
     numbers = sum(number(cell, decimal) is not None for cell in there)
     return bool(there) and 2 * numbers >= len(there)
 
 
 def _is_data(rows: Sequence[_Row], place: int, numeric: Sequence[bool], decimal: str) -> bool:
-    """Tell a row of data from one of a header by its cells in the columns of numbers."""
+    """Return whether a row is data rather than a header, by its cells in columns of numbers."""
     row = rows[place]
     cells = [cell for cell, is_so in zip(row.cells, numeric, strict=False) if is_so]
     if row.comment or not cells or _are_units(row):
@@ -185,7 +237,7 @@ class _Header:
 
     def __init__(self, rows: Sequence[_Row], filled: int, width: int, delimiter: str) -> None:
         self.names: tuple[str, ...] = ()
-        self.spelt: tuple[str, ...] = ()
+        self.cells: tuple[str, ...] = ()
         self.units: dict[str, str] = {}
         self.faults: dict[str, str] = {}
         self.notes: list[str] = []
@@ -201,16 +253,17 @@ class _Header:
             self.notes.append(f"line {row.line} above the column names was passed over")
 
     def _name(self, row: _Row, units: tuple[str, ...] | None) -> None:
-        self.spelt = tuple(cell.strip() for cell in row.cells[: row.filled])
-        whole = [unescaped(cell) for cell in self.spelt]
+        self.cells = tuple(cell.strip() for cell in row.cells[: row.filled])
+        # Quotation marks, padding and the escapes of typesetting are no part of a name.
+        whole = [cell.strip('"').strip().replace("\\_", "_") for cell in self.cells]
         halves = [split_unit(name) for name in whole]
         if units is not None or len({stem for stem, _ in halves}) < len(set(whole)):
             halves = [(name, "") for name in whole]
-        self.names = told_apart([stem for stem, _ in halves])
+        self.names = unique_names([stem for stem, _ in halves])
         stated = units or [unit for _, unit in halves]
         pairs = zip(self.names, (unit.strip().strip("[]()") for unit in stated), strict=False)
         self.units = {name: unit for name, unit in pairs if unit}
-        for name, count in Counter(stem for stem, _ in halves).items():
-            if name and count > 1:
-                self.faults[name] = f"column `{name}` stands {count} times in the header; keep one"
+        for name, times in Counter(stem for stem, _ in halves).items():
+            if name and times > 1:
+                self.faults[name] = f"column `{name}` stands {times} times in the header; keep one"
         self.notes += self.faults.values()

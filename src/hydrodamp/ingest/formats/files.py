@@ -5,74 +5,53 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
+import numpy as np
+
 from hydrodamp.advance import shares, within
+from hydrodamp.arrays import FloatArray
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import FileError, LogError
 from hydrodamp.files import absent
 from hydrodamp.ingest.formats import detect
 from hydrodamp.ingest.formats.content import size_of
-from hydrodamp.ingest.formats.detect import FORMATS
-from hydrodamp.ingest.formats.joining import joined
+from hydrodamp.ingest.formats.detect import SUFFIXES, is_bag, suffix_of
 from hydrodamp.ingest.formats.oddities import noted
-
-_BAG = "metadata.yaml"
-_SUFFIXES = frozenset(suffix for form in FORMATS for suffix in form.suffixes)
 
 
 def read(paths: str | Path | Iterable[str | Path]) -> Recording:
-    r"""Read a file, a folder or several of them as one recording."""
-    given = [paths] if isinstance(paths, (str, Path)) else list(paths)
+    """Read a file, a folder or several of them as one recording."""
+    given = [Path(path) for path in ([paths] if isinstance(paths, (str, Path)) else paths)]
     if not given:
         raise FileError("no file was given; give at least one")
-    files = [file for path in given for file in _expanded(Path(path))]
-    if len(files) == 1 and not _holds_topics(given):
-        return noted(detect.read(files[0]) if files[0].is_file() else _bag(files[0]))
-    source = str(given[0]) if len(given) == 1 else ", ".join(map(str, given))
-    return noted(_together(files, source))
-
-
-def _holds_topics(given: Sequence[str | Path]) -> bool:
-    """Tell a folder of topics, were it only one, from a file or a bag."""
-    folder = Path(given[0])
-    return folder.is_dir() and not _is_bag(folder)
-
-
-def _is_bag(folder: Path) -> bool:
-    return (folder / _BAG).exists()
-
-
-def _bag(folder: Path) -> Recording:
-    from hydrodamp.ingest.formats import rosbag
-
-    return rosbag.read(folder)
+    files = [file for path in given for file in _expanded(path)]
+    if files == given and len(files) == 1:
+        return noted(detect.read(files[0]))
+    return noted(_together(files, ", ".join(map(str, given))))
 
 
 def _expanded(path: Path) -> list[Path]:
     """Return the files of a folder that can be read, or the path itself."""
-    if not path.is_dir() or _is_bag(path):
-        if not path.exists():
-            raise FileError(absent(path))
+    if not path.exists():
+        raise FileError(absent(path))
+    if not path.is_dir() or is_bag(path):
         return [path]
-    inside = [file for file in sorted(path.iterdir()) if _readable(file)]
+    inside = [
+        file
+        for file in sorted(path.iterdir())
+        if file.is_file() and not file.name.startswith(".") and suffix_of(file) in SUFFIXES
+    ]
     if not inside:
         raise FileError(
-            f"{path}: the folder holds no log; logs end in {' '.join(sorted(_SUFFIXES))}"
+            f"{path}: the folder holds no log; logs end in {' '.join(sorted(SUFFIXES))}"
         )
-    kinds = Counter(_suffix(file) for file in inside).most_common()
+    kinds = Counter(map(suffix_of, inside)).most_common()
     if len(kinds) > 1 and kinds[0][1] == kinds[1][1]:
         told = ", ".join(f"{count} {suffix}" for suffix, count in kinds)
         raise FileError(f"{path}: the folder holds logs of several kinds ({told}); name the files")
-    return [file for file in inside if _suffix(file) == kinds[0][0]]
-
-
-def _readable(file: Path) -> bool:
-    return file.is_file() and not file.name.startswith(".") and _suffix(file) in _SUFFIXES
-
-
-def _suffix(file: Path) -> str:
-    return Path(file.name.lower().removesuffix(".gz")).suffix
+    return [file for file in inside if suffix_of(file) == kinds[0][0]]
 
 
 def _together(files: Sequence[Path], source: str) -> Recording:
@@ -81,21 +60,82 @@ def _together(files: Sequence[Path], source: str) -> Recording:
     for file, share in zip(files, shares([*map(size_of, files)]), strict=True):
         try:
             with within(*share):
-                read.append(detect.read(file) if file.is_file() else _bag(file))
+                read.append(detect.read(file))
         except LogError as error:
             errors.append(error)
     if len(errors) == 1:
         raise errors[0]
     if errors:
         raise LogError([str(error) for error in errors])
-    topics = [topic for one, file in zip(read, files, strict=True) for topic in _called(one, file)]
-    notes = [
-        f"{file.name}: {note}" for one, file in zip(read, files, strict=True) for note in one.notes
+    pairs = [*zip(read, files, strict=True)]
+    topics = [
+        topic if topic.name else replace(topic, name=_stem(file))
+        for one, file in pairs
+        for topic in one.topics
     ]
+    notes = tuple(f"{file.name}: {note}" for one, file in pairs for note in one.notes)
     forms = " and ".join(dict.fromkeys(one.format for one in read))
-    return Recording(joined(topics, source), source, forms, tuple(notes))
+    return Recording(joined(topics, source), source, forms, notes)
 
 
-def _called(recording: Recording, file: Path) -> list[Topic]:
-    stem = file.name.removesuffix(".gz").rpartition(".")[0] or file.name
-    return [topic if topic.name else replace(topic, name=stem) for topic in recording.topics]
+def _stem(file: Path) -> str:
+    return file.name.removesuffix(".gz").rpartition(".")[0] or file.name
+
+
+def joined(topics: Iterable[Topic], source: str) -> tuple[Topic, ...]:
+    """Join topics of one name, such as those of a split bag, in the order of their clocks."""
+    groups: dict[str, list[Topic]] = {}
+    for topic in topics:
+        groups.setdefault(topic.name, []).append(topic)
+    faults = [fault for name, group in groups.items() if (fault := _fault(name, group))]
+    if faults:
+        raise LogError(faults, source=source)
+    return tuple(_whole(sorted(group, key=_begin)) for group in groups.values())
+
+
+def _fault(name: str, group: Sequence[Topic]) -> str:
+    """Say why topics of one name are not parts of one."""
+    if len(group) == 1:
+        return ""
+    head = f"{len(group)} files hold a topic `{name}`"
+    if any(topic.time is None for topic in group):
+        return f"{head} without a clock of its own. Read each file by itself"
+    clocks = [clock for topic in sorted(group, key=_begin) if len(clock := _clock(topic))]
+    for before, after in pairwise(clocks):
+        if after[0] <= before[-1]:
+            return (
+                f"{head}, and their times overlap ({after[0]:.10g} s to {before[-1]:.10g} s): these"
+                " are different vehicles or dives. Read each file by itself"
+            )
+    return ""
+
+
+def _clock(topic: Topic) -> FloatArray:
+    return np.empty(0) if topic.time is None else topic.time
+
+
+def _begin(topic: Topic) -> float:
+    clock = _clock(topic)
+    return float(clock[0]) if len(clock) else np.inf
+
+
+def _whole(parts: Sequence[Topic]) -> Topic:
+    if len(parts) == 1:
+        return parts[0]
+    faults = {name: fault for part in parts for name, fault in part.faults.items()}
+    fields = dict.fromkeys(name for part in parts for name in part.fields if name not in faults)
+    texts = dict.fromkeys(name for part in parts for name in part.texts if name not in fields)
+    return Topic(
+        parts[0].name,
+        np.concatenate([_clock(part) for part in parts]),
+        {
+            name: np.concatenate([part.fields.get(name, np.full(part.n, np.nan)) for part in parts])
+            for name in fields
+        },
+        {
+            name: tuple(word for part in parts for word in part.texts.get(name, ("",) * part.n))
+            for name in texts
+        },
+        {name: unit for part in parts for name, unit in part.units.items()},
+        faults,
+    )

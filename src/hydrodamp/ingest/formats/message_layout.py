@@ -8,27 +8,18 @@ from typing import Any
 
 import numpy as np
 
-from hydrodamp.advance import counted, within
 from hydrodamp.arrays import FloatArray
 
+#: Arrays longer than this are no measurements of one moment; they are left out.
 LONGEST = 64
-"""Arrays longer than this are no measurements of one moment; they are left out."""
 
 _TYPES = {
     "bool": "?",
-    "byte": "u1",
-    "char": "u1",
-    "octet": "u1",
-    "int8": "i1",
-    "uint8": "u1",
-    "int16": "i2",
-    "uint16": "u2",
-    "int32": "i4",
-    "uint32": "u4",
-    "int64": "i8",
-    "uint64": "u8",
     "float32": "f4",
     "float64": "f8",
+    **dict.fromkeys(("byte", "char", "octet"), "u1"),
+    **{f"int{8 * size}": f"i{size}" for size in (1, 2, 4, 8)},
+    **{f"uint{8 * size}": f"u{size}" for size in (1, 2, 4, 8)},
 }
 _STAMPS = ("builtin_interfaces/msg/Time", "builtin_interfaces/msg/Duration")
 _FILLER = "structure_needs_at_least_one_member"
@@ -45,9 +36,8 @@ class Layout:
     numbers: dict[str, tuple[int, str]] = field(default_factory=dict)
     stamps: dict[str, int] = field(default_factory=dict)
     words: dict[str, tuple[int, int]] = field(default_factory=dict)
-    counts: dict[int, int] = field(default_factory=dict)
+    counts: set[int] = field(default_factory=set)
     long: dict[str, int] = field(default_factory=dict)
-    size: int = 0
 
 
 class _Walk:
@@ -59,7 +49,14 @@ class _Walk:
         order = ">" if aligned and raw[1] % 2 == 0 else "<"
         self.layout = Layout(order)
 
-    def message(self, name: str, path: str) -> None:
+    def whole(self, name: str) -> Layout:
+        """Return where the fields of the message lie."""
+        self._message(name, "")
+        if self.place > len(self.raw):
+            raise ValueError("the message ends early")
+        return self.layout
+
+    def _message(self, name: str, path: str) -> None:
         for part, kind in self.definitions[name][1]:
             if part != _FILLER:
                 self._field(kind, f"{path}.{part}" if path else part)
@@ -93,7 +90,7 @@ class _Walk:
             self.layout.stamps[path] = self.place
             self.place += 8
         else:
-            self.message(name, path)
+            self._message(name, path)
 
     def _items(self, kind: Any, length: int, path: str) -> None:
         """Step through an array; a long one of numbers is stepped over at once."""
@@ -126,23 +123,13 @@ class _Walk:
         count = int.from_bytes(self.raw[self.place : self.place + 4], order)  # type: ignore[arg-type]
         if count > len(self.raw):
             raise ValueError("the message ends early")
-        self.layout.counts[self.place] = count
+        self.layout.counts.add(self.place)
         self.place += 4
         return count
 
     def _align(self, size: int) -> None:
         if self.aligned:
             self.place += (self.start - self.place) % size
-
-
-def layout_of(raw: bytes, name: str, definitions: Fielddefs, *, aligned: bool) -> Layout:
-    """Return where the fields of a message lie."""
-    walk = _Walk(raw, definitions, aligned)
-    walk.message(name, "")
-    if walk.place > len(raw):
-        raise ValueError("the message ends early")
-    walk.layout.size = len(raw)
-    return walk.layout
 
 
 @dataclass
@@ -160,7 +147,7 @@ def columns_of(
     messages: Sequence[bytes], name: str, definitions: Fielddefs, *, aligned: bool
 ) -> Columns:
     """Return the fields of messages of one type."""
-    columns, n, done = Columns(), len(messages), 0
+    columns, n = Columns(), len(messages)
     sizes = np.fromiter(map(len, messages), np.int64, n)
     for size in np.unique(sizes).tolist():
         rows = np.flatnonzero(sizes == size)
@@ -168,33 +155,30 @@ def columns_of(
         block = block.reshape(len(rows), size)
         while len(rows):
             try:
-                layout = layout_of(block[0].tobytes(), name, definitions, aligned=aligned)
+                layout = _Walk(block[0].tobytes(), definitions, aligned).whole(name)
             except (ValueError, IndexError):
                 columns.broken.append(int(rows[0]))
                 rows, block = rows[1:], block[1:]
                 continue
-            alike = _alike(block, layout)
-            last = done + int(np.count_nonzero(alike))
-            with within(done / n, last / n):
-                _fill(columns, n, layout, rows[alike], block[alike])
-            done = last
-            rows, block = rows[~alike], block[~alike]
+            same = _of_shape(block, layout)
+            _fill(columns, n, layout, rows[same], block[same])
+            rows, block = rows[~same], block[~same]
     return columns
 
 
-def _alike(block: Any, layout: Layout) -> Any:
+def _of_shape(block: Any, layout: Layout) -> Any:
     """Tell which messages have the lengths, and the byte order, of the first."""
-    alike = np.ones(len(block), dtype=bool)
+    same = np.ones(len(block), dtype=bool)
     for offset in layout.counts:
-        alike &= (block[:, offset : offset + 4] == block[0, offset : offset + 4]).all(axis=1)
-    return alike & (block[:, 1] == block[0, 1]) if layout.order == ">" else alike
+        same &= (block[:, offset : offset + 4] == block[0, offset : offset + 4]).all(axis=1)
+    return same & (block[:, 1] == block[0, 1]) if layout.order == ">" else same
 
 
 def _fill(columns: Columns, n: int, layout: Layout, rows: Any, block: Any) -> None:
     """Put the fields of messages of one shape into their columns."""
     columns.long |= layout.long
     columns.seconds |= set(layout.stamps)
-    for path, (offset, kind) in counted(layout.numbers.items(), len(layout.numbers)):
+    for path, (offset, kind) in layout.numbers.items():
         column = columns.numbers.setdefault(path, np.full(n, np.nan))
         column[rows] = _cut(block, offset, kind)
     for path, offset in layout.stamps.items():

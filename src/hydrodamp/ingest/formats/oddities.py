@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -11,7 +12,8 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.data.recording import Recording, Topic
 
 _HUGE = 1e300
-_LATE = 0.1
+_LATE = 0.1  # of the time that all topics span
+_NAMESPACE = re.compile(r"/[^/]+/(.*)")
 
 
 def noted(recording: Recording) -> Recording:
@@ -27,7 +29,7 @@ def _topic_notes(topic: Topic) -> Iterator[str]:
         # One pass finds most columns clean; only the odd ones are looked at again.
         if len(values) and not (values.min() > -_HUGE and values.max() < _HUGE):
             yield from (head + told for told in _value_notes(name, values, topic))
-    if topic.time is not None and len(topic.time):
+    if topic.time is not None:
         back = np.flatnonzero(np.diff(topic.time) < 0) + 1
         if len(back):
             yield (
@@ -40,12 +42,11 @@ def _topic_notes(topic: Topic) -> Iterator[str]:
 
 
 def _value_notes(name: str, values: FloatArray, topic: Topic) -> Iterator[str]:
-    with np.errstate(invalid="ignore"):
-        odd = (
-            ("is infinite", np.isinf(values)),
-            (f"is beyond {_HUGE:g}", np.isfinite(values) & (np.abs(values) >= _HUGE)),
-        )
-    for what, where in odd:
+    infinite = np.isinf(values)
+    for what, where in (
+        ("is infinite", infinite),
+        (f"is beyond {_HUGE:g}", (np.abs(values) >= _HUGE) & ~infinite),
+    ):
         rows = np.flatnonzero(where)
         if len(rows):
             yield f"`{name}` {what} {_times(len(rows))}, first in {_place(topic, int(rows[0]))}"
@@ -59,10 +60,11 @@ def _span_notes(recording: Recording) -> Iterator[str]:
     begin = min(first for first, _ in spans.values())
     end = max(last for _, last in spans.values())
     for name, (first, last) in spans.items():
-        n = recording.topic(name).n
-        if n > 1 and first - begin > _LATE * (end - begin):
+        if recording.topic(name).n == 1:
+            continue
+        if first - begin > _LATE * (end - begin):
             yield f"topic `{name}` begins {first - begin:.4g} s after the first one"
-        if n > 1 and end - last > _LATE * (end - begin):
+        if end - last > _LATE * (end - begin):
             yield f"topic `{name}` ends {end - last:.4g} s before the last one"
 
 
@@ -70,10 +72,10 @@ def _twin_notes(recording: Recording) -> Iterator[str]:
     """Name topics that differ in the namespace only."""
     known: dict[tuple[str, frozenset[str]], str] = {}
     for topic in recording.topics:
-        space, slash, rest = topic.name.removeprefix("/").partition("/")
-        if not (space and slash and topic.name.startswith("/")):
+        named = _NAMESPACE.match(topic.name)
+        if named is None:
             continue
-        other = known.setdefault((rest, frozenset(topic.fields)), topic.name)
+        other = known.setdefault((named[1], frozenset(topic.fields)), topic.name)
         if other != topic.name:
             yield (
                 f"topics `{other}` and `{topic.name}` hold the same fields: two sensors, or two"

@@ -11,19 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from hydrodamp.advance import advance, within
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError
-from hydrodamp.ingest.formats.content import content, followed, head
-from hydrodamp.ingest.formats.extras import extra
-
-FORMAT = "PX4 ULog"
-"""How messages call the format."""
+from hydrodamp.ingest.formats.content import content
 
 _ELEMENT = re.compile(r"(.*)\[(\d+)\]$")
-_LONGEST = 64
-_READ = 0.8  # what share of the time pyulog takes
-_TOLD = 1 << 18  # after how many bytes it is told
+_LONGEST = 64  # values of an array
 _HEADER = 16
 _KINDS = b"FIMPQARSODLCB"
 _MAGIC = b"ULog\x01\x12\x35"
@@ -31,39 +24,37 @@ _MAGIC = b"ULog\x01\x12\x35"
 
 def read(path: str | Path) -> Recording:
     """Read a ULog."""
-    pyulog = extra("pyulog", path)
-    if not head(path, len(_MAGIC)).startswith(_MAGIC):
+    import pyulog
+
+    data = content(path)
+    if not data.startswith(_MAGIC):
         raise LogError(
             "it does not begin as a ULog does. Give it the name of the format it has",
             source=str(path),
         )
-    notes: list[str] = []
     try:
         # pyulog prints what it stumbles on; standard output is not ours to write to.
-        with within(0.0, _READ), followed(path) as file, redirect_stdout(io.StringIO()):
-            log = pyulog.ULog(file)
+        with redirect_stdout(io.StringIO()):
+            log = pyulog.ULog(io.BytesIO(data))
     except Exception as error:  # a damaged log fails in ways pyulog does not list
         raise LogError(
             f"the log is cut off or damaged: {str(error) or type(error).__name__}. Download it"
             " from the vehicle again",
             source=str(path),
         ) from error
+    notes: list[str] = []
     topics = tuple(_topics(log, notes))
-    with within(_READ, 1.0):
-        _note_damage(log, content(path), notes)
+    _note_damage(log, data, notes)
     if not topics:
         raise LogError(["the log holds no message with a value", *notes], source=str(path))
-    return Recording(topics, str(path), FORMAT, tuple(notes))
+    return Recording(topics, str(path), "PX4 ULog", tuple(notes))
 
 
 def _topics(log: Any, notes: list[str]) -> Iterator[Topic]:
     for dataset in sorted(log.data_list, key=lambda it: (it.name, it.multi_id)):
         name = dataset.name if dataset.multi_id == 0 else f"{dataset.name}[{dataset.multi_id}]"
-        long = {
-            found[1]
-            for found in map(_ELEMENT.match, dataset.data)
-            if found and int(found[2]) >= _LONGEST
-        }
+        elements = [*filter(None, map(_ELEMENT.match, dataset.data))]
+        long = {found[1] for found in elements if int(found[2]) >= _LONGEST}
         notes += [f"topic `{name}`: the long array `{field}` was left out" for field in long]
         fields = {
             field: np.asarray(values, dtype=np.float64)
@@ -77,15 +68,11 @@ def _topics(log: Any, notes: list[str]) -> Iterator[Topic]:
 def _breaks_off(data: bytes) -> int:
     """Return where the chain of messages ends: each begins with its size and kind."""
     place, end = _HEADER, len(data)
-    told, by = 0, advance(end)
     while place + 3 <= end:
-        if place >= told + _TOLD:
-            by(place - told)
-            told = place
-        size = data[place] + (data[place + 1] << 8)
-        if data[place + 2] not in _KINDS or place + 3 + size > end:
+        following = place + 3 + data[place] + (data[place + 1] << 8)
+        if data[place + 2] not in _KINDS or following > end:
             return place
-        place += 3 + size
+        place = following
     return place
 
 

@@ -10,15 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from hydrodamp.advance import counted, shares, within
 from hydrodamp.data.recording import Recording, Topic
-from hydrodamp.errors import FileError, LogError
-from hydrodamp.ingest.formats.extras import extra
+from hydrodamp.errors import LogError
 from hydrodamp.ingest.formats.message_layout import columns_of
 
-_LARGEST = 1 << 16
-_TAKEN = 0.7  # what share of the time it takes to take messages out of the bag
-_TOLD = 1000  # after how many messages it is told
+_LARGEST = 1 << 16  # bytes of a message
 _PASSED_OVER = {
     "sensor_msgs": {"Image", "CompressedImage", "PointCloud", "PointCloud2", "LaserScan"},
     "nav_msgs": {"OccupancyGrid", "Path"},
@@ -32,59 +28,62 @@ _REPAIR = {
     ".mcap": "Repair it with `mcap recover FILE -o WHOLE.mcap`, then read that",
     ".db3": "Repair it with `sqlite3 FILE .recover | sqlite3 WHOLE.db3`, or run"
     " `ros2 bag reindex` on its folder",
+    ".gz": "Unpack it with `gunzip FILE`: a bag is read at places that its index names",
 }
 
 
 def read(path: str | Path) -> Recording:
     """Read a ROS bag."""
+    from rosbags import highlevel, typesys
+
     path = Path(path)
-    highlevel = extra("rosbags.highlevel", path)
-    if not path.exists():
-        raise FileError(f"{path}: cannot be read: No such file or directory")
-    types = extra("rosbags.typesys", path)
-    fallback = types.get_typestore(types.Stores.LATEST)
-    form = _form(path)
-    gathered = _Gathered(path)
+    fallback = typesys.get_typestore(typesys.Stores.LATEST)
+    if path.suffix == ".bag":
+        form = "ROS 1 bag"
+    else:
+        mcap = path.suffix == ".mcap" or any(path.glob("*.mcap*"))
+        form = "ROS 2 bag (MCAP)" if mcap else "ROS 2 bag (SQLite)"
+    bag = _Bag(path)
     try:
-        with highlevel.AnyReader([path], default_typestore=fallback) as bag:
-            with within(0.0, _TAKEN):
-                gathered.read(bag)
-            definitions = {**fallback.fielddefs, **bag.typestore.fielddefs}
+        with highlevel.AnyReader([path], default_typestore=fallback) as reader:
+            bag.read(reader)
+            definitions = {**fallback.fielddefs, **reader.typestore.fielddefs}
     except Exception as error:  # a damaged bag fails in ways nobody has listed
         raise LogError(f"{_why(error)}. {_repair(path, error)}", source=str(path)) from error
-    with within(_TAKEN, 1.0):
-        topics = list(gathered.topics(definitions, form != "ROS 1 bag"))
+    topics = tuple(bag.topics(definitions, form != "ROS 1 bag"))
     if not topics:
-        raise LogError(
-            ["the bag holds no message that can be read", *gathered.notes], source=str(path)
-        )
-    return Recording(tuple(topics), str(path), form, tuple(gathered.notes))
+        raise LogError(["the bag holds no message that can be read", *bag.notes], source=str(path))
+    return Recording(topics, str(path), form, tuple(bag.notes))
 
 
 @dataclass
-class _Gathered:
+class _Bag:
     """The messages of a bag as they are stored, by topic and type."""
 
     path: Path
     times: dict[tuple[str, str], list[int]] = field(default_factory=lambda: defaultdict(list))
     messages: dict[tuple[str, str], list[bytes]] = field(default_factory=lambda: defaultdict(list))
-    large: dict[str, int] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
 
-    def read(self, bag: Any) -> None:
+    def read(self, reader: Any) -> None:
         """Read all messages; keep what was read where the rest is damaged."""
-        wanted = [it for it in bag.connections if not _is_passed_over(it.msgtype)]
-        self._note_passed_over(bag.connections, wanted)
+        wanted = []
+        for it in reader.connections:
+            package, _, name = it.msgtype.replace("/msg/", "/").partition("/")
+            if name in _PASSED_OVER.get(package, ()):
+                self.notes.append(f"topic `{it.topic}` ({it.msgtype}) was left out")
+                continue
+            wanted.append(it)
+            if it.msgcount == 0:
+                self.notes.append(f"topic `{it.topic}` ({it.msgtype}) holds no message")
         if not wanted:
             return
-        count = 0
+        count, large = 0, {}
         try:
-            messages = bag.messages(connections=wanted)
-            total = sum(it.msgcount for it in wanted)
-            for connection, time, raw in counted(messages, total, _TOLD):
+            for connection, time, raw in reader.messages(connections=wanted):
                 count += 1
                 if len(raw) > _LARGEST:
-                    self.large[connection.topic] = len(raw)
+                    large[connection.topic] = len(raw)
                     continue
                 key = (connection.topic, connection.msgtype)
                 self.times[key].append(time)
@@ -98,68 +97,41 @@ class _Gathered:
             )
         self.notes += [
             f"topic `{topic}`: messages of {size} bytes were left out"
-            for topic, size in self.large.items()
+            for topic, size in large.items()
         ]
-
-    def _note_passed_over(self, connections: Any, wanted: Any) -> None:
-        for it in connections:
-            if it not in wanted:
-                self.notes.append(f"topic `{it.topic}` ({it.msgtype}) was left out")
-            elif it.msgcount == 0:
-                self.notes.append(f"topic `{it.topic}` ({it.msgtype}) holds no message")
 
     def topics(self, definitions: Any, aligned: bool) -> Iterator[Topic]:
         """Yield the topics, with notes on what of them could not be read."""
         names = [topic for topic, _ in self.messages]
-        parts = shares([*map(len, self.messages.values())])
-        for ((name, kind), messages), share in zip(self.messages.items(), parts, strict=True):
+        for (name, kind), messages in self.messages.items():
             try:
-                with within(*share):
-                    columns = columns_of(messages, kind, definitions, aligned=aligned)
+                columns = columns_of(messages, kind, definitions, aligned=aligned)
             except KeyError as error:
                 self.notes.append(
                     f"topic `{name}` was left out: the bag does not define {error.args[0]}"
                 )
                 continue
             called = name if names.count(name) == 1 else f"{name} ({kind})"
+            for path, length in columns.long.items():
+                self.notes.append(f"topic `{called}`: `{path}` of {length} values was left out")
+            if broken := columns.broken:
+                self.notes.append(
+                    f"topic `{called}`: {len(broken)} messages end before their fields do and were"
+                    f" left out, the first is number {broken[0] + 1}"
+                )
             keep = np.ones(len(messages), dtype=bool)
             keep[columns.broken] = False
-            self._note_fields(called, columns)
-            if not keep.any():
-                continue
-            time = np.array(self.times[name, kind], dtype=np.float64)[keep] / 1e9
-            yield Topic(
-                called,
-                time,
-                {path: column[keep] for path, column in columns.numbers.items()},
-                {
-                    path: tuple(word for word, kept in zip(words, keep, strict=True) if kept)
-                    for path, words in columns.texts.items()
-                },
-                dict.fromkeys(columns.seconds, "s"),
-            )
-
-    def _note_fields(self, name: str, columns: Any) -> None:
-        for path, length in columns.long.items():
-            self.notes.append(f"topic `{name}`: `{path}` of {length} values was left out")
-        if count := len(columns.broken):
-            self.notes.append(
-                f"topic `{name}`: {count} messages end before their fields do and were left out,"
-                f" the first is number {columns.broken[0] + 1}"
-            )
-
-
-def _is_passed_over(kind: str) -> bool:
-    package, _, name = kind.replace("/msg/", "/").partition("/")
-    return name in _PASSED_OVER.get(package, ())
-
-
-def _form(path: Path) -> str:
-    if path.suffix == ".bag":
-        return "ROS 1 bag"
-    if path.suffix == ".mcap" or (path.is_dir() and any(path.glob("*.mcap*"))):
-        return "ROS 2 bag (MCAP)"
-    return "ROS 2 bag (SQLite)"
+            if keep.any():
+                yield Topic(
+                    called,
+                    np.array(self.times[name, kind], dtype=np.float64)[keep] / 1e9,
+                    {path: column[keep] for path, column in columns.numbers.items()},
+                    {
+                        path: tuple(word for word, kept in zip(words, keep, strict=True) if kept)
+                        for path, words in columns.texts.items()
+                    },
+                    dict.fromkeys(columns.seconds, "s"),
+                )
 
 
 def _why(error: Exception) -> str:

@@ -1,0 +1,180 @@
+"""Named arrays, sorted into topics: NumPy's, and those of MATLAB and HDF5 files."""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+
+from hydrodamp.arrays import FloatArray
+from hydrodamp.data.recording import Recording, Topic
+from hydrodamp.errors import LogError
+from hydrodamp.ingest.formats.cells import split_unit
+from hydrodamp.ingest.formats.content import head, opened, seekable
+
+_LONGEST = 64  # columns of an array
+_CLOCKS = ("time", "t", "timestamp", "time_s")
+_HDF5 = b"\x89HDF\r\n\x1a\n"
+
+
+def read(path: str | Path) -> Recording:
+    """Read the arrays of a file of NumPy, MATLAB or HDF5."""
+    begin = head(path, 520)
+    notes: list[str] = []
+    if begin.startswith((b"\x93NUMPY", b"PK")):
+        form, read_arrays = "NumPy arrays", _numpy
+    else:
+        hdf5 = _HDF5 in (begin[:8], begin[512:])
+        form, read_arrays = "MATLAB file", _hdf5 if hdf5 else _matlab
+    try:
+        arrays = dict(read_arrays(path, notes))
+    except (ModuleNotFoundError, LogError):
+        raise
+    except Exception as error:  # a damaged file fails in ways that no library lists
+        why = str(error).strip().split("\n")[0] or type(error).__name__
+        raise LogError(
+            f"the {form} is cut off or damaged: {why}. Write or copy it again", source=str(path)
+        ) from error
+    columns = _columns(arrays, notes)
+    if not columns:
+        kinds = ", ".join(f"`{name}`" for name in list(arrays)[:5]) or "nothing"
+        raise LogError(
+            [f"there is no array with a value a sample; there is {kinds}", *notes],
+            source=str(path),
+        )
+    whole = len({len(column) for column in columns.values()}) == 1
+    groups = {"": columns} if whole else _by_structure(columns)
+    topics = tuple(_topic(name, group, notes) for name, group in groups.items())
+    return Recording(topics, str(path), form, tuple(notes))
+
+
+def _numpy(path: str | Path, notes: list[str]) -> Iterator[tuple[str, Any]]:
+    with opened(path) as file:
+        loaded = np.load(file, allow_pickle=False)
+        if isinstance(loaded, np.ndarray):
+            names = loaded.dtype.names
+            yield from ((name, loaded[name]) for name in names) if names else [("array", loaded)]
+            return
+        for name in loaded.files:
+            try:
+                yield name, loaded[name]
+            except ValueError as error:
+                if "object" not in str(error).lower():
+                    raise
+                notes.append(f"`{name}` holds Python objects, which are never loaded; left out")
+
+
+def _matlab(path: str | Path, notes: list[str]) -> Iterator[tuple[str, Any]]:
+    """Read a file up to version 7.2."""
+    import scipy.io
+
+    with opened(path) as file:
+        # Its stubs know no open files; its documentation does.
+        content = scipy.io.loadmat(cast("str", file), simplify_cells=True)
+    inside = {name: value for name, value in content.items() if not name.startswith("__")}
+    yield from _flat(inside, "", notes)
+
+
+def _flat(inside: Mapping[str, Any], stem: str, notes: list[str]) -> Iterator[tuple[str, Any]]:
+    """Yield the arrays of a structure by their paths."""
+    for name, value in inside.items():
+        path = f"{stem}.{name}" if stem else name
+        rows = list(value) if isinstance(value, (list, np.ndarray)) and np.ndim(value) == 1 else []
+        if isinstance(value, dict):
+            yield from _flat(value, path, notes)
+        elif rows and all(isinstance(row, dict) for row in rows):
+            columns = {key: np.array([row.get(key, np.nan) for row in rows]) for key in rows[0]}
+            yield from _flat(columns, path, notes)
+        elif isinstance(value, (str, bytes)):
+            continue
+        elif np.asarray(value).dtype == object or np.asarray(value).dtype.names:
+            notes.append(
+                f"`{path}` is an object of MATLAB's own, such as a table or timeseries; left out."
+                " Save its numbers as arrays"
+            )
+        else:
+            yield path, value
+
+
+def _hdf5(path: str | Path, notes: list[str]) -> Iterator[tuple[str, Any]]:
+    """Read HDF5, of which MATLAB's version 7.3 is one: it stores columns as rows."""
+    import h5py
+
+    found: dict[str, Any] = {}
+    with h5py.File(seekable(path), "r") as file:
+        file.visititems(lambda name, node: found.update({name: node}))
+        for key, node in found.items():
+            name, kind = key.replace("/", "."), node.attrs.get("MATLAB_class", b"")
+            skipped = name.startswith("#") or not isinstance(node, h5py.Dataset)
+            if skipped or kind in (b"char", b"cell") or "MATLAB_empty" in node.attrs:
+                continue
+            if node.dtype.kind in "buif":
+                yield name, node[()].T if kind else node[()]
+            else:
+                notes.append(f"`{name}` of type {node.dtype} was left out")
+
+
+def _columns(arrays: Mapping[str, Any], notes: list[str]) -> dict[str, Any]:
+    """Return the arrays that hold a row a sample, column by column; note the others."""
+    found: dict[str, Any] = {}
+    flat = {name: np.squeeze(np.asarray(array)) for name, array in arrays.items()}
+    rows = _usual_length(flat)
+    for name, block in flat.items():
+        shape = " x ".join(map(str, np.shape(arrays[name]))) or "one value"
+        if block.dtype.names:
+            found |= {f"{name}.{part}": block[part] for part in block.dtype.names}
+        elif block.dtype.kind not in "buifUS" or block.ndim not in (1, 2):
+            notes.append(f"`{name}` ({shape}) holds no samples; left out")
+        elif block.ndim == 1:
+            found[name] = block
+        else:
+            tall = block.T if len(block) != rows and block.shape[1] == rows else block
+            if tall.shape[1] > _LONGEST:
+                notes.append(f"`{name}` ({shape}) is too wide for samples; left out")
+            else:
+                found |= {f"{name}[{k}]": tall[:, k] for k in range(tall.shape[1])}
+    return found
+
+
+def _usual_length(arrays: Mapping[str, Any]) -> int:
+    """Return the length most vectors have, the clock's where there is one."""
+    lengths = {name: len(array) for name, array in arrays.items() if array.ndim == 1}
+    for clock in _CLOCKS:
+        if clock in lengths:
+            return lengths[clock]
+    return Counter(lengths.values()).most_common(1)[0][0] if lengths else 0
+
+
+def _by_structure(columns: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Group columns by the structure they stand in."""
+    groups: dict[str, dict[str, Any]] = defaultdict(dict)
+    for name, column in columns.items():
+        stem, _, field = name.rpartition(".")
+        groups[stem][field] = column
+    return groups
+
+
+def _topic(name: str, columns: Mapping[str, Any], notes: list[str]) -> Topic:
+    n = _usual_length(columns)
+    clock = next((clock for clock in _CLOCKS if clock in columns), "")
+    beside = f"where `{clock}` has {n}" if clock else f"where most have {n}"
+    fields: dict[str, FloatArray] = {}
+    texts: dict[str, tuple[str, ...]] = {}
+    units: dict[str, str] = {}
+    faults: dict[str, str] = {}
+    for spelt, column in columns.items():
+        field, unit = split_unit(spelt)
+        field = spelt if field in fields or field in texts else field
+        if len(column) != n:
+            faults[field] = f"`{spelt}` has {len(column)} values {beside}; make them equal"
+            continue
+        if column.dtype.kind in "US":
+            texts[field] = tuple(np.asarray(column, dtype=str).tolist())
+        else:
+            fields[field] = np.asarray(column, dtype=np.float64)
+        units |= {field: unit} if unit else {}
+    notes.extend(faults.values())
+    return Topic(name, None, fields, texts, units, faults)
