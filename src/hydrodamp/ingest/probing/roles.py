@@ -9,6 +9,7 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.data.recording import Recording
+from hydrodamp.ingest.formats.detect import usual_axes
 from hydrodamp.ingest.probing.clocks import Ticking, ticking
 from hydrodamp.ingest.probing.frames import (
     RateMatch,
@@ -86,7 +87,7 @@ def guess_roles(recording: Recording) -> Roles:
 
 
 def _world(form: str, body: str) -> str:
-    return "NED" if body == "FRD" else "ENU" if "ROS" in form else "NWU"
+    return "NED" if body == "FRD" else "ENU" if usual_axes(form).endswith("ENU") else "NWU"
 
 
 def _placed(one: Guess, world: str, way: WayMatch) -> Guess:

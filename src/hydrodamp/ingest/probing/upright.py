@@ -10,6 +10,7 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.data.attitude import rotation
+from hydrodamp.ingest.formats.detect import usual_axes
 from hydrodamp.ingest.probing.frames import Roles, attitude_series, quaternions
 from hydrodamp.ingest.probing.motion import changes, compared, whole_rows, windows
 from hydrodamp.ingest.probing.series import Series, together
@@ -73,12 +74,11 @@ def weigh(form: str, roles: Roles, commands: Sequence[Series]) -> Upright:
 
 
 def _custom(form: str) -> Iterator[Sign]:
-    if "ROS" in form:
-        yield Sign(-_ROS, "messages of ROS are forward-port-up over east-north-up (REP 103)")
-    elif "PX4" in form or "ArduPilot" in form:
-        yield Sign(
-            _AUTOPILOT, "logs of PX4 and ArduPilot are forward-starboard-down over north-east-down"
-        )
+    axes = usual_axes(form)
+    if axes == "FLU over ENU":
+        yield Sign(-_ROS, f"{form}: forward-port-up over east-north-up by custom (REP 103)")
+    elif axes:
+        yield Sign(_AUTOPILOT, f"{form}: forward-starboard-down over north-east-down by custom")
 
 
 def _gravity(roles: Roles) -> Iterator[Sign]:
