@@ -144,21 +144,26 @@ from .models.files import (
 )
 from .models.model import DampingModel as DampingModel
 from .models.published import published as published
-from .report.figures.apart import colour_of as colour_of
-from .report.figures.coefficients import coefficients_figure as coefficients_figure
-from .report.figures.correlation import correlation_figure as correlation_figure
-from .report.figures.estimation import (
+from .report.figures.coefficients import (
+    coefficients_figure as coefficients_figure,
+    correlation_figure as correlation_figure,
+)
+from .report.figures.diagnostics import (
+    excitation_figure as excitation_figure,
+    power_figure as power_figure,
+    residuals_figure as residuals_figure,
+)
+from .report.figures.histories import history_figure as history_figure
+from .report.figures.look import save_figure as save_figure
+from .report.figures.recorded import (
     commands_figure as commands_figure,
     velocities_figure as velocities_figure,
 )
-from .report.figures.excitation import excitation_figure as excitation_figure
-from .report.figures.files import save_figure as save_figure
-from .report.figures.front import front_figure as front_figure
-from .report.figures.histories import history_figure as history_figure
-from .report.figures.horizons import horizons_figure as horizons_figure
-from .report.figures.power import power_figure as power_figure
 from .report.figures.replays import replays_figure as replays_figure
-from .report.figures.residuals import residuals_figure as residuals_figure
+from .report.figures.scores import (
+    front_figure as front_figure,
+    horizons_figure as horizons_figure,
+)
 from .report.files import read_comparison as read_comparison, write_comparison as write_comparison
 from .report.html.write import write_report as write_report
 from .simulation.campaign.conditions import (

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+import numpy as np
 import pytest
 
 import hydrodamp as hd
@@ -60,6 +61,24 @@ def on_sheet() -> Callable[[Figure], None]:
     return check
 
 
+def made_up(key: str, method: str = "ls", covariance: np.ndarray | None = None) -> hd.Fit:
+    """Return a fit with coefficients of both signs."""
+    model = hd.catalog[key]
+    values = np.linspace(-3.0, 5.0, model.n_coefficients)
+    return hd.Fit(hd.Damping(model, values, covariance), method, hd.Status.OK)
+
+
+def tied(key: str, tie: float = 0.0) -> hd.Fit:
+    """Return a fit whose neighbouring coefficients are correlated."""
+    order = np.arange(hd.catalog[key].n_coefficients)
+    return made_up(key, covariance=tie ** np.abs(np.subtract.outer(order, order)))
+
+
+def lost(fit: hd.Fit) -> hd.Fit:
+    """Return a fit that failed."""
+    return replace(fit, status=hd.Status.FAILED)
+
+
 def labels(figure: Figure, side: str = "y") -> list[str]:
     """Return the labels of the axes of a figure."""
     return [getattr(one, f"get_{side}label")() for one in figure.axes]
@@ -68,3 +87,8 @@ def labels(figure: Figure, side: str = "y") -> list[str]:
 def legend(figure: Figure) -> list[str]:
     """Return the words of the legend of a figure."""
     return [text.get_text() for one in figure.legends for text in one.get_texts()]
+
+
+def words_in(panel) -> list[str]:
+    """Return the lines of text that are written into a panel."""
+    return [line for text in panel.texts for line in text.get_text().splitlines() if line]

@@ -11,11 +11,14 @@ import pytest
 from matplotlib.colors import to_rgb
 
 import hydrodamp as hd
-from hydrodamp.report.figures.apart import colour_of, looks_of, mark_of
-from hydrodamp.report.figures.estimation import velocities_figure
-from hydrodamp.report.figures.files import figure_bytes, save_figure
-from hydrodamp.report.figures.look import in_our_look, sheet
-from hydrodamp.report.figures.symbols import plain, shortened
+from hydrodamp.report.figures.look import (
+    colour_of,
+    figure_bytes,
+    in_our_look,
+    looks_of,
+    plain,
+    sheet,
+)
 
 SURGE = hd.Log.from_arrays(np.arange(9), {"u": np.ones(9)})
 
@@ -36,8 +39,9 @@ def luminance(colour):
 
 
 def test_every_method_has_a_colour_and_a_marker_of_its_own():
-    assert len({colour_of(key) for key in hd.METHODS}) == len(hd.METHODS)
-    assert len({mark_of(key) for key in hd.METHODS}) == len(hd.METHODS)
+    looks = looks_of([("linear", key) for key in hd.METHODS])
+    assert len({look.colour for look in looks}) == len(hd.METHODS)
+    assert len({look.marker for look in looks}) == len(hd.METHODS)
 
 
 def test_colours_stand_out_from_paper():
@@ -59,8 +63,8 @@ def test_an_unknown_method_has_always_the_same_colour():
 
 def test_dashes_tell_models_of_one_method_apart():
     first, other, second = looks_of([("linear", "ls"), ("linear", "ai"), ("fossen", "ls")])
-    assert first.linestyle == other.linestyle == "-"
-    assert second.linestyle == (0.0, second.dashes)
+    assert first.line["linestyle"] == other.line["linestyle"] == "-"
+    assert second.line["linestyle"] == (0.0, second.dashes)
     assert second.dashes
     assert (first.colour, first.marker) == (second.colour, second.marker)
     assert first.colour != other.colour
@@ -86,14 +90,14 @@ def test_a_given_order_fixes_the_dashes_whatever_is_drawn():
 )
 def test_any_name_is_printed_as_it_is(name):
     segments = (hd.Segment(name, 0, 5), hd.Segment("$", 5, 9))
-    figure = velocities_figure(replace(SURGE, segments=segments))
+    figure = hd.velocities_figure(replace(SURGE, segments=segments))
     assert b"<script>" not in figure_bytes(figure, "svg")
     assert [text.get_text() for text in figure.axes[0].texts] == [plain(name), r"\$"]
 
 
 def test_words_are_cut():
-    assert shortened("abcdef", 4) == "abc…"
-    assert shortened("abcd", 4) == "abcd"
+    assert plain("abcdef", 4) == "abc…"
+    assert plain("abcd", 4) == "abcd"
 
 
 def test_global_state_of_matplotlib_is_left_alone():
@@ -109,15 +113,15 @@ def test_global_state_of_matplotlib_is_left_alone():
 
 
 def test_settings_of_the_user_do_not_change_the_look():
-    ours = figure_bytes(velocities_figure(SURGE), "svg")
+    ours = figure_bytes(hd.velocities_figure(SURGE), "svg")
     with mpl.rc_context({"axes.facecolor": "red", "font.size": 20, "lines.linewidth": 9}):
-        assert figure_bytes(velocities_figure(SURGE), "svg") == ours
+        assert figure_bytes(hd.velocities_figure(SURGE), "svg") == ours
 
 
 def test_without_matplotlib_the_message_says_what_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     with pytest.raises(hd.MethodError, match=r'pip install "hydrodamp\[report\]"'):
-        velocities_figure(SURGE)
+        hd.velocities_figure(SURGE)
 
 
 @pytest.mark.parametrize(
@@ -126,7 +130,7 @@ def test_without_matplotlib_the_message_says_what_to_install(monkeypatch):
 def test_figures_are_written_the_same_each_time(ending, start, tmp_path):
     figure = in_our_look(lambda: sheet(1.0, 1.0))()
     for name in ("a", "b"):
-        save_figure(figure, tmp_path / f"{name}.{ending}")
+        hd.save_figure(figure, tmp_path / f"{name}.{ending}")
     first, second = ((tmp_path / f"{name}.{ending}").read_bytes() for name in ("a", "b"))
     assert first.startswith(start)
     assert first == second
@@ -135,7 +139,7 @@ def test_figures_are_written_the_same_each_time(ending, start, tmp_path):
 def test_a_file_that_cannot_be_is_refused(tmp_path):
     figure = in_our_look(lambda: sheet(1.0, 1.0))()
     with pytest.raises(hd.FileError, match=r"\.pdf, \.svg or \.png"):
-        save_figure(figure, tmp_path / "a.jpg")
+        hd.save_figure(figure, tmp_path / "a.jpg")
     with pytest.raises(hd.FileError, match="cannot be written"):
-        save_figure(figure, tmp_path / "nowhere" / "a.png")
+        hd.save_figure(figure, tmp_path / "nowhere" / "a.png")
     assert not list(tmp_path.iterdir())

@@ -8,9 +8,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.report.figures.apart import colour_of
-from hydrodamp.report.figures.look import MEASURED
-from hydrodamp.report.figures.replays import replays_figure
+from hydrodamp.report.figures.look import MEASURED, colour_of
 
 from .conftest import labels, legend
 
@@ -30,7 +28,7 @@ def diverged(row, name, after):
 
 def test_measured_and_every_replay_have_a_line_in_every_panel(sailed, on_sheet):
     rows = [sailed.table.row("linear", key) for key in ("weak", "ai")]
-    figure = replays_figure(rows)
+    figure = hd.replays_figure(rows)
     assert labels(figure)[0] == "$u$ [m/s]"
     assert labels(figure)[5] == "$r$ [deg/s]"
     joins = len(sailed.test.segments) - 1
@@ -45,16 +43,16 @@ def test_measured_and_every_replay_have_a_line_in_every_panel(sailed, on_sheet):
 
 def test_the_first_row_lies_on_top(sailed):
     rows = [sailed.table.row("linear", key) for key in ("weak", "ai")]
-    measured, first, second = replays_figure(rows).axes[0].lines[:3]
+    measured, first, second = hd.replays_figure(rows).axes[0].lines[:3]
     assert first.get_zorder() > second.get_zorder() > measured.get_zorder()
 
 
 def test_models_of_one_method_differ_by_dashes(sailed):
     rows = [sailed.table.row(key, "weak") for key in ("linear", "fossen")]
-    _, first, second = replays_figure(rows).axes[0].lines[:3]
+    _, first, second = hd.replays_figure(rows).axes[0].lines[:3]
     assert first.get_color() == second.get_color()
     assert first.get_linestyle() != second.get_linestyle()
-    figure = replays_figure(rows, models=("fossen", "linear"))
+    figure = hd.replays_figure(rows, models=("fossen", "linear"))
     _, dashed, solid = figure.axes[0].lines[:3]
     assert solid.get_linestyle() == "-" != dashed.get_linestyle()
     assert [one.get_linestyle() for one in figure.legends[0].get_lines()][1:] == ["--", "-"]
@@ -62,7 +60,7 @@ def test_models_of_one_method_differ_by_dashes(sailed):
 
 def test_a_diverged_replay_is_drawn_as_far_as_it_went_and_said(sailed):
     row = diverged(sailed.table.row("linear", "weak"), sailed.test.segments[0].name, after=50)
-    figure = replays_figure([row, sailed.table.row("linear", "ai")])
+    figure = hd.replays_figure([row, sailed.table.row("linear", "ai")])
     assert legend(figure)[1] == "linear by weak: diverged (cross) in 1 of 2 segments"
     for panel in figure.axes:
         (cross,) = (line for line in panel.lines if line.get_marker() == "x")
@@ -74,7 +72,7 @@ def test_a_diverged_replay_is_drawn_as_far_as_it_went_and_said(sailed):
 
 
 def test_all_that_was_measured_is_within_the_panels(sailed):
-    figure = replays_figure([sailed.table.row("linear", "ai")])
+    figure = hd.replays_figure([sailed.table.row("linear", "ai")])
     for axis, panel in enumerate(figure.axes):
         scale = 1.0 if axis < 3 else np.degrees(1.0)
         low, high = panel.get_ylim()
@@ -86,7 +84,7 @@ def test_a_band_is_drawn_behind_its_replay(sailed):
     row = sailed.table.row("linear", "weak")
     problem = hd.prepare(sailed.vehicle, sailed.test, row.fit.model)
     band = hd.prediction_band(problem, row.fit.damping, level=0.9)
-    figure = replays_figure([row], {("linear", "weak"): band})
+    figure = hd.replays_figure([row], {("linear", "weak"): band})
     assert all(len(panel.collections) == 1 for panel in figure.axes)
     assert legend(figure)[1].endswith("90 % band")
     outline = figure.axes[0].collections[0].get_paths()[0].vertices[:, 1]
@@ -97,14 +95,14 @@ def test_fewer_axes_have_fewer_panels_and_the_unit_of_the_score(sailed):
     row = sailed.table.row("linear", "weak")
     score = replace(row.score, rate_unit="rad")
     run = replace(row.trajectory, axes=("X", "Y", "N"))
-    figure = replays_figure([replace(row, trajectory=run, score=score)])
+    figure = hd.replays_figure([replace(row, trajectory=run, score=score)])
     assert labels(figure) == ["$u$ [m/s]", "$v$ [m/s]", "$r$ [rad/s]"]
 
 
 def test_a_row_without_a_replay_is_named(sailed):
     row = sailed.table.row("linear", "weak")
     lost = replace(row, fit=replace(row.fit, status=hd.Status.FAILED), trajectory=None)
-    figure = replays_figure([row, lost])
+    figure = hd.replays_figure([row, lost])
     assert legend(figure)[2] == "linear by weak: failed, no replay"
 
 
@@ -112,14 +110,14 @@ def test_a_replay_that_never_was_has_no_cross(sailed):
     row = sailed.table.row("linear", "weak")
     run = replace(row.trajectory, velocity=np.full_like(row.trajectory.velocity, np.nan))
     run = replace(run, diverged=tuple((one.name, 0.0) for one in run.log.segments))
-    figure = replays_figure([replace(row, trajectory=run)])
+    figure = hd.replays_figure([replace(row, trajectory=run)])
     assert not [line for line in figure.axes[0].lines if line.get_marker() == "x"]
 
 
 def test_nothing_to_draw_is_refused(sailed):
     with pytest.raises(hd.MethodError, match="no row has a replay"):
-        replays_figure([])
+        hd.replays_figure([])
     row = sailed.table.row("linear", "weak")
     other = hd.simulate(sailed.vehicle, row.fit.damping, sailed.train)
     with pytest.raises(hd.MethodError, match="of the same log"):
-        replays_figure([row, replace(row, trajectory=other)])
+        hd.replays_figure([row, replace(row, trajectory=other)])

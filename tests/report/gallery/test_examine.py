@@ -39,7 +39,7 @@ def test_everything_is_drawn_with_its_words(examined):
             assert "  " not in words
         assert picture.alt != picture.caption
     assert [one.name for one in gallery.pictures if one.print_only] == [
-        *("replays", "front", "coefficients")
+        *("replays", "coefficients")
     ]
 
 

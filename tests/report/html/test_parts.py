@@ -6,15 +6,12 @@ import numpy as np
 import pytest
 
 from hydrodamp.models.catalog import PAPER_MODELS
-from hydrodamp.report.figures.apart import mark_of
 from hydrodamp.report.html import coefficient_tables as tables_of
 from hydrodamp.report.html.coefficient_tables import coefficient_tables
-from hydrodamp.report.html.front_chart import BOTTOM, HEIGHT, TOP, front_chart, marker
 from hydrodamp.report.html.score_table import ranked, score_table
 from hydrodamp.report.html.summary import summary
 from hydrodamp.simulation.status import Status
 from hydrodamp.validation.comparison import Comparison
-from hydrodamp.validation.front import front
 
 
 def with_fit(comparison, **changes):
@@ -86,38 +83,6 @@ def test_the_printed_error_stands_beside_a_re_enactment(comparison):
     elsewhere = score_table(replace(comparison, provenance={}))
     assert "Paper" not in [column.name for column in elsewhere.columns]
     assert score_table(Comparison(())).lines == ()
-
-
-def test_the_chart_has_every_error_and_the_front(comparison):
-    chart = front_chart(comparison)
-    assert chart is not None
-    assert len(chart.points) == 4
-    assert chart.front.count("V") == len(front(comparison)) - 1
-    assert [column.name for column in chart.columns] == ["fossen", "uncoupled", "linear"]
-    assert {point.x for point in chart.points} == {column.place for column in chart.columns}
-    assert [point.settled for point in chart.points] == [True, True, False, False]
-    assert all(64 <= point.x <= 696 for point in chart.points)
-    assert all(TOP <= point.y <= HEIGHT - BOTTOM for point in chart.points)
-    ticks = [tick.place for tick in chart.across]
-    assert ticks == sorted(ticks)
-    assert chart.words.endswith("linear by ls (36: 0.460).")
-    assert front_chart(Comparison(comparison.rows[3:4])) is None
-
-
-def test_rows_alike_stand_in_the_middle_and_one_alone_has_no_chart(comparison):
-    first = comparison.rows[0]
-    chart = front_chart(Comparison((first, first)))
-    assert chart is not None
-    middle = 0.5 * (TOP + HEIGHT - BOTTOM)
-    assert {(point.x, point.y) for point in chart.points} == {(380.0, middle)}
-    assert min(len(chart.across), len(chart.up)) >= 4
-    assert front_chart(Comparison((first,))) is None
-
-
-def test_methods_of_the_command_line_have_markers_of_their_own():
-    methods = ("ls", "ai", "ai-scaled", "oe", "weak", "ridge", "recommended", "rls")
-    shapes = {marker(mark_of(method), 0.0, 0.0) for method in methods}
-    assert len(shapes) == len(methods)
 
 
 def test_intervals_are_drawn_in_shares_of_the_value(comparison):

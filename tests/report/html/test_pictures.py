@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hydrodamp.report.unfinished import unfinished
 
 import hydrodamp as hd
 from hydrodamp.identification.trust.grades import Grade
@@ -17,7 +18,6 @@ from hydrodamp.report.gallery.picture import Gallery, Picture
 from hydrodamp.report.html.page import page
 from hydrodamp.report.html.pictures import pictures_section
 from hydrodamp.report.html.summary import summary
-from hydrodamp.report.unfinished import unfinished
 
 HOSTILE = "</script><script>alert('1')</script><img src=x onerror=\"alert(2)\">&amp;"
 SVG = b'<svg width="252pt" height="180pt" onload="alert(1)"><script>alert(1)</script></svg>'

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray
+from hydrodamp.basis.axes import AXES
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.rows.equations import Rows
+from hydrodamp.identification.rows.support import chosen_support
+from hydrodamp.identification.rows.weak_equations import WeakEquations
 from hydrodamp.models.damping import Damping
+from hydrodamp.simulation.problem import Problem
 
 _SHARE = 4
 """Lags reach to this part of the longest segment."""
@@ -29,11 +34,27 @@ class ResidualSeries:
     correlation: FloatArray
     frequency: FloatArray
     density: FloatArray
+    #: How large a correlation of white residuals gets, at nineteen lags of twenty.
+    white: float
 
 
-def white_reach(n: int) -> float:
-    """Return how large a correlation of white residuals gets, at nineteen lags of twenty."""
-    return 1.96 / float(np.sqrt(n))
+def residual_series(
+    problem: Problem, dampings: Sequence[Damping], support: float | None = None
+) -> list[dict[str, ResidualSeries]]:
+    """Return what each damping leaves over on the axes of its terms, under test functions."""
+    length = chosen_support(problem).length if support is None else support
+    rows = WeakEquations(length, overlap=1, windows=()).rows(problem)
+    found = []
+    for damping in dampings:
+        left, terms = left_over(rows, damping), zip(AXES, damping.model.terms, strict=True)
+        found.append(
+            {
+                axis: series(left[:, place], rows.segment, length)
+                for place, (axis, own) in enumerate(terms)
+                if own
+            }
+        )
+    return found
 
 
 def left_over(rows: Rows, damping: Damping) -> FloatArray:
@@ -67,6 +88,7 @@ def series(residuals: FloatArray, segment: IntArray, spacing: float) -> Residual
         correlation=covariance / covariance[0] if covariance[0] > 0.0 else 0.0 * covariance,
         frequency=frequency,
         density=np.maximum(2.0 * spacing * waves @ weights, 0.0),
+        white=1.96 / float(np.sqrt(n)),
     )
 
 

@@ -1,9 +1,9 @@
-"""Coefficients with their intervals, method beside method."""
+"""Coefficients with their intervals, and the correlation of their errors."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,27 +13,32 @@ from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.uncertainty.intervals import reach
 from hydrodamp.models.model import DampingModel
-from hydrodamp.report.figures.apart import colour_of, mark_of
-from hydrodamp.report.figures.look import COLUMN, FAINT, PAGE, in_our_look, settle, sheet
-from hydrodamp.report.figures.scales import SignedScale
-from hydrodamp.report.figures.symbols import coefficient_symbol, plain, shortened, wrench_unit
+from hydrodamp.report.correlated import ALIKE, correlated_pairs, correlation
+from hydrodamp.report.figures.axes import coefficient_symbol, signed_scale, wrench_unit
+from hydrodamp.report.figures.look import (
+    COLUMN,
+    FAINT,
+    PAGE,
+    Look,
+    in_our_look,
+    legend,
+    looks_of,
+    plain,
+    sheet,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-    from matplotlib.lines import Line2D
 
-_TALLEST = 5.0
-"""Height of all coefficients below each other, from which on three axes stand abreast [in]."""
-
+# Height of a coefficient of one method [in], and of a figure from which panels stand abreast.
 _LINE = 0.12
-"""Height of a coefficient [in]; more where methods stand side by side."""
+_TALLEST = 5.0
 
+# Powers of ten to either side of zero, and how many times the greatest coefficient a panel
+# reaches; a longer interval leaves it.
 _DECADES = 5
-"""Powers of ten told apart to either side of zero."""
-
 _BEYOND = 3.0
-"""How many times the greatest coefficient a panel reaches; a longer interval leaves it."""
 
 
 @in_our_look
@@ -44,7 +49,7 @@ def coefficients_figure(fits: Iterable[Fit], level: float = 0.95) -> Figure:
     ----------
     fits : iterable of Fit
         Of one model by some methods. One without covariance is drawn as points; one
-        without numbers is named. Coefficients that the data do not tell apart are hollow.
+        without numbers is named. Coefficients that the data cannot separate are hollow.
     level : float
         Share of repetitions in which an interval is to hold what is sought.
 
@@ -70,18 +75,25 @@ def coefficients_figure(fits: Iterable[Fit], level: float = 0.95) -> Figure:
     if any(fit.model.labels != model.labels for fit in usable):
         keys = ", ".join(dict.fromkeys(fit.model.key for fit in usable))
         raise MethodError(f"all fits of one figure must be of one model; got {keys}")
+    looks = looks_of([("", fit.method) for fit in chosen])
+    drawn = [(fit, look) for fit, look in zip(chosen, looks, strict=True) if fit.status.usable]
     figure, panels = _panels(model, len(usable))
     ticks = 2 if figure.get_figwidth() == COLUMN else 1
     ends = np.cumsum([0, *map(len, model.terms)]).tolist()
     for axis, panel in panels.items():
         part = slice(ends[axis], ends[axis + 1])
-        for place, fit in enumerate(usable):
+        for place, (fit, look) in enumerate(drawn):
             offset = (place - 0.5 * (len(usable) - 1)) * min(0.8 / len(usable), 0.28)
-            _draw(panel, fit, part, offset, level)
+            _draw(panel, fit, look, part, offset, level)
         values = np.concatenate([fit.damping.coefficients[part] for fit in usable])
-        _finish(panel, AXES[axis], model.labels[part], values, ticks)
-    handles = [_handle(fit, level) for fit in chosen]
-    figure.legend(handles=handles, loc="outside upper left", labelspacing=0.25)
+        signed_scale(panel, "x", values, beyond=_BEYOND, decades=_DECADES, ticks=ticks)
+        symbols = [coefficient_symbol(label) for label in model.labels[part]]
+        panel.set_yticks(range(len(symbols)), symbols)
+        panel.set_ylim(len(symbols) - 0.4, -0.6)
+        panel.tick_params(axis="y", length=0.0)
+        panel.axvline(0.0, color=FAINT, linewidth=0.8)
+        panel.set_title(f"${AXES[axis]}$ [{wrench_unit(AXES[axis])} per unit of the term]")
+    legend(figure, [_entry(fit, look, level) for fit, look in zip(chosen, looks, strict=True)])
     return figure
 
 
@@ -89,51 +101,29 @@ def _panels(model: DampingModel, methods: int) -> tuple[Figure, dict[int, Axes]]
     """Return a panel for each axis with terms: below each other, or three beside each other."""
     counts = {axis: len(terms) for axis, terms in enumerate(model.terms) if terms}
     line = _LINE * max(1.0, 0.5 * methods)
-    if line * model.n_coefficients <= _TALLEST:
-        rows, columns, width = len(counts), 1, COLUMN
-        heights = list(counts.values())
-    else:
-        columns, width = 3, PAGE
-        rows = -(-len(counts) // columns)
-        sizes = list(counts.values())
-        heights = [max(sizes[row * columns : (row + 1) * columns]) for row in range(rows)]
-    figure = sheet(width, line * sum(heights) + 0.35 * rows + 0.5 + 0.13 * methods)
-    grid = figure.subplots(rows, columns, squeeze=False, height_ratios=[n + 1 for n in heights])
-    spare = iter(grid.ravel())
-    panels = dict(zip(counts, spare, strict=False))
-    for empty in spare:
+    columns = 1 if line * model.n_coefficients <= _TALLEST else 3
+    sizes = list(counts.values())
+    heights = [max(sizes[k : k + columns]) + 1 for k in range(0, len(sizes), columns)]
+    height = line * sum(heights) + 0.25 * len(heights) + 0.5 + 0.13 * methods
+    figure = sheet(COLUMN if columns == 1 else PAGE, height)
+    grid = figure.subplots(len(heights), columns, squeeze=False, height_ratios=heights).ravel()
+    for empty in grid[len(counts) :]:
         empty.remove()
-    return figure, panels
+    return figure, dict(zip(counts, grid, strict=False))
 
 
-def _draw(panel: Axes, fit: Fit, part: slice, offset: float, level: float) -> None:
+def _draw(panel: Axes, fit: Fit, look: Look, part: slice, offset: float, level: float) -> None:
     """Draw some coefficients of a fit, from the top downward."""
-    values = fit.damping.coefficients[part]
-    half = _half_widths(fit, level)
+    values, half = fit.damping.coefficients[part], _half_widths(fit, level)
     places = np.arange(len(values)) + offset
-    colour, tied = colour_of(fit.method), {label for group in fit.aliased for label in group}
+    tied = {label for group in fit.aliased for label in group}
     hollow = np.array([label in tied for label in fit.model.labels[part]], dtype=bool)
     if half is not None:
-        panel.hlines(
-            places,
-            values - half[part],
-            values + half[part],
-            color=colour,
-            linewidth=1.1,
-            zorder=2.5,
-        )
-    for some, face in ((~hollow, colour), (hollow, "white")):
-        panel.plot(
-            values[some],
-            places[some],
-            linestyle="none",
-            marker=mark_of(fit.method),
-            markersize=3.2,
-            color=colour,
-            markerfacecolor=face,
-            markeredgewidth=0.7,
-            zorder=3.0,
-        )
+        ends = values - half[part], values + half[part]
+        panel.hlines(places, *ends, color=look.colour, linewidth=1.1, zorder=2.5)
+    for some, face in ((~hollow, look.colour), (hollow, "white")):
+        (points,) = panel.plot(values[some], places[some], **look.points)
+        points.set(markersize=3.2, markerfacecolor=face, markeredgewidth=0.7, zorder=3.0)
 
 
 def _half_widths(fit: Fit, level: float) -> FloatArray | None:
@@ -145,35 +135,109 @@ def _half_widths(fit: Fit, level: float) -> FloatArray | None:
     return times * np.sqrt(np.diag(covariance))
 
 
-def _handle(fit: Fit, level: float) -> Line2D:
-    from matplotlib.lines import Line2D
-
-    return Line2D(
-        [],
-        [],
-        color=colour_of(fit.method),
-        marker=mark_of(fit.method) if fit.status.usable else "",
-        linestyle="-" if fit.damping.covariance is not None else "none",
-        linewidth=1.1,
-        label=plain(_said(fit, level)),
-    )
-
-
-def _said(fit: Fit, level: float) -> str:
-    name = shortened(f"{fit.model.key} by {fit.method}", 40)
+def _entry(fit: Fit, look: Look, level: float) -> tuple[str, dict[str, Any]]:
+    """Return what the legend says of a fit, and how."""
+    name = f"{fit.model.key} by {fit.method}"
     if not fit.status.usable:
-        return f"{name}: {fit.status.word}"
+        return f"{name}: {fit.status.word}", {"linestyle": "none"}
     if fit.damping.covariance is None:
-        return f"{name}, no intervals"
+        return f"{name}, no intervals", look.points
     white = "" if fit.uncertainty is not None else " for white residuals"
-    return f"{name}, {100.0 * level:.3g} % intervals{white}"
+    return f"{name}, {100.0 * level:.3g} % intervals{white}", {**look.points, "linestyle": "-"}
 
 
-def _finish(panel: Axes, axis: str, labels: Sequence[str], values: FloatArray, ticks: int) -> None:
-    panel.set_yticks(range(len(labels)), [coefficient_symbol(label) for label in labels])
-    panel.set_ylim(len(labels) - 0.4, -0.6)
-    panel.axvline(0.0, color=FAINT, linewidth=0.8)
-    panel.set_title(f"${axis}$ [{wrench_unit(axis)} per unit of the term]", loc="left", pad=2.0)
-    SignedScale.of(values, beyond=_BEYOND, decades=_DECADES).along(panel, "x", ticks)
-    panel.tick_params(axis="y", length=0.0)
-    settle(panel)
+# Side of a square whose name can be written beside it, and room for the names [in].
+_CELL = 0.125
+_BESIDE = 0.75
+
+# Width of the list of pairs with its head and foot, and height of a line of it [in].
+_LIST = 2.0
+_ROW = 0.16
+
+# Coefficients beyond which the names do not fit the page.
+_MOST_NAMED = int((PAGE - _BESIDE) / _CELL)
+
+# Pairs in the list, at most.
+_PAIRS = 12
+
+
+@in_our_look
+def correlation_figure(fit: Fit) -> Figure:
+    """Draw the correlation of the errors of coefficients.
+
+    Parameters
+    ----------
+    fit : Fit
+        With covariance.
+
+    Returns
+    -------
+    figure : Figure
+        A triangle with a square a pair, in the order of the model, axes divided by lines; the
+        most correlated pairs stand in a list. It grows with the model until it takes the page;
+        beyond, only axes are named. Squares of coefficients without an error of their own,
+        such as those of columns that are zero, are grey.
+
+    Raises
+    ------
+    MethodError
+        If the fit has no covariance, or matplotlib is not installed.
+    """
+    model, covariance = fit.model, fit.damping.covariance
+    if covariance is None or not model.n_coefficients:
+        raise MethodError(
+            f"'{model.key}' by '{fit.method}' has no covariance, so no correlation can be "
+            "drawn: use a method that gives one"
+        )
+    n = model.n_coefficients
+    width = min(max(n * _CELL + _BESIDE, COLUMN), PAGE)
+    figure = sheet(width, 1.06 * width)
+    panel = figure.subplots()
+    below = np.tri(n, k=-1, dtype=bool)
+    panel.imshow(np.ma.masked_array(np.full((n, n), 0.35), ~below), cmap="Greys", vmin=0, vmax=1)
+    found = np.ma.masked_invalid(np.where(below, correlation(covariance), np.nan))
+    image = panel.imshow(found, cmap="RdBu_r", vmin=-1.0, vmax=1.0)
+    panel.grid(visible=False)
+    panel.spines[:].set_visible(False)
+    panel.tick_params(length=0.0, pad=1.5)
+    _divide(panel, model)
+    if n <= _MOST_NAMED:
+        symbols = [coefficient_symbol(label) for label in model.labels]
+        panel.set_xticks(range(n), symbols, rotation=90.0)
+        panel.set_yticks(range(n), symbols)
+    _list_pairs(panel, model, covariance, int((width - _BESIDE - _LIST) / _ROW))
+    bar = figure.colorbar(image, ax=panel, location="bottom", shrink=0.7, aspect=35, pad=0.02)
+    bar.set_ticks([-1.0, -0.5, 0.0, 0.5, 1.0])
+    bar.set_label("correlation of errors [1]")
+    panel.set_title(plain(f"{model.key} by {fit.method}", int(14 * width)))
+    return figure
+
+
+def _divide(panel: Axes, model: DampingModel) -> None:
+    """Divide axes by lines, and write them along the diagonal."""
+    start = 0
+    for axis, terms in zip(AXES, model.terms, strict=True):
+        end, n = start + len(terms) - 0.5, model.n_coefficients - 0.5
+        if terms:
+            panel.plot([-0.5, end, end], [end, end, n], color="#222222", linewidth=0.6)
+            middle = start + 0.5 * len(terms) - 0.5
+            panel.annotate(f"${axis}$", (middle, middle), (4.0, 3.0), textcoords="offset points")
+        start += len(terms)
+    panel.set_xticks([])
+    panel.set_yticks([])
+
+
+def _list_pairs(panel: Axes, model: DampingModel, covariance: FloatArray, most: int) -> None:
+    """Write the most correlated pairs into the empty half."""
+    pairs = correlated_pairs(covariance)
+    listed = pairs[: min(most, _PAIRS)]
+    said = [
+        f"{coefficient_symbol(model.labels[one])} with "
+        f"{coefficient_symbol(model.labels[other])}  ${value:+.2f}$"
+        for one, other, value in listed
+    ]
+    more = sum(abs(pair.correlation) >= ALIKE for pair in pairs[len(listed) :])
+    head = ["most correlated"] if said else []
+    tail = [f"and {more} more beyond {ALIKE:g}"] if more else []
+    words = "\n".join([*head, *said, *tail])
+    panel.text(1.0, 1.0, words, transform=panel.transAxes, ha="right", va="top", color=FAINT)

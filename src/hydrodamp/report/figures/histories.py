@@ -7,39 +7,29 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.basis.axes import VELOCITIES
+from hydrodamp.basis.axes import AXES, VELOCITIES
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.online.adaptive import History
 from hydrodamp.models.damping import Damping
-from hydrodamp.report.figures.look import COLUMN, FAINT, SERIES, in_our_look, settle, sheet
-from hydrodamp.report.figures.scales import SignedScale
-from hydrodamp.report.figures.symbols import coefficient_symbol, shown, velocity_unit
-from hydrodamp.report.figures.traces import min_max_pairs
+from hydrodamp.report.figures.axes import coefficient_symbol, shown, signed_scale, velocity_unit
+from hydrodamp.report.figures.look import FAINT, SERIES, in_our_look, stacked
+from hydrodamp.report.figures.traces import extremes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_LETTERS = 48
-"""Letters of a legend of one line, with three for each stroke."""
-
+# Joins and new passes marked; more would hide the lines.
 _MOST_JOINS = 12
-"""Joins and new passes marked; more would hide the lines."""
 
-_DECADES = 1
-"""Powers of ten told apart to either side of zero: more make much of small swings."""
-
-_BEYOND = 1.5
-"""How many times the greatest coefficient a panel reaches."""
-
-_USUAL = 0.995
-"""Share of the velocity errors within the panel: what is beyond is the start."""
-
-_PAIRS = 250
-"""Bins of a line, of which a panel has many."""
-
+# A step longer than this many usual ones leads to another segment.
 _LEAP = 5.0
-"""A step longer than this many usual ones leads to another segment."""
+
+# Share of the velocity errors within the panel: what is beyond is the start.
+_USUAL = 0.995
+
+# Bins of a line, of which a panel has many.
+_PAIRS = 250
 
 
 @in_our_look
@@ -49,10 +39,10 @@ def history_figure(history: History, reference: Damping | None = None) -> Figure
     Parameters
     ----------
     history : History
-        Of :meth:`hydrodamp.identification.online.adaptive.AdaptiveIdentifier.history`.
+        Of :meth:`hydrodamp.AdaptiveIdentifier.history`.
     reference : Damping, optional
-        Values to compare with, such as those of least squares or the true ones: a dash at
-        the right for every coefficient that is named.
+        Values to compare with, such as those of least squares or the true ones: a point at
+        the right end for every coefficient that is named.
 
     Returns
     -------
@@ -70,19 +60,23 @@ def history_figure(history: History, reference: Damping | None = None) -> Figure
     if not len(history.time) or not history.labels:
         raise MethodError("the history has no step or no coefficient, so there is nothing to draw")
     time, joins = _clock(history.time)
-    groups = _by_axis(history.labels)
-    figure = sheet(COLUMN, 1.0 * len(groups) + 0.85 * 2 + 0.5)
-    heights = [1.2] * len(groups) + [1.0, 1.0]
-    panels = list(figure.subplots(len(heights), 1, sharex=True, height_ratios=heights))
-    for (axis, places), panel in zip(groups.items(), panels, strict=False):
-        _coefficients(panel, time, history, places, reference)
+    places = {
+        axis: [k for k, label in enumerate(history.labels) if label.startswith(f"{axis}_")]
+        for axis in AXES
+    }
+    axes = [axis for axis in AXES if places[axis]]
+    figure, panels = stacked(len(axes) + 2, each=1.0)
+    known = {} if reference is None else reference.as_dict()
+    for axis, panel in zip(axes, panels, strict=False):
+        _coefficients(panel, time, history, places[axis], known)
         panel.set_ylabel(f"${axis}$\ncoefficients [SI]")
     _errors(panels[-2], time, history.velocity_error, VELOCITIES[:3])
     _errors(panels[-1], time, history.velocity_error, VELOCITIES[3:])
     for panel in panels:
         for join in joins if len(joins) <= _MOST_JOINS else ():
             panel.axvline(join, color=FAINT, linewidth=0.6, linestyle=":")
-        settle(panel)
+        if panel.get_legend_handles_labels()[0]:
+            panel.legend(loc="upper left", bbox_to_anchor=(1.02, 1.05), handlelength=0.8)
     panels[-1].set_xlim(0.0, max(float(time[-1]), 1e-9))
     panels[-1].set_xlabel("time adapted, segments and passes end to end [s]")
     figure.align_ylabels(panels)
@@ -98,69 +92,36 @@ def _clock(time: FloatArray) -> tuple[FloatArray, list[float]]:
     return running, running[1:][leaps].tolist()
 
 
-def _by_axis(labels: tuple[str, ...]) -> dict[str, list[int]]:
-    """Return the places of the coefficients of each axis that has some."""
-    groups: dict[str, list[int]] = {}
-    for place, label in enumerate(labels):
-        groups.setdefault(label.partition("_")[0], []).append(place)
-    return groups
-
-
 def _coefficients(
-    panel: Axes, time: FloatArray, history: History, places: list[int], reference: Damping | None
+    panel: Axes, time: FloatArray, history: History, places: list[int], known: dict[str, float]
 ) -> None:
     values = history.coefficients[:, places]
-    scale = SignedScale.of(values, beyond=_BEYOND, decades=_DECADES)
-    scale.along(panel, "y")
+    # More powers of ten about zero would make much of small swings.
+    signed_scale(panel, "y", values, beyond=1.5, decades=1, ticks=2)
+    low, high = panel.get_ylim()
     order = np.argsort(np.ptp(values, axis=0))[::-1].tolist()
-    known = {} if reference is None else reference.as_dict()
-    named = _nameable(order, [history.labels[place] for place in places])
-    for place in set(order) - set(named):
+    for place in order[len(SERIES) :]:
         (line,) = panel.plot(*_line(time, values[:, place]), color="#c4c4c4", linewidth=0.5)
         line.set(zorder=1.5, rasterized=True)  # hundreds of these would make a file of megabytes
-    for place, colour in zip(named, SERIES, strict=False):
+    for place, colour in zip(sorted(order[: len(SERIES)]), SERIES, strict=False):
         label = history.labels[places[place]]
         panel.plot(*_line(time, values[:, place]), color=colour, label=coefficient_symbol(label))
-        if label in known and scale.low <= known[label] <= scale.high:
-            panel.annotate(
-                "",
-                (1.0, known[label]),
-                (1.025, known[label]),
-                xycoords=("axes fraction", "data"),
-                arrowprops={"arrowstyle": "-", "color": colour, "linewidth": 1.5},
-                annotation_clip=False,
-            )
-    panel.legend(
-        loc="lower left",
-        bbox_to_anchor=(0.0, 0.97),
-        ncols=len(SERIES),
-        borderpad=0.0,
-        handlelength=0.8,
-        columnspacing=0.8,
-    )
-
-
-def _nameable(order: list[int], labels: list[str]) -> list[int]:
-    """Return the first places whose names one line holds, in the model's order."""
-    ends = np.cumsum([len(labels[place]) + 3 for place in order])
-    count = min(max(int(np.count_nonzero(ends <= _LETTERS)), 1), len(SERIES))
-    return sorted(order[:count])
+        if low <= known.get(label, np.inf) <= high:
+            panel.plot(time[-1:], [known[label]], "<", color=colour, clip_on=False)
 
 
 def _errors(panel: Axes, time: FloatArray, errors: FloatArray, names: tuple[str, ...]) -> None:
-    columns = {name: shown(errors, name) for name in names if shown(errors, name).any()}
+    columns = {
+        name: shown(errors, name) for name in names if errors[:, VELOCITIES.index(name)].any()
+    }
     for (name, values), colour in zip(columns.items(), SERIES, strict=False):
         panel.plot(*_line(time, values), color=colour, linewidth=0.6, label=f"${name}$")
     panel.set_ylabel(f"error\n[{velocity_unit(names[0])}]")
     if columns:
-        sizes = np.abs(np.column_stack(list(columns.values())))
-        reach = max(1.2 * float(np.quantile(sizes, _USUAL)), 1e-12)
-        panel.set_ylim(-reach, reach)
-        panel.legend(
-            loc="lower left", bbox_to_anchor=(0.0, 0.97), ncols=3, borderpad=0.0, handlelength=0.8
-        )
+        reach = 1.2 * float(np.quantile(np.abs(list(columns.values())), _USUAL))
+        panel.set_ylim(-max(reach, 1e-12), max(reach, 1e-12))
 
 
 def _line(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    kept = min_max_pairs(values, _PAIRS)
+    kept = extremes(values, _PAIRS)
     return time[kept], values[kept]

@@ -1,12 +1,19 @@
-"""The one look of all figures: sizes, type, lines. What tells rows apart is in ``apart``."""
+"""The one look of all figures, drawn and saved: style, colours of methods, dashes of models."""
 
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, ParamSpec
+import io
+import os
+import warnings
+import zlib
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple, ParamSpec
 
-from hydrodamp.errors import MethodError
+from hydrodamp.errors import FileError, MethodError
+from hydrodamp.files import save_bytes
+from hydrodamp.identification.methods import METHODS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -14,36 +21,67 @@ if TYPE_CHECKING:
 
 Given = ParamSpec("Given")
 
+# Widths of one column of a journal and of both [in].
 COLUMN = 3.5
-"""Width of one column of a journal [in]."""
-
 PAGE = 7.16
-"""Width of both columns [in]."""
 
+# Colours of what was measured, and of what stands beside the data: joins, limits, notes.
 MEASURED = "#000000"
-"""Colour of what was measured."""
-
 FAINT = "#767676"
-"""Colour of what is said beside the data: joins, limits, notes."""
 
+# Colours of channels that share a panel.
 SERIES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
-"""Colours of channels that share a panel."""
 
+# Opacity of a band behind its line, and colour of a shaded part of a panel.
 BAND = 0.22
-"""Opacity of a band behind its line."""
+SHADE = "#e2e2e2"
 
+# Colour and marker of each method in the order of METHODS; those beyond are for other keys.
+_METHODS = (
+    ("#D55E00", "o"),
+    ("#0072B2", "s"),
+    ("#56B4E9", "P"),
+    ("#999933", "<"),
+    ("#882255", ">"),
+    ("#009E73", "D"),
+    ("#E69F00", "^"),
+    ("#CC79A7", "v"),
+    ("#8C510A", "8"),
+    ("#332288", "X"),
+    ("#44AA99", "h"),
+    ("#117733", "p"),
+    ("#6A8FC5", "H"),
+    ("#CC6677", "*"),
+    ("#5E4FA2", "d"),
+    ("#4D4D4D", "."),
+)
+
+# Dashes of each model: lengths on and off, in widths of the line; solid for the first.
+_DASHES: tuple[tuple[float, ...], ...] = (
+    (),
+    (5.0, 2.0),
+    (1.2, 1.6),
+    (6.0, 1.6, 1.2, 1.6),
+    (11.0, 2.5),
+    (6.0, 1.6, 1.2, 1.6, 1.2, 1.6),
+    (10.0, 2.0, 3.0, 2.0),
+    (2.6, 1.2, 2.6, 4.5),
+    (1.2, 4.0),
+    (1.2, 1.4, 1.2, 5.0),
+)
+
+_TICKS: dict[str, Any] = {"labelsize": 7.0, "width": 0.6, "color": "#555555"}
 _STYLE = {
     "font.family": "DejaVu Sans",
     "font.size": 7.5,
     "axes.labelsize": 7.5,
     "axes.titlesize": 7.5,
-    "xtick.labelsize": 7.0,
-    "ytick.labelsize": 7.0,
+    "axes.titlelocation": "left",
     "legend.fontsize": 7.0,
     "legend.frameon": False,
     "legend.borderaxespad": 0.2,
-    "legend.handlelength": 1.6,
     "legend.columnspacing": 1.2,
+    "legend.labelspacing": 0.25,
     "axes.edgecolor": "#555555",
     "axes.linewidth": 0.6,
     "axes.spines.top": False,
@@ -54,18 +92,12 @@ _STYLE = {
     "axes.formatter.limits": (-3, 6),
     "grid.color": "#e4e4e4",
     "grid.linewidth": 0.5,
-    "xtick.major.width": 0.6,
-    "ytick.major.width": 0.6,
     "xtick.major.size": 2.5,
     "ytick.major.size": 2.5,
-    "xtick.minor.size": 1.5,
-    "ytick.minor.size": 1.5,
     "lines.linewidth": 0.9,
     "lines.markersize": 4.0,
     "patch.linewidth": 0.6,
     "hatch.linewidth": 0.5,
-    "figure.facecolor": "white",
-    "savefig.facecolor": "white",
     "figure.dpi": 150,
     "savefig.dpi": 300,
     "pdf.fonttype": 42,
@@ -73,12 +105,50 @@ _STYLE = {
     "svg.hashsalt": "hydrodamp",
 }
 
-_KINDS = (
-    "agg axes axes3d contour errorbar figure font grid hatch hist image legend lines markers "
-    "mathtext patch path pdf polaraxes ps savefig scatter svg text xaxis xtick yaxis ytick"
-)
-_DRAWN_BY = tuple(f"{kind}." for kind in _KINDS.split(" "))
-"""Settings of matplotlib that change what a figure looks like."""
+# By format: no clock, so that the same figure is the same file.
+_METADATA: dict[str, dict[str, Any]] = {
+    "pdf": {"CreationDate": None, "Creator": "hydrodamp"},
+    "svg": {"Date": None, "Creator": "hydrodamp"},
+    "png": {"Software": "hydrodamp"},
+}
+
+
+class Look(NamedTuple):
+    """How a row is drawn: colour and marker are its method, dashes are its model."""
+
+    colour: str
+    marker: str
+    dashes: tuple[float, ...]
+
+    @property
+    def line(self) -> dict[str, Any]:
+        """The arguments of a line of matplotlib."""
+        return {"color": self.colour, "linestyle": (0.0, self.dashes) if self.dashes else "-"}
+
+    @property
+    def points(self) -> dict[str, Any]:
+        """The arguments of points of matplotlib."""
+        return {"color": self.colour, "marker": self.marker, "linestyle": "none"}
+
+
+def looks_of(rows: Sequence[tuple[str, str]], models: Iterable[str] = ()) -> list[Look]:
+    """Return how rows of (model, method) are drawn; models take dashes in the order given."""
+    order = list(dict.fromkeys((*models, *(model for model, _ in rows))))
+    dashes = {model: _DASHES[place % len(_DASHES)] for place, model in enumerate(order)}
+    return [Look(*_method_look(method), dashes[model]) for model, method in rows]
+
+
+def colour_of(method: str) -> str:
+    """Return the colour of a method, the same in every figure and in the report."""
+    return _method_look(method)[0]
+
+
+def _method_look(method: str) -> tuple[str, str]:
+    known = list(METHODS)
+    if method in known:
+        return _METHODS[known.index(method) % len(_METHODS)]
+    others = _METHODS[len(known) :] or _METHODS
+    return others[zlib.crc32(method.encode()) % len(others)]
 
 
 def in_our_look(draw: Callable[Given, Figure]) -> Callable[Given, Figure]:
@@ -87,7 +157,10 @@ def in_our_look(draw: Callable[Given, Figure]) -> Callable[Given, Figure]:
     @functools.wraps(draw)
     def drawn(*args: Given.args, **kwargs: Given.kwargs) -> Figure:
         with our_look():
-            return draw(*args, **kwargs)
+            figure = draw(*args, **kwargs)
+            for panel in figure.axes:  # matplotlib makes ticks only when the figure is drawn
+                panel.tick_params(which="both", **_TICKS)
+            return figure
 
     return drawn
 
@@ -95,15 +168,12 @@ def in_our_look(draw: Callable[Given, Figure]) -> Callable[Given, Figure]:
 def our_look() -> Any:
     """Return the context in which figures are drawn and saved."""
     try:
-        import matplotlib
+        from matplotlib import style
     except ImportError as error:
         raise MethodError(
             'figures need the package matplotlib: pip install "hydrodamp[report]"'
         ) from error
-    defaults: dict[Any, Any] = dict(matplotlib.rcParamsDefault)
-    ours = {key: defaults[key] for key in defaults if str(key).startswith(_DRAWN_BY)}
-    ours.update(_STYLE)
-    return matplotlib.rc_context(ours)
+    return style.context(["default", _STYLE])
 
 
 def sheet(width: float, height: float) -> Figure:
@@ -113,17 +183,53 @@ def sheet(width: float, height: float) -> Figure:
     return Figure(figsize=(width, height), layout="constrained")
 
 
-def stacked(
-    panels: int, *, each: float, extra: float = 0.7, width: float = COLUMN
-) -> tuple[Figure, list[Axes]]:
+def stacked(panels: int, *, each: float, extra: float = 0.7) -> tuple[Figure, list[Axes]]:
     """Return a figure of panels above each other that share their horizontal axis."""
-    figure = sheet(width, panels * each + extra)
-    axes = list(figure.subplots(panels, 1, sharex=True, squeeze=False)[:, 0])
-    for one in axes:
-        settle(one)
-    return figure, axes
+    figure = sheet(COLUMN, panels * each + extra)
+    return figure, list(figure.subplots(panels, 1, sharex=True, squeeze=False)[:, 0])
 
 
-def settle(axes: Axes) -> None:
-    """Fix the size of tick labels, which matplotlib makes only when it draws."""
-    axes.tick_params(which="both", labelsize=_STYLE["xtick.labelsize"], width=0.6, color="#555555")
+def legend(figure: Figure, entries: Iterable[tuple[str, dict[str, Any]]], columns: int = 1) -> None:
+    """Write names above a figure, each with a sample of its line or point."""
+    from matplotlib.lines import Line2D
+
+    lines = [Line2D([], [], label=plain(words, 60), **look) for words, look in entries]
+    length = 4.0 if columns == 1 else 1.6
+    figure.legend(handles=lines, loc="outside upper left", ncols=columns, handlelength=length)
+
+
+def plain(text: object, most: int = 200) -> str:
+    """Return words that may come from a file, cut, so that matplotlib prints them as they are."""
+    line = "".join(each if each.isprintable() else " " for each in str(text))
+    return (line if len(line) <= most else f"{line[: most - 1]}…").replace("$", r"\$")
+
+
+def save_figure(figure: Figure, path: str | os.PathLike[str]) -> None:
+    """Write a figure whole or not at all.
+
+    Parameters
+    ----------
+    figure : Figure
+        From any function of this package.
+    path : str or path
+        Ends with ``.pdf``, ``.svg`` or ``.png``; a file that is there is replaced.
+
+    Raises
+    ------
+    FileError
+        If the ending is another, or the file cannot be written.
+    """
+    kind = Path(path).suffix.lower().lstrip(".")
+    if kind not in _METADATA:
+        raise FileError(f"{path}: figures are written as .pdf, .svg or .png; name one of them.")
+    save_bytes(figure_bytes(figure, kind), path)
+
+
+def figure_bytes(figure: Figure, kind: str) -> bytes:
+    """Return a figure as the content of a file."""
+    stream = io.BytesIO()
+    with our_look(), warnings.catch_warnings():
+        # A name in a script the font lacks prints as boxes: no reason to refuse the figure.
+        warnings.filterwarnings("ignore", message="Glyph .* missing from")
+        figure.savefig(stream, format=kind, metadata=_METADATA[kind])
+    return stream.getvalue()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,11 +11,17 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.axes import VELOCITY_OF
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
-from hydrodamp.report.figures.apart import SAMPLE, Look, looks_of
-from hydrodamp.report.figures.joins import mark_segments
-from hydrodamp.report.figures.look import BAND, MEASURED, in_our_look, stacked
-from hydrodamp.report.figures.symbols import plain, shortened, shown, velocity_label
-from hydrodamp.report.figures.traces import clock, ribbon, trace
+from hydrodamp.report.figures.axes import shown, velocity_label
+from hydrodamp.report.figures.look import (
+    BAND,
+    MEASURED,
+    Look,
+    in_our_look,
+    legend,
+    looks_of,
+    stacked,
+)
+from hydrodamp.report.figures.traces import clock, mark_segments, trace
 from hydrodamp.report.numbers import error_size
 from hydrodamp.simulation.replay import Trajectory
 from hydrodamp.validation.bands import PredictionBand
@@ -25,17 +31,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Bands = Mapping[tuple[str, str], PredictionBand]
-"""Bands by model and method."""
-
+# How far beyond the range of the measurements a panel reaches, at most, in such ranges.
 _ROOM = 0.4
-"""How far beyond the range of the measurements a panel reaches, at most, in such ranges."""
 
-_EDGE = 0.6
-"""Opacity of a band's edges, by which bands that overlap are told apart."""
-
-_LEGEND = 60
-"""Letters of a line of the legend."""
+Bands = Mapping[tuple[str, str], PredictionBand]
 
 
 @in_our_look
@@ -70,48 +69,38 @@ def replays_figure(
         installed.
     """
     chosen, known = tuple(rows), bands or {}
-    trajectories = [row.trajectory for row in chosen if row.trajectory is not None]
-    log, axes = _common(trajectories, known)
-    names = [VELOCITY_OF[axis] for axis in axes]
-    figure, panels = stacked(len(names), each=0.78, extra=0.75 + 0.13 * len(chosen))
     looks = looks_of([(row.model, row.method) for row in chosen], models)
-    for panel, name in zip(panels, names, strict=True):
-        _draw(panel, log, name, list(zip(chosen, looks, strict=True)), known)
+    runs = [
+        (row.trajectory, look, known.get((row.model, row.method)))
+        for row, look in zip(chosen, looks, strict=True)
+        if row.trajectory is not None
+    ]
+    log, axes = _common([run for run, _, _ in runs], known)
+    figure, panels = stacked(len(axes), each=0.78, extra=0.75 + 0.13 * len(chosen))
+    unit = chosen[0].score.rate_unit
+    for panel, name in zip(panels, (VELOCITY_OF[axis] for axis in axes), strict=True):
+        measured = shown(log.velocity, name, unit)
+        panel.plot(*trace(log, measured), color=MEASURED, linewidth=1.1, zorder=2.5)
+        replays = [shown(run.velocity, name, unit) for run, _, _ in runs]
+        panel.set_ylim(*_limits(measured, np.concatenate(replays)))
+        for place, ((run, look, band), values) in enumerate(zip(runs, replays, strict=True)):
+            if band is not None:
+                ends = shown(band.lower, name, unit), shown(band.upper, name, unit)
+                time, lower, upper = trace(log, *ends)
+                area = panel.fill_between(time, lower, upper, facecolor=(look.colour, BAND))
+                area.set(edgecolor=(look.colour, 0.6), linewidth=0.4)
+            (line,) = panel.plot(*trace(log, values), linewidth=0.8, **look.line)
+            line.set_zorder(3.5 - 0.5 * place / len(runs))
+            _cross_ends(panel, run, values, look)
+        panel.set_ylabel(velocity_label(name, unit))
     mark_segments(panels, log)
     figure.align_ylabels(panels)
-    _legend(figure, chosen, looks, known)
+    named = [
+        (_said(row, known), look.line if row.trajectory else {"linestyle": "none"})
+        for row, look in zip(chosen, looks, strict=True)
+    ]
+    legend(figure, [("measured", {"color": MEASURED, "linewidth": 1.1}), *named])
     return figure
-
-
-def _draw(panel: Axes, log: Log, name: str, rows: list[tuple[Row, Look]], bands: Bands) -> None:
-    """Draw one velocity of all rows."""
-    unit = rows[0][0].score.rate_unit
-    measured = shown(log.velocity, name, unit)
-    runs = [(one.trajectory, look) for one, look in rows if one.trajectory is not None]
-    lines = [(run, shown(run.velocity, name, unit), look) for run, look in runs]
-    low, high = _limits(measured, [values for _, values, _ in lines])
-    panel.plot(*trace(log, measured), color=MEASURED, linewidth=1.1, zorder=2.5)
-    for row, look in rows:
-        if (band := bands.get((row.model, row.method))) is not None:
-            ends = shown(band.lower, name, unit), shown(band.upper, name, unit)
-            area = panel.fill_between(*ribbon(log, *ends), facecolor=(look.colour, BAND))
-            area.set(edgecolor=(look.colour, _EDGE), linewidth=0.4)
-    for place, (run, values, look) in enumerate(lines):
-        (line,) = panel.plot(*trace(log, values), color=look.colour, linestyle=look.linestyle)
-        line.set(linewidth=0.8, zorder=3.5 - 0.5 * place / len(lines))
-        for time, value in _ends(run, values):
-            panel.plot(
-                [time],
-                [min(max(value, low), high)],
-                "x",
-                color=look.colour,
-                markersize=5.0,
-                markeredgewidth=1.2,
-                zorder=4.0,
-                clip_on=False,
-            )
-    panel.set_ylim(low, high)
-    panel.set_ylabel(velocity_label(name, unit))
 
 
 def _common(trajectories: list[Trajectory], bands: Bands) -> tuple[Log, tuple[str, ...]]:
@@ -130,39 +119,32 @@ def _common(trajectories: list[Trajectory], bands: Bands) -> tuple[Log, tuple[st
     return first.log, first.axes
 
 
-def _ends(trajectory: Trajectory, values: FloatArray) -> list[tuple[float, float]]:
-    """Return the last sample before every divergence."""
-    time, lost = clock(trajectory.log), {name for name, _ in trajectory.diverged}
-    ends = []
-    for segment in trajectory.log.segments:
-        part = values[segment.start : segment.stop]
-        if segment.name in lost and np.isfinite(part).any():
-            last = segment.start + int(np.flatnonzero(np.isfinite(part))[-1])
-            ends.append((float(time[last]), float(values[last])))
-    return ends
-
-
-def _limits(measured: FloatArray, replays: list[FloatArray]) -> tuple[float, float]:
+def _limits(measured: FloatArray, replayed: FloatArray) -> tuple[float, float]:
     """Return the range of a panel: all that was measured, and of replays what is near it."""
     low, high = float(measured.min()), float(measured.max())
     span = max(high - low, 1e-3 * max(abs(low), abs(high), 1.0))
-    values = np.concatenate(replays)
-    near = np.clip(values[np.isfinite(values)], low - _ROOM * span, high + _ROOM * span)
+    finite = replayed[np.isfinite(replayed)]
+    near = np.clip(finite, low - _ROOM * span, high + _ROOM * span)
     edge = 0.06 * span
     return float(near.min(initial=low)) - edge, float(near.max(initial=high)) + edge
 
 
-def _legend(figure: Figure, rows: tuple[Row, ...], looks: list[Look], bands: Bands) -> None:
-    from matplotlib.lines import Line2D
+def _cross_ends(panel: Axes, run: Trajectory, values: FloatArray, look: Look) -> None:
+    """Mark where a replay diverged."""
+    low, high = panel.get_ylim()
+    for time, value in _ends(run, values):
+        (cross,) = panel.plot([time], [min(max(value, low), high)], "x", color=look.colour)
+        cross.set(markersize=5.0, markeredgewidth=1.2, zorder=4.0, clip_on=False)
 
-    handles = [Line2D([], [], color=MEASURED, linewidth=1.1, label="measured")]
-    for row, look in zip(rows, looks, strict=True):
-        label = plain(shortened(_said(row, bands), _LEGEND))
-        dashes = "none" if row.trajectory is None else look.linestyle
-        handles.append(Line2D([], [], color=look.colour, linestyle=dashes, label=label))
-    figure.legend(
-        handles=handles, loc="outside upper left", ncols=1, labelspacing=0.25, handlelength=SAMPLE
-    )
+
+def _ends(run: Trajectory, values: FloatArray) -> Iterator[tuple[float, float]]:
+    """Yield the last sample before every divergence."""
+    time, lost = clock(run.log), {name for name, _ in run.diverged}
+    for segment in run.log.segments:
+        known = np.flatnonzero(np.isfinite(values[segment.start : segment.stop]))
+        if segment.name in lost and known.size:
+            last = segment.start + int(known[-1])
+            yield float(time[last]), float(values[last])
 
 
 def _said(row: Row, bands: Bands) -> str:

@@ -1,27 +1,39 @@
-"""Lines of long series: the extremes of every bin, and never a stroke across a join."""
+"""Lines over time: the extremes of every bin, segments end to end, joins marked."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.data.log import Log
+from hydrodamp.report.figures.look import FAINT, plain
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+# Bins of a line: more than twice as many as fit beside each other across a column.
 PAIRS = 800
-"""Bins of a line: more than twice as many as fit beside each other, a line wide, across a
-column."""
+
+# Segments whose names are written; of more, the number is.
+MOST_NAMED = 8
+
+# Letters of the names that fit above a panel.
+_LETTERS = 56
 
 
-def min_max_pairs(values: FloatArray, most: int = PAIRS) -> IntArray:
+def extremes(values: FloatArray, most: int = PAIRS) -> IntArray:
     """Return which samples to draw so that a line looks like all of them."""
     n = len(values)
     if n <= 2 * most:
         return np.arange(n)
     length = -(-n // most)
-    padded = np.append(values, np.full(-n % length, np.nan)).reshape(-1, length)
+    bins = np.append(values, np.full(-n % length, np.nan)).reshape(-1, length)
     starts = np.arange(0, n, length)
-    low = np.argmin(np.where(np.isnan(padded), np.inf, padded), axis=1)
-    high = np.argmax(np.where(np.isnan(padded), -np.inf, padded), axis=1)
+    low = np.argmin(np.where(np.isnan(bins), np.inf, bins), axis=1)
+    high = np.argmax(np.where(np.isnan(bins), -np.inf, bins), axis=1)
     return np.unique(np.concatenate([[0, n - 1], starts + low, starts + high]))
 
 
@@ -32,37 +44,40 @@ def clock(log: Log) -> FloatArray:
     return np.cumsum(steps)
 
 
-def trace(log: Log, values: FloatArray, most: int = PAIRS) -> tuple[FloatArray, FloatArray]:
-    """Return the line of a channel, broken at joins."""
-    time = clock(log)
-    times: list[FloatArray] = []
-    lines: list[FloatArray] = []
+def trace(log: Log, *channels: FloatArray) -> tuple[FloatArray, ...]:
+    """Return the time and the channels that draw as all samples would, broken at joins."""
+    time, parts = clock(log), []
     for segment in log.segments:
-        share = max(round(most * len(segment) / log.n), 1)
-        kept = segment.start + min_max_pairs(values[segment.start : segment.stop], share)
-        times += [time[kept], time[kept[-1:]]]
-        lines += [values[kept], np.array([np.nan])]
-    return np.concatenate(times), np.concatenate(lines)
+        part = slice(segment.start, segment.stop)
+        share = max(round(PAIRS * len(segment) / log.n), 1)
+        kept = np.unique(np.concatenate([extremes(one[part], share) for one in channels]))
+        columns = np.array([one[part][kept] for one in (time, *channels)])
+        join = np.concatenate([columns[:1, -1:], np.full((len(channels), 1), np.nan)])
+        parts += [columns, join]
+    return tuple(np.concatenate(parts, axis=1))
 
 
-def ribbon(
-    log: Log, lower: FloatArray, upper: FloatArray, most: int = PAIRS
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the outline of a band: never narrower than the band itself."""
-    time = clock(log)
-    parts: list[tuple[FloatArray, FloatArray, FloatArray]] = []
-    for segment in log.segments:
-        share = max(round(most * len(segment) / log.n), 1)
-        starts = segment.start + np.arange(0, len(segment), -(-len(segment) // share))
-        ends = np.append(starts[1:], segment.stop) - 1
-        part = slice(0, segment.stop)
-        low = np.fmin.reduceat(lower[part], starts)
-        high = np.fmax.reduceat(upper[part], starts)
-        parts.append((_both(time[starts], time[ends]), _both(low, low), _both(high, high)))
-        parts.append((time[ends[-1:]], np.array([np.nan]), np.array([np.nan])))
-    outline = tuple(np.concatenate(column) for column in zip(*parts, strict=True))
-    return outline[0], outline[1], outline[2]
-
-
-def _both(first: FloatArray, second: FloatArray) -> FloatArray:
-    return np.column_stack([first, second]).ravel()
+def mark_segments(panels: Sequence[Axes], log: Log) -> None:
+    """Mark joins in every panel, name segments above the first, time below the last."""
+    time, segments = clock(log), log.segments
+    end = max(float(time[-1]), 1e-9)
+    panels[-1].set_xlim(0.0, end)
+    number = f"{len(segments)} " if len(segments) > MOST_NAMED else ""
+    several = f"recorded time, {number}segments end to end [s]"
+    panels[-1].set_xlabel(several if len(segments) > 1 else "time [s]")
+    for segment in segments[1:]:
+        for panel in panels:
+            panel.axvline(float(time[segment.start]), color=FAINT, linewidth=0.6, linestyle=":")
+    for segment in segments if 1 < len(segments) <= MOST_NAMED else ():
+        start, stop = float(time[segment.start]), float(time[segment.stop - 1])
+        room = int(_LETTERS * (stop - start) / end)
+        panels[0].annotate(
+            plain(segment.name, room) if room > 2 else "",
+            (0.5 * (start + stop), 1.0),
+            xycoords=("data", "axes fraction"),
+            xytext=(0.0, 2.0),
+            textcoords="offset points",
+            ha="center",
+            fontsize=6.5,
+            color=FAINT,
+        )

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from hydrodamp.data.log import Log
-from hydrodamp.report.figures.estimation import commands_figure, velocities_figure
-from hydrodamp.report.figures.joins import MOST_NAMED
+from hydrodamp.report.figures.recorded import commands_figure, velocities_figure
+from hydrodamp.report.figures.traces import MOST_NAMED
 from hydrodamp.report.gallery.picture import Drawn, Sketch
 from hydrodamp.report.gallery.words import listed, segments_of
 from hydrodamp.simulation.score import RateUnit

@@ -11,10 +11,8 @@ from hydrodamp.identification.trust.diagnostics import diagnose
 from hydrodamp.identification.trust.grades import Grade
 from hydrodamp.identification.trust.identifiability import Identifiability
 from hydrodamp.report.correlated import ALIKE, Pair, correlated_pairs
-from hydrodamp.report.figures.correlation import correlation_figure
-from hydrodamp.report.figures.excitation import excitation_figure
-from hydrodamp.report.figures.power import power_figure
-from hydrodamp.report.figures.residuals import residuals_figure
+from hydrodamp.report.figures.coefficients import correlation_figure
+from hydrodamp.report.figures.diagnostics import excitation_figure, power_figure, residuals_figure
 from hydrodamp.report.gallery.picture import Drawn, Sketch
 from hydrodamp.report.gallery.words import listed
 from hydrodamp.simulation.problem import Problem

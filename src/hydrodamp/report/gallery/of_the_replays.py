@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from hydrodamp.report.figures.coefficients import coefficients_figure
-from hydrodamp.report.figures.front import front_figure
-from hydrodamp.report.figures.horizons import horizons_figure
 from hydrodamp.report.figures.replays import Bands, replays_figure
+from hydrodamp.report.figures.scores import front_figure, horizons_figure
 from hydrodamp.report.gallery.bands_of_rows import said_of_bands
 from hydrodamp.report.gallery.findings import models_of
 from hydrodamp.report.gallery.picture import Drawn, Sketch
@@ -37,7 +36,7 @@ def sketches_of_replays(
         print_only=True,
     )
     if len(comparison.rows) > 1:
-        yield Sketch("front", "Error and size", lambda: _front(comparison), print_only=True)
+        yield Sketch("front", "Error and size", lambda: _front(comparison))
     yield Sketch(
         "coefficients", "Coefficients", lambda: _coefficients(comparison, row), print_only=True
     )

@@ -91,11 +91,9 @@ def painted(
 
 
 def _picture(sketch: Sketch) -> Picture:
-    from hydrodamp.report.figures.files import figure_bytes
-    from hydrodamp.report.figures.svg import fix_empty_labels
+    from hydrodamp.report.figures.look import figure_bytes
 
     drawn = sketch.draw()
-    fix_empty_labels(drawn.figure)
     svg = figure_bytes(drawn.figure, "svg")
     return Picture(sketch.name, sketch.title, drawn.caption, drawn.alt, svg, sketch.print_only)
 

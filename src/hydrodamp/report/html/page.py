@@ -12,9 +12,9 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 from hydrodamp.errors import MethodError
-from hydrodamp.report.figures.apart import colour_of
+from hydrodamp.report.figures.look import colour_of
 from hydrodamp.report.gallery.findings import Findings, chosen_row
-from hydrodamp.report.html import coefficient_tables as coefficients, front_chart as chart
+from hydrodamp.report.html import coefficient_tables as coefficients
 from hydrodamp.report.html.origin import origin, told
 from hydrodamp.report.html.packing import script_json
 from hydrodamp.report.html.pictures import pictures_section
@@ -82,8 +82,6 @@ def _content(
         "table": score_table(comparison),
         "plots": drawn,
         "data": script_json(drawn.document) if drawn else "",
-        "chart": chart.front_chart(comparison),
-        "frame": chart,
         "tables": coefficients.coefficient_tables(
             order, chosen_row(comparison), findings.identifiability
         ),
@@ -113,7 +111,7 @@ def _remarks(comparison: Comparison) -> tuple[str, ...]:
 def _environment() -> Environment:
     from jinja2 import DictLoader, Environment, StrictUndefined
 
-    names = ("report.html.j2", "front.svg.j2", "coefficients.html.j2", "pictures.html.j2")
+    names = ("report.html.j2", "coefficients.html.j2", "pictures.html.j2")
     return Environment(
         loader=DictLoader({name: _text(name) for name in names}),
         autoescape=True,

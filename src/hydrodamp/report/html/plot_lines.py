@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.report.figures.apart import Look, colour_of, looks_of
+from hydrodamp.report.figures.look import Look, colour_of, looks_of
 from hydrodamp.report.gallery.bands_of_rows import said_of_bands
 from hydrodamp.report.gallery.findings import chosen_row, models_of
 from hydrodamp.validation.bands import PredictionBand

@@ -1,0 +1,235 @@
+"""What a log determines of a model, what fits leave over, and whether they take power."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hydrodamp.basis.axes import AXES, VELOCITIES
+from hydrodamp.errors import MethodError
+from hydrodamp.identification.dissipation.operating_box import OperatingBox
+from hydrodamp.identification.dissipation.power import worst_power
+from hydrodamp.identification.dissipation.power_range import power_range
+from hydrodamp.identification.fit import Fit
+from hydrodamp.identification.trust.excitation import EXCITED
+from hydrodamp.identification.trust.grades import Grade
+from hydrodamp.identification.trust.identifiability import Identifiability
+from hydrodamp.identification.trust.residual_series import residual_series
+from hydrodamp.report.figures.axes import velocity_label, velocity_unit
+from hydrodamp.report.figures.look import (
+    BAND,
+    COLUMN,
+    FAINT,
+    SHADE,
+    in_our_look,
+    legend,
+    looks_of,
+    plain,
+    sheet,
+)
+from hydrodamp.simulation.problem import Problem
+from hydrodamp.simulation.score import RateUnit
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+# Colour and hatching: dark to light, as what is known grows less.
+_GRADES = {
+    Grade.DETERMINED: ("#0072B2", ""),
+    Grade.WEAK: ("#9fcbe6", "////"),
+    Grade.NOT_DETERMINED: ("#d0d0d0", ""),
+}
+_BAR = {"height": 0.62, "edgecolor": "#4d4d4d"}
+
+
+@in_our_look
+def excitation_figure(found: Identifiability) -> Figure:
+    """Draw how far each axis is excited, and how well its coefficients are determined.
+
+    Parameters
+    ----------
+    found : Identifiability
+        Of :func:`hydrodamp.identifiability`.
+
+    Returns
+    -------
+    figure : Figure
+        To the left the share of the response to motion that is predicted on stretches
+        held out, with the least share that counts as excited; to the right how many
+        coefficients have which grade, with the rank.
+
+    Raises
+    ------
+    MethodError
+        If the model has no coefficient, or matplotlib is not installed.
+    """
+    if not found.axes:
+        raise MethodError(f"model '{found.model.key}' has no coefficient, so nothing is excited")
+    axes = [f"${one.axis}$" for one in found.axes]
+    figure = sheet(COLUMN, 0.28 * len(axes) + 1.0)
+    left, right = figure.subplots(1, 2, sharey=True, width_ratios=(1.0, 1.15))
+    colours = ["#8c8c8c" if one.excited else "#ffffff" for one in found.axes]
+    bars = left.barh(axes, [one.share for one in found.axes], color=colours, **_BAR)
+    words = [
+        f"{100.0 * one.share:.0f} %{'' if one.excited else ', not predicted'}" for one in found.axes
+    ]
+    for bar, said in zip(bars, words, strict=True):
+        left.text(0.03, bar.get_y() + 0.31, said, va="center", fontsize=6.5)
+    left.axvline(EXCITED, color=FAINT, linewidth=0.9, linestyle="--")
+    left.set_xlim(0.0, 1.0)
+    left.set_xlabel("predicted share of\nthe response [1]")
+    start = np.zeros(len(axes))
+    for grade, (colour, hatch) in _GRADES.items():
+        counts = np.array([one.count(grade) for one in found.axes], dtype=float)
+        bars = right.barh(axes, counts, left=start, color=colour, hatch=hatch, **_BAR)
+        bars.set_label(grade.word)
+        start += counts
+    right.bar_label(bars, [f"rank {one.rank}" for one in found.axes], padding=2.0, fontsize=6.5)
+    right.set_xlim(0.0, 1.32 * start.max())
+    right.locator_params(axis="x", integer=True, nbins=5)
+    right.set_xlabel(f"coefficients by grade,\n{plain(found.model.key, 24)}")
+    right.invert_yaxis()
+    for panel in (left, right):
+        panel.grid(visible=False, axis="y")
+        panel.tick_params(axis="y", length=0.0)
+    figure.legend(loc="outside upper right", ncols=3, handlelength=1.0)
+    return figure
+
+
+@in_our_look
+def residuals_figure(problem: Problem, fits: Iterable[Fit], support: float | None = None) -> Figure:
+    """Draw autocorrelation and spectrum of what fits leave over, axis by axis.
+
+    Residuals are those that :func:`hydrodamp.diagnose` examines: of the weak form, under test
+    functions that follow each other and share no sample.
+
+    Parameters
+    ----------
+    problem : Problem
+        Prepared for the terms of all fits.
+    fits : iterable of Fit
+        Those without numbers are left out.
+    support : float, optional
+        Length of the test functions [s]; by default as :class:`WeakEquations` chooses it.
+
+    Returns
+    -------
+    figure : Figure
+        One column wide. Colour is the method, dashes are the model. Correlations of white
+        residuals would stay in the grey band at nineteen lags of twenty.
+
+    Raises
+    ------
+    MethodError
+        If no fit has numbers, the log is too short, or matplotlib is not installed.
+    """
+    from matplotlib.ticker import LogLocator, NullLocator
+
+    usable = [fit for fit in fits if fit.status.usable and fit.model.n_coefficients]
+    if not usable:
+        raise MethodError("no fit has coefficients, so there are no residuals to draw")
+    found = residual_series(problem, [fit.damping for fit in usable], support)
+    looks = looks_of([(fit.model.key, fit.method) for fit in usable])
+    axes = [axis for axis in AXES if any(axis in one for one in found)]
+    figure = sheet(COLUMN, 0.72 * len(axes) + 0.9 + 0.13 * len(usable))
+    panels = figure.subplots(len(axes), 2, sharex="col", squeeze=False)
+    for axis, (lags, spectrum) in zip(axes, panels, strict=True):
+        spectrum.set_yscale("log")
+        spectrum.margins(y=0.0)
+        for one, look in zip(found, looks, strict=True):
+            if axis in one:
+                lags.plot(one[axis].lag, one[axis].correlation, **look.line)
+                density = np.where(one[axis].density > 0.0, one[axis].density, np.nan)
+                spectrum.plot(one[axis].frequency, density, **look.line)
+                lags.axhspan(-one[axis].white, one[axis].white, color=SHADE, linewidth=0.0)
+        lags.set(xlim=(0.0, None), ylim=(-1.05, 1.05))
+        lags.set_ylabel(f"${axis}$", rotation=0, va="center", labelpad=8.0)
+        spectrum.set_xlim(0.0, None)
+        low, high = np.log10(spectrum.get_ylim())
+        spectrum.set_ylim(10.0 ** np.floor(low), 10.0 ** np.ceil(high))
+        spectrum.yaxis.set_major_locator(LogLocator(numticks=4))
+        spectrum.yaxis.set_minor_locator(NullLocator())
+    panels[-1, 0].set_xlabel("lag [s]")
+    panels[-1, 1].set_xlabel("frequency [Hz]")
+    panels[0, 0].set_title("autocorrelation\n[1]")
+    panels[0, 1].set_title("power density\n[N²/Hz, (N m)²/Hz]")
+    named = [
+        (f"{fit.model.key} by {fit.method}", look.line)
+        for fit, look in zip(usable, looks, strict=True)
+    ]
+    legend(figure, [*named, ("white residuals, 95 %", {"color": SHADE, "linewidth": 5.0})])
+    return figure
+
+
+MINUS = "\N{MINUS SIGN}"
+
+
+@in_our_look
+def power_figure(fits: Iterable[Fit], box: OperatingBox, rate_unit: RateUnit = "deg") -> Figure:
+    """Draw the power that damping puts into the motion over an operating box.
+
+    Parameters
+    ----------
+    fits : iterable of Fit
+        Those without numbers are left out.
+    box : OperatingBox
+        Such as :func:`hydrodamp.operating_box` of a log.
+    rate_unit : {"deg", "rad"}
+        Unit of angular rates.
+
+    Returns
+    -------
+    figure : Figure
+        One column wide, a panel for each velocity that moves: the line is the middle of
+        the power, the band all of it, over the other velocities of the box. Above zero (shaded)
+        damping drives the vehicle, which water cannot. The legend says the greatest power
+        that a search found.
+
+    Raises
+    ------
+    MethodError
+        If no fit has numbers, the box has no extent, or matplotlib is not installed.
+    """
+    usable = [fit for fit in fits if fit.status.usable and fit.model.n_coefficients]
+    names = [
+        name for name, low, high in zip(VELOCITIES, box.low, box.high, strict=True) if low < high
+    ]
+    if not usable or not names:
+        raise MethodError(
+            "power is drawn for fits with coefficients on a box with an extent; got "
+            f"{len(usable)} such fits and the box {box or 'of one point'}"
+        )
+    rows, columns = -(-len(names) // 2), min(2, len(names))
+    figure = sheet(COLUMN, 1.05 * rows + 0.5 + 0.13 * len(usable))
+    grid = figure.subplots(rows, columns, squeeze=False, sharey=True).ravel()
+    for empty in grid[len(names) :]:
+        empty.remove()
+    looks = looks_of([(fit.model.key, fit.method) for fit in usable])
+    for name, panel in zip(names, grid, strict=False):
+        for fit, look in zip(usable, looks, strict=True):
+            found = power_range(fit.damping, box, name)
+            degrees = velocity_unit(name, rate_unit) == "deg/s"
+            velocity = np.degrees(found.velocity) if degrees else found.velocity
+            panel.fill_between(
+                velocity, found.least, found.greatest, color=look.colour, alpha=BAND, linewidth=0.0
+            )
+            panel.plot(velocity, found.greatest, linewidth=0.6, **look.line)
+            panel.plot(velocity, found.middle, linewidth=1.1, **look.line)
+        panel.axhline(0.0, color=FAINT)
+        panel.margins(x=0.0)
+        panel.set_xlabel(velocity_label(name, rate_unit))
+    low, high = grid[0].get_ylim()
+    high = max(high, 0.12 * (high - low))
+    for panel in grid[: len(names)]:
+        panel.axhspan(0.0, high, color=SHADE, linewidth=0.0, zorder=0.5)
+    grid[0].set_ylim(low, high)
+    figure.supylabel("power into the motion [W]", fontsize=7.5)
+    most = [f"{worst_power(fit.damping, box).power:.3g} W" for fit in usable]
+    named = [
+        (f"{fit.model.key} by {fit.method}: at most {power.replace('-', MINUS)}", look.line)
+        for fit, power, look in zip(usable, most, looks, strict=True)
+    ]
+    legend(figure, named)
+    return figure

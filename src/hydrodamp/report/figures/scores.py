@@ -1,0 +1,163 @@
+"""RMS errors: against the number of coefficients, and against the length of a replay."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from hydrodamp.errors import MethodError
+from hydrodamp.report.figures.axes import error_scale
+from hydrodamp.report.figures.look import (
+    COLUMN,
+    FAINT,
+    PAGE,
+    in_our_look,
+    legend,
+    looks_of,
+    plain,
+    sheet,
+)
+from hydrodamp.simulation.horizons import Horizon, HorizonScores
+from hydrodamp.simulation.score import RateUnit
+from hydrodamp.validation.comparison import Comparison
+from hydrodamp.validation.front import front
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+# Models in one column of a journal; the names of more take both.
+_NARROW = 14
+
+
+@in_our_look
+def front_figure(comparison: Comparison) -> Figure:
+    """Draw RMS error against the number of coefficients, with the front.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        Rows that have not settled are hollow; those without an error are crosses at the top.
+
+    Returns
+    -------
+    figure : Figure
+        Models stand side by side with their numbers of coefficients, the smallest first, and
+        methods beside each other within a model. Errors are on a logarithmic scale. The line
+        joins the rows that no other beats in both.
+
+    Raises
+    ------
+    MethodError
+        If there are no rows with coefficients, or matplotlib is not installed.
+    """
+    rows = [row for row in comparison.rows if row.n_coefficients]
+    if not rows:
+        raise MethodError("the comparison has no row with coefficients, so there is no front")
+    sizes = {row.model: row.n_coefficients for row in rows}
+    models, methods = sorted(sizes, key=sizes.__getitem__), comparison.methods
+    looks = dict(zip(methods, looks_of([("", method) for method in methods]), strict=True))
+    step = min(0.7 / len(methods), 0.2)
+
+    def place(model: str, method: str) -> float:
+        return models.index(model) + step * (methods.index(method) - 0.5 * (len(methods) - 1))
+
+    height = 3.3 + 0.05 * len(methods)
+    figure = sheet(COLUMN if len(models) <= _NARROW else PAGE, height)
+    panel = figure.subplots()
+    best = [row for row in front(comparison) if row.n_coefficients]
+    across = [place(row.model, row.method) for row in best]
+    errors = [row.rms or 0.0 for row in best]
+    panel.plot(across, errors, drawstyle="steps-post", color=FAINT, linewidth=1.2)
+    for row in rows:
+        where, look = place(row.model, row.method), looks[row.method]
+        if row.rms is None:
+            _cross(panel, where, look.colour)
+        else:
+            (point,) = panel.plot([where], [row.rms], **look.points)
+            point.set_markerfacecolor(look.colour if row.settled else "white")
+    error_scale(panel)
+    names = [f"{plain(model, 22)}, {sizes[model]}" for model in models]
+    panel.set_xticks(range(len(models)), names, rotation=40.0, ha="right", rotation_mode="anchor")
+    panel.set_xlabel("model and number of its coefficients")
+    panel.set_ylabel(_error_label(comparison.rate_unit))
+    entries = [(method, look.points) for method, look in looks.items()]
+    entries.append(("front", {"color": FAINT, "linewidth": 1.2}))
+    hollow = {"color": FAINT, "marker": "o", "markerfacecolor": "white", "linestyle": "none"}
+    if any(row.rms is not None and not row.settled for row in rows):
+        entries.append(("not settled", hollow))
+    if any(row.rms is None for row in rows):
+        entries.append(("no error", {"color": FAINT, "marker": "x", "linestyle": "none"}))
+    legend(figure, entries, columns=3)
+    return figure
+
+
+@in_our_look
+def horizons_figure(
+    scores: Mapping[tuple[str, str], HorizonScores], models: Sequence[str] = ()
+) -> Figure:
+    """Draw the RMS error at each horizon.
+
+    Parameters
+    ----------
+    scores : mapping of (model, method) to HorizonScores
+        All on the same log. Horizons stand at equal distances, the shortest first. Where
+        a window diverged there is no error, but a cross at the top.
+    models : sequence of str, optional
+        The models that take dashes first, in this order; by default they take them as they
+        come, the first a solid line.
+
+    Returns
+    -------
+    figure : Figure
+        One column wide, errors on a logarithmic scale. Colour and marker are the method,
+        dashes are the model.
+
+    Raises
+    ------
+    MethodError
+        If there is no score, units differ, or matplotlib is not installed.
+    """
+    found = [one for each in scores.values() for one in each.scores]
+    if not found:
+        raise MethodError("there is no score at any horizon to draw")
+    if len({one.score.rate_unit for one in found}) > 1:
+        raise MethodError("all scores of one figure must have the same `rate_unit`")
+    names = {one.horizon: one.name for one in sorted(found, key=lambda one: _length(one.horizon))}
+    horizons = list(names)
+    figure = sheet(COLUMN, 2.4 + 0.13 * len(scores))
+    panel = figure.subplots()
+    entries = []
+    for row, (pair, look) in enumerate(zip(scores, looks_of(list(scores), models), strict=True)):
+        ordered = sorted(scores[pair].scores, key=lambda one: _length(one.horizon))
+        places = [horizons.index(one.horizon) for one in ordered]
+        errors = [float("nan") if one.score.rms is None else one.score.rms for one in ordered]
+        panel.plot(places, errors, marker=look.marker, **look.line)
+        lost = [one for one in ordered if one.n_diverged]
+        for one in lost:
+            _cross(panel, horizons.index(one.horizon) + 0.08 * row, look.colour)
+        most = max((100.0 * one.diverged_share for one in lost), default=0.0)
+        said = f", up to {most:.2g} % of windows diverged (cross)" if lost else ""
+        entries.append((f"{' by '.join(pair)}{said}", {**look.line, "marker": look.marker}))
+    error_scale(panel)
+    panel.set_xticks(range(len(horizons)), names.values())
+    panel.set_xlim(-0.3, len(horizons) - 0.5)
+    panel.set_xlabel("replayed without a measurement for")
+    panel.set_ylabel(_error_label(found[0].score.rate_unit))
+    legend(figure, entries)
+    return figure
+
+
+def _length(horizon: Horizon) -> float:
+    words = {"step": 0.0, "run": float("inf")}
+    return words[horizon] if isinstance(horizon, str) else float(horizon)
+
+
+def _cross(panel: Axes, place: float, colour: str) -> None:
+    """Mark at the top of a panel that there is no error."""
+    (cross,) = panel.plot([place], [1.0], "x", color=colour, transform=panel.get_xaxis_transform())
+    cross.set(markeredgewidth=1.2, clip_on=False)
+
+
+def _error_label(rate_unit: RateUnit) -> str:
+    return f"RMS error, eq. 24\n[m/s and {rate_unit}/s]"

@@ -1,0 +1,177 @@
+"""Figures 2 and 3: panels, units, joins; lines of long series."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings, strategies as st
+
+import hydrodamp as hd
+from hydrodamp.report.figures.traces import PAIRS, clock, extremes, trace
+
+from .conftest import labels
+
+
+def planar(n=60):
+    time = np.arange(n) * 0.1
+    velocity = {"u": np.ones(n), "v": np.sin(time), "r": 0.1 * np.cos(time)}
+    return hd.Log.from_arrays(time, velocity, commands={"left": time, "right": 19.0 * time})
+
+
+@pytest.mark.parametrize(("unit", "factor"), [("deg", np.degrees(1.0)), ("rad", 1.0)])
+def test_velocities_have_a_panel_each_in_the_unit_of_its_label(sailed, unit, factor):
+    figure = hd.velocities_figure(sailed.train, unit)
+    assert labels(figure) == [
+        *(f"${name}$ [m/s]" for name in "uvw"),
+        *(f"${name}$ [{unit}/s]" for name in "pqr"),
+    ]
+    shown = np.asarray(figure.axes[5].lines[0].get_ydata())
+    assert np.nanmax(shown) == pytest.approx(factor * sailed.train.velocity[:, 5].max())
+
+
+def test_joins_are_dotted_in_every_panel_and_segments_named(sailed):
+    figure = hd.velocities_figure(sailed.train)
+    names = [segment.name for segment in sailed.train.segments]
+    assert all(len(panel.lines) == 1 + len(names) - 1 for panel in figure.axes)
+    assert [text.get_text() for text in figure.axes[0].texts] == names
+    assert figure.axes[-1].get_xlabel() == "recorded time, segments end to end [s]"
+
+
+def test_one_segment_has_neither_joins_nor_names():
+    figure = hd.velocities_figure(planar())
+    assert labels(figure) == ["$u$ [m/s]", "$v$ [m/s]", "$r$ [deg/s]"]
+    assert [len(panel.lines) for panel in figure.axes] == [1, 1, 1]
+    assert figure.axes[-1].get_xlabel() == "time [s]"
+    assert not figure.axes[0].texts
+
+
+def test_of_many_segments_the_number_is_written(sailed):
+    edges = np.linspace(0, sailed.train.n, 31).astype(int)
+    segments = tuple(
+        hd.Segment(f"s{k}", int(start), int(stop))
+        for k, (start, stop) in enumerate(itertools.pairwise(edges))
+    )
+    figure = hd.velocities_figure(replace(sailed.train, segments=segments))
+    assert figure.axes[-1].get_xlabel() == "recorded time, 30 segments end to end [s]"
+    assert not figure.axes[0].texts
+
+
+def test_long_names_are_cut_to_their_room_and_left_out_where_there_is_none(on_sheet):
+    ends = (0, 2, 31, 60)
+    segments = tuple(
+        hd.Segment(f"{'mission' * 20}{k}", start, stop)
+        for k, (start, stop) in enumerate(itertools.pairwise(ends))
+    )
+    log = replace(planar(), segments=segments, velocity_names=("u",))
+    figure = hd.velocities_figure(log)
+    first, *others = (text.get_text() for text in figure.axes[0].texts)
+    assert first == ""
+    assert all(name.endswith("…") for name in others)
+    on_sheet(figure)
+
+
+def test_commands_of_one_order_of_magnitude_share_a_panel(sailed, on_sheet):
+    figure = hd.commands_figure(sailed.train)
+    assert labels(figure) == [
+        "commands\n[as recorded]",
+        "rpm\n[as recorded]",
+        r"$\phi$, $\theta$ [deg]",
+        r"yaw $\psi$ [deg]",
+    ]
+    fins = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
+    assert fins == ["rudder", "elevator"]
+    assert figure.axes[0].lines[0].get_drawstyle() == "steps-post"
+    on_sheet(figure)
+
+
+def test_a_panel_has_no_more_channels_than_colours():
+    time = np.arange(5.0)
+    commands = {f"thruster{k}": np.ones(5) for k in range(8)}
+    figure = hd.commands_figure(hd.Log.from_arrays(time, {"u": time}, commands=commands))
+    assert [len(panel.lines) for panel in figure.axes] == [6, 2]
+
+
+def test_wrench_ratio_and_depth_are_drawn_where_recorded():
+    n = 40
+    log = replace(
+        planar(n),
+        command_names=(),
+        commands=np.empty((n, 0)),
+        wrench=np.tile([1.0, 2.0, 0.0, 0.0, 0.0, 3.0], (n, 1)),
+        propulsion_ratio=np.ones(n),
+        position=np.column_stack([np.arange(n), np.arange(n), np.linspace(1, 5, n)]),
+    )
+    figure = hd.commands_figure(log)
+    assert labels(figure) == [r"$\bar\eta$ [1]", "force [N]", "moment [N m]", "depth [m]"]
+    low, high = figure.axes[-1].get_ylim()
+    assert low > high
+    assert len(figure.axes[1].lines) == 2
+
+
+def test_angles_run_on_where_they_wrap():
+    yaw = np.linspace(0.0, 3.0 * np.pi, 100)
+    log = hd.Log.from_arrays(
+        np.arange(100), {"u": np.ones(100)}, attitude=np.column_stack([0 * yaw, 0 * yaw, yaw])
+    )
+    line = np.asarray(hd.commands_figure(log).axes[-1].lines[0].get_ydata())
+    assert np.nanmax(line) == pytest.approx(540.0)
+
+
+def test_a_log_with_nothing_to_draw_is_refused():
+    with pytest.raises(hd.MethodError, match="nothing to draw"):
+        hd.commands_figure(hd.Log.from_arrays(np.arange(5), {"u": np.ones(5)}))
+    with pytest.raises(hd.MethodError, match="no velocity"):
+        hd.velocities_figure(hd.Log(np.arange(5.0), np.zeros((5, 6)), velocity_names=()))
+
+
+@settings(max_examples=60, deadline=None)
+@given(n=st.integers(1, 400), most=st.integers(1, 40), seed=st.integers(0, 9), gaps=st.booleans())
+def test_every_bin_of_a_line_keeps_its_extremes(n, most, seed, gaps):
+    rng = np.random.default_rng(seed)
+    values = rng.standard_normal(n)
+    if gaps:
+        values[rng.random(n) < 0.3] = np.nan
+    kept = extremes(values, most)
+    assert np.all(np.diff(kept) > 0)
+    assert (kept[0], kept[-1]) == (0, n - 1)
+    assert len(kept) <= max(2 * most + 2, 2)
+    length = 1 if n <= 2 * most else -(-n // most)
+    for start in range(0, n, length):
+        whole = values[start : start + length]
+        shown = values[kept[kept // length == start // length]]
+        if np.isfinite(whole).any():
+            assert np.nanmin(shown) == np.nanmin(whole)
+            assert np.nanmax(shown) == np.nanmax(whole)
+        else:
+            assert np.isnan(shown).all()
+
+
+def test_a_spike_in_a_million_samples_is_drawn():
+    n = 1_000_000
+    velocity = np.zeros((n, 6))
+    velocity[654_321, 0] = 7.0
+    log = hd.Log(np.arange(n) * 0.01, velocity)
+    time, line = trace(log, log.velocity[:, 0])
+    assert len(time) <= 2 * PAIRS + 3
+    assert np.nanmax(line) == 7.0
+    assert time[np.nanargmax(line)] == pytest.approx(6543.21)
+
+
+def test_lines_break_at_joins_and_the_clock_leaps_none():
+    log = hd.Log.from_arrays([5, 6, 7, 90, 92], {"u": [1.0, 2, 3, 4, 5]}, segment="aaabb")
+    _, line = trace(log, log.velocity[:, 0])
+    assert clock(log).tolist() == [0.0, 1.0, 2.0, 2.0, 4.0]
+    assert np.flatnonzero(np.isnan(line)).tolist() == [3, 6]
+    assert line[~np.isnan(line)].tolist() == [1, 2, 3, 4, 5]
+
+
+def test_channels_of_one_trace_keep_the_extremes_of_all():
+    rng = np.random.default_rng(0)
+    log = hd.Log.from_arrays(np.arange(9000), {"u": np.zeros(9000)})
+    lower, upper = rng.standard_normal(9000) - 5.0, rng.standard_normal(9000) + 5.0
+    _, low, high = trace(log, lower, upper)
+    assert np.nanmin(low) == lower.min()
+    assert np.nanmax(high) == upper.max()

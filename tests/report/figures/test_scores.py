@@ -1,0 +1,109 @@
+"""The front of error and size, and errors by horizon."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.report.figures.look import colour_of
+
+from .conftest import legend
+
+
+def points(panel):
+    """Return the points of a front by marker."""
+    return [line for line in panel.lines if line.get_marker() not in ("None", None)]
+
+
+def test_every_row_is_there_and_the_front_joins_the_best(comparison, on_sheet):
+    figure = hd.front_figure(comparison)
+    (panel,) = figure.axes
+    steps, *_ = panel.lines
+    assert list(steps.get_ydata()) == [row.rms for row in hd.front(comparison)]
+    drawn = points(panel)
+    assert len(drawn) == len(comparison.rows)
+    crosses = [line for line in drawn if line.get_marker() == "x"]
+    assert len(crosses) == sum(row.rms is None for row in comparison.rows)
+    assert legend(figure) == ["ls", "ai", "front", "not settled", "no error"]
+    names = [text.get_text() for text in panel.get_xticklabels()]
+    assert names == ["fossen, 12", "uncoupled, 24", "coe, 33", "linear, 36"]
+    faces = {(one.get_color(), one.get_markerfacecolor()) for one in drawn if one not in crosses}
+    assert faces == {(colour_of("ls"), colour_of("ls")), (colour_of("ai"), "white")}
+    on_sheet(figure)
+
+
+def test_models_of_one_size_stand_side_by_side(comparison):
+    row = comparison.rows[0]
+    model = replace(row.fit.model, key="twin")
+    twin = replace(row, fit=replace(row.fit, damping=replace(row.fit.damping, model=model)))
+    panel = hd.front_figure(hd.Comparison((row, twin))).axes[0]
+    assert [text.get_text() for text in panel.get_xticklabels()] == ["linear, 36", "twin, 36"]
+    assert [line.get_xdata()[0] for line in points(panel)] == [0.0, 1.0]
+
+
+def test_rows_without_any_error_still_make_a_figure(comparison, on_sheet):
+    lost = tuple(row for row in comparison.rows if row.rms is None)
+    figure = hd.front_figure(replace(comparison, rows=lost))
+    assert legend(figure) == ["ls", "ai", "front", "no error"]
+    on_sheet(figure)
+
+
+def test_many_models_take_the_page(comparison, on_sheet):
+    first = comparison.rows[0].fit
+    rows = []
+    for k in range(15):
+        model = replace(first.model, key=f"a-model-of-my-own-with-a-long-name-{k}")
+        fit = replace(first, damping=replace(first.damping, model=model))
+        rows.append(replace(comparison.rows[0], fit=fit))
+    figure = hd.front_figure(hd.Comparison(tuple(rows)))
+    assert figure.get_figwidth() > 7.0
+    on_sheet(figure)
+
+
+def test_an_empty_comparison_is_refused():
+    with pytest.raises(hd.MethodError, match="no row with coefficients"):
+        hd.front_figure(hd.Comparison(()))
+
+
+def scores(errors, lost=()):
+    """Scores by horizon; those of `lost` have no error."""
+    found = []
+    for horizon, error in errors.items():
+        score = hd.Score(None if horizon in lost else error, {}, {}, "deg", ())
+        found.append(hd.HorizonScore(horizon, score, 12, 3 if horizon in lost else 0))
+    return hd.HorizonScores(tuple(found))
+
+
+def test_horizons_rise_and_divergence_is_marked(on_sheet):
+    good = scores({"run": 0.9, 10.0: 0.5, "step": 0.1, 1.0: 0.2})
+    bad = scores({"step": 0.1, 1.0: 0.3, 10.0: 0.0, "run": 0.0}, lost=(10.0, "run"))
+    figure = hd.horizons_figure({("linear", "ls"): good, ("fossen", "ls"): bad})
+    (panel,) = figure.axes
+    ticks = [text.get_text() for text in panel.get_xticklabels()]
+    assert ticks == ["one step", "1 s", "10 s", "whole run"]
+    first, second, *crosses = panel.lines
+    assert list(first.get_ydata()) == [0.1, 0.2, 0.5, 0.9]
+    assert [line.get_xdata()[0] for line in crosses] == pytest.approx([2.0, 3.0], abs=0.1)
+    said = "fossen by ls, up to 25 % of windows diverged (cross)"
+    assert legend(figure) == ["linear by ls", said]
+    assert first.get_color() == second.get_color()
+    assert first.get_linestyle() != second.get_linestyle()
+    on_sheet(figure)
+
+
+def test_all_diverged_makes_a_figure(on_sheet):
+    figure = hd.horizons_figure({("a", "ls"): scores({"run": 0.0}, lost=("run",))})
+    assert len(figure.axes[0].lines) == 2
+    on_sheet(figure)
+
+
+def test_nothing_and_mixed_units_are_refused():
+    with pytest.raises(hd.MethodError, match="no score"):
+        hd.horizons_figure({})
+    first = scores({"run": 1.0})
+    (one,) = first.scores
+    other = hd.HorizonScores((replace(one, score=replace(one.score, rate_unit="rad")),))
+    with pytest.raises(hd.MethodError, match="rate_unit"):
+        hd.horizons_figure({("a", "ls"): first, ("b", "ls"): other})
