@@ -284,15 +284,6 @@ def test_measured_logs(folder: Path, call: Call, measured_logs: Callable[[str], 
     assert document["axes"]["rate_unit"] == "rad/s"
     assert document["presets"][0]["name"] == "bluerov2-kth"
 
-    run = measured_logs("kvlcc2_hsva") / "HSVA_CPMC_KVLCC2_Z_20_10_P.dat"
-    document = json.loads(call(f"probe {run} --json").stdout)
-    assert document["axes"]["velocity"] == "earth-fixed"
-    found = {one["column"]: (one["role"], one["unit"]) for one in document["guesses"]}
-    assert found["column 4"] == ("attitude.heading", "deg")
-    assert found["column 5"] == ("velocity.north", None)
-    assert found["column 7"] == ("velocity.r", "deg/s")
-    assert found["column 9"][0] == "commands"
-
     document = json.loads(call(f"probe {measured_logs('vt690_field')} --json").stdout)
     found = {one["column"].split(".", 1)[1]: one["role"] for one in document["guesses"]}
     assert document["axes"]["body"] == "FRD"

@@ -5,10 +5,8 @@ import numpy as np
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.ingest.probing.delay import Delay
-from hydrodamp.ingest.probing.judged import Judged, judge
-from hydrodamp.ingest.probing.probe import probe
-from hydrodamp.ingest.probing.survey import survey
-from hydrodamp.ingest.probing.verdict import Verdict
+from hydrodamp.ingest.probing.probe import Judged, judge, probe
+from hydrodamp.ingest.probing.verdict import Verdict, survey
 from hydrodamp.report.grid import Grid
 from hydrodamp.report.probe_tables import LISTED, probe_grids
 

@@ -34,8 +34,7 @@ def probe(
     from hydrodamp.cli.targets import check_new_file
     from hydrodamp.errors import HydrodampWarning
     from hydrodamp.files import save_text
-    from hydrodamp.ingest.probing.judged import judge
-    from hydrodamp.ingest.probing.probe import probe as look
+    from hydrodamp.ingest.probing.probe import judge, probe as look
     from hydrodamp.ingest.read import read_recordings
     from hydrodamp.progress import progress
     from hydrodamp.report.probe_tables import probe_document, probe_grids

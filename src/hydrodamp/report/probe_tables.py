@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import asdict, replace
 
+from hydrodamp.ingest.probing.clocks import TopicFacts
 from hydrodamp.ingest.probing.delay import Delay
 from hydrodamp.ingest.probing.draft import LEAST
-from hydrodamp.ingest.probing.judged import Judged
-from hydrodamp.ingest.probing.probe import SUFFICES, Probe
-from hydrodamp.ingest.probing.survey import Channel, SegmentFacts, Survey
-from hydrodamp.ingest.probing.topics import TopicFacts
-from hydrodamp.ingest.probing.verdict import Verdict
+from hydrodamp.ingest.probing.probe import SUFFICES, Judged, Probe
+from hydrodamp.ingest.probing.verdict import Channel, SegmentFacts, Survey, Verdict
 from hydrodamp.report.document import Document, moment
 from hydrodamp.report.grid import Grid
 from hydrodamp.report.numbers import NOTHING, coefficient

@@ -7,9 +7,8 @@ import pytest
 
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError
-from hydrodamp.ingest.probing.names import hint
+from hydrodamp.ingest.probing.names import hint, parted
 from hydrodamp.ingest.probing.probe import Probe, is_canonical, probe
-from hydrodamp.ingest.probing.words import parted
 
 Table = Callable[..., Recording]
 
@@ -96,7 +95,7 @@ def test_axes_and_units_of_every_sensor_are_found(table: Table, dive) -> None:
     assert (roles.upright.body, roles.world, roles.way.earth_fixed) == ("FLU", "NWU", False)
     assert roles.rates.unit == "deg/s"
     assert roles.rates.mirrored
-    assert roles.clocks[0][1].unit == "ms"
+    assert roles.clocks[""].unit == "ms"
     agrees(found, recording, dive)
 
 
@@ -117,36 +116,15 @@ def test_velocities_in_other_axes_than_the_attitude(table: Table, dive) -> None:
     agrees(found, recording, dive)
 
 
-@pytest.mark.parametrize("degrees", [True, False])
-def test_a_ship_without_names(table: Table, degrees: bool) -> None:
-    time = np.arange(0.0, 200.0, 0.1)
-    heading = 0.4 * np.sin(0.1 * time) + 0.1 * np.sin(0.23 * time)
-    drift = -0.1 * np.cos(0.1 * time)
-    speed = np.array([np.cos(heading + drift), np.sin(heading + drift)])
-    scale = 180 / np.pi if degrees else 1.0
-    columns = (
-        time,
-        *np.cumsum(speed * 0.1, axis=1),
-        scale * heading,
-        *speed,
-        scale * np.gradient(heading, time),
-        np.repeat(np.sign(np.sin(0.1 * time[::50])), 50),
-        7.0 + 0 * time,
-    )
-    recording = table(**{f"column {k}": column for k, column in enumerate(columns, start=1)})
-    found = probe(recording)
-    log = log_of(found, recording)
-    np.testing.assert_allclose(log.velocity[:, 0], np.cos(drift), atol=1e-9)
-    np.testing.assert_allclose(log.velocity[:, 1], np.sin(drift), atol=1e-9)
-    assert log.velocity_names == ("u", "v", "r")
-    assert log.command_names == ("column_8",)
-    assert found.without_role == ("column 9",)
-
-
-def test_pairs_alone_are_told_but_not_used(table: Table) -> None:
+def test_numbers_alone_are_no_roles_but_held_ones_are_commands(table: Table) -> None:
     time = np.arange(0.0, 60.0, 0.1)
-    found = probe(table(a=time, b=np.cos(time), c=np.sin(time)))
-    assert any("the rate of `c`" in one.evidence for one in found.roles.guesses)
+    sway = np.repeat(np.sign(np.sin(time[::20])), 20)
+    found = probe(table(a=time, b=np.cos(time), c=np.sin(time), d=sway))
+    assert [(one.column, one.role) for one in found.roles.guesses] == [
+        ("a", "time"),
+        ("d", "commands"),
+    ]
+    assert found.without_role == ("b", "c")
     assert found.draft.confidence == 0
     with pytest.raises(LogError):
         found.mapping()

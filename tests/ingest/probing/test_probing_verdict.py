@@ -7,10 +7,8 @@ from hydrodamp.conditioning.attitude_jumps import steady_attitude
 from hydrodamp.data.attitude import quaternion_from_euler
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording, Topic
-from hydrodamp.ingest.probing.judged import judge
-from hydrodamp.ingest.probing.probe import probe
-from hydrodamp.ingest.probing.survey import survey
-from hydrodamp.ingest.probing.verdict import verdict
+from hydrodamp.ingest.probing.probe import judge, probe
+from hydrodamp.ingest.probing.verdict import survey, verdict
 
 TIME = np.arange(0.0, 60.0, 0.1)
 
@@ -39,7 +37,7 @@ def test_a_sound_log_is_fit_for_the_job() -> None:
     )
     judged = verdict(log)
     assert judged.sentence == "Fit for the job."
-    assert judged.survey.has == ("attitude", "wrench", "acceleration")
+    assert judged.survey.has == ("attitude", "acceleration", "wrench")
 
 
 def test_the_draft_is_tried_before_a_preset() -> None:

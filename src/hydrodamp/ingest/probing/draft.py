@@ -14,12 +14,13 @@ from hydrodamp.data.channels import RESERVED
 from hydrodamp.data.recording import Recording
 from hydrodamp.data.units import UNITS
 from hydrodamp.errors import HydrodampError
-from hydrodamp.ingest.probing.roles import Guess, Roles, set_of_two
+from hydrodamp.ingest.probing.roles import Guess, Roles
 
 LEAST = 40
 """Confidence [%] below which a guess is left out."""
 
 _PLAIN_REASONS = ("name", "name and unit")  # go without saying
+_GROUPS = ("attitude", "velocity", "position", "specific_force")
 _COMMANDS = 24  # more are no draft, but a list
 _WIDTH = 86
 _PLAIN = re.compile(r"[A-Za-z_/][\w./ -]*\w|[A-Za-z_]")
@@ -45,10 +46,7 @@ def draft(recording: Recording, roles: Roles) -> Draft:
         *_told(f"Drafted by `hydrodamp probe` from {_name(recording)}; check every line."),
         *_axes(roles),
         *_time(recording, roles, used),
-        *_group(used, "attitude", roles, recording),
-        *_group(used, "velocity", roles, recording),
-        *_group(used, "position", roles, recording),
-        *_group(used, "specific_force", roles, recording),
+        *(line for group in _GROUPS for line in _group(used, group, roles)),
         *_commands(roles),
         *_sensors(roles),
         *_steps(used),
@@ -110,27 +108,22 @@ def _time(recording: Recording, roles: Roles, used: Sequence[Guess]) -> Iterator
         first = given[0]
         column = first.column
         if len(given) > 1:
-            column = dict(roles.clocks)[_topic(first.column, recording)].column or column
+            column = roles.clocks[first.topic].column or column
         yield f"time: {{column: {_quoted(column)}, unit: {first.unit}}}{_sure(first)}"
         return
-    topics = {_topic(one.column, recording) for one in used}
-    stamped = [name for name in topics if "header.stamp" in dict(recording.topic(name).fields)]
+    topics = {one.topic for one in used}
+    stamped = [name for name in topics if "header.stamp" in recording.topic(name).fields]
     yield "time: [header.stamp, recorded]" if stamped else "time: recorded"
 
 
-def _topic(column: str, recording: Recording) -> str:
-    names = [topic.name for topic in recording.topics if column.startswith(f"{topic.name}.")]
-    return max(names, key=len, default="")
-
-
-def _group(used: Sequence[Guess], group: str, roles: Roles, recording: Recording) -> Iterator[str]:
+def _group(used: Sequence[Guess], group: str, roles: Roles) -> Iterator[str]:
     inside = [one for one in used if one.role.startswith(f"{group}.")]
     if not inside:
         return
     yield f"{group}:"
     names = [one.role.partition(".")[2] for one in inside]
     for one, name in zip(inside, names, strict=True):
-        flag = _flag(one, roles, recording) if group == "velocity" else None
+        flag = roles.flags.get(one.topic) if group == "velocity" else None
         yield f"  {name}: {_entry(one, flag)}{_sure(one)}"
     if group == "attitude" and {"roll", "pitch"} & set(names):
         for name in ("roll", "pitch", "yaw"):
@@ -147,18 +140,6 @@ def _entry(one: Guess, flag: str | None = None) -> str:
     if flag is not None:
         said.append(f"where: {_quoted(flag)}")
     return _quoted(one.column) if len(said) == 1 else f"{{{', '.join(said)}}}"
-
-
-def _flag(one: Guess, roles: Roles, recording: Recording) -> str | None:
-    """Return the field that marks good rows of the same topic."""
-    topic = _topic(one.column, recording)
-    for flag in roles.all_of("flag"):
-        field = flag.column.removeprefix(f"{topic}.")
-        here = recording.topic(topic).fields
-        same = _topic(flag.column, recording) == topic and field in here
-        if same and set_of_two(here[field]):
-            return field
-    return None
 
 
 def _commands(roles: Roles) -> Iterator[str]:

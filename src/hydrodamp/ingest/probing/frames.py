@@ -1,30 +1,49 @@
-"""Axes of body and world, units of rates, and whether velocities are turned: with the evidence."""
+"""Whether rates and velocities move as attitude and position do: units, axes, with the evidence."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from hydrodamp.arrays import FloatArray
+from hydrodamp.arrays import BoolArray, FloatArray, IntArray
 from hydrodamp.data.attitude import quaternion_from_euler, rotation, turn
+from hydrodamp.data.channels import ATTITUDE, EULER
 from hydrodamp.data.units import UNITS
-from hydrodamp.ingest.probing.motion import NONE, Agreement, changes, compared, whole_rows
-from hydrodamp.ingest.probing.series import Series, together
+from hydrodamp.ingest.probing.clocks import Series, together
 
-MIRROR = np.array([1.0, -1.0, -1.0])
-"""Turns FRD components into FLU and back."""
-
+_MIRROR = np.array([1.0, -1.0, -1.0])  # turns FRD components into FLU and back
 _RATE_UNITS = ("rad/s", "deg/s", "rpm", "rev/s")
 _NEAR = 0.25  # of a ratio, about that of a unit
 _MARGIN = 0.03  # of a correlation, over the next best
-_EULER = ("roll", "pitch", "yaw")
 _TURNS = 6.5  # rad; an angle beyond is in degrees
 _UNIT_NORM = 0.1
+_SHORTEST = 1.0  # s, length of a window
+_STEPS = 10  # in a window, at least
+_LEAST_WINDOWS = 12
+_KEPT = 0.97  # of the windows
+_LEAST_CORRELATION = 0.8
+_TINY = 1e-9  # of any unit; less is no motion
 
 Roles = Mapping[str, Series]
 """For every role the series that plays it."""
+
+
+class Agreement(NamedTuple):
+    """How two channels go together."""
+
+    ratio: float
+    correlation: float
+
+    def agrees(self) -> bool:
+        """Tell whether they measure one motion, of either sign."""
+        return abs(self.correlation) >= _LEAST_CORRELATION
+
+
+NONE = Agreement(float("nan"), float("nan"))
+"""Of channels that cannot be compared."""
 
 
 @dataclass(frozen=True)
@@ -55,11 +74,11 @@ def angle_unit(series: Series) -> str:
 
 def attitude_series(roles: Roles) -> list[Series]:
     """Return the columns of the attitude: a quaternion, or the angles there are."""
-    quaternion = [roles[name] for name in (f"attitude.q{part}" for part in "wxyz") if name in roles]
-    if len(quaternion) == 4:
-        return quaternion
-    names = (f"attitude.{name}" for name in (*_EULER, "heading"))
-    return [roles[name] for name in names if name in roles]
+    for names in (ATTITUDE.columns, (*EULER, "heading")):
+        there = [roles[f"attitude.{name}"] for name in names if f"attitude.{name}" in roles]
+        if there and (names != ATTITUDE.columns or len(there) == len(names)):
+            return there
+    return []
 
 
 def quaternions(roles: Roles, columns: FloatArray) -> FloatArray:
@@ -70,10 +89,10 @@ def quaternions(roles: Roles, columns: FloatArray) -> FloatArray:
         unit: FloatArray = columns / np.where(fine, size, np.nan)
         return unit
     angles = np.zeros((len(columns), 3))
-    there = [name for name in (*_EULER, "heading") if f"attitude.{name}" in roles]
+    there = [name for name in (*EULER, "heading") if f"attitude.{name}" in roles]
     for name, column in zip(there, columns.T, strict=True):
         scale = UNITS["angle"][angle_unit(roles[f"attitude.{name}"])]
-        angles[:, min(_EULER.index(name) if name in _EULER else 2, 2)] = scale * column
+        angles[:, EULER.index("yaw" if name == "heading" else name)] = scale * column
     return quaternion_from_euler(angles)
 
 
@@ -87,16 +106,15 @@ def match_rates(roles: Roles) -> RateMatch:
     if len(joined.elapsed) < 2:
         return RateMatch()
     turned = _turned(quaternions(roles, joined.values[:, len(names) :]))
-    found = {}
+    good = {}
     for place, name in enumerate(names):
         axis = "pqr".index(name)
-        added, moved = changes(joined.elapsed, joined.values[:, [place]], turned[:, [axis]])
-        found[name] = compared(added, moved)
-    good = {name: one for name, one in found.items() if one.agrees()}
-    axes = tuple((name, round(abs(one.correlation), 3)) for name, one in good.items())
-    sizes = [abs(one.ratio) for one in good.values()]
-    unit = _unit(float(np.median(sizes))) if sizes else None
+        one = compared(*changes(joined.elapsed, joined.values[:, [place]], turned[:, [axis]]))
+        if one.agrees():
+            good[name] = one
+    unit = _unit(float(np.median([abs(one.ratio) for one in good.values()]))) if good else None
     flipped = [one.ratio < 0.0 for name, one in good.items() if name != "p"]
+    axes = tuple((name, round(abs(one.correlation), 3)) for name, one in good.items())
     return RateMatch(unit, bool(flipped) and all(flipped), axes)
 
 
@@ -119,25 +137,25 @@ def _unit(ratio: float) -> str | None:
 def match_way(roles: Roles) -> WayMatch:
     """Compare velocity with position: turned by the attitude, mirrored, or as it is."""
     attitude = attitude_series(roles)
-    axes = _axes(roles)
-    if not attitude or not axes:
+    pairs = [(f"velocity.{'uvw'[axis]}", f"position.{'xyz'[axis]}") for axis in range(3)]
+    axes = [axis for axis, pair in enumerate(pairs) if set(pair) <= set(roles)]
+    if not attitude or len(axes) < 2:
         return WayMatch()
-    velocity = [roles[f"velocity.{'uvw'[axis]}"] for axis in axes]
-    place = [roles[f"position.{'xyz'[axis]}"] for axis in axes]
-    joined = together([*velocity, *place, *attitude])
+    paired = [roles[pairs[axis][kind]] for kind in (0, 1) for axis in axes]
+    joined = together([*paired, *attitude])
     if len(joined.elapsed) < 2:
         return WayMatch()
     n = len(axes)
     body = np.zeros((len(joined.elapsed), 3))
     body[:, axes] = joined.values[:, :n]
     turning = rotation(quaternions(roles, joined.values[:, 2 * n :]))
-    ways = [body, *(np.einsum("nij,nj->ni", turning, one) for one in (body, body * MIRROR))]
+    ways = [body, *(np.einsum("nij,nj->ni", turning, one) for one in (body, body * _MIRROR))]
     added, moved = changes(
         joined.elapsed, np.column_stack([way[:, axes] for way in ways]), joined.values[:, n : 2 * n]
     )
-    fixed, body_way, mirrored = (compared(added[:, k * n : (k + 1) * n], moved) for k in range(3))
-    flipped = _better(mirrored, body_way)
-    turned = mirrored if flipped else body_way
+    fixed, plain, mirrored = (compared(added[:, k * n : (k + 1) * n], moved) for k in range(3))
+    flipped = _better(mirrored, plain)
+    turned = mirrored if flipped else plain
     if _better(fixed, turned):
         return WayMatch(True, False, fixed, turned)
     return WayMatch(False if _better(turned, fixed) else None, flipped, turned, fixed)
@@ -149,11 +167,60 @@ def _better(one: Agreement, other: Agreement) -> bool:
     return one.agrees() and one.correlation - known > _MARGIN
 
 
-def _axes(roles: Roles) -> list[int]:
-    """Return the axes along which both velocity and position are there; at least two."""
-    there = [
-        k
-        for k, (speed, place) in enumerate(zip("uvw", "xyz", strict=True))
-        if f"velocity.{speed}" in roles and f"position.{place}" in roles
-    ]
-    return there if len(there) > 1 else []
+def changes(
+    elapsed: FloatArray, rate: FloatArray, value: FloatArray, seconds: float = _SHORTEST
+) -> tuple[FloatArray, FloatArray]:
+    """Return what rates add up to over windows, and how far values move meanwhile."""
+    first, last = windows(elapsed, whole_rows(np.column_stack((rate, value))), seconds)
+    steps = np.diff(elapsed)[:, np.newaxis] * (rate[1:] + rate[:-1]) / 2
+    way = np.concatenate((np.zeros((1, rate.shape[1])), np.cumsum(np.nan_to_num(steps), axis=0)))
+    return way[last] - way[first], value[last] - value[first]
+
+
+def windows(
+    elapsed: FloatArray, known: BoolArray, seconds: float = _SHORTEST
+) -> tuple[IntArray, IntArray]:
+    """Return first and last samples of windows without a break."""
+    n = len(elapsed)
+    if n < _STEPS:
+        return np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)
+    length = max(_STEPS * float(np.median(np.diff(elapsed))), seconds)
+    starts = np.searchsorted(elapsed, np.arange(elapsed[0], elapsed[-1], length / 2))
+    ends = np.searchsorted(elapsed, elapsed[np.minimum(starts, n - 1)] + length)
+    inside = ends < n
+    first, last = starts[inside], ends[inside]
+    breaks = np.cumsum(~known)
+    whole = (breaks[last] == breaks[first]) & known[first]
+    return first[whole], last[whole]
+
+
+def whole_rows(values: FloatArray) -> BoolArray:
+    """Tell the rows without NaN."""
+    whole: BoolArray = np.asarray(np.isfinite(values).all(axis=1))
+    return whole
+
+
+def compared(added: FloatArray, moved: FloatArray) -> Agreement:
+    """Return how sums and moves go together."""
+    if len(added) < _LEAST_WINDOWS:
+        return NONE
+    kept = _usual(added.reshape(len(added), -1), moved.reshape(len(moved), -1))
+    added, moved = added[kept], moved[kept]
+    one, other = float(np.linalg.norm(added)), float(np.linalg.norm(moved))
+    if min(one, other) < _TINY:
+        return NONE
+    correlation = float(np.sum((added / one) * (moved / other)))
+    return Agreement(float(np.sign(correlation)) * other / one, correlation)
+
+
+def _usual(added: FloatArray, moved: FloatArray) -> BoolArray:
+    """Leave out the few windows that agree least: spikes, and averages across a wrap."""
+    sizes = [float(np.median(np.linalg.norm(one, axis=1))) for one in (added, moved)]
+    if min(sizes) < _TINY:
+        return np.ones(len(added), dtype=np.bool_)
+    one, other = added / sizes[0], moved / sizes[1]
+    sign = np.sign(np.sum(np.clip(one, -3, 3) * np.clip(other, -3, 3)))
+    size = 1.0 + np.linalg.norm(one, axis=1) + np.linalg.norm(other, axis=1)
+    apart = np.linalg.norm(other - sign * one, axis=1) / size
+    usual: BoolArray = apart <= np.quantile(apart, _KEPT)
+    return usual

@@ -1,26 +1,45 @@
-"""Everything that can be said of an unknown recording, in a row."""
+"""Everything that can be said of an unknown recording, and the log that it makes."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
-import numpy as np
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 
 from hydrodamp.basis.axes import VELOCITIES
+from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording
+from hydrodamp.errors import HydrodampError, HydrodampWarning
 from hydrodamp.files import parse_yaml
-from hydrodamp.ingest.mapping import LogMapping
-from hydrodamp.ingest.probing.clocks import Ticking
+from hydrodamp.ingest.mapping import LogMapping, presets, read_mapping
+from hydrodamp.ingest.mapping.finding import Found, find
+from hydrodamp.ingest.probing.clocks import TopicFacts, facts_of, series_of
 from hydrodamp.ingest.probing.draft import Draft, draft
-from hydrodamp.ingest.probing.names import NOISE
+from hydrodamp.ingest.probing.names import NOISE, words
 from hydrodamp.ingest.probing.roles import Roles, guess_roles
-from hydrodamp.ingest.probing.series import series_of
-from hydrodamp.ingest.probing.shipped import Fitting, fitting
-from hydrodamp.ingest.probing.topics import TopicFacts, topics_of
-from hydrodamp.ingest.probing.words import words
+from hydrodamp.ingest.probing.verdict import Needs, Verdict, verdict
+from hydrodamp.ingest.read import logs_of
 
+#: Confidence [%] from which a draft is worth making a log of.
 SUFFICES = 60
-"""Confidence [%] from which a draft is worth making a log of."""
+
+_AGREES = 0.75  # share of the channels with a guess
+_SURE = 60  # %, a guess that may speak against a preset
+
+AskNeeds = Callable[[Log], Needs]
+"""Returns what a vehicle needs of a log."""
+
+
+@dataclass(frozen=True)
+class Fitting:
+    """A preset that has all its columns in a recording."""
+
+    name: str
+    channels: int
+    agreeing: int
+    guessed: int
+    topics: tuple[tuple[str, str], ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +119,7 @@ def probe(recording: Recording) -> Probe:
         source=recording.source,
         format=recording.format,
         notes=recording.notes,
-        topics=topics_of(recording),
+        topics=tuple(facts_of(one, roles.clocks.get(one.name)) for one in recording.topics),
         roles=roles,
         without_role=_silent(recording, roles),
         presets=fitting(recording, roles),
@@ -118,11 +137,111 @@ def is_canonical(recording: Recording) -> bool:
 
 
 def _silent(recording: Recording, roles: Roles) -> tuple[str, ...]:
-    told = {one.column for one in roles.guesses if one.role}
-    unknown = Ticking(None, np.empty(0), "", 0, "")
-    columns = [
+    told = {one.column for one in roles.guesses}
+    series = [one for topic in recording.topics for one in series_of(topic, None)]
+    return tuple(
         one.column
-        for topic in recording.topics
-        for one in series_of(topic, dict(roles.clocks).get(topic.name, unknown))
-    ]
-    return tuple(one for one in columns if one not in told and not NOISE & set(words(one)))
+        for one in series
+        if one.column not in told and not NOISE & set(words(one.column))
+    )
+
+
+def fitting(recording: Recording, roles: Roles) -> tuple[Fitting, ...]:
+    """Return the presets that fit."""
+    found = [one for name in presets() for one in _fits(name, recording, roles)]
+    return tuple(sorted(found, key=lambda one: -one.agreeing))
+
+
+def _fits(name: str, recording: Recording, roles: Roles) -> Iterator[Fitting]:
+    mapping = read_mapping(name)
+    changed = dict(_other_topics(mapping, recording))
+    topics = mapping.topics | {one: (topic,) for one, topic in changed.items()}
+    timeless = [entry for entry in mapping.entries if entry.group != "time"]
+    found, faults = find(timeless, recording, name, topics)
+    if faults or not any(one.entry.group == "velocity" and one.topic for one in found):
+        return
+    guesses = {one.column: one for one in roles.guesses if one.confidence >= _SURE and one.chosen}
+    told = [one for one in found if one.source.column in guesses]
+    agreeing = sum(_agrees(one, guesses[one.source.column].role) for one in told)
+    moves = any(one.entry.group == "velocity" for one in told)
+    if moves and agreeing >= _AGREES * len(told):
+        yield Fitting(name, len(found), agreeing, len(told), tuple(changed.items()))
+
+
+def _agrees(found: Found, role: str) -> bool:
+    group, _, channel = role.partition(".")
+    if found.entry.group == "commands":
+        return group == found.entry.group
+    same = {"up": "down", "depth": "down", "heading": "yaw"}
+    names = (same.get(channel, channel), same.get(found.entry.name, found.entry.name))
+    return group == found.entry.group and names[0] == names[1]
+
+
+def _other_topics(mapping: LogMapping, recording: Recording) -> Iterator[tuple[str, str]]:
+    """Find the one topic with all the fields that a name of a preset needs."""
+    known = {topic.name for topic in recording.topics}
+    for name, choices in mapping.topics.items():
+        if known & set(choices):
+            continue
+        needed = {
+            entry.choices[0].column.removeprefix(f"{name}.")
+            for entry in mapping.entries
+            if entry.choices[0].column.startswith(f"{name}.") and not entry.choices[0].optional
+        }
+        able = [topic.name for topic in recording.topics if needed and needed <= set(topic.fields)]
+        if len(able) == 1 and able[0]:
+            yield name, able[0]
+
+
+@dataclass(frozen=True)
+class Judged:
+    """How a log was made of recordings and what the verdict is, or why there is no log."""
+
+    made: str
+    verdict: Verdict | None
+    notes: tuple[str, ...] = ()
+    guessed: bool = False
+    reason: str = ""
+
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """What the log lacks; without a log, the log itself."""
+        if self.verdict is not None:
+            return self.verdict.missing
+        return (f"a log: {self.reason}. Correct the draft and ask again with --mapping.",)
+
+
+def judge(
+    found: Probe,
+    recordings: Sequence[Recording],
+    mapping: str | None = None,
+    needs: AskNeeds | None = None,
+) -> Judged:
+    """Make a log of recordings that were probed, and judge it."""
+    if mapping is not None:
+        return _judged(logs_of(recordings, mapping), f"by the mapping {mapping}", needs)
+    if all(map(is_canonical, recordings)):
+        return _judged(logs_of(recordings), "", needs)
+    reason = "the roles of its columns are too unsure to make a log of"
+    for mapping_of, made in _guesses(found):
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", HydrodampWarning)
+                log = logs_of(recordings, mapping_of())
+            return replace(_judged(log, made, needs), guessed=True)
+        except HydrodampError as error:
+            reason = f"{made}: {error}"
+    return Judged("", None, guessed=True, reason=reason)
+
+
+def _judged(log: Log, made: str, needs: AskNeeds | None) -> Judged:
+    return Judged(made, verdict(log, None if needs is None else needs(log)), log.notes)
+
+
+def _guesses(found: Probe) -> Iterator[tuple[Callable[[], LogMapping], str]]:
+    """Yield the draft if it is sure enough, then the presets that fit a table."""
+    if found.draft.confidence >= SUFFICES:
+        yield found.mapping, "by the draft"
+    for preset in found.presets:
+        if not preset.topics:
+            yield partial(read_mapping, preset.name), f"by the preset {preset.name}"

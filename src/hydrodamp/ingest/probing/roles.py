@@ -2,25 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hydrodamp.arrays import FloatArray
 from hydrodamp.data.recording import Recording
 from hydrodamp.ingest.formats.detect import usual_axes
-from hydrodamp.ingest.probing.clocks import Ticking, ticking
-from hydrodamp.ingest.probing.frames import (
-    RateMatch,
-    WayMatch,
-    angle_unit,
-    match_rates,
-    match_way,
-)
+from hydrodamp.ingest.probing.clocks import Series, Ticking, series_of, ticking
+from hydrodamp.ingest.probing.frames import RateMatch, WayMatch, angle_unit, match_rates, match_way
 from hydrodamp.ingest.probing.names import hint, quantity_of_role
-from hydrodamp.ingest.probing.planar import planar
-from hydrodamp.ingest.probing.series import Series, series_of
 from hydrodamp.ingest.probing.upright import Upright, weigh
 
 _HELD = 0.3  # share of samples that repeat the last one; a measurement seldom does
@@ -44,6 +36,7 @@ class Guess:
     sign: int = 1
     evidence: tuple[str, ...] = ()
     chosen: bool = True
+    topic: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +44,8 @@ class Roles:
     """All guesses about a recording."""
 
     guesses: tuple[Guess, ...]
-    clocks: tuple[tuple[str, Ticking], ...]
+    clocks: Mapping[str, Ticking]
+    flags: Mapping[str, str]  # for topics that mark their good rows the field that does
     rates: RateMatch
     way: WayMatch
     upright: Upright
@@ -68,14 +62,17 @@ class Roles:
 
 def guess_roles(recording: Recording) -> Roles:
     """Guess what every column of a recording is."""
-    clocks = [(topic.name, clock) for topic in recording.topics if (clock := ticking(topic))]
-    series: dict[str, Series] = {}
-    for topic in recording.topics:
-        clock = dict(clocks).get(topic.name)
-        series |= {one.column: one for one in (series_of(topic, clock) if clock else ())}
+    clocks = {topic.name: clock for topic in recording.topics if (clock := ticking(topic))}
+    series = {
+        one.column: one
+        for topic in recording.topics
+        if topic.name in clocks
+        for one in series_of(topic, clocks[topic.name])
+    }
     named = _best([*_named(series.values())], series)
-    series |= _without_bad(series, named)
-    found = [*named, *_unnamed(series, named)]
+    flags = _flags(series, named)
+    series |= _without_bad(series, named, flags)
+    found = [*named, *_held(series, {one.column for one in named})]
     playing = {one.role: series[one.column] for one in found if one.chosen}
     commands = [series[one.column] for one in found if one.role == "commands"]
     rates, way = match_rates(playing), match_way(playing)
@@ -83,7 +80,7 @@ def guess_roles(recording: Recording) -> Roles:
     upright = weigh(recording.format, playing, commands)
     world = _world(recording.format, upright.body)
     placed = [_placed(one, world, way) for one in weighed]
-    return Roles((*_times(clocks), *placed), tuple(clocks), rates, way, upright, world)
+    return Roles((*_times(clocks), *placed), clocks, flags, rates, way, upright, world)
 
 
 def _world(form: str, body: str) -> str:
@@ -94,8 +91,7 @@ def _placed(one: Guess, world: str, way: WayMatch) -> Guess:
     """Name the axes of the world that a position, or an earth-fixed velocity, is along."""
     group, _, channel = one.role.partition(".")
     if group == "velocity" and channel in "uvw" and channel and way.earth_fixed:
-        told = "along the axes of the position: earth-fixed"
-        one = replace(one, evidence=(*one.evidence, told))
+        one = _with(one, "along the axes of the position: earth-fixed")
         channel = "xyz"["uvw".index(channel)]
     elif group != "position" or channel not in ("x", "y", "z"):
         return one
@@ -103,30 +99,34 @@ def _placed(one: Guess, world: str, way: WayMatch) -> Guess:
     return replace(one, role=f"{group}.{name}", sign=sign)
 
 
-def _without_bad(series: dict[str, Series], named: Sequence[Guess]) -> dict[str, Series]:
+def _flags(series: Mapping[str, Series], named: Iterable[Guess]) -> dict[str, str]:
+    """Return the fields of zeros and ones, both of them, that say which rows are good."""
+    found = [series[one.column] for one in named if one.role == "flag"]
+    return {one.topic: one.field for one in found if set(one.values.tolist()) == {0.0, 1.0}}
+
+
+def _without_bad(
+    series: Mapping[str, Series], named: Iterable[Guess], flags: Mapping[str, str]
+) -> dict[str, Series]:
     """Return the velocities of topics with a flag, without the rows that it marks as bad."""
-    flags = {series[one.column].topic: series[one.column] for one in named if one.role == "flag"}
     masked = {}
     for one in named:
         here = series[one.column]
-        flag = flags.get(here.topic)
-        if flag is not None and one.role.startswith("velocity.") and set_of_two(flag.values):
-            values = np.where(flag.values == 1.0, here.values, np.nan)
-            if np.isfinite(values).any():
-                masked[one.column] = replace(here, values=values)
+        if here.topic in flags and one.role.startswith("velocity."):
+            flag = replace(here, field=flags[here.topic])
+            good = series[flag.column].values == 1.0
+            if np.isfinite(here.values[good]).any():
+                masked[one.column] = replace(here, values=np.where(good, here.values, np.nan))
     return masked
 
 
-def set_of_two(values: FloatArray) -> bool:
-    """Tell a field of zeros and ones, both of them."""
-    return bool(((values == 0.0) | (values == 1.0)).all() and values.min() < values.max())
-
-
-def _times(clocks: Sequence[tuple[str, Ticking]]) -> Iterator[Guess]:
-    for topic, clock in clocks:
+def _times(clocks: Mapping[str, Ticking]) -> Iterator[Guess]:
+    for topic, clock in clocks.items():
         if clock.column is not None:
             column = f"{topic}.{clock.column}" if topic else clock.column
-            yield Guess(column, "time", clock.confidence, clock.unit, 1, (clock.evidence,))
+            yield Guess(
+                column, "time", clock.confidence, clock.unit, 1, (clock.evidence,), topic=topic
+            )
 
 
 def _named(series: Iterable[Series]) -> Iterator[Guess]:
@@ -134,19 +134,24 @@ def _named(series: Iterable[Series]) -> Iterator[Guess]:
         told = hint(one.topic, one.field, one.unit)
         if told is not None:
             role, confidence = told
-            why = "name and unit" if one.unit and quantity_of_role(role) else "name"
-            yield Guess(one.column, role, confidence, one.unit, 1, (why,))
+            evidence = ["name and unit" if one.unit and quantity_of_role(role) else "name"]
+            if role.startswith("attitude.q["):  # parts of an array: w first, as most write them
+                role = f"attitude.q{'wxyz'[int(role[-2])]}"
+                evidence.append("w first")
+            yield Guess(one.column, role, confidence, one.unit, 1, tuple(evidence), topic=one.topic)
 
 
-def _best(guesses: list[Guess], series: dict[str, Series]) -> list[Guess]:
+def _best(guesses: list[Guess], series: Mapping[str, Series]) -> list[Guess]:
     """Mark the best guess of each role; a message that fills several roles has the advantage."""
-    guesses = _orders(guesses)
-    filled: dict[str, set[str]] = {}
-    for one in guesses:
-        filled.setdefault(_message(one, series), set()).add(one.role)
+
+    def message(one: Guess) -> tuple[str, str, str]:
+        its = series[one.column]
+        return its.topic, its.field.rpartition(".")[0], one.role.partition(".")[0]
+
+    filled = Counter(kind for kind, _ in {(message(one), one.role) for one in guesses})
 
     def merit(one: Guess) -> tuple[float, int]:
-        siblings = _SIBLINGS * len(filled[_message(one, series)])
+        siblings = _SIBLINGS * filled[message(one)]
         return one.confidence + siblings, len(series[one.column].seconds)
 
     best: dict[str, Guess] = {}
@@ -157,41 +162,15 @@ def _best(guesses: list[Guess], series: dict[str, Series]) -> list[Guess]:
     return [replace(one, chosen=one.role in many or best[one.role] is one) for one in guesses]
 
 
-def _message(one: Guess, series: dict[str, Series]) -> str:
-    """Return topic and path of a field without its last part."""
-    field = series[one.column].field
-    return f"{series[one.column].topic} {field.rpartition('.')[0]} {one.role.partition('.')[0]}"
-
-
-def _orders(guesses: list[Guess]) -> list[Guess]:
-    """Name the parts of quaternions in arrays: w first, as most write them."""
-    named = []
-    for one in guesses:
-        if one.role.startswith("attitude.q["):
-            part = "wxyz"[int(one.role[-2])]
-            one = replace(one, role=f"attitude.q{part}", evidence=(*one.evidence, "w first"))
-        named.append(one)
-    return named
-
-
-def _unnamed(series: dict[str, Series], named: list[Guess]) -> Iterator[Guess]:
-    """Guess from the numbers alone, where names say little."""
-    known = {one.column for one in named}
-    moving = [one for one in named if one.role.startswith(("velocity.", "attitude."))]
-    left = [one for column, one in series.items() if column not in known]
-    if len({one.topic for one in left}) == 1 and not moving:
-        for column, (role, confidence, unit, told) in planar(left).items():
-            known.add(column)
-            yield Guess(column, role, confidence, unit, 1, (told,), bool(role))
-    for one in left:
-        if one.column not in known and not one.topic and (share := _held(one)) > _HELD:
+def _held(series: Mapping[str, Series], known: set[str]) -> Iterator[Guess]:
+    """Guess that columns of a table which repeat their samples are commands."""
+    for column, one in series.items():
+        if column in known or one.topic or not one.varies:
+            continue
+        share = float(np.mean(np.diff(one.values) == 0.0))
+        if share > _HELD:
             told = f"{100 * share:.0f} % of its samples repeat the last, as commands do"
-            if one.varies:
-                yield Guess(one.column, "commands", round(30 + 40 * share), one.unit, 1, (told,))
-
-
-def _held(one: Series) -> float:
-    return float(np.mean(np.diff(one.values) == 0.0)) if len(one.values) > 1 else 0.0
+            yield Guess(column, "commands", round(30 + 40 * share), one.unit, 1, (told,))
 
 
 def _weighed(one: Guess, series: Series, rates: RateMatch, way: WayMatch) -> Guess:
@@ -199,33 +178,32 @@ def _weighed(one: Guess, series: Series, rates: RateMatch, way: WayMatch) -> Gue
     group, _, channel = one.role.partition(".")
     if channel in ("roll", "pitch", "yaw", "heading"):
         unit = angle_unit(series)
-        told = () if series.unit else (f"{unit} by its size",)
-        one = replace(one, unit=unit, evidence=(*one.evidence, *told))
+        one = replace(one, unit=unit) if series.unit else _with(one, f"{unit} by its size", unit)
     if not one.chosen:
         return one
     if group == "attitude" and rates.unit:
-        told = ("turns as the rates say",)
-        likeness = min(likeness for _, likeness in rates.axes)
-        return _surer(replace(one, evidence=(*one.evidence, *told)), likeness)
+        return _surer(_with(one, "turns as the rates say"), min(dict(rates.axes).values()))
     if group == "velocity" and channel in dict(rates.axes) and rates.unit:
         likeness = dict(rates.axes)[channel]
-        told = (f"turns as the attitude does ({likeness:.2f}), in {rates.unit}",)
-        return _surer(replace(one, unit=rates.unit, evidence=(*one.evidence, *told)), likeness)
+        told = f"turns as the attitude does ({likeness:.2f}), in {rates.unit}"
+        return _surer(_with(one, told, rates.unit), likeness)
     if way.agreement.agrees() and (group, channel) in _WAY:
-        told = (f"velocity and position agree ({way.agreement.correlation:.2f})",)
-        one = replace(one, evidence=(*one.evidence, *told))
-        return _surer(one, way.agreement.correlation)
-    if group == "velocity" and channel in "uvw" and _usual(series) > _ODD:
-        told = (f"its median size is {_usual(series):.3g}: cm/s or mm/s?",)
-        return replace(one, confidence=one.confidence // 2, evidence=(*one.evidence, *told))
+        likeness = way.agreement.correlation
+        return _surer(_with(one, f"velocity and position agree ({likeness:.2f})"), likeness)
+    if group == "velocity" and channel in "uvw":
+        usual = float(np.nanmedian(np.abs(series.values)))
+        if usual > _ODD:
+            doubted = _with(one, f"its median size is {usual:.3g}: cm/s or mm/s?")
+            return replace(doubted, confidence=one.confidence // 2)
     return one
 
 
 _WAY = {("velocity", name) for name in "uvw"} | {("position", name) for name in "xyz"}
 
 
-def _usual(series: Series) -> float:
-    return float(np.nanmedian(np.abs(series.values)))
+def _with(one: Guess, told: str, unit: str | None = None) -> Guess:
+    """Return a guess with one more piece of evidence."""
+    return replace(one, evidence=(*one.evidence, told), unit=unit or one.unit)
 
 
 def _surer(one: Guess, likeness: float) -> Guess:

@@ -11,10 +11,17 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.data.attitude import rotation
 from hydrodamp.ingest.formats.detect import usual_axes
-from hydrodamp.ingest.probing.frames import Roles, attitude_series, quaternions
-from hydrodamp.ingest.probing.motion import changes, compared, whole_rows, windows
-from hydrodamp.ingest.probing.series import Series, together
-from hydrodamp.ingest.probing.words import words
+from hydrodamp.ingest.probing.clocks import Series, together
+from hydrodamp.ingest.probing.frames import (
+    Roles,
+    attitude_series,
+    changes,
+    compared,
+    quaternions,
+    whole_rows,
+    windows,
+)
+from hydrodamp.ingest.probing.names import words
 
 USUAL = 0.6
 """Marine craft are recorded forward-starboard-down unless something speaks against it."""

@@ -7,16 +7,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hydrodamp.arrays import IntArray
+from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.basis.axes import VELOCITIES
 from hydrodamp.conditioning.attitude_jumps import LEAST_LEAP, leaps
 from hydrodamp.conditioning.current import estimate_current
 from hydrodamp.conditioning.rates import rates_from_attitude
 from hydrodamp.conditioning.suspicions import Suspicion, suspicions
+from hydrodamp.data.channels import BLOCKS, TIME, VELOCITY, unit_of
 from hydrodamp.data.log import Log
 from hydrodamp.errors import HydrodampError
 from hydrodamp.ingest.probing.delay import Delay, delays
-from hydrodamp.ingest.probing.survey import Channel, Survey, survey
 
 _STILL = {"m/s": 0.02, "rad/s": 0.01}  # standard deviation of a velocity that hardly varies
 _WELL = 2.0  # times that deviation is excitation worth speaking of
@@ -30,6 +30,44 @@ _BLOCK = 4096  # samples, in which leaps are looked for where there is a long st
 _LONG = 4.0  # times the median turn from sample to sample
 _SLOW = 0.25  # s, a step above which angular accelerations are hardly resolved
 _SHORT = 60.0  # s, below which little is determined
+
+
+@dataclass(frozen=True)
+class SegmentFacts:
+    """One segment of a log."""
+
+    name: str
+    n_samples: int
+    start: float
+    end: float
+    step: float
+    longest_step: float
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One column of a log."""
+
+    name: str
+    unit: str
+    mean: float
+    std: float
+    low: float
+    high: float
+    n_changes: int
+
+
+@dataclass(frozen=True)
+class Survey:
+    """What a log holds."""
+
+    source: str
+    n_samples: int
+    duration: float
+    segments: tuple[SegmentFacts, ...]
+    velocities: tuple[Channel, ...]
+    commands: tuple[Channel, ...]
+    has: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -88,6 +126,52 @@ def verdict(log: Log, needs: Needs | None = None) -> Verdict:
         suspicions=suspicions(log),
         reservations=(*reservations, *(() if needs is None else needs.reservations)),
         promises=tuple(_promises(survey(whole).velocities, wanted, late)),
+    )
+
+
+def survey(log: Log) -> Survey:
+    """Look through a log."""
+    return Survey(
+        source=log.source or "in memory",
+        n_samples=log.n,
+        duration=log.duration,
+        segments=tuple(_segments(log)),
+        velocities=tuple(
+            _channel(log, name, unit_of(name), log.velocity[:, place])
+            for place, name in enumerate(VELOCITIES)
+            if name in log.velocity_names
+        ),
+        commands=tuple(_channel(log, name, "", log.command(name)) for name in log.command_names),
+        has=tuple(
+            block.name
+            for block in BLOCKS
+            if block not in (TIME, VELOCITY) and getattr(log, block.name) is not None
+        ),
+    )
+
+
+def _segments(log: Log) -> list[SegmentFacts]:
+    found = []
+    for segment in log.segments:
+        time = log.time[segment.start : segment.stop]
+        steps = np.diff(time) if len(time) > 1 else np.zeros(1)
+        ends = float(time[0]), float(time[-1])
+        step = float(np.median(steps)), float(steps.max())
+        found.append(SegmentFacts(segment.name, len(time), *ends, *step))
+    return found
+
+
+def _channel(log: Log, name: str, unit: str, values: FloatArray) -> Channel:
+    changed = np.diff(values) != 0.0
+    changed[log.bounds[1:, 0] - 1] = False
+    return Channel(
+        name=name,
+        unit=unit,
+        mean=float(values.mean()),
+        std=float(values.std()),
+        low=float(values.min()),
+        high=float(values.max()),
+        n_changes=int(changed.sum()),
     )
 
 
