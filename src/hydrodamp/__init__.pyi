@@ -6,31 +6,35 @@ from .basis.term import Term as Term
 from .conditioning.accelerometer import (
     acceleration_from_accelerometer as acceleration_from_accelerometer,
 )
-from .conditioning.attitude_jumps import steady_attitude as steady_attitude
+from .conditioning.actuators import (
+    beyond_dead_zone as beyond_dead_zone,
+    delayed as delayed,
+    lagged as lagged,
+)
+from .conditioning.attitude import steady_attitude as steady_attitude
 from .conditioning.bottom_lock import mask_bottom_lock as mask_bottom_lock
-from .conditioning.clean import CLEANING_STEPS as CLEANING_STEPS, clean as clean
-from .conditioning.current import Current as Current, estimate_current as estimate_current
+from .conditioning.current import (
+    Current as Current,
+    estimate_current as estimate_current,
+    without_current as without_current,
+)
 from .conditioning.frozen import mask_frozen as mask_frozen
 from .conditioning.mixing import (
     AVL_690 as AVL_690,
     Mixing as Mixing,
     roll_from_mixing as roll_from_mixing,
 )
-from .conditioning.rates import rates_from_attitude as rates_from_attitude
-from .conditioning.response import (
-    beyond_dead_zone as beyond_dead_zone,
-    delayed as delayed,
-    lagged as lagged,
-)
 from .conditioning.spikes import remove_spikes as remove_spikes
+from .conditioning.steps import CLEANING_STEPS as CLEANING_STEPS, clean as clean
 from .conditioning.suspicions import (
     Suspicion as Suspicion,
     note_suspicions as note_suspicions,
     suspicions as suspicions,
 )
-from .conditioning.through_water import without_current as without_current
-from .conditioning.touched import Cleaned as Cleaned, Touched as Touched
-from .conditioning.ways import velocity_from_position as velocity_from_position
+from .conditioning.velocities import (
+    rates_from_attitude as rates_from_attitude,
+    velocity_from_position as velocity_from_position,
+)
 from .data.canonical import write_log as write_log
 from .data.concatenation import concatenate as concatenate
 from .data.log import Log as Log, Segment as Segment

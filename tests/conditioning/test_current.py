@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from hydrodamp.conditioning.current import Current, estimate_current
-from hydrodamp.conditioning.through_water import without_current
+from hydrodamp.conditioning.current import Current, estimate_current, without_current
 from hydrodamp.data.attitude import euler_from_quaternion, quaternion_from_euler, rotation
 from hydrodamp.data.concatenation import concatenate
 from hydrodamp.data.log import Log

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.conditioning.steps import STEPS, Step, prepared, steps_of
+from hydrodamp.conditioning.steps import STEPS, prepared, steps_of
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError
@@ -31,7 +33,7 @@ def test_a_list_of_steps_is_the_functions_in_turn(turning: Log) -> None:
     )
     assert not faults
     found = prepared(turning, steps)
-    by_hand = hd.lagged(hd.rates_from_attitude(hd.clean(turning).log, ["r"]), {"rudder": 0.3})
+    by_hand = hd.lagged(hd.rates_from_attitude(hd.clean(turning), ["r"]), {"rudder": 0.3})
     np.testing.assert_array_equal(found.velocity, by_hand.velocity)
     np.testing.assert_array_equal(found.commands, by_hand.commands)
     assert found.notes == by_hand.notes
@@ -70,6 +72,7 @@ def test_a_mapping_does_its_steps(turning: Log) -> None:
         ([{"clean": 3}], "must be a table"),
         (["lagged"], "`lagged` needs commands"),
         ([{"remove_spikes": {"treshold": 3}}], "Did you mean 'threshold'"),
+        ([{"clean": {"window": 7}}], "`clean` has no `window`"),
     ],
 )
 def test_what_is_wrong_is_said(content: object, said: str) -> None:
@@ -84,15 +87,41 @@ def test_all_faults_at_once_with_those_of_the_mapping() -> None:
     assert len(raised.value.faults) >= 2
 
 
-def test_a_setting_of_the_wrong_kind_names_the_step(turning: Log) -> None:
-    with pytest.raises(LogError, match="remove_spikes"):
-        Step("remove_spikes", (("threshold", "much"),))(turning)
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        ({"remove_spikes": {"threshold": "much"}}, "`remove_spikes.threshold` must be a number"),
+        ({"remove_spikes": {"threshold": 0}}, "`remove_spikes.threshold` must be greater than 0"),
+        ({"remove_spikes": {"window": 6}}, "`remove_spikes.window` must be odd; got 6"),
+        ({"remove_spikes": {"names": "u"}}, "`remove_spikes.names` must be a list; got 'u'"),
+        ({"lagged": {"rudder": "slow"}}, "`lagged.rudder` must be a number; got 'slow'"),
+        ({"delayed": {"rudder": -1}}, "`delayed.rudder` must be greater than or equal to 0"),
+        ({"beyond_dead_zone": {"m1": 1475}}, "`beyond_dead_zone.m1` must be a list; got 1475"),
+        (
+            {"roll_from_mixing": {"demanded": ["a", "b"], "fins": ["c", "d"], "mixing": "mine"}},
+            "`roll_from_mixing.mixing` must be rotation or avl690; got 'mine'",
+        ),
+        ({"roll_from_mixing": {"fins": ["c", "d"]}}, "`roll_from_mixing.demanded` is missing"),
+    ],
+)
+def test_settings_are_checked_before_any_log_is_read(settings: dict[str, Any], said: str) -> None:
+    with pytest.raises(LogError) as raised:
+        hd.LogMapping.from_dict({"time": "t", "velocity": {"u": "speed"}, "steps": [settings]})
+    assert any(said in fault for fault in raised.value.faults)
 
 
-def test_an_unknown_mixing_is_refused(turning: Log) -> None:
-    settings = (("demanded", ["a", "b"]), ("fins", ["c", "d"]), ("mixing", "mine"))
-    with pytest.raises(LogError, match=r"unknown mixing 'mine'\. Known: rotation avl690"):
-        Step("roll_from_mixing", settings)(turning)
+def test_settings_reach_the_function(turning: Log) -> None:
+    content = [{"remove_spikes": {"names": ["u"], "threshold": 1e6}}, {"lagged": {"rudder": 0.5}}]
+    steps, faults = steps_of(content)
+    assert not faults
+    by_hand = hd.lagged(hd.remove_spikes(turning, names=["u"], threshold=1e6), {"rudder": 0.5})
+    found = prepared(turning, steps)
+    np.testing.assert_array_equal(found.commands, by_hand.commands)
+    assert found.notes == by_hand.notes
+    (mixed,), _ = steps_of(
+        [{"roll_from_mixing": {"demanded": ["a", "b"], "fins": ["c", "d"], "mixing": "avl690"}}]
+    )
+    assert dict(mixed.settings)["mixing"] is hd.AVL_690
 
 
 def test_every_step_is_a_public_function() -> None:

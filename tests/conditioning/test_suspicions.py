@@ -40,7 +40,7 @@ def looks(log: Log) -> list[tuple[str, str]]:
 
 def test_a_sound_log_is_above_suspicion() -> None:
     assert suspicions(sound()) == ()
-    assert note_suspicions(sound()).log.notes == ()
+    assert note_suspicions(sound()).notes == ()
 
 
 @pytest.mark.parametrize(
@@ -141,10 +141,8 @@ def test_what_was_never_measured_and_a_clock_in_milliseconds() -> None:
 def test_suspicions_are_told_and_nothing_is_changed() -> None:
     log = dataclasses.replace(sound(), time=1000 * TIME, attitude=None, position=None)
     made = note_suspicions(log)
-    assert made.count == 0
-    np.testing.assert_array_equal(made.log.time, log.time)
-    assert made.log.notes == ("suspicion: `time` may be in ms, not s: the median step is 100",)
-    assert str(made).endswith("the median step is 100")
+    np.testing.assert_array_equal(made.time, log.time)
+    assert made.notes == ("suspicion: `time` may be in ms, not s: the median step is 100",)
 
 
 def test_fewer_velocities_have_fewer_suspicions() -> None:

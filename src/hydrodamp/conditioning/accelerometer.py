@@ -9,12 +9,12 @@ import numpy.typing as npt
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.axes import VELOCITIES
-from hydrodamp.conditioning.rates import rate_slopes
+from hydrodamp.conditioning.slopes import relative, slopes
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError
 
+#: Standard gravity [m/s^2].
 GRAVITY = 9.80665
-"""Standard gravity [m/s^2]."""
 
 
 def acceleration_from_accelerometer(
@@ -63,11 +63,11 @@ def acceleration_from_accelerometer(
         fault = f"there is no {lacking}; accelerations need both specific force and attitude"
         raise LogError(fault, source=log.source)
     arm = _three(lever_arm, log.source)
-    slopes, window = rate_slopes(log, seconds)
     rates = log.velocity[:, 3:]
-    linear = moved(log.specific_force + gravity * log.down, rates, slopes, arm)
+    fit, window = slopes(log.time, log.bounds, relative(rates), seconds)
+    linear = moved(log.specific_force + gravity * log.down, rates, fit.slope, arm)
     linear -= np.cross(rates, log.velocity[:, :3])
-    both = np.column_stack((linear, slopes))
+    both = np.column_stack((linear, fit.slope))
     absent = [k for k, name in enumerate(VELOCITIES) if name not in log.velocity_names]
     both[:, absent] = 0.0
     place = ", ".join(f"{part:g}" for part in arm)

@@ -6,20 +6,18 @@ import numpy as np
 import numpy.typing as npt
 
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray
-from hydrodamp.conditioning.channels import measured
-from hydrodamp.conditioning.missing import without_samples
-from hydrodamp.conditioning.touched import Cleaned
+from hydrodamp.conditioning.gaps import measured, without_samples
 from hydrodamp.data.log import Log
 
+#: Velocities that stand for none [m/s]: the ends of a 16-bit count of mm/s.
 SENTINELS = (-32.768, 32.768, 32.767, -32.767)
-"""Velocities that stand for none [m/s]: the ends of a 16-bit count of mm/s."""
 
 _NEAR = 1e-6  # m/s, about a sentinel
 _LINEAR = ("u", "v", "w")
 _BREAK = 0.1  # m/s; from this speed no vehicle stands still within a sample
 
 
-def mask_bottom_lock(log: Log, *, flag: str | None = None, fastest: float = 30.0) -> Cleaned:
+def mask_bottom_lock(log: Log, *, flag: str | None = None, fastest: float = 30.0) -> Log:
     """Take out linear velocities that were written without bottom lock.
 
     Parameters
@@ -34,7 +32,7 @@ def mask_bottom_lock(log: Log, *, flag: str | None = None, fastest: float = 30.0
 
     Returns
     -------
-    cleaned : Cleaned
+    log : Log
         Without the samples that are :data:`SENTINELS`, too fast, flagged, or zero in all
         linear velocities at once between samples under way.
 
@@ -46,13 +44,13 @@ def mask_bottom_lock(log: Log, *, flag: str | None = None, fastest: float = 30.0
     Examples
     --------
     >>> log = Log.from_arrays(np.arange(6) / 5, {"u": [1, 1, 1, -32.768, 1, 1]})
-    >>> mask_bottom_lock(log).log.velocity[:, 0].tolist()
+    >>> mask_bottom_lock(log).velocity[:, 0].tolist()
     [1.0, 1.0, 1.0, 1.0, 1.0, 1.0]
     """
     columns = measured(log)
     linear = [columns[name] for name in _LINEAR if name in log.velocity_names]
     if not linear:
-        return Cleaned(log)
+        return log
     values = np.column_stack(linear)
     usual = float(np.median(np.abs(values).max(axis=1)))
     lost = lost_lock(values, fastest if usual <= fastest else np.inf)
@@ -73,7 +71,7 @@ def lost_lock(values: npt.ArrayLike, fastest: float = 30.0) -> BoolArray:
 
 
 def _dropped_to_zero(values: FloatArray, bounds: IntArray) -> BoolArray:
-    """Tell zeros in two or more velocities at once that begin and end with a jump."""
+    """Return zeros in two or more velocities at once that begin and end with a jump."""
     found = np.zeros(len(values), dtype=np.bool_)
     if values.shape[1] < 2:
         return found
@@ -86,8 +84,6 @@ def _dropped_to_zero(values: FloatArray, bounds: IntArray) -> BoolArray:
         inside = (first > 0) & (last < len(part))
         first, last = first[inside], last[inside]
         jumps = (part[first - 1] > _BREAK) & (part[last] > _BREAK)
-        marks = np.zeros(len(part) + 1, dtype=np.int64)
-        marks[first[jumps]] += 1
-        marks[last[jumps]] -= 1
-        found[start:stop] = np.cumsum(marks[:-1]) > 0
+        for a, b in zip(first[jumps].tolist(), last[jumps].tolist(), strict=True):
+            found[start + a : start + b] = True
     return found

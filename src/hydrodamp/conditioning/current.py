@@ -1,15 +1,16 @@
-"""The current, estimated from a log alone."""
+"""The current, estimated from a log alone, and velocities through the water without it."""
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from hydrodamp.arrays import FloatArray, frozen
-from hydrodamp.conditioning.current_rows import (
+from hydrodamp.basis.axes import VELOCITIES
+from hydrodamp.conditioning.current_equations import (
     TEN_MINUTES,
     beforehand,
     placed_knots,
@@ -17,15 +18,12 @@ from hydrodamp.conditioning.current_rows import (
     under_way,
     way_and_current,
 )
+from hydrodamp.data.attitude import rotation
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError
 
-LARGEST_ERROR = 0.1
-"""Standard error [m/s] beyond which a current is not determined."""
-
-LEAST_TURNED = 0.05
-"""Headings that differ less do not tell a current: they lie within some 20 degrees."""
-
+_LARGEST_ERROR = 0.1  # m/s, a standard error beyond which a current is not determined
+_LEAST_TURNED = 0.05  # headings that differ less lie within some 20 degrees, and do not tell it
 _HUBER = 1.345  # robust standard deviations; 95 % efficient under normal noise
 _ROUNDS = 15
 _TINY = 1e-4  # m/s; no Doppler log is better
@@ -33,7 +31,7 @@ _BLOCKS = (7.5, 15.0, 30.0, 60.0, 120.0, 240.0)  # s; one of them longer than co
 _LEAST_BLOCKS = 10
 
 
-@dataclass(frozen=True, eq=False)
+@dataclasses.dataclass(frozen=True, eq=False)
 class Current:
     """The horizontal velocity of the water over ground, linear between knots.
 
@@ -71,8 +69,8 @@ class Current:
     @property
     def determined(self) -> bool:
         """Whether headings differ enough and no standard error is too large."""
-        small = bool(self.standard_error.max() <= LARGEST_ERROR)
-        return small and self.turned >= LEAST_TURNED
+        small = bool(self.standard_error.max() <= _LARGEST_ERROR)
+        return small and self.turned >= _LEAST_TURNED
 
     def at(self, elapsed: npt.ArrayLike) -> FloatArray:
         """Return the current at some times.
@@ -162,6 +160,85 @@ def estimate_current(
     errors = np.sqrt(covariance.diagonal()[design.n_way :]).reshape(2, -1).T
     found = estimate[design.n_way :].reshape(2, -1).T
     return Current(knots, found, errors, turned(log.attitude[rows]))
+
+
+def without_current(log: Log, current: Current | None = None) -> Log:
+    """Return a log whose velocities are through the water.
+
+    Parameters
+    ----------
+    log : Log
+        With velocities over ground and an attitude.
+    current : Current, optional
+        Estimated from the log where not given, see :func:`estimate_current`.
+
+    Returns
+    -------
+    log : Log
+        Recorded accelerations follow; the position stays as it was. Its notes tell the
+        current.
+
+    Raises
+    ------
+    LogError
+        If the attitude is lacking, or the log does not determine its current.
+
+    Examples
+    --------
+    >>> east = np.full((2, 3), (0, 0, np.pi / 2))
+    >>> log = Log.from_arrays([0, 1], {"u": [1.5, 1.5], "v": [0, 0]}, attitude=east)
+    >>> current = Current([0.0], [[0.0, 0.3]], [[0.0, 0.0]])
+    >>> without_current(log, current).velocity[0, :1].round(9).tolist()
+    [1.2]
+    """
+    if log.attitude is None:
+        fault = "there is no attitude; a current cannot be turned into the body"
+        raise LogError(fault, source=log.source)
+    given = estimate_current(log) if current is None else current
+    if current is None and not given.determined:
+        worst = float(given.standard_error.max())
+        fault = (
+            f"the headings of the log do not tell its current: they differ by {given.turned:.2g}"
+            f" (0 one heading, 1 there and back), a standard error is {worst:.2g} m/s."
+            " Give a `current`, or a log with courses on several headings"
+        )
+        raise LogError(fault, source=log.source)
+    return _relative(log, given, "estimated" if current is None else "given")
+
+
+def _relative(log: Log, current: Current, known: str) -> Log:
+    assert log.attitude is not None
+    seen = _in_body(log.attitude, current.at(log.elapsed))
+    recorded = [name in log.velocity_names for name in VELOCITIES[:3]]
+    velocity = log.velocity.copy()
+    velocity[:, :3] -= np.where(recorded, seen, 0.0)
+    acceleration = log.acceleration
+    if acceleration is not None:
+        change = _in_body(log.attitude, _slope(log, current)) - np.cross(log.velocity[:, 3:], seen)
+        acceleration = acceleration.copy()
+        acceleration[:, :3] -= np.where(recorded, change, 0.0)
+    sizes = np.linalg.norm(current.velocity, axis=1)
+    low, high = sizes.min(), sizes.max()
+    note = (
+        f"derived: velocities through the water, less a current {known} of {low:.3g} to"
+        f" {high:.3g} m/s (standard error up to {current.standard_error.max():.2g} m/s)"
+    )
+    return dataclasses.replace(log, velocity=velocity, acceleration=acceleration).noted(note)
+
+
+def _in_body(attitude: FloatArray, horizontal: FloatArray) -> FloatArray:
+    """Return world vectors without a vertical part in body components."""
+    return np.asarray(np.einsum("nij,ni->nj", rotation(attitude)[:, :2], horizontal))
+
+
+def _slope(log: Log, current: Current) -> FloatArray:
+    """Return the rate of change of the current at each sample [m/s^2]."""
+    if len(current.time) == 1:
+        return np.zeros((log.n, 2))
+    slopes = np.diff(current.velocity, axis=0) / np.diff(current.time)[:, np.newaxis]
+    piece = np.searchsorted(current.time, log.elapsed, side="right") - 1
+    inside = (piece >= 0) & (piece < len(slopes))
+    return np.where(inside[:, np.newaxis], slopes[np.clip(piece, 0, len(slopes) - 1)], 0.0)
 
 
 def _refuse(log: Log, spacing: float, drift: float) -> None:

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray
-from hydrodamp.conditioning.channels import measured
-from hydrodamp.conditioning.missing import without_samples
-from hydrodamp.conditioning.touched import Cleaned
+from hydrodamp.conditioning.gaps import measured, without_samples
 from hydrodamp.data.log import Log
 
 _TIMES_USUAL = 3.0
@@ -18,16 +14,7 @@ _LEAST_STEPS = 3
 _MOVING = 0.5  # of the steps of a run, on which something else must change
 
 
-@dataclass(frozen=True, eq=False)
-class _Runs:
-    """Stretches of one channel that hold one value: samples first to last."""
-
-    first: IntArray
-    last: IntArray
-    seconds: FloatArray
-
-
-def mask_frozen(log: Log, *, seconds: float = 1.0) -> Cleaned:
+def mask_frozen(log: Log, *, seconds: float = 1.0) -> Log:
     """Take out what a frozen velocity sensor repeats.
 
     Parameters
@@ -39,7 +26,7 @@ def mask_frozen(log: Log, *, seconds: float = 1.0) -> Cleaned:
 
     Returns
     -------
-    cleaned : Cleaned
+    log : Log
         The first sample of a run is kept. A velocity that never changes at all is left
         alone: :func:`~hydrodamp.conditioning.suspicions.suspicions` speaks of it.
 
@@ -48,8 +35,8 @@ def mask_frozen(log: Log, *, seconds: float = 1.0) -> Cleaned:
     >>> time = np.arange(0.0, 10.0, 0.1)
     >>> surge, rate = np.sin(time), np.cos(time)
     >>> surge[40:60] = surge[40]
-    >>> mask_frozen(Log.from_arrays(time, {"u": surge, "r": rate})).counts("frozen")
-    {'u': 19}
+    >>> mask_frozen(Log.from_arrays(time, {"u": surge, "r": rate})).notes
+    ('frozen: 19 of 100 samples of `u` (19 %) cut out',)
     """
     columns = measured(log)
     velocities = {name: columns[name] for name in log.velocity_names}
@@ -75,24 +62,17 @@ def _steady(values: FloatArray, bounds: IntArray) -> BoolArray:
 def _frozen(
     log: Log, values: FloatArray, same: BoolArray, moving: BoolArray, seconds: float
 ) -> BoolArray:
-    runs = _runs(log.time, same)
+    first = np.flatnonzero(~same)  # of each run of one value
+    last = np.append(first[1:], log.n) - 1
+    lasted = log.time[last] - log.time[first]
     found = np.zeros(log.n, dtype=np.bool_)
-    if len(runs.first) <= len(log.segments):  # one run a segment: it never changes
+    if len(first) <= len(log.segments):  # one run a segment: it never changes
         return found
-    limit = max(seconds, _TIMES_USUAL * float(np.quantile(runs.seconds, _USUAL)))
-    steps = runs.last - runs.first
+    limit = max(seconds, _TIMES_USUAL * float(np.quantile(lasted, _USUAL)))
+    steps = last - first
     count = np.concatenate(([0], np.cumsum(moving)))
-    moved = count[runs.last + 1] - count[runs.first + 1]
-    long = (runs.seconds > limit) & (steps >= _LEAST_STEPS) & (values[runs.first] != 0.0)
-    chosen = long & (moved >= _MOVING * steps)
-    marks = np.zeros(log.n + 1, dtype=np.int64)
-    np.add.at(marks, runs.first[chosen] + 1, 1)
-    np.add.at(marks, runs.last[chosen] + 1, -1)
-    found[:] = np.cumsum(marks[:-1]) > 0
+    moved = count[last + 1] - count[first + 1]
+    long = (lasted > limit) & (steps >= _LEAST_STEPS) & (values[first] != 0.0)
+    for run in np.flatnonzero(long & (moved >= _MOVING * steps)).tolist():
+        found[first[run] + 1 : last[run] + 1] = True
     return found
-
-
-def _runs(time: FloatArray, same: BoolArray) -> _Runs:
-    first = np.flatnonzero(~same)
-    last = np.append(first[1:], len(time)) - 1
-    return _Runs(first, last, time[last] - time[first])

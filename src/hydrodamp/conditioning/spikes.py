@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray
-from hydrodamp.basis.axes import VELOCITIES
-from hydrodamp.conditioning.channels import measured
-from hydrodamp.conditioning.lines import NORMAL, off_the_line, windows_about
-from hydrodamp.conditioning.missing import without_samples
-from hydrodamp.conditioning.touched import Cleaned
+from hydrodamp.conditioning.gaps import measured, without_samples
+from hydrodamp.data.channels import ACCELERATION
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError, did_you_mean
 
+#: A shorter stretch has no neighbours to speak of.
 LEAST_WINDOW = 5
-"""A shorter stretch has no neighbours to speak of."""
+
+#: Standard deviation over median absolute deviation of a normal distribution.
+NORMAL = 1.482602218505602
 
 _ROUNDING = 1e-9  # of the largest value; less is no distance
 _FLICKER = 0.02  # share of samples off their line from which a coarse sensor flickers
@@ -31,7 +31,7 @@ def remove_spikes(
     names: Sequence[str] | None = None,
     window: int = 7,
     threshold: float = 6.0,
-) -> Cleaned:
+) -> Log:
     """Interpolate over single samples, or a few, that stand out of their neighbours.
 
     Parameters
@@ -50,8 +50,8 @@ def remove_spikes(
 
     Returns
     -------
-    cleaned : Cleaned
-        Spikes are interpolated; at the edge of a segment they are cut out.
+    log : Log
+        Spikes are interpolated; at the edge of a segment they are cut out. Its notes count them.
 
     Raises
     ------
@@ -62,9 +62,8 @@ def remove_spikes(
     --------
     >>> surge = np.sin(np.arange(50.0) / 9)
     >>> surge[20] += 5
-    >>> made = remove_spikes(Log.from_arrays(np.arange(50.0), {"u": surge}))
-    >>> made.counts("spikes")
-    {'u': 1}
+    >>> remove_spikes(Log.from_arrays(np.arange(50.0), {"u": surge})).notes
+    ('spikes: 1 of 50 samples of `u` (2 %) interpolated',)
     """
     if window < LEAST_WINDOW or window % 2 == 0 or not threshold > 0:
         fault = (
@@ -78,9 +77,10 @@ def remove_spikes(
             near = did_you_mean(name, columns)
             fault = f"there is no measured channel '{name}'.{near} There are: {' '.join(columns)}"
             raise LogError(fault, source=log.source)
+    usual = [name for name in columns if name not in ACCELERATION.columns]
     lost = {
         name: spikes(log.time, columns[name], log.bounds, window=window, threshold=threshold)
-        for name in (_usually(columns) if names is None else names)
+        for name in (usual if names is None else names)
     }
     return without_samples(log, lost, "spikes")
 
@@ -108,9 +108,23 @@ def spikes(
     return found
 
 
-def _usually(names: Iterable[str]) -> list[str]:
-    accelerations = {f"d{name}" for name in VELOCITIES}
-    return [name for name in names if name not in accelerations]
+def windows_about(values: FloatArray, rows: IntArray, window: int) -> FloatArray:
+    """Return the neighbours of some samples."""
+    width = min(window, len(values))
+    first = np.clip(rows - width // 2, 0, len(values) - width)
+    around: FloatArray = values[first[:, np.newaxis] + np.arange(width)]
+    return around
+
+
+def off_the_line(time: FloatArray, around: FloatArray) -> FloatArray:
+    """Return how far samples are off the line through their window."""
+    width = around.shape[1]
+    others = np.array([[k for k in range(width) if k != own] for own in range(width)])
+    rise = around[:, others] - around[:, :, np.newaxis]
+    run = time[:, others] - time[:, :, np.newaxis]
+    slope = np.median(np.median(rise / run, axis=2), axis=1)
+    level = around - slope[:, np.newaxis] * (time - time[:, :1])
+    return np.asarray(level - np.median(level, axis=1, keepdims=True))
 
 
 def _off(

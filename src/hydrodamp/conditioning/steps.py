@@ -3,37 +3,76 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from functools import cache
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from hydrodamp.advance import shares, within
 from hydrodamp.conditioning.accelerometer import acceleration_from_accelerometer
-from hydrodamp.conditioning.attitude_jumps import steady_attitude
+from hydrodamp.conditioning.actuators import beyond_dead_zone, delayed, lagged
+from hydrodamp.conditioning.attitude import steady_attitude
 from hydrodamp.conditioning.bottom_lock import mask_bottom_lock
-from hydrodamp.conditioning.clean import clean
+from hydrodamp.conditioning.current import without_current
 from hydrodamp.conditioning.frozen import mask_frozen
-from hydrodamp.conditioning.mixing import AVL_690, ROTATION, Mixing, roll_from_mixing
-from hydrodamp.conditioning.rates import rates_from_attitude
-from hydrodamp.conditioning.response import beyond_dead_zone, delayed, lagged
-from hydrodamp.conditioning.spikes import remove_spikes
+from hydrodamp.conditioning.mixing import AVL_690, ROTATION, roll_from_mixing
+from hydrodamp.conditioning.spikes import LEAST_WINDOW, remove_spikes
 from hydrodamp.conditioning.suspicions import note_suspicions
-from hydrodamp.conditioning.through_water import without_current
-from hydrodamp.conditioning.touched import Cleaned
-from hydrodamp.conditioning.ways import velocity_from_position
+from hydrodamp.conditioning.velocities import rates_from_attitude, velocity_from_position
 from hydrodamp.data.log import Log
-from hydrodamp.errors import LogError, did_you_mean
+from hydrodamp.errors import did_you_mean
+from hydrodamp.faults import faults_in
 
-Function = Callable[..., Log | Cleaned]
+if TYPE_CHECKING:
+    from pydantic import BaseModel
 
-_BY_COMMAND: dict[str, Function] = {
-    "delayed": delayed,
-    "lagged": lagged,
-    "beyond_dead_zone": beyond_dead_zone,
-}
-"""These take a table of commands."""
+#: The steps of :func:`clean`. Numbers that stand for none first: others take them for spikes.
+CLEANING_STEPS: tuple[Callable[[Log], Log], ...] = (
+    mask_bottom_lock,
+    mask_frozen,
+    steady_attitude,
+    remove_spikes,
+    note_suspicions,
+)
 
-_OWN: dict[str, Function] = {
+_MIXINGS = {"rotation": ROTATION, "avl690": AVL_690}
+_BY_COMMAND = ("delayed", "lagged", "beyond_dead_zone")  # they take a table of commands
+
+
+def clean(log: Log, steps: Sequence[Callable[[Log], Log]] = CLEANING_STEPS) -> Log:
+    """Clean a log, step by step.
+
+    Parameters
+    ----------
+    log : Log
+        Any log.
+    steps : sequence of function, optional
+        Each takes a log and returns a log; :func:`functools.partial` gives one other settings.
+
+    Returns
+    -------
+    log : Log
+        Its notes count what every step touched, channel by channel.
+
+    Raises
+    ------
+    LogError
+        If a step leaves nothing.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> time = np.arange(0.0, 20.0, 0.1)
+    >>> surge, rate = 1 + 0.1 * np.sin(time), 0.2 * np.cos(time)
+    >>> surge[50] = 9.0
+    >>> clean(Log.from_arrays(time, {"u": surge, "r": rate})).notes
+    ('spikes: 1 of 200 samples of `u` (0.5 %) interpolated',)
+    """
+    for step in steps:
+        log = step(log)
+    return log
+
+
+_FUNCTIONS: dict[str, Callable[..., Log]] = {
     one.__name__: one
     for one in (
         clean,
@@ -47,41 +86,33 @@ _OWN: dict[str, Function] = {
         acceleration_from_accelerometer,
         roll_from_mixing,
         without_current,
+        delayed,
+        lagged,
+        beyond_dead_zone,
     )
 }
 
-STEPS: tuple[str, ...] = (*_OWN, *_BY_COMMAND)
-"""The names of all steps."""
-
-_MIXINGS: dict[str, Mixing] = {"rotation": ROTATION, "avl690": AVL_690}
-_NOT_SAID = ("steps", "current")  # values that a file cannot hold
+#: The names of all steps.
+STEPS = tuple(_FUNCTIONS)
 
 
 @dataclass(frozen=True)
 class Step:
-    """A step and its settings."""
+    """A step by its name, and its settings."""
 
     name: str
     settings: tuple[tuple[str, Any], ...] = ()
 
     def __call__(self, log: Log) -> Log:
         """Return what the step makes of a log."""
-        given = dict(self.settings)
-        try:
-            if self.name in _BY_COMMAND:
-                done = _BY_COMMAND[self.name](log, given)
-            else:
-                done = _OWN[self.name](log, **_valued(given))
-        except TypeError as error:
-            raise LogError(f"step `{self.name}`: {error}", source=log.source) from error
-        return done.log if isinstance(done, Cleaned) else done
+        given, function = dict(self.settings), _FUNCTIONS[self.name]
+        return function(log, given) if self.name in _BY_COMMAND else function(log, **given)
 
 
-def prepared(log: Log, steps: tuple[Step, ...]) -> Log:
+def prepared(log: Log, steps: Sequence[Step]) -> Log:
     """Return a log after some steps."""
-    for step, share in zip(steps, shares([1.0] * len(steps)), strict=True):
-        with within(*share):
-            log = step(log)
+    for step in steps:
+        log = step(log)
     return log
 
 
@@ -94,47 +125,82 @@ def steps_of(content: object) -> tuple[tuple[Step, ...], list[str]]:
     found: list[Step] = []
     faults: list[str] = []
     for given in content:
-        name, settings = _parts(given)
-        wrong = [*_faults(name, settings)]
-        faults += wrong
-        if not wrong and isinstance(settings, dict):
-            found.append(Step(str(name), tuple(settings.items())))
+        name, settings = given, None
+        if isinstance(given, dict) and len(given) == 1:
+            ((name, settings),) = given.items()
+        if not isinstance(name, str):
+            faults.append(f"a step must be a name, or one name with its settings; got {name!r}")
+        elif name not in STEPS:
+            near = did_you_mean(name, STEPS)
+            faults.append(f"unknown step `{name}`.{near} Steps are: {' '.join(STEPS)}")
+        else:
+            step, wrong = _step(name, {} if settings is None else settings)
+            found += () if step is None else (step,)
+            faults += wrong
     return tuple(found), faults
 
 
-def _parts(given: object) -> tuple[object, object]:
-    if isinstance(given, dict) and len(given) == 1:
-        ((name, settings),) = given.items()
-        return name, {} if settings is None else settings
-    return given, {}
+def _step(name: str, settings: object) -> tuple[Step | None, list[str]]:
+    """Return a step with its settings checked, or what is wrong with them."""
+    from pydantic import ValidationError
+
+    if name in _BY_COMMAND and settings == {}:
+        return None, [f"`{name}` needs commands and their numbers, such as {{rudder: 0.2}}"]
+    form = _form(name)
+    try:
+        checked = form.model_validate({name: settings}).model_dump(exclude_unset=True)[name]
+    except ValidationError as error:
+        return None, faults_in(error, {name: settings}, form)
+    if "mixing" in checked:
+        checked["mixing"] = _MIXINGS[checked["mixing"]]
+    return Step(name, tuple(checked.items())), []
 
 
-def _faults(name: object, settings: object) -> Iterator[str]:
-    if not isinstance(name, str):
-        yield f"a step must be a name, or one name with its settings; got {name!r}"
-        return
-    if name not in STEPS:
-        near = did_you_mean(name, STEPS)
-        yield f"unknown step `{name}`.{near} Steps are: {' '.join(STEPS)}"
-        return
-    if not isinstance(settings, dict):
-        yield f"the settings of `{name}` must be a table; got {settings!r}"
-    elif name in _BY_COMMAND:
-        if not settings:
-            yield f"`{name}` needs commands and their numbers, such as {{rudder: 0.2}}"
+@cache
+def _form(name: str) -> type[BaseModel]:
+    """Return the form of a step in a file: its name, then the settings its function takes."""
+    from pydantic import ConfigDict, create_model
+
+    kinds, strict = _kinds(), ConfigDict(extra="forbid")
+    if name in _BY_COMMAND:
+        settings = kinds["zones" if name == "beyond_dead_zone" else "delays"]
     else:
-        known = [key for key in inspect.signature(_OWN[name]).parameters if key not in _NOT_SAID]
-        for key in settings:
-            if key not in known[1:]:
-                takes = " ".join(known[1:]) or "no settings"
-                yield f"step `{name}` has no `{key}`.{did_you_mean(key, known)} It takes: {takes}"
+        taken = inspect.signature(_FUNCTIONS[name]).parameters
+        fields: dict[str, Any] = {
+            key: (kinds[key], ... if one.default is one.empty else None)
+            for key, one in taken.items()
+            if key in kinds
+        }
+        settings = create_model(name, __config__=strict, **fields)
+    entry: dict[str, Any] = {name: (settings, ...)}
+    return create_model("Step", __config__=strict, **entry)
 
 
-def _valued(settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Return settings with a mixing by its name as a value."""
-    mixing = settings.get("mixing")
-    if mixing is None:
-        return dict(settings)
-    if mixing not in _MIXINGS:
-        raise LogError(f"unknown mixing {mixing!r}. Known: {' '.join(_MIXINGS)}")
-    return {**settings, "mixing": _MIXINGS[mixing]}
+@cache
+def _kinds() -> Mapping[str, Any]:
+    """Return the kinds of all settings that a file can hold, by their names."""
+    from pydantic import AfterValidator, Field, FiniteFloat
+
+    positive = Annotated[FiniteFloat, Field(gt=0)]
+    window = Annotated[int, Field(ge=LEAST_WINDOW), AfterValidator(_odd)]
+    return {
+        "names": tuple[str, ...],
+        "window": window,
+        "threshold": positive,
+        "seconds": positive,
+        "flag": str,
+        "fastest": positive,
+        "gravity": positive,
+        "lever_arm": tuple[FiniteFloat, FiniteFloat, FiniteFloat],
+        "demanded": tuple[str, str],
+        "fins": tuple[str, str],
+        "mixing": Literal[tuple(_MIXINGS)],
+        "delays": dict[str, Annotated[FiniteFloat, Field(ge=0)]],
+        "zones": dict[str, tuple[FiniteFloat, FiniteFloat]],
+    }
+
+
+def _odd(window: int) -> int:
+    if window % 2 == 0:
+        raise ValueError(f"must be odd; got {window}")
+    return window

@@ -9,14 +9,9 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.axes import AXES, VELOCITIES
-from hydrodamp.conditioning.channels import measured
-from hydrodamp.conditioning.touched import Cleaned
 from hydrodamp.data.agreement import angle_ratio, path_ratios, rate_slopes
 from hydrodamp.data.attitude import down as down_in_body, euler_from_quaternion
 from hydrodamp.data.log import Log
-
-GRAVITY = 9.80665
-"""Standard gravity [m/s^2]."""
 
 _TOLERANCE = 0.08  # of a ratio, about that of a unit
 _RATES = {
@@ -104,7 +99,7 @@ def suspicions(log: Log) -> tuple[Suspicion, ...]:
     )
 
 
-def note_suspicions(log: Log) -> Cleaned:
+def note_suspicions(log: Log) -> Log:
     """Write what looks wrong into the notes of a log; no sample is touched.
 
     Parameters
@@ -114,16 +109,16 @@ def note_suspicions(log: Log) -> Cleaned:
 
     Returns
     -------
-    cleaned : Cleaned
+    log : Log
         The same measurements.
 
     Examples
     --------
-    >>> note_suspicions(Log.from_arrays([0, 0.1], {"u": [1, 1.5]})).log.notes
+    >>> note_suspicions(Log.from_arrays([0, 0.1], {"u": [1, 1.5]})).notes
     ()
     """
     found = suspicions(log)
-    return Cleaned(log.noted(*map(str, found)) if found else log)
+    return log.noted(*map(str, found)) if found else log
 
 
 def _clock(log: Log) -> Iterator[Suspicion]:
@@ -224,8 +219,9 @@ def _angles(log: Log) -> Iterator[Suspicion]:
 
 
 def _constant(log: Log) -> Iterator[Suspicion]:
-    for name, values in measured(log).items():
-        if name in VELOCITIES and values[0] != 0.0 and (values == values[0]).all():
+    for name in log.velocity_names:
+        values = log.velocity[:, VELOCITIES.index(name)]
+        if values[0] != 0.0 and (values == values[0]).all():
             yield Suspicion(
                 name, "was not measured", f"it is {values[0]:.4g} throughout; leave it out"
             )

@@ -89,7 +89,7 @@ def write_log(log: Log, path: str | Path) -> None:
     >>> folder.cleanup()
     """
     _check_names(log)
-    columns = _columns(log)
+    columns = columns_of(log)
     with replacing(path) as file:
         # The segment is last: a name in front might be taken for a comment.
         file.write(",".join((*columns, SEGMENT)) + "\n")
@@ -108,8 +108,8 @@ def _check_names(log: Log) -> None:
         raise LogError(faults, source=log.source)
 
 
-def _columns(log: Log) -> dict[str, FloatArray]:
-    """Return what the log holds by the names of columns."""
+def columns_of(log: Log) -> dict[str, FloatArray]:
+    """Return what a log holds by the names of columns, without velocities not recorded."""
     columns: dict[str, FloatArray] = {}
     for block in BLOCKS:
         values = getattr(log, block.name)

@@ -9,10 +9,10 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.basis.axes import VELOCITIES
-from hydrodamp.conditioning.attitude_jumps import LEAST_LEAP, leaps
+from hydrodamp.conditioning.attitude import LEAST_LEAP, leaps
 from hydrodamp.conditioning.current import estimate_current
-from hydrodamp.conditioning.rates import rates_from_attitude
 from hydrodamp.conditioning.suspicions import Suspicion, suspicions
+from hydrodamp.conditioning.velocities import rates_from_attitude
 from hydrodamp.data.channels import BLOCKS, TIME, VELOCITY, unit_of
 from hydrodamp.data.log import Log
 from hydrodamp.errors import HydrodampError

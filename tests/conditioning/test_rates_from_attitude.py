@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from hydrodamp.conditioning.rates import rate_slopes, rates_from_attitude
+from hydrodamp.conditioning.velocities import rates_from_attitude
 from hydrodamp.data.attitude import quaternion_from_euler
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError
@@ -84,12 +84,3 @@ def test_no_attitude_and_no_such_rate() -> None:
     with_attitude = dataclasses.replace(log, attitude=[[1, 0, 0, 0]] * 2)
     with pytest.raises(LogError, match="'u' cannot be derived here; it takes p q r"):
         rates_from_attitude(with_attitude, ["u", "r"])
-
-
-def test_slopes_of_rates_by_segment() -> None:
-    time = np.r_[np.arange(10.0), np.arange(10.0)]
-    rate = np.r_[0.1 * np.arange(10), 0.2 * np.arange(10)]
-    log = Log.from_arrays(time, {"r": rate}, segment=["a"] * 10 + ["b"] * 10)
-    slopes, window = rate_slopes(log, seconds=4.0)
-    np.testing.assert_allclose(slopes[:, 2], np.repeat([0.1, 0.2], 10), atol=1e-12)
-    assert window == 5

@@ -4,19 +4,21 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from hydrodamp.conditioning.local_polynomials import (
+from hydrodamp.conditioning.slopes import (
+    Around,
     best_window,
     fitted,
     local_quadratics,
-    window_of,
+    relative as columns,
+    slopes,
 )
 
 CLOCK = np.cumsum(np.random.default_rng(1).uniform(0.05, 0.4, 80))
 WHOLE = np.array([[0, 80]])
 
 
-def relative(values: np.ndarray):
-    return lambda at, near: (values[near] - values[at][:, np.newaxis])[..., np.newaxis]
+def relative(values: np.ndarray) -> Around:
+    return columns(values[:, np.newaxis])
 
 
 @settings(max_examples=50, deadline=None)
@@ -79,9 +81,18 @@ def test_a_window_no_longer_than_the_longest_segment() -> None:
     bounds = np.array([[0, 10], [10, 20], [20, 80]])
     assert best_window(CLOCK, bounds[:2], relative(noise)) <= 9
     assert best_window(CLOCK, np.array([[0, 3]]), relative(noise)) == 5
-    assert window_of(np.arange(5.0), np.array([[0, 5]]), 0.1) == 5
 
 
 def test_repeated_times_of_a_single_neighbour() -> None:
     fit = local_quadratics(np.zeros((1, 1)), np.full((1, 1, 1), 4.0))
     assert (fit.value.item(), fit.slope.item(), fit.own.item()) == (4.0, 0.0, 1.0)
+
+
+def test_the_window_may_be_given_in_seconds() -> None:
+    time = np.r_[np.arange(10.0), np.arange(10.0)]
+    line = np.r_[0.1 * np.arange(10), 0.2 * np.arange(10)]
+    bounds = np.array([[0, 10], [10, 20]])
+    for seconds, samples in ((0.1, 5), (4.0, 5), (8.0, 9)):
+        fit, window = slopes(time, bounds, relative(line), seconds)
+        assert window == samples
+        np.testing.assert_allclose(fit.slope[:, 0], np.repeat([0.1, 0.2], 10), atol=1e-12)

@@ -1,4 +1,4 @@
-"""Values and slopes by local quadratics, on any clock and within segments."""
+"""Slopes by local quadratics, on any clock and within segments."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray
 
+#: Numbers of samples to choose from.
 WINDOWS = (5, 7, 9, 13, 17, 25, 35)
-"""Numbers of samples to choose from."""
 
 _CHUNK = 8192
 _EVEN = 1e-9  # of a window, by which an even clock may differ
@@ -25,8 +25,29 @@ class Local(NamedTuple):
     own: FloatArray
 
 
+#: Samples (m,) and their neighbours (m, w) -> the values there, shape (m, w, k).
 Around = Callable[[IntArray, IntArray], FloatArray]
-"""Samples (m,) and their neighbours (m, w) -> the values there, shape (m, w, k)."""
+
+
+def slopes(
+    time: FloatArray, bounds: IntArray, around: Around, seconds: float | None
+) -> tuple[Local, int]:
+    """Return local quadratics over some seconds, or over the best window; and its samples."""
+    if seconds is None:
+        window = best_window(time, bounds, around)
+    else:
+        steps = np.concatenate([np.diff(time[a:b]) for a, b in bounds])
+        window = max(5, 2 * round(seconds / float(np.median(steps)) / 2) + 1)
+    return fitted(time, bounds, around, window), window
+
+
+def relative(values: FloatArray) -> Around:
+    """Return columns of numbers as differences from each sample."""
+
+    def around(at: IntArray, near: IntArray) -> FloatArray:
+        return np.asarray(values[near] - values[at][:, np.newaxis])
+
+    return around
 
 
 def local_quadratics(span: FloatArray, around: FloatArray) -> Local:
@@ -76,9 +97,3 @@ def best_window(
         free = np.maximum(1.0 - fit.own, 1e-6)[:, np.newaxis]
         errors.append(float(np.mean((fit.value / free) ** 2)))
     return usable[int(np.argmin(errors))]
-
-
-def window_of(time: FloatArray, bounds: IntArray, seconds: float) -> int:
-    """Return how many samples a time spans: odd, five at least."""
-    steps = np.concatenate([np.diff(time[a:b]) for a, b in bounds])
-    return max(5, 2 * round(seconds / float(np.median(steps)) / 2) + 1)

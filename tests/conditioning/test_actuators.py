@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from hydrodamp.conditioning.response import beyond_dead_zone, delayed, lagged
+from hydrodamp.conditioning.actuators import beyond_dead_zone, delayed, lagged
 from hydrodamp.data.concatenation import concatenate
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError

@@ -7,20 +7,18 @@ import dataclasses
 import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray
-from hydrodamp.conditioning.lines import NORMAL, off_the_line, windows_about
-from hydrodamp.conditioning.missing import ATTITUDE, without_samples
-from hydrodamp.conditioning.spikes import LEAST_WINDOW
-from hydrodamp.conditioning.touched import Cleaned, Touched, cleaned
+from hydrodamp.conditioning.gaps import ATTITUDE, counted, without_samples
+from hydrodamp.conditioning.spikes import LEAST_WINDOW, NORMAL, off_the_line, windows_about
 from hydrodamp.data.attitude import turn
 from hydrodamp.data.log import Log
 
+#: A turn there and back that is smaller is left to the noise [rad].
 LEAST_LEAP = np.radians(2.0)
-"""A turn there and back that is smaller is left to the noise [rad]."""
 
 _CHUNK = 16384
 
 
-def steady_attitude(log: Log, *, window: int = 7, threshold: float = 6.0) -> Cleaned:
+def steady_attitude(log: Log, *, window: int = 7, threshold: float = 6.0) -> Log:
     """Take out samples of attitude that leap there and back, and let signs follow on.
 
     Parameters
@@ -35,7 +33,7 @@ def steady_attitude(log: Log, *, window: int = 7, threshold: float = 6.0) -> Cle
 
     Returns
     -------
-    cleaned : Cleaned
+    log : Log
         Leaps are interpolated along the shorter turn.
 
     Examples
@@ -44,24 +42,22 @@ def steady_attitude(log: Log, *, window: int = 7, threshold: float = 6.0) -> Cle
     >>> yaw = np.radians([178.0, 178.5, 179.0, 179.5, 0.0, -179.5, -179.0, -178.5, -178.0])
     >>> attitude = quaternion_from_euler(np.outer(yaw, (0, 0, 1)))
     >>> log = Log.from_arrays(np.arange(9) / 10, {"r": np.full(9, 0.0873)}, attitude=attitude)
-    >>> made = steady_attitude(log)
-    >>> made.counts("attitude leaps"), np.degrees(2 * np.arcsin(made.log.attitude[4, 3])).item()
-    ({'attitude': 1}, 180.0)
+    >>> np.degrees(2 * np.arcsin(steady_attitude(log).attitude[4, 3])).item()
+    180.0
     """
     if log.attitude is None:
-        return Cleaned(log)
+        return log
     found = leaps(log.time, log.attitude, log.bounds, window=window, threshold=threshold)
-    first = without_samples(log, {ATTITUDE: found}, "attitude leaps")
-    attitude = first.log.attitude
+    made = without_samples(log, {ATTITUDE: found}, "attitude leaps")
+    attitude = made.attitude
     assert attitude is not None
-    followed = following(attitude, first.log.bounds)
+    followed = following(attitude, made.bounds)
     flipped = np.any(followed != attitude, axis=1)
+    if not flipped.any():
+        return made
     jumps = int(np.count_nonzero(flipped[1:] != flipped[:-1]))
-    signs = Touched("quaternion signs", ATTITUDE, jumps, first.log.n, "jumped, made to follow on")
-    if not jumps:
-        return first
-    second = cleaned(dataclasses.replace(first.log, attitude=followed), [signs])
-    return Cleaned(second.log, (*first.touched, *second.touched))
+    note = counted("quaternion signs", ATTITUDE, jumps, made.n, "jumped, made to follow on")
+    return dataclasses.replace(made, attitude=followed).noted(note)
 
 
 def following(attitude: FloatArray, bounds: IntArray) -> FloatArray:

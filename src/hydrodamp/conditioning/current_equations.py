@@ -13,8 +13,8 @@ from hydrodamp.data.attitude import euler_from_quaternion, rotation
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError
 
+#: What the drift of a current is counted over [s].
 TEN_MINUTES = 600.0
-"""What the drift of a current is counted over [s]."""
 
 _UNDER_WAY = 0.5  # of the median surge
 _LIKELY = 1.0  # m/s, a priori standard deviation of the current

@@ -1,0 +1,133 @@
+"""Samples that are taken out: bridged where the gap is short, cut where it is long."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator, Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from hydrodamp.arrays import BoolArray, FloatArray, IntArray
+from hydrodamp.data.attitude import turn
+from hydrodamp.data.canonical import columns_of
+from hydrodamp.data.channels import BLOCKS
+from hydrodamp.data.log import Log, take
+from hydrodamp.data.record import Segment, longest_step, unique_names
+from hydrodamp.errors import LogError
+
+#: How the channel of the quaternions is called.
+ATTITUDE = "attitude"
+
+_SENSED = {block.name: block.columns for block in BLOCKS if block.is_sensed}
+
+
+class _Gaps(NamedTuple):
+    """The good samples about every sample of a channel."""
+
+    before: IntArray
+    after: IntArray
+    share: FloatArray  # of the way from one to the other
+    bridged: BoolArray
+    cut: BoolArray
+
+
+def measured(log: Log) -> dict[str, FloatArray]:
+    """Return what sensors wrote, column by column; attitude and commands stand apart."""
+    sensed = {name for names in _SENSED.values() for name in names}
+    return {name: values for name, values in columns_of(log).items() if name in sensed}
+
+
+def without_samples(
+    log: Log, lost: Mapping[str, BoolArray], reason: str, longest: float | None = None
+) -> Log:
+    """Return a log without some samples of some channels, with a note on each channel."""
+    joins = np.zeros(log.n, dtype=np.bool_)
+    joins[log.bounds[:, 0]] = True
+    span = longest_step(log.time, joins) if longest is None else longest
+    gaps = {name: _gaps(log, rows, span) for name, rows in lost.items() if rows.any()}
+    if not gaps:
+        return log
+    notes = [
+        counted(reason, name, int(rows.sum()), log.n, done)
+        for name, one in gaps.items()
+        for rows, done in ((one.bridged, "interpolated"), (one.cut, "cut out"))
+        if rows.any()
+    ]
+    cut = np.logical_or.reduce([one.cut for one in gaps.values()])
+    return _without_rows(_bridged(log, gaps), cut, reason).noted(*notes)
+
+
+def counted(reason: str, channel: str, samples: int, of: int, done: str) -> str:
+    """Return the sentence on samples of a channel and what became of them."""
+    share = f"{100 * samples / of:.2g} %"
+    return f"{reason}: {samples} of {of} samples of `{channel}` ({share}) {done}"
+
+
+def _gaps(log: Log, lost: BoolArray, longest: float) -> _Gaps:
+    index = np.arange(log.n)
+    before = np.maximum.accumulate(np.where(lost, -1, index))
+    after = np.minimum.accumulate(np.where(lost, log.n, index)[::-1])[::-1]
+    inside = (before >= 0) & (after < log.n)
+    before, after = np.maximum(before, 0), np.minimum(after, log.n - 1)
+    segment = np.repeat(np.arange(len(log.segments)), np.diff(log.bounds, axis=1).ravel())
+    near = inside & (segment[before] == segment) & (segment[after] == segment)
+    span = log.time[after] - log.time[before]
+    bridged = lost & near & (span <= longest * (1 + 1e-9))
+    share = np.divide(log.time - log.time[before], span, out=np.zeros(log.n), where=bridged)
+    return _Gaps(before, after, share, bridged, lost & ~bridged)
+
+
+def _bridged(log: Log, gaps: Mapping[str, _Gaps]) -> Log:
+    columns, lines = measured(log), {}
+    for name, one in gaps.items():
+        if name != ATTITUDE:
+            first, last = columns[name][one.before], columns[name][one.after]
+            lines[name] = np.where(one.bridged, first + one.share * (last - first), columns[name])
+    blocks = {}
+    for block, names in _SENSED.items():
+        if any(name in lines for name in names):
+            blocks[block] = getattr(log, block).copy()
+            for place, name in enumerate(names):
+                if name in lines:
+                    blocks[block].reshape(log.n, -1)[:, place] = lines[name]
+    if ATTITUDE in gaps and log.attitude is not None:
+        blocks[ATTITUDE] = _turned(log.attitude, gaps[ATTITUDE])
+    return dataclasses.replace(log, **blocks)
+
+
+def _turned(attitude: FloatArray, gaps: _Gaps) -> FloatArray:
+    """Turn the good attitude before each bridged sample towards the one after it."""
+    from scipy.spatial.transform import Rotation  # takes long to import
+
+    rows = np.flatnonzero(gaps.bridged)
+    first, last = attitude[gaps.before[rows]], attitude[gaps.after[rows]]
+    part = turn(first, last) * gaps.share[rows, np.newaxis]
+    made = Rotation.from_quat(first, scalar_first=True) * Rotation.from_rotvec(part)
+    values = attitude.copy()
+    values[rows] = made.as_quat(scalar_first=True)
+    return values
+
+
+def _without_rows(log: Log, cut: BoolArray, reason: str) -> Log:
+    """Leave out samples; each segment falls into the pieces between them."""
+    if not cut.any():
+        return log
+    pieces = [piece for part in log.segments for piece in _pieces(part, cut)]
+    if not pieces:
+        fault = f"{reason}: no two neighbouring samples are left; all {log.n} were to be taken out"
+        raise LogError(fault, source=log.source)
+    names = unique_names(piece.name for piece in pieces)
+    return take(
+        log, [dataclasses.replace(one, name=name) for one, name in zip(pieces, names, strict=True)]
+    )
+
+
+def _pieces(part: Segment, cut: BoolArray) -> Iterator[Segment]:
+    """Yield what is left of a segment, numbered where it fell apart."""
+    keep = np.concatenate(([False], ~cut[part.start : part.stop], [False]))
+    edges = (np.flatnonzero(keep[1:] != keep[:-1]) + part.start).tolist()
+    spans = [(a, b) for a, b in zip(edges[::2], edges[1::2], strict=True) if b - a >= 2]
+    for number, (start, stop) in enumerate(spans, start=1):
+        name = part.name if len(spans) == 1 else f"{part.name}.{number}"
+        yield Segment(name, start, stop)
