@@ -9,8 +9,8 @@ from scipy.optimize import least_squares
 
 import hydrodamp as hd
 from hydrodamp.identification.regression.weak import WeakForm
-from hydrodamp.identification.replays.refine import Place, refine, searching
-from hydrodamp.identification.replays.shooting import Guess
+from hydrodamp.identification.search import Place, refine, searching
+from hydrodamp.identification.shooting import Guess
 
 pytestmark = pytest.mark.usefixtures("one_core")
 

@@ -56,8 +56,7 @@ from hydrodamp import (
 from hydrodamp.arrays import BoolArray, FloatArray
 from hydrodamp.files import replacing
 from hydrodamp.identification.fit import Method
-from hydrodamp.identification.recommended import Recommended
-from hydrodamp.identification.replays.output_error import OutputError
+from hydrodamp.identification.output_error import OutputError, Recommended
 from hydrodamp.identification.trust.grades import Grade
 from hydrodamp.identification.trust.identifiability import identifiability
 from hydrodamp.identification.uncertainty.intervals import Uncertainty

@@ -81,14 +81,13 @@ from .identification.online.gains import ByNoise as ByNoise, ByTerm as ByTerm
 from .identification.online.recursive import RecursiveLeastSquares as RecursiveLeastSquares
 from .identification.online.recursive_state import RecursiveState as RecursiveState
 from .identification.online.sample_by_sample import State as State, observe as observe
-from .identification.recommended import Recommended as Recommended
+from .identification.output_error import OutputError as OutputError, Recommended as Recommended
 from .identification.regression.informed import PriorLeastSquares as PriorLeastSquares
 from .identification.regression.least_squares import LeastSquares as LeastSquares
 from .identification.regression.prior import Prior as Prior
 from .identification.regression.ridge import Ridge as Ridge
 from .identification.regression.shrinkage import CrossValidated as CrossValidated
 from .identification.regression.weak import WeakForm as WeakForm
-from .identification.replays.output_error import OutputError as OutputError
 from .identification.rows.derivative import (
     Derivative as Derivative,
     FiniteDifference as FiniteDifference,

@@ -9,7 +9,7 @@ import pytest
 
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import identify
-from hydrodamp.identification.replays.output_error import OutputError
+from hydrodamp.identification.output_error import OutputError
 from hydrodamp.identification.replays.replay_blocks import replay_blocks
 from hydrodamp.identification.rows.derivative import SavitzkyGolay
 from hydrodamp.identification.rows.equations import Differenced

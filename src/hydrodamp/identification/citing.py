@@ -23,6 +23,7 @@ _RIDGE = """@article{hoerl-kennard-1970,
   doi     = {10.1080/00401706.1970.10488634}
 }"""
 
+#: Entries by key; a method that is not here has no paper of its own.
 _METHODS = {
     **dict.fromkeys(("ls", "ai", "ai-scaled"), (BIBTEX,)),
     "weak": (_WEAK,),
@@ -30,7 +31,6 @@ _METHODS = {
     "dissipative": (_WEAK,),
     "recommended": (_WEAK, _RIDGE),
 }
-"""Entries by key; a method that is not here has no paper of its own."""
 
 
 def cite(subject: DampingModel | Damping | Fit) -> str:

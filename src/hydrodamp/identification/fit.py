@@ -82,10 +82,10 @@ class Fit:
         return f"{head}\n{self.status.value}{groups}{more}{said}\n{self.damping}"
 
 
+#: What is said of a covariance that does not allow for coloured noise.
 WHITE = (
     "Standard errors take the residuals as white: where neighbours err alike they are too narrow."
 )
-"""What is said of a covariance that does not allow for coloured noise."""
 
 
 class Method(Protocol):

@@ -12,15 +12,16 @@ from hydrodamp.identification.fit import REFUSALS, Fit, Method, attempted
 from hydrodamp.identification.online.adaptive import AdaptiveIdentifier
 from hydrodamp.identification.online.gains import ByNoise, ByTerm
 from hydrodamp.identification.online.recursive import RecursiveLeastSquares
-from hydrodamp.identification.recommended import Recommended
+from hydrodamp.identification.output_error import OutputError, Recommended
 from hydrodamp.identification.regression.least_squares import LeastSquares
 from hydrodamp.identification.regression.ridge import Ridge
 from hydrodamp.identification.regression.weak import WeakForm
-from hydrodamp.identification.replays.output_error import OutputError
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.parallel import each
 from hydrodamp.simulation.problem import Problem
 
+#: ``recommended`` is what a user gets who names none; ``ls`` and ``ai`` are the paper's.
+#: ``ai-scaled`` is ``ai`` with gains by axis and term and thirty passes.
 METHODS: dict[str, Method] = {
     "recommended": Recommended(),
     "ls": LeastSquares(),
@@ -32,8 +33,6 @@ METHODS: dict[str, Method] = {
     "ai-scaled": AdaptiveIdentifier(a=ByNoise(), gamma=ByTerm(), passes=30),
     "rls": RecursiveLeastSquares(),
 }
-"""``recommended`` is what a user gets who names none; ``ls`` and ``ai`` are the paper's.
-``ai-scaled`` is ``ai`` with gains by axis and term and thirty passes."""
 
 
 @runtime_checkable

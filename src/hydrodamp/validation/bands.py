@@ -19,8 +19,8 @@ from hydrodamp.models.damping import Damping
 from hydrodamp.simulation.problem import Problem
 from hydrodamp.simulation.replay import LIMIT
 
+#: Numbers of a sensitivity held at once: 64 MB.
 _CHUNK = 8_000_000
-"""Numbers of a sensitivity held at once: 64 MB."""
 
 
 @dataclass(frozen=True, eq=False)

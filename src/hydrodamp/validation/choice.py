@@ -8,8 +8,8 @@ from typing import Generic, Protocol, TypeVar
 
 from hydrodamp.errors import MethodError, did_you_mean
 
+#: Ratio from which an error is so many times as large, not so many percent worse.
 _LARGE = 3.0
-"""Ratio from which an error is so many times as large, not so many percent worse."""
 
 
 class Ranked(Protocol):
@@ -159,8 +159,8 @@ class Parsimony:
         return [row for row in rows if error_of(row) <= limit]
 
 
+#: The rules by the words that :meth:`Comparison.choice` takes.
 RULES: dict[str, Rule] = {"rms": LowestError(), "parsimony": Parsimony()}
-"""The rules by the words that :meth:`Comparison.choice` takes."""
 
 
 def choose(rows: Iterable[Candidate], rule: str | Rule = "rms") -> Choice[Candidate]:

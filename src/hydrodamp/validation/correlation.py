@@ -7,12 +7,12 @@ from scipy.fft import irfft, next_fast_len, rfft
 
 from hydrodamp.arrays import FloatArray, IntArray
 
+#: Lags are summed up to this many correlation times: A. Sokal, "Monte Carlo Methods in Statistical
+#: Mechanics" (1997), doi:10.1007/978-1-4899-0319-8_6, section 3.
 _TIMES = 5.0
-"""Lags are summed up to this many correlation times: A. Sokal, "Monte Carlo Methods in
-Statistical Mechanics" (1997), doi:10.1007/978-1-4899-0319-8_6, section 3."""
 
+#: Lags with fewer pairs than this share of the samples are too uncertain to sum.
 _PAIRS = 0.5
-"""Lags with fewer pairs than this share of the samples are too uncertain to sum."""
 
 
 def effective_samples(series: FloatArray, segment: IntArray) -> float:

@@ -19,11 +19,11 @@ from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.validation.correlation import effective_samples
 
+#: Akaike's, the same corrected for few samples, and Schwarz's.
 CRITERIA = ("aic", "aicc", "bic")
-"""Akaike's, the same corrected for few samples, and Schwarz's."""
 
+#: Residual below which a fit is exact, as a share of the target.
 _SMALLEST = np.finfo(np.float64).eps
-"""Residual below which a fit is exact, as a share of the target."""
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ class Printed:
     ai: float
 
 
+#: Root mean square velocity error values for different models.
 TABLE_I = {
     "mcfarland-whitcomb": Printed(216, 0.40, 0.54),
     "pitch-yaw": Printed(100, 1.74, 2.00),
@@ -26,10 +27,9 @@ TABLE_I = {
     "uncoupled": Printed(24, 2.15, 1.98),
     "fossen": Printed(12, 2.24, 2.08),
 }
-"""Root mean square velocity error values for different models."""
 
+#: Which printed column a method stands beside.
 PRINTED_COLUMN = {"ls": "ls", "ai": "ai", "ai-scaled": "ai"}
-"""Which printed column a method stands beside."""
 
 
 def beside_paper(comparison: Comparison) -> bool:

@@ -12,8 +12,8 @@ from hydrodamp.errors import MethodError
 from hydrodamp.identification.dissipation.operating_box import operating_box
 from hydrodamp.identification.dissipation.power import PowerRows, spread, worst_power
 from hydrodamp.identification.regression.ridge import Ridge
-from hydrodamp.identification.replays.climb import climb
 from hydrodamp.identification.replays.replay_blocks import replay_blocks
+from hydrodamp.identification.search import climb
 from hydrodamp.identification.selection.candidates import drag, kept, picked
 from hydrodamp.identification.selection.error_reduction import Path, forward, nested, solved
 from hydrodamp.identification.selection.stability import frequencies
@@ -25,14 +25,14 @@ from hydrodamp.simulation.score import score
 from hydrodamp.validation.selection import Entered, Round, Size
 from hydrodamp.validation.sizing import sized
 
+#: Blocks below which nothing can be left out.
 _FEWEST = 4
-"""Blocks below which nothing can be left out."""
 
+#: Gauss-Newton steps at the most on windows of one length.
 _STEPS = 12
-"""Gauss-Newton steps at the most on windows of one length."""
 
+#: Terms chosen on each half sample.
 _DRAWN = 40
-"""Terms chosen on each half sample."""
 
 
 @dataclass(frozen=True)

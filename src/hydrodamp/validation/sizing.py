@@ -12,11 +12,11 @@ from scipy.optimize import nnls
 from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.identification.selection.error_reduction import error, solved
 
+#: Blocks are left out in this many turns.
 _FOLDS = 10
-"""Blocks are left out in this many turns."""
 
+#: Added to scaled normal matrices before they are factored.
 _RIDGE = 1e-10
-"""Added to scaled normal matrices before they are factored."""
 
 
 @dataclass(frozen=True, eq=False)

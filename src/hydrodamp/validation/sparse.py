@@ -27,14 +27,14 @@ from hydrodamp.validation.rounds import Stability, next_round, refit
 from hydrodamp.validation.selection import Round, Selection
 from hydrodamp.vehicle.vehicle import Vehicle
 
+#: Terms an axis has in the first model.
 _FIRST = 4
-"""Terms an axis has in the first model."""
 
+#: Windows that the first model is fitted on [s].
 _SHORT = 5.0
-"""Windows that the first model is fitted on [s]."""
 
+#: A round with fewer coefficients may be this much worse on the training data.
 _NEAR = 1.1
-"""A round with fewer coefficients may be this much worse on the training data."""
 
 
 @dataclass(frozen=True)

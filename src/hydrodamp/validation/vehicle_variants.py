@@ -9,9 +9,9 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.vehicle.vehicle import Vehicle
 
+#: Share of the weight that W - B is taken to be for a neutral vehicle: trimming in the field is not
+#: much finer.
 NEUTRAL = 0.01
-"""Share of the weight that W - B is taken to be for a neutral vehicle: trimming in the
-field is not much finer."""
 
 
 @dataclass(frozen=True)

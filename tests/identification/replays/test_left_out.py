@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.identification.jackknife import left_out
+from hydrodamp.identification.output_error import OutputError
 from hydrodamp.identification.replays import left_out as module
-from hydrodamp.identification.replays.left_out import left_out
-from hydrodamp.identification.replays.output_error import OutputError
-from hydrodamp.identification.replays.refine import Path, Place, searching
+from hydrodamp.identification.search import Path, Place, searching
 
 MODEL = hd.catalog["fossen"]
 

@@ -8,10 +8,8 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.identification.replays.climb import _chosen, climb
-from hydrodamp.identification.replays.refine import Place, searching
-from hydrodamp.identification.replays.runaway import runaways
-from hydrodamp.identification.replays.shooting import Guess, Shooting, cut
+from hydrodamp.identification.search import Place, _chosen, climb, searching
+from hydrodamp.identification.shooting import Guess, Shooting, cut, runaways
 from hydrodamp.simulation.campaign.water import true_damping
 
 SETTLED = (hd.Status.OK, hd.Status.STOPPED)

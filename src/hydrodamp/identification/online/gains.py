@@ -67,8 +67,8 @@ class ByTerm:
         per_axis(self.settling, "settling")
 
 
+#: One gain for all axes, or six in the order X Y Z K M N.
 Numbers = float | tuple[float, ...]
-"""One gain for all axes, or six in the order X Y Z K M N."""
 
 
 def per_axis(gain: Numbers, name: str) -> FloatArray:

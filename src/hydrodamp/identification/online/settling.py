@@ -8,11 +8,11 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.identification.online.adaptation import Adaptation
 from hydrodamp.simulation.problem import Problem
 
+#: Share of an axis's damping wrench that may still be missing.
 SETTLED = 0.1
-"""Share of an axis's damping wrench that may still be missing."""
 
+#: Samples of the log looked at; the shares are ratios of two means.
 _LOOK = 4096
-"""Samples of the log looked at; the shares are ratios of two means."""
 
 
 def missing_share(

@@ -7,17 +7,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.identification.replays.refine import searching
-from hydrodamp.identification.replays.shooting import Guess
+from hydrodamp.identification.search import searching
+from hydrodamp.identification.shooting import Guess
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
 
+#: Blocks at the most: a normal matrix of 500 candidates takes 2 MB.
 _BLOCKS = 40
-"""Blocks at the most: a normal matrix of 500 candidates takes 2 MB."""
 
+#: A log is cut into at least this many windows.
 _LEAST = 16
-"""A log is cut into at least this many windows."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,23 +18,23 @@ from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
 from hydrodamp.vehicle.vehicle import Vehicle
 
+#: Key of the model that a selection makes.
 KEY = "sparse"
-"""Key of the model that a selection makes."""
 
+#: Columns are one and the same where less than this share of the one is not in the other.
 _SAME = 1e-9
-"""Columns are one and the same where less than this share of the one is not in the other."""
 
+#: Columns are compared on at most about this many samples.
 _SAMPLES = 20_000
-"""Columns are compared on at most about this many samples."""
 
+#: Atoms that are never negative.
 _EVEN = (*(f"|{name}|" for name in VELOCITIES), "U", "V")
-"""Atoms that are never negative."""
 
+#: Atoms that are velocities.
 _SPEEDS = (*VELOCITIES, *_EVEN, "V_v", "V_w")
-"""Atoms that are velocities."""
 
+#: Atoms with the sign of a velocity, where there are several.
 _ALONG = {"v": ("v", "V_v"), "w": ("w", "V_w")}
-"""Atoms with the sign of a velocity, where there are several."""
 
 
 def candidates(

@@ -9,11 +9,11 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray
 
+#: Share of a column's square that must be left for it to be chosen.
 _FRESH = 1e-6
-"""Share of a column's square that must be left for it to be chosen."""
 
+#: Added to scaled normal matrices before they are solved.
 _RIDGE = 1e-10
-"""Added to scaled normal matrices before they are solved."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,14 +12,14 @@ from scipy.sparse.csgraph import connected_components
 from hydrodamp.arrays import BoolArray, FloatArray
 from hydrodamp.identification.rows.rank import Name, Span, spanned
 
+#: Condition index from which a dependency counts as strong (Belsley, Kuh and Welsch).
 HIGH = 30.0
-"""Condition index from which a dependency counts as strong (Belsley, Kuh and Welsch)."""
 
+#: Share of its variance that makes a coefficient part of dependencies (the same).
 _MOST = 0.5
-"""Share of its variance that makes a coefficient part of dependencies (the same)."""
 
+#: Correlation of the estimates that puts two coefficients into the same group.
 _LINKED = 0.5
-"""Correlation of the estimates that puts two coefficients into the same group."""
 
 
 @dataclass(frozen=True, eq=False)

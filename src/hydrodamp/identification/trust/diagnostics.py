@@ -20,11 +20,11 @@ from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
 
+#: Probability below which a test on six axes is worth a sentence.
 REJECTED = 0.01
-"""Probability below which a test on six axes is worth a sentence."""
 
+#: Share of outliers worth a sentence: more than 100 times that of normal residuals.
 MANY = 0.01
-"""Share of outliers worth a sentence: more than 100 times that of normal residuals."""
 
 
 @dataclass(frozen=True)

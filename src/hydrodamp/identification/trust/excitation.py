@@ -17,22 +17,22 @@ from hydrodamp.identification.rows.weak_equations import WeakEquations
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
 
+#: Least share of the response that must be predicted: a correlation of one half between the
+#: response predicted and the response seen.
 EXCITED = 0.25
-"""Least share of the response that must be predicted: a correlation of one half between
-the response predicted and the response seen."""
 
+#: Length of the test functions [s]: some time constants of a small vehicle, so that noise of the
+#: velocities, which dominates accelerations from sample to sample, is averaged out.
 SPAN = 8.0
-"""Length of the test functions [s]: some time constants of a small vehicle, so that noise
-of the velocities, which dominates accelerations from sample to sample, is averaged out."""
 
+#: Shortest fold, in test functions.
 _FOLD = 5.0
-"""Shortest fold, in test functions."""
 
+#: Test functions over an instant.
 _OVERLAP = 4
-"""Test functions over an instant."""
 
+#: Folds a long log is divided into.
 _MOST_FOLDS = 10
-"""Folds a long log is divided into."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -29,23 +29,23 @@ class Grade(Enum):
         return self.value.split(":", 1)[0]
 
 
+#: A 95 % interval of at most this share of the coefficient to either side determines it: the least
+#: accuracy at which damping coefficients are worth comparing with others.
 RELATIVE = 0.25
-"""A 95 % interval of at most this share of the coefficient to either side determines it:
-the least accuracy at which damping coefficients are worth comparing with others."""
 
+#: So does an interval that is worth at most this share of the axis' response: a coefficient near
+#: zero is determined when what it could contribute is too small to matter.
 CONTRIBUTION = 0.05
-"""So does an interval that is worth at most this share of the axis' response: a coefficient
-near zero is determined when what it could contribute is too small to matter."""
 
+#: An interval that is worth more than this share of the response to either side tells nothing: with
+#: 95 % confidence, anything up to all of the response could be the term's.
 UNKNOWN = 0.5
-"""An interval that is worth more than this share of the response to either side tells
-nothing: with 95 % confidence, anything up to all of the response could be the term's."""
 
+#: Least share of the leverage of a coefficient that must come from excited motion: below it, more
+#: than half of what distinguishes its column from the others may be noise, which biases a
+#: coefficient towards zero by that share (Fuller, "Measurement Error Models", 1987,
+#: doi:10.1002/9780470316665, section 1.1).
 SOUND = 0.5
-"""Least share of the leverage of a coefficient that must come from excited motion: below
-it, more than half of what distinguishes its column from the others may be noise, which
-biases a coefficient towards zero by that share (Fuller, "Measurement Error Models", 1987,
-doi:10.1002/9780470316665, section 1.1)."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,8 +13,8 @@ from hydrodamp.identification.trust.identifiability import (
 )
 from hydrodamp.simulation.problem import Problem
 
+#: From the best to the worst.
 _ORDER = tuple(Grade)
-"""From the best to the worst."""
 
 
 def graded(problem: Problem, fit: Fit) -> Identifiability:

@@ -150,11 +150,11 @@ class Identifiability:
 
 _STAR = "* the response is not predicted, for want of motion or of the right terms"
 
+#: Groups printed, for one screen.
 _MOST_GROUPS = 4
-"""Groups printed, for one screen."""
 
+#: Labels of a grade printed.
 _MOST_LABELS = 36
-"""Labels of a grade printed."""
 
 
 def identifiability(

@@ -16,14 +16,14 @@ from hydrodamp.identification.rows.weak_equations import WeakEquations
 from hydrodamp.models.damping import Damping
 from hydrodamp.simulation.problem import Problem
 
+#: Lags reach to this part of the longest segment.
 _SHARE = 4
-"""Lags reach to this part of the longest segment."""
 
+#: Lags at most.
 _LAGS = 40
-"""Lags at most."""
 
+#: Frequencies of a spectrum.
 _FREQUENCIES = 129
-"""Frequencies of a spectrum."""
 
 
 @dataclass(frozen=True, eq=False)

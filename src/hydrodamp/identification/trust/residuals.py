@@ -9,17 +9,17 @@ from scipy.special import chdtrc
 
 from hydrodamp.arrays import FloatArray, IntArray
 
+#: Lags that the test of Ljung and Box asks about, on long series.
 _LAGS = 10
-"""Lags that the test of Ljung and Box asks about, on long series."""
 
+#: Samples for each lag, on short ones.
 _PER_LAG = 5
-"""Samples for each lag, on short ones."""
 
+#: The standard deviation of a normal distribution over its median absolute deviation.
 _NORMAL = 1.482602218505602
-"""The standard deviation of a normal distribution over its median absolute deviation."""
 
+#: Robust standard deviations from which a residual is an outlier: 6 in 100 000 of normal ones.
 FAR = 4.0
-"""Robust standard deviations from which a residual is an outlier: 6 in 100 000 of normal ones."""
 
 
 @dataclass(frozen=True)

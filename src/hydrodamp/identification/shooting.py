@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -14,15 +14,15 @@ from hydrodamp.identification.rows.folding import folded_rows
 from hydrodamp.kernels.inputs import Inputs
 from hydrodamp.simulation.problem import Problem
 
+#: Longest Runge-Kutta step [s]: twice a replay's, at half the work; on the modes of a vehicle (10
+#: 1/s and slower) it is off by a thousandth at most.
 MAX_STEP = 0.1
-"""Longest Runge-Kutta step [s]: twice a replay's, at half the work; on the modes of a
-vehicle (10 1/s and slower) it is off by a thousandth at most."""
 
+#: Samples a window must have.
 _LEAST = 4
-"""Samples a window must have."""
 
+#: Numbers of a Jacobian held at once: 64 MB.
 _ENTRIES = 8_000_000
-"""Numbers of a Jacobian held at once: 64 MB."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,3 +193,32 @@ def cut(problem: Problem, length: float) -> IntArray:
         edges = [start, *inner.tolist(), stop]
         windows += pairwise(edges)
     return np.array(windows, dtype=np.int64).reshape(-1, 2)
+
+
+#: Commands, recorded wrench and first velocities are multiplied by these.
+SHARES = (0.9, 1.0)
+
+#: A velocity beyond this many times the largest recorded of its kind, linear or angular, has run
+#: away.
+BEYOND = 5.0
+
+
+def runaways(problem: Problem, matrix: FloatArray) -> int:
+    """Count the replays that run away beside the log."""
+    recorded = np.abs(problem.inputs.velocity)
+    largest = BEYOND * np.repeat([recorded[:, :3].max(), recorded[:, 3:].max()], 3)
+    return sum(_count(problem, matrix, share, largest) for share in SHARES)
+
+
+def _count(problem: Problem, matrix: FloatArray, share: float, largest: FloatArray) -> int:
+    inputs = problem.inputs
+    driven = replace(
+        inputs,
+        velocity=share * inputs.velocity,
+        wrench=share**2 * inputs.wrench,
+        channels=share * inputs.channels,
+        propulsion=share * inputs.propulsion,
+    )
+    velocity, _ = kernels.replay(problem.columns.plant, matrix, driven, problem.segments)
+    left = ~np.all(np.abs(velocity) <= largest, axis=1)
+    return sum(bool(left[start:stop].any()) for start, stop in problem.segments.tolist())
