@@ -55,11 +55,11 @@ from hydrodamp import (
 )
 from hydrodamp.arrays import BoolArray, FloatArray
 from hydrodamp.files import replacing
+from hydrodamp.identification.excitation import excitation
 from hydrodamp.identification.fit import Method
+from hydrodamp.identification.grades import Grade, graded_by, identifiability
 from hydrodamp.identification.output_error import OutputError, Recommended
-from hydrodamp.identification.trust.grades import Grade
-from hydrodamp.identification.trust.identifiability import identifiability
-from hydrodamp.identification.uncertainty.intervals import Uncertainty
+from hydrodamp.identification.uncertainty.intervals import Uncertainty, reach
 from hydrodamp.simulation.campaign.conditions import COLOURED
 from hydrodamp.simulation.campaign.reenact import reenact_all
 
@@ -99,10 +99,14 @@ def determined(problem: Problem, fit: Fit) -> BoolArray:
     """Return which coefficients are graded as determined, given the fit's own intervals."""
     if not fit.status.usable:
         return np.zeros(fit.model.n_coefficients, dtype=bool)
-    known = (
-        fit.damping.covariance if fit.uncertainty is None else fit.uncertainty.of_noise.covariance
-    )
-    found = identifiability(problem, fit.model, known)
+    covariance = fit.damping.covariance
+    if fit.uncertainty is not None:
+        covariance = fit.uncertainty.of_noise.covariance
+    if covariance is None:
+        found = identifiability(problem, fit.model)
+    else:
+        half = reach(LEVEL, np.inf) * np.sqrt(np.diag(covariance))
+        found = graded_by(excitation(problem, fit.model), half)
     return np.array([found.grades[label] is Grade.DETERMINED for label in fit.model.labels])
 
 

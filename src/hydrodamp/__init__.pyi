@@ -68,6 +68,12 @@ from .identification.fit import (
     fitted as fitted,
     identify as identify,
 )
+from .identification.grades import (
+    Grade as Grade,
+    Identifiability as Identifiability,
+    graded as graded,
+    identifiability as identifiability,
+)
 from .identification.methods import (
     METHODS as METHODS,
     find_method as find_method,
@@ -88,6 +94,7 @@ from .identification.regression.prior import Prior as Prior
 from .identification.regression.ridge import Ridge as Ridge
 from .identification.regression.shrinkage import CrossValidated as CrossValidated
 from .identification.regression.weak import WeakForm as WeakForm
+from .identification.residuals import Diagnostics as Diagnostics, diagnose as diagnose
 from .identification.rows.derivative import (
     Derivative as Derivative,
     FiniteDifference as FiniteDifference,
@@ -107,13 +114,6 @@ from .identification.rows.triangle import (
     merge as merge,
 )
 from .identification.rows.weak_equations import WeakEquations as WeakEquations
-from .identification.trust.diagnostics import Diagnostics as Diagnostics, diagnose as diagnose
-from .identification.trust.grades import Grade as Grade
-from .identification.trust.grading import graded as graded
-from .identification.trust.identifiability import (
-    Identifiability as Identifiability,
-    identifiability as identifiability,
-)
 from .identification.uncertainty.intervals import Uncertainty as Uncertainty
 from .ingest.datasets.fetching import fetch as fetch
 from .ingest.datasets.registry import Dataset as Dataset, find_dataset as find_dataset

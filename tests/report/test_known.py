@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from hydrodamp.identification.fit import Fit
-from hydrodamp.identification.trust.grades import Grade
+from hydrodamp.identification.grades import Grade
 from hydrodamp.identification.uncertainty.intervals import Uncertainty
 from hydrodamp.report.fit_grid import fit_grid
 from hydrodamp.report.known import LITTLE_MEANING, how_known, reach_of

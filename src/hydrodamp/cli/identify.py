@@ -14,7 +14,7 @@ from hydrodamp.cli.output import WORK_FAILED, WRONG_INPUT, emit, fail, note, res
 if TYPE_CHECKING:
     from hydrodamp.data.log import Log
     from hydrodamp.identification.fit import Fit
-    from hydrodamp.identification.trust.identifiability import Identifiability
+    from hydrodamp.identification.grades import Identifiability
     from hydrodamp.vehicle.vehicle import Vehicle
 
 
@@ -112,8 +112,8 @@ def trust(vehicle: Vehicle, log: Log, fit: Fit) -> tuple[Identifiability | None,
     """Return grades, and what residuals and a wrong vehicle say, in words."""
     from hydrodamp.errors import HydrodampError
     from hydrodamp.identification.methods import find_method
-    from hydrodamp.identification.trust.diagnostics import diagnose
-    from hydrodamp.identification.trust.grading import graded
+    from hydrodamp.identification.residuals import diagnose
+    from hydrodamp.identification.grades import graded
     from hydrodamp.progress import counted
     from hydrodamp.simulation.problem import prepare
     from hydrodamp.validation.vehicle_error import vehicle_doubt

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from hydrodamp.basis.axes import AXES
 from hydrodamp.identification.fit import Fit
-from hydrodamp.identification.trust.identifiability import Identifiability
+from hydrodamp.identification.grades import Identifiability
 from hydrodamp.models.labels import coefficient_unit
 from hydrodamp.report.grid import Grid
 from hydrodamp.report.known import LITTLE, LITTLE_MEANING, RULE, how_known

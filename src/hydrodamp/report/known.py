@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from hydrodamp.identification.fit import Fit
-from hydrodamp.identification.trust.grades import CONTRIBUTION, RELATIVE, Grade
-from hydrodamp.identification.trust.identifiability import Identifiability
+from hydrodamp.identification.grades import CONTRIBUTION, RELATIVE, Grade, Identifiability
 from hydrodamp.identification.uncertainty.intervals import reach
 
 LITTLE = "matters little"

@@ -19,8 +19,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.identification.trust.grades import Grade
-from hydrodamp.identification.trust.identifiability import AxisIdentifiability, Identifiability
+from hydrodamp.identification.grades import AxisIdentifiability, Grade, Identifiability
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

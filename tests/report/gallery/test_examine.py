@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.identification.trust.grades import Grade
+from hydrodamp.identification.grades import Grade
 from hydrodamp.report.correlated import correlated_pairs
 from hydrodamp.report.gallery import examine as examining, of_the_adaptation as adapting
 from hydrodamp.report.gallery.examine import examine

@@ -10,8 +10,7 @@ import pytest
 from hydrodamp.report.unfinished import unfinished
 
 import hydrodamp as hd
-from hydrodamp.identification.trust.grades import Grade
-from hydrodamp.identification.trust.identifiability import AxisIdentifiability, Identifiability
+from hydrodamp.identification.grades import AxisIdentifiability, Grade, Identifiability
 from hydrodamp.models.catalog import PAPER_MODELS
 from hydrodamp.report.gallery.findings import Findings
 from hydrodamp.report.gallery.picture import Gallery, Picture

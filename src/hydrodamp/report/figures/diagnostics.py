@@ -12,11 +12,10 @@ from hydrodamp.errors import MethodError
 from hydrodamp.identification.dissipation.operating_box import OperatingBox
 from hydrodamp.identification.dissipation.power import worst_power
 from hydrodamp.identification.dissipation.power_range import power_range
+from hydrodamp.identification.excitation import EXCITED
 from hydrodamp.identification.fit import Fit
-from hydrodamp.identification.trust.excitation import EXCITED
-from hydrodamp.identification.trust.grades import Grade
-from hydrodamp.identification.trust.identifiability import Identifiability
-from hydrodamp.identification.trust.residual_series import residual_series
+from hydrodamp.identification.grades import Grade, Identifiability
+from hydrodamp.identification.residuals import residual_series
 from hydrodamp.report.figures.axes import velocity_label, velocity_unit
 from hydrodamp.report.figures.look import (
     BAND,

@@ -7,8 +7,7 @@ from importlib.util import find_spec
 
 from hydrodamp.data.log import Log
 from hydrodamp.errors import HydrodampError
-from hydrodamp.identification.trust.grading import graded
-from hydrodamp.identification.trust.identifiability import Identifiability
+from hydrodamp.identification.grades import Identifiability, graded
 from hydrodamp.report.gallery.bands_of_rows import affordable_bands
 from hydrodamp.report.gallery.findings import Findings, chosen_row
 from hydrodamp.report.gallery.of_the_adaptation import sketches_of_adaptation

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from hydrodamp.identification.trust.identifiability import Identifiability
+from hydrodamp.identification.grades import Identifiability
 from hydrodamp.report.gallery.picture import Gallery
 from hydrodamp.validation.bands import PredictionBand
 from hydrodamp.validation.comparison import Comparison, Row

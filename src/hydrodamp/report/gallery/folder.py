@@ -8,8 +8,7 @@ from typing import Any
 
 from hydrodamp.errors import FileError
 from hydrodamp.files import as_json, load_json, save_all
-from hydrodamp.identification.trust.grades import Grade
-from hydrodamp.identification.trust.identifiability import AxisIdentifiability, Identifiability
+from hydrodamp.identification.grades import AxisIdentifiability, Grade, Identifiability
 from hydrodamp.models.model import DampingModel
 from hydrodamp.report.gallery.band_file import BAND, band_bytes, read_band
 from hydrodamp.report.gallery.findings import FIGURES, Findings, chosen_row

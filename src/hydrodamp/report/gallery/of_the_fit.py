@@ -7,9 +7,8 @@ from collections.abc import Iterator
 from hydrodamp.identification.dissipation.operating_box import TAIL, operating_box
 from hydrodamp.identification.dissipation.power import worst_power
 from hydrodamp.identification.fit import Fit
-from hydrodamp.identification.trust.diagnostics import diagnose
-from hydrodamp.identification.trust.grades import Grade
-from hydrodamp.identification.trust.identifiability import Identifiability
+from hydrodamp.identification.grades import Grade, Identifiability
+from hydrodamp.identification.residuals import diagnose
 from hydrodamp.report.correlated import ALIKE, Pair, correlated_pairs
 from hydrodamp.report.figures.coefficients import correlation_figure
 from hydrodamp.report.figures.diagnostics import excitation_figure, power_figure, residuals_figure

@@ -9,7 +9,7 @@ import numpy as np
 
 from hydrodamp.basis.axes import AXES
 from hydrodamp.identification.fit import Fit
-from hydrodamp.identification.trust.identifiability import Identifiability
+from hydrodamp.identification.grades import Identifiability
 from hydrodamp.models.labels import coefficient_unit
 from hydrodamp.report.correlated import ALIKE, correlated_pairs
 from hydrodamp.report.known import LITTLE, LITTLE_MEANING, RULE, how_known, reach_of

@@ -5,8 +5,7 @@ from __future__ import annotations
 import base64
 from dataclasses import dataclass
 
-from hydrodamp.identification.trust.grades import Grade
-from hydrodamp.identification.trust.identifiability import Identifiability
+from hydrodamp.identification.grades import Grade, Identifiability
 from hydrodamp.report.gallery.findings import Findings
 from hydrodamp.report.gallery.picture import Picture
 

@@ -8,8 +8,7 @@ import numpy as np
 
 from hydrodamp.basis.axes import AXES
 from hydrodamp.identification.fit import Fit
-from hydrodamp.identification.trust.grades import Grade
-from hydrodamp.identification.trust.identifiability import Identifiability
+from hydrodamp.identification.grades import Grade, Identifiability
 from hydrodamp.report.known import reach_of
 from hydrodamp.report.remarks import UNFINISHED
 from hydrodamp.simulation.status import Status

@@ -1,0 +1,410 @@
+"""Which coefficients a log determines: rank, condition, inflation, groups and a grade each."""
+
+from __future__ import annotations
+
+import itertools
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from enum import Enum
+from typing import Any, Generic
+
+import numpy as np
+from scipy.sparse.csgraph import connected_components
+
+from hydrodamp.arrays import BoolArray, FloatArray
+from hydrodamp.basis.axes import AXES
+from hydrodamp.identification.excitation import Excitation, excitation
+from hydrodamp.identification.fit import Fit
+from hydrodamp.identification.regression.attenuation import NOISY_TERMS, attenuation
+from hydrodamp.identification.regression.covariance import rows_covariance
+from hydrodamp.identification.regression.influence import least_squares_influence
+from hydrodamp.identification.rows.rank import Name, Span, spanned
+from hydrodamp.identification.uncertainty.intervals import Uncertainty
+from hydrodamp.models.model import DampingModel
+from hydrodamp.simulation.problem import Problem
+
+#: A 95 % interval of at most this share of the coefficient to either side determines it: the least
+#: accuracy at which damping coefficients are worth comparing with others.
+RELATIVE = 0.25
+
+#: So does an interval that is worth at most this share of the axis' response: a coefficient near
+#: zero is determined when what it could contribute is too small to matter.
+CONTRIBUTION = 0.05
+
+#: An interval that is worth more than this share of the response to either side tells nothing: with
+#: 95 % confidence, anything up to all of the response could be the term's.
+UNKNOWN = 0.5
+
+#: Least share of the leverage of a coefficient that must come from excited motion: below it, more
+#: than half of what distinguishes its column from the others may be noise, which biases a
+#: coefficient towards zero by that share (Fuller, "Measurement Error Models", 1987,
+#: doi:10.1002/9780470316665, section 1.1).
+SOUND = 0.5
+
+#: Condition index from which a dependency counts as strong (Belsley, Kuh and Welsch).
+HIGH = 30.0
+
+# Share of its variance that makes a coefficient part of dependencies (the same), and correlation
+# of the estimates that puts two coefficients into the same group.
+_MOST, _LINKED = 0.5, 0.5
+
+# Groups and labels of a grade that are printed, for one screen.
+_MOST_GROUPS, _MOST_LABELS = 4, 36
+
+_STAR = "* the response is not predicted, for want of motion or of the right terms"
+
+
+class Grade(Enum):
+    """How well a coefficient is determined; the value says what to do with it.
+
+    Examples
+    --------
+    >>> Grade.NOT_DETERMINED.word
+    'not determined'
+    """
+
+    DETERMINED = "determined: the number can be used."
+    WEAK = "weak: sign and order of magnitude at best; use it with the whole model only."
+    NOT_DETERMINED = "not determined: the data do not tell; take it from elsewhere or leave it out."
+
+    @property
+    def word(self) -> str:
+        """The grade in one or two words."""
+        return self.value.split(":", 1)[0]
+
+
+@dataclass(frozen=True)
+class AxisIdentifiability:
+    """What a log determines on one axis."""
+
+    axis: str
+    labels: tuple[str, ...]
+    grades: tuple[Grade, ...]
+    inflation: tuple[float, ...]
+    rank: int
+    condition: float
+    share: float
+    excited: bool
+    groups: tuple[tuple[str, ...], ...]
+
+    def count(self, grade: Grade) -> int:
+        """Return how many coefficients have a grade."""
+        return self.grades.count(grade)
+
+    def __str__(self) -> str:
+        """Return a line for the table."""
+        counts = "".join(f"{self.count(grade):>8}" for grade in Grade)
+        return (
+            f"{self.axis:<5}{self.rank:>4} of {len(self.labels):<4}{self.condition:>10.3g}"
+            f"{100.0 * self.share:>10.0f} %{counts}{'' if self.excited else ' *'}"
+        )
+
+
+@dataclass(frozen=True)
+class Identifiability:
+    """Which coefficients of a model a log determines.
+
+    Attributes
+    ----------
+    model : DampingModel
+        Restricted to the free axes.
+    axes : tuple of AxisIdentifiability
+        Those on which the model has terms.
+    """
+
+    model: DampingModel
+    axes: tuple[AxisIdentifiability, ...]
+
+    @property
+    def grades(self) -> dict[str, Grade]:
+        """The grade of every coefficient, by label."""
+        return {k: v for one in self.axes for k, v in zip(one.labels, one.grades, strict=True)}
+
+    @property
+    def inflation(self) -> dict[str, float]:
+        """The variance inflation factor of every coefficient, by label."""
+        return {k: v for one in self.axes for k, v in zip(one.labels, one.inflation, strict=True)}
+
+    @property
+    def groups(self) -> tuple[tuple[str, ...], ...]:
+        """Labels that the data cannot tell apart, exactly or nearly, group by group."""
+        return tuple(group for one in self.axes for group in one.groups)
+
+    def labelled(self, grade: Grade) -> tuple[str, ...]:
+        """Return the labels of a grade, in the model's order."""
+        return tuple(label for label, given in self.grades.items() if given is grade)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return everything as numbers, words and lists; None where infinite.
+
+        Returns
+        -------
+        content : dict
+            Ready for strict JSON.
+        """
+        inflation = self.inflation
+        return {
+            "model": self.model.key,
+            "axes": {
+                one.axis: {
+                    "rank": one.rank,
+                    "condition": _finite(one.condition),
+                    "predicted_share": one.share,
+                    "excited": one.excited,
+                    "grades": {grade.word: one.count(grade) for grade in Grade},
+                    "groups": [list(group) for group in one.groups],
+                }
+                for one in self.axes
+            },
+            "coefficients": {
+                label: {"grade": grade.word, "vif": _finite(inflation[label])}
+                for label, grade in self.grades.items()
+            },
+        }
+
+    @property
+    def summary(self) -> str:
+        """A table of the axes, then the groups."""
+        counts = Counter(self.grades.values())
+        total = ", ".join(f"{counts[grade]} {grade.word}" for grade in Grade)
+        head = f"{'axis':<5}{'rank':>4}{'':<8}{'condition':>10}{'predicted':>12}"
+        head += "".join(f"{word:>8}" for word in ("det.", "weak", "not"))
+        lines = [f"{self.model.key}: {total}", head, *map(str, self.axes)]
+        lines += [f"not told apart: {' '.join(group)}" for group in self.groups[:_MOST_GROUPS]]
+        if (more := len(self.groups) - _MOST_GROUPS) > 0:
+            lines.append(f"and {more} more groups")
+        if any(not one.excited for one in self.axes):
+            lines.append(_STAR)
+        return "\n".join(lines)
+
+    def __str__(self) -> str:
+        """Return the summary, then the labels by grade."""
+        lines = [self.summary]
+        for grade in Grade:
+            if labels := self.labelled(grade):
+                shown = " ".join(labels[:_MOST_LABELS])
+                left = len(labels) - _MOST_LABELS
+                lines.append(f"{grade.word}: {shown}" + (f" and {left} more" if left > 0 else ""))
+        return "\n".join(lines)
+
+
+def identifiability(problem: Problem, model: DampingModel) -> Identifiability:
+    """Grade how well a log determines each coefficient of a model, whatever the method.
+
+    A coefficient is *not determined* where it is aliased, where its axis is not excited
+    (:mod:`hydrodamp.identification.excitation`), where its column lives on velocities
+    that are not, or where its interval tells nothing. It is *determined* where the
+    interval is narrow against the coefficient or against what matters on the axis, and
+    *weak* between the two. Coefficients and intervals are those of the weak form, from the
+    noise that the model and the terms of Gertler and Hagen together leave over.
+
+    Parameters
+    ----------
+    problem : Problem
+        Vehicle and log.
+    model : DampingModel
+        Which terms.
+
+    Returns
+    -------
+    identifiability : Identifiability
+        Axis by axis.
+
+    Raises
+    ------
+    MethodError
+        If the log is too short.
+
+    Examples
+    --------
+    >>> from hydrodamp.models.catalog import catalog
+    >>> from hydrodamp.simulation.campaign.reenact import reenact
+    >>> from hydrodamp.simulation.problem import prepare
+    >>> campaign, fossen = reenact(duration=60.0), catalog["fossen"]
+    >>> found = identifiability(prepare(campaign.vehicle, campaign.train, fossen), fossen)
+    >>> len(found.grades), found.axes[0].rank
+    (12, 2)
+    """
+    return _by_log(excitation(problem, model))
+
+
+def graded(problem: Problem, fit: Fit) -> Identifiability:
+    """Grade each coefficient of a fit by the log and by the fit's own interval; the worse holds.
+
+    The noise and the manoeuvres of a log may determine a coefficient that a method, or a model
+    of the wrong form, still gives with a wide interval. And an interval may be narrow where the
+    log cannot tell one column from another, or hardly moved the axis.
+
+    Parameters
+    ----------
+    problem : Problem
+        Vehicle and log it was identified from.
+    fit : Fit
+        With numbers.
+
+    Returns
+    -------
+    identifiability : Identifiability
+        As of :func:`identifiability`; by the log alone where the fit has no standard errors.
+
+    Raises
+    ------
+    MethodError
+        If the log is too short.
+
+    Examples
+    --------
+    >>> from hydrodamp.identification.regression.weak import WeakForm
+    >>> from hydrodamp.models.catalog import catalog
+    >>> from hydrodamp.simulation.campaign.reenact import reenact
+    >>> from hydrodamp.simulation.problem import prepare
+    >>> campaign, fossen = reenact(duration=60.0), catalog["fossen"]
+    >>> problem = prepare(campaign.vehicle, campaign.train, fossen)
+    >>> len(graded(problem, WeakForm().identify(problem, fossen)).grades)
+    12
+    """
+    seen = excitation(problem, fit.model)
+    by_log, damping = _by_log(seen), fit.damping
+    if damping.covariance is None:
+        return by_log
+    known = fit.uncertainty or Uncertainty(damping.covariance, np.inf, "the covariance given")
+    by_fit = graded_by(seen, known.reach() * known.standard_errors, damping.coefficients)
+    order = list(Grade)
+    return replace(
+        by_log,
+        axes=tuple(
+            replace(
+                one,
+                grades=tuple(
+                    max(pair, key=order.index)
+                    for pair in zip(one.grades, other.grades, strict=True)
+                ),
+            )
+            for one, other in zip(by_log.axes, by_fit.axes, strict=True)
+        ),
+    )
+
+
+def _by_log(seen: Excitation) -> Identifiability:
+    """Grade by the weak form's own numbers and the noise alone."""
+    influence = least_squares_influence(seen.rows, seen.model)
+    known = rows_covariance(seen.rows, influence, seen.model, seen.reference)
+    known = known.widened(attenuation(seen.rows, seen.model), NOISY_TERMS)
+    return graded_by(seen, known.reach() * known.of_noise.standard_errors)
+
+
+def graded_by(
+    seen: Excitation, half: FloatArray, coefficients: FloatArray | None = None
+) -> Identifiability:
+    """Grade by half the width of each coefficient's 95 % interval."""
+    model, rows = seen.model, seen.rows
+    ends = np.cumsum([0, *map(len, model.terms)]).tolist()
+    axes = []
+    for axis, (start, stop) in enumerate(itertools.pairwise(ends)):
+        if start == stop:
+            continue
+        labels, part = model.labels[start:stop], slice(start, stop)
+        columns = [rows.basis.index(term) for term in model.terms[axis]]
+        design = rows.design[:, columns]
+        alike = collinearity(design, labels)
+        weights = alike.span.coefficients @ alike.span.directions.T
+        evidence = Evidence(
+            coefficient=(
+                weights @ rows.target[:, axis] if coefficients is None else coefficients[part]
+            ),
+            half=half[part],
+            size=np.sqrt(np.mean(design**2, axis=0)),
+            sound=np.einsum("mn,nm->m", weights, seen.quiet[:, columns]),
+            aliased=alike.aliased,
+            response=float(seen.response[axis]),
+            excited=bool(seen.excited[axis]),
+        )
+        axes.append(
+            AxisIdentifiability(
+                axis=AXES[axis],
+                labels=labels,
+                grades=evidence.grades(),
+                inflation=tuple(alike.inflation.tolist()),
+                rank=alike.span.rank,
+                condition=alike.condition,
+                share=float(seen.share[axis]),
+                excited=evidence.excited,
+                groups=alike.groups,
+            )
+        )
+    return Identifiability(model, tuple(axes))
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """What is known of the coefficients of one axis, one entry a coefficient."""
+
+    coefficient: FloatArray
+    half: FloatArray
+    size: FloatArray
+    sound: FloatArray
+    aliased: BoolArray
+    response: float
+    excited: bool
+
+    def grades(self) -> tuple[Grade, ...]:
+        """Return the grade of each coefficient."""
+        worth = self.half * self.size
+        close = (self.half <= RELATIVE * np.abs(self.coefficient)) | (
+            worth <= CONTRIBUTION * self.response
+        )
+        blind = self.aliased | (self.size == 0.0) | ~np.isfinite(self.half)
+        blind |= (self.sound < SOUND) | (not self.excited)
+        blind |= ~close & (worth > UNKNOWN * self.response)
+        words = np.where(blind, 2, np.where(close, 0, 1))
+        return tuple(tuple(Grade)[place] for place in words.tolist())
+
+
+@dataclass(frozen=True, eq=False)
+class Collinearity(Generic[Name]):
+    """How far the columns of one axis can be told apart."""
+
+    span: Span[Name]
+    condition: float
+    inflation: FloatArray
+    aliased: BoolArray
+    groups: tuple[tuple[Name, ...], ...]
+
+
+def collinearity(design: FloatArray, names: Sequence[Name]) -> Collinearity[Name]:
+    """Examine the columns of a design, scaled to unit length."""
+    span = spanned(design, names)
+    lost = {name for group in span.aliased for name in group}
+    aliased = np.array([name in lost for name in names], dtype=bool)
+    length = np.linalg.norm(design, axis=0)
+    parts = (span.coefficients * length[:, None]) ** 2
+    condition = float(span.singular[0] / span.singular[-1]) if span.rank else 1.0
+    return Collinearity(
+        span=span,
+        condition=condition if span.rank == len(names) else float("inf"),
+        inflation=np.where(aliased, np.inf, parts.sum(axis=1)),
+        aliased=aliased,
+        groups=span.aliased + _near(span, parts, aliased, names),
+    )
+
+
+def _near(
+    span: Span[Name], parts: FloatArray, aliased: BoolArray, names: Sequence[Name]
+) -> tuple[tuple[Name, ...], ...]:
+    """Group coefficients whose variance comes from strong dependencies."""
+    if not span.rank:
+        return ()
+    strong = span.singular[0] > HIGH * span.singular
+    whole = parts.sum(axis=1)
+    share = parts[:, strong].sum(axis=1) / np.where(whole > 0.0, whole, 1.0)
+    members = np.flatnonzero((share > _MOST) & ~aliased)
+    deviation = np.sqrt(np.sum(span.coefficients[members] ** 2, axis=1))
+    scaled = span.coefficients[members] / deviation[:, None]
+    count, label = connected_components(np.abs(scaled @ scaled.T) > _LINKED, directed=False)
+    groups = [members[label == one] for one in range(count)]
+    return tuple(tuple(names[i] for i in group) for group in groups if len(group) > 1)
+
+
+def _finite(value: float) -> float | None:
+    return value if np.isfinite(value) else None

@@ -1,0 +1,307 @@
+"""What a regression leaves over: white or correlated in time, and how many outliers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from scipy.fft import irfft, next_fast_len, rfft
+from scipy.special import chdtrc
+
+from hydrodamp.arrays import FloatArray, IntArray
+from hydrodamp.basis.axes import AXES
+from hydrodamp.errors import MethodError
+from hydrodamp.identification.rows.equations import Rows
+from hydrodamp.identification.rows.rank import solve_axis
+from hydrodamp.identification.rows.support import chosen_support
+from hydrodamp.identification.rows.weak_equations import WeakEquations
+from hydrodamp.models.damping import Damping
+from hydrodamp.models.model import DampingModel
+from hydrodamp.simulation.problem import Problem
+
+#: Probability of white residuals below which correlation is worth a sentence.
+REJECTED = 0.01
+
+#: Robust standard deviations from which a residual is an outlier: 6 in 100 000 of normal ones.
+FAR = 4.0
+
+#: Share of outliers worth a sentence: more than 100 times that of normal residuals.
+MANY = 0.01
+
+# The standard deviation of a normal distribution over its median absolute deviation.
+_NORMAL = 1.482602218505602
+
+# Lags that the test of Ljung and Box asks about, and samples for each on short series.
+_TESTED, _PER_LAG = 10, 5
+
+# Lags of a drawn correlation at most, the share of a segment that they reach to, and the
+# frequencies of a spectrum.
+_LAGS, _SHARE, _FREQUENCIES = 40, 4, 129
+
+
+@dataclass(frozen=True)
+class Whiteness:
+    """How a residual depends on the one before: p-value, correlation at lag 1, time [s]."""
+
+    p: float | None
+    neighbours: float
+    time: float
+
+
+@dataclass(frozen=True, eq=False)
+class ResidualSeries:
+    """Correlation over lag [s] and power density over frequency [Hz] of one axis."""
+
+    lag: FloatArray
+    correlation: FloatArray
+    frequency: FloatArray
+    density: FloatArray
+    #: How large a correlation of white residuals gets, at nineteen lags of twenty.
+    white: float
+
+
+@dataclass(frozen=True)
+class AxisDiagnostics:
+    """What the residuals of one axis say."""
+
+    axis: str
+    rms: float
+    whiteness: Whiteness
+    outliers: float
+
+    @property
+    def coloured(self) -> bool:
+        """Whether the residuals are correlated in time."""
+        return self.whiteness.p is not None and self.whiteness.p < REJECTED
+
+    def __str__(self) -> str:
+        """Return a line for the table."""
+        white = self.whiteness
+        p = "–" if white.p is None else f"{white.p:.3f}"
+        return (
+            f"{self.axis:<5}{self.rms:>10.3g}{p:>9}{white.neighbours:>8.2f}"
+            f"{white.time:>8.2g} s{100.0 * self.outliers:>9.2f} %"
+        )
+
+
+@dataclass(frozen=True)
+class Diagnostics:
+    """What the residuals of a model say, axis by axis.
+
+    Attributes
+    ----------
+    model : str
+        Key of the model.
+    axes : tuple of AxisDiagnostics
+        Those on which the model has terms.
+    spacing : float
+        Length of the test functions, which follow each other without overlap [s].
+    """
+
+    model: str
+    axes: tuple[AxisDiagnostics, ...]
+    spacing: float
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What to know and to do, a sentence a kind of trouble."""
+        said = []
+        if coloured := [
+            f"{one.axis} (over {one.whiteness.time:.2g} s, neighbours "
+            f"{one.whiteness.neighbours:.2f})"
+            for one in self.axes
+            if one.coloured
+        ]:
+            said.append(
+                f"Residuals are correlated in time on {', '.join(coloured)} (Ljung-Box, "
+                f"p < {REJECTED:g}): intervals for white residuals would be wrong."
+            )
+        if spiked := [
+            f"{one.axis} ({100.0 * one.outliers:.1f} %)" for one in self.axes if one.outliers > MANY
+        ]:
+            said.append(
+                f"Many residuals are beyond {FAR:g} robust standard deviations on "
+                f"{', '.join(spiked)}: look at the log there and remove its spikes."
+            )
+        return tuple(said)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return everything as numbers, words and lists, ready for strict JSON."""
+        return {**asdict(self), "remarks": list(self.remarks)}
+
+    def __str__(self) -> str:
+        """Return a table of the axes, then the sentences."""
+        head = f"{'axis':<5}{'rms':>10}{'white p':>9}{'lag 1':>8}{'time':>10}{'outliers':>11}"
+        title = f"{self.model}: residuals under test functions of {self.spacing:.3g} s"
+        return "\n".join([title, head, *map(str, self.axes), *self.remarks])
+
+
+def diagnose(
+    problem: Problem,
+    model: DampingModel,
+    damping: Damping | None = None,
+    *,
+    support: float | None = None,
+) -> Diagnostics:
+    """Examine what a model leaves of a log.
+
+    Residuals are those of the weak form under test functions that follow each other and
+    share no sample, so that no correlation is of their making.
+
+    Parameters
+    ----------
+    problem : Problem
+        Vehicle and log.
+    model : DampingModel
+        Which terms.
+    damping : Damping, optional
+        Whose residuals to examine; by default those of least squares on the same rows.
+    support : float, optional
+        Length of the test functions [s]; by default as :class:`WeakEquations` chooses it.
+
+    Returns
+    -------
+    diagnostics : Diagnostics
+        Axis by axis, with sentences.
+
+    Raises
+    ------
+    MethodError
+        If the damping lacks a coefficient.
+
+    Examples
+    --------
+    >>> from hydrodamp.models.catalog import catalog
+    >>> from hydrodamp.simulation.campaign.reenact import reenact
+    >>> from hydrodamp.simulation.problem import prepare
+    >>> campaign, fossen = reenact(duration=60.0), catalog["fossen"]
+    >>> found = diagnose(prepare(campaign.vehicle, campaign.train, fossen), fossen)
+    >>> [one.axis for one in found.axes]
+    ['X', 'Y', 'Z', 'K', 'M', 'N']
+    """
+    free = model.restricted_to(problem.vehicle.axes)
+    rows, length = residual_rows(problem, support)
+    if damping is None:
+        triangle = rows.triangle()
+        found = [solve_axis(triangle, terms, axis) for axis, terms in enumerate(free.terms)]
+        damping = Damping(free, np.concatenate([axis.coefficients for axis in found]))
+    elif missing := [label for label in free.labels if label not in damping.as_dict()]:
+        raise MethodError(f"the damping has no coefficient {', '.join(missing)} of '{model.key}'")
+    left = left_over(rows, Damping(free, damping.onto(free)))
+    return Diagnostics(
+        model=free.key,
+        axes=tuple(
+            AxisDiagnostics(
+                axis=AXES[axis],
+                rms=float(np.sqrt(np.mean(left[:, axis] ** 2))),
+                whiteness=whiteness(left[:, axis], rows.segment, length),
+                outliers=outlier_share(left[:, axis]),
+            )
+            for axis in range(6)
+            if free.terms[axis]
+        ),
+        spacing=length,
+    )
+
+
+def residual_rows(problem: Problem, support: float | None = None) -> tuple[Rows, float]:
+    """Return rows of the weak form that share no sample, and how far apart they are [s]."""
+    length = chosen_support(problem).length if support is None else support
+    return WeakEquations(length, overlap=1, windows=()).rows(problem), length
+
+
+def left_over(rows: Rows, damping: Damping) -> FloatArray:
+    """Return what a damping leaves of each axis of some rows."""
+    model = damping.model
+    columns = [rows.basis.index(term) for term in model.basis]
+    rest: FloatArray = rows.target - rows.design[:, columns] @ damping.matrix.T
+    return rest
+
+
+def whiteness(series: FloatArray, segment: IntArray, spacing: float) -> Whiteness:
+    """Test residuals for correlation in time, never across a join."""
+    lags = min(_TESTED, len(series) // _PER_LAG)
+    power = float(series @ series)
+    if lags < 1 or power <= 0.0:
+        return Whiteness(None, 0.0, spacing)
+    pairs, products = lagged_products(series, segment, lags)
+    correlation = products[1:] / power
+    statistic = (
+        len(series) * (len(series) + 2.0) * np.sum(correlation**2 / np.maximum(pairs[1:], 1))
+    )
+    positive = correlation[: np.argmax(np.append(correlation, -1.0) <= 0.0)]
+    return Whiteness(
+        p=float(chdtrc(lags, statistic)),
+        neighbours=float(correlation[0]),
+        time=spacing * (1.0 + 2.0 * float(positive.sum())),
+    )
+
+
+def outlier_share(series: FloatArray) -> float:
+    """Return the share of residuals beyond four robust standard deviations."""
+    if not len(series):
+        return 0.0
+    distance = np.abs(series - np.median(series))
+    return float(np.mean(distance > FAR * _NORMAL * np.median(distance)))
+
+
+def residual_series(
+    problem: Problem, dampings: Sequence[Damping], support: float | None = None
+) -> list[dict[str, ResidualSeries]]:
+    """Return what each damping leaves over on the axes of its terms, under test functions."""
+    rows, length = residual_rows(problem, support)
+    found = []
+    for damping in dampings:
+        left, terms = left_over(rows, damping), zip(AXES, damping.model.terms, strict=True)
+        found.append(
+            {
+                axis: series(left[:, place], rows.segment, length)
+                for place, (axis, own) in enumerate(terms)
+                if own
+            }
+        )
+    return found
+
+
+def series(residuals: FloatArray, segment: IntArray, spacing: float) -> ResidualSeries:
+    """Return correlation and spectrum (Parzen's window) of residuals, never across a join."""
+    longest = int(np.bincount(segment).max(initial=0)) if len(segment) else 0
+    if longest < _SHARE:
+        raise MethodError(
+            f"at least {_SHARE} residuals of one segment are needed for a correlation; got "
+            f"{longest}: give a longer log"
+        )
+    most = min(_LAGS, longest // _SHARE)
+    covariance = lagged_products(residuals, segment, most)[1] / len(residuals)
+    share = np.arange(most + 1) / (most + 1.0)
+    inner = 1.0 - 6.0 * share**2 * (1.0 - share)
+    window = np.where(share <= 0.5, inner, 2.0 * (1.0 - share) ** 3)
+    weights = np.where(share == 0.0, 1.0, 2.0) * window * covariance
+    lag = spacing * np.arange(most + 1.0)
+    frequency = np.linspace(0.0, 0.5 / spacing, _FREQUENCIES)
+    waves = np.cos(2.0 * np.pi * np.outer(frequency, lag))
+    return ResidualSeries(
+        lag=lag,
+        correlation=covariance / covariance[0] if covariance[0] > 0.0 else 0.0 * covariance,
+        frequency=frequency,
+        density=np.maximum(2.0 * spacing * waves @ weights, 0.0),
+        white=1.96 / float(np.sqrt(len(residuals))),
+    )
+
+
+def lagged_products(
+    series: FloatArray, segment: IntArray, most: int | None = None
+) -> tuple[IntArray, FloatArray]:
+    """Return pairs and sums of products at lags 0 to ``most``, never across a join."""
+    parts = np.split(series, np.flatnonzero(np.diff(segment)) + 1)
+    lengths = np.array([len(part) for part in parts])
+    lags = np.arange(int(lengths.max()) if most is None else most + 1)
+    products = np.zeros(len(lags))
+    for part in parts:
+        size = next_fast_len(2 * len(part), real=True)
+        here = irfft(np.abs(rfft(part, size)) ** 2, size)[: min(len(part), len(lags))]
+        products[: len(here)] += here
+    pairs: IntArray = np.maximum(lengths[:, None] - lags, 0).sum(axis=0)
+    return pairs, products

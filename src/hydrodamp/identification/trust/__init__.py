@@ -1,1 +1,0 @@
-"""What the data determine, and what speaks against a fit."""

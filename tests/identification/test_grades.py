@@ -1,0 +1,292 @@
+"""Grades: of the rule, of columns that look alike, of campaigns, of fits, and of a field log."""
+
+from __future__ import annotations
+
+import json
+import warnings
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.errors import MethodError
+from hydrodamp.identification.excitation import excitation
+from hydrodamp.identification.grades import (
+    HIGH,
+    Evidence,
+    Grade,
+    collinearity,
+    graded,
+    graded_by,
+    identifiability,
+)
+from hydrodamp.ingest.mapping import LogMapping
+
+PRESTERO, LINEAR = hd.catalog["prestero"], hd.catalog["linear"]
+ORDER = tuple(Grade)
+
+CLEAR = {"coefficient": 10.0, "half": 1.0, "size": 1.0, "sound": 1.0, "aliased": False}
+
+
+def grade(*, response: float = 10.0, excited: bool = True, **more: float) -> Grade:
+    values = {key: np.array([value]) for key, value in {**CLEAR, **more}.items()}
+    return Evidence(**values, response=response, excited=excited).grades()[0]
+
+
+def test_a_narrow_interval_determines():
+    assert grade() is Grade.DETERMINED
+    assert grade(half=2.4) is Grade.DETERMINED
+    assert grade(half=2.6) is Grade.WEAK
+
+
+def test_a_zero_that_is_known_well_is_determined():
+    """|t| = 0, but it can contribute at most 4 % of the response."""
+    assert grade(coefficient=0.0, half=0.4) is Grade.DETERMINED
+    assert grade(coefficient=0.0, half=0.6) is Grade.WEAK
+
+
+def test_an_interval_worth_half_the_response_tells_nothing():
+    assert grade(coefficient=8.0, half=4.9) is Grade.WEAK
+    assert grade(coefficient=8.0, half=5.1) is Grade.NOT_DETERMINED
+
+
+def test_a_small_part_of_a_large_coefficient_is_little_even_if_worth_much():
+    """Two terms that cancel: each is known to 20 %."""
+    assert grade(coefficient=100.0, half=20.0) is Grade.DETERMINED
+
+
+@pytest.mark.parametrize(
+    "fault",
+    [
+        {"aliased": True},
+        {"size": 0.0},
+        {"half": np.inf},
+        {"half": np.nan},
+        {"sound": 0.4},
+        {"excited": False},
+    ],
+)
+def test_what_no_interval_can_mend(fault):
+    assert grade(**fault) is Grade.NOT_DETERMINED
+
+
+def test_orthogonal_columns_inflate_nothing():
+    found = collinearity(np.diag([1.0, 1e3, 1e-6]), "abc")
+    np.testing.assert_allclose(found.inflation, 1.0, rtol=1e-12)
+    assert found.condition == pytest.approx(1.0)
+    assert (found.groups, found.span.rank) == ((), 3)
+
+
+def test_inflation_is_what_the_other_columns_explain():
+    """1 / (1 - R²) of a column on the others, uncentred."""
+    rng = np.random.default_rng(0)
+    design = rng.normal(size=(50, 4)) + 1.0
+    for column, inflation in enumerate(collinearity(design, "abcd").inflation):
+        others = np.delete(design, column, axis=1)
+        own = design[:, column]
+        left = own - others @ np.linalg.lstsq(others, own, rcond=None)[0]
+        assert inflation == pytest.approx(own @ own / (left @ left), rel=1e-9)
+
+
+def test_condition_is_that_of_unit_columns():
+    design = np.random.default_rng(1).normal(size=(30, 3)) * [1.0, 1e4, 1e-4]
+    unit = design / np.linalg.norm(design, axis=0)
+    assert collinearity(design, "abc").condition == pytest.approx(np.linalg.cond(unit), rel=1e-9)
+
+
+def test_two_near_dependencies_are_two_groups():
+    rng = np.random.default_rng(2)
+    a, b, c = rng.normal(size=(3, 200))
+    noise = 1e-3 * rng.normal(size=(2, 200))
+    found = collinearity(np.column_stack([a, b, a + noise[0], b + noise[1], c]), "abxyc")
+    assert found.condition > HIGH
+    assert sorted(found.groups) == [("a", "x"), ("b", "y")]
+    assert found.inflation[4] < 1.2
+
+
+def test_exact_aliases_come_first_and_have_no_finite_inflation():
+    rng = np.random.default_rng(3)
+    a, b = rng.normal(size=(2, 100))
+    design = np.column_stack([a, 2 * a, np.zeros(100), b, b + 1e-3 * rng.normal(size=100)])
+    found = collinearity(design, "apzbq")
+    assert found.groups == (("a", "p"), ("z",), ("b", "q"))
+    assert found.condition == np.inf
+    np.testing.assert_array_equal(np.isinf(found.inflation), [True, True, True, False, False])
+    np.testing.assert_array_equal(found.aliased, [True, True, True, False, False])
+
+
+@pytest.mark.parametrize("columns", [0, 2])
+def test_nothing_to_examine(columns):
+    found = collinearity(np.zeros((5, columns)), "ab"[:columns])
+    assert found.span.rank == 0
+    assert len(found.groups) == columns
+
+
+@pytest.fixture(scope="module")
+def campaign():
+    return hd.reenact(seed=0, duration=200.0)
+
+
+@pytest.fixture(scope="module")
+def problem(campaign):
+    return hd.prepare(campaign.vehicle, campaign.train, [PRESTERO, LINEAR])
+
+
+@pytest.fixture(scope="module")
+def by_log(problem):
+    return identifiability(problem, PRESTERO)
+
+
+def test_the_campaign_determines_the_main_coefficients(by_log):
+    main = {"X_u|u|", "Y_ur", "K_p|p|", "M_uw", "N_uv", "N_ur"}
+    assert main <= set(by_log.labelled(Grade.DETERMINED))
+    assert all(one.excited for one in by_log.axes)
+    assert by_log.grades["Z_w|w|"] is Grade.NOT_DETERMINED
+
+
+def test_every_coefficient_has_one_grade(by_log):
+    assert tuple(by_log.grades) == PRESTERO.labels == tuple(by_log.inflation)
+    assert sum(one.count(grade) for one in by_log.axes for grade in Grade) == 30
+    assert min(by_log.inflation.values()) >= 1.0 - 1e-12
+
+
+def test_noise_makes_grades_worse(campaign, by_log):
+    """Ten times the noise of the DVL."""
+    log = campaign.train
+    noise = 0.13 * np.random.default_rng(0).normal(size=log.velocity.shape) * [1, 1, 1, 0, 0, 0]
+    noisy = replace(log, velocity=log.velocity + noise)
+    found = identifiability(hd.prepare(campaign.vehicle, noisy, PRESTERO), PRESTERO)
+    assert len(found.labelled(Grade.DETERMINED)) < len(by_log.labelled(Grade.DETERMINED))
+    assert not found.axes[2].excited
+
+
+def test_columns_that_do_not_move_are_not_determined(exact_log, vehicle, true_damping):
+    """Sway at rest: whatever has v in it, and the whole of Y, cannot be told."""
+    log = exact_log(true_damping(LINEAR), forward=1.5)
+    rng = np.random.default_rng(0)
+    quiet = np.array(log.velocity)
+    quiet[:, 1] = 1e-3 * rng.normal(size=log.n)
+    wrench = np.array(log.wrench)
+    wrench[:, 1] = rng.normal(size=log.n)
+    problem = hd.prepare(vehicle, replace(log, velocity=quiet, wrench=wrench), LINEAR)
+    grades = identifiability(problem, LINEAR).grades
+    assert {grades[label] for label in LINEAR.labels if label.startswith("Y_")} == {
+        Grade.NOT_DETERMINED
+    }
+    assert grades["N_v"] is Grade.NOT_DETERMINED
+
+
+def test_aliased_columns_are_named(problem, campaign):
+    twice = hd.DampingModel.from_table({"X": "u^2 u|u|", "K": "p"}, key="twice")
+    found = identifiability(hd.prepare(campaign.vehicle, campaign.train, twice), twice)
+    assert ("X_u^2", "X_u|u|") in found.groups
+    assert found.axes[0].condition == np.inf
+    assert found.labelled(Grade.NOT_DETERMINED) == ("X_u^2", "X_u|u|")
+    assert found.as_dict()["coefficients"]["X_u^2"] == {"grade": "not determined", "vif": None}
+
+
+def test_fewer_axes(exact_log, vehicle, true_damping):
+    planar = replace(vehicle, axes=("X", "Y", "N"))
+    log = exact_log(true_damping(LINEAR), forward=1.5)
+    found = identifiability(hd.prepare(planar, log, LINEAR), LINEAR)
+    assert [one.axis for one in found.axes] == ["X", "Y", "N"]
+    assert len(found.grades) == 9
+    assert "more groups" not in str(found)
+
+
+def test_printed_on_one_screen_and_written_as_strict_json(by_log, problem):
+    text = str(by_log)
+    assert len(text.splitlines()) <= 16
+    assert text.startswith("prestero: ")
+    content = json.loads(json.dumps(by_log.as_dict(), allow_nan=False))
+    assert content["axes"]["X"]["rank"] == 5
+
+
+def test_long_lists_are_cut(campaign):
+    model = hd.catalog["gertler-hagen"]
+    text = str(identifiability(hd.prepare(campaign.vehicle, campaign.train, model), model))
+    assert "more groups" in text
+    assert " more\n" in text
+
+
+def test_a_log_that_is_too_short_is_refused(campaign):
+    first = campaign.train.segments[0].name
+    short = hd.prepare(campaign.vehicle, campaign.train.select(first).between(0.0, 6.0), LINEAR)
+    with pytest.raises(MethodError, match="longer log"):
+        identifiability(short, LINEAR)
+
+
+@pytest.fixture(scope="module")
+def field_log(measured_logs):
+    """The field log of a 690: turns at constant depth, in a current."""
+    file = measured_logs("vt690_field") / "derived_10hz.csv"
+    mapping = {
+        "time": "time_s",
+        "attitude": {name: f"{name}_rad" for name in ("roll", "pitch", "yaw")},
+        "velocity": {name: name for name in "uvwpqr"},
+        "commands": {name: f"{name}_rad" for name in ("rudder", "elevator")},
+    }
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", hd.HydrodampWarning)
+        return LogMapping.from_dict(mapping).read(file)
+
+
+@pytest.mark.parametrize("key", ["prestero", "linear"])
+def test_the_field_log_determines_yaw_and_roll_alone(field_log, key):
+    """Rudder steps excite yaw and roll; the rest follows waves, the current and noise."""
+    fins = {"X": "1", "Y N": "u|u|*rudder", "Z M": "u|u|*elevator"}
+    model = hd.catalog[key].with_terms(fins)
+    vehicle = replace(hd.fleet["vt690"], actuators=())
+    found = identifiability(hd.prepare(vehicle, field_log, model), model)
+    excited = {one.axis for one in found.axes if one.excited}
+    assert excited == {"K", "N"}
+    for label, grade in found.grades.items():
+        if label[0] in "YZM":
+            assert grade is Grade.NOT_DETERMINED, label
+    determined = found.labelled(Grade.DETERMINED)
+    assert "N_u|u|*rudder" in determined
+    assert {label[0] for label in determined} <= {"K", "N"}
+    assert not any("v" in label or "w" in label for label in determined)
+
+
+@pytest.fixture(scope="module")
+def fit(problem):
+    return hd.WeakForm().identify(problem, PRESTERO)
+
+
+def with_errors(fit: hd.Fit, covariance: np.ndarray | None) -> hd.Fit:
+    return replace(fit, damping=replace(fit.damping, covariance=covariance), uncertainty=None)
+
+
+def test_without_standard_errors_the_log_alone_says(problem, fit, by_log):
+    assert graded(problem, with_errors(fit, None)).grades == by_log.grades
+
+
+def test_an_interval_that_tells_nothing_is_no_better_for_the_log(problem, fit):
+    found = graded(problem, with_errors(fit, 1e12 * np.eye(30)))
+    assert set(found.grades.values()) == {Grade.NOT_DETERMINED}
+
+
+def test_a_narrow_interval_is_no_better_than_the_log(problem, fit, by_log):
+    found = graded(problem, with_errors(fit, 1e-12 * np.eye(30)))
+    assert all(ORDER.index(found.grades[k]) >= ORDER.index(by_log.grades[k]) for k in found.grades)
+    seen = excitation(problem, PRESTERO)
+    narrow = graded_by(seen, np.full(30, 1e-6))
+    assert len(narrow.labelled(Grade.DETERMINED)) >= 28
+
+
+def test_the_worse_holds(problem, fit, by_log):
+    known = fit.uncertainty
+    half, seen = known.reach() * known.standard_errors, excitation(problem, PRESTERO)
+    by_fit = graded_by(seen, half, fit.damping.coefficients).grades
+    worse = {k: max(by_log.grades[k], by_fit[k], key=ORDER.index) for k in by_log.grades}
+    assert graded(problem, fit).grades == worse
+    assert worse not in (by_log.grades, by_fit)
+
+
+def test_few_degrees_of_freedom_widen_what_is_graded(problem, fit):
+    few = replace(fit, uncertainty=replace(fit.uncertainty, degrees_of_freedom=1.0))
+    many = replace(fit, uncertainty=replace(fit.uncertainty, degrees_of_freedom=np.inf))
+    sure = [len(graded(problem, one).labelled(Grade.DETERMINED)) for one in (few, many)]
+    assert sure[0] < sure[1]
