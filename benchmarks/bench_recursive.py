@@ -9,9 +9,8 @@ from workload import VEHICLE, log
 
 import hydrodamp as hd
 from hydrodamp import kernels
-from hydrodamp.identification.online.recursive import RecursiveLeastSquares
+from hydrodamp.identification.recursive import RecursiveLeastSquares
 from hydrodamp.kernels import reference
-from hydrodamp.kernels.recursion import Estimate
 
 MODEL = hd.catalog["mcfarland-whitcomb"]
 SAMPLES, FEW = 50_000, 2_000
@@ -26,9 +25,9 @@ def recursion(n: int, core):
     """Return a run of recursive least squares as a call of no arguments."""
     prepared = problem(n)
     adaptation = RecursiveLeastSquares().bind(problem(SAMPLES), MODEL)
-    start = Estimate.before(adaptation.bound.entries, adaptation.start)
-    plant = adaptation.bound.columns.plant
-    arguments = (plant, adaptation.recursion, start, prepared.inputs, prepared.segments)
+
+    plant = adaptation.columns.plant
+    arguments = (plant, adaptation.recursion, adaptation.start, prepared.inputs, prepared.segments)
     return lambda: core.recur(*arguments)
 
 

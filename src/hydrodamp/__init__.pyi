@@ -54,6 +54,11 @@ from .errors import (
     TermError as TermError,
     VehicleError as VehicleError,
 )
+from .identification.adaptive import (
+    AdaptiveIdentifier as AdaptiveIdentifier,
+    History as History,
+    State as State,
+)
 from .identification.citing import cite as cite
 from .identification.dissipation.dissipative import Dissipative as Dissipative
 from .identification.dissipation.dissipative_set import project_dissipative as project_dissipative
@@ -68,6 +73,7 @@ from .identification.fit import (
     fitted as fitted,
     identify as identify,
 )
+from .identification.gains import ByNoise as ByNoise, ByTerm as ByTerm
 from .identification.grades import (
     Grade as Grade,
     Identifiability as Identifiability,
@@ -79,15 +85,12 @@ from .identification.methods import (
     find_method as find_method,
     identify_all as identify_all,
 )
-from .identification.online.adaptive import (
-    AdaptiveIdentifier as AdaptiveIdentifier,
-    History as History,
-)
-from .identification.online.gains import ByNoise as ByNoise, ByTerm as ByTerm
-from .identification.online.recursive import RecursiveLeastSquares as RecursiveLeastSquares
-from .identification.online.recursive_state import RecursiveState as RecursiveState
-from .identification.online.sample_by_sample import State as State, observe as observe
+from .identification.online import observe as observe
 from .identification.output_error import OutputError as OutputError, Recommended as Recommended
+from .identification.recursive import (
+    RecursiveLeastSquares as RecursiveLeastSquares,
+    RecursiveState as RecursiveState,
+)
 from .identification.regression.informed import PriorLeastSquares as PriorLeastSquares
 from .identification.regression.least_squares import LeastSquares as LeastSquares
 from .identification.regression.prior import Prior as Prior

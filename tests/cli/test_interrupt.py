@@ -22,7 +22,7 @@ from typer.testing import Result
 import hydrodamp
 from hydrodamp.cli import report
 from hydrodamp.data.canonical import write_log
-from hydrodamp.identification.online.adaptive import AdaptiveIdentifier
+from hydrodamp.identification.adaptive import AdaptiveIdentifier
 from hydrodamp.report.files import read_comparison
 from hydrodamp.simulation.campaign import reenact as campaign
 from hydrodamp.validation import compare as validation

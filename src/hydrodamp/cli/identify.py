@@ -111,9 +111,9 @@ def identify(
 def trust(vehicle: Vehicle, log: Log, fit: Fit) -> tuple[Identifiability | None, tuple[str, ...]]:
     """Return grades, and what residuals and a wrong vehicle say, in words."""
     from hydrodamp.errors import HydrodampError
+    from hydrodamp.identification.grades import graded
     from hydrodamp.identification.methods import find_method
     from hydrodamp.identification.residuals import diagnose
-    from hydrodamp.identification.grades import graded
     from hydrodamp.progress import counted
     from hydrodamp.simulation.problem import prepare
     from hydrodamp.validation.vehicle_error import vehicle_doubt

@@ -7,12 +7,12 @@ from contextlib import suppress
 from typing import Protocol, runtime_checkable
 
 from hydrodamp.errors import MethodError, did_you_mean
+from hydrodamp.identification.adaptive import AdaptiveIdentifier
 from hydrodamp.identification.dissipation.dissipative import Dissipative
 from hydrodamp.identification.fit import REFUSALS, Fit, Method, attempted
-from hydrodamp.identification.online.adaptive import AdaptiveIdentifier
-from hydrodamp.identification.online.gains import ByNoise, ByTerm
-from hydrodamp.identification.online.recursive import RecursiveLeastSquares
+from hydrodamp.identification.gains import ByNoise, ByTerm
 from hydrodamp.identification.output_error import OutputError, Recommended
+from hydrodamp.identification.recursive import RecursiveLeastSquares
 from hydrodamp.identification.regression.least_squares import LeastSquares
 from hydrodamp.identification.regression.ridge import Ridge
 from hydrodamp.identification.regression.weak import WeakForm

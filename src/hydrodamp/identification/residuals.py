@@ -7,7 +7,6 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
-from scipy.fft import irfft, next_fast_len, rfft
 from scipy.special import chdtrc
 
 from hydrodamp.arrays import FloatArray, IntArray
@@ -292,16 +291,13 @@ def series(residuals: FloatArray, segment: IntArray, spacing: float) -> Residual
 
 
 def lagged_products(
-    series: FloatArray, segment: IntArray, most: int | None = None
+    series: FloatArray, segment: IntArray, most: int
 ) -> tuple[IntArray, FloatArray]:
     """Return pairs and sums of products at lags 0 to ``most``, never across a join."""
-    parts = np.split(series, np.flatnonzero(np.diff(segment)) + 1)
-    lengths = np.array([len(part) for part in parts])
-    lags = np.arange(int(lengths.max()) if most is None else most + 1)
-    products = np.zeros(len(lags))
-    for part in parts:
-        size = next_fast_len(2 * len(part), real=True)
-        here = irfft(np.abs(rfft(part, size)) ** 2, size)[: min(len(part), len(lags))]
-        products[: len(here)] += here
-    pairs: IntArray = np.maximum(lengths[:, None] - lags, 0).sum(axis=0)
+    pairs, products = np.zeros(most + 1, dtype=np.int64), np.zeros(most + 1)
+    for lag in range(most + 1):
+        stop = len(series) - lag
+        same = segment[lag:] == segment[:stop]
+        pairs[lag] = np.count_nonzero(same)
+        products[lag] = series[lag:][same] @ series[:stop][same]
     return pairs, products

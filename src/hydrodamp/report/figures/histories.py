@@ -9,7 +9,7 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.axes import AXES, VELOCITIES
 from hydrodamp.errors import MethodError
-from hydrodamp.identification.online.adaptive import History
+from hydrodamp.identification.adaptive import History
 from hydrodamp.models.damping import Damping
 from hydrodamp.report.figures.axes import coefficient_symbol, shown, signed_scale, velocity_unit
 from hydrodamp.report.figures.look import FAINT, SERIES, in_our_look, stacked

@@ -9,8 +9,8 @@ import numpy as np
 
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
+from hydrodamp.identification.adaptive import History
 from hydrodamp.identification.methods import METHODS
-from hydrodamp.identification.online.adaptive import History
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.report.figures.histories import history_figure

@@ -9,11 +9,10 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp import kernels
-from hydrodamp.identification.online.recursive import RecursiveLeastSquares
-from hydrodamp.identification.online.recursive_state import RecursiveAdaptation
+from hydrodamp.identification.recursive import RecursiveAdaptation, RecursiveLeastSquares
 from hydrodamp.identification.rows.velocity_noise import mean_square
 from hydrodamp.kernels import coriolis
-from hydrodamp.kernels.recursion import Estimate, block_size
+from hydrodamp.kernels.recursion import block_size
 
 STEP = 0.1
 MANOEUVRE, HOUR = 3_000, 36_000
@@ -71,7 +70,7 @@ def voyage():
 
 def shares(problem, adaptation):
     """What a unit of each coefficient makes over a log, per share of its axis's wrench."""
-    entries = adaptation.bound.entries
+    entries = adaptation.recursion.entries
     size = np.sqrt(mean_square(problem)[entries.rows - problem.columns.n_known])
     wrench = np.sqrt(np.mean(TRUTH.wrench(problem.log.velocity) ** 2, axis=0))
     return size / wrench[entries.axes]
@@ -87,9 +86,8 @@ def hour(voyage):
     early, whole = voyage.problem(0, MANOEUVRE), voyage.problem()
     adaptation = METHOD.bind(early, MODEL)
     recursion = adaptation.recursion
-    start = Estimate.before(recursion.entries, adaptation.start)
-    plant = adaptation.bound.columns.plant
-    run = kernels.recur(plant, recursion, start, whole.inputs, whole.segments, every=10)
+    plant = adaptation.columns.plant
+    run = kernels.recur(plant, recursion, adaptation.start, whole.inputs, whole.segments, every=10)
     return adaptation, whole, run, shares(early, adaptation)
 
 
@@ -120,7 +118,7 @@ def test_nothing_winds_up_where_exponential_forgetting_does(hour):
     for axis, grown in ((0, 5e3), (1, 8e3), (5, 1e4)):
         part = entries.of(axis)
         design, target = rows[:, entries.rows[part]] * unit[part], rows[:, axis - 6]
-        sizes, path = exponential(design, target, adaptation.start[part] / unit[part])
+        sizes, path = exponential(design, target, adaptation.start.coefficients[part] / unit[part])
         assert sizes[3898] > grown * sizes[298]
         assert sizes[3898] > 500.0
         jumps = np.abs(np.diff(path[3898:] * unit[part] * share[part], axis=0))
@@ -143,7 +141,7 @@ def exponential(design, target, kappa):
 
 
 def rows_of(problem, adaptation: RecursiveAdaptation):
-    plant, entries = adaptation.bound.columns.plant, adaptation.bound.entries
+    plant, entries = adaptation.columns.plant, adaptation.recursion.entries
     block, rows, last = np.zeros(block_size(plant.n_terms)), [], problem.inputs.sample(0)
     for k in range(1, problem.n_samples):
         sample = problem.inputs.sample(k)
@@ -192,7 +190,7 @@ def test_covariance_is_noise_over_information_and_prior(voyage):
     adaptation = method.bind(problem, MODEL)
     fit, rows = method.identify(problem, MODEL), rows_of(problem, adaptation)
     for axis in (0, 1, 5):
-        part, entries = adaptation.bound.entries.of(axis), adaptation.bound.entries
+        part, entries = adaptation.recursion.entries.of(axis), adaptation.recursion.entries
         design, unit = rows[:, entries.rows[part]], adaptation.recursion.unit[part]
         precision = design.T @ design + np.diag(unit**-2.0)
         found = fit.damping.covariance[part, part]

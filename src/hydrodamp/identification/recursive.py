@@ -3,26 +3,80 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import block_diag
 
 from hydrodamp import kernels
-from hydrodamp.arrays import FloatArray
+from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Fit, empty_fit, fitted
-from hydrodamp.identification.online.adaptation import Bound, first_guess
-from hydrodamp.identification.online.gains import with_log
-from hydrodamp.identification.online.recursive_state import RecursiveAdaptation, RecursiveState
+from hydrodamp.identification.online import first_guess, require_later, with_log
 from hydrodamp.identification.rows.rank import spanned
 from hydrodamp.identification.rows.velocity_noise import mean_square
+from hydrodamp.kernels.entries import Entries
 from hydrodamp.kernels.inputs import Sample
 from hydrodamp.kernels.recursion import Estimate, Recursion, block_size
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.columns import Columns
 from hydrodamp.simulation.problem import Problem
+from hydrodamp.simulation.stamp import stamp
 from hydrodamp.simulation.status import Status
+
+
+class RecursiveAdaptation(NamedTuple):
+    """Recursive least squares bound to a plant and a model: all that a step needs."""
+
+    columns: Columns
+    model: DampingModel
+    recursion: Recursion
+    start: Estimate
+
+
+class RecursiveState(NamedTuple):
+    """Where recursive least squares stands.
+
+    Attributes
+    ----------
+    adaptation : RecursiveAdaptation
+        Plant, model and settings.
+    estimate : Estimate
+        Coefficients, information and noise.
+    block : ndarray
+        The block of time under way.
+    last : Sample
+        The sample it was made with.
+    """
+
+    adaptation: RecursiveAdaptation
+    estimate: Estimate
+    block: FloatArray
+    last: Sample
+
+    @property
+    def damping(self) -> Damping:
+        """The present estimate, with the vehicle it belongs to."""
+        bound = self.adaptation
+        vehicle = stamp(bound.columns.vehicle)
+        return Damping(bound.model, self.estimate.coefficients, vehicle=vehicle)
+
+    def restarted(self, sample: Sample) -> RecursiveState:
+        """Return the state at the first sample after a gap: a new block, all that was known.
+
+        Parameters
+        ----------
+        sample : Sample
+            The first one after the gap.
+
+        Returns
+        -------
+        state : RecursiveState
+            A new one.
+        """
+        empty = frozen(np.zeros_like(self.block))
+        return RecursiveState(self.adaptation, self.estimate, empty, sample)
 
 
 @dataclass(frozen=True)
@@ -77,37 +131,25 @@ class RecursiveLeastSquares:
         return "rls"
 
     def bind(self, source: Problem | Columns, model: DampingModel) -> RecursiveAdaptation:
-        """Bind the settings to a plant and a model.
-
-        Parameters
-        ----------
-        source : Problem or Columns
-            Equation 1 as one table; a problem, for the prior follows the log.
-        model : DampingModel
-            Which terms.
-
-        Returns
-        -------
-        adaptation : RecursiveAdaptation
-            What a step needs, on a log or live.
-
-        Raises
-        ------
-        MethodError
-            If there is no log.
-        """
+        """Bind the settings to a plant and a model; the prior follows the problem's log."""
         problem = with_log(source, "size of each term")
-        bound = Bound.to(problem.columns, model)
-        rows = bound.entries.rows - problem.columns.n_known
-        size = self.block * np.sqrt(self.prior * mean_square(problem)[rows])
+        columns = problem.columns
+        free = model.restricted_to(columns.vehicle.axes)
+        rows, axes = columns.entries(free)
+        size = self.block * np.sqrt(self.prior * mean_square(problem)[rows - columns.n_known])
         if not np.all(np.isfinite(size)):
             raise MethodError(
                 "a term's mean square is not finite: look for absurd numbers in the log."
             )
+        entries = Entries(rows, axes, columns.with_unknown((rows, axes), np.zeros(len(rows))))
         unit = np.where(size > 0.0, 1.0 / np.where(size > 0.0, size, 1.0), 0.0)
         forgetting = -float(np.expm1(-self.block / self.memory))
-        recursion = Recursion(bound.entries, unit, self.block, forgetting)
-        return RecursiveAdaptation(bound, recursion, first_guess(bound.model, self.start))
+        return RecursiveAdaptation(
+            columns=columns,
+            model=free,
+            recursion=Recursion(entries, unit, self.block, forgetting),
+            start=Estimate.before(entries, first_guess(free, self.start)),
+        )
 
     def init(
         self, source: Problem | Columns, model: DampingModel, sample: Sample
@@ -121,19 +163,16 @@ class RecursiveLeastSquares:
         model : DampingModel
             Which terms.
         sample : Sample
-            The first one; see :func:`hydrodamp.identification.online.sample_by_sample.observe`.
+            The first one; see :func:`hydrodamp.identification.online.observe`.
 
         Returns
         -------
         state : RecursiveState
             At the start, nothing known.
         """
-        adaptation = self.bind(source, model)
-        bound = adaptation.bound
+        bound = self.bind(source, model)
         block = np.zeros(block_size(bound.columns.plant.n_terms))
-        return RecursiveState(
-            adaptation, Estimate.before(bound.entries, adaptation.start), block, sample
-        )
+        return RecursiveState(bound, bound.start, block, sample)
 
     def step(self, state: RecursiveState, sample: Sample) -> RecursiveState:
         """Return the state one sample later; the given one stays as it is.
@@ -149,9 +188,22 @@ class RecursiveLeastSquares:
         Returns
         -------
         state : RecursiveState
-            A new one.
+            A new one; its estimate is the same until a block is full.
+
+        Raises
+        ------
+        ProblemError
+            If time does not advance.
         """
-        return state.advanced(sample)
+        bound, estimate, block, last = state
+        require_later(last, sample)
+        recursion = bound.recursion
+        block, row = kernels.block_step(
+            bound.columns.plant, recursion.entries, recursion.block, block, last, sample
+        )
+        if row is not None:
+            estimate = kernels.absorb(recursion, estimate, row)
+        return RecursiveState(bound, estimate, block, sample)
 
     def identify(self, problem: Problem, model: DampingModel) -> Fit:
         """Go through the log once and return the last estimate.
@@ -170,50 +222,41 @@ class RecursiveLeastSquares:
             the prior. ``BY_PRIOR`` where that is not all of them, ``TOO_FEW_SAMPLES``
             where no segment has two blocks.
         """
-        adaptation = self.bind(problem, model)
-        bound, recursion = adaptation.bound, adaptation.recursion
+        bound = self.bind(problem, model)
         if not bound.model.n_coefficients:
             return empty_fit(problem, bound.model, self.key, Status.EMPTY)
-        before = Estimate.before(bound.entries, adaptation.start)
         estimate = kernels.recur(
-            bound.columns.plant, recursion, before, problem.inputs, problem.segments
+            bound.columns.plant, bound.recursion, bound.start, problem.inputs, problem.segments
         ).estimate
         if not estimate.rows.any():
             return empty_fit(problem, bound.model, self.key, Status.TOO_FEW_SAMPLES)
-        known = [known_of(adaptation, estimate, axis) for axis in range(6)]
-        rank = sum(part.rank for part in known)
-        covariance = block_diag(*(part.covariance for part in known))
+        covariances, ranks, aliased = zip(
+            *(_known(bound, estimate, axis) for axis in range(6)), strict=True
+        )
+        rank = sum(ranks)
         return fitted(
             problem,
             bound.model,
             self,
             estimate.coefficients,
-            covariance=covariance,
+            covariance=block_diag(*covariances),
             rank=rank,
-            aliased=tuple(group for part in known for group in part.aliased),
+            aliased=tuple(group for groups in aliased for group in groups),
             status=Status.OK if rank == bound.model.n_coefficients else Status.BY_PRIOR,
         )
 
 
-@dataclass(frozen=True)
-class Known:
-    """What an estimate tells of one axis."""
-
-    covariance: FloatArray
-    rank: int
-    aliased: tuple[tuple[str, ...], ...]
-
-
-def known_of(adaptation: RecursiveAdaptation, estimate: Estimate, axis: int) -> Known:
-    """Return what an estimate tells of one axis."""
-    entries = adaptation.bound.entries
+def _known(
+    bound: RecursiveAdaptation, estimate: Estimate, axis: int
+) -> tuple[FloatArray, int, tuple[tuple[str, ...], ...]]:
+    """Return covariance, rank and aliased labels of one axis."""
+    entries = bound.recursion.entries
     part = entries.of(axis)
-    information = entries.squares(estimate.information)[axis]
-    names = adaptation.bound.model.labels[part]
-    values, vectors = np.linalg.eigh(information)
-    told = values >= 1.0
-    scaled = adaptation.recursion.unit[part, None] * vectors
+    names = bound.model.labels[part]
+    values, vectors = np.linalg.eigh(entries.squares(estimate.information)[axis])
+    told = values >= 1.0  # the information of the prior is the identity
+    scaled = bound.recursion.unit[part, None] * vectors
     covariance = estimate.noise[axis] * (scaled / (1.0 + np.maximum(values, 0.0))) @ scaled.T
     directions = vectors[:, told].T if told.any() else np.zeros((1, len(names)))
     aliased = spanned(directions, names, np.ones(len(names))).aliased
-    return Known(covariance, int(told.sum()), aliased)
+    return covariance, int(told.sum()), aliased

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from hydrodamp import kernels
 from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.errors import MethodError
-from hydrodamp.identification.fit import Fit, empty_fit, provenance
-from hydrodamp.identification.online.adaptation import Adaptation
-from hydrodamp.identification.online.gains import (
+from hydrodamp.identification.fit import Fit, empty_fit, fitted
+from hydrodamp.identification.gains import (
     ByNoise,
     ByTerm,
     Numbers,
@@ -19,8 +19,7 @@ from hydrodamp.identification.online.gains import (
     error_gains,
     per_axis,
 )
-from hydrodamp.identification.online.sample_by_sample import State
-from hydrodamp.identification.online.settling import SETTLED, missing_share
+from hydrodamp.identification.online import first_guess, require_later
 from hydrodamp.kernels.adapted import Adapted
 from hydrodamp.kernels.inputs import Sample
 from hydrodamp.models.damping import Damping
@@ -29,6 +28,12 @@ from hydrodamp.simulation.columns import Columns
 from hydrodamp.simulation.problem import Problem
 from hydrodamp.simulation.stamp import stamp
 from hydrodamp.simulation.status import Status
+
+#: Share of an axis's damping wrench that may still be missing from settled coefficients.
+SETTLED = 0.1
+
+# Samples of the log looked at for it; the shares are ratios of two means.
+_LOOK = 4096
 
 
 @dataclass(frozen=True)
@@ -51,6 +56,65 @@ class History:
     velocity_error: FloatArray
     coefficients: FloatArray
     labels: tuple[str, ...]
+
+
+class Adaptation(NamedTuple):
+    """The identifier bound to a plant and a model: all that a step needs."""
+
+    columns: Columns
+    model: DampingModel
+    entries: tuple[np.ndarray, np.ndarray]
+    a: FloatArray
+    gamma: FloatArray
+
+    def start(self) -> FloatArray:
+        """Return the table to start from."""
+        return self.columns.with_unknown(self.entries, first_guess(self.model))
+
+
+class State(NamedTuple):
+    """Where an adaptive identifier stands.
+
+    Attributes
+    ----------
+    adaptation : Adaptation
+        Plant, model and gains.
+    matrix : ndarray, shape (n_columns, 6)
+        All coefficients of equation 1; in the paper K-hat, transposed.
+    velocity_error : ndarray, shape (6,)
+        Estimated minus measured velocity, [m/s] and [rad/s]; in the paper
+        Delta v.
+    last : Sample
+        The sample it was made with.
+    """
+
+    adaptation: Adaptation
+    matrix: FloatArray
+    velocity_error: FloatArray
+    last: Sample
+
+    @property
+    def damping(self) -> Damping:
+        """The present estimate, with the vehicle it belongs to."""
+        bound = self.adaptation
+        return Damping(
+            bound.model, self.matrix[bound.entries], vehicle=stamp(bound.columns.vehicle)
+        )
+
+    def restarted(self, sample: Sample) -> State:
+        """Return the state at the first sample after a gap: no error, same coefficients.
+
+        Parameters
+        ----------
+        sample : Sample
+            The first one after the gap.
+
+        Returns
+        -------
+        state : State
+            A new one.
+        """
+        return State(self.adaptation, self.matrix, frozen(np.zeros(6)), sample)
 
 
 @dataclass(frozen=True)
@@ -99,20 +163,7 @@ class AdaptiveIdentifier:
         return "ai-scaled" if isinstance(self.gamma, ByTerm) else "ai"
 
     def bind(self, source: Problem | Columns, model: DampingModel) -> Adaptation:
-        """Bind the gains to a plant and a model.
-
-        Parameters
-        ----------
-        source : Problem or Columns
-            Equation 1 as one table; gains by noise or term need a problem.
-        model : DampingModel
-            Which terms.
-
-        Returns
-        -------
-        adaptation : Adaptation
-            What a step needs, on a log or live.
-        """
+        """Bind the gains to a plant and a model."""
         columns = source if isinstance(source, Columns) else source.columns
         free = model.restricted_to(columns.vehicle.axes)
         entries, a = columns.entries(free), error_gains(self.a, source)
@@ -129,7 +180,7 @@ class AdaptiveIdentifier:
         model : DampingModel
             Which terms.
         sample : Sample
-            The first one; see :func:`hydrodamp.identification.online.sample_by_sample.observe`.
+            The first one; see :func:`hydrodamp.identification.online.observe`.
 
         Returns
         -------
@@ -154,8 +205,19 @@ class AdaptiveIdentifier:
         -------
         state : State
             Made in a few microseconds by the compiled core.
+
+        Raises
+        ------
+        ProblemError
+            If time does not advance.
         """
-        return state.advanced(sample)
+        bound, matrix, error, last = state
+        require_later(last, sample)
+        matrix, error = kernels.adapt_step(
+            bound.columns.plant, bound.a, bound.gamma, matrix, error, last, sample
+        )
+        matrix.flags.writeable = error.flags.writeable = False
+        return State(bound, matrix, error, sample)
 
     def identify(self, problem: Problem, model: DampingModel) -> Fit:
         """Go through the log and return the last estimate.
@@ -175,19 +237,24 @@ class AdaptiveIdentifier:
         bound = self.bind(problem, model)
         if not bound.model.n_coefficients:
             return empty_fit(problem, bound.model, self.key, Status.EMPTY)
-        run, moved, duration = self._last_stretch(problem, bound)
+        bounds, time = problem.segments, problem.inputs.time
+        steps = int((np.diff(bounds) - 1).sum())
+        duration = float((time[bounds[:, 1] - 1] - time[bounds[:, 0]]).sum())
+        single = self.passes == 1
+        # How far the table moved over the last pass, or over the later half of a single one.
+        run = self._run(problem, bound, max(steps // 2 if single else steps, 1))
+        moved = run.matrix - run.history_matrix[0 if single else -2]
         coefficients = run.matrix[bound.entries]
         if not np.all(np.isfinite(coefficients)):
             return empty_fit(problem, bound.model, self.key, Status.FAILED)
-        share = missing_share(problem, bound, run.matrix, moved, duration)
-        status = Status.SETTLED if np.all(share <= SETTLED) else Status.NOT_SETTLED
-        return Fit(
-            damping=Damping(bound.model, coefficients, vehicle=stamp(problem.vehicle)),
-            method=self.key,
-            status=status,
-            aliased=problem.undetermined(bound.model),
-            n_samples=problem.n_samples,
-            provenance=provenance(problem, model, self),
+        share = _missing_share(problem, bound, run.matrix, moved, duration / (1 + single))
+        settled = bool(np.all(share <= SETTLED))
+        return fitted(
+            problem,
+            bound.model,
+            self,
+            coefficients,
+            status=Status.SETTLED if settled else Status.NOT_SETTLED,
         )
 
     def history(self, problem: Problem, model: DampingModel, every: int = 1) -> History:
@@ -224,19 +291,6 @@ class AdaptiveIdentifier:
             labels=bound.model.labels,
         )
 
-    def _last_stretch(
-        self, problem: Problem, bound: Adaptation
-    ) -> tuple[Adapted, FloatArray, float]:
-        """Run, and return how far the table moved over the last pass, or half a single one."""
-        bounds = problem.segments
-        steps = int((np.diff(bounds) - 1).sum())
-        ends, starts = problem.inputs.time[bounds[:, 1] - 1], problem.inputs.time[bounds[:, 0]]
-        duration = float((ends - starts).sum())
-        single = self.passes == 1
-        run = self._run(problem, bound, max(steps // 2 if single else steps, 1))
-        before = run.history_matrix[0 if single else -2]
-        return run, run.matrix - before, duration / 2 if single else duration
-
     def _run(self, problem: Problem, bound: Adaptation, every: int) -> Adapted:
         return kernels.adapt(
             bound.columns.plant,
@@ -248,3 +302,26 @@ class AdaptiveIdentifier:
             passes=self.passes,
             every=every,
         )
+
+
+def _missing_share(
+    problem: Problem, bound: Adaptation, matrix: FloatArray, moved: FloatArray, duration: float
+) -> FloatArray:
+    """Estimate what share of each axis's damping wrench the coefficients still lack.
+
+    By equation 16 they moved by the mean of ``d ξᵀ``; that correlation gives the velocity error
+    ``d`` that the terms still explain, and ``a d`` is the wrench that is missing.
+    """
+    rows, axes = bound.entries
+    share = np.zeros(6)
+    xi = problem.regressor(step=max(problem.n_samples // _LOOK, 1))
+    for axis in np.unique(axes):
+        own = rows[(axes == axis) & (bound.gamma[rows, axes] > 0.0)]
+        correlation = moved[own, axis] / (bound.gamma[own, axis] * duration)
+        terms = xi[:, own] / np.sqrt(len(xi))
+        _, singular, right = np.linalg.svd(terms, full_matrices=False)
+        kept = singular > 1e-6 * singular.max(initial=0.0)
+        missing = float(np.linalg.norm(right[kept] @ correlation / singular[kept]))
+        size = float(np.linalg.norm(terms @ matrix[own, axis]))
+        share[axis] = bound.a[axis] * (missing / size if size > 0.0 else missing > 0.0)
+    return share

@@ -8,6 +8,7 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray, IndexArray, IntArray
 from hydrodamp.errors import MethodError
+from hydrodamp.identification.online import with_log
 from hydrodamp.identification.rows.velocity_noise import mean_square, signal_to_noise
 from hydrodamp.simulation.columns import Columns
 from hydrodamp.simulation.problem import Problem
@@ -104,13 +105,3 @@ def adaptation_gains(
     terms = np.bincount(axes, minlength=6)[axes]
     seen = size > 0.0
     return np.where(seen, a[axes] / (gamma.settling * terms * np.where(seen, size, 1.0)), 0.0)
-
-
-def with_log(source: Problem | Columns, what: str) -> Problem:
-    """Return the problem that settings by data need."""
-    if isinstance(source, Problem):
-        return source
-    raise MethodError(
-        f"these settings take the {what} from a log: bind the method to a problem prepared "
-        "from one, such as last week's dive."
-    )

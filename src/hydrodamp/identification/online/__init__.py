@@ -1,1 +1,0 @@
-"""Identifiers that take one sample after the other."""
