@@ -4,22 +4,20 @@ from __future__ import annotations
 
 import itertools
 from collections import Counter
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import Any, Generic
+from typing import Any
 
 import numpy as np
-from scipy.sparse.csgraph import connected_components
 
 from hydrodamp.arrays import BoolArray, FloatArray
 from hydrodamp.basis.axes import AXES
+from hydrodamp.identification.collinearity import collinearity
 from hydrodamp.identification.excitation import Excitation, excitation
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.regression.attenuation import NOISY_TERMS, attenuation
 from hydrodamp.identification.regression.covariance import rows_covariance
 from hydrodamp.identification.regression.influence import least_squares_influence
-from hydrodamp.identification.rows.rank import Name, Span, spanned
 from hydrodamp.identification.uncertainty.intervals import Uncertainty
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
@@ -41,13 +39,6 @@ UNKNOWN = 0.5
 #: coefficient towards zero by that share (Fuller, "Measurement Error Models", 1987,
 #: doi:10.1002/9780470316665, section 1.1).
 SOUND = 0.5
-
-#: Condition index from which a dependency counts as strong (Belsley, Kuh and Welsch).
-HIGH = 30.0
-
-# Share of its variance that makes a coefficient part of dependencies (the same), and correlation
-# of the estimates that puts two coefficients into the same group.
-_MOST, _LINKED = 0.5, 0.5
 
 # Groups and labels of a grade that are printed, for one screen.
 _MOST_GROUPS, _MOST_LABELS = 4, 36
@@ -252,17 +243,6 @@ def graded(problem: Problem, fit: Fit) -> Identifiability:
     ------
     MethodError
         If the log is too short.
-
-    Examples
-    --------
-    >>> from hydrodamp.identification.regression.weak import WeakForm
-    >>> from hydrodamp.models.catalog import catalog
-    >>> from hydrodamp.simulation.campaign.reenact import reenact
-    >>> from hydrodamp.simulation.problem import prepare
-    >>> campaign, fossen = reenact(duration=60.0), catalog["fossen"]
-    >>> problem = prepare(campaign.vehicle, campaign.train, fossen)
-    >>> len(graded(problem, WeakForm().identify(problem, fossen)).grades)
-    12
     """
     seen = excitation(problem, fit.model)
     by_log, damping = _by_log(seen), fit.damping
@@ -359,51 +339,6 @@ class Evidence:
         blind |= ~close & (worth > UNKNOWN * self.response)
         words = np.where(blind, 2, np.where(close, 0, 1))
         return tuple(tuple(Grade)[place] for place in words.tolist())
-
-
-@dataclass(frozen=True, eq=False)
-class Collinearity(Generic[Name]):
-    """How far the columns of one axis can be told apart."""
-
-    span: Span[Name]
-    condition: float
-    inflation: FloatArray
-    aliased: BoolArray
-    groups: tuple[tuple[Name, ...], ...]
-
-
-def collinearity(design: FloatArray, names: Sequence[Name]) -> Collinearity[Name]:
-    """Examine the columns of a design, scaled to unit length."""
-    span = spanned(design, names)
-    lost = {name for group in span.aliased for name in group}
-    aliased = np.array([name in lost for name in names], dtype=bool)
-    length = np.linalg.norm(design, axis=0)
-    parts = (span.coefficients * length[:, None]) ** 2
-    condition = float(span.singular[0] / span.singular[-1]) if span.rank else 1.0
-    return Collinearity(
-        span=span,
-        condition=condition if span.rank == len(names) else float("inf"),
-        inflation=np.where(aliased, np.inf, parts.sum(axis=1)),
-        aliased=aliased,
-        groups=span.aliased + _near(span, parts, aliased, names),
-    )
-
-
-def _near(
-    span: Span[Name], parts: FloatArray, aliased: BoolArray, names: Sequence[Name]
-) -> tuple[tuple[Name, ...], ...]:
-    """Group coefficients whose variance comes from strong dependencies."""
-    if not span.rank:
-        return ()
-    strong = span.singular[0] > HIGH * span.singular
-    whole = parts.sum(axis=1)
-    share = parts[:, strong].sum(axis=1) / np.where(whole > 0.0, whole, 1.0)
-    members = np.flatnonzero((share > _MOST) & ~aliased)
-    deviation = np.sqrt(np.sum(span.coefficients[members] ** 2, axis=1))
-    scaled = span.coefficients[members] / deviation[:, None]
-    count, label = connected_components(np.abs(scaled @ scaled.T) > _LINKED, directed=False)
-    groups = [members[label == one] for one in range(count)]
-    return tuple(tuple(names[i] for i in group) for group in groups if len(group) > 1)
 
 
 def _finite(value: float) -> float | None:
