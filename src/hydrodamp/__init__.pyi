@@ -120,10 +120,10 @@ from .identification.rows.weak_equations import WeakEquations as WeakEquations
 from .identification.uncertainty.intervals import Uncertainty as Uncertainty
 from .ingest.datasets.fetching import fetch as fetch
 from .ingest.datasets.registry import Dataset as Dataset, find_dataset as find_dataset
-from .ingest.mapping.composition import presets as presets
 from .ingest.mapping.log_mapping import (
     LogMapping as LogMapping,
     json_schema as json_schema,
+    presets as presets,
     read_mapping as read_mapping,
 )
 from .ingest.probing.delay import Delay as Delay, delays as delays

@@ -29,9 +29,8 @@ def faults_in(
     error: ValidationError,
     content: object,
     form: type[BaseModel],
-    said: Mapping[str, str] | None = None,
 ) -> list[str]:
-    """Return the faults of a file's content as sentences; ``said`` has its own for some places.
+    """Return the faults of a file's content as sentences.
 
     A validator that raises ValueError gives the rest of a sentence that begins with the place
     ("must be ..."); one that raises an error of ours gives a whole sentence.
@@ -39,12 +38,12 @@ def faults_in(
     told: list[str] = []
     for fault in error.errors(include_url=False):
         place = _place(fault["loc"], content, fault["type"])
-        told += _sentences(dict(fault), place, form, said or {})
+        told += _sentences(dict(fault), place, form)
     return list(dict.fromkeys(told))
 
 
 def _sentences(
-    fault: dict[str, Any], place: list[str | int], form: type[BaseModel], said: Mapping[str, str]
+    fault: dict[str, Any], place: list[str | int], form: type[BaseModel]
 ) -> Iterator[str]:
     path, kind, given = spelt_path(place), fault["type"], fault.get("input")
     cause = fault.get("ctx", {}).get("error")
@@ -53,8 +52,6 @@ def _sentences(
         yield from (f"`{path}`: {each}" if path else each for each in faults)
     elif cause is not None:
         yield f"`{path}` {cause}" if path else str(cause)
-    elif path in said:
-        yield said[path].format(given=given)
     elif kind == "extra_forbidden":
         yield _unknown(place, form)
     elif kind == "missing":

@@ -9,7 +9,7 @@ import pytest
 from hydrodamp.errors import FileError, LogError
 from hydrodamp.files import parse_yaml
 from hydrodamp.ingest.mapping import LogMapping, json_schema, presets, read_mapping
-from hydrodamp.ingest.mapping.composition import composed
+from hydrodamp.ingest.mapping.log_mapping import composed
 
 NAMES = (
     "ardusub",
@@ -96,7 +96,7 @@ def test_every_fault_of_the_new_keys_has_its_place() -> None:
             "time": 3,
             "velocity": {
                 "u": 3,
-                "v": {"column": "a", "sign": True, "scale": "x", "where": 3},
+                "v": {"column": "a", "sign": 2, "scale": "x", "where": 3},
                 "w": [],
                 "p": ["a", {"column": 3}],
                 "q": {"value": "x"},
@@ -115,7 +115,7 @@ def test_every_fault_of_the_new_keys_has_its_place() -> None:
         "`clock` has no `rat`. Did you mean 'rate'? It takes: topic rate",
         "`attitude.quaternion` must be a table; got 'q'",
         "`velocity.u` must name a column; got 3",
-        "`velocity.v.sign` must be 1 or -1; got 'true'",
+        "`velocity.v.sign` must be 1 or -1; got 2",
         "`velocity.v.scale` must be a number; got 'x'",
         "`velocity.v.where` must be the name of a field, or a table of fields and values; got 3",
         "`velocity.w` must be a list of at least one; got []",

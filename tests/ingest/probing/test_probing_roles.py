@@ -8,7 +8,7 @@ import pytest
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError
 from hydrodamp.ingest.probing.names import hint, parted
-from hydrodamp.ingest.probing.probe import Probe, is_canonical, probe
+from hydrodamp.ingest.probing.probe import Probe, probe
 
 Table = Callable[..., Recording]
 
@@ -192,12 +192,6 @@ def test_speeds_too_large_are_doubted(table: Table, dive) -> None:
     assert guess is not None
     assert guess.confidence < 50
     assert "cm/s or mm/s?" in guess.evidence[-1]
-
-
-def test_what_is_canonical(table: Table, dive) -> None:
-    assert is_canonical(table(time=dive.time, u=dive.time))
-    assert not is_canonical(table(time_s=dive.time, u=dive.time))
-    assert not is_canonical(Recording((Topic("a", dive.time, {"u": dive.time}),), "x", "bag"))
 
 
 def test_nothing_known_is_no_error() -> None:

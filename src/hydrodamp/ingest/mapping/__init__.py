@@ -1,6 +1,5 @@
 """How the topics and columns of any log become those of the canonical form."""
 
-from hydrodamp.ingest.mapping.composition import presets
-from hydrodamp.ingest.mapping.log_mapping import LogMapping, json_schema, read_mapping
+from hydrodamp.ingest.mapping.log_mapping import LogMapping, json_schema, presets, read_mapping
 
 __all__ = ["LogMapping", "json_schema", "presets", "read_mapping"]

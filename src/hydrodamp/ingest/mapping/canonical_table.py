@@ -17,8 +17,8 @@ from hydrodamp.data.record import Record
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.data.units import UNITS, factor, spelt
 from hydrodamp.errors import LogError
-from hydrodamp.ingest.mapping.composition import presets
 from hydrodamp.ingest.mapping.finding import NO_UNIT, labels_of, text_faults
+from hydrodamp.ingest.mapping.log_mapping import presets
 
 _LISTED = 8
 _UNNAMED = re.compile(r"column \d+")  # how readers call a column without a name
@@ -105,7 +105,7 @@ def _name_faults(names: Collection[str]) -> Iterator[str]:
 
 def _no_table(recording: Recording) -> str:
     names = [topic.name or "(a table)" for topic in recording.topics]
-    if len(names) > 1 and all(map(_is_canonical, recording.topics)):
+    if len(names) > 1 and all(map(is_canonical, recording.topics)):
         return (
             f"each of {', '.join(names)} is a whole log in the canonical form. Read them one after"
             " another by `read_logs`; `read_log` takes several files as the topics of one recording"
@@ -118,7 +118,7 @@ def _no_table(recording: Recording) -> str:
     )
 
 
-def _is_canonical(topic: Topic) -> bool:
+def is_canonical(topic: Topic) -> bool:
     """Return whether a topic has a time and a velocity by their canonical names."""
     names = {*topic.fields, *topic.texts, *topic.faults}
     return "time" in names and not names.isdisjoint(VELOCITIES)

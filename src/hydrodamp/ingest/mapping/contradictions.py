@@ -30,7 +30,7 @@ def contradictions(content: Mapping[Any, Any]) -> Iterator[str]:
         if len(vertical) > 1:
             yield f"`{group}` takes one of `{' '.join(vertical)}`; set the others to null"
     yield from _sensors(content, attitude, velocity)
-    frame, world = axes_of_attitude(content), content.get("world")
+    frame, world = _axes_of_attitude(content), content.get("world")
     if world is not None and world not in _WORLDS.get(frame, (world,)):
         yield (
             f"`world` must be {' or '.join(_WORLDS[frame])} where attitude is of axes {frame}; got"
@@ -38,8 +38,12 @@ def contradictions(content: Mapping[Any, Any]) -> Iterator[str]:
         )
 
 
-def axes_of_attitude(content: Mapping[Any, Any]) -> str:
-    """Return the body axes that the attitude of a mapping turns."""
+def usual_world(content: Mapping[Any, Any]) -> str:
+    """Return what the attitude is counted from where a mapping does not say it."""
+    return _WORLDS.get(_axes_of_attitude(content), ("NED",))[0]
+
+
+def _axes_of_attitude(content: Mapping[Any, Any]) -> str:
     own = _table(_table(content, "sensors"), "attitude").get("axes")
     return str(own or content.get("frame") or "FRD")
 

@@ -32,11 +32,6 @@ class Found:
     topic: Topic | None
     field: str = ""
 
-    @property
-    def place(self) -> str:
-        """How the channel is called: ``group.name``."""
-        return self.entry.place
-
     def values(self) -> FloatArray:
         """Return its numbers in SI units, one a message, with their sign."""
         source, topic = self.source, self.topic

@@ -1,7 +1,10 @@
-"""A mapping as a value: from a recording to a log."""
+"""A mapping as a value, read from a file, a preset, or several that extend one another."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from functools import lru_cache
+from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -11,19 +14,14 @@ from hydrodamp.conditioning.steps import prepared
 from hydrodamp.data.log import Log
 from hydrodamp.data.record import Record
 from hydrodamp.data.recording import Recording
-from hydrodamp.errors import LogError
+from hydrodamp.errors import LogError, did_you_mean
 from hydrodamp.faults import faults_in
+from hydrodamp.files import load_yaml, mistaken, neighbour, parse_yaml
 from hydrodamp.ingest.mapping.assembling import record_of
-from hydrodamp.ingest.mapping.composition import composed, load
-from hydrodamp.ingest.mapping.contradictions import axes_of_attitude, contradictions
-from hydrodamp.ingest.mapping.schema import MappingFile
+from hydrodamp.ingest.mapping.contradictions import contradictions, usual_world
+from hydrodamp.ingest.mapping.schema import MappingFile, by_name
 
-_WORLD = {"FRD": "NED", "FLU": "NWU"}
-_SAID = {
-    "frame": "`frame` must be FRD (z down) or FLU (z up); got {given!r}",
-    "segment": "`segment` must be the name of a column; got {given!r}",
-    "world": "`world` must be NED, NWU or ENU; got {given!r}",
-}
+_SUFFIX = ".yaml"
 
 
 class LogMapping(MappingFile):
@@ -84,48 +82,15 @@ class LogMapping(MappingFile):
                 f"a mapping must be a table of names to columns; got {got}", source=source
             )
         whole = composed(content, Path(source))
-        wrong = [*contradictions(whole)]
-        world = _WORLD.get(axes_of_attitude(whole), "NED")
+        faults = [*contradictions(whole)]
         try:
-            mapping = cls.model_validate({"world": world, **whole})
+            mapping = cls.model_validate({"world": usual_world(whole), **whole})
         except ValidationError as error:
-            faults = [*faults_in(error, whole, cls, _SAID), *wrong]
-            raise LogError(faults, source=source) from error
-        if wrong:
-            raise LogError(wrong, source=source)
+            raise LogError([*faults_in(error, whole, cls), *faults], source=source) from error
+        if faults:
+            raise LogError(faults, source=source)
         mapping._name = source
         return mapping
-
-    def read(self, path: str | Path) -> Log:
-        """Read a log through this mapping.
-
-        Parameters
-        ----------
-        path : str or Path
-            A file or folder of any format that can be read.
-
-        Returns
-        -------
-        log : Log
-            In SI units, forward-starboard-down and north-east-down.
-
-        Raises
-        ------
-        FileError
-            If the file cannot be opened.
-        LogError
-            With every fault of the file, columns that are absent included.
-
-        Warns
-        -----
-        GapWarning
-            Once, if a gap or missing values split the log.
-        ClockWarning
-            Once, if a clock repeats, runs backwards or leaps.
-        """
-        from hydrodamp.ingest.formats.files import read
-
-        return self.log(read(path))
 
     def log(self, recording: Recording) -> Log:
         """Return the log of a recording.
@@ -244,3 +209,94 @@ def json_schema() -> dict[str, Any]:
         **MappingFile.model_json_schema(),
         "title": "hydrodamp mapping file",
     }
+
+
+def presets() -> tuple[str, ...]:
+    """Return the names of the mappings that come with the package.
+
+    Returns
+    -------
+    names : tuple of str
+        Sorted; each may be given wherever a mapping file may.
+
+    Examples
+    --------
+    >>> "mavros" in presets()
+    True
+    """
+    folder = resources.files(__package__) / "presets"
+    files = (item.name for item in folder.iterdir())
+    return tuple(sorted(name.removesuffix(_SUFFIX) for name in files if name.endswith(_SUFFIX)))
+
+
+@lru_cache
+def _preset(name: str) -> object:
+    text = (resources.files(__package__) / "presets" / f"{name}{_SUFFIX}").read_text("utf-8")
+    return parse_yaml(text, name)
+
+
+def load(place: str | Path, beside: Path | None = None) -> tuple[object, Path | None]:
+    """Return the content of a preset or of a mapping file."""
+    text = str(place)
+    if isinstance(place, str) and text in presets():
+        return _preset(text), None
+    path = Path(text) if beside is None else beside / text
+    if isinstance(place, str) and "/" not in text and not Path(text).suffix and not path.exists():
+        known = presets()
+        meant = did_you_mean(text, known)
+        if not meant and (near := neighbour(path, (".yaml", ".yml"))):
+            meant = f" Did you mean '{near}'?"
+        raise LogError(
+            f"there is no preset '{text}'.{meant} The presets are: {', '.join(known)}. A mapping "
+            "file is named with its suffix"
+        )
+    content = load_yaml(path)
+    if other := mistaken(content, str(path), "mapping"):
+        raise LogError(other)
+    return content, path
+
+
+def composed(content: dict[Any, Any], path: Path | None = None) -> dict[Any, Any]:
+    """Return a mapping with everything it extends filled in, without what is null."""
+    whole = _merged(content, path, (str(path),) if path else ())
+    return {
+        key: {name: one for name, one in given.items() if one is not None}
+        if _is_group(key, given)
+        else given
+        for key, given in whole.items()
+        if given is not None
+    }
+
+
+def _merged(content: dict[Any, Any], path: Path | None, seen: tuple[str, ...]) -> dict[Any, Any]:
+    """Lay a mapping over those it extends: groups channel by channel, all else whole."""
+    whole: dict[Any, Any] = {}
+    for place in _extended(content):
+        if place in seen:
+            raise LogError(f"mappings extend one another in a ring: {' -> '.join((*seen, place))}")
+        other, found = load(place, path.parent if path else None)
+        if not isinstance(other, dict):
+            raise LogError(f"`extends: {place}` holds no mapping; it must be a table")
+        whole = _over(whole, _merged(other, found, (*seen, place)))
+    return _over(whole, {key: given for key, given in content.items() if key != "extends"})
+
+
+def _extended(content: dict[Any, Any]) -> Iterator[str]:
+    given = content.get("extends") or []
+    for place in [given] if isinstance(given, str) else given:
+        if not isinstance(place, str):
+            raise LogError(f"`extends` must be the name of a preset or a path; got {place!r}")
+        yield place
+
+
+def _over(below: dict[Any, Any], above: dict[Any, Any]) -> dict[Any, Any]:
+    whole = dict(below)
+    for key, given in above.items():
+        table, under = by_name(given) if key == "commands" else given, whole.get(key)
+        is_laid = _is_group(key, table) and _is_group(key, under)
+        whole[key] = under | table if is_laid else table
+    return whole
+
+
+def _is_group(key: object, given: object) -> bool:
+    return isinstance(given, dict) and key not in ("time", "clock")

@@ -51,11 +51,6 @@ class Stream:
         """Whether a log may do without it."""
         return all(one.source.optional for one in self.channels.values())
 
-    @property
-    def called(self) -> str:
-        """How a message calls its topic."""
-        return f"topic `{self.topic.name}`" if self.topic.name else "the table"
-
     def values(self, place: str) -> FloatArray:
         """Return the numbers of a channel at the usable messages, in SI units."""
         values = self.channels[place].values()
@@ -84,7 +79,7 @@ def streams_of(
             except LogError as error:
                 faults += error.faults
                 continue
-        streams[key].channels[one.place] = one
+        streams[key].channels[one.entry.place] = one
     if faults:
         return [], list(dict.fromkeys(faults))
     there = list(streams.values())
@@ -112,7 +107,7 @@ def _stream(
 
 def _time(topic: Topic, time: Sequence[Source]) -> FloatArray:
     """Return the stamps of a topic in seconds, or say that it has none."""
-    called = f"topic `{topic.name}`" if topic.name else "the table"
+    called = _called(topic)
     for source in time:
         name = beside(topic, source.column)
         if name is not None:
@@ -147,7 +142,9 @@ class Sampler:
         if faults := [*_strangers(streams, base)]:
             raise LogError(faults)
         self.met = list(dict.fromkeys(one for stream in streams for one in stream.stamps.met))
-        self.constants = {one.place: float(one.values()[0]) for one in found if one.topic is None}
+        self.constants = {
+            one.entry.place: float(one.values()[0]) for one in found if one.topic is None
+        }
         self._of = {place: stream for stream in streams for place in stream.channels}
         self._found: dict[tuple[int, bytes], Brackets] = {}
 
@@ -269,7 +266,9 @@ def _followed(streams: Sequence[Stream], topic: str | None) -> Stream:
     base = choice[fastest({number: one.stamps for number, one in enumerate(choice)})]
     if (count := len(base.stamps.rows)) < 2:
         held = "one message" if count == 1 else "no message"
-        raise LogError(f"{base.called} has {held} with a time in order; at least two are needed")
+        raise LogError(
+            f"{_called(base.topic)} has {held} with a time in order; at least two are needed"
+        )
     return base
 
 
@@ -289,6 +288,10 @@ def _strangers(streams: Sequence[Stream], base: Stream) -> Iterator[str]:
                 f" `{base.topic.name}` {_span(base)}: they have nothing in common. Choose another"
                 " `time`, or set the channels of one to null"
             )
+
+
+def _called(topic: Topic) -> str:
+    return f"topic `{topic.name}`" if topic.name else "the table"
 
 
 def _span(stream: Stream) -> str:

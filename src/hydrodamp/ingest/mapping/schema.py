@@ -36,18 +36,22 @@ Axes = Literal["FRD", "FLU"]
 
 
 class _Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
 
 
-def _not_a_truth(given: object) -> object:
-    """Keep true from being taken for 1."""
-    return repr(given).lower() if isinstance(given, bool) else given
+def _from_name(
+    table: Callable[[str], dict[str, Any]], wanted: str, kind: Any = dict
+) -> BeforeValidator:
+    """Return what writes a name alone as the table that it stands for."""
 
+    def write(given: object) -> object:
+        if isinstance(given, str):
+            return table(given)
+        if isinstance(given, dict | BaseModel):
+            return given
+        raise ValueError(f"must {wanted}; got {given!r}")
 
-def _conditions(given: object) -> object:
-    if isinstance(given, str | dict):
-        return {given: None} if isinstance(given, str) else given
-    raise ValueError(f"must be the name of a field, or a table of fields and values; got {given!r}")
+    return BeforeValidator(write, json_schema_input_type=str | kind)
 
 
 class Source(_Strict):
@@ -58,9 +62,7 @@ class Source(_Strict):
     )
     value: FiniteFloat | None = Field(None, description="in place of a column: the same throughout")
     unit: str | None = Field(None, description="of the value after scale and offset")
-    sign: Annotated[Literal[1, -1], BeforeValidator(_not_a_truth)] = Field(
-        1, description="applied before axes are turned"
-    )
+    sign: Literal[1, -1] = Field(1, description="applied before axes are turned")
     scale: FiniteFloat = Field(1.0, description="value = scale times number plus offset")
     offset: FiniteFloat = 0.0
     plus: dict[str, FiniteFloat] = Field(
@@ -72,7 +74,11 @@ class Source(_Strict):
     delay: FiniteFloat = Field(0.0, description="how long before its stamp it was measured [s]")
     where: Annotated[
         dict[str, FiniteFloat | None],
-        BeforeValidator(_conditions, json_schema_input_type=str | dict[str, float]),
+        _from_name(
+            lambda name: {name: None},
+            "be the name of a field, or a table of fields and values",
+            dict[str, float],
+        ),
     ] = Field({}, description="use only rows where this field is not zero, or has this value")
     optional: StrictBool = Field(False, description="no fault where the log lacks it")
 
@@ -83,15 +89,6 @@ class Source(_Strict):
         if self.value is not None and not self.model_fields_set <= {"value", "unit", "sign"}:
             raise ValueError("takes `unit` and `sign` alone beside `value`")
         return self
-
-
-def _table(given: object) -> object:
-    """Write the name of a column as a table."""
-    if isinstance(given, dict | Source):
-        return given
-    if isinstance(given, str):
-        return {"column": given}
-    raise ValueError(f"must name a column; got {given!r}")
 
 
 def _choices(given: object) -> object:
@@ -114,7 +111,7 @@ _ONE = str | Source
 
 #: A column, a table about it, or a list of these of which the first found counts.
 Channel = Annotated[
-    tuple[Annotated[Source, BeforeValidator(_table)], ...],
+    tuple[Annotated[Source, _from_name(lambda name: {"column": name}, "name a column")], ...],
     BeforeValidator(_choices, json_schema_input_type=_ONE | list[_ONE]),
 ]
 
@@ -230,12 +227,6 @@ class Clock(_Strict):
     rate: Annotated[FiniteFloat, Field(gt=0)] | None = Field(None, description="[Hz]")
 
 
-def _clock(given: object) -> object:
-    if isinstance(given, str | dict):
-        return {"topic": given} if isinstance(given, str) else given
-    raise ValueError(f"must be a topic, or a table of `topic` or `rate`; got {given!r}")
-
-
 def _command_name(name: str) -> str:
     if name in RESERVED:
         raise ValueError("has the name of another column of a log; give the command its own")
@@ -252,7 +243,8 @@ def _steps(given: object) -> tuple[Step, ...]:
     return steps
 
 
-def _by_name(given: object) -> object:
+def by_name(given: Any) -> Any:
+    """Write a list of commands as a table."""
     return {name: name for name in given} if isinstance(given, list) else given
 
 
@@ -291,11 +283,16 @@ class MappingFile(_Channels):
         "NED",
         description="what attitude is counted from: NED for FRD; NWU (default) or ENU for FLU",
     )
-    clock: Annotated[Clock, BeforeValidator(_clock, json_schema_input_type=str | Clock)] = Clock()
+    clock: Annotated[
+        Clock,
+        _from_name(
+            lambda name: {"topic": name}, "be a topic, or a table of `topic` or `rate`", Clock
+        ),
+    ] = Clock()
     segment: StrictStr | None = None
     commands: Annotated[
         dict[Annotated[str, AfterValidator(_command_name)], Channel],
-        BeforeValidator(_by_name, json_schema_input_type=dict[str, Channel] | list[str]),
+        BeforeValidator(by_name, json_schema_input_type=dict[str, Channel] | list[str]),
     ] = Field({}, description="by their names here; a list where they keep their names")
     sensors: Sensors = Sensors()
     steps: Annotated[

@@ -7,12 +7,12 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
-from hydrodamp.basis.axes import VELOCITIES
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording
 from hydrodamp.errors import HydrodampError, HydrodampWarning
 from hydrodamp.files import parse_yaml
 from hydrodamp.ingest.mapping import LogMapping, presets, read_mapping
+from hydrodamp.ingest.mapping.canonical_table import is_canonical
 from hydrodamp.ingest.mapping.finding import Found, find
 from hydrodamp.ingest.probing.clocks import TopicFacts, facts_of, series_of
 from hydrodamp.ingest.probing.draft import Draft, draft
@@ -127,15 +127,6 @@ def probe(recording: Recording) -> Probe:
     )
 
 
-def is_canonical(recording: Recording) -> bool:
-    """Tell a table whose columns have the canonical names."""
-    if len(recording.topics) != 1 or recording.topics[0].name:
-        return False
-    table = recording.topics[0]
-    names = {*table.fields, *table.texts, *table.faults}
-    return "time" in names and bool(names & set(VELOCITIES))
-
-
 def _silent(recording: Recording, roles: Roles) -> tuple[str, ...]:
     told = {one.column for one in roles.guesses}
     series = [one for topic in recording.topics for one in series_of(topic, None)]
@@ -220,7 +211,8 @@ def judge(
     """Make a log of recordings that were probed, and judge it."""
     if mapping is not None:
         return _judged(logs_of(recordings, mapping), f"by the mapping {mapping}", needs)
-    if all(map(is_canonical, recordings)):
+    tables = [one.topics[0] for one in recordings if [its.name for its in one.topics] == [""]]
+    if len(tables) == len(recordings) and all(map(is_canonical, tables)):
         return _judged(logs_of(recordings), "", needs)
     reason = "the roles of its columns are too unsure to make a log of"
     for mapping_of, made in _guesses(found):
