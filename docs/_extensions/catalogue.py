@@ -12,7 +12,7 @@ from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
 import hydrodamp as hd
-from hydrodamp.models.screen import group_axes
+from hydrodamp.models.model import group_axes
 
 TERMS_A_LINE = 5
 """How many terms of a formula stand in one line."""

@@ -142,10 +142,11 @@ from .models.catalog import (
     find_model as find_model,
 )
 from .models.damping import Damping as Damping, VehicleStamp as VehicleStamp
-from .models.damping_file import read_damping as read_damping, write_damping as write_damping
 from .models.files import (
+    read_damping as read_damping,
     read_model as read_model,
     read_models as read_models,
+    write_damping as write_damping,
     write_model as write_model,
 )
 from .models.model import DampingModel as DampingModel

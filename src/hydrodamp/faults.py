@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 
 _WANTED = {
     "bool_type": "true or false",
+    "dataclass_type": "a table",
     "dict_type": "a table",
     "finite_number": "a finite number",
     "float_parsing": "a number",
@@ -59,7 +60,8 @@ def _sentences(
     elif given is None:
         yield f"`{path}` is still empty: fill it in"
     else:
-        yield f"`{path}` must be {_wanted(kind, fault)}; got {_short(given)}"
+        subject = f"`{path}`" if path else "it"
+        yield f"{subject} must be {_wanted(kind, fault)}; got {_short(given)}"
 
 
 def _place(loc: tuple[str | int, ...], content: Any, kind: str) -> list[str | int]:

@@ -32,7 +32,7 @@ KINDS = {
     "mapping": (
         "a mapping of a log",
         "give it as `--mapping`",
-        "time velocity attitude commands frame world clock topics position accelerometer "
+        "time velocity attitude commands frame world clock topics position specific_force "
         "acceleration wrench eta segment sensors steps",
     ),
     "models": ("a file of models", "give it as `--models` or `--model`", "terms models"),

@@ -13,7 +13,7 @@ from typer.testing import Result
 from hydrodamp.errors import HydrodampWarning
 from hydrodamp.identification.fit import Fit, empty_fit
 from hydrodamp.identification.methods import METHODS
-from hydrodamp.models.damping_file import read_damping
+from hydrodamp.models.files import read_damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
 from hydrodamp.simulation.status import Status

@@ -11,12 +11,11 @@ import pytest
 
 from hydrodamp.errors import FileError, ForeignVehicleWarning, ModelError
 from hydrodamp.models.catalog import catalog
-from hydrodamp.models.damping import Damping, VehicleStamp
-from hydrodamp.models.damping_file import (
+from hydrodamp.models.damping import Damping, VehicleStamp, warn_if_foreign
+from hydrodamp.models.files import (
     damping_document,
     damping_from_document,
     read_damping,
-    warn_if_foreign,
     write_damping,
 )
 
@@ -116,21 +115,24 @@ def put(value, *path):
     [
         (put("other", "format"), "`format` must be 'hydrodamp-damping'"),
         (put(2, "version"), "`version` must be 1; got 2"),
-        (drop("model"), "model: must hold `key` and `terms`"),
-        (put("v|x|", "model", "terms", "X"), r"model.terms: At X: .*stuck at"),
-        (put("a b", "model", "key"), "model.key: `key` must be letters"),
-        (drop("coefficients"), "coefficients: must map labels to numbers"),
-        (drop("coefficients", "Y_v|v|"), r"coefficients.Y_v\|v\|: is missing"),
-        (put("x", "coefficients", "Y_v|v|"), r"coefficients.Y_v\|v\|: must be a finite number"),
-        (put(float("nan"), "coefficients", "Y_uv"), "coefficients.Y_uv: must be a finite number"),
-        (put(1.0, "coefficients", "Y_v|w|"), r"no such coefficient. Did you mean 'Y_v\|v\|'"),
-        (put([], "covariance"), "covariance: must hold `matrix` and `order`"),
-        (put(["X_u"], "covariance", "order"), "covariance: must hold `matrix` and `order`"),
-        (put([[1.0]], "covariance", "matrix"), "covariance.matrix: must be 32 rows of 32"),
-        (put(["x"] * 33, "covariance", "matrix"), "covariance.matrix: must be 32 rows of 32"),
-        (put(True, "covariance", "matrix", 0, 1), r"covariance.matrix\[0\]\[1\]: must be a finite"),
-        (put("toy", "vehicle"), "vehicle: must be null or hold name"),
-        (put(None, "vehicle", "weight"), "vehicle.weight: must be a finite number; got None"),
+        (drop("model"), "`model` is missing"),
+        (put("v|x|", "model", "terms", "X"), r"`model` has terms that cannot be: At X: .*stuck at"),
+        (put("a b", "model", "key"), "`model`: `key` must be letters"),
+        (drop("coefficients"), "`coefficients` is missing"),
+        (drop("coefficients", "Y_v|v|"), r"coefficients lack Y_v\|v\|"),
+        (put("x", "coefficients", "Y_v|v|"), r"`coefficients.Y_v\|v\|` must be a number; got 'x'"),
+        (put(float("nan"), "coefficients", "Y_uv"), "`coefficients.Y_uv` must be a finite number"),
+        (put(1.0, "coefficients", "Y_v|w|"), r"no coefficient .* Did you mean 'Y_v\|v\|'"),
+        (put([], "covariance"), r"`covariance` must be a table; got \[\]"),
+        (put(["X_u"], "covariance", "order"), "covariance.order must hold the labels"),
+        (put([[1.0]], "covariance", "matrix"), "covariance.matrix must be 32 rows of 32"),
+        (put(["x"] * 33, "covariance", "matrix"), r"`covariance.matrix\[32\]` must be a list"),
+        (
+            put(True, "covariance", "matrix", 0, 1),
+            r"`covariance.matrix\[0\]\[1\]` must be a number",
+        ),
+        (put("toy", "vehicle"), "`vehicle` must be a table; got 'toy'"),
+        (put(None, "vehicle", "weight"), "`vehicle.weight` is still empty"),
     ],
 )
 def test_faults_are_named(damping, change, says):

@@ -6,10 +6,15 @@ import numpy as np
 import pytest
 
 from hydrodamp.errors import ModelError
-from hydrodamp.models.added_mass import added_mass_matrix, coriolis_coefficients
 from hydrodamp.models.catalog import catalog
-from hydrodamp.models.cite import cite
-from hydrodamp.models.published import added_mass_of, find_published, published
+from hydrodamp.models.damping import cite
+from hydrodamp.models.published import (
+    added_mass_matrix,
+    added_mass_of,
+    coriolis_coefficients,
+    find_published,
+    published,
+)
 
 SETS = (
     "bluerov2",

@@ -9,7 +9,7 @@ import pytest
 from hydrodamp.report.unfinished import read_earlier
 
 from hydrodamp.errors import FileError
-from hydrodamp.models.damping_file import read_damping
+from hydrodamp.models.files import read_damping
 from hydrodamp.report.comparison_grids import row_grid
 from hydrodamp.report.document import comparison_document
 from hydrodamp.report.files import read_comparison, row_names, write_comparison

@@ -35,7 +35,7 @@ def simulate(
     from hydrodamp.cli.targets import check_out_file
     from hydrodamp.cli.work import check_attitude
     from hydrodamp.data.canonical import write_log
-    from hydrodamp.models.damping_file import read_damping
+    from hydrodamp.models.files import read_damping
     from hydrodamp.progress import progress
     from hydrodamp.report.document import score_document
     from hydrodamp.report.score_grid import score_grid

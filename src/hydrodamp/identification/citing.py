@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from hydrodamp.identification.fit import Fit
-from hydrodamp.models.cite import BIBTEX, cite as cite_model
-from hydrodamp.models.damping import Damping
+from hydrodamp.models.catalog import BIBTEX
+from hydrodamp.models.damping import Damping, cite as cite_model
 from hydrodamp.models.model import DampingModel
 
 _WEAK = """@article{messenger-bortz-2021,

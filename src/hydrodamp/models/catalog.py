@@ -15,6 +15,14 @@ PAPER = (
 )
 """The paper all eight are taken from."""
 
+BIBTEX = """@inproceedings{gibson-mccarter-stilwell-neu,
+  author    = {Gibson, Scott B. and McCarter, Brian and Stilwell, Daniel J. and Neu, Wayne L.},
+  title     = {A Comparison of Hydrodynamic Damping Models using Least-Squares and Adaptive
+               Identifier Methods for Autonomous Underwater Vehicles},
+  booktitle = {OCEANS 2015},
+  year      = {2015}
+}"""
+
 ALL_AXES = " ".join(AXES)
 
 MCFARLAND_WHITCOMB = DampingModel.from_table(

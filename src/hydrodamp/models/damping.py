@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+import warnings
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -11,10 +13,10 @@ import numpy.typing as npt
 
 from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.basis.axes import AXES
-from hydrodamp.errors import ModelError, did_you_mean
+from hydrodamp.errors import ForeignVehicleWarning, ModelError, did_you_mean
+from hydrodamp.models.catalog import BIBTEX, PAPER
 from hydrodamp.models.labels import read_label, spell_label
-from hydrodamp.models.model import DampingModel
-from hydrodamp.models.screen import describe_damping
+from hydrodamp.models.model import DampingModel, one_screen
 
 
 @dataclass(frozen=True)
@@ -260,7 +262,20 @@ class Damping:
 
     def __str__(self) -> str:
         """Return the damping in one screen."""
-        return describe_damping(self)
+        model = self.model
+        values = iter(self.coefficients)
+        rows = [
+            f"{axis}: " + ", ".join(f"{next(values):.6g} {term}" for term in row)
+            for axis, row in zip(AXES, model.terms, strict=True)
+            if row
+        ]
+        return one_screen(
+            f"Damping, {model.title} ({model.key}): {model.n_coefficients} coefficients",
+            *rows,
+            vehicle=self.vehicle.name if self.vehicle else "",
+            source=self.source,
+            note=self.note,
+        )
 
 
 def _model_of(labels: Mapping[str, float]) -> DampingModel:
@@ -269,3 +284,36 @@ def _model_of(labels: Mapping[str, float]) -> DampingModel:
         axis, term = read_label(label)
         rows[axis].append(str(term))
     return DampingModel.from_table(rows, key="custom")
+
+
+def cite(subject: DampingModel | Damping) -> str:
+    """Return the references of a model, or of coefficients and their model."""
+    model = subject.model if isinstance(subject, Damping) else subject
+    lines = [f"{model.title}: {model.source or 'no source given'}"]
+    if isinstance(subject, Damping) and subject.source:
+        lines.insert(0, f"Coefficients: {subject.source}")
+    return "\n".join([*lines, "", BIBTEX] if PAPER in model.source else lines)
+
+
+def warn_if_foreign(damping: Damping, stamp: VehicleStamp) -> None:
+    """Warn when coefficients are used with a vehicle they do not belong to."""
+    own = damping.vehicle
+    differences = [] if own is None else list(_differences(own, stamp))
+    if own is not None and differences:
+        warnings.warn(
+            f"These coefficients belong to vehicle '{own.name}', used with '{stamp.name}': "
+            f"{'; '.join(differences)}. The same forces have other coefficients under another "
+            "mass matrix: identify them again, or use the vehicle they belong to.",
+            ForeignVehicleWarning,
+            stacklevel=2,
+        )
+
+
+def _differences(own: VehicleStamp, other: VehicleStamp) -> Iterator[str]:
+    digests = own.mass_matrix_digest, other.mass_matrix_digest
+    if all(digests) and digests[0] != digests[1]:
+        yield "the mass matrix is another"
+    for quantity in ("weight", "buoyancy"):
+        theirs, ours = getattr(own, quantity), getattr(other, quantity)
+        if not math.isclose(theirs, ours, rel_tol=1e-6, abs_tol=1e-6):
+            yield f"{quantity} {theirs:g} N there, {ours:g} N here"

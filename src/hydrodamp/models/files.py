@@ -1,19 +1,163 @@
-"""Models of your own, read from YAML and written to it."""
+"""Models in YAML and damping coefficients in JSON: pydantic models of the files, both ways."""
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal
 
+import numpy as np
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationError,
+    model_validator,
+)
+
+from hydrodamp.basis.axes import AXES
 from hydrodamp.errors import ModelError, did_you_mean, list_faults
-from hydrodamp.files import load_yaml, mistaken, save_text
+from hydrodamp.faults import faults_in
+from hydrodamp.files import load_json, load_yaml, mistaken, save_json, save_text
 from hydrodamp.models.catalog import catalog
-from hydrodamp.models.model import DampingModel
-from hydrodamp.models.screen import group_axes
-from hydrodamp.models.table import read_table
+from hydrodamp.models.damping import Damping, VehicleStamp
+from hydrodamp.models.labels import coefficient_unit, spell_label
+from hydrodamp.models.model import DampingModel, group_axes, read_table
 
-FIELDS = ("name", "title", "source", "note", "extends", "terms")
-"""What a model in a file may say; ``name`` and one of ``terms`` and ``extends`` it must."""
+FORMAT = "hydrodamp-damping"
+
+
+def _spellings(given: object) -> object:
+    """Return the terms of an axis as a list of spellings; a lone 1 is the constant."""
+    if isinstance(given, bool):
+        raise ValueError("must be terms, such as 'u u|u|'; got true or false")
+    if isinstance(given, str | int):
+        return str(given).split()
+    return [*map(str, given)] if isinstance(given, list) else given
+
+
+def _text(given: object) -> object:
+    """Return a name that YAML took for a number, or nothing, as text."""
+    if given is None:
+        return ""
+    plain = isinstance(given, int | float) and not isinstance(given, bool)
+    return str(given) if plain else given
+
+
+Text = Annotated[str, BeforeValidator(_text)]
+Terms = dict[Text, Annotated[list[str], BeforeValidator(_spellings)]]
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False)] | None
+
+
+class ModelEntry(BaseModel):
+    """A model in a file."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, str_strip_whitespace=True)
+
+    name: Annotated[Text, Field(min_length=1)]
+    title: Text = ""
+    source: Text = ""
+    note: Text = ""
+    extends: Text = ""
+    terms: Terms = {}
+
+    @model_validator(mode="after")
+    def _terms_can_be(self) -> ModelEntry:
+        faults = read_table(self.terms)[1]
+        if not self.terms and not self.extends:
+            faults.append("it needs `terms`, such as {X: 'u u|u|', Y N: 'v r'}")
+        if faults:
+            raise ValueError(" ".join(faults))
+        return self
+
+    def build(self, known: Mapping[str, DampingModel]) -> DampingModel:
+        """Return the model; one that it extends must be known."""
+        parent = known.get(self.extends)
+        if self.extends and parent is None:
+            raise ModelError(
+                f"there is no model '{self.extends}' to extend.{did_you_mean(self.extends, known)}"
+            )
+        words = {"source": self.source, "note": self.note}
+        if parent is None:
+            return DampingModel.from_table(self.terms, key=self.name, title=self.title, **words)
+        rows = parent.with_terms(self.terms, key=self.name).terms
+        words["source"] = words["source"] or f"Extends {parent.key}. {parent.source}".strip()
+        return DampingModel(self.name, self.title or self.name, rows, **words)
+
+
+class ModelDocument(BaseModel):
+    """The structure of a damping in its file."""
+
+    key: Text
+    title: Text = ""
+    source: Text = ""
+    note: Text = ""
+    terms: Terms
+
+    @model_validator(mode="after")
+    def _terms_can_be(self) -> ModelDocument:
+        if faults := read_table(self.terms)[1]:
+            raise ValueError(f"has terms that cannot be: {' '.join(faults)}")
+        return self
+
+
+class CovarianceDocument(BaseModel):
+    """The covariance of the coefficients, rows and columns in the order of their labels."""
+
+    order: list[str]
+    matrix: list[list[Number]]
+
+
+class DampingDocument(BaseModel):
+    """A damping file: the numbers, and what they mean."""
+
+    format: Literal["hydrodamp-damping"]
+    version: Literal[1]
+    frame: str = "FRD body axes: x forward, y starboard, z down; SI units, radians."
+    reference_point: str = "Origin of the body frame of the vehicle file."
+    sign_convention: str = (
+        "The wrench stands on the right-hand side of M dnu/dt = H(M nu) nu + K xi(nu) + G + u: "
+        "negative along the motion where it dissipates."
+    )
+    eta: str = (
+        "eta = u_c/U: u_c is the steady surge speed that the present propeller speed gives in "
+        "straight level motion, U the present speed; terms carry (eta-1)."
+    )
+    content: str = (
+        "Viscous remainder: H(M nu) nu with the full M (rigid body and added mass) is not in it."
+    )
+    model: ModelDocument
+    coefficients: dict[str, Number]
+    units: dict[str, str] = {}
+    covariance: CovarianceDocument | None = None
+    vehicle: VehicleStamp | None = None
+    source: Text = ""
+    note: Text = ""
+
+    @model_validator(mode="after")
+    def _numbers_fit_the_model(self) -> DampingDocument:
+        labels = [
+            spell_label(axis, term)
+            for axis, row in zip(AXES, read_table(self.model.terms)[0], strict=True)
+            for term in row
+        ]
+        unknown = [label for label in self.coefficients if label not in labels]
+        missing = [label for label in labels if label not in self.coefficients]
+        if unknown:
+            near = did_you_mean(unknown[0], labels)
+            raise ValueError(f"the model has no coefficient {', '.join(unknown)}.{near}")
+        if missing:
+            raise ValueError(f"coefficients lack {', '.join(missing)}")
+        if self.covariance is not None:
+            n = len(labels)
+            if sorted(self.covariance.order) != sorted(labels):
+                raise ValueError("covariance.order must hold the labels of coefficients")
+            if [len(row) for row in self.covariance.matrix] != [n] * n:
+                raise ValueError(f"covariance.matrix must be {n} rows of {n} numbers")
+        return self
 
 
 def read_models(path: str | os.PathLike[str]) -> tuple[DampingModel, ...]:
@@ -41,13 +185,31 @@ def read_models(path: str | os.PathLike[str]) -> tuple[DampingModel, ...]:
     content = load_yaml(path)
     if other := mistaken(content, str(path), "models"):
         raise ModelError(other)
+    if not isinstance(content, Mapping):
+        raise ModelError(
+            f"{path}: a model file must be keys and values ({' '.join(ModelEntry.model_fields)}); "
+            "several models go under `models:`, as a list."
+        )
+    several = "models" in content
+    entries = content["models"] if several else [content]
+    if several and (len(content) > 1 or not isinstance(entries, list) or not entries):
+        raise ModelError(
+            f"{path}: `models` must be a list of at least one model, and nothing may stand beside "
+            f"it; got {' '.join(map(str, content))}."
+        )
     faults: list[str] = []
     models: dict[str, DampingModel] = {}
-    for place, entry in _entries(content, faults):
-        model = _build(place, entry, {**catalog, **models}, faults)
-        if model is not None and model.key in models:
-            faults.append(f"{place}name: '{model.key}' comes twice.")
-        elif model is not None:
+    for place, entry in enumerate(entries):
+        where = f"models[{place}]: " if several else ""
+        try:
+            model = ModelEntry.model_validate(entry).build({**catalog, **models})
+        except ValidationError as error:
+            faults.extend(where + fault for fault in faults_in(error, entry, ModelEntry))
+        except ModelError as error:
+            faults.append(f"{where}{error}")
+        else:
+            if model.key in models:
+                faults.append(f"{where}the name '{model.key}' comes twice.")
             models[model.key] = model
     if faults:
         raise ModelError(list_faults(str(path), faults))
@@ -102,113 +264,117 @@ def write_model(model: DampingModel, path: str | os.PathLike[str]) -> None:
     terms = {
         " ".join(axes): " ".join(map(str, row)) for row, axes in group_axes(model).items() if row
     }
-    content = {"name": model.key, "title": model.title, "source": model.source, "note": model.note}
-    kept = {name: text for name, text in content.items() if text}
-    document = {**kept, "terms": terms}
+    words = {"name": model.key, "title": model.title, "source": model.source, "note": model.note}
+    document = {**{name: text for name, text in words.items() if text}, "terms": terms}
     save_text(yaml.safe_dump(document, sort_keys=False, allow_unicode=True, width=88), path)
 
 
-def _entries(content: object, faults: list[str]) -> list[tuple[str, Mapping[str, object]]]:
-    """Return the models of a file's content, each with the place it stands at."""
-    if isinstance(content, Mapping) and "models" in content:
-        extra = [f"`{key}`" for key in content if key != "models"]
-        if extra:
-            faults.append(f"beside `models` nothing else may stand; got {', '.join(extra)}.")
-        listed = content["models"]
-        if not isinstance(listed, list) or not listed:
-            faults.append("models: must be a list of models.")
-            return []
-        numbered = [(f"models[{place}].", entry) for place, entry in enumerate(listed)]
-    else:
-        numbered = [("", content)]
-    found: list[tuple[str, Mapping[str, object]]] = []
-    for place, entry in numbered:
-        if isinstance(entry, Mapping):
-            found.append((place, entry))
-        else:
-            several = "" if place else "; several models go under `models:`, as a list"
-            faults.append(f"{place or 'the file '}must map {', '.join(FIELDS)} to values{several}.")
-    return found
+def write_damping(damping: Damping, path: str | os.PathLike[str]) -> None:
+    """Write a damping to a JSON file that :func:`read_damping` reads back.
+
+    Parameters
+    ----------
+    damping : Damping
+        Its numbers are written in full precision; one that is not finite as null.
+    path : str or path
+        The file; written whole or not at all.
+
+    Raises
+    ------
+    FileError
+        If the file cannot be written.
+    """
+    save_json(damping_document(damping), path)
 
 
-def _build(
-    place: str,
-    entry: Mapping[str, object],
-    known: Mapping[str, DampingModel],
-    faults: list[str],
-) -> DampingModel | None:
-    """Return the model of one entry, or None where it has faults."""
-    before = len(faults)
-    for field in entry:
-        if field not in FIELDS:
-            near = did_you_mean(str(field), FIELDS)
-            faults.append(f"{place}{field}: is unknown; known are {', '.join(FIELDS)}.{near}")
-    texts = {field: _text(place, field, entry, faults) for field in FIELDS[:5]}
-    if entry.get("name", "") in ("", None):
-        faults.append(f"{place}name: is missing.")
-    parent = known.get(texts["extends"])
-    if texts["extends"] and parent is None:
-        near = did_you_mean(texts["extends"], known)
-        faults.append(f"{place}extends: there is no model '{texts['extends']}'.{near}")
-    table = _table(place, entry, faults, optional=bool(texts["extends"]))
-    wrong = read_table(table)[1]
-    faults.extend(f"{place}terms: {fault}" for fault in wrong)
-    if len(faults) > before:
-        return None
-    return _assemble(place, texts, table, parent, faults)
+def read_damping(path: str | os.PathLike[str]) -> Damping:
+    """Return the damping of a file.
+
+    Parameters
+    ----------
+    path : str or path
+        A JSON file written by :func:`write_damping`.
+
+    Returns
+    -------
+    damping : Damping
+        The same numbers, bit for bit.
+
+    Raises
+    ------
+    FileError
+        If the file cannot be read or is no JSON, with its line.
+    ModelError
+        Naming every fault of the file.
+    """
+    # YAML is a vehicle, a mapping or a model of the user's: it is read to say which.
+    is_yaml = Path(path).suffix.lower() in (".yaml", ".yml")
+    return damping_from_document(load_yaml(path) if is_yaml else load_json(path), str(path))
 
 
-def _assemble(
-    place: str,
-    texts: Mapping[str, str],
-    table: Mapping[str, list[str]],
-    parent: DampingModel | None,
-    faults: list[str],
-) -> DampingModel | None:
-    key = texts["name"]
-    words = {field: texts[field] for field in ("title", "source", "note")}
+def damping_document(damping: Damping) -> dict[str, Any]:
+    """Return a damping as what its JSON file holds; for embedding in larger files."""
+    model, covariance = damping.model, damping.covariance
+    terms = {axis: [*map(str, row)] for axis, row in zip(AXES, model.terms, strict=True)}
+    return DampingDocument(
+        format=FORMAT,
+        version=1,
+        model=ModelDocument(
+            key=model.key, title=model.title, source=model.source, note=model.note, terms=terms
+        ),
+        coefficients={label: _finite(value) for label, value in damping.as_dict().items()},
+        units={
+            spell_label(axis, term): coefficient_unit(axis, term)
+            for axis, row in zip(AXES, model.terms, strict=True)
+            for term in row
+        },
+        covariance=None
+        if covariance is None
+        else CovarianceDocument(
+            order=[*model.labels],
+            matrix=[[_finite(value) for value in row] for row in covariance.tolist()],
+        ),
+        vehicle=damping.vehicle,
+        source=damping.source,
+        note=damping.note,
+    ).model_dump(mode="json")
+
+
+def damping_from_document(document: object, source: str = "damping") -> Damping:
+    """Return the damping of a document."""
+    if other := mistaken(document, source, "damping"):
+        raise ModelError(other)
+    if not isinstance(document, Mapping) or document.get("format") != FORMAT:
+        raise ModelError(
+            f"{source}: `format` must be '{FORMAT}': a damping file is written by hydrodamp "
+            "identify --out, or by write_damping."
+        )
+    if document.get("version") != 1:
+        raise ModelError(
+            f"{source}: `version` must be 1; got {document.get('version')!r}. Read it with the "
+            "release that wrote it."
+        )
     try:
-        if parent is None:
-            return DampingModel.from_table(table, key=key, **words)
-        rows = parent.with_terms(table, key=key).terms
-        inherited = f"Extends {parent.key}. {parent.source}".strip()
-        return DampingModel(
-            key, words["title"] or key, rows, words["source"] or inherited, words["note"]
+        found = DampingDocument.model_validate(document)
+    except ValidationError as error:
+        faults = faults_in(error, document, DampingDocument)
+        raise ModelError(list_faults(source, faults)) from error
+    entry = found.model
+    try:
+        model = DampingModel.from_table(
+            entry.terms, key=entry.key, title=entry.title, source=entry.source, note=entry.note
         )
     except ModelError as error:
-        faults.append(f"{place}name: {error}")
-        return None
+        raise ModelError(f"{source}: `model`: {error}") from error
+    covariance = None
+    if found.covariance is not None:
+        order = [found.covariance.order.index(label) for label in model.labels]
+        rows = np.array(found.covariance.matrix, dtype=np.float64).reshape(len(order), len(order))
+        covariance = rows[np.ix_(order, order)]
+    values = [found.coefficients[label] for label in model.labels]
+    numbers = np.array(values, dtype=np.float64)
+    return Damping(model, numbers, covariance, found.vehicle, found.source, found.note)
 
 
-def _text(place: str, field: str, entry: Mapping[str, object], faults: list[str]) -> str:
-    value = entry.get(field, "")
-    if value is None:
-        return ""
-    if isinstance(value, str | int | float) and not isinstance(value, bool):
-        return str(value).strip()
-    faults.append(f"{place}{field}: must be text; got {value!r}.")
-    return ""
-
-
-def _table(
-    place: str, entry: Mapping[str, object], faults: list[str], *, optional: bool
-) -> dict[str, list[str]]:
-    """Return the terms of an entry as lists of spellings."""
-    content = entry.get("terms")
-    if content is None and optional:
-        return {}
-    if not isinstance(content, Mapping) or not content:
-        faults.append(
-            f"{place}terms: must map axes to terms, such as {{X: 'u u|u|', Y N: 'v r'}}; "
-            f"got {content!r}."
-        )
-        return {}
-    table: dict[str, list[str]] = {}
-    for axes, value in content.items():
-        if isinstance(value, list) and all(isinstance(each, str | int) for each in value):
-            table[str(axes)] = [str(each) for each in value]
-        elif isinstance(value, str | int) and not isinstance(value, bool):
-            table[str(axes)] = str(value).split()
-        else:
-            faults.append(f"{place}terms.{axes}: must be terms; got {value!r}.")
-    return table
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

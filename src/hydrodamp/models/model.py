@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+import textwrap
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -14,10 +15,12 @@ from hydrodamp.arrays import BoolArray, FloatArray, IntArray, frozen
 from hydrodamp.basis.axes import AXES, VELOCITY_OF
 from hydrodamp.basis.basis import Basis, canonical_key
 from hydrodamp.basis.term import Term
-from hydrodamp.errors import ModelError, did_you_mean
+from hydrodamp.errors import ModelError, TermError, did_you_mean
 from hydrodamp.models.labels import read_label, spell_label
-from hydrodamp.models.screen import describe_model
-from hydrodamp.models.table import Table, read_table
+
+#: Axes, separated by blanks, to terms: one text separated by blanks, or a list.
+Table = Mapping[str, str | Iterable[str | Term]]
+Rows = tuple[tuple[Term, ...], ...]
 
 _KEY = re.compile(r"[A-Za-z0-9][A-Za-z0-9._+-]*")
 
@@ -320,4 +323,58 @@ class DampingModel:
 
     def __str__(self) -> str:
         """Return the model in one screen."""
-        return describe_model(self)
+        head = f"{self.title} ({self.key}): {self.n_coefficients} coefficients"
+        rows = [
+            f"{' '.join(axes)}: {' '.join(map(str, row)) or 'no terms'}"
+            for row, axes in group_axes(self).items()
+        ]
+        return one_screen(head, *rows, source=self.source, note=self.note)
+
+
+def group_axes(model: DampingModel) -> dict[tuple[Term, ...], list[str]]:
+    """Return the axes that share the same terms, in order; the terms are the key."""
+    groups: dict[tuple[Term, ...], list[str]] = {}
+    for axis, row in zip(AXES, model.terms, strict=True):
+        groups.setdefault(row, []).append(axis)
+    return groups
+
+
+def one_screen(head: str, *lines: str, **remarks: str) -> str:
+    """Return a head with lines and non-empty remarks below it, wrapped and indented."""
+    below = [*lines, *(f"{name}: {text}" for name, text in remarks.items() if text)]
+    wrapped = (
+        textwrap.fill(
+            line,
+            88,
+            initial_indent="  ",
+            subsequent_indent="      ",
+            break_long_words=False,
+            break_on_hyphens=False,
+        )
+        for line in below
+    )
+    return "\n".join([head, *wrapped])
+
+
+def read_table(table: Table) -> tuple[Rows, list[str]]:
+    """Return the six rows of a table and every fault found in it."""
+    rows: dict[str, dict[Term, None]] = {axis: {} for axis in AXES}
+    faults: list[str] = []
+    for axes, spellings in table.items():
+        terms = _read_terms(axes, spellings, faults)
+        for axis in axes.split():
+            if axis in rows:
+                rows[axis].update(dict.fromkeys(terms))
+            else:
+                faults.append(f"`{axis}` is not an axis; the axes are {' '.join(AXES)}.")
+    return tuple(tuple(row) for row in rows.values()), faults
+
+
+def _read_terms(axes: str, spellings: str | Iterable[str | Term], faults: list[str]) -> list[Term]:
+    found: list[Term] = []
+    for spelling in spellings.split() if isinstance(spellings, str) else spellings:
+        try:
+            found.append(spelling if isinstance(spelling, Term) else Term.parse(spelling))
+        except TermError as error:
+            faults.append(f"At {axes}: {error}")
+    return found

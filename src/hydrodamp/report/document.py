@@ -6,7 +6,7 @@ import math
 
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.uncertainty.intervals import Uncertainty
-from hydrodamp.models.damping_file import damping_document
+from hydrodamp.models.files import damping_document
 from hydrodamp.report.fit_names import fit_names
 from hydrodamp.simulation.score import Score
 from hydrodamp.validation.comparison import Comparison, Row

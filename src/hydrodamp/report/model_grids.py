@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from hydrodamp.basis.axes import AXES
-from hydrodamp.models.model import DampingModel
-from hydrodamp.models.screen import group_axes
+from hydrodamp.models.model import DampingModel, group_axes
 from hydrodamp.report.document import Document
 from hydrodamp.report.grid import Grid
 

@@ -17,7 +17,7 @@ from hydrodamp.errors import FileError
 from hydrodamp.files import load_json
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.uncertainty.intervals import Uncertainty
-from hydrodamp.models.damping_file import damping_from_document
+from hydrodamp.models.files import damping_from_document
 from hydrodamp.report.fit_names import fit_path
 from hydrodamp.simulation.replay import AttitudeSource, Trajectory
 from hydrodamp.simulation.score import RateUnit, Score

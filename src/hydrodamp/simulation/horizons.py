@@ -12,8 +12,7 @@ from hydrodamp import kernels
 from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
-from hydrodamp.models.damping import Damping
-from hydrodamp.models.damping_file import warn_if_foreign
+from hydrodamp.models.damping import Damping, warn_if_foreign
 from hydrodamp.simulation.problem import Problem, prepare
 from hydrodamp.simulation.replay import LIMIT, AttitudeSource, Trajectory, initial_attitude
 from hydrodamp.simulation.score import RateUnit, Score, score

@@ -12,8 +12,7 @@ from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.basis.axes import AXES
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
-from hydrodamp.models.damping import Damping
-from hydrodamp.models.damping_file import warn_if_foreign
+from hydrodamp.models.damping import Damping, warn_if_foreign
 from hydrodamp.simulation.problem import Problem, prepare
 from hydrodamp.simulation.stamp import stamp
 from hydrodamp.simulation.status import Status

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from hydrodamp.basis.axes import AXES, VELOCITY_OF
 from hydrodamp.data.log import Log
 from hydrodamp.identification.fit import Fit
-from hydrodamp.models.damping_file import warn_if_foreign
+from hydrodamp.models.damping import warn_if_foreign
 from hydrodamp.simulation.parallel import each
 from hydrodamp.simulation.problem import Problem, prepare
 from hydrodamp.simulation.replay import AttitudeSource, replay

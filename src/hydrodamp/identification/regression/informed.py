@@ -19,7 +19,7 @@ from hydrodamp.identification.rows.equations import Equations
 from hydrodamp.identification.rows.rank import Span, group_labels, spanned
 from hydrodamp.identification.rows.triangle import Triangle
 from hydrodamp.identification.rows.weak_equations import WeakEquations
-from hydrodamp.models.damping_file import warn_if_foreign
+from hydrodamp.models.damping import warn_if_foreign
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
 from hydrodamp.simulation.stamp import stamp
