@@ -117,6 +117,7 @@ from .identification.rows.triangle import (
     merge as merge,
 )
 from .identification.rows.weak_equations import WeakEquations as WeakEquations
+from .identification.sparse import Sparse as Sparse
 from .identification.uncertainty.intervals import Uncertainty as Uncertainty
 from .ingest.datasets.fetching import fetch as fetch
 from .ingest.datasets.registry import Dataset as Dataset, find_dataset as find_dataset
@@ -212,8 +213,6 @@ from .validation.crossvalidation import (
 )
 from .validation.front import front as front
 from .validation.paper import TABLE_I as TABLE_I, rank_correlation as rank_correlation
-from .validation.selection import Selection as Selection
-from .validation.sparse import Sparse as Sparse
 from .validation.vehicle_error import VehicleDoubt as VehicleDoubt, vehicle_doubt as vehicle_doubt
 from .vehicle.file import read_vehicle as read_vehicle, write_vehicle as write_vehicle
 from .vehicle.fin import Fin as Fin

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from typer.testing import Result
 
-from hydrodamp.validation.sparse import Sparse
+from hydrodamp.identification.sparse import Sparse
 
 Call = Callable[..., Result]
 LINE = "compare ab.csv --vehicle planar.yaml --train one --test two --methods ls --models "

@@ -27,8 +27,8 @@ def with_sparse(
 ) -> tuple[DampingModel, ...]:
     """Return the models and the one selected from a log."""
     from hydrodamp.cli.output import note
+    from hydrodamp.identification.sparse import Sparse
     from hydrodamp.progress import progress
-    from hydrodamp.validation.sparse import Sparse
 
     for model in models:
         if model.key.casefold() == SPARSE:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from hydrodamp.identification.selection.candidates import KEY
+from hydrodamp.identification.candidates import KEY
 from hydrodamp.report.document import Document
 from hydrodamp.report.grid import Grid
 from hydrodamp.report.numbers import NOTHING

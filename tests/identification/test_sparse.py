@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 
 from hydrodamp.errors import MethodError
+from hydrodamp.identification.candidates import brakes
+from hydrodamp.identification.elimination import replay_blocks
 from hydrodamp.identification.fit import identify
 from hydrodamp.identification.output_error import OutputError
-from hydrodamp.identification.replays.replay_blocks import replay_blocks
-from hydrodamp.identification.rows.derivative import SavitzkyGolay
-from hydrodamp.identification.rows.equations import Differenced
-from hydrodamp.identification.selection.candidates import brakes
+from hydrodamp.identification.sparse import Round, Sparse, best_round
 from hydrodamp.models.catalog import find_model
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
@@ -21,9 +20,6 @@ from hydrodamp.simulation.campaign.reenact import Campaign, reenact
 from hydrodamp.simulation.problem import prepare
 from hydrodamp.simulation.replay import simulate
 from hydrodamp.simulation.score import score
-from hydrodamp.validation.rounds import Stability, next_round
-from hydrodamp.validation.selection import Round, Selection
-from hydrodamp.validation.sparse import Sparse, best_round
 
 QUICK = Sparse(windows=(10.0,), pairs=3)
 
@@ -51,15 +47,13 @@ def test_a_selection_says_what_it_did_and_is_the_same_again() -> None:
     campaign = reenact(seed=13, duration=20.0)
     flat = replace(campaign.vehicle, axes=("X", "Y", "N"))
     rounds: list[Round] = []
-    first = QUICK.selection(flat, campaign.train, done=rounds.append)
-    assert tuple(rounds) == first.rounds
-    assert first == QUICK.selection(flat, campaign.train)
-    assert {label[0] for label in first.model.labels} == {"X", "Y", "N"}
-    said = str(first)
-    assert said.startswith(f"{first.model.n_coefficients} coefficients: X_")
-    assert "In order of entry" in said
-    assert first.rounds[first.chosen].model.terms == first.model.terms
-    assert "within one standard error" in first.model.note
+    first = QUICK.select(flat, campaign.train, done=rounds.append)
+    assert first == QUICK.select(flat, campaign.train)
+    assert {label[0] for label in first.labels} == {"X", "Y", "N"}
+    assert [made.model.terms for made in rounds] == [first.terms]
+    assert rounds[0].window == 10.0
+    assert "within one standard error" in first.note
+    assert "selected by hydrodamp from" in first.source
 
 
 def test_commands_of_other_models_are_kept() -> None:
@@ -72,9 +66,8 @@ def test_commands_of_other_models_are_kept() -> None:
 
 def test_too_short_a_log_is_refused() -> None:
     campaign = reenact(seed=13, duration=20.0)
-    quick = Sparse(windows=(10.0,), pairs=2, equations=Differenced(SavitzkyGolay()))
     with pytest.raises(MethodError, match="too few"):
-        quick.select(campaign.vehicle, campaign.train.between(0.0, 1.0))
+        QUICK.select(campaign.vehicle, campaign.train.between(0.0, 1.0))
 
 
 def test_a_replay_that_always_diverges_is_refused() -> None:
@@ -82,11 +75,11 @@ def test_a_replay_that_always_diverges_is_refused() -> None:
     offered = find_model("linear")
     problem = prepare(campaign.vehicle, campaign.train, offered)
     wild = Damping(offered, np.full(36, 1e4))
-    linear = replay_blocks(problem, offered, wild, 10.0)
-    assert len(linear.blocks) == 0
-    assert linear.lost > 0
+    blocks, lost = replay_blocks(problem, offered, wild, 10.0)
+    assert len(blocks) == 0
+    assert lost > 0
     with pytest.raises(MethodError, match="blocks of the log can be replayed"):
-        next_round(problem, offered, wild, 10.0, Stability(10, 0.5, 2, 0))
+        QUICK.round(problem, offered, wild, 10.0)
 
 
 def test_an_axis_without_a_stable_brake_is_given_one() -> None:
@@ -95,7 +88,7 @@ def test_an_axis_without_a_stable_brake_is_given_one() -> None:
     flat = replace(campaign.vehicle, axes=("X", "Y", "N"))
     problem = prepare(flat, campaign.train, offered)
     start = Damping(offered, np.array([-3.0, -10.0, 0.0, 0.0, -10.0]))
-    made, _ = next_round(problem, offered, start, 10.0, Stability(1, 1.0, 1, 0))
+    made, _ = Sparse(most=1, frequency=1.0, pairs=1).round(problem, offered, start, 10.0)
     assert {"X_u|u|", "N_r"} <= set(made.model.labels)
     assert {"Y_v", "Y_v|r|"} & set(made.model.labels)
 
@@ -111,7 +104,7 @@ def test_settings_out_of_range_are_refused(settings: dict[str, object]) -> None:
 
 def made(n: int, rms: float | None, push: float) -> Round:
     model = replace(find_model("prestero"), terms=(find_model("linear").terms[0][:n],) + ((),) * 5)
-    return Round(10.0, 40, (), (), model, "Said.", rms, push)
+    return Round(10.0, model, "Said.", rms, push)
 
 
 def test_among_rounds_those_that_dissipate_come_first_then_the_fewest() -> None:
@@ -129,9 +122,3 @@ def test_without_one_that_dissipates_the_replay_counts() -> None:
 def test_without_any_replay_the_last_round_is_given() -> None:
     rounds = [made(2, None, 3.0), made(1, None, -1.0)]
     assert best_round(rounds)[0] is rounds[1]
-    assert "diverged" in str(Selection(rounds[1].model, tuple(rounds), 1, "Why."))
-
-
-def test_the_key_is_that_of_the_model() -> None:
-    assert Sparse().key == "sparse"
-    assert np.isfinite(Sparse().frequency)

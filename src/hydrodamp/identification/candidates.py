@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -41,12 +41,11 @@ def candidates(
     vehicle: Vehicle,
     log: Log,
     models: Iterable[DampingModel] = (),
-    degrees: Collection[int] | None = None,
 ) -> DampingModel:
     """Return every term that may be chosen: axis by axis those of the paper's models."""
     commands = {name: log.command(name) for name in log.command_names}
     known = log.propulsion_ratio is not None or vehicle.propulsion_speed(commands) is not None
-    wanted = degrees if degrees is not None else (2,) if under_way(log.velocity) else (1, 2)
+    wanted = (2,) if under_way(log.velocity) else (1, 2)
     own = [
         [
             term

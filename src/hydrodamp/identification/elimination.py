@@ -1,0 +1,196 @@
+"""Choosing columns by normal matrices, block by block: forward, stably, backward, and how many."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.linalg import solve_triangular
+from scipy.optimize import nnls
+
+from hydrodamp.arrays import FloatArray, IntArray
+from hydrodamp.identification.search import searching
+from hydrodamp.identification.shooting import Guess
+from hydrodamp.models.damping import Damping
+from hydrodamp.models.model import DampingModel
+from hydrodamp.simulation.problem import Problem
+
+# Blocks of a log at the most (a normal matrix of 500 candidates takes 2 MB), and the windows it
+# is cut into at least.
+_BLOCKS, _LEAST = 40, 16
+
+# Share of a column's square that must be left for it to be chosen.
+_FRESH = 1e-6
+
+# Added to scaled normal matrices before they are solved.
+_RIDGE = 1e-10
+
+# Blocks are left out in this many turns.
+_FOLDS = 10
+
+
+def replay_blocks(
+    problem: Problem, model: DampingModel, around: Damping, length: float
+) -> tuple[FloatArray, int]:
+    """Linearise the replay in the coefficients of a large model around a small one.
+
+    Normal matrices of the blocks, shape (n, p + 1, p + 1), and how many blocks cannot be replayed.
+    """
+    search = searching(problem, model)
+    shooting = search.shooting(min(length, problem.duration / _LEAST))
+    guessed = around.onto(model)
+    starts = shooting.measured_starts()
+    errors = shooting.errors(Guess(guessed, starts))
+    finite = errors[np.all(np.isfinite(errors), axis=1)]
+    own = np.mean(finite**2, axis=0) if len(finite) else np.zeros(len(search.noise))
+    # The spread of each error beyond the noise of the state that a window starts from.
+    spread = np.sqrt(np.maximum(own - search.noise**2, search.noise**2))
+    turn = np.eye(len(guessed) + 1)
+    turn[:-1, -1] = guessed
+    blocks, lost = [], 0
+    for part in np.array_split(np.arange(len(starts)), min(_BLOCKS, len(starts))):
+        here = replace(shooting, windows=shooting.windows[part])
+        linear = here.linearised(Guess(guessed, starts[part]), spread)
+        if linear is None:
+            lost += 1
+            continue
+        rows = linear.triangle @ turn
+        blocks.append(rows.T @ rows)
+    return np.array(blocks).reshape(-1, *turn.shape), lost
+
+
+def forward(normal: FloatArray, most: int, first: Sequence[int] = ()) -> IntArray:
+    """Choose columns one by one, each the one that explains most of what is left.
+
+    The error-reduction ratio; the columns ``first`` are taken before all others.
+    """
+    n = len(normal) - 1
+    scale = _scale(np.diag(normal))
+    unit = normal / (scale[:, None] * scale)
+    left, open_ = np.diag(unit)[:n].copy(), np.ones(n, dtype=np.bool_)
+    rows = np.zeros((min(most + len(first), n), n + 1))
+    order: list[int] = []
+    for step in range(len(rows)):
+        known = rows[: len(order)]
+        if step < len(first):
+            chosen = first[step]
+        else:
+            right = unit[:-1, -1] - known[:, :-1].T @ known[:, -1]
+            fresh = open_ & (left > _FRESH)
+            taken = np.where(fresh, right**2 / np.where(fresh, left, 1.0), 0.0)
+            chosen = int(np.argmax(taken))
+            if not taken[chosen] > 0.0:
+                break
+        open_[chosen] = False
+        if left[chosen] > _FRESH:
+            row = (unit[chosen] - known[:, chosen] @ known) / np.sqrt(left[chosen])
+            rows[len(order)] = row
+            left -= row[:n] ** 2
+            order.append(chosen)
+    return np.array(order, dtype=np.int64)
+
+
+def frequencies(
+    blocks: FloatArray, most: int, pairs: int, seed: int = 0, first: Sequence[int] = ()
+) -> FloatArray:
+    """Return the share of complementary half samples on which each column is chosen."""
+    rng = np.random.default_rng(seed)
+    count = np.zeros(blocks.shape[1] - 1)
+    half = len(blocks) // 2
+    for _ in range(pairs):
+        drawn = rng.permutation(len(blocks))
+        for part in (drawn[:half], drawn[half:]):
+            count[forward(blocks[part].sum(axis=0), most, first)] += 1.0
+    return count / (2.0 * pairs)
+
+
+def nested(
+    normal: FloatArray, start: IntArray, held: IntArray, groups: Sequence[IntArray] = ()
+) -> tuple[IntArray, ...]:
+    """Drop columns one by one, each the one whose loss costs least; the last of a group stays."""
+    chosen = np.sort(start)
+    sets = [chosen]
+    while True:
+        alone = [np.intersect1d(group, chosen) for group in groups]
+        fixed = np.concatenate([held, *(group for group in alone if len(group) == 1)])
+        free = ~np.isin(chosen, fixed)
+        if not free.any():
+            return tuple(sets)
+        inverse, scale = _inverse(normal, chosen)
+        coefficients = inverse @ (normal[chosen, -1] / scale)
+        loss = np.where(free, coefficients**2 / np.diag(inverse), np.inf)
+        chosen = np.delete(chosen, int(np.argmin(loss)))
+        sets.append(chosen)
+
+
+def solved(normal: FloatArray, chosen: IntArray) -> FloatArray:
+    """Return the coefficients of some columns."""
+    inverse, scale = _inverse(normal, chosen)
+    return np.asarray(inverse @ (normal[chosen, -1] / scale) / scale)
+
+
+def error(normal: FloatArray, chosen: IntArray, coefficients: FloatArray) -> float:
+    """Return the sum of squares that coefficients leave of the target."""
+    inner = normal[np.ix_(chosen, chosen)] @ coefficients - 2.0 * normal[chosen, -1]
+    return float(normal[-1, -1] + coefficients @ inner)
+
+
+def sized(blocks: FloatArray, sets: Sequence[IntArray], power: FloatArray) -> tuple[int, str]:
+    """Choose the smallest set within one standard error of the best; say why."""
+    total = blocks.sum(axis=0)
+    rows = left_out(blocks, sets)
+    prices = np.array([price(total, chosen, power[:, chosen]) for chosen in sets])
+    errors = rows.sum(axis=1) + prices
+    best = int(np.argmin(errors))
+    allowed = rows[best].std(ddof=1) * np.sqrt(len(blocks))
+    place = int(np.flatnonzero(errors <= errors[best] + allowed)[-1])
+    share = 100.0 * prices[place] / max(errors[place], np.finfo(np.float64).tiny)
+    return place, (
+        f"{len(sets[place])} coefficients, the smallest of {len(sets)} nested models whose error "
+        f"on blocks left out is within one standard error of the lowest (that of "
+        f"{len(sets[best])}). {share:.2g} % of its error is the price of damping that takes power "
+        "on the whole operating box."
+    )
+
+
+def left_out(blocks: FloatArray, sets: Sequence[IntArray]) -> FloatArray:
+    """Return the error of every set on every block, its coefficients solved without it."""
+    n = len(blocks)
+    fold = np.arange(n) % min(_FOLDS, n)
+    total = blocks.sum(axis=0)
+    errors = np.zeros((len(sets), n))
+    for turn in np.unique(fold):
+        out = np.flatnonzero(fold == turn)
+        rest = total - blocks[out].sum(axis=0)
+        for number, chosen in enumerate(sets):
+            coefficients = solved(rest, chosen)
+            errors[number, out] = [error(blocks[place], chosen, coefficients) for place in out]
+    return errors
+
+
+def price(normal: FloatArray, chosen: IntArray, power: FloatArray) -> float:
+    """Return by how much the least error rises where the power must not be positive."""
+    part = normal[np.ix_(chosen, chosen)]
+    scale = _scale(np.diag(part))
+    root = np.linalg.cholesky(part / (scale[:, None] * scale) + _RIDGE * np.eye(len(chosen))).T
+    normals = solve_triangular(root, (power / scale).T, trans="T")
+    length = np.linalg.norm(normals, axis=0)
+    normals = normals[:, length > 0.0] / length[length > 0.0]
+    wished = root @ (scale * solved(normal, chosen))
+    if not normals.shape[1] or np.all(wished @ normals <= 0.0):
+        return 0.0
+    size = float(np.linalg.norm(wished))
+    kept = float(nnls(normals, wished / size)[1])
+    return round(size**2 * (1.0 - kept**2), 9)
+
+
+def _inverse(normal: FloatArray, chosen: IntArray) -> tuple[FloatArray, FloatArray]:
+    part = normal[np.ix_(chosen, chosen)]
+    scale = _scale(np.diag(part))
+    scaled = part / (scale[:, None] * scale) + _RIDGE * np.eye(len(chosen))
+    return np.asarray(np.linalg.inv(scaled), dtype=np.float64), scale
+
+
+def _scale(square: FloatArray) -> FloatArray:
+    return np.sqrt(np.where(square > 0.0, square, 1.0))

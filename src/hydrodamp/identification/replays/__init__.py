@@ -1,1 +1,0 @@
-"""Output error: coefficients whose replay is nearest to the log."""

@@ -1,0 +1,161 @@
+"""Choosing columns forward, stably and backward, and how many, against solutions by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import LinearConstraint, minimize
+
+from hydrodamp.arrays import FloatArray, IntArray
+from hydrodamp.identification.elimination import (
+    error,
+    forward,
+    frequencies,
+    left_out,
+    nested,
+    price,
+    sized,
+    solved,
+)
+
+
+def problem(
+    seed: int = 0, rows: int = 400, columns: int = 12
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    rng = np.random.default_rng(seed)
+    design = rng.normal(size=(rows, columns)) @ (np.eye(columns) + 0.3)
+    truth = np.zeros(columns)
+    truth[[2, 7, 9]] = 3.0, -2.0, 1.0
+    target = design @ truth + 0.1 * rng.normal(size=rows)
+    stacked = np.column_stack([design, target])
+    return design, target, stacked.T @ stacked
+
+
+def residual(design: FloatArray, target: FloatArray, chosen: IntArray) -> float:
+    return float(np.linalg.lstsq(design[:, chosen], target)[1][0])
+
+
+def test_each_step_takes_the_column_that_lowers_the_residual_most() -> None:
+    design, target, normal = problem()
+    order = forward(normal, 4)
+    for step in range(len(order)):
+        before = order[:step].tolist()
+        trials = {
+            column: residual(design, target, np.array([*before, column]))
+            for column in range(12)
+            if column not in before
+        }
+        assert order[step] == min(trials, key=lambda column: trials[column])
+
+
+def test_the_true_columns_come_out() -> None:
+    _, _, normal = problem()
+    sets = nested(normal, forward(normal, 8), np.array([], dtype=np.int64))
+    assert [len(chosen) for chosen in sets] == list(range(8, -1, -1))
+    assert sets[-4].tolist() == [2, 7, 9]
+    assert solved(normal, sets[-4]) == pytest.approx([3.0, -2.0, 1.0], abs=0.05)
+
+
+def test_the_error_is_that_of_least_squares() -> None:
+    design, target, normal = problem()
+    chosen = np.array([1, 2, 7])
+    expected = residual(design, target, chosen)
+    assert error(normal, chosen, solved(normal, chosen)) == pytest.approx(expected, rel=1e-6)
+
+
+def test_elimination_drops_what_costs_least() -> None:
+    design, target, normal = problem()
+    first, second = nested(normal, np.arange(12), np.array([], dtype=np.int64))[:2]
+    losses = [residual(design, target, np.delete(first, place)) for place in range(12)]
+    assert residual(design, target, second) == pytest.approx(min(losses))
+
+
+def test_held_columns_and_the_last_of_a_group_stay() -> None:
+    _, _, normal = problem()
+    sets = nested(normal, np.arange(12), np.array([0]), [np.array([3, 4]), np.array([99])])
+    assert 0 in sets[-1]
+    assert len(sets[-1]) == 2
+    assert set(sets[-1]) & {3, 4}
+
+
+def test_first_columns_are_taken_first_and_copies_never() -> None:
+    design, target, _ = problem()
+    stacked = np.column_stack([design, design[:, 2], np.zeros(len(design)), target])
+    order = forward(stacked.T @ stacked, 20, first=(5, 13))
+    assert order[0] == 5
+    assert 13 not in order
+    assert len({2, 12} & set(order.tolist())) == 1
+
+
+def test_nothing_is_chosen_where_there_is_nothing_to_explain() -> None:
+    design, target, _ = problem()
+    stacked = np.column_stack([design, 0.0 * target])
+    assert len(forward(stacked.T @ stacked, 3)) == 0
+
+
+def test_true_columns_are_chosen_on_every_half_and_others_by_chance() -> None:
+    design, target, _ = problem(rows=800)
+    stacked = np.column_stack([design, target]).reshape(20, 40, -1)
+    share = frequencies(np.einsum("bij,bik->bjk", stacked, stacked), most=4, pairs=20)
+    assert np.all(share[[2, 7, 9]] == 1.0)
+    assert share.sum() == pytest.approx(4.0)
+    assert np.delete(share, [2, 7, 9]).max() < 0.6
+
+
+FREE = np.zeros((1, 6))
+
+
+def blocks(seed: int = 1, n: int = 20, columns: int = 6) -> FloatArray:
+    rng = np.random.default_rng(seed)
+    design = rng.normal(size=(n, 30, columns))
+    truth = np.array([1.0, -2.0, 0.0, 0.0, 0.0, 0.0])
+    target = design @ truth + 0.5 * rng.normal(size=(n, 30))
+    rows = np.concatenate([design, target[:, :, None]], axis=2)
+    return np.asarray(np.einsum("bij,bik->bjk", rows, rows))
+
+
+def test_a_block_is_predicted_by_the_others() -> None:
+    parts = blocks(n=5)
+    chosen = np.array([0, 1, 4])
+    errors = left_out(parts, [chosen])
+    for number in range(5):
+        rest = parts.sum(axis=0) - parts[number]
+        kappa = np.append(-solved(rest, chosen), 1.0)
+        part = parts[number][np.ix_([*chosen, 6], [*chosen, 6])]
+        assert errors[0, number] == pytest.approx(kappa @ part @ kappa)
+
+
+def test_the_smallest_set_no_worse_than_the_best_is_taken() -> None:
+    parts = blocks()
+    sets = nested(parts.sum(axis=0), np.arange(6), np.array([], dtype=np.int64))
+    place, words = sized(parts, sets, FREE)
+    assert sets[place].tolist() == [0, 1]
+    assert words.startswith("2 coefficients, the smallest of 7 nested models")
+
+
+def test_a_set_that_can_dissipate_only_at_a_price_gives_way() -> None:
+    parts = blocks()
+    sets = [np.array([0, 1, 2]), np.array([0, 1])]
+    assert sized(parts, sets, FREE)[0] == 1
+    # At this velocity the first two take power only together with the third.
+    power = np.array([[1.0, 0.0, -1e4, 0.0, 0.0, 0.0]])
+    assert sized(parts, sets, power)[0] == 0
+
+
+def test_the_price_is_that_of_a_constrained_solver() -> None:
+    normal, power = blocks().sum(axis=0), np.random.default_rng(7).normal(size=(8, 6))
+    part, right = normal[:6, :6], normal[:6, 6]
+
+    def cost(kappa: FloatArray) -> float:
+        return float(kappa @ part @ kappa - 2.0 * kappa @ right)
+
+    def slope(kappa: FloatArray) -> FloatArray:
+        return np.asarray(2.0 * (part @ kappa - right))
+
+    bound = LinearConstraint(power, -np.inf, 0.0)
+    best = minimize(
+        cost, np.zeros(6), jac=slope, constraints=bound, method="SLSQP", options={"ftol": 1e-12}
+    )
+    expected = best.fun - cost(solved(normal, np.arange(6)))
+    assert expected > 1.0
+    assert price(normal, np.arange(6), power) == pytest.approx(expected, rel=1e-5)
