@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hydrodamp.basis.basis import Basis
-from hydrodamp.basis.speed import SLOWEST, guarded_speed
+from hydrodamp.basis.basis import SLOWEST, Basis, guarded_speed
 from hydrodamp.kernels.reference import atoms
 
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 import pytest
 from hypothesis import given, strategies as st
 
-from hydrodamp.basis.atoms import ATOMS, atom_index
+from hydrodamp.basis.atoms import ATOMS, RESERVED, atom_index, check_command_name
 from hydrodamp.basis.basis import UNION
-from hydrodamp.basis.command_names import RESERVED, check_command_name
 from hydrodamp.basis.term import Term
 from hydrodamp.errors import TermError
 

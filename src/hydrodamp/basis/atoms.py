@@ -1,33 +1,35 @@
-"""The symbols a term is a product of, and their places in the kernels' table."""
+"""The symbols a term is a product of, their places in the kernels' table, and command names."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
-from hydrodamp.basis.axes import VELOCITIES
+from hydrodamp.basis.axes import AXES, VELOCITIES
 from hydrodamp.errors import TermError, did_you_mean
 
+#: ``|u| ... |r|``.
 ABSOLUTES = tuple(f"|{velocity}|" for velocity in VELOCITIES)
-"""``|u| ... |r|``."""
 
+#: ``U = |nu_1|``, ``V = sqrt(v^2 + w^2)``, ``V_v = sign(v) V``, ``V_w = sign(w) V`` [m/s].
 SPEEDS = ("U", "V", "V_v", "V_w")
-"""``U = |nu_1|``, ``V = sqrt(v^2 + w^2)``, ``V_v = sign(v) V``, ``V_w = sign(w) V`` [m/s]."""
 
+#: The propulsion ratio less one, ``u_c / max(U, 1e-6) - 1``.
 PROPULSION = "(eta-1)"
-"""The propulsion ratio less one, ``u_c / max(U, 1e-6) - 1``."""
 
+#: The unit vector that points down, in the body frame: ``R^T e_3``.
 DOWN = ("down_x", "down_y", "down_z")
-"""The unit vector that points down, in the body frame: ``R^T e_3``."""
 
+#: Every reserved atom in the order of the kernels' table; ``ATOMS[0]`` is the constant one.
 ATOMS = ("1", *VELOCITIES, *ABSOLUTES, *SPEEDS, PROPULSION, *DOWN)
-"""Every reserved atom in the order of the kernels' table; ``ATOMS[0]`` is the constant one."""
 
+#: The place of each reserved atom in :data:`ATOMS`.
 ATOM_PLACE = {atom: place for place, atom in enumerate(ATOMS)}
-"""The place of each reserved atom in :data:`ATOMS`."""
 
+#: The place of the first command channel; the absolute values follow the channels.
 FIRST_CHANNEL = len(ATOMS)
-"""The place of the first command channel; the absolute values follow the channels."""
 
+#: The velocities each reserved atom is computed from.
 CONTENT = {
     "1": "",
     **{velocity: velocity for velocity in VELOCITIES},
@@ -41,10 +43,9 @@ CONTENT = {
     "down_y": "",
     "down_z": "",
 }
-"""The velocities each reserved atom is computed from."""
 
+#: The velocities whose absence together makes an atom zero; sign(0) = 0. Empty: never zero.
 ZERO_WITHOUT = {**CONTENT, PROPULSION: "", "V_v": "v", "V_w": "w"}
-"""The velocities whose absence together makes an atom zero; sign(0) = 0. Empty: never zero."""
 
 
 def is_absolute(atom: str) -> bool:
@@ -65,3 +66,46 @@ def atom_index(atom: str, channels: Sequence[str] = ()) -> int:
         )
     place = FIRST_CHANNEL + list(channels).index(name)
     return place + len(channels) if is_absolute(atom) else place
+
+
+#: Names with a meaning of their own, in logs or in terms.
+RESERVED = (
+    "time",
+    *("roll", "pitch", "yaw", "qw", "qx", "qy", "qz"),
+    *VELOCITIES,
+    *(f"d{velocity}" for velocity in VELOCITIES),
+    *("eta", "segment"),
+    *AXES,
+    *SPEEDS,
+    *DOWN,
+)
+
+_SYMBOLS = sorted((*ABSOLUTES, *SPEEDS, PROPULSION, *DOWN, *VELOCITIES), key=len, reverse=True)
+#: One reserved symbol with an optional power; the longest spelling wins.
+SYMBOL = re.compile("(" + "|".join(map(re.escape, _SYMBOLS)) + r")(?:\^([1-9]))?")
+
+_IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+
+
+def reads_as_product(text: str) -> bool:
+    """Tell whether a text is made of reserved symbols only."""
+    place = 0
+    while found := SYMBOL.match(text, place):
+        place = found.end()
+    return place == len(text) > 0
+
+
+def check_command_name(name: str) -> None:
+    """Refuse a command name that a term could not spell."""
+    if not _IDENTIFIER.fullmatch(name):
+        raise TermError(
+            f"Command name `{name}` must be letters, digits and underscores and start with no "
+            "digit, such as 'rudder' or 'ch_forward'. Rename it."
+        )
+    if name in RESERVED:
+        raise TermError(f"Command name `{name}` is reserved. Rename it, to 'cmd_{name}' say.")
+    if reads_as_product(name):
+        product = "*".join(found.group(0) for found in SYMBOL.finditer(name))
+        raise TermError(
+            f"Command name `{name}` reads as the product {product}. Rename it, to 'cmd_{name}' say."
+        )

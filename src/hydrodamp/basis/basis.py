@@ -10,10 +10,11 @@ import numpy.typing as npt
 
 from hydrodamp.arrays import FloatArray, IndexArray
 from hydrodamp.basis.atoms import atom_index
-from hydrodamp.basis.speed import guarded_speed
-from hydrodamp.basis.spelling import AtomKey, atom_key
-from hydrodamp.basis.term import MAX_FACTORS, Term
+from hydrodamp.basis.term import MAX_FACTORS, AtomKey, Term, atom_key
 from hydrodamp.errors import TermError, did_you_mean
+
+#: Speed [m/s] below which the propulsion ratio is taken at this speed.
+SLOWEST = 1e-6
 
 TermKey = tuple[int, int, tuple[AtomKey, ...]]
 
@@ -254,8 +255,8 @@ vV wV qV rV |w|V |r|V_v |q|V_w
 u^2(eta-1) v^2(eta-1) w^2(eta-1) uv(eta-1) uw(eta-1) uq(eta-1) ur(eta-1) vV(eta-1) wV(eta-1)
 """
 
+#: The 85 terms of the paper's eight models together, in canonical order.
 UNION = Basis.of(*_PAPER_SPELLINGS.split())
-"""The 85 terms of the paper's eight models together, in canonical order."""
 
 _UNION_PLACE = {term: place for place, term in enumerate(UNION.terms)}
 
@@ -288,3 +289,9 @@ def _down(values: npt.ArrayLike, length: int) -> FloatArray:
     if len(rows) not in (1, length):
         raise TermError(f"`down` must have shape ({length}, 3) or (3,); got {rows.shape}.")
     return np.array(np.broadcast_to(rows, (length, 3)))
+
+
+def guarded_speed(velocity: npt.ArrayLike) -> FloatArray:
+    """Return U, or ``SLOWEST`` where the vehicle is slower: the propulsion ratio divides by it."""
+    u, v, w, *_ = np.moveaxis(np.asarray(velocity, dtype=np.float64), -1, 0)
+    return np.asarray(np.maximum(np.sqrt(u * u + v * v + w * w), SLOWEST))

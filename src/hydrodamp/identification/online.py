@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.axes import AXES, VELOCITY_OF
-from hydrodamp.basis.speed import guarded_speed
+from hydrodamp.basis.basis import guarded_speed
 from hydrodamp.data.attitude import down, quaternion_from_euler
 from hydrodamp.errors import MethodError, ProblemError, did_you_mean
 from hydrodamp.kernels.inputs import Sample

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hydrodamp.basis.atoms import RESERVED
 from hydrodamp.basis.axes import VELOCITY_OF
-from hydrodamp.basis.command_names import RESERVED
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError, ProblemError, did_you_mean, list_faults
 from hydrodamp.models.model import DampingModel

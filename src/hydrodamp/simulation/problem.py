@@ -12,7 +12,7 @@ import numpy as np
 
 from hydrodamp import kernels
 from hydrodamp.arrays import FloatArray, IntArray
-from hydrodamp.basis.speed import guarded_speed
+from hydrodamp.basis.basis import guarded_speed
 from hydrodamp.data.log import Log
 from hydrodamp.errors import PropulsionWarning
 from hydrodamp.kernels.inputs import Inputs

@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from hydrodamp.arrays import FloatArray, frozen
+from hydrodamp.basis.atoms import check_command_name
 from hydrodamp.basis.axes import AXES
-from hydrodamp.basis.command_names import check_command_name
 from hydrodamp.errors import TermError, VehicleError
 from hydrodamp.vehicle.actuation import Actuator, Gains
 

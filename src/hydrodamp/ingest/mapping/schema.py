@@ -21,7 +21,7 @@ from pydantic import (
     model_validator,
 )
 
-from hydrodamp.basis.command_names import check_command_name
+from hydrodamp.basis.atoms import check_command_name
 from hydrodamp.conditioning.steps import Step, steps_of
 from hydrodamp.data.channels import RESERVED
 from hydrodamp.data.units import factor

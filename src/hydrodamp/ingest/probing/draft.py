@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from hydrodamp.basis.command_names import check_command_name
+from hydrodamp.basis.atoms import check_command_name
 from hydrodamp.data.channels import RESERVED
 from hydrodamp.data.recording import Recording
 from hydrodamp.data.units import UNITS
