@@ -133,7 +133,6 @@ from .ingest.read import (
     read_log as read_log,
     read_logs as read_logs,
     read_parts as read_parts,
-    read_record as read_record,
     read_recording as read_recording,
 )
 from .kernels.inputs import Sample as Sample

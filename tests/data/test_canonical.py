@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import sys
 import tempfile
 import warnings
 from collections.abc import Callable
@@ -277,6 +278,30 @@ def test_a_segment_called_by_two_lines_is_not_written(swim: Log, tmp_path: Path)
     with pytest.raises(LogError, match=r"'turn\\r2' cannot stand in a CSV: it must be one line"):
         write_log(log, tmp_path / "x.csv")
     assert not (tmp_path / "x.csv").exists()
+
+
+def test_parquet_holds_the_same_log(swim: Log, tmp_path: Path) -> None:
+    pytest.importorskip("pyarrow")
+    log = concatenate([swim, swim])
+    write_log(log, tmp_path / "log.parquet")
+    assert_same(read_log(tmp_path / "log.parquet"), log)
+
+
+def test_parquet_without_pyarrow_says_how_to_get_it(
+    swim: Log, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(FileError, match=r"needs pyarrow.*or write a \.csv file"):
+        write_log(swim, tmp_path / "log.parquet")
+
+
+@pytest.mark.parametrize("name", ["log.npz", "log.csv.gz", "log.MAT"])
+def test_a_log_is_not_written_under_the_name_of_another_format(
+    swim: Log, tmp_path: Path, name: str
+) -> None:
+    with pytest.raises(FileError, match=r"Give a name that ends in \.csv or \.parquet"):
+        write_log(swim, tmp_path / name)
+    assert not [*tmp_path.iterdir()]
 
 
 def test_a_folder_that_is_not_there(swim: Log, tmp_path: Path) -> None:

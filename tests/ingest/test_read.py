@@ -5,7 +5,6 @@ from pathlib import Path
 
 import pytest
 
-from hydrodamp.advance import listening
 from hydrodamp.errors import FileError, LogError
 from hydrodamp.ingest.mapping import LogMapping
 from hydrodamp.ingest.read import logs_of, read_log, read_logs, read_recordings
@@ -30,18 +29,6 @@ def test_several_files_are_one_log(csv_file: Write) -> None:
     log = read_logs([csv_file(GOOD, "a.csv"), csv_file(GOOD, "b.csv")])
     assert [part.name for part in log.segments] == ["a", "b"]
     assert read_logs(csv_file(GOOD, "a.CSV")).n == 2
-
-
-@pytest.mark.parametrize("many", [False, True])
-def test_who_listens_hears_how_much_is_read(csv_file: Write, many: bool) -> None:
-    rows = "".join(f"{k},{k / 10_000}\n" for k in range(60_000))  # more than a block
-    paths = [csv_file("time,u\n" + rows, f"{name}.csv") for name in ("ab" if many else "a")]
-    heard: list[float] = []
-    with listening(heard.append):
-        read_logs(paths)
-    assert heard == sorted(heard)
-    assert heard[-1] == pytest.approx(1.0)
-    assert len({share for share in heard if 0.0 < share < 1.0}) >= len(paths)
 
 
 def test_recordings_are_one_log(csv_file: Write) -> None:

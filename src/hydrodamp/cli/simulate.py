@@ -34,7 +34,7 @@ def simulate(
     from hydrodamp.cli.parts import read
     from hydrodamp.cli.targets import check_out_file
     from hydrodamp.cli.work import check_attitude
-    from hydrodamp.data.canonical import write_log
+    from hydrodamp.data.canonical import check_log_file, write_log
     from hydrodamp.models.files import read_damping
     from hydrodamp.progress import progress
     from hydrodamp.report.document import score_document
@@ -46,6 +46,7 @@ def simulate(
 
     if out is not None:
         check_out_file(out, (*logs, vehicle, damping, mapping))
+        check_log_file(out)
     craft, numbers = find_vehicle(vehicle), read_damping(damping)
     log = read(logs, mapping)
     check_attitude(attitude.value, log)

@@ -8,20 +8,22 @@ from pathlib import Path
 
 import numpy as np
 
-from hydrodamp.advance import advance
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.axes import VELOCITIES
 from hydrodamp.data.attitude import quaternion_from_euler
 from hydrodamp.data.channels import ACCELERATION, ATTITUDE, BLOCKS, EULER, SEGMENT
 from hydrodamp.data.log import Log
 from hydrodamp.data.record import Record, command_faults, side_by_side
-from hydrodamp.errors import LogError, did_you_mean
+from hydrodamp.errors import FileError, LogError, did_you_mean
 from hydrodamp.files import replacing
+from hydrodamp.progress import progress
 
 _QUATERNION, _ACCELERATIONS = ATTITUDE.columns, ACCELERATION.columns
 _TURN = 2 * np.pi
 _CONVERT = "Convert, or give a mapping with unit: deg"
 _CHUNK = 8192
+_TEXT = ("", ".csv", ".txt", ".dat")
+_PARQUET = (".parquet", ".pq")
 
 
 def record_of_columns(
@@ -62,19 +64,20 @@ def record_of_columns(
 
 
 def write_log(log: Log, path: str | Path) -> None:
-    """Write a log as canonical CSV; reading it again gives the same numbers.
+    """Write a log in the canonical form; reading it again gives the same numbers.
 
     Parameters
     ----------
     log : Log
         The log.
     path : str or Path
-        The file; it appears whole or not at all.
+        The file; it appears whole or not at all. A name that ends in ``.parquet`` gives Parquet,
+        any other text in columns.
 
     Raises
     ------
     FileError
-        If the file cannot be written.
+        If the file cannot be written, or its name ends in what is neither.
     LogError
         If a segment's name holds a line break or another control character.
 
@@ -88,12 +91,41 @@ def write_log(log: Log, path: str | Path) -> None:
     '0.0,1.0,1.0,1.0,1.0,1.0,1.0,"1"'
     >>> folder.cleanup()
     """
+    check_log_file(path)
     _check_names(log)
     columns = columns_of(log)
+    if Path(path).suffix.lower() in _PARQUET:
+        _write_parquet(log, columns, path)
+        return
     with replacing(path) as file:
         # The segment is last: a name in front might be taken for a comment.
         file.write(",".join((*columns, SEGMENT)) + "\n")
         file.writelines(_lines(columns, log))
+
+
+def check_log_file(path: str | Path) -> None:
+    """Refuse a file name that says another format than a log is written in."""
+    suffix = Path(path).suffix.lower()
+    if suffix not in (*_TEXT, *_PARQUET):
+        raise FileError(
+            f"{path}: a log is written as CSV or Parquet, not as '{suffix}'. Give a name that ends"
+            " in .csv or .parquet"
+        )
+
+
+def _write_parquet(log: Log, columns: Mapping[str, FloatArray], path: str | Path) -> None:
+    try:
+        import pyarrow
+        from pyarrow import parquet
+    except ImportError as error:
+        raise FileError(
+            f"{path}: Parquet needs pyarrow. Install it by `pip install 'hydrodamp[logs]'`, or"
+            " write a .csv file"
+        ) from error
+    labels = np.repeat([part.name for part in log.segments], [len(part) for part in log.segments])
+    table = pyarrow.table({**columns, SEGMENT: labels})
+    with replacing(path, binary=True) as file:
+        parquet.write_table(table, file)
 
 
 def _check_names(log: Log) -> None:
@@ -123,15 +155,15 @@ def columns_of(log: Log) -> dict[str, FloatArray]:
 
 
 def _lines(columns: Mapping[str, FloatArray], log: Log) -> Iterator[str]:
-    """Yield one line a sample, the segment last and quoted so that any name comes back."""
-    by = advance(log.n)
-    for part in log.segments:
-        name = '"' + part.name.replace('"', '""') + '"'
-        for start in range(part.start, part.stop, _CHUNK):
-            rows = slice(start, min(start + _CHUNK, part.stop))
-            for row in np.column_stack([values[rows] for values in columns.values()]).tolist():
-                yield f"{','.join(map(repr, row))},{name}\n"
-            by(rows.stop - rows.start)
+    """Yield one line a sample, the segment quoted so that any name comes back."""
+    with progress("writing the log", log.n) as step:
+        for part in log.segments:
+            name = '"' + part.name.replace('"', '""') + '"'
+            for start in range(part.start, part.stop, _CHUNK):
+                rows = slice(start, min(start + _CHUNK, part.stop))
+                for row in np.column_stack([values[rows] for values in columns.values()]).tolist():
+                    yield f"{','.join(map(repr, row))},{name}\n"
+                step(rows.stop - rows.start)
 
 
 def _heading_alone(numbers: Collection[str]) -> bool:

@@ -4,27 +4,23 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from functools import partial
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
-from hydrodamp.advance import shares, within
 from hydrodamp.conditioning.steps import prepared
 from hydrodamp.data.concatenation import concatenate
 from hydrodamp.data.log import Log
-from hydrodamp.data.record import Record
 from hydrodamp.data.recording import Recording
 from hydrodamp.errors import GapWarning, LogError
-from hydrodamp.ingest.formats.content import size_of
 from hydrodamp.ingest.mapping import LogMapping, read_mapping
 from hydrodamp.ingest.mapping.canonical_table import canonical_record
 
+#: A file or a folder.
 Place = str | Path
-"""A file or a folder."""
 
-_READ = 0.6
-"""What share of the time of a log its file takes; the rest is bringing it on one clock."""
+Item = TypeVar("Item")
 
 
 def read_log(path: Place | Sequence[Place], mapping: LogMapping | str | Path | None = None) -> Log:
@@ -58,9 +54,7 @@ def read_log(path: Place | Sequence[Place], mapping: LogMapping | str | Path | N
         Once, if a clock repeats, runs backwards or leaps.
     """
     given = None if mapping is None else _mapping(mapping)
-    with within(0.0, _READ):
-        recording = read_recording(path)
-    return _log(recording, given, (_READ, 1.0))
+    return _log(read_recording(path), given)
 
 
 def read_recording(path: Place | Sequence[Place]) -> Recording:
@@ -88,42 +82,9 @@ def read_recording(path: Place | Sequence[Place]) -> Recording:
     return read(path)
 
 
-def read_record(
-    path: Place | Sequence[Place], mapping: LogMapping | str | Path | None = None
-) -> Record:
-    """Read one log without checking and cutting it, so that steps may complete it.
-
-    Parameters
-    ----------
-    path : str or Path, or sequence of them
-        A file, the files or the folder of one recording.
-    mapping : LogMapping, str or Path, optional
-        As for :func:`read_log`.
-
-    Returns
-    -------
-    record : Record
-        On one clock and in our axes, with NaN where nothing was measured; without velocities
-        where the mapping gives a position alone.
-
-    Raises
-    ------
-    FileError
-        If a file cannot be opened, or its reader is not installed.
-    LogError
-        With every fault of the file.
-    """
-    recording = read_recording(path)
-    return canonical_record(recording) if mapping is None else _mapping(mapping).record(recording)
-
-
 def read_recordings(paths: Sequence[Place]) -> list[Recording]:
     """Read several recordings, one after the other."""
-    found = []
-    for path, share in _in_turn(paths):
-        with within(*share):
-            found.append(read_recording(path))
-    return found
+    return [read_recording(path) for path in paths]
 
 
 def read_logs(
@@ -152,39 +113,27 @@ def read_logs(
     """
     files = [paths] if isinstance(paths, (str, Path)) else list(paths)
     given = None if mapping is None else _mapping(mapping)
-    return _all_of(partial(_read, path, share, given) for path, share in _in_turn(files))
+    return _concatenated(files, lambda path: read_log(path, given))
 
 
 def logs_of(recordings: Iterable[Recording], mapping: LogMapping | str | Path | None = None) -> Log:
     """Return several recordings as one log, each at least a segment of its own."""
-    given, there = None if mapping is None else _mapping(mapping), list(recordings)
-    parts = zip(there, shares([one.n for one in there]), strict=True)
-    return _all_of(partial(_log, recording, given, share) for recording, share in parts)
+    given = None if mapping is None else _mapping(mapping)
+    return _concatenated(recordings, lambda recording: _log(recording, given))
 
 
-def _in_turn(paths: Sequence[Place]) -> Iterator[tuple[Place, tuple[float, float]]]:
-    """Yield each path, and its share of the bytes of all."""
-    return zip(paths, shares([*map(size_of, paths)]), strict=True)
+def _log(recording: Recording, mapping: LogMapping | None) -> Log:
+    if mapping is not None:
+        return mapping.log(recording)
+    return Log.from_record(canonical_record(recording))
 
 
-def _read(path: Place, share: tuple[float, float], mapping: LogMapping | None) -> Log:
-    with within(*share):
-        return read_log(path, mapping)
-
-
-def _log(recording: Recording, mapping: LogMapping | None, share: tuple[float, float]) -> Log:
-    with within(*share):
-        if mapping is not None:
-            return mapping.log(recording)
-        return Log.from_record(canonical_record(recording))
-
-
-def _all_of(logs: Iterable[Callable[[], Log]]) -> Log:
-    """Return the logs that some calls make as one; raise the faults of all at once."""
+def _concatenated(items: Iterable[Item], log_of: Callable[[Item], Log]) -> Log:
+    """Return the logs of some items as one; raise the faults of all at once."""
     made, errors = [], []
-    for log in logs:
+    for item in items:
         try:
-            made.append(log())
+            made.append(log_of(item))
         except LogError as error:
             errors.append(error)
     if len(errors) == 1:

@@ -8,8 +8,16 @@ from hypothesis import given
 from hypothesis.strategies import floats, lists
 from scipy.spatial.transform import Rotation, Slerp
 
-from hydrodamp.ingest.clock.base import at_rate, fastest, matched
-from hydrodamp.ingest.clock.sampling import Ticks, brackets, held, interpolated, turned
+from hydrodamp.ingest.clock.sampling import (
+    Ticks,
+    at_rate,
+    brackets,
+    fastest,
+    held,
+    interpolated,
+    matched,
+    turned,
+)
 from hydrodamp.ingest.clock.stamps import Clock, Stamps, set_right
 
 

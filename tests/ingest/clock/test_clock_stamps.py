@@ -9,9 +9,7 @@ from hypothesis.extra.numpy import arrays
 from hypothesis.strategies import floats, integers, lists
 
 from hydrodamp.errors import LogError
-from hydrodamp.ingest.clock.epochs import epochs
-from hydrodamp.ingest.clock.met import Met, Oddity
-from hydrodamp.ingest.clock.stamps import Clock, Stamps, set_right
+from hydrodamp.ingest.clock.stamps import Clock, Irregularity, Oddity, Stamps, epochs, set_right
 
 
 def right(time: list[float] | np.ndarray, labels: list[str] | None = None) -> Stamps:
@@ -19,14 +17,14 @@ def right(time: list[float] | np.ndarray, labels: list[str] | None = None) -> St
 
 
 def oddities(stamps: Stamps) -> dict[Oddity, int]:
-    return {met.oddity: met.count for met in stamps.met}
+    return {one.oddity: one.count for one in stamps.irregularities}
 
 
 def test_a_sound_clock_is_taken_as_it_is() -> None:
     time = np.arange(0, 10, 0.1)
     stamps = right(time)
     assert stamps.time is time
-    assert stamps.met == ()
+    assert stamps.irregularities == ()
     assert stamps.step == pytest.approx(0.1)
     assert stamps.limit == 1.0
 
@@ -62,7 +60,7 @@ def test_a_clock_set_back_begins_a_run() -> None:
 def test_a_label_that_changes_begins_a_run_and_nothing_is_odd() -> None:
     stamps = right([0, 1, 2, 0, 1, 2], list("aaabbb"))
     assert stamps.run.tolist() == [0, 0, 0, 1, 1, 1]
-    assert stamps.met == ()
+    assert stamps.irregularities == ()
 
 
 def test_a_label_that_changes_while_the_clock_runs_on_is_no_new_run() -> None:
@@ -93,15 +91,15 @@ def test_a_topic_wholly_before_the_leap_moves_with_the_others() -> None:
     _, early = set_right(
         [Clock("imu", np.array([0.0, 1, now, now + 1])), Clock("fin", np.array([0.25, 0.5]))]
     )
-    assert early.met == ()
+    assert early.irregularities == ()
     np.testing.assert_allclose(early.time - now, [-1.75, -1.5], atol=1e-6)
 
 
 def test_drop_outs_are_told_with_what_counts_as_one() -> None:
     stamps = right([0, 1, 2, 3, 9, 10, 11, 30, 31])
-    (met,) = stamps.met
-    assert (met.oddity, met.count, met.at, met.limit) == (Oddity.DROPOUT, 2, 3.0, 5.0)
-    assert str(met) == "`dvl`: 2 times no message for longer than 5 s (first after 3 s)"
+    (pause,) = stamps.irregularities
+    assert (pause.oddity, pause.count, pause.at, pause.limit) == (Oddity.DROPOUT, 2, 3.0, 5.0)
+    assert str(pause) == "`dvl`: 2 times no message for longer than 5 s (first after 3 s)"
 
 
 def test_a_clock_set_back_all_the_time_is_none() -> None:
@@ -117,8 +115,8 @@ def test_a_topic_of_one_message_or_none(time: list[float]) -> None:
 
 
 def test_sentences_name_a_table_by_nothing() -> None:
-    met = Met("", Oddity.REPEATED, 1, 2.0)
-    assert str(met) == "1 row with a repeated time stamp, dropped (first at 2 s)"
+    pause = Irregularity("", Oddity.REPEATED, 1, 2.0)
+    assert str(pause) == "1 row with a repeated time stamp, dropped (first at 2 s)"
 
 
 @given(arrays(float, integers(0, 60), elements=floats(-1e7, 1e7, width=32)))

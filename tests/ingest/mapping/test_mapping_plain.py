@@ -16,9 +16,9 @@ from hydrodamp.data.canonical import write_log
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import FileError, GapWarning, LogError
-from hydrodamp.ingest.mapping import LogMapping
+from hydrodamp.ingest.mapping import LogMapping, read_mapping
 from hydrodamp.ingest.mapping.canonical_table import canonical_record
-from hydrodamp.ingest.read import read_log, read_logs, read_parts, read_record, read_recording
+from hydrodamp.ingest.read import read_log, read_logs, read_parts, read_recording
 
 TIME = np.arange(0, 5, 0.1)
 COLUMNS = {
@@ -111,7 +111,7 @@ def test_units_in_the_header_are_turned_into_si(tmp_path: Path) -> None:
         "0,3.6,90,1,0,0,200,5\n500,7.2,0,1,0,0,300,6\n",
         encoding="utf-8",
     )
-    record = read_record(path)
+    record = canonical_record(read_recording(path))
     np.testing.assert_allclose(record.time, [0.0, 0.5])
     np.testing.assert_allclose(record.velocity[:, 0], [1.0, 2.0])
     np.testing.assert_allclose(record.velocity[:, 5], [np.pi / 2, 0.0])
@@ -187,11 +187,10 @@ def test_a_format_that_cannot_be_read_in_parts_says_so(tmp_path: Path) -> None:
 def test_a_record_is_not_yet_cut(tmp_path: Path) -> None:
     path = tmp_path / "log.csv"
     path.write_text("time,u\n0,1\n1,\n2,1\n3,1\n", encoding="utf-8")
-    assert read_record(path).n == 4
+    assert canonical_record(read_recording(path)).n == 4
     mapping = tmp_path / "map.yaml"
     mapping.write_text("{time: time, velocity: {u: u}}", encoding="utf-8")
-    assert read_record(path, mapping).n == 4
-    assert read_recording(path).topics[0].n == 4
+    assert read_mapping(mapping).record(read_recording(path)).n == 4
 
 
 def test_several_files_of_one_dive_make_one_log(tmp_path: Path) -> None:

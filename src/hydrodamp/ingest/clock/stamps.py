@@ -4,16 +4,59 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import Enum
 
 import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray
 from hydrodamp.data.record import GAP_SECONDS, GAP_STEPS
 from hydrodamp.errors import LogError
-from hydrodamp.ingest.clock.epochs import Epochs, epochs
-from hydrodamp.ingest.clock.met import Met, Oddity
 
+#: Stamps further apart than this, 11 days, belong to two epochs [s].
+EPOCH = 1e6
+
+_PAUSE = 1.0  # s, between two epochs put side by side
 _MOST_RUNS = 200
+
+
+class Oddity(Enum):
+    """What can be odd about time stamps; the value is the sentence on it."""
+
+    ABSENT = "{count} without a time stamp, dropped"
+    STRAY = "{count} with a stray time stamp, dropped (first at {at:.10g} s)"
+    REPEATED = "{count} with a repeated time stamp, dropped (first at {at:.10g} s)"
+    LATE = "{count} out of order, dropped (first at {at:.10g} s)"
+    SET_BACK = "the clock was set back {times}, where a segment begins (first at {at:.10g} s)"
+    LEAP = (
+        "the clock leaps to another epoch {times}, where a segment begins (first at {at:.10g} s);"
+        " what came before was moved up to it"
+    )
+    DROPOUT = "{times} no message for longer than {limit:.3g} s (first after {at:.10g} s)"
+    EMPTY = "{count} without a number of {what}, dropped (first at {at:.10g} s)"
+
+
+@dataclass(frozen=True)
+class Irregularity:
+    """One kind of oddity in one topic."""
+
+    topic: str
+    oddity: Oddity
+    count: int
+    at: float
+    limit: float = 0.0
+    what: str = ""
+
+    def __str__(self) -> str:
+        """Return one sentence."""
+        thing = "message" if self.topic else "row"
+        told = self.oddity.value.format(
+            count=f"{self.count} {thing}{'s' if self.count != 1 else ''}",
+            times="once" if self.count == 1 else f"{self.count} times",
+            at=self.at,
+            limit=self.limit,
+            what=self.what,
+        )
+        return f"`{self.topic}`: {told}" if self.topic else told
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +77,7 @@ class Stamps:
     run: IntArray
     step: float
     limit: float
-    met: tuple[Met, ...] = ()
+    irregularities: tuple[Irregularity, ...] = ()
 
 
 def set_right(clocks: Sequence[Clock]) -> tuple[Stamps, ...]:
@@ -48,7 +91,7 @@ class _Draft:
     """A clock without its stray and absent stamps."""
 
     def __init__(self, clock: Clock) -> None:
-        self.topic, self.met = clock.topic, list[Met]()
+        self.topic, self.irregularities = clock.topic, list[Irregularity]()
         self.rows: IntArray = np.arange(len(clock.time))
         self.time, self.joins = clock.time, _changes(clock)
         self.is_plain = clock.labels is None and _increases(clock.time)
@@ -62,14 +105,14 @@ class _Draft:
         if keep.all():
             return
         dropped = np.flatnonzero(~keep)
-        self._meet(oddity, len(dropped), dropped[0])
+        self._note(oddity, len(dropped), dropped[0])
         # A join among the dropped ones passes to the next that stays.
         begun = np.cumsum(self.joins)[keep]
         self.rows, self.time = self.rows[keep], self.time[keep]
         self.joins = np.append(False, np.diff(begun) > 0)[: len(begun)]
 
-    def _meet(self, oddity: Oddity, count: int, place: int) -> None:
-        self.met.append(Met(self.topic, oddity, count, float(self.time[place])))
+    def _note(self, oddity: Oddity, count: int, place: int) -> None:
+        self.irregularities.append(Irregularity(self.topic, oddity, count, float(self.time[place])))
 
     def stamps(self, eras: Epochs) -> Stamps:
         """Return the messages in order, in runs."""
@@ -78,7 +121,7 @@ class _Draft:
         era, moved = eras.of(self.time)
         leapt = np.append(False, np.diff(era) != 0)[: len(era)]
         if leapt.any():
-            self._meet(Oddity.LEAP, int(np.count_nonzero(leapt)), int(np.argmax(leapt)))
+            self._note(Oddity.LEAP, int(np.count_nonzero(leapt)), int(np.argmax(leapt)))
         run: IntArray = np.cumsum(leapt | self._restarts(moved, leapt), dtype=np.int64)
         keep = self._in_order(moved, run)
         return self._within(self.rows[keep], moved[keep], run[keep])
@@ -92,9 +135,9 @@ class _Draft:
         limit = max(GAP_STEPS * step, GAP_SECONDS)
         if len(whole) and whole.max() > limit:
             late = np.flatnonzero((steps > limit) if inside is None else (steps > limit) & inside)
-            met = Met(self.topic, Oddity.DROPOUT, len(late), float(time[late[0]]), limit)
-            self.met.append(met)
-        return Stamps(rows, time, run, step, limit, tuple(self.met))
+            pause = Irregularity(self.topic, Oddity.DROPOUT, len(late), float(time[late[0]]), limit)
+            self.irregularities.append(pause)
+        return Stamps(rows, time, run, step, limit, tuple(self.irregularities))
 
     def _restarts(self, time: FloatArray, leapt: BoolArray) -> BoolArray:
         """Find where the clock runs anew: at a join, or set back far."""
@@ -110,7 +153,7 @@ class _Draft:
                 f"the clock{of} is set back {count} times; it is no clock. Name another in `time`"
             )
         if count:
-            self._meet(Oddity.SET_BACK, count, int(np.argmax(back)))
+            self._note(Oddity.SET_BACK, count, int(np.argmax(back)))
         anew: BoolArray = back | (self.joins & (steps <= 0))
         return anew
 
@@ -124,7 +167,7 @@ class _Draft:
         before[edges] = -np.inf
         for oddity, odd in ((Oddity.REPEATED, time == before), (Oddity.LATE, time < before)):
             if odd.any():
-                self._meet(oddity, int(np.count_nonzero(odd)), int(np.argmax(odd)))
+                self._note(oddity, int(np.count_nonzero(odd)), int(np.argmax(odd)))
         keep: BoolArray = time > before
         return keep
 
@@ -157,3 +200,41 @@ def _increases(time: FloatArray) -> bool:
     return bool(np.isfinite(time[[0, -1]] if len(time) else time).all()) and bool(
         (np.diff(time) > 0).all()
     )
+
+
+@dataclass(frozen=True, eq=False)
+class Epochs:
+    """The epochs that the stamps of a recording fall into."""
+
+    starts: FloatArray
+    shifts: FloatArray
+
+    def of(self, time: FloatArray) -> tuple[IntArray, FloatArray]:
+        """Return the epoch of each stamp and the stamps put side by side."""
+        if len(self.starts) < 2:
+            return np.zeros(len(time), np.int64), time
+        era = np.searchsorted(self.starts, time, side="right") - 1
+        return era, time + self.shifts[era]
+
+
+def epochs(times: Sequence[FloatArray]) -> Epochs:
+    """Return the epochs of stamps."""
+    spans = np.array(sorted(span for time in times for span in _spans(time))).reshape(-1, 2)
+    reached = np.maximum.accumulate(spans[:, 1])
+    new = np.append(True, spans[1:, 0] - reached[:-1] > EPOCH)[: len(spans)]
+    starts = spans[new, 0]
+    ends = reached[np.append(np.flatnonzero(new)[1:] - 1, len(spans) - 1)] if len(spans) else starts
+    closing = np.append(starts[1:] - ends[:-1] - _PAUSE, 0.0)[: len(starts)]
+    return Epochs(starts, np.cumsum(closing[::-1])[::-1])
+
+
+def _spans(time: FloatArray) -> list[tuple[float, float]]:
+    """Return first and last of each stretch of stamps without a leap."""
+    if len(time) == 0:
+        return []
+    if time.max() - time.min() <= EPOCH:
+        return [(float(time.min()), float(time.max()))]
+    ordered = np.sort(time)
+    cuts = np.flatnonzero(np.diff(ordered) > EPOCH)
+    firsts, lasts = np.append(0, cuts + 1), np.append(cuts, len(ordered) - 1)
+    return list(zip(ordered[firsts].tolist(), ordered[lasts].tolist(), strict=True))

@@ -16,7 +16,7 @@ from hydrodamp.data.channels import ACCELERATION, ATTITUDE, EULER, POSITION, SPE
 from hydrodamp.data.record import Record, name_after
 from hydrodamp.data.recording import Recording
 from hydrodamp.errors import ClockWarning, LogError
-from hydrodamp.ingest.clock.met import Oddity
+from hydrodamp.ingest.clock.stamps import Oddity
 from hydrodamp.ingest.mapping import frames
 from hydrodamp.ingest.mapping.channels import SINGLE
 from hydrodamp.ingest.mapping.finding import find, locate, meant, renamed
@@ -49,12 +49,12 @@ def record_of(mapping: MappingFile, recording: Recording) -> Record:
     faults = [*made.faults, *faults]
     if faults or record is None:
         raise LogError(faults or ["there are no samples"], source=recording.source)
-    if told := [str(one) for one in sampler.met if one.oddity not in _EXPECTED]:
+    if told := [str(one) for one in sampler.irregularities if one.oddity not in _EXPECTED]:
         warnings.warn(f"{recording.source}: {'; '.join(told)}", ClockWarning, stacklevel=3)
     return dataclasses.replace(
         record,
         velocity_names=record.velocity_names if moves else (),
-        notes=(*recording.notes, *_summary(mapping, sampler), *map(str, sampler.met)),
+        notes=(*recording.notes, *_summary(mapping, sampler), *map(str, sampler.irregularities)),
     )
 
 

@@ -13,18 +13,19 @@ from hydrodamp.conditioning.bottom_lock import lost_lock
 from hydrodamp.data.recording import Topic
 from hydrodamp.data.units import factor, spelt
 from hydrodamp.errors import LogError, did_you_mean
-from hydrodamp.ingest.clock.base import at_rate, fastest, matched
-from hydrodamp.ingest.clock.met import Met, Oddity
 from hydrodamp.ingest.clock.sampling import (
     Brackets,
     Ticks,
+    at_rate,
     brackets,
+    fastest,
     held,
     interpolated,
+    matched,
     parts_of,
     turned,
 )
-from hydrodamp.ingest.clock.stamps import Clock, Stamps, set_right
+from hydrodamp.ingest.clock.stamps import Clock, Irregularity, Oddity, Stamps, set_right
 from hydrodamp.ingest.mapping.finding import Found, beside, labels_of
 from hydrodamp.ingest.mapping.schema import RECORDED, Source
 
@@ -141,7 +142,9 @@ class Sampler:
         self.ticks = plain if rate is None else at_rate(base.stamps, rate)
         if faults := [*_strangers(streams, base)]:
             raise LogError(faults)
-        self.met = list(dict.fromkeys(one for stream in streams for one in stream.stamps.met))
+        self.irregularities = list(
+            dict.fromkeys(one for stream in streams for one in stream.stamps.irregularities)
+        )
         self.constants = {
             one.entry.place: float(one.values()[0]) for one in found if one.topic is None
         }
@@ -244,7 +247,9 @@ class Sampler:
             stamps = matched(stream.stamps, self.base.stamps)
             if key[1]:
                 first, count = float(stamps.time[np.argmin(known)]), int(np.sum(~known))
-                self.met.append(Met(stream.topic.name, Oddity.EMPTY, count, first, what=what))
+                self.irregularities.append(
+                    Irregularity(stream.topic.name, Oddity.EMPTY, count, first, what=what)
+                )
                 kept = {name: getattr(stamps, name)[known] for name in ("rows", "time", "run")}
                 stamps = dataclasses.replace(stamps, **kept)
             self._found[key] = brackets(stamps, self.ticks)

@@ -12,8 +12,7 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.data.recording import Topic
 from hydrodamp.data.units import UNITS
 from hydrodamp.errors import LogError
-from hydrodamp.ingest.clock.base import matched
-from hydrodamp.ingest.clock.sampling import Ticks, brackets, interpolated
+from hydrodamp.ingest.clock.sampling import Ticks, brackets, interpolated, matched
 from hydrodamp.ingest.clock.stamps import Clock, Stamps, set_right
 from hydrodamp.ingest.probing.names import parted, unit_of, words
 
