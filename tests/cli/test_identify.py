@@ -94,7 +94,7 @@ def test_nothing_of_an_earlier_fit_stays_beside_a_new_one(
     mine = folder / "d.figures" / "mine.svg"
     for name in ("d.json", "d.report.html", "d.figures/power.svg", "d.figures/mine.svg"):
         (folder / name).write_text("old", "utf-8")
-    index = {"figures": [{"file": "power.svg"}]}
+    index = {"pictures": [{"name": "power", "title": "", "caption": ""}]}
     (folder / "d.figures" / "index.json").write_text(json.dumps(index), "utf-8")
 
     def fail(*args: object) -> None:

@@ -137,7 +137,7 @@ def test_a_fit_alone_is_replayed_on_what_it_was_fitted_to(
     drawn = {path.name for path in (folder / "damping.figures").iterdir()}
     assert {"excitation.svg", "residuals.svg", "replays.svg", "index.json"} <= drawn
     assert "front.svg" not in drawn
-    assert "Data that were fitted too, 400 samples" in (
+    assert "Data that were also fitted, 400 samples" in (
         (folder / "damping.figures" / "index.json").read_text("utf-8")
     )
     said = capsys.readouterr().err
@@ -189,7 +189,7 @@ def test_a_page_elsewhere_names_the_folder_of_the_run_and_a_lost_picture(
     assert done.exit_code == 0, done.output
     text = (folder / "elsewhere.html").read_text("utf-8")
     assert "The folder <code>figures</code> of this run has the pictures" in text
-    assert "Power over the operating box: power.svg cannot be read" in text
+    assert "Power over the operating box: power.svg is not there" in text
     assert "beside this report" not in text
 
 

@@ -66,9 +66,8 @@ def offer(
 
 def illustrate(comparison: Comparison, vehicle: Vehicle, train: Log, home: Path) -> tuple[str, ...]:
     """Write grades, pictures and the report of a comparison into its folder."""
-    from hydrodamp.report.gallery.band_file import BAND
     from hydrodamp.report.gallery.findings import FIGURES
-    from hydrodamp.report.gallery.folder import GRADES, write_findings
+    from hydrodamp.report.gallery.folder import BAND, GRADES, write_findings
     from hydrodamp.report.html.write import REPORT
 
     findings = look_closer(comparison, vehicle, train)

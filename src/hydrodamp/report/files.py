@@ -13,9 +13,8 @@ from hydrodamp.identification.fit import Fit
 from hydrodamp.report.comparison_grids import comparison_grids, row_grid, summary_grids
 from hydrodamp.report.document import comparison_document, fit_document
 from hydrodamp.report.fit_names import fit_names, fit_path
-from hydrodamp.report.gallery.band_file import BAND
 from hydrodamp.report.gallery.findings import FIGURES
-from hydrodamp.report.gallery.folder import GRADES, earlier_findings
+from hydrodamp.report.gallery.folder import BAND, GRADES, earlier_findings
 from hydrodamp.report.reading import read_fit, read_rows
 from hydrodamp.report.remarks import UNFINISHED
 from hydrodamp.report.renderings import to_csv, to_latex, to_markdown, to_text

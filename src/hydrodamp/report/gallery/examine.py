@@ -5,26 +5,30 @@ from __future__ import annotations
 from collections.abc import Callable
 from importlib.util import find_spec
 
+import numpy as np
+
 from hydrodamp.data.log import Log
 from hydrodamp.errors import HydrodampError
 from hydrodamp.identification.grades import Identifiability, graded
-from hydrodamp.report.gallery.bands_of_rows import affordable_bands
-from hydrodamp.report.gallery.findings import Findings, chosen_row
-from hydrodamp.report.gallery.of_the_adaptation import sketches_of_adaptation
-from hydrodamp.report.gallery.of_the_data import sketches_of_data
-from hydrodamp.report.gallery.of_the_fit import sketches_of_fit
-from hydrodamp.report.gallery.of_the_replays import best_of_each_method, sketches_of_replays
-from hydrodamp.report.gallery.picture import Gallery, Sketch, painted
-from hydrodamp.report.gallery.words import sentence
+from hydrodamp.report.gallery.captions import Sketch, sketches_of_logs, sketches_of_row
+from hydrodamp.report.gallery.findings import Findings, Gallery, Picture, chosen_row
 from hydrodamp.simulation.problem import Problem, prepare
+from hydrodamp.validation.bands import PredictionBand, prediction_band
 from hydrodamp.validation.comparison import Comparison, Row
 from hydrodamp.vehicle.vehicle import Vehicle
 
+#: What to do where there are no pictures.
 MISSING = (
-    'the pictures need the package matplotlib: pip install "hydrodamp[report]", then run the '
+    'The pictures need the package matplotlib: pip install "hydrodamp[report]", then run the '
     "command again."
 )
-"""What to do where there are no pictures."""
+
+#: Told the title of a picture, how many are drawn, and of how many.
+Reach = Callable[[str, int, int], None]
+
+# Longest step of a band's replay [s], and how many steps times coefficients take a second or so.
+_STEP = 0.05
+_WORK = 4e6
 
 
 def drawable() -> bool:
@@ -33,33 +37,39 @@ def drawable() -> bool:
 
 
 def examine(
-    comparison: Comparison,
-    vehicle: Vehicle,
-    train: Log,
-    reach: Callable[[str, int, int], None] | None = None,
+    comparison: Comparison, vehicle: Vehicle, train: Log, reach: Reach | None = None
 ) -> Findings:
     """Grade the coefficients of the chosen row, band its replay and draw its pictures."""
     row = chosen_row(comparison)
+    sketches = list(sketches_of_logs(comparison, vehicle, train, row))
     if row is None:
-        return Findings(
-            gallery=_gallery(_sketches_of_logs(comparison, vehicle, train, None), reach)
-        )
+        return Findings(gallery=painted(sketches, reach))
     problem = prepare(vehicle, train, row.fit.model)
     grades, not_graded = _graded(problem, row)
-    if reach is not None:
-        reach("bands of replays", 0, 0)
-    bands = affordable_bands(vehicle, best_of_each_method(comparison, row))
-    sketches = [
-        *sketches_of_fit(problem, row.fit, grades, comparison.rate_unit),
-        *sketches_of_replays(comparison, vehicle, row, bands),
-        *_sketches_of_logs(comparison, vehicle, train, row),
-    ]
-    band = bands.get((row.model, row.method))
-    return Findings(grades, _gallery(sketches, reach), not_graded, band)
+    band = _band(vehicle, row)
+    of_row = sketches_of_row(comparison, vehicle, problem, row, grades, band)
+    return Findings(grades, painted([*of_row, *sketches], reach), not_graded, band)
 
 
-def _gallery(sketches: list[Sketch], reach: Callable[[str, int, int], None] | None) -> Gallery:
-    return painted(sketches, reach) if drawable() else Gallery((), (sentence(MISSING),))
+def painted(sketches: list[Sketch], reach: Reach | None = None) -> Gallery:
+    """Draw sketches; of one that cannot be drawn, return the reason."""
+    from hydrodamp.report.figures.look import figure_bytes
+
+    if not drawable():
+        return Gallery((), (MISSING,))
+    pictures: list[Picture] = []
+    not_drawn: list[str] = []
+    tell = reach or (lambda *_: None)
+    for place, (name, title, draw, print_only) in enumerate(sketches):
+        tell(title, place, len(sketches))
+        try:
+            figure, caption = draw()
+            svg = figure_bytes(figure, "svg")
+            pictures.append(Picture(name, title, caption, svg, print_only))
+        except HydrodampError as error:
+            not_drawn.append(_sentence(f"{title}: {error}"))
+    tell("", len(sketches), len(sketches))
+    return Gallery(tuple(pictures), tuple(not_drawn))
 
 
 def _graded(problem: Problem, row: Row) -> tuple[Identifiability | None, str]:
@@ -69,14 +79,24 @@ def _graded(problem: Problem, row: Row) -> tuple[Identifiability | None, str]:
     try:
         return graded(problem, row.fit), ""
     except HydrodampError as error:
-        return None, sentence(f"What the log determines is not known: {error}")
+        return None, _sentence(f"What the log determines is not known: {error}")
 
 
-def _sketches_of_logs(
-    comparison: Comparison, vehicle: Vehicle, train: Log, row: Row | None
-) -> list[Sketch]:
-    """Return the pictures that there are without any choice too."""
-    return [
-        *sketches_of_data(train, comparison.rate_unit),
-        *sketches_of_adaptation(comparison, vehicle, train, row),
-    ]
+def _band(vehicle: Vehicle, row: Row) -> PredictionBand | None:
+    """Return the band of a replay, where there are standard errors and it is quickly made."""
+    run, covariance = row.trajectory, row.fit.damping.covariance
+    if run is None or run.attitude != "measured" or covariance is None:
+        return None
+    steps = max(run.log.n, run.log.duration / _STEP)
+    if not covariance.size or not np.isfinite(covariance).all() or steps * len(covariance) > _WORK:
+        return None
+    known = row.fit.uncertainty
+    freedom = np.inf if known is None else known.degrees_of_freedom
+    problem = prepare(vehicle, run.log, row.fit.model)
+    with np.errstate(over="ignore", invalid="ignore"):  # a replay that runs away has no band
+        return prediction_band(problem, row.fit.damping, degrees_of_freedom=freedom, max_step=_STEP)
+
+
+def _sentence(text: str) -> str:
+    """Return what an error says as a sentence."""
+    return f"{text[0].upper()}{text[1:].rstrip('.')}."

@@ -2,65 +2,74 @@
 
 from __future__ import annotations
 
+import io
+import zipfile
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TypeVar
+
+import numpy as np
+from pydantic import ConfigDict, TypeAdapter, ValidationError
+from pydantic.dataclasses import dataclass
 
 from hydrodamp.errors import FileError
-from hydrodamp.files import as_json, load_json, save_all
-from hydrodamp.identification.grades import AxisIdentifiability, Grade, Identifiability
-from hydrodamp.models.model import DampingModel
-from hydrodamp.report.gallery.band_file import BAND, band_bytes, read_band
-from hydrodamp.report.gallery.findings import FIGURES, Findings, chosen_row
-from hydrodamp.report.gallery.picture import Gallery, Picture
-from hydrodamp.report.plain_names import is_plain
+from hydrodamp.files import load_text, save_all
+from hydrodamp.identification.grades import AxisIdentifiability, Identifiability
+from hydrodamp.report.gallery.findings import FIGURES, Findings, Gallery, chosen_row
+from hydrodamp.simulation.replay import Trajectory
+from hydrodamp.validation.bands import PredictionBand
 from hydrodamp.validation.comparison import Comparison
 
+#: Files in a folder of results: the grades or why there are none, and the band of a replay.
 GRADES = "identifiability.json"
-"""The file with the grades, or why there are none, in a folder of results."""
+BAND = "band.npz"
 
+#: The file with their words, among the pictures.
 INDEX = "index.json"
-"""The file with their words, among the pictures."""
 
-_AGAIN = "The command that wrote the folder makes it again."
+_AGAIN = "Run the command again that wrote the folder"
 
-_NOT_GRADED = "not_graded"
-"""Key for why there are no grades."""
 
-_GRADES = {grade.word: grade for grade in Grade}
+@dataclass(frozen=True, config=ConfigDict(ser_json_inf_nan="strings"))
+class Grades:
+    """The document of grades, or why there are none."""
+
+    model: str = ""
+    axes: tuple[AxisIdentifiability, ...] = ()
+    not_graded: str = ""
+
+
+_GALLERY = TypeAdapter(Gallery)
+_GRADES = TypeAdapter(Grades)
+Kind = TypeVar("Kind")
 
 
 def write_findings(findings: Findings, home: Path) -> None:
     """Write grades, band and pictures into a folder of results, in place of earlier ones."""
-    contents = _contents(findings.gallery, home / FIGURES)
-    if grades := _grades_document(findings):
-        contents[home / GRADES] = as_json(grades).encode("utf-8")
-    if findings.band is not None:
-        contents[home / BAND] = band_bytes(findings.band)
+    contents: dict[Path, bytes] = {}
+    if (found := findings.identifiability) is not None:
+        grades = Grades(found.model.key, found.axes)
+        contents[home / GRADES] = _GRADES.dump_json(grades, indent=2)
+    elif findings.not_graded:
+        grades = Grades(not_graded=findings.not_graded)
+        contents[home / GRADES] = _GRADES.dump_json(grades, indent=2)
+    if (band := findings.band) is not None:
+        stream = io.BytesIO()
+        numbers = np.array([band.level, band.diverged])
+        np.savez(stream, lower=band.lower, upper=band.upper, level_diverged=numbers)
+        contents[home / BAND] = stream.getvalue()
     for path in earlier_findings(home):
         path.unlink(missing_ok=True)
     save_all(contents)
+    write_gallery(findings.gallery, home / FIGURES)
 
 
 def write_gallery(gallery: Gallery, folder: Path) -> None:
     """Write pictures and their words into a folder, in place of those of an earlier gallery."""
-    contents = _contents(gallery, folder)
     for path in earlier_pictures(folder):
         path.unlink(missing_ok=True)
-    save_all(contents)
-
-
-def read_findings(home: Path, comparison: Comparison) -> Findings:
-    """Read what :func:`write_findings` wrote."""
-    index, row = home / FIGURES / INDEX, chosen_row(comparison)
-    gallery = _read_gallery(index) if index.is_file() else Gallery()
-    if row is None:
-        return Findings(gallery=gallery)
-    grades, not_graded = _read_graded(home / GRADES, row.fit.model)
-    band = None
-    if row.trajectory is not None and (home / BAND).is_file():
-        band = read_band(home / BAND, row.trajectory)
-    return Findings(grades, gallery, not_graded, band)
+    contents = {folder / f"{one.name}.svg": one.svg for one in gallery.pictures}
+    save_all({**contents, folder / INDEX: _GALLERY.dump_json(gallery, indent=2)})
 
 
 def earlier_findings(home: Path) -> list[Path]:
@@ -71,126 +80,68 @@ def earlier_findings(home: Path) -> list[Path]:
 def earlier_pictures(folder: Path) -> list[Path]:
     """Return the pictures that the index of a folder names, and the index."""
     try:
-        document: Any = load_json(folder / INDEX)
-        names = [str(entry["file"]) for entry in document["figures"]]
-    except (FileError, KeyError, TypeError):
+        gallery = _read(_GALLERY, folder / INDEX)
+    except FileError:
         return []
-    return [*(folder / name for name in names if _is_drawing(name)), folder / INDEX]
+    return [*(folder / f"{one.name}.svg" for one in gallery.pictures), folder / INDEX]
 
 
-def _contents(gallery: Gallery, folder: Path) -> dict[Path, bytes]:
-    """Return what each file of a gallery holds."""
-    contents = {folder / f"{picture.name}.svg": picture.svg for picture in gallery.pictures}
-    contents[folder / INDEX] = as_json(_index(gallery)).encode("utf-8")
-    return contents
+def read_findings(home: Path, comparison: Comparison) -> Findings:
+    """Read what :func:`write_findings` wrote."""
+    row, gallery = chosen_row(comparison), Gallery()
+    if (home / FIGURES / INDEX).is_file():
+        gallery = _with_drawings(_read(_GALLERY, home / FIGURES / INDEX), home / FIGURES)
+    if row is None:
+        return Findings(gallery=gallery)
+    grades = _read(_GRADES, home / GRADES) if (home / GRADES).is_file() else Grades()
+    found, band = None, None
+    if grades.axes:
+        found = Identifiability(row.fit.model, grades.axes)
+        if grades.model != found.model.key or set(found.grades) != set(found.model.labels):
+            raise FileError(
+                f"{home / GRADES}: has grades of '{grades.model}', and the comparison chooses "
+                f"'{found.model.key}'. {_AGAIN}."
+            )
+    if row.trajectory is not None and (home / BAND).is_file():
+        band = _read_band(home / BAND, row.trajectory)
+    return Findings(found, gallery, grades.not_graded, band)
 
 
-def _grades_document(findings: Findings) -> dict[str, object]:
-    """Return the grades, or why there are none; empty where none were asked for."""
-    if findings.identifiability is not None:
-        return dict(findings.identifiability.as_dict())
-    return {_NOT_GRADED: findings.not_graded} if findings.not_graded else {}
-
-
-def _index(gallery: Gallery) -> dict[str, object]:
-    return {
-        "figures": [
-            {
-                "file": f"{one.name}.svg",
-                "title": one.title,
-                "caption": one.caption,
-                "alt": one.alt,
-                "print_only": one.print_only,
-            }
-            for one in gallery.pictures
-        ],
-        "not_drawn": list(gallery.not_drawn),
-    }
-
-
-def _read_gallery(path: Path) -> Gallery:
-    """Return the pictures of an index; one that was deleted or spoilt since is not drawn."""
-    document: Any = load_json(path)
+def _read(kind: TypeAdapter[Kind], path: Path) -> Kind:
+    """Return what a file of ours holds."""
     try:
-        told = [_words(entry, path) for entry in document["figures"]]
-        not_drawn = list(map(str, document["not_drawn"]))
-    except (KeyError, TypeError) as error:
-        raise FileError(f"{path}: is no index of figures of hydrodamp: {error!r}.") from error
-    pictures: list[Picture] = []
-    for words in told:
-        try:
-            pictures.append(_with_drawing(words, path.parent))
-        except FileError as error:
-            not_drawn.append(f"{words.title}: {error}")
+        return kind.validate_json(load_text(path))
+    except ValidationError as error:
+        fault = error.errors()[0]
+        where = ".".join(map(str, fault["loc"]))
+        raise FileError(
+            f"{path}: is not what hydrodamp writes there: {where}: {fault['msg']}. {_AGAIN}."
+        ) from error
+
+
+def _with_drawings(gallery: Gallery, folder: Path) -> Gallery:
+    """Return a gallery with its drawings; one that was deleted or spoilt since is not drawn."""
+    pictures, not_drawn = [], list(gallery.not_drawn)
+    for words in gallery.pictures:
+        path = folder / f"{words.name}.svg"
+        picture = replace(words, svg=path.read_bytes() if path.is_file() else b"")
+        if all(picture.size):
+            pictures.append(picture)
+        else:
+            fault = f"{path.name} is not there or is no picture of hydrodamp"
+            not_drawn.append(f"{words.title}: {fault}. {_AGAIN}.")
     return Gallery(tuple(pictures), tuple(not_drawn))
 
 
-def _words(entry: dict[str, Any], index: Path) -> Picture:
-    """Return a picture of an index, without its drawing."""
-    name = str(entry["file"])
-    if not _is_drawing(name):
-        raise FileError(f"{index}: `file` must name an .svg file beside it, got '{name}'.")
-    title, caption, alt = (str(entry[key]) for key in ("title", "caption", "alt"))
-    return Picture(Path(name).stem, title, caption, alt, b"", bool(entry["print_only"]))
-
-
-def _with_drawing(words: Picture, folder: Path) -> Picture:
-    name = f"{words.name}.svg"
+def _read_band(path: Path, replay: Trajectory) -> PredictionBand:
     try:
-        picture = replace(words, svg=(folder / name).read_bytes())
-    except OSError as error:
-        raise FileError(f"{name} cannot be read: {error.strerror}. {_AGAIN}") from error
-    if not all(picture.size):
-        raise FileError(f"{name} has no extent. {_AGAIN}")
-    return picture
-
-
-def _is_drawing(name: str) -> bool:
-    """Tell whether a name is that of an SVG file in the same folder."""
-    return is_plain(name) and name.endswith(".svg")
-
-
-def _read_graded(path: Path, model: DampingModel) -> tuple[Identifiability | None, str]:
-    """Return the grades of a file, or why there are none."""
-    if not path.is_file():
-        return None, ""
-    document: Any = load_json(path)
-    if isinstance(document, dict) and _NOT_GRADED in document:
-        return None, str(document[_NOT_GRADED])
-    return _read_grades(document, path, model), ""
-
-
-def _read_grades(document: Any, path: Path, model: DampingModel) -> Identifiability:
-    try:
-        if document["model"] != model.key:
-            raise FileError(
-                f"{path}: has the grades of '{document['model']}', and the comparison chooses "
-                f"'{model.key}': run the command again that wrote the folder."
-            )
-        axes = tuple(_axis(axis, found, document) for axis, found in document["axes"].items())
-        labels = tuple(label for one in axes for label in one.labels)
-    except (KeyError, TypeError, AttributeError, ValueError) as error:
-        raise FileError(f"{path}: has no grades of hydrodamp: {error!r}.") from error
-    if set(labels) != set(model.labels):
-        raise FileError(f"{path}: has grades of other coefficients than fits/ has.")
-    return Identifiability(model, axes)
-
-
-def _axis(axis: str, found: dict[str, Any], document: dict[str, Any]) -> AxisIdentifiability:
-    coefficients: dict[str, dict[str, Any]] = document["coefficients"]
-    own = {k: v for k, v in coefficients.items() if k.partition("_")[0] == axis}
-    return AxisIdentifiability(
-        axis=axis,
-        labels=tuple(own),
-        grades=tuple(_GRADES[one["grade"]] for one in own.values()),
-        inflation=tuple(_infinite(one["vif"]) for one in own.values()),
-        rank=int(found["rank"]),
-        condition=_infinite(found["condition"]),
-        share=float(found["predicted_share"]),
-        excited=bool(found["excited"]),
-        groups=tuple(tuple(map(str, group)) for group in found["groups"]),
+        with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as arrays:
+            lower, upper = arrays["lower"], arrays["upper"]
+            level, diverged = arrays["level_diverged"].tolist()
+    except (OSError, EOFError, KeyError, TypeError, ValueError, zipfile.BadZipFile) as error:
+        raise FileError(f"{path}: is no band of hydrodamp. {_AGAIN}.") from error
+    if lower.shape != replay.velocity.shape or upper.shape != replay.velocity.shape:
+        raise FileError(f"{path}: has the band of another replay. {_AGAIN}.")
+    return PredictionBand(
+        replay.log, replay.velocity, lower, upper, level, diverged, tuple(replay.axes)
     )
-
-
-def _infinite(value: float | None) -> float:
-    return float("inf") if value is None else float(value)

@@ -6,8 +6,7 @@ import base64
 from dataclasses import dataclass
 
 from hydrodamp.identification.grades import Grade, Identifiability
-from hydrodamp.report.gallery.findings import Findings
-from hydrodamp.report.gallery.picture import Picture
+from hydrodamp.report.gallery.findings import Findings, Picture
 
 _PIXELS = 96.0 / 72.0
 """Of a page, in a point."""

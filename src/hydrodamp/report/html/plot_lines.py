@@ -9,7 +9,7 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.report.figures.look import Look, colour_of, looks_of
-from hydrodamp.report.gallery.bands_of_rows import said_of_bands
+from hydrodamp.report.gallery.captions import said_of_band
 from hydrodamp.report.gallery.findings import chosen_row, models_of
 from hydrodamp.validation.bands import PredictionBand
 from hydrodamp.validation.comparison import Comparison, Row
@@ -61,6 +61,6 @@ def band_line(
         for one, column in zip(names, half.T, strict=True)
         if np.isfinite(column).any()
     ]
-    said = said_of_bands({(row.model, row.method): band})
+    said = said_of_band(f"{row.model} by {row.method}")
     wide = f" Half its width, in the root mean square: {', '.join(widths)}." if widths else ""
     return BandLine(name, row.method, colour_of(row.method), f"{said}{wide}")
