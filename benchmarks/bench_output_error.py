@@ -8,7 +8,7 @@ from interleaving import interleaved
 from scipy.optimize import least_squares
 
 import hydrodamp as hd
-from hydrodamp.identification.regression.weak import WeakForm
+from hydrodamp.identification.linear import WeakForm
 from hydrodamp.identification.search import Place, refine, searching
 from hydrodamp.identification.shooting import Guess
 

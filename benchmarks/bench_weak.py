@@ -11,8 +11,8 @@ from interleaving import interleaved
 from workload import PAPER, VEHICLE, log, problem, truth
 
 import hydrodamp as hd
-from hydrodamp.identification.regression.weak import WeakForm
-from hydrodamp.identification.rows.weak_equations import WeakEquations
+from hydrodamp.identification.linear import WeakForm
+from hydrodamp.identification.weak import WeakEquations
 from hydrodamp.kernels import coriolis
 
 pytestmark = pytest.mark.usefixtures("one_core")

@@ -60,6 +60,12 @@ from .identification.adaptive import (
     State as State,
 )
 from .identification.citing import cite as cite
+from .identification.differences import (
+    Derivative as Derivative,
+    FiniteDifference as FiniteDifference,
+    RecordedAcceleration as RecordedAcceleration,
+    SavitzkyGolay as SavitzkyGolay,
+)
 from .identification.dissipation.dissipative import Dissipative as Dissipative
 from .identification.dissipation.dissipative_set import project_dissipative as project_dissipative
 from .identification.dissipation.operating_box import (
@@ -73,6 +79,7 @@ from .identification.fit import (
     fitted as fitted,
     identify as identify,
 )
+from .identification.folds import Folds as Folds, folds as folds
 from .identification.gains import ByNoise as ByNoise, ByTerm as ByTerm
 from .identification.grades import (
     Grade as Grade,
@@ -80,6 +87,8 @@ from .identification.grades import (
     graded as graded,
     identifiability as identifiability,
 )
+from .identification.intervals import Uncertainty as Uncertainty
+from .identification.linear import LeastSquares as LeastSquares, WeakForm as WeakForm
 from .identification.methods import (
     METHODS as METHODS,
     find_method as find_method,
@@ -87,38 +96,23 @@ from .identification.methods import (
 )
 from .identification.online import observe as observe
 from .identification.output_error import OutputError as OutputError, Recommended as Recommended
+from .identification.prior import Prior as Prior, PriorLeastSquares as PriorLeastSquares
 from .identification.recursive import (
     RecursiveLeastSquares as RecursiveLeastSquares,
     RecursiveState as RecursiveState,
 )
-from .identification.regression.informed import PriorLeastSquares as PriorLeastSquares
-from .identification.regression.least_squares import LeastSquares as LeastSquares
-from .identification.regression.prior import Prior as Prior
-from .identification.regression.ridge import Ridge as Ridge
-from .identification.regression.shrinkage import CrossValidated as CrossValidated
-from .identification.regression.weak import WeakForm as WeakForm
 from .identification.residuals import Diagnostics as Diagnostics, diagnose as diagnose
-from .identification.rows.derivative import (
-    Derivative as Derivative,
-    FiniteDifference as FiniteDifference,
-    RecordedAcceleration as RecordedAcceleration,
-    SavitzkyGolay as SavitzkyGolay,
-)
-from .identification.rows.equations import (
+from .identification.ridge import CrossValidated as CrossValidated, Ridge as Ridge
+from .identification.rows import (
     Differenced as Differenced,
     Equations as Equations,
     Rows as Rows,
-)
-from .identification.rows.folds import Folds as Folds, folds as folds
-from .identification.rows.triangle import (
-    Triangle as Triangle,
     accumulate as accumulate,
     damping_wrench as damping_wrench,
-    merge as merge,
 )
-from .identification.rows.weak_equations import WeakEquations as WeakEquations
 from .identification.sparse import Sparse as Sparse
-from .identification.uncertainty.intervals import Uncertainty as Uncertainty
+from .identification.triangle import Triangle as Triangle, merge as merge
+from .identification.weak import WeakEquations as WeakEquations
 from .ingest.datasets.fetching import fetch as fetch
 from .ingest.datasets.registry import Dataset as Dataset, find_dataset as find_dataset
 from .ingest.mapping.log_mapping import (

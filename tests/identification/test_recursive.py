@@ -9,8 +9,8 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp import kernels
+from hydrodamp.identification.noise import mean_square
 from hydrodamp.identification.recursive import RecursiveAdaptation, RecursiveLeastSquares
-from hydrodamp.identification.rows.velocity_noise import mean_square
 from hydrodamp.kernels import coriolis
 from hydrodamp.kernels.recursion import block_size
 

@@ -11,7 +11,7 @@ import pytest
 
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.grades import Grade
-from hydrodamp.identification.uncertainty.intervals import Uncertainty
+from hydrodamp.identification.intervals import Uncertainty
 from hydrodamp.report.fit_grid import fit_grid
 from hydrodamp.report.known import LITTLE_MEANING, how_known, reach_of
 from hydrodamp.validation.comparison import Comparison

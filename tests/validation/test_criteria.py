@@ -9,7 +9,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.basis.basis import Basis
-from hydrodamp.identification.rows.equations import Rows
+from hydrodamp.identification.rows import Rows
 from hydrodamp.validation.criteria import criteria
 
 AXIS = "XYZKMN"

@@ -38,7 +38,7 @@ def validate(
     from hydrodamp.cli.parts import read
     from hydrodamp.cli.work import check_attitude, check_training, fit_all
     from hydrodamp.errors import ModelError
-    from hydrodamp.identification.rows.weak_equations import WeakEquations
+    from hydrodamp.identification.weak import WeakEquations
     from hydrodamp.progress import counted, progress
     from hydrodamp.report.screen import show
     from hydrodamp.report.validation_grids import fold_grid, horizon_grid, validation_document

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.sparse.csgraph import connected_components
 
 from hydrodamp.arrays import BoolArray, FloatArray
-from hydrodamp.identification.rows.rank import Name, Span, spanned
+from hydrodamp.identification.triangle import Name, Span, spanned
 
 #: Condition index from which a dependency counts as strong (Belsley, Kuh and Welsch).
 HIGH = 30.0

@@ -8,12 +8,13 @@ import numpy as np
 
 from hydrodamp import kernels
 from hydrodamp.arrays import BoolArray, FloatArray, frozen
+from hydrodamp.basis.axes import AXES
 from hydrodamp.errors import MethodError
-from hydrodamp.identification.rows.equations import Rows
-from hydrodamp.identification.rows.folds import Split, folds
-from hydrodamp.identification.rows.rank import solve_axis
-from hydrodamp.identification.rows.reference import with_reference
-from hydrodamp.identification.rows.weak_equations import WeakEquations
+from hydrodamp.identification.covariance import reference
+from hydrodamp.identification.folds import Split, folds
+from hydrodamp.identification.rows import Rows
+from hydrodamp.identification.triangle import solve_axis
+from hydrodamp.identification.weak import WeakEquations
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
 
@@ -40,7 +41,7 @@ class Excitation:
     """What the motion of a log tells, axis by axis."""
 
     model: DampingModel
-    reference: DampingModel
+    axes: tuple[str, ...]
     rows: Rows
     quiet: FloatArray
     share: FloatArray
@@ -57,16 +58,18 @@ def excitation(problem: Problem, model: DampingModel, span: float = SPAN) -> Exc
     if not 0.0 < span < np.inf:
         raise MethodError(f"`span` must be positive [s]; got {span}")
     free = model.restricted_to(problem.vehicle.axes)
-    wide = with_reference(problem, free)
+    rich = zip(AXES, reference(problem.vehicle.axes).terms, strict=True)
+    both = free.with_terms({axis: " ".join(map(str, terms)) for axis, terms in rich if terms})
+    wide = problem.covering(both)
     equations = WeakEquations(min(span, _longest(wide)), _OVERLAP, windows=())
     rows = equations.rows(wide)
     response = equations.rows(_without_momentum(wide)).target
     variance = response.var(axis=0)
-    share = _share(rows, wide.models, variance, span)
+    share = _share(rows, (free, both), variance, span)
     quiet = equations.rows(_held(wide, share < EXCITED)).design
     return Excitation(
         model=free,
-        reference=wide.models[1],
+        axes=problem.vehicle.axes,
         rows=rows,
         quiet=quiet,
         share=frozen(share),

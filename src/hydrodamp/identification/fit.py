@@ -11,7 +11,7 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
-from hydrodamp.identification.uncertainty.intervals import Uncertainty
+from hydrodamp.identification.intervals import Uncertainty
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem, prepare

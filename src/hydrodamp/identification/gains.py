@@ -8,8 +8,8 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray, IndexArray, IntArray
 from hydrodamp.errors import MethodError
+from hydrodamp.identification.noise import mean_square, signal_to_noise
 from hydrodamp.identification.online import with_log
-from hydrodamp.identification.rows.velocity_noise import mean_square, signal_to_noise
 from hydrodamp.simulation.columns import Columns
 from hydrodamp.simulation.problem import Problem
 

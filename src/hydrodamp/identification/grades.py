@@ -12,13 +12,13 @@ import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray
 from hydrodamp.basis.axes import AXES
+from hydrodamp.errors import MethodError
 from hydrodamp.identification.collinearity import collinearity
+from hydrodamp.identification.covariance import BlockGrams, reference
 from hydrodamp.identification.excitation import Excitation, excitation
 from hydrodamp.identification.fit import Fit
-from hydrodamp.identification.regression.attenuation import NOISY_TERMS, attenuation
-from hydrodamp.identification.regression.covariance import rows_covariance
-from hydrodamp.identification.regression.influence import least_squares_influence
-from hydrodamp.identification.uncertainty.intervals import Uncertainty
+from hydrodamp.identification.intervals import Uncertainty
+from hydrodamp.identification.triangle import solve_axis
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
 
@@ -268,9 +268,14 @@ def graded(problem: Problem, fit: Fit) -> Identifiability:
 
 def _by_log(seen: Excitation) -> Identifiability:
     """Grade by the weak form's own numbers and the noise alone."""
-    influence = least_squares_influence(seen.rows, seen.model)
-    known = rows_covariance(seen.rows, influence, seen.model, seen.reference)
-    known = known.widened(attenuation(seen.rows, seen.model), NOISY_TERMS)
+    triangle, rows = seen.rows.triangle(), enumerate(seen.model.terms)
+    solved = [solve_axis(triangle, terms, axis) for axis, terms in rows]
+    grams, rich = BlockGrams.of(seen.rows, triangle), reference(seen.axes)
+    known = grams.uncertainty(solved, rich, noisy_terms=True)
+    if known is None:
+        raise MethodError(
+            f"{seen.rows.n} rows are too few to tell noise from the model's form: give a longer log"
+        )
     return graded_by(seen, known.reach() * known.of_noise.standard_errors)
 
 

@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray
-from hydrodamp.identification.rows.rank import spanned
+from hydrodamp.identification.covariance import LongRun, long_run
+from hydrodamp.identification.intervals import Uncertainty
 from hydrodamp.identification.search import Place, Search, refine
 from hydrodamp.identification.shooting import Guess, Shooting, cut
-from hydrodamp.identification.uncertainty.intervals import Uncertainty
-from hydrodamp.identification.uncertainty.long_run import LongRun, long_run
+from hydrodamp.identification.triangle import spanned
 from hydrodamp.simulation.problem import Problem
 
 

@@ -11,11 +11,10 @@ from hydrodamp.identification.adaptive import AdaptiveIdentifier
 from hydrodamp.identification.dissipation.dissipative import Dissipative
 from hydrodamp.identification.fit import REFUSALS, Fit, Method, attempted
 from hydrodamp.identification.gains import ByNoise, ByTerm
+from hydrodamp.identification.linear import LeastSquares, WeakForm
 from hydrodamp.identification.output_error import OutputError, Recommended
 from hydrodamp.identification.recursive import RecursiveLeastSquares
-from hydrodamp.identification.regression.least_squares import LeastSquares
-from hydrodamp.identification.regression.ridge import Ridge
-from hydrodamp.identification.regression.weak import WeakForm
+from hydrodamp.identification.ridge import Ridge
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.parallel import each
 from hydrodamp.simulation.problem import Problem

@@ -9,12 +9,12 @@ import numpy as np
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.dissipation.dissipative import Dissipative
 from hydrodamp.identification.fit import Fit, Method, attempted, empty_fit, fitted
+from hydrodamp.identification.intervals import Uncertainty
 from hydrodamp.identification.jackknife import FEWEST, replay_uncertainty
-from hydrodamp.identification.regression.ridge import Ridge
-from hydrodamp.identification.regression.weak import WeakForm
-from hydrodamp.identification.rows.rank import spanned
+from hydrodamp.identification.linear import WeakForm
+from hydrodamp.identification.ridge import Ridge
 from hydrodamp.identification.search import Climb, climb
-from hydrodamp.identification.uncertainty.intervals import Uncertainty
+from hydrodamp.identification.triangle import spanned
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
 from hydrodamp.simulation.status import Status

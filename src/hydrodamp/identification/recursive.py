@@ -12,9 +12,9 @@ from hydrodamp import kernels
 from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Fit, empty_fit, fitted
+from hydrodamp.identification.noise import mean_square
 from hydrodamp.identification.online import first_guess, require_later, with_log
-from hydrodamp.identification.rows.rank import spanned
-from hydrodamp.identification.rows.velocity_noise import mean_square
+from hydrodamp.identification.triangle import spanned
 from hydrodamp.kernels.entries import Entries
 from hydrodamp.kernels.inputs import Sample
 from hydrodamp.kernels.recursion import Estimate, Recursion, block_size

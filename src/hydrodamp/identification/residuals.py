@@ -12,10 +12,9 @@ from scipy.special import chdtrc
 from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.basis.axes import AXES
 from hydrodamp.errors import MethodError
-from hydrodamp.identification.rows.equations import Rows
-from hydrodamp.identification.rows.rank import solve_axis
-from hydrodamp.identification.rows.support import chosen_support
-from hydrodamp.identification.rows.weak_equations import WeakEquations
+from hydrodamp.identification.rows import Rows
+from hydrodamp.identification.triangle import solve_axis
+from hydrodamp.identification.weak import WeakEquations, chosen_support
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray
-from hydrodamp.identification.rows.velocity_noise import mean_square, median_step, noise_variance
+from hydrodamp.identification.covariance import correlation_time
+from hydrodamp.identification.noise import mean_square, median_step, noise_variance
 from hydrodamp.identification.shooting import Guess, Linearised, Shooting, cut, runaways
-from hydrodamp.identification.uncertainty.long_run import correlation_time
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
 

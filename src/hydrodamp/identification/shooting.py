@@ -10,7 +10,7 @@ import numpy as np
 
 from hydrodamp import kernels
 from hydrodamp.arrays import FloatArray, IndexArray, IntArray
-from hydrodamp.identification.rows.folding import folded_rows
+from hydrodamp.identification.triangle import folded_rows
 from hydrodamp.kernels.inputs import Inputs
 from hydrodamp.simulation.problem import Problem
 

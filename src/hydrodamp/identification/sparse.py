@@ -21,9 +21,9 @@ from hydrodamp.identification.elimination import (
     sized,
     solved,
 )
-from hydrodamp.identification.regression.ridge import Ridge
-from hydrodamp.identification.rows.weak_equations import WeakEquations
+from hydrodamp.identification.ridge import Ridge
 from hydrodamp.identification.search import climb
+from hydrodamp.identification.weak import WeakEquations
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem, prepare
@@ -174,7 +174,7 @@ class Sparse:
 
 def _first(problem: Problem, offered: DampingModel) -> DampingModel:
     """Choose a few terms of each axis from the rows of the regression."""
-    triangle = WeakEquations().triangle(problem)
+    triangle = WeakEquations().rows(problem).triangle()
     fixed, brakes = kept(offered), drag(offered)
     chosen: list[int] = []
     start = 0

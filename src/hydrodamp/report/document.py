@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from hydrodamp.identification.fit import Fit
-from hydrodamp.identification.uncertainty.intervals import Uncertainty
+from hydrodamp.identification.intervals import Uncertainty
 from hydrodamp.models.files import damping_document
 from hydrodamp.report.fit_names import fit_names
 from hydrodamp.simulation.score import Score

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.grades import CONTRIBUTION, RELATIVE, Grade, Identifiability
-from hydrodamp.identification.uncertainty.intervals import reach
+from hydrodamp.identification.intervals import reach
 
 LITTLE = "matters little"
 """Said of a coefficient that is determined, but not as a number."""

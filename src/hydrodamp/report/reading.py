@@ -16,7 +16,7 @@ from hydrodamp.data.log import Log, Segment
 from hydrodamp.errors import FileError
 from hydrodamp.files import load_json
 from hydrodamp.identification.fit import Fit
-from hydrodamp.identification.uncertainty.intervals import Uncertainty
+from hydrodamp.identification.intervals import Uncertainty
 from hydrodamp.models.files import damping_from_document
 from hydrodamp.report.fit_names import fit_path
 from hydrodamp.simulation.replay import AttitudeSource, Trajectory

@@ -137,6 +137,13 @@ class Problem:
         coefficients = np.array([values[label] for label in free.labels])
         return self.columns.with_unknown(self.columns.entries(free), coefficients)
 
+    def covering(self, *models: DampingModel) -> Problem:
+        """Return the problem with columns of further models; itself where it has them all."""
+        free = tuple(model.restricted_to(self.vehicle.axes) for model in models)
+        if all(term in self.columns.basis for model in free for term in model.basis):
+            return self
+        return _filled(self.vehicle, self.log, (*self.models, *free))
+
     def undetermined(self, model: DampingModel) -> tuple[tuple[str], ...]:
         """Return the labels with (eta-1) where the ratio is unknown, each a group of its own."""
         terms = (term for row in model.terms for term in row)
@@ -180,39 +187,40 @@ def prepare(vehicle: Vehicle, log: Log, models: Iterable[DampingModel] | Damping
     asked = (models,) if isinstance(models, DampingModel) else tuple(models)
     free = tuple(model.restricted_to(vehicle.axes) for model in asked)
     check_log(vehicle, log, free)
+    problem = _filled(vehicle, log, free)
+    if any(problem.undetermined(model) for model in free):
+        warnings.warn(
+            "the log has no `eta` and the vehicle no propeller with a speed: the propulsion ratio "
+            "is taken as one, so coefficients of terms with (eta-1) cannot be identified and are "
+            "zero",
+            PropulsionWarning,
+            stacklevel=2,
+        )
+    return problem
+
+
+def _filled(vehicle: Vehicle, log: Log, models: tuple[DampingModel, ...]) -> Problem:
     commands = {name: log.command(name) for name in log.command_names}
-    wrench = np.zeros((log.n, 6)) if log.wrench is None else log.wrench * vehicle.free
-    velocity = log.velocity * vehicle.free
     held = vehicle.propulsion_speed(commands)
     known = log.propulsion_ratio is not None or held is not None
     actuators = bool(vehicle.actuators) and log.wrench is None
-    table = columns(vehicle, free, actuators=actuators, propulsion_known=known)
-    if not known and any(term.needs_propulsion for term in table.basis):
-        _warn_of_unknown_ratio()
+    table = columns(vehicle, models, actuators=actuators, propulsion_known=known)
+    velocity = log.velocity * vehicle.free
     inputs = Inputs(
         time=log.time,
         velocity=velocity,
         down=log.down,
-        wrench=wrench,
+        wrench=np.zeros((log.n, 6)) if log.wrench is None else log.wrench * vehicle.free,
         channels=held_channels(table, commands, log.n),
         propulsion=_propulsion(log, velocity, held),
     )
     return Problem(
         log=log,
-        models=free,
+        models=models,
         columns=table,
         inputs=inputs,
         segments=log.bounds,
         propulsion_known=known,
-    )
-
-
-def _warn_of_unknown_ratio() -> None:
-    warnings.warn(
-        "the log has no `eta` and the vehicle no propeller with a speed: the propulsion ratio is "
-        "taken as one, so coefficients of terms with (eta-1) cannot be identified and are zero",
-        PropulsionWarning,
-        stacklevel=3,
     )
 
 

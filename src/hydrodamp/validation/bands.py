@@ -13,7 +13,7 @@ from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.basis.axes import VELOCITY_OF
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
-from hydrodamp.identification.uncertainty.intervals import reach
+from hydrodamp.identification.intervals import reach
 from hydrodamp.kernels.inputs import Inputs
 from hydrodamp.models.damping import Damping
 from hydrodamp.simulation.problem import Problem

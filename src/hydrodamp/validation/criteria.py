@@ -12,9 +12,8 @@ from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.basis.axes import AXES
 from hydrodamp.errors import MethodError, ModelError, did_you_mean
 from hydrodamp.identification.fit import Fit
-from hydrodamp.identification.rows.equations import Rows
-from hydrodamp.identification.rows.rank import solve_axis
-from hydrodamp.identification.rows.triangle import Triangle
+from hydrodamp.identification.rows import Rows
+from hydrodamp.identification.triangle import Triangle, solve_axis
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.validation.correlation import effective_samples
@@ -189,7 +188,7 @@ def _effective(rows: Rows, left: Sequence[FloatArray], target: FloatArray) -> Fl
 
 
 def _ranks(triangle: Triangle, model: DampingModel, free: IntArray) -> tuple[int, ...]:
-    return tuple(solve_axis(triangle, model.terms[axis], axis).rank for axis in free.tolist())
+    return tuple(solve_axis(triangle, model.terms[axis], axis).span.rank for axis in free.tolist())
 
 
 def _criterion(

@@ -178,7 +178,7 @@ def cross_validate(
 
     Examples
     --------
-    >>> from hydrodamp.identification.regression.least_squares import LeastSquares
+    >>> from hydrodamp.identification.linear import LeastSquares
     >>> from hydrodamp.models.catalog import catalog
     >>> from hydrodamp.simulation.campaign.reenact import reenact
     >>> campaign = reenact(duration=20.0)

@@ -11,8 +11,8 @@ from hydrodamp.arrays import BoolArray
 from hydrodamp.basis.basis import Basis
 from hydrodamp.data.log import Log, Segment, take
 from hydrodamp.errors import MethodError
-from hydrodamp.identification.rows.equations import Rows
-from hydrodamp.identification.rows.folds import Folds, folds
+from hydrodamp.identification.folds import Folds, folds
+from hydrodamp.identification.rows import Rows
 from hydrodamp.models.model import DampingModel
 
 

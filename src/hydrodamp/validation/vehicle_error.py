@@ -121,7 +121,7 @@ def vehicle_doubt(
 
     Examples
     --------
-    >>> from hydrodamp.identification.regression.least_squares import LeastSquares
+    >>> from hydrodamp.identification.linear import LeastSquares
     >>> from hydrodamp.models.catalog import catalog
     >>> from hydrodamp.simulation.campaign.reenact import reenact
     >>> campaign = reenact(duration=10.0)

@@ -15,7 +15,7 @@ from hydrodamp.identification.dissipation.dissipative_set import DissipativeSet,
 from hydrodamp.identification.dissipation.operating_box import OperatingBox, operating_box
 from hydrodamp.identification.dissipation.power import worst_power
 from hydrodamp.identification.dissipation.price import price
-from hydrodamp.identification.rows.equations import Differenced
+from hydrodamp.identification.rows import Differenced
 
 EXACT = Differenced(hd.RecordedAcceleration())
 UNIT = OperatingBox([-1] * 6, [1] * 6)
@@ -146,7 +146,7 @@ def test_the_price_is_the_growth_of_the_residual(vehicle, pushing):
         wrench=problem.inputs.wrench + np.random.default_rng(0).normal(size=(900, 6)),
     )
     problem = replace(problem, inputs=noisy)
-    rows, triangle = EXACT.rows(problem), EXACT.triangle(problem)
+    rows, triangle = EXACT.rows(problem), EXACT.rows(problem).triangle()
     plain = hd.LeastSquares(hd.RecordedAcceleration()).identify(problem, LINEAR).damping
     moved = replace(plain, coefficients=plain.coefficients * 1.1)
 
@@ -329,7 +329,7 @@ def test_the_rounds_can_run_out(true_damping):
 def test_a_solution_needs_no_problem(vehicle, pushing):
     """From a triangle and weights alone, as folds and other methods have them."""
     problem = pushing(vehicle)
-    triangle = EXACT.triangle(problem)
+    triangle = EXACT.rows(problem).triangle()
     wanted = Dissipative(EXACT).wanted(problem, LINEAR)
     found = dissipative_solution(triangle, np.ones(6), wanted)
     assert found.certified

@@ -16,12 +16,11 @@ from hydrodamp.identification.dissipation.dissipative_set import Dissipating, Di
 from hydrodamp.identification.dissipation.operating_box import OperatingBox, operating_box
 from hydrodamp.identification.dissipation.power import worst_found
 from hydrodamp.identification.dissipation.price import Price, price
-from hydrodamp.identification.fit import Fit, fitted
-from hydrodamp.identification.refusal import refused
-from hydrodamp.identification.rows.equations import Equations
-from hydrodamp.identification.rows.rank import AxisSolution, solve_axis
-from hydrodamp.identification.rows.triangle import Triangle
-from hydrodamp.identification.rows.weak_equations import WeakEquations
+from hydrodamp.identification.fit import Fit, empty_fit, fitted
+from hydrodamp.identification.linear import refused
+from hydrodamp.identification.rows import Equations
+from hydrodamp.identification.triangle import AxisSolution, Triangle, solve_axis
+from hydrodamp.identification.weak import WeakEquations
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
 
@@ -112,10 +111,10 @@ class Dissipative:
             If no coefficients dissipate as much as the margin asks for.
         """
         free = model.restricted_to(problem.vehicle.axes)
-        triangle = self.equations.triangle(problem)
-        refusal = refused(problem, free, self.key, triangle)
-        if refusal is not None:
-            return refusal
+        triangle = self.equations.rows(problem).triangle()
+        status = refused(problem, free, triangle)
+        if status is not None:
+            return empty_fit(problem, free, self.key, status)
         wanted = self.wanted(problem, free)
         axes = [solve_axis(triangle, terms, axis) for axis, terms in enumerate(free.terms)]
         weights = inverse_variances(triangle, axes)
@@ -127,7 +126,7 @@ class Dissipative:
             free,
             self,
             np.where(seen, found.coefficients, 0.0),  # the solver leaves some 1e-16
-            rank=sum(axis.rank for axis in axes),
+            rank=sum(axis.span.rank for axis in axes),
             aliased=_aliased(axes),
             n_samples=triangle.n_samples,
             remarks=_remarks(triangle, weights, wanted, found),
@@ -202,7 +201,7 @@ def _aliased(axes: list[AxisSolution]) -> tuple[tuple[str, ...], ...]:
     return tuple(
         tuple(f"{name}_{term}" for term in group)
         for name, axis in zip(AXES, axes, strict=True)
-        for group in axis.aliased
+        for group in axis.span.aliased
     )
 
 

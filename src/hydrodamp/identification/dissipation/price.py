@@ -8,7 +8,7 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.axes import AXES
-from hydrodamp.identification.rows.triangle import Triangle
+from hydrodamp.identification.triangle import Triangle
 from hydrodamp.models.model import DampingModel
 
 _NOTHING = 1e-6

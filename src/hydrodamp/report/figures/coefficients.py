@@ -11,7 +11,7 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.axes import AXES
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Fit
-from hydrodamp.identification.uncertainty.intervals import reach
+from hydrodamp.identification.intervals import reach
 from hydrodamp.models.model import DampingModel
 from hydrodamp.report.correlated import ALIKE, correlated_pairs, correlation
 from hydrodamp.report.figures.axes import coefficient_symbol, signed_scale, wrench_unit

@@ -72,3 +72,10 @@ def test_near_collinear_columns_keep_their_coefficients(vehicle, exact_log):
     error = fit.damping.coefficients / truth.coefficients - 1
     gram = np.linalg.solve(design.T @ design, design.T @ triangle.r[:, 4])
     assert np.abs(error).max() < 1e-3 * np.abs(gram / truth.coefficients - 1).max()
+
+
+def test_a_segment_that_is_not_there_is_named(vehicle, exact_log, true_damping):
+    log = exact_log(true_damping(hd.catalog["linear"]), n=30)
+    problem = hd.prepare(vehicle, log, hd.catalog["linear"])
+    with pytest.raises(hd.ProblemError, match="there are 3 segments"):
+        hd.accumulate(problem, segments=[5])

@@ -1,4 +1,4 @@
-"""Acceleration from velocity: exact on polynomials, never across a join."""
+"""Acceleration from velocity: exact on polynomials, never across a join; held inputs."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.identification.rows.derivative import default_derivative
+from hydrodamp.identification.differences import default_derivative
 
 LINEAR = hd.catalog["linear"]
+PUSHED = hd.DampingModel.from_table({"X": "u push"}, key="pushed")
 
 
 def problem_of(vehicle, time, velocity, segment=None):
@@ -116,3 +117,63 @@ def test_the_record_is_preferred_where_there_is_one(vehicle, exact_log, true_dam
 def test_impossible_filters_are_refused(window, order):
     with pytest.raises(hd.MethodError, match="must be"):
         hd.SavitzkyGolay(window=window, order=order)
+
+
+def pushed_log(vehicle, seed=3, n=1200):
+    """Surge under a push held from sample to sample, solved exactly step by step."""
+    rng = np.random.default_rng(seed)
+    time = np.cumsum(rng.uniform(0.05, 0.25, n))
+    push = np.repeat(rng.uniform(-20, 20, n // 4 + 1), 4)[:n]
+    mass, drag = vehicle.mass_matrix[0, 0], 30.0
+    velocity = np.zeros((n, 6))
+    for k, step in enumerate(np.diff(time)):
+        decay = np.exp(-drag / mass * step)
+        velocity[k + 1, 0] = velocity[k, 0] * decay + push[k] / drag * (1 - decay)
+    return hd.Log.from_arrays(time, velocity, attitude=np.zeros((n, 3)), commands={"push": push})
+
+
+@pytest.fixture
+def bare(vehicle):
+    return replace(vehicle, mass_matrix=np.diag(np.diag(vehicle.mass_matrix)))
+
+
+@pytest.mark.parametrize("derivative", [hd.FiniteDifference(), hd.SavitzkyGolay(0.5, order=2)])
+def test_held_commands_leave_no_half_sample_bias(bare, derivative):
+    """M du/dt = -30 u + push, on an irregular clock: both coefficients within 2 %."""
+    fit = hd.identify(PUSHED, bare, pushed_log(bare), hd.LeastSquares(derivative))
+    assert fit.damping["X_u"] == pytest.approx(-30.0, rel=0.02)
+    assert fit.damping["X_push"] == pytest.approx(1.0, rel=0.01)
+
+
+def test_a_central_difference_sees_both_commands_by_their_share(bare):
+    """Weights h+ / (h- + h+) of the step before and h- / (h- + h+) of the step after."""
+    log = pushed_log(bare, n=40)
+    problem = hd.prepare(bare, log, PUSHED)
+    seen = hd.FiniteDifference().seen(problem).inputs.channels[:, 0]
+    before, after = np.diff(log.time)[:-1], np.diff(log.time)[1:]
+    push = log.command("push")
+    expected = (after * push[:-2] + before * push[1:-1]) / (before + after)
+    np.testing.assert_allclose(seen[1:-1], expected, rtol=1e-12)
+
+
+def test_constant_inputs_are_seen_as_they_are():
+    vehicle = hd.fleet["vt690"]
+    n = 60
+    log = hd.Log.from_arrays(
+        np.arange(n) / 10,
+        np.tile([1.5, 0, 0, 0, 0, 0], (n, 1)),
+        attitude=np.zeros((n, 3)),
+        commands={"rudder": np.full(n, 0.1), "elevator": np.zeros(n), "rpm": np.full(n, 1800.0)},
+        segment=np.repeat(["a", "b"], n // 2),
+    )
+    problem = hd.prepare(vehicle, log, hd.catalog["gertler-hagen"])
+    seen = hd.SavitzkyGolay().seen(problem).inputs
+    np.testing.assert_allclose(seen.channels, problem.inputs.channels, rtol=1e-10, atol=1e-12)
+    np.testing.assert_allclose(seen.propulsion, problem.inputs.propulsion, rtol=1e-10)
+
+
+def test_nothing_held_leaves_the_problem_itself(vehicle, exact_log, true_damping):
+    log = exact_log(true_damping(hd.catalog["linear"]), n=30)
+    problem = hd.prepare(vehicle, log, hd.catalog["linear"])
+    assert hd.FiniteDifference().seen(problem) is problem
+    assert hd.RecordedAcceleration().seen(problem) is problem

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hydrodamp.identification.uncertainty.intervals import Uncertainty
+from hydrodamp.identification.intervals import Uncertainty
 
 FOUND = Uncertainty(np.diag([9.0, 4.0]), 7.0, "by hand", noise=np.diag([4.0, 1.0]))
 

@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from hydrodamp.arrays import IntArray
 from hydrodamp.errors import MethodError
-from hydrodamp.identification.rows.equations import Rows
-from hydrodamp.identification.rows.triangle import Triangle, merge
+from hydrodamp.identification.rows import Rows
+from hydrodamp.identification.triangle import Triangle, merge
 
-_MOST = 10
-"""Folds made of more segments than this unless asked for."""
-
-_BLOCKS = 5
-"""Folds made of a single segment unless asked for."""
+# Folds made of several segments, and of a single one, unless asked for.
+_MOST, _BLOCKS = 10, 5
 
 
 @dataclass(frozen=True)
@@ -44,23 +40,6 @@ class Folds:
     part: IntArray
     n: int
     made: str
-
-    def rows(self, rows: Rows) -> Iterator[tuple[Rows, Rows]]:
-        """Go through the folds by their rows, for methods that need more than a triangle.
-
-        Parameters
-        ----------
-        rows : Rows
-            Those the folds were made of.
-
-        Yields
-        ------
-        train, test : Rows
-            Of all other folds, and of this one.
-        """
-        for fold in range(self.n):
-            here = self.part == fold
-            yield rows.taken(~here & (self.part >= 0)), rows.taken(here)
 
     def splits(self, rows: Rows) -> tuple[Split, ...]:
         """Return the triangles of every fold: each row is folded in once.
@@ -121,7 +100,8 @@ def folds(rows: Rows, n: int | None = None, gap: float = 1.0) -> Folds:
     if not gap >= 0.0:
         raise MethodError(f"`gap` must be zero or positive [s]; got {gap}")
     _, number, lengths = np.unique(rows.segment, return_inverse=True, return_counts=True)
-    wanted = _wanted(len(lengths)) if n is None else n
+    usual = _BLOCKS if len(lengths) < 2 else min(len(lengths), _MOST)
+    wanted = usual if n is None else n
     if wanted < 2:
         raise MethodError(f"cross-validation needs at least 2 folds; got {wanted}")
     if wanted > rows.n:
@@ -132,10 +112,6 @@ def folds(rows: Rows, n: int | None = None, gap: float = 1.0) -> Folds:
         each = "one a segment" if wanted == len(lengths) else f"{len(lengths)} segments in turn"
         return Folds(number % wanted, wanted, f"{wanted} folds, {each}")
     return _blocks(rows, lengths, wanted, gap)
-
-
-def _wanted(n_segments: int) -> int:
-    return _BLOCKS if n_segments < 2 else min(n_segments, _MOST)
 
 
 def _blocks(rows: Rows, lengths: IntArray, wanted: int, gap: float) -> Folds:
@@ -155,16 +131,11 @@ def _blocks(rows: Rows, lengths: IntArray, wanted: int, gap: float) -> Folds:
         instant = (rows.time[cut - 1] + rows.time[cut]) / 2.0
         near = np.abs(rows.time - instant) < gap / 2.0
         part[near & (rows.segment == rows.segment[cut])] = -1
-    _check_filled(part, wanted, rows.n, gap)
-    cut_up = "one segment" if len(lengths) == 1 else f"{len(lengths)} segments"
-    return Folds(part, wanted, f"{wanted} folds, blocks of {cut_up}")
-
-
-def _check_filled(part: IntArray, wanted: int, n_rows: int, gap: float) -> None:
-    empty = np.setdiff1d(np.arange(wanted), part)
-    if len(empty):
+    if len(empty := np.setdiff1d(np.arange(wanted), part)):
         raise MethodError(
-            f"{n_rows} rows are too few for {wanted} folds {gap:g} s apart: fold "
+            f"{rows.n} rows are too few for {wanted} folds {gap:g} s apart: fold "
             f"{empty[0] + 1} is left without a row. Give a longer log, fewer folds or a "
             "smaller gap."
         )
+    cut_up = "one segment" if len(lengths) == 1 else f"{len(lengths)} segments"
+    return Folds(part, wanted, f"{wanted} folds, blocks of {cut_up}")

@@ -9,9 +9,8 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.errors import MethodError
-from hydrodamp.identification.regression.informed import PriorLeastSquares, updated
-from hydrodamp.identification.regression.prior import Belief, Prior
-from hydrodamp.identification.rows.equations import Differenced
+from hydrodamp.identification.prior import Belief, Prior, PriorLeastSquares, posterior
+from hydrodamp.identification.rows import Differenced
 
 RECORDED = Differenced()
 
@@ -47,7 +46,7 @@ def test_rows_update_as_the_conjugate_posterior():
     mean, factor = rng.normal(size=5), rng.normal(size=(5, 5))
     covariance = factor @ factor.T + np.eye(5)
     root = np.linalg.cholesky(np.linalg.inv(covariance)).T
-    found, spread = updated(design, target, Belief(mean, root, 5), list("abcde"))
+    found, spread = posterior(design, target, Belief(mean, root, 5))
     expected = posterior_by_the_book(design, target, mean, covariance)
     np.testing.assert_allclose(found, expected[0], rtol=1e-10)
     np.testing.assert_allclose(spread, expected[1], rtol=1e-10)
@@ -83,11 +82,11 @@ def test_two_logs_in_turn_are_both_at_once():
     design, target = rng.normal(size=(30, 3)), rng.normal(size=30)
     start = Belief(np.zeros(3), np.eye(3), 0)
     wide = dict.fromkeys(model.labels, 1.0)
-    mean, covariance = updated(design[:15], target[:15], start, model.labels)
+    mean, covariance = posterior(design[:15], target[:15], start)
     between = Prior(hd.Damping(model, mean, covariance)).rows(model.labels, wide)
     np.testing.assert_allclose(between.deviation, np.sqrt(np.diag(covariance)), rtol=1e-10)
-    in_turn = updated(design[15:], target[15:], between, model.labels)
-    at_once = updated(design, target, start, model.labels)
+    in_turn = posterior(design[15:], target[15:], between)
+    at_once = posterior(design, target, start)
     np.testing.assert_allclose(in_turn[0], at_once[0], rtol=1e-9)
     np.testing.assert_allclose(in_turn[1], at_once[1], rtol=1e-9)
 
@@ -183,7 +182,7 @@ def test_many_labels_are_counted(prestero):
 def test_outcomes_that_are_no_numbers(prestero):
     truth, _, problem = prestero
     method = PriorLeastSquares(Prior(truth, relative=0.1), RECORDED)
-    triangle = RECORDED.triangle(problem)
+    triangle = RECORDED.rows(problem).triangle()
     absurd = replace(triangle, r=np.full_like(triangle.r, np.nan))
     assert method.solve(absurd, problem, truth.model).status is hd.Status.FAILED
     few = replace(triangle, n_samples=5)  # residuals that cannot tell the noise

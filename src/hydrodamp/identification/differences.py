@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.errors import MethodError
-from hydrodamp.identification.rows.held import by_segment, seen_through
 from hydrodamp.simulation.problem import Problem
 
+# From times (n,) and values (n, k) of one segment to slopes (n, k).
+Slopes = Callable[[FloatArray, FloatArray], FloatArray]
+
+# Windows solved at once: bounds the memory of irregular clocks.
 _BLOCK = 4096
-"""Windows solved at once: bounds the memory of irregular clocks."""
 
 
 class Derivative(Protocol):
@@ -64,12 +67,14 @@ class RecordedAcceleration:
         return problem
 
 
-@dataclass(frozen=True)
-class FiniteDifference:
-    """Central differences, as in the paper; one-sided at a segment's ends."""
+class _Differentiated:
+    """Slopes of the velocities, segment by segment."""
+
+    def _slopes(self, time: FloatArray, values: FloatArray) -> FloatArray:
+        raise NotImplementedError
 
     def acceleration(self, problem: Problem) -> FloatArray:
-        """Return second-order differences on the log's own clock.
+        """Return the slopes of the velocities.
 
         Parameters
         ----------
@@ -79,17 +84,35 @@ class FiniteDifference:
         Returns
         -------
         acceleration : ndarray, shape (n, 6)
-            Linear [m/s^2] and angular [rad/s^2].
+            Linear [m/s^2] and angular [rad/s^2], never across a join.
         """
-        return by_segment(problem, problem.inputs.velocity, _central_difference)
+        return _by_segment(problem, problem.inputs.velocity, self._slopes)
 
     def seen(self, problem: Problem) -> Problem:
-        """Return the problem with held inputs as central differences see them."""
-        return seen_through(problem, _central_difference)
+        """Return the problem with held inputs as these slopes see them."""
+        inputs = problem.inputs
+        turning = problem.propulsion_known and problem.log.propulsion_ratio is None
+        held = np.hstack([inputs.channels, inputs.propulsion[:, : int(turning)]])
+        if not held.size:
+            return problem
+        # A velocity is the integral of what is held, so its slope sees the slope of that integral.
+        seen = _by_segment(problem, held, lambda t, rows: self._slopes(t, _integral(t, rows)))
+        propulsion = inputs.propulsion.copy()
+        propulsion[:, : int(turning)] = seen[:, inputs.n_channels :]
+        channels = seen[:, : inputs.n_channels]
+        return replace(problem, inputs=replace(inputs, channels=channels, propulsion=propulsion))
 
 
 @dataclass(frozen=True)
-class SavitzkyGolay:
+class FiniteDifference(_Differentiated):
+    """Central differences of second order, as in the paper; one-sided at a segment's ends."""
+
+    def _slopes(self, time: FloatArray, values: FloatArray) -> FloatArray:
+        return np.gradient(values, time, axis=0, edge_order=2 if len(time) > 2 else 1)
+
+
+@dataclass(frozen=True)
+class SavitzkyGolay(_Differentiated):
     """The slope of a polynomial fitted to a window around each sample.
 
     Parameters
@@ -115,25 +138,6 @@ class SavitzkyGolay:
         if not 1 <= self.order <= 5:
             raise MethodError(f"`order` must be 1 to 5, got {self.order}")
 
-    def acceleration(self, problem: Problem) -> FloatArray:
-        """Return the fitted slopes.
-
-        Parameters
-        ----------
-        problem : Problem
-            Velocities and segments.
-
-        Returns
-        -------
-        acceleration : ndarray, shape (n, 6)
-            Linear [m/s^2] and angular [rad/s^2].
-        """
-        return by_segment(problem, problem.inputs.velocity, self._slopes)
-
-    def seen(self, problem: Problem) -> Problem:
-        """Return the problem with held inputs as the fitted slopes see them."""
-        return seen_through(problem, self._slopes)
-
     def _slopes(self, time: FloatArray, values: FloatArray) -> FloatArray:
         order = min(self.order, len(time) - 1)
         half = max(round(self.window / float(np.median(np.diff(time))) / 2.0), order // 2 + 1)
@@ -147,10 +151,16 @@ def default_derivative(problem: Problem) -> Derivative:
     return FiniteDifference()
 
 
-def _central_difference(time: FloatArray, values: FloatArray) -> FloatArray:
-    if len(time) < 3:
-        return np.gradient(values, time, axis=0, edge_order=1)
-    return np.gradient(values, time, axis=0, edge_order=2)
+def _by_segment(problem: Problem, values: FloatArray, slopes: Slopes) -> FloatArray:
+    result = np.empty_like(values)
+    for start, stop in problem.segments.tolist():
+        result[start:stop] = slopes(problem.inputs.time[start:stop], values[start:stop])
+    return result
+
+
+def _integral(time: FloatArray, held: FloatArray) -> FloatArray:
+    steps = np.diff(time)[:, None]
+    return np.vstack([np.zeros((1, held.shape[1])), np.cumsum(held[:-1] * steps, axis=0)])
 
 
 def _local_slopes(time: FloatArray, values: FloatArray, width: int, order: int) -> FloatArray:

@@ -1,1 +1,0 @@
-"""How far to trust numbers made from coloured records."""

@@ -1,0 +1,287 @@
+"""The weak form of equation 3: integrals against test functions in place of derivatives."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from hydrodamp import kernels
+from hydrodamp.arrays import FloatArray
+from hydrodamp.basis.axes import VELOCITIES
+from hydrodamp.errors import MethodError
+from hydrodamp.identification.noise import median_step, signal_to_noise, smoothed
+from hydrodamp.identification.rows import Rows
+from hydrodamp.simulation.problem import Problem
+
+# Steps worked on at once: they stay in cache.
+_STEPS = 4096
+
+# What a support may be longer than a segment, as a share, and still fit.
+_ROUNDING = 1e-9
+
+# Share of noise in the mean square of what the test functions see, averaged over the velocities:
+# noise then adds some 5 % to the root mean square. Set with the re-enacted campaign in view, where
+# shares from 0.2 to 0.02 belong to supports of 1 to 2.8 s: with shorter ones the large models
+# suffer from noise, with longer ones the small models replay worse.
+_NOISE = 0.1
+
+# A velocity varies more than its noise where the ratio of the variances is above this.
+_HEARD = 2.0
+
+# Lengths tried: from this many steps to this share of a segment, so many in each doubling, with so
+# many functions over an instant.
+_LEAST_STEPS, _PER_SEGMENT, _PER_OCTAVE, _OVERLAP = 4, 4.0, 4, 2
+
+
+@dataclass(frozen=True)
+class WeakEquations:
+    """One row a test function, segment by segment, on the log's own clock.
+
+    Parameters
+    ----------
+    support : float, optional
+        Length of a test function [s]; by default the shortest that hears more motion
+        than noise. Segments shorter than that give no rows.
+    overlap : int
+        How many functions cover an instant. More than four tell nothing new.
+    windows : tuple of int
+        Odd lengths [samples] of local quadratics offered to each velocity before terms are
+        evaluated; the one of the least estimated risk is taken. ``()`` evaluates terms at
+        velocities as measured. The momentum is always as measured.
+
+    Raises
+    ------
+    MethodError
+        If the support is not positive, the overlap less than one, a window even or under
+        three, or (when it is used) no segment as long as the support asked for.
+
+    Examples
+    --------
+    >>> WeakEquations(support=1.5)
+    WeakEquations(support=1.5, overlap=4, windows=(5, 7, 9, 11, 15, 21, 31))
+    """
+
+    support: float | None = None
+    overlap: int = 4
+    windows: tuple[int, ...] = (5, 7, 9, 11, 15, 21, 31)
+
+    def __post_init__(self) -> None:
+        """Refuse what makes no test function."""
+        if self.support is not None and not 0.0 < self.support < np.inf:
+            raise MethodError(f"`support` must be positive [s]; got {self.support}")
+        if self.overlap < 1:
+            raise MethodError(f"`overlap` must be at least 1; got {self.overlap}")
+        if any(window < 3 or window % 2 == 0 for window in self.windows):
+            raise MethodError(f"`windows` must be odd, 3 or more; got {self.windows}")
+
+    def rows(self, problem: Problem) -> Rows:
+        """Return one row a test function.
+
+        Parameters
+        ----------
+        problem : Problem
+            Samples and terms.
+
+        Returns
+        -------
+        rows : Rows
+            Weighted means of equation 1 under each function, at the time of its middle. The
+            remarks say which test functions and smoothed velocities were used.
+        """
+        support = Support(self.support, "as asked") if self.support else chosen_support(problem)
+        clocks = [problem.inputs.time[start:stop] for start, stop in problem.segments.tolist()]
+        used = [len(time) for time in clocks if _covered(time, support.length)]
+        if self.support and not used:
+            raise MethodError(
+                f"no segment of the log is as long as the test functions, {self.support:g} s: "
+                "give a shorter `support`, or none to have it chosen"
+            )
+        velocity, windows = smoothed(problem, self.windows)
+        n_terms = len(problem.columns.basis)
+        parts = [(np.zeros((0, n_terms)), np.zeros((0, 6)), np.zeros(0), np.zeros(0, dtype=int))]
+        for number, (start, time) in enumerate(zip(problem.segments[:, 0], clocks, strict=True)):
+            for some in bumps(time, support.length, self.overlap):
+                first, last = int(start) + some.start, int(start) + some.stop
+                design, target = steps_between(problem, first, last, velocity)
+                where = np.full(len(some.centres), number)
+                parts.append((some.weights @ design, some.weights @ target, some.centres, where))
+        design, target, time, segment = (
+            np.concatenate(column) for column in zip(*parts, strict=True)
+        )
+        return Rows(
+            basis=problem.columns.basis,
+            design=design,
+            target=target,
+            segment=segment,
+            time=time,
+            n_samples=sum(used),
+            likeness=likeness(self.overlap),
+            remarks=_remarks(problem, support, len(clocks) - len(used), windows),
+        )
+
+
+@dataclass(frozen=True)
+class Support:
+    """The length of a test function and how it was come by."""
+
+    length: float
+    reason: str
+
+
+@dataclass(frozen=True, eq=False)
+class Bumps:
+    """Test functions next to each other, and the samples they reach."""
+
+    centres: FloatArray
+    start: int
+    stop: int
+    weights: csr_array
+
+
+def bumps(time: FloatArray, support: float, overlap: int) -> Iterator[Bumps]:
+    """Go through the test functions of one segment, some at a time."""
+    if not _covered(time, support):
+        return
+    step = float(time[-1] - time[0]) / (len(time) - 1)
+    stride = max(support / overlap, step)
+    room = max(float(time[-1] - time[0]) - support, 0.0)
+    n = int(room / stride * (1.0 + _ROUNDING)) + 1
+    first = time[0] + 0.5 * (support + room - (n - 1) * stride)
+    centres: FloatArray = first + stride * np.arange(n)
+    taken = max(int(max(_STEPS * step, 4.0 * support) / stride), 1)
+    for place in range(0, n, taken):
+        yield _bumps(time, centres[place : place + taken], support)
+
+
+def likeness(overlap: int) -> float:
+    """Return how many rows count as one: ``Σ_j ∫φ(t)φ(t + jδ)dt / ∫φ²dt``."""
+    area, square = 16.0 / 15.0, 256.0 / 315.0
+    return max(area**2 / square * overlap / 2.0, 1.0)
+
+
+def steps_between(
+    problem: Problem, start: int, stop: int, velocity: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return design and target of the steps between samples of one segment.
+
+    Equation 3 from sample to sample: momentum gained against the mean of what acted, terms
+    evaluated at the velocity given.
+    """
+    mass, part, n_known = problem.vehicle.mass_matrix, slice(start, stop), problem.columns.n_known
+    inputs, factors = problem.inputs.part(part, velocity[part]), problem.columns.plant.factors
+    opening, closing = inputs.propulsion.T
+    down, held = inputs.down, inputs.channels[:-1]
+    if not inputs.n_channels and np.array_equal(opening, closing):  # nothing held: once a sample
+        ends = kernels.regressor(factors, inputs.velocity, down, inputs.channels, opening)
+        regressor = _mean(ends)
+    else:
+        regressor = kernels.regressor(factors, inputs.velocity[:-1], down[:-1], held, opening[:-1])
+        regressor += kernels.regressor(factors, inputs.velocity[1:], down[1:], held, closing[1:])
+        regressor *= 0.5
+    acting = kernels.coriolis(mass, inputs.velocity) + inputs.wrench
+    step = np.diff(inputs.time)[:, None]
+    gained = np.diff(problem.inputs.velocity[part], axis=0) / step @ mass
+    known = _mean(acting) + regressor[:, :n_known] @ problem.columns.known
+    return regressor[:, n_known:], (gained - known) * problem.vehicle.free
+
+
+def chosen_support(problem: Problem) -> Support:
+    """Choose one length for all axes from the velocities of a log."""
+    lengths, ratio = _lengths(problem), signal_to_noise(problem)
+    moving = ratio > _HEARD
+    if not moving.any():
+        return Support(lengths[-1], "the longest that segments allow; nothing stands out of noise")
+    noise = problem.inputs.velocity.var(axis=0) / ratio
+    names = " ".join(np.array(VELOCITIES)[moving])
+    shares: list[float] = []
+    for length in lengths:
+        shares.append(float(noise_share(problem, length, noise)[moving].mean()))
+        if shares[-1] <= _NOISE:
+            return Support(length, f"the shortest with little noise; {_words(shares[-1], names)}")
+    least = int(np.argmin(shares))
+    return Support(lengths[least], f"the one with the least noise; {_words(shares[least], names)}")
+
+
+def noise_share(problem: Problem, support: float, noise: FloatArray) -> FloatArray:
+    """Return the share of noise in what test functions see of each velocity."""
+    gain, power = 0.0, np.zeros(6)
+    for start, stop in problem.segments.tolist():
+        time, velocity = problem.inputs.time[start:stop], problem.inputs.velocity[start:stop]
+        for some in bumps(time, support, _OVERLAP):
+            reach = slice(some.start, some.stop)
+            slopes = some.weights @ _differences(time[reach])
+            gain += float((slopes.data**2).sum())
+            power += ((slopes @ velocity[reach]) ** 2).sum(axis=0)
+    return np.divide(gain * noise, power, out=np.ones(6), where=power > 0.0)
+
+
+def _lengths(problem: Problem) -> list[float]:
+    time, ends = problem.inputs.time, problem.segments
+    duration = time[ends[:, 1] - 1] - time[ends[:, 0]]
+    least = _LEAST_STEPS * median_step(problem)
+    longest = max(float(duration @ duration / duration.sum()) / _PER_SEGMENT, least)
+    n = int(np.ceil(_PER_OCTAVE * np.log2(longest / least))) + 1
+    lengths: list[float] = np.geomspace(least, longest, n).tolist()
+    return lengths
+
+
+def _differences(time: FloatArray) -> csr_array:
+    """Return what takes the values of samples to their slopes over each step."""
+    rate, step = 1.0 / np.diff(time), np.arange(len(time) - 1)
+    places = np.column_stack([step, step + 1]).ravel()
+    entries = np.column_stack([-rate, rate]).ravel()
+    return csr_array((entries, places, 2 * np.arange(len(time))), shape=(len(step), len(time)))
+
+
+def _bumps(time: FloatArray, centres: FloatArray, support: float) -> Bumps:
+    half, latest = 0.5 * support, len(time) - 1
+    first = np.maximum(np.searchsorted(time, centres - half, "right") - 1, 0)
+    last = np.minimum(np.searchsorted(time, centres + half, "left"), latest)
+    width = int((last - first).max())
+    # Places past the support, or past the last sample, get no weight: the area there is flat.
+    edges = np.minimum(first[:, None] + np.arange(width + 1), latest)
+    weights = np.diff(_area((time[edges] - centres[:, None]) / half))
+    start, stop = int(first[0]), int(last[-1]) + 1
+    columns = np.minimum(edges[:, :-1] - start, stop - start - 2)
+    rows = width * np.arange(len(centres) + 1)
+    shape = (len(centres), stop - start - 1)
+    sparse = csr_array((weights.ravel(), columns.ravel(), rows), shape=shape)
+    return Bumps(centres, start, stop, sparse)
+
+
+def _area(place: FloatArray) -> FloatArray:
+    """Return the share of the bump ``(1 - s²)²`` left of a place, less a half."""
+    s = np.clip(place, -1.0, 1.0)
+    square = s * s
+    area: FloatArray = s * (15.0 + square * (3.0 * square - 10.0)) / 16.0
+    return area
+
+
+def _mean(values: FloatArray) -> FloatArray:
+    return 0.5 * (values[:-1] + values[1:])
+
+
+def _covered(time: FloatArray, support: float) -> bool:
+    """Return whether a segment is long enough for one test function."""
+    return bool(time[-1] - time[0] >= support * (1.0 - _ROUNDING))
+
+
+def _words(share: float, names: str) -> str:
+    return (
+        f"noise is {100.0 * share:.0f} % of the mean square acceleration that they see, "
+        f"averaged over {names}"
+    )
+
+
+def _remarks(
+    problem: Problem, support: Support, n_short: int, windows: tuple[int, ...]
+) -> tuple[str, ...]:
+    samples = round(support.length / median_step(problem))
+    spans = ", ".join(f"{v} {w}" for v, w in zip(VELOCITIES, windows, strict=True) if w > 1)
+    functions = f"Test functions span {support.length:.3g} s ({samples} samples): {support.reason}."
+    short = f" {n_short} shorter segments are left out." if n_short else ""
+    smooth = f"Terms are taken at smoothed velocities, over samples: {spans}."
+    return (functions + short, *([smooth] if spans else []))

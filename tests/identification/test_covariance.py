@@ -1,0 +1,224 @@
+"""Covariance under coloured noise: against theory, never across a join, noise apart from misfit."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+from scipy.stats import t as student
+
+import hydrodamp as hd
+from hydrodamp.basis.basis import Basis
+from hydrodamp.basis.term import Term
+from hydrodamp.identification.covariance import Bins, BlockGrams, correlation_time, long_run
+from hydrodamp.identification.rows import Rows
+from hydrodamp.identification.triangle import solve_axis
+
+MODEL = hd.DampingModel.from_table({"X": "u u|u|", "Y N": "v r v|v|"}, key="mine")
+NONE = hd.DampingModel.from_table({}, key="none")
+DRAG = hd.DampingModel.from_table({"X": "u"}, key="drag")
+
+
+def clock(*lengths: int, step: float = 0.1):
+    """Segments and times of rows; every segment's clock starts anew."""
+    segment = np.repeat(np.arange(len(lengths)), lengths)
+    return segment, np.concatenate([np.arange(n) * step for n in lengths])
+
+
+def first_order(n: int, a: float, seed: int, columns: int = 1):
+    """Noise with ``x_k = a x_{k-1} + e_k`` and unit e."""
+    drive = np.random.default_rng(seed).normal(size=(n + 500, columns))
+    return lfilter([1.0], [1.0, -a], drive, axis=0)[500:]
+
+
+def rows_of(n: int = 600, seed: int = 0, a: float = 0.7, columns_seed: int = 99):
+    """Rows of two segments with coloured noise, on slow random columns."""
+    basis = Basis(tuple(Term.parse(name) for name in ("u", "v", "r", "u|u|", "v|v|")))
+    noise = first_order(n, a, seed, 6)
+    noise[:, 5] += noise[:, 1]
+    segment = (np.arange(n) >= n // 3).astype(int)
+    columns = first_order(n, 0.9, columns_seed, len(basis))
+    return Rows(basis, columns, noise, segment, 0.1 * np.arange(n))
+
+
+def solutions(rows, model=MODEL, strength=0.0):
+    triangle = rows.triangle()
+    solved = [solve_axis(triangle, row, axis, strength) for axis, row in enumerate(model.terms)]
+    return triangle, solved
+
+
+def uncertainty(rows, model=MODEL, rich=NONE, strength=0.0, **more):
+    triangle, solved = solutions(rows, model, strength)
+    return BlockGrams.of(rows, triangle).uncertainty(solved, rich, **more)
+
+
+def coefficients(rows, model=MODEL):
+    return np.concatenate([one.coefficients for one in solutions(rows, model)[1]])
+
+
+@pytest.mark.parametrize("a", [0.0, 0.6, 0.9])
+def test_first_order_noise_has_the_variance_of_theory(a):
+    """Var of a sum of n is n / (1 - a)^2 for long sums: Hamilton (1994), equation 7.2.8."""
+    found = long_run(first_order(4000, a, seed=4, columns=40), *clock(4000))
+    ratio = np.diag(found.covariance) / 4000.0 * (1.0 - a) ** 2
+    chance = np.sqrt(2.0 / found.degrees_of_freedom / 40)
+    assert abs(ratio.mean() - 1.0) < 3.0 * chance + 0.05
+    spread = 2.0 / ratio.var(ddof=1) * ratio.mean() ** 2
+    assert 0.5 < spread / found.degrees_of_freedom < 2.0
+
+
+def test_the_correlation_time_is_that_of_theory():
+    """The integral of the autocorrelation a^|k| is (1 + a) / (1 - a) steps."""
+    noise = first_order(2000, 0.9, seed=7, columns=60)
+    found = correlation_time(noise, *clock(1000, 1000, step=0.2))
+    assert found == pytest.approx(0.2 * 1.9 / 0.1, rel=0.1)
+
+
+def test_blocks_grow_with_the_correlation_and_the_log():
+    lengths = [long_run(first_order(4000, a, 6), *clock(4000)).block for a in (0.0, 0.9, 0.98)]
+    assert lengths[0] < lengths[1] < lengths[2]
+    assert long_run(first_order(16000, 0.9, 6), *clock(16000)).block > lengths[1]
+
+
+def test_errors_of_a_derivative_cancel_within_a_block():
+    """White noise e differenced, times a slow x: the sum is that of e times the slope of x."""
+    segment, time = clock(4000)
+    slow = np.sin(time)[:, None]
+    noise = np.random.default_rng(5).normal(size=(4001, 200))
+    found = np.diag(long_run(slow * np.diff(noise, axis=0), segment, time).covariance)
+    truth = np.sum(np.diff(slow[:, 0]) ** 2) + slow[0, 0] ** 2 + slow[-1, 0] ** 2
+    assert 2.0 * np.sum(slow**2) > 100.0 * truth  # what white noise would have
+    assert 0.8 < found.mean() / truth < 1.8
+
+
+def test_blocks_weigh_every_bin_the_same_and_span_no_join():
+    bins = Bins.of(*clock(40, 1, 30)).merged(3)
+    tapers = bins.tapers()
+    np.testing.assert_allclose(np.sum(tapers**2, axis=0), 1.0)
+    segment = np.repeat(np.arange(3), bins.counts)
+    inside = np.array([np.any(tapers[:, segment == one] > 0.0, axis=1) for one in range(3)])
+    assert np.all(inside.sum(axis=0) == 1)
+
+
+def test_sums_over_bins_are_those_over_rows_on_any_clock():
+    rng = np.random.default_rng(2)
+    time = np.cumsum(rng.uniform(0.02, 0.4, 900))
+    segment, values = (np.arange(900) > 300).astype(int), rng.normal(size=(900, 3))
+    bins = Bins.of(segment, time)
+    assert bins.n <= 257
+    np.testing.assert_allclose(bins.sums(values).sum(axis=0), values.sum(axis=0))
+    merged = bins.merged(4)
+    np.testing.assert_allclose(
+        merged.sums(bins.sums(values)), np.add.reduceat(values, bins.starts[merged.starts])
+    )
+
+
+@pytest.mark.parametrize("scores", [np.zeros((100, 2)), np.ones((1, 2))])
+def test_nothing_left_over_and_a_single_row(scores):
+    found = long_run(scores, *clock(len(scores)))
+    assert found.block > 0.0
+    assert found.n_blocks >= 1
+    assert np.all(np.diag(found.covariance) == scores[0] ** 2)
+
+
+def test_intervals_of_a_mean_hold_it_as_often_as_they_say():
+    segment, time = clock(400, 400)
+    model = hd.DampingModel.from_table({"X": "1"}, key="mean")
+    held = []
+    for seed in range(150):
+        target = np.zeros((800, 6))
+        target[:, :1] = first_order(800, 0.8, seed=1000 + seed)
+        rows = Rows(Basis(model.terms[0]), np.ones((800, 1)), target, segment, time)
+        found = uncertainty(rows, model)
+        reach = student.ppf(0.975, found.degrees_of_freedom)
+        held.append(abs(target[:, 0].mean()) < reach * found.standard_errors[0])
+    assert abs(np.mean(held) - 0.95) < 2.5 * np.sqrt(0.95 * 0.05 / 150)
+
+
+def test_coloured_noise_has_the_spread_it_is_said_to_have():
+    """Over 200 draws of the noise, variances agree within 3 standard errors of both."""
+    found = np.array([coefficients(rows_of(seed=seed)) for seed in range(200)])
+    mean = np.mean([uncertainty(rows_of(seed=seed)).covariance for seed in range(40)], axis=0)
+    ratio = np.diag(mean) / np.diag(np.cov(found.T))
+    assert np.all(np.abs(np.log(ratio)) < 3.0 * np.sqrt(2.0 / 200 + 2.0 / 300) + 0.1)
+    across = mean[3, 6] / np.sqrt(mean[3, 3] * mean[6, 6])  # r on Y and on N
+    assert across == pytest.approx(np.corrcoef(found.T)[3, 6], abs=0.2)
+
+
+def test_white_noise_gives_the_white_formula():
+    """OLS theory: the covariance is sigma^2 (X'X)^-1."""
+    rows = rows_of(n=4000, a=0.0, seed=3)
+    found = uncertainty(rows)
+    white = np.linalg.inv(rows.design[:, [0, 3]].T @ rows.design[:, [0, 3]])
+    ratio = np.diag(found.covariance)[:2] / np.diag(white)
+    np.testing.assert_allclose(ratio, 1.0, atol=4.0 * np.sqrt(2.0 / found.degrees_of_freedom))
+
+
+def test_a_ridge_shrinks_its_scatter_too():
+    rows = rows_of()
+    plain, ridged = uncertainty(rows), uncertainty(rows, strength=1.0)
+    assert np.all(ridged.standard_errors < 0.6 * plain.standard_errors)
+
+
+def test_misfit_is_no_noise():
+    """A missing term enters the covariance, not the part of noise."""
+    rows = rows_of(seed=5)
+    missing = replace(rows, target=rows.target + 20.0 * rows.design[:, [3]] * np.eye(6)[0])
+    clean, wrong = (uncertainty(one, DRAG, MODEL) for one in (rows, missing))
+    np.testing.assert_allclose(wrong.noise, clean.noise, rtol=0.5)  # blocks are of other lengths
+    assert wrong.covariance[0, 0] > 20.0 * wrong.noise[0, 0]
+    assert "other manoeuvres would give other coefficients" in str(wrong)
+
+
+def test_a_reference_that_lacks_a_term_is_given_it():
+    rows = rows_of(seed=6)
+    model = hd.DampingModel.from_table({"X": "u u|u|"}, key="two")
+    others = ("v r", "u u|u| v r")
+    found = [
+        uncertainty(rows, model, hd.DampingModel.from_table({"X": terms}, key="rich"))
+        for terms in others
+    ]
+    np.testing.assert_allclose(found[0].noise, found[1].noise, rtol=1e-9)
+
+
+def test_columns_that_cannot_be_told_apart_share_one_variance():
+    rows = rows_of(seed=7)
+    double = replace(rows, design=rows.design[:, [0, 1, 2, 0, 4]] * [1, 1, 1, 1, 0])
+    found = uncertainty(double, noisy_terms=True)
+    variances = np.diag(found.covariance)
+    assert np.all(np.isfinite(found.covariance))
+    assert variances[0] == pytest.approx(variances[1], rel=1e-9)  # u and u|u|, one and the same
+    assert variances[4] == variances[7] == 0.0  # v|v| is zero throughout: not moved by noise
+
+
+def test_too_few_rows_have_no_covariance():
+    wide = hd.DampingModel.from_table({"X": "u v r u|u| v|v|"}, key="wide")
+    assert uncertainty(rows_of().taken(np.arange(5)), DRAG, wide) is None
+
+
+def drag_rows(noise: float, n: int = 20000):
+    """Rows of a linear drag of -10, the wrench exact and the velocity noisy."""
+    true = np.sin(0.05 * np.arange(n))
+    noisy = true + noise * np.random.default_rng(1).normal(size=n)
+    target = np.outer(-10.0 * true, np.eye(6)[0])
+    rows = Rows(Basis(DRAG.terms[0]), noisy[:, None], target, np.zeros(n, dtype=int), clock(n)[1])
+    return rows, np.var(true)
+
+
+@pytest.mark.parametrize("noise", [0.1, 0.5, 1.0])
+def test_noisy_terms_widen_an_interval_to_what_they_take(noise):
+    """Fuller (1987), section 1.1: the estimate is the truth times s^2 / (s^2 + noise^2)."""
+    rows, variance = drag_rows(noise)
+    kept = variance / (variance + noise**2)
+    scatter = 10.0 * noise / np.sqrt(rows.n * 0.5 * kept)  # of two-stage least squares
+    found = uncertainty(rows, DRAG, noisy_terms=True)
+    assert found.standard_errors[0] == pytest.approx(10.0 * (1.0 - kept), abs=3.0 * scatter)
+    assert "instruments 1.5 s away" in str(found)
+
+
+@pytest.mark.parametrize("n", [4000, 40])
+def test_exact_terms_and_logs_too_short_for_instruments_are_not_widened(n):
+    rows, _ = drag_rows(0.0, n)
+    assert uncertainty(rows, DRAG, noisy_terms=True).standard_errors[0] < 1e-9
