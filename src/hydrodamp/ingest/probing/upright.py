@@ -10,6 +10,7 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.data.attitude import rotation
+from hydrodamp.data.channels import SPECIFIC_FORCE
 from hydrodamp.ingest.formats.detect import usual_axes
 from hydrodamp.ingest.probing.clocks import Series, together
 from hydrodamp.ingest.probing.frames import (
@@ -23,25 +24,25 @@ from hydrodamp.ingest.probing.frames import (
 )
 from hydrodamp.ingest.probing.names import words
 
+#: Marine craft are recorded forward-starboard-down unless something speaks against it.
 USUAL = 0.6
-"""Marine craft are recorded forward-starboard-down unless something speaks against it."""
 
 _ROS, _AUTOPILOT, _GRAVITY, _DEPTH, _POSE, _SURFACE = 2.5, 4.0, 4.0, 4.0, 0.7, 0.8
 _HEAVE = frozenset(("heave", "vertical"))
 _YAW = frozenset(("yaw", "turn"))
 _LATERAL = frozenset(("lateral", "sway", "strafe"))
 _NO_STICKS = frozenset(("vel", "twist", "rudder", "fin"))
+# Weights by the sense of heave, and of yaw and lateral together.
 _PATTERNS = {
-    (1.0, -1.0): -2.4,
-    (-1.0, 1.0): 2.4,
-    (1.0, 1.0): -1.0,
-    (1.0, 0.0): -1.0,
-    (-1.0, 0.0): 1.5,
-    (0.0, -1.0): -1.0,
-    (0.0, 1.0): 0.3,
+    (1, -1): -2.4,
+    (-1, 1): 2.4,
+    (1, 1): -1.0,
+    (1, 0): -1.0,
+    (-1, 0): 1.5,
+    (0, -1): -1.0,
+    (0, 1): 0.3,
 }
-"""Weights by the sense of heave, and of yaw and lateral together."""
-
+_ACTS = {1: "along", -1: "against"}
 _DIVE = 1.0  # m, more than a vehicle bobs at the surface
 _LONG = 10.0  # s, over which depth changes by more than its noise
 _STRONG = 5.0  # standard errors
@@ -91,17 +92,13 @@ def _custom(form: str) -> Iterator[Sign]:
 def _gravity(roles: Roles) -> Iterator[Sign]:
     if "specific_force.fz" not in roles:
         return
-    there = [
-        roles[name]
-        for name in (f"specific_force.{axis}" for axis in ("fx", "fy", "fz"))
-        if name in roles
-    ]
-    mean = [float(np.nanmean(one.values)) for one in there]
+    names = [f"specific_force.{name}" for name in SPECIFIC_FORCE.columns]
+    mean = [float(np.nanmean(roles[name].values)) for name in names if name in roles]
     share = mean[-1] / max(float(np.linalg.norm(mean)), 1e-9)
     if abs(share) > 0.7:
-        up = share > 0.0
-        told = f"the accelerometer's z shows gravity as {mean[-1]:+.3g}: its z points "
-        yield Sign(-_GRAVITY if up else _GRAVITY, told + ("up" if up else "down"))
+        points = "up" if share > 0.0 else "down"
+        told = f"the accelerometer's z shows gravity as {mean[-1]:+.3g}: its z points {points}"
+        yield Sign(-math.copysign(_GRAVITY, share), told)
 
 
 def _depth(roles: Roles) -> Iterator[Sign]:
@@ -127,38 +124,26 @@ def _depth(roles: Roles) -> Iterator[Sign]:
 
 def _sticks(roles: Roles, commands: Sequence[Series]) -> Iterator[Sign]:
     """Read a pilot's sticks: up is up for nearly all; right is starboard for most, not in ROS."""
-    up = _answer(_HEAVE, "w", roles, commands)
-    right = _answer(_YAW, "r", roles, commands) + _answer(_LATERAL, "v", roles, commands)
-    senses = (math.copysign(1.0, up) if up else 0.0, math.copysign(1.0, right) if right else 0.0)
-    weight = _PATTERNS.get(senses, 0.0)
-    if weight:
-        told = {1.0: "along", -1.0: "against"}
-        seen = [
-            f"the {what} stick acts {told[sense]} {axis}"
-            for sense, what, axis in zip(
-                senses, ("heave", "yaw or lateral"), ("+w", "+r, +v"), strict=True
-            )
-            if sense
-        ]
-        yield Sign(
-            weight,
-            " and ".join(seen)
-            + "; up is up for nearly all, right is to starboard for most but to port in ROS",
-        )
+    heave = _sense(_HEAVE, "w", roles, commands)
+    turn = _sense(_YAW, "r", roles, commands) + _sense(_LATERAL, "v", roles, commands)
+    right = (turn > 0) - (turn < 0)
+    if weight := _PATTERNS.get((heave, right)):
+        seen = [f"the heave stick acts {_ACTS[heave]} +w"] if heave else []
+        seen += [f"the yaw or lateral stick acts {_ACTS[right]} +r, +v"] if right else []
+        custom = "up is up for nearly all, right is to starboard for most but to port in ROS"
+        yield Sign(weight, f"{' and '.join(seen)}; {custom}")
 
 
-def _answer(
-    names: frozenset[str], velocity: str, roles: Roles, commands: Sequence[Series]
-) -> float:
+def _sense(names: frozenset[str], velocity: str, roles: Roles, commands: Sequence[Series]) -> int:
     """Return 1 or -1 where a stick surely moves the vehicle, 0 where none does."""
     if f"velocity.{velocity}" not in roles:
-        return 0.0
+        return 0
     for command in commands:
         said = set(words(command.column))
         if said & names and not said & _NO_STICKS and command.varies:
             pull = _pull(command, roles[f"velocity.{velocity}"])
-            return math.copysign(1.0, pull) if abs(pull) > _STRONG else 0.0
-    return 0.0
+            return (pull > _STRONG) - (pull < -_STRONG)
+    return 0
 
 
 def _pull(command: Series, velocity: Series) -> float:

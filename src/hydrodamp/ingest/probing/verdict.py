@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hydrodamp.arrays import FloatArray, IntArray
+from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.axes import VELOCITIES
-from hydrodamp.conditioning.attitude import LEAST_LEAP, leaps
+from hydrodamp.conditioning.attitude import leaps
 from hydrodamp.conditioning.current import estimate_current
 from hydrodamp.conditioning.suspicions import Suspicion, suspicions
 from hydrodamp.conditioning.velocities import rates_from_attitude
@@ -26,8 +26,6 @@ _SHIP = {"u", "v", "r"}
 _MANY = 60_000  # samples, beyond which a current is not looked for
 _TIDE = 300.0  # s, below which a current is not looked for
 _DRIFT = 0.05  # m/s, less is the tether or the tank
-_BLOCK = 4096  # samples, in which leaps are looked for where there is a long step
-_LONG = 4.0  # times the median turn from sample to sample
 _SLOW = 0.25  # s, a step above which angular accelerations are hardly resolved
 _SHORT = 60.0  # s, below which little is determined
 
@@ -252,7 +250,9 @@ def _reservations(found: Survey, log: Log, wanted: Sequence[str]) -> Iterator[st
 
 def _leaps(log: Log) -> Iterator[str]:
     """Say where the attitude leaps there and back."""
-    places = _leaping(log)
+    if log.attitude is None:
+        return
+    places = np.flatnonzero(leaps(log.time, log.attitude, log.bounds))
     if places.size:
         where = "one sample," if places.size == 1 else f"{places.size} samples, the first"
         of = next(part for part in log.segments if part.start <= places[0] < part.stop)
@@ -262,24 +262,6 @@ def _leaps(log: Log) -> Iterator[str]:
             f"the attitude leaps there and back at {where} at {when}, as where angles were "
             "averaged across a wrap: the step `steady_attitude` takes that out."
         )
-
-
-def _leaping(log: Log) -> IntArray:
-    """Return the samples whose attitude leaps, found in the blocks that hold a long step."""
-    if log.attitude is None or log.n < 2:
-        return np.empty(0, dtype=np.intp)
-    step = 1.0 - np.abs(np.sum(log.attitude[1:] * log.attitude[:-1], axis=1))
-    # Of small turns this is an eighth of the square of the angle.
-    long = step > np.maximum(_LONG**2 * np.median(step), LEAST_LEAP**2 / 8)
-    blocks = [
-        (low, min(low + _BLOCK, stop))
-        for start, stop in log.bounds.tolist()
-        for low in range(start, stop, _BLOCK)
-        if long[low : min(low + _BLOCK, stop - 1)].any()
-    ]
-    if not blocks:
-        return np.empty(0, dtype=np.intp)
-    return np.flatnonzero(leaps(log.time, log.attitude, np.array(blocks)))
 
 
 def _current(log: Log) -> Iterator[str]:
