@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis.extra.numpy import arrays
 from hypothesis.strategies import floats, sampled_from
 from scipy.spatial.transform import Rotation
 
-from hydrodamp.data.attitude import euler_from_quaternion, quaternion_from_euler
+from hydrodamp.data.attitude import euler_from_quaternion
 from hydrodamp.data.recording import Recording, Topic
-from hydrodamp.data.units import UNITS, factor, spelt
 from hydrodamp.ingest.mapping import LogMapping
-from hydrodamp.ingest.mapping.frames import Mounting, at_reference, into_body, unmounted
 
 # Rows are the axes of each world in north-east-down, and of each body in forward-starboard-down.
 WORLDS = {
@@ -50,6 +47,7 @@ def test_axes_there_and_back(motion: np.ndarray, case: tuple[str, str], form: st
         attitude = turned.as_quat(scalar_first=True)
     columns = dict(zip(names, attitude.T, strict=True))
     columns |= dict(zip("uvw", velocity.T, strict=True)) | dict(zip("pqr", rates.T, strict=True))
+    columns |= {"fin": np.arange(4.0)}
     mapping = LogMapping.from_dict(
         {
             "frame": body,
@@ -57,10 +55,14 @@ def test_axes_there_and_back(motion: np.ndarray, case: tuple[str, str], form: st
             "time": "t",
             "attitude": {name: name for name in names},
             "velocity": {name: name for name in "uvwpqr"},
+            "wrench": dict(zip("XYZKMN", "uvwpqr", strict=True)),
+            "commands": ["fin"],
         }
     )
     record = mapping.record(recording(t=np.arange(4.0), **columns))
     np.testing.assert_array_equal(record.velocity, motion[:, 3:])
+    np.testing.assert_array_equal(record.blocks["wrench"], motion[:, 3:])
+    assert record.commands["fin"].tolist() == [0, 1, 2, 3]
     back = Rotation.from_quat(record.blocks["attitude"], scalar_first=True)
     ours = Rotation.from_euler("ZYX", motion[:, [2, 1, 0]])
     np.testing.assert_allclose((back * ours.inv()).magnitude(), 0, atol=1e-7)
@@ -209,48 +211,3 @@ def test_an_accelerometer_at_rest_feels_the_ground_push_up() -> None:
     )
     np.testing.assert_allclose(record.blocks["specific_force"][0], [0, 0, -9.80665])
     assert record.blocks["position"][0].tolist() == [0, 0, 7]
-
-
-@settings(deadline=None, max_examples=40)
-@given(MOTIONS)
-def test_turning_a_vector_keeps_its_length(motion: np.ndarray) -> None:
-    attitude = quaternion_from_euler(motion[:, :3])
-    body = into_body(attitude, list(motion[:, 3:6].T))
-    np.testing.assert_allclose(
-        np.linalg.norm(body, axis=1), np.linalg.norm(motion[:, 3:6], axis=1), atol=1e-12
-    )
-
-
-def test_a_sensor_at_the_reference_point_changes_nothing() -> None:
-    attitude = quaternion_from_euler(np.array([[0.1, 0.2, 0.3]]))
-    np.testing.assert_allclose(unmounted(attitude, Mounting()), attitude)
-    assert at_reference(np.ones((1, 3)), np.ones((1, 3)), (0, 0, 0)).tolist() == [[1, 1, 1]]
-
-
-@pytest.mark.parametrize(
-    ("unit", "quantity"), [(unit, name) for name, table in UNITS.items() for unit in table]
-)
-@settings(max_examples=10)
-@given(value=floats(-1e3, 1e3))
-def test_units_there_and_back(unit: str, quantity: str, value: float) -> None:
-    there = value / factor(unit, quantity)
-    assert there * factor(unit, quantity) == pytest.approx(value, rel=1e-12, abs=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("text", "unit"),
-    [
-        ("seconds", "s"),
-        ("degrees", "deg"),
-        ("deg/sec", "deg/s"),
-        ("rad per second", "rad/s"),
-        ("m/s/s", "m/s^2"),
-        ("m/s2", "m/s^2"),
-        ("degheading", "deg"),
-        ("Meters", "m"),
-        ("bool", None),
-        ("", None),
-    ],
-)
-def test_units_as_files_spell_them(text: str, unit: str | None) -> None:
-    assert spelt(text) == unit

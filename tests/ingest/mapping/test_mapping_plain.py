@@ -4,21 +4,15 @@ from __future__ import annotations
 
 import warnings
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis.extra.numpy import arrays
-from hypothesis.strategies import floats, lists, text
 
-from hydrodamp.data.canonical import write_log
-from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import FileError, GapWarning, LogError
 from hydrodamp.ingest.mapping import LogMapping, read_mapping
 from hydrodamp.ingest.mapping.canonical_table import canonical_record
-from hydrodamp.ingest.read import read_log, read_logs, read_parts, read_recording
+from hydrodamp.ingest.read import read_log, read_parts, read_recording
 
 TIME = np.arange(0, 5, 0.1)
 COLUMNS = {
@@ -66,27 +60,6 @@ def test_canonical_names_need_no_mapping(tmp_path: Path, suffix: str) -> None:
     assert log.velocity[:, 5].tolist() == COLUMNS["r"].tolist()
     assert log.command_names == ("rudder",)
     assert [part.name for part in log.segments] == ["dive"]
-
-
-@settings(deadline=None, max_examples=25)
-@given(
-    arrays(float, (6, 6), elements=floats(-40, 40)),
-    lists(text("abcxyz_", min_size=3, max_size=6), min_size=2, max_size=2, unique=True),
-)
-def test_what_is_written_is_read_to_the_bit(block: np.ndarray, names: list[str]) -> None:
-    time = np.cumsum(np.abs(block[:, 0]) / 100 + 1e-3)
-    commands = {f"c_{name}": column for name, column in zip(names, block.T, strict=False)}
-    log = Log.from_arrays(time, block, commands=commands, wrench=block, segment="aaabbb")
-    with TemporaryDirectory() as folder:
-        path = Path(folder, "log.csv")
-        write_log(log, path)
-        again = read_log(path)
-    assert again.time.tobytes() == log.time.tobytes()
-    assert again.velocity.tobytes() == log.velocity.tobytes()
-    assert again.commands.tobytes() == log.commands.tobytes()
-    assert again.wrench is not None
-    assert again.wrench.tobytes() == block.tobytes()
-    assert again.segments == log.segments
 
 
 def test_topics_need_a_mapping(tmp_path: Path) -> None:
@@ -143,13 +116,6 @@ def test_faults_of_another_format_are_told(tmp_path: Path) -> None:
     np.savez(tmp_path / "log.npz", time=[0.0, 1.0], speed=[1.0, 1.0])
     with pytest.raises(LogError, match=r"log\.npz: there is no velocity column"):
         read_log(tmp_path / "log.npz")
-
-
-def test_faults_of_a_csv_are_told_with_their_lines(tmp_path: Path) -> None:
-    path = tmp_path / "log.csv"
-    path.write_text("time,u\n0,1\n1,1\n\n1,1\n", encoding="utf-8")
-    with pytest.raises(LogError, match=r"it repeats 1 s in row 3 \(line 5\)"):
-        read_log(path)
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".parquet"])
@@ -210,8 +176,3 @@ def test_several_files_of_one_dive_make_one_log(tmp_path: Path) -> None:
         again = read_log(tmp_path, mapping)
     np.testing.assert_allclose(log.velocity[:, 0], 0.1 * log.time)
     assert again.velocity.tolist() == log.velocity.tolist()
-
-
-def test_logs_that_follow_one_another_are_read_as_one(tmp_path: Path) -> None:
-    path = write(tmp_path / "dive.parquet")
-    assert read_logs([path, path]).n == 100

@@ -51,22 +51,37 @@ def test_the_fastest_velocity_gives_the_clock() -> None:
     assert log.notes[0] == "2 topics brought to the clock of `/imu`"
 
 
-def test_a_named_topic_gives_the_clock() -> None:
-    for clock in ("/dvl", {"topic": "/dvl"}):
-        log = read(dive(), mapping(clock=clock))
+@pytest.mark.parametrize("clock", ["/dvl", {"topic": "/dvl"}, {"rate": 2.0}])
+def test_a_topic_or_a_rate_gives_the_clock(clock: object) -> None:
+    log = read(dive(), mapping(clock=clock))
+    np.testing.assert_allclose(log.velocity[:, 0], 1 + 0.1 * log.time)
+    if clock == {"rate": 2.0}:
+        np.testing.assert_allclose(np.diff(log.time), 0.5)
+        assert "brought to 2 Hz over the messages of `/imu`" in log.notes
+    else:
         assert set(log.time.tolist()) <= set(SLOW.tolist())
-        np.testing.assert_array_equal(log.velocity[:, 0], 1 + 0.1 * log.time)
 
 
-def test_a_rate_gives_the_clock() -> None:
-    log = read(dive(), mapping(clock={"rate": 2.0}))
-    np.testing.assert_allclose(np.diff(log.time), 0.5)
-    assert "brought to 2 Hz over the messages of `/imu`" in log.notes
-
-
-def test_a_clock_of_nothing_is_refused() -> None:
-    with pytest.raises(LogError, match=r"the topic `/dvll`, .* Did you mean '/dvl'\? It takes: "):
-        mapping(clock="/dvll").log(dive())
+@pytest.mark.parametrize(
+    ("more", "says"),
+    [
+        ({"clock": "/dvll"}, r"the topic `/dvll`, .* Did you mean '/dvl'\? It takes: "),
+        (
+            {"attitude": {"qw": "/imu.r", "qx": "/dvl.ok", "qy": "/imu.r", "qz": {"value": 0.0}}},
+            "a quaternion needs `qw qx qy qz`, all of one topic",
+        ),
+        (
+            {
+                "velocity": {"north": "/dvl.v.x", "east": "/dvl.v.y"},
+                "attitude": {"heading": {"column": "/compass.heading", "optional": True}},
+            },
+            "needs a heading, which is missing",
+        ),
+    ],
+)
+def test_what_the_topics_do_not_give_is_told(more: dict[str, object], says: str) -> None:
+    with pytest.raises(LogError, match=says):
+        mapping(**more).log(dive())
 
 
 def test_a_delay_is_taken_off_the_stamps() -> None:
@@ -128,17 +143,16 @@ def test_commands_hold_or_interpolate_as_asked() -> None:
     np.testing.assert_allclose(log.command("rudder"), log.time, atol=1e-12)
 
 
-def test_pulse_widths_become_shares_of_full_thrust() -> None:
-    topics = [*dive().topics, Topic("/pwm", np.arange(21.0), {"c": np.linspace(1100, 1900, 21)})]
-    commands = {"motor": {"column": "/pwm.c", "scale": 0.0025, "offset": -3.75, "hold": False}}
-    log = read(Recording(tuple(topics), "dive.bag", "a test"), mapping(commands=commands))
-    np.testing.assert_allclose(log.command("motor"), -1 + log.time / 10, atol=1e-12)
-
-
-def test_columns_of_one_topic_may_be_added() -> None:
+def test_numbers_are_scaled_shifted_and_added() -> None:
+    """A pulse width as a share of full thrust; half the difference of opposite fins."""
+    pwm = Topic("/pwm", np.arange(21.0), {"c": np.linspace(1100, 1900, 21)})
     fins = Topic("/fins", np.arange(21.0), {"top": np.full(21, 0.3), "bottom": np.full(21, -0.1)})
-    commands = {"rudder": {"column": "/fins.bottom", "scale": 0.5, "plus": {"/fins.top": -0.5}}}
-    log = read(dive(fins), mapping(commands=commands))
+    commands = {
+        "motor": {"column": "/pwm.c", "scale": 0.0025, "offset": -3.75, "hold": False},
+        "rudder": {"column": "/fins.bottom", "scale": 0.5, "plus": {"/fins.top": -0.5}},
+    }
+    log = read(dive(pwm, fins), mapping(commands=commands))
+    np.testing.assert_allclose(log.command("motor"), -1 + log.time / 10, atol=1e-12)
     np.testing.assert_allclose(log.command("rudder"), -0.2)
 
 
@@ -178,21 +192,6 @@ def test_quaternions_come_in_either_order_or_by_name(order: str | None) -> None:
         log.time[-1] % (2 * np.pi),
         atol=1e-9,
     )
-
-
-def test_a_quaternion_of_two_topics_is_none() -> None:
-    time = np.arange(0, 20, 0.1)
-    one, two = (Topic(name, time, {"q": np.ones(200)}) for name in ("/a", "/b"))
-    parts = {"qw": "/a.q", "qx": "/b.q", "qy": "/a.q", "qz": {"value": 0.0}}
-    with pytest.raises(LogError, match="a quaternion needs `qw qx qy qz`, all of one topic"):
-        mapping(attitude=parts).log(dive(one, two))
-
-
-def test_velocities_of_the_world_need_the_attitude_that_an_option_left_out() -> None:
-    velocity = {"north": "/dvl.v.x", "east": "/dvl.v.y"}
-    attitude = {"heading": {"column": "/compass.heading", "optional": True}}
-    with pytest.raises(LogError, match="needs a heading, which is missing"):
-        mapping(velocity=velocity, attitude=attitude).log(dive())
 
 
 def test_angles_of_a_turned_sensor_on_several_clocks() -> None:
@@ -405,10 +404,3 @@ def test_infinite_numbers_are_missing() -> None:
     given = LogMapping.from_dict({"time": "t", "velocity": {"u": "u"}})
     with pytest.warns(GapWarning, match="1 sample with missing values at 2 s"):
         assert given.log(table).n == 49
-
-
-def test_a_table_without_rows_says_so() -> None:
-    alone = LogMapping.from_dict({"time": "t", "velocity": {"u": "u"}})
-    empty = Topic("", None, {"t": np.empty(0), "u": np.empty(0)})
-    with pytest.raises(LogError, match="the table has no message"):
-        alone.log(Recording((empty,), "log.csv", "a test"))

@@ -9,7 +9,7 @@ from hydrodamp.ingest.mapping import LogMapping
 from hydrodamp.ingest.probing.clocks import Series, ticking, together
 from hydrodamp.ingest.probing.delay import delays
 from hydrodamp.ingest.probing.draft import command_names
-from hydrodamp.ingest.probing.frames import NONE, changes, compared, windows
+from hydrodamp.ingest.probing.frames import changes
 from hydrodamp.ingest.probing.probe import probe
 
 
@@ -39,26 +39,6 @@ def test_unit_of_the_clock_by_its_size(scale: float, start: float, unit: str) ->
     assert found is not None
     assert found.unit == unit
     assert np.diff(found.seconds).mean() == pytest.approx(0.1, rel=1e-3)
-
-
-def test_no_clock() -> None:
-    assert ticking(Topic("", None, {"a": [1.0, 0.0, 2.0, np.nan], "b": [np.nan] * 4})) is None
-
-
-def test_a_few_spikes_do_not_hide_an_agreement() -> None:
-    time = np.arange(0.0, 100.0, 0.1)
-    value = np.sin(time)
-    value[500] = 40.0
-    added, moved = changes(time, np.cos(time)[:, np.newaxis], value[:, np.newaxis])
-    ratio, correlation = compared(added, moved)
-    assert ratio == pytest.approx(1.0, abs=0.01)
-    assert correlation > 0.99
-
-
-def test_too_little_to_compare() -> None:
-    assert compared(np.ones(3), np.ones(3)) is NONE
-    assert not NONE.agrees()
-    assert [len(one) for one in windows(np.arange(3.0), np.ones(3, dtype=bool))] == [0, 0]
 
 
 def test_no_window_crosses_a_gap() -> None:
@@ -127,11 +107,6 @@ def test_short_and_slow_logs_have_no_delay() -> None:
     for time in (np.arange(12.0), 0.1 * np.arange(12.0), 10 * np.arange(12.0)):
         assert delays(Log.from_arrays(time, {"u": np.sin(time)}, commands=step)) == ()
     assert delays(Log.from_arrays([0.0, 1.0], {"u": [1.0, 2.0]})) == ()
-
-
-def test_long_logs_are_cut() -> None:
-    log = surge(4, 0.05, n=30_000)
-    assert delays(log)[0].seconds == pytest.approx(0.2, abs=0.05)
 
 
 def test_command_names_are_short_legal_and_unlike() -> None:
