@@ -59,7 +59,6 @@ from .identification.adaptive import (
     History as History,
     State as State,
 )
-from .identification.citing import cite as cite
 from .identification.differences import (
     Derivative as Derivative,
     FiniteDifference as FiniteDifference,
@@ -91,6 +90,7 @@ from .identification.intervals import Uncertainty as Uncertainty
 from .identification.linear import LeastSquares as LeastSquares, WeakForm as WeakForm
 from .identification.methods import (
     METHODS as METHODS,
+    cite as cite,
     find_method as find_method,
     identify_all as identify_all,
 )

@@ -12,7 +12,6 @@ from typer.testing import Result
 
 from hydrodamp.errors import HydrodampWarning
 from hydrodamp.identification.fit import Fit, empty_fit
-from hydrodamp.identification.methods import METHODS
 from hydrodamp.models.files import read_damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
@@ -165,7 +164,7 @@ def test_a_fit_without_numbers_writes_nothing(
         def identify(self, problem: Problem, model: DampingModel) -> Fit:
             return empty_fit(problem, model, self.key, Status.FAILED)
 
-    monkeypatch.setitem(METHODS, "ls", Hopeless())
+    monkeypatch.setattr("hydrodamp.identification.methods.MethodEntry.value", lambda _: Hopeless())
     done = call("identify a.csv --vehicle planar.yaml --model linear --method ls --out d.json")
     assert done.exit_code == 1, done.output
     assert "error: failed" in done.stderr

@@ -8,7 +8,6 @@ from typer.testing import Result
 
 import hydrodamp
 from hydrodamp.cli import options
-from hydrodamp.identification.methods import METHODS
 from hydrodamp.vehicle.fleet import NAMES
 
 Call = Callable[..., Result]
@@ -45,13 +44,12 @@ def test_python_m_hydrodamp() -> None:
     assert "Did you mean 'linear'?" in done.stderr
 
 
-def test_help_names_all_methods_and_the_fleet() -> None:
-    assert options.METHODS.split(", ") == list(METHODS)
+def test_help_names_the_fleet() -> None:
     assert options.FLEET.split(", ") == list(NAMES)
 
 
 def test_the_words_of_help_reach_the_reader(call: Call) -> None:
     for command in ("identify", "compare"):
         said = "".join(call(f"{command} --help").stdout.split())  # lines break at hyphens too
-        assert "".join(options.METHODS.split()) in said
+        assert "".join(options.KEYS.split()) in said
         assert "".join(options.FLEET.split()) in said

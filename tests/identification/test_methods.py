@@ -56,3 +56,35 @@ def test_an_error_of_the_call_stays_an_error(short):
             hd.identify_all(narrow, [SMALL, LARGE], method)
     with pytest.raises(hd.MethodError, match="unknown method 'rigde'"):
         hd.find_method("rigde")
+
+
+@pytest.mark.parametrize("key", hd.METHODS)
+def test_a_fit_says_with_what_settings_it_was_made(
+    key: str, driven, discrete_log, true_damping
+) -> None:
+    """By them a run that goes on tells whether the fits of a folder are its own."""
+    model = hd.catalog["linear"]
+    problem = hd.prepare(driven, discrete_log(true_damping(model), n=120), model)
+    fit = hd.find_method(key).identify(problem, model)
+    assert fit.provenance["settings"] == repr(hd.find_method(key))
+    assert fit.method == key
+
+
+def fit_by(method: str) -> hd.Fit:
+    return hd.Fit(hd.Damping(hd.catalog["linear"], np.zeros(36)), method, hd.Status.OK)
+
+
+@pytest.mark.parametrize(
+    ("method", "entries"),
+    [("ls", 1), ("weak", 2), ("ridge", 2), ("recommended", 3), ("oe", 1), ("mine", 1)],
+)
+def test_each_entry_stands_once(method: str, entries: int) -> None:
+    said = hd.cite(fit_by(method))
+    assert said.startswith(f"Method: {method} of hydrodamp.")
+    assert said.count("@") == entries
+    assert said.count("gibson-mccarter-stilwell-neu") == 1
+
+
+def test_models_and_coefficients_as_before() -> None:
+    assert hd.cite(hd.catalog["linear"]).count("@") == 1
+    assert "Coefficients:" in hd.cite(hd.published["vt690-sname2022"])

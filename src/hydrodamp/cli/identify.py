@@ -50,7 +50,7 @@ def identify(
     ],
     logs: options.Logs = None,
     method: Annotated[
-        str, typer.Option("--method", metavar="KEY", help=f"How: {options.METHODS}.")
+        str, typer.Option("--method", metavar="KEY", help=f"How: {options.KEYS}.")
     ] = options.DEFAULT_METHOD,
     train: options.Train = None,
     mapping: options.MappingFile = None,

@@ -8,12 +8,13 @@ from typing import Annotated
 import typer
 
 from hydrodamp.cli.output import WRONG_INPUT, fail
-
-METHODS = "recommended, ls, weak, ridge, dissipative, oe, ai, ai-scaled, rls"
-"""All methods, for help; those of ``identification.methods``."""
+from hydrodamp.identification.methods import METHODS
 
 FLEET = "vt690, remus100, lauv, bluerov2, bluerov2-heavy"
 """All vehicles of the fleet, for help; those of ``vehicle.fleet``."""
+
+#: All methods, for help.
+KEYS = ", ".join(METHODS)
 
 DEFAULT_METHOD = "recommended"
 """What a user gets who names none."""
@@ -98,7 +99,7 @@ Models = Annotated[
 ]
 Methods = Annotated[
     str,
-    typer.Option("--methods", metavar="LIST", help=f"Methods by name, with commas, of {METHODS}."),
+    typer.Option("--methods", metavar="LIST", help=f"Methods by name, with commas, of {KEYS}."),
 ]
 MappingFile = Annotated[
     str | None,

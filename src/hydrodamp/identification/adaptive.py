@@ -304,6 +304,11 @@ class AdaptiveIdentifier:
         )
 
 
+def scaled() -> AdaptiveIdentifier:
+    """Return the identifier with gains from the whole log and thirty passes."""
+    return AdaptiveIdentifier(a=ByNoise(), gamma=ByTerm(), passes=30)
+
+
 def _missing_share(
     problem: Problem, bound: Adaptation, matrix: FloatArray, moved: FloatArray, duration: float
 ) -> FloatArray:

@@ -1,36 +1,113 @@
-"""The methods by the keys they have on the command line."""
+"""The methods: key, value, what it asks for, references; and several models by one method.
+
+Only names are here, so that the command line lists methods without importing any.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from contextlib import suppress
-from typing import Protocol, runtime_checkable
+from dataclasses import dataclass
+from importlib import import_module
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 from hydrodamp.errors import MethodError, did_you_mean
-from hydrodamp.identification.adaptive import AdaptiveIdentifier
-from hydrodamp.identification.dissipation.dissipative import Dissipative
-from hydrodamp.identification.fit import REFUSALS, Fit, Method, attempted
-from hydrodamp.identification.gains import ByNoise, ByTerm
-from hydrodamp.identification.linear import LeastSquares, WeakForm
-from hydrodamp.identification.output_error import OutputError, Recommended
-from hydrodamp.identification.recursive import RecursiveLeastSquares
-from hydrodamp.identification.ridge import Ridge
-from hydrodamp.models.model import DampingModel
-from hydrodamp.simulation.parallel import each
-from hydrodamp.simulation.problem import Problem
 
-#: ``recommended`` is what a user gets who names none; ``ls`` and ``ai`` are the paper's.
-#: ``ai-scaled`` is ``ai`` with gains by axis and term and thirty passes.
-METHODS: dict[str, Method] = {
-    "recommended": Recommended(),
-    "ls": LeastSquares(),
-    "weak": WeakForm(),
-    "ridge": Ridge(),
-    "dissipative": Dissipative(),
-    "oe": OutputError(),
-    "ai": AdaptiveIdentifier(a=20.0, gamma=20.0),
-    "ai-scaled": AdaptiveIdentifier(a=ByNoise(), gamma=ByTerm(), passes=30),
-    "rls": RecursiveLeastSquares(),
+if TYPE_CHECKING:
+    from hydrodamp.identification.fit import Fit, Method
+    from hydrodamp.models.damping import Damping
+    from hydrodamp.models.model import DampingModel
+    from hydrodamp.simulation.problem import Problem
+
+_WEAK = """@article{messenger-bortz-2021,
+  author  = {Messenger, Daniel A. and Bortz, David M.},
+  title   = {Weak {SINDy}: {Galerkin}-Based Data-Driven Model Selection},
+  journal = {Multiscale Modeling \\& Simulation},
+  year    = {2021},
+  doi     = {10.1137/20M1343166}
+}"""
+
+_RIDGE = """@article{hoerl-kennard-1970,
+  author  = {Hoerl, Arthur E. and Kennard, Robert W.},
+  title   = {Ridge Regression: Biased Estimation for Nonorthogonal Problems},
+  journal = {Technometrics},
+  year    = {1970},
+  doi     = {10.1080/00401706.1970.10488634}
+}"""
+
+
+@dataclass(frozen=True)
+class MethodEntry:
+    """A method in the table.
+
+    Attributes
+    ----------
+    makes : str
+        What makes the value, as module and name in ``hydrodamp.identification``.
+    says : str
+        What the method asks for, in one line.
+    references : tuple of str
+        BibTeX entries beside those of the models.
+    printed : str
+        The column of the paper's Table I that it stands beside; empty where none.
+    """
+
+    makes: str
+    says: str
+    references: tuple[str, ...] = ()
+    printed: str = ""
+
+    def value(self) -> Method:
+        """Return the method itself."""
+        module, name = self.makes.rsplit(".", 1)
+        made: Method = getattr(import_module(f"hydrodamp.identification.{module}"), name)()
+        return made
+
+
+#: The methods by the keys they have on the command line.
+METHODS = {
+    "recommended": MethodEntry(
+        "output_error.Recommended",
+        "the replay itself, from the best of weak, ridge and dissipative",
+        (_WEAK, _RIDGE),
+    ),
+    "ls": MethodEntry(
+        "linear.LeastSquares",
+        "the acceleration at each sample, recorded or by differences: the paper's least squares",
+        printed="ls",
+    ),
+    "weak": MethodEntry(
+        "linear.WeakForm",
+        "the change of momentum over test functions of a second or two",
+        (_WEAK,),
+    ),
+    "ridge": MethodEntry(
+        "ridge.Ridge",
+        "the weak form with small coefficients preferred, strength by cross-validation",
+        (_RIDGE,),
+    ),
+    "dissipative": MethodEntry(
+        "dissipation.dissipative.Dissipative",
+        "the weak form among coefficients that take power everywhere in the operating box",
+        (_WEAK,),
+    ),
+    "oe": MethodEntry(
+        "output_error.OutputError", "the replay itself, window by window, then run by run"
+    ),
+    "ai": MethodEntry(
+        "adaptive.AdaptiveIdentifier",
+        "a simulated plant with feedback, sample by sample: the paper's adaptive identifier",
+        printed="ai",
+    ),
+    "ai-scaled": MethodEntry(
+        "adaptive.scaled",
+        "the same with gains by axis and term from the whole log, in thirty passes",
+        printed="ai",
+    ),
+    "rls": MethodEntry(
+        "recursive.RecursiveLeastSquares",
+        "the integrated equation, sample by sample, forgetting only where there is news",
+    ),
 }
 
 
@@ -69,7 +146,7 @@ def find_method(key: str) -> Method:
     if key not in METHODS:
         known = ", ".join(METHODS)
         raise MethodError(f"unknown method '{key}'.{did_you_mean(key, METHODS)} Known: {known}.")
-    return METHODS[key]
+    return METHODS[key].value()
 
 
 def identify_all(
@@ -101,6 +178,9 @@ def identify_all(
     fits : tuple of Fit
         In the order of the models.
     """
+    from hydrodamp.identification.fit import REFUSALS, attempted
+    from hydrodamp.simulation.parallel import each
+
     asked = tuple(models)
     if isinstance(method, Shared):
         with suppress(*REFUSALS):  # then one by one, to find which
@@ -110,3 +190,36 @@ def identify_all(
                     done(fit)
             return fits
     return each(attempted, [(method, problem, model) for model in asked], done)
+
+
+def cite(subject: DampingModel | Damping | Fit) -> str:
+    """Return the references of a model, of coefficients, or of a fit and its method.
+
+    Parameters
+    ----------
+    subject : DampingModel, Damping or Fit
+        What was used.
+
+    Returns
+    -------
+    references : str
+        One line a source, then BibTeX entries, each once.
+
+    Examples
+    --------
+    >>> from hydrodamp.models.catalog import catalog
+    >>> print(cite(catalog["linear"]).splitlines()[0][:50])
+    Linear: Gibson, McCarter, Stilwell, Neu: A Compari
+    """
+    from hydrodamp.identification.fit import Fit
+    from hydrodamp.models.catalog import BIBTEX
+    from hydrodamp.models.damping import cite as cite_model
+
+    if not isinstance(subject, Fit):
+        return cite_model(subject)
+    said, known = cite_model(subject.damping), METHODS.get(subject.method)
+    entries: tuple[str, ...] = ()
+    if known is not None:
+        entries = (BIBTEX, *known.references) if known.printed else known.references
+    added = [entry for entry in entries if entry not in said]
+    return "\n\n".join([f"Method: {subject.method} of hydrodamp.", said, *added])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from hydrodamp.identification.methods import METHODS
 from hydrodamp.validation.comparison import Comparison
 
 
@@ -29,7 +30,7 @@ TABLE_I = {
 }
 
 #: Which printed column a method stands beside.
-PRINTED_COLUMN = {"ls": "ls", "ai": "ai", "ai-scaled": "ai"}
+PRINTED_COLUMN = {key: entry.printed for key, entry in METHODS.items() if entry.printed}
 
 
 def beside_paper(comparison: Comparison) -> bool:

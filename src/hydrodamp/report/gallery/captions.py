@@ -98,7 +98,7 @@ def sketches_of_logs(
     draw = partial(_actuation, train)
     yield Sketch("estimation-actuation", "Estimation data: actuation", draw)
     for key in comparison.methods:
-        method = METHODS.get(key)
+        method = METHODS[key].value() if key in METHODS else None
         if isinstance(method, AdaptiveIdentifier):
             row = _best(row for row in comparison.rows if row.method == key)
             reference = _reference(comparison, row, chosen)
