@@ -18,8 +18,8 @@ import numpy as np
 from rich.console import Console
 
 import hydrodamp as hd
-from hydrodamp.report.comparison_grids import comparison_grids
-from hydrodamp.report.screen import show
+from hydrodamp.report.comparison_tables import comparison_grids
+from hydrodamp.report.grid import show
 
 HERE = Path(__file__).parent
 TRAIN, TEST = ("run_11_40_38", "run_11_57_50"), ("run_11_10_52", "run_11_46_03")

@@ -18,8 +18,8 @@ from time import perf_counter
 from rich.console import Console
 
 import hydrodamp as hd
-from hydrodamp.report.comparison_grids import comparison_grids
-from hydrodamp.report.screen import show
+from hydrodamp.report.comparison_tables import comparison_grids
+from hydrodamp.report.grid import show
 
 HERE = Path(__file__).parent
 SOURCE = (

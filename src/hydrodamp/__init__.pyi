@@ -166,7 +166,7 @@ from .report.figures.scores import (
     horizons_figure as horizons_figure,
 )
 from .report.files import read_comparison as read_comparison, write_comparison as write_comparison
-from .report.html.write import write_report as write_report
+from .report.html.page import write_report as write_report
 from .simulation.campaign.conditions import (
     COLOURED as COLOURED,
     SILENT as SILENT,

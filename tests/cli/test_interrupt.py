@@ -192,7 +192,7 @@ def test_without_a_folder_finished_rows_are_shown(
     shown = call(LINE.replace("--out out", ""))
     assert shown.exit_code == 130
     assert "Unfinished, " in shown.stdout
-    assert re.search(r"So far \w+ by ls \(", shown.stdout)
+    assert re.search(r"\w+ by ls \(", shown.stdout)
     assert "With `--out DIR` finished fits are kept" in shown.stderr
     assert "Traceback" not in shown.output
 

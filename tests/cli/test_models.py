@@ -21,7 +21,7 @@ def test_lists_the_catalogue_with_the_counts_of_table_1(call: Call) -> None:
 
 
 def test_the_model_of_a_log_is_listed_and_explained(call: Call) -> None:
-    assert re.search(r"^sparse +- +Selected from a log", call("models").stdout, re.MULTILINE)
+    assert re.search(r"^sparse[ -]+Selected from a log", call("models").stdout, re.MULTILINE)
     for line in ("models", "models sparse"):
         said = " ".join(call(line).stdout.split())
         assert "sparse` comes with a log" in said or "sparse comes with a log" in said

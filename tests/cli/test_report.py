@@ -105,7 +105,7 @@ def test_a_spoilt_folder_is_refused(results: Path, call: Call) -> None:
     (results / "comparison.json").write_text("[]", "utf-8")
     done = call("out")
     assert done.exit_code == 2
-    assert "must hold one object" in done.stderr
+    assert "out/comparison.json: is not what hydrodamp writes" in done.stderr
     assert not (results / "report.html").exists()
 
 

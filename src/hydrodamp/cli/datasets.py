@@ -58,7 +58,7 @@ def datasets(
 
 def _list(json: bool) -> None:
     from hydrodamp.ingest.datasets.registry import datasets as known
-    from hydrodamp.report.screen import show
+    from hydrodamp.report.grid import show
 
     listed = tuple(known().values())
     if json:
@@ -72,7 +72,8 @@ def _grid(listed: tuple[Dataset, ...]) -> Grid:
 
     rows = tuple((one.name, str(len(one.files)), one.mapping, one.title) for one in listed)
     notes = ("Fetch one: hydrodamp datasets NAME. None is part of hydrodamp; mind the licences.",)
-    return Grid("Public logs", ("name", "files", "mapping", "title"), rows, "lrll", notes=notes)
+    header = ("name", "files", "mapping", "title")
+    return Grid.of_words("Public logs", header, "lrll", rows, notes)
 
 
 def _introduce(dataset: Dataset) -> None:

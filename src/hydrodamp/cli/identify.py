@@ -72,9 +72,9 @@ def identify(
     from hydrodamp.cli.work import check_training, fit_all
     from hydrodamp.files import save_json
     from hydrodamp.identification.methods import find_method
-    from hydrodamp.report.document import fit_document
-    from hydrodamp.report.fit_grid import fit_grid
-    from hydrodamp.report.screen import show
+    from hydrodamp.report.documents import fit_document
+    from hydrodamp.report.fit_tables import fit_grid
+    from hydrodamp.report.grid import show
     from hydrodamp.simulation.problem import prepare
     from hydrodamp.vehicle.fleet import find_vehicle
 

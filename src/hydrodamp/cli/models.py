@@ -27,8 +27,8 @@ def models(
     """List the damping models, or show one: terms, counts, source, note."""
     from hydrodamp.cli.choose import SPARSE, named_models, one_of
     from hydrodamp.models.catalog import catalog
-    from hydrodamp.report.screen import show
-    from hydrodamp.report.selected_grid import selected_document, selected_grid
+    from hydrodamp.report.fit_tables import SPARSE_DOCUMENT, sparse_grid
+    from hydrodamp.report.grid import show
 
     if name is None:
         _list(tuple(catalog.values()), "", json)
@@ -36,7 +36,7 @@ def models(
         _refuse_name(name, model)
         _show(one_of(name, model, named_models(name)), json)
     elif name == SPARSE:
-        emit(selected_document()) if json else show(results(), selected_grid())
+        emit(SPARSE_DOCUMENT) if json else show(results(), sparse_grid())
     elif len(found := named_models(name)) == 1:
         _show(found[0], json)
     else:
@@ -51,8 +51,8 @@ def _refuse_name(name: str, model: str) -> None:
 
 
 def _show(model: DampingModel, json: bool) -> None:
-    from hydrodamp.report.model_grids import model_document, model_grid
-    from hydrodamp.report.screen import show
+    from hydrodamp.report.fit_tables import model_document, model_grid
+    from hydrodamp.report.grid import show
 
     if json:
         emit(model_document(model))
@@ -62,13 +62,12 @@ def _show(model: DampingModel, json: bool) -> None:
 
 def _list(found: tuple[DampingModel, ...], file: str, json: bool) -> None:
     """List models; the catalogue, which is no file, with the one that comes with a log."""
-    from hydrodamp.report.model_grids import model_document, models_grid
-    from hydrodamp.report.screen import show
-    from hydrodamp.report.selected_grid import selected_document, with_selected
+    from hydrodamp.report.fit_tables import SPARSE_DOCUMENT, model_document, models_grid
+    from hydrodamp.report.grid import show
 
     if json:
-        selected = {} if file else {"selected_from_a_log": [selected_document()]}
+        selected = {} if file else {"selected_from_a_log": [SPARSE_DOCUMENT]}
         emit({"models": [model_document(model) for model in found], **selected})
         return
-    grid = models_grid(found, f"hydrodamp models {file or 'NAME'}{' MODEL' if file else ''}")
-    show(results(), grid if file else with_selected(grid))
+    command = f"hydrodamp models {file or 'NAME'}{' MODEL' if file else ''}"
+    show(results(), models_grid(found, command, sparse=not file))

@@ -37,8 +37,8 @@ def probe(
     from hydrodamp.ingest.probing.probe import judge, probe as look
     from hydrodamp.ingest.read import read_recordings
     from hydrodamp.progress import progress
+    from hydrodamp.report.grid import show
     from hydrodamp.report.probe_tables import probe_document, probe_grids
-    from hydrodamp.report.screen import show
     from hydrodamp.simulation.fitness import needs_of
     from hydrodamp.vehicle.fleet import find_vehicle
 

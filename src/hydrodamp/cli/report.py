@@ -32,7 +32,7 @@ def report(
     """Make the report of a folder of results again, without fitting again."""
     from hydrodamp.cli.targets import check_out_file
     from hydrodamp.errors import FileError
-    from hydrodamp.report.html.write import REPORT
+    from hydrodamp.report.files import REPORT
 
     home = Path(folder)
     if not (home / "comparison.json").is_file():
@@ -54,8 +54,7 @@ def offer(
     then: str = "run the command again",
 ) -> bool:
     """Write a report, or say how to get it where what it needs is not installed."""
-    from hydrodamp.report.html.page import MISSING, installed
-    from hydrodamp.report.html.write import write_report
+    from hydrodamp.report.html.page import MISSING, installed, write_report
 
     if not installed():
         note(f"{MISSING}, then {then}.")
@@ -66,9 +65,9 @@ def offer(
 
 def illustrate(comparison: Comparison, vehicle: Vehicle, train: Log, home: Path) -> tuple[str, ...]:
     """Write grades, pictures and the report of a comparison into its folder."""
+    from hydrodamp.report.files import REPORT
     from hydrodamp.report.gallery.findings import FIGURES
     from hydrodamp.report.gallery.folder import BAND, GRADES, write_findings
-    from hydrodamp.report.html.write import REPORT
 
     findings = look_closer(comparison, vehicle, train)
     write_findings(findings, home)

@@ -37,9 +37,9 @@ def simulate(
     from hydrodamp.data.canonical import check_log_file, write_log
     from hydrodamp.models.files import read_damping
     from hydrodamp.progress import progress
-    from hydrodamp.report.document import score_document
-    from hydrodamp.report.score_grid import score_grid
-    from hydrodamp.report.screen import show
+    from hydrodamp.report.comparison_tables import replay_grid
+    from hydrodamp.report.documents import score_document
+    from hydrodamp.report.grid import show
     from hydrodamp.simulation.replay import simulate as replay
     from hydrodamp.simulation.score import score
     from hydrodamp.vehicle.fleet import find_vehicle
@@ -59,7 +59,7 @@ def simulate(
     if json:
         emit({"model": numbers.model.key, **score_document(scored, trajectory.attitude)})
     else:
-        show(results(), score_grid(f"{numbers.model.title} on {log.source}", scored))
+        show(results(), replay_grid(f"{numbers.model.title} on {log.source}", scored))
     if scored.diverged:
         places = ", ".join(f"{name} after {time:.1f} s" for name, time in scored.diverged)
         fail(f"the replay diverged in {places}; there is no RMS error.", WORK_FAILED)

@@ -115,10 +115,10 @@ def fit_all(
 
 def carry_out(task: Task, said: dict[str, str], resume: bool, json: bool) -> None:
     """Identify, replay, write and print; after Ctrl-C with what is finished and status 130."""
-    from hydrodamp.report.comparison_grids import comparison_grids
-    from hydrodamp.report.document import comparison_document
+    from hydrodamp.report.comparison_tables import comparison_grids
+    from hydrodamp.report.documents import comparison_document
     from hydrodamp.report.files import WRITTEN, write_comparison
-    from hydrodamp.report.screen import show
+    from hydrodamp.report.grid import show
 
     if task.out is not None and not resume and (task.out / "comparison.json").is_file():
         note(f"{task.out} holds an earlier comparison, which this one replaces.")
@@ -151,7 +151,7 @@ def carry_out(task: Task, said: dict[str, str], resume: bool, json: bool) -> Non
 
 def _compared(task: Task, said: dict[str, str], resume: bool) -> Comparison:
     """Return the comparison, or after Ctrl-C the rows that are finished."""
-    from hydrodamp.report.remarks import UNFINISHED
+    from hydrodamp.report.words import UNFINISHED
     from hydrodamp.validation.compare import origin
     from hydrodamp.validation.comparison import Comparison
 

@@ -4,34 +4,38 @@ from __future__ import annotations
 
 import io
 import os
+import zipfile
 from pathlib import Path
 
 import numpy as np
 
-from hydrodamp.files import as_json, save_all
+from hydrodamp.data.log import Log, Segment
+from hydrodamp.errors import FileError
+from hydrodamp.files import as_json, load_json, save_all
 from hydrodamp.identification.fit import Fit
-from hydrodamp.report.comparison_grids import comparison_grids, row_grid, summary_grids
-from hydrodamp.report.document import comparison_document, fit_document
-from hydrodamp.report.fit_names import fit_names, fit_path
+from hydrodamp.report.comparison_tables import comparison_grids, score_grid, summary_grids
+from hydrodamp.report.documents import (
+    ComparisonDocument,
+    comparison_document,
+    fit_document,
+    is_plain,
+    names_of,
+    read_fit,
+    validated,
+)
 from hydrodamp.report.gallery.findings import FIGURES
 from hydrodamp.report.gallery.folder import BAND, GRADES, earlier_findings
-from hydrodamp.report.reading import read_fit, read_rows
-from hydrodamp.report.remarks import UNFINISHED
-from hydrodamp.report.renderings import to_csv, to_latex, to_markdown, to_text
+from hydrodamp.report.grid import to_csv, to_latex, to_markdown, to_text
+from hydrodamp.report.words import UNFINISHED
 from hydrodamp.validation.comparison import Comparison
 
-RESULTS = (
-    "comparison.json",
-    "replays.npz",
-    "report.html",
-    GRADES,
-    BAND,
-    *(f"table.{kind}" for kind in ("txt", "md", "tex", "csv")),
-)
-"""Files of a comparison's folder, besides those of ``fits`` and ``figures``."""
+COMPARISON, REPLAYS, REPORT = "comparison.json", "replays.npz", "report.html"
+TABLES = tuple(f"table.{suffix}" for suffix in ("txt", "md", "tex", "csv"))
 
 WRITTEN = "comparison.json, table.txt .md .tex .csv, fits, replays.npz"
 """What :func:`write_comparison` writes, in words."""
+
+_SIMULATED = "simulated."
 
 
 def write_comparison(comparison: Comparison, folder: str | os.PathLike[str]) -> None:
@@ -50,26 +54,29 @@ def write_comparison(comparison: Comparison, folder: str | os.PathLike[str]) -> 
     FileError
         If the folder cannot be made or written.
     """
-    home = Path(folder)
-    fits = {fit_path(home, name): fit for name, fit in _named_fits(comparison).items()}
+    home, grids = Path(folder), comparison_grids(comparison)
+    fits = {_fit_path(home, name): fit for name, fit in _named_fits(comparison).items()}
     there = () if UNFINISHED in comparison.provenance else (home / "fits").glob("*.json")
     earlier = (path for path in there if path not in fits)
-    for path in (home / "comparison.json", home / "report.html", *earlier_findings(home), *earlier):
+    for path in (home / COMPARISON, home / REPORT, *earlier_findings(home), *earlier):
         if path.is_file():
             path.unlink()
     texts = {
         **{path: as_json(fit_document(fit)) for path, fit in fits.items()},
-        **{home / f"table.{suffix}": text for suffix, text in _tables(comparison).items()},
-        home / "comparison.json": as_json(comparison_document(comparison)),
+        home / "table.txt": "\n\n".join(map(to_text, grids)) + "\n",
+        home / "table.md": "\n\n".join(map(to_markdown, grids)) + "\n",
+        home / "table.tex": "\n\n".join(map(to_latex, summary_grids(comparison))) + "\n",
+        home / "table.csv": to_csv(score_grid(comparison, comparison.rows)),
+        home / COMPARISON: as_json(comparison_document(comparison)),
     }
-    contents = {home / "replays.npz": _replays(comparison)}
+    contents = {home / REPLAYS: _replays(comparison)}
     save_all(contents | {path: text.encode("utf-8") for path, text in texts.items()})
 
 
 def write_fit(fit: Fit, folder: Path) -> None:
     """Write one fit into a folder of results, as soon as it is finished."""
-    (name,) = fit_names((fit,))
-    save_all({fit_path(folder, name): as_json(fit_document(fit)).encode("utf-8")})
+    (name,) = names_of((fit,))
+    save_all({_fit_path(folder, name): as_json(fit_document(fit)).encode("utf-8")})
 
 
 def kept_fits(folder: Path) -> dict[str, Fit]:
@@ -98,7 +105,27 @@ def read_comparison(folder: str | os.PathLike[str]) -> Comparison:
     ModelError
         If a file of ``fits`` has faults.
     """
-    return read_rows(Path(folder))
+    home = Path(folder)
+    path = home / COMPARISON
+    document = validated(ComparisonDocument, load_json(path), str(path))
+    unit, attitude = document.provenance.rate_unit, document.provenance.attitude
+    log, velocities = _read_replays(home / REPLAYS, document.words.get("test", ""))
+    rows = []
+    for entry in document.rows:
+        fit, replay = read_fit(_fit_path(home, entry.fit)), None
+        if log is not None and entry.fit in velocities:
+            replay = (log, velocities[entry.fit], attitude)
+        rows.append(entry.with_fit(fit, unit, replay))
+    return Comparison(tuple(rows), unit, attitude, document.words)
+
+
+def _fit_path(home: Path, name: str) -> Path:
+    if not is_plain(name):
+        raise FileError(
+            f"{home / COMPARISON}: each fit must be named by a plain file name, got '{name}': "
+            "make the folder again by the command that wrote it."
+        )
+    return home / "fits" / f"{name}.json"
 
 
 def is_result(path: Path, folder: Path) -> bool:
@@ -107,22 +134,13 @@ def is_result(path: Path, folder: Path) -> bool:
         return path.suffix == ".json"
     if path.parent == folder / FIGURES:
         return path.suffix in (".json", ".svg")
-    return path.parent == folder and path.name in RESULTS
+    names = (COMPARISON, REPLAYS, REPORT, GRADES, BAND, *TABLES)
+    return path.parent == folder and path.name in names
 
 
 def _named_fits(comparison: Comparison) -> dict[str, Fit]:
     fits = [row.fit for row in comparison.rows]
-    return dict(zip(fit_names(fits), fits, strict=True))
-
-
-def _tables(comparison: Comparison) -> dict[str, str]:
-    grids = comparison_grids(comparison)
-    return {
-        "txt": "\n\n".join(map(to_text, grids)) + "\n",
-        "md": "\n\n".join(map(to_markdown, grids)) + "\n",
-        "tex": "\n\n".join(map(to_latex, summary_grids(comparison))) + "\n",
-        "csv": to_csv(row_grid(comparison)),
-    }
+    return dict(zip(names_of(fits), fits, strict=True))
 
 
 def _replays(comparison: Comparison) -> bytes:
@@ -132,14 +150,35 @@ def _replays(comparison: Comparison) -> bytes:
         if row.trajectory is None:
             continue
         log = row.trajectory.log
-        if not arrays:
-            arrays = {
-                "time": log.time,
-                "measured": log.velocity,
-                "segment_names": np.array([segment.name for segment in log.segments]),
-                "segment_bounds": log.bounds,
-            }
-        arrays[f"simulated.{name}"] = row.trajectory.velocity
+        arrays |= {
+            "time": log.time,
+            "measured": log.velocity,
+            "segment_names": np.array([segment.name for segment in log.segments]),
+            "segment_bounds": log.bounds,
+            f"{_SIMULATED}{name}": row.trajectory.velocity,
+        }
     stream = io.BytesIO()
     np.savez(stream, allow_pickle=False, **arrays)
     return stream.getvalue()
+
+
+def _read_replays(path: Path, source: str) -> tuple[Log | None, dict[str, np.ndarray]]:
+    """Return the log that was replayed, and the simulated velocities by name."""
+    try:
+        # From memory: a damaged archive that is opened by its name stays open.
+        with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as arrays:
+            found = {name: arrays[name] for name in arrays.files}
+    except (OSError, ValueError, zipfile.BadZipFile) as error:
+        raise FileError(f"{path}: cannot be read: {error}.") from error
+    if "time" not in found:
+        return None, {}
+    segments = tuple(
+        Segment(str(name), int(start), int(stop))
+        for name, (start, stop) in zip(found["segment_names"], found["segment_bounds"], strict=True)
+    )
+    log = Log(found["time"], found["measured"], segments=segments, source=source)
+    return log, {
+        name.removeprefix(_SIMULATED): values
+        for name, values in found.items()
+        if name.startswith(_SIMULATED)
+    }

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import asdict, replace
+from typing import Any
 
 from hydrodamp.ingest.probing.clocks import TopicFacts
 from hydrodamp.ingest.probing.delay import Delay
 from hydrodamp.ingest.probing.draft import LEAST
 from hydrodamp.ingest.probing.probe import SUFFICES, Judged, Probe
 from hydrodamp.ingest.probing.verdict import Channel, SegmentFacts, Survey, Verdict
-from hydrodamp.report.document import Document, moment
+from hydrodamp.report.documents import moment
 from hydrodamp.report.grid import Grid
 from hydrodamp.report.numbers import NOTHING, coefficient
 
@@ -36,7 +37,7 @@ def probe_grids(found: Probe, judged: Judged) -> tuple[Grid, ...]:
     if judged.verdict is None:
         said = "Verdict: Not fit for the job as it is: see what is missing."
         missing = (f"missing: {each}" for each in judged.missing)
-        return (*read, Grid("No log", ("",), (), "l", (*missing, said)))
+        return (*read, Grid.of_words("No log", ("",), "l", (), (*missing, said)))
     segments = _segments(judged.verdict.survey)
     made = (f"Made {judged.made}.",) if judged.made else ()
     segments = replace(segments, notes=(*segments.notes, *made, *judged.notes))
@@ -44,10 +45,10 @@ def probe_grids(found: Probe, judged: Judged) -> tuple[Grid, ...]:
     return (*read, segments, *late, _columns(judged.verdict))
 
 
-def probe_document(found: Probe, judged: Judged) -> Document:
+def probe_document(found: Probe, judged: Judged) -> dict[str, Any]:
     """Return what ``probe --json`` prints."""
     roles, verdict = found.roles, judged.verdict
-    facts: Document = {"source": found.source}
+    facts: dict[str, Any] = {"source": found.source}
     if verdict is not None:
         facts = asdict(verdict.survey)
         facts["duration"] = moment(verdict.survey.duration)
@@ -100,7 +101,7 @@ def _topics(found: Probe) -> Grid:
     units = sorted({unit for topic in found.topics for _, unit in topic.units})
     notes.append(f"Units the file states: {', '.join(units) or 'none'}.")
     header = ("topic", "messages", "fields", "rate [Hz]", "jitter", "gap [s]", "from [s]", "to [s]")
-    return Grid(
+    return Grid.of_words(
         title=f"{found.source}: {found.format}",
         header=header,
         rows=tuple(map(_topic, found.topics[:LISTED])),
@@ -139,7 +140,7 @@ def _draft(found: Probe) -> Grid:
             f"The draft is too unsure ({found.draft.confidence} %) to make a log of: correct it, "
             "then ask again with --mapping."
         )
-    return Grid("What its columns may be, as a mapping", (_SAVED,), lines, "l", tuple(notes))
+    return Grid.of_words("What its columns may be, as a mapping", (_SAVED,), "l", lines, notes)
 
 
 def _axes(found: Probe) -> Iterator[str]:
@@ -207,7 +208,7 @@ def _delays(found: tuple[Delay, ...]) -> Grid:
             f"The answer comes before {' '.join(early)}: the clocks differ, a filter without phase "
             "smoothed the velocity, or a loop is closed and the command follows the motion."
         )
-    return Grid(
+    return Grid.of_words(
         title="Delay between commands and what they move (dead time and lag together)",
         header=("command", "moves", "delay [s]", "± [s]", "explains", "sure"),
         rows=tuple(map(_delay, found)),
@@ -224,7 +225,7 @@ def _delay(one: Delay) -> tuple[str, ...]:
 
 def _segments(found: Survey) -> Grid:
     n = len(found.segments)
-    return Grid(
+    return Grid.of_words(
         title=f"{found.source}: {found.n_samples} samples, {found.duration:.1f} s "
         f"in {n} segment{'s' if n != 1 else ''}",
         header=("segment", "samples", "from [s]", "to [s]", "rate [Hz]", "longest step [s]"),
@@ -242,7 +243,7 @@ def _segment(one: SegmentFacts) -> tuple[str, ...]:
 
 def _columns(judged: Verdict) -> Grid:
     found = judged.survey
-    return Grid(
+    return Grid.of_words(
         title="Columns",
         header=("column", "unit", "mean", "std", "lowest", "highest", "changes"),
         rows=tuple(map(_column, (*found.velocities, *found.commands))),

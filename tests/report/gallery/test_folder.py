@@ -18,8 +18,7 @@ from hydrodamp.report.gallery.folder import (
     write_findings,
     write_gallery,
 )
-from hydrodamp.report.html.summary import summary
-from hydrodamp.report.remarks import remarks
+from hydrodamp.report.words import remarks, verdict
 
 
 @pytest.fixture
@@ -41,7 +40,7 @@ def test_findings_read_back_as_they_were(examined, home):
     assert (band.level, band.diverged, band.axes) == (0.95, before.diverged, before.axes)
     np.testing.assert_allclose(band.velocity, before.velocity, atol=1e-9)
     grades = examined.findings.identifiability
-    assert summary(table, found.identifiability) == summary(examined.table, grades)
+    assert verdict(table, found.identifiability) == verdict(examined.table, grades)
     assert remarks(table) == remarks(examined.table)
     for row, before in zip(table.rows, examined.table.rows, strict=True):
         assert str(row.fit.uncertainty) == str(before.fit.uncertainty)
@@ -65,7 +64,7 @@ def test_without_findings_a_folder_makes_a_report_as_before(examined, tmp_path):
     assert read_findings(tmp_path, examined.table) == Findings()
     text = hd.write_report(tmp_path, tmp_path / "report.html").read_text("utf-8")
     assert "<img" not in text
-    assert "What the log tells" not in text
+    assert "Pictures and grades" not in text
 
 
 def test_stale_pictures_go_and_those_of_others_stay(examined, home):

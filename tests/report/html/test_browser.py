@@ -12,7 +12,7 @@ import pytest
 
 from hydrodamp.data.log import Segment
 from hydrodamp.report.gallery.findings import Findings
-from hydrodamp.report.html.write import write_report
+from hydrodamp.report.html.page import write_report
 
 sync_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")

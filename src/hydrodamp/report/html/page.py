@@ -1,28 +1,36 @@
-"""The page itself: template, styles, scripts and data in one text."""
+"""The report of a comparison: one HTML file with its styles, scripts and data in it."""
 
 from __future__ import annotations
 
 import base64
 import hashlib
-from collections.abc import Mapping
+import json
+import os
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 from importlib.util import find_spec
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hydrodamp.errors import MethodError
+from hydrodamp.files import save_text
+from hydrodamp.report.comparison_tables import score_grid
+from hydrodamp.report.documents import provenance_of
 from hydrodamp.report.figures.look import colour_of
+from hydrodamp.report.files import read_comparison
 from hydrodamp.report.gallery.findings import Findings, chosen_row
-from hydrodamp.report.html import coefficient_tables as coefficients
-from hydrodamp.report.html.origin import origin, told
-from hydrodamp.report.html.packing import script_json
-from hydrodamp.report.html.pictures import pictures_section
-from hydrodamp.report.html.plots import plots
-from hydrodamp.report.html.score_table import ranked, score_table
-from hydrodamp.report.html.summary import summary
-from hydrodamp.report.remarks import remarks
-from hydrodamp.validation.comparison import Comparison
+from hydrodamp.report.gallery.folder import read_findings
+from hydrodamp.report.html.sections import (
+    COEFFICIENTS,
+    coefficient_grids,
+    grade_grid,
+    origin,
+    pictures,
+)
+from hydrodamp.report.html.series import series
+from hydrodamp.report.words import remarks, verdict
+from hydrodamp.validation.comparison import Comparison, Row
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -30,13 +38,8 @@ if TYPE_CHECKING:
 MISSING = 'the report needs the package jinja2: pip install "hydrodamp[report]"'
 """What is missing where there is no report."""
 
-MOST = 4_900_000
-"""Bytes of a page; pictures that do not fit are left to their folder."""
-
-NOTHING_FOUND = Findings()
-"""Where the training log was not asked."""
-
-_SCRIPTS = ("theme.js", "sorting.js", "uplot.js", "levels.js", "plots.js")
+_MOST = 4_900_000  # bytes of a page; pictures that do not fit are left to their folder
+_SCRIPTS = ("theme.js", "sorting.js", "uplot.js", "plots.js")
 
 
 @dataclass(frozen=True)
@@ -52,40 +55,77 @@ def installed() -> bool:
     return find_spec("jinja2") is not None
 
 
-def page(
-    comparison: Comparison, provenance: Mapping[str, object], findings: Findings = NOTHING_FOUND
-) -> str:
+def write_report(
+    results: Comparison | str | os.PathLike[str],
+    path: str | os.PathLike[str],
+    findings: Findings | None = None,
+) -> Path:
+    """Write one HTML file that shows a comparison, without any network.
+
+    Parameters
+    ----------
+    results : Comparison or path
+        A comparison, or the folder it was written to. Nothing is fitted again.
+    path : str or path
+        The file; written whole or not at all.
+    findings : Findings, optional
+        Grades, band and pictures of the chosen row; by default those in the folder, if any.
+
+    Returns
+    -------
+    path : Path
+        The file.
+
+    Raises
+    ------
+    FileError
+        If the folder is none of a comparison, or the file cannot be written.
+    MethodError
+        If jinja2 is not installed.
+    """
+    comparison = results if isinstance(results, Comparison) else read_comparison(results)
+    if findings is None and not isinstance(results, Comparison):
+        findings = read_findings(Path(results), comparison)
+    save_text(page(comparison, findings), path)
+    return Path(path)
+
+
+def page(comparison: Comparison, findings: Findings | None = None) -> str:
     """Return the report of a comparison."""
     if not installed():
         raise MethodError(MISSING)
-    template = _environment().get_template("report.html.j2")
-    content = _content(comparison, provenance, findings)
-    bare = template.render(content, section=pictures_section(findings, 0))
-    room = MOST - len(bare.encode("utf-8"))
-    return template.render(content, section=pictures_section(findings, room))
+    found = findings or Findings()
+    template, content = _environment().get_template("report.html.j2"), _content(comparison, found)
+    bare = template.render(content, pictures=pictures(found, 0))
+    room = _MOST - len(bare.encode("utf-8"))
+    return template.render(content, pictures=pictures(found, room))
 
 
-def _content(
-    comparison: Comparison, provenance: Mapping[str, object], findings: Findings
-) -> dict[str, object]:
+def _content(comparison: Comparison, findings: Findings) -> dict[str, object]:
     """Return what the page holds beside its pictures."""
-    drawn, order = plots(comparison, findings.band), ranked(comparison.rows)
+    chosen = chosen_row(comparison)
+    sorted_rows = sorted(comparison.rows, key=_by_error)
+    order = sorted(sorted_rows, key=lambda row: (row.rms is None, not row.settled))
+    drawn, provenance = series(comparison, order, findings.band), provenance_of(comparison)
+    grades = findings.identifiability
     return {
         "comparison": comparison,
-        "title": _title(comparison),
+        "title": f"Damping of {provenance.get('vehicle') or 'a vehicle'}",
         "methods": {
             method: (f"m{place}", colour_of(method))
             for place, method in enumerate(comparison.methods)
         },
-        "verdict": summary(comparison, findings.identifiability),
-        "warnings": (*told(provenance), *_remarks(comparison)),
-        "table": score_table(comparison),
-        "plots": drawn,
-        "data": script_json(drawn.document) if drawn else "",
-        "tables": coefficients.coefficient_tables(
-            order, chosen_row(comparison), findings.identifiability
-        ),
-        "interval": coefficients,
+        "verdict": verdict(comparison, grades),
+        "warnings": _warnings(comparison),
+        "scores": score_grid(comparison, sorted_rows, _caption(comparison)),
+        "sorted_rows": sorted_rows,
+        "chosen": chosen,
+        "series": drawn,
+        "data": _script_json(drawn.document) if drawn else "",
+        "coefficients": coefficient_grids(order, chosen, grades),
+        "most": COEFFICIENTS,
+        "grades": None if grades is None else grade_grid(grades),
+        "not_graded": findings.not_graded,
         "origin": origin(comparison, provenance),
         "scripts": [_script(name) for name in _SCRIPTS[: None if drawn else 2]],
         "styles": _text("report.css"),
@@ -94,31 +134,45 @@ def _content(
     }
 
 
-def _title(comparison: Comparison) -> str:
-    return f"Damping of {comparison.provenance.get('vehicle') or 'a vehicle'}"
+def _caption(comparison: Comparison) -> str:
+    return (
+        f"Error of each replay: RMS of velocities in m/s and {comparison.rate_unit}/s, and fit in %"
+    )
 
 
-def _remarks(comparison: Comparison) -> tuple[str, ...]:
-    """Return what stands below the table, and what the choice left out."""
-    if all(row.rms is None for row in comparison.rows):
-        return remarks(comparison)
-    choice = comparison.choice()
-    said = [each for each in remarks(comparison) if each != choice.sentence]
-    return tuple(filter(None, (choice.reservation, *said)))
+def _by_error(row: Row) -> tuple[bool, float, int]:
+    return (row.rms is None, row.rms or 0.0, row.n_coefficients)
+
+
+def _warnings(comparison: Comparison) -> list[str]:
+    """Return the warnings of the run, what the choice left out, and the remarks."""
+    lines = comparison.provenance.get("warnings", "").splitlines()
+    said = [*map(str.strip, lines), *remarks(comparison)]
+    if any(row.rms is not None for row in comparison.rows):
+        choice = comparison.choice()
+        said = [choice.reservation, *(each for each in said if each != choice.sentence)]
+    return [each for each in said if each]
 
 
 @cache
 def _environment() -> Environment:
-    from jinja2 import DictLoader, Environment, StrictUndefined
+    from jinja2 import Environment, PackageLoader, StrictUndefined
 
-    names = ("report.html.j2", "coefficients.html.j2", "pictures.html.j2")
     return Environment(
-        loader=DictLoader({name: _text(name) for name in names}),
+        loader=PackageLoader("hydrodamp.report.html", "assets"),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
+
+
+def _script_json(document: object) -> str:
+    r"""Return a document as JSON that may stand inside a script element."""
+    text = json.dumps(document, allow_nan=False, ensure_ascii=True, separators=(",", ":"))
+    for mark in "<>&":
+        text = text.replace(mark, f"\\u{ord(mark):04x}")
+    return text
 
 
 @cache

@@ -2,7 +2,34 @@
 // One plot a velocity: measured and replayed, one view and one cursor for all of them.
 {
   const about = JSON.parse(document.getElementById("data").textContent);
-  const levels = hydrodampLevels.open(about);
+  const bytes = (text) => new DataView(Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer);
+  const times = (text) => {
+    const view = bytes(text);
+    return Array.from({ length: view.byteLength / 8 }, (_, k) => view.getFloat64(8 * k, true));
+  };
+  const NOTHING = 65535; // a packed value that is not there
+  const values = ({ low, step, steps }) => {
+    const view = bytes(steps);
+    return Array.from({ length: view.byteLength / 2 }, (_, k) => {
+      const count = view.getUint16(2 * k, true);
+      return count === NOTHING ? null : low + step * count;
+    });
+  };
+  const decoded = new Map(); // a series is unpacked when it is first shown
+  const unpacked = (kind, first, second) => {
+    const key = `${kind} ${first} ${second}`;
+    if (!decoded.has(key)) decoded.set(key, values(about[kind][first][second]));
+    return decoded.get(key);
+  };
+  const time = times(about.time);
+  const start = time[0];
+  const stop = time[time.length - 1];
+  // The edges of the band, where there is one, then the lines that are shown.
+  const data = (velocity, shown) => [
+    time,
+    ...(about.band ? [0, 1] : []).map((side) => unpacked("edges", velocity, side)),
+    ...shown.map((line) => unpacked("series", line, velocity)),
+  ];
   const home = document.getElementById("plots");
   const tools = document.getElementById("tools");
   const choices = document.getElementById("shown");
@@ -10,7 +37,7 @@
   const EDGES = [1, 2]; // the series that are its edges
   const HEIGHT = 150;
   const SYNC = "hydrodamp";
-  const view = { from: levels.start, to: levels.stop };
+  const view = { from: start, to: stop };
   const chosen = () => [...choices.querySelectorAll("input[name=line]:checked")].map((box) => Number(box.value));
   let shown = chosen();
   let plots = [];
@@ -30,7 +57,7 @@
 
   // A replay that runs away must not flatten what was measured: twice its span is enough.
   const limits = about.velocities.map((_, velocity) => {
-    const known = levels.measured(velocity).filter((value) => value !== null);
+    const known = unpacked("series", 0, velocity).filter((value) => value !== null);
     const low = known.reduce((a, b) => Math.min(a, b), Infinity);
     const high = known.reduce((a, b) => Math.max(a, b), -Infinity);
     const room = 0.5 * (high - low) || 1e-3;
@@ -140,26 +167,23 @@
       sync: { key: SYNC, setSeries: false },
       y: false,
       drag: { x: true, y: false, setScale: false },
-      bind: { dblclick: () => () => { look(levels.start, levels.stop); return null; } },
+      bind: { dblclick: () => () => { look(start, stop); return null; } },
     },
     legend: { live: true, markers: { show: false } },
     hooks: { ready: [sampled], drawClear: [joins], setSelect: [selected], setSeries: [toggled] },
   });
 
   const look = (from, to) => {
-    const whole = levels.stop - levels.start;
+    const whole = stop - start;
     const width = Math.min(Math.max(to - from, 1e-6 * whole), whole);
-    view.from = Math.min(Math.max(from, levels.start), levels.stop - width);
+    view.from = Math.min(Math.max(from, start), stop - width);
     view.to = view.from + width;
-    const level = levels.fitting(view.from, view.to);
-    plots.forEach((plot, velocity) => plot.setData(levels.data(level, velocity, shown)));
+    for (const plot of plots) plot.setScale("x", { min: view.from, max: view.to });
     document.getElementById("view").textContent = `${place(view.from)} to ${place(view.to)}`;
-    home.dataset.level = String(level);
   };
   const build = () => {
     for (const plot of plots) plot.destroy();
     home.replaceChildren();
-    const level = levels.fitting(view.from, view.to);
     plots = about.velocities.map(({ name, unit }, velocity) => {
       const panel = document.createElement("div");
       panel.className = "plot";
@@ -167,7 +191,7 @@
       title.textContent = `${name} [${unit}]`;
       panel.append(title);
       home.append(panel);
-      const plot = new uPlot(options(velocity), levels.data(level, velocity, shown), panel);
+      const plot = new uPlot(options(velocity), data(velocity, shown), panel);
       plot.ctx.canvas.setAttribute("role", "img");
       plot.root.querySelector(".u-legend").setAttribute("aria-hidden", "true");
       return plot;
@@ -186,8 +210,7 @@
     look(view.from + step, view.to + step);
   };
   const deeds = {
-    whole: () => look(levels.start, levels.stop),
-    worst: () => look(...about.worst),
+    whole: () => look(start, stop),
     in: () => zoom(0.5),
     out: () => zoom(2),
     earlier: () => move(-0.5),

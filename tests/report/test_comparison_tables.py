@@ -2,9 +2,17 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from hydrodamp.report.comparison_grids import axis_grids, row_grid, summary_grids
-from hydrodamp.report.renderings import to_text
+from hydrodamp.report.comparison_tables import (
+    axis_grids,
+    comparison_grids,
+    replay_grid,
+    score_grid,
+    summary_grids,
+)
+from hydrodamp.report.grid import to_text
+from hydrodamp.report.words import remarks
 from hydrodamp.simulation.score import Score
+from hydrodamp.simulation.status import Status
 from hydrodamp.validation.comparison import Comparison, Row
 from hydrodamp.validation.paper import rank_correlation
 
@@ -13,12 +21,12 @@ def test_models_stand_against_methods_and_the_paper(comparison: Comparison) -> N
     (grid,) = summary_grids(comparison)
     assert grid.header == ("model", "n", "rank", "ls", "ai", "paper LS", "paper AI")
     # The printed columns are those of Table I.
-    assert grid.rows == (
-        ("linear", "36", "36", "0.460", "~14.020", "0.50", "0.74"),
-        ("fossen", "12", "12", "diverged", "~1234", "2.24", "2.08"),
-        ("uncoupled", "24", "22", "2.150", "failed", "2.15", "1.98"),
-        ("coe", "33", "-", "too few", "-", "1.29", "2.29"),
-    )
+    assert grid.words == [
+        ["linear", "36", "36", "0.460", "~14.020", "0.50", "0.74"],
+        ["fossen", "12", "12", "diverged", "~1234", "2.24", "2.08"],
+        ["uncoupled", "24", "22", "2.150", "failed", "2.15", "1.98"],
+        ["coe", "33", "-", "too few", "-", "1.29", "2.29"],
+    ]
     assert grid.best == {(0, 3)}  # no error of a fit that has not settled
 
 
@@ -35,15 +43,23 @@ def test_remarks_say_what_happened_where(comparison: Comparison) -> None:
 
 def test_every_model_of_a_method_is_said_in_two_words(comparison: Comparison) -> None:
     only = replace(comparison, rows=comparison.rows[4:6])
-    assert any("[ai: every model]" in note for note in summary_grids(only)[-1].notes)
+    assert any("[ai: every model]" in note for note in remarks(only))
+
+
+def test_a_fit_that_was_refused_has_its_reason_among_the_remarks(comparison: Comparison) -> None:
+    row = comparison.rows[3]
+    fit = replace(row.fit, status=Status.REFUSED, remarks=("The log is too short.",))
+    (grid,) = summary_grids(replace(comparison, rows=(comparison.rows[0], replace(row, fit=fit))))
+    assert grid.column("ls") == ("0.460", "refused")
+    assert "coe by ls: The log is too short." in grid.notes
 
 
 def test_axes_have_error_and_fit(comparison: Comparison) -> None:
     first, second = axis_grids(comparison)
-    assert first.title.startswith("ls by axis: RMS error of u v w in m/s, p q r in deg/s")
-    assert first.rows[0][:5] == ("linear", "0.460", "90", "0.920", "50")
-    assert first.rows[0][-2:] == ("2.76", "<0")
-    assert [row[0] for row in second.rows] == ["linear", "fossen"]
+    assert first.title == "ls by axis: RMS error (m/s, deg/s), fit in %"
+    assert first.words[0][:5] == ["linear", "0.460", "90", "0.920", "50"]
+    assert first.words[0][-2:] == ["2.760", "<0"]
+    assert second.column("model") == ("linear", "fossen")
 
 
 def test_locked_axes_are_left_out(comparison: Comparison) -> None:
@@ -51,7 +67,7 @@ def test_locked_axes_are_left_out(comparison: Comparison) -> None:
     planar = Comparison((Row(comparison.rows[0].fit, score),), "rad")
     (grid,) = axis_grids(planar)
     assert grid.header == ("model", "u", "%", "r", "%")
-    assert grid.rows == (("linear", "0.100", "-", "0.0200", "5"),)
+    assert grid.words == [["linear", "0.100", "-", "0.0200", "5"]]
 
 
 def test_many_methods_go_on_several_tables(comparison: Comparison) -> None:
@@ -70,19 +86,31 @@ def test_other_models_stand_beside_nothing(comparison: Comparison) -> None:
     (alone,) = summary_grids(Comparison((row,)))
     assert alone.header == ("model", "n", "rank", "ls")
     (beside,) = summary_grids(replace(comparison, rows=(row, comparison.rows[0])))
-    assert beside.rows[0][-1] == "-"
+    assert beside.words[0][-1] == "-"
 
 
 def test_all_is_legible_in_80_columns(comparison: Comparison) -> None:
-    for grid in (*summary_grids(comparison), *axis_grids(comparison)):
+    for grid in comparison_grids(comparison):
         assert max(map(len, to_text(grid).splitlines())) <= 80
 
 
-def test_the_rows_have_full_precision(comparison: Comparison) -> None:
-    grid = row_grid(comparison)
-    assert grid.column("rms_deg")[:2] == ("0.46", "")
-    assert grid.column("paper_rms")[0] == "0.5"
-    assert grid.column("rms_v")[0] == repr(0.46 * 2)
-    assert grid.column("status")[:4] == ("ok", "diverged", "rank deficient", "too few samples")
-    assert grid.column("diverged_at")[1] == "dive 12.34; turn 0.1"
-    assert grid.column("rank")[4] == ""
+def test_rows_have_names_for_programs_and_full_precision(comparison: Comparison) -> None:
+    grid = score_grid(comparison, comparison.rows)
+    keys = [column.key or column.name for column in grid.columns]
+    rows = [dict(zip(keys, row, strict=True)) for row in grid.rows]
+    assert [row["rms_deg"] for row in rows[:2]] == [0.46, None]
+    assert rows[0]["paper_rms"] == 0.5
+    assert rows[0]["rms_v"] == 0.46 * 2
+    assert rows[0]["n_coefficients"] == 36
+    assert [row["status"] for row in rows[:3]] == ["ok", "diverged", "rank deficient"]
+    assert rows[4]["rank"] is None
+    assert all(column.meaning for column in grid.columns)
+
+
+def test_the_score_of_one_replay_ends_with_all_velocities_together() -> None:
+    score = Score(0.25, {"u": 0.1, "r": 2.0}, {"u": 90.0, "r": -5.0}, "deg", ())
+    assert replay_grid("Replay", score).words == [
+        ["u", "0.100", "m/s", "90"],
+        ["r", "2.000", "deg/s", "<0"],
+        ["all", "0.250", "m/s, deg/s", "-"],
+    ]

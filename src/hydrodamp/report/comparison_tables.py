@@ -1,0 +1,162 @@
+"""The tables of a comparison and of a replay's score."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from functools import partial
+from itertools import chain
+
+from hydrodamp.basis.axes import VELOCITIES
+from hydrodamp.report.grid import Column, Grid
+from hydrodamp.report.numbers import error_size, percent
+from hydrodamp.report.words import remarks
+from hydrodamp.simulation.score import Score
+from hydrodamp.simulation.status import Status
+from hydrodamp.validation.choice import LowestError
+from hydrodamp.validation.comparison import Comparison, Row
+from hydrodamp.validation.paper import PRINTED_COLUMN, TABLE_I, beside_paper
+
+_ABREAST = 3  # methods side by side in a table of 80 columns
+_PRINTED = {"ls": "paper LS", "ai": "paper AI"}
+
+
+def comparison_grids(comparison: Comparison) -> tuple[Grid, ...]:
+    """Return what a reader of a comparison should see: errors, then errors by axis."""
+    return (*summary_grids(comparison), *axis_grids(comparison))
+
+
+def summary_grids(comparison: Comparison) -> tuple[Grid, ...]:
+    """Return the errors of models (down) by methods (across), a few methods to a table."""
+    methods = comparison.methods
+    pages = max(math.ceil(len(methods) / _ABREAST), 1)
+    share = math.ceil(len(methods) / pages)
+    parts = [methods[k * share : (k + 1) * share] for k in range(pages)]
+    notes = [()] * (pages - 1) + [remarks(comparison)]
+    return tuple(_summary(comparison, *each) for each in zip(parts, notes, strict=True))
+
+
+def _summary(comparison: Comparison, methods: tuple[str, ...], notes: tuple[str, ...]) -> Grid:
+    found = {(row.model, row.method): row for row in reversed(comparison.rows)}
+    sizes = {row.model: row.n_coefficients for row in comparison.rows}
+    printed: list[str] = []
+    if beside_paper(comparison):
+        printed = [*dict.fromkeys(PRINTED_COLUMN[m] for m in methods if m in PRINTED_COLUMN)]
+    columns = [Column("model", number=False), Column("n"), Column("rank")]
+    columns += [Column(method, form=error_size) for method in methods]
+    columns += [Column(_PRINTED[name], form=partial(error_size, decimals=2)) for name in printed]
+    rows = []
+    for model, n in sizes.items():
+        mine = [found.get((model, method)) for method in methods]
+        ranks = (row.fit.rank for row in mine if row is not None and row.fit.rank is not None)
+        paper = (getattr(TABLE_I.get(model), name, None) for name in printed)
+        rows.append((model, n, next(ranks, None), *map(_error, mine), *paper))
+    best = set()
+    for place, method in enumerate(methods, start=3):
+        scored = [row for row in comparison.rows if row.method == method and row.settled]
+        if scored:
+            best.add(([*sizes].index(LowestError().ranked(scored)[0].model), place))
+    return Grid(
+        title=f"RMS velocity error on the test data, m/s and {comparison.rate_unit}/s mixed",
+        columns=tuple(columns),
+        rows=tuple(rows),
+        notes=notes,
+        best=frozenset(best),
+    )
+
+
+def _error(row: Row | None) -> float | str | None:
+    """Return the error of a row, "~" before it if the fit has not settled, or what happened."""
+    if row is None:
+        return None
+    if row.status is Status.NOT_SETTLED:
+        return f"~{error_size(row.rms)}"
+    return row.status.word.removesuffix(" samples") if row.rms is None else row.rms
+
+
+def score_grid(comparison: Comparison, rows: Sequence[Row], title: str = "") -> Grid:
+    """Return rows of a comparison with all their numbers."""
+    unit, names = f"{comparison.rate_unit}/s", _velocities(comparison.rows)
+    printed = beside_paper(comparison)
+    columns = [
+        Column("model", number=False, meaning="damping model"),
+        Column("method", number=False, meaning="how it was identified"),
+        Column("n", meaning="number of coefficients", key="n_coefficients"),
+        Column("rank", meaning="how many combinations of coefficients the data determine"),
+        Column(
+            "RMS",
+            form=error_size,
+            meaning=f"RMS velocity error of the open-loop replay, m/s and {unit} mixed, eq. 24",
+            key=f"rms_{comparison.rate_unit}",
+        ),
+        Column("status", number=False, meaning="what became of the fit and its replay"),
+    ]
+    if printed:
+        meaning = "the error that Table I of the paper prints"
+        form = partial(error_size, decimals=2)
+        columns.append(Column("paper", form=form, meaning=meaning, key="paper_rms"))
+    for name in names:
+        columns += _axis_columns(name, unit)
+    return Grid(title, tuple(columns), tuple(_numbers(row, names, printed) for row in rows))
+
+
+def _axis_columns(name: str, unit: str) -> tuple[Column, Column]:
+    linear = name in VELOCITIES[:3]
+    form = partial(error_size, decimals=4 if unit == "rad/s" and not linear else 3)
+    error = f"RMS error of {name}, {'m/s' if linear else unit}"
+    share = f"fit of {name}: 100 % is exact, 0 % is no better than the mean of the log"
+    return (
+        Column(name, form=form, meaning=error, key=f"rms_{name}"),
+        Column(f"{name} %", form=percent, meaning=share, key=f"fit_{name}"),
+    )
+
+
+def _numbers(row: Row, names: Sequence[str], printed: bool) -> tuple[object, ...]:
+    by_axis = ((row.score.rms_by_axis.get(k), row.score.fit_by_axis.get(k)) for k in names)
+    paper = getattr(TABLE_I.get(row.model), PRINTED_COLUMN.get(row.method, ""), None)
+    return (
+        *(row.model, row.method, row.n_coefficients, row.fit.rank, row.rms, row.status.word),
+        *((paper,) if printed else ()),
+        *chain.from_iterable(by_axis),
+    )
+
+
+def _velocities(rows: Iterable[Row]) -> tuple[str, ...]:
+    known = {name for row in rows for name in row.score.rms_by_axis}
+    return tuple(name for name in VELOCITIES if name in known)
+
+
+def axis_grids(comparison: Comparison) -> tuple[Grid, ...]:
+    """Return error and fit by velocity, a table a method."""
+    unit = f"{comparison.rate_unit}/s"
+    grids = []
+    for method in comparison.methods:
+        rows = [row for row in comparison.rows if row.method == method and row.rms is not None]
+        whole = score_grid(comparison, rows, f"{method} by axis: RMS error (m/s, {unit}), fit in %")
+        first = 6 + beside_paper(comparison)
+        columns = [
+            replace(column, name="%") if column.name.endswith("%") else column
+            for column in (whole.columns[0], *whole.columns[first:])
+        ]
+        if rows:
+            cells = tuple((row[0], *row[first:]) for row in whole.rows)
+            grids.append(Grid(whole.title, tuple(columns), cells))
+    return tuple(grids)
+
+
+def replay_grid(title: str, score: Score) -> Grid:
+    """Return the score of one replay: error and fit of each velocity, then of all together."""
+    rate = f"{score.rate_unit}/s"
+    rows: list[tuple[object, ...]] = [
+        (name, rmse, "m/s" if name in VELOCITIES[:3] else rate, score.fit_by_axis.get(name))
+        for name, rmse in score.rms_by_axis.items()
+    ]
+    columns = (
+        Column("velocity", number=False),
+        Column("RMS error", form=error_size),
+        Column("unit", number=False),
+        Column("fit %", form=percent),
+    )
+    rows.append(("all", score.rms, f"m/s, {rate}", None))
+    return Grid(title, columns, tuple(rows), (score.status.value,) if score.diverged else ())

@@ -1,0 +1,288 @@
+"""Results as documents of strict JSON, both ways: null where there is no number, never NaN."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Annotated, Any, TypeVar
+
+import numpy as np
+from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainSerializer, ValidationError
+
+from hydrodamp.basis.axes import AXES, VELOCITY_OF
+from hydrodamp.data.log import Log
+from hydrodamp.data.record import unique_names
+from hydrodamp.errors import FileError
+from hydrodamp.faults import faults_in
+from hydrodamp.files import load_json
+from hydrodamp.identification.fit import Fit
+from hydrodamp.identification.intervals import Uncertainty
+from hydrodamp.models.damping import Damping
+from hydrodamp.models.files import damping_document, damping_from_document
+from hydrodamp.simulation.replay import AttitudeSource, Trajectory
+from hydrodamp.simulation.score import RateUnit, Score
+from hydrodamp.simulation.status import Status
+from hydrodamp.validation.comparison import Comparison, Row
+
+_STATUS = {status.word: status for status in Status}
+_FAULTS = 5  # of a file that are named
+
+
+def _finite(value: float | None) -> float | None:
+    return value if value is None or math.isfinite(value) else None
+
+
+def _status(value: object) -> Status:
+    if isinstance(value, Status):
+        return value
+    if value not in _STATUS:
+        raise ValueError(f"must be one of {', '.join(_STATUS)}")
+    return _STATUS[str(value)]
+
+
+Number = Annotated[float | None, BeforeValidator(_finite)]
+"""A number that strict JSON can hold; null stands for what is not finite."""
+
+Outcome = Annotated[Status, BeforeValidator(_status), PlainSerializer(lambda status: status.word)]
+"""A status as its word."""
+
+
+class Document(BaseModel):
+    """What a file holds."""
+
+    model_config = ConfigDict(frozen=True)
+
+
+Some = TypeVar("Some", bound=Document)
+
+
+class Divergence(Document):
+    """Where and when a replay diverged."""
+
+    segment: str
+    time: float
+
+
+class RowDocument(Document):
+    """A row of ``comparison.json``."""
+
+    model: str
+    method: str
+    n_coefficients: int
+    rank: int | None
+    rms: Number
+    rms_by_axis: dict[str, Number]
+    fit_by_axis: dict[str, Number]
+    status: Outcome
+    diverged_at: tuple[Divergence, ...] | None
+    coefficients: dict[str, Number]
+    fit: str
+
+    @classmethod
+    def of(cls, row: Row, name: str) -> RowDocument:
+        """Return a row as a document; its fit has a name in ``fits``."""
+        fit = row.fit
+        values: dict[str, float | None] = {**fit.damping.as_dict()}
+        return cls(
+            model=row.model,
+            method=row.method,
+            n_coefficients=row.n_coefficients,
+            rank=fit.rank,
+            coefficients=values if fit.status.usable else dict.fromkeys(values, None),
+            fit=name,
+            **{**score_fields(row.score), "status": row.status},
+        )
+
+    def with_fit(self, fit: Fit, rate_unit: RateUnit, replay: Replay | None) -> Row:
+        """Return the row with a fit and a replay that were read."""
+        diverged = tuple((place.segment, place.time) for place in self.diverged_at or ())
+        score = Score(self.rms, self.rms_by_axis, self.fit_by_axis, rate_unit, diverged)
+        if replay is None:
+            return Row(fit, score)
+        log, velocity, attitude = replay
+        axes = tuple(axis for axis in AXES if VELOCITY_OF[axis] in score.rms_by_axis)
+        return Row(fit, score, Trajectory(log, velocity, diverged, attitude, axes))
+
+
+Replay = tuple[Log, np.ndarray, AttitudeSource]
+"""The log of a replay, its velocities, and whose attitude it had."""
+
+
+class Provenance(Document):
+    """Where a comparison comes from: words, and the settings of its scores."""
+
+    model_config = ConfigDict(frozen=True, extra="allow")
+    attitude: AttitudeSource
+    rate_unit: RateUnit
+
+
+class ComparisonDocument(Document):
+    """What ``comparison.json`` holds."""
+
+    rows: tuple[RowDocument, ...]
+    units: dict[str, str | dict[str, str]]
+    provenance: Provenance
+
+    @property
+    def words(self) -> dict[str, str]:
+        """The provenance in words."""
+        return {key: str(value) for key, value in (self.provenance.model_extra or {}).items()}
+
+
+def comparison_document(comparison: Comparison) -> dict[str, Any]:
+    """Return what ``comparison.json`` holds."""
+    fits = (row.fit for row in comparison.rows)
+    document = ComparisonDocument(
+        rows=tuple(map(RowDocument.of, comparison.rows, names_of(fits))),
+        units={
+            **error_units(comparison.rate_unit),
+            "coefficients": "SI, radians; N or N m on the right-hand side, by label in fits/*.json",
+        },
+        provenance=Provenance.model_validate(provenance_of(comparison)),
+    )
+    return document.model_dump(mode="json")
+
+
+def provenance_of(comparison: Comparison) -> dict[str, str]:
+    """Return where a comparison comes from, with its settings and the version of its run."""
+    import hydrodamp
+
+    words = dict(comparison.provenance)
+    version = words.pop("hydrodamp", hydrodamp.__version__)
+    settings = {"attitude": comparison.attitude, "rate_unit": comparison.rate_unit}
+    return {**words, **settings, "hydrodamp": version}
+
+
+def score_document(score: Score, attitude: str) -> dict[str, Any]:
+    """Return a score as a document."""
+    units = error_units(score.rate_unit)
+    return {**score_fields(score), "units": units, "attitude": attitude}
+
+
+def score_fields(score: Score) -> dict[str, Any]:
+    """Return what documents say of a score."""
+    places = [{"segment": name, "time": moment(time)} for name, time in score.diverged]
+    return {
+        "rms": score.rms,
+        "rms_by_axis": dict(score.rms_by_axis),
+        "fit_by_axis": dict(score.fit_by_axis),
+        "status": score.status.word,
+        "diverged_at": places or None,
+    }
+
+
+def error_units(rate_unit: str) -> dict[str, str | dict[str, str]]:
+    """Return the units of errors and fits."""
+    return {
+        "rms": f"m/s and {rate_unit}/s mixed (eq. 24)",
+        "rms_by_axis": {**dict.fromkeys("uvw", "m/s"), **dict.fromkeys("pqr", f"{rate_unit}/s")},
+        "fit_by_axis": "%, 100 (1 - rmse/std)",
+        "diverged_at": "s since the start of the segment",
+    }
+
+
+def moment(time: float) -> float:
+    """Return a time to the nanosecond [s], without the rounding of a difference of clocks."""
+    return round(float(time), 9)
+
+
+def names_of(fits: Iterable[Fit]) -> tuple[str, ...]:
+    """Return model, method and digest of each fit; a number makes names different."""
+    return unique_names(
+        ".".join(filter(None, (fit.model.key, fit.method, fit.provenance.get("digest", "")[:8])))
+        for fit in fits
+    )
+
+
+def is_plain(name: str) -> bool:
+    r"""Tell whether a name is that of a file in one folder, whatever the system."""
+    return Path(name).name == name and not set(name) & {"\\", "\0"}
+
+
+class UncertaintyDocument(Document):
+    """What intervals are made with; the covariance stands in the damping."""
+
+    degrees_of_freedom: Number
+    method: str
+    block: Number
+    n_blocks: int
+    allowance: str
+    noise_variances: tuple[Number, ...] | None
+
+    @classmethod
+    def of(cls, found: Uncertainty) -> UncertaintyDocument:
+        """Return an uncertainty as a document; of the noise only the variances are kept."""
+        words = {key: getattr(found, key) for key in cls.model_fields if hasattr(found, key)}
+        noise = None if found.noise is None else tuple(found.noise.diagonal().tolist())
+        return cls(noise_variances=noise, **words)
+
+    def uncertainty(self, covariance: np.ndarray) -> Uncertainty:
+        """Return the uncertainty with the covariance of its damping."""
+        noise = self.noise_variances
+        freedom = self.degrees_of_freedom
+        return Uncertainty(
+            covariance,
+            degrees_of_freedom=math.inf if freedom is None else freedom,
+            method=self.method,
+            noise=None if noise is None else np.diag(np.array(noise, dtype=np.float64)),
+            block=self.block,
+            n_blocks=self.n_blocks,
+            allowance=self.allowance,
+        )
+
+
+class FitDocument(Document):
+    """What a file of ``fits`` holds beside its damping."""
+
+    method: str
+    status: Outcome
+    rank: int | None
+    aliased: tuple[tuple[str, ...], ...]
+    n_samples: int
+    provenance: dict[str, str]
+    remarks: tuple[str, ...] = ()
+    uncertainty: UncertaintyDocument | None = None
+
+    def fit(self, damping: Damping) -> Fit:
+        """Return the fit of a damping."""
+        words = {key: getattr(self, key) for key in type(self).model_fields}
+        if self.uncertainty is not None and damping.covariance is not None:
+            words["uncertainty"] = self.uncertainty.uncertainty(damping.covariance)
+        return Fit(damping=damping, **words)
+
+
+def fit_document(fit: Fit) -> dict[str, Any]:
+    """Return a fit as a document that is also a damping file."""
+    found = fit.uncertainty
+    facts = FitDocument(
+        method=fit.method,
+        status=fit.status,
+        rank=fit.rank,
+        aliased=fit.aliased,
+        n_samples=fit.n_samples,
+        provenance=fit.provenance,
+        remarks=fit.remarks,
+        uncertainty=None if found is None else UncertaintyDocument.of(found),
+    )
+    return {**damping_document(fit.damping), "fit": facts.model_dump(mode="json")}
+
+
+def read_fit(path: Path) -> Fit:
+    """Return the fit of a file."""
+    content = load_json(path)
+    damping = damping_from_document(content, str(path))
+    facts = content.get("fit") if isinstance(content, dict) else None
+    return validated(FitDocument, facts, f"{path}, `fit`").fit(damping)
+
+
+def validated(kind: type[Some], content: object, source: str) -> Some:
+    """Return a content as a document, or refuse it with its faults."""
+    try:
+        return kind.model_validate(content)
+    except ValidationError as error:
+        faults = faults_in(error, content, kind)[:_FAULTS]
+        raise FileError(
+            f"{source}: is not what hydrodamp writes: {'; '.join(faults)}. Make it again by the "
+            "command that wrote it."
+        ) from error

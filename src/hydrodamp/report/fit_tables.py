@@ -1,0 +1,164 @@
+"""The tables of one fit and of damping models, and a model as a document."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from hydrodamp.basis.axes import AXES
+from hydrodamp.identification.candidates import KEY
+from hydrodamp.identification.fit import Fit
+from hydrodamp.identification.grades import CONTRIBUTION, RELATIVE, Grade, Identifiability
+from hydrodamp.identification.intervals import reach
+from hydrodamp.models.labels import coefficient_unit
+from hydrodamp.models.model import DampingModel, group_axes
+from hydrodamp.report.grid import Column, Grid
+from hydrodamp.report.numbers import coefficient
+
+_GROUPS = 12  # groups of aliased coefficients that are spelt out; the file has them all
+_LITTLE = "matters little"  # of a coefficient that is determined, but not as a number
+_LITTLE_MEANING = (
+    f"{_LITTLE}: on this log, what the interval leaves open is worth less than "
+    f"{100.0 * CONTRIBUTION:.0f} % of the response of its axis. Where the vehicle moves otherwise "
+    "it may matter more."
+)
+_RULE = (
+    "grade, the worse of what the log and what the interval says: determined within "
+    f"{100.0 * RELATIVE:.0f} % of the number, or where it matters little; not determined where the "
+    "log hardly moves or the coefficient is aliased, or where the interval leaves anything open; "
+    "weak between."
+)
+SPARSE_DOCUMENT: dict[str, object] = {
+    "model": KEY,
+    "title": "Selected from a log",
+    "n_coefficients": None,
+    "terms": None,
+    "commands": [],
+    "source": "Selection by the simulated output: Piroddi and Spinelli (2003), "
+    "doi:10.1080/00207170310001635419",
+    "note": f"{KEY} comes with a log: its terms are selected from the training data, axis by axis "
+    "from those of the paper's models and by what they do to the replay, with dissipation kept. "
+    f"Ask for it by `hydrodamp compare LOG ... --models {KEY}`, alone or beside others.",
+}
+"""The model that has no terms before there is a log, as a document."""
+
+
+def fit_grid(fit: Fit, grades: Identifiability | None = None) -> Grid:
+    """Return the coefficients of a fit, how sure they are, and which are aliased."""
+    model, half = fit.model, half_widths(fit)
+    known = _known(fit, grades)
+    columns = [
+        Column("coefficient", number=False),
+        Column("value", form=coefficient),
+        Column("std. error", form=coefficient),
+        Column("± 95 %", form=coefficient),
+        Column("unit", number=False),
+    ]
+    if known:
+        columns.append(Column("aliased" if grades is None else "grade", number=False))
+    units = (
+        coefficient_unit(axis, term)
+        for axis, terms in zip(AXES, model.terms, strict=True)
+        for term in terms
+    )
+    values = fit.damping.as_dict().items()
+    rows = []
+    for (label, value), wide, unit in zip(values, half.tolist(), units, strict=True):
+        sure = (None, None) if np.isnan(wide) else (wide / _reach(fit), wide)
+        rows.append((label, value, *sure, unit, *((known[label],) if label in known else ())))
+    rank = "" if fit.rank is None else f", rank {fit.rank}"
+    rule = (() if grades is None else (_RULE,)) + (_LITTLE_MEANING,) * (_LITTLE in known.values())
+    return Grid(
+        title=f"{model.title} by {fit.method}: {model.n_coefficients} coefficients{rank}, "
+        f"{fit.n_samples} samples",
+        columns=tuple(columns),
+        rows=tuple(rows),
+        notes=(fit.status.value, *fit.sentences, *_aliased(fit), *rule),
+    )
+
+
+def half_widths(fit: Fit) -> np.ndarray:
+    """Return half the width of the 95 % interval of each coefficient, NaN where unknown."""
+    covariance = fit.damping.covariance
+    if covariance is None:
+        return np.full(fit.model.n_coefficients, np.nan)
+    with np.errstate(invalid="ignore"):
+        half: np.ndarray = _reach(fit) * np.sqrt(covariance.diagonal())
+    return half
+
+
+def _reach(fit: Fit) -> float:
+    """Return how many standard errors a 95 % interval reaches to either side."""
+    return reach() if fit.uncertainty is None else fit.uncertainty.reach()
+
+
+def _known(fit: Fit, grades: Identifiability | None) -> dict[str, str]:
+    """Return the grade of each coefficient, or else whether it is aliased."""
+    if grades is None:
+        aliased = {label for group in fit.aliased for label in group}
+        labels = () if fit.rank is None else fit.model.labels
+        return {label: "yes" if label in aliased else "no" for label in labels}
+    wide = half_widths(fit) > RELATIVE * np.abs(fit.damping.coefficients)
+    vague = {label for label, is_wide in zip(fit.model.labels, wide, strict=True) if is_wide}
+    return {
+        label: _LITTLE if grade is Grade.DETERMINED and label in vague else grade.word
+        for label, grade in grades.grades.items()
+    }
+
+
+def _aliased(fit: Fit) -> list[str]:
+    groups = [
+        f"{group[0]} is not determined: its column is zero throughout or a sum of others"
+        if len(group) == 1
+        else f"aliased, so that only a combination is determined: {' '.join(group)}"
+        for group in fit.aliased
+    ]
+    more = len(groups) - _GROUPS
+    return groups if more <= 0 else [*groups[:_GROUPS], f"and {more} more such groups"]
+
+
+def models_grid(models: Iterable[DampingModel], command: str = "", *, sparse: bool = False) -> Grid:
+    """Return damping models with how many terms they have on which axis."""
+    rows: list[tuple[object, ...]] = [
+        (model.key, model.n_coefficients, *map(len, model.terms), model.title) for model in models
+    ]
+    notes = [f"`{command}` shows the terms of one."] if command else []
+    if sparse:
+        rows.append((KEY, *[None] * (1 + len(AXES)), SPARSE_DOCUMENT["title"]))
+        notes.insert(0, str(SPARSE_DOCUMENT["note"]))
+    header = ("name", "n", *AXES, "title")
+    return Grid.of_words("Damping models", header, "lrrrrrrrl", rows, notes)
+
+
+def model_grid(model: DampingModel) -> Grid:
+    """Return one model with its terms."""
+    rows = (
+        (" ".join(axes), len(row), " ".join(map(str, row)) or "none")
+        for row, axes in group_axes(model).items()
+    )
+    said = (("Source", model.source), ("Note", model.note))
+    title = f"{model.title} ({model.key}): {model.n_coefficients} coefficients"
+    notes = [f"{name}: {text}" for name, text in said if text]
+    return Grid.of_words(title, ("axes", "n", "terms"), "lrl", rows, notes)
+
+
+def sparse_grid() -> Grid:
+    """Return what is known of the selected model before there is a log."""
+    notes = (f"Source: {SPARSE_DOCUMENT['source']}", f"Note: {SPARSE_DOCUMENT['note']}")
+    rows = (("none before there is a log",),)
+    return Grid.of_words(f"{SPARSE_DOCUMENT['title']} ({KEY})", ("terms",), "l", rows, notes)
+
+
+def model_document(model: DampingModel) -> dict[str, object]:
+    """Return a model as a document."""
+    terms = zip(AXES, model.terms, strict=True)
+    return {
+        "model": model.key,
+        "title": model.title,
+        "n_coefficients": model.n_coefficients,
+        "terms": {axis: [str(term) for term in row] for axis, row in terms},
+        "commands": list(model.commands),
+        "source": model.source,
+        "note": model.note,
+    }

@@ -1,0 +1,224 @@
+"""Measured and replayed velocities as the plots of a page take them: thinned and packed."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from hydrodamp.arrays import FloatArray, IntArray
+from hydrodamp.basis.axes import VELOCITIES
+from hydrodamp.data.log import Log
+from hydrodamp.report.figures.look import colour_of, looks_of
+from hydrodamp.report.gallery.captions import said_of_band
+from hydrodamp.report.gallery.findings import chosen_row, models_of
+from hydrodamp.validation.bands import PredictionBand
+from hydrodamp.validation.comparison import Comparison, Row
+
+_MOST = 32  # replays drawn; those with the lowest errors where there are more
+_BYTES = 2_000_000  # that all series may take
+_PACKED = 8 / 3  # characters of a value: two bytes in base 64
+_FEWEST, _FINEST = 1000, 20_000  # points of a series
+_STEPS, _NOTHING = 65_000, 65_535  # of a packed value
+_WIDTH = 1.5  # of a line [px]
+_ROOM = 0.01  # between segments, as a share of the recorded time
+
+
+@dataclass(frozen=True)
+class Line:
+    """A replay, or the band around one, as it is drawn."""
+
+    name: str
+    method: str
+    colour: str
+    dashes: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class Series:
+    """The data of the plots and the words around them."""
+
+    document: dict[str, object]
+    lines: tuple[Line, ...]
+    band: Line | None
+    said_of_band: str
+    left_out: int
+    is_thinned: bool
+
+
+@dataclass(frozen=True)
+class Bins:
+    """Stretches of samples, each drawn by its lowest and its highest value."""
+
+    starts: IntArray
+    stops: IntArray
+    joins: IntArray  # the stretches that begin a segment, without the first
+
+    @classmethod
+    def over(cls, bounds: Sequence[tuple[int, int]], points: int) -> Bins:
+        """Return stretches of equal length that together have about so many points."""
+        n = sum(stop - start for start, stop in bounds)
+        edges = [
+            np.arange(start, stop + 1)
+            if n <= points
+            else np.linspace(
+                start,
+                stop,
+                min(max(round(points / 2 * (stop - start) / n), 1), stop - start) + 1,
+            ).astype(np.intp)
+            for start, stop in bounds
+        ]
+        return cls(
+            starts=np.concatenate([each[:-1] for each in edges]),
+            stops=np.concatenate([each[1:] for each in edges]),
+            joins=np.cumsum([len(each) - 1 for each in edges])[:-1],
+        )
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether every stretch is one sample."""
+        return bool(np.all(self.stops - self.starts == 1))
+
+    def times(self, time: FloatArray) -> FloatArray:
+        """Return the first and the last time of each stretch, and one between segments."""
+        between = 0.5 * (time[self.starts[self.joins]] + time[self.stops[self.joins - 1] - 1])
+        return self._in_row(time[self.starts], time[self.stops - 1], between)
+
+    def values(self, series: FloatArray) -> FloatArray:
+        """Return the extremes of each stretch, in the sense in which it runs."""
+        low, high = self.lowest(series), self.highest(series)
+        falling = series[self.starts] > series[self.stops - 1]
+        return self.edge(np.where(falling, high, low), np.where(falling, low, high))
+
+    def edge(self, first: FloatArray, second: FloatArray | None = None) -> FloatArray:
+        """Return one or two values of each stretch in a row, and nothing between segments."""
+        gaps = np.full(len(self.joins), np.nan)
+        return self._in_row(first, first if second is None else second, gaps)
+
+    def lowest(self, series: FloatArray) -> FloatArray:
+        """Return the lowest value of each stretch."""
+        return self._extreme(np.fmin, series)
+
+    def highest(self, series: FloatArray) -> FloatArray:
+        """Return the highest value of each stretch."""
+        return self._extreme(np.fmax, series)
+
+    def _extreme(self, extreme: np.ufunc, series: FloatArray) -> FloatArray:
+        ends = np.column_stack([self.starts, self.stops]).ravel()
+        joined = np.append(series, np.nan)  # an index one past the end must be there
+        found: FloatArray = extreme.reduceat(joined, ends)[0::2]
+        return found
+
+    def _in_row(self, first: FloatArray, second: FloatArray, gaps: FloatArray) -> FloatArray:
+        pairs = first[:, None] if self.is_exact else np.column_stack([first, second])
+        laid: FloatArray = np.insert(pairs.ravel(), self.joins * pairs.shape[1], gaps)
+        return laid
+
+
+@dataclass(frozen=True)
+class _Scene:
+    """What all series of a page share."""
+
+    names: tuple[str, ...]
+    bins: Bins
+    scale: FloatArray
+
+    def columns(self, velocity: FloatArray) -> FloatArray:
+        """Return the velocities that are drawn, a row each, in units to read."""
+        places = [VELOCITIES.index(name) for name in self.names]
+        found: FloatArray = velocity[:, places].T * self.scale[places, None]
+        return found
+
+    def packed(self, velocity: FloatArray) -> list[dict[str, object]]:
+        """Return velocities as they stand in the page."""
+        return [_pack(self.bins.values(values)) for values in self.columns(velocity)]
+
+    def edges(self, band: PredictionBand) -> list[list[dict[str, object]]]:
+        """Return the lower and the upper edge of a band in each velocity."""
+        bins, pairs = (
+            self.bins,
+            zip(self.columns(band.lower), self.columns(band.upper), strict=True),
+        )
+        return [
+            [_pack(bins.edge(bins.lowest(low))), _pack(bins.edge(bins.highest(high)))]
+            for low, high in pairs
+        ]
+
+
+def series(
+    comparison: Comparison, rows: Sequence[Row], band: PredictionBand | None = None
+) -> Series | None:
+    """Return the time series of a comparison, its rows in order of preference."""
+    runs = [(row, row.trajectory) for row in rows if row.trajectory is not None]
+    if not runs:
+        return None
+    shown, log, chosen = runs[:_MOST], runs[0][1].log, chosen_row(comparison)
+    known = {name for row, _ in shown for name in row.score.rms_by_axis}
+    names = tuple(name for name in VELOCITIES if name in known)
+    turn = np.degrees(1.0) if comparison.rate_unit == "deg" else 1.0
+    n_series = len(names) * (1 + len(shown) + 2 * (band is not None))
+    points = min(max(int(_BYTES / _PACKED / n_series), _FEWEST), _FINEST)
+    bins = Bins.over([(part.start, part.stop) for part in log.segments], points)
+    scene = _Scene(names, bins, np.array([1.0] * 3 + [turn] * 3))
+    time, lines = _staged_time(log), _lines(comparison, [row for row, _ in shown])
+    around, said, edges = None, "", []
+    if band is not None and chosen is not None:
+        name = f"{100.0 * band.level:.0f} % band of {chosen.model} by {chosen.method}"
+        around = Line(name, chosen.method, colour_of(chosen.method))
+        said = said_of_band(f"{chosen.model} by {chosen.method}")
+        edges = scene.edges(band)
+    unit = f"{comparison.rate_unit}/s"
+    document: dict[str, object] = {
+        "velocities": [{"name": k, "unit": "m/s" if k in VELOCITIES[:3] else unit} for k in names],
+        "segments": [
+            {"name": part.name, "start": time[part.start], "stop": time[part.stop - 1]}
+            for part in log.segments
+        ],
+        "replays": [asdict(line) for line in lines],
+        "band": None if around is None else asdict(around),
+        "time": _base64(bins.times(time).astype("<f8")),
+        "series": [scene.packed(log.velocity), *(scene.packed(run.velocity) for _, run in shown)],
+        "edges": edges,
+    }
+    return Series(document, lines, around, said, len(runs) - len(shown), not bins.is_exact)
+
+
+def _lines(comparison: Comparison, rows: Sequence[Row]) -> tuple[Line, ...]:
+    """Return how replays are drawn, in the looks that the pictures of the run have too."""
+    models = models_of(comparison, chosen_row(comparison))
+    looks = looks_of([(row.model, row.method) for row in rows], models)
+    return tuple(
+        Line(
+            f"{row.model} by {row.method}",
+            row.method,
+            look.colour,
+            tuple(round(_WIDTH * length, 1) for length in look.dashes),
+        )
+        for row, look in zip(rows, looks, strict=True)
+    )
+
+
+def _staged_time(log: Log) -> FloatArray:
+    """Return a time at which segments stand one after another, since a clock may restart."""
+    spans = np.array([log.time[s.stop - 1] - log.time[s.start] for s in log.segments])
+    origins = np.cumsum(spans + max(_ROOM * spans.sum(), 1e-3)) - spans
+    time = np.empty(log.n)
+    for part, origin in zip(log.segments, origins - origins[0], strict=True):
+        rows = slice(part.start, part.stop)
+        time[rows] = origin + log.time[rows] - log.time[part.start]
+    return time
+
+
+def _pack(values: FloatArray) -> dict[str, object]:
+    """Return a series as integers in steps of its own range."""
+    finite = values[np.isfinite(values)]
+    low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)
+    step = (high - low) / _STEPS or 1.0
+    counts = np.where(np.isfinite(values), np.rint((values - low) / step), _NOTHING)
+    return {"low": low, "step": step, "steps": _base64(counts.astype("<u2"))}
+
+
+def _base64(array: np.ndarray) -> str:
+    return base64.b64encode(array.tobytes()).decode("ascii")

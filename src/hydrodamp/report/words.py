@@ -1,0 +1,211 @@
+"""What is said of a comparison in sentences: the verdict, and remarks beside the numbers."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from itertools import chain
+
+import numpy as np
+
+from hydrodamp.basis.axes import AXES
+from hydrodamp.identification.fit import Fit
+from hydrodamp.identification.grades import Grade, Identifiability
+from hydrodamp.report.fit_tables import half_widths
+from hydrodamp.report.numbers import seconds
+from hydrodamp.simulation.status import Status
+from hydrodamp.validation.comparison import Comparison, Row
+from hydrodamp.validation.paper import beside_paper, rank_correlation
+
+#: Key in the provenance of a comparison that lacks rows; its value says how many.
+UNFINISHED = "unfinished"
+
+_NAMED = 8  # coefficients that are named; of more, the number by axis
+_MEANING = {
+    Grade.WEAK: "weak, to be used with the whole model only",
+    Grade.NOT_DETERMINED: "not determined",
+}
+_UNDONE = {
+    Status.NOT_SETTLED: "the estimate has not settled",
+    Status.STOPPED: "the search did not end at rest",
+}
+
+
+def verdict(comparison: Comparison, grades: Identifiability | None = None) -> tuple[str, str, str]:
+    """Return which fit to take, how good it is, and which coefficients are not known."""
+    if all(row.rms is None for row in comparison.rows):
+        return _no_verdict(comparison)
+    choice = comparison.choice()
+    alone = len(comparison.rows) == 1
+    which = choice.sentence if alone else f"Take {choice.sentence}"
+    return (which, _how_good(comparison, choice.row), _how_known(choice.row.fit, grades))
+
+
+def _no_verdict(comparison: Comparison) -> tuple[str, str, str]:
+    outcomes = ", ".join(dict.fromkeys(row.status.word for row in comparison.rows)) or "no rows"
+    return (
+        f"No model can be recommended: none of {len(comparison.rows)} fits has an RMS error.",
+        f"Nothing can be said of how good they are; the outcomes are: {outcomes}.",
+        "The log did not determine any of these models well enough to be replayed; try models "
+        "with fewer terms, another method, or a log with richer manoeuvres.",
+    )
+
+
+def _how_good(comparison: Comparison, row: Row) -> str:
+    shares = {name: value for name, value in row.score.fit_by_axis.items() if value is not None}
+    shared = comparison.provenance.get("overlap")
+    unseen = (
+        f"data that share {shared} with the training data" if shared else "data it has not seen"
+    )
+    words = (
+        f"Replayed open loop on {unseen}, it errs by {row.rms:.3g} "
+        f"(RMS of m/s and {comparison.rate_unit}/s together)"
+    )
+    if not shares:
+        return f"{words}."
+    worst, best = min(shares, key=shares.__getitem__), max(shares, key=shares.__getitem__)
+    spread = f"{shares[worst]:.0f} % for {worst}"
+    if worst != best:
+        spread += f" at worst and {shares[best]:.0f} % for {best} at best"
+    return f"{words}; its fit is {spread}, where 100 % is exact and 0 % no better than the mean."
+
+
+def _how_known(fit: Fit, grades: Identifiability | None) -> str:
+    """Say which coefficients are not known, by the grades and by the fit."""
+    found = [*_doubts(fit, named=grades is None)]
+    said = f"by {fit.method}, {' and '.join(found)}"
+    n = fit.model.n_coefficients
+    if grades is not None:
+        return f"{'; '.join([*_graded(grades), *([said] if found else [])])}."
+    if found:
+        return f"Of the {n} coefficients of this model, {said}."
+    if fit.damping.covariance is not None:
+        return (
+            f"The log determines all {n} coefficients: none is aliased, and no 95 % interval "
+            "holds zero."
+        )
+    if fit.rank is None:
+        return (
+            f"Which of the {n} coefficients the log determines is not known: {fit.method} gives "
+            "neither ranks nor standard errors."
+        )
+    return (
+        f"None of the {n} coefficients is aliased, but {fit.method} gives no standard errors to "
+        "say how well each is known."
+    )
+
+
+def _doubts(fit: Fit, *, named: bool) -> Iterator[str]:
+    """Say how the search ended, what is aliased, and which intervals hold zero."""
+    aliased = list(dict.fromkeys(chain.from_iterable(fit.aliased)))
+    within = np.abs(fit.damping.coefficients) <= half_widths(fit)
+    pairs = zip(fit.model.labels, within, strict=True)
+    unsure = [label for label, inside in pairs if inside and label not in aliased]
+    if fit.status in _UNDONE:
+        yield _UNDONE[fit.status]
+    if aliased:
+        verb = "is" if len(aliased) == 1 else "are"
+        yield f"{len(aliased)} {verb} aliased{_listed(aliased) if named else ''}"
+    if unsure:
+        hold = "interval of 1 holds" if len(unsure) == 1 else f"intervals of {len(unsure)} hold"
+        yield f"the 95 % {hold} zero{_listed(unsure) if named else ''}"
+
+
+def _graded(found: Identifiability) -> Iterator[str]:
+    """Say how many coefficients are determined, and which are not."""
+    n, sure = len(found.grades), len(found.labelled(Grade.DETERMINED))
+    if sure == n:
+        yield f"The log determined all {n} coefficients of this model"
+        return
+    yield f"The log determined {sure or 'none'} of its {n} coefficients"
+    for grade, meaning in _MEANING.items():
+        if labels := list(found.labelled(grade)):
+            verb = "is" if len(labels) == 1 else "are"
+            yield f"{len(labels)} {verb} {meaning}{_listed(labels)}"
+    quiet = [f"{one.axis} {100.0 * one.share:.0f} %" for one in found.axes if not one.excited]
+    if quiet:
+        yield (
+            "axes whose response is not predicted, for want of motion or of the right terms "
+            f"(share): {', '.join(quiet)}"
+        )
+
+
+def _listed(labels: list[str]) -> str:
+    """Name a few; of more, say how many stand on each axis."""
+    if len(labels) <= _NAMED:
+        return f" ({', '.join(labels)})"
+    count = Counter(label.partition("_")[0] for label in labels)
+    return f" ({', '.join(f'{axis} {count[axis]}' for axis in AXES if count[axis])})"
+
+
+def remarks(comparison: Comparison) -> tuple[str, ...]:
+    """Return the sentences that stand below the table of a comparison."""
+    given = comparison.provenance
+    said = []
+    if lacking := given.get(UNFINISHED):
+        said.append(f"Unfinished, {lacking}. What is missing may be better than what is here.")
+    if shared := given.get("overlap"):
+        said.append(
+            f"Training and test data share {shared}: errors on data that were fitted say little."
+        )
+    if any(row.rms is not None for row in comparison.rows):
+        said.append(comparison.choice().sentence)
+    return (
+        *said,
+        *_order_of_paper(comparison),
+        *_diverged(comparison),
+        *_outcomes(comparison),
+        f"Open-loop replay, eq. 24; lower is better. Attitude {comparison.attitude}.",
+    )
+
+
+def _order_of_paper(comparison: Comparison) -> Iterator[str]:
+    """Say how similar to Table I each method orders the models."""
+    if not beside_paper(comparison):
+        return
+    found = [(method, rank_correlation(comparison, method)) for method in comparison.methods]
+    words = [f"{method} {rho:+.2f}" for method, rho in found if rho is not None]
+    if words:
+        yield (
+            f"Rank correlation with the paper's order: {', '.join(words)} "
+            "(+1 same order, 0 none, -1 reversed; diverged ranks last)."
+        )
+    yield "paper: Table I as printed; the paper's own log was never published."
+
+
+def _diverged(comparison: Comparison) -> Iterator[str]:
+    """Say where and when replays diverged."""
+    for method in comparison.methods:
+        places = [
+            f"{row.model} (in "
+            + ", ".join(f"{name} after {seconds(time)}" for name, time in row.score.diverged)
+            + ")"
+            for row in comparison.rows
+            if row.method == method and row.score.diverged
+        ]
+        if places:
+            yield f"diverged by {method}: {'; '.join(places)}."
+
+
+def _outcomes(comparison: Comparison) -> Iterator[str]:
+    """Say every other outcome in its sentence, with the rows that have it."""
+    for status in Status:
+        if status in (Status.OK, Status.DIVERGED):
+            continue
+        rows = [row for row in comparison.rows if row.fit.status is status]
+        if rows:
+            mark = "~ " if status is Status.NOT_SETTLED else ""
+            yield f"{mark}{status.value} {_named(comparison, rows)}"
+        if status is Status.REFUSED:
+            yield from (f"{row.model} by {row.method}: {' '.join(row.fit.remarks)}" for row in rows)
+
+
+def _named(comparison: Comparison, rows: list[Row]) -> str:
+    """Return models by method; all models of a method in two words."""
+    all_of, of = (Counter(row.method for row in each) for each in (comparison.rows, rows))
+    words = []
+    for method, count in of.items():
+        every = count > 1 and count == all_of[method]
+        models = ", ".join(row.model for row in rows if row.method == method)
+        words.append(f"{method}: {'every model' if every else models}")
+    return f"[{'; '.join(words)}]"

@@ -1,0 +1,109 @@
+from __future__ import annotations
+
+import csv
+import io
+
+import pytest
+from rich.console import Console
+
+from hydrodamp.report.comparison_tables import comparison_grids
+from hydrodamp.report.grid import (
+    Column,
+    Grid,
+    show,
+    to_csv,
+    to_latex,
+    to_markdown,
+    to_text,
+    wrapped,
+)
+from hydrodamp.validation.comparison import Comparison
+
+GRID = Grid(
+    "Errors & more",
+    (Column("model_a", number=False), Column("rms", form="{:.1f}".format, key="rms_deg")),
+    (("u|u|", "~1"), ("v^2", 0.25), ("<w>", None)),
+    ("first note", "second <note>"),
+    best=frozenset({(1, 0)}),
+)
+
+
+def test_text_is_aligned() -> None:
+    assert to_text(GRID).splitlines() == [
+        *("Errors & more", ""),
+        "model_a  rms",
+        "-------  ---",
+        "u|u|      ~1",
+        "v^2      0.2",
+        "<w>        -",
+        *("", "first note", "second <note>"),
+    ]
+
+
+def test_markdown_escapes_its_marks() -> None:
+    text = to_markdown(GRID)
+    assert text.startswith("**Errors & more**\n\n| model_a | rms |\n| :--- | ---: |\n")
+    assert r"| u\|u\| | \~1 |" in text
+    assert "| **v^2** | 0.2 |" in text
+    assert "| &lt;w> | - |" in text
+    assert text.endswith("- first note\n- second &lt;note>")
+
+
+def test_latex_escapes_its_marks() -> None:
+    text = to_latex(GRID)
+    assert r"\caption{Errors \& more}" in text
+    assert r"\begin{tabular}{lr}" in text
+    assert r"model\_a & rms \\" in text
+    assert r"u\textbar{}u\textbar{} & \textasciitilde{}1 \\" in text
+    assert r"\textbf{v\textasciicircum{}2} & 0.2 \\" in text
+    assert text.startswith("% first note\n% second <note>\n")
+
+
+def test_csv_has_names_for_programs_and_full_precision() -> None:
+    assert [*csv.reader(io.StringIO(to_csv(GRID)))] == [
+        ["model_a", "rms_deg"],
+        ["u|u|", "~1"],
+        ["v^2", "0.25"],
+        ["<w>", ""],
+    ]
+
+
+def test_a_bare_grid_has_neither_title_nor_notes() -> None:
+    bare = Grid.of_words("", ("a",), "l", (("1",),))
+    assert to_text(bare) == "a\n-\n1"
+    assert to_markdown(bare) == "| a |\n| :--- |\n| 1 |"
+
+
+def test_notes_never_break_a_number_from_its_unit() -> None:
+    assert wrapped("after 12\u00a0s", 8) == ["after", "  12 s"]
+
+
+def shown(*grids: Grid, width: int = 80, color: bool = False) -> str:
+    stream = io.StringIO()
+    system = "standard" if color else None
+    show(Console(file=stream, width=width, force_terminal=color, color_system=system), *grids)
+    return stream.getvalue()
+
+
+@pytest.mark.parametrize("width", [80, 20])
+def test_a_terminal_shows_every_word_whole(comparison: Comparison, width: int) -> None:
+    grids = comparison_grids(comparison)
+    text = shown(*grids, width=width)
+    assert all(word in text for grid in grids for row in grid.words for word in row)
+    if width == 80:
+        assert max(map(len, text.splitlines())) <= 80
+        assert all(grid.title in text for grid in grids)
+
+
+def test_a_time_between_colons_is_no_emoji() -> None:
+    grid = Grid.of_words("50:100:", ("a",), "l", (), ("They share 50:100: all.",))
+    assert shown(grid).count("50:100:") == 2
+
+
+def test_outcomes_have_colours() -> None:
+    rows = (("a", "diverged"), ("b", "~1.0"), ("c", 0.5))
+    columns = (Column("model", number=False), Column("ls"))
+    text = shown(Grid("", columns, rows, best=frozenset({(2, 1)})), color=True)
+    assert "\x1b[31mdiverged" in text
+    assert "\x1b[33m" in text.split("~1.0")[0].splitlines()[-1]
+    assert "\x1b[1;32m" in text.split("0.5")[0].splitlines()[-1]

@@ -1,0 +1,137 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.identification.grades import AxisIdentifiability, Grade, Identifiability
+from hydrodamp.report.words import remarks, verdict
+from hydrodamp.validation.comparison import Comparison
+
+
+def with_fit(comparison, **changes):
+    first = comparison.rows[0]
+    return Comparison((replace(first, fit=replace(first.fit, **changes)),), provenance={})
+
+
+def graded(grades: str, *, excited: bool = True) -> Identifiability:
+    """Return grades of 'linear': a letter d, w or n for each coefficient of every axis."""
+    words = {"d": Grade.DETERMINED, "w": Grade.WEAK, "n": Grade.NOT_DETERMINED}
+    model = hd.catalog["linear"]
+    axes = []
+    for k, axis in enumerate("XYZKMN"):
+        labels = model.labels[6 * k : 6 * k + 6]
+        sure = tuple(words[letter] for letter in grades)
+        share = 0.9 if excited or axis != "K" else 0.1
+        axes.append(
+            AxisIdentifiability(axis, labels, sure, (1.0,) * 6, 6, 3.0, share, share > 0.25, ())
+        )
+    return Identifiability(model, tuple(axes))
+
+
+def test_the_verdict_is_three_sentences(comparison):
+    which, how_good, unknown = verdict(comparison)
+    assert which.startswith("Take linear by ls (0.46): lowest RMS error of 2 replays; runner-up")
+    assert "on data it has not seen, it errs by 0.46 (RMS of m/s and deg/s together)" in how_good
+    assert "-110 % for r at worst and 90 % for u at best" in how_good
+    assert unknown == (
+        "Of the 36 coefficients of this model, by ls, the 95 % intervals of 3 hold zero "
+        "(X_u, X_v, X_w)."
+    )
+    assert all(each.endswith(".") for each in (which, how_good, unknown))
+
+
+def test_many_unknown_coefficients_are_counted_by_axis(comparison):
+    covariance = np.diag(np.full(36, 1e6))
+    fit = comparison.rows[0].fit
+    unsure = with_fit(comparison, damping=replace(fit.damping, covariance=covariance))
+    assert "intervals of 36 hold zero (X 6, Y 6, Z 6, K 6, M 6, N 6)" in verdict(unsure)[2]
+
+
+def test_aliased_coefficients_are_named_first(comparison):
+    tied = with_fit(comparison, aliased=(("X_u", "X_v"), ("K_p",)))
+    words = verdict(tied)[2]
+    assert "by ls, 3 are aliased (X_u, X_v, K_p) and the 95 % interval of 1 holds zero" in words
+
+
+@pytest.mark.parametrize(
+    ("covariance", "rank", "words"),
+    [
+        (np.diag(np.full(36, 1e-9)), 36, "determines all 36 coefficients"),
+        (None, None, "is not known: ls gives neither ranks nor standard errors"),
+        (None, 36, "None of the 36 coefficients is aliased, but ls gives no standard errors"),
+    ],
+)
+def test_what_is_known_depends_on_the_method(comparison, covariance, rank, words):
+    fit = comparison.rows[0].fit
+    damping = replace(fit.damping, covariance=covariance)
+    assert words in verdict(with_fit(comparison, damping=damping, rank=rank))[2]
+
+
+def test_a_score_on_fitted_data_says_so(comparison):
+    shared = replace(comparison, provenance={"overlap": "all 5 samples"})
+    assert "data that share all 5 samples with the training data" in verdict(shared)[1]
+    first = comparison.rows[0]
+    flat = replace(first, score=replace(first.score, fit_by_axis=dict.fromkeys("uvwpqr")))
+    assert verdict(Comparison((flat,)))[1].endswith("together).")
+
+
+def test_an_unfinished_run_says_so(comparison):
+    lacking = replace(comparison, provenance={"unfinished": "7 of 9 rows: interrupted"})
+    assert remarks(lacking)[0].startswith("Unfinished, 7 of 9 rows: interrupted.")
+
+
+@pytest.mark.parametrize(
+    ("grades", "excited", "sentence"),
+    [
+        ("dddddd", True, "The log determined all 36 coefficients of this model"),
+        (
+            "dddddw",
+            True,
+            "The log determined 30 of its 36 coefficients; 6 are weak, to be used with the "
+            "whole model only (X_r, Y_r, Z_r, K_r, M_r, N_r)",
+        ),
+        (
+            "nnnnnn",
+            False,
+            "The log determined none of its 36 coefficients; 36 are not determined (X 6, Y 6, "
+            "Z 6, K 6, M 6, N 6); axes whose response is not predicted, for want of "
+            "motion or of the right terms (share): K 10 %",
+        ),
+    ],
+)
+def test_the_third_sentence_rests_on_the_grades(comparison, grades, excited, sentence):
+    """The covariance is diag(1 ... 36) and the coefficients -1 ... -36: three intervals hold 0."""
+    found = graded(grades, excited=excited)
+    ending = "; by ls, the 95 % intervals of 3 hold zero."
+    assert verdict(comparison, found)[2] == f"{sentence}{ending}"
+    assert not verdict(comparison)[2].startswith(sentence)
+
+
+@pytest.mark.parametrize(
+    ("model", "method", "ending"),
+    [
+        ("linear", "ai", "of this model; by ai, the estimate has not settled."),
+        ("uncoupled", "ls", "of this model; by ls, 3 are aliased."),
+    ],
+)
+def test_the_fit_has_its_say_after_the_grades(comparison, model, method, ending):
+    row = comparison.row(model, method)
+    fit = replace(row.fit, damping=replace(row.fit.damping, covariance=None))
+    alone = hd.Comparison((replace(row, fit=fit),))
+    assert verdict(alone, graded("dddddd"))[2].endswith(ending)
+
+
+def test_a_fit_with_nothing_to_add_adds_nothing(comparison):
+    fit = comparison.row("linear", "ls").fit
+    sure = replace(fit.damping, covariance=1e-6 * np.eye(36))
+    alone = hd.Comparison((replace(comparison.rows[0], fit=replace(fit, damping=sure)),))
+    assert verdict(alone, graded("dddddd"))[2].endswith("all 36 coefficients of this model.")
+
+
+def test_without_an_error_nothing_is_recommended(comparison):
+    lost = hd.Comparison(comparison.rows[1:2])
+    assert verdict(lost)[0].startswith("No model can be recommended: none of 1 fits")
+    assert "the outcomes are: diverged" in verdict(lost)[1]
