@@ -34,9 +34,8 @@ from hydrodamp.ingest.mapping.schema import MappingFile
 from hydrodamp.models.catalog import catalog
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.files import read_damping, read_models, write_damping, write_model
-from hydrodamp.vehicle.file import read_vehicle, write_vehicle
+from hydrodamp.vehicle.file import VehicleFile, read_vehicle, write_vehicle
 from hydrodamp.vehicle.fleet import fleet
-from hydrodamp.vehicle.schema import VehicleEntry
 
 
 @pytest.fixture
@@ -377,7 +376,7 @@ def test_a_comparison_is_told(tmp_path: Path) -> None:
 def test_keys_are_those_of_the_forms_and_of_one_kind_only() -> None:
     own = {kind: keys.split() for kind, (_, _, keys) in KINDS.items() if keys}
     shared = {"name", "source", "note", "extends"}
-    assert set(own["vehicle"]) == set(VehicleEntry.model_fields) - shared
+    assert set(own["vehicle"]) == set(VehicleFile.model_fields) - shared
     assert set(own["mapping"]) == set(MappingFile.model_fields) - shared
     every = [key for keys in own.values() for key in keys]
     assert len(every) == len(set(every))

@@ -207,12 +207,14 @@ from .validation.crossvalidation import (
 from .validation.front import front as front
 from .validation.paper import TABLE_I as TABLE_I, rank_correlation as rank_correlation
 from .validation.vehicle_error import VehicleDoubt as VehicleDoubt, vehicle_doubt as vehicle_doubt
+from .vehicle.actuators import (
+    Fin as Fin,
+    Matrix as Matrix,
+    Propeller as Propeller,
+    Thruster as Thruster,
+)
 from .vehicle.file import read_vehicle as read_vehicle, write_vehicle as write_vehicle
-from .vehicle.fin import Fin as Fin
 from .vehicle.fleet import find_vehicle as find_vehicle, fleet as fleet
-from .vehicle.matrix import Matrix as Matrix
-from .vehicle.propeller import Propeller as Propeller
-from .vehicle.thruster import Thruster as Thruster
 from .vehicle.vehicle import Vehicle as Vehicle
 
 __version__: str

@@ -3,10 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hydrodamp.vehicle.fin import Fin
-from hydrodamp.vehicle.matrix import Matrix
-from hydrodamp.vehicle.propeller import Propeller
-from hydrodamp.vehicle.thruster import Thruster
+from hydrodamp.vehicle.actuators import Fin, Matrix, Propeller, Thruster
 from hydrodamp.vehicle.vehicle import Vehicle
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from hydrodamp.basis.term import Term
 from hydrodamp.errors import VehicleError
-from hydrodamp.vehicle.actuation import command_of, limited, wrench_columns
+from hydrodamp.vehicle.actuators import command_of, limited, wrench_columns
 
 
 def test_missing_command_names_the_nearest():

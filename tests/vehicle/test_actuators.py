@@ -9,10 +9,7 @@ import pytest
 
 from hydrodamp.basis.axes import AXES
 from hydrodamp.errors import VehicleError
-from hydrodamp.vehicle.fin import Fin
-from hydrodamp.vehicle.matrix import Matrix
-from hydrodamp.vehicle.propeller import Propeller
-from hydrodamp.vehicle.thruster import Thruster
+from hydrodamp.vehicle.actuators import Fin, Matrix, Propeller, Thruster
 
 ALL = [
     Matrix(("forward", "turn"), [[1, 0, 0, 0, 0, 0], [0, 0, 0, 0, 0, 2]]),

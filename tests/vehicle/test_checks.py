@@ -1,40 +1,38 @@
+"""What a vehicle and its actuators refuse at the door."""
+
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from hydrodamp.errors import VehicleError
-from hydrodamp.vehicle.checks import (
-    check_command,
-    checked_actuators,
-    checked_array,
-    checked_axes,
-    checked_force,
-    checked_gains,
-    checked_name,
-    checked_number,
-    checked_table,
-)
-from hydrodamp.vehicle.fin import Fin
+from hydrodamp.vehicle.actuators import Fin, Propeller, Thruster
+from hydrodamp.vehicle.vehicle import Vehicle
+
+INFINITE = float("inf")
+
+
+def vehicle(**given):
+    return Vehicle(**{"name": "a", "mass_matrix": np.eye(6), "weight": 1, "buoyancy": 1, **given})
 
 
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: checked_name("uv", "command"), "`command`.*`uv` reads as the product"),
-        (lambda: checked_name("2nd", "name"), "`name`.*letters, digits"),
-        (lambda: checked_number(float("nan"), "gain"), "`gain` must be a finite number; got nan"),
-        (lambda: checked_number(0.0, "limit", positive=True), "`limit` must be a positive number"),
-        (lambda: checked_gains({"Q": 1.0}, "force"), "`force` must name axes of X Y Z K M N"),
-        (lambda: checked_gains({"Y": float("inf")}, "force"), "`force Y` must be a finite"),
-        (lambda: checked_table([1, 2], (3,), "position"), r"`position` must have shape \(3\)"),
-        (lambda: checked_array([1, float("inf")], (2,), "position"), "`position` must be finite"),
-        (lambda: check_command("rudder", "r", None), "`name`.*reserved"),
-        (lambda: check_command("rudder", "", -0.3), "`limit` must be a positive"),
-        (lambda: checked_force(-1.0, "buoyancy"), "`buoyancy` must be zero or positive"),
-        (lambda: checked_axes(("Y", "X")), "in this order; got Y X"),
-        (lambda: checked_axes(("X", "X")), "in this order; got X X"),
-        (lambda: checked_axes(("X", "U")), "got X U"),
-        (lambda: checked_axes(()), "got none"),
+        (lambda: Fin("uv", {"Y": 1.0}), "`command`.*`uv` reads as the product"),
+        (lambda: Fin("rudder", {"Y": 1.0}, name="2nd"), "`name`.*letters, digits"),
+        (lambda: Fin("rudder", {"Y": 1.0}, name="r"), "`name`.*reserved"),
+        (lambda: Propeller("rpm", float("nan")), "`thrust` must be a finite number; got nan"),
+        (lambda: Fin("rudder", {"Y": 1.0}, limit=0.0), "`limit` must be a positive number"),
+        (lambda: Fin("rudder", {"Q": 1.0}), "`force` must name axes of X Y Z K M N"),
+        (lambda: Fin("rudder", {"Y": INFINITE}), "`force Y` must be a finite"),
+        (lambda: Thruster("t", [1, 2], (1, 0, 0), 1), r"`position` must have shape \(3\)"),
+        (lambda: Thruster("t", (1, INFINITE, 0), (1, 0, 0), 1), "`position` must be finite"),
+        (lambda: vehicle(buoyancy=-1.0), "`buoyancy` must be zero or positive"),
+        (lambda: vehicle(axes=("Y", "X")), "in this order; got Y X"),
+        (lambda: vehicle(axes=("X", "X")), "in this order; got X X"),
+        (lambda: vehicle(axes=("X", "U")), "got X U"),
+        (lambda: vehicle(axes=()), "got none"),
     ],
 )
 def test_refusals_say_what_is_wanted(call, message):
@@ -45,12 +43,12 @@ def test_refusals_say_what_is_wanted(call, message):
 def test_derived_channels_must_not_collide():
     rudder = Fin("rudder", {"Y": 1.0}, limit=0.3)
     with pytest.raises(VehicleError, match="`rudder_limited` has the name of another actuator"):
-        checked_actuators((rudder, rudder))
+        vehicle(actuators=(rudder, rudder))
     with pytest.raises(VehicleError, match="`rudder_limited` has the name of a command"):
-        checked_actuators((rudder, Fin("rudder_limited", {"Y": 1.0})))
+        vehicle(actuators=(rudder, Fin("rudder_limited", {"Y": 1.0})))
     upper = Fin("rudder", {"Y": 1.0}, limit=0.3, name="upper")
-    assert checked_actuators((rudder, upper)) == (rudder, upper)
+    assert vehicle(actuators=(rudder, upper)).actuators == (rudder, upper)
 
 
 def test_gains_come_in_axis_order():
-    assert checked_gains((("N", 1), ("X", 2)), "force") == (("X", 2.0), ("N", 1.0))
+    assert Fin("rudder", (("N", 1), ("X", 2))).force == (("X", 2.0), ("N", 1.0))

@@ -3,8 +3,8 @@ from __future__ import annotations
 import numpy as np
 
 from hydrodamp.basis.term import Term
-from hydrodamp.vehicle.actuation import Column
-from hydrodamp.vehicle.columns import gather, restoring_columns, restoring_matrix
+from hydrodamp.vehicle.actuators import Column
+from hydrodamp.vehicle.vehicle import gather, restoring_columns, restoring_matrix
 
 
 def test_gather_sums_equal_terms_and_drops_what_cancels():

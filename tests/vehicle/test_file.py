@@ -4,15 +4,13 @@ import numpy as np
 import pytest
 
 from hydrodamp.errors import FileError, VehicleError
+from hydrodamp.vehicle.actuators import Fin, Propeller, Thruster
 from hydrodamp.vehicle.file import (
     format_vehicle,
     parse_vehicle,
     read_vehicle,
     write_vehicle,
 )
-from hydrodamp.vehicle.fin import Fin
-from hydrodamp.vehicle.propeller import Propeller
-from hydrodamp.vehicle.thruster import Thruster
 from hydrodamp.vehicle.vehicle import Vehicle
 
 RIGID = "rigid_body: {mass: 10, inertia: [1, 2, 2]}\n"
@@ -115,7 +113,7 @@ def test_shapes_that_cannot_be_are_left_for_the_message():
     assert "`added_mass[0]` must be a list; got 1" in message
     assert "`added_mass[5]` is still empty" in message
     assert "`center_of_gravity` must be a list; got 3" in message
-    assert "`rigid_body.inertia[0]` must have 3 numbers; got 2" in message
+    assert "`rigid_body.inertia[0]` must be a list of 3; got [1, 2]" in message
 
 
 def test_a_body_that_only_moves_along_needs_no_inertia():
@@ -153,33 +151,33 @@ def test_the_design_example_reads():
                 "`name` is missing",
                 "`weight` must be a number; got 'heavy'",
                 "`buoyancy` must be greater than or equal to 0; got -1",
-                "`mas_matrix` is no key of a vehicle file. Did you mean 'mass_matrix'",
+                "unknown key `mas_matrix`. Did you mean 'mass_matrix'",
             ],
         ),
         (REST + "mass_matrix: [[1, x]]\n", ["`mass_matrix[0][1]` must be a number; got 'x'"]),
         (REST + "rigid_body: {mass: , inertia: [1, 1, 1]}\n", ["`rigid_body.mass` is still empty"]),
-        (REST + "rigid_body: {mas: 1}\n", ["`rigid_body.mas` is no key", "'mass'"]),
+        (REST + "rigid_body: {mas: 1}\n", ["`rigid_body` has no `mas`. Did you mean 'mass'"]),
         (
             REST + RIGID + ADDED + "actuators: [{kind: fin, command: rudder, froce: {Y: 1}}]\n",
-            ["`actuators[0].force` is missing", "`actuators[0].froce`", "'force'"],
+            ["It has no `froce`. Did you mean 'force'? It lacks `force`."],
         ),
         (
             REST + RIGID + ADDED + "actuators: [{kind: sail}]\n",
-            ["`actuators[0].kind` must be one of matrix, fin, propeller, thruster; got 'sail'"],
+            ["`actuators[0]` needs a `kind` of matrix, fin, propeller, thruster; got 'sail'"],
         ),
         (
             REST + RIGID + ADDED + "actuators: [{kind: fin, command: a1, force: {Q: 1}}]\n",
-            ["`actuators[0].force.Q` must be one of X, Y, Z, K, M, N; got 'Q'"],
+            ["`actuators[0]`: `force` must name axes of X Y Z K M N; got 'Q'"],
         ),
-        (REST + RIGID + ADDED + "actuators: [{command: a1}]\n", ["`actuators[0].kind` is missing"]),
-        (REST + RIGID + ADDED + "actuators: [fin]\n", ["`actuators[0]` must be keys and values"]),
+        (REST + RIGID + ADDED + "actuators: [{command: a1}]\n", ["`actuators[0]` needs a `kind`"]),
+        (REST + RIGID + ADDED + "actuators: [fin]\n", ["`actuators[0]` must be a table"]),
         (
             REST + RIGID + "added_mass: [[1, 2, 3]]\n",
-            ["`added_mass[0]` must have 6 numbers; got 3"],
+            ["`added_mass[0]` must be a list of 6; got [1, 2, 3]"],
         ),
         (
             REST + RIGID + "added_mass: [[1, 0, 0, 0, 0, 0]]\n",
-            ["`added_mass` must have 6 rows; got 1"],
+            ["`added_mass` must be a list of 6; got"],
         ),
         (
             REST + ADDED + "rigid_body: {mass: 10, inertia: [20, null, 70]}\n",
@@ -191,7 +189,10 @@ def test_the_design_example_reads():
         ),
         (
             REST + RIGID + ADDED + "center_of_gravity: [0, 0]\naxes: X\n",
-            ["`center_of_gravity` must have 3 numbers; got 2", "`axes` must be a list; got 'X'"],
+            [
+                "`center_of_gravity` must be a list of 3; got [0, 0]",
+                "`axes` must be a list; got 'X'",
+            ],
         ),
         (REST + RIGID + ADDED + "actuators: {}\n", ["`actuators` must be a list; got {}"]),
         (REST + "mass_matrix: [[1, 2], [3, 4]]\n", ["`mass_matrix` must have shape (6, 6)"]),
@@ -201,7 +202,7 @@ def test_the_design_example_reads():
             + ADDED
             + "actuators: [{kind: fin, command: uv, force: {Y: 1}}, {kind: propeller, command: n1,"
             " thrust: 1, limit: -1}]\n",
-            ["3 faults", "actuators[0]: `command`", "actuators[1]: `limit`", "`axes` must be"],
+            ["3 faults", "`actuators[0]`: `command`", "`actuators[1]`: `limit`", "`axes` must be"],
         ),
         ("- a\n- b\n", ["must be keys and values, such as 'name: mine'; got a list"]),
         ("", ["must be keys and values", "it is empty"]),

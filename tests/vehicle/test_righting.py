@@ -3,8 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hydrodamp.vehicle.fleet import NAMES, fleet
-from hydrodamp.vehicle.righting import without_righting
+from hydrodamp.vehicle.fleet import NAMES, fleet, without_righting
 from hydrodamp.vehicle.vehicle import Vehicle
 
 HEELED = np.array([[0.0, np.sin(0.1), np.cos(0.1)]])

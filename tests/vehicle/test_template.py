@@ -8,8 +8,7 @@ import yaml
 
 from hydrodamp.errors import VehicleError
 from hydrodamp.vehicle.file import parse_vehicle
-from hydrodamp.vehicle.fleet import NAMES, fleet, fleet_text
-from hydrodamp.vehicle.righting import without_righting
+from hydrodamp.vehicle.fleet import NAMES, fleet, fleet_text, without_righting
 from hydrodamp.vehicle.template import copied, vehicle_template
 from hydrodamp.vehicle.vehicle import Vehicle
 

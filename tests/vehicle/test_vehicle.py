@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from hydrodamp.errors import VehicleError
-from hydrodamp.vehicle.fin import Fin
-from hydrodamp.vehicle.propeller import Propeller
+from hydrodamp.vehicle.actuators import Fin, Propeller
 from hydrodamp.vehicle.vehicle import Vehicle, mass_matrix_digest
 
 

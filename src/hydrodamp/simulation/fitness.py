@@ -13,8 +13,7 @@ from hydrodamp.basis.axes import VELOCITY_OF
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError, ProblemError, did_you_mean, list_faults
 from hydrodamp.models.model import DampingModel
-from hydrodamp.vehicle.fleet import NAMES
-from hydrodamp.vehicle.righting import without_righting
+from hydrodamp.vehicle.fleet import NAMES, without_righting
 from hydrodamp.vehicle.vehicle import Vehicle
 
 if TYPE_CHECKING:

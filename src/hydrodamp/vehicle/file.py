@@ -1,23 +1,34 @@
-"""The vehicle file: YAML both ways."""
+"""The vehicle file: YAML both ways, its form a pydantic model."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import fields
-from typing import Any
+from dataclasses import MISSING, fields
+from typing import Annotated, Any, Literal
 
 import numpy as np
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Discriminator,
+    Field,
+    FiniteFloat,
+    Tag,
+    ValidationError,
+    model_validator,
+)
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.errors import VehicleError, list_faults
+from hydrodamp.basis.axes import AXES
+from hydrodamp.errors import VehicleError, did_you_mean, list_faults
+from hydrodamp.faults import faults_in
 from hydrodamp.files import load_text, mistaken, parse_yaml, save_text
-from hydrodamp.vehicle.actuation import Actuator
-from hydrodamp.vehicle.fin import Fin
+from hydrodamp.vehicle.actuators import Actuator, Fin, Matrix, Propeller, Thruster
+from hydrodamp.vehicle.checks import checked_axes
 from hydrodamp.vehicle.mass import rigid_body_mass_matrix
-from hydrodamp.vehicle.matrix import Matrix
-from hydrodamp.vehicle.propeller import Propeller
-from hydrodamp.vehicle.thruster import Thruster
 from hydrodamp.vehicle.vehicle import Vehicle
 
 KINDS: Mapping[str, type] = {
@@ -26,7 +37,106 @@ KINDS: Mapping[str, type] = {
     "propeller": Propeller,
     "thruster": Thruster,
 }
-"""How a file calls the kinds of actuator."""
+_OPTIONAL = ("source", "note", "actuators")
+
+AxisName = Literal["X", "Y", "Z", "K", "M", "N"]
+Vector = Annotated[list[FiniteFloat], Field(min_length=3, max_length=3)]
+Six = Annotated[list[FiniteFloat], Field(min_length=6, max_length=6)]
+SixBySix = Annotated[list[Six], Field(min_length=6, max_length=6)]
+
+
+def _inertia_form(given: object) -> str:
+    rows = isinstance(given, list) and any(isinstance(row, list) for row in given)
+    return "tensor" if rows else "moments"
+
+
+Inertia = Annotated[
+    Annotated[Vector, Tag("moments")]
+    | Annotated[list[Vector], Field(min_length=3, max_length=3), Tag("tensor")],
+    Discriminator(_inertia_form),
+]
+
+
+def _actuator(given: object) -> object:
+    """Return the actuator of an entry; what cannot be is said as the rest of a sentence."""
+    if not isinstance(given, Mapping):
+        raise ValueError(f"must be a table; got {given!r}")
+    entry = dict(given)
+    kind = KINDS.get(str(entry.pop("kind", None)))
+    if kind is None:
+        raise ValueError(f"needs a `kind` of {', '.join(KINDS)}; got {given.get('kind')!r}")
+    known = {field.name: field for field in fields(kind)}
+    unknown = (key for key in entry if key not in known)
+    faults = [f"It has no `{key}`.{did_you_mean(str(key), known)}" for key in unknown]
+    faults += [
+        f"It lacks `{name}`."
+        for name, field in known.items()
+        if field.default is MISSING and entry.get(name) is None
+    ]
+    if faults:
+        raise ValueError(f"cannot be a {given['kind']}. {' '.join(faults)}")
+    try:
+        return kind(**{name: value for name, value in entry.items() if value is not None})
+    except TypeError as error:
+        raise ValueError(f"has a value of the wrong kind: {error}") from error
+
+
+class RigidBody(BaseModel):
+    """Mass and inertia, from which the rigid-body matrix is made."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    mass: Annotated[FiniteFloat, Field(gt=0)]
+    inertia: Inertia
+    inertia_about: Literal["origin", "center_of_gravity"] = "origin"
+
+
+class VehicleFile(BaseModel):
+    """A whole vehicle file."""
+
+    model_config = ConfigDict(extra="forbid", arbitrary_types_allowed=True)
+
+    name: str
+    source: str = ""
+    note: str = ""
+    mass_matrix: list[list[FiniteFloat]] | None = None
+    rigid_body: RigidBody | None = None
+    added_mass: SixBySix | None = None
+    weight: Annotated[FiniteFloat, Field(ge=0)]
+    buoyancy: Annotated[FiniteFloat, Field(ge=0)]
+    center_of_gravity: Vector = [0.0, 0.0, 0.0]
+    center_of_buoyancy: Vector = [0.0, 0.0, 0.0]
+    axes: Annotated[list[AxisName], AfterValidator(checked_axes)] = ["X", "Y", "Z", "K", "M", "N"]
+    actuators: list[Annotated[Any, BeforeValidator(_actuator)]] = []
+
+    @model_validator(mode="before")
+    @classmethod
+    def _zero_where_locked(cls, content: Any) -> Any:
+        return _without_unneeded(content)
+
+    @model_validator(mode="after")
+    def _one_mass_matrix(self) -> VehicleFile:
+        if (self.mass_matrix is None) == (self.rigid_body is None):
+            got = "neither" if self.rigid_body is None else "both"
+            raise ValueError(f"the file needs either `mass_matrix` or `rigid_body`; got {got}")
+        if self.rigid_body is not None and self.added_mass is None:
+            raise ValueError("`rigid_body` needs `added_mass`, 6 x 6 and positive, beside it")
+        return self
+
+    def vehicle(self) -> Vehicle:
+        """Return the vehicle that the file describes."""
+        mass = self.mass_matrix
+        if self.rigid_body is not None:
+            body = self.rigid_body.model_dump()
+            rigid = rigid_body_mass_matrix(**body, center_of_gravity=self.center_of_gravity)
+            mass = (rigid + np.array(self.added_mass)).tolist()
+        words = self.model_dump(exclude={"mass_matrix", "rigid_body", "axes", "actuators"})
+        return Vehicle(
+            **words,
+            mass_matrix=np.array(mass),
+            axes=tuple(self.axes),
+            actuators=tuple(self.actuators),
+        )
 
 
 def read_vehicle(path: str | os.PathLike[str]) -> Vehicle:
@@ -61,11 +171,6 @@ def read_vehicle(path: str | os.PathLike[str]) -> Vehicle:
 
 def parse_vehicle(text: str, *, source: str = "vehicle") -> Vehicle:
     """Read a vehicle from the text of a vehicle file."""
-    from pydantic import ValidationError
-
-    from hydrodamp.vehicle.faults import faults_of
-    from hydrodamp.vehicle.schema import VehicleEntry
-
     content = parse_yaml(text, source)
     if not isinstance(content, dict):
         got = "it is empty" if content is None else f"got {_called(content)}"
@@ -75,16 +180,12 @@ def parse_vehicle(text: str, *, source: str = "vehicle") -> Vehicle:
     if other := mistaken(content, source, "vehicle"):
         raise VehicleError(other)
     try:
-        entry = VehicleEntry.model_validate(content)
+        return VehicleFile.model_validate(content).vehicle()
     except ValidationError as error:
-        raise VehicleError(list_faults(source, faults_of(error))) from error
-    faults: list[str] = []
-    actuators = [_actuator(i, one.model_dump(), faults) for i, one in enumerate(entry.actuators)]
-    made = tuple(one for one in actuators if one is not None)
-    vehicle = _vehicle(entry.model_dump(exclude={"actuators"}), made, faults)
-    if vehicle is None or faults:
-        raise VehicleError(list_faults(source, faults))
-    return vehicle
+        faults = faults_in(error, content, VehicleFile)
+        raise VehicleError(list_faults(source, faults)) from error
+    except VehicleError as error:
+        raise VehicleError(f"{source}: {error}") from error
 
 
 def write_vehicle(vehicle: Vehicle, path: str | os.PathLike[str]) -> None:
@@ -130,30 +231,6 @@ def _called(content: object) -> str:
     return "a list" if isinstance(content, list) else repr(content)[:60]
 
 
-def _actuator(index: int, entry: dict[str, Any], faults: list[str]) -> Actuator | None:
-    kind = KINDS[entry.pop("kind")]
-    try:
-        actuator: Actuator = kind(**entry)
-    except VehicleError as error:
-        faults.append(f"actuators[{index}]: {error}")
-        return None
-    return actuator
-
-
-def _vehicle(
-    entry: dict[str, Any], actuators: tuple[Actuator, ...], faults: list[str]
-) -> Vehicle | None:
-    rigid, added = entry.pop("rigid_body"), entry["added_mass"]
-    try:
-        if rigid is not None:
-            body = rigid_body_mass_matrix(**rigid, center_of_gravity=entry["center_of_gravity"])
-            entry["mass_matrix"] = body + np.array(added)
-        return Vehicle(**{**entry, "axes": tuple(entry["axes"])}, actuators=actuators)
-    except VehicleError as error:
-        faults.append(str(error))
-        return None
-
-
 def _entry(actuator: Actuator) -> dict[str, Any]:
     kind = next(name for name, made in KINDS.items() if type(actuator) is made)
     entry: dict[str, Any] = {"kind": kind}
@@ -172,3 +249,60 @@ def _plain(value: Any) -> Any:
 
 def _lists(values: FloatArray) -> Any:
     return np.asarray(values).tolist()
+
+
+def _without_unneeded(content: Mapping[Any, Any]) -> dict[Any, Any]:
+    """Return a vehicle file with zeros where a locked axis left something empty."""
+    filled = {
+        key: value for key, value in content.items() if value is not None or key not in _OPTIONAL
+    }
+    axes = content.get("axes")
+    if not isinstance(axes, list):
+        return filled
+    locked = frozenset(i for i, axis in enumerate(AXES) if axis not in axes)
+    if locked >= {2, 3, 4}:
+        filled |= {key: 0.0 for key in ("weight", "buoyancy") if filled.get(key) is None}
+        for key in ("center_of_gravity", "center_of_buoyancy"):
+            filled[key] = _vector(filled.get(key))
+    for key in ("added_mass", "mass_matrix"):
+        if key in filled:
+            filled[key] = _matrix(filled[key], AXES, locked)
+    if isinstance(body := filled.get("rigid_body"), dict) and "inertia" in body:
+        filled["rigid_body"] = {**body, "inertia": _inertia(body["inertia"], locked)}
+    return filled
+
+
+def _vector(given: Any) -> Any:
+    """Return the origin for no vector, and a height of zero where it is left empty."""
+    if given is None:
+        return [0.0, 0.0, 0.0]
+    if isinstance(given, list) and len(given) == 3 and given[2] is None:
+        return [*given[:2], 0.0]
+    return given
+
+
+def _inertia(given: Any, locked: frozenset[int]) -> Any:
+    turned = frozenset(i - 3 for i in locked if i >= 3)
+    if given is None and len(turned) == 3:
+        return [0.0, 0.0, 0.0]
+    if isinstance(given, list) and not any(isinstance(row, list) for row in given):
+        return [_number(value, i in turned) for i, value in enumerate(given)]
+    return _matrix(given, AXES[3:], turned)
+
+
+def _matrix(given: Any, axes: tuple[str, ...], locked: frozenset[int]) -> Any:
+    """Return a square table whose empty entries in rows and columns of locked axes are zero."""
+    size = len(axes)
+    if not isinstance(given, list) or len(given) != size:
+        return given
+    rows = [[None] * size if row is None and i in locked else row for i, row in enumerate(given)]
+    return [
+        [_number(value, i in locked or j in locked) for j, value in enumerate(row)]
+        if isinstance(row, list)
+        else row
+        for i, row in enumerate(rows)
+    ]
+
+
+def _number(value: Any, unneeded: bool) -> Any:
+    return 0.0 if value is None and unneeded else value

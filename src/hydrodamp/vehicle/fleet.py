@@ -11,11 +11,12 @@ from pathlib import Path
 from hydrodamp.errors import FileError, HydrodampWarning, VehicleError, did_you_mean
 from hydrodamp.files import absent, neighbour
 from hydrodamp.vehicle.file import parse_vehicle, read_vehicle
-from hydrodamp.vehicle.righting import without_righting
 from hydrodamp.vehicle.vehicle import Vehicle
 
 NAMES = ("vt690", "remus100", "lauv", "bluerov2", "bluerov2-heavy")
-"""The vehicles of the fleet."""
+
+
+_MOTIONS = {"K": ("roll", "down_y"), "M": ("pitch", "down_x")}
 
 
 class Fleet(Mapping[str, Vehicle]):
@@ -93,17 +94,30 @@ def find_vehicle(name_or_path: str | os.PathLike[str]) -> Vehicle:
         return fleet[str(name_or_path)]
     path = Path(name_or_path)
     if path.exists():
-        return _righted(read_vehicle(path))
+        vehicle = read_vehicle(path)
+        if fault := without_righting(vehicle):
+            warnings.warn(fault, HydrodampWarning, stacklevel=2)
+        return vehicle
     if path.suffix or len(path.parts) > 1:
         raise FileError(absent(path))
     raise VehicleError(_unknown(str(name_or_path)))
 
 
-def _righted(vehicle: Vehicle) -> Vehicle:
-    """Return a vehicle; warn if it never rights itself."""
-    if told := without_righting(vehicle):
-        warnings.warn(told, HydrodampWarning, stacklevel=3)
-    return vehicle
+def without_righting(vehicle: Vehicle) -> str:
+    """Return what to say of a vehicle that nothing turns upright."""
+    gravity, lift = float(vehicle.center_of_gravity[2]), float(vehicle.center_of_buoyancy[2])
+    free = [axis for axis in _MOTIONS if axis in vehicle.axes]
+    if not free or (gravity > lift and max(vehicle.weight, vehicle.buoyancy) > 0.0):
+        return ""
+    motions = " and ".join(_MOTIONS[axis][0] for axis in free)
+    terms = ", ".join(f"{axis}: {_MOTIONS[axis][1]}" for axis in free)
+    return (
+        f"'{vehicle.name}' has no righting moment in {motions}: its center of gravity "
+        f"(z {gravity:g} m) is not below its center of buoyancy (z {lift:g} m), and damping has to "
+        "explain what turns the vehicle upright. Enter in the vehicle file by how much it is, "
+        f"mostly millimetres to centimetres, or let it be fitted by `terms: {{{terms}}}` in a "
+        "model file."
+    )
 
 
 def _unknown(name: str) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 from typing import Any
@@ -12,11 +12,13 @@ import numpy as np
 import numpy.typing as npt
 
 from hydrodamp.arrays import BoolArray, FloatArray, frozen
-from hydrodamp.basis.axes import AXES
+from hydrodamp.basis.atoms import DOWN
+from hydrodamp.basis.axes import AXES, VELOCITIES
 from hydrodamp.basis.basis import Basis
-from hydrodamp.vehicle.actuation import Actuator
-from hydrodamp.vehicle.checks import checked_actuators, checked_array, checked_axes, checked_force
-from hydrodamp.vehicle.columns import KnownColumns, gather, restoring_columns, restoring_matrix
+from hydrodamp.basis.term import Term
+from hydrodamp.errors import VehicleError
+from hydrodamp.vehicle.actuators import Actuator, Column, Propeller
+from hydrodamp.vehicle.checks import checked_array, checked_axes, checked_force
 from hydrodamp.vehicle.hull import (
     STANDARD_GRAVITY,
     Shape,
@@ -24,14 +26,21 @@ from hydrodamp.vehicle.hull import (
     hull_added_mass,
     hull_inertia,
 )
-from hydrodamp.vehicle.mass import checked_mass_matrix, rigid_body_mass_matrix
-from hydrodamp.vehicle.propeller import Propeller
+from hydrodamp.vehicle.mass import checked_mass_matrix, cross_matrix, rigid_body_mass_matrix
 
 
 def mass_matrix_digest(matrix: npt.ArrayLike) -> str:
     """Return a short fingerprint of a mass matrix."""
     rounded = np.round(np.asarray(matrix, dtype="<f8"), 9) + 0.0
     return hashlib.sha256(rounded.tobytes()).hexdigest()[:16]
+
+
+@dataclass(frozen=True, eq=False)
+class KnownColumns:
+    """The known wrench as a matrix times terms."""
+
+    terms: tuple[Term, ...]
+    matrix: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -327,6 +336,76 @@ class Vehicle:
 
     def __str__(self) -> str:
         """Return the vehicle on one screen."""
-        from hydrodamp.vehicle.describe import describe
+        parts = [
+            f"{self.name}: axes {' '.join(self.axes)}",
+            f"weight {self.weight:g} N, buoyancy {self.buoyancy:g} N",
+            f"center of gravity {_point(self.center_of_gravity)}, "
+            f"of buoyancy {_point(self.center_of_buoyancy)} m",
+            "mass matrix, rigid body and added mass [kg, kg m, kg m^2]",
+            *_table(self),
+            *(
+                f"{type(one).__name__.lower()} on {', '.join(one.commands)}"
+                for one in self.actuators
+            ),
+        ]
+        if not self.actuators:
+            parts.append("no known actuators")
+        origins = (("source", self.source), ("note", self.note))
+        return "\n".join([*parts, *(f"{what}: {text}" for what, text in origins if text)])
 
-        return describe(self)
+
+def checked_actuators(actuators: tuple[Actuator, ...]) -> tuple[Actuator, ...]:
+    """Return actuators whose channels do not collide."""
+    raw = {name for actuator in actuators for name in actuator.commands}
+    seen: set[str] = set()
+    for name in (name for actuator in actuators for name in actuator.derived):
+        if name in seen or name in raw:
+            other = "a command" if name in raw else "another actuator's channel"
+            raise VehicleError(
+                f"`actuators`: the channel `{name}` has the name of {other}; give the actuator "
+                "a `name` of its own"
+            )
+        seen.add(name)
+    return actuators
+
+
+def gather(columns: Iterable[Column]) -> KnownColumns:
+    """Sum columns of the same term and axis into one matrix."""
+    sums: dict[Term, FloatArray] = {}
+    for axis, term, value in columns:
+        sums.setdefault(term, np.zeros(6))[AXES.index(axis)] += value
+    kept = {term: column for term, column in sums.items() if column.any()}
+    matrix = np.column_stack([*kept.values()]) if kept else np.zeros((6, 0))
+    return KnownColumns(tuple(kept), frozen(matrix))
+
+
+def restoring_matrix(
+    weight: float,
+    buoyancy: float,
+    center_of_gravity: npt.ArrayLike,
+    center_of_buoyancy: npt.ArrayLike,
+) -> FloatArray:
+    """Return the matrix that turns the downward unit vector into the restoring wrench."""
+    lever = weight * np.asarray(center_of_gravity, dtype=np.float64)
+    lever = lever - buoyancy * np.asarray(center_of_buoyancy, dtype=np.float64)
+    return np.vstack([(weight - buoyancy) * np.eye(3), cross_matrix(lever)]) + 0.0
+
+
+def restoring_columns(matrix: npt.ArrayLike) -> tuple[Column, ...]:
+    """Return a restoring matrix as columns on ``down_x``, ``down_y``, ``down_z``."""
+    return tuple(
+        Column(axis, Term.parse(name), float(value))
+        for name, column in zip(DOWN, np.asarray(matrix).T, strict=True)
+        for axis, value in zip(AXES, column, strict=True)
+    )
+
+
+def _point(values: object) -> str:
+    return "(" + ", ".join(f"{value:g}" for value in np.asarray(values)) + ")"
+
+
+def _table(vehicle: Vehicle) -> list[str]:
+    free = [index for index, axis in enumerate(AXES) if axis in vehicle.axes]
+    head = "   " + "".join(f"{VELOCITIES[j]:>10}" for j in free)
+    rows = vehicle.mass_matrix
+    return [head, *(f"  {AXES[i]}" + "".join(f"{rows[i, j]:10.4g}" for j in free) for i in free)]

@@ -9,8 +9,7 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.basis.axes import AXES
-from hydrodamp.vehicle.fin import Fin
-from hydrodamp.vehicle.propeller import Propeller
+from hydrodamp.vehicle.actuators import Fin, Propeller
 from hydrodamp.vehicle.vehicle import Vehicle
 
 

@@ -1,0 +1,469 @@
+"""What turns commands into a known wrench: a plain matrix, fins, propellers, thrusters."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from hydrodamp.arrays import BoolArray, FloatArray
+from hydrodamp.basis.axes import AXES
+from hydrodamp.basis.term import Term
+from hydrodamp.errors import VehicleError, did_you_mean
+from hydrodamp.vehicle.checks import checked_name, checked_number, checked_table
+
+#: Axis -> number, given as a mapping and kept as pairs in the order of the axes.
+Gains: TypeAlias = Mapping[str, float] | tuple[tuple[str, float], ...]
+
+#: A small table of numbers, kept as tuples.
+Rows: TypeAlias = Sequence[Sequence[float]]
+
+
+class Column(NamedTuple):
+    """One entry of the known matrix: ``value`` times ``term`` acts on ``axis``."""
+
+    axis: str
+    term: Term
+    value: float
+
+
+class Actuator(Protocol):
+    """Turns commands into a known wrench, linear in terms of the basis."""
+
+    @property
+    def commands(self) -> tuple[str, ...]:
+        """Names of the commands it listens to."""
+        ...
+
+    @property
+    def derived(self) -> tuple[str, ...]:
+        """Names of the channels it computes; empty if it uses commands as they are."""
+        ...
+
+    def channels(self, commands: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+        """Return every channel that its columns use, raw or derived."""
+        ...
+
+    def columns(self) -> tuple[Column, ...]:
+        """Return what it adds to the known wrench."""
+        ...
+
+
+class Limited:
+    """What actuators share that use one command as it is, or within a limit."""
+
+    command: str
+    limit: float | None
+    dead_zone: Sequence[float] | None
+    name: str
+
+    @property
+    def commands(self) -> tuple[str, ...]:
+        """The command it listens to."""
+        return (self.command,)
+
+    @property
+    def derived(self) -> tuple[str, ...]:
+        """The limited command, where there is a limit or a dead zone."""
+        plain = self.limit is None and self.dead_zone is None
+        return () if plain else (f"{self.name or self.command}_limited",)
+
+    @property
+    def channel(self) -> str:
+        """The channel that its columns use."""
+        return (self.derived or self.commands)[0]
+
+    def channels(self, commands: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+        """Return the command within its limit, zero in its dead zone, shape (n,)."""
+        given = limited(command_of(commands, self.command), self.limit)
+        return {self.channel: np.where(idle(given, self.dead_zone), 0.0, given)}
+
+
+@dataclass(frozen=True)
+class Matrix:
+    """A wrench proportional to each command: nothing but a table.
+
+    Attributes
+    ----------
+    commands : tuple of str
+        Names of the commands.
+    wrench : tuple of tuples, one row of six a command
+        X Y Z [N] and K M N [N m] per unit of the command, body frame.
+
+    Raises
+    ------
+    VehicleError
+        If the rows are not one of six numbers a command.
+
+    Examples
+    --------
+    >>> Matrix(("surge_force",), [[1, 0, 0, 0, 0, 0]]).columns()[0].axis
+    'X'
+    """
+
+    commands: tuple[str, ...]
+    wrench: Rows
+
+    def __post_init__(self) -> None:
+        """Check and freeze the fields."""
+        names = tuple(checked_name(name, "commands") for name in self.commands)
+        rows = checked_table(self.wrench, (len(names), 6), "wrench")
+        object.__setattr__(self, "commands", names)
+        object.__setattr__(self, "wrench", rows)
+
+    @property
+    def derived(self) -> tuple[str, ...]:
+        """No channel is computed."""
+        return ()
+
+    def channels(self, commands: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+        """Return the commands as they are, each of shape (n,)."""
+        return {name: command_of(commands, name) for name in self.commands}
+
+    def columns(self) -> tuple[Column, ...]:
+        """Return one term a command: the command itself."""
+        pairs = zip(self.commands, self.wrench, strict=True)
+        return tuple(c for name, row in pairs for c in wrench_columns(row, Term.parse(name)))
+
+
+@dataclass(frozen=True)
+class Fin(Limited):
+    """A control surface: force with u|u| and its angle, drag with the angle squared.
+
+    Attributes
+    ----------
+    command : str
+        The deflection [rad].
+    force : mapping of axis to float
+        N or N m per (m/s)^2 and rad, on u|u|*command; SNAME's Y_uud, N_uud.
+    drag : mapping of axis to float, optional
+        N or N m per (m/s)^2 and rad^2, on u|u|*command^2; X_uudd, negative.
+    limit : float, optional
+        Largest deflection to either side [rad].
+    name : str, optional
+        Starts the name of the limited channel, ``<name>_limited``; the command
+        if not given.
+    dead_zone : tuple of two floats, optional
+        Deflections from the first to the second do nothing, as where a linkage has play
+        [rad].
+
+    Raises
+    ------
+    VehicleError
+        If an axis, a number or a name cannot be.
+
+    Examples
+    --------
+    >>> fin = Fin("rudder", {"Y": 9.64, "N": -6.15}, limit=0.35)
+    >>> [(axis, str(term)) for axis, term, value in fin.columns()]
+    [('Y', 'u|u|*rudder_limited'), ('N', 'u|u|*rudder_limited')]
+    """
+
+    command: str
+    force: Gains
+    drag: Gains = ()
+    limit: float | None = None
+    name: str = ""
+    dead_zone: Sequence[float] | None = None
+
+    def __post_init__(self) -> None:
+        """Check and freeze the fields."""
+        check_command(self.command, self.name, self.limit)
+        object.__setattr__(self, "force", checked_gains(self.force, "force"))
+        object.__setattr__(self, "dead_zone", checked_zone(self.dead_zone))
+        object.__setattr__(self, "drag", checked_gains(self.drag, "drag"))
+
+    def columns(self) -> tuple[Column, ...]:
+        """Return u|u|*angle and u|u|*angle^2 on the axes given."""
+        force = Term.parse(f"u|u|*{self.channel}")
+        drag = Term.parse(f"u|u|*{self.channel}^2")
+        return tuple(
+            Column(axis, force, value) for axis, value in dict(self.force).items()
+        ) + tuple(Column(axis, drag, value) for axis, value in dict(self.drag).items())
+
+
+@dataclass(frozen=True)
+class Propeller(Limited):
+    """A propeller on the x axis: thrust and torque with its speed n.
+
+    X = thrust n|n| + advance u|n| and K = torque n|n|, and the surge speed that
+    n sustains, u_c = speed_slope n + speed_offset, from which the propulsion
+    ratio follows.
+
+    Attributes
+    ----------
+    command : str
+        Propeller speed n, in any unit: the gains are per that unit.
+    thrust : float
+        [N] per unit of n squared; positive drives forward.
+    advance : float, optional
+        [N s/m] per unit of n; negative where thrust falls with speed.
+    torque : float, optional
+        Reaction on the vehicle [N m] per unit of n squared.
+    speed_slope, speed_offset : float, optional
+        u_c per unit of n [m/s], and at n = 0 [m/s]; without a slope the
+        propulsion ratio is unknown.
+    limit : float, optional
+        Largest speed either way, in the unit of n.
+    name : str, optional
+        Starts the name of the limited channel, ``<name>_limited``; the command
+        if not given.
+    dead_zone : tuple of two floats, optional
+        Commands from the first to the second do not turn it, in the unit of n.
+
+    Raises
+    ------
+    VehicleError
+        If a number or a name cannot be.
+
+    Examples
+    --------
+    >>> propeller = Propeller("rpm", thrust=3e-6, speed_slope=0.001)
+    >>> propeller.propulsion_speed({"rpm": [1500.0]}).tolist()
+    [1.5]
+    """
+
+    command: str
+    thrust: float
+    advance: float = 0.0
+    torque: float = 0.0
+    speed_slope: float | None = None
+    speed_offset: float = 0.0
+    limit: float | None = None
+    name: str = ""
+    dead_zone: Sequence[float] | None = None
+
+    def __post_init__(self) -> None:
+        """Check and freeze the fields."""
+        check_command(self.command, self.name, self.limit)
+        for field in ("thrust", "advance", "torque", "speed_offset"):
+            checked_number(getattr(self, field), field)
+        object.__setattr__(self, "dead_zone", checked_zone(self.dead_zone))
+        if self.speed_slope is not None:
+            checked_number(self.speed_slope, "speed_slope", positive=True)
+
+    def columns(self) -> tuple[Column, ...]:
+        """Return n|n| on X and K, and u|n| on X."""
+        square = Term.parse(f"{self.channel}*|{self.channel}|")
+        advance = Term.parse(f"u*|{self.channel}|")
+        columns = (
+            Column("X", square, self.thrust),
+            Column("X", advance, self.advance),
+            Column("K", square, self.torque),
+        )
+        return tuple(column for column in columns if column.value != 0.0)
+
+    def propulsion_speed(self, commands: Mapping[str, FloatArray]) -> FloatArray | None:
+        """Return u_c, the steady surge speed of the present n.
+
+        Parameters
+        ----------
+        commands : mapping of str to ndarray, shape (n,)
+            Must hold the propeller speed.
+
+        Returns
+        -------
+        speed : ndarray, shape (n,), or None
+            [m/s]; None where no ``speed_slope`` is known.
+        """
+        if self.speed_slope is None:
+            return None
+        return self.speed_slope * self.channels(commands)[self.channel] + self.speed_offset
+
+
+@dataclass(frozen=True)
+class Thruster:
+    """A thruster at a place, along a direction, with a gain or a thrust curve.
+
+    The command is limited, then turned into newtons; inside the dead zone there
+    are none.
+
+    Attributes
+    ----------
+    command : str
+        In any unit.
+    position : tuple of three floats
+        Where it acts, from the origin, body frame (z down) [m].
+    direction : tuple of three floats
+        Where a positive thrust pushes the vehicle, body frame; normalised.
+    gain : float, optional
+        [N] per unit of the command.
+    curve : table of (command, thrust [N]) rows, optional
+        Such as pulse widths and newtons, as the maker measured them. Linear in between, so
+        that a table that rises gives a thrust that rises, and constant beyond; commands
+        increase. Instead of a gain.
+    dead_zone : tuple of two floats, optional
+        Commands from the first to the second give no thrust.
+    limit : float, optional
+        Largest command to either side.
+    name : str, optional
+        Starts the name of the channel, ``<name>_thrust``; the command if not
+        given.
+
+    Raises
+    ------
+    VehicleError
+        If a number or a name cannot be, or not exactly one of ``gain`` and
+        ``curve`` is given.
+
+    Examples
+    --------
+    >>> thruster = Thruster("port", (0, -0.2, 0), (1, 0, 0), gain=40, dead_zone=(-0.1, 0.1))
+    >>> thruster.channels({"port": [0.05, 0.5]})["port_thrust"].tolist()
+    [0.0, 20.0]
+    >>> [(axis, value) for axis, term, value in thruster.columns()]
+    [('X', 1.0), ('N', 0.2)]
+    """
+
+    command: str
+    position: Sequence[float]
+    direction: Sequence[float]
+    gain: float | None = None
+    curve: Rows | None = None
+    dead_zone: Sequence[float] | None = None
+    limit: float | None = None
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        """Check and freeze the fields."""
+        check_command(self.command, self.name, self.limit)
+        if (self.gain is None) == (self.curve is None):
+            raise VehicleError("a thruster needs either `gain` or `curve`; got both or neither")
+        object.__setattr__(self, "position", checked_table(self.position, (3,), "position"))
+        object.__setattr__(self, "direction", _unit(self.direction))
+        if self.gain is not None:
+            checked_number(self.gain, "gain")
+        if self.curve is not None:
+            object.__setattr__(self, "curve", _increasing(self.curve))
+        object.__setattr__(self, "dead_zone", checked_zone(self.dead_zone))
+
+    @property
+    def commands(self) -> tuple[str, ...]:
+        """The command it listens to."""
+        return (self.command,)
+
+    @property
+    def derived(self) -> tuple[str, ...]:
+        """The thrust [N], unless it is the command times a gain."""
+        plain = self.curve is None and self.dead_zone is None and self.limit is None
+        return () if plain else (f"{self.name or self.command}_thrust",)
+
+    def channels(self, commands: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+        """Return the thrust [N], or the command where a gain is all, shape (n,)."""
+        given = command_of(commands, self.command)
+        if not self.derived:
+            return {self.command: given}
+        return {self.derived[0]: self.thrust(given)}
+
+    def columns(self) -> tuple[Column, ...]:
+        """Return the force along the direction and its moment about the origin."""
+        wrench = np.concatenate([self.direction, np.cross(self.position, self.direction)])
+        if self.derived or self.gain is None:
+            return wrench_columns(wrench, Term.parse(self.derived[0]))
+        return wrench_columns(self.gain * wrench, Term.parse(self.command))
+
+    def thrust(self, command: npt.ArrayLike) -> FloatArray:
+        """Return the thrust of a command.
+
+        Parameters
+        ----------
+        command : array_like, shape (n,)
+            In the unit of the command.
+
+        Returns
+        -------
+        thrust : ndarray, shape (n,)
+            Along ``direction`` [N].
+        """
+        given = limited(command, self.limit)
+        if self.curve is None:
+            force = np.asarray(given * (self.gain or 0.0), dtype=np.float64)
+        else:
+            at, newtons = np.array(self.curve).T
+            force = np.asarray(np.interp(given, at, newtons), dtype=np.float64)
+        return np.where(idle(given, self.dead_zone), 0.0, force)
+
+
+def command_of(commands: Mapping[str, FloatArray], name: str) -> FloatArray:
+    """Return one command as an array."""
+    if name not in commands:
+        raise VehicleError(
+            f"the vehicle's actuators need the command `{name}`; got "
+            f"{', '.join(commands) or 'none'}.{did_you_mean(name, commands)}"
+        )
+    return np.asarray(commands[name], dtype=np.float64)
+
+
+def limited(values: npt.ArrayLike, limit: float | None) -> FloatArray:
+    """Return ``values`` clipped to plus or minus ``limit``."""
+    array = np.asarray(values, dtype=np.float64)
+    return array if limit is None else np.clip(array, -limit, limit)
+
+
+def idle(values: npt.ArrayLike, dead_zone: Sequence[float] | None) -> BoolArray:
+    """Return where a command has no effect."""
+    given: FloatArray = np.asarray(values, dtype=np.float64)
+    if dead_zone is None:
+        return np.zeros(given.shape, dtype=np.bool_)
+    low, high = dead_zone
+    inside: BoolArray = (given >= low) & (given <= high)
+    return inside
+
+
+def wrench_columns(wrench: Iterable[float], term: Term) -> tuple[Column, ...]:
+    """Return the columns of a whole wrench per unit of one term."""
+    pairs = zip(AXES, wrench, strict=True)
+    return tuple(Column(axis, term, float(value)) for axis, value in pairs if value != 0.0)
+
+
+def _unit(direction: Sequence[float]) -> tuple[float, ...]:
+    vector = np.array(checked_table(direction, (3,), "direction"))
+    length = float(np.linalg.norm(vector))
+    if length == 0.0:
+        raise VehicleError("`direction` must not be zero; got (0, 0, 0)")
+    if abs(length - 1.0) > 1e-12:
+        vector = vector / length
+    return tuple(float(part) for part in vector)
+
+
+def _increasing(curve: Rows) -> tuple[tuple[float, ...], ...]:
+    rows: tuple[tuple[float, ...], ...] = checked_table(curve, (None, 2), "curve")
+    at = np.array(rows)[:, 0] if rows else np.zeros(0)
+    if len(at) < 2 or not (np.diff(at) > 0.0).all():
+        raise VehicleError(
+            "`curve` must have at least two rows (command, thrust [N]) with increasing commands; "
+            f"got commands {at.tolist()}"
+        )
+    return rows
+
+
+def checked_gains(gains: Gains, what: str) -> tuple[tuple[str, float], ...]:
+    """Return axis gains as pairs in the order of the axes."""
+    given = dict(gains)
+    for axis, value in given.items():
+        if axis not in AXES:
+            raise VehicleError(f"`{what}` must name axes of {' '.join(AXES)}; got {axis!r}")
+        checked_number(value, f"{what} {axis}")
+    return tuple((axis, float(given[axis])) for axis in AXES if axis in given)
+
+
+def check_command(command: str, name: str, limit: float | None) -> None:
+    """Raise if the command, the name of its channel or its limit cannot be."""
+    checked_name(command, "command")
+    if name:
+        checked_name(name, "name")
+    if limit is not None:
+        checked_number(limit, "limit", positive=True)
+
+
+def checked_zone(zone: Sequence[float] | None) -> tuple[float, ...] | None:
+    """Return a dead zone whose ends are in order."""
+    if zone is None:
+        return None
+    low, high = checked_table(zone, (2,), "dead_zone")
+    if low > high:
+        raise VehicleError(f"`dead_zone` must be (lowest, highest); got ({low:g}, {high:g})")
+    return low, high
