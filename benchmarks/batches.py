@@ -30,7 +30,7 @@ def batch(name: str) -> Callable[[], object]:
         plant, table = prepared.columns.plant, prepared.matrix(truth())
         return lambda: kernels.replay(plant, table, inputs, segments)
     bound = hd.AdaptiveIdentifier().bind(prepared, FULL)
-    arguments = (bound.columns.plant, bound.a, bound.gamma, bound.start(), inputs, segments)
+    arguments = (bound.gains, bound.start(), inputs, segments)
     return lambda: kernels.adapt(*arguments)
 
 

@@ -27,7 +27,7 @@ def batch(prepared: hd.Problem):
     """Return the identifier over the whole log as a call of no arguments."""
     bound = hd.AdaptiveIdentifier(a=GAIN, gamma=GAIN).bind(prepared, FULL)
     start = bound.start()
-    arguments = (bound.columns.plant, bound.a, bound.gamma, start, prepared.inputs)
+    arguments = (bound.gains, start, prepared.inputs)
     return arguments, lambda: kernels.adapt(*arguments, prepared.segments)
 
 
@@ -35,7 +35,7 @@ def test_against_numpy(benchmark, ledger):
     n, few = 200_000, 3_000
     prepared = problem(n)
     columns = prepared.columns
-    (_, _, _, start, inputs), ours = batch(prepared)
+    (_, start, inputs), ours = batch(prepared)
     table = start[columns.n_known :].T
 
     fast, slow = interleaved(
@@ -56,7 +56,7 @@ def test_against_numpy_prepared(benchmark, ledger):
     n, few = 200_000, 3_000
     prepared = problem(n)
     known = prepared.columns.n_known
-    (_, _, _, start, inputs), ours = batch(prepared)
+    (_, start, inputs), ours = batch(prepared)
     xi = prepared.regressor(0, few)
     forcing = kernels.coriolis(VEHICLE.mass_matrix, inputs.velocity[:few]) + inputs.wrench[:few]
     forcing += xi[:, :known] @ prepared.columns.known
@@ -89,12 +89,13 @@ def program(tmp_path: Path) -> Path:
 
 def test_against_its_own_c(benchmark, ledger, program, tmp_path):
     n = 200_000
-    (plant, a, gamma, start, inputs), ours = batch(problem(n))
+    (gains, start, inputs), ours = batch(problem(n))
+    plant = gains.plant
     record = (inputs.time, inputs.velocity, inputs.down, inputs.wrench, inputs.propulsion)
     with (tmp_path / "problem").open("wb") as file:
         np.array([n, plant.n_terms], dtype=np.int64).tofile(file)
         plant.factors.tofile(file)
-        for array in (plant.mass_columns, a, gamma, start, *record):
+        for array in (plant.mass_columns, gains.a, gains.gamma, start, *record):
             np.ascontiguousarray(array).tofile(file)
     seconds: list[float] = []
     told: list[str] = []

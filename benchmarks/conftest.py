@@ -8,7 +8,7 @@ from pathlib import Path
 
 for _pool in ("OPENBLAS", "OMP", "MKL", "VECLIB_MAXIMUM"):
     os.environ[f"{_pool}_NUM_THREADS"] = "1"  # read once, when NumPy is first imported
-sys.path.insert(0, str(Path(__file__).parent))
+sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "tests")]
 
 import pytest  # noqa: E402
 from ledger import Ledger  # noqa: E402

@@ -1,4 +1,4 @@
-/* The adaptive identifier called from C: read a problem, time hd_adapt, print the error.
+/* The adaptive identifier called from C: read a problem, time hd_adapt_run, print the error.
  *
  * The file holds the numbers of samples and of terms (int64), the factors (int32), then
  * doubles: mass by columns, a, gamma, start, time, velocity, down, wrench, propulsion.
@@ -53,7 +53,7 @@ int main(int count, char **words)
     const hd_history none = {0, NULL, NULL, NULL};
     const int64_t segment[2] = {0, sizes[0]};
     double *matrix = malloc(6 * m * sizeof(double));
-    double *work = malloc(hd_adapt_work(m, 0) * sizeof(double));
+    double *work = malloc(hd_step_work(m, 0) * sizeof(double));
     double error[6], seconds[RUNS];
 
     if (!matrix || !work)
@@ -61,7 +61,7 @@ int main(int count, char **words)
     for (int run = 0; run < RUNS; ++run) {
         memcpy(matrix, start, 6 * m * sizeof(double));
         const clock_t before = clock();
-        hd_adapt(&plant, a, gamma, matrix, error, &record, segment, 1, 1, &none, work);
+        hd_adapt_run(&plant, a, gamma, matrix, error, &record, segment, 1, 1, &none, work);
         seconds[run] = (double)(clock() - before) / CLOCKS_PER_SEC;
     }
     qsort(seconds, RUNS, sizeof(double), ascending);

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+import oracle
 from hydrodamp.basis.basis import SLOWEST, Basis, guarded_speed
-from hydrodamp.kernels.reference import atoms
 
 
 def test_a_batch_gives_the_bits_of_a_sample_and_of_the_kernels():
@@ -17,5 +17,5 @@ def test_a_batch_gives_the_bits_of_a_sample_and_of_the_kernels():
 
 
 def test_it_is_guarded_where_the_kernels_guard_it():
-    assert SLOWEST == atoms.SLOWEST
+    assert SLOWEST == oracle.SLOWEST
     assert guarded_speed(np.zeros(6)) == SLOWEST

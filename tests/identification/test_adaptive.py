@@ -102,12 +102,12 @@ def test_scaled_gains_follow_their_formula(driven, discrete_log, true_damping):
     problem = hd.prepare(driven, discrete_log(true_damping(model), n=90), model)
     bound = hd.AdaptiveIdentifier(a=hd.ByNoise(0.1), gamma=hd.ByTerm(50.0)).bind(problem, model)
     expected = 0.1 * signal_to_noise(problem) * np.diag(driven.mass_matrix)
-    np.testing.assert_allclose(bound.a, expected)
+    np.testing.assert_allclose(bound.gains.a, expected)
     power = np.mean(problem.log.velocity**2, axis=0)
     np.testing.assert_allclose(mean_square(problem), power)
     gamma = expected / (50.0 * 6 * power[:, None])
-    np.testing.assert_allclose(bound.gamma[problem.columns.n_known :], gamma)
-    assert not bound.gamma[: problem.columns.n_known].any()
+    np.testing.assert_allclose(bound.gains.gamma[problem.columns.n_known :], gamma)
+    assert not bound.gains.gamma[: problem.columns.n_known].any()
 
 
 def test_signal_to_noise_finds_white_noise_on_a_smooth_motion(vehicle):

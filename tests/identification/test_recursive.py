@@ -12,7 +12,6 @@ from hydrodamp import kernels
 from hydrodamp.identification.noise import mean_square
 from hydrodamp.identification.recursive import RecursiveAdaptation, RecursiveLeastSquares
 from hydrodamp.kernels import coriolis
-from hydrodamp.kernels.recursion import block_size
 
 STEP = 0.1
 MANOEUVRE, HOUR = 3_000, 36_000
@@ -82,20 +81,21 @@ METHOD = RecursiveLeastSquares(memory=MEMORY)
 
 @pytest.fixture(scope="module")
 def hour(voyage):
-    """The whole voyage with units from its first manoeuvres, and the way of the shares."""
-    early, whole = voyage.problem(0, MANOEUVRE), voyage.problem()
+    """Rows of the whole voyage, one a second, the estimate after each, and the shares."""
+    early = voyage.problem(0, MANOEUVRE)
     adaptation = METHOD.bind(early, MODEL)
-    recursion = adaptation.recursion
-    plant = adaptation.columns.plant
-    run = kernels.recur(plant, recursion, adaptation.start, whole.inputs, whole.segments, every=10)
-    return adaptation, whole, run, shares(early, adaptation)
+    rows = rows_of(voyage.problem(), adaptation)
+    path = [adaptation.start]
+    for row in rows:
+        path.append(kernels.absorb(adaptation.recursion, path[-1], row))
+    return adaptation, rows, path[1:], shares(early, adaptation)
 
 
 def test_an_hour_of_straight_line_neither_drifts_nor_bursts(hour):
-    """In shares of the wrench of each axis; a row comes once a second."""
-    _, _, run, share = hour
-    path = run.track.coefficients * share
-    straight, turn = np.searchsorted(run.track.time, [300.0, 3900.0])
+    """In shares of the wrench of each axis; the first row comes after two seconds."""
+    _, _, estimates, share = hour
+    path = np.array([estimate.coefficients for estimate in estimates]) * share
+    straight, turn = 298, 3898
     assert np.abs(path[straight:turn] - path[straight]).max() < 0.05
     assert np.abs(np.diff(path[straight:turn], axis=0)).max() < 0.001
     assert np.abs(np.diff(path[turn:], axis=0)).max() < 0.005
@@ -112,8 +112,7 @@ def test_nothing_winds_up_where_exponential_forgetting_does(hour):
     some thousand times the prior's, and in the turn a coefficient jumps by more than
     half of the axis's wrench, on N by two and a half.
     """
-    adaptation, whole, run, share = hour
-    rows = rows_of(whole, adaptation)
+    adaptation, rows, estimates, share = hour
     unit, entries = adaptation.recursion.unit, adaptation.recursion.entries
     for axis, grown in ((0, 5e3), (1, 8e3), (5, 1e4)):
         part = entries.of(axis)
@@ -123,7 +122,7 @@ def test_nothing_winds_up_where_exponential_forgetting_does(hour):
         assert sizes[3898] > 500.0
         jumps = np.abs(np.diff(path[3898:] * unit[part] * share[part], axis=0))
         assert jumps.max() > 0.5
-        information = entries.squares(run.estimate.information)[axis]
+        information = entries.squares(estimates[-1].information)[axis]
         assert np.linalg.eigvalsh(information)[0] > 0.0  # so covariance is below the prior's
 
 
@@ -141,11 +140,11 @@ def exponential(design, target, kappa):
 
 
 def rows_of(problem, adaptation: RecursiveAdaptation):
-    plant, entries = adaptation.columns.plant, adaptation.recursion.entries
-    block, rows, last = np.zeros(block_size(plant.n_terms)), [], problem.inputs.sample(0)
+    plant, recursion = adaptation.columns.plant, adaptation.recursion
+    block, rows, last = kernels.new_block(plant), [], problem.inputs.sample(0)
     for k in range(1, problem.n_samples):
         sample = problem.inputs.sample(k)
-        block, row = kernels.block_step(plant, entries, METHOD.block, block, last, sample)
+        block, row = kernels.block_step(plant, recursion, block, last, sample)
         rows += [] if row is None else [row]
         last = sample
     return np.array(rows)

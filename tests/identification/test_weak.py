@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+import oracle
 from hydrodamp.identification.linear import WeakForm
 from hydrodamp.identification.noise import median_step, smoothed
 from hydrodamp.identification.rows import Equations
@@ -19,7 +20,6 @@ from hydrodamp.identification.weak import (
     noise_share,
     steps_between,
 )
-from hydrodamp.kernels.reference import identifier as reference
 
 LINEAR = hd.catalog["linear"]
 PUSHED = hd.DampingModel.from_table({"X": "u push"}, key="pushed")
@@ -77,8 +77,8 @@ class TestSteps:
         """Held fins and propeller, term by term, as the NumPy reference of the core takes them."""
         campaign = hd.reenact(duration=3.0)
         problem = hd.prepare(campaign.vehicle, campaign.train, hd.catalog["gertler-hagen"])
-        part = reference.part_of(problem.inputs, 0, 31)
-        expected = reference.steps_between(problem.columns.plant, part)
+        part = problem.inputs.part(slice(0, 31))
+        expected = oracle.steps_between(problem.columns.plant, part)
         design, target = steps_between(problem, 0, 31, problem.inputs.velocity)
         n_known = problem.columns.n_known
         np.testing.assert_allclose(design, expected.xi[:, n_known:], rtol=1e-12)

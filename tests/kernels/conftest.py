@@ -1,28 +1,14 @@
-"""Plants and records to try the kernels on, and both backends."""
+"""Plants and records to try the kernels on."""
 
 from __future__ import annotations
 
-from types import ModuleType, SimpleNamespace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from hydrodamp import kernels
-from hydrodamp.kernels import reference
 from hydrodamp.kernels.inputs import Inputs
 from hydrodamp.kernels.plant import FIXED_ATOMS, Plant
-
-BACKENDS = {"reference": reference, "compiled": kernels}
-
-
-@pytest.fixture(scope="session", params=BACKENDS)
-def backend(request) -> ModuleType:
-    return BACKENDS[request.param]
-
-
-@pytest.fixture(scope="session")
-def compiled() -> ModuleType:
-    return kernels
 
 
 def mass_matrix(rng):

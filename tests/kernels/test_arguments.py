@@ -1,27 +1,33 @@
-"""Both backends refuse the same calls with the same sentences."""
+"""What does not fit is refused before C sees it."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
+from hydrodamp import kernels
 from hydrodamp.errors import ProblemError
+from hydrodamp.kernels import Gains
 from hydrodamp.kernels.inputs import Sample
 
 
 @pytest.fixture
-def call(backend, make):
+def call(make):
     rng = np.random.default_rng(5)
     plant, inputs = make.plant(rng), make.inputs(rng, n=6)
     matrix, segments = np.zeros((plant.n_terms, 6)), np.array([[0, 6]])
 
     def run(kernel, **change):
-        arguments = {"plant": plant, "matrix": matrix, "inputs": inputs, "segments": segments}
+        arguments = {"matrix": matrix, "inputs": inputs, "segments": segments}
+        if kernel == "adapt":
+            settings = {"a": np.ones(6), "gamma": matrix}
+            settings |= {name: change.pop(name) for name in settings if name in change}
+            arguments["gains"] = Gains(plant, **settings)
+        else:
+            arguments["plant"] = plant
         if kernel == "sensitivities":
             arguments["parameters"] = np.array([[0, 0]])
-        if kernel == "adapt":
-            arguments |= {"a": np.ones(6), "gamma": matrix}
-        return getattr(backend, kernel)(**(arguments | change))
+        return getattr(kernels, kernel)(**(arguments | change))
 
     return run
 
@@ -31,10 +37,9 @@ def call(backend, make):
     ("change", "message"),
     [
         ({"matrix": np.zeros((3, 6))}, r"`matrix` must have shape \(12, 6\); got \(3, 6\)"),
-        ({"segments": [[0, 7]]}, r"0 <= start < stop <= 6; got \(0, 7\)"),
-        ({"segments": [[2, 2]]}, r"got \(2, 2\)"),
+        ({"segments": [[0, 7]]}, r"0 <= start < stop <= 6; got \[0, 7\]"),
+        ({"segments": [[2, 2]]}, r"got \[2, 2\]"),
         ({"segments": [[0.5, 6.0]]}, "`segments` must be whole numbers; got float64"),
-        ({"segments": [0, 6]}, r"`segments` must have shape \(s, 2\); got \(2,\)"),
     ],
 )
 def test_every_batch(call, kernel, change, message):
@@ -66,10 +71,9 @@ def test_integration(call, kernel, change, message):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"parameters": [[12, 0]]}, r"term below 12 and an axis below 6; got \(12, 0\)"),
-        ({"parameters": [[0, 0], [0, -1]]}, r"got \(0, -1\)"),
-        ({"parameters": [[2**32, 0]]}, r"got \(4294967296, 0\)"),
-        ({"parameters": [1, 2, 3]}, r"`parameters` must have shape \(p, 2\); got \(3,\)"),
+        ({"parameters": [[12, 0]]}, r"terms below 12 and axes below 6; got \[12, 0\] to \[12, 0\]"),
+        ({"parameters": [[0, 0], [0, -1]]}, r"got \[0, -1\] to \[0, 0\]"),
+        ({"parameters": [[2**32, 0]]}, r"got \[4294967296, 0\]"),
     ],
 )
 def test_sensitivities(call, change, message):
@@ -82,8 +86,6 @@ def test_sensitivities(call, change, message):
     [
         ({"a": np.ones(3)}, r"`a` must have shape \(6,\); got \(3,\)"),
         ({"gamma": np.ones((2, 6))}, r"`gamma` must have shape \(12, 6\); got \(2, 6\)"),
-        ({"passes": 0}, "`passes` must be at least 1; got 0"),
-        ({"every": -1}, "`every` must be at least 0; got -1"),
     ],
 )
 def test_adapt(call, change, message):
@@ -96,7 +98,7 @@ def test_adapt(call, change, message):
     [
         ({"velocity": np.zeros((3, 5))}, r"`velocity` must have shape \(3, 6\)"),
         ({"down": np.zeros((2, 3))}, r"`down` must have shape \(3, 3\)"),
-        ({"channels": np.zeros(3)}, r"`channels` must have shape \(3, m\); got \(3,\)"),
+        ({"channels": np.zeros(3)}, r"`channels` must have shape \(3, 3\); got \(3,\)"),
         ({"propulsion_speed": np.zeros(2)}, r"`propulsion_speed` must have shape \(3,\)"),
         ({"factors": [[21, 0, 0, 0]]}, r"0\.\.20 with 0 channels"),
         ({"out": np.zeros((3, 2))}, r"`out` must be writable float64 of shape \(3, 1\)"),
@@ -104,7 +106,7 @@ def test_adapt(call, change, message):
         ({"out": np.zeros((3, 1), dtype="f8, i4")["f0"]}, r"strides \(12, 12\) bytes"),
     ],
 )
-def test_regressor(backend, change, message):
+def test_regressor(change, message):
     good = {
         "factors": [[1, 0, 0, 0]],
         "velocity": np.zeros((3, 6)),
@@ -113,34 +115,27 @@ def test_regressor(backend, change, message):
         "propulsion_speed": np.zeros(3),
     }
     with pytest.raises(ProblemError, match=message):
-        backend.regressor(**(good | change))
+        kernels.regressor(**(good | change))
 
 
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"a": np.ones(3)}, r"`a` must have shape \(6,\); got \(3,\)"),
-        ({"gamma": np.ones((2, 6))}, r"`gamma` must have shape \(12, 6\); got \(2, 6\)"),
-        ({"matrix": np.ones((2, 6))}, r"`matrix` must have shape \(12, 6\); got \(2, 6\)"),
-        ({"error": np.ones(5)}, r"`error` must have shape \(6,\); got \(5,\)"),
+        ({"state": np.ones((2, 6))}, r"a state must have shape \(13, 6\).*got \(2, 6\)"),
         (
             {"current": Sample.of(time=1.0, velocity=np.zeros(6), channels=np.zeros(3))},
-            "a sample must have 2 channels, as the plant has; got 3",
+            r"a sample 2 channels; got \(13, 6\) and \[2, 3\]",
         ),
     ],
 )
-def test_adapt_step(backend, make, change, message):
+def test_adapt_step(make, change, message):
     rng = np.random.default_rng(5)
     plant, inputs = make.plant(rng), make.inputs(rng, n=2)
-    table = np.zeros((plant.n_terms, 6))
     good = {
-        "plant": plant,
-        "a": np.ones(6),
-        "gamma": table,
-        "matrix": table,
-        "error": np.zeros(6),
+        "gains": Gains(plant, np.ones(6), np.zeros((plant.n_terms, 6))),
+        "state": np.zeros((plant.n_terms + 1, 6)),
         "previous": inputs.sample(0),
         "current": inputs.sample(1),
     }
     with pytest.raises(ProblemError, match=message):
-        backend.adapt_step(**(good | change))
+        kernels.adapt_step(**(good | change))

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hydrodamp import kernels
 from hydrodamp.kernels.inputs import Inputs
 from hydrodamp.kernels.plant import Plant
 
@@ -27,16 +28,16 @@ def case(request, make):
     return plant, matrix, inputs, attitude
 
 
-def centred(backend, plant, changed, attitude):
+def centred(plant, changed, attitude):
     """(replay(+) - replay(-)) / 2 STEP for ``changed(size) -> (matrix, inputs)``."""
-    ends = [backend.replay(plant, *changed(sign * STEP), SEGMENTS, attitude)[0] for sign in (1, -1)]
+    ends = [kernels.replay(plant, *changed(sign * STEP), SEGMENTS, attitude)[0] for sign in (1, -1)]
     return (ends[0] - ends[1]) / (2 * STEP)
 
 
-def test_on_every_coefficient(backend, case):
+def test_on_every_coefficient(case):
     plant, matrix, inputs, attitude = case
     places = np.array([(j, i) for j in range(plant.n_terms) for i in range(0, 6, 2)])
-    _, jacobian = backend.sensitivities(plant, matrix, places, inputs, SEGMENTS, attitude)
+    _, jacobian, _ = kernels.sensitivities(plant, matrix, places, inputs, SEGMENTS, attitude)
     for column, (term, axis) in enumerate(places):
 
         def changed(size, term=term, axis=axis):
@@ -44,32 +45,32 @@ def test_on_every_coefficient(backend, case):
             other[term, axis] += size
             return other, inputs
 
-        expected = centred(backend, plant, changed, attitude)
+        expected = centred(plant, changed, attitude)
         np.testing.assert_allclose(jacobian[:, :, column], expected, rtol=0, atol=TOLERANCE)
 
 
 @pytest.mark.parametrize("component", range(6))
-def test_on_the_initial_velocity(backend, case, component):
+def test_on_the_initial_velocity(case, component):
     plant, matrix, inputs, attitude = case
-    _, jacobian = backend.sensitivities(plant, matrix, [[0, 0]], inputs, SEGMENTS, attitude)
+    _, jacobian, _ = kernels.sensitivities(plant, matrix, [[0, 0]], inputs, SEGMENTS, attitude)
 
     def changed(size):
         velocity = inputs.velocity.copy()
         velocity[SEGMENTS[:, 0], component] += size
         return matrix, replace(inputs, velocity=velocity)
 
-    expected = centred(backend, plant, changed, attitude)
+    expected = centred(plant, changed, attitude)
     np.testing.assert_allclose(jacobian[:, :, 1 + component], expected, rtol=0, atol=TOLERANCE)
 
 
-def test_the_velocity_is_the_replays_to_rounding(backend, case):
+def test_the_velocity_is_the_replays_to_rounding(case):
     plant, matrix, inputs, attitude = case
-    found, _ = backend.sensitivities(plant, matrix, [[0, 0]], inputs, SEGMENTS, attitude)
-    expected, _ = backend.replay(plant, matrix, inputs, SEGMENTS, attitude)
+    found, _, _ = kernels.sensitivities(plant, matrix, [[0, 0]], inputs, SEGMENTS, attitude)
+    expected, _ = kernels.replay(plant, matrix, inputs, SEGMENTS, attitude)
     np.testing.assert_allclose(found, expected, rtol=1e-13)
 
 
-def test_a_linear_decay_in_closed_form(backend):
+def test_a_linear_decay_in_closed_form():
     """u = exp(k t): du/dk = t exp(k t), du/du0 = exp(k t); RK4 at 1 ms is exact to 1e-12."""
     plant = Plant(np.eye(6), (True,) * 6, [[1, 0, 0, 0]], 0)
     matrix = np.zeros((1, 6))
@@ -78,51 +79,51 @@ def test_a_linear_decay_in_closed_form(backend):
     rest = [np.zeros((11, width)) for width in (3, 6, 0, 2)]
     inputs = Inputs(time, np.eye(6)[np.zeros(11, dtype=int)], *rest)
     arguments = (plant, matrix, [[0, 0]], inputs, np.array([[0, 11]]))
-    _, jacobian = backend.sensitivities(*arguments, max_step=0.001)
+    _, jacobian, _ = kernels.sensitivities(*arguments, max_step=0.001)
     np.testing.assert_allclose(jacobian[:, 0, 0], time * np.exp(-0.8 * time), atol=1e-12)
     np.testing.assert_allclose(jacobian[:, 0, 1], np.exp(-0.8 * time), atol=1e-12)
 
 
-def test_at_rest_every_derivative_is_finite(backend, make):
+def test_at_rest_every_derivative_is_finite(make):
     """U = V = 0 and every |.| at its kink: the derivative there is taken as 0."""
     rng = np.random.default_rng(22)
     plant, matrix = make.linear_plant(rng)
     still = replace(make.inputs(rng, n=4), velocity=np.zeros((4, 6)), wrench=np.zeros((4, 6)))
     still = replace(still, channels=np.zeros((4, 2)), down=np.zeros((4, 3)))
     segments = np.array([[0, 4]])
-    velocity, jacobian = backend.sensitivities(plant, matrix, [[8, 1]], still, segments)
+    velocity, jacobian, _ = kernels.sensitivities(plant, matrix, [[8, 1]], still, segments)
     np.testing.assert_array_equal(velocity, 0.0)
     assert np.all(np.isfinite(jacobian))
     np.testing.assert_array_equal(jacobian[0, :, 1:], np.eye(6))
 
 
-def test_locked_axes_neither_move_nor_matter(backend, make):
+def test_locked_axes_neither_move_nor_matter(make):
     rng = np.random.default_rng(23)
     free = np.array([True, True, False, False, False, True])
     plant, matrix = make.linear_plant(rng, free)
     places = np.array([(0, 0), (0, 2), (5, 5)])
     inputs = make.inputs(rng, n=16)
-    _, jacobian = backend.sensitivities(plant, matrix, places, inputs, SEGMENTS)
+    _, jacobian, _ = kernels.sensitivities(plant, matrix, places, inputs, SEGMENTS)
     inside = np.r_[0:7, 8:16]
     np.testing.assert_array_equal(jacobian[inside][:, ~free], 0.0)
     np.testing.assert_array_equal(jacobian[inside][:, :, 1], 0.0)
     np.testing.assert_array_equal(jacobian[inside][:, :, 3:][:, :, ~free], 0.0)
 
 
-def test_no_parameters_leave_the_initial_velocity(backend, case):
+def test_no_parameters_leave_the_initial_velocity(case):
     plant, matrix, inputs, attitude = case
     none = np.zeros((0, 2), dtype=np.int32)
-    _, jacobian = backend.sensitivities(plant, matrix, none, inputs, SEGMENTS, attitude)
+    _, jacobian, _ = kernels.sensitivities(plant, matrix, none, inputs, SEGMENTS, attitude)
     assert jacobian.shape == (16, 6, 6)
     np.testing.assert_array_equal(jacobian[8], np.eye(6))
 
 
-def test_from_divergence_on_and_outside_segments_nothing_is_known(backend):
+def test_from_divergence_on_and_outside_segments_nothing_is_known():
     plant = Plant(np.eye(6), (True,) * 6, [[1, 0, 0, 0]], 0)
     rest = [np.zeros((60, width)) for width in (3, 6, 0, 2)]
     inputs = Inputs(np.arange(60) / 10, np.eye(6)[np.zeros(60, dtype=int)], *rest)
     matrix = np.eye(1, 6)
-    velocity, jacobian = backend.sensitivities(plant, matrix, [[0, 0]], inputs, [[0, 50]])
+    velocity, jacobian, _ = kernels.sensitivities(plant, matrix, [[0, 0]], inputs, [[0, 50]])
     assert np.all(np.isfinite(jacobian[:40]))
     assert np.all(np.isnan(jacobian[40:]))
     np.testing.assert_array_equal(np.isnan(velocity[:, 0]), np.isnan(jacobian[:, 0, 0]))

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from hydrodamp.kernels import reference
+import oracle
+from hydrodamp import kernels
 from hydrodamp.kernels.inputs import Inputs
 from hydrodamp.kernels.plant import Plant
-from hydrodamp.kernels.reference.integration import down_of, quaternion_rate
 
 FREE = (True,) * 6
 WHOLE = np.array([[0, 2]])
@@ -38,30 +38,30 @@ def solved(plant, matrix, inputs, k, state):
             array[k] + part * (array[k + 1] - array[k]) for array in (inputs.down, inputs.wrench)
         )
         if len(state) == 10:
-            down = down_of(state[6:])
+            down = oracle.down_of(state[6:])
         held, speed = inputs.channels[k], inputs.propulsion[k, 0]
-        moving = reference.acceleration(plant, matrix, state[:6], down, wrench, held, speed)
-        turning = quaternion_rate(state[6:], state[3:6]) if len(state) == 10 else []
+        moving = oracle.acceleration(plant, matrix, state[:6], down, wrench, held, speed)
+        turning = oracle.quaternion_rate(state[6:], state[3:6]) if len(state) == 10 else []
         return np.concatenate([moving, turning])
 
     return solve_ivp(rate, (begin, end), state, method="DOP853", rtol=1e-12, atol=1e-12).y[:, -1]
 
 
 @pytest.mark.parametrize("simulated", [False, True])
-def test_agrees_with_an_adaptive_solver(backend, make, simulated):
+def test_agrees_with_an_adaptive_solver(make, simulated):
     rng = np.random.default_rng(7)
     plant, matrix = make.linear_plant(rng)
     inputs = make.inputs(rng, n=12)
     attitude = make.attitude(rng, inputs.n) if simulated else None
     arguments = (plant, matrix, inputs, np.array([[0, 12]]), attitude)
-    found, _ = backend.replay(*arguments, max_step=0.002)
+    found, _ = kernels.replay(*arguments, max_step=0.002)
     state = inputs.velocity[0] if attitude is None else np.r_[inputs.velocity[0], attitude[0]]
     for k in range(11):
         state = solved(plant, matrix, inputs, k, state)
         np.testing.assert_allclose(found[k + 1], state[:6], rtol=0, atol=1e-8)
 
 
-def test_is_of_fourth_order(backend, make):
+def test_is_of_fourth_order(make):
     """Half the step, a sixteenth of the error; smooth terms only, for kinks cost order."""
     rng = np.random.default_rng(8)
     plant, matrix = make.linear_plant(rng)
@@ -70,7 +70,7 @@ def test_is_of_fourth_order(backend, make):
     attitude = make.attitude(rng, 2)
 
     def at(step):
-        found = backend.replay(smooth, matrix[:6], inputs, WHOLE, attitude, max_step=step)
+        found = kernels.replay(smooth, matrix[:6], inputs, WHOLE, attitude, max_step=step)
         return found[0][-1]
 
     exact = at(1 / 512)
@@ -79,18 +79,18 @@ def test_is_of_fourth_order(backend, make):
 
 
 @pytest.mark.parametrize(("length", "steps"), [(0.1, 2), (0.3 - 0.2, 2), (0.11, 3), (0.02, 1)])
-def test_sub_steps_are_equal_and_no_longer_than_asked(backend, length, steps):
+def test_sub_steps_are_equal_and_no_longer_than_asked(length, steps):
     """One linear RK4 step multiplies by 1 - z + z^2/2 - z^3/6 + z^4/24, z = rate * step."""
     plant = Plant(np.eye(6), FREE, [[1, 0, 0, 0]], 0)
     matrix = np.array([[-3.0, 0, 0, 0, 0, 0]])
     z = 3.0 * length / steps
     inputs = constant_inputs([0.0, length], [1, 0, 0, 0, 0, 0])
-    found, _ = backend.replay(plant, matrix, inputs, WHOLE)
+    found, _ = kernels.replay(plant, matrix, inputs, WHOLE)
     once = 1 - z + z**2 / 2 - z**3 / 6 + z**4 / 24
     assert found[1, 0] == pytest.approx(once**steps, rel=1e-14)
 
 
-def test_wrench_is_interpolated_and_command_held(backend):
+def test_wrench_is_interpolated_and_command_held():
     """Under a ramp of 0 to 1 N for 1 s, 1 kg gains 1/2 m/s; under a held 0 N, nothing."""
     plant = Plant(np.eye(6), FREE, [[21, 0, 0, 0]], 1)
     inputs = Inputs(
@@ -102,20 +102,20 @@ def test_wrench_is_interpolated_and_command_held(backend):
         np.zeros((2, 2)),
     )
     matrix = np.array([[0.0, 1.0, 0, 0, 0, 0]])
-    found, _ = backend.replay(plant, matrix, inputs, WHOLE)
+    found, _ = kernels.replay(plant, matrix, inputs, WHOLE)
     np.testing.assert_allclose(found[1], [0.5, 0, 0, 0, 0, 0], atol=1e-14)
 
 
-def test_propulsion_is_held_over_the_simulated_speed(backend):
+def test_propulsion_is_held_over_the_simulated_speed():
     """With X = U (eta - 1) = u_c - U, surge goes to u_c as 1 - exp(-t)."""
     plant = Plant(np.eye(6), FREE, [[13, 17, 0, 0]], 0)
     inputs = constant_inputs([0.0, 1.0], [1.0, 0, 0, 0, 0, 0], speed=2.0)
     matrix = np.array([[1.0, 0, 0, 0, 0, 0]])
-    found, _ = backend.replay(plant, matrix, inputs, WHOLE, max_step=0.001)
+    found, _ = kernels.replay(plant, matrix, inputs, WHOLE, max_step=0.001)
     assert found[1, 0] == pytest.approx(2.0 - np.exp(-1.0), abs=1e-9)
 
 
-def test_a_spinning_body_sees_gravity_turn(backend):
+def test_a_spinning_body_sees_gravity_turn():
     """Rolling at p, force along down_y: dv/dt = sin(p t) in the rolling frame."""
     plant = Plant(np.diag([1.0, 1, 1, 1e9, 1, 1]), FREE, [[19, 0, 0, 0]], 0)
     matrix = np.zeros((1, 6))
@@ -123,50 +123,50 @@ def test_a_spinning_body_sees_gravity_turn(backend):
     inputs = constant_inputs(np.linspace(0, 2, 21), [0, 0, 0, 0.7, 0, 0])
     level = np.tile([1.0, 0, 0, 0], (21, 1))
     segments = np.array([[0, 21]])
-    found, _ = backend.replay(plant, matrix, inputs, segments, level, max_step=0.01)
+    found, _ = kernels.replay(plant, matrix, inputs, segments, level, max_step=0.01)
     expected = (1 - np.cos(0.7 * inputs.time)) / 0.7
     np.testing.assert_allclose(found[:, 0], expected, atol=1e-9)
 
 
-def test_each_segment_restarts_and_the_rest_is_not_a_number(backend, make):
+def test_each_segment_restarts_and_the_rest_is_not_a_number(make):
     rng = np.random.default_rng(9)
     plant, matrix = make.linear_plant(rng)
     inputs = make.inputs(rng, n=20)
-    found, _ = backend.replay(plant, matrix, inputs, np.array([[2, 8], [10, 20]]))
+    found, _ = kernels.replay(plant, matrix, inputs, np.array([[2, 8], [10, 20]]))
     for start in (2, 10):
         np.testing.assert_array_equal(found[start], inputs.velocity[start])
-    alone, _ = backend.replay(plant, matrix, inputs, np.array([[10, 20]]))
+    alone, _ = kernels.replay(plant, matrix, inputs, np.array([[10, 20]]))
     np.testing.assert_array_equal(found[10:], alone[10:])
     assert np.all(np.isnan(found[[0, 1, 8, 9]]))
 
 
-def test_a_diverged_segment_is_flagged_at_its_first_bad_sample(backend):
+def test_a_diverged_segment_is_flagged_at_its_first_bad_sample():
     """du/dt = u: e^t exceeds 50 between 3.9 and 4.0 s; the other segment is sound."""
     plant = Plant(np.eye(6), FREE, [[1, 0, 0, 0]], 0)
     matrix = np.array([[1.0, 0, 0, 0, 0, 0]])
     inputs = constant_inputs(np.arange(60) / 10, [1.0, 0, 0, 0, 0, 0])
     segments = np.array([[0, 50], [50, 60]])
-    found, diverged_at = backend.replay(plant, matrix, inputs, segments)
+    found, diverged_at = kernels.replay(plant, matrix, inputs, segments)
     np.testing.assert_array_equal(diverged_at, [40, -1])
     assert np.all(np.isfinite(found[:40]))
     assert np.all(np.isnan(found[40:50]))
     assert np.all(np.isfinite(found[50:]))
 
 
-def test_overflow_and_a_lost_first_sample_have_diverged(backend):
+def test_overflow_and_a_lost_first_sample_have_diverged():
     plant = Plant(np.eye(6), FREE, [[1, 1, 1, 1]], 0)
     matrix = np.array([[1e3, 0, 0, 0, 0, 0]])
     burst = constant_inputs([0.0, 1.0, 2.0], [9.0, 0, 0, 0, 0, 0])
-    assert backend.replay(plant, matrix, burst, np.array([[0, 3]]))[1][0] == 1
+    assert kernels.replay(plant, matrix, burst, np.array([[0, 3]]))[1][0] == 1
     lost = constant_inputs([0.0, 1.0], [np.nan, 0, 0, 0, 0, 0])
-    assert backend.replay(plant, matrix, lost, WHOLE)[1][0] == 0
+    assert kernels.replay(plant, matrix, lost, WHOLE)[1][0] == 0
 
 
-def test_locked_axes_stay_at_rest(backend, make):
+def test_locked_axes_stay_at_rest(make):
     rng = np.random.default_rng(10)
     free = np.array([True, True, False, False, False, True])
     plant, matrix = make.linear_plant(rng, free)
     inputs = make.inputs(rng)
-    found, _ = backend.replay(plant, matrix, inputs, np.array([[0, 40]]))
+    found, _ = kernels.replay(plant, matrix, inputs, np.array([[0, 40]]))
     np.testing.assert_array_equal(found[:, ~free], 0.0)
     assert np.all(np.abs(found[1:, free]) > 0.0)

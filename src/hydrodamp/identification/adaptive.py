@@ -19,8 +19,7 @@ from hydrodamp.identification.gains import (
     error_gains,
     per_axis,
 )
-from hydrodamp.identification.online import first_guess, require_later
-from hydrodamp.kernels.adapted import Adapted
+from hydrodamp.identification.online import first_guess
 from hydrodamp.kernels.inputs import Sample
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
@@ -64,8 +63,7 @@ class Adaptation(NamedTuple):
     columns: Columns
     model: DampingModel
     entries: tuple[np.ndarray, np.ndarray]
-    a: FloatArray
-    gamma: FloatArray
+    gains: kernels.Gains
 
     def start(self) -> FloatArray:
         """Return the table to start from."""
@@ -79,19 +77,27 @@ class State(NamedTuple):
     ----------
     adaptation : Adaptation
         Plant, model and gains.
-    matrix : ndarray, shape (n_columns, 6)
-        All coefficients of equation 1; in the paper K-hat, transposed.
-    velocity_error : ndarray, shape (6,)
-        Estimated minus measured velocity, [m/s] and [rad/s]; in the paper
-        Delta v.
+    table : ndarray, shape (n_columns + 1, 6)
+        All coefficients of equation 1, in the paper K-hat, transposed; the last row is the
+        velocity error.
     last : Sample
         The sample it was made with.
     """
 
     adaptation: Adaptation
-    matrix: FloatArray
-    velocity_error: FloatArray
+    table: FloatArray
     last: Sample
+
+    @property
+    def matrix(self) -> FloatArray:
+        """All coefficients of equation 1, shape (n_columns, 6)."""
+        return self.table[:-1]
+
+    @property
+    def velocity_error(self) -> FloatArray:
+        """Estimated minus measured velocity [m/s, rad/s]; in the paper Delta v."""
+        error: FloatArray = self.table[-1]
+        return error
 
     @property
     def damping(self) -> Damping:
@@ -114,7 +120,7 @@ class State(NamedTuple):
         state : State
             A new one.
         """
-        return State(self.adaptation, self.matrix, frozen(np.zeros(6)), sample)
+        return State(self.adaptation, frozen(np.vstack([self.matrix, np.zeros(6)])), sample)
 
 
 @dataclass(frozen=True)
@@ -167,8 +173,8 @@ class AdaptiveIdentifier:
         columns = source if isinstance(source, Columns) else source.columns
         free = model.restricted_to(columns.vehicle.axes)
         entries, a = columns.entries(free), error_gains(self.a, source)
-        gains = adaptation_gains(self.gamma, source, entries, a)
-        return Adaptation(columns, free, entries, a, columns.scattered(entries, gains))
+        gamma = columns.scattered(entries, adaptation_gains(self.gamma, source, entries, a))
+        return Adaptation(columns, free, entries, kernels.Gains(columns.plant, a, gamma))
 
     def init(self, source: Problem | Columns, model: DampingModel, sample: Sample) -> State:
         """Start online at the first sample of a run.
@@ -188,7 +194,7 @@ class AdaptiveIdentifier:
             Diagonal linear coefficients at -1, the others at 0, no error.
         """
         bound = self.bind(source, model)
-        return State(bound, frozen(bound.start()), frozen(np.zeros(6)), sample)
+        return State(bound, frozen(np.vstack([bound.start(), np.zeros(6)])), sample)
 
     def step(self, state: State, sample: Sample) -> State:
         """Return the state one sample later; the given one stays as it is.
@@ -211,13 +217,8 @@ class AdaptiveIdentifier:
         ProblemError
             If time does not advance.
         """
-        bound, matrix, error, last = state
-        require_later(last, sample)
-        matrix, error = kernels.adapt_step(
-            bound.columns.plant, bound.a, bound.gamma, matrix, error, last, sample
-        )
-        matrix.flags.writeable = error.flags.writeable = False
-        return State(bound, matrix, error, sample)
+        bound, table, last = state
+        return State(bound, kernels.adapt_step(bound.gains, table, last, sample), sample)
 
     def identify(self, problem: Problem, model: DampingModel) -> Fit:
         """Go through the log and return the last estimate.
@@ -291,11 +292,9 @@ class AdaptiveIdentifier:
             labels=bound.model.labels,
         )
 
-    def _run(self, problem: Problem, bound: Adaptation, every: int) -> Adapted:
+    def _run(self, problem: Problem, bound: Adaptation, every: int) -> kernels.Adapted:
         return kernels.adapt(
-            bound.columns.plant,
-            bound.a,
-            bound.gamma,
+            bound.gains,
             bound.start(),
             problem.inputs,
             problem.segments,
@@ -321,12 +320,12 @@ def _missing_share(
     share = np.zeros(6)
     xi = problem.regressor(step=max(problem.n_samples // _LOOK, 1))
     for axis in np.unique(axes):
-        own = rows[(axes == axis) & (bound.gamma[rows, axes] > 0.0)]
-        correlation = moved[own, axis] / (bound.gamma[own, axis] * duration)
+        own = rows[(axes == axis) & (bound.gains.gamma[rows, axes] > 0.0)]
+        correlation = moved[own, axis] / (bound.gains.gamma[own, axis] * duration)
         terms = xi[:, own] / np.sqrt(len(xi))
         _, singular, right = np.linalg.svd(terms, full_matrices=False)
         kept = singular > 1e-6 * singular.max(initial=0.0)
         missing = float(np.linalg.norm(right[kept] @ correlation / singular[kept]))
         size = float(np.linalg.norm(terms @ matrix[own, axis]))
-        share[axis] = bound.a[axis] * (missing / size if size > 0.0 else missing > 0.0)
+        share[axis] = bound.gains.a[axis] * (missing / size if size > 0.0 else missing > 0.0)
     return share

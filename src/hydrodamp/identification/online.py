@@ -106,15 +106,6 @@ def observe(
     return sample
 
 
-def require_later(last: Sample, sample: Sample) -> None:
-    """Refuse a sample that is not later than the last one."""
-    if not sample.time > last.time:
-        raise ProblemError(
-            f"time must advance from {last.time} s, got {sample.time} s; after a gap or "
-            "a new clock use `state.restarted(sample)`."
-        )
-
-
 def first_guess(model: DampingModel, known: Damping | None = None) -> FloatArray:
     """Return the paper's start: −1 on the diagonal linear terms, 0 elsewhere."""
     if known is not None:

@@ -13,11 +13,11 @@ from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Fit, empty_fit, fitted
 from hydrodamp.identification.noise import mean_square
-from hydrodamp.identification.online import first_guess, require_later, with_log
+from hydrodamp.identification.online import first_guess, with_log
 from hydrodamp.identification.triangle import spanned
-from hydrodamp.kernels.entries import Entries
+from hydrodamp.kernels import Estimate, Recursion
 from hydrodamp.kernels.inputs import Sample
-from hydrodamp.kernels.recursion import Estimate, Recursion, block_size
+from hydrodamp.kernels.plant import Entries
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.columns import Columns
@@ -171,7 +171,7 @@ class RecursiveLeastSquares:
             At the start, nothing known.
         """
         bound = self.bind(source, model)
-        block = np.zeros(block_size(bound.columns.plant.n_terms))
+        block = kernels.new_block(bound.columns.plant)
         return RecursiveState(bound, bound.start, block, sample)
 
     def step(self, state: RecursiveState, sample: Sample) -> RecursiveState:
@@ -196,13 +196,9 @@ class RecursiveLeastSquares:
             If time does not advance.
         """
         bound, estimate, block, last = state
-        require_later(last, sample)
-        recursion = bound.recursion
-        block, row = kernels.block_step(
-            bound.columns.plant, recursion.entries, recursion.block, block, last, sample
-        )
+        block, row = kernels.block_step(bound.columns.plant, bound.recursion, block, last, sample)
         if row is not None:
-            estimate = kernels.absorb(recursion, estimate, row)
+            estimate = kernels.absorb(bound.recursion, estimate, row)
         return RecursiveState(bound, estimate, block, sample)
 
     def identify(self, problem: Problem, model: DampingModel) -> Fit:
@@ -227,7 +223,7 @@ class RecursiveLeastSquares:
             return empty_fit(problem, bound.model, self.key, Status.EMPTY)
         estimate = kernels.recur(
             bound.columns.plant, bound.recursion, bound.start, problem.inputs, problem.segments
-        ).estimate
+        )
         if not estimate.rows.any():
             return empty_fit(problem, bound.model, self.key, Status.TOO_FEW_SAMPLES)
         covariances, ranks, aliased = zip(

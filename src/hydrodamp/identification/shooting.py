@@ -145,7 +145,7 @@ class Shooting:
     ) -> tuple[FloatArray, FloatArray]:
         """Return errors (n, f) and their negative slopes (n, f, p + f), free axes only."""
         parameters: IndexArray = np.column_stack(self.entries).astype(np.int32)
-        simulated, jacobian = kernels.sensitivities(
+        simulated, jacobian, _ = kernels.sensitivities(
             self.problem.columns.plant,
             self._matrix(guess),
             parameters,

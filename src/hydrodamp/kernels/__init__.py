@@ -1,34 +1,24 @@
 """Everything that steps in time, on arrays alone, in one C99 library.
 
 A plant and a model are tables here, so a new model compiles nothing. Read plant and inputs
-(the arrays), then core (the functions), then csrc.
+(the arrays), then core and estimators (the functions), then csrc.
 """
 
 from hydrodamp.kernels.core import (
-    absorb,
-    acceleration,
-    adapt,
-    adapt_step,
-    block_step,
-    coriolis,
-    recur,
-    regressor,
-    replay,
-    sensitivities,
+    coriolis as coriolis,
+    regressor as regressor,
+    replay as replay,
+    sensitivities as sensitivities,
 )
-from hydrodamp.kernels.robust_core import robust_run, robust_step
-
-__all__ = [
-    "absorb",
-    "acceleration",
-    "adapt",
-    "adapt_step",
-    "block_step",
-    "coriolis",
-    "recur",
-    "regressor",
-    "replay",
-    "robust_run",
-    "robust_step",
-    "sensitivities",
-]
+from hydrodamp.kernels.estimators import (
+    Adapted as Adapted,
+    Estimate as Estimate,
+    Gains as Gains,
+    Recursion as Recursion,
+    absorb as absorb,
+    adapt as adapt,
+    adapt_step as adapt_step,
+    block_step as block_step,
+    new_block as new_block,
+    recur as recur,
+)

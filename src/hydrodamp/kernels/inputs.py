@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 import numpy.typing as npt
@@ -10,130 +10,53 @@ import numpy.typing as npt
 from hydrodamp.arrays import FloatArray, IntArray, frozen
 from hydrodamp.errors import ProblemError
 
-PACKED = 18
-"""Numbers of a packed sample before its channels."""
+PACKED = 18  # numbers of a packed sample before its channels
 
 
 @dataclass(frozen=True, eq=False)
 class Inputs:
-    """Recorded motion and actuation, arrays only.
+    """Recorded motion and actuation, arrays of one row a sample.
 
-    Parameters
-    ----------
-    time : array_like, shape (n,)
-        Strictly increasing within a segment [s].
-    velocity : array_like, shape (n, 6)
-        u v w [m/s], p q r [rad/s], body frame.
-    down : array_like, shape (n, 3)
-        The world's down direction in the body frame.
-    wrench : array_like, shape (n, 6)
-        Recorded force [N] and moment [N m], body frame, on the right-hand side.
-    channels : array_like, shape (n, m)
-        Command channels, each held until the next sample.
-    propulsion : array_like, shape (n, 2)
-        The propeller's surge speed u_c [m/s]: held over the step that begins
-        at the sample, and the one to use where the sample ends a step.
-
-    Raises
-    ------
-    ProblemError
-        If a shape does not agree with the others, or a time is not finite.
-
-    Examples
-    --------
-    >>> n = 3
-    >>> rest = [np.zeros((n, width)) for width in (6, 3, 6, 0, 2)]
-    >>> Inputs(np.arange(n), *rest).n
-    3
+    Time [s] increases strictly within a segment; the wrench stands on the right-hand side;
+    channels are held until the next sample. The two columns of ``propulsion`` are the
+    propeller's surge speed u_c [m/s]: held over the step that begins at the sample, and the one
+    to use where the sample ends a step.
     """
 
-    time: FloatArray
-    velocity: FloatArray
-    down: FloatArray
-    wrench: FloatArray
-    channels: FloatArray
-    propulsion: FloatArray
+    time: FloatArray  # (n,)
+    velocity: FloatArray  # (n, 6)
+    down: FloatArray  # (n, 3), the world's down direction in the body frame
+    wrench: FloatArray  # (n, 6)
+    channels: FloatArray  # (n, m)
+    propulsion: FloatArray  # (n, 2)
 
     def __post_init__(self) -> None:
         """Copy, check and freeze the arrays."""
         widths = {"velocity": 6, "down": 3, "wrench": 6, "channels": None, "propulsion": 2}
-        try:
-            time = frozen(self.time, (None,), "time")
-            object.__setattr__(self, "time", time)
-            for name, width in widths.items():
-                array = frozen(getattr(self, name), (len(time), width), name)
-                object.__setattr__(self, name, array)
-        except ValueError as error:
-            raise ProblemError(str(error)) from error
-        if not np.isfinite(time).all():
-            raise ProblemError(f"`time` must be finite; it is not at sample {_first_lost(time)}")
+        object.__setattr__(self, "time", frozen(self.time, (None,), "time"))
+        for name, width in widths.items():
+            array = frozen(getattr(self, name), (len(self.time), width), name)
+            object.__setattr__(self, name, array)
 
     @property
     def n(self) -> int:
         """Return the number of samples."""
         return len(self.time)
 
-    def part(self, part: slice | IntArray, velocity: FloatArray | None = None) -> Inputs:
-        """Return some of the samples.
-
-        Parameters
-        ----------
-        part : slice or ndarray of int, shape (m,)
-            Which samples.
-        velocity : ndarray, shape (m, 6), optional
-            What takes the place of theirs [m/s, rad/s], body frame.
-
-        Returns
-        -------
-        inputs : Inputs
-            In the order of ``part``.
-
-        Raises
-        ------
-        ProblemError
-            If there is not one velocity a sample.
-
-        Examples
-        --------
-        >>> inputs = Inputs(np.arange(3), *[np.zeros((3, width)) for width in (6, 3, 6, 0, 2)])
-        >>> inputs.part(slice(1, 3)).time.tolist(), inputs.part(np.array([0, 2])).time.tolist()
-        ([1.0, 2.0], [0.0, 2.0])
-        """
-        return Inputs(
-            time=self.time[part],
-            velocity=self.velocity[part] if velocity is None else velocity,
-            down=self.down[part],
-            wrench=self.wrench[part],
-            channels=self.channels[part],
-            propulsion=self.propulsion[part],
-        )
-
     @property
     def n_channels(self) -> int:
         """Return the number of command channels."""
         return int(self.channels.shape[1])
 
+    def part(self, part: slice | IntArray, velocity: FloatArray | None = None) -> Inputs:
+        """Return some of the samples, with another velocity where one is given."""
+        some = {each.name: getattr(self, each.name)[part] for each in fields(self)}
+        return Inputs(**(some if velocity is None else some | {"velocity": velocity}))
+
     def sample(self, k: int) -> Sample:
-        """Return sample ``k`` alone, as the online step takes it.
-
-        Parameters
-        ----------
-        k : int
-            Which sample.
-
-        Returns
-        -------
-        sample : Sample
-            Its time, motion, wrench, propulsion and channels.
-        """
-        return Sample.of(
-            time=float(self.time[k]),
-            velocity=self.velocity[k],
-            down=self.down[k],
-            wrench=self.wrench[k],
-            channels=self.channels[k],
-            propulsion=self.propulsion[k],
-        )
+        """Return sample ``k`` alone, as the online step takes it."""
+        one = {each.name: getattr(self, each.name)[k] for each in fields(self)}
+        return Sample.of(**one)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -163,7 +86,7 @@ class Sample:
     @property
     def propulsion(self) -> FloatArray:
         """Return u_c over the step that begins here and where one ends here [m/s]."""
-        return self.values[16:18]
+        return self.values[16:PACKED]
 
     @classmethod
     def of(
@@ -215,13 +138,9 @@ class Sample:
             values[1:7] = velocity
             values[7:10] = down
             values[10:16] = wrench
-            values[16:18] = propulsion
-            values[18:] = held
+            values[16:PACKED] = propulsion
+            values[PACKED:] = held
         except ValueError as error:
             raise ProblemError(f"a sample does not have the shapes required: {error}") from error
         values.setflags(write=False)
         return cls(values)
-
-
-def _first_lost(time: FloatArray) -> int:
-    return int(np.flatnonzero(~np.isfinite(time))[0])

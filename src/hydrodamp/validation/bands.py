@@ -188,7 +188,7 @@ class _Spread:
             np.array([[0, last - first]]),
             max_step=max_step,
             limit=LIMIT,
-        )
+        )[:2]
 
 
 def _covariance(damping: Damping) -> FloatArray:

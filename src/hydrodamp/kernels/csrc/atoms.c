@@ -1,4 +1,4 @@
-/* Atoms: the symbols that terms are products of, and their derivatives. */
+/* Atoms, and terms as their products: one table for every model (eq. 4). */
 #include "onboard.h"
 
 static const hd_real slowest = (hd_real)1e-6; /* m/s; guards the propulsion ratio */
@@ -32,38 +32,40 @@ void hd_atoms(const hd_real velocity[6], const hd_real down[3], const hd_real *c
     }
 }
 
-/* slope[axis][k] += factor * weight[axis] for all axes. */
-static void add(const hd_real weight[6], hd_real factor, size_t k, hd_real slope[36])
+static inline hd_real term(const int32_t f[4], const hd_real *atoms)
 {
-    for (size_t i = 0; i < 6; ++i)
-        slope[6 * i + k] += factor * weight[i];
+    const hd_real product = atoms[f[0]] * atoms[f[1]];
+
+    return f[2] | f[3] /* most terms have two factors; atom 0 is 1 */
+               ? product * atoms[f[2]] * atoms[f[3]]
+               : product;
 }
 
-void hd_atom_slopes(const hd_real velocity[6], hd_real propulsion_speed, const hd_real *weights,
-                    hd_real slope[36])
+void hd_terms(const int32_t *factors, size_t n_terms, const hd_real *atoms, hd_real *xi)
 {
-    const hd_real u = velocity[0], v = velocity[1], w = velocity[2];
-    const hd_real speed = hd_sqrt(u * u + v * v + w * w);
-    const hd_real crossflow = hd_sqrt(v * v + w * w);
+    for (size_t j = 0; j < n_terms; ++j)
+        xi[j] = term(factors + 4 * j, atoms);
+}
 
-    for (size_t i = 0; i < 36; ++i)
-        slope[i] = 0;
-    for (size_t k = 0; k < 6; ++k) { /* d nu = 1, d |nu| = sign(nu), 0 at the kink */
-        add(weights + 6 * (1 + k), 1, k, slope);
-        add(weights + 6 * (7 + k), sign(velocity[k]), k, slope);
-    }
-    if (speed > 0) { /* dU = nu_1 / U; d(eta-1) = -u_c / U^2 dU */
-        const hd_real ratio = speed > slowest ? -propulsion_speed / (speed * speed) : 0;
-        for (size_t k = 0; k < 3; ++k) {
-            add(weights + 6 * 13, velocity[k] / speed, k, slope);
-            add(weights + 6 * 17, ratio * (velocity[k] / speed), k, slope);
+void hd_damping(const int32_t *factors, size_t n_terms, const hd_real *atoms,
+                const hd_real *matrix, hd_real *xi, hd_real force[6])
+{
+    hd_real even[6] = {0}, odd[6] = {0}; /* two chains of sums, in a fixed order */
+    size_t j = 0;
+
+    for (; j + 1 < n_terms; j += 2) {
+        const hd_real x = xi[j] = term(factors + 4 * j, atoms);
+        const hd_real y = xi[j + 1] = term(factors + 4 * (j + 1), atoms);
+        for (size_t i = 0; i < 6; ++i) {
+            even[i] += matrix[6 * j + i] * x;
+            odd[i] += matrix[6 * j + 6 + i] * y;
         }
     }
-    if (crossflow > 0) /* dV = (v, w) / V; V_v and V_w carry their sign */
-        for (size_t k = 1; k < 3; ++k) {
-            const hd_real d = velocity[k] / crossflow;
-            add(weights + 6 * 14, d, k, slope);
-            add(weights + 6 * 15, sign(v) * d, k, slope);
-            add(weights + 6 * 16, sign(w) * d, k, slope);
-        }
+    if (j < n_terms) {
+        xi[j] = term(factors + 4 * j, atoms);
+        for (size_t i = 0; i < 6; ++i)
+            even[i] += matrix[6 * j + i] * xi[j];
+    }
+    for (size_t i = 0; i < 6; ++i)
+        force[i] = even[i] + odd[i];
 }

@@ -1,5 +1,5 @@
 /* The right-hand side of eq. 1: momentum, damping, known wrenches. */
-#include "batch.h"
+#include "onboard.h"
 
 void hd_momentum(const hd_real mass[36], const hd_real velocity[6], hd_real product[6])
 {
@@ -18,12 +18,11 @@ static void add_cross(const hd_real a[3], const hd_real b[3], hd_real out[3])
     out[2] += a[0] * b[1] - a[1] * b[0];
 }
 
-/* out = [p1 x w ; p1 x v + p2 x w], linear in p and in (v, w) */
-static void add_moving_frame(const hd_real p[6], const hd_real nu[6], hd_real out[6])
+void hd_add_moving_frame(const hd_real momentum[6], const hd_real velocity[6], hd_real out[6])
 {
-    add_cross(p, nu + 3, out);
-    add_cross(p, nu, out + 3);
-    add_cross(p + 3, nu + 3, out + 3);
+    add_cross(momentum, velocity + 3, out);
+    add_cross(momentum, velocity, out + 3);
+    add_cross(momentum + 3, velocity + 3, out + 3);
 }
 
 void hd_coriolis(const hd_real mass[36], const hd_real velocity[6], hd_real wrench[6])
@@ -33,28 +32,7 @@ void hd_coriolis(const hd_real mass[36], const hd_real velocity[6], hd_real wren
     hd_momentum(mass, velocity, p);
     for (size_t i = 0; i < 6; ++i)
         wrench[i] = 0;
-    add_moving_frame(p, velocity, wrench);
-}
-
-void hd_coriolis_rows(const hd_real mass[36], const hd_real *velocity, size_t n, hd_real *wrench)
-{
-    for (size_t k = 0; k < n; ++k)
-        hd_coriolis(mass, velocity + 6 * k, wrench + 6 * k);
-}
-
-void hd_coriolis_slope(const hd_real mass[36], const hd_real velocity[6], hd_real slope[36])
-{
-    hd_real p[6];
-
-    hd_momentum(mass, velocity, p);
-    for (size_t k = 0; k < 6; ++k) { /* H(M e_k) nu + H(M nu) e_k */
-        hd_real unit[6] = {0}, column[6] = {0};
-        unit[k] = 1;
-        add_moving_frame(mass + 6 * k, velocity, column);
-        add_moving_frame(p, unit, column);
-        for (size_t i = 0; i < 6; ++i)
-            slope[6 * i + k] = column[i];
-    }
+    hd_add_moving_frame(p, velocity, wrench);
 }
 
 void hd_mass_inverse(const hd_plant *plant, hd_real inverse[36])
@@ -67,7 +45,7 @@ void hd_mass_inverse(const hd_plant *plant, hd_real inverse[36])
                                       ? plant->mass[6 * i + j]
                                       : (hd_real)(i == j);
         column[k] = plant->free_axes[k] ? 1 : 0;
-        hd_cholesky_solve(mass, column);
+        hd_cholesky_six(mass, column);
         for (size_t i = 0; i < 6; ++i)
             inverse[6 * k + i] = column[i];
     }
@@ -76,9 +54,8 @@ void hd_mass_inverse(const hd_plant *plant, hd_real inverse[36])
 void hd_acceleration(const hd_plant *plant, const hd_real inverse[36], const hd_real *matrix,
                      const hd_real velocity[6], const hd_real down[3], const hd_real wrench[6],
                      const hd_real *channels, hd_real propulsion_speed, hd_real rate[6],
-                     hd_real *work)
+                     hd_real *atoms, hd_real *xi)
 {
-    hd_real *atoms = work, *xi = work + hd_atom_count(plant->n_channels);
     hd_real force[6], gyroscopic[6];
 
     hd_atoms(velocity, down, channels, plant->n_channels, propulsion_speed, atoms, 1);

@@ -1,11 +1,11 @@
-/* hydrodamp on board: equation 1 of a marine vehicle and its estimators, table-driven, in C99.
+/* hydrodamp on board: equation 1 of a marine vehicle and what estimates it, in C99.
  *
  *   M dnu/dt = H(M nu) nu + K xi(nu) + wrench                        (eq. 1)
  *
  * No allocation, no input or output, no state between calls: the caller owns
  * every array, workspaces included. Numbers are hd_real: double, or float with
- * -DHD_FLOAT. Sums run in a fixed order; build with -ffp-contract=off and
- * never with -ffast-math, and every machine gives the same bits.
+ * -DHD_FLOAT. Sums run in a fixed order; build with -ffp-contract=off and never
+ * with -ffast-math, and every machine gives the same bits.
  *
  * Frames: body x forward, y starboard, z down; wrenches X Y Z [N], K M N [N m]
  * stand on the right-hand side. Matrices are row-major, but for the mass matrix,
@@ -45,7 +45,7 @@ extern "C" {
 
 typedef HD_REAL hd_real;
 
-enum { HD_AXES = 6, HD_FACTORS = 4, HD_FIXED_ATOMS = 21, HD_BLOCK = 64 };
+enum { HD_FIXED_ATOMS = 21 };
 
 /* The vehicle and its terms. */
 typedef struct {
@@ -56,9 +56,9 @@ typedef struct {
     const unsigned char *free_axes; /* 6; 0 where an axis is locked */
 } hd_plant;
 
-/* One sample of what was recorded. */
+/* One sample of what was measured. */
 typedef struct {
-    hd_real time;            /* s */
+    hd_real length;          /* s, of the step that ends here */
     const hd_real *velocity; /* 6 */
     const hd_real *down;     /* 3 */
     const hd_real *wrench;   /* 6 */
@@ -74,11 +74,6 @@ size_t hd_atom_count(size_t n_channels);
 void hd_atoms(const hd_real velocity[6], const hd_real down[3], const hd_real *channels,
               size_t n_channels, hd_real propulsion_speed, hd_real *atoms, size_t stride);
 
-/* slope[6][6] = sum over atoms of weights[atom][axis] * d atom / d velocity. */
-void hd_atom_slopes(const hd_real velocity[6], hd_real propulsion_speed, const hd_real *weights,
-                    hd_real slope[36]);
-
-/* terms.c ------------------------------------------------------------------ */
 /* xi[j] = product of the four atoms of term j. */
 void hd_terms(const int32_t *factors, size_t n_terms, const hd_real *atoms, hd_real *xi);
 
@@ -86,33 +81,30 @@ void hd_terms(const int32_t *factors, size_t n_terms, const hd_real *atoms, hd_r
 void hd_damping(const int32_t *factors, size_t n_terms, const hd_real *atoms,
                 const hd_real *matrix, hd_real *xi, hd_real force[6]);
 
-/* weights[atom][axis] = d (K xi) / d atom, by the product rule. */
-void hd_atom_weights(const int32_t *factors, size_t n_terms, const hd_real *atoms,
-                     size_t n_atoms, const hd_real *matrix, hd_real *weights);
-
 /* motion.c ----------------------------------------------------------------- */
 /* product[6] = M nu. */
 void hd_momentum(const hd_real mass[36], const hd_real velocity[6], hd_real product[6]);
 
-/* wrench[6] = H(M nu) nu = [p1 x w ; p1 x v + p2 x w]. */
-void hd_coriolis(const hd_real mass[36], const hd_real velocity[6], hd_real wrench[6]);
+/* out[6] += H(p) nu = [p1 x w ; p1 x v + p2 x w], linear in p and in nu = (v, w). */
+void hd_add_moving_frame(const hd_real momentum[6], const hd_real velocity[6], hd_real out[6]);
 
-/* slope[6][6] = d H(M nu) nu / d nu. */
-void hd_coriolis_slope(const hd_real mass[36], const hd_real velocity[6], hd_real slope[36]);
+/* wrench[6] = H(M nu) nu. */
+void hd_coriolis(const hd_real mass[36], const hd_real velocity[6], hd_real wrench[6]);
 
 /* inverse[6][6] of the mass matrix on the free axes, zero on the locked ones. */
 void hd_mass_inverse(const hd_plant *plant, hd_real inverse[36]);
 
-/* rate[6] = inverse * (H(M nu) nu + K xi + wrench). Workspace: n_atoms + n_terms. */
+/* rate[6] = inverse * (H(M nu) nu + K xi + wrench). Atoms and xi are left in theirs. */
 void hd_acceleration(const hd_plant *plant, const hd_real inverse[36], const hd_real *matrix,
                      const hd_real velocity[6], const hd_real down[3], const hd_real wrench[6],
                      const hd_real *channels, hd_real propulsion_speed, hd_real rate[6],
-                     hd_real *work);
+                     hd_real *atoms, hd_real *xi);
 
 /* cholesky.c --------------------------------------------------------------- */
-/* Solve the symmetric positive-definite system in place: matrix is destroyed,
- * right becomes the solution. Only the upper triangle is read. */
-void hd_cholesky_solve(hd_real matrix[36], hd_real right[6]);
+/* Solve a symmetric positive-definite system in place: matrix is destroyed, right becomes
+ * the solution. Only the upper triangle is read. */
+void hd_cholesky_six(hd_real matrix[36], hd_real right[6]);
+void hd_cholesky(hd_real *matrix, size_t n, hd_real *right);
 
 /* steps.c ------------------------------------------------------------------ */
 /* One end of a step: velocity on the free axes, H(M nu) nu + wrench, and xi. */
@@ -130,66 +122,40 @@ typedef struct {
     hd_real *xi;        /* mean of xi at both ends, n_terms */
 } hd_step;
 
-/* Along the samples of a segment, each evaluated once where nothing held changes. */
-typedef struct {
-    hd_end ends[2];
-    hd_sample last;
-    hd_step step; /* the one to the last sample */
-    hd_real *atoms;
-    int fresh; /* whether ends[0] holds the last sample already */
-} hd_walk;
+/* The step between two samples; its xi lies in the workspace, of hd_step_work numbers. */
+size_t hd_step_work(size_t n_terms, size_t n_channels);
+void hd_step_between(const hd_plant *plant, const hd_sample *previous, const hd_sample *current,
+                     hd_step *step, hd_real *work);
 
-/* Begin at a segment's first sample. Workspace, used until the walk ends: hd_walk_work. */
-size_t hd_walk_work(size_t n_terms, size_t n_channels);
-void hd_walk_from(const hd_plant *plant, const hd_sample *first, hd_walk *walk, hd_real *work);
+/* The same in two parts. */
+void hd_end_at(const hd_plant *plant, const hd_sample *sample, const hd_real *channels,
+               hd_real propulsion_speed, hd_real *atoms, hd_end *end);
+void hd_between(const hd_plant *plant, const hd_end *first, const hd_end *second, hd_real length,
+                hd_step *step);
 
-/* Take the step to the next sample. */
-void hd_walk_to(const hd_plant *plant, const hd_sample *sample, hd_walk *walk);
+/* adaptive.c --------------------------------------------------------------- */
+/* One implicit midpoint step of eqs. 15-16, in place on matrix and error. */
+void hd_adapt(const hd_plant *plant, const hd_real a[6], const hd_real *gamma, hd_real *matrix,
+              hd_real error[6], const hd_step *step);
 
-/* Replace the rows and columns of locked axes by those of the identity. */
-void hd_lock(const unsigned char free_axes[6], hd_real left[36], hd_real right[6]);
-
-/* identifier.c ------------------------------------------------------------- */
-/* One implicit midpoint step of eqs. 15-16, in place on matrix and error.
- * Workspace: hd_adapt_work numbers. */
-size_t hd_adapt_work(size_t n_terms, size_t n_channels);
-void hd_adapt_step(const hd_plant *plant, const hd_real a[6], const hd_real *gamma,
-                   hd_real *matrix, hd_real error[6], const hd_sample *previous,
-                   const hd_sample *current, hd_real *work);
-
-/* entries.c ---------------------------------------------------------------- */
-/* The coefficients that move, axis by axis, and the table of those that do not. Axis i has
- * the coefficients starts[i] .. starts[i + 1] - 1, each a row of the table of terms. */
-typedef struct {
-    const int64_t *starts; /* 7 */
-    const int64_t *rows;   /* starts[6] */
-    const hd_real *known;  /* n_terms x 6, zero where a coefficient moves */
-} hd_entries;
-
-size_t hd_entries_on(const hd_entries *entries, size_t axis);
-
-/* Sum over axes of n_i^2: the size of one square matrix an axis, one behind the other. */
-size_t hd_entries_squares(const hd_entries *entries);
-
-/* force[6] = known xi. */
-void hd_known_force(const hd_entries *entries, const hd_real *xi, size_t n_terms,
-                    hd_real force[6]);
-
-/* block.c ------------------------------------------------------------------ */
+/* blocks.c ----------------------------------------------------------------- */
 /* The block of time under way: hd_block_size numbers, all 0 at the start of a segment. */
 size_t hd_block_size(size_t n_terms);
 
-/* Add a step. 1 where that fills a second block: then row holds the terms (n_terms), and
- * behind them what they are to explain on each axis (6), over both blocks. */
-int hd_block_add(const hd_plant *plant, const hd_entries *entries, const hd_step *step,
+/* Add a step; known as in hd_entries. 1 where that fills a second block: then row holds the
+ * terms (n_terms), and behind them what they are to explain on each axis (6), over both. */
+int hd_block_add(const hd_plant *plant, const hd_real *known, const hd_step *step,
                  hd_real length, hd_real *block, hd_real *row);
 
-/* The same from the samples at both ends. Workspace: hd_walk_work numbers. */
-int hd_block_step(const hd_plant *plant, const hd_entries *entries, hd_real length,
-                  hd_real *block, hd_real *row, const hd_sample *previous,
-                  const hd_sample *current, hd_real *work);
-
 /* recursive.c -------------------------------------------------------------- */
+/* The coefficients that move, axis by axis, and the table of those that do not. Axis i has
+ * the coefficients starts[i] .. starts[i + 1] - 1, each a row of the table of terms. */
+typedef struct {
+    const int32_t *starts; /* 7 */
+    const int32_t *rows;   /* starts[6] */
+    const hd_real *known;  /* n_terms x 6, zero where a coefficient moves */
+} hd_entries;
+
 /* Settings and state of recursive least squares with directional forgetting. */
 typedef struct {
     const hd_real *unit;   /* of each coefficient: its prior deviation over that of a row's

@@ -12,43 +12,22 @@
  * covariance never exceeds the prior's, and no row moves kappa, measured by the prior, by
  * more than its surprise y - kappa . phi.
  */
-#include "batch.h"
+#include "onboard.h"
+
+static size_t entries_on(const hd_entries *entries, size_t axis)
+{
+    return (size_t)(entries->starts[axis + 1] - entries->starts[axis]);
+}
 
 size_t hd_absorb_work(const hd_entries *entries)
 {
     size_t most = 0;
 
     for (size_t i = 0; i < 6; ++i) {
-        const size_t n = hd_entries_on(entries, i);
+        const size_t n = entries_on(entries, i);
         most = n > most ? n : most;
     }
     return most * most + 3 * most;
-}
-
-/* The lower triangle of I + S = L D L', square-root free, over a copy. */
-static void factorise(const hd_real *information, size_t n, hd_real *factor)
-{
-    for (size_t i = 0; i < n; ++i) {
-        for (size_t j = 0; j <= i; ++j) {
-            hd_real sum = information[n * i + j] + (hd_real)(i == j);
-            for (size_t k = 0; k < j; ++k)
-                sum -= factor[n * i + k] * factor[n * j + k] * factor[(n + 1) * k];
-            factor[n * i + j] = i == j ? sum : sum / factor[(n + 1) * j];
-        }
-    }
-}
-
-/* L D L' x = right, in place. */
-static void resolve(const hd_real *factor, size_t n, hd_real *right)
-{
-    for (size_t i = 0; i < n; ++i)
-        for (size_t k = 0; k < i; ++k)
-            right[i] -= factor[n * i + k] * right[k];
-    for (size_t i = n; i-- > 0;) {
-        right[i] /= factor[(n + 1) * i];
-        for (size_t k = i + 1; k < n; ++k)
-            right[i] -= factor[n * k + i] * right[k];
-    }
 }
 
 static hd_real dot(const hd_real *a, const hd_real *b, size_t n)
@@ -63,14 +42,19 @@ static hd_real dot(const hd_real *a, const hd_real *b, size_t n)
 /* seen = S phi, gain = (I + S)^-1 phi; then forget, and return the share forgotten over
  * phi'S phi. gain becomes that of the information that is left. */
 static hd_real forget(const hd_real *information, const hd_real *phi, size_t n,
-                      hd_real forgetting, hd_real *seen, hd_real *gain, hd_real *factor)
+                      hd_real forgetting, hd_real *seen, hd_real *gain, hd_real *matrix)
 {
     for (size_t j = 0; j < n; ++j) {
-        seen[j] = dot(information + n * j, phi, n);
+        seen[j] = 0;
         gain[j] = phi[j];
     }
-    factorise(information, n, factor);
-    resolve(factor, n, gain);
+    for (size_t j = 0; j < n; ++j) { /* S is symmetric: its rows are its columns */
+        for (size_t c = 0; c < n; ++c)
+            seen[c] += phi[j] * information[n * j + c];
+        for (size_t c = j; c < n; ++c)
+            matrix[n * j + c] = information[n * j + c] + (hd_real)(j == c);
+    }
+    hd_cholesky(matrix, n, gain);
     const hd_real along = dot(phi, seen, n), news = dot(phi, gain, n);
     if (!(along > 0))
         return 0;
@@ -94,7 +78,7 @@ static void watch(hd_real surprise, hd_real news, hd_real forgetting, hd_real *n
 }
 
 static void absorb(const hd_estimate *estimate, size_t axis, size_t first, size_t n,
-                   const int64_t *rows, const hd_real *row, hd_real target,
+                   const int32_t *rows, const hd_real *row, hd_real target,
                    hd_real *information, hd_real *work)
 {
     const hd_real *unit = estimate->unit + first;
@@ -122,54 +106,10 @@ void hd_absorb(const hd_entries *entries, const hd_estimate *estimate, size_t n_
     hd_real *information = estimate->information;
 
     for (size_t i = 0; i < 6; ++i) {
-        const size_t first = (size_t)entries->starts[i], n = hd_entries_on(entries, i);
+        const size_t first = (size_t)entries->starts[i], n = entries_on(entries, i);
         if (n)
             absorb(estimate, i, first, n, entries->rows + first, row, row[n_terms + i],
                    information, work);
         information += n * n;
-    }
-}
-
-size_t hd_recur_work(const hd_entries *entries, size_t n_terms, size_t n_channels)
-{
-    return hd_walk_work(n_terms, n_channels) + n_terms + 6 + hd_absorb_work(entries);
-}
-
-static void store(const hd_history *history, size_t place, const hd_entries *entries,
-                  hd_real time, const hd_estimate *estimate)
-{
-    const size_t n = (size_t)entries->starts[6];
-
-    history->time[place] = time;
-    for (size_t i = 0; i < 6; ++i)
-        history->error[6 * place + i] = estimate->noise[i];
-    for (size_t e = 0; e < n; ++e)
-        history->matrix[n * place + e] = estimate->coefficients[e];
-}
-
-void hd_recur(const hd_plant *plant, const hd_entries *entries, const hd_estimate *estimate,
-              hd_real length, hd_real *block, const hd_record *record, const int64_t *segments,
-              size_t n_segments, const hd_history *history, hd_real *work)
-{
-    hd_real *row = work + hd_walk_work(plant->n_terms, plant->n_channels);
-    hd_real *rest = row + plant->n_terms + 6;
-    size_t count = 0;
-    hd_walk walk;
-
-    for (size_t s = 0; s < n_segments; ++s) {
-        const size_t start = (size_t)segments[2 * s], stop = (size_t)segments[2 * s + 1];
-        const hd_sample first = hd_sample_at(record, start);
-        hd_walk_from(plant, &first, &walk, work);
-        for (size_t i = 0; i < hd_block_size(plant->n_terms); ++i)
-            block[i] = 0;
-        for (size_t k = start + 1; k < stop; ++k) {
-            const hd_sample current = hd_sample_at(record, k);
-            hd_walk_to(plant, &current, &walk);
-            if (hd_block_add(plant, entries, &walk.step, length, block, row))
-                hd_absorb(entries, estimate, plant->n_terms, row, rest);
-            ++count;
-            if (history->every && count % history->every == 0)
-                store(history, count / history->every - 1, entries, current.time, estimate);
-        }
     }
 }

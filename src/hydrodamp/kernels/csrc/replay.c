@@ -1,110 +1,305 @@
-/* Replay: eq. 1 integrated by RK4 between samples, open loop. */
+/* Replay: eq. 1 integrated by RK4 between samples, open loop, and its derivative.
+ *
+ * A stage has the rate k = f(x + c h k_before) of the state x: velocity and, where simulated,
+ * quaternion. With J = df/dx and B the derivative of f on the coefficients, at each stage,
+ *
+ *   dx_next = Phi dx + sum over stages of W B,    W_4 = h/6,       W_3 = h/3 + h W_4 J_4,
+ *   Phi = 1 + sum over stages of W J,             W_2 = h/3 + h/2 W_3 J_3,
+ *                                                 W_1 = h/6 + h/2 W_2 J_2.
+ *
+ * B of coefficient (term, axis) is the axis' column of the inverse mass times xi_term: one
+ * Phi and four W serve all coefficients. The normalisation is differentiated too.
+ */
 #include "batch.h"
 
-typedef struct {
-    const hd_plant *plant;
-    const hd_real *inverse; /* 6 x 6 */
-    const hd_real *matrix;
-    const hd_interval *interval;
-    size_t n_states; /* 6 velocities, and 4 of the quaternion where it is simulated */
-    hd_real *work;
-} driven;
+enum { MOST = 10 }; /* states: 6 velocities, and 4 of the quaternion where it is simulated */
 
-static void state_rate(const driven *vessel, const hd_real *state, hd_real fraction,
-                       hd_real *rate)
+static const hd_real slack = (hd_real)1e-6; /* clocks round: 0.1 s is two steps of 0.05 s */
+
+/* Between two samples. */
+typedef struct {
+    const hd_real *wrench[2], *down[2], *channels;
+    hd_real propulsion_speed;
+    size_t steps; /* equal sub-steps */
+    hd_real h;    /* s, of each */
+} interval;
+
+typedef struct {
+    const hd_motion *motion;
+    hd_real inverse[36];
+    size_t n; /* states */
+    const int32_t *parameters;
+    size_t n_parameters;
+    hd_real *atoms, *xi, *weights; /* xi: 4 x n_terms, one a stage */
+    hd_real *rows; /* (p + 6) x n: d state / d parameter; NULL without derivatives */
+} drive;
+
+size_t hd_replay_work(const hd_plant *plant, size_t n_parameters)
 {
-    const hd_interval *interval = vessel->interval;
+    return 7 * hd_atom_count(plant->n_channels) + 4 * plant->n_terms + MOST * (n_parameters + 6);
+}
+
+static interval interval_after(const hd_motion *motion, size_t k)
+{
+    const hd_record *record = motion->record;
+    const hd_real length = record->time[k + 1] - record->time[k];
+    const hd_real ratio = length / motion->max_step * (1 - slack);
+    const size_t steps = ratio > 1 ? (size_t)hd_ceil(ratio) : 1;
+    const interval between = {
+        {record->wrench + 6 * k, record->wrench + 6 * (k + 1)},
+        {record->down + 3 * k, record->down + 3 * (k + 1)},
+        record->channels + record->n_channels * k,
+        record->propulsion[2 * k],
+        steps,
+        length / (hd_real)steps,
+    };
+
+    return between;
+}
+
+static void blend(const hd_real *const ends[2], hd_real fraction, size_t n, hd_real *out)
+{
+    for (size_t i = 0; i < n; ++i)
+        out[i] = ends[0][i] + fraction * (ends[1][i] - ends[0][i]);
+}
+
+/* The rate of a state; its atoms and xi stay in theirs. */
+static void state_rate(const drive *d, const interval *at, const hd_real *state,
+                       hd_real fraction, hd_real *rate, hd_real *xi)
+{
     hd_real wrench[6], down[3];
 
-    hd_blend(interval->wrench[0], interval->wrench[1], fraction, 6, wrench);
-    if (vessel->n_states > 6) {
+    blend(at->wrench, fraction, 6, wrench);
+    if (d->n > 6) {
         hd_down(state + 6, down);
         hd_quaternion_rate(state + 6, state + 3, rate + 6);
     } else {
-        hd_blend(interval->down[0], interval->down[1], fraction, 3, down);
+        blend(at->down, fraction, 3, down);
     }
-    hd_acceleration(vessel->plant, vessel->inverse, vessel->matrix, state, down, wrench,
-                    interval->channels, interval->propulsion_speed, rate, vessel->work);
+    hd_acceleration(d->motion->plant, d->inverse, d->motion->matrix, state, down, wrench,
+                    at->channels, at->propulsion_speed, rate, d->atoms, xi);
 }
 
-/* to = state + scale * rate */
-static void ahead(const hd_real *state, hd_real scale, const hd_real *rate, size_t n, hd_real *to)
+/* out[n][m] = a[n][l] b[l][m]; rows of a and of out may be longer */
+static inline void product(const hd_real *restrict a, size_t a_row, const hd_real *restrict b,
+                           size_t n, size_t l, size_t m, hd_real *restrict out, size_t out_row)
 {
-    for (size_t i = 0; i < n; ++i)
-        to[i] = state[i] + scale * rate[i];
+    for (size_t i = 0; i < n; ++i) {
+        hd_real row[MOST] = {0};
+        for (size_t k = 0; k < l; ++k)
+            for (size_t j = 0; j < m; ++j)
+                row[j] += a[a_row * i + k] * b[m * k + j];
+        for (size_t j = 0; j < m; ++j)
+            out[out_row * i + j] = row[j];
+    }
 }
 
-/* One classical Runge-Kutta step of length h, sub-step `index` of the interval. */
-static void rk4(const driven *vessel, hd_real h, size_t index, hd_real *state)
+/* slope (n x n) = d rate / d state, from the atoms that state_rate left. */
+static void state_slope(const drive *d, const interval *at, const hd_real *state, hd_real *slope)
 {
-    const size_t n = vessel->n_states;
-    const hd_real steps = (hd_real)vessel->interval->steps, half = (hd_real)0.5;
-    const hd_real begin = (hd_real)index / steps, end = (hd_real)(index + 1) / steps;
-    const hd_real middle = ((hd_real)index + half) / steps;
-    hd_real k1[10], k2[10], k3[10], k4[10], stage[10];
+    const hd_plant *plant = d->motion->plant;
+    const size_t n = d->n;
+    hd_real damping[36], force[36], down[12], lift[24], by_omega[12], by_itself[16];
 
-    state_rate(vessel, state, begin, k1);
-    ahead(state, half * h, k1, n, stage);
-    state_rate(vessel, stage, middle, k2);
-    ahead(state, half * h, k2, n, stage);
-    state_rate(vessel, stage, middle, k3);
-    ahead(state, h, k3, n, stage);
-    state_rate(vessel, stage, end, k4);
+    hd_atom_weights(plant->factors, plant->n_terms, d->atoms, hd_atom_count(plant->n_channels),
+                    d->motion->matrix, d->weights);
+    hd_atom_slopes(state, at->propulsion_speed, d->weights, damping);
+    hd_coriolis_slope(plant->mass, state, force);
+    for (size_t i = 0; i < 36; ++i)
+        force[i] += damping[i];
+    product(d->inverse, 6, force, 6, 6, 6, slope, n);
+    if (n == 6)
+        return;
+    hd_down_slope(state + 6, down);
+    for (size_t i = 0; i < 6; ++i)
+        for (size_t k = 0; k < 4; ++k) {
+            lift[4 * i + k] = 0;
+            for (size_t l = 0; l < 3; ++l)
+                lift[4 * i + k] += d->weights[6 * (18 + l) + i] * down[4 * l + k];
+        }
+    product(d->inverse, 6, lift, 6, 6, 4, slope + 6, n);
+    hd_quaternion_by_omega(state + 6, by_omega);
+    hd_quaternion_by_itself(state + 3, by_itself);
+    for (size_t i = 0; i < 4; ++i)
+        for (size_t k = 0; k < n; ++k)
+            slope[n * (6 + i) + k] = k < 3   ? 0
+                                     : k < 6 ? by_omega[3 * i + k - 3]
+                                             : by_itself[4 * i + k - 6];
+}
+
+/* Rows 6 to 9 of a matrix of m columns: X <- (X - q q'X) / |q|. */
+static void normalise_rows(const hd_real q[4], hd_real length, size_t m, hd_real *matrix)
+{
+    for (size_t c = 0; c < m; ++c) {
+        hd_real along = 0;
+        for (size_t i = 0; i < 4; ++i)
+            along += q[i] * matrix[m * (6 + i) + c];
+        for (size_t i = 0; i < 4; ++i)
+            matrix[m * (6 + i) + c] = (matrix[m * (6 + i) + c] - q[i] * along) / length;
+    }
+}
+
+/* Each row of d->rows by the step: transition is Phi, reach[s] W_s times the inverse mass. */
+static inline void move_rows(const drive *d, size_t n, const hd_real *transition,
+                             hd_real reach[4][6 * MOST])
+{
+    const size_t n_terms = d->motion->plant->n_terms;
+    hd_real columns[MOST * MOST], lever[6][4][MOST];
+
+    for (size_t i = 0; i < n; ++i) {
+        for (size_t k = 0; k < n; ++k)
+            columns[n * k + i] = transition[n * i + k];
+        for (size_t s = 0; s < 4; ++s)
+            for (size_t axis = 0; axis < 6; ++axis)
+                lever[axis][s][i] = reach[s][6 * i + axis];
+    }
+    for (size_t c = 0; c < d->n_parameters + 6; ++c) {
+        hd_real *row = d->rows + n * c, sum[MOST] = {0};
+        for (size_t k = 0; k < n; ++k)
+            for (size_t i = 0; i < n; ++i)
+                sum[i] += columns[n * k + i] * row[k];
+        if (c < d->n_parameters)
+            for (size_t s = 0; s < 4; ++s) {
+                const hd_real x = d->xi[n_terms * s + (size_t)d->parameters[2 * c]];
+                const hd_real *by = lever[d->parameters[2 * c + 1]][s];
+                for (size_t i = 0; i < n; ++i)
+                    sum[i] += by[i] * x;
+            }
+        for (size_t i = 0; i < n; ++i)
+            row[i] = sum[i];
+    }
+}
+
+/* The derivative of the step of length h that ended in the quaternion q, of the length given
+ * before its normalisation. */
+static inline void differentiate(const drive *d, size_t n, hd_real h,
+                                 hd_real slopes[4][MOST * MOST], const hd_real *q, hd_real length)
+{
+    static const hd_real share[4] = {1, 2, 2, 1};                          /* sixths */
+    static const hd_real ahead[4] = {(hd_real)0.5, (hd_real)0.5, 1, 0};
+    hd_real weight[MOST * MOST], acted[MOST * MOST] = {0}, transition[MOST * MOST];
+    hd_real reach[4][6 * MOST];
+
+    for (size_t i = 0; i < n * n; ++i)
+        transition[i] = i % (n + 1) == 0;
+    for (size_t s = 4; s-- > 0;) {
+        for (size_t i = 0; i < n * n; ++i)
+            weight[i] = h * (ahead[s] * acted[i]) + (i % (n + 1) == 0 ? h / 6 * share[s] : 0);
+        product(weight, n, slopes[s], n, n, n, acted, n);
+        product(weight, n, d->inverse, n, 6, 6, reach[s], 6);
+        for (size_t i = 0; i < n * n; ++i)
+            transition[i] += acted[i];
+    }
+    if (n > 6) {
+        normalise_rows(q, length, n, transition);
+        for (size_t s = 0; s < 4; ++s)
+            normalise_rows(q, length, 6, reach[s]);
+    }
+    move_rows(d, n, transition, reach);
+}
+
+/* One classical Runge-Kutta step, sub-step `index` of the interval. */
+static void rk4(const drive *d, const interval *at, size_t index, hd_real *state)
+{
+    static const hd_real reach[4] = {0, (hd_real)0.5, (hd_real)0.5, 1};
+    const size_t n = d->n;
+    const hd_real h = at->h;
+    hd_real stage[MOST], k[5][MOST] = {{0}}, slopes[4][MOST * MOST], length = 1;
+
+    for (size_t s = 0; s < 4; ++s) { /* k[0] is none, k[1] to k[4] are the stages' rates */
+        const hd_real fraction = ((hd_real)index + reach[s]) / (hd_real)at->steps;
+        for (size_t i = 0; i < n; ++i)
+            stage[i] = state[i] + reach[s] * h * k[s][i];
+        state_rate(d, at, stage, fraction, k[s + 1], d->xi + d->motion->plant->n_terms * s);
+        if (d->rows)
+            state_slope(d, at, stage, slopes[s]);
+    }
     for (size_t i = 0; i < n; ++i)
-        state[i] += h / 6 * (k1[i] + 2 * k2[i] + 2 * k3[i] + k4[i]);
+        state[i] += h / 6 * (k[1][i] + 2 * k[2][i] + 2 * k[3][i] + k[4][i]);
     if (n > 6)
-        (void)hd_normalise(state + 6);
+        length = hd_normalise(state + 6);
+    if (d->rows && n == 6) /* the number of states a constant: loops are laid out flat */
+        differentiate(d, 6, h, slopes, NULL, length);
+    else if (d->rows)
+        differentiate(d, MOST, h, slopes, state + 6, length);
 }
 
-static void to_next_sample(driven *vessel, const hd_record *record, size_t k, hd_real max_step,
-                           hd_real *state)
+static void start_at(const drive *d, size_t start, hd_real *state)
 {
-    const hd_interval interval = hd_interval_after(record, k, max_step);
+    const hd_motion *motion = d->motion;
+    const size_t p = d->n_parameters, n = d->n;
 
-    vessel->interval = &interval;
-    for (size_t i = 0; i < interval.steps; ++i)
-        rk4(vessel, interval.length / (hd_real)interval.steps, i, state);
-    vessel->interval = NULL;
+    for (size_t i = 0; i < 6; ++i)
+        state[i] = motion->plant->free_axes[i] ? motion->record->velocity[6 * start + i] : 0;
+    if (motion->attitude) {
+        for (size_t i = 0; i < 4; ++i)
+            state[6 + i] = motion->attitude[4 * start + i];
+        (void)hd_normalise(state + 6);
+    }
+    if (!d->rows)
+        return;
+    for (size_t i = 0; i < n * (p + 6); ++i)
+        d->rows[i] = 0;
+    for (size_t i = 0; i < 6; ++i)
+        d->rows[n * (p + i) + i] = motion->plant->free_axes[i] ? 1 : 0;
+}
+
+/* 1 if a velocity component is not finite or beyond the limit. */
+static int diverged(const hd_real velocity[6], hd_real limit)
+{
+    for (size_t i = 0; i < 6; ++i)
+        if (!(hd_fabs(velocity[i]) <= limit)) /* true for NaN as well */
+            return 1;
+    return 0;
 }
 
 /* Integrate one segment; returns its first bad sample or -1. */
-static int64_t replay_segment(driven *vessel, const hd_record *record, size_t start, size_t stop,
-                              const hd_real *attitude, hd_real max_step, hd_real limit,
-                              hd_real *velocity)
+static int64_t replay_segment(const drive *d, size_t start, size_t stop, hd_real *velocity,
+                              hd_real *jacobian)
 {
-    hd_real state[10];
+    const size_t width = d->n_parameters + 6;
+    hd_real state[MOST];
 
-    for (size_t i = 0; i < 6; ++i)
-        state[i] = vessel->plant->free_axes[i] ? record->velocity[6 * start + i] : 0;
-    if (attitude) {
-        for (size_t i = 0; i < 4; ++i)
-            state[6 + i] = attitude[4 * start + i];
-        (void)hd_normalise(state + 6);
-    }
+    start_at(d, start, state);
     for (size_t k = start; k < stop; ++k) {
-        if (k > start)
-            to_next_sample(vessel, record, k - 1, max_step, state);
-        if (hd_diverged(state, limit))
+        if (k > start) {
+            const interval at = interval_after(d->motion, k - 1);
+            for (size_t i = 0; i < at.steps; ++i)
+                rk4(d, &at, i, state);
+        }
+        if (diverged(state, d->motion->limit))
             return (int64_t)k;
         for (size_t i = 0; i < 6; ++i)
             velocity[6 * k + i] = state[i];
+        if (d->rows)
+            for (size_t i = 0; i < 6; ++i)
+                for (size_t c = 0; c < width; ++c)
+                    jacobian[(6 * k + i) * width + c] = d->rows[d->n * c + i];
     }
     return -1;
 }
 
-void hd_replay(const hd_plant *plant, const hd_real *matrix, const hd_record *record,
-               const int64_t *segments, size_t n_segments, const hd_real *attitude,
-               hd_real max_step, hd_real limit, hd_real *velocity, int64_t *diverged_at,
-               hd_real *work)
+void hd_replay(const hd_motion *motion, const int64_t *segments, size_t n_segments,
+               const int32_t *parameters, size_t n_parameters, hd_real *velocity,
+               hd_real *jacobian, int64_t *diverged_at, hd_real *work)
 {
-    hd_real inverse[36];
-    driven moving = {plant, inverse, matrix, NULL, attitude ? 10 : 6, work};
+    const size_t n = motion->record->n, n_atoms = hd_atom_count(motion->plant->n_channels);
+    drive d;
 
-    hd_mass_inverse(plant, inverse);
-    for (size_t i = 0; i < 6 * record->n; ++i)
+    d.motion = motion;
+    hd_mass_inverse(motion->plant, d.inverse);
+    d.n = motion->attitude ? MOST : 6;
+    d.parameters = parameters;
+    d.n_parameters = n_parameters;
+    d.atoms = work;
+    d.xi = d.atoms + n_atoms;
+    d.weights = d.xi + 4 * motion->plant->n_terms;
+    d.rows = jacobian ? d.weights + 6 * n_atoms : NULL;
+    for (size_t i = 0; i < 6 * n; ++i)
         velocity[i] = (hd_real)NAN;
+    for (size_t i = 0; jacobian && i < 6 * n * (n_parameters + 6); ++i)
+        jacobian[i] = (hd_real)NAN;
     for (size_t s = 0; s < n_segments; ++s)
-        diverged_at[s] = replay_segment(&moving, record, (size_t)segments[2 * s],
-                                        (size_t)segments[2 * s + 1], attitude, max_step, limit,
-                                        velocity);
+        diverged_at[s] = replay_segment(&d, (size_t)segments[2 * s], (size_t)segments[2 * s + 1],
+                                        velocity, jacobian);
 }

@@ -16,23 +16,25 @@ size_t hd_block_size(size_t n_terms)
     return HEAD + 3 * (n_terms + 6);
 }
 
-static void gather(const hd_plant *plant, const hd_entries *entries, const hd_step *step,
+static void gather(const hd_plant *plant, const hd_real *known, const hd_step *step,
                    hd_real *block)
 {
     const size_t n = plant->n_terms;
     const hd_real h = step->length, at = block[ELAPSED] + h / 2;
     hd_real *sum = block + HEAD, *moment = sum + n + 6;
-    hd_real gained[6], known[6];
+    hd_real gained[6], force[6] = {0};
 
     hd_momentum(plant->mass, step->change, gained);
-    hd_known_force(entries, step->xi, n, known);
+    for (size_t j = 0; j < n; ++j)
+        for (size_t i = 0; i < 6; ++i)
+            force[i] += known[6 * j + i] * step->xi[j];
     for (size_t j = 0; j < n; ++j) {
         const hd_real part = h * step->xi[j];
         sum[j] += part;
         moment[j] += at * part;
     }
     for (size_t i = 0; i < 6; ++i) {
-        const hd_real part = gained[i] - h * (step->forcing[i] + known[i]);
+        const hd_real part = gained[i] - h * (step->forcing[i] + force[i]);
         sum[n + i] += part;
         moment[n + i] += at * part;
     }
@@ -58,22 +60,11 @@ static int close(size_t n_terms, hd_real *block, hd_real *row)
     return complete;
 }
 
-int hd_block_add(const hd_plant *plant, const hd_entries *entries, const hd_step *step,
+int hd_block_add(const hd_plant *plant, const hd_real *known, const hd_step *step,
                  hd_real length, hd_real *block, hd_real *row)
 {
-    gather(plant, entries, step, block);
+    gather(plant, known, step, block);
     if (block[ELAPSED] + step->length / 2 < length) /* the whole number of steps nearest */
         return 0;
     return close(plant->n_terms, block, row);
-}
-
-int hd_block_step(const hd_plant *plant, const hd_entries *entries, hd_real length,
-                  hd_real *block, hd_real *row, const hd_sample *previous,
-                  const hd_sample *current, hd_real *work)
-{
-    hd_walk walk;
-
-    hd_walk_from(plant, previous, &walk, work);
-    hd_walk_to(plant, current, &walk);
-    return hd_block_add(plant, entries, &walk.step, length, block, row);
 }

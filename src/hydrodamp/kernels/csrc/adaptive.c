@@ -10,12 +10,7 @@
  * It is stable at every h, and V = 1/2 D'MD + 1/2 sum (K - K_true)_ij^2/gamma_ij
  * changes by exactly -h d'diag(a)d + h d.eps: the proof of eq. 23 in discrete time.
  */
-#include "batch.h"
-
-size_t hd_adapt_work(size_t n_terms, size_t n_channels)
-{
-    return hd_walk_work(n_terms, n_channels);
-}
+#include "onboard.h"
 
 /* force = K xi and stiffness_i = sum_j gamma_ij xi_j^2 in one sweep */
 static void sums(const hd_real *matrix, const hd_real *gamma, const hd_real *xi, size_t n_terms,
@@ -50,8 +45,21 @@ static void move(hd_real *matrix, const hd_real *gamma, const hd_real *xi, size_
     }
 }
 
-static void midpoint(const hd_plant *plant, const hd_real a[6], const hd_real *gamma,
-                     hd_real *matrix, hd_real error[6], const hd_step *step)
+/* Replace the rows and columns of locked axes by those of the identity. */
+static void lock(const unsigned char free_axes[6], hd_real left[36], hd_real right[6])
+{
+    for (size_t i = 0; i < 6; ++i) {
+        if (free_axes[i])
+            continue;
+        for (size_t k = 0; k < 6; ++k)
+            left[6 * i + k] = left[6 * k + i] = 0;
+        left[7 * i] = 1;
+        right[i] = 0;
+    }
+}
+
+void hd_adapt(const hd_plant *plant, const hd_real a[6], const hd_real *gamma, hd_real *matrix,
+              hd_real error[6], const hd_step *step)
 {
     const hd_real half = (hd_real)0.5, h = step->length;
     hd_real moved[6], momentum[6], damping[6], stiffness[6], left[36], d[6];
@@ -66,56 +74,9 @@ static void midpoint(const hd_plant *plant, const hd_real a[6], const hd_real *g
         left[7 * i] += a[i] + half * h * stiffness[i];
         d[i] = momentum[i] + step->forcing[i] + damping[i];
     }
-    hd_lock(plant->free_axes, left, d);
-    hd_cholesky_solve(left, d);
+    lock(plant->free_axes, left, d);
+    hd_cholesky_six(left, d);
     move(matrix, gamma, step->xi, plant->n_terms, h, d);
     for (size_t i = 0; i < 6; ++i)
         error[i] = 2 * d[i] - error[i];
-}
-
-void hd_adapt_step(const hd_plant *plant, const hd_real a[6], const hd_real *gamma,
-                   hd_real *matrix, hd_real error[6], const hd_sample *previous,
-                   const hd_sample *current, hd_real *work)
-{
-    hd_walk walk;
-
-    hd_walk_from(plant, previous, &walk, work);
-    hd_walk_to(plant, current, &walk);
-    midpoint(plant, a, gamma, matrix, error, &walk.step);
-}
-
-static void store(const hd_history *history, size_t place, size_t n_terms, hd_real time,
-                  const hd_real error[6], const hd_real *matrix)
-{
-    history->time[place] = time;
-    for (size_t i = 0; i < 6; ++i)
-        history->error[6 * place + i] = error[i];
-    for (size_t i = 0; i < 6 * n_terms; ++i)
-        history->matrix[6 * n_terms * place + i] = matrix[i];
-}
-
-void hd_adapt(const hd_plant *plant, const hd_real a[6], const hd_real *gamma, hd_real *matrix,
-              hd_real error[6], const hd_record *record, const int64_t *segments,
-              size_t n_segments, size_t passes, const hd_history *history, hd_real *work)
-{
-    size_t count = 0;
-    hd_walk walk;
-
-    for (size_t run = 0; run < passes * n_segments; ++run) {
-        const size_t start = (size_t)segments[2 * (run % n_segments)];
-        const size_t stop = (size_t)segments[2 * (run % n_segments) + 1];
-        const hd_sample first = hd_sample_at(record, start);
-        hd_walk_from(plant, &first, &walk, work);
-        for (size_t i = 0; i < 6; ++i)
-            error[i] = 0;
-        for (size_t k = start + 1; k < stop; ++k) {
-            const hd_sample current = hd_sample_at(record, k);
-            hd_walk_to(plant, &current, &walk);
-            midpoint(plant, a, gamma, matrix, error, &walk.step);
-            ++count;
-            if (history->every && count % history->every == 0)
-                store(history, count / history->every - 1, plant->n_terms, current.time, error,
-                      matrix);
-        }
-    }
 }

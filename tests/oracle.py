@@ -1,0 +1,383 @@
+"""The C core's functions in NumPy, as the equations read: the oracle of the core.
+
+Same names, arguments and results as :mod:`hydrodamp.kernels`, whose docstrings say what they
+are; nothing is checked here. Differentiation is forward through every stage.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hydrodamp.kernels import Adapted, Estimate
+from hydrodamp.kernels.inputs import Inputs
+from hydrodamp.kernels.plant import FIXED_ATOMS
+
+SLOWEST = 1e-6  # m/s; slower speeds count as this where the propulsion ratio divides by one
+SLACK = 1e-6  # how much longer than asked a sub-step may be, relative: clocks round
+
+
+# Atoms, terms and their derivatives (eq. 4) ---------------------------------------------------
+
+
+def atoms(velocity, down, channels, propulsion_speed):
+    """Every atom at one sample or at n of them, atoms first."""
+    nu, held = velocity.T, channels.T
+    m = len(held)
+    table = np.empty((FIXED_ATOMS + 2 * m, *nu.shape[1:]))
+    speed = np.sqrt(nu[0] * nu[0] + nu[1] * nu[1] + nu[2] * nu[2])
+    crossflow = np.sqrt(nu[1] * nu[1] + nu[2] * nu[2])
+    table[0] = 1.0
+    table[1:7] = nu
+    table[7:13] = np.abs(nu)
+    table[13] = speed
+    table[14] = crossflow
+    table[15] = np.sign(nu[1]) * crossflow
+    table[16] = np.sign(nu[2]) * crossflow
+    table[17] = propulsion_speed / np.maximum(speed, SLOWEST) - 1.0
+    table[18:21] = down.T
+    table[21 : 21 + m] = held
+    table[21 + m :] = np.abs(held)
+    return table
+
+
+def atom_slopes(velocity, propulsion_speed, n_channels):
+    """The derivative of every atom on the velocity, 0 at a kink, rows atoms."""
+    slopes = np.zeros((FIXED_ATOMS + 2 * n_channels, 6))
+    sign = np.sign(velocity)
+    speed, crossflow = np.linalg.norm(velocity[:3]), np.linalg.norm(velocity[1:3])
+    slopes[1:7] = np.eye(6)
+    slopes[7:13] = np.diag(sign)
+    if speed > 0.0:
+        slopes[13, :3] = velocity[:3] / speed
+    if crossflow > 0.0:
+        slopes[14, 1:3] = velocity[1:3] / crossflow
+    slopes[15] = sign[1] * slopes[14]
+    slopes[16] = sign[2] * slopes[14]
+    if speed > SLOWEST:
+        slopes[17] = -propulsion_speed / speed**2 * slopes[13]
+    return slopes
+
+
+def products(factors, values):
+    """The value of every term from those of the atoms."""
+    a, b, c, d = values[np.asarray(factors).T]
+    return a * b * c * d
+
+
+def regressor(factors, velocity, down, channels, propulsion_speed, out=None):
+    """One column a term."""
+    xi = products(factors, atoms(velocity, down, channels, propulsion_speed)).T
+    if out is None:
+        return xi
+    out[:] = xi
+    return out
+
+
+# The right-hand side of eq. 1 -----------------------------------------------------------------
+
+
+def momentum(mass_matrix, nu):
+    """M nu, components first."""
+    p = mass_matrix[:, :1] * nu[:1] if nu.ndim == 2 else mass_matrix[:, 0] * nu[0]
+    for k in range(1, 6):
+        p = p + (mass_matrix[:, k : k + 1] if nu.ndim == 2 else mass_matrix[:, k]) * nu[k]
+    return p
+
+
+def coriolis(mass_matrix, velocity):
+    """H(M nu) nu = [p1 x w ; p1 x v + p2 x w]."""
+    nu = velocity.T
+    p = momentum(mass_matrix, nu)
+    force = np.cross(p[:3], nu[3:], axis=0)
+    moment = np.cross(p[:3], nu[:3], axis=0) + np.cross(p[3:], nu[3:], axis=0)
+    return np.concatenate([force, moment]).T
+
+
+def coriolis_slope(mass_matrix, nu):
+    """The derivative of H(M nu) nu: H(M e) nu + H(M nu) e for each unit e."""
+
+    def moving(p, nu):
+        return np.r_[np.cross(p[:3], nu[3:]), np.cross(p[:3], nu[:3]) + np.cross(p[3:], nu[3:])]
+
+    return np.column_stack(
+        [moving(mass_matrix @ e, nu) + moving(mass_matrix @ nu, e) for e in np.eye(6)]
+    )
+
+
+def inverse_mass(plant):
+    """On the free axes; zero on the locked ones."""
+    both = np.logical_and.outer(plant.free, plant.free)
+    return np.linalg.inv(np.where(both, plant.mass_matrix, np.eye(6))) * both
+
+
+def acceleration(plant, matrix, velocity, down, wrench, channels, propulsion_speed):
+    """M dnu/dt = H(M nu) nu + K xi + wrench, solved on the free axes."""
+    nu = np.where(plant.free, velocity, 0.0)
+    xi = products(plant.factors, atoms(nu, down, channels, propulsion_speed))
+    return inverse_mass(plant) @ (coriolis(plant.mass_matrix, nu[None])[0] + xi @ matrix + wrench)
+
+
+# Replay by RK4, and its derivative ------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Motion:
+    """What is integrated: velocity and, where simulated, quaternion."""
+
+    plant: object
+    matrix: np.ndarray
+    inputs: Inputs
+    parameters: np.ndarray
+
+    def driven(self, k, fraction, state):
+        """Velocity, down, wrench, channels, u_c between sample k and the next."""
+        inputs = self.inputs
+        wrench, down = (
+            array[k] + fraction * (array[k + 1] - array[k])
+            for array in (inputs.wrench, inputs.down)
+        )
+        down = down_of(state[6:]) if len(state) == 10 else down
+        return state[:6], down, wrench, inputs.channels[k], inputs.propulsion[k, 0]
+
+    def rate(self, k, fraction, state):
+        """The derivative of the state over time."""
+        moving = acceleration(self.plant, self.matrix, *self.driven(k, fraction, state))
+        return np.r_[moving, quaternion_rate(state[6:], state[3:6])] if len(state) == 10 else moving
+
+    def slopes(self, k, fraction, state):
+        """The derivative of the rate, on the state and on the coefficients."""
+        plant, (nu, down, _, held, speed) = self.plant, self.driven(k, fraction, state)
+        values, solve, q = atoms(nu, down, held, speed), inverse_mass(plant), state[6:]
+        by_atom = np.zeros((len(values), 6))  # d (K xi) / d atom, by the product rule
+        for place in range(4):
+            others = np.delete(values[plant.factors], place, axis=1).prod(axis=1)
+            np.add.at(by_atom, plant.factors[:, place], others[:, None] * self.matrix)
+        force = by_atom.T @ atom_slopes(nu, speed, plant.n_channels)
+        by_state = np.zeros((len(state), len(state)))
+        by_state[:6, :6] = solve @ (force + coriolis_slope(plant.mass_matrix, nu))
+        if len(q):
+            by_state[:6, 6:] = solve @ by_atom[18:21].T @ down_slope(q)
+            by_state[6:, 3:6] = 0.5 * quaternion_columns(q)
+            by_state[6:, 6:] = 0.5 * quaternion_matrix(nu[3:])
+        term, axis = self.parameters.T
+        return by_state, solve[:, axis] * products(plant.factors, values)[term]
+
+    def step(self, k, i, n, state, slope):
+        """One RK4 step, sub-step i of n, of the state and of its derivative."""
+        h = (self.inputs.time[k + 1] - self.inputs.time[k]) / n
+        rates, turns = [np.zeros_like(state)], [np.zeros_like(slope)]
+        for reach in (0.0, 0.5, 0.5, 1.0):
+            at, along = state + reach * h * rates[-1], slope + reach * h * turns[-1]
+            rates.append(self.rate(k, (i + reach) / n, at))
+            by_state, by_coefficient = self.slopes(k, (i + reach) / n, at)
+            turns.append(by_state @ along)
+            turns[-1][:6, : len(self.parameters)] += by_coefficient
+        state, slope = (
+            x + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+            for x, (_, k1, k2, k3, k4) in ((state, rates), (slope, turns))
+        )
+        if len(state) == 10:
+            length = np.linalg.norm(state[6:])
+            q = state[6:] / length
+            slope[6:] = (slope[6:] - np.outer(q, q @ slope[6:])) / length
+            state[6:] = q
+        return state, slope
+
+
+def replayed(plant, matrix, parameters, inputs, segments, attitude=None, max_step=0.05, limit=50.0):
+    """Velocity, its derivative, and where each segment diverged."""
+    chosen = np.asarray(parameters, dtype=int).reshape(-1, 2)
+    motion, p = Motion(plant, matrix, inputs, chosen), len(chosen)
+    velocity = np.full((inputs.n, 6), np.nan)
+    jacobian = np.full((inputs.n, 6, p + 6), np.nan)
+    diverged_at = np.full(len(segments), -1)
+    for s, (start, stop) in enumerate(np.asarray(segments).tolist()):
+        state = np.where(plant.free, inputs.velocity[start], 0.0)
+        if attitude is not None:
+            state = np.r_[state, attitude[start] / np.linalg.norm(attitude[start])]
+        slope = np.zeros((len(state), p + 6))
+        slope[:6, p:] = np.diag(plant.free.astype(float))
+        for k in range(start, stop):
+            if k > start:
+                ratio = (inputs.time[k] - inputs.time[k - 1]) / max_step * (1.0 - SLACK)
+                n = max(int(np.ceil(ratio)), 1)
+                for i in range(n):
+                    state, slope = motion.step(k - 1, i, n, state, slope)
+            if not np.all(np.abs(state[:6]) <= limit):
+                diverged_at[s] = k
+                break
+            velocity[k], jacobian[k] = state[:6], slope[:6]
+    return velocity, jacobian, diverged_at
+
+
+def replay(plant, matrix, inputs, segments, attitude=None, max_step=0.05, limit=50.0):
+    """Open loop from the first sample of every segment."""
+    found = replayed(plant, matrix, (), inputs, segments, attitude, max_step, limit)
+    return found[0], found[2]
+
+
+def sensitivities(*arguments, **settings):
+    """Replay and its derivative."""
+    return replayed(*arguments, **settings)[:2]
+
+
+def down_of(q):
+    """R(q)^T e3 of a quaternion w x y z, body to world."""
+    w, x, y, z = q
+    return np.array([2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z])
+
+
+def down_slope(q):
+    """Its derivative."""
+    w, x, y, z = q
+    return 2.0 * np.array([[-y, z, -w, x], [x, w, z, y], [w, -x, -y, z]])
+
+
+def quaternion_rate(q, omega):
+    """dq/dt = 1/2 q (0, omega)."""
+    return 0.5 * quaternion_columns(q) @ omega
+
+
+def quaternion_columns(q):
+    """The products of q with the three imaginary units."""
+    w, x, y, z = q
+    return np.array([[-x, -y, -z], [w, -z, y], [z, w, -x], [-y, x, w]])
+
+
+def quaternion_matrix(omega):
+    """Twice the derivative of dq/dt on q."""
+    p, q, r = omega
+    return np.array([[0, -p, -q, -r], [p, 0, r, -q], [q, -r, 0, p], [r, q, -p, 0]])
+
+
+# Steps between samples, and the estimators on them --------------------------------------------
+
+
+@dataclass(frozen=True)
+class Steps:
+    """What the steps between n samples need, each a row."""
+
+    h: np.ndarray
+    xi: np.ndarray  # mean of the terms at both ends, channels held from the first
+    forcing: np.ndarray  # mean of H(M nu) nu plus the recorded wrench
+    gain: np.ndarray  # M (nu_{k+1} - nu_k), the momentum gained
+
+
+def steps_between(plant, inputs):
+    """Turn the samples of a segment into steps."""
+    nu = np.where(plant.free, inputs.velocity, 0.0)
+    held, speed = inputs.channels[:-1], inputs.propulsion
+    first = regressor(plant.factors, nu[:-1], inputs.down[:-1], held, speed[:-1, 0])
+    last = regressor(plant.factors, nu[1:], inputs.down[1:], held, speed[1:, 1])
+    known = coriolis(plant.mass_matrix, nu) + inputs.wrench
+    return Steps(
+        h=np.diff(inputs.time),
+        xi=0.5 * (first + last),
+        forcing=0.5 * (known[:-1] + known[1:]),
+        gain=momentum(plant.mass_matrix, np.diff(nu, axis=0).T).T,
+    )
+
+
+def steps_of(plant, previous, current):
+    """Turn two packed samples into one step."""
+    pair = np.stack([previous.values, current.values])
+    places = slice(1, 7), slice(7, 10), slice(10, 16), slice(18, None), slice(16, 18)
+    return steps_between(plant, Inputs(pair[:, 0], *[pair[:, place] for place in places]))
+
+
+def midpoint(gains, matrix, error, steps, k):
+    """The implicit midpoint step of eqs. 15-16."""
+    plant, h, xi = gains.plant, steps.h[k], steps.xi[k]
+    left = 2.0 / h * plant.mass_matrix + np.diag(gains.a + 0.5 * h * (xi * xi) @ gains.gamma)
+    right = 2.0 / h * (plant.mass_matrix @ error) + steps.forcing[k] + xi @ matrix
+    right = right - steps.gain[k] / h
+    both = np.logical_and.outer(plant.free, plant.free)
+    d = np.linalg.solve(np.where(both, left, np.eye(6)), np.where(plant.free, right, 0.0))
+    return matrix - h * gains.gamma * np.outer(xi, d), 2.0 * d - error
+
+
+def adapt(gains, matrix, inputs, segments, passes=1, every=0):
+    """The fold of adapt_step over a record."""
+    error, count, kept = np.zeros(6), 0, []
+    for start, stop in np.asarray(segments).tolist() * passes:
+        error, steps = np.zeros(6), steps_between(gains.plant, inputs.part(slice(start, stop)))
+        for k in range(stop - start - 1):
+            matrix, error = midpoint(gains, matrix, error, steps, k)
+            count += 1
+            if every and count % every == 0:
+                kept.append((inputs.time[start + k + 1], error, matrix))
+    time, errors, tables = zip(*kept, strict=True) if kept else ((), (), ())
+    return Adapted(matrix, error, np.array(time), np.array(errors), np.array(tables))
+
+
+def adapt_step(gains, state, previous, current):
+    """One step, coefficients and error in one table."""
+    steps = steps_of(gains.plant, previous, current)
+    return np.vstack(midpoint(gains, state[:-1], state[-1], steps, 0))
+
+
+def added(recursion, block, steps, k):
+    """Add a step to a block: a hat rises over it and falls over the next."""
+    h, xi = steps.h[k], steps.xi[k]
+    known = xi @ recursion.entries.known
+    part = np.concatenate([h * xi, steps.gain[k] - h * (steps.forcing[k] + known)])
+    elapsed, has_risen = block[0] + h, block[1] > 0.0
+    total, moment, risen = block[2:].reshape(3, -1)
+    total, moment = total + part, moment + (block[0] + h / 2.0) * part
+    if elapsed + h / 2.0 < recursion.block:
+        return np.concatenate([[elapsed, block[1]], total, moment, risen]), None
+    rising, zero = moment / elapsed, np.zeros_like(total)
+    row = risen + (total - rising) if has_risen else None
+    return np.concatenate([[0.0, 1.0], zero, zero, rising]), row
+
+
+def block_step(plant, recursion, block, previous, current):
+    """Add the step between two samples."""
+    return added(recursion, block, steps_of(plant, previous, current), 0)
+
+
+def absorb(recursion, estimate, row):
+    """Take in a row: S <- S - r S phi phi'S / (phi'S phi) + phi phi'.
+
+    0 <= S <= c I with c = max(1, max |phi|^2 / forgetting), whatever the rows. For let
+    S = c I - E with E >= 0; for any x, c x.phi = x'S phi + x'E phi, and by Cauchy's inequality
+    twice (c x.phi)^2 <= (r (x'S phi)^2 / phi'S phi + x'E x) (phi'S phi / r + phi'E phi), whose
+    last factor is at most c |phi|^2 / r <= c^2. The decomposition is that of Cao and Schwartz,
+    Automatica 36 (2000) 1725.
+    """
+    entries = recursion.entries
+    kappa, information, noise, rows = (
+        np.array(part)
+        for part in (estimate.coefficients, estimate.information, estimate.noise, estimate.rows)
+    )
+    for axis, seen in enumerate(entries.squares(information)):
+        part = entries.of(axis)
+        if part.start == part.stop:
+            continue
+        unit, terms = recursion.unit[part], row[entries.rows[part]]
+        surprise, phi = row[len(entries.known) + axis] - kappa[part] @ terms, unit * terms
+        along, eye = phi @ seen @ phi, np.eye(len(phi))
+        if along > 0.0:
+            share = min(recursion.forgetting, 2.0 * (phi @ np.linalg.solve(eye + seen, phi)))
+            seen -= share / along * np.outer(seen @ phi, seen @ phi)
+        gain = np.linalg.solve(eye + seen, phi)
+        seen += np.outer(phi, phi)
+        news = phi @ gain
+        kappa[part] += unit * gain * (surprise / (1.0 + news))
+        rows[axis] += 1.0
+        weight = max(3.0 / (rows[axis] + 2.0), recursion.forgetting)
+        noise[axis] += weight * (surprise**2 / (1.0 + news) - noise[axis])
+    return Estimate(kappa, information, noise, rows)
+
+
+def recur(plant, recursion, estimate, inputs, segments):
+    """The fold of block_step and absorb over a record."""
+    for start, stop in np.asarray(segments).tolist():
+        block = np.zeros(2 + 3 * (plant.n_terms + 6))
+        steps = steps_between(plant, inputs.part(slice(start, stop)))
+        for k in range(stop - start - 1):
+            block, row = added(recursion, block, steps, k)
+            estimate = estimate if row is None else absorb(recursion, estimate, row)
+    return estimate
