@@ -8,14 +8,12 @@ import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray
 from hydrodamp.conditioning.gaps import ATTITUDE, counted, without_samples
-from hydrodamp.conditioning.spikes import LEAST_WINDOW, NORMAL, off_the_line, windows_about
+from hydrodamp.conditioning.spikes import off_the_line, standing_out
 from hydrodamp.data.attitude import turn
 from hydrodamp.data.log import Log
 
 #: A turn there and back that is smaller is left to the noise [rad].
 LEAST_LEAP = np.radians(2.0)
-
-_CHUNK = 16384
 
 
 def steady_attitude(log: Log, *, window: int = 7, threshold: float = 6.0) -> Log:
@@ -80,17 +78,10 @@ def leaps(
     threshold: float = 6.0,
 ) -> BoolArray:
     """Return which samples of attitude leap there and back."""
-    found = np.zeros(len(attitude), dtype=np.bool_)
+    few = np.zeros(len(attitude), dtype=np.bool_)
     for start, stop in bounds.tolist():
-        if stop - start < LEAST_WINDOW:
-            continue
-        part, clock = attitude[start:stop], time[start:stop]
-        rows = np.flatnonzero(_jolts(part) > LEAST_LEAP / 2)
-        for low in range(0, len(rows), _CHUNK):
-            some = rows[low : low + _CHUNK]
-            own, spread = _off(clock, part, some, window)
-            found[start + some] = own > np.maximum(threshold * spread, LEAST_LEAP)
-    return found
+        few[start:stop] = _jolts(attitude[start:stop]) > LEAST_LEAP / 2
+    return standing_out(time, attitude, bounds, few, _off_turn, window, threshold, LEAST_LEAP)
 
 
 def _jolts(attitude: FloatArray) -> FloatArray:
@@ -101,17 +92,10 @@ def _jolts(attitude: FloatArray) -> FloatArray:
     return np.concatenate(([np.inf], np.where(size > 1.0, size, change), [np.inf]))
 
 
-def _off(
-    time: FloatArray, attitude: FloatArray, rows: IntArray, window: int
-) -> tuple[FloatArray, FloatArray]:
-    """Return how far samples are off the steady turn of their window, and how far most are."""
-    around = windows_about(attitude, rows, window)
+def _off_turn(time: FloatArray, around: FloatArray) -> FloatArray:
+    """Return how far samples are off the steady turn of their window."""
     along = np.abs(np.einsum("nkj,nlj->nkl", around, around))
     central = np.median(along, axis=2).argmax(axis=1)
-    origin = np.repeat(around[np.arange(len(rows)), central], around.shape[1], axis=0)
+    origin = np.repeat(around[np.arange(len(around)), central], around.shape[1], axis=0)
     turns = turn(origin, around.reshape(-1, 4)).reshape(*around.shape[:2], 3)
-    clock = windows_about(time, rows, window)
-    rest = [off_the_line(clock, turns[:, :, axis]) for axis in range(3)]
-    size = np.sqrt(sum(part**2 for part in rest))
-    place = np.argmax(clock == time[rows][:, np.newaxis], axis=1)
-    return size[np.arange(len(rows)), place], NORMAL * np.median(size, axis=1)
+    return np.sqrt(sum(off_the_line(time, turns[:, :, axis]) ** 2 for axis in range(3)))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -12,17 +12,20 @@ from hydrodamp.data.channels import ACCELERATION
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError, did_you_mean
 
+#: Clocks and values of windows, shape (m, w, ...) -> how far off each sample is, shape (m, w).
+Off = Callable[[FloatArray, FloatArray], FloatArray]
+
 #: A shorter stretch has no neighbours to speak of.
 LEAST_WINDOW = 5
 
 #: Standard deviation over median absolute deviation of a normal distribution.
-NORMAL = 1.482602218505602
+_NORMAL = 1.482602218505602
 
 _ROUNDING = 1e-9  # of the largest value; less is no distance
 _FLICKER = 0.02  # share of samples off their line from which a coarse sensor flickers
 _HARMLESS = 0.01  # of the range of most values
 _SAMPLED = 20000  # samples at which the usual spread is taken, about
-_CHUNK = 32768
+_CHUNK = 16384
 
 
 def remove_spikes(
@@ -96,24 +99,41 @@ def spikes(
     """Return which samples of a channel are spikes."""
     distance = np.abs(values - running_median(values, bounds, window))
     least = max(threshold * _usual(time, values, bounds, window), _small(values))
+    return standing_out(time, values, bounds, distance > least, _off_line, window, threshold, least)
+
+
+def standing_out(
+    time: FloatArray,
+    values: FloatArray,
+    bounds: IntArray,
+    candidates: BoolArray,
+    off: Off,
+    window: int,
+    threshold: float,
+    least: float,
+) -> BoolArray:
+    """Return which candidates are farther off than their neighbours, each segment by itself."""
     found = np.zeros(len(values), dtype=np.bool_)
     for start, stop in bounds.tolist():
-        rows = np.flatnonzero(distance[start:stop] > least)
         if stop - start < LEAST_WINDOW:
             continue
+        rows = np.flatnonzero(candidates[start:stop])
         for low in range(0, len(rows), _CHUNK):
             part = rows[low : low + _CHUNK]
-            own, spread = _off(time[start:stop], values[start:stop], part, window)
+            own, spread = _distance(time[start:stop], values[start:stop], part, off, window)
             found[start + part] = own > np.maximum(threshold * spread, least)
     return found
 
 
-def windows_about(values: FloatArray, rows: IntArray, window: int) -> FloatArray:
-    """Return the neighbours of some samples."""
+def _distance(
+    time: FloatArray, values: FloatArray, rows: IntArray, off: Off, window: int
+) -> tuple[FloatArray, FloatArray]:
+    """Return how far samples of a segment are off their window, and how far most about them."""
     width = min(window, len(values))
     first = np.clip(rows - width // 2, 0, len(values) - width)
-    around: FloatArray = values[first[:, np.newaxis] + np.arange(width)]
-    return around
+    around = first[:, np.newaxis] + np.arange(width)
+    rest = off(time[around], values[around])
+    return rest[np.arange(len(rows)), rows - first], _NORMAL * np.median(rest, axis=1)
 
 
 def off_the_line(time: FloatArray, around: FloatArray) -> FloatArray:
@@ -127,14 +147,8 @@ def off_the_line(time: FloatArray, around: FloatArray) -> FloatArray:
     return np.asarray(level - np.median(level, axis=1, keepdims=True))
 
 
-def _off(
-    time: FloatArray, values: FloatArray, rows: IntArray, window: int
-) -> tuple[FloatArray, FloatArray]:
-    """Return how far samples of a segment are off their line, and how far most about them."""
-    around = windows_about(time, rows, window)
-    rest = np.abs(off_the_line(around, windows_about(values, rows, window)))
-    place = np.argmax(around == time[rows][:, np.newaxis], axis=1)
-    return rest[np.arange(len(rows)), place], NORMAL * np.median(rest, axis=1)
+def _off_line(time: FloatArray, around: FloatArray) -> FloatArray:
+    return np.abs(off_the_line(time, around))
 
 
 def _usual(time: FloatArray, values: FloatArray, bounds: IntArray, window: int) -> float:
@@ -143,12 +157,13 @@ def _usual(time: FloatArray, values: FloatArray, bounds: IntArray, window: int) 
     for start, stop in bounds.tolist():
         if stop - start >= LEAST_WINDOW:
             rows = np.arange(0, stop - start, -(-len(values) // _SAMPLED))
-            parts.append(_off(time[start:stop], values[start:stop], rows, window)[0])
+            part = time[start:stop], values[start:stop]
+            parts.append(_distance(*part, rows, _off_line, window)[0])
     rest = np.concatenate(parts) if parts else np.zeros(1)
     middle = float(np.median(rest))
     if middle <= _rounding(values) and np.mean(rest > _rounding(values)) > _FLICKER:
         middle = float(np.median(rest[rest > _rounding(values)]))
-    return NORMAL * middle
+    return _NORMAL * middle
 
 
 def _small(values: FloatArray) -> float:

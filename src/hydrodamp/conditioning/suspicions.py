@@ -12,32 +12,32 @@ from hydrodamp.basis.axes import AXES, VELOCITIES
 from hydrodamp.data.agreement import angle_ratio, path_ratios, rate_slopes
 from hydrodamp.data.attitude import down as down_in_body, euler_from_quaternion
 from hydrodamp.data.log import Log
+from hydrodamp.data.units import UNITS, si_unit
 
 _TOLERANCE = 0.08  # of a ratio, about that of a unit
-_RATES = {
-    180 / np.pi: "deg/s taken for rad/s",
-    60 / (2 * np.pi): "rpm taken for rad/s",
-    1 / (2 * np.pi): "rev/s taken for rad/s",
-    np.pi / 180: "rad/s taken for deg/s and converted once too often",
-    -1.0: "of the other sign, or of another frame than the attitude",
-}
-_SPEEDS = {
-    100.0: "cm/s taken for m/s",
-    1000.0: "mm/s taken for m/s",
-    3.6: "km/h taken for m/s",
-    3600 / 1852: "knots taken for m/s",
-    1 / 0.3048: "ft/s taken for m/s",
-    0.001: "m/s beside a position in mm",
-    0.01: "m/s taken for cm/s and converted once too often",
-    1852 / 3600: "m/s taken for knots and converted once too often",
-    1 / 3.6: "m/s taken for km/h and converted once too often",
-    -1.0: "of the other sign, or of another frame than the position",
-}
 _PULSE = (800.0, 2200.0)  # us, servo and ESC signals
 _NEUTRAL = (1300.0, 1700.0)  # us
 _FAST = 15.0  # m/s, the usual speed of hardly any craft with a log like this
 _SLOW_CLOCK = 20.0  # s, a step of hardly any log
 _ANGLE_NAMES = ("rudder", "fin", "elevator", "delta", "stern", "plane", "aileron")
+
+
+def _mistaken(quantity: str, other: str) -> dict[float, str]:
+    """Return what a ratio to another channel means, by the units of a quantity."""
+    unit = si_unit(quantity)
+    units = {factor: name for name, factor in reversed(UNITS[quantity].items()) if name != unit}
+    return {
+        -1.0: f"of the other sign, or of another frame than the {other}",
+        **{
+            factor: f"{unit} taken for {name} and converted once too often"
+            for factor, name in units.items()
+        },
+        **{1 / factor: f"{name} taken for {unit}" for factor, name in units.items()},
+    }
+
+
+_RATES = _mistaken("angular rate", "attitude")
+_SPEEDS = _mistaken("speed", "position") | {0.001: "m/s beside a position in mm"}
 
 
 @dataclass(frozen=True)

@@ -10,15 +10,15 @@ import numpy as np
 from hydrodamp.arrays import BoolArray, FloatArray, frozen
 from hydrodamp.basis.axes import VELOCITIES
 from hydrodamp.data.agreement import rate_slopes
+from hydrodamp.data.attitude import normalised
 from hydrodamp.data.channels import BLOCKS, VELOCITY, unit_of
-from hydrodamp.data.record import Record, Segment
+from hydrodamp.data.record import Record, Segment, copied
 
 #: Largest component of a recorded velocity [m/s, rad/s]; beyond it a replay has diverged.
 _FASTEST = 50.0
 
 _DEGREES_SLOPE = (50.0, 65.0)  # of recorded on differentiated rates in deg/s (180/pi = 57.3)
-_UNIT = 1e-12  # a quaternion this near to norm 1 is kept to the bit
-_NEARLY_UNIT = 1e-3  # one farther off is a fault
+_NEARLY_UNIT = 1e-3  # how far the norm of a quaternion may be off one
 _LISTED = 3
 
 
@@ -26,7 +26,12 @@ def record_faults(record: Record) -> list[str]:
     """Return all that is wrong with a recording."""
     if record.n == 0:
         return ["there are no samples; at least two are needed"]
-    faults = [*_clock_faults(record), *_infinite_faults(record), *_norm_faults(record)]
+    measured = {name: block for name, block in record.blocks.items() if name != "time"}
+    faults = [
+        *clock_faults(record.time, record.joins, record.place),
+        *_unbounded_faults({**measured, **record.commands}, np.isinf, record.place),
+        *_norm_faults(record.blocks.get("attitude"), record.place),
+    ]
     degrees = {} if faults else _rates_in_degrees(record)
     if degrees:
         faults.append(
@@ -38,33 +43,24 @@ def record_faults(record: Record) -> list[str]:
     return [*faults, *_speed_faults(record.velocity, record.place, rest)]
 
 
-def frozen_blocks(given: Mapping[str, Any]) -> tuple[dict[str, FloatArray | None], list[str]]:
+def checked_blocks(given: Mapping[str, Any]) -> tuple[dict[str, FloatArray], list[str]]:
     """Copy the arrays of a log by their names; return them and what is wrong with them."""
-    blocks: dict[str, FloatArray | None] = {}
-    faults: list[str] = []
-    n: int | None = None
-    shapes = {**{block.name: block.shape for block in BLOCKS}, "commands": (None,)}
-    for name, shape in shapes.items():
-        values = given[name]
-        if name == "commands" and np.size(values) == 0:
-            values = np.empty((n or 0, 0))
-        try:
-            block = None if values is None else frozen(values, (n, *shape), name)
-        except ValueError as error:
-            faults.append(str(error))
-            continue
-        n = len(block) if n is None and block is not None else n
-        blocks[name] = block
-        faults += () if block is None else _block_faults(name, block)
-    attitude = blocks.get("attitude")
-    if attitude is not None and not faults:
-        norm = np.linalg.norm(attitude, axis=1, keepdims=True)
-        blocks["attitude"] = frozen(np.where(np.abs(norm - 1) > _UNIT, attitude / norm, attitude))
+    n = np.size(given["time"])
+    commands = np.empty((n, 0)) if np.size(given["commands"]) == 0 else given["commands"]
+    shapes = {block.name: (given[block.name], block.shape) for block in BLOCKS}
+    blocks, faults = copied({**shapes, "commands": (commands, (None,))}, n)
+    if not faults:
+        faults += _unbounded_faults(blocks, lambda block: ~np.isfinite(block), _row)
+    if not faults:
+        faults += _norm_faults(blocks.get("attitude"), _row)
+        faults += _speed_faults(blocks["velocity"], _row, VELOCITIES)
+    if "attitude" in blocks and not faults:
+        blocks["attitude"] = frozen(normalised(blocks["attitude"]))
     return blocks, faults
 
 
 def segment_faults(time: FloatArray, segments: Sequence[Segment]) -> Iterator[str]:
-    """Yield what is wrong with the segments of a log."""
+    """Yield what is wrong with the segments of a log, and with its clock within them."""
     edges = [0, *(part.stop for part in segments)]
     if [part.start for part in segments] != edges[:-1] or edges[-1] != len(time):
         yield f"`segments` must follow one another from 0 to {len(time)}; got {segments}"
@@ -75,14 +71,9 @@ def segment_faults(time: FloatArray, segments: Sequence[Segment]) -> Iterator[st
     for part in segments:
         if len(part) < 2:
             yield f"segment '{part.name}' has {len(part)} samples; at least two are needed"
-            continue
-        steps = np.diff(time[part.start : part.stop])
-        if steps.min() <= 0:
-            row = part.start + int(steps.argmin())
-            yield (
-                f"`time` must increase within segment '{part.name}'; it goes from"
-                f" {time[row]:.10g} s to {time[row + 1]:.10g} s in row {row + 2}"
-            )
+    joins = np.zeros(len(time), dtype=np.bool_)
+    joins[edges[:-1]] = True
+    yield from clock_faults(time, joins, _row)
 
 
 def name_faults(velocities: Sequence[str], commands: Sequence[str], n: int) -> Iterator[str]:
@@ -101,65 +92,52 @@ def capped(faults: list[str], listed: int = _LISTED) -> list[str]:
     return [*faults[: listed - 1], f"{faults[listed - 1]} (and {more} more like it)"]
 
 
-def _block_faults(name: str, block: FloatArray) -> Iterator[str]:
-    if found := _first(name, block, ~np.isfinite(block)):
-        column, row, value = found
-        called = "it" if column == name else f"`{column}`"
-        yield f"`{name}` must be finite; {called} is {value} in row {row + 1}"
-    elif name == "velocity":
-        yield from _speed_faults(block, lambda row: f"row {row + 1}", VELOCITIES)
-    elif name == "attitude":
-        norm = np.linalg.norm(block, axis=1)
-        if (off := np.abs(norm - 1) > _NEARLY_UNIT).any():
-            row = int(off.argmax())
-            yield f"`attitude` must hold unit quaternions; row {row + 1} has norm {norm[row]:.4g}"
-
-
-def _first(name: str, block: FloatArray, bad: BoolArray) -> tuple[str, int, float] | None:
-    """Return column, row and value of the first bad number of an array."""
-    if not bad.any():
-        return None
-    row, place = np.argwhere(bad.reshape(len(block), -1))[0].tolist()
-    columns = next((one.columns for one in BLOCKS if one.name == name), ())
-    value = float(block.reshape(len(block), -1)[row, place])
-    return (columns[place] if columns else name), row, value
-
-
-def _clock_faults(record: Record) -> Iterator[str]:
-    time = record.time
+def clock_faults(time: FloatArray, joins: BoolArray, place: Callable[[int], str]) -> Iterator[str]:
+    """Yield where a clock has no value, repeats or runs backwards but at a join."""
     absent = np.flatnonzero(~np.isfinite(time))
-    yield from capped([f"`time` has no value in {record.place(row)}" for row in absent.tolist()])
+    yield from capped([f"`time` has no value in {place(row)}" for row in absent.tolist()])
     with np.errstate(invalid="ignore"):
-        stuck = np.flatnonzero((np.diff(time) <= 0) & ~record.joins[1:]) + 1
-    yield from capped([_disorder(record, row) for row in stuck.tolist()])
+        stuck = np.flatnonzero((np.diff(time) <= 0) & ~joins[1:]) + 1
+    yield from capped([_disorder(time[row - 1], time[row], place(row)) for row in stuck.tolist()])
 
 
-def _disorder(record: Record, row: int) -> str:
-    before, now = record.time[row - 1], record.time[row]
+def _disorder(before: float, now: float, place: str) -> str:
     if now == before:
-        return f"`time` must increase; it repeats {now:.10g} s in {record.place(row)}"
+        return f"`time` must increase; it repeats {now:.10g} s in {place}"
     return (
         f"`time` must increase; it runs backwards from {before:.10g} s to {now:.10g} s in"
-        f" {record.place(row)}. If another run begins there, say so in a `segment` column"
+        f" {place}. If another run begins there, say so in a `segment` column"
     )
 
 
-def _infinite_faults(record: Record) -> Iterator[str]:
-    measured = {name: block for name, block in record.blocks.items() if name != "time"}
-    for name, block in {**measured, **record.commands}.items():
-        if found := _first(name, block, np.isinf(block)):
-            yield f"`{found[0]}` must be finite; it is infinite in {record.place(found[1])}"
+def _row(row: int) -> str:
+    return f"row {row + 1}"
 
 
-def _norm_faults(record: Record) -> Iterator[str]:
-    attitude = record.blocks.get("attitude")
+def _unbounded_faults(
+    blocks: Mapping[str, FloatArray],
+    is_bad: Callable[[FloatArray], BoolArray],
+    place: Callable[[int], str],
+) -> Iterator[str]:
+    """Yield the first bad number of each array."""
+    columns = {block.name: block.columns for block in BLOCKS}
+    for name, block in blocks.items():
+        bad = is_bad(block)
+        if bad.any():
+            row, column = np.argwhere(bad.reshape(len(block), -1))[0].tolist()
+            called = columns.get(name, (name,) * (column + 1))[column]
+            value = block.reshape(len(block), -1)[row, column]
+            told = "infinite" if np.isinf(value) else "no number"
+            yield f"`{called}` must be finite; it is {told} in {place(row)}"
+
+
+def _norm_faults(attitude: FloatArray | None, place: Callable[[int], str]) -> Iterator[str]:
     if attitude is None:
         return
     norm = np.linalg.norm(attitude, axis=1)
     yield from capped(
         [
-            f"the quaternion qw qx qy qz must have norm 1; it is {norm[row]:.4g} in"
-            f" {record.place(row)}"
+            f"the quaternion qw qx qy qz must have norm 1; it is {norm[row]:.4g} in {place(row)}"
             for row in np.flatnonzero(np.abs(norm - 1) > _NEARLY_UNIT).tolist()
         ]
     )

@@ -16,7 +16,7 @@ from hydrodamp.arrays import FloatArray, IntArray, frozen
 from hydrodamp.basis.axes import VELOCITIES
 from hydrodamp.data import attitude as attitudes
 from hydrodamp.data.channels import BLOCKS
-from hydrodamp.data.checks import frozen_blocks, name_faults, record_faults, segment_faults
+from hydrodamp.data.checks import checked_blocks, name_faults, record_faults, segment_faults
 from hydrodamp.data.record import (
     Record,
     Segment as Segment,
@@ -100,7 +100,7 @@ class Log:
 
     def __post_init__(self) -> None:
         """Copy the arrays at the door and check them."""
-        blocks, faults = frozen_blocks({name: getattr(self, name) for name in _ARRAYS})
+        blocks, faults = checked_blocks({name: getattr(self, name) for name in _ARRAYS})
         values: dict[str, Any] = {**blocks}
         for name in ("velocity_names", "command_names", "notes", "segments"):
             values[name] = tuple(getattr(self, name))

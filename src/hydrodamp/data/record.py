@@ -111,43 +111,49 @@ def record_of_arrays(
     source: str,
 ) -> Record:
     """Return the record of arrays by the names of their blocks, or raise all their faults."""
-    n = np.size(given["time"])
-    faults: list[str] = []
-
-    def copied(name: str, values: npt.ArrayLike, shape: tuple[int, ...]) -> FloatArray:
-        try:
-            return frozen(values, (n, *shape), name)
-        except ValueError as error:
-            turned = np.shape(values) == (*shape, n) != (n, *shape)
-            hint = ". Did you pass it transposed? Rows are samples" if turned else ""
-            faults.append(f"{error}{hint}")
-            return np.zeros((n, *shape))
-
-    blocks: dict[str, FloatArray] = {}
+    n, velocity, attitude = np.size(given["time"]), given["velocity"], given["attitude"]
     names: tuple[str, ...] = VELOCITIES
-    for block in BLOCKS:
-        values = given.get(block.name)
-        if block.name == "velocity" and isinstance(values, Mapping):
-            names = tuple(name for name in VELOCITIES if name in values)
-            columns = {name: copied(name, column, ()) for name, column in values.items()}
-            faults += [
-                f"velocity names are u v w p q r; got '{name}'.{did_you_mean(name, VELOCITIES)}"
-                for name in columns
-                if name not in VELOCITIES
-            ]
-            values = side_by_side(columns, VELOCITIES, n)
-        if block.name == "attitude" and values is not None and np.shape(values) == (n, 3):
-            values = quaternion_from_euler(copied("attitude", values, (3,)))
-        if values is not None:
-            blocks[block.name] = copied(block.name, values, block.shape)
-    faults += command_faults(commands)
-    channels = {name: copied(name, values, ()) for name, values in commands.items()}
+    faults = command_faults(commands)
+    if isinstance(velocity, Mapping):
+        names = tuple(name for name in VELOCITIES if name in velocity)
+        columns, wrong = copied({name: (velocity[name], ()) for name in velocity}, n)
+        velocity = side_by_side(columns, VELOCITIES, n)
+        unknown = [name for name in columns if name not in VELOCITIES]
+        faults += wrong + [
+            f"velocity names are u v w p q r; got '{name}'.{did_you_mean(name, VELOCITIES)}"
+            for name in unknown
+        ]
+    if attitude is not None and np.shape(attitude) == (n, 3):
+        euler, wrong = copied({"attitude": (attitude, (3,))}, n)
+        attitude, faults = quaternion_from_euler(euler["attitude"]), faults + wrong
+    whole = {**given, "velocity": velocity, "attitude": attitude}
+    blocks, wrong = copied({block.name: (whole[block.name], block.shape) for block in BLOCKS}, n)
+    channels, wrong_too = copied({name: (values, ()) for name, values in commands.items()}, n)
+    faults += wrong + wrong_too
     if segment is not None and len(segment) != n:
         faults.append(f"`segment` must have {n} labels; got {len(segment)}")
     if faults:
         raise LogError(faults, source=source)
     labels = None if segment is None else tuple(map(str, segment))
     return Record(blocks, names, channels, labels, source=source)
+
+
+def copied(
+    given: Mapping[str, tuple[Any, tuple[int | None, ...]]], n: int
+) -> tuple[dict[str, FloatArray], list[str]]:
+    """Copy arrays of n samples, given with the shape of an entry; and say what is wrong."""
+    blocks: dict[str, FloatArray] = {}
+    faults = []
+    for name, (values, shape) in given.items():
+        if values is None:
+            continue
+        try:
+            blocks[name] = frozen(values, (n, *shape), name)
+        except ValueError as error:
+            turned = np.shape(values) == (*shape, n) != (n, *shape)
+            hint = ". Did you pass it transposed? Rows are samples" if turned else ""
+            faults.append(f"{error}{hint}")
+    return blocks, faults
 
 
 def side_by_side(columns: Mapping[str, FloatArray], names: Sequence[str], n: int) -> FloatArray:
