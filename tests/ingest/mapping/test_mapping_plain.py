@@ -98,8 +98,8 @@ def test_units_in_the_header_that_do_not_fit_are_all_told(tmp_path: Path) -> Non
     with pytest.raises(LogError) as caught:
         read_log(path)
     assert [fault.partition(".")[0] for fault in caught.value.faults] == [
-        "column `u` is in deg by its header, which is no unit of speed known here",
-        "column `v` is in furlong by its header, which is no unit of speed known here",
+        "column `u` is in deg by its file, which is no unit of speed known here",
+        "column `v` is in furlong by its file, which is no unit of speed known here",
     ]
 
 

@@ -8,17 +8,16 @@ from collections.abc import Collection, Iterator
 
 import numpy as np
 
-from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.axes import VELOCITIES
 from hydrodamp.data.canonical import record_of_columns
-from hydrodamp.data.channels import QUANTITIES, RESERVED
+from hydrodamp.data.channels import QUANTITIES, RESERVED, SEGMENT
 from hydrodamp.data.checks import record_faults
 from hydrodamp.data.record import Record
 from hydrodamp.data.recording import Recording, Topic
-from hydrodamp.data.units import UNITS, factor, spelt
 from hydrodamp.errors import LogError
-from hydrodamp.ingest.mapping.finding import NO_UNIT, labels_of, text_faults
+from hydrodamp.ingest.mapping.finding import Found, labels_of
 from hydrodamp.ingest.mapping.log_mapping import presets
+from hydrodamp.ingest.mapping.schema import Entry, Source
 
 _LISTED = 8
 _UNNAMED = re.compile(r"column \d+")  # how readers call a column without a name
@@ -30,11 +29,14 @@ def canonical_record(recording: Recording) -> Record:
     if len(recording.topics) != 1 or recording.topics[0].name:
         raise LogError(_no_table(recording), source=recording.source)
     table = recording.topics[0]
-    fields = {**table.fields, **_unreadable(table)}
-    numbers = {name: values for name, values in fields.items() if name != "segment"}
+    columns = [*_columns(table)]
+    faults = {one.field: [*one.faults()] for one in columns}
+    # What cannot be read is there all the same, so that nothing else is said to be missing.
+    numbers = {
+        one.field: np.zeros(table.n) if faults[one.field] else one.values() for one in columns
+    }
     if "time" not in numbers and table.time is not None:
         numbers["time"] = table.time
-    numbers, unit_faults = _in_si(numbers, table)
     record, wrong = record_of_columns(
         numbers,
         tuple(name for name in numbers if name not in RESERVED and not _is_odd(name, table)),
@@ -42,52 +44,27 @@ def canonical_record(recording: Recording) -> Record:
         table.lines or None,
         recording.source,
     )
-    names = (*table.fields, *table.texts)
-    faults = [*_cell_faults(table), *unit_faults, *wrong, *_name_faults(names)]
-    if faults and record is not None and not table.faults:
-        faults += record_faults(record)
-    if faults or record is None:
-        raise LogError(faults or ["there are no samples"], source=recording.source)
+    told = [fault for each in faults.values() for fault in each]
+    told += [*wrong, *_name_faults((*table.fields, *table.texts))]
+    if told and record is not None and not any(faults.values()):
+        told += record_faults(record)
+    if told or record is None:
+        raise LogError(told or ["there are no samples"], source=recording.source)
     return dataclasses.replace(record, notes=recording.notes)
 
 
-def _in_si(numbers: dict[str, FloatArray], table: Topic) -> tuple[dict[str, FloatArray], list[str]]:
-    """Return the columns in SI units, and what is wrong with the units of the header."""
-    turned, faults = dict(numbers), []
-    for name, quantity in QUANTITIES.items():
-        stated = table.units.get(name, "")
-        if name not in numbers or name in table.faults or stated in NO_UNIT:
-            continue
-        if spelt(stated, quantity):
-            scale = factor(stated, quantity)
-            turned[name] = numbers[name] if scale == 1.0 else scale * numbers[name]
-        else:
-            faults.append(
-                f"column `{name}` is in {stated} by its header, which is no unit of {quantity}"
-                f" known here. Known are: {', '.join(UNITS[quantity])}"
-            )
-    return turned, faults
-
-
-def _unreadable(table: Topic) -> dict[str, FloatArray]:
-    """Return the columns that hold more than numbers as if they held some: they are there."""
-    return {name: np.zeros(table.n) for name in table.faults}
+def _columns(table: Topic) -> Iterator[Found]:
+    """Yield the columns, but for the names of segments."""
+    for name in dict.fromkeys((*table.faults, *table.fields, *table.texts)):
+        if name != SEGMENT or (name in table.faults and name not in table.texts):
+            source = Source(column=name)
+            yield Found(Entry("", name, (source,), QUANTITIES.get(name)), source, table, name)
 
 
 def _is_odd(name: str, table: Topic) -> bool:
     """Tell a column without a name of its own: none at all, or one that stands twice."""
     twice = _TWICE.fullmatch(name)
     return bool(_UNNAMED.fullmatch(name)) or (twice is not None and twice[1] in table.faults)
-
-
-def _cell_faults(table: Topic) -> Iterator[str]:
-    """Name what is no number, but for the names of segments."""
-    for name, fault in table.faults.items():
-        if name != "segment" or name not in table.texts:
-            yield fault
-    for name, cells in table.texts.items():
-        if name != "segment" and name not in table.faults:
-            yield from text_faults(cells, name, table.lines)
 
 
 def _name_faults(names: Collection[str]) -> Iterator[str]:

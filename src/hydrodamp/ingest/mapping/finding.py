@@ -70,8 +70,9 @@ class Found:
         unit, quantity = self.stated(), self.entry.quantity
         if unit and quantity and unit not in UNITS[quantity]:
             yield (
-                f"`{self.source.column}` is in {unit} by its file, which is no unit of {quantity}"
-                f" as `{self.entry.name}` needs. Map another field, or state its unit"
+                f"column `{self.source.column}` is in {unit} by its file, which is no unit of"
+                f" {quantity} known here. Take another, or state its unit in a mapping. Known are:"
+                f" {', '.join(UNITS[quantity])}"
             )
 
 

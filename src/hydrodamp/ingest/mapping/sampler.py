@@ -11,7 +11,6 @@ import numpy as np
 from hydrodamp.arrays import BoolArray, FloatArray
 from hydrodamp.conditioning.bottom_lock import lost_lock
 from hydrodamp.data.recording import Topic
-from hydrodamp.data.units import factor, spelt
 from hydrodamp.errors import LogError, did_you_mean
 from hydrodamp.ingest.clock.sampling import (
     Brackets,
@@ -27,7 +26,7 @@ from hydrodamp.ingest.clock.sampling import (
 )
 from hydrodamp.ingest.clock.stamps import Clock, Irregularity, Oddity, Stamps, set_right
 from hydrodamp.ingest.mapping.finding import Found, beside, labels_of
-from hydrodamp.ingest.mapping.schema import RECORDED, Source
+from hydrodamp.ingest.mapping.schema import RECORDED, Entry, Source
 
 _LINEAR = tuple(f"velocity.{name}" for name in "uvw")
 
@@ -112,9 +111,10 @@ def _time(topic: Topic, time: Sequence[Source]) -> FloatArray:
     for source in time:
         name = beside(topic, source.column)
         if name is not None:
-            stated = source.unit or spelt(topic.units.get(name, ""), "time")
-            values = topic.fields[name] * source.scale + source.offset
-            return values * (factor(stated, "time") if stated else 1.0)
+            found = Found(Entry("time", "time", (source,), "time"), source, topic, name)
+            if faults := [*found.faults()]:
+                raise LogError(faults)
+            return found.values()
     columns = [source.column for source in time]
     if RECORDED in columns and topic.time is not None:
         return topic.time

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, Self
 
@@ -151,19 +151,14 @@ class Quaternion(_Strict):
             yield f"q{part}", Source(column=f"{self.column}{tail}")
 
 
-class Group(_Strict):
-    """Channels that belong together."""
-
-    def entries(self, group: str) -> Iterator[Entry]:
-        """Yield the channels that are given."""
-        for name in type(self).model_fields:
-            given = getattr(self, name)
-            if isinstance(given, Quaternion):
-                for part, source in given.parts():
-                    yield Entry(group, part, (source,), "ratio")
-            elif given is not None:
-                called, sign = DOWNWARD.get(name, (name, 1.0))
-                yield Entry(group, called, given, quantity_of(group, name), sign)
+def _entries(group: str, channels: Iterable[tuple[str, Any]]) -> Iterator[Entry]:
+    for name, given in channels:
+        if isinstance(given, Quaternion):
+            for part, source in given.parts():
+                yield Entry(group, part, (source,), "ratio")
+        else:
+            called, sign = DOWNWARD.get(name, (name, 1.0))
+            yield Entry(group, called, given, quantity_of(group, name), sign)
 
 
 def _field(quantity: str) -> tuple[Any, Any]:
@@ -172,12 +167,12 @@ def _field(quantity: str) -> tuple[Any, Any]:
     return kind, Field(None, description=quantity)
 
 
-def _group(name: str, channels: dict[str, str]) -> type[Group]:
+def _group(name: str, channels: dict[str, str]) -> type[_Strict]:
     """Return the form of a group: a field a channel, its unit checked against its quantity."""
     fields: dict[str, Any] = {name: _field(quantity) for name, quantity in channels.items()}
     if name == "attitude":
         fields["quaternion"] = (Quaternion | None, None)
-    return create_model(name.capitalize(), __base__=Group, **fields)
+    return create_model(name.capitalize(), __base__=_Strict, **fields)
 
 
 class Rotation(_Strict):
@@ -310,15 +305,10 @@ class MappingFile(_Channels):
     @cached_property
     def entries(self) -> tuple[Entry, ...]:
         """The channels, one entry each."""
-        single = [
-            Entry(name, name, given, quantity)
-            for name, quantity in SINGLE.items()
-            if (given := getattr(self, name))
-        ]
-        groups = [(name, getattr(self, name)) for name in GROUPS]
-        measured = [one for name, group in groups if group for one in group.entries(name)]
-        commands = [Entry("commands", name, given) for name, given in self.commands.items()]
-        return (*single, *measured, *commands)
+        found = [Entry(name, name, getattr(self, name), SINGLE[name]) for name in SINGLE]
+        found += [one for group in GROUPS for one in _entries(group, getattr(self, group) or ())]
+        found += [Entry("commands", name, given) for name, given in self.commands.items()]
+        return tuple(one for one in found if one.choices)
 
     def mounting(self, group: str) -> Mounting:
         """Return how the sensor behind a group sits in the vehicle."""
