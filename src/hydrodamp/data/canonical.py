@@ -196,7 +196,7 @@ def _attitude_faults(numbers: Mapping[str, FloatArray]) -> Iterator[str]:
         yield f"attitude must be given once; got both `{both[0]}` and `{both[1]}`. Drop one set"
         return
     if _heading_alone(numbers):
-        if _wraps_in_degrees(numbers, "yaw"):
+        if runs_in_degrees("yaw", numbers["yaw"]):
             yield "`yaw` must be in rad; it runs as an angle in degrees does. " + _CONVERT
         return
     for group, there in zip((EULER, _QUATERNION), found, strict=True):
@@ -208,20 +208,15 @@ def _attitude_faults(numbers: Mapping[str, FloatArray]) -> Iterator[str]:
             yield f"attitude needs all of `{all_of}`; `{lacking}` is missing.{hints}" + (
                 planar if there == ["yaw"] and not hints else ""
             )
-    if len(found[0]) == len(EULER) and _in_degrees(numbers):
+    if len(found[0]) == len(EULER) and any(runs_in_degrees(name, numbers[name]) for name in EULER):
         yield ("`roll pitch yaw` must be in rad; they run as angles in degrees do. " + _CONVERT)
 
 
-def _in_degrees(numbers: Mapping[str, FloatArray]) -> bool:
-    """Tell angles in degrees: a pitch beyond any turn, or a wrap by 360."""
-    if len(numbers["pitch"]) == 0:
-        return False
-    wrapped = any(_wraps_in_degrees(numbers, name) for name in ("roll", "yaw"))
-    return wrapped or bool((np.abs(numbers["pitch"]) > _TURN).any())
-
-
-def _wraps_in_degrees(numbers: Mapping[str, FloatArray], name: str) -> bool:
-    wrap = np.abs(np.diff(numbers[name]))
+def runs_in_degrees(name: str, angle: FloatArray) -> bool:
+    """Return whether an angle is in degrees: a pitch beyond any turn, or a wrap by 360."""
+    if name == "pitch":
+        return bool((np.abs(angle) > _TURN).any())
+    wrap = np.abs(np.diff(angle))
     return bool(((wrap > 340) & (wrap < 380)).any())
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.axes import VELOCITIES
 from hydrodamp.data.attitude import quaternion_from_euler
-from hydrodamp.data.canonical import record_of_columns
+from hydrodamp.data.canonical import record_of_columns, runs_in_degrees
 from hydrodamp.data.channels import ACCELERATION, ATTITUDE, EULER, POSITION, SPECIFIC_FORCE, WRENCH
 from hydrodamp.data.record import Record, name_after
 from hydrodamp.data.recording import Recording
@@ -25,7 +25,12 @@ from hydrodamp.ingest.mapping.schema import RECORDED, Entry, MappingFile, Source
 
 _LINEAR, _ANGULAR = VELOCITIES[:3], VELOCITIES[3:]
 _WORLD = POSITION.columns
-_TURN = 2 * np.pi
+# Vectors along the axes of a sensor, and the group of each.
+_SENSED = (
+    ("velocity", "velocity", _LINEAR),
+    ("rates", "velocity", _ANGULAR),
+    ("specific_force", "specific_force", SPECIFIC_FORCE.columns),
+)
 _EXPECTED = (Oddity.DROPOUT, Oddity.EMPTY)  # in any log; no more than a note
 
 
@@ -99,16 +104,20 @@ class Assembly:
         self.numbers: dict[str, FloatArray] = {"time": sampler.ticks.time}
         self.faults: list[str] = []
         self._attitude()
-        self._velocity()
-        for block in (ACCELERATION, WRENCH):
+        self._vectors()
+        for block, axes in (
+            (ACCELERATION, mapping.frame),
+            (WRENCH, mapping.frame),
+            (POSITION, "FRD"),
+        ):
             for index, name in enumerate(block.columns):
-                self._put(name, f"{block.name}.{name}", index % 3, mapping.frame)
-        self._whole(POSITION.name, POSITION.columns)
-        self._specific_force()
-        single = [(name, f"{name}.{name}") for name in SINGLE if name != "time"]
-        for name, place in single:
-            if sampler.has(place):
-                self.numbers[name] = sampler.number(place)
+                self._put(name, f"{block.name}.{name}", index % 3, axes)
+        for block in (POSITION, SPECIFIC_FORCE):
+            if any(name in self.numbers for name in block.columns):  # zero along what is absent
+                columns = self._columns(block.columns).T
+                self.numbers |= dict(zip(block.columns, columns, strict=True))
+        for name in SINGLE:
+            self._put(name, f"{name}.{name}", 0, mapping.frame)
         for name in mapping.commands:
             if sampler.has(f"commands.{name}"):
                 self.numbers[name] = sampler.number(f"commands.{name}", is_command=True)
@@ -121,26 +130,6 @@ class Assembly:
             # Taken from zero, so that zero does not become minus zero.
             self.numbers[name] = values if sign == 1.0 else 0.0 - values
 
-    def _whole(self, group: str, names: Sequence[str]) -> FloatArray | None:
-        """Put three components that belong together; zero along what is not given."""
-        there = [self.sampler.has(f"{group}.{name}") for name in names]
-        if not any(there):
-            return None
-        columns = [
-            self.sampler.number(f"{group}.{name}") if has else np.zeros(self.sampler.n)
-            for name, has in zip(names, there, strict=True)
-        ]
-        self.numbers |= dict(zip(names, columns, strict=True))
-        return np.column_stack(columns)
-
-    def _specific_force(self) -> None:
-        given = self._whole(SPECIFIC_FORCE.name, SPECIFIC_FORCE.columns)
-        if given is not None:
-            mounting = self.mapping.mounting(SPECIFIC_FORCE.name)
-            signs = [frames.vector_sign(index, mounting.axes) for index in range(3)]
-            turned = (given * signs) @ mounting.rotation().T
-            self.numbers |= dict(zip(SPECIFIC_FORCE.columns, turned.T, strict=True))
-
     def _attitude(self) -> None:
         angles = [name for name in (*EULER, "heading") if self.sampler.has(f"attitude.{name}")]
         parts = [name for name in ATTITUDE.columns if self.sampler.has(f"attitude.{name}")]
@@ -150,7 +139,7 @@ class Assembly:
                 " `unit: deg`"
                 for name in angles
                 if not self.sampler.is_direct(f"attitude.{name}")
-                and _runs_in_degrees(name, self.sampler.raw(f"attitude.{name}"))
+                and runs_in_degrees(name, self.sampler.raw(f"attitude.{name}"))
             ]
             self._euler({"yaw" if name == "heading" else name: name for name in angles})
         elif parts:
@@ -161,7 +150,7 @@ class Assembly:
         mounting, world = self.mapping.mounting("attitude"), self.mapping.world
         places = {short: f"attitude.{name}" for short, name in given.items()}
         is_whole = set(given) == set(EULER)
-        is_direct = all(map(self.sampler.is_direct, places.values())) and not mounting.is_turned
+        is_direct = all(map(self.sampler.is_direct, places.values())) and not any(mounting.angles)
         is_together = is_whole and not is_direct and self.sampler.together([*places.values()])
         sample = self.sampler.raw if is_together else self.sampler.angle
         angles = {
@@ -186,7 +175,7 @@ class Assembly:
         recorded = np.column_stack([self.sampler.raw(place) for place in places])
         turned = frames.quaternion_in_ned(recorded, self.mapping.world)
         mounting = self.mapping.mounting("attitude")
-        if mounting.is_turned:
+        if any(mounting.angles):
             turned = frames.unmounted(turned, mounting)
         self._put_quaternion(self.sampler.turned(turned, places[0]))
 
@@ -206,13 +195,13 @@ class Assembly:
         zero = np.zeros(self.sampler.n)
         return np.column_stack([self.numbers.get(name, zero) for name in names])
 
-    def _velocity(self) -> None:
-        for names, sensor in ((_LINEAR, "velocity"), (_ANGULAR, "rates")):
+    def _vectors(self) -> None:
+        for sensor, group, names in _SENSED:
             mounting = self.mapping.mounting(sensor)
             for index, name in enumerate(names):
-                self._put(name, f"velocity.{name}", index, mounting.axes)
-            if mounting.is_turned and all(name in self.numbers for name in names):
-                turned = mounting.rotation() @ self._columns(names).T
+                self._put(name, f"{group}.{name}", index, mounting.axes)
+            if any(mounting.angles) and all(name in self.numbers for name in names):
+                turned = mounting.rotation @ self._columns(names).T
                 self.numbers |= dict(zip(names, turned, strict=True))
         if self.sampler.has("velocity.north"):
             self._from_world()
@@ -233,11 +222,3 @@ class Assembly:
         given += [np.zeros(self.sampler.n)] * (3 - len(given))
         body = frames.into_body(attitude, given).T
         self.numbers |= dict(zip(known, body, strict=False))
-
-
-def _runs_in_degrees(name: str, angle: FloatArray) -> bool:
-    """Tell an angle in degrees taken for one in radians."""
-    if name == "pitch":
-        return bool((np.abs(angle) > _TURN).any())
-    wrap = np.abs(np.diff(angle))
-    return bool(((wrap > 340) & (wrap < 380)).any())

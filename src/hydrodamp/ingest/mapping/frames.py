@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,27 +14,23 @@ from hydrodamp.data.attitude import quaternion_from_euler, rotation
 _ROOT = math.sqrt(0.5)
 
 
-@dataclass(frozen=True)
-class Mounting:
-    """How a sensor sits in the vehicle."""
+class Mounting(NamedTuple):
+    """How a sensor sits in the vehicle: its axes, roll pitch yaw [rad], its position [m]."""
 
     axes: str = "FRD"
     angles: tuple[float, float, float] = (0.0, 0.0, 0.0)
     position: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     @property
-    def is_turned(self) -> bool:
-        """Whether its axes differ from the body's by more than their names."""
-        return any(self.angles)
-
     def quaternion(self) -> FloatArray:
-        """Return what turns sensor components into body components, shape (4,)."""
+        """What turns sensor components into body components, shape (4,)."""
         turned: FloatArray = quaternion_from_euler(np.array([self.angles]))[0]
         return turned
 
+    @property
     def rotation(self) -> FloatArray:
-        """Return the same as a matrix, shape (3, 3)."""
-        turned: FloatArray = rotation(self.quaternion()[np.newaxis])[0]
+        """The same as a matrix, shape (3, 3)."""
+        turned: FloatArray = rotation(self.quaternion[np.newaxis])[0]
         return turned
 
 
@@ -78,7 +74,7 @@ def product(first: FloatArray, second: FloatArray) -> FloatArray:
 
 def unmounted(attitude: FloatArray, mounting: Mounting) -> FloatArray:
     """Return the attitude of the body from that of a sensor turned in it."""
-    return product(attitude, mounting.quaternion() * (1.0, -1.0, -1.0, -1.0))
+    return product(attitude, mounting.quaternion * (1.0, -1.0, -1.0, -1.0))
 
 
 def into_body(attitude: FloatArray, world: Sequence[FloatArray]) -> FloatArray:
