@@ -21,6 +21,13 @@ SVG = "{http://www.w3.org/2000/svg}"
 OF_LOGS = ["estimation-velocities", "estimation-actuation"]
 
 
+@pytest.fixture
+def undrawn(monkeypatch):
+    """Make figures, but spend no time on drawing them."""
+    drawing = b'<svg width="72pt" height="72pt">'
+    monkeypatch.setattr("hydrodamp.report.figures.look.figure_bytes", lambda *_: drawing)
+
+
 def names(gallery):
     return [picture.name for picture in gallery.pictures]
 
@@ -81,6 +88,7 @@ def test_the_band_is_that_of_the_covariance_with_its_degrees_of_freedom(examined
     np.testing.assert_allclose(band.velocity, row.trajectory.velocity, atol=1e-9)
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_without_covariance_or_time_there_is_no_band(examined, monkeypatch):
     row = examined.table.row("fossen", "weak")
     bare = replace(row.fit, damping=replace(row.fit.damping, covariance=None))
@@ -95,6 +103,7 @@ def test_without_covariance_or_time_there_is_no_band(examined, monkeypatch):
     assert "Shaded" not in replays.caption
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_without_a_score_the_data_alone_are_drawn(examined):
     rows = examined.table.rows[:2]
     lost = tuple(replace(row, score=replace(row.score, rms=None)) for row in rows)
@@ -114,6 +123,7 @@ def test_without_matplotlib_there_are_grades_alone(examined, monkeypatch):
     assert found.identifiability.grades == examined.findings.identifiability.grades
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_log_too_short_to_grade_is_no_fault(examined):
     found = examine(examined.table, examined.vehicle, examined.train.between(0.0, 0.5))
     assert found.identifiability is None
@@ -122,6 +132,7 @@ def test_a_log_too_short_to_grade_is_no_fault(examined):
     assert "estimation-velocities" in names(found.gallery)
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_what_cannot_be_drawn_says_why(examined):
     row = examined.table.row("linear", "ai")
     found = examine(with_row(examined.table, row), examined.vehicle, examined.train)

@@ -31,9 +31,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# Height of a coefficient of one method [in], and of a figure from which panels stand abreast.
+# Height of a coefficient of one method [in].
 _LINE = 0.12
-_TALLEST = 5.0
 
 # Powers of ten to either side of zero, and how many times the greatest coefficient a panel
 # reaches; a longer interval leaves it.
@@ -78,7 +77,6 @@ def coefficients_figure(fits: Iterable[Fit], level: float = 0.95) -> Figure:
     looks = looks_of([("", fit.method) for fit in chosen])
     drawn = [(fit, look) for fit, look in zip(chosen, looks, strict=True) if fit.status.usable]
     figure, panels = _panels(model, len(usable))
-    ticks = 2 if figure.get_figwidth() == COLUMN else 1
     ends = np.cumsum([0, *map(len, model.terms)]).tolist()
     for axis, panel in panels.items():
         part = slice(ends[axis], ends[axis + 1])
@@ -86,7 +84,7 @@ def coefficients_figure(fits: Iterable[Fit], level: float = 0.95) -> Figure:
             offset = (place - 0.5 * (len(usable) - 1)) * min(0.8 / len(usable), 0.28)
             _draw(panel, fit, look, part, offset, level)
         values = np.concatenate([fit.damping.coefficients[part] for fit in usable])
-        signed_scale(panel, "x", values, beyond=_BEYOND, decades=_DECADES, ticks=ticks)
+        signed_scale(panel, "x", values, beyond=_BEYOND, decades=_DECADES, ticks=1)
         symbols = [coefficient_symbol(label) for label in model.labels[part]]
         panel.set_yticks(range(len(symbols)), symbols)
         panel.set_ylim(len(symbols) - 0.4, -0.6)
@@ -98,14 +96,13 @@ def coefficients_figure(fits: Iterable[Fit], level: float = 0.95) -> Figure:
 
 
 def _panels(model: DampingModel, methods: int) -> tuple[Figure, dict[int, Axes]]:
-    """Return a panel for each axis with terms: below each other, or three beside each other."""
+    """Return a panel for each axis with terms, three beside each other."""
     counts = {axis: len(terms) for axis, terms in enumerate(model.terms) if terms}
-    line = _LINE * max(1.0, 0.5 * methods)
-    columns = 1 if line * model.n_coefficients <= _TALLEST else 3
-    sizes = list(counts.values())
+    sizes, columns = list(counts.values()), min(3, len(counts))
     heights = [max(sizes[k : k + columns]) + 1 for k in range(0, len(sizes), columns)]
-    height = line * sum(heights) + 0.25 * len(heights) + 0.5 + 0.13 * methods
-    figure = sheet(COLUMN if columns == 1 else PAGE, height)
+    line = _LINE * max(1.0, 0.5 * methods)
+    height = line * sum(heights) + 0.3 * len(heights) + 0.4 + 0.13 * methods
+    figure = sheet(max(COLUMN, PAGE * columns / 3), height)
     grid = figure.subplots(len(heights), columns, squeeze=False, height_ratios=heights).ravel()
     for empty in grid[len(counts) :]:
         empty.remove()
@@ -114,25 +111,23 @@ def _panels(model: DampingModel, methods: int) -> tuple[Figure, dict[int, Axes]]
 
 def _draw(panel: Axes, fit: Fit, look: Look, part: slice, offset: float, level: float) -> None:
     """Draw some coefficients of a fit, from the top downward."""
-    values, half = fit.damping.coefficients[part], _half_widths(fit, level)
-    places = np.arange(len(values)) + offset
+    values, covariance = fit.damping.coefficients, fit.damping.covariance
+    times = reach(level) if fit.uncertainty is None else fit.uncertainty.reach(level)
+    half = None if covariance is None else times * np.sqrt(np.diag(covariance))
     tied = {label for group in fit.aliased for label in group}
-    hollow = np.array([label in tied for label in fit.model.labels[part]], dtype=bool)
-    if half is not None:
-        ends = values - half[part], values + half[part]
-        panel.hlines(places, *ends, color=look.colour, linewidth=1.1, zorder=2.5)
-    for some, face in ((~hollow, look.colour), (hollow, "white")):
-        (points,) = panel.plot(values[some], places[some], **look.points)
-        points.set(markersize=3.2, markerfacecolor=face, markeredgewidth=0.7, zorder=3.0)
-
-
-def _half_widths(fit: Fit, level: float) -> FloatArray | None:
-    """Return half the width of each interval; None where the method gives no covariance."""
-    covariance, known = fit.damping.covariance, fit.uncertainty
-    if covariance is None:
-        return None
-    times = reach(level) if known is None else known.reach(level)
-    return times * np.sqrt(np.diag(covariance))
+    for place, label in enumerate(fit.model.labels[part]):
+        k = part.start + place
+        panel.errorbar(
+            values[k],
+            place + offset,
+            xerr=None if half is None else half[k],
+            color=look.colour,
+            marker=look.marker,
+            markersize=3.2,
+            markerfacecolor="white" if label in tied else look.colour,
+            markeredgewidth=0.7,
+            linewidth=1.1,
+        )
 
 
 def _entry(fit: Fit, look: Look, level: float) -> tuple[str, dict[str, Any]]:
