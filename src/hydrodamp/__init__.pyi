@@ -194,19 +194,17 @@ from .validation.bands import (
 )
 from .validation.choice import (
     Choice as Choice,
-    LowestError as LowestError,
     Parsimony as Parsimony,
+    front as front,
 )
-from .validation.compare import compare as compare
-from .validation.comparison import Comparison as Comparison, Row as Row
+from .validation.compare import Comparison as Comparison, Row as Row, compare as compare
 from .validation.criteria import Criteria as Criteria, criteria as criteria
 from .validation.crossvalidation import (
     CrossValidation as CrossValidation,
     cross_validate as cross_validate,
 )
-from .validation.front import front as front
 from .validation.paper import TABLE_I as TABLE_I, rank_correlation as rank_correlation
-from .validation.vehicle_error import VehicleDoubt as VehicleDoubt, vehicle_doubt as vehicle_doubt
+from .validation.vehicle_doubt import VehicleDoubt as VehicleDoubt, vehicle_doubt as vehicle_doubt
 from .vehicle.actuators import (
     Fin as Fin,
     Matrix as Matrix,

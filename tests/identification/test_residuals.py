@@ -17,6 +17,7 @@ from hydrodamp.identification.residuals import (
     Diagnostics,
     Whiteness,
     diagnose,
+    lagged_products,
     outlier_share,
     residual_series,
     series,
@@ -165,3 +166,15 @@ def test_residuals_are_target_less_design_times_coefficients():
     for axis, one in found.items():
         expected = series(left[:, "XYZKMN".index(axis)], rows.segment, 2.0)
         np.testing.assert_allclose(one.correlation, expected.correlation, atol=1e-12)
+
+
+def test_lagged_products_are_those_of_the_definition():
+    rng = np.random.default_rng(5)
+    values, segment = rng.normal(size=50), np.repeat([0, 1], [30, 20])
+    pairs, products = lagged_products(values, segment, 30)
+    parts = values[:30], values[30:]
+    for lag in (0, 1, 7):
+        expected = np.concatenate([part[: len(part) - lag] * part[lag:] for part in parts])
+        assert products[lag] == pytest.approx(expected.sum())
+        assert pairs[lag] == len(expected)
+    assert pairs[30] == 0

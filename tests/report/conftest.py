@@ -12,7 +12,7 @@ from hydrodamp.models.damping import Damping, VehicleStamp
 from hydrodamp.simulation.replay import Trajectory
 from hydrodamp.simulation.score import Score
 from hydrodamp.simulation.status import Status
-from hydrodamp.validation.comparison import Comparison, Row
+from hydrodamp.validation.compare import Comparison, Row
 
 NAMES = ("u", "v", "w", "p", "q", "r")
 STAMP = VehicleStamp("vt690", 466.5, 466.5, "0123456789abcdef")

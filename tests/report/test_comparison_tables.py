@@ -13,7 +13,7 @@ from hydrodamp.report.grid import to_text
 from hydrodamp.report.words import remarks
 from hydrodamp.simulation.score import Score
 from hydrodamp.simulation.status import Status
-from hydrodamp.validation.comparison import Comparison, Row
+from hydrodamp.validation.compare import Comparison, Row
 from hydrodamp.validation.paper import rank_correlation
 
 

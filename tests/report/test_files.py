@@ -12,7 +12,7 @@ from hydrodamp.identification.intervals import Uncertainty
 from hydrodamp.models.files import read_damping
 from hydrodamp.report.documents import comparison_document
 from hydrodamp.report.files import kept_fits, read_comparison, write_comparison, write_fit
-from hydrodamp.validation.comparison import Comparison
+from hydrodamp.validation.compare import Comparison
 
 
 def test_all_files_are_there_and_none_is_left_over(comparison: Comparison, tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.grades import Grade
 from hydrodamp.identification.intervals import Uncertainty
 from hydrodamp.report.fit_tables import fit_grid, half_widths
-from hydrodamp.validation.comparison import Comparison
+from hydrodamp.validation.compare import Comparison
 
 
 @pytest.fixture

@@ -17,7 +17,7 @@ from hydrodamp.report.grid import (
     to_text,
     wrapped,
 )
-from hydrodamp.validation.comparison import Comparison
+from hydrodamp.validation.compare import Comparison
 
 GRID = Grid(
     "Errors & more",

@@ -8,7 +8,7 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.identification.grades import AxisIdentifiability, Grade, Identifiability
 from hydrodamp.report.words import remarks, verdict
-from hydrodamp.validation.comparison import Comparison
+from hydrodamp.validation.compare import Comparison
 
 
 def with_fit(comparison, **changes):

@@ -9,7 +9,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.simulation.score import Score
-from hydrodamp.validation.front import front
+from hydrodamp.validation.choice import front
 from hydrodamp.validation.paper import beside_paper
 
 

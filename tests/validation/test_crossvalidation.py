@@ -9,8 +9,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.identification.fit import fitted
-from hydrodamp.validation.crossvalidation import cross_validate
-from hydrodamp.validation.holdouts import holdouts
+from hydrodamp.validation.crossvalidation import cross_validate, holdouts
 
 LINEAR, FOSSEN = hd.catalog["linear"], hd.catalog["fossen"]
 

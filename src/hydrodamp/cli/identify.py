@@ -116,7 +116,7 @@ def trust(vehicle: Vehicle, log: Log, fit: Fit) -> tuple[Identifiability | None,
     from hydrodamp.identification.residuals import diagnose
     from hydrodamp.progress import counted
     from hydrodamp.simulation.problem import prepare
-    from hydrodamp.validation.vehicle_error import vehicle_doubt
+    from hydrodamp.validation.vehicle_doubt import vehicle_doubt
 
     problem, model = prepare(vehicle, log, fit.model), fit.model
     grades: list[Identifiability] = []

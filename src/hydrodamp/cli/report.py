@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from hydrodamp.data.log import Log
     from hydrodamp.identification.fit import Fit
     from hydrodamp.report.gallery.findings import Findings
-    from hydrodamp.validation.comparison import Comparison
+    from hydrodamp.validation.compare import Comparison
     from hydrodamp.vehicle.vehicle import Vehicle
 
 

@@ -45,8 +45,7 @@ def validate(
     from hydrodamp.simulation.horizons import HORIZONS, scores_with_restarts
     from hydrodamp.simulation.problem import prepare
     from hydrodamp.validation.criteria import criteria
-    from hydrodamp.validation.crossvalidation import cross_validate
-    from hydrodamp.validation.holdouts import holdouts
+    from hydrodamp.validation.crossvalidation import cross_validate, holdouts
     from hydrodamp.vehicle.fleet import find_vehicle
 
     if selects(models):

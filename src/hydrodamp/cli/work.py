@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from hydrodamp.simulation.problem import Problem
     from hydrodamp.simulation.replay import AttitudeSource
     from hydrodamp.simulation.score import RateUnit
-    from hydrodamp.validation.comparison import Comparison, Row
+    from hydrodamp.validation.compare import Comparison, Row
     from hydrodamp.vehicle.vehicle import Vehicle
 
 Key = tuple[str, str]
@@ -152,8 +152,7 @@ def carry_out(task: Task, said: dict[str, str], resume: bool, json: bool) -> Non
 def _compared(task: Task, said: dict[str, str], resume: bool) -> Comparison:
     """Return the comparison, or after Ctrl-C the rows that are finished."""
     from hydrodamp.report.words import UNFINISHED
-    from hydrodamp.validation.compare import origin
-    from hydrodamp.validation.comparison import Comparison
+    from hydrodamp.validation.compare import Comparison, origin
 
     fits: dict[Key, Fit] = {}
     rows: list[Row] = []

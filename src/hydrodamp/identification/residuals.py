@@ -294,9 +294,8 @@ def lagged_products(
 ) -> tuple[IntArray, FloatArray]:
     """Return pairs and sums of products at lags 0 to ``most``, never across a join."""
     pairs, products = np.zeros(most + 1, dtype=np.int64), np.zeros(most + 1)
-    for lag in range(most + 1):
-        stop = len(series) - lag
-        same = segment[lag:] == segment[:stop]
-        pairs[lag] = np.count_nonzero(same)
-        products[lag] = series[lag:][same] @ series[:stop][same]
+    for part in np.split(series, np.flatnonzero(np.diff(segment)) + 1):
+        for lag in range(min(most + 1, len(part))):
+            pairs[lag] += len(part) - lag
+            products[lag] += part[lag:] @ part[: len(part) - lag]
     return pairs, products

@@ -14,8 +14,8 @@ from hydrodamp.report.numbers import error_size, percent
 from hydrodamp.report.words import remarks
 from hydrodamp.simulation.score import Score
 from hydrodamp.simulation.status import Status
-from hydrodamp.validation.choice import LowestError
-from hydrodamp.validation.comparison import Comparison, Row
+from hydrodamp.validation.choice import choose
+from hydrodamp.validation.compare import Comparison, Row
 from hydrodamp.validation.paper import PRINTED_COLUMN, TABLE_I, beside_paper
 
 _ABREAST = 3  # methods side by side in a table of 80 columns
@@ -56,7 +56,7 @@ def _summary(comparison: Comparison, methods: tuple[str, ...], notes: tuple[str,
     for place, method in enumerate(methods, start=3):
         scored = [row for row in comparison.rows if row.method == method and row.settled]
         if scored:
-            best.add(([*sizes].index(LowestError().ranked(scored)[0].model), place))
+            best.add(([*sizes].index(choose(scored).row.model), place))
     return Grid(
         title=f"RMS velocity error on the test data, m/s and {comparison.rate_unit}/s mixed",
         columns=tuple(columns),

@@ -23,7 +23,7 @@ from hydrodamp.models.files import damping_document, damping_from_document
 from hydrodamp.simulation.replay import AttitudeSource, Trajectory
 from hydrodamp.simulation.score import RateUnit, Score
 from hydrodamp.simulation.status import Status
-from hydrodamp.validation.comparison import Comparison, Row
+from hydrodamp.validation.compare import Comparison, Row
 
 _STATUS = {status.word: status for status in Status}
 _FAULTS = 5  # of a file that are named

@@ -27,7 +27,7 @@ from hydrodamp.report.gallery.findings import FIGURES
 from hydrodamp.report.gallery.folder import BAND, GRADES, earlier_findings
 from hydrodamp.report.grid import to_csv, to_latex, to_markdown, to_text
 from hydrodamp.report.words import UNFINISHED
-from hydrodamp.validation.comparison import Comparison
+from hydrodamp.validation.compare import Comparison
 
 COMPARISON, REPLAYS, REPORT = "comparison.json", "replays.npz", "report.html"
 TABLES = tuple(f"table.{suffix}" for suffix in ("txt", "md", "tex", "csv"))

@@ -9,9 +9,9 @@ from hydrodamp.identification.fit import Fit
 from hydrodamp.report.grid import Column, Grid
 from hydrodamp.report.numbers import error_size
 from hydrodamp.simulation.horizons import HorizonScore, HorizonScores
+from hydrodamp.validation.choice import front
 from hydrodamp.validation.criteria import CRITERIA, Criteria
 from hydrodamp.validation.crossvalidation import CrossValidation
-from hydrodamp.validation.front import front
 
 
 def fold_grid(table: CrossValidation) -> Grid:

@@ -14,7 +14,7 @@ from hydrodamp.identification.grades import Grade, Identifiability
 from hydrodamp.report.fit_tables import half_widths
 from hydrodamp.report.numbers import seconds
 from hydrodamp.simulation.status import Status
-from hydrodamp.validation.comparison import Comparison, Row
+from hydrodamp.validation.compare import Comparison, Row
 from hydrodamp.validation.paper import beside_paper, rank_correlation
 
 #: Key in the provenance of a comparison that lacks rows; its value says how many.

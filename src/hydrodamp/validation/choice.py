@@ -1,4 +1,4 @@
-"""Which row to take, by a rule that is said in words, and which one came second."""
+"""Which row to take, by a rule that is said in words, which one came second, and the front."""
 
 from __future__ import annotations
 
@@ -42,6 +42,7 @@ class Ranked(Protocol):
 
 
 Candidate = TypeVar("Candidate", bound=Ranked)
+Candidate_co = TypeVar("Candidate_co", bound=Ranked, covariant=True)
 
 
 @dataclass(frozen=True)
@@ -68,45 +69,6 @@ class Choice(Generic[Candidate]):
     def __str__(self) -> str:
         """Return the sentence and the reservation."""
         return f"{self.sentence} {self.reservation}".rstrip()
-
-
-class Rule(Protocol):
-    """A way to order rows that have an error."""
-
-    def ranked(self, rows: Sequence[Candidate]) -> list[Candidate]:
-        """Return the rows, best first."""
-        ...
-
-    def described(self, row: Ranked) -> str:
-        """Return what counts of a row."""
-        ...
-
-    def reason(self, rows: Sequence[Ranked]) -> str:
-        """Say why the first of the ranked rows is first."""
-        ...
-
-
-@dataclass(frozen=True)
-class LowestError:
-    """The lowest RMS error; ties go to fewer coefficients, then to the earlier row.
-
-    Examples
-    --------
-    >>> LowestError()
-    LowestError()
-    """
-
-    def ranked(self, rows: Sequence[Candidate]) -> list[Candidate]:
-        """Return the rows, lowest error first."""
-        return sorted(rows, key=lambda row: (error_of(row), row.n_coefficients))
-
-    def described(self, row: Ranked) -> str:
-        """Return the error."""
-        return _size(error_of(row))
-
-    def reason(self, rows: Sequence[Ranked]) -> str:
-        """Say why the first of the ranked rows is first."""
-        return f"lowest RMS error of {_replays(len(rows))}"
 
 
 @dataclass(frozen=True)
@@ -138,79 +100,112 @@ class Parsimony:
         if not 0.0 <= self.within < float("inf"):
             raise MethodError(f"`within` must be zero or more, such as 0.1; got {self.within}")
 
-    def ranked(self, rows: Sequence[Candidate]) -> list[Candidate]:
-        """Return the rows near the lowest error by size, then the others by error."""
-        near = self._near(rows)
-        by_size = sorted(near, key=lambda row: (row.n_coefficients, error_of(row)))
-        return by_size + LowestError().ranked([row for row in rows if row not in near])
 
-    def described(self, row: Ranked) -> str:
-        """Return the number of coefficients and the error."""
-        return f"{row.n_coefficients} coefficients, {_size(error_of(row))}"
-
-    def reason(self, rows: Sequence[Ranked]) -> str:
-        """Say why the first of the ranked rows is first."""
-        near, lowest = len(self._near(rows)), _size(min(map(error_of, rows)))
-        which = "the only replay" if near == 1 else f"fewest coefficients of {near} replays"
-        return f"{which} within {100.0 * self.within:g} % of the lowest RMS error, {lowest}"
-
-    def _near(self, rows: Sequence[Candidate]) -> list[Candidate]:
-        limit = (1.0 + self.within) * min(map(error_of, rows))
-        return [row for row in rows if error_of(row) <= limit]
+#: The rules by the words that :meth:`Comparison.choice` takes. None is the lowest error; ties go to
+#: fewer coefficients, then to the earlier row.
+RULES: dict[str, Parsimony | None] = {"rms": None, "parsimony": Parsimony()}
 
 
-#: The rules by the words that :meth:`Comparison.choice` takes.
-RULES: dict[str, Rule] = {"rms": LowestError(), "parsimony": Parsimony()}
-
-
-def choose(rows: Iterable[Candidate], rule: str | Rule = "rms") -> Choice[Candidate]:
+def choose(rows: Iterable[Candidate], rule: str | Parsimony = "rms") -> Choice[Candidate]:
     """Choose a row by a rule."""
-    how, asked = _found(rule), list(rows)
+    if isinstance(rule, str) and rule not in RULES:
+        raise MethodError(
+            f"unknown rule '{rule}'.{did_you_mean(rule, RULES)} Known: {', '.join(RULES)}."
+        )
+    how, asked = RULES[rule] if isinstance(rule, str) else rule, list(rows)
     scored = [row for row in asked if row.rms is not None]
     if not scored:
         raise MethodError("no row has an RMS error: every replay diverged or nothing was fitted")
     candidates = [row for row in scored if row.settled] or scored
-    ranked = how.ranked(candidates)
+    near = _near(candidates, how)
+    ranked = sorted(near, key=lambda row: (row.n_coefficients, error_of(row)))
+    others = [row for row in candidates if row not in near]
+    ranked += sorted(others, key=lambda row: (error_of(row), row.n_coefficients))
     best, second = ranked[0], ranked[1] if len(ranked) > 1 else None
+    left = len(asked) - len(candidates)
+    reservation = [] if best.settled else ["No fit has settled."]
+    if left:
+        reservation.append(f"Left out: {_replays(left)} that diverged, failed or did not settle.")
     return Choice(
         row=best,
         runner_up=second,
-        sentence=_sentence(how, ranked, len(asked)),
-        reservation=_reservation(best.settled, len(asked) - len(candidates)),
+        sentence=_sentence(how, ranked, len(near), len(asked)),
+        reservation=" ".join(reservation),
     )
 
 
-def _sentence(rule: Rule, ranked: Sequence[Ranked], asked: int) -> str:
-    """Say which row is first, and by what; of one alone only what it is."""
-    best, second = ranked[0], ranked[1] if len(ranked) > 1 else None
+def _near(rows: Sequence[Candidate], rule: Parsimony | None) -> list[Candidate]:
+    """Return the rows that size decides between."""
+    if rule is None:
+        return []
+    limit = (1.0 + rule.within) * min(map(error_of, rows))
+    return [row for row in rows if error_of(row) <= limit]
+
+
+def _sentence(rule: Parsimony | None, ranked: Sequence[Ranked], near: int, asked: int) -> str:
+    """Say which row is first, by what, and how far the second is behind."""
+    best = ranked[0]
     if asked == 1:
         return f"{_named(rule, best)}, which was compared with no other."
-    return f"{_named(rule, best)}: {rule.reason(ranked)}; {_behind(rule, best, second)}."
+    if rule is None:
+        why = f"lowest RMS error of {_replays(len(ranked))}"
+    else:
+        lowest = _size(min(map(error_of, ranked)))
+        which = "the only replay" if near == 1 else f"fewest coefficients of {near} replays"
+        why = f"{which} within {100.0 * rule.within:g} % of the lowest RMS error, {lowest}"
+    behind = "there is no runner-up"
+    if len(ranked) > 1:
+        second = ranked[1]
+        how_far = _compared(error_of(best), error_of(second))
+        behind = f"runner-up {_named(rule, second)}, {how_far}"
+    return f"{_named(rule, best)}: {why}; {behind}."
+
+
+def _named(rule: Parsimony | None, row: Ranked) -> str:
+    size = "" if rule is None else f"{row.n_coefficients} coefficients, "
+    return f"{row.model} by {row.method} ({size}{_size(error_of(row))})"
+
+
+class Table(Protocol[Candidate_co]):
+    """Anything with rows that can be ranked: a comparison, a cross-validation."""
+
+    @property
+    def rows(self) -> tuple[Candidate_co, ...]:
+        """Its rows."""
+        ...
+
+
+def front(table: Table[Candidate]) -> tuple[Candidate, ...]:
+    """Return the rows that no other row beats in both error and complexity.
+
+    Parameters
+    ----------
+    table : Comparison or CrossValidation
+        Rows without an RMS error are left out: one that diverged beats nothing.
+
+    Returns
+    -------
+    rows : tuple of Row
+        From the fewest coefficients to the lowest error; each has more coefficients
+        and a lower error than the one before. Of equal rows the first one is there.
+
+    Examples
+    --------
+    >>> from hydrodamp.validation.compare import Comparison
+    >>> front(Comparison(()))
+    ()
+    """
+    scored = [row for row in table.rows if row.rms is not None]
+    chosen: list[Candidate] = []
+    for row in sorted(scored, key=lambda row: (row.n_coefficients, error_of(row))):
+        if not chosen or error_of(row) < error_of(chosen[-1]):
+            chosen.append(row)
+    return tuple(chosen)
 
 
 def error_of(row: Ranked) -> float:
     """Return the error of a row, infinite where it has none."""
     return float("inf") if row.rms is None else row.rms
-
-
-def _found(rule: str | Rule) -> Rule:
-    if not isinstance(rule, str):
-        return rule
-    if rule not in RULES:
-        raise MethodError(
-            f"unknown rule '{rule}'.{did_you_mean(rule, RULES)} Known: {', '.join(RULES)}."
-        )
-    return RULES[rule]
-
-
-def _named(rule: Rule, row: Ranked) -> str:
-    return f"{row.model} by {row.method} ({rule.described(row)})"
-
-
-def _behind(rule: Rule, best: Ranked, second: Ranked | None) -> str:
-    if second is None:
-        return "there is no runner-up"
-    return f"runner-up {_named(rule, second)}, {_compared(error_of(best), error_of(second))}"
 
 
 def _compared(error: float, other: float) -> str:
@@ -224,13 +219,6 @@ def _compared(error: float, other: float) -> str:
         return f"{ratio:.2g} times as large"
     share = 100.0 * abs(ratio - 1.0)
     return f"{share:.0f} % {word}" if share >= 1.0 else f"less than 1 % {word}"
-
-
-def _reservation(settled: bool, left: int) -> str:
-    words = [] if settled else ["No fit has settled."]
-    if left:
-        words.append(f"Left out: {_replays(left)} that diverged, failed or did not settle.")
-    return " ".join(words)
 
 
 def _replays(count: int) -> str:

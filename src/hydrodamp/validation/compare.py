@@ -1,20 +1,184 @@
-"""Replay every fit on held-out data and score it, on all cores."""
+"""Replay every fit on held-out data and score it: the paper's Table I, and more."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
 
 from hydrodamp.basis.axes import AXES, VELOCITY_OF
 from hydrodamp.data.log import Log
+from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Fit
 from hydrodamp.models.damping import warn_if_foreign
 from hydrodamp.simulation.parallel import each
 from hydrodamp.simulation.problem import Problem, prepare
-from hydrodamp.simulation.replay import AttitudeSource, replay
+from hydrodamp.simulation.replay import AttitudeSource, Trajectory, replay
 from hydrodamp.simulation.score import RateUnit, Score, score
 from hydrodamp.simulation.stamp import stamp
-from hydrodamp.validation.comparison import Comparison, Row
+from hydrodamp.simulation.status import Status
+from hydrodamp.validation.choice import Choice, Parsimony, choose
 from hydrodamp.vehicle.vehicle import Vehicle
+
+
+@dataclass(frozen=True)
+class Row:
+    """One fit and what became of it on held-out data.
+
+    Attributes
+    ----------
+    fit : Fit
+        What was identified.
+    score : Score
+        How far its replay is from the log.
+    trajectory : Trajectory or None
+        The replay itself; None where nothing was identified.
+    """
+
+    fit: Fit
+    score: Score
+    trajectory: Trajectory | None = None
+
+    @property
+    def model(self) -> str:
+        """Key of the model."""
+        return self.fit.model.key
+
+    @property
+    def method(self) -> str:
+        """Key of the method."""
+        return self.fit.method
+
+    @property
+    def n_coefficients(self) -> int:
+        """How many coefficients the model has."""
+        return self.fit.model.n_coefficients
+
+    @property
+    def rms(self) -> float | None:
+        """Equation 24; None where there is no usable replay."""
+        return self.score.rms
+
+    @property
+    def status(self) -> Status:
+        """What to read first: a fit without numbers, a divergence, then the fit's own."""
+        if not self.fit.status.usable:
+            return self.fit.status
+        return self.score.status if self.score.diverged else self.fit.status
+
+    @property
+    def settled(self) -> bool:
+        """Whether there is an RMS error, and it is that of a fit that has settled."""
+        return self.rms is not None and self.status is not Status.NOT_SETTLED
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Rows of one comparison, in the order they were asked for.
+
+    Attributes
+    ----------
+    rows : tuple of Row
+        Models within methods.
+    rate_unit : {"deg", "rad"}
+        Unit of angular rates in every number.
+    attitude : str
+        Whether replays used the measured or a simulated attitude.
+    provenance : dict of str to str
+        Logs, vehicle and settings, in words.
+    """
+
+    rows: tuple[Row, ...]
+    rate_unit: RateUnit = "deg"
+    attitude: str = "measured"
+    provenance: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def models(self) -> tuple[str, ...]:
+        """Keys of the models, in order."""
+        return tuple(dict.fromkeys(row.model for row in self.rows))
+
+    @property
+    def methods(self) -> tuple[str, ...]:
+        """Keys of the methods, in order."""
+        return tuple(dict.fromkeys(row.method for row in self.rows))
+
+    def row(self, model: str, method: str) -> Row:
+        """Return the row of a model and a method.
+
+        Parameters
+        ----------
+        model, method : str
+            Their keys.
+
+        Returns
+        -------
+        row : Row
+            The first one with both.
+
+        Raises
+        ------
+        MethodError
+            If there is none.
+        """
+        for row in self.rows:
+            if (row.model, row.method) == (model, method):
+                return row
+        raise MethodError(
+            f"no row of model '{model}' by method '{method}'; models are "
+            f"{', '.join(self.models)}, methods {', '.join(self.methods)}."
+        )
+
+    def choice(self, rule: str | Parsimony = "rms") -> Choice[Row]:
+        """Choose a row; printed, the choice says its rule and its runner-up.
+
+        Parameters
+        ----------
+        rule : {"rms", "parsimony"} or Parsimony
+            The lowest RMS error, or the fewest coefficients within 10 % of it;
+            ``Parsimony(within=0.2)`` for another share. Rows that have not settled
+            are left out unless none has.
+
+        Returns
+        -------
+        choice : Choice
+            ``row``, ``runner_up`` and the ``sentence`` that says why.
+
+        Raises
+        ------
+        MethodError
+            If no row has an RMS error, or the rule is unknown.
+        """
+        return choose(self.rows, rule)
+
+    def best(self, rule: str | Parsimony = "rms") -> Row:
+        """Return the row of :meth:`choice`.
+
+        Parameters
+        ----------
+        rule : {"rms", "parsimony"} or Parsimony
+            The lowest RMS error by default; ties go to fewer coefficients.
+
+        Returns
+        -------
+        row : Row
+            Among those whose replay did not diverge.
+
+        Raises
+        ------
+        MethodError
+            If no row has an RMS error, or the rule is unknown.
+        """
+        return self.choice(rule).row
+
+    def __str__(self) -> str:
+        """Return the table as plain text."""
+        lines = [f"{'model':<20}{'n':>5}  {'method':<11}{f'RMS ({self.rate_unit}/s)':>13}  status"]
+        lines += [
+            f"{row.model:<20}{row.n_coefficients:>5}  {row.method:<11}"
+            f"{'–' if row.rms is None else format(row.rms, '.3f'):>13}  {row.status.word}"
+            for row in self.rows
+        ]
+        return "\n".join(lines)
 
 
 def compare(

@@ -12,14 +12,21 @@ from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.basis.axes import AXES
 from hydrodamp.errors import MethodError, ModelError, did_you_mean
 from hydrodamp.identification.fit import Fit
+from hydrodamp.identification.residuals import lagged_products, left_over
 from hydrodamp.identification.rows import Rows
 from hydrodamp.identification.triangle import Triangle, solve_axis
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
-from hydrodamp.validation.correlation import effective_samples
 
 #: Akaike's, the same corrected for few samples, and Schwarz's.
 CRITERIA = ("aic", "aicc", "bic")
+
+# Lags are summed up to this many correlation times: A. Sokal, "Monte Carlo Methods in Statistical
+# Mechanics" (1997), doi:10.1007/978-1-4899-0319-8_6, section 3.
+_TIMES = 5.0
+
+# Lags with fewer pairs than this share of the samples are too uncertain to sum.
+_PAIRS = 0.5
 
 #: Residual below which a fit is exact, as a share of the target.
 _SMALLEST = np.finfo(np.float64).eps
@@ -160,8 +167,7 @@ def _residual(rows: Rows, damping: Damping) -> FloatArray:
             f"model '{model.key}' has terms these rows have no column for: {' '.join(missing)}. "
             "Name the model when the log is prepared."
         )
-    columns = np.array([rows.basis.index(term) for term in model.basis], dtype=np.intp)
-    return rows.target - rows.design[:, columns] @ model.unpack(damping.coefficients).T
+    return left_over(rows, damping)
 
 
 def _log_sizes(rest: FloatArray, scale: FloatArray) -> tuple[FloatArray, float]:
@@ -218,3 +224,26 @@ def _value(row: Criterion, criterion: str) -> float:
 
 def _above(value: float, lowest: float) -> str:
     return f"{value - lowest:.1f}" if math.isfinite(value) else "–"
+
+
+def effective_samples(series: FloatArray, segment: IntArray) -> float:
+    """Return the number of independent samples with the same information on a mean."""
+    n = len(series)
+    if n < 2:
+        return float(n)
+    lengths = np.bincount(segment - segment[0])
+    pairs = np.maximum(lengths[:, None] - np.arange(lengths.max()), 0).sum(axis=0)
+    last = int(np.count_nonzero(pairs >= _PAIRS * n)) - 1
+    centred, lags, time = series - series.mean(), 0, 1.0
+    while lags < last:
+        lags = min(max(2 * lags, 32), last)
+        count, products = lagged_products(centred, segment, lags)
+        if not products[0] > 0.0:
+            break
+        covariance = products / count
+        times = 1.0 + 2.0 * np.cumsum(covariance[1:] / covariance[0])
+        enough = np.flatnonzero(np.arange(1, lags + 1) >= _TIMES * times)
+        time = float(times[enough[0]] if len(enough) else times[-1])
+        if len(enough):
+            break
+    return n / min(max(time, 1.0), n)

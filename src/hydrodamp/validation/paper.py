@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hydrodamp.identification.methods import METHODS
-from hydrodamp.validation.comparison import Comparison
+from hydrodamp.validation.compare import Comparison
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from hydrodamp.simulation.replay import Trajectory
 from hydrodamp.simulation.score import score
 from hydrodamp.simulation.status import Status
 from hydrodamp.validation.bands import PredictionBand
-from hydrodamp.validation.comparison import Comparison, Row
+from hydrodamp.validation.compare import Comparison, Row
 
 VOID = {"meta", "link", "br", "input", "img", "hr"}
 

@@ -18,7 +18,7 @@ from hydrodamp.report.gallery.findings import Findings
 from hydrodamp.report.html import page as pages, sections
 from hydrodamp.report.html.page import page, write_report
 from hydrodamp.simulation.status import Status
-from hydrodamp.validation.comparison import Comparison, Row
+from hydrodamp.validation.compare import Comparison, Row
 
 HOSTILE = "</script><script>alert('1')</script><img src=x onerror=\"alert(2)\">&amp;"
 

@@ -25,7 +25,7 @@ from hydrodamp.report.figures.traces import clock, mark_segments, trace
 from hydrodamp.report.numbers import error_size
 from hydrodamp.simulation.replay import Trajectory
 from hydrodamp.validation.bands import PredictionBand
-from hydrodamp.validation.comparison import Row
+from hydrodamp.validation.compare import Row
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -19,8 +19,8 @@ from hydrodamp.report.figures.look import (
 )
 from hydrodamp.simulation.horizons import Horizon, HorizonScores
 from hydrodamp.simulation.score import RateUnit
-from hydrodamp.validation.comparison import Comparison
-from hydrodamp.validation.front import front
+from hydrodamp.validation.choice import front
+from hydrodamp.validation.compare import Comparison
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -32,8 +32,8 @@ from hydrodamp.simulation.problem import Problem, prepare
 from hydrodamp.simulation.replay import AttitudeSource
 from hydrodamp.simulation.score import RateUnit
 from hydrodamp.validation.bands import PredictionBand
-from hydrodamp.validation.comparison import Comparison, Row
-from hydrodamp.validation.front import front
+from hydrodamp.validation.choice import front
+from hydrodamp.validation.compare import Comparison, Row
 from hydrodamp.vehicle.vehicle import Vehicle
 
 if TYPE_CHECKING:

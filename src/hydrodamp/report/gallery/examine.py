@@ -14,7 +14,7 @@ from hydrodamp.report.gallery.captions import Sketch, sketches_of_logs, sketches
 from hydrodamp.report.gallery.findings import Findings, Gallery, Picture, chosen_row
 from hydrodamp.simulation.problem import Problem, prepare
 from hydrodamp.validation.bands import PredictionBand, prediction_band
-from hydrodamp.validation.comparison import Comparison, Row
+from hydrodamp.validation.compare import Comparison, Row
 from hydrodamp.vehicle.vehicle import Vehicle
 
 #: What to do where there are no pictures.

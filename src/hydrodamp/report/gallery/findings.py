@@ -10,7 +10,7 @@ from pydantic import Field
 
 from hydrodamp.identification.grades import Identifiability
 from hydrodamp.validation.bands import PredictionBand
-from hydrodamp.validation.comparison import Comparison, Row
+from hydrodamp.validation.compare import Comparison, Row
 
 #: The folder of the pictures, in a folder of results.
 FIGURES = "figures"

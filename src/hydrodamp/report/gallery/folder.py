@@ -18,7 +18,7 @@ from hydrodamp.identification.grades import AxisIdentifiability, Identifiability
 from hydrodamp.report.gallery.findings import FIGURES, Findings, Gallery, chosen_row
 from hydrodamp.simulation.replay import Trajectory
 from hydrodamp.validation.bands import PredictionBand
-from hydrodamp.validation.comparison import Comparison
+from hydrodamp.validation.compare import Comparison
 
 #: Files in a folder of results: the grades or why there are none, and the band of a replay.
 GRADES = "identifiability.json"

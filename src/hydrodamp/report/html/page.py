@@ -30,7 +30,7 @@ from hydrodamp.report.html.sections import (
 )
 from hydrodamp.report.html.series import series
 from hydrodamp.report.words import remarks, verdict
-from hydrodamp.validation.comparison import Comparison, Row
+from hydrodamp.validation.compare import Comparison, Row
 
 if TYPE_CHECKING:
     from jinja2 import Environment

@@ -12,7 +12,7 @@ from hydrodamp.report.fit_tables import fit_grid
 from hydrodamp.report.gallery.findings import Findings, Picture
 from hydrodamp.report.grid import Column, Grid
 from hydrodamp.report.numbers import percent
-from hydrodamp.validation.comparison import Comparison, Row
+from hydrodamp.validation.compare import Comparison, Row
 
 COEFFICIENTS = 2500
 """Coefficients listed in all, whole fits at a time; the files have every one."""

@@ -15,7 +15,7 @@ from hydrodamp.report.figures.look import colour_of, looks_of
 from hydrodamp.report.gallery.captions import said_of_band
 from hydrodamp.report.gallery.findings import chosen_row, models_of
 from hydrodamp.validation.bands import PredictionBand
-from hydrodamp.validation.comparison import Comparison, Row
+from hydrodamp.validation.compare import Comparison, Row
 
 _MOST = 32  # replays drawn; those with the lowest errors where there are more
 _BYTES = 2_000_000  # that all series may take

@@ -11,31 +11,30 @@ import hydrodamp as hd
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import empty_fit
 from hydrodamp.simulation.status import Status
-from hydrodamp.validation.vehicle_error import Sway, VehicleDoubt, vehicle_doubt
-from hydrodamp.validation.vehicle_variants import variants
+from hydrodamp.validation.vehicle_doubt import Effect, VehicleDoubt, variants, vehicle_doubt
 from hydrodamp.vehicle.mass import rigid_body_mass_matrix
 
 LINEAR = hd.catalog["linear"]
 
 
 def words(vehicle: hd.Vehicle) -> list[str]:
-    return [variant.what for variant in variants(vehicle, 0.1)]
+    return [what for what, _ in variants(vehicle, 0.1)]
 
 
 def test_each_number_is_moved_alone(vehicle):
-    mass, added, trim, center = variants(vehicle, 0.1)
+    mass, added, trim, center = (moved for _, moved in variants(vehicle, 0.1))
     full, part = vehicle.mass_matrix, vehicle.added_mass
-    for way, one in zip((-0.1, 0.1), mass.vehicles, strict=True):
+    for way, one in zip((-0.1, 0.1), mass, strict=True):
         np.testing.assert_allclose(one.mass_matrix, full + way * (full - part), atol=1e-12)
         assert (one.weight, one.buoyancy) == (vehicle.weight, vehicle.buoyancy)
-    for way, one in zip((-0.1, 0.1), added.vehicles, strict=True):
+    for way, one in zip((-0.1, 0.1), added, strict=True):
         np.testing.assert_allclose(one.mass_matrix, full + way * part, atol=1e-12)
-    less, more = trim.vehicles
+    less, more = trim
     assert less.weight - less.buoyancy == pytest.approx(-0.001 * vehicle.weight)
     assert more.weight - more.buoyancy == pytest.approx(0.001 * vehicle.weight)
     np.testing.assert_array_equal(less.mass_matrix, full)
     np.testing.assert_allclose(
-        [one.center_of_gravity for one in center.vehicles],
+        [one.center_of_gravity for one in center],
         [0.9 * vehicle.center_of_gravity, 1.1 * vehicle.center_of_gravity],
     )
 
@@ -43,7 +42,7 @@ def test_each_number_is_moved_alone(vehicle):
 def test_the_center_moves_the_coupling_of_the_rigid_body():
     """m S(r_G), as rigid_body_mass_matrix makes it with the other center."""
     vehicle = hd.fleet["vt690"]
-    more = variants(vehicle, 0.1)[3].vehicles[1]
+    more = list(variants(vehicle, 0.1))[3][1][1]
     rigid = rigid_body_mass_matrix(47.556, (0.187, 14.933, 14.933), 1.1 * np.array([0, 0, 0.0083]))
     np.testing.assert_allclose(more.mass_matrix, rigid + vehicle.added_mass, atol=1e-9)
 
@@ -57,7 +56,7 @@ def test_what_cannot_be_moved_says_so(vehicle):
     assert words(planar)[1:3] == [
         "added mass: none, nothing to move", "W - B: acts on no free axis, nothing to move",
     ]  # fmt: skip
-    unsplit = variants(replace(vehicle, added_mass=None), 0.1)[-1].vehicles[0]
+    unsplit = list(variants(replace(vehicle, added_mass=None), 0.1))[-1][1][0]
     np.testing.assert_array_equal(unsplit.mass_matrix, vehicle.mass_matrix)
     heavy = replace(vehicle, weight=vehicle.buoyancy + 20.0)
     assert words(heavy)[2] == "W - B ±2 N"
@@ -73,13 +72,13 @@ def test_an_error_of_the_mass_goes_into_the_damping(exact_log, vehicle):
     u, du = log.velocity[:, 0], log.acceleration[:, 0]
     before = hd.identify(model, free, log, hd.LeastSquares()).damping
     move = abs(0.08 * vehicle.mass_matrix[0, 0] * (u @ du) / (u @ u))
-    mass = doubt.sways[0]
+    mass = doubt.effects[0]
     assert mass.label == "X_u"
     assert mass.share == pytest.approx(move / abs(before["X_u"]), rel=1e-9)
     assert mass.errors == pytest.approx(move / np.sqrt(before.covariance[0, 0]), rel=1e-9)
     assert doubt.rms is not None
     assert mass.rms is not None
-    assert not doubt.sways[2].moved
+    assert not doubt.effects[2].moved
 
 
 @pytest.fixture(scope="module")
@@ -94,7 +93,7 @@ def test_one_line_each_and_a_sentence(campaign):
     assert len(text.splitlines()) == 5
     assert "standard errors" in text
     assert doubt.worst is not None
-    assert doubt.worst.share == max(sway.share for sway in doubt.sways)
+    assert doubt.worst.share == max(effect.share for effect in doubt.effects)
     assert doubt.sentence.startswith("If the vehicle is wrong, most for ")
 
 
@@ -122,13 +121,13 @@ def test_a_method_that_fails(campaign):
 def test_without_covariance(campaign):
     logs = campaign.train, campaign.test
     doubt = vehicle_doubt(campaign.vehicle, *logs, LINEAR, Blind(usable=True))
-    assert {sway.errors for sway in doubt.sways} == {None}
-    assert {sway.share for sway in doubt.sways} == {0.0}
+    assert {effect.errors for effect in doubt.effects} == {None}
+    assert {effect.share for effect in doubt.effects} == {0.0}
 
 
 def test_words_for_a_replay_that_diverges():
-    sway = Sway("mass ±10 %", "X_u", 0.031)
-    doubt = VehicleDoubt("linear", "ls", 0.5, (sway, Sway("r_G: at the origin", moved=False)))
+    effect = Effect("mass ±10 %", "X_u", 0.031)
+    doubt = VehicleDoubt("linear", "ls", 0.5, (effect, Effect("r_G: at the origin", moved=False)))
     assert doubt.sentence == (
         "If the vehicle is wrong, most for mass ±10 %: X_u moves by 3.1 % of the damping on its "
         "axis; RMS of the replay 0.5 -> diverged."

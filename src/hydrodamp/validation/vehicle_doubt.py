@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.basis.axes import AXES
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Fit, Method
@@ -16,13 +16,16 @@ from hydrodamp.simulation.parallel import each
 from hydrodamp.simulation.problem import Problem, prepare
 from hydrodamp.simulation.replay import replay
 from hydrodamp.simulation.score import score
-from hydrodamp.validation.vehicle_variants import Variant, variants
 from hydrodamp.vehicle.vehicle import Vehicle
+
+#: Share of the weight that W - B is taken to be for a neutral vehicle: trimming in the field is not
+#: much finer.
+NEUTRAL = 0.01
 
 
 @dataclass(frozen=True)
-class Sway:
-    """What an error of one number of the vehicle does."""
+class Effect:
+    """What an error of one number of the vehicle does; without a label nothing was identified."""
 
     what: str
     label: str = ""
@@ -54,20 +57,20 @@ class VehicleDoubt:
         Their keys.
     rms : float or None
         RMS error of the replay with the vehicle as it is; None where it diverged.
-    sways : tuple of Sway
+    effects : tuple of Effect
         One a number of the vehicle.
     """
 
     model: str
     method: str
     rms: float | None
-    sways: tuple[Sway, ...]
+    effects: tuple[Effect, ...]
 
     @property
-    def worst(self) -> Sway | None:
+    def worst(self) -> Effect | None:
         """The number whose error moves a coefficient furthest; None where none does."""
-        moved = [sway for sway in self.sways if sway.label]
-        return max(moved, key=lambda sway: sway.share, default=None)
+        moved = [effect for effect in self.effects if effect.label]
+        return max(moved, key=lambda effect: effect.share, default=None)
 
     @property
     def sentence(self) -> str:
@@ -78,7 +81,7 @@ class VehicleDoubt:
 
     def __str__(self) -> str:
         """Return a line for each number."""
-        lines = [f"  {sway.line(self.rms)}" for sway in self.sways]
+        lines = [f"  {effect.line(self.rms)}" for effect in self.effects]
         head = f"If the vehicle is wrong ({self.model}, again by {self.method}, and replayed):"
         return "\n".join([head, *lines])
 
@@ -109,8 +112,7 @@ def vehicle_doubt(
     Returns
     -------
     doubt : VehicleDoubt
-        For mass, added mass, W - B and r_G, see
-        :func:`hydrodamp.validation.vehicle_variants.variants`.
+        For mass, added mass, W - B and r_G.
 
     Raises
     ------
@@ -127,22 +129,21 @@ def vehicle_doubt(
     >>> campaign = reenact(duration=10.0)
     >>> logs = campaign.train, campaign.test
     >>> doubt = vehicle_doubt(campaign.vehicle, *logs, catalog["fossen"], LeastSquares())
-    >>> len(doubt.sways)
+    >>> len(doubt.effects)
     4
     """
     if not 0.0 < share < 1.0:
         raise MethodError(f"`share` must lie between 0 and 1, such as 0.1; got {share}")
-    wrong = variants(vehicle, share)
-    vehicles = [vehicle, *(one for variant in wrong for one in variant.vehicles)]
-    found = each(_fitted, [(one, train, test, model, method) for one in vehicles])
-    fit, rms = found[0]
+    wrong = tuple(variants(vehicle, share))
+    vehicles = [vehicle, *(one for _, moved in wrong for one in moved)]
+    (fit, rms), *others = each(_fitted, [(one, train, test, model, method) for one in vehicles])
     size, wrench = _sizes(prepare(vehicle, train, model), fit)
-    later = iter(found[1:])
-    sways = tuple(
-        _sway(variant, fit, [next(later) for _ in variant.vehicles], size, wrench)
-        for variant in wrong
-    )
-    return VehicleDoubt(fit.model.key, fit.method, rms, sways)
+    found = iter(others)
+    effects = []
+    for what, moved in wrong:
+        pairs = [next(found) for _ in moved]
+        effects.append(_effect(what, fit, pairs, size, wrench))
+    return VehicleDoubt(fit.model.key, fit.method, rms, tuple(effects))
 
 
 def _fitted(
@@ -159,47 +160,78 @@ def _fitted(
 def _sizes(problem: Problem, fit: Fit) -> tuple[FloatArray, FloatArray]:
     """Root mean square of each coefficient's column, and of the wrench on its axis."""
     rows, axes = problem.columns.entries(fit.model)
-    design = problem.regressor()[:, problem.columns.n_known :]
-    columns = design[:, rows - problem.columns.n_known]
-    wrench = np.zeros(len(AXES))
-    for axis in range(len(AXES)):
+    columns = problem.regressor()[:, rows]
+    wrench = np.zeros(6)
+    for axis in range(6):
         here = axes == axis
         explained = columns[:, here] @ fit.damping.coefficients[here]
         wrench[axis] = np.sqrt(np.mean(explained**2))
     return np.sqrt(np.mean(columns**2, axis=0)), wrench[axes]
 
 
-def _sway(
-    variant: Variant,
+def _effect(
+    what: str,
     fit: Fit,
     found: list[tuple[Fit, float | None]],
     size: FloatArray,
     wrench: FloatArray,
-) -> Sway:
-    if not variant.vehicles:
-        return Sway(variant.what, moved=False)
+) -> Effect:
+    if not found:
+        return Effect(what, moved=False)
     usable = fit.status.usable and all(other.status.usable for other, _ in found)
     if not usable or not fit.model.n_coefficients:
-        return Sway(variant.what)
+        return Effect(what)
     ways = [np.abs(other.damping.coefficients - fit.damping.coefficients) for other, _ in found]
     move = np.max(ways, axis=0)
     share = move * size / np.where(wrench > 0.0, wrench, np.inf)
-    worst = int(np.argmax(share))
-    scores = [rms for _, rms in found]
-    return Sway(
-        what=variant.what,
+    worst, covariance = int(np.argmax(share)), fit.damping.covariance
+    variance = 0.0 if covariance is None else float(covariance[worst, worst])
+    scores = [rms for _, rms in found if rms is not None]
+    return Effect(
+        what=what,
         label=fit.model.labels[worst],
         share=float(share[worst]),
-        errors=_in_errors(float(move[worst]), fit, worst),
-        rms=None if None in scores else max(rms for rms in scores if rms is not None),
+        errors=float(move[worst]) / variance**0.5 if variance > 0.0 else None,
+        rms=max(scores) if len(scores) == len(found) else None,
     )
 
 
-def _in_errors(move: float, fit: Fit, place: int) -> float | None:
-    covariance = fit.damping.covariance
-    if covariance is None or not covariance[place, place] > 0.0:
-        return None
-    return move / float(np.sqrt(covariance[place, place]))
+def variants(vehicle: Vehicle, share: float) -> Iterator[tuple[str, tuple[Vehicle, ...]]]:
+    """Move mass, added mass, W - B and r_G, one at a time; none where there is nothing to move."""
+    added, mass = vehicle.added_mass, vehicle.mass_matrix
+    parts = {"mass and added mass": mass}
+    if added is not None:
+        parts = {"mass": mass - added, "added mass": added}
+    for name, part in parts.items():
+        if part.any():
+            moved = (_with_mass(vehicle, mass + way * part) for way in (-share, share))
+            yield f"{name} ±{100.0 * share:g} %", tuple(moved)
+        else:
+            yield f"{name}: none, nothing to move", ()
+    step = share * (abs(vehicle.weight - vehicle.buoyancy) or NEUTRAL * vehicle.weight)
+    if step and np.any(vehicle.free[[2, 3, 4]]):
+        trimmed = (replace(vehicle, buoyancy=vehicle.buoyancy - way) for way in (-step, step))
+        yield f"W - B ±{step:.2g} N", tuple(trimmed)
+    else:
+        yield "W - B: acts on no free axis, nothing to move", ()
+    center = vehicle.center_of_gravity
+    if not center.any():
+        yield "r_G: at the origin, nothing to move", ()
+        return
+    coupling = np.zeros((6, 6))
+    if added is not None:
+        rigid = mass - added
+        coupling[:3, 3:], coupling[3:, :3] = rigid[:3, 3:], rigid[3:, :3]
+    shifted = (
+        replace(_with_mass(vehicle, mass + way * coupling), center_of_gravity=(1.0 + way) * center)
+        for way in (-share, share)
+    )
+    yield f"r_G ±{100.0 * share:g} %", tuple(shifted)
+
+
+def _with_mass(vehicle: Vehicle, mass_matrix: FloatArray) -> Vehicle:
+    """Another mass matrix; which part of it is added mass is no longer of interest."""
+    return replace(vehicle, mass_matrix=mass_matrix, added_mass=None)
 
 
 def _size(rms: float | None) -> str:
