@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import gzip
 import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +13,7 @@ import pytest
 
 from hydrodamp.data.recording import Topic
 from hydrodamp.errors import FileError, LogError
-from hydrodamp.ingest.formats import detect, files
+from hydrodamp.ingest.formats import content, detect, files
 from hydrodamp.ingest.formats.cells import unique_names
 from hydrodamp.ingest.formats.files import joined
 
@@ -193,3 +196,24 @@ def test_asking_a_recording_for_a_topic(tmp_path: Path) -> None:
 
 def test_doubles_never_take_a_name_that_is_there() -> None:
     assert unique_names(["u", "u (1)", "u"]) == ("u (2)", "u (1)", "u (3)")
+
+
+@pytest.mark.parametrize("name", ["log.csv", "log.csv.gz", "log.alog"])
+def test_a_bar_counts_the_bytes_of_a_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    rows = "".join(f"{k} u me {k / 10_000}\n" for k in range(60_000))
+    text = rows if name == "log.alog" else rows.replace(" u me ", ",")
+    path = tmp_path / name
+    path.write_bytes(gzip.compress(text.encode()) if name.endswith("gz") else text.encode())
+    heard: list[int] = []
+
+    @contextmanager
+    def progress(label: str, total: int, unit: str) -> Iterator[Callable[[int], None]]:
+        assert (label, total, unit) == (f"reading {name}", path.stat().st_size, "B")
+        yield heard.append
+
+    monkeypatch.setattr(content, "progress", progress)
+    files.read(path)
+    assert sum(heard) == path.stat().st_size
+    assert len(heard) > 1

@@ -6,18 +6,19 @@ import gzip
 import io
 import zlib
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, cast
 
-from hydrodamp.advance import advance
 from hydrodamp.errors import FileError, LogError
+from hydrodamp.progress import Step, progress
 
 if TYPE_CHECKING:
     from _typeshed import WriteableBuffer
 
 _GZIP = b"\x1f\x8b"
 _BUFFER = 1 << 16
+_NO_BAR = nullcontext(lambda count: None)
 
 
 def head(path: str | Path, size: int) -> bytes:
@@ -49,24 +50,29 @@ def size_of(path: str | Path) -> int:
 
 
 class _CountedFile(io.FileIO):
-    """A file that tells the progress bar how many of its bytes have been read."""
+    """A file that says how many of its bytes have been read."""
 
-    def __init__(self, path: str | Path) -> None:
+    def __init__(self, path: str | Path, step: Step) -> None:
         super().__init__(path)
-        self.by = advance(size_of(path))
+        self.step = step
 
     def readinto(self, buffer: WriteableBuffer, /) -> int | None:
         count = super().readinto(buffer)
-        self.by(count or 0)
+        self.step(count or 0)
         return count
+
+    def readall(self) -> bytes:
+        rest = super().readall()
+        self.step(len(rest))
+        return rest
 
 
 @contextmanager
 def opened(path: str | Path, *, counted: bool = True) -> Iterator[IO[bytes]]:
-    """Open a file for reading, unpacked where it is compressed by gzip."""
-    kind = _CountedFile if counted else io.FileIO
+    """Open a file for reading, unpacked where it is compressed by gzip, under a bar if counted."""
+    bar = progress(f"reading {Path(path).name}", size_of(path), "B") if counted else _NO_BAR
     try:
-        with io.BufferedReader(kind(path), _BUFFER) as file:
+        with bar as step, io.BufferedReader(_CountedFile(path, step), _BUFFER) as file:
             packed = file.peek(len(_GZIP)).startswith(_GZIP)
             yield cast("IO[bytes]", gzip.GzipFile(fileobj=file) if packed else file)
     except (EOFError, zlib.error, gzip.BadGzipFile) as error:

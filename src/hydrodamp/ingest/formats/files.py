@@ -10,13 +10,11 @@ from pathlib import Path
 
 import numpy as np
 
-from hydrodamp.advance import shares, within
 from hydrodamp.arrays import FloatArray
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import FileError, LogError
 from hydrodamp.files import absent
 from hydrodamp.ingest.formats import detect
-from hydrodamp.ingest.formats.content import size_of
 from hydrodamp.ingest.formats.detect import SUFFIXES, is_bag, suffix_of
 from hydrodamp.ingest.formats.oddities import noted
 
@@ -57,10 +55,9 @@ def _expanded(path: Path) -> list[Path]:
 def _together(files: Sequence[Path], source: str) -> Recording:
     """Read several files; raise the faults of all of them at once."""
     read, errors = [], []
-    for file, share in zip(files, shares([*map(size_of, files)]), strict=True):
+    for file in files:
         try:
-            with within(*share):
-                read.append(detect.read(file))
+            read.append(detect.read(file))
         except LogError as error:
             errors.append(error)
     if len(errors) == 1:
