@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from itertools import count
+from itertools import count, islice
 
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
+from hydrodamp.data.recording import Topic
 from hydrodamp.data.units import is_unit
 
 #: What stands in a cell without a value, in lower case.
@@ -36,16 +37,6 @@ class Column:
     bad: tuple[tuple[int, str], ...] = ()
     unit: str = ""
 
-    def fault(self, name: str, lines: Sequence[int], skipped: int = 0) -> str:
-        """Return a sentence on the cells that are no numbers."""
-        told = [
-            f"{cell!r} in row {skipped + row + 1} (line {lines[row]})"
-            for row, cell in self.bad[:_LISTED]
-        ]
-        more = len(self.bad) - _LISTED
-        tail = f" and {more} more" if more > 0 else ""
-        return f"{name} must hold numbers; got {', '.join(told)}{tail}"
-
 
 @dataclass(frozen=True, eq=False)
 class Part:
@@ -55,6 +46,36 @@ class Part:
     lines: Sequence[int]
     skipped: int = 0
     notes: tuple[str, ...] = ()
+
+
+def topic_of(
+    name: str,
+    columns: Mapping[str, Column],
+    lines: Sequence[int],
+    *,
+    time: FloatArray | None = None,
+    units: Mapping[str, str] | None = None,
+    skipped: int = 0,
+) -> Topic:
+    """Return columns as a topic; those with cells that are no numbers are among its faults."""
+    faults = {}
+    for key, column in columns.items():
+        places = (
+            f"{cell!r} in row {skipped + row + 1} (line {lines[row]})" for row, cell in column.bad
+        )
+        told = ", ".join(islice(places, _LISTED))
+        more = len(column.bad) - _LISTED
+        if told:
+            called = f"{name}.{key}" if name else key
+            tail = f" and {more} more" if more > 0 else ""
+            faults[key] = f"column `{called}` must hold numbers; got {told}{tail}"
+    fields = {
+        key: column.numbers
+        for key, column in columns.items()
+        if column.numbers is not None and not column.bad
+    }
+    words = {key: it.words for key, it in columns.items() if it.numbers is None or it.words}
+    return Topic(name, time, fields, words, units or {}, faults, lines)
 
 
 def number(cell: str, decimal: str = ".") -> float | None:

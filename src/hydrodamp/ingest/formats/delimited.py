@@ -7,13 +7,12 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
-from hydrodamp.data.recording import Recording, Topic
+from hydrodamp.data.recording import Recording
 from hydrodamp.ingest.formats import fast_text, text_rows
-from hydrodamp.ingest.formats.cells import Part
+from hydrodamp.ingest.formats.cells import Part, topic_of
 from hydrodamp.ingest.formats.content import opened
 from hydrodamp.ingest.formats.dialect import WESTERN, Dialect, find_dialect
 
-FORMAT = "text in columns"
 _CHUNK = 1 << 20
 
 
@@ -57,27 +56,12 @@ def _throughout(path: str | Path, dialect: Dialect) -> Dialect:
 def _recording(part: Part, path: str | Path, dialect: Dialect) -> Recording:
     """Return columns as a recording of one topic."""
     named = dict(zip(dialect.names, part.columns, strict=True))
-    bad = {
-        name: column.fault(f"column `{name}`", part.lines, part.skipped)
-        for name, column in named.items()
-        if column.bad
-    }
     dated = {name: column.unit for name, column in named.items() if column.unit}
-    notes = [*dialect.notes, *part.notes, *bad.values()]
+    units = {**dialect.units, **dated}
+    topic = topic_of("", named, part.lines, units=units, skipped=part.skipped)
+    notes = [*dialect.notes, *part.notes, *topic.faults.values()]
     if dialect.encoding == WESTERN:
         notes.insert(0, "the text is not UTF-8; its letters were read as Windows-1252")
     notes += [f"column `{name}` holds dates, read in seconds since 1970" for name in dated]
-    topic = Topic(
-        "",
-        None,
-        {
-            name: column.numbers
-            for name, column in named.items()
-            if column.numbers is not None and name not in bad
-        },
-        {name: col.words for name, col in named.items() if col.numbers is None or col.words},
-        {**dialect.units, **dated},
-        {**bad, **dialect.faults},
-        part.lines,
-    )
-    return Recording((topic,), str(path), FORMAT, tuple(notes))
+    topic = replace(topic, faults={**topic.faults, **dialect.faults})
+    return Recording((topic,), str(path), "text in columns", tuple(notes))

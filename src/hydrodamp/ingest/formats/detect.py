@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 import zipfile
 from collections.abc import Iterator
@@ -14,8 +13,8 @@ from types import ModuleType
 
 from hydrodamp.data.recording import Recording
 from hydrodamp.errors import FileError, LogError
-from hydrodamp.files import absent, mistaken, parse_yaml
-from hydrodamp.ingest.formats.content import content, head, size_of
+from hydrodamp.files import absent, load_json, load_yaml, mistaken
+from hydrodamp.ingest.formats.content import head, size_of
 
 #: What installs the reader of every format.
 INSTALL = 'pip install "hydrodamp[logs]"'
@@ -152,16 +151,9 @@ def format_of(path: str | Path) -> Format:
     if path.is_dir():
         raise FileError(f"{path}: is a folder; give the files in it")
     begin, suffix = head(path, _HEAD), suffix_of(path)
-    if not begin:
-        raise LogError(
-            "the file is empty; it must begin with a line of column names, or be a log",
-            source=str(path),
-        )
     if not begin.strip(b"\0\r\n\t "):
-        raise LogError(
-            "the file holds only zero bytes or blanks; copy it from the vehicle again",
-            source=str(path),
-        )
+        what = "holds only zero bytes or blanks" if begin else "is empty"
+        raise LogError(f"the file {what}; copy it from the vehicle again", source=str(path))
     if begin.startswith((b"PK\x03\x04", b"PK\x05\x06")):
         return _zipped(path, suffix)
     for form in FORMATS:
@@ -192,7 +184,7 @@ def _known_by_suffix(path: Path, begin: bytes, suffix: str) -> Format:
             " damaged, or another format under this name",
             source=str(path),
         )
-    if suffix in (".yaml", ".yml", ".json") and (other := _of_ours(path)):
+    if suffix in (".yaml", ".yml", ".json") and (other := _of_ours(path, suffix)):
         raise LogError(other)
     if suffix in _FOREIGN:
         raise LogError(f"this is {_FOREIGN[suffix]}", source=str(path))
@@ -207,14 +199,13 @@ def _known_by_suffix(path: Path, begin: bytes, suffix: str) -> Format:
     return FORMATS[-1]
 
 
-def _of_ours(path: Path) -> str:
+def _of_ours(path: Path, suffix: str) -> str:
     """Return what to say of a vehicle, a mapping or a result that is given as a log."""
     if size_of(path) > _LARGEST_OF_OURS:
         return ""
     try:
-        text = content(path).decode()
-        held = json.loads(text) if path.suffix.lower() == ".json" else parse_yaml(text, str(path))
-    except (ValueError, FileError, RecursionError):
+        held = load_json(path) if suffix == ".json" else load_yaml(path)
+    except FileError:
         return ""
     return mistaken(held, str(path), "log")
 

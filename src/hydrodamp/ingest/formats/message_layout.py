@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -65,32 +66,24 @@ class _Walk:
 
     def _field(self, kind: Any, path: str) -> None:
         node, detail = int(kind[0]), kind[1]
-        if node == _BASE:
-            self._base(detail[0], path)
-        elif node == _NAME:
-            self._nested(detail, path)
-        else:
+        if node not in (_BASE, _NAME):
             length = detail[1] if node == _ARRAY else self._count()
             self._items(detail[0], length, path)
-
-    def _base(self, name: str, path: str) -> None:
-        if name == "string":
-            length = self._count()
-            self.layout.words[path] = (self.place, length - (1 if self.aligned else 0))
-            self.place += length
-            return
-        kind = self.layout.order + _TYPES[name]
-        self._align(np.dtype(kind).itemsize)
-        self.layout.numbers[path] = (self.place, kind)
-        self.place += np.dtype(kind).itemsize
-
-    def _nested(self, name: str, path: str) -> None:
-        if name in _STAMPS:
+        elif node == _NAME and detail not in _STAMPS:
+            self._message(detail, path)
+        elif node == _NAME:
             self._align(4)
             self.layout.stamps[path] = self.place
             self.place += 8
+        elif detail[0] == "string":
+            length = self._count()
+            self.layout.words[path] = (self.place, length - (1 if self.aligned else 0))
+            self.place += length
         else:
-            self._message(name, path)
+            number = np.dtype(self.layout.order + _TYPES[detail[0]])
+            self._align(number.itemsize)
+            self.layout.numbers[path] = (self.place, number.str)
+            self.place += number.itemsize
 
     def _items(self, kind: Any, length: int, path: str) -> None:
         """Step through an array; a long one of numbers is stepped over at once."""
@@ -103,13 +96,9 @@ class _Walk:
             size = np.dtype(_TYPES[kind[1][0]]).itemsize
             self._align(size)
             self.place += size * length
-        else:
-            self._pass_over(kind, length)
-
-    def _pass_over(self, kind: Any, length: int) -> None:
-        """Step over long arrays of messages, keeping only the lengths in them."""
-        whole = self.layout
-        self.layout = Layout(whole.order)
+            return
+        # Of messages and strings only the lengths in them are kept.
+        whole, self.layout = self.layout, Layout(self.layout.order)
         for _ in range(length):
             self._field(kind, "")
         whole.counts |= self.layout.counts
@@ -119,13 +108,12 @@ class _Walk:
         self._align(4)
         if self.place + 4 > len(self.raw):
             raise ValueError("the message ends early")
-        order = "big" if self.layout.order == ">" else "little"
-        count = int.from_bytes(self.raw[self.place : self.place + 4], order)  # type: ignore[arg-type]
+        (count,) = struct.unpack_from(self.layout.order + "I", self.raw, self.place)
         if count > len(self.raw):
             raise ValueError("the message ends early")
         self.layout.counts.add(self.place)
         self.place += 4
-        return count
+        return int(count)
 
     def _align(self, size: int) -> None:
         if self.aligned:

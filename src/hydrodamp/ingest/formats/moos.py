@@ -3,32 +3,23 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError
-from hydrodamp.ingest.formats.cells import column_of, number
+from hydrodamp.ingest.formats.cells import Column, column_of, number, topic_of
 from hydrodamp.ingest.formats.content import content
 
 _LISTED = 3
 
-
-@dataclass
-class _Postings:
-    """The postings of one variable."""
-
-    times: list[float] = field(default_factory=list)
-    sources: list[str] = field(default_factory=list)
-    values: list[str] = field(default_factory=list)
-    lines: list[int] = field(default_factory=list)
+_Posting = tuple[float, str, str, int]  # time, source, value and line
 
 
 def read(path: str | Path) -> Recording:
     """Read an ``.alog`` file."""
-    postings: dict[str, _Postings] = defaultdict(_Postings)
+    postings: dict[str, list[_Posting]] = defaultdict(list)
     odd: list[int] = []
     notes: list[str] = []
     text = content(path).decode("utf-8", errors="replace")
@@ -42,12 +33,9 @@ def read(path: str | Path) -> Recording:
         if time is None or not np.isfinite(time):
             odd += [line] if entry.strip("\0\r \t") else []
             continue
-        found = postings[words[1]]
-        found.times.append(time)
-        found.sources.append(words[2])
-        found.values.append(words[3].rstrip("\r\0 ") if len(words) > 3 else "")
-        found.lines.append(line)
-    n = sum(len(found.times) for found in postings.values())
+        value = words[3].rstrip("\r\0 ") if len(words) > 3 else ""
+        postings[words[1]].append((time, words[2], value, line))
+    n = sum(map(len, postings.values()))
     told = ", ".join(map(str, odd[:_LISTED])) + (" …" if len(odd) > _LISTED else "")
     if not n or len(odd) > n:
         raise LogError(
@@ -57,36 +45,21 @@ def read(path: str | Path) -> Recording:
         )
     if odd:
         notes.append(f"{len(odd)} lines are no postings (line {told}); passed over")
-    topics = tuple(_topic(name, found, notes) for name, found in postings.items())
+    topics = tuple(_topic(name, found) for name, found in postings.items())
+    notes += [fault for topic in topics for fault in topic.faults.values()]
     return Recording(topics, str(path), "MOOS log", tuple(notes))
 
 
-def _topic(name: str, found: _Postings, notes: list[str]) -> Topic:
-    pairs = [_pairs(value) for value in found.values]
+def _topic(name: str, found: list[_Posting]) -> Topic:
+    times, sources, values, lines = zip(*found, strict=True)
+    pairs = [*map(_pairs, values)]
     if all(pairs):
         keys = dict.fromkeys(key for row in pairs for key in row)
         columns = {key: column_of([row.get(key, "") for row in pairs]) for key in keys}
     else:
-        columns = {"value": column_of(found.values)}
-    faults = {
-        key: column.fault(f"`{name}.{key}`", found.lines)
-        for key, column in columns.items()
-        if column.bad
-    }
-    notes += faults.values()
-    return Topic(
-        name,
-        np.array(found.times),
-        {
-            key: column.numbers
-            for key, column in columns.items()
-            if column.numbers is not None and key not in faults
-        },
-        {"source": tuple(found.sources)}
-        | {key: column.words for key, column in columns.items() if column.words},
-        faults=faults,
-        lines=found.lines,
-    )
+        columns = {"value": column_of(values)}
+    columns = {"source": Column(None, sources)} | columns
+    return topic_of(name, columns, lines, time=np.array(times))
 
 
 def _pairs(value: str) -> dict[str, str]:

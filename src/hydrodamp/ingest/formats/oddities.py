@@ -8,7 +8,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from hydrodamp.arrays import FloatArray
 from hydrodamp.data.recording import Recording, Topic
 
 _HUGE = 1e300
@@ -28,28 +27,20 @@ def _topic_notes(topic: Topic) -> Iterator[str]:
     for name, values in topic.fields.items():
         # One pass finds most columns clean; only the odd ones are looked at again.
         if len(values) and not (values.min() > -_HUGE and values.max() < _HUGE):
-            yield from (head + told for told in _value_notes(name, values, topic))
+            rows = np.flatnonzero(np.abs(values) >= _HUGE)
+            if len(rows):
+                what = f"{head}`{name}` is infinite or beyond {_HUGE:g} {_times(len(rows))}"
+                yield f"{what}, first in {_place(topic, int(rows[0]))}"
     if topic.time is not None:
         back = np.flatnonzero(np.diff(topic.time) < 0) + 1
         if len(back):
+            before, after = topic.time[back[0] - 1 : back[0] + 1]
             yield (
-                f"{head}its clock runs back {_times(len(back))}, first from"
-                f" {topic.time[back[0] - 1]:.10g} s to {topic.time[back[0]]:.10g} s"
-                f" in {_place(topic, int(back[0]))}"
+                f"{head}its clock runs back {_times(len(back))}, first from {before:.10g} s to"
+                f" {after:.10g} s in {_place(topic, int(back[0]))}"
             )
     if topic.n == 1:
         yield f"topic `{topic.name}` holds one message only" if topic.name else "there is one row"
-
-
-def _value_notes(name: str, values: FloatArray, topic: Topic) -> Iterator[str]:
-    infinite = np.isinf(values)
-    for what, where in (
-        ("is infinite", infinite),
-        (f"is beyond {_HUGE:g}", (np.abs(values) >= _HUGE) & ~infinite),
-    ):
-        rows = np.flatnonzero(where)
-        if len(rows):
-            yield f"`{name}` {what} {_times(len(rows))}, first in {_place(topic, int(rows[0]))}"
 
 
 def _span_notes(recording: Recording) -> Iterator[str]:
