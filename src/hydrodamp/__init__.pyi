@@ -113,8 +113,7 @@ from .identification.rows import (
 from .identification.sparse import Sparse as Sparse
 from .identification.triangle import Triangle as Triangle, merge as merge
 from .identification.weak import WeakEquations as WeakEquations
-from .ingest.datasets.fetching import fetch as fetch
-from .ingest.datasets.registry import Dataset as Dataset, find_dataset as find_dataset
+from .ingest.datasets import Dataset as Dataset, fetch as fetch, find_dataset as find_dataset
 from .ingest.mapping.log_mapping import (
     LogMapping as LogMapping,
     json_schema as json_schema,

@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
-import importlib
-import json
 import re
-import sys
 import threading
 from collections.abc import Iterator
 from functools import partial
@@ -17,19 +14,26 @@ from pathlib import Path
 import pytest
 
 from hydrodamp.errors import FileError
-from hydrodamp.ingest.datasets.fetching import fetch, look
-from hydrodamp.ingest.datasets.lock import LOCK
-from hydrodamp.ingest.datasets.registry import DataFile, Dataset, datasets, find_dataset
+from hydrodamp.ingest.datasets import DataFile, Dataset, datasets, fetch, find_dataset, look
 from hydrodamp.ingest.mapping import read_mapping
 
-CONTENT = {"a.dat": b"time,u\n0,1\n", "b.dat": b"time,v\n0,2\n"}
+CONTENT = {"a.dat": b"time,u\n0,1\n" * 20_000, "b.dat": b"time,v\n0,2\n"}
 
 
 class Quiet(SimpleHTTPRequestHandler):
-    """A server that writes nothing."""
+    """A server that writes nothing, and sends half of what is called so."""
 
     def log_message(self, *words: object) -> None:
         """Say nothing."""
+
+    def do_GET(self) -> None:
+        if not self.path.endswith("half"):
+            super().do_GET()
+            return
+        self.send_response(200)
+        self.send_header("Content-Length", "100")
+        self.end_headers()
+        self.wfile.write(b"x" * 50)
 
 
 @pytest.fixture
@@ -83,100 +87,49 @@ def test_measured_logs_are_those_of_the_registry(measured_logs, name, place, cou
     assert (len(found.verified), len(found.unchecked), len(found.lacking)) == counts
 
 
-def test_downloads_once_and_records_what_has_no_checksum(served: Dataset, tmp_path: Path) -> None:
+def test_what_is_there_is_checked_and_not_downloaded_again(served: Dataset, tmp_path: Path) -> None:
     folder = tmp_path / "new" / "folder"
     first = fetch(served, folder)
-    assert first.downloaded == ("a.dat", "b.dat")
-    assert (first.verified, first.locked, first.recorded) == (("a.dat",), ("b.dat",), ("b.dat",))
-    assert {name: (folder / name).read_bytes() for name in CONTENT} == CONTENT
-    lock = json.loads((folder / LOCK).read_text(encoding="utf-8"))
-    assert lock["sha256"] == {"b.dat": hashlib.sha256(CONTENT["b.dat"]).hexdigest()}
-    again = fetch(served, folder)
-    assert (again.downloaded, again.recorded, again.lacking) == ((), (), ())
-    assert (again.verified, again.locked) == (("a.dat",), ("b.dat",))
-
-
-def test_bytes_are_told_as_they_come(served: Dataset, tmp_path: Path) -> None:
-    content = b"x" * 2500
-    (tmp_path / "source" / "a.dat").write_bytes(content)
-    known = hashlib.sha256(content).hexdigest()
-    files = (dataclasses.replace(served.files[0], sha256=known), served.files[1])
-    told: list[tuple[str, int, int]] = []
-    fetch(
-        dataclasses.replace(served, files=files),
-        tmp_path / "x",
-        lambda *words: told.append(words),
-    )
-    sizes = {"a.dat": 2500, "b.dat": len(CONTENT["b.dat"])}
-    assert list(dict.fromkeys(name for name, _, _ in told)) == ["a.dat", "b.dat"]
-    for name, size in sizes.items():
-        own = [(done, of) for file, done, of in told if file == name]
-        assert {of for _, of in own} == {size}
-        assert [done for done, _ in own] == sorted(done for done, _ in own)
-        assert own[-1] == (size, size)
-    assert told[0] == ("a.dat", 1024, 2500)
-
-
-def test_what_is_there_is_not_downloaded_and_not_recorded(served: Dataset, tmp_path: Path) -> None:
-    (tmp_path / "b.dat").write_bytes(b"mine")
-    found = fetch(served, tmp_path)
-    assert found.downloaded == ("a.dat",)
-    assert found.unchecked == ("b.dat",)
-    assert (tmp_path / "b.dat").read_bytes() == b"mine"
-    assert not (tmp_path / LOCK).exists()
+    assert (first.verified, first.unchecked, first.lacking) == (("a.dat",), ("b.dat",), ())
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == CONTENT
+    (folder / "b.dat").write_bytes(b"mine")
+    assert fetch(served, folder) == first
+    assert (folder / "b.dat").read_bytes() == b"mine"
 
 
 def test_files_that_changed_are_named_together(served: Dataset, tmp_path: Path) -> None:
-    fetch(served, tmp_path)
-    for name in CONTENT:
+    twice = dataclasses.replace(served.files[0], name="c.dat")
+    dataset = dataclasses.replace(served, files=(*served.files, twice))
+    for name in ("a.dat", "c.dat"):
         (tmp_path / name).write_bytes(b"other")
     with pytest.raises(FileError, match="2 faults") as told:
-        fetch(served, tmp_path)
+        fetch(dataset, tmp_path)
     assert "`a.dat` is not the file that the registry knows" in str(told.value)
-    assert f"`b.dat` is not the file that `{LOCK}` knows" in str(told.value)
 
 
-def test_another_file_than_known_is_not_kept(served: Dataset, tmp_path: Path) -> None:
-    wrong = dataclasses.replace(served.files[0], sha256="0" * 64)
-    with pytest.raises(FileError, match="was not kept"):
-        fetch(dataclasses.replace(served, files=(wrong,)), tmp_path / "x")
-    assert list((tmp_path / "x").iterdir()) == []
-
-
-def test_a_file_that_is_not_on_the_server(served: Dataset, tmp_path: Path) -> None:
-    gone = dataclasses.replace(served.files[1], name="c.dat", url=served.files[1].url + ".gone")
-    with pytest.raises(FileError, match="cannot be downloaded: 404"):
-        fetch(dataclasses.replace(served, files=(*served.files, gone)), tmp_path / "x")
-    assert sorted(path.name for path in (tmp_path / "x").iterdir()) == ["a.dat", "b.dat", LOCK]
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"sha256": "0" * 64}, "was not kept"),
+        ({"url": "gone"}, "cannot be downloaded: HTTP Error 404"),
+        ({"url": "half"}, "its last 50 bytes did not come"),
+    ],
+)
+def test_a_file_that_is_not_whole_is_not_kept(
+    served: Dataset, tmp_path: Path, change: dict[str, str], says: str
+) -> None:
+    file = served.files[1]
+    url = file.url.replace("b.dat", change.get("url", "b.dat"))
+    wrong = dataclasses.replace(file, sha256=change.get("sha256", ""), url=url)
+    with pytest.raises(FileError, match=says):
+        fetch(dataclasses.replace(served, files=(served.files[0], wrong)), tmp_path / "x")
+    assert [path.name for path in (tmp_path / "x").iterdir()] == ["a.dat"]
 
 
 def test_a_folder_that_cannot_be_made(served: Dataset, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("", encoding="utf-8")
     with pytest.raises(FileError, match="cannot be made"):
         fetch(served, tmp_path / "file" / "below")
-
-
-def test_without_pooch_what_is_there_can_still_be_used(
-    served: Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setitem(sys.modules, "pooch", None)
-    with pytest.raises(FileError, match=re.escape('pip install "hydrodamp[logs]"')):
-        fetch(served, tmp_path)
-    for name, content in CONTENT.items():
-        (tmp_path / name).write_bytes(content)
-    assert fetch(served, tmp_path).verified == ("a.dat",)
-
-
-def test_nothing_is_imported_before_it_is_used() -> None:
-    module = importlib.import_module("hydrodamp.ingest.datasets.fetching")
-    assert "pooch" not in vars(module)
-
-
-@pytest.mark.parametrize("text", ["[]", '{"sha256": [1]}', '{"sha256": {"a": 1}}'])
-def test_a_lock_file_that_is_none(served: Dataset, tmp_path: Path, text: str) -> None:
-    (tmp_path / LOCK).write_text(text, encoding="utf-8")
-    with pytest.raises(FileError, match="Remove it to record anew"):
-        look(served, tmp_path)
 
 
 def test_a_file_that_cannot_be_read(served: Dataset, tmp_path: Path) -> None:

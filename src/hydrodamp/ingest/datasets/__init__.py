@@ -1,1 +1,0 @@
-"""Public logs by name: a registry, and files that are fetched once and checked ever after."""
