@@ -178,14 +178,15 @@ from .simulation.campaign.reenact import (
     reenact_all as reenact_all,
 )
 from .simulation.columns import Columns as Columns, columns as columns
-from .simulation.horizons import (
-    HorizonScore as HorizonScore,
-    HorizonScores as HorizonScores,
-    horizon_scores as horizon_scores,
-)
 from .simulation.problem import Problem as Problem, prepare as prepare
 from .simulation.replay import Trajectory as Trajectory, simulate as simulate
-from .simulation.score import Score as Score, score as score
+from .simulation.score import (
+    HorizonScore as HorizonScore,
+    HorizonScores as HorizonScores,
+    Score as Score,
+    horizon_scores as horizon_scores,
+    score as score,
+)
 from .simulation.status import Status as Status
 from .validation.bands import (
     PredictionBand as PredictionBand,

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from typer.testing import Result
 
-from hydrodamp.simulation import horizons
+from hydrodamp.simulation import score as horizons
 from hydrodamp.validation import crossvalidation
 
 Call = Callable[..., Result]

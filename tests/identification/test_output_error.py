@@ -10,7 +10,7 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.identification.search import Place, _chosen, climb, searching
 from hydrodamp.identification.shooting import Guess, Shooting, cut, runaways
-from hydrodamp.simulation.campaign.water import true_damping
+from hydrodamp.simulation.campaign.truth import true_damping
 
 SETTLED = (hd.Status.OK, hd.Status.STOPPED)
 

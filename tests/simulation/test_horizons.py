@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.simulation.horizons import (
+from hydrodamp.simulation.replay import replay
+from hydrodamp.simulation.score import (
     horizon_scores,
+    score,
     scores_with_restarts,
     windows,
 )
-from hydrodamp.simulation.replay import replay
-from hydrodamp.simulation.score import score
 
 LINEAR = hd.catalog["linear"]
 SOFT = hd.Damping(LINEAR, (-20 * np.eye(6) + 0.1).ravel())

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.simulation.fitness import check_columns_used
+from hydrodamp.simulation.checks import check_columns_used
 
 LINEAR = hd.catalog["linear"]
 

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from hydrodamp import find_model, prepare
-from hydrodamp.simulation.campaign.body import momentum_wrench
 from hydrodamp.simulation.campaign.conditions import COLOURED
+from hydrodamp.simulation.campaign.motion import momentum_wrench
 from hydrodamp.simulation.campaign.reenact import reenact
-from hydrodamp.simulation.campaign.water import true_damping
+from hydrodamp.simulation.campaign.truth import true_damping
 
 STUDIES = Path(__file__).parents[2] / "studies"
 

@@ -39,7 +39,7 @@ def probe(
     from hydrodamp.progress import progress
     from hydrodamp.report.grid import show
     from hydrodamp.report.probe_tables import probe_document, probe_grids
-    from hydrodamp.simulation.fitness import needs_of
+    from hydrodamp.simulation.checks import needs_of
     from hydrodamp.vehicle.fleet import find_vehicle
 
     needs = None

@@ -42,8 +42,8 @@ def validate(
     from hydrodamp.progress import counted, progress
     from hydrodamp.report.grid import show
     from hydrodamp.report.validation_tables import fold_grid, horizon_grid, validation_document
-    from hydrodamp.simulation.horizons import HORIZONS, scores_with_restarts
     from hydrodamp.simulation.problem import prepare
+    from hydrodamp.simulation.score import HORIZONS, scores_with_restarts
     from hydrodamp.validation.criteria import criteria
     from hydrodamp.validation.crossvalidation import cross_validate, holdouts
     from hydrodamp.vehicle.fleet import find_vehicle

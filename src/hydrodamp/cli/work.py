@@ -51,11 +51,11 @@ class Task:
 def check_log(vehicle: Vehicle, log: Log, models: Sequence[DampingModel]) -> None:
     """Refuse a log that cannot serve, or has a column that nothing uses; say what looks wrong."""
     from hydrodamp.conditioning.suspicions import suspicions
-    from hydrodamp.simulation import fitness
+    from hydrodamp.simulation import checks
 
     free = tuple(model.restricted_to(vehicle.axes) for model in models)
     faults: list[HydrodampError] = []
-    for check, asked in ((fitness.check_log, free), (fitness.check_columns_used, models)):
+    for check, asked in ((checks.check_log, free), (checks.check_columns_used, models)):
         try:
             check(vehicle, log, asked)
         except HydrodampError as error:

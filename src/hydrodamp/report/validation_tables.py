@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from hydrodamp.identification.fit import Fit
 from hydrodamp.report.grid import Column, Grid
 from hydrodamp.report.numbers import error_size
-from hydrodamp.simulation.horizons import HorizonScore, HorizonScores
+from hydrodamp.simulation.score import HorizonScore, HorizonScores
 from hydrodamp.validation.choice import front
 from hydrodamp.validation.criteria import CRITERIA, Criteria
 from hydrodamp.validation.crossvalidation import CrossValidation

@@ -1,4 +1,4 @@
-"""Equation 1 as one table of columns, known and unknown alike."""
+"""Equation 1 as one table: what is known of a vehicle and what is to be found."""
 
 from __future__ import annotations
 
@@ -12,8 +12,20 @@ from hydrodamp.basis.atoms import FIRST_CHANNEL
 from hydrodamp.basis.basis import Basis
 from hydrodamp.errors import ModelError
 from hydrodamp.kernels.plant import Plant
+from hydrodamp.models.damping import VehicleStamp
 from hydrodamp.models.model import DampingModel
-from hydrodamp.vehicle.vehicle import Vehicle
+from hydrodamp.vehicle.vehicle import Vehicle, mass_matrix_digest
+
+
+def stamp(vehicle: Vehicle) -> VehicleStamp:
+    """Return what a damping file says of the vehicle it belongs to."""
+    return VehicleStamp(
+        name=vehicle.name,
+        weight=vehicle.weight,
+        buoyancy=vehicle.buoyancy,
+        mass_matrix_digest=mass_matrix_digest(vehicle.mass_matrix),
+    )
+
 
 # A channel that is always zero; no command can have this name.
 _ZERO = ""

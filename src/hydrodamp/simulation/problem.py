@@ -18,8 +18,8 @@ from hydrodamp.errors import PropulsionWarning
 from hydrodamp.kernels.inputs import Inputs
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
+from hydrodamp.simulation.checks import check_log
 from hydrodamp.simulation.columns import Columns, columns, held_channels
-from hydrodamp.simulation.fitness import check_log
 from hydrodamp.vehicle.file import format_vehicle
 from hydrodamp.vehicle.vehicle import Vehicle
 

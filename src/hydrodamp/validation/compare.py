@@ -10,11 +10,11 @@ from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Fit
 from hydrodamp.models.damping import warn_if_foreign
+from hydrodamp.simulation.columns import stamp
 from hydrodamp.simulation.parallel import each
 from hydrodamp.simulation.problem import Problem, prepare
 from hydrodamp.simulation.replay import AttitudeSource, Trajectory, replay
 from hydrodamp.simulation.score import RateUnit, Score, score
-from hydrodamp.simulation.stamp import stamp
 from hydrodamp.simulation.status import Status
 from hydrodamp.validation.choice import Choice, Parsimony, choose
 from hydrodamp.vehicle.vehicle import Vehicle

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.simulation.campaign.body import Body, momentum_wrench
+from hydrodamp.simulation.campaign.motion import Body, momentum_wrench
 from hydrodamp.vehicle.fleet import fleet
 
 

@@ -8,7 +8,7 @@ import pytest
 from hydrodamp.arrays import FloatArray
 from hydrodamp.simulation.campaign.conditions import COLOURED, SILENT, WHITE, Conditions
 from hydrodamp.simulation.campaign.reenact import Campaign
-from hydrodamp.simulation.campaign.water import true_damping
+from hydrodamp.simulation.campaign.truth import true_damping
 
 DEVIATIONS = [0.0133] * 3 + [8.7e-4] * 3 + [7.7e-5] * 3 + [np.sqrt(0.001)]
 """As the source rounds them: DVL, gyro, attitude, depth (vehicles-and-methods, section 1)."""

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.simulation.campaign.body import Body
-from hydrodamp.simulation.campaign.crossflow import HULL_LENGTH, Strips
+from hydrodamp.simulation.campaign.motion import Body
+from hydrodamp.simulation.campaign.truth import HULL_LENGTH, Strips
 
 SIDE, DOWN = (171.825, -34.1192), (72.497, -3.68259)
 """Drag and its first moment: -Y_v|v|, -N_v|v| and -Z_w|w|, M_w|w| of the published set."""

@@ -7,8 +7,7 @@ import pytest
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.data.attitude import down, quaternion_from_euler
-from hydrodamp.simulation.campaign.body import Body
-from hydrodamp.simulation.campaign.motion import Motion, down_direction, euler_rates
+from hydrodamp.simulation.campaign.motion import Body, Motion, down_direction, euler_rates
 from hydrodamp.simulation.campaign.truth import Truth, sname
 
 

@@ -7,10 +7,10 @@ import pytest
 
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
-from hydrodamp.simulation.campaign.body import momentum_wrench
 from hydrodamp.simulation.campaign.conditions import COLOURED, SILENT
+from hydrodamp.simulation.campaign.motion import momentum_wrench
 from hydrodamp.simulation.campaign.reenact import Campaign, reenact, reenact_all
-from hydrodamp.simulation.campaign.water import true_damping
+from hydrodamp.simulation.campaign.truth import true_damping
 
 
 def test_logs_have_a_segment_a_run_and_three_commands(campaign: Campaign) -> None:

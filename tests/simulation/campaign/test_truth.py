@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.simulation.campaign.body import Body
-from hydrodamp.simulation.campaign.truth import Truth, crossflow, sname
-from hydrodamp.simulation.campaign.water import true_damping
+from hydrodamp.simulation.campaign.motion import Body
+from hydrodamp.simulation.campaign.truth import Truth, crossflow, sname, true_damping
 
 
 def test_published_truth_is_the_published_damping(

@@ -5,12 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.simulation.campaign.body import Body
 from hydrodamp.simulation.campaign.conditions import COLOURED
-from hydrodamp.simulation.campaign.motion import Motion
+from hydrodamp.simulation.campaign.motion import Body, Motion
 from hydrodamp.simulation.campaign.plan import TESTING
+from hydrodamp.simulation.campaign.reenact import STARTING_DEPTH, Voyage, sail
 from hydrodamp.simulation.campaign.truth import Truth
-from hydrodamp.simulation.campaign.voyage import STARTING_DEPTH, Voyage, sail
 
 
 def errors_of(n_samples: int) -> FloatArray:

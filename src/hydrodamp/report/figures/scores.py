@@ -17,8 +17,7 @@ from hydrodamp.report.figures.look import (
     plain,
     sheet,
 )
-from hydrodamp.simulation.horizons import Horizon, HorizonScores
-from hydrodamp.simulation.score import RateUnit
+from hydrodamp.simulation.score import Horizon, HorizonScores, RateUnit
 from hydrodamp.validation.choice import front
 from hydrodamp.validation.compare import Comparison
 

@@ -27,10 +27,9 @@ from hydrodamp.report.figures.replays import replays_figure
 from hydrodamp.report.figures.scores import front_figure, horizons_figure
 from hydrodamp.report.gallery.findings import models_of
 from hydrodamp.report.numbers import error_size
-from hydrodamp.simulation.horizons import horizon_scores
 from hydrodamp.simulation.problem import Problem, prepare
 from hydrodamp.simulation.replay import AttitudeSource
-from hydrodamp.simulation.score import RateUnit
+from hydrodamp.simulation.score import RateUnit, horizon_scores
 from hydrodamp.validation.bands import PredictionBand
 from hydrodamp.validation.choice import front
 from hydrodamp.validation.compare import Comparison, Row

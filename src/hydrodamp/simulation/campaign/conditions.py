@@ -1,4 +1,4 @@
-"""What troubles the campaign: errors of the sensors, and pushes on the vehicle."""
+"""Errors of the sensors and pushes on the vehicle."""
 
 from __future__ import annotations
 
@@ -9,7 +9,12 @@ from scipy.signal import lfilter
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.simulation.campaign.autopilot import PERIOD
-from hydrodamp.simulation.campaign.sensors import CHANNELS, VARIANCES
+
+CHANNELS = ("u", "v", "w", "p", "q", "r", "roll", "pitch", "yaw", "depth")
+"""What is measured, in the order of the noise's last axis."""
+
+VARIANCES = (1.764e-4,) * 3 + (7.615e-7,) * 3 + (5.898e-9,) * 3 + (1e-3,)
+"""Noise variance of each channel [(m/s)^2, (rad/s)^2, rad^2, m^2]."""
 
 
 @dataclass(frozen=True)

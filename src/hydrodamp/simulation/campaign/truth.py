@@ -1,16 +1,18 @@
-"""What the water does to the simulated VT 690: two truths."""
+"""What the campaign's water does to a hull: published coefficients, and strip-theory crossflow."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.basis.axes import AXES, VELOCITIES
 from hydrodamp.basis.term import Term
-from hydrodamp.simulation.campaign.crossflow import Strips
+from hydrodamp.models.damping import Damping
+from hydrodamp.models.published import find_published
 
 DRIFT_FACTOR = 0.178
 """Share of the drift angle that the fins see; published for the rudder."""
@@ -98,4 +100,64 @@ def crossflow(coefficients: Mapping[str, float], fins_at: float) -> Truth:
         Strips.calibrated(totals, moments, fins_at),
         DRIFT_FACTOR,
         FIN_LAG,
+    )
+
+
+HULL_LENGTH = 2.194
+"""Length of the hull ``L``, centred on the origin [m]."""
+
+N_STRIPS = 40
+"""How many equal strips the hull is cut into."""
+
+
+@dataclass(frozen=True)
+class Strips:
+    """Strips along the hull: how they meet the crossflow and how much they resist."""
+
+    arms: FloatArray
+    drag: FloatArray
+
+    @classmethod
+    def calibrated(
+        cls, totals: tuple[float, float], moments: tuple[float, float], fins_at: float
+    ) -> Strips:
+        """Return a uniform hull and tail fins with the sums asked for."""
+        edges = np.linspace(-HULL_LENGTH / 2, HULL_LENGTH / 2, N_STRIPS + 1)
+        place = np.append((edges[:-1] + edges[1:]) / 2, fins_at)
+        fins = np.array(moments) / fins_at
+        hull = (np.array(totals) - fins) / N_STRIPS
+        drag = np.column_stack((np.repeat(hull[:, np.newaxis], N_STRIPS, axis=1), fins))
+        return cls(frozen(_arms(place)), frozen(drag.ravel()))
+
+    def wrench(self, velocity: FloatArray) -> FloatArray:
+        """Return the drag of all strips, about the origin."""
+        crossflow = velocity @ self.arms
+        wrench: FloatArray = (-self.drag * crossflow * np.abs(crossflow)) @ self.arms.T
+        return wrench
+
+
+def _arms(place: FloatArray) -> FloatArray:
+    none, one = np.zeros_like(place), np.ones_like(place)
+    sideways = np.array((none, one, none, none, none, place))
+    downwards = np.array((none, none, one, none, -place, none))
+    return np.hstack((sideways, downwards))
+
+
+HORIZONTAL = "vt690-sname2022"
+"""The published set of the axes X Y K N."""
+
+VERTICAL = "vt690-field"
+"""The published set of the axes Z M."""
+
+
+@cache
+def true_damping() -> Damping:
+    """Return the hydrodynamics of the campaign's vehicle."""
+    horizontal, vertical = find_published(HORIZONTAL), find_published(VERTICAL)
+    values = {
+        label: (vertical if label[0] in "ZM" else horizontal)[label]
+        for label in horizontal.model.labels
+    }
+    return Damping.from_dict(
+        horizontal.model, values, source=f"{HORIZONTAL} on X Y K N, {VERTICAL} on Z M"
     )

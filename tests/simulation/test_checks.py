@@ -10,7 +10,7 @@ import pytest
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError, ProblemError
 from hydrodamp.models.model import DampingModel
-from hydrodamp.simulation.fitness import check_columns_used, check_log, nothing_drives
+from hydrodamp.simulation.checks import check_columns_used, check_log, nothing_drives
 from hydrodamp.vehicle.fleet import fleet
 
 TIME = np.arange(20) / 10
