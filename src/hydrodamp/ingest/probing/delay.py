@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hydrodamp.advance import counted
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.axes import VELOCITIES
 from hydrodamp.data.log import Log
+from hydrodamp.progress import counted
 
 _EARLIEST, _LATEST = -0.6, 3.0  # s; an answer before its command means that clocks differ
 _LEAST_CHANGES = 4
@@ -90,7 +90,8 @@ def delays(log: Log) -> tuple[Delay, ...]:
         return ()
     even = _even(log)
     axes = [VELOCITIES.index(name) for name in log.velocity_names]
-    commands = counted(enumerate(log.command_names), len(log.command_names))
+    names = log.command_names
+    commands = counted(enumerate(names), "comparing delays", len(names))
     found = [_best(name, even.commands[:, place], even, axes) for place, name in commands]
     return tuple(one for one in found if one is not None)
 
