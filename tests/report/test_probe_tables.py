@@ -57,8 +57,8 @@ def test_an_answer_before_its_command_is_told() -> None:
     log = Log(TIME, np.ones((len(TIME), 6)))
     early = Delay("rudder", "r", -0.3, 0.05, 0.4, -1, 40)
     _, grid, _ = grids_of(log, early, Delay("rpm", "u", 0.2, None, 0.4, 1, 50))
-    assert grid.words[0] == ["rudder", "-r", "-0.30", "0.05", "40 %", "40 %"]
-    assert grid.words[1][3] == "-"
+    assert grid.words[0] == ["rudder", "r", "-1", "-0.30", "0.05", "40%", "40"]
+    assert grid.words[1][4] == "-"
     assert any("before rudder:" in note for note in grid.notes)
 
 

@@ -9,8 +9,7 @@ from functools import partial
 from itertools import chain
 
 from hydrodamp.basis.axes import VELOCITIES
-from hydrodamp.report.grid import Column, Grid
-from hydrodamp.report.numbers import error_size, percent
+from hydrodamp.report.grid import Column, Grid, error_size, percent
 from hydrodamp.report.words import remarks
 from hydrodamp.simulation.score import Score
 from hydrodamp.simulation.status import Status

@@ -200,36 +200,29 @@ def is_plain(name: str) -> bool:
     return Path(name).name == name and not set(name) & {"\\", "\0"}
 
 
+def _variances(noise: object) -> object:
+    return noise.diagonal().tolist() if isinstance(noise, np.ndarray) else noise
+
+
 class UncertaintyDocument(Document):
-    """What intervals are made with; the covariance stands in the damping."""
+    """What intervals are made with, beside the covariance that stands in the damping."""
 
     degrees_of_freedom: Number
     method: str
     block: Number
     n_blocks: int
     allowance: str
-    noise_variances: tuple[Number, ...] | None
-
-    @classmethod
-    def of(cls, found: Uncertainty) -> UncertaintyDocument:
-        """Return an uncertainty as a document; of the noise only the variances are kept."""
-        words = {key: getattr(found, key) for key in cls.model_fields if hasattr(found, key)}
-        noise = None if found.noise is None else tuple(found.noise.diagonal().tolist())
-        return cls(noise_variances=noise, **words)
+    noise: Annotated[tuple[float, ...] | None, BeforeValidator(_variances)]
 
     def uncertainty(self, covariance: np.ndarray) -> Uncertainty:
         """Return the uncertainty with the covariance of its damping."""
-        noise = self.noise_variances
-        freedom = self.degrees_of_freedom
-        return Uncertainty(
-            covariance,
-            degrees_of_freedom=math.inf if freedom is None else freedom,
-            method=self.method,
-            noise=None if noise is None else np.diag(np.array(noise, dtype=np.float64)),
-            block=self.block,
-            n_blocks=self.n_blocks,
-            allowance=self.allowance,
-        )
+        freedom, noise = self.degrees_of_freedom, self.noise
+        known = {
+            **self.model_dump(),
+            "degrees_of_freedom": math.inf if freedom is None else freedom,
+            "noise": None if noise is None else np.diag(np.array(noise)),
+        }
+        return Uncertainty(covariance, **known)
 
 
 class FitDocument(Document):
@@ -246,25 +239,15 @@ class FitDocument(Document):
 
     def fit(self, damping: Damping) -> Fit:
         """Return the fit of a damping."""
-        words = {key: getattr(self, key) for key in type(self).model_fields}
+        known = {key: getattr(self, key) for key in type(self).model_fields}
         if self.uncertainty is not None and damping.covariance is not None:
-            words["uncertainty"] = self.uncertainty.uncertainty(damping.covariance)
-        return Fit(damping=damping, **words)
+            known["uncertainty"] = self.uncertainty.uncertainty(damping.covariance)
+        return Fit(damping=damping, **known)
 
 
 def fit_document(fit: Fit) -> dict[str, Any]:
     """Return a fit as a document that is also a damping file."""
-    found = fit.uncertainty
-    facts = FitDocument(
-        method=fit.method,
-        status=fit.status,
-        rank=fit.rank,
-        aliased=fit.aliased,
-        n_samples=fit.n_samples,
-        provenance=fit.provenance,
-        remarks=fit.remarks,
-        uncertainty=None if found is None else UncertaintyDocument.of(found),
-    )
+    facts = FitDocument.model_validate(fit, from_attributes=True)
     return {**damping_document(fit.damping), "fit": facts.model_dump(mode="json")}
 
 

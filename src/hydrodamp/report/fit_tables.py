@@ -13,8 +13,7 @@ from hydrodamp.identification.grades import CONTRIBUTION, RELATIVE, Grade, Ident
 from hydrodamp.identification.intervals import reach
 from hydrodamp.models.labels import coefficient_unit
 from hydrodamp.models.model import DampingModel, group_axes
-from hydrodamp.report.grid import Column, Grid
-from hydrodamp.report.numbers import coefficient
+from hydrodamp.report.grid import Column, Grid, coefficient
 
 _GROUPS = 12  # groups of aliased coefficients that are spelt out; the file has them all
 _LITTLE = "matters little"  # of a coefficient that is determined, but not as a number

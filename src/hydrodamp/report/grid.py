@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import csv
 import io
+import math
 import textwrap
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from hydrodamp.report.numbers import BOUND, NOTHING
-
 if TYPE_CHECKING:
     from rich.console import Console
-    from rich.table import Table
+
+NOTHING = "-"  # where there is no number
+
+_BOUND = "\u00a0"  # a space at which no line breaks
 
 WIDTH = 80
 """Columns of a plain text page."""
@@ -53,6 +55,22 @@ class Grid:
     best: frozenset[tuple[int, int]] = frozenset()
 
     @classmethod
+    def of_items(
+        cls,
+        title: str,
+        items: Iterable[object],
+        columns: Mapping[str, tuple[str, str]],
+        notes: Iterable[str] = (),
+    ) -> Grid:
+        """Return a table of values, a row each; a column names an attribute and its format."""
+        rows = (
+            tuple(_formatted(getattr(item, name), form) for name, form in columns.values())
+            for item in items
+        )
+        align = "".join("l" if form == "s" else "r" for _, form in columns.values())
+        return cls.of_words(title, tuple(columns), align, rows, notes)
+
+    @classmethod
     def of_words(
         cls,
         title: str,
@@ -80,14 +98,18 @@ class Grid:
         ]
 
     @property
-    def gap(self) -> int:
-        """Blanks between columns: two, or one where there are many."""
-        return 2 if len(self.columns) <= _CROWDED else 1
+    def gap(self) -> str:
+        """What stands between columns: two blanks, or one where there are many."""
+        return " " * (2 if len(self.columns) <= _CROWDED else 1)
 
     def column(self, name: str) -> tuple[str, ...]:
         """Return the words of a column."""
         place = self.header.index(name)
         return tuple(row[place] for row in self.words)
+
+
+def _formatted(value: object, form: str) -> str | None:
+    return None if value is None else format(value, form)
 
 
 def _word(value: object, column: Column) -> str:
@@ -96,21 +118,47 @@ def _word(value: object, column: Column) -> str:
     return value if isinstance(value, str) else column.form(value)
 
 
+def _cells(grid: Grid) -> list[list[str]]:
+    """Return header, rule and rows as words of equal width in each column."""
+    table = [list(grid.header), [""] * len(grid.columns), *grid.words]
+    widths = [max(map(len, column)) for column in zip(*table, strict=True)]
+    table[1] = ["-" * width for width in widths]
+    return [
+        [
+            word.rjust(width) if column.number else word.ljust(width)
+            for word, width, column in zip(row, widths, grid.columns, strict=True)
+        ]
+        for row in table
+    ]
+
+
 def to_text(grid: Grid, width: int = WIDTH) -> str:
     """Return a table as plain text."""
-    words = (grid.header, *grid.words)
-    widths = [max(map(len, column)) for column in zip(*words, strict=True)]
-    lines = [_padded(row, widths, grid) for row in words]
-    lines.insert(1, (" " * grid.gap).join("-" * each for each in widths))
+    lines = [grid.gap.join(row).rstrip() for row in _cells(grid)]
     notes = [line for note in grid.notes for line in wrapped(note, width)]
     head = [grid.title, ""] if grid.title else []
     return "\n".join([*head, *lines, *([""] if notes else []), *notes])
 
 
-def _padded(row: Sequence[str], widths: Sequence[int], grid: Grid) -> str:
-    cells = zip(row, widths, grid.columns, strict=True)
-    words = (w.rjust(width) if column.number else w.ljust(width) for w, width, column in cells)
-    return (" " * grid.gap).join(words).rstrip()
+def show(console: Console, *grids: Grid) -> None:
+    """Print tables with their notes on a terminal, in colours where it has them."""
+    from rich.text import Text
+
+    for place, grid in enumerate(grids):
+        text = Text.assemble("\n" if place else "", (grid.title, "bold"), "\n")
+        for i, row in enumerate(_cells(grid), start=-2):
+            text.append("\n")
+            for j, word in enumerate(row):
+                text.append(f"{word}{grid.gap}", _style(word.strip(), (i, j) in grid.best))
+        notes = [line for note in grid.notes for line in wrapped(note, min(console.width, 100))]
+        text.append("\n".join(["\n", *notes] if notes else []))
+        console.print(text, soft_wrap=True)
+
+
+def _style(word: str, best: bool) -> str:
+    if best:
+        return "bold green"
+    return "yellow" if word.startswith("~") else "red" if word in _ALARMS else ""
 
 
 def wrapped(note: str, width: int = WIDTH) -> list[str]:
@@ -118,7 +166,7 @@ def wrapped(note: str, width: int = WIDTH) -> list[str]:
     lines = textwrap.wrap(
         note, width, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False
     )
-    return [line.replace(BOUND, " ") for line in lines]
+    return [line.replace(_BOUND, " ") for line in lines]
 
 
 def to_markdown(grid: Grid) -> str:
@@ -136,7 +184,7 @@ def to_latex(grid: Grid) -> str:
     rows = [" & ".join(row) for row in _stressed(grid, _latex, r"\textbf{{{}}}")]
     align = "".join("r" if column.number else "l" for column in grid.columns)
     lines = [
-        *(f"% {note.replace(BOUND, ' ')}" for note in grid.notes),
+        *(f"% {note.replace(_BOUND, ' ')}" for note in grid.notes),
         r"\begin{table}",
         r"  \centering",
         f"  \\caption{{{_latex(grid.title)}}}",
@@ -175,44 +223,30 @@ def to_csv(grid: Grid) -> str:
     return stream.getvalue()
 
 
-def show(console: Console, *grids: Grid) -> None:
-    """Print tables with their notes on a terminal."""
-    for place, grid in enumerate(grids):
-        if place:
-            console.print()
-        console.print(grid.title, style="bold", markup=False, emoji=False)
-        table = _rich_table(grid)
-        # A table is printed no narrower than its words: rather past the edge than in pieces.
-        least = console.measure(table, options=console.options.update(width=10_000)).minimum
-        table.width = least if least > console.width else None
-        console.print(table, crop=False)
-        if grid.notes:
-            console.print()
-        for line in (
-            line for note in grid.notes for line in wrapped(note, min(console.width, 100))
-        ):
-            console.print(line, markup=False, highlight=False, emoji=False, soft_wrap=True)
+def error_size(value: float | None, decimals: int = 3) -> str:
+    """Return an error with a fixed number of decimals, so that points stand in line."""
+    if value is None or math.isnan(value):
+        return NOTHING
+    if 0.0 < value < 0.5 * 10.0**-decimals:
+        return f"<.{'1':>0{decimals}}"
+    for limit, most in ((100.0, decimals), (1000.0, 1), (99999.5, 0)):
+        if value < limit:
+            return f"{value:.{min(most, decimals)}f}"
+    return f"{value:.0e}"
 
 
-def _rich_table(grid: Grid) -> Table:
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
-    from rich.text import Text
-
-    table = Table(box=SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, grid.gap - 1, 0, 0))
-    for column in grid.columns:
-        table.add_column(
-            Text(column.name),
-            justify="right" if column.number else "left",
-            overflow="fold",
-            no_wrap=column.number,
-        )
-    for i, row in enumerate(grid.words):
-        table.add_row(*(Text(w, style=_style(w, (i, j) in grid.best)) for j, w in enumerate(row)))
-    return table
+def percent(value: float | None) -> str:
+    """Return a fit in percent in at most three characters."""
+    if value is None or math.isnan(value):
+        return NOTHING
+    return "<0" if value < 0.0 else f"{value:.0f}"
 
 
-def _style(word: str, best: bool) -> str:
-    if best:
-        return "bold green"
-    return "yellow" if word.startswith("~") else "red" if word in _ALARMS else ""
+def coefficient(value: float | None) -> str:
+    """Return a coefficient with four significant digits."""
+    return NOTHING if value is None or not math.isfinite(value) else f"{value:.4g}"
+
+
+def seconds(value: float) -> str:
+    """Return a time with as many digits as a reader needs."""
+    return f"{value:.{1 if abs(value) < 100.0 else 0}f}{_BOUND}s"

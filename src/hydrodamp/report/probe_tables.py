@@ -6,14 +6,12 @@ from collections.abc import Iterator
 from dataclasses import asdict, replace
 from typing import Any
 
-from hydrodamp.ingest.probing.clocks import TopicFacts
 from hydrodamp.ingest.probing.delay import Delay
 from hydrodamp.ingest.probing.draft import LEAST
 from hydrodamp.ingest.probing.probe import SUFFICES, Judged, Probe
-from hydrodamp.ingest.probing.verdict import Channel, SegmentFacts, Survey, Verdict
+from hydrodamp.ingest.probing.verdict import Survey, Verdict
 from hydrodamp.report.documents import moment
 from hydrodamp.report.grid import Grid
-from hydrodamp.report.numbers import NOTHING, coefficient
 
 LISTED = 25
 """Topics and segments that are spelt out."""
@@ -90,7 +88,7 @@ def probe_document(found: Probe, judged: Judged) -> dict[str, Any]:
 
 
 def _topics(found: Probe) -> Grid:
-    notes = [f"Reader: {note}." for note in found.notes]
+    notes = [*_more(len(found.topics), "topics"), *(f"Reader: {note}." for note in found.notes)]
     for topic in found.topics:
         name = topic.name or "table"
         notes += [f"{name}: {fault}" for fault in topic.faults]
@@ -100,32 +98,17 @@ def _topics(found: Probe) -> Grid:
             notes.append(f"{name}: {topic.backward} times the clock stands still or goes back.")
     units = sorted({unit for topic in found.topics for _, unit in topic.units})
     notes.append(f"Units the file states: {', '.join(units) or 'none'}.")
-    header = ("topic", "messages", "fields", "rate [Hz]", "jitter", "gap [s]", "from [s]", "to [s]")
-    return Grid.of_words(
-        title=f"{found.source}: {found.format}",
-        header=header,
-        rows=tuple(map(_topic, found.topics[:LISTED])),
-        align="lrrrrrrr",
-        notes=(*_more(len(found.topics), "topics"), *notes),
-    )
-
-
-def _topic(topic: TopicFacts) -> tuple[str, ...]:
-    jitter = None if topic.jitter is None else 100 * topic.jitter
-    return (
-        topic.name or "(table)",
-        str(topic.n),
-        str(topic.n_fields),
-        _word(topic.rate, ".3g"),
-        _word(jitter, ".0f", " %"),
-        _word(topic.longest_gap, ".3g"),
-        _word(topic.start, ".2f"),
-        _word(topic.end, ".2f"),
-    )
-
-
-def _word(value: float | None, form: str, unit: str = "") -> str:
-    return NOTHING if value is None else f"{value:{form}}{unit}"
+    columns = {
+        "topic": ("name", "s"),
+        "messages": ("n", "d"),
+        "fields": ("n_fields", "d"),
+        "rate [Hz]": ("rate", ".3g"),
+        "jitter": ("jitter", ".0%"),
+        "gap [s]": ("longest_gap", ".3g"),
+        "from [s]": ("start", ".2f"),
+        "to [s]": ("end", ".2f"),
+    }
+    return Grid.of_items(f"{found.source}: {found.format}", found.topics[:LISTED], columns, notes)
 
 
 def _more(count: int, what: str) -> tuple[str, ...]:
@@ -201,64 +184,61 @@ def _presets(found: Probe) -> Iterator[str]:
 
 
 def _delays(found: tuple[Delay, ...]) -> Grid:
+    notes = [
+        "Sense: the sign of the change that follows. Explains: share of the growth of the "
+        "velocity, beyond what velocities explain."
+    ]
     early = [one.command for one in found if one.seconds + (one.spread or 0.0) < _EARLY]
-    notes = ["Explains: share of the growth of the velocity, beyond what velocities explain."]
     if early:
         notes.append(
             f"The answer comes before {' '.join(early)}: the clocks differ, a filter without phase "
             "smoothed the velocity, or a loop is closed and the command follows the motion."
         )
-    return Grid.of_words(
-        title="Delay between commands and what they move (dead time and lag together)",
-        header=("command", "moves", "delay [s]", "± [s]", "explains", "sure"),
-        rows=tuple(map(_delay, found)),
-        align="llrrrr",
-        notes=tuple(notes),
-    )
-
-
-def _delay(one: Delay) -> tuple[str, ...]:
-    moves = f"{'+' if one.sense > 0 else '-'}{one.velocity}"
-    spread, share = _word(one.spread, ".2f"), f"{100 * one.share:.0f} %"
-    return (one.command, moves, f"{one.seconds:.2f}", spread, share, f"{one.confidence} %")
+    columns = {
+        "command": ("command", "s"),
+        "moves": ("velocity", "s"),
+        "sense": ("sense", "+d"),
+        "delay [s]": ("seconds", ".2f"),
+        "± [s]": ("spread", ".2f"),
+        "explains": ("share", ".0%"),
+        "sure [%]": ("confidence", "d"),
+    }
+    title = "Delay between commands and what they move (dead time and lag together)"
+    return Grid.of_items(title, found, columns, notes)
 
 
 def _segments(found: Survey) -> Grid:
     n = len(found.segments)
-    return Grid.of_words(
-        title=f"{found.source}: {found.n_samples} samples, {found.duration:.1f} s "
-        f"in {n} segment{'s' if n != 1 else ''}",
-        header=("segment", "samples", "from [s]", "to [s]", "rate [Hz]", "longest step [s]"),
-        rows=tuple(map(_segment, found.segments[:LISTED])),
-        align="lrrrrr",
-        notes=_more(n, "segments"),
+    columns = {
+        "segment": ("name", "s"),
+        "samples": ("n_samples", "d"),
+        "from [s]": ("start", ".2f"),
+        "to [s]": ("end", ".2f"),
+        "median step [s]": ("step", ".3g"),
+        "longest step [s]": ("longest_step", ".3g"),
+    }
+    title = (
+        f"{found.source}: {found.n_samples} samples, {found.duration:.1f} s in {n} "
+        f"segment{'s' if n != 1 else ''}"
     )
-
-
-def _segment(one: SegmentFacts) -> tuple[str, ...]:
-    rate = _word(1.0 / one.step if one.step > 0.0 else None, ".3g")
-    span = f"{one.start:.2f}", f"{one.end:.2f}"
-    return (one.name, str(one.n_samples), *span, rate, f"{one.longest_step:.3g}")
+    return Grid.of_items(title, found.segments[:LISTED], columns, _more(n, "segments"))
 
 
 def _columns(judged: Verdict) -> Grid:
     found = judged.survey
-    return Grid.of_words(
-        title="Columns",
-        header=("column", "unit", "mean", "std", "lowest", "highest", "changes"),
-        rows=tuple(map(_column, (*found.velocities, *found.commands))),
-        align="llrrrrr",
-        notes=(
-            f"Also recorded: {', '.join(found.has) or 'nothing else'}.",
-            *(f"missing: {each}" for each in judged.missing),
-            *judged.doubts,
-            *(f"mind: {each}" for each in judged.reservations),
-            *(f"good: {each}" for each in judged.promises),
-            f"Verdict: {judged.sentence}",
-        ),
+    numbers = {"mean": "mean", "std": "std", "lowest": "low", "highest": "high"}
+    columns = {
+        "column": ("name", "s"),
+        "unit": ("unit", "s"),
+        **{name: (attribute, ".4g") for name, attribute in numbers.items()},
+        "changes": ("n_changes", "d"),
+    }
+    notes = (
+        f"Also recorded: {', '.join(found.has) or 'nothing else'}.",
+        *(f"missing: {each}" for each in judged.missing),
+        *judged.doubts,
+        *(f"mind: {each}" for each in judged.reservations),
+        *(f"good: {each}" for each in judged.promises),
+        f"Verdict: {judged.sentence}",
     )
-
-
-def _column(one: Channel) -> tuple[str, ...]:
-    numbers = map(coefficient, (one.mean, one.std, one.low, one.high))
-    return (one.name, one.unit or "command", *numbers, str(one.n_changes))
+    return Grid.of_items("Columns", (*found.velocities, *found.commands), columns, notes)

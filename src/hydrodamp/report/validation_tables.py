@@ -6,8 +6,7 @@ import math
 from collections.abc import Sequence
 
 from hydrodamp.identification.fit import Fit
-from hydrodamp.report.grid import Column, Grid
-from hydrodamp.report.numbers import error_size
+from hydrodamp.report.grid import Column, Grid, error_size
 from hydrodamp.simulation.score import HorizonScore, HorizonScores
 from hydrodamp.validation.choice import front
 from hydrodamp.validation.criteria import CRITERIA, Criteria

@@ -12,7 +12,7 @@ from hydrodamp.basis.axes import AXES
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.grades import Grade, Identifiability
 from hydrodamp.report.fit_tables import half_widths
-from hydrodamp.report.numbers import seconds
+from hydrodamp.report.grid import seconds
 from hydrodamp.simulation.status import Status
 from hydrodamp.validation.compare import Comparison, Row
 from hydrodamp.validation.paper import beside_paper, rank_correlation

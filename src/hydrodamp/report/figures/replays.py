@@ -22,7 +22,7 @@ from hydrodamp.report.figures.look import (
     stacked,
 )
 from hydrodamp.report.figures.traces import clock, mark_segments, trace
-from hydrodamp.report.numbers import error_size
+from hydrodamp.report.grid import error_size
 from hydrodamp.simulation.replay import Trajectory
 from hydrodamp.validation.bands import PredictionBand
 from hydrodamp.validation.compare import Row

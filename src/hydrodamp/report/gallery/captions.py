@@ -26,7 +26,7 @@ from hydrodamp.report.figures.recorded import commands_figure, velocities_figure
 from hydrodamp.report.figures.replays import replays_figure
 from hydrodamp.report.figures.scores import front_figure, horizons_figure
 from hydrodamp.report.gallery.findings import models_of
-from hydrodamp.report.numbers import error_size
+from hydrodamp.report.grid import error_size
 from hydrodamp.simulation.problem import Problem, prepare
 from hydrodamp.simulation.replay import AttitudeSource
 from hydrodamp.simulation.score import RateUnit, horizon_scores

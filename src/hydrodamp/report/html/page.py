@@ -23,10 +23,10 @@ from hydrodamp.report.gallery.findings import Findings, chosen_row
 from hydrodamp.report.gallery.folder import read_findings
 from hydrodamp.report.html.sections import (
     COEFFICIENTS,
+    PageImage,
     coefficient_grids,
     grade_grid,
     origin,
-    pictures,
 )
 from hydrodamp.report.html.series import series
 from hydrodamp.report.words import remarks, verdict
@@ -38,7 +38,6 @@ if TYPE_CHECKING:
 MISSING = 'the report needs the package jinja2: pip install "hydrodamp[report]"'
 """What is missing where there is no report."""
 
-_MOST = 4_900_000  # bytes of a page; pictures that do not fit are left to their folder
 _SCRIPTS = ("theme.js", "sorting.js", "uplot.js", "plots.js")
 
 
@@ -94,11 +93,8 @@ def page(comparison: Comparison, findings: Findings | None = None) -> str:
     """Return the report of a comparison."""
     if not installed():
         raise MethodError(MISSING)
-    found = findings or Findings()
-    template, content = _environment().get_template("report.html.j2"), _content(comparison, found)
-    bare = template.render(content, pictures=pictures(found, 0))
-    room = _MOST - len(bare.encode("utf-8"))
-    return template.render(content, pictures=pictures(found, room))
+    content = _content(comparison, findings or Findings())
+    return _environment().get_template("report.html.j2").render(content)
 
 
 def _content(comparison: Comparison, findings: Findings) -> dict[str, object]:
@@ -107,7 +103,7 @@ def _content(comparison: Comparison, findings: Findings) -> dict[str, object]:
     sorted_rows = sorted(comparison.rows, key=_by_error)
     order = sorted(sorted_rows, key=lambda row: (row.rms is None, not row.settled))
     drawn, provenance = series(comparison, order, findings.band), provenance_of(comparison)
-    grades = findings.identifiability
+    grades, gallery = findings.identifiability, findings.gallery
     return {
         "comparison": comparison,
         "title": f"Damping of {provenance.get('vehicle') or 'a vehicle'}",
@@ -124,8 +120,11 @@ def _content(comparison: Comparison, findings: Findings) -> dict[str, object]:
         "data": _script_json(drawn.document) if drawn else "",
         "coefficients": coefficient_grids(order, chosen, grades),
         "most": COEFFICIENTS,
+        "images": [PageImage.of(one) for one in gallery.pictures if not one.print_only],
+        "print_only": [f"{one.name}.svg" for one in gallery.pictures if one.print_only],
+        "not_shown": [*gallery.not_drawn, *filter(None, [findings.not_graded])],
+        "folder": findings.folder,
         "grades": None if grades is None else grade_grid(grades),
-        "not_graded": findings.not_graded,
         "origin": origin(comparison, provenance),
         "scripts": [_script(name) for name in _SCRIPTS[: None if drawn else 2]],
         "styles": _text("report.css"),

@@ -9,9 +9,8 @@ from dataclasses import dataclass
 
 from hydrodamp.identification.grades import Grade, Identifiability
 from hydrodamp.report.fit_tables import fit_grid
-from hydrodamp.report.gallery.findings import Findings, Picture
-from hydrodamp.report.grid import Column, Grid
-from hydrodamp.report.numbers import percent
+from hydrodamp.report.gallery.findings import Picture
+from hydrodamp.report.grid import Column, Grid, percent
 from hydrodamp.validation.compare import Comparison, Row
 
 COEFFICIENTS = 2500
@@ -54,33 +53,6 @@ class PageImage:
     def is_broad(self) -> bool:
         """Whether its letters would be too small in one of two columns."""
         return self.width > _COLUMN
-
-
-@dataclass(frozen=True)
-class Pictures:
-    """The pictures of a page, and what of them it does not show."""
-
-    images: tuple[PageImage, ...]
-    print_only: tuple[str, ...]
-    not_shown: tuple[str, ...]
-    folder: str
-
-
-def pictures(findings: Findings, room: int) -> Pictures | None:
-    """Return the pictures that fit into so many bytes."""
-    gallery = findings.gallery
-    if not gallery.pictures and not gallery.not_drawn:
-        return None
-    images, not_shown = [], list(gallery.not_drawn)
-    for image in (PageImage.of(one) for one in gallery.pictures if not one.print_only):
-        if len(image.source) <= room:
-            room -= len(image.source)
-            images.append(image)
-        else:
-            one = image.picture
-            not_shown.append(f"{one.title}: {one.name}.svg is too large for this page.")
-    printed = tuple(f"{one.name}.svg" for one in gallery.pictures if one.print_only)
-    return Pictures(tuple(images), printed, tuple(not_shown), findings.folder)
 
 
 def grade_grid(found: Identifiability) -> Grid:

@@ -88,28 +88,13 @@ class Bins:
 
     def values(self, series: FloatArray) -> FloatArray:
         """Return the extremes of each stretch, in the sense in which it runs."""
-        low, high = self.lowest(series), self.highest(series)
-        falling = series[self.starts] > series[self.stops - 1]
-        return self.edge(np.where(falling, high, low), np.where(falling, low, high))
-
-    def edge(self, first: FloatArray, second: FloatArray | None = None) -> FloatArray:
-        """Return one or two values of each stretch in a row, and nothing between segments."""
-        gaps = np.full(len(self.joins), np.nan)
-        return self._in_row(first, first if second is None else second, gaps)
-
-    def lowest(self, series: FloatArray) -> FloatArray:
-        """Return the lowest value of each stretch."""
-        return self._extreme(np.fmin, series)
-
-    def highest(self, series: FloatArray) -> FloatArray:
-        """Return the highest value of each stretch."""
-        return self._extreme(np.fmax, series)
-
-    def _extreme(self, extreme: np.ufunc, series: FloatArray) -> FloatArray:
         ends = np.column_stack([self.starts, self.stops]).ravel()
         joined = np.append(series, np.nan)  # an index one past the end must be there
-        found: FloatArray = extreme.reduceat(joined, ends)[0::2]
-        return found
+        low, high = (each.reduceat(joined, ends)[0::2] for each in (np.fmin, np.fmax))
+        falling = series[self.starts] > series[self.stops - 1]
+        gaps = np.full(len(self.joins), np.nan)
+        first, second = np.where(falling, high, low), np.where(falling, low, high)
+        return self._in_row(first, second, gaps)
 
     def _in_row(self, first: FloatArray, second: FloatArray, gaps: FloatArray) -> FloatArray:
         pairs = first[:, None] if self.is_exact else np.column_stack([first, second])
@@ -135,17 +120,6 @@ class _Scene:
         """Return velocities as they stand in the page."""
         return [_pack(self.bins.values(values)) for values in self.columns(velocity)]
 
-    def edges(self, band: PredictionBand) -> list[list[dict[str, object]]]:
-        """Return the lower and the upper edge of a band in each velocity."""
-        bins, pairs = (
-            self.bins,
-            zip(self.columns(band.lower), self.columns(band.upper), strict=True),
-        )
-        return [
-            [_pack(bins.edge(bins.lowest(low))), _pack(bins.edge(bins.highest(high)))]
-            for low, high in pairs
-        ]
-
 
 def series(
     comparison: Comparison, rows: Sequence[Row], band: PredictionBand | None = None
@@ -168,7 +142,7 @@ def series(
         name = f"{100.0 * band.level:.0f} % band of {chosen.model} by {chosen.method}"
         around = Line(name, chosen.method, colour_of(chosen.method))
         said = said_of_band(f"{chosen.model} by {chosen.method}")
-        edges = scene.edges(band)
+        edges = [scene.packed(band.lower), scene.packed(band.upper)]
     unit = f"{comparison.rate_unit}/s"
     document: dict[str, object] = {
         "velocities": [{"name": k, "unit": "m/s" if k in VELOCITIES[:3] else unit} for k in names],

@@ -27,7 +27,7 @@
   // The edges of the band, where there is one, then the lines that are shown.
   const data = (velocity, shown) => [
     time,
-    ...(about.band ? [0, 1] : []).map((side) => unpacked("edges", velocity, side)),
+    ...(about.band ? [0, 1] : []).map((side) => unpacked("edges", side, velocity)),
     ...shown.map((line) => unpacked("series", line, velocity)),
   ];
   const home = document.getElementById("plots");
