@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import stdtrit
@@ -198,3 +199,33 @@ class Uncertainty:
 def _with_room(covariance: FloatArray, shift: FloatArray) -> FloatArray:
     beyond = np.sqrt(np.maximum(shift**2 - np.diag(covariance), 0.0)) * np.sign(shift)
     return covariance + np.outer(beyond, beyond)
+
+
+#: Correlation from which two coefficients are known better together than each alone.
+CORRELATED = 0.9
+
+
+class Pair(NamedTuple):
+    """Two coefficients, by their places in the model, and the correlation of their errors."""
+
+    first: int
+    second: int
+    correlation: float
+
+
+def correlation(covariance: FloatArray) -> FloatArray:
+    """Return the correlation of estimates."""
+    deviation = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    known = np.where((deviation > 0.0) & np.isfinite(deviation), deviation, np.nan)
+    found: FloatArray = np.clip(covariance / np.outer(known, known), -1.0, 1.0)
+    return found
+
+
+def correlated_pairs(covariance: FloatArray, least: float = 0.0) -> list[Pair]:
+    """Return the pairs of coefficients whose errors are correlated."""
+    found = np.nan_to_num(np.triu(correlation(covariance), 1))
+    first, second = np.nonzero((np.abs(found) >= least) & (found != 0.0))
+    values = found[first, second]
+    order = np.argsort(-np.abs(values), kind="stable")
+    places = zip(first[order].tolist(), second[order].tolist(), strict=True)
+    return [Pair(i, j, value) for (i, j), value in zip(places, values[order].tolist(), strict=True)]

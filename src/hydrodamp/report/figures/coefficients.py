@@ -11,9 +11,8 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.axes import AXES
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Fit
-from hydrodamp.identification.intervals import reach
+from hydrodamp.identification.intervals import CORRELATED, correlated_pairs, correlation, reach
 from hydrodamp.models.model import DampingModel
-from hydrodamp.report.correlated import ALIKE, correlated_pairs, correlation
 from hydrodamp.report.figures.axes import coefficient_symbol, signed_scale, wrench_unit
 from hydrodamp.report.figures.look import (
     COLUMN,
@@ -231,8 +230,8 @@ def _list_pairs(panel: Axes, model: DampingModel, covariance: FloatArray, most: 
         f"{coefficient_symbol(model.labels[other])}  ${value:+.2f}$"
         for one, other, value in listed
     ]
-    more = sum(abs(pair.correlation) >= ALIKE for pair in pairs[len(listed) :])
+    more = sum(abs(pair.correlation) >= CORRELATED for pair in pairs[len(listed) :])
     head = ["most correlated"] if said else []
-    tail = [f"and {more} more beyond {ALIKE:g}"] if more else []
+    tail = [f"and {more} more beyond {CORRELATED:g}"] if more else []
     words = "\n".join([*head, *said, *tail])
     panel.text(1.0, 1.0, words, transform=panel.transAxes, ha="right", va="top", color=FAINT)

@@ -15,9 +15,9 @@ from hydrodamp.identification.dissipation.operating_box import TAIL, operating_b
 from hydrodamp.identification.dissipation.power import worst_power
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.grades import Identifiability
+from hydrodamp.identification.intervals import CORRELATED, correlated_pairs
 from hydrodamp.identification.methods import METHODS
 from hydrodamp.identification.residuals import diagnose
-from hydrodamp.report.correlated import ALIKE, correlated_pairs
 from hydrodamp.report.figures.axes import wrench_unit
 from hydrodamp.report.figures.coefficients import coefficients_figure, correlation_figure
 from hydrodamp.report.figures.diagnostics import excitation_figure, power_figure, residuals_figure
@@ -188,14 +188,14 @@ def _coefficients(fits: Sequence[Fit]) -> Drawn:
 def _correlation(fit: Fit) -> Drawn:
     figure, labels = correlation_figure(fit), fit.model.labels
     pairs = [] if fit.damping.covariance is None else correlated_pairs(fit.damping.covariance)
-    count = sum(abs(pair.correlation) >= ALIKE for pair in pairs)
+    count = sum(abs(pair.correlation) >= CORRELATED for pair in pairs)
     number = f"{count} pairs of coefficients have" if count != 1 else "1 pair of coefficients has"
     named = [f"{labels[i]} with {labels[j]} ({value:+.2f})" for i, j, value in pairs[:_PAIRS]]
     most = f" The most correlated are {listed(named)}." if named else ""
     return (
         figure,
-        f"{number} errors correlated beyond {ALIKE:g}: their sum or difference is known better "
-        f"than each of them.{most} Each pair is a square, and lines divide the axes.",
+        f"{number} errors correlated beyond {CORRELATED:g}: their sum or difference is known "
+        f"better than each of them.{most} Each pair is a square, and lines divide the axes.",
     )
 
 
