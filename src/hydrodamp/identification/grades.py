@@ -6,7 +6,6 @@ import itertools
 from collections import Counter
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import Any
 
 import numpy as np
 
@@ -113,11 +112,6 @@ class Identifiability:
         return {k: v for one in self.axes for k, v in zip(one.labels, one.grades, strict=True)}
 
     @property
-    def inflation(self) -> dict[str, float]:
-        """The variance inflation factor of every coefficient, by label."""
-        return {k: v for one in self.axes for k, v in zip(one.labels, one.inflation, strict=True)}
-
-    @property
     def groups(self) -> tuple[tuple[str, ...], ...]:
         """Labels that the data cannot tell apart, exactly or nearly, group by group."""
         return tuple(group for one in self.axes for group in one.groups)
@@ -125,34 +119,6 @@ class Identifiability:
     def labelled(self, grade: Grade) -> tuple[str, ...]:
         """Return the labels of a grade, in the model's order."""
         return tuple(label for label, given in self.grades.items() if given is grade)
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return everything as numbers, words and lists; None where infinite.
-
-        Returns
-        -------
-        content : dict
-            Ready for strict JSON.
-        """
-        inflation = self.inflation
-        return {
-            "model": self.model.key,
-            "axes": {
-                one.axis: {
-                    "rank": one.rank,
-                    "condition": _finite(one.condition),
-                    "predicted_share": one.share,
-                    "excited": one.excited,
-                    "grades": {grade.word: one.count(grade) for grade in Grade},
-                    "groups": [list(group) for group in one.groups],
-                }
-                for one in self.axes
-            },
-            "coefficients": {
-                label: {"grade": grade.word, "vif": _finite(inflation[label])}
-                for label, grade in self.grades.items()
-            },
-        }
 
     @property
     def summary(self) -> str:
@@ -294,57 +260,50 @@ def graded_by(
         design = rows.design[:, columns]
         alike = collinearity(design, labels)
         weights = alike.span.coefficients @ alike.span.directions.T
-        evidence = Evidence(
-            coefficient=(
-                weights @ rows.target[:, axis] if coefficients is None else coefficients[part]
-            ),
-            half=half[part],
-            size=np.sqrt(np.mean(design**2, axis=0)),
-            sound=np.einsum("mn,nm->m", weights, seen.quiet[:, columns]),
-            aliased=alike.aliased,
-            response=float(seen.response[axis]),
-            excited=bool(seen.excited[axis]),
-        )
+        known = weights @ rows.target[:, axis] if coefficients is None else coefficients[part]
+        excited = bool(seen.excited[axis])
         axes.append(
             AxisIdentifiability(
                 axis=AXES[axis],
                 labels=labels,
-                grades=evidence.grades(),
+                grades=rated(
+                    coefficient=known,
+                    half=half[part],
+                    size=np.sqrt(np.mean(design**2, axis=0)),
+                    sound=np.einsum("mn,nm->m", weights, seen.quiet[:, columns]),
+                    aliased=alike.aliased,
+                    response=float(seen.response[axis]),
+                    excited=excited,
+                ),
                 inflation=tuple(alike.inflation.tolist()),
                 rank=alike.span.rank,
                 condition=alike.condition,
                 share=float(seen.share[axis]),
-                excited=evidence.excited,
+                excited=excited,
                 groups=alike.groups,
             )
         )
     return Identifiability(model, tuple(axes))
 
 
-@dataclass(frozen=True, eq=False)
-class Evidence:
-    """What is known of the coefficients of one axis, one entry a coefficient."""
+def rated(
+    coefficient: FloatArray,
+    half: FloatArray,
+    size: FloatArray,
+    sound: FloatArray,
+    aliased: BoolArray,
+    *,
+    response: float,
+    excited: bool,
+) -> tuple[Grade, ...]:
+    """Return the grade of each coefficient of one axis.
 
-    coefficient: FloatArray
-    half: FloatArray
-    size: FloatArray
-    sound: FloatArray
-    aliased: BoolArray
-    response: float
-    excited: bool
-
-    def grades(self) -> tuple[Grade, ...]:
-        """Return the grade of each coefficient."""
-        worth = self.half * self.size
-        close = (self.half <= RELATIVE * np.abs(self.coefficient)) | (
-            worth <= CONTRIBUTION * self.response
-        )
-        blind = self.aliased | (self.size == 0.0) | ~np.isfinite(self.half)
-        blind |= (self.sound < SOUND) | (not self.excited)
-        blind |= ~close & (worth > UNKNOWN * self.response)
-        words = np.where(blind, 2, np.where(close, 0, 1))
-        return tuple(tuple(Grade)[place] for place in words.tolist())
-
-
-def _finite(value: float) -> float | None:
-    return value if np.isfinite(value) else None
+    By value and half of its interval, root mean square of its column, the share of its leverage
+    that is excited motion, and whether it is aliased; then by the axis's response.
+    """
+    worth = half * size
+    close = (half <= RELATIVE * np.abs(coefficient)) | (worth <= CONTRIBUTION * response)
+    blind = aliased | (size == 0.0) | ~np.isfinite(half) | (sound < SOUND) | (not excited)
+    blind |= ~close & (worth > UNKNOWN * response)
+    words = np.where(blind, 2, np.where(close, 0, 1))
+    return tuple(tuple(Grade)[place] for place in words.tolist())

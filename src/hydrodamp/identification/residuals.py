@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.special import chdtrc
@@ -124,10 +123,6 @@ class Diagnostics:
                 f"{', '.join(spiked)}: look at the log there and remove its spikes."
             )
         return tuple(said)
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return everything as numbers, words and lists, ready for strict JSON."""
-        return {**asdict(self), "remarks": list(self.remarks)}
 
     def __str__(self) -> str:
         """Return a table of the axes, then the sentences."""

@@ -10,7 +10,6 @@ import numpy.typing as npt
 
 from hydrodamp import kernels
 from hydrodamp.arrays import FloatArray, frozen
-from hydrodamp.basis.axes import VELOCITY_OF
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.intervals import reach
@@ -38,8 +37,6 @@ class PredictionBand:
         Share that the band is to hold.
     diverged : float
         Share of the segments that diverged.
-    axes : tuple of str
-        The free axes.
     """
 
     log: Log
@@ -48,28 +45,11 @@ class PredictionBand:
     upper: FloatArray
     level: float
     diverged: float
-    axes: tuple[str, ...]
 
     def __post_init__(self) -> None:
         """Copy and freeze the arrays."""
         for name in ("velocity", "lower", "upper"):
             object.__setattr__(self, name, frozen(getattr(self, name), (self.log.n, 6), name))
-
-    def held(self) -> dict[str, float]:
-        """Return the share of the recorded samples inside the band, by velocity.
-
-        Returns
-        -------
-        held : dict of str to float
-            One an axis, such as ``"u"``; a sample without a replay is outside.
-        """
-        inside = (self.lower <= self.log.velocity) & (self.log.velocity <= self.upper)
-        shares = inside.mean(axis=0).tolist()
-        return {
-            name: share
-            for (axis, name), share in zip(VELOCITY_OF.items(), shares, strict=True)
-            if axis in self.axes
-        }
 
 
 def prediction_band(
@@ -121,9 +101,8 @@ def prediction_band(
         for part, here, variance in spread.chunks(start, stop, max_step):
             velocity[part], width[part] = here, half * np.sqrt(variance)
     lost = [not np.isfinite(velocity[stop - 1]).all() for _, stop in problem.segments.tolist()]
-    axes = problem.vehicle.axes
     return PredictionBand(
-        problem.log, velocity, velocity - width, velocity + width, level, float(np.mean(lost)), axes
+        problem.log, velocity, velocity - width, velocity + width, level, float(np.mean(lost))
     )
 
 

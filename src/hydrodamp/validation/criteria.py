@@ -96,20 +96,6 @@ class Criteria:
             )
         return min(ranked, key=lambda row: _value(row, criterion))
 
-    def __str__(self) -> str:
-        """Return a line a fit, each criterion counted from its lowest value."""
-        lowest = {name: min(_value(row, name) for row in self.rows) for name in CRITERIA}
-        names = "".join(f"{name.upper() + ' +':>11}" for name in CRITERIA)
-        lines = [f"{'model':<20}{'rank':>5}  {'method':<11}{names}"]
-        for row in self.rows:
-            cells = (_above(_value(row, name), lowest[name]) for name in CRITERIA)
-            lines.append(
-                f"{row.model:<20}{row.rank:>5}  {row.method:<11}"
-                + "".join(f"{cell:>11}" for cell in cells)
-            )
-        counts = ", ".join(f"{axis} {count:.0f}" for axis, count in self.n_effective.items())
-        return "\n".join([*lines, f"{self.n_rows} rows count as: {counts}"])
-
 
 def criteria(rows: Rows, fits: Iterable[Fit]) -> Criteria:
     """Compute AIC, AICc and BIC of several fits from the residuals of the same rows.
@@ -220,10 +206,6 @@ def _criterion(
 def _value(row: Criterion, criterion: str) -> float:
     value: float | None = getattr(row, criterion)
     return math.inf if value is None else value
-
-
-def _above(value: float, lowest: float) -> str:
-    return f"{value - lowest:.1f}" if math.isfinite(value) else "–"
 
 
 def effective_samples(series: FloatArray, segment: IntArray) -> float:

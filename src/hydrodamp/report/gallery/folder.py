@@ -142,6 +142,4 @@ def _read_band(path: Path, replay: Trajectory) -> PredictionBand:
         raise FileError(f"{path}: is no band of hydrodamp. {_AGAIN}.") from error
     if lower.shape != replay.velocity.shape or upper.shape != replay.velocity.shape:
         raise FileError(f"{path}: has the band of another replay. {_AGAIN}.")
-    return PredictionBand(
-        replay.log, replay.velocity, lower, upper, level, diverged, tuple(replay.axes)
-    )
+    return PredictionBand(replay.log, replay.velocity, lower, upper, level, diverged)
