@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -17,11 +17,12 @@ FAST, SLOW = np.arange(0, 20, 0.1), np.arange(0.03, 20, 0.25)
 
 
 def dive(*more: Topic, notes: tuple[str, ...] = ()) -> Recording:
-    """A Doppler log at 4 Hz, a gyroscope at 10 Hz with attitude, a fin that steps."""
+    """A Doppler log at 4 Hz, a gyroscope at 10 Hz, a fin; and more, or others in their place."""
     dvl = Topic("/dvl", SLOW, {"v.x": 1 + 0.1 * SLOW, "v.y": 0 * SLOW, "ok": 1 + 0 * SLOW})
     imu = Topic("/imu", FAST, {"r": 0.5 * np.cos(FAST), "yaw": 0.5 * np.sin(FAST)})
     fin = Topic("/fin", np.arange(0, 20.0), {"angle": np.arange(20.0)})
-    return Recording((dvl, imu, fin, *more), "dives/dive7.bag", "a test", notes)
+    topics = {one.name: one for one in (dvl, imu, fin, *more)}
+    return Recording(tuple(topics.values()), "dives/dive7.bag", "a test", notes)
 
 
 def mapping(**more: object) -> LogMapping:
@@ -92,43 +93,34 @@ def test_a_delay_is_taken_off_the_stamps() -> None:
 
 def test_rows_that_do_not_meet_a_condition_do_not_count() -> None:
     """Without bottom lock for two seconds the Doppler log says nonsense: a gap in it."""
-    topics = list(dive().topics)
     lost = (SLOW > 5) & (SLOW < 7)
     nonsense = np.where(lost, 99.0, 1 + 0.1 * SLOW)
-    topics[0] = Topic("/dvl", SLOW, {"v.x": nonsense, "ok": np.where(lost, 0.0, 1.0)})
+    dvl = Topic("/dvl", SLOW, {"v.x": nonsense, "ok": np.where(lost, 0.0, 1.0)})
     for where in ("ok", "/dvl.ok", {"ok": 1}):
         velocity = {"u": {"column": "/dvl.v.x", "where": where}, "r": "/imu.r"}
-        log = read(Recording(tuple(topics), "dive.bag", "a test"), mapping(velocity=velocity))
+        log = read(dive(dvl), mapping(velocity=velocity))
         assert len(log.segments) == 2
         assert log.velocity[:, 0].max() < 3.1
 
 
 def test_a_drop_out_becomes_a_cut_and_is_told() -> None:
-    topics = list(dive().topics)
     keep = (SLOW < 8) | (SLOW > 11)
-    topics[0] = Topic("/dvl", SLOW[keep], {"v.x": 1 + 0.1 * SLOW[keep]})
-    with pytest.warns(GapWarning):
-        log = mapping().log(Recording(tuple(topics), "dive.bag", "a test"))
-    assert [part.name for part in log.segments] == ["dive.1", "dive.2"]
+    log = read(dive(Topic("/dvl", SLOW[keep], {"v.x": 1 + 0.1 * SLOW[keep]})), mapping())
+    assert [part.name for part in log.segments] == ["dive7.1", "dive7.2"]
     assert not ((log.time > 8) & (log.time < 11)).any()
     assert any("`/dvl`: once no message for longer than 1.25 s" in note for note in log.notes)
 
 
 def test_numbers_that_are_missing_are_passed_over_and_told() -> None:
-    topics = list(dive().topics)
-    speed = 1 + 0.1 * SLOW
-    speed[[10, 11]] = np.nan
-    topics[0] = Topic("/dvl", SLOW, {"v.x": speed})
-    log = read(Recording(tuple(topics), "dive.bag", "a test"), mapping())
+    speed = np.where(np.isin(np.arange(len(SLOW)), (10, 11)), np.nan, 1 + 0.1 * SLOW)
+    log = read(dive(Topic("/dvl", SLOW, {"v.x": speed})), mapping())
     np.testing.assert_allclose(log.velocity[:, 0], 1 + 0.1 * log.time)
     assert any("2 messages without a number of u, dropped" in note for note in log.notes)
 
 
 def test_commands_hold_or_interpolate_as_asked() -> None:
     """A command sent only when it changes holds until the next: `hold: true`."""
-    topics = list(dive().topics)
-    topics[2] = Topic("/fin", np.array([0, 0.5, 1, 2, 15]), {"angle": np.arange(5.0)})
-    given = Recording(tuple(topics), "dive.bag", "a test")
+    given = dive(Topic("/fin", np.array([0, 0.5, 1, 2, 15]), {"angle": np.arange(5.0)}))
     until = {"rudder": {"column": "/fin.angle", "hold": True}}
     log = read(given, mapping(commands=until))
     assert log.duration == pytest.approx(19.6)
@@ -209,8 +201,7 @@ def test_angles_of_a_turned_sensor_on_several_clocks() -> None:
 
 def test_a_message_stamp_is_used_where_the_topic_has_one() -> None:
     late = Topic("/dvl", SLOW + 0.2, {"v.x": 1 + 0.1 * SLOW, "stamp": SLOW * 1e3})
-    recording = Recording((late, *dive().topics[1:]), "dive.bag", "a test")
-    log = read(recording, mapping(time=[{"column": "stamp", "unit": "ms"}, "recorded"]))
+    log = read(dive(late), mapping(time=[{"column": "stamp", "unit": "ms"}, "recorded"]))
     np.testing.assert_allclose(log.velocity[:, 0], 1 + 0.1 * log.time)
 
 
@@ -225,9 +216,8 @@ def test_the_first_choice_that_a_log_has_is_taken() -> None:
 
 
 def test_names_stand_for_topics() -> None:
-    topics: Mapping[str, object] = {"imu": ["/rov/imu", "/imu"], "dvl": "/dvl"}
     given = mapping(
-        topics=topics,
+        topics={"imu": ["/rov/imu", "/imu"], "dvl": "/dvl"},
         velocity={"u": {"column": "dvl.v.x", "where": "dvl.ok"}, "r": "imu.r"},
         attitude={"yaw": "imu.yaw"},
         clock="dvl",
@@ -248,12 +238,8 @@ def test_angles_in_degrees_are_found_out() -> None:
     time = np.arange(0.05, 20, 0.1)
     spun = Topic("/att", time, {"roll": 0 * time, "pitch": 0 * time + 9, "yaw": (90 * time) % 360})
     attitude = {name: f"/att.{name}" for name in ("roll", "pitch", "yaw")}
-    with pytest.raises(LogError) as caught:
+    with pytest.raises(LogError, match=r"`attitude.pitch` must be in rad(.|\n)*`attitude.yaw`"):
         mapping(attitude=attitude).log(dive(spun))
-    assert [fault.split()[0] for fault in caught.value.faults] == [
-        "`attitude.pitch`",
-        "`attitude.yaw`",
-    ]
 
 
 def test_a_position_alone_makes_a_record_to_be_completed() -> None:
@@ -267,11 +253,9 @@ def test_a_position_alone_makes_a_record_to_be_completed() -> None:
 
 
 def test_odd_clocks_are_put_right_with_a_warning() -> None:
-    topics = list(dive().topics)
     time = SLOW.copy()
     time[5] = time[4]
-    topics[0] = Topic("/dvl", time, {"v.x": 1 + 0.1 * time})
-    given = Recording(tuple(topics), "dive.bag", "a test", ("the bag was cut short",))
+    given = dive(Topic("/dvl", time, {"v.x": 1 + 0.1 * time}), notes=("the bag was cut short",))
     with pytest.warns(ClockWarning, match="1 message with a repeated time stamp"):
         log = read(given, mapping())
     np.testing.assert_allclose(log.velocity[:, 0], 1 + 0.1 * log.time)
@@ -279,28 +263,28 @@ def test_odd_clocks_are_put_right_with_a_warning() -> None:
     assert any("repeated" in note for note in log.notes)
 
 
-def test_where_the_clock_is_set_back_a_segment_begins() -> None:
-    """All topics see the same step back, by a minute after ten seconds."""
-    shifted = [
-        Topic(one.name, np.where(one.time > 10, one.time - 60, one.time), one.fields)
-        for one in dive().topics
-        if one.time is not None
-    ]
-    with pytest.warns(ClockWarning, match="set back once"):
-        log = read(Recording(tuple(shifted), "dive.bag", "a test"), mapping())
-    assert [part.name.split(".")[1] for part in log.segments] == ["1", "2"]
-    after = log.time[log.segments[1].start :]
-    assert after[0] <= -49
-    np.testing.assert_allclose(
-        log.velocity[log.segments[1].start :, 0], 1 + 0.1 * (after + 60), atol=1e-12
-    )
+@pytest.mark.parametrize(
+    ("change", "back", "says"),
+    [
+        (lambda time: np.where(time > 10, time - 60, time), 60.0, "set back once"),
+        (lambda time: time + np.where(time < 10, 0, 1.7e9), -1.7e9, "leaps to another epoch once"),
+    ],
+)
+def test_where_the_clock_of_all_topics_runs_anew_a_segment_begins(
+    change: Callable[[np.ndarray], np.ndarray], back: float, says: str
+) -> None:
+    topics = (Topic(one.name, change(one.time), one.fields) for one in dive().topics)
+    with pytest.warns(ClockWarning, match=says):
+        log = read(dive(*topics), mapping())
+    assert [part.name for part in log.segments] == ["dive7.1", "dive7.2"]
+    after = slice(log.segments[1].start, None)
+    np.testing.assert_allclose(log.velocity[after, 0], 1 + 0.1 * (log.time[after] + back))
 
 
 def test_segments_may_be_named_by_a_field_of_the_clock() -> None:
     run = np.where(FAST < 10, 1.0, 2.0)
     imu = Topic("/imu", FAST, {"r": 0.5 * np.cos(FAST), "yaw": 0 * FAST, "run": run})
-    topics = (dive().topics[0], imu, dive().topics[2])
-    log = read(Recording(topics, "dive.bag", "a test"), mapping(segment="/imu.run"))
+    log = read(dive(imu), mapping(segment="/imu.run"))
     assert [part.name for part in log.segments] == ["1", "2"]
 
 
@@ -315,18 +299,14 @@ def test_all_that_a_log_lacks_is_told_at_once() -> None:
     )
     with pytest.raises(LogError) as caught:
         given.log(dive())
-    assert (
-        caught.value.faults
-        == (
-            "topic `/dvl` has no field `v.xx`, which map.yaml takes for `u`. Did you mean 'v.x'?",
-            "topic `/fin` lacks one of `on` beside `angle`, which map.yaml takes for `b`",
-            "there is no topic `/gps`, which map.yaml takes for `v w`. There are: /dvl, /imu, /fin."
-            " If it is called otherwise, say so: `topics: {/gps: ITS NAME}`",
-            "there is no topic `/mode`, which map.yaml takes for `segment`. Did you mean '/dvl'?"
-            " There are: /dvl, /imu, /fin. If it is called otherwise, say so:"
-            " `topics: {/mode: ITS NAME}`",
-        )
-        or "/mode" in caught.value.faults[-1]
+    assert caught.value.faults == (
+        "topic `/dvl` has no field `v.xx`, which map.yaml takes for `u`. Did you mean 'v.x'?",
+        "topic `/fin` lacks one of `on` beside `angle`, which map.yaml takes for `b`",
+        "there is no topic `/gps`, which map.yaml takes for `v w`. There are: /dvl, /imu, /fin."
+        " If it is called otherwise, say so: `topics: {/gps: ITS NAME}`",
+        "there is no topic `/mode`, which map.yaml takes for `segment`."
+        " There are: /dvl, /imu, /fin. If it is called otherwise, say so:"
+        " `topics: {/mode: ITS NAME}`",
     )
 
 
@@ -356,23 +336,6 @@ def test_clocks_with_nothing_in_common_are_refused() -> None:
         mapping(commands={"a": "/fin2.a"}).log(dive(early))
     log = read(dive(early), mapping(commands={"a": {"column": "/fin2.a", "hold": True}}))
     assert set(log.command("a").tolist()) == {19.0}
-
-
-def test_a_clock_that_learns_the_date_makes_two_segments_a_second_apart() -> None:
-    topics = [
-        Topic(one.name, one.time + np.where(one.time < 10, 0, 1.7e9), one.fields)
-        for one in dive().topics
-        if one.time is not None
-    ]
-    with pytest.warns(ClockWarning, match="leaps to another epoch once"):
-        log = read(Recording(tuple(topics), "dive.bag", "a test"), mapping())
-    assert [part.name for part in log.segments] == ["dive.1", "dive.2"]
-    assert log.elapsed[-1] == pytest.approx(20.6, abs=0.3)
-    first, second = (slice(part.start, part.stop) for part in log.segments)
-    np.testing.assert_allclose(
-        np.diff(log.velocity[first, 0]), 0.1 * np.diff(log.time[first]), atol=1e-7
-    )
-    np.testing.assert_allclose(log.velocity[second, 0], 1 + 0.1 * (log.time[second] - 1.7e9))
 
 
 def test_a_command_sent_once_holds_and_a_velocity_sent_once_is_no_clock() -> None:
