@@ -8,7 +8,6 @@ import numpy as np
 
 from hydrodamp.conditioning.spikes import remove_spikes
 from hydrodamp.conditioning.steps import CLEANING_STEPS, clean
-from hydrodamp.data.concatenation import concatenate
 from hydrodamp.data.log import Log
 
 Counts = Callable[[Log, str], dict[str, int]]
@@ -48,10 +47,3 @@ def test_steps_are_chosen_and_set(swim: Log) -> None:
     only = clean(log, [partial(remove_spikes, names=["r"])])
     assert [note.split(":")[0] for note in only.notes] == ["spikes"]
     assert len(CLEANING_STEPS) == 5
-
-
-def test_what_was_done_is_told_on_one_screen_and_survives_cutting(swim: Log) -> None:
-    made = clean(spoilt(swim))
-    assert "what was done to it" in str(made)
-    assert made.between(0, 3).notes == made.notes
-    assert concatenate([made, made]).notes == made.notes

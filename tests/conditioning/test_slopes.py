@@ -8,7 +8,6 @@ from hydrodamp.conditioning.slopes import (
     Around,
     best_window,
     fitted,
-    local_quadratics,
     relative as columns,
     slopes,
 )
@@ -57,13 +56,6 @@ def test_short_segments_have_less_than_a_parabola(n: int, slope: float) -> None:
     np.testing.assert_allclose(fit.slope, slope, atol=1e-9)
 
 
-def test_rows_are_those_of_the_whole() -> None:
-    values = np.sin(CLOCK)
-    rows = np.array([0, 7, 40, 79])
-    some = fitted(CLOCK, WHOLE, relative(values), 7, rows)
-    np.testing.assert_array_equal(some.slope, fitted(CLOCK, WHOLE, relative(values), 7).slope[rows])
-
-
 def test_the_window_grows_with_the_noise() -> None:
     time = np.arange(2000) / 10
     rng = np.random.default_rng(3)
@@ -81,11 +73,6 @@ def test_a_window_no_longer_than_the_longest_segment() -> None:
     bounds = np.array([[0, 10], [10, 20], [20, 80]])
     assert best_window(CLOCK, bounds[:2], relative(noise)) <= 9
     assert best_window(CLOCK, np.array([[0, 3]]), relative(noise)) == 5
-
-
-def test_repeated_times_of_a_single_neighbour() -> None:
-    fit = local_quadratics(np.zeros((1, 1)), np.full((1, 1, 1), 4.0))
-    assert (fit.value.item(), fit.slope.item(), fit.own.item()) == (4.0, 0.0, 1.0)
 
 
 def test_the_window_may_be_given_in_seconds() -> None:

@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import dataclasses
-import itertools
 from collections.abc import Callable
 
 import numpy as np
@@ -9,7 +8,6 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from hydrodamp.conditioning.spikes import remove_spikes, running_median, spikes
-from hydrodamp.data.concatenation import concatenate
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError
 
@@ -80,12 +78,6 @@ def test_a_coarse_sensor_may_flicker() -> None:
     assert np.flatnonzero(found_in(values)).tolist() == [100]
 
 
-def test_a_spike_in_a_constant_is_one() -> None:
-    values = np.ones(50)
-    values[20] = 1.2
-    assert np.flatnonzero(found_in(values)).tolist() == [20]
-
-
 def test_nothing_is_compared_across_a_join() -> None:
     low, high = noisy(), 30 + noisy(seed=1)
     both = np.concatenate((low, high))
@@ -143,16 +135,6 @@ def test_accelerations_are_looked_at_where_named(swim: Log, counts: Counts) -> N
     assert counts(remove_spikes(log, names=["du", "fx"]), "spikes") == {"du": 1, "fx": 1}
 
 
-def test_segments_one_by_one_or_together(swim: Log, counts: Counts) -> None:
-    velocity = swim.velocity.copy()
-    velocity[[30, 70], 0] += 4.0
-    log = dataclasses.replace(swim, velocity=velocity)
-    pair = remove_spikes(concatenate([log, log]))
-    alone = remove_spikes(log).velocity
-    np.testing.assert_array_equal(pair.velocity, np.concatenate((alone, alone)))
-    assert counts(pair, "spikes") == {"u": 4}
-
-
 @pytest.mark.parametrize("setting", [{"window": 4}, {"window": 3}, {"window": 8}, {"threshold": 0}])
 def test_settings_that_cannot_be(swim: Log, setting: dict[str, float]) -> None:
     with pytest.raises(LogError, match=r"`window` must be odd and at least 5"):
@@ -162,10 +144,3 @@ def test_settings_that_cannot_be(swim: Log, setting: dict[str, float]) -> None:
 def test_an_unknown_channel_is_named(swim: Log) -> None:
     with pytest.raises(LogError, match="no measured channel 'rudder'"):
         remove_spikes(swim, names=["rudder"])
-
-
-def test_two_spikes_side_by_side_on_a_slope() -> None:
-    for width, hit in itertools.product((1, 2), (40, 90)):
-        values = noisy()
-        values[hit : hit + width] += 2.0
-        assert found_in(values).sum() == width

@@ -27,19 +27,6 @@ def turning() -> Log:
     )
 
 
-def test_a_list_of_steps_is_the_functions_in_turn(turning: Log) -> None:
-    steps, faults = steps_of(
-        ["clean", {"rates_from_attitude": {"names": ["r"]}}, {"lagged": {"rudder": 0.3}}]
-    )
-    assert not faults
-    found = prepared(turning, steps)
-    by_hand = hd.lagged(hd.rates_from_attitude(hd.clean(turning), ["r"]), {"rudder": 0.3})
-    np.testing.assert_array_equal(found.velocity, by_hand.velocity)
-    np.testing.assert_array_equal(found.commands, by_hand.commands)
-    assert found.notes == by_hand.notes
-    assert found.velocity[:, 0].max() < 2.0
-
-
 def test_a_mapping_does_its_steps(turning: Log) -> None:
     fields = {
         "t": turning.time,
@@ -111,11 +98,18 @@ def test_settings_are_checked_before_any_log_is_read(settings: dict[str, Any], s
 
 
 def test_settings_reach_the_function(turning: Log) -> None:
-    content = [{"remove_spikes": {"names": ["u"], "threshold": 1e6}}, {"lagged": {"rudder": 0.5}}]
+    content = [
+        "clean",
+        {"remove_spikes": {"names": ["u"], "threshold": 1e6}},
+        {"rates_from_attitude": {"names": ["r"]}},
+        {"lagged": {"rudder": 0.5}},
+    ]
     steps, faults = steps_of(content)
     assert not faults
-    by_hand = hd.lagged(hd.remove_spikes(turning, names=["u"], threshold=1e6), {"rudder": 0.5})
+    cleaned = hd.remove_spikes(hd.clean(turning), names=["u"], threshold=1e6)
+    by_hand = hd.lagged(hd.rates_from_attitude(cleaned, ["r"]), {"rudder": 0.5})
     found = prepared(turning, steps)
+    np.testing.assert_array_equal(found.velocity, by_hand.velocity)
     np.testing.assert_array_equal(found.commands, by_hand.commands)
     assert found.notes == by_hand.notes
     (mixed,), _ = steps_of(

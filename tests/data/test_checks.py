@@ -144,12 +144,3 @@ def test_rates_in_degrees_are_said_once_beside_a_spike() -> None:
         True
     ] * 2
     assert len(caught.value.faults) == 2
-
-
-def test_an_infinite_number_names_its_column() -> None:
-    velocity = np.zeros((3, 6))
-    velocity[0, 1], velocity[1, 4] = np.nan, np.inf
-    with pytest.raises(LogError, match="`q` must be finite; it is infinite in row 2"):
-        Log.from_arrays(np.arange(3.0), velocity)
-    with pytest.raises(LogError, match="`N` must be finite; it is infinite in row 1"):
-        Log.from_arrays([0, 1], {"u": [1, 1]}, wrench=[[0, 0, 0, 0, 0, np.inf], [0] * 6])

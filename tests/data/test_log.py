@@ -128,12 +128,9 @@ def test_a_clock_may_restart_at_a_segment() -> None:
     log = Log.from_arrays([5, 6, 7, 0, 1], np.zeros((5, 6)), segment="aaabb")
     assert log.duration == 3.0
     assert log.elapsed.tolist() == [0, 1, 2, 3, 4]
-
-
-def test_the_time_between_segments_on_one_clock_counts() -> None:
-    log = Log.from_arrays([0, 1, 10, 11], np.zeros((4, 6)), segment="aabb")
-    assert log.elapsed.tolist() == [0, 1, 10, 11]
-    assert log.duration == 2.0
+    on_one_clock = Log.from_arrays([0, 1, 10, 11], np.zeros((4, 6)), segment="aabb")
+    assert on_one_clock.elapsed.tolist() == [0, 1, 10, 11]
+    assert on_one_clock.duration == 2.0
 
 
 def test_slices_are_half_open_and_share_nothing(swim: Log) -> None:
@@ -200,16 +197,6 @@ def test_an_unknown_command_is_refused_with_the_nearest(swim: Log) -> None:
 def test_a_log_prints_itself_short(swim: Log) -> None:
     assert repr(swim) == "<Log swim.csv: 100 samples, 9.9 s>"
     assert "Log swim.csv" in str(swim)
-
-
-def test_a_position_that_was_never_taken_splits_like_any_other_channel() -> None:
-    position = np.zeros((6, 3))
-    position[3, 1] = np.nan
-    with pytest.warns(GapWarning, match="2 segments"):
-        log = Log.from_arrays(np.arange(6), {"u": np.ones(6)}, position=position)
-    assert log.n == 5
-    with pytest.raises(LogError, match=r"`position` must have shape \(6, 3\)"):
-        Log.from_arrays(np.arange(6), {"u": np.ones(6)}, position=np.zeros((6, 2)))
 
 
 def test_notes_are_kept_in_order_through_every_cut(swim: Log) -> None:

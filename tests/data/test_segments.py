@@ -3,6 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from hydrodamp.data.channels import BLOCKS, Block
 from hydrodamp.data.log import Log
 from hydrodamp.data.record import Segment, unique_names
 from hydrodamp.errors import GapWarning, LogError
@@ -41,17 +42,21 @@ def test_missing_ends_are_cut_off(missing: tuple[int, ...]) -> None:
     assert [part.name for part in log.segments] == ["1"]
 
 
-@pytest.mark.parametrize("block", ["wrench", "acceleration", "propulsion_ratio", "attitude", "c"])
-def test_nan_anywhere_is_missing(block: str) -> None:
-    shape = {"wrench": (7, 6), "acceleration": (7, 6), "attitude": (7, 4)}.get(block, (7,))
-    values = np.zeros(shape)
-    if block == "attitude":
-        values[:, 0] = 1.0
+@pytest.mark.parametrize("block", BLOCKS[3:], ids=lambda block: block.name)
+def test_nan_in_any_block_is_missing(block: Block) -> None:
+    values = np.zeros((7, *block.shape))
     values[3] = np.nan
-    given = {"commands": {"c": values}} if block == "c" else {block: values}
     with pytest.warns(GapWarning):
-        log = Log.from_arrays(np.arange(7.0), speeds(7), **given)
+        log = Log.from_arrays(np.arange(7.0), speeds(7), **{block.name: values})
     assert log.n == 6
+
+
+def test_nan_in_a_command_or_an_attitude_is_missing() -> None:
+    values, euler = np.zeros(9), np.zeros((9, 3))
+    values[3] = euler[6] = np.nan
+    with pytest.warns(GapWarning):
+        log = Log.from_arrays(np.arange(9.0), speeds(9), commands={"c": values}, attitude=euler)
+    assert log.n == 7
 
 
 def test_a_sample_left_alone_is_dropped_and_named() -> None:

@@ -51,8 +51,3 @@ def test_what_was_done_is_told_at_the_end(swim: Log) -> None:
     assert "  what was done to it\n    step 0\n" in text
     assert text.endswith("... and 8 more notes")
     assert max(map(len, str(swim.noted("word " * 200)).splitlines())) < 170
-
-
-def test_position_and_specific_force_are_told_where_they_are() -> None:
-    log = Log.from_arrays([0, 1], {"u": [1, 1]}, position=np.zeros((2, 3)))
-    assert "with position; without attitude, acceleration" in str(log)
