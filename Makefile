@@ -1,5 +1,5 @@
 # One word each; CI calls the same commands.
-.PHONY: check core format lint types test bench build wheels docs
+.PHONY: check core format lint types test bench smoke build wheels cross docs
 
 check: lint types test
 
@@ -30,6 +30,13 @@ test:
 
 bench:
 	pytest benchmarks -o python_files="bench_*.py" --benchmark-only --benchmark-columns=min,median,max
+
+smoke:            ## the headline ratios at reduced size, a minute at most
+	python benchmarks/smoke.py
+
+cross:            ## the core's bits on ARM (qemu-user) and Windows (wine), compiled with zig
+	pip install --quiet ziglang
+	HYDRODAMP_CROSS=1 pytest -n 0 tests/kernels/test_csrc.py
 
 docs:             ## the pages, their notebooks run
 	python -m sphinx -W -q -b html docs docs/_build/html

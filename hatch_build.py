@@ -56,9 +56,15 @@ class CoreBuildHook(BuildHookInterface[Any]):
         if version == "editable":
             compile_to(KERNELS / library_name())
             return
-        made = Path(tempfile.mkdtemp(dir=self.directory, prefix=".core-")) / library_name(target)
+        self.folder = tempfile.TemporaryDirectory()
+        made = Path(self.folder.name, library_name(target))
         compile_to(made, target)
         build_data["force_include"][str(made)] = f"hydrodamp/kernels/{made.name}"
+
+    def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:
+        """Remove the library that is in the wheel now."""
+        if folder := getattr(self, "folder", None):
+            folder.cleanup()
 
 
 @functools.cache

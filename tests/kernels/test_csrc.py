@@ -1,10 +1,14 @@
-"""The C files alone: strict C99 in both precisions, no allocation, no input or output."""
+"""The C files alone: strict C99 in both precisions, no allocation, the same bits everywhere."""
 
 from __future__ import annotations
 
+import hashlib
+import importlib.util
+import os
 import re
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -72,6 +76,46 @@ def test_single_precision_follows_double(compiler, tmp_path):
         outputs.append([float(word) for word in done.stdout.split()])
     assert outputs[0] == pytest.approx(outputs[1], rel=1e-5, abs=1e-6)
     assert len(outputs[0]) == 30
+
+
+SAME_BITS = {
+    "-DNDEBUG": "b02afeaaeead1365ca6b410df59b3c1e",
+    "-DHD_FLOAT": "1c8be7502e5d234095049b9661f3f764",
+}
+ELSEWHERE = {
+    "x86_64-linux-musl": (),
+    "aarch64-linux-musl": ("qemu-aarch64",),
+    "arm-linux-musleabihf": ("qemu-arm",),
+    "x86_64-windows-gnu": ("wine",),
+}
+
+
+def printed(compiler: tuple[str, ...], real: str, folder: Path, runner: tuple[str, ...] = ()):
+    """The hash of what same_bits.c prints."""
+    files = [str(Path(__file__).with_name("same_bits.c")), *map(str, SOURCES)]
+    program = folder / "program.exe"
+    flags = [*STRICT, real, f"-I{CSRC}", "-lm", "-o", str(program)]
+    subprocess.run([*compiler, *files, *flags], check=True)
+    done = subprocess.run([*runner, str(program)], capture_output=True, text=True, check=True)
+    return hashlib.md5("".join(f"{line}\n" for line in done.stdout.split("\n")[:-1]).encode())
+
+
+@pytest.mark.parametrize("real", SAME_BITS)
+def test_the_bits_are_those_of_every_other_machine(compiler, tmp_path, real):
+    assert printed((compiler,), real, tmp_path).hexdigest() == SAME_BITS[real]
+
+
+@pytest.mark.skipif("HYDRODAMP_CROSS" not in os.environ, reason="`make cross` runs it")
+@pytest.mark.parametrize("real", SAME_BITS)
+@pytest.mark.parametrize("target", ELSEWHERE)
+def test_the_bits_are_the_same_elsewhere(tmp_path, target, real):
+    runner = ELSEWHERE[target]
+    if importlib.util.find_spec("ziglang") is None:
+        pytest.skip("zig is not installed")
+    if runner and shutil.which(runner[0]) is None:
+        pytest.skip(f"{runner[0]} is not installed")
+    zig = (sys.executable, "-m", "ziglang", "cc", "-target", target)
+    assert printed(zig, real, tmp_path, runner).hexdigest() == SAME_BITS[real]
 
 
 @pytest.mark.parametrize("source", [*SOURCES, *CSRC.glob("*.h")], ids=lambda path: path.name)
