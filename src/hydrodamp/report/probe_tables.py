@@ -10,7 +10,6 @@ from hydrodamp.ingest.probing.delay import Delay
 from hydrodamp.ingest.probing.draft import LEAST
 from hydrodamp.ingest.probing.probe import SUFFICES, Judged, Probe
 from hydrodamp.ingest.probing.verdict import Survey, Verdict
-from hydrodamp.report.documents import moment
 from hydrodamp.report.grid import Grid
 
 LISTED = 25
@@ -19,6 +18,7 @@ LISTED = 25
 _EARLY = -0.05  # s, of an answer before its command
 _SILENT = 12  # columns without a role that are named
 _SURE = 90  # %, below which axes must be checked
+_NO_LOG = "Not fit for the job as it is: see what is missing."
 _SAVED = "draft, and how sure each line is (--draft FILE saves it)"
 _MIRROR = (
     "Motion alone cannot distinguish FRD over NED from FLU over a world with z up: each is the "
@@ -33,9 +33,8 @@ def probe_grids(found: Probe, judged: Judged) -> tuple[Grid, ...]:
     guesses = (_draft(found),) if judged.guessed else ()
     read = (_topics(found), *guesses) if judged.made or judged.guessed else ()
     if judged.verdict is None:
-        said = "Verdict: Not fit for the job as it is: see what is missing."
         missing = (f"missing: {each}" for each in judged.missing)
-        return (*read, Grid.of_words("No log", ("",), "l", (), (*missing, said)))
+        return (*read, Grid.of_words("No log", ("",), "l", (), (*missing, f"Verdict: {_NO_LOG}")))
     segments = _segments(judged.verdict.survey)
     made = (f"Made {judged.made}.",) if judged.made else ()
     segments = replace(segments, notes=(*segments.notes, *made, *judged.notes))
@@ -46,31 +45,23 @@ def probe_grids(found: Probe, judged: Judged) -> tuple[Grid, ...]:
 def probe_document(found: Probe, judged: Judged) -> dict[str, Any]:
     """Return what ``probe --json`` prints."""
     roles, verdict = found.roles, judged.verdict
-    facts: dict[str, Any] = {"source": found.source}
+    nothing = ("doubts", "delays", "suspicions", "reservations", "promises")
+    facts: dict[str, Any] = {"source": found.source, "verdict": _NO_LOG, "fit": False}
+    facts |= dict.fromkeys(nothing, ())
     if verdict is not None:
-        facts = asdict(verdict.survey)
-        facts["duration"] = moment(verdict.survey.duration)
-        facts["segments"] = [
-            {**asdict(one), "start": moment(one.start), "end": moment(one.end)}
-            for one in verdict.survey.segments
-        ]
+        facts = {**asdict(verdict), **asdict(verdict.survey), "doubts": verdict.doubts}
+        del facts["survey"]
+        facts |= {"verdict": verdict.sentence, "fit": verdict.fit}
     return {
         **facts,
-        "missing": list(judged.missing),
-        "doubts": [] if verdict is None else list(verdict.doubts),
-        "reservations": [] if verdict is None else list(verdict.reservations),
-        "promises": [] if verdict is None else list(verdict.promises),
-        "fit": verdict is not None and verdict.fit,
-        "verdict": "Not fit for the job: there is no log." if verdict is None else verdict.sentence,
+        "missing": judged.missing,
         "log": judged.made or (None if verdict is None else "canonical"),
-        "delays": [] if verdict is None else [asdict(one) for one in verdict.delays],
-        "suspicions": [] if verdict is None else [asdict(one) for one in verdict.suspicions],
-        "log_notes": list(judged.notes),
+        "log_notes": judged.notes,
         "format": found.format,
-        "notes": list(found.notes),
+        "notes": found.notes,
         "topics": [{**asdict(one), "units": dict(one.units)} for one in found.topics],
         "guesses": [{**asdict(one), "role": one.role or None} for one in roles.guesses],
-        "without_role": list(found.without_role),
+        "without_role": found.without_role,
         "axes": {
             "body": roles.upright.body,
             "world": roles.world,

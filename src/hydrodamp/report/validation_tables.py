@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from hydrodamp.identification.fit import Fit
-from hydrodamp.report.grid import Column, Grid, error_size
+from hydrodamp.report.grid import Grid, error_size
 from hydrodamp.simulation.score import HorizonScore, HorizonScores
 from hydrodamp.validation.choice import front
 from hydrodamp.validation.criteria import CRITERIA, Criteria
@@ -15,32 +15,24 @@ from hydrodamp.validation.crossvalidation import CrossValidation
 
 def fold_grid(table: CrossValidation) -> Grid:
     """Return the errors on held-out folds, a row for each model and method."""
-    best = {id(row) for row in front(table)}
-    return Grid(
-        title=f"Held out in turn: {len(table.held_out)} folds, RMS in m/s and {table.rate_unit}/s",
-        columns=(
-            Column("model", number=False),
-            Column("n"),
-            Column("method", number=False),
-            Column("RMS", form=error_size),
-            Column("spread", form=error_size),
-            Column("no error"),
-            Column("front", number=False),
-        ),
-        rows=tuple(
-            (
-                *(row.model, row.n_coefficients, row.method, row.rms_of_finished, row.spread),
-                f"{lost} of {len(row.folds)}" if (lost := row.rms_by_fold.count(None)) else "",
-                "*" if id(row) in best else "",
-            )
-            for row in table.rows
-        ),
-        notes=(
-            "RMS is the mean over the folds that have one; a row with folds without is not chosen.",
-            *((str(table.choice()),) if best else ()),
-            *(("* no other row has both a lower error and fewer coefficients.",) if best else ()),
-        ),
-    )
+    best = [f"{row.model} by {row.method}" for row in front(table)]
+    rows = []
+    for row in table.rows:
+        lost = row.rms_by_fold.count(None)
+        errors = error_size(row.rms_of_finished), error_size(row.spread)
+        without = f"{lost} of {len(row.folds)}" if lost else ""
+        rows.append((row.model, row.n_coefficients, row.method, *errors, without))
+    notes = [
+        "RMS is the mean over the folds that have one; a row with folds without is not chosen."
+    ]
+    if best:
+        notes += [
+            str(table.choice()),
+            f"No row has both a lower error and fewer coefficients than: {', '.join(best)}.",
+        ]
+    title = f"Held out in turn: {len(table.held_out)} folds, RMS in m/s and {table.rate_unit}/s"
+    header = ("model", "n", "method", "RMS", "spread", "no error")
+    return Grid.of_words(title, header, "lrlrrr", rows, notes)
 
 
 def horizon_grid(
@@ -48,38 +40,28 @@ def horizon_grid(
 ) -> Grid:
     """Return the errors by horizon of fits to the whole log, and the criteria."""
     names = next(([_horizon(one) for one in some.scores] for some in scores if some), [])
-    shown = {"aicc": "AICc +", "bic": "BIC +"}
     lowest = {
         key: min((getattr(row, key) for row in found.rows if _is_finite(row, key)), default=0.0)
-        for key in shown
+        for key in ("aicc", "bic")
     }
+    rows = []
+    for fit, some, row in zip(fits, scores, found.rows, strict=True):
+        errors = [None] * len(names) if some is None else map(_restarted, some.scores)
+        above = (
+            f"{getattr(row, key) - least:.0f}" if _is_finite(row, key) else None
+            for key, least in lowest.items()
+        )
+        rows.append((fit.model.key, fit.method, *errors, *above))
     counts = ", ".join(f"{axis} {count:.0f}" for axis, count in found.n_effective.items())
-    return Grid(
-        title="Fitted to the whole log: RMS when restarted every so often, and criteria",
-        columns=(
-            Column("model", number=False),
-            Column("method", number=False),
-            *(Column(name, form=error_size) for name in names),
-            *(Column(name) for name in shown.values()),
-        ),
-        rows=tuple(
-            (
-                *(fit.model.key, fit.method),
-                *([None] * len(names) if some is None else map(_restarted, some.scores)),
-                *(
-                    f"{getattr(row, key) - lowest[key]:.0f}" if _is_finite(row, key) else None
-                    for key in shown
-                ),
-            )
-            for fit, some, row in zip(fits, scores, found.rows, strict=True)
-        ),
-        notes=(
-            "These errors are those of the log fitted to; what generalises stands above. Where "
-            "windows diverged, their share stands in place of the error.",
-            f"Criteria are of the weak form, lower is better; its {found.n_rows} rows count as "
-            f"independent ones: {counts}.",
-        ),
+    notes = (
+        "These errors are those of the log fitted to; what generalises stands above. Where "
+        "windows diverged, their share stands in place of the error.",
+        f"Criteria are of the weak form, lower is better; its {found.n_rows} rows count as "
+        f"independent ones: {counts}.",
     )
+    title = "Fitted to the whole log: RMS when restarted every so often, and criteria"
+    header = ("model", "method", *names, "AICc +", "BIC +")
+    return Grid.of_words(title, header, "ll" + "r" * (len(names) + 2), rows, notes)
 
 
 def _is_finite(row: object, key: str) -> bool:
@@ -91,11 +73,11 @@ def _horizon(found: HorizonScore) -> str:
     return found.horizon if isinstance(found.horizon, str) else found.name
 
 
-def _restarted(found: HorizonScore) -> float | str | None:
+def _restarted(found: HorizonScore) -> str:
     """Return the error, or the share of the windows that diverged."""
     if found.n_diverged:
         return f"{max(100.0 * found.diverged_share, 1.0):.0f} % off"
-    return found.score.rms
+    return error_size(found.score.rms)
 
 
 def validation_document(

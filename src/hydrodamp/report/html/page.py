@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import base64
 import hashlib
-import json
 import os
-from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 from importlib.util import find_spec
@@ -16,7 +14,6 @@ from typing import TYPE_CHECKING
 from hydrodamp.errors import MethodError
 from hydrodamp.files import save_text
 from hydrodamp.report.comparison_tables import score_grid
-from hydrodamp.report.documents import provenance_of
 from hydrodamp.report.figures.look import colour_of
 from hydrodamp.report.files import read_comparison
 from hydrodamp.report.gallery.findings import Findings, chosen_row
@@ -39,14 +36,6 @@ MISSING = 'the report needs the package jinja2: pip install "hydrodamp[report]"'
 """What is missing where there is no report."""
 
 _SCRIPTS = ("theme.js", "sorting.js", "uplot.js", "plots.js")
-
-
-@dataclass(frozen=True)
-class Script:
-    """A script and what the page's policy knows it by."""
-
-    text: str
-    digest: str
 
 
 def installed() -> bool:
@@ -102,22 +91,25 @@ def _content(comparison: Comparison, findings: Findings) -> dict[str, object]:
     chosen = chosen_row(comparison)
     sorted_rows = sorted(comparison.rows, key=_by_error)
     order = sorted(sorted_rows, key=lambda row: (row.rms is None, not row.settled))
-    drawn, provenance = series(comparison, order, findings.band), provenance_of(comparison)
-    grades, gallery = findings.identifiability, findings.gallery
+    drawn, grades = series(comparison, order, findings.band), findings.identifiability
+    gallery, unit = findings.gallery, f"{comparison.rate_unit}/s"
     return {
         "comparison": comparison,
-        "title": f"Damping of {provenance.get('vehicle') or 'a vehicle'}",
+        "title": f"Damping of {comparison.provenance.get('vehicle') or 'a vehicle'}",
         "methods": {
             method: (f"m{place}", colour_of(method))
             for place, method in enumerate(comparison.methods)
         },
         "verdict": verdict(comparison, grades),
         "warnings": _warnings(comparison),
-        "scores": score_grid(comparison, sorted_rows, _caption(comparison)),
+        "scores": score_grid(
+            comparison,
+            sorted_rows,
+            f"Error of each replay: RMS of velocities in m/s and {unit}, and fit in %",
+        ),
         "sorted_rows": sorted_rows,
         "chosen": chosen,
         "series": drawn,
-        "data": _script_json(drawn.document) if drawn else "",
         "coefficients": coefficient_grids(order, chosen, grades),
         "most": COEFFICIENTS,
         "images": [PageImage.of(one) for one in gallery.pictures if not one.print_only],
@@ -125,18 +117,12 @@ def _content(comparison: Comparison, findings: Findings) -> dict[str, object]:
         "not_shown": [*gallery.not_drawn, *filter(None, [findings.not_graded])],
         "folder": findings.folder,
         "grades": None if grades is None else grade_grid(grades),
-        "origin": origin(comparison, provenance),
-        "scripts": [_script(name) for name in _SCRIPTS[: None if drawn else 2]],
+        "origin": origin(comparison),
+        "scripts": [_text(name) for name in _SCRIPTS[: None if drawn else 2]],
         "styles": _text("report.css"),
         "plot_styles": _text("uplot.css"),
         "licence": _text("uplot.LICENSE"),
     }
-
-
-def _caption(comparison: Comparison) -> str:
-    return (
-        f"Error of each replay: RMS of velocities in m/s and {comparison.rate_unit}/s, and fit in %"
-    )
 
 
 def _by_error(row: Row) -> tuple[bool, float, int]:
@@ -157,28 +143,21 @@ def _warnings(comparison: Comparison) -> list[str]:
 def _environment() -> Environment:
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
-    return Environment(
+    environment = Environment(
         loader=PackageLoader("hydrodamp.report.html", "assets"),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    environment.filters["sha256"] = _sha256
+    environment.policies["json.dumps_kwargs"] = {"allow_nan": False, "separators": (",", ":")}
+    return environment
 
 
-def _script_json(document: object) -> str:
-    r"""Return a document as JSON that may stand inside a script element."""
-    text = json.dumps(document, allow_nan=False, ensure_ascii=True, separators=(",", ":"))
-    for mark in "<>&":
-        text = text.replace(mark, f"\\u{ord(mark):04x}")
-    return text
-
-
-@cache
-def _script(name: str) -> Script:
-    text = _text(name)
-    digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode("ascii")
-    return Script(text, digest)
+def _sha256(script: str) -> str:
+    """Return what the policy of a page knows a script by."""
+    return base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii")
 
 
 @cache

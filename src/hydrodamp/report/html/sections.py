@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import base64
 import platform
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from hydrodamp.identification.grades import Grade, Identifiability
+from hydrodamp.report.documents import provenance_of
 from hydrodamp.report.fit_tables import fit_grid
 from hydrodamp.report.gallery.findings import Picture
-from hydrodamp.report.grid import Column, Grid, percent
+from hydrodamp.report.grid import Grid
 from hydrodamp.validation.compare import Comparison, Row
 
 COEFFICIENTS = 2500
@@ -57,29 +58,23 @@ class PageImage:
 
 def grade_grid(found: Identifiability) -> Grid:
     """Return how many coefficients of each axis have which grade."""
-    columns = (
-        Column("axis", number=False),
-        Column("rank"),
-        Column("response predicted"),
-        Column("enough", number=False),
-        *(Column(grade.word) for grade in Grade),
+    title = (
+        f"Coefficients of {found.model.key} by how well they are known, by the log and by the fit; "
+        "the response is the force at each moment, predicted on stretches of the training log that "
+        "were held out"
     )
-    return Grid(
-        title=f"Coefficients of {found.model.key} by how well they are known, by the log and by "
-        "the fit; the response is the force at each moment, predicted on stretches of the training "
-        "log that were held out",
-        columns=columns,
-        rows=tuple(
-            (
-                one.axis,
-                f"{one.rank} of {len(one.labels)}",
-                f"{percent(100.0 * one.share)} %",
-                "yes" if one.excited else "no",
-                *map(one.count, Grade),
-            )
-            for one in found.axes
-        ),
-    )
+    header = ("axis", "rank", "response predicted", "enough", *(grade.word for grade in Grade))
+    rows = [
+        (
+            one.axis,
+            f"{one.rank} of {len(one.labels)}",
+            f"{100.0 * one.share:.0f} %",
+            "yes" if one.excited else "no",
+            *map(one.count, Grade),
+        )
+        for one in found.axes
+    ]
+    return Grid.of_words(title, header, "lrrlrrr", rows)
 
 
 @dataclass(frozen=True)
@@ -91,33 +86,29 @@ class Origin:
     settings: Grid
 
 
-def origin(comparison: Comparison, provenance: Mapping[str, object]) -> Origin:
+def origin(comparison: Comparison) -> Origin:
     """Return where a comparison comes from: vehicle, files, versions and settings."""
     import hydrodamp
 
-    words = {key: str(value) for key, value in provenance.items() if str(value)}
-    facts = [
-        (key.replace("_", " "), text)
-        for key, text in words.items()
-        if key not in ("files", "warnings")
-    ]
-    stamps = {row.fit.damping.vehicle for row in comparison.rows}
-    facts += [
-        (
-            "coefficients belong to",
-            f"{stamp.name}: weight {stamp.weight:g} N, buoyancy {stamp.buoyancy:g} N, digest of "
-            f"the mass matrix {stamp.mass_matrix_digest or 'unknown'}",
-        )
-        for stamp in stamps
-        if stamp is not None
-    ]
+    words = {key: text for key, text in provenance_of(comparison).items() if text}
+    files = words.pop("files", "").splitlines()
+    facts = [(key.replace("_", " "), text) for key, text in words.items() if key != "warnings"]
+    for stamp in dict.fromkeys(row.fit.damping.vehicle for row in comparison.rows):
+        if stamp is not None:
+            mass = f"digest of the mass matrix {stamp.mass_matrix_digest or 'unknown'}"
+            forces = f"weight {stamp.weight:g} N, buoyancy {stamp.buoyancy:g} N"
+            facts.append(("coefficients belong to", f"{stamp.name}: {forces}, {mass}"))
     made = f"hydrodamp {hydrodamp.__version__}, Python {platform.python_version()}"
-    lines = (line.strip().partition("  ") for line in words.get("files", "").splitlines())
-    files = [(name or digest, digest if name else "") for digest, _, name in lines if digest]
+    read = [(name or digest, digest if name else "") for digest, name in map(_digest, files)]
     settings = {row.method: row.fit.provenance.get("settings") for row in comparison.rows[::-1]}
     used = [(method, settings[method]) for method in comparison.methods if settings[method]]
     return Origin(
         facts=(*facts, ("report made by", made)),
-        files=Grid.of_words("Files that were read", ("file", "SHA-256"), "ll", files),
+        files=Grid.of_words("Files that were read", ("file", "SHA-256"), "ll", read),
         settings=Grid.of_words("Settings of the methods", ("method", "settings"), "ll", used),
     )
+
+
+def _digest(line: str) -> tuple[str, str]:
+    digest, _, name = line.strip().partition("  ")
+    return digest, name
