@@ -221,10 +221,10 @@ def correlation(covariance: FloatArray) -> FloatArray:
     return found
 
 
-def correlated_pairs(covariance: FloatArray, least: float = 0.0) -> list[Pair]:
-    """Return the pairs of coefficients whose errors are correlated."""
+def correlated_pairs(covariance: FloatArray) -> list[Pair]:
+    """Return the pairs of coefficients whose errors are correlated, the most correlated first."""
     found = np.nan_to_num(np.triu(correlation(covariance), 1))
-    first, second = np.nonzero((np.abs(found) >= least) & (found != 0.0))
+    first, second = np.nonzero(found)
     values = found[first, second]
     order = np.argsort(-np.abs(values), kind="stable")
     places = zip(first[order].tolist(), second[order].tolist(), strict=True)
