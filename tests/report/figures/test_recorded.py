@@ -7,10 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings, strategies as st
 
 import hydrodamp as hd
-from hydrodamp.report.figures.traces import PAIRS, clock, extremes, trace
+from hydrodamp.report.figures.traces import POINTS, clock, trace
 
 from .conftest import labels
 
@@ -127,44 +126,22 @@ def test_a_log_with_nothing_to_draw_is_refused():
         hd.velocities_figure(hd.Log(np.arange(5.0), np.zeros((5, 6)), velocity_names=()))
 
 
-@settings(max_examples=60, deadline=None)
-@given(n=st.integers(1, 400), most=st.integers(1, 40), seed=st.integers(0, 9), gaps=st.booleans())
-def test_every_bin_of_a_line_keeps_its_extremes(n, most, seed, gaps):
-    rng = np.random.default_rng(seed)
-    values = rng.standard_normal(n)
-    if gaps:
-        values[rng.random(n) < 0.3] = np.nan
-    kept = extremes(values, most)
-    assert np.all(np.diff(kept) > 0)
-    assert (kept[0], kept[-1]) == (0, n - 1)
-    assert len(kept) <= max(2 * most + 2, 2)
-    length = 1 if n <= 2 * most else -(-n // most)
-    for start in range(0, n, length):
-        whole = values[start : start + length]
-        shown = values[kept[kept // length == start // length]]
-        if np.isfinite(whole).any():
-            assert np.nanmin(shown) == np.nanmin(whole)
-            assert np.nanmax(shown) == np.nanmax(whole)
-        else:
-            assert np.isnan(shown).all()
-
-
 def test_a_spike_in_a_million_samples_is_drawn():
     n = 1_000_000
     velocity = np.zeros((n, 6))
     velocity[654_321, 0] = 7.0
     log = hd.Log(np.arange(n) * 0.01, velocity)
     time, line = trace(log, log.velocity[:, 0])
-    assert len(time) <= 2 * PAIRS + 3
+    assert len(time) == POINTS
     assert np.nanmax(line) == 7.0
-    assert time[np.nanargmax(line)] == pytest.approx(6543.21)
+    assert time[np.nanargmax(line)] == pytest.approx(6543.21, abs=13.0)
 
 
 def test_lines_break_at_joins_and_the_clock_leaps_none():
     log = hd.Log.from_arrays([5, 6, 7, 90, 92], {"u": [1.0, 2, 3, 4, 5]}, segment="aaabb")
     _, line = trace(log, log.velocity[:, 0])
     assert clock(log).tolist() == [0.0, 1.0, 2.0, 2.0, 4.0]
-    assert np.flatnonzero(np.isnan(line)).tolist() == [3, 6]
+    assert np.flatnonzero(np.isnan(line)).tolist() == [3]
     assert line[~np.isnan(line)].tolist() == [1, 2, 3, 4, 5]
 
 

@@ -18,7 +18,7 @@ from hydrodamp.report.gallery.folder import (
     write_findings,
     write_gallery,
 )
-from hydrodamp.report.words import remarks, verdict
+from hydrodamp.report.words import verdict
 
 
 @pytest.fixture
@@ -39,12 +39,9 @@ def test_findings_read_back_as_they_were(examined, home):
     np.testing.assert_array_equal(band.upper, before.upper)
     assert (band.level, band.diverged) == (0.95, before.diverged)
     np.testing.assert_allclose(band.velocity, before.velocity, atol=1e-9)
-    grades = examined.findings.identifiability
-    assert verdict(table, found.identifiability) == verdict(examined.table, grades)
-    assert remarks(table) == remarks(examined.table)
-    for row, before in zip(table.rows, examined.table.rows, strict=True):
-        assert str(row.fit.uncertainty) == str(before.fit.uncertainty)
-        assert row.fit.sentences == before.fit.sentences
+    assert verdict(table, found.identifiability) == verdict(
+        examined.table, examined.findings.identifiability
+    )
 
 
 def test_the_report_made_again_is_the_same_file(examined, home):
@@ -121,30 +118,18 @@ def test_spoilt_files_are_refused(home, path, old, new, words):
         read_findings(home, hd.read_comparison(home))
 
 
-@pytest.mark.parametrize(
-    ("spoil", "words"),
-    [
-        (lambda path: path.unlink(), "excitation.svg is not there"),
-        (lambda path: path.write_text("<html>", "utf-8"), "is no picture of hydrodamp"),
-        (lambda path: path.write_text('<svg width="0pt" height="9pt">', "utf-8"), "is no picture"),
-    ],
-)
-def test_a_picture_that_was_spoilt_is_left_out_with_a_sentence(examined, home, spoil, words):
-    before = examined.findings.gallery.pictures
-    spoil(home / "figures" / "excitation.svg")
-    found = read_findings(home, hd.read_comparison(home))
-    assert {one.name for one in before} - {one.name for one in found.gallery.pictures} == {
-        "excitation"
-    }
-    (said,) = found.gallery.not_drawn
-    assert said.startswith("Excitation by axis: ")
-    assert words in said
-    assert said.endswith(".")
-    text = hd.write_report(home, home / "report.html").read_text("utf-8")
-    assert words in text
+@pytest.mark.parametrize("content", [None, b"<html>", b'<svg width="0pt" height="9pt">'])
+def test_a_picture_that_was_spoilt_is_left_out_with_a_sentence(home, content):
+    drawing = home / "figures" / "excitation.svg"
+    drawing.unlink() if content is None else drawing.write_bytes(content)
+    gallery = read_findings(home, hd.read_comparison(home)).gallery
+    assert "excitation" not in [one.name for one in gallery.pictures]
+    (said,) = gallery.not_drawn
+    assert said.startswith("Excitation by axis: excitation.svg is not there or is no picture")
+    assert said.endswith("Run the command again that wrote the folder.")
 
 
-def test_a_band_of_something_else_is_refused(examined, home):
+def test_a_band_of_something_else_is_refused(home):
     table, path = hd.read_comparison(home), home / "band.npz"
     with np.load(path) as arrays:
         found = dict(arrays)
@@ -155,9 +140,6 @@ def test_a_band_of_something_else_is_refused(examined, home):
         path.write_bytes(content)
         with pytest.raises(hd.FileError, match=r"band\.npz: is no band of hydrodamp"):
             read_findings(home, table)
-    np.savez(path, lower=found["lower"])
-    with pytest.raises(hd.FileError, match=r"band\.npz: is no band of hydrodamp"):
-        read_findings(home, table)
 
 
 def test_why_there_are_no_grades_reads_back(examined, tmp_path):

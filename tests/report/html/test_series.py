@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from hydrodamp.report.html.series import Bins, series
+from hydrodamp.report.figures.traces import Bins
+from hydrodamp.report.html.series import series
 
 
 def unpacked(packed: dict[str, object]) -> np.ndarray:

@@ -13,7 +13,7 @@ from hydrodamp.identification.adaptive import History
 from hydrodamp.models.damping import Damping
 from hydrodamp.report.figures.axes import coefficient_symbol, shown, signed_scale, velocity_unit
 from hydrodamp.report.figures.look import FAINT, SERIES, in_our_look, stacked
-from hydrodamp.report.figures.traces import extremes
+from hydrodamp.report.figures.traces import Bins
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -28,8 +28,8 @@ _LEAP = 5.0
 # Share of the velocity errors within the panel: what is beyond is the start.
 _USUAL = 0.995
 
-# Bins of a line, of which a panel has many.
-_PAIRS = 250
+# Points of a line, of which a panel has many.
+_POINTS = 500
 
 
 @in_our_look
@@ -123,5 +123,5 @@ def _errors(panel: Axes, time: FloatArray, errors: FloatArray, names: tuple[str,
 
 
 def _line(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    kept = extremes(values, _PAIRS)
-    return time[kept], values[kept]
+    bins = Bins.over([(0, len(time))], _POINTS)
+    return bins.times(time), bins.values(values)

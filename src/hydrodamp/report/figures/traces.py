@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,8 +15,8 @@ from hydrodamp.report.figures.look import FAINT, plain
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# Bins of a line: more than twice as many as fit beside each other across a column.
-PAIRS = 800
+# Points of a line: more than twice as many as fit beside each other across a column.
+POINTS = 1600
 
 # Segments whose names are written; of more, the number is.
 MOST_NAMED = 8
@@ -24,17 +25,58 @@ MOST_NAMED = 8
 _LETTERS = 56
 
 
-def extremes(values: FloatArray, most: int = PAIRS) -> IntArray:
-    """Return which samples to draw so that a line looks like all of them."""
-    n = len(values)
-    if n <= 2 * most:
-        return np.arange(n)
-    length = -(-n // most)
-    bins = np.append(values, np.full(-n % length, np.nan)).reshape(-1, length)
-    starts = np.arange(0, n, length)
-    low = np.argmin(np.where(np.isnan(bins), np.inf, bins), axis=1)
-    high = np.argmax(np.where(np.isnan(bins), -np.inf, bins), axis=1)
-    return np.unique(np.concatenate([[0, n - 1], starts + low, starts + high]))
+@dataclass(frozen=True)
+class Bins:
+    """Stretches of samples, each drawn by its lowest and its highest value."""
+
+    starts: IntArray
+    stops: IntArray
+    joins: IntArray  # the stretches that begin a segment, without the first
+
+    @classmethod
+    def over(cls, bounds: Sequence[tuple[int, int]], points: int) -> Bins:
+        """Return stretches of equal length that together have about so many points."""
+        n = sum(stop - start for start, stop in bounds)
+        edges = [
+            np.arange(start, stop + 1)
+            if n <= points
+            else np.linspace(
+                start,
+                stop,
+                min(max(round(points / 2 * (stop - start) / n), 1), stop - start) + 1,
+            ).astype(np.intp)
+            for start, stop in bounds
+        ]
+        return cls(
+            starts=np.concatenate([each[:-1] for each in edges]),
+            stops=np.concatenate([each[1:] for each in edges]),
+            joins=np.cumsum([len(each) - 1 for each in edges])[:-1],
+        )
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether every stretch is one sample."""
+        return bool(np.all(self.stops - self.starts == 1))
+
+    def times(self, time: FloatArray) -> FloatArray:
+        """Return the first and the last time of each stretch, and one between segments."""
+        between = 0.5 * (time[self.starts[self.joins]] + time[self.stops[self.joins - 1] - 1])
+        return self._in_row(time[self.starts], time[self.stops - 1], between)
+
+    def values(self, series: FloatArray) -> FloatArray:
+        """Return the extremes of each stretch, in the sense in which it runs."""
+        ends = np.column_stack([self.starts, self.stops]).ravel()
+        joined = np.append(series, np.nan)  # an index one past the end must be there
+        low, high = (each.reduceat(joined, ends)[0::2] for each in (np.fmin, np.fmax))
+        falling = series[self.starts] > series[self.stops - 1]
+        gaps = np.full(len(self.joins), np.nan)
+        first, second = np.where(falling, high, low), np.where(falling, low, high)
+        return self._in_row(first, second, gaps)
+
+    def _in_row(self, first: FloatArray, second: FloatArray, gaps: FloatArray) -> FloatArray:
+        pairs = first[:, None] if self.is_exact else np.column_stack([first, second])
+        laid: FloatArray = np.insert(pairs.ravel(), self.joins * pairs.shape[1], gaps)
+        return laid
 
 
 def clock(log: Log) -> FloatArray:
@@ -46,15 +88,8 @@ def clock(log: Log) -> FloatArray:
 
 def trace(log: Log, *channels: FloatArray) -> tuple[FloatArray, ...]:
     """Return the time and the channels that draw as all samples would, broken at joins."""
-    time, parts = clock(log), []
-    for segment in log.segments:
-        part = slice(segment.start, segment.stop)
-        share = max(round(PAIRS * len(segment) / log.n), 1)
-        kept = np.unique(np.concatenate([extremes(one[part], share) for one in channels]))
-        columns = np.array([one[part][kept] for one in (time, *channels)])
-        join = np.concatenate([columns[:1, -1:], np.full((len(channels), 1), np.nan)])
-        parts += [columns, join]
-    return tuple(np.concatenate(parts, axis=1))
+    bins = Bins.over([(part.start, part.stop) for part in log.segments], POINTS)
+    return bins.times(clock(log)), *map(bins.values, channels)
 
 
 def mark_segments(panels: Sequence[Axes], log: Log) -> None:

@@ -8,10 +8,11 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from hydrodamp.arrays import FloatArray, IntArray
+from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.axes import VELOCITIES
 from hydrodamp.data.log import Log
 from hydrodamp.report.figures.look import colour_of, looks_of
+from hydrodamp.report.figures.traces import Bins
 from hydrodamp.report.gallery.captions import said_of_band
 from hydrodamp.report.gallery.findings import chosen_row, models_of
 from hydrodamp.validation.bands import PredictionBand
@@ -46,60 +47,6 @@ class Series:
     said_of_band: str
     left_out: int
     is_thinned: bool
-
-
-@dataclass(frozen=True)
-class Bins:
-    """Stretches of samples, each drawn by its lowest and its highest value."""
-
-    starts: IntArray
-    stops: IntArray
-    joins: IntArray  # the stretches that begin a segment, without the first
-
-    @classmethod
-    def over(cls, bounds: Sequence[tuple[int, int]], points: int) -> Bins:
-        """Return stretches of equal length that together have about so many points."""
-        n = sum(stop - start for start, stop in bounds)
-        edges = [
-            np.arange(start, stop + 1)
-            if n <= points
-            else np.linspace(
-                start,
-                stop,
-                min(max(round(points / 2 * (stop - start) / n), 1), stop - start) + 1,
-            ).astype(np.intp)
-            for start, stop in bounds
-        ]
-        return cls(
-            starts=np.concatenate([each[:-1] for each in edges]),
-            stops=np.concatenate([each[1:] for each in edges]),
-            joins=np.cumsum([len(each) - 1 for each in edges])[:-1],
-        )
-
-    @property
-    def is_exact(self) -> bool:
-        """Whether every stretch is one sample."""
-        return bool(np.all(self.stops - self.starts == 1))
-
-    def times(self, time: FloatArray) -> FloatArray:
-        """Return the first and the last time of each stretch, and one between segments."""
-        between = 0.5 * (time[self.starts[self.joins]] + time[self.stops[self.joins - 1] - 1])
-        return self._in_row(time[self.starts], time[self.stops - 1], between)
-
-    def values(self, series: FloatArray) -> FloatArray:
-        """Return the extremes of each stretch, in the sense in which it runs."""
-        ends = np.column_stack([self.starts, self.stops]).ravel()
-        joined = np.append(series, np.nan)  # an index one past the end must be there
-        low, high = (each.reduceat(joined, ends)[0::2] for each in (np.fmin, np.fmax))
-        falling = series[self.starts] > series[self.stops - 1]
-        gaps = np.full(len(self.joins), np.nan)
-        first, second = np.where(falling, high, low), np.where(falling, low, high)
-        return self._in_row(first, second, gaps)
-
-    def _in_row(self, first: FloatArray, second: FloatArray, gaps: FloatArray) -> FloatArray:
-        pairs = first[:, None] if self.is_exact else np.column_stack([first, second])
-        laid: FloatArray = np.insert(pairs.ravel(), self.joins * pairs.shape[1], gaps)
-        return laid
 
 
 @dataclass(frozen=True)
