@@ -5,6 +5,7 @@ import threading
 import time
 
 import pytest
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from hydrodamp.simulation.parallel import each
 
@@ -72,3 +73,14 @@ def test_ctrl_c_does_not_wait_for_work_that_is_not_done() -> None:
         each(long, [()] * 5)
     assert not over.is_set()
     over.set()
+
+
+def test_blas_keeps_to_the_thread_that_calls_it() -> None:
+    """Threads of BLAS beside ours took the demo two and a half times as long."""
+
+    def threads() -> set[int]:
+        return {library["num_threads"] for library in threadpool_info()}
+
+    with threadpool_limits(limits=2):
+        assert each(threads, [(), ()]) == ({1}, {1})
+        assert threads() == {2}

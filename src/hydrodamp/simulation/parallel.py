@@ -18,7 +18,22 @@ def each(
     calls: Sequence[tuple[Any, ...]],
     done: Callable[[Result], None] | None = None,
 ) -> tuple[Result, ...]:
-    """Call ``work`` with each tuple of arguments, on as many threads as cores."""
+    """Call ``work`` with each tuple of arguments, on as many threads as cores.
+
+    BLAS keeps to the thread that calls it meanwhile: threads of its own beside ours take
+    several times as long.
+    """
+    from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
+
+    with threadpool_limits(limits=1):
+        return _each(work, calls, done)
+
+
+def _each(
+    work: Callable[..., Result],
+    calls: Sequence[tuple[Any, ...]],
+    done: Callable[[Result], None] | None,
+) -> tuple[Result, ...]:
     executor = ThreadPoolExecutor(max_workers=os.cpu_count())
     futures: list[Future[Result]] = []
     told: set[Future[Result]] = set()
