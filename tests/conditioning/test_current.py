@@ -144,7 +144,7 @@ def test_one_heading_tells_nothing() -> None:
     log = survey().between(0, 150)
     found = estimate_current(log)
     assert not found.determined
-    with pytest.raises(LogError, match="the headings of the log do not tell its current"):
+    with pytest.raises(LogError, match="the headings of the log do not determine its current"):
         without_current(log)
 
 

@@ -107,7 +107,7 @@ def test_an_unknown_velocity_is_refused_with_the_nearest() -> None:
     ("fields", "says"),
     [
         ({"time": [0, 1, 2]}, r"`velocity` must have shape \(3, 6\)"),
-        ({"velocity": STILL * np.nan}, "`u` must be finite; it is no number in row 1"),
+        ({"velocity": STILL * np.nan}, "`u` must be finite; it is not a number in row 1"),
         ({"time": [0, 1, 1, 2]}, "`time` must increase; it repeats 1 s in row 3"),
         ({"attitude": np.full((4, 4), 0.4)}, "qw qx qy qz must have norm 1; it is 0.8 in row 1"),
         ({"segments": (Segment("a", 0, 3),)}, "must follow one another from 0 to 4"),

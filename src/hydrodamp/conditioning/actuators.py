@@ -34,7 +34,7 @@ def delayed(log: Log, seconds: Mapping[str, float]) -> Log:
     Returns
     -------
     log : Log
-        Its notes tell the dead times.
+        Its notes give the dead times.
 
     Raises
     ------
@@ -63,7 +63,7 @@ def lagged(log: Log, seconds: Mapping[str, float]) -> Log:
     Returns
     -------
     log : Log
-        Its notes tell the time constants.
+        Its notes give the time constants.
 
     Raises
     ------
@@ -96,7 +96,7 @@ def beyond_dead_zone(log: Log, zones: Mapping[str, tuple[float, float]]) -> Log:
     -------
     log : Log
         Zero within the zone, the distance to its nearer end beyond, with its sign; its notes
-        tell the zones.
+        give the zones.
 
     Raises
     ------

@@ -17,7 +17,7 @@ LEAST_LEAP = np.radians(2.0)
 
 
 def steady_attitude(log: Log, *, window: int = 7, threshold: float = 6.0) -> Log:
-    """Take out samples of attitude that leap there and back, and let signs follow on.
+    """Take out samples of attitude that leap there and back, and make signs continuous.
 
     Parameters
     ----------
@@ -54,12 +54,12 @@ def steady_attitude(log: Log, *, window: int = 7, threshold: float = 6.0) -> Log
     if not flipped.any():
         return made
     jumps = int(np.count_nonzero(flipped[1:] != flipped[:-1]))
-    note = counted("quaternion signs", ATTITUDE, jumps, made.n, "jumped, made to follow on")
+    note = counted("quaternion signs", ATTITUDE, jumps, made.n, "changed sign, made continuous")
     return dataclasses.replace(made, attitude=followed).noted(note)
 
 
 def following(attitude: FloatArray, bounds: IntArray) -> FloatArray:
-    """Return the same attitudes with signs that follow on within each segment."""
+    """Return the same attitudes with continuous signs within each segment."""
     along = np.sum(attitude[1:] * attitude[:-1], axis=1)
     sign = np.concatenate(([1.0], np.where(along < 0, -1.0, 1.0)))
     sign[bounds[:, 0]] = 1.0

@@ -23,7 +23,7 @@ from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError
 
 _LARGEST_ERROR = 0.1  # m/s, a standard error beyond which a current is not determined
-_LEAST_TURNED = 0.05  # headings that differ less lie within some 20 degrees, and do not tell it
+_LEAST_TURNED = 0.05  # headings that differ less lie within some 20 degrees
 _HUBER = 1.345  # robust standard deviations; 95 % efficient under normal noise
 _ROUNDS = 15
 _TINY = 1e-4  # m/s; no Doppler log is better
@@ -93,8 +93,8 @@ class Current:
         lines = ["    time [s]  north [m/s]   east [m/s]"]
         for row in np.unique(np.linspace(0, len(self.time) - 1, 12).astype(int)).tolist():
             pairs = zip(self.velocity[row], self.standard_error[row], strict=True)
-            told = "  ".join(f"{value:6.3f}±{error:.3f}" for value, error in pairs)
-            lines.append(f"{self.time[row]:12.6g} {told}")
+            numbers = "  ".join(f"{value:6.3f}±{error:.3f}" for value, error in pairs)
+            lines.append(f"{self.time[row]:12.6g} {numbers}")
         return "\n".join(lines)
 
 
@@ -122,8 +122,8 @@ def estimate_current(
     Returns
     -------
     current : Current
-        Look at its standard errors: along a single heading there is no telling a current
-        from a faster vehicle.
+        Look at its standard errors: along a single heading a current cannot be
+        distinguished from a faster vehicle.
 
     Raises
     ------
@@ -175,7 +175,7 @@ def without_current(log: Log, current: Current | None = None) -> Log:
     Returns
     -------
     log : Log
-        Recorded accelerations follow; the position stays as it was. Its notes tell the
+        Recorded accelerations follow; the position stays as it was. Its notes give the
         current.
 
     Raises
@@ -198,8 +198,9 @@ def without_current(log: Log, current: Current | None = None) -> Log:
     if current is None and not given.determined:
         worst = float(given.standard_error.max())
         fault = (
-            f"the headings of the log do not tell its current: they differ by {given.turned:.2g}"
-            f" (0 one heading, 1 there and back), a standard error is {worst:.2g} m/s."
+            f"the headings of the log do not determine its current: they differ by"
+            f" {given.turned:.2g} (0 one heading, 1 there and back), a standard error is"
+            f" {worst:.2g} m/s."
             " Give a `current`, or a log with courses on several headings"
         )
         raise LogError(fault, source=log.source)
@@ -243,12 +244,14 @@ def _slope(log: Log, current: Current) -> FloatArray:
 
 def _refuse(log: Log, spacing: float, drift: float) -> None:
     faults = [
-        f"there is no velocity `{name}`; a current is told from u and v on several headings"
+        f"there is no velocity `{name}`; a current is estimated from u and v on several headings"
         for name in ("u", "v")
         if name not in log.velocity_names
     ]
     if log.attitude is None:
-        faults.append("there is no attitude; a current is told from u and v on several headings")
+        faults.append(
+            "there is no attitude; a current is estimated from u and v on several headings"
+        )
     if not (spacing > 0 and np.isfinite(drift) and drift >= 0):
         faults.append(
             f"`spacing` must be positive [s] and `drift` zero or positive [m/s]; got {spacing:g}"

@@ -28,7 +28,7 @@ def mask_frozen(log: Log, *, seconds: float = 1.0) -> Log:
     -------
     log : Log
         The first sample of a run is kept. A velocity that never changes at all is left
-        alone: :func:`~hydrodamp.conditioning.suspicions.suspicions` speaks of it.
+        alone: :func:`~hydrodamp.conditioning.suspicions.suspicions` reports it.
 
     Examples
     --------

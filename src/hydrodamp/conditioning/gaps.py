@@ -33,7 +33,7 @@ class _Gaps(NamedTuple):
 
 
 def measured(log: Log) -> dict[str, FloatArray]:
-    """Return what sensors wrote, column by column; attitude and commands stand apart."""
+    """Return what sensors wrote, column by column, without attitude and commands."""
     sensed = {name for names in _SENSED.values() for name in names}
     return {name: values for name, values in columns_of(log).items() if name in sensed}
 
@@ -124,7 +124,7 @@ def _without_rows(log: Log, cut: BoolArray, reason: str) -> Log:
 
 
 def _pieces(part: Segment, cut: BoolArray) -> Iterator[Segment]:
-    """Yield what is left of a segment, numbered where it fell apart."""
+    """Yield what is left of a segment, numbered where there are several."""
     keep = np.concatenate(([False], ~cut[part.start : part.stop], [False]))
     edges = (np.flatnonzero(keep[1:] != keep[:-1]) + part.start).tolist()
     spans = [(a, b) for a, b in zip(edges[::2], edges[1::2], strict=True) if b - a >= 2]

@@ -1,4 +1,4 @@
-"""Roll from fin mixing: an autopilot that allows for roll in its fins tells the roll."""
+"""Roll from the fins of an autopilot that mixes their commands to allow for roll."""
 
 from __future__ import annotations
 
@@ -110,7 +110,7 @@ def roll_from_mixing(
     -------
     log : Log
         With a roll of 60 degrees at most; where fins stood at a stop it is interpolated,
-        and its notes tell how often.
+        and its notes say how often.
 
     Raises
     ------

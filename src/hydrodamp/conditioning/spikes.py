@@ -15,7 +15,7 @@ from hydrodamp.errors import LogError, did_you_mean
 #: Clocks and values of windows, shape (m, w, ...) -> how far off each sample is, shape (m, w).
 Off = Callable[[FloatArray, FloatArray], FloatArray]
 
-#: A shorter stretch has no neighbours to speak of.
+#: A shorter stretch has too few neighbours to compare.
 LEAST_WINDOW = 5
 
 #: Standard deviation over median absolute deviation of a normal distribution.
@@ -46,7 +46,7 @@ def remove_spikes(
         These and commands may jump; commands are never touched.
     window : int, optional
         Samples compared, odd, five or more. A third of a window of spikes side by side is
-        the most that can be told from motion.
+        the most that can be distinguished from motion.
     threshold : float, optional
         Robust standard deviations from the median. At six, white noise has a spike in some
         ten million samples.

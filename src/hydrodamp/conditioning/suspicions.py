@@ -79,7 +79,7 @@ def suspicions(log: Log) -> tuple[Suspicion, ...]:
     Returns
     -------
     suspicions : tuple of Suspicion
-        Empty where nothing speaks against the log.
+        Empty where nothing looks wrong.
 
     Examples
     --------
@@ -159,7 +159,7 @@ def _speeds(log: Log) -> Iterator[Suspicion]:
     if log.position is not None and log.attitude is not None:
         ratio, ratios = path_ratios(log.time, log.velocity, log.attitude, log.position, log.bounds)
     if looks := _unit(ratio, _SPEEDS):
-        evidence = f"the way it makes is {ratio:.3g} times that of the position"
+        evidence = f"its path is {ratio:.3g} times as long as that of the position"
         yield Suspicion(called, f"is {looks}", evidence)
         return
     alone = [*_speeds_alone(ratios, recorded)]
@@ -177,7 +177,7 @@ def _speeds_alone(ratios: FloatArray, recorded: list[int]) -> Iterator[Suspicion
     """Yield a velocity that is wrong beside others that are right."""
     for place in recorded:
         if looks := _unit(float(ratios[place]), _SPEEDS):
-            evidence = f"the way it makes is {ratios[place]:.3g} times its part of the position's"
+            evidence = f"its path is {ratios[place]:.3g} times its part of the position's"
             yield Suspicion(VELOCITIES[place], f"is {looks}", evidence)
 
 

@@ -127,8 +127,8 @@ def _unbounded_faults(
             row, column = np.argwhere(bad.reshape(len(block), -1))[0].tolist()
             called = columns.get(name, (name,) * (column + 1))[column]
             value = block.reshape(len(block), -1)[row, column]
-            told = "infinite" if np.isinf(value) else "no number"
-            yield f"`{called}` must be finite; it is {told} in {place(row)}"
+            kind = "infinite" if np.isinf(value) else "not a number"
+            yield f"`{called}` must be finite; it is {kind} in {place(row)}"
 
 
 def _norm_faults(attitude: FloatArray | None, place: Callable[[int], str]) -> Iterator[str]:

@@ -301,7 +301,7 @@ class Log:
         Parameters
         ----------
         *names : str
-            Segment names; the pieces of a segment that fell apart at gaps
+            Segment names; the pieces of a segment that was cut at gaps
             (``dive.1``, ``dive.2``) also answer to its own name (``dive``).
 
         Returns

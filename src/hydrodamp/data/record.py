@@ -242,7 +242,7 @@ def goes_by(segment: str, name: str) -> bool:
 
 
 def _segments(record: Record, pieces: list[tuple[int, int]]) -> tuple[Segment, ...]:
-    """Name each piece after its label or file, numbered where a label fell apart."""
+    """Name each piece after its label or file, numbered where a label has several."""
     run = np.cumsum(record.joins)
     count = np.bincount([run[a] for a, _ in pieces], minlength=1)
     seen: dict[int, int] = {}

@@ -32,8 +32,8 @@ class Topic:
         Units that the file states, spelt as there.
     faults : mapping of str to str
         What is wrong with a field, a sentence each. Such a field is not among
-        ``fields``; the fault is told to who asks for it by :meth:`numbers`, so that a
-        column nobody needs spoils no log.
+        ``fields``; :meth:`numbers` raises its fault, so that a column that nobody needs
+        does not refuse the log.
     lines : sequence of int
         The line of the file of each row; empty where the file has no lines.
 
@@ -114,8 +114,8 @@ class Topic:
         columns: dict[str, Sequence[object] | FloatArray] = {**self.fields, **self.texts}
         odd = [name for name, column in columns.items() if len(column) != self.n]
         if odd:
-            told = ", ".join(f"`{name}` {len(columns[name])}" for name in odd)
-            raise LogError(f"topic `{self.name}` must have {self.n} values a field; got {told}")
+            lengths = ", ".join(f"`{name}` {len(columns[name])}" for name in odd)
+            raise LogError(f"topic `{self.name}` must have {self.n} values a field; got {lengths}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,7 +131,7 @@ class Recording:
     format : str
         Which format it was read as, such as ``"ROS 2 bag (MCAP)"``.
     notes : tuple of str
-        What the reader met and put up with, a sentence each.
+        What the reader found odd and tolerated, a sentence each.
 
     Examples
     --------

@@ -180,8 +180,8 @@ def read_parts(
                 log = Log.from_record(record)
                 yield log if given is None else prepared(log, given.steps)
                 continue
-        told = f"{path}: part {number} has no two samples with all their values; left out"
-        warnings.warn(told, GapWarning, stacklevel=2)
+        blank = f"{path}: part {number} has no two samples with all their values; left out"
+        warnings.warn(blank, GapWarning, stacklevel=2)
 
 
 def _is_blank(part: Recording, mapping: LogMapping | None) -> bool:

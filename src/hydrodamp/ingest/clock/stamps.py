@@ -49,14 +49,14 @@ class Irregularity:
     def __str__(self) -> str:
         """Return one sentence."""
         thing = "message" if self.topic else "row"
-        told = self.oddity.value.format(
+        sentence = self.oddity.value.format(
             count=f"{self.count} {thing}{'s' if self.count != 1 else ''}",
             times="once" if self.count == 1 else f"{self.count} times",
             at=self.at,
             limit=self.limit,
             what=self.what,
         )
-        return f"`{self.topic}`: {told}" if self.topic else told
+        return f"`{self.topic}`: {sentence}" if self.topic else sentence
 
 
 @dataclass(frozen=True, eq=False)
