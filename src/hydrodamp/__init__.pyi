@@ -65,13 +65,7 @@ from .identification.differences import (
     RecordedAcceleration as RecordedAcceleration,
     SavitzkyGolay as SavitzkyGolay,
 )
-from .identification.dissipation.dissipative import Dissipative as Dissipative
-from .identification.dissipation.dissipative_set import project_dissipative as project_dissipative
-from .identification.dissipation.operating_box import (
-    OperatingBox as OperatingBox,
-    operating_box as operating_box,
-)
-from .identification.dissipation.power import WorstPower as WorstPower, worst_power as worst_power
+from .identification.dissipative import Dissipative as Dissipative
 from .identification.fit import (
     Fit as Fit,
     Method as Method,
@@ -96,6 +90,12 @@ from .identification.methods import (
 )
 from .identification.online import observe as observe
 from .identification.output_error import OutputError as OutputError, Recommended as Recommended
+from .identification.power import (
+    OperatingBox as OperatingBox,
+    WorstPower as WorstPower,
+    operating_box as operating_box,
+    worst_power as worst_power,
+)
 from .identification.prior import Prior as Prior, PriorLeastSquares as PriorLeastSquares
 from .identification.recursive import (
     RecursiveLeastSquares as RecursiveLeastSquares,

@@ -11,8 +11,7 @@ from hydrodamp.arrays import BoolArray, FloatArray, IntArray
 from hydrodamp.basis.axes import AXES, VELOCITIES, VELOCITY_OF
 from hydrodamp.basis.term import Term
 from hydrodamp.data.log import Log
-from hydrodamp.identification.dissipation.operating_box import SLOWEST_UNDER_WAY, TAIL
-from hydrodamp.identification.dissipation.power import dissipates
+from hydrodamp.identification.power import SLOWEST_UNDER_WAY, TAIL, dissipates
 from hydrodamp.models.catalog import PAPER_MODELS, catalog
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem

@@ -87,7 +87,7 @@ METHODS = {
         (_RIDGE,),
     ),
     "dissipative": MethodEntry(
-        "dissipation.dissipative.Dissipative",
+        "dissipative.Dissipative",
         "the weak form among coefficients that take power everywhere in the operating box",
         (_WEAK,),
     ),

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from hydrodamp.errors import MethodError
-from hydrodamp.identification.dissipation.dissipative import Dissipative
+from hydrodamp.identification.dissipative import Dissipative
 from hydrodamp.identification.fit import Fit, Method, attempted, empty_fit, fitted
 from hydrodamp.identification.intervals import Uncertainty
 from hydrodamp.identification.jackknife import FEWEST, replay_uncertainty

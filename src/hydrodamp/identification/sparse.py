@@ -11,8 +11,6 @@ from hydrodamp.arrays import BoolArray, FloatArray, IntArray
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.candidates import candidates, distinct, drag, kept, picked
-from hydrodamp.identification.dissipation.operating_box import operating_box
-from hydrodamp.identification.dissipation.power import PowerRows, spread, worst_power
 from hydrodamp.identification.elimination import (
     forward,
     frequencies,
@@ -21,6 +19,7 @@ from hydrodamp.identification.elimination import (
     sized,
     solved,
 )
+from hydrodamp.identification.power import PowerRows, operating_box, spread, worst_power
 from hydrodamp.identification.ridge import Ridge
 from hydrodamp.identification.search import climb
 from hydrodamp.identification.weak import WeakEquations

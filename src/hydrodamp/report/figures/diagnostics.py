@@ -9,12 +9,10 @@ import numpy as np
 
 from hydrodamp.basis.axes import AXES, VELOCITIES
 from hydrodamp.errors import MethodError
-from hydrodamp.identification.dissipation.operating_box import OperatingBox
-from hydrodamp.identification.dissipation.power import worst_power
-from hydrodamp.identification.dissipation.power_range import power_range
 from hydrodamp.identification.excitation import EXCITED
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.grades import Grade, Identifiability
+from hydrodamp.identification.power import OperatingBox, power_range, worst_power
 from hydrodamp.identification.residuals import residual_series
 from hydrodamp.report.figures.axes import velocity_label, velocity_unit
 from hydrodamp.report.figures.look import (

@@ -11,12 +11,11 @@ import numpy as np
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.adaptive import AdaptiveIdentifier
-from hydrodamp.identification.dissipation.operating_box import TAIL, operating_box
-from hydrodamp.identification.dissipation.power import worst_power
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.grades import Identifiability
 from hydrodamp.identification.intervals import CORRELATED, correlated_pairs
 from hydrodamp.identification.methods import METHODS
+from hydrodamp.identification.power import TAIL, operating_box, worst_power
 from hydrodamp.identification.residuals import diagnose
 from hydrodamp.report.figures.axes import wrench_unit
 from hydrodamp.report.figures.coefficients import coefficients_figure, correlation_figure

@@ -1,1 +1,0 @@
-"""Least squares under the constraint that damping takes power out of the vehicle."""

@@ -1,0 +1,246 @@
+"""Dissipative least squares: search, price, margin, and what cannot be."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.identification.dissipative import Dissipating, Dissipative, Planes
+from hydrodamp.identification.power import OperatingBox, PowerRows, operating_box, worst_power
+from hydrodamp.identification.rows import Differenced
+
+EXACT = Differenced(hd.RecordedAcceleration())
+UNIT = OperatingBox([-1] * 6, [1] * 6)
+UNDER_WAY = OperatingBox([1, -0.5, -0.2, -0.1, -0.2, -0.4], [3, 0.5, 0.2, 0.1, 0.2, 0.4])
+HOVERING = OperatingBox(-UNDER_WAY.high, UNDER_WAY.high)
+LINEAR, PRESTERO = hd.catalog["linear"], hd.catalog["prestero"]
+PLANAR = LINEAR.restricted_to("XYN")
+
+
+def inside(box: OperatingBox, n: int = 20_000) -> np.ndarray:
+    return box.at(np.random.default_rng(0).uniform(size=(n, 6)))
+
+
+def drag(model: hd.DampingModel) -> hd.Damping:
+    """Return drag on the own velocity of each axis, zero elsewhere."""
+    own = {f"{axis}_{nu}" for axis, nu in zip(hd.AXES, hd.VELOCITIES, strict=True)}
+    own |= {f"{label}|{label[-1]}|" for label in own}
+    return hd.Damping(model, [-20.0 if label in own else 0.0 for label in model.labels])
+
+
+@pytest.fixture
+def pushing(exact_log):
+    """A log of damping that pushes in sway, and its problem."""
+
+    def build(vehicle, model=LINEAR, forward=3.0, n=900):
+        values = drag(model).as_dict()
+        values["Y_v"] = 5.0
+        log = exact_log(hd.Damping.from_dict(model, values), forward=forward, n=n)
+        return hd.prepare(vehicle, log, model)
+
+    return build
+
+
+def nearest(damping, box, root=None, reserve=None, **more) -> Dissipating:
+    """Return the nearest coefficients that dissipate, by default in the plain norm."""
+    planes = Planes(PowerRows(damping.model), box, np.zeros((6, 6)) if reserve is None else reserve)
+    n = damping.model.n_coefficients
+    return planes.nearest(np.eye(n) if root is None else root, damping.coefficients, **more)
+
+
+def test_the_nearest_linear_damping_around_rest_is_highams(true_damping):
+    """Frobenius norm: keep the antisymmetric part, drop positive eigenvalues (Higham 1988)."""
+    damping = true_damping(PLANAR)
+    matrix = damping.coefficients.reshape(3, 3)
+    values, vectors = np.linalg.eigh((matrix + matrix.T) / 2)
+    expected = (matrix - matrix.T) / 2 + (vectors * np.minimum(values, 0.0)) @ vectors.T
+    found = nearest(damping, UNIT)
+    assert found.done
+    np.testing.assert_allclose(found.coefficients.reshape(3, 3), expected, atol=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("key", "box"),
+    [
+        *((key, UNDER_WAY) for key in ("mcfarland-whitcomb", "coe", "prestero", "gertler-hagen")),
+        *((key, HOVERING) for key in ("fossen", "prestero")),
+    ],
+)
+def test_no_velocity_of_the_box_pushes(key, box, true_damping):
+    damping = true_damping(hd.catalog[key])
+    found = nearest(damping, box)
+    power = replace(damping, coefficients=found.coefficients).power(inside(box))
+    assert power.max() <= 1e-4 * np.abs(power).max()
+
+
+def test_a_box_away_from_rest_costs_less():
+    """Forward drag pays for a coupling that no box around rest allows."""
+    damping = hd.Damping.from_dict(None, {"X_u": -2.0, "N_v": 1.0, "N_r": -0.1})
+    away = OperatingBox([1, -0.5, 0, 0, 0, -0.5], [2, 0.5, 0, 0, 0, 0.5])
+    around = OperatingBox([-2, *away.low[1:]], away.high)
+    np.testing.assert_allclose(nearest(damping, away).coefficients, damping.coefficients)
+    assert abs(nearest(damping, around).coefficients[1]) < 1e-2
+
+
+def test_the_metric_says_which_coefficient_gives_way():
+    """u v (X_v + Y_u) = 0 around rest: the dear one stays."""
+    damping = hd.Damping.from_dict(None, {"X_v": 1.0, "Y_u": 1.0})
+    found = nearest(damping, UNIT, np.diag([1.0, 1e2]))
+    np.testing.assert_allclose(found.coefficients, [-1.0, 1.0], atol=1e-2)
+
+
+def test_a_reserve_is_kept():
+    damping = hd.Damping.from_dict(None, {"X_u": -0.5, "N_r": -3.0})
+    found = nearest(damping, UNIT, reserve=np.diag([1.0, 0, 0, 0, 0, 1.0]))
+    np.testing.assert_allclose(found.coefficients, [-1.0, -3.0], atol=1e-3)
+
+
+def test_a_set_without_interior_gives_the_last_coefficients_that_make_sense():
+    """Around rest N_v alone must vanish: no tightening can be met."""
+    found = nearest(hd.Damping.from_dict(None, {"X_u": -1.0, "N_v": 1.0}), UNIT)
+    np.testing.assert_allclose(found.coefficients, [-1.0, 0.0], atol=1e-2)
+
+
+def test_the_rounds_can_run_out(true_damping):
+    found = nearest(true_damping(LINEAR), UNIT, rounds=1)
+    assert not found.done
+    assert found.rounds == 1
+
+
+def test_what_dissipates_already_is_least_squares(vehicle, exact_log):
+    truth = drag(PRESTERO)
+    log = exact_log(replace(truth, coefficients=truth.coefficients), forward=3.0, n=900)
+    rng = np.random.default_rng(1)
+    problem = hd.prepare(
+        vehicle, replace(log, wrench=log.wrench + rng.normal(0, 0.3, log.wrench.shape)), PRESTERO
+    )
+    plain = hd.LeastSquares(hd.RecordedAcceleration()).identify(problem, PRESTERO)
+    fit = Dissipative(EXACT).identify(problem, PRESTERO)
+    assert worst_power(plain.damping, operating_box(problem)).power < 0
+    size = np.abs(plain.damping.coefficients).max()
+    np.testing.assert_allclose(
+        fit.damping.coefficients, plain.damping.coefficients, atol=1e-4 * size
+    )
+    assert any("costs nothing" in remark for remark in fit.remarks)
+
+
+def test_the_price_of_damping_that_pushes(vehicle, pushing):
+    problem = pushing(vehicle)
+    box = operating_box(problem)
+    method = Dissipative(EXACT, box=replace(box, low=-box.high))
+    fit = method.identify(problem, LINEAR)
+    assert fit.damping["Y_v"] == pytest.approx(0.0, abs=0.05)
+    assert fit.damping["N_r"] == pytest.approx(-20.0, rel=0.2)
+    assert fit.remarks[1].startswith("The constraint costs")
+    assert "Y" in fit.remarks[1]
+    assert fit.damping.covariance is None
+    assert fit.status is hd.Status.OK
+
+
+def test_the_price_is_the_growth_of_the_residual(vehicle, pushing):
+    """By hand, from the rows: root mean square over axes of the growth of each."""
+    problem = pushing(vehicle)
+    noisy = replace(
+        problem.inputs,
+        wrench=problem.inputs.wrench + np.random.default_rng(0).normal(size=(900, 6)),
+    )
+    problem = replace(problem, inputs=noisy)
+    rows, box = EXACT.rows(problem), operating_box(problem)
+    plain = hd.LeastSquares(hd.RecordedAcceleration()).identify(problem, LINEAR)
+    fit = Dissipative(EXACT, box=replace(box, low=-box.high)).identify(problem, LINEAR)
+    left = [
+        np.linalg.norm(rows.design @ each.damping.matrix.T - rows.target, axis=0)
+        for each in (fit, plain)
+    ]
+    total = 100.0 * (np.sqrt(np.mean((left[0] / left[1]) ** 2)) - 1.0)
+    assert fit.remarks[1].startswith(f"The constraint costs {total:.2g} % of RMS residual (")
+
+
+def test_what_was_checked_and_left_free_is_said(vehicle, pushing):
+    table = {"X": "u", "Y N": "v r vV uv(eta-1)"}
+    model = hd.DampingModel.from_table(table, key="with-v")
+    problem = pushing(vehicle, model)
+    box = operating_box(problem)
+    around = replace(box, low=-box.high)
+    fit = Dissipative(EXACT, box=around).identify(problem, model)
+    assert fit.remarks[0].startswith("Checked by search, not proven: the worst power found on u -")
+    assert "rounds of cutting planes" in fit.remarks[0]
+    assert "2 coefficients of terms with commands" in fit.remarks[-1]
+    greatest = np.abs(fit.damping.power(inside(around))).max()
+    assert fit.damping.power(inside(around)).max() < 1e-4 * greatest
+
+
+def test_a_margin_takes_at_least_that_share_of_the_energy(vehicle, pushing):
+    problem = pushing(vehicle)
+    fit = Dissipative(EXACT, margin=0.05).identify(problem, LINEAR)
+    nu = inside(operating_box(problem))
+    energy = np.sum((nu @ vehicle.mass_matrix) * nu, axis=1)
+    assert np.max(fit.damping.power(nu) + 0.05 * energy) < 1e-3
+
+
+def test_a_margin_that_nothing_can_meet_says_what_to_loosen(vehicle, pushing):
+    model = hd.DampingModel.from_table({"X": "u", "Y": "v", "N": "v"}, key="bare")
+    problem = pushing(vehicle, LINEAR)
+    problem = hd.prepare(vehicle, problem.log, model)
+    box = OperatingBox([-1] * 6, [1] * 6)
+    with pytest.raises(hd.MethodError, match=r"lower `margin`.*such as Z_w"):
+        Dissipative(EXACT, box=box, margin=0.1).identify(problem, model)
+
+
+@pytest.mark.parametrize("margin", [-0.1, np.nan, np.inf])
+def test_a_margin_is_a_rate(margin):
+    with pytest.raises(hd.MethodError, match="`margin` must be a rate"):
+        Dissipative(margin=margin)
+
+
+def test_a_gain_stays_free(vehicle, exact_log):
+    """A rudder that pushes is no damping."""
+    truth = drag(LINEAR)
+    log = exact_log(truth, forward=3.0, n=900)
+    rudder = 0.3 * np.sign(np.sin(log.time))
+    wrench = log.wrench.copy()
+    wrench[:, 5] -= 9.2 * rudder * log.velocity[:, 0] ** 2
+    log = replace(log, wrench=wrench, command_names=("rudder",), commands=rudder[:, None])
+    model = LINEAR.with_terms({"N": "u^2*rudder", "Z": "1 down_z"})
+    fit = Dissipative(EXACT).identify(hd.prepare(vehicle, log, model), model)
+    assert fit.damping["N_u^2*rudder"] == pytest.approx(9.2, rel=1e-6)
+    assert "Left free, for they are no damping: 3 coefficients" in fit.remarks[-1]
+
+
+def test_a_model_without_damping_has_nothing_to_constrain(vehicle, exact_log):
+    model = hd.DampingModel.from_table({"X N": "1"}, key="trim")
+    problem = hd.prepare(vehicle, exact_log(drag(LINEAR), n=900), model)
+    plain = hd.LeastSquares(hd.RecordedAcceleration()).identify(problem, model)
+    fit = Dissipative(EXACT).identify(problem, model)
+    np.testing.assert_allclose(fit.damping.coefficients, plain.damping.coefficients, rtol=1e-9)
+    assert fit.remarks == ("No term is damping: there was nothing to constrain.",)
+
+
+def test_three_degrees_of_freedom(vehicle, pushing):
+    planar = replace(vehicle, axes=("X", "Y", "N"))
+    problem = pushing(planar)
+    fit = Dissipative(EXACT, box=UNIT, margin=0.01).identify(problem, LINEAR)
+    assert fit.model.labels == tuple(f"{axis}_{nu}" for axis in "XYN" for nu in "uvr")
+    matrix = fit.damping.coefficients.reshape(3, 3)
+    assert np.linalg.eigvalsh(matrix + matrix.T).max() < 0.0
+    assert " w " not in fit.remarks[0]
+
+
+def test_aliased_columns_are_named(vehicle, exact_log):
+    model = hd.catalog["uncoupled"]
+    problem = hd.prepare(vehicle, exact_log(drag(model), forward=3.0, n=900), model)
+    fit = Dissipative(EXACT).identify(problem, model)
+    assert fit.status is hd.Status.RANK_DEFICIENT
+    assert fit.rank == 24 - 2
+    assert ("X_u", "X_|u|") in fit.aliased
+    assert fit.damping["X_u"] == pytest.approx(fit.damping["X_|u|"], rel=1e-3)
+
+
+def test_too_few_samples_is_a_status(vehicle, exact_log):
+    model = hd.catalog["mcfarland-whitcomb"]
+    problem = hd.prepare(vehicle, exact_log(drag(LINEAR), n=30), model)
+    fit = Dissipative(EXACT).identify(problem, model)
+    assert fit.status is hd.Status.TOO_FEW_SAMPLES

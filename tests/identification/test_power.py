@@ -1,0 +1,175 @@
+"""Power of damping: linear in the coefficients, its worst, and the box it is sought in."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.identification.power import (
+    OperatingBox,
+    PowerRows,
+    dissipates,
+    operating_box,
+    worst_power,
+)
+
+UNDER_WAY = OperatingBox([1, -0.5, -0.2, -0.1, -0.2, -0.4], [3, 0.5, 0.2, 0.1, 0.2, 0.4])
+HOVERING = OperatingBox(-UNDER_WAY.high, UNDER_WAY.high)
+LINEAR = hd.catalog["linear"]
+
+
+def velocities(box: OperatingBox, n: int = 500, seed: int = 3) -> np.ndarray:
+    return box.at(np.random.default_rng(seed).uniform(size=(n, 6)))
+
+
+@pytest.mark.parametrize("key", list(hd.catalog))
+def test_rows_times_coefficients_is_the_power(key, true_damping):
+    damping = true_damping(hd.catalog[key])
+    rows, nu = PowerRows(damping.model), velocities(UNDER_WAY)
+    expected = damping.power(nu)  # at a propulsion ratio of one
+    scale = np.abs(expected).max()
+    np.testing.assert_allclose(rows.rows(nu) @ damping.coefficients, expected, atol=1e-12 * scale)
+    np.testing.assert_allclose(rows.power(damping.coefficients, nu), expected, atol=1e-12 * scale)
+
+
+@pytest.mark.parametrize(
+    ("term", "counted"),
+    [
+        ("u", True),
+        ("V_v|r|", True),
+        ("uv(eta-1)", False),
+        ("down_y", False),
+        ("1", False),
+        ("u|u|*rudder", False),
+        ("rpm*|rpm|", False),
+    ],
+)
+def test_what_is_damping(term, counted):
+    assert dissipates(hd.Term.parse(term)) is counted
+
+
+@pytest.mark.parametrize("key", ["mcfarland-whitcomb", "prestero", "gertler-hagen"])
+def test_absolute_values_apart_are_a_bound_on_the_power(key, true_damping):
+    """v|r| becomes v times any speed from 0 to 0.4; at the worst speeds the rows give the same."""
+    damping = true_damping(hd.catalog[key])
+    rows, nu = PowerRows(damping.model), velocities(UNDER_WAY)
+    most = rows.power(damping.coefficients, nu, UNDER_WAY)
+    assert np.all(most >= damping.power(nu) - 1e-9)
+    speeds = rows.worst_speeds(damping.coefficients, nu, UNDER_WAY)
+    assert np.all((speeds >= UNDER_WAY.nearest) & (speeds <= UNDER_WAY.extent))
+    np.testing.assert_allclose(rows.rows(nu, speeds) @ damping.coefficients, most, rtol=1e-9)
+
+
+def test_the_worst_power_of_a_quadratic_form_is_at_a_corner():
+    """X_v + Y_u = 2 couples: P = -u^2 + 2 u v + v^2 grows with v, falls with u beyond v."""
+    damping = hd.Damping.from_dict(None, {"X_u": -1, "X_v": 2, "Y_v": 1})
+    box = OperatingBox([1, -3, 0, 0, 0, 0], [4, 3, 0, 0, 0, 0])
+    worst = worst_power(damping, box)
+    assert worst.power == pytest.approx(-(3.0**2) + 2 * 3 * 3 + 3**2, rel=1e-6)
+    np.testing.assert_allclose(np.abs(worst.velocity[:2]), [3, 3], rtol=1e-3)
+    assert "W at u 3" in str(worst)
+
+
+def test_the_worst_power_inside_the_box():
+    """P = 3 r^2 - 2 |r|^3, worst at r = 1."""
+    damping = hd.Damping.from_dict(None, {"N_r": 3, "N_r|r|": -2})
+    box = OperatingBox([0, 0, 0, 0, 0, -2], [0, 0, 0, 0, 0, 2])
+    worst = worst_power(damping, box)
+    assert worst.power == pytest.approx(1.0, rel=1e-8)
+    assert abs(worst.velocity[5]) == pytest.approx(1.0, abs=1e-3)
+
+
+def test_nothing_is_worse_than_rest_for_damping_that_dissipates():
+    worst = worst_power(hd.Damping.from_dict(None, {"X_u": -1, "N_r|r|": -2}), HOVERING)
+    assert worst.power == pytest.approx(0.0, abs=1e-6)
+
+
+def test_the_search_finds_what_dense_sampling_finds(true_damping):
+    damping = true_damping(hd.catalog["gertler-hagen"])
+    worst = worst_power(damping, UNDER_WAY)
+    assert UNDER_WAY.contains(worst.velocity)
+    assert worst.power >= damping.power(velocities(UNDER_WAY, 100_000)).max()
+    assert worst.power == pytest.approx(float(damping.power(worst.velocity)))
+
+
+@pytest.fixture
+def boxed(vehicle, exact_log, true_damping):
+    def build(forward: float, **options: float) -> tuple[hd.Problem, OperatingBox]:
+        log = exact_log(true_damping(LINEAR), forward=forward)
+        problem = hd.prepare(vehicle, log, LINEAR)
+        return problem, operating_box(problem, **options)
+
+    return build
+
+
+def test_under_way_the_box_keeps_away_from_rest(boxed):
+    problem, box = boxed(3.0)
+    low, high = np.quantile(problem.inputs.velocity[:, 0], [0.01, 0.99])
+    assert box.low[0] == pytest.approx(0.75 * low)
+    assert box.high[0] == pytest.approx(1.25 * high)
+    assert box.nearest[0] == box.low[0] > 0.0
+
+
+def test_a_hovering_vehicle_has_a_box_around_rest(boxed):
+    _, box = boxed(0.0)
+    np.testing.assert_array_equal(box.low, -box.high)
+    assert not box.nearest.any()
+
+
+def test_astern_is_under_way_too(boxed):
+    _, box = boxed(-3.0)
+    assert box.low[0] < box.high[0] < 0.0
+    assert box.nearest[0] == -box.high[0]
+    assert box.extent[0] == -box.low[0]
+
+
+def test_all_but_surge_are_symmetric(boxed):
+    _, box = boxed(3.0)
+    np.testing.assert_array_equal(box.low[1:], -box.high[1:])
+
+
+def test_an_outlier_does_not_set_the_box(vehicle, exact_log, true_damping, boxed):
+    problem, box = boxed(3.0)
+    velocity = problem.log.velocity.copy()
+    velocity[100] = 40.0
+    log = replace(problem.log, velocity=velocity)
+    other = operating_box(hd.prepare(vehicle, log, LINEAR))
+    np.testing.assert_allclose(other.extent, box.extent, rtol=0.05)
+    wild = operating_box(hd.prepare(vehicle, log, LINEAR), tail=0.0)
+    assert wild.high[1] == pytest.approx(50.0)
+
+
+def test_locked_velocities_have_no_interval(vehicle, exact_log, true_damping):
+    planar = replace(vehicle, axes=("X", "Y", "N"))
+    box = operating_box(hd.prepare(planar, exact_log(true_damping(LINEAR)), LINEAR))
+    np.testing.assert_array_equal(box.extent > 0, [True, True, False, False, False, True])
+    assert "w" not in str(box)
+
+
+def test_bounds_count_as_inside():
+    box = OperatingBox([1, -1, -1, -1, -1, -1], [2, 1, 1, 1, 1, 1])
+    inside = box.contains([[1, 1, 0, 0, 0, 0], [0.9, 0, 0, 0, 0, 0]])
+    np.testing.assert_array_equal(inside, [True, False])
+    np.testing.assert_array_equal(box.at(np.full((1, 6), 0.5)), [[1.5, 0, 0, 0, 0, 0]])
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "said"),
+    [
+        ([0] * 5, [1] * 6, "`low` must have shape"),
+        ([0, 2, 0, 0, 0, 0], [1] * 6, "got v from 2 to 1"),
+        ([0] * 6, [1, 1, np.inf, 1, 1, 1], "got w from 0 to inf"),
+    ],
+)
+def test_what_is_no_box(low, high, said):
+    with pytest.raises(hd.MethodError, match=said):
+        OperatingBox(low, high)
+
+
+@pytest.mark.parametrize("options", [{"tail": 0.5}, {"tail": -0.1}, {"widening": 1.0}])
+def test_shares_are_shares(boxed, options):
+    with pytest.raises(hd.MethodError, match="`tail` must be at least 0"):
+        boxed(3.0, **options)
