@@ -118,8 +118,8 @@ def test_every_sample_is_held_out_once(log):
 
 def test_too_few_samples_for_the_folds(vehicle, log):
     short = log.between(0.0, 0.65)
-    with pytest.raises(hd.MethodError, match=r"1 of 3 leaves 5 samples .* model needs 6"):
-        cross_validate(vehicle, short, LINEAR, hd.LeastSquares(), folds=3, gap=0.0)
+    table = cross_validate(vehicle, short, LINEAR, hd.LeastSquares(), folds=3, gap=0.0)
+    assert {fold.status for fold in table.rows[0].folds} == {hd.Status.TOO_FEW_SAMPLES}
     with pytest.raises(hd.MethodError, match="too few for 5 folds 5 s apart"):
         cross_validate(vehicle, short, FOSSEN, hd.LeastSquares())
     with pytest.raises(hd.MethodError, match="no two neighbouring samples to replay"):

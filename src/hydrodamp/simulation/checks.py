@@ -13,11 +13,11 @@ from hydrodamp.basis.axes import VELOCITY_OF
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError, ProblemError, did_you_mean, list_faults
 from hydrodamp.models.model import DampingModel
-from hydrodamp.vehicle.fleet import NAMES, without_righting
 from hydrodamp.vehicle.vehicle import Vehicle
 
 if TYPE_CHECKING:
     from hydrodamp.ingest.probing.verdict import Needs
+    from hydrodamp.vehicle.fleet import without_righting
 
 _AHEAD = ("forward", "ahead", "surge", "throttle", "thrust", "rpm", "prop")
 """What names of commands that drive forward hold."""
@@ -104,6 +104,8 @@ def _ahead(recorded: Sequence[str]) -> str:
 
 def _way_out(vehicle: Vehicle, recorded: str) -> str:
     """Return how actuators and recorded commands may meet."""
+    from hydrodamp.vehicle.fleet import NAMES
+
     if vehicle.commands:
         alike = f"`commands: {{{vehicle.commands[0]}: {recorded}}}` in a mapping"
         return f"call them alike, such as {alike}"

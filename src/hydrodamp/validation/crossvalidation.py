@@ -195,7 +195,6 @@ def cross_validate(
     asked = (models,) if isinstance(models, DampingModel) else tuple(models)
     ways = tuple(methods) if isinstance(methods, Iterable) else (methods,)
     parts = holdouts(log, folds, gap)
-    check_lengths(parts, [model.restricted_to(vehicle.axes) for model in asked])
     tables: list[Comparison] = []
     for fold in parts:
         tables.append(_compared(vehicle, fold, asked, ways, attitude, rate_unit, done))
@@ -257,18 +256,6 @@ def holdouts(log: Log, n: int | None = None, gap: float = 5.0) -> tuple[Holdout,
     """Divide a log into folds of whole segments, or of blocks with a gap between them."""
     divided = folds(_samples(log), n, gap)
     return tuple(_holdout(log, divided, fold) for fold in range(divided.n))
-
-
-def check_lengths(parts: Sequence[Holdout], models: Sequence[DampingModel]) -> None:
-    """Refuse folds that leave too little for every model."""
-    needed = min((max(map(len, model.terms), default=0) for model in models), default=0)
-    for number, fold in enumerate(parts, start=1):
-        if fold.train.n < needed:
-            raise MethodError(
-                f"fold {number} of {len(parts)} leaves {fold.train.n} samples to identify from, "
-                f"and the smallest model needs {needed}: give a longer log, a smaller gap, or "
-                "folds that hold out less."
-            )
 
 
 def _samples(log: Log) -> Rows:

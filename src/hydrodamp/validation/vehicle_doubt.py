@@ -72,13 +72,6 @@ class VehicleDoubt:
         moved = [effect for effect in self.effects if effect.label]
         return max(moved, key=lambda effect: effect.share, default=None)
 
-    @property
-    def sentence(self) -> str:
-        """The worst of it, as a remark of a fit."""
-        if self.worst is None:
-            return "No number of the vehicle could be moved, or nothing was identified."
-        return f"If the vehicle is wrong, most for {self.worst.line(self.rms)}."
-
     def __str__(self) -> str:
         """Return a line for each number."""
         lines = [f"  {effect.line(self.rms)}" for effect in self.effects]
