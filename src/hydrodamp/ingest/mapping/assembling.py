@@ -84,7 +84,7 @@ def _sampler(mapping: MappingFile, recording: Recording) -> Sampler:
 
 
 def _summary(mapping: MappingFile, sampler: Sampler) -> Iterator[str]:
-    """Say whose clock the log follows, where there was a choice, and what is constant."""
+    """Yield notes: whose clock the log follows, where there was a choice; what is constant."""
     base, rate = sampler.base.topic.name, mapping.clock.rate
     others = len({stream.topic.name for stream in sampler.streams} - {base})
     if rate is not None:

@@ -62,13 +62,13 @@ def _columns(table: Topic) -> Iterator[Found]:
 
 
 def _is_odd(name: str, table: Topic) -> bool:
-    """Tell a column without a name of its own: none at all, or one that stands twice."""
+    """Return whether a column has no name of its own: none at all, or one that stands twice."""
     twice = _TWICE.fullmatch(name)
     return bool(_UNNAMED.fullmatch(name)) or (twice is not None and twice[1] in table.faults)
 
 
 def _name_faults(names: Collection[str]) -> Iterator[str]:
-    """Say which names are empty, or a reserved one (but `time`, missed anyway) in other case."""
+    """Yield the names that are empty, or reserved ones (`time` is missed anyway) in other case."""
     if names and all(map(_UNNAMED.fullmatch, names)):
         yield "there is no line of column names; write one above the numbers"
         return

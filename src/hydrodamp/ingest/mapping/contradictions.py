@@ -14,7 +14,7 @@ _LINEAR, _ANGULAR = VELOCITIES[:3], VELOCITIES[3:]
 
 
 def contradictions(content: Mapping[Any, Any]) -> Iterator[str]:
-    """Say what is missing from a mapping or contradicts itself."""
+    """Yield what is missing from a mapping or contradicts itself, a sentence each."""
     attitude, velocity = _table(content, "attitude"), _table(content, "velocity")
     if content.get("time") is None:
         yield (

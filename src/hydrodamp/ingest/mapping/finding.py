@@ -13,14 +13,14 @@ from hydrodamp.data.units import UNITS, factor, spelt
 from hydrodamp.errors import did_you_mean
 from hydrodamp.ingest.mapping.schema import Entry, Source
 
+#: How files say that a number has no unit.
 NO_UNIT = ("", "-", "none")
-"""How files say that a number has no unit."""
 
 _MISSING = frozenset({"", "nan", "na", "n/a", "null", "none"})
 _LISTED_CELLS, _LISTED_TOPICS = 3, 12
 
+#: For every name that a mapping gives to topics those it may stand for.
 Topics = Mapping[str, Sequence[str]]
-"""For every name that a mapping gives to topics those it may stand for."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +59,7 @@ class Found:
         return "" if unit in NO_UNIT else spelt(unit, self.entry.quantity) or unit
 
     def faults(self) -> Iterator[str]:
-        """Say what is wrong with the field: words, or a unit of another quantity."""
+        """Yield what is wrong with the field: words, or a unit of another quantity."""
         if self.topic is None:
             return
         if self.field in self.topic.faults:

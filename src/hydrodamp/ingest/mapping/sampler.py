@@ -157,7 +157,7 @@ class Sampler:
         return len(self.ticks.time)
 
     def has(self, place: str) -> bool:
-        """Tell whether there is a channel of this ``group.name``."""
+        """Return whether there is a channel of this ``group.name``."""
         return place in self._of or place in self.constants
 
     def labels(self, stem: str) -> tuple[str, ...] | None:
@@ -188,11 +188,11 @@ class Sampler:
         return lines if len(rows) == len(lines) else [lines[row] for row in rows.tolist()]
 
     def is_direct(self, place: str) -> bool:
-        """Tell whether a channel stands on the clock that is followed."""
+        """Return whether a channel stands on the clock that is followed."""
         return self._of.get(place) is self.base and not self.is_even
 
     def together(self, places: Sequence[str]) -> bool:
-        """Tell whether channels stand in one topic, on one clock."""
+        """Return whether channels stand in one topic, on one clock."""
         streams = [self._of.get(place) for place in places]
         return streams[0] is not None and all(one is streams[0] for one in streams)
 

@@ -29,8 +29,8 @@ from hydrodamp.errors import LogError
 from hydrodamp.ingest.mapping.channels import DOWNWARD, GROUPS, SINGLE, quantity_of
 from hydrodamp.ingest.mapping.frames import Mounting
 
+#: What `time` says where topics have a clock of their own.
 RECORDED = "recorded"
-"""What `time` says where topics have a clock of their own."""
 
 Axes = Literal["FRD", "FLU"]
 

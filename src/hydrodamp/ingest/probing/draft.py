@@ -16,8 +16,8 @@ from hydrodamp.data.units import UNITS
 from hydrodamp.errors import HydrodampError
 from hydrodamp.ingest.probing.roles import Guess, Roles
 
+#: Confidence [%] below which a guess is left out.
 LEAST = 40
-"""Confidence [%] below which a guess is left out."""
 
 _PLAIN_REASONS = ("name", "name and unit")  # go without saying
 _GROUPS = ("attitude", "velocity", "position", "specific_force")

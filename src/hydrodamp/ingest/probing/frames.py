@@ -27,8 +27,8 @@ _KEPT = 0.97  # of the windows
 _LEAST_CORRELATION = 0.8
 _TINY = 1e-9  # of any unit; less is no motion
 
+#: For every role the series that plays it.
 Roles = Mapping[str, Series]
-"""For every role the series that plays it."""
 
 
 class Agreement(NamedTuple):
@@ -38,12 +38,12 @@ class Agreement(NamedTuple):
     correlation: float
 
     def agrees(self) -> bool:
-        """Tell whether they measure one motion, of either sign."""
+        """Return whether they measure one motion, of either sign."""
         return abs(self.correlation) >= _LEAST_CORRELATION
 
 
+#: Of channels that cannot be compared.
 NONE = Agreement(float("nan"), float("nan"))
-"""Of channels that cannot be compared."""
 
 
 @dataclass(frozen=True)
@@ -162,7 +162,7 @@ def match_way(roles: Roles) -> WayMatch:
 
 
 def _better(one: Agreement, other: Agreement) -> bool:
-    """Tell a clearly better agreement."""
+    """Return whether one agreement is clearly better than another."""
     known = -1.0 if np.isnan(other.correlation) else other.correlation
     return one.agrees() and one.correlation - known > _MARGIN
 
@@ -195,7 +195,7 @@ def windows(
 
 
 def whole_rows(values: FloatArray) -> BoolArray:
-    """Tell the rows without NaN."""
+    """Return which rows have no NaN."""
     whole: BoolArray = np.asarray(np.isfinite(values).all(axis=1))
     return whole
 

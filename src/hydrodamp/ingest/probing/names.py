@@ -62,8 +62,8 @@ def _fused() -> Iterator[tuple[str, str]]:
 
 _FUSED = dict(_fused())
 
+#: A role, and how sure the name is of it [%].
 Hint = tuple[str, int]
-"""A role, and how sure the name is of it [%]."""
 
 
 def words(name: str) -> tuple[str, ...]:

@@ -27,8 +27,8 @@ SUFFICES = 60
 _AGREES = 0.75  # share of the channels with a guess
 _SURE = 60  # %, a guess that may speak against a preset
 
+#: Returns what a vehicle needs of a log.
 AskNeeds = Callable[[Log], Needs]
-"""Returns what a vehicle needs of a log."""
 
 
 @dataclass(frozen=True)

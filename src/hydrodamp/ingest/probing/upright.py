@@ -67,7 +67,7 @@ class Upright:
 
 
 def weigh(form: str, roles: Roles, commands: Sequence[Series]) -> Upright:
-    """Tell the axes of body and attitude."""
+    """Return the axes of body and attitude that the signs speak for."""
     signs = (
         *_custom(form),
         *_gravity(roles),
@@ -130,7 +130,7 @@ def _sticks(roles: Roles, commands: Sequence[Series]) -> Iterator[Sign]:
     if weight := _PATTERNS.get((heave, right)):
         seen = [f"the heave stick acts {_ACTS[heave]} +w"] if heave else []
         seen += [f"the yaw or lateral stick acts {_ACTS[right]} +r, +v"] if right else []
-        custom = "up is up for nearly all, right is to starboard for most but to port in ROS"
+        custom = "up on a stick is up for nearly all; right is starboard for most, but port in ROS"
         yield Sign(weight, f"{' and '.join(seen)}; {custom}")
 
 

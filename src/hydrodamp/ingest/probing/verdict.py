@@ -176,7 +176,7 @@ def _channel(log: Log, name: str, unit: str, values: FloatArray) -> Channel:
 def _promises(
     channels: Iterable[Channel], wanted: Sequence[str], late: Sequence[Delay]
 ) -> Iterator[str]:
-    """Say what can be identified: excited axes, and gains of commands that were seen to act."""
+    """Yield what can be identified: excited axes, and gains of commands that were seen to act."""
     known = {channel.name: channel for channel in channels}
     well = [one for name, one in known.items() if name in wanted and _excited(one, _WELL)]
     if well:
@@ -208,7 +208,7 @@ def _missing(log: Log) -> Iterator[str]:
 
 
 def _derivable(log: Log, absent: Sequence[str]) -> str:
-    """Say how absent velocities can be derived from what is there."""
+    """Return how absent velocities can be derived from what is there."""
     ways = []
     if set(log.velocity_names) == _SHIP:
         return ""
@@ -249,7 +249,7 @@ def _reservations(found: Survey, log: Log, wanted: Sequence[str]) -> Iterator[st
 
 
 def _leaps(log: Log) -> Iterator[str]:
-    """Say where the attitude leaps there and back."""
+    """Yield where the attitude leaps there and back."""
     if log.attitude is None:
         return
     places = np.flatnonzero(leaps(log.time, log.attitude, log.bounds))
@@ -265,7 +265,7 @@ def _leaps(log: Log) -> Iterator[str]:
 
 
 def _current(log: Log) -> Iterator[str]:
-    """Say where velocities are over ground and a current is in them."""
+    """Yield whether velocities are over ground and a current is in them."""
     if log.n > _MANY or log.duration < _TIDE:
         return
     try:
