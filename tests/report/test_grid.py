@@ -10,6 +10,9 @@ from hydrodamp.report.comparison_tables import comparison_grids
 from hydrodamp.report.grid import (
     Column,
     Grid,
+    coefficient,
+    error_size,
+    percent,
     show,
     to_csv,
     to_latex,
@@ -107,3 +110,25 @@ def test_outcomes_have_colours() -> None:
     assert "\x1b[31mdiverged" in text
     assert "\x1b[33m" in text.split("~1.0")[0].splitlines()[-1]
     assert "\x1b[1;32m" in text.split("0.5")[0].splitlines()[-1]
+
+
+@pytest.mark.parametrize(
+    ("value", "word"),
+    [
+        (None, "-"),
+        (float("nan"), "-"),
+        (0.0, "0.000"),
+        (0.0001, "<.001"),
+        (1.23456, "1.235"),
+        (123.456, "123.5"),
+        (12345.6, "12346"),
+        (1.3e7, "1e+07"),
+    ],
+)
+def test_errors_stand_in_line_and_stay_short(value: float | None, word: str) -> None:
+    assert error_size(value) == word
+
+
+def test_shares_and_coefficients_are_short() -> None:
+    assert [percent(value) for value in (None, -3.0, 99.6)] == ["-", "<0", "100"]
+    assert [coefficient(value) for value in (None, float("inf"), -123.456)] == ["-", "-", "-123.5"]

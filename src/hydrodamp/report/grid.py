@@ -150,6 +150,7 @@ def show(console: Console, *grids: Grid) -> None:
             text.append("\n")
             for j, word in enumerate(row):
                 text.append(f"{word}{grid.gap}", _style(word.strip(), (i, j) in grid.best))
+            text.rstrip()
         notes = [line for note in grid.notes for line in wrapped(note, min(console.width, 100))]
         text.append("\n".join(["\n", *notes] if notes else []))
         console.print(text, soft_wrap=True)
