@@ -94,6 +94,14 @@ def test_units_stand_in_names_or_in_a_line_of_their_own(tmp_path: Path, reader: 
     assert list(delimited.read(path).topics[0].fields) == ["speed [m/s]", "speed [kn]"]
 
 
+def test_marks_of_comments_within_a_line_are_letters(tmp_path: Path, reader: str) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text("t,load [%],run # 2\n0,50,a//b\n1,60,c#d\n")
+    topic = delimited.read(path).topics[0]
+    assert list(topic.fields) == ["t", "load"]
+    assert topic.texts == {"run # 2": ("a//b", "c#d")}
+
+
 def test_velocities_are_no_units(tmp_path: Path) -> None:
     """v and w are names of velocities before they are volt and watt."""
     path = tmp_path / "log.csv"

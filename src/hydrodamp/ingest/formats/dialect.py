@@ -145,12 +145,13 @@ def _rows(lines: Sequence[str], delimiter: str) -> list[_Row]:
     for line, text in enumerate(lines, start=1):
         if _SEPARATOR.match(text.strip()):
             continue
-        bare = _COMMENT.sub("", text, count=1)
+        mark = _COMMENT.match(text)
+        bare = text[mark.end() :] if mark else text
         if delimiter:
             cells = next(csv.reader([bare], delimiter=delimiter, skipinitialspace=True), [])
         else:
             cells = bare.split()
-        row = _Row(line, tuple(cells), bare != text)
+        row = _Row(line, tuple(cells), mark is not None)
         if row.filled:
             rows.append(row)
     return rows
