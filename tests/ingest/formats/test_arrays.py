@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import scipy.io
 
-from hydrodamp.errors import FileError, LogError
+from hydrodamp.errors import LogError
 from hydrodamp.ingest.formats import arrays, files, parquet
 from hydrodamp.ingest.formats.detect import parts
 
@@ -88,12 +88,6 @@ def test_parquet_damaged_in_its_pages(tmp_path: Path) -> None:
     for read in (parquet.read, lambda path: list(parquet.parts(path))):
         with pytest.raises(LogError, match="cut off or damaged"):
             read(path)
-
-
-@pytest.mark.parametrize("read", [parquet.read, arrays.read])
-def test_files_that_are_not_there(tmp_path: Path, read) -> None:
-    with pytest.raises(FileError, match="cannot be read: No such file"):
-        read(tmp_path / "absent")
 
 
 def test_npz(tmp_path: Path) -> None:

@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import csv
 import gzip
 import sys
 from pathlib import Path
@@ -184,13 +183,6 @@ def test_compressed_text(tmp_path: Path, reader: str) -> None:
     assert delimited.read(path).topics[0].fields["u"].tolist() == [1, 2]
 
 
-def test_a_csv_field_too_long_is_told(tmp_path: Path) -> None:
-    path = tmp_path / "log.csv"
-    path.write_text('t,u\n0,1\n1,"' + "x" * (csv.field_size_limit() + 9) + '"\n')
-    with pytest.raises(LogError, match=r"larger than|mark missing"):
-        delimited.read(path)
-
-
 @pytest.mark.parametrize("rows", [1, 7, 100, 1000])
 def test_parts_join_to_the_whole(tmp_path: Path, rows: int, reader: str) -> None:
     rng = np.random.default_rng(rows)
@@ -256,13 +248,6 @@ def test_the_topics_of_virginia_tech(tmp_path: Path, ending: str, reader: str) -
     np.testing.assert_array_equal(topic.fields["v_x"], [0.34, np.nan])
     assert topic.units == {"time": "seconds", "v_x": "m/s", "data_good": "bool"}
     assert list(topic.lines) == [4, 5]
-
-
-def test_a_topic_without_clock_is_none_of_virginia_tech(tmp_path: Path) -> None:
-    path = tmp_path / "x.dat"
-    path.write_text("DVL\na,b,\nm,m,\n1,2,\n2,3,\n")
-    with pytest.raises(LogError, match="no column `time` in its second line"):
-        avl.read(path)
 
 
 @pytest.mark.parametrize("tail", ["", "\n"])

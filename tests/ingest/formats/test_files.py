@@ -67,12 +67,6 @@ def test_a_folder_is_no_file(tmp_path: Path) -> None:
         detect.format_of(tmp_path)
 
 
-def test_foreign_text_is_told(tmp_path: Path) -> None:
-    (tmp_path / "run.json").write_text("{}")
-    with pytest.raises(LogError, match="this is JSON; save the numbers as CSV"):
-        files.read(tmp_path / "run.json")
-
-
 def test_a_file_comes_in_parts_where_it_can(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text(TABLE)
     assert [part.topics[0].n for part in detect.parts(tmp_path / "a.csv", 1)] == [1, 1]
@@ -132,13 +126,6 @@ def test_nothing_and_nowhere(tmp_path: Path) -> None:
         files.read([])
     with pytest.raises(FileError, match="No such file"):
         files.read(tmp_path / "absent.csv")
-
-
-def test_one_bad_file_of_several_is_told_alone(tmp_path: Path) -> None:
-    (tmp_path / "a.csv").write_text(TABLE)
-    (tmp_path / "b.csv").write_text("t,u\n0,1\n1\n")
-    with pytest.raises(LogError, match=r"b\.csv: line 3 has 1 cells, the header has 2"):
-        files.read(tmp_path)
 
 
 def test_topics_join_in_the_order_of_their_clocks() -> None:

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hydrodamp.errors import LogError
 from hydrodamp.ingest.formats import ardupilot, files, px4
 
 
@@ -112,11 +111,6 @@ def test_dataflash_in_text(tmp_path: Path) -> None:
     assert "line 9 and 1 more fit no format of the log; passed over" in recording.notes
 
 
-def test_dataflash_without_messages(tmp_path: Path, dataflash: Any) -> None:
-    with pytest.raises(LogError, match="holds no message with a value"):
-        ardupilot.read(dataflash.save(tmp_path / "dive.bin"))
-
-
 def test_ulog_is_what_pyulog_reads(tmp_path: Path, write_ulog: Any) -> None:
     pyulog = pytest.importorskip("pyulog")
     path = write_ulog(tmp_path / "dive.ulg", instances=2)
@@ -134,17 +128,6 @@ def test_ulog_is_what_pyulog_reads(tmp_path: Path, write_ulog: Any) -> None:
         np.testing.assert_allclose(topic.time, dataset.data["timestamp"] / 1e6)
     assert recording.topic("vehicle_attitude").time[0] == 1.0
     assert list(recording.topic("big").fields) == ["timestamp"]
-
-
-def test_ulog_without_messages(tmp_path: Path) -> None:
-    pytest.importorskip("pyulog")
-    path = tmp_path / "dive.ulg"
-    path.write_bytes(b"ULog\x01\x12\x35\x01" + bytes(8))
-    with pytest.raises(LogError, match="no message with a value"):
-        px4.read(path)
-    path.write_bytes(b"something else")
-    with pytest.raises(LogError, match="does not begin as a ULog"):
-        px4.read(path)
 
 
 @pytest.mark.parametrize("damage", [b"\xff" * 60, bytes(60), bytes(range(1, 61))])
@@ -206,16 +189,3 @@ def test_moos(tmp_path: Path) -> None:
     assert recording.topic("MODE").texts["value"] == ("PARK station keeping",)
     assert np.isnan(recording.topic("EMPTY").fields["value"]).all()
     assert recording.notes[0] == "times count from 1659009600.5 s since 1970"
-
-
-def test_moos_is_known_by_its_first_lines(tmp_path: Path) -> None:
-    path = tmp_path / "alpha.txt"
-    path.write_text(MOOS)
-    assert files.read(path).format == "MOOS log"
-
-
-def test_lsts_logs_are_told_how_to_convert(tmp_path: Path) -> None:
-    path = tmp_path / "Data"
-    path.write_bytes(b"\x54\xfe\x00")
-    with pytest.raises(LogError, match="Export to CSV"):
-        files.read(path)

@@ -17,7 +17,7 @@ def read(path: str | Path) -> Recording:
     table = delimited.read(path)
     topic = table.topics[0]
     if _CLOCK not in topic.fields:
-        fault = topic.faults.get(_CLOCK, f"there is no column `{_CLOCK}` in its second line")
+        fault = topic.faults.get(_CLOCK, f"there is no column of numbers `{_CLOCK}`")
         raise LogError(fault, source=str(path))
     name = Path(path).name.removesuffix(".gz").removesuffix(".dat")
     named = replace(topic, name=name, time=topic.fields[_CLOCK])

@@ -19,7 +19,6 @@ _ELEMENT = re.compile(r"(.*)\[(\d+)\]$")
 _LONGEST = 64  # values of an array
 _HEADER = 16
 _KINDS = b"FIMPQARSODLCB"
-_MAGIC = b"ULog\x01\x12\x35"
 
 
 def read(path: str | Path) -> Recording:
@@ -27,11 +26,6 @@ def read(path: str | Path) -> Recording:
     import pyulog
 
     data = content(path)
-    if not data.startswith(_MAGIC):
-        raise LogError(
-            "it does not begin as a ULog does. Give it the name of the format it has",
-            source=str(path),
-        )
     try:
         # pyulog prints what it stumbles on; standard output is not ours to write to.
         with redirect_stdout(io.StringIO()):
