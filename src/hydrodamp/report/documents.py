@@ -5,10 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any, TypeVar, get_args
 
 import numpy as np
-from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainSerializer, ValidationError
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    PlainSerializer,
+    ValidationError,
+    model_validator,
+)
 
 from hydrodamp.basis.axes import AXES, VELOCITY_OF
 from hydrodamp.data.log import Log
@@ -109,25 +116,19 @@ Replay = tuple[Log, np.ndarray, AttitudeSource]
 """The log of a replay, its velocities, and whose attitude it had."""
 
 
-class Provenance(Document):
-    """Where a comparison comes from: words, and the settings of its scores."""
-
-    model_config = ConfigDict(frozen=True, extra="allow")
-    attitude: AttitudeSource
-    rate_unit: RateUnit
-
-
 class ComparisonDocument(Document):
     """What ``comparison.json`` holds."""
 
     rows: tuple[RowDocument, ...]
     units: dict[str, str | dict[str, str]]
-    provenance: Provenance
+    provenance: dict[str, str]
 
-    @property
-    def words(self) -> dict[str, str]:
-        """The provenance in words."""
-        return {key: str(value) for key, value in (self.provenance.model_extra or {}).items()}
+    @model_validator(mode="after")
+    def _with_settings(self) -> ComparisonDocument:
+        for name, known in (("attitude", AttitudeSource), ("rate_unit", RateUnit)):
+            if self.provenance.get(name) not in get_args(known):
+                raise ValueError(f"provenance.{name} must be one of {', '.join(get_args(known))}")
+        return self
 
 
 def comparison_document(comparison: Comparison) -> dict[str, Any]:
@@ -139,7 +140,7 @@ def comparison_document(comparison: Comparison) -> dict[str, Any]:
             **error_units(comparison.rate_unit),
             "coefficients": "SI, radians; N or N m on the right-hand side, by label in fits/*.json",
         },
-        provenance=Provenance.model_validate(provenance_of(comparison)),
+        provenance=provenance_of(comparison),
     )
     return document.model_dump(mode="json")
 

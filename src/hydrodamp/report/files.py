@@ -6,6 +6,7 @@ import io
 import os
 import zipfile
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 
@@ -27,6 +28,8 @@ from hydrodamp.report.gallery.findings import FIGURES
 from hydrodamp.report.gallery.folder import BAND, GRADES, earlier_findings
 from hydrodamp.report.grid import to_csv, to_latex, to_markdown, to_text
 from hydrodamp.report.words import UNFINISHED
+from hydrodamp.simulation.replay import AttitudeSource
+from hydrodamp.simulation.score import RateUnit
 from hydrodamp.validation.compare import Comparison
 
 COMPARISON, REPLAYS, REPORT = "comparison.json", "replays.npz", "report.html"
@@ -108,15 +111,17 @@ def read_comparison(folder: str | os.PathLike[str]) -> Comparison:
     home = Path(folder)
     path = home / COMPARISON
     document = validated(ComparisonDocument, load_json(path), str(path))
-    unit, attitude = document.provenance.rate_unit, document.provenance.attitude
-    log, velocities = _read_replays(home / REPLAYS, document.words.get("test", ""))
+    words = dict(document.provenance)
+    unit = cast("RateUnit", words.pop("rate_unit"))
+    attitude = cast("AttitudeSource", words.pop("attitude"))
+    log, velocities = _read_replays(home / REPLAYS, words.get("test", ""))
     rows = []
     for entry in document.rows:
         fit, replay = read_fit(_fit_path(home, entry.fit)), None
         if log is not None and entry.fit in velocities:
             replay = (log, velocities[entry.fit], attitude)
         rows.append(entry.with_fit(fit, unit, replay))
-    return Comparison(tuple(rows), unit, attitude, document.words)
+    return Comparison(tuple(rows), unit, attitude, words)
 
 
 def _fit_path(home: Path, name: str) -> Path:
