@@ -7,7 +7,7 @@ import pytest
 
 from hydrodamp.errors import FileError, LogError
 from hydrodamp.ingest.mapping import LogMapping
-from hydrodamp.ingest.read import logs_of, read_log, read_logs, read_recordings
+from hydrodamp.ingest.read import logs_of, read_log, read_logs, read_recording
 
 Write = Callable[..., Path]
 GOOD = "time,u\n0,1\n1,2\n"
@@ -33,7 +33,7 @@ def test_several_files_are_one_log(csv_file: Write) -> None:
 
 def test_recordings_are_one_log(csv_file: Write) -> None:
     paths = [csv_file(GOOD, "a.csv"), csv_file(GOOD, "b.csv")]
-    log = logs_of(read_recordings(paths))
+    log = logs_of([read_recording(path) for path in paths])
     assert [part.name for part in log.segments] == ["a", "b"]
 
 

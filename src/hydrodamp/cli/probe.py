@@ -35,7 +35,7 @@ def probe(
     from hydrodamp.errors import HydrodampWarning
     from hydrodamp.files import save_text
     from hydrodamp.ingest.probing.probe import judge, probe as look
-    from hydrodamp.ingest.read import read_recordings
+    from hydrodamp.ingest.read import read_recording
     from hydrodamp.progress import progress
     from hydrodamp.report.grid import show
     from hydrodamp.report.probe_tables import probe_document, probe_grids
@@ -49,7 +49,7 @@ def probe(
             needs = partial(needs_of, find_vehicle(vehicle))
     if draft is not None:
         check_new_file(draft, force)
-    recordings = read_recordings(tuple(dict.fromkeys(logs)))
+    recordings = [read_recording(path) for path in dict.fromkeys(logs)]
     with progress("looking through it"):
         found = look(recordings[0])
         judged = judge(found, recordings, mapping, needs)

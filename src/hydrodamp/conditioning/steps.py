@@ -67,6 +67,11 @@ def clean(log: Log, steps: Sequence[Callable[[Log], Log]] = CLEANING_STEPS) -> L
     >>> clean(Log.from_arrays(time, {"u": surge, "r": rate})).notes
     ('spikes: 1 of 200 samples of `u` (0.5 %) interpolated',)
     """
+    return prepared(log, steps)
+
+
+def prepared(log: Log, steps: Sequence[Callable[[Log], Log]]) -> Log:
+    """Return a log after some steps."""
     for step in steps:
         log = step(log)
     return log
@@ -107,13 +112,6 @@ class Step:
         """Return what the step makes of a log."""
         given, function = dict(self.settings), _FUNCTIONS[self.name]
         return function(log, given) if self.name in _BY_COMMAND else function(log, **given)
-
-
-def prepared(log: Log, steps: Sequence[Step]) -> Log:
-    """Return a log after some steps."""
-    for step in steps:
-        log = step(log)
-    return log
 
 
 def steps_of(content: object) -> tuple[tuple[Step, ...], list[str]]:

@@ -82,11 +82,6 @@ def read_recording(path: Place | Sequence[Place]) -> Recording:
     return read(path)
 
 
-def read_recordings(paths: Sequence[Place]) -> list[Recording]:
-    """Read several recordings, one after the other."""
-    return [read_recording(path) for path in paths]
-
-
 def read_logs(
     paths: Iterable[Place] | Place, mapping: LogMapping | str | Path | None = None
 ) -> Log:
@@ -185,7 +180,7 @@ def read_parts(
 
 
 def _is_blank(part: Recording, mapping: LogMapping | None) -> bool:
-    """Tell a part in which a column that is used has no number at all."""
+    """Return whether a column of a part that is used has no number at all."""
     fields = part.topics[0].fields
     used = set(fields) if mapping is None else {entry.column for entry in mapping.entries}
     return any(bool(np.isnan(fields[name]).all()) for name in used & set(fields))
