@@ -13,11 +13,11 @@ from hydrodamp.basis.axes import VELOCITY_OF
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError, ProblemError, did_you_mean, list_faults
 from hydrodamp.models.model import DampingModel
+from hydrodamp.vehicle.fleet import without_righting
 from hydrodamp.vehicle.vehicle import Vehicle
 
 if TYPE_CHECKING:
     from hydrodamp.ingest.probing.verdict import Needs
-    from hydrodamp.vehicle.fleet import without_righting
 
 _AHEAD = ("forward", "ahead", "surge", "throttle", "thrust", "rpm", "prop")
 """What names of commands that drive forward hold."""
