@@ -49,11 +49,8 @@ _METHODS = (
     ("#8C510A", "8"),
     ("#332288", "X"),
     ("#44AA99", "h"),
-    ("#117733", "p"),
-    ("#6A8FC5", "H"),
     ("#CC6677", "*"),
-    ("#5E4FA2", "d"),
-    ("#4D4D4D", "."),
+    ("#4D4D4D", "d"),
 )
 
 # Dashes of each model: lengths on and off, in widths of the line; solid for the first.
