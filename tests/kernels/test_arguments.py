@@ -84,12 +84,12 @@ def test_sensitivities(call, change, message):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"a": np.ones(3)}, r"`a` must have shape \(6,\); got \(3,\)"),
+        ({"a": np.ones(3)}, r"`a` must have shape \(6\); got \(3,\)"),
         ({"gamma": np.ones((2, 6))}, r"`gamma` must have shape \(12, 6\); got \(2, 6\)"),
     ],
 )
-def test_adapt(call, change, message):
-    with pytest.raises(ProblemError, match=message):
+def test_gains(call, change, message):
+    with pytest.raises(ValueError, match=message):
         call("adapt", **change)
 
 
@@ -124,7 +124,7 @@ def test_regressor(change, message):
         ({"state": np.ones((2, 6))}, r"a state must have shape \(13, 6\).*got \(2, 6\)"),
         (
             {"current": Sample.of(time=1.0, velocity=np.zeros(6), channels=np.zeros(3))},
-            r"a sample 2 channels; got \(13, 6\) and \[2, 3\]",
+            r"a sample 2 channels; got \(13, 6\) and 3",
         ),
     ],
 )

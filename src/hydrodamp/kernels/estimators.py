@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -22,6 +23,11 @@ class Gains:
     plant: Plant
     a: FloatArray
     gamma: FloatArray
+
+    def __post_init__(self) -> None:
+        """Copy, check and freeze the arrays."""
+        object.__setattr__(self, "a", frozen(self.a, (6,), "a"))
+        object.__setattr__(self, "gamma", frozen(self.gamma, (self.plant.n_terms, 6), "gamma"))
 
 
 class Adapted(NamedTuple):
@@ -87,14 +93,16 @@ def adapt(
     The velocity error starts at zero in every segment of every pass. ``every`` > 0 keeps the
     state after each so many steps.
     """
-    (settings, desks), n_terms = _online(gains), gains.plant.n_terms
-    rows, record = spans(segments, inputs.n), record_of(gains.plant, inputs)
+    plant, n_terms = gains.plant, gains.plant.n_terms
+    rows, record = spans(segments, inputs.n), record_of(plant, inputs)
     estimate, error = floats(matrix, (n_terms, 6), "matrix").copy(), np.zeros(6)
     stored = passes * int((np.diff(rows) - 1).sum()) // every if every else 0
     kept = np.empty(stored), np.empty((stored, 6)), np.empty((stored, n_terms, 6))
     history = ffi.new("hd_history *", [every, *[pointer(array) for array in kept]])
-    run = record, pointer(rows), len(rows), passes, history, ffi.new(ROOM, desks.n_work)
-    C.hd_adapt_run(*settings, pointer(estimate), pointer(error), *run)
+    arrays = [pointer(array) for array in (gains.a, gains.gamma, estimate, error)]
+    work = ffi.new(ROOM, C.hd_step_work(n_terms, plant.n_channels))
+    run = record, pointer(rows), len(rows), passes, history, work
+    C.hd_adapt_run(plant_of(plant), *arrays, *run)
     return Adapted(estimate, error, *kept)
 
 
@@ -104,12 +112,7 @@ def adapt_step(gains: Gains, state: FloatArray, previous: Sample, current: Sampl
     A state, shape (n_terms + 1, 6), is the coefficients and, last, the velocity error, which
     is zero at a segment's first sample. The one returned cannot be written.
     """
-    settings, desks = _online(gains)
-    desk = desks.take()
-    before, now = desk.begin(state, previous, current)
-    if not C.hd_adapt_packed(*settings, desk.at, before, now, desk.work):
-        raise _no_step(previous, current)
-    return desk.end()
+    return _stepped(_adapting(gains), C.hd_adapt_online, state, previous, current)[0]
 
 
 def new_block(plant: Plant) -> FloatArray:
@@ -124,15 +127,7 @@ def block_step(
 
     A row holds the terms, and behind them what they are to explain on each axis.
     """
-    settings, desks = _blocks(plant, recursion)
-    desk = desks.take()
-    before, now = desk.begin(block, previous, current)
-    outcome = C.hd_block_packed(*settings, desk.at, before, now, desk.work)
-    if outcome < 0:
-        raise _no_step(previous, current)
-    # the row lies at the beginning of the workspace
-    row = np.array(ffi.unpack(desk.work, plant.n_terms + 6)) if outcome else None
-    return desk.end(), row
+    return _stepped(_recurring(plant, recursion), C.hd_block_online, block, previous, current)
 
 
 def absorb(recursion: Recursion, estimate: Estimate, row: FloatArray) -> Estimate:
@@ -150,70 +145,74 @@ def recur(
     """Run recursive least squares over a record: the fold of ``block_step`` and ``absorb``."""
     rows, record = spans(segments, inputs.n), record_of(plant, inputs)
     (moved, target), entries = _estimate(recursion, estimate), _entries(recursion.entries)
-    (system, _, length), _ = _blocks(plant, recursion)
+    floats(recursion.entries.known, (plant.n_terms, 6), "entries.known")
     work = ffi.new(ROOM, C.hd_recur_work(entries, plant.n_terms, plant.n_channels))
-    C.hd_recur_run(system, entries, target, length, record, pointer(rows), len(rows), work)
+    C.hd_recur_run(
+        plant_of(plant), entries, target, recursion.block, record, pointer(rows), len(rows), work
+    )
     return moved
 
 
 class _Desk:
-    """The memory of a run of steps; one that goes on from the last copies nothing in."""
+    """The memory of a run of steps; one that goes on from the last copies only a sample in."""
 
-    def __init__(self, desks: _Desks) -> None:
-        self.desks, self.state = desks, np.zeros(desks.shape)
-        self.at, self.work = pointer(self.state), ffi.new(ROOM, desks.n_work)
+    def __init__(self, plant: Plant, shape: tuple[int, ...], settings: dict[str, Any]) -> None:
+        self.state, self.row = np.zeros(shape), np.zeros(plant.n_terms + 6)
+        self.before, self.now = np.zeros((2, PACKED + plant.n_channels))
         self.left: FloatArray | None = None
         self.sample: Sample | None = None
-        self.sample_at: Any = None
+        arrays = {"state": self.state, "row": self.row, "previous": self.before}
+        pointers = {name: pointer(array) for name, array in arrays.items()}
+        self.work = ffi.new(ROOM, C.hd_step_work(plant.n_terms, plant.n_channels))
+        fields = settings | pointers | {"plant": plant_of(plant), "current": pointer(self.now)}
+        self.online, self.settings = ffi.new("hd_online *", fields), settings
+        C.hd_walk_begin(plant_of(plant), ffi.addressof(self.online.walk), self.work)
 
-    def begin(self, state: FloatArray, previous: Sample, current: Sample) -> tuple[Any, Any]:
-        """Lay out a step; return where its samples are."""
-        values = current.values
-        if state is not self.left or len(values) != self.desks.n_sample:
-            self.desks.check(state, previous, current)
-            self.state[...] = state
-        before = self.sample_at if previous is self.sample else pointer(previous.values)
-        now = self.sample_at = ffi.from_buffer(ROOM, values)
-        self.sample = current
-        return before, now
-
-    def end(self) -> FloatArray:
-        """Return the state, and leave the desk to the next step."""
-        left = self.left = self.state.copy()
-        left.setflags(write=False)  # unchanged, it need not be copied in again
-        self.desks.free.append(self)
-        return left
-
-
-class _Desks:
-    """The desks of some settings: as many as threads step at once."""
-
-    def __init__(self, shape: tuple[int, ...], n_channels: int, n_work: int) -> None:
-        self.shape, self.n_sample, self.n_work = shape, PACKED + n_channels, n_work
-        self.free: list[_Desk] = []
-
-    def take(self) -> _Desk:
-        """Return a desk that nobody uses."""
-        try:
-            return self.free.pop()
-        except IndexError:
-            return _Desk(self)
-
-    def check(self, state: FloatArray, *samples: Sample) -> None:
-        """Refuse what does not fit."""
-        lengths = [len(sample.values) for sample in samples]
-        if state.shape != self.shape or set(lengths) != {self.n_sample}:
+    def lay_out(self, state: FloatArray, previous: Sample) -> None:
+        """Copy in what the last step did not leave."""
+        if state.shape != self.state.shape or len(previous.values) != len(self.before):
             raise ProblemError(
-                f"a state must have shape {self.shape}, a sample {self.n_sample - PACKED} "
-                f"channels; got {state.shape} and {[length - PACKED for length in lengths]}"
+                f"a state must have shape {self.state.shape}, a sample {len(self.now) - PACKED} "
+                f"channels; got {state.shape} and {len(previous.values) - PACKED}"
             )
+        self.state[...], self.before[:] = state, previous.values
+        self.online.walk.fresh = 0
 
 
-def _no_step(previous: Sample, current: Sample) -> ProblemError:
-    return ProblemError(
-        f"time must advance from {previous.time} s, got {current.time} s; after a gap or "
-        "a new clock use `state.restarted(sample)`."
-    )
+Desks = tuple[list[_Desk], Callable[[], _Desk]]  # those that nobody uses, and how to make one
+
+
+def _stepped(
+    desks: Desks,
+    advance: Callable[[Any], int],
+    state: FloatArray,
+    previous: Sample,
+    current: Sample,
+) -> tuple[FloatArray, FloatArray | None]:
+    """Return the next state, which cannot be written, and the row that a full block leaves."""
+    free, make = desks
+    try:
+        desk = free.pop()  # as many as threads step at once
+    except IndexError:
+        desk = make()
+    if state is not desk.left or previous is not desk.sample:
+        desk.lay_out(state, previous)
+    values = current.values
+    if len(values) != len(desk.now):
+        desk.lay_out(state, current)
+    desk.now[:] = values
+    outcome = advance(desk.online)
+    if not outcome:
+        raise ProblemError(
+            f"time must advance from {previous.time} s, got {current.time} s; after a gap or "
+            "a new clock use `state.restarted(sample)`."
+        )
+    row = desk.row.copy() if outcome > 1 else None
+    left = desk.left = desk.state.copy()
+    left.setflags(write=False)  # unchanged, it need not be copied in again
+    desk.sample = current
+    free.append(desk)
+    return left, row
 
 
 # Structures and settings of values that never change are kept, as plants are.
@@ -227,20 +226,17 @@ def _entries(entries: Entries) -> Any:
 
 
 @functools.lru_cache(maxsize=32)
-def _online(gains: Gains) -> tuple[tuple[Any, ...], _Desks]:
-    plant, n, m = gains.plant, gains.plant.n_terms, gains.plant.n_channels
-    a, gamma = floats(gains.a, (6,), "a"), floats(gains.gamma, (n, 6), "gamma")
-    return (plant_of(plant), pointer(a), pointer(gamma)), _Desks(
-        (n + 1, 6), m, C.hd_step_work(n, m)
-    )
+def _adapting(gains: Gains) -> Desks:
+    plant = gains.plant
+    settings = {"a": pointer(gains.a), "gamma": pointer(gains.gamma)}
+    return [], functools.partial(_Desk, plant, (plant.n_terms + 1, 6), settings)
 
 
 @functools.lru_cache(maxsize=32)
-def _blocks(plant: Plant, recursion: Recursion) -> tuple[tuple[Any, ...], _Desks]:
-    n, m = plant.n_terms, plant.n_channels
-    known = floats(recursion.entries.known, (n, 6), "entries.known")
-    desks = _Desks((C.hd_block_size(n),), m, n + 6 + C.hd_step_work(n, m))
-    return (plant_of(plant), pointer(known), recursion.block), desks
+def _recurring(plant: Plant, recursion: Recursion) -> Desks:
+    known = floats(recursion.entries.known, (plant.n_terms, 6), "entries.known")
+    settings = {"known": pointer(known), "length": recursion.block}
+    return [], functools.partial(_Desk, plant, (C.hd_block_size(plant.n_terms),), settings)
 
 
 def _estimate(recursion: Recursion, estimate: Estimate) -> tuple[Estimate, Any]:

@@ -2,20 +2,13 @@
 #include "batch.h"
 
 /* Along the samples of a segment, each evaluated once where nothing held changes. */
-typedef struct {
-    hd_end ends[2];
-    hd_step step; /* the one to the last sample */
-    hd_real *atoms;
-    int fresh; /* whether ends[0] holds the last sample already */
-} walk;
-
-static void begin(const hd_plant *plant, walk *along, hd_real *work)
+void hd_walk_begin(const hd_plant *plant, hd_walk *walk, hd_real *work)
 {
-    along->fresh = 0;
-    along->atoms = work;
-    along->ends[0].xi = work + hd_atom_count(plant->n_channels);
-    along->ends[1].xi = along->ends[0].xi + plant->n_terms;
-    along->step.xi = along->ends[1].xi + plant->n_terms;
+    walk->fresh = 0;
+    walk->atoms = work;
+    walk->ends[0].xi = work + hd_atom_count(plant->n_channels);
+    walk->ends[1].xi = walk->ends[0].xi + plant->n_terms;
+    walk->step.xi = walk->ends[1].xi + plant->n_terms;
 }
 
 static hd_sample sample_at(const hd_record *record, size_t k)
@@ -43,20 +36,28 @@ static int holds_on(const hd_plant *plant, const hd_sample *previous, const hd_s
     return current->closing == current->opening;
 }
 
-/* Take the step from sample k - 1 to sample k. */
-static void walk_to(const hd_plant *plant, const hd_record *record, size_t k, walk *along)
+/* Take the step between two samples. */
+static void walk_to(const hd_plant *plant, const hd_sample *previous, const hd_sample *current,
+                    hd_walk *walk)
 {
-    const hd_sample previous = sample_at(record, k - 1), current = sample_at(record, k);
-    hd_end *first = &along->ends[0], *second = &along->ends[1];
+    hd_end *first = &walk->ends[0], *second = &walk->ends[1];
 
-    if (!along->fresh)
-        hd_end_at(plant, &previous, previous.channels, previous.opening, along->atoms, first);
-    hd_end_at(plant, &current, previous.channels, current.closing, along->atoms, second);
-    hd_between(plant, first, second, current.length, &along->step);
+    if (!walk->fresh)
+        hd_end_at(plant, previous, previous->channels, previous->opening, walk->atoms, first);
+    hd_end_at(plant, current, previous->channels, current->closing, walk->atoms, second);
+    hd_between(plant, first, second, current->length, &walk->step);
     const hd_end swapped = *first;
     *first = *second;
     *second = swapped;
-    along->fresh = holds_on(plant, &previous, &current);
+    walk->fresh = holds_on(plant, previous, current);
+}
+
+/* Take the step from sample k - 1 of a record to sample k. */
+static void walk_along(const hd_plant *plant, const hd_record *record, size_t k, hd_walk *walk)
+{
+    const hd_sample previous = sample_at(record, k - 1), current = sample_at(record, k);
+
+    walk_to(plant, &previous, &current, walk);
 }
 
 static void store(const hd_history *history, size_t place, size_t n_terms, hd_real time,
@@ -75,17 +76,17 @@ void hd_adapt_run(const hd_plant *plant, const hd_real a[6], const hd_real *gamm
                   const hd_history *history, hd_real *work)
 {
     size_t count = 0;
-    walk along;
+    hd_walk walk;
 
     for (size_t run = 0; run < passes * n_segments; ++run) {
         const size_t start = (size_t)segments[2 * (run % n_segments)];
         const size_t stop = (size_t)segments[2 * (run % n_segments) + 1];
-        begin(plant, &along, work);
+        hd_walk_begin(plant, &walk, work);
         for (size_t i = 0; i < 6; ++i)
             error[i] = 0;
         for (size_t k = start + 1; k < stop; ++k) {
-            walk_to(plant, record, k, &along);
-            hd_adapt(plant, a, gamma, matrix, error, &along.step);
+            walk_along(plant, record, k, &walk);
+            hd_adapt(plant, a, gamma, matrix, error, &walk.step);
             ++count;
             if (history->every && count % history->every == 0)
                 store(history, count / history->every - 1, plant->n_terms, record->time[k],
@@ -107,16 +108,16 @@ void hd_recur_run(const hd_plant *plant, const hd_entries *entries, const hd_est
     const size_t size = hd_block_size(plant->n_terms);
     hd_real *block = work + hd_step_work(plant->n_terms, plant->n_channels);
     hd_real *row = block + size, *rest = row + plant->n_terms + 6;
-    walk along;
+    hd_walk walk;
 
     for (size_t s = 0; s < n_segments; ++s) {
         const size_t start = (size_t)segments[2 * s], stop = (size_t)segments[2 * s + 1];
-        begin(plant, &along, work);
+        hd_walk_begin(plant, &walk, work);
         for (size_t i = 0; i < size; ++i)
             block[i] = 0;
         for (size_t k = start + 1; k < stop; ++k) {
-            walk_to(plant, record, k, &along);
-            if (hd_block_add(plant, entries->known, &along.step, length, block, row))
+            walk_along(plant, record, k, &walk);
+            if (hd_block_add(plant, entries->known, &walk.step, length, block, row))
                 hd_absorb(entries, estimate, plant->n_terms, row, rest);
         }
     }
@@ -131,37 +132,34 @@ static hd_sample unpacked(const hd_real *values, hd_real length)
     return sample;
 }
 
-/* The step between packed samples; 0 where time does not advance. */
-static int step_packed(const hd_plant *plant, const hd_real *previous, const hd_real *current,
-                       hd_step *step, hd_real *work)
+/* Take the step from the previous packed sample to the current one; 0 where time stands. */
+static int walk_online(hd_online *online)
 {
-    const hd_sample first = unpacked(previous, 0);
-    const hd_sample second = unpacked(current, current[0] - previous[0]);
+    const hd_sample previous = unpacked(online->previous, 0);
+    const hd_sample current = unpacked(online->current, online->current[0] - online->previous[0]);
 
-    if (!(second.length > 0))
+    if (!(current.length > 0))
         return 0;
-    hd_step_between(plant, &first, &second, step, work);
+    walk_to(online->plant, &previous, &current, &online->walk);
+    for (size_t i = 0; i < 18 + online->plant->n_channels; ++i)
+        online->previous[i] = online->current[i];
     return 1;
 }
 
-int hd_adapt_packed(const hd_plant *plant, const hd_real a[6], const hd_real *gamma,
-                    hd_real *state, const hd_real *previous, const hd_real *current,
-                    hd_real *work)
+int hd_adapt_online(hd_online *online)
 {
-    hd_step step;
+    hd_real *error = online->state + 6 * online->plant->n_terms;
 
-    if (!step_packed(plant, previous, current, &step, work))
+    if (!walk_online(online))
         return 0;
-    hd_adapt(plant, a, gamma, state, state + 6 * plant->n_terms, &step);
+    hd_adapt(online->plant, online->a, online->gamma, online->state, error, &online->walk.step);
     return 1;
 }
 
-int hd_block_packed(const hd_plant *plant, const hd_real *known, hd_real length, hd_real *block,
-                    const hd_real *previous, const hd_real *current, hd_real *work)
+int hd_block_online(hd_online *online)
 {
-    hd_step step;
-
-    if (!step_packed(plant, previous, current, &step, work + plant->n_terms + 6))
-        return -1;
-    return hd_block_add(plant, known, &step, length, block, work);
+    if (!walk_online(online))
+        return 0;
+    return 1 + hd_block_add(online->plant, online->known, &online->walk.step, online->length,
+                            online->state, online->row);
 }
