@@ -48,11 +48,11 @@ def _status(value: object) -> Status:
     return _STATUS[str(value)]
 
 
+#: A number that strict JSON can hold; null stands for what is not finite.
 Number = Annotated[float | None, BeforeValidator(_finite)]
-"""A number that strict JSON can hold; null stands for what is not finite."""
 
+#: A status as its word.
 Outcome = Annotated[Status, BeforeValidator(_status), PlainSerializer(lambda status: status.word)]
-"""A status as its word."""
 
 
 class Document(BaseModel):
@@ -112,8 +112,8 @@ class RowDocument(Document):
         return Row(fit, score, Trajectory(log, velocity, diverged, attitude, axes))
 
 
+#: The log of a replay, its velocities, and whose attitude it had.
 Replay = tuple[Log, np.ndarray, AttitudeSource]
-"""The log of a replay, its velocities, and whose attitude it had."""
 
 
 class ComparisonDocument(Document):

@@ -35,8 +35,8 @@ from hydrodamp.validation.compare import Comparison
 COMPARISON, REPLAYS, REPORT = "comparison.json", "replays.npz", "report.html"
 TABLES = tuple(f"table.{suffix}" for suffix in ("txt", "md", "tex", "csv"))
 
+#: What :func:`write_comparison` writes, in words.
 WRITTEN = "comparison.json, table.txt .md .tex .csv, fits, replays.npz"
-"""What :func:`write_comparison` writes, in words."""
 
 _SIMULATED = "simulated."
 

@@ -28,6 +28,7 @@ _RULE = (
     "log hardly moves or the coefficient is aliased, or where the interval leaves anything open; "
     "weak between."
 )
+#: The model that has no terms before there is a log, as a document.
 SPARSE_DOCUMENT: dict[str, object] = {
     "model": KEY,
     "title": "Selected from a log",
@@ -40,7 +41,6 @@ SPARSE_DOCUMENT: dict[str, object] = {
     "from those of the paper's models and by what they do to the replay, with dissipation kept. "
     f"Ask for it by `hydrodamp compare LOG ... --models {KEY}`, alone or beside others.",
 }
-"""The model that has no terms before there is a log, as a document."""
 
 
 def fit_grid(fit: Fit, grades: Identifiability | None = None) -> Grid:

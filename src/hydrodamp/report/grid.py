@@ -17,8 +17,8 @@ NOTHING = "-"  # where there is no number
 
 _BOUND = "\u00a0"  # a space at which no line breaks
 
+#: Columns of a plain text page.
 WIDTH = 80
-"""Columns of a plain text page."""
 
 _CROWDED = 10  # columns, beyond which they stand closer together
 _ALARMS = ("diverged", "failed", "refused", "too few")

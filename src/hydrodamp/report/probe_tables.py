@@ -12,8 +12,8 @@ from hydrodamp.ingest.probing.probe import SUFFICES, Judged, Probe
 from hydrodamp.ingest.probing.verdict import Survey, Verdict
 from hydrodamp.report.grid import Grid
 
+#: Topics and segments that are spelt out.
 LISTED = 25
-"""Topics and segments that are spelt out."""
 
 _EARLY = -0.05  # s, of an answer before its command
 _SILENT = 12  # columns without a role that are named

@@ -72,26 +72,22 @@ def _how_good(comparison: Comparison, row: Row) -> str:
 
 def _how_known(fit: Fit, grades: Identifiability | None) -> str:
     """Say which coefficients are not known, by the grades and by the fit."""
-    found = [*_doubts(fit, named=grades is None)]
-    said = f"by {fit.method}, {' and '.join(found)}"
     n = fit.model.n_coefficients
+    doubts = " and ".join(_doubts(fit, named=grades is None))
     if grades is not None:
-        return f"{'; '.join([*_graded(grades), *([said] if found else [])])}."
-    if found:
-        return f"Of the {n} coefficients of this model, {said}."
-    if fit.damping.covariance is not None:
+        own = [f"by {fit.method}, {doubts}"] if doubts else []
+        return f"{'; '.join([*_graded(grades), *own])}."
+    if doubts:
+        return f"Of the {n} coefficients of this model, by {fit.method}, {doubts}."
+    if fit.damping.covariance is None:
+        lacks = "neither ranks nor standard errors" if fit.rank is None else "no standard errors"
         return (
-            f"The log determines all {n} coefficients: none is aliased, and no 95 % interval "
-            "holds zero."
-        )
-    if fit.rank is None:
-        return (
-            f"Which of the {n} coefficients the log determines is not known: {fit.method} gives "
-            "neither ranks nor standard errors."
+            f"How well the log determines the {n} coefficients is not known: {fit.method} gives "
+            f"{lacks}."
         )
     return (
-        f"None of the {n} coefficients is aliased, but {fit.method} gives no standard errors to "
-        "say how well each is known."
+        f"The log determines all {n} coefficients: none is aliased, and no 95 % interval holds "
+        "zero."
     )
 
 

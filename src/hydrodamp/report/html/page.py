@@ -32,8 +32,8 @@ from hydrodamp.validation.compare import Comparison, Row
 if TYPE_CHECKING:
     from jinja2 import Environment
 
+#: What is missing where there is no report.
 MISSING = 'the report needs the package jinja2: pip install "hydrodamp[report]"'
-"""What is missing where there is no report."""
 
 _SCRIPTS = ("theme.js", "sorting.js", "uplot.js", "plots.js")
 

@@ -14,8 +14,8 @@ from hydrodamp.report.gallery.findings import Picture
 from hydrodamp.report.grid import Grid
 from hydrodamp.validation.compare import Comparison, Row
 
+#: Coefficients listed in all, whole fits at a time; the files have every one.
 COEFFICIENTS = 2500
-"""Coefficients listed in all, whole fits at a time; the files have every one."""
 
 _PIXELS = 96.0 / 72.0  # of a page, in a point
 _COLUMN = 480  # px, width up to which a picture stands in one of two columns
