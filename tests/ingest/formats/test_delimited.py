@@ -2,11 +2,13 @@ from __future__ import annotations
 
 import gzip
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from hydrodamp.data.recording import Recording
 from hydrodamp.errors import FileError, LogError
 from hydrodamp.ingest.formats import avl, delimited, text_rows
 from hydrodamp.ingest.mapping import LogMapping
@@ -23,6 +25,21 @@ def reader(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> s
     else:
         monkeypatch.setitem(sys.modules, "pyarrow.csv", None)
     return request.param
+
+
+Read = Callable[[str | bytes], Recording]
+
+
+@pytest.fixture
+def read(tmp_path: Path) -> Read:
+    """What reads a text from a file."""
+
+    def read_text(text: str | bytes) -> Recording:
+        path = tmp_path / "log.csv"
+        path.write_bytes(text.encode() if isinstance(text, str) else text)
+        return delimited.read(path)
+
+    return read_text
 
 
 @pytest.fixture
@@ -58,11 +75,9 @@ def only_fast(monkeypatch: pytest.MonkeyPatch) -> None:
     "encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "cp1252"]
 )
 def test_any_spelling_gives_the_same_numbers(
-    tmp_path: Path, text: str, encoding: str, reader: str
+    read: Read, text: str, encoding: str, reader: str
 ) -> None:
-    path = tmp_path / "log.csv"
-    path.write_bytes(text.encode(encoding))
-    topic = delimited.read(path).topics[0]
+    topic = read(text.encode(encoding)).topics[0]
     assert topic.name == ""
     assert topic.time is None
     assert {name: values.tolist() for name, values in topic.fields.items()} == TABLE
@@ -93,10 +108,8 @@ def test_units_stand_in_names_or_in_a_line_of_their_own(tmp_path: Path, reader: 
     assert list(delimited.read(path).topics[0].fields) == ["speed [m/s]", "speed [kn]"]
 
 
-def test_marks_of_comments_within_a_line_are_letters(tmp_path: Path, reader: str) -> None:
-    path = tmp_path / "log.csv"
-    path.write_text("t,load [%],run # 2\n0,50,a//b\n1,60,c#d\n")
-    topic = delimited.read(path).topics[0]
+def test_marks_of_comments_within_a_line_are_letters(read: Read, reader: str) -> None:
+    topic = read("t,load [%],run # 2\n0,50,a//b\n1,60,c#d\n").topics[0]
     assert list(topic.fields) == ["t", "load"]
     assert topic.texts == {"run # 2": ("a//b", "c#d")}
 
@@ -108,15 +121,13 @@ def test_velocities_are_no_units(tmp_path: Path) -> None:
     assert list(delimited.read(path).topics[0].fields) == list("tuvwpqr")
 
 
-def test_words_truths_dates_and_gaps(tmp_path: Path, reader: str) -> None:
-    path = tmp_path / "log.csv"
-    path.write_text(
+def test_words_truths_dates_and_gaps(read: Read, reader: str) -> None:
+    recording = read(
         "t,mode,good,when,none,u\n"
         "0,AUTO,True,2022-07-28T12:00:00Z,,1\n"
         "1,AUTO,False,2022-07-28T14:00:01+02:00,,n/a\n"
         "2,STOP,,2022-07-28 12:00:02.500,NaN,3\n"
     )
-    recording = delimited.read(path)
     topic = recording.topics[0]
     assert topic.texts == {"mode": ("AUTO", "AUTO", "STOP")}
     np.testing.assert_array_equal(topic.fields["good"], [1, 0, np.nan])
@@ -133,10 +144,8 @@ def test_dates_that_are_none_are_words(tmp_path: Path, reader: str) -> None:
     assert delimited.read(path).topics[0].texts == {"when": ("2022-13-28", "2022-07-99")}
 
 
-def test_numbers_spelt_in_ways_of_other_tongues_are_refused(tmp_path: Path, reader: str) -> None:
-    path = tmp_path / "log.csv"
-    path.write_text("t;u\n0;1,5\n1;1_000\n2;1.234,5\n3;2,5\n")
-    topic = delimited.read(path).topics[0]
+def test_numbers_spelt_in_ways_of_other_tongues_are_refused(read: Read, reader: str) -> None:
+    topic = read("t;u\n0;1,5\n1;1_000\n2;1.234,5\n3;2,5\n").topics[0]
     assert topic.texts["u"] == ("1,5", "1_000", "1.234,5", "2,5")
     assert topic.faults["u"] == (
         "column `u` must hold numbers; got '1_000' in row 2 (line 3), '1.234,5' in row 3 (line 4)"
@@ -144,29 +153,23 @@ def test_numbers_spelt_in_ways_of_other_tongues_are_refused(tmp_path: Path, read
 
 
 def test_a_bad_column_keeps_its_cells_across_blocks(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    read: Read, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(text_rows, "_BLOCK", 2)
-    path = tmp_path / "log.csv"
-    path.write_text("t,u\n0,1.5\n1,2\n2,x\n3,4\n4,y\n5,6\n6,7\n")
-    topic = delimited.read(path).topics[0]
+    topic = read("t,u\n0,1.5\n1,2\n2,x\n3,4\n4,y\n5,6\n6,7\n").topics[0]
     assert topic.texts["u"] == ("1.5", "2.0", "x", "4", "y", "6", "7.0")
     assert "'x' in row 3 (line 4), 'y' in row 5 (line 6)" in topic.faults["u"]
     assert topic.fields["t"].tolist() == [0, 1, 2, 3, 4, 5, 6]
 
 
-def test_a_header_alone_has_no_rows(tmp_path: Path, reader: str) -> None:
-    path = tmp_path / "log.csv"
-    path.write_text("time,u\n")
-    topic = delimited.read(path).topics[0]
+def test_a_header_alone_has_no_rows(read: Read, reader: str) -> None:
+    topic = read("time,u\n").topics[0]
     assert list(topic.fields) == ["time", "u"]
     assert topic.n == 0
 
 
-def test_names_in_any_number_of_header_lines(tmp_path: Path, reader: str) -> None:
-    path = tmp_path / "log.csv"
-    path.write_text("A,B,C\nt,u,r\ns,m/s,rad/s\n0,1,2\n1,2,3\n")
-    recording = delimited.read(path)
+def test_names_in_any_number_of_header_lines(read: Read, reader: str) -> None:
+    recording = read("A,B,C\nt,u,r\ns,m/s,rad/s\n0,1,2\n1,2,3\n")
     assert dict(recording.topics[0].units) == {"t": "s", "u": "m/s", "r": "rad/s"}
     assert recording.notes == ("line 1 above the column names was passed over",)
 
@@ -221,11 +224,9 @@ def test_parts_tell_the_faults_of_a_part(tmp_path: Path) -> None:
         list(delimited.parts(path, 10))
 
 
-def test_letters_that_are_no_unicode_far_down(tmp_path: Path) -> None:
+def test_letters_that_are_no_unicode_far_down(read: Read) -> None:
     rows = "".join(f"{k},calm\n" for k in range(60_000))
-    path = tmp_path / "log.csv"
-    path.write_bytes(("t,sea\n" + rows + "60000,müde\n").encode("cp1252"))
-    recording = delimited.read(path)
+    recording = read(("t,sea\n" + rows + "60000,müde\n").encode("cp1252"))
     assert recording.topics[0].texts["sea"][-1] == "müde"
     assert "Windows-1252" in recording.notes[0]
 
@@ -251,16 +252,12 @@ def test_the_topics_of_virginia_tech(tmp_path: Path, ending: str, reader: str) -
 
 
 @pytest.mark.parametrize("tail", ["", "\n"])
-def test_words_gaps_and_numbers_stay_in_their_rows(
-    tmp_path: Path, only_fast: None, tail: str
-) -> None:
+def test_words_gaps_and_numbers_stay_in_their_rows(read: Read, only_fast: None, tail: str) -> None:
     """The text is longer than the blocks that Arrow parses side by side."""
     table = np.random.default_rng(3).standard_normal((20_000, 2))
     rows = [f"{k},w{k % 7},{a!r},{b!r}" for k, (a, b) in enumerate(table.tolist())]
     rows[200] = "200,w4,,1.5"
-    path = tmp_path / "log.csv"
-    path.write_text("Log\nt,mode,a,b\n" + "\n".join(rows) + tail)
-    topic = delimited.read(path).topics[0]
+    topic = read("Log\nt,mode,a,b\n" + "\n".join(rows) + tail).topics[0]
     table[200] = np.nan, 1.5
     assert topic.fields["t"].tolist() == list(range(20_000))
     assert topic.texts["mode"] == tuple(f"w{k % 7}" for k in range(20_000))
@@ -269,11 +266,9 @@ def test_words_gaps_and_numbers_stay_in_their_rows(
     assert topic.lines == range(3, 20_003)
 
 
-def test_lines_that_end_the_old_way_are_counted(tmp_path: Path) -> None:
+def test_lines_that_end_the_old_way_are_counted(read: Read) -> None:
     """Arrow sees more rows than there are line feeds; the careful reader takes over."""
-    path = tmp_path / "log.csv"
-    path.write_bytes(b"t,u\r0,1\r1,2\n2,3\r3,4\n")
-    topic = delimited.read(path).topics[0]
+    topic = read(b"t,u\r0,1\r1,2\n2,3\r3,4\n").topics[0]
     assert topic.fields["u"].tolist() == [1, 2, 3, 4]
     assert list(topic.lines) == [2, 3, 4, 5]
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -112,18 +111,6 @@ def test_tables_come_back_as_written(place: Path, fast: bool, data: st.DataObjec
 
 
 @SETTINGS
-@given(rows=st.lists(st.tuples(NUMBER, NUMBER), min_size=1, max_size=9))
-def test_topics_of_virginia_tech_come_back(place: Path, rows: list[tuple[float, float]]) -> None:
-    rows = [(abs(t) if math.isfinite(t) else 1.0, u) for t, u in rows]
-    lines = ["DVL", r"time,v\_x,", "seconds,m/s,", *(f"{t!r}, {u!r}," for t, u in rows)]
-    path = place / "x.dat"
-    path.write_text("\r\n".join([*lines, ""]), newline="")
-    topic = avl.read(path).topics[0]
-    np.testing.assert_array_equal(topic.time, [t for t, _ in rows])
-    np.testing.assert_array_equal(topic.fields["v_x"], [u for _, u in rows])
-
-
-@SETTINGS
 @given(
     postings=st.lists(
         st.tuples(st.floats(0, 1e9), NAME, NAME, st.one_of(NUMBER, NAME)), min_size=1, max_size=12
@@ -189,23 +176,14 @@ def _value(letter: str, limits: dict[str, int]) -> st.SearchStrategy[Any]:
 
 @SETTINGS
 @given(damage=st.lists(st.tuples(st.integers(0, 2000), st.integers(0, 255)), max_size=12))
-def test_damaged_dataflash_is_answered(place: Path, dive: Any, damage: list[Any]) -> None:
-    content = bytearray(dive.content)
-    for where, value in damage:
-        content[where % len(content)] = value
-    path = place / "x.bin"
-    path.write_bytes(content)
-    recording = answers(ardupilot.read, path)
-    assert recording is None or recording.topics
-
-
-@SETTINGS
-@given(damage=st.lists(st.tuples(st.integers(0, 2000), st.integers(0, 255)), max_size=12))
-def test_damaged_ulogs_are_answered(place: Path, write_ulog: Any, damage: list[Any]) -> None:
-    pytest.importorskip("pyulog")
-    path = write_ulog(place / "x.ulg")
+@pytest.mark.parametrize("name", ["x.bin", "x.ulg"])
+def test_damaged_logs_are_answered(
+    place: Path, dive: Any, write_ulog: Any, name: str, damage: list[Any]
+) -> None:
+    path = dive.save(place / name) if name == "x.bin" else write_ulog(place / name)
     content = bytearray(path.read_bytes())
     for where, value in damage:
         content[where % len(content)] = value
     path.write_bytes(content)
-    answers(px4.read, path)
+    recording = answers(ardupilot.read if name == "x.bin" else px4.read, path)
+    assert recording is None or recording.topics
