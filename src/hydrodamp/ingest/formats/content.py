@@ -39,16 +39,6 @@ def seekable(path: str | Path) -> str | IO[bytes]:
         return io.BytesIO(file.read()) if isinstance(file, gzip.GzipFile) else str(path)
 
 
-def size_of(path: str | Path) -> int:
-    """Return how large a file is, or all files directly in a folder."""
-    path = Path(path)
-    try:
-        inside = path.iterdir() if path.is_dir() else (path,)
-        return sum(each.stat().st_size for each in inside if each.is_file())
-    except OSError:
-        return 0
-
-
 class _CountedFile(io.FileIO):
     """A file that says how many of its bytes have been read."""
 
@@ -70,8 +60,9 @@ class _CountedFile(io.FileIO):
 @contextmanager
 def opened(path: str | Path, *, counted: bool = True) -> Iterator[IO[bytes]]:
     """Open a file for reading, unpacked where it is compressed by gzip, under a bar if counted."""
-    bar = progress(f"reading {Path(path).name}", size_of(path), "B") if counted else _NO_BAR
     try:
+        size = Path(path).stat().st_size
+        bar = progress(f"reading {Path(path).name}", size, "B") if counted else _NO_BAR
         with bar as step, io.BufferedReader(_CountedFile(path, step), _BUFFER) as file:
             packed = file.peek(len(_GZIP)).startswith(_GZIP)
             yield cast("IO[bytes]", gzip.GzipFile(fileobj=file) if packed else file)

@@ -14,7 +14,7 @@ from types import ModuleType
 from hydrodamp.data.recording import Recording
 from hydrodamp.errors import FileError, LogError
 from hydrodamp.files import absent, load_json, load_yaml, mistaken
-from hydrodamp.ingest.formats.content import head, size_of
+from hydrodamp.ingest.formats.content import head
 
 #: What installs the reader of every format.
 INSTALL = 'pip install "hydrodamp[logs]"'
@@ -201,7 +201,7 @@ def _known_by_suffix(path: Path, begin: bytes, suffix: str) -> Format:
 
 def _of_ours(path: Path, suffix: str) -> str:
     """Return what to say of a vehicle, a mapping or a result that is given as a log."""
-    if size_of(path) > _LARGEST_OF_OURS:
+    if path.stat().st_size > _LARGEST_OF_OURS:
         return ""
     try:
         held = load_json(path) if suffix == ".json" else load_yaml(path)

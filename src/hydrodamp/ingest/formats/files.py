@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 
-from hydrodamp.arrays import FloatArray
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import FileError, LogError
 from hydrodamp.files import absent
@@ -97,8 +96,8 @@ def _fault(name: str, group: Sequence[Topic]) -> str:
     head = f"{len(group)} files hold a topic `{name}`"
     if any(topic.time is None for topic in group):
         return f"{head} without a clock of its own. Read each file by itself"
-    clocks = [clock for topic in sorted(group, key=_begin) if len(clock := _clock(topic))]
-    for before, after in pairwise(clocks):
+    clocks = [topic.time for topic in sorted(group, key=_begin)]
+    for before, after in pairwise(clock for clock in clocks if clock is not None and len(clock)):
         if after[0] <= before[-1]:
             return (
                 f"{head}, and their times overlap ({after[0]:.10g} s to {before[-1]:.10g} s): these"
@@ -107,13 +106,8 @@ def _fault(name: str, group: Sequence[Topic]) -> str:
     return ""
 
 
-def _clock(topic: Topic) -> FloatArray:
-    return np.empty(0) if topic.time is None else topic.time
-
-
 def _begin(topic: Topic) -> float:
-    clock = _clock(topic)
-    return float(clock[0]) if len(clock) else np.inf
+    return np.inf if topic.time is None or not len(topic.time) else float(topic.time[0])
 
 
 def _whole(parts: Sequence[Topic]) -> Topic:
@@ -124,7 +118,7 @@ def _whole(parts: Sequence[Topic]) -> Topic:
     texts = dict.fromkeys(name for part in parts for name in part.texts if name not in fields)
     return Topic(
         parts[0].name,
-        np.concatenate([_clock(part) for part in parts]),
+        np.concatenate([part.time for part in parts if part.time is not None]),
         {
             name: np.concatenate([part.fields.get(name, np.full(part.n, np.nan)) for part in parts])
             for name in fields
