@@ -17,10 +17,11 @@ for _pool in ("OPENBLAS", "OMP", "MKL", "VECLIB_MAXIMUM"):
     os.environ[f"{_pool}_NUM_THREADS"] = "1"  # read once, when NumPy is first imported
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "tests")]
 
+import bench_least_squares  # noqa: E402
 import bench_recursive  # noqa: E402
 import by_hand  # noqa: E402
 from scipy.integrate import solve_ivp  # noqa: E402
-from workload import FULL, VEHICLE, log, problem, truth  # noqa: E402
+from workload import FULL, PAPER, VEHICLE, log, problem, truth  # noqa: E402
 
 import hydrodamp as hd  # noqa: E402
 import oracle  # noqa: E402
@@ -78,6 +79,18 @@ def open_loop_replay() -> float:
     )
 
 
+def least_squares() -> float:
+    """Eight models with their intervals, against the literal Kronecker form."""
+    n, few, method = 100_000, 10_000, bench_least_squares.METHOD
+    long, short = problem(n, PAPER), problem(few, PAPER)
+    return ratio(
+        lambda: method.identify_all(long, PAPER),
+        lambda: [bench_least_squares.literal(short, model) for model in PAPER],
+        few / n,
+        rounds=1,
+    )
+
+
 def online_step(method: hd.AdaptiveIdentifier | hd.RecursiveLeastSquares, model) -> float:
     """One step a call from Python, in calls of a Python function that does nothing."""
     prepared = hd.prepare(VEHICLE, log(4_000), model)
@@ -101,6 +114,7 @@ def online_step(method: hd.AdaptiveIdentifier | hd.RecursiveLeastSquares, model)
 
 
 LEAST = {
+    "least squares, eight models: literal Kronecker form": (least_squares, 100.0),
     "adaptive identifier: NumPy, sample by sample": (adaptive_identifier, 250.0),
     "recursive least squares, 216 coefficients: NumPy loop": (recursive_least_squares, 10.0),
     "replay: solve_ivp, steps of a sample": (open_loop_replay, 300.0),

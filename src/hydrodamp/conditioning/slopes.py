@@ -1,4 +1,4 @@
-"""Slopes by local quadratics, on any clock and within segments."""
+"""Slopes by local polynomials, on any clock and within segments."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _TRIED = 20000  # samples at which windows are compared, no more
 
 
 class Local(NamedTuple):
-    """Local quadratics at m samples."""
+    """Local polynomials at m samples."""
 
     value: FloatArray
     slope: FloatArray
@@ -50,13 +50,13 @@ def relative(values: FloatArray) -> Around:
     return around
 
 
-def local_quadratics(span: FloatArray, around: FloatArray) -> Local:
-    """Fit a parabola to each window and evaluate it at the sample."""
+def local_polynomials(span: FloatArray, around: FloatArray, degree: int = 2) -> Local:
+    """Fit a polynomial to each window and evaluate it at the sample."""
     if np.ptp(span, axis=0).max() <= _EVEN * np.abs(span).max():
-        span = span[:1]  # an even clock: one parabola's weights serve all
+        span = span[:1]  # an even clock: one polynomial's weights serve all
     size = np.abs(span).max(axis=1)
     scale = np.where(size > 0, size, 1.0)[:, np.newaxis]
-    powers = np.stack([(span / scale) ** k for k in range(min(3, span.shape[1]))], axis=1)
+    powers = np.stack([(span / scale) ** k for k in range(min(degree + 1, span.shape[1]))], axis=1)
     inverse = np.linalg.inv(powers @ powers.transpose(0, 2, 1))
     parts = (inverse @ powers) @ around
     slope = parts[:, 1] / scale if parts.shape[1] > 1 else 0.0 * parts[:, 0]
@@ -69,8 +69,9 @@ def fitted(
     around: Around,
     window: int,
     rows: IntArray | None = None,
+    degree: int = 2,
 ) -> Local:
-    """Return local quadratics at samples of a log."""
+    """Return local polynomials at samples of a log."""
     wanted = np.arange(len(time)) if rows is None else rows
     parts = []
     for start, stop in bounds.tolist():
@@ -80,7 +81,8 @@ def fitted(
             at = wanted[low : min(low + _CHUNK, last)]
             begin = np.clip(at - width // 2, start, stop - width)
             near = begin[:, np.newaxis] + np.arange(width)
-            parts.append(local_quadratics(time[near] - time[at, np.newaxis], around(at, near)))
+            span = time[near] - time[at, np.newaxis]
+            parts.append(local_polynomials(span, around(at, near), degree))
     return Local(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
 

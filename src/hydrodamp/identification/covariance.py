@@ -47,7 +47,7 @@ _OUTSIDE = 1e-6
 # How far the instruments are [s]: longer than the noise of a sensor stays correlated, and no longer
 # than a vehicle takes to change its motion. So many rows are enough,
 # taken so many at a time.
-_LAG, _INSTRUMENTED, _CHUNK = 1.5, 32_768, 1024
+_LAG, _INSTRUMENTED, _CHUNK = 1.5, 16_384, 1024
 
 # What the clock of the rows may be off [s].
 _CLOCK = 1e-6

@@ -9,14 +9,12 @@ from typing import Protocol
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
+from hydrodamp.conditioning.slopes import fitted, relative
 from hydrodamp.errors import MethodError
 from hydrodamp.simulation.problem import Problem
 
 # From times (n,) and values (n, k) of one segment to slopes (n, k).
 Slopes = Callable[[FloatArray, FloatArray], FloatArray]
-
-# Windows solved at once: bounds the memory of irregular clocks.
-_BLOCK = 4096
 
 
 class Derivative(Protocol):
@@ -141,7 +139,8 @@ class SavitzkyGolay(_Differentiated):
     def _slopes(self, time: FloatArray, values: FloatArray) -> FloatArray:
         order = min(self.order, len(time) - 1)
         half = max(round(self.window / float(np.median(np.diff(time))) / 2.0), order // 2 + 1)
-        return _local_slopes(time, values, min(2 * half + 1, len(time)), order)
+        whole = np.array([[0, len(time)]])
+        return fitted(time, whole, relative(values), 2 * half + 1, degree=order).slope
 
 
 def default_derivative(problem: Problem) -> Derivative:
@@ -161,29 +160,3 @@ def _by_segment(problem: Problem, values: FloatArray, slopes: Slopes) -> FloatAr
 def _integral(time: FloatArray, held: FloatArray) -> FloatArray:
     steps = np.diff(time)[:, None]
     return np.vstack([np.zeros((1, held.shape[1])), np.cumsum(held[:-1] * steps, axis=0)])
-
-
-def _local_slopes(time: FloatArray, values: FloatArray, width: int, order: int) -> FloatArray:
-    """Slope at each sample of the polynomial through the ``width`` samples around it."""
-    n = len(time)
-    first = np.clip(np.arange(n) - width // 2, 0, n - width)
-    slopes = np.empty_like(values)
-    for start in range(0, n, _BLOCK):
-        here = np.arange(start, min(start + _BLOCK, n))
-        window = first[here, None] + np.arange(width)
-        weights = _slope_weights(time[window] - time[here, None], order)
-        slopes[here] = np.einsum("nw,nwk->nk", weights, values[window])
-    return slopes
-
-
-def _slope_weights(offsets: FloatArray, order: int) -> FloatArray:
-    """Weights (n, width) whose sum with the samples is the fitted slope at offset 0."""
-    scale = np.abs(offsets).max(axis=1)
-    powers = (offsets / scale[:, None])[:, :, None] ** np.arange(order + 1)
-    q, r = np.linalg.qr(powers)
-    unit = np.zeros(order + 1)
-    unit[1] = 1.0
-    # The coefficients are R^-1 Q' y, so the slope's weights are Q R^-T e1.
-    back = np.linalg.solve(np.swapaxes(r, 1, 2), np.broadcast_to(unit, r.shape[:2])[..., None])
-    weights: FloatArray = (q @ back)[..., 0] / scale[:, None]
-    return weights

@@ -11,11 +11,8 @@ from scipy.special import stdtrit
 from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.errors import MethodError
 
+# From here on a median ratio of standard errors is worth a sentence.
 _WIDER = 1.5
-"""From here on a median ratio of standard errors is told."""
-
-_OUTSIDE = 1e-6
-"""A direction that lies outside others by less than this share is within them."""
 
 
 def reach(level: float = 0.95, degrees_of_freedom: float = np.inf) -> float:

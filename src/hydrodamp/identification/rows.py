@@ -97,9 +97,15 @@ class Rows:
         triangle : Triangle
             As from :func:`accumulate`.
         """
-        starts = range(0, self.n, BLOCK)
-        parts = ((self.design[k : k + BLOCK], self.target[k : k + BLOCK]) for k in starts)
-        return Triangle.of(self.basis, (np.asfortranarray(np.hstack(part)) for part in parts))
+
+        def blocks() -> Iterator[FloatArray]:
+            for start in range(0, self.n, BLOCK):
+                part = slice(start, min(start + BLOCK, self.n))
+                rows = np.empty((part.stop - start, len(self.basis) + 6), order="F")
+                rows[:, :-6], rows[:, -6:] = self.design[part], self.target[part]
+                yield rows
+
+        return Triangle.of(self.basis, blocks())
 
 
 class Equations(Protocol):
