@@ -92,12 +92,14 @@ def test_a_fit_is_kept_under_its_digest_and_reads_back(
 def test_what_intervals_are_made_with_reads_back(comparison: Comparison, tmp_path: Path) -> None:
     row = comparison.rows[0]
     covariance = row.fit.damping.covariance
-    for freedom, noise in ((5.0, 0.5 * covariance), (np.inf, None)):
+    unknown = np.full_like(covariance, np.nan)
+    for freedom, noise in ((5.0, 0.5 * covariance), (np.inf, None), (3.0, unknown)):
         found = Uncertainty(covariance, freedom, "by hand", noise, 2.0, 7, "shifts")
         known = replace(row, fit=replace(row.fit, uncertainty=found))
         write_comparison(Comparison((known,)), tmp_path)
         again = read_comparison(tmp_path).rows[0].fit.uncertainty
         assert again is not None
+        assert (again.noise is None) is (noise is None)
         assert again.reach() == found.reach()
         assert str(again) == str(found)
         np.testing.assert_array_equal(again.standard_errors, found.standard_errors)
@@ -161,6 +163,26 @@ def test_a_spoilt_folder_is_refused(
     (tmp_path / name).unlink()
     if content is not None:
         (tmp_path / name).write_text(content, "utf-8")
+    with pytest.raises(FileError, match=words):
+        read_comparison(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "words"),
+    [
+        ("status", ["ok"], r"`rows\[0\].status` must be one of ok, rank deficient"),
+        ("rms", "small", r"`rows\[0\].rms` must be a number; got 'small'"),
+        ("rms_by_axis", {"u": []}, r"`rows\[0\].rms_by_axis.u` must be a number"),
+    ],
+)
+def test_a_row_that_was_spoilt_is_refused_with_its_place(
+    comparison: Comparison, tmp_path: Path, key: str, value: object, words: str
+) -> None:
+    write_comparison(comparison, tmp_path)
+    path = tmp_path / "comparison.json"
+    document = json.loads(path.read_text("utf-8"))
+    document["rows"][0][key] = value
+    path.write_text(json.dumps(document), "utf-8")
     with pytest.raises(FileError, match=words):
         read_comparison(tmp_path)
 

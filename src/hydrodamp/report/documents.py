@@ -9,6 +9,7 @@ from typing import Annotated, Any, TypeVar, get_args
 
 import numpy as np
 from pydantic import (
+    AfterValidator,
     BaseModel,
     BeforeValidator,
     ConfigDict,
@@ -43,13 +44,13 @@ def _finite(value: float | None) -> float | None:
 def _status(value: object) -> Status:
     if isinstance(value, Status):
         return value
-    if value not in _STATUS:
-        raise ValueError(f"must be one of {', '.join(_STATUS)}")
+    if str(value) not in _STATUS:
+        raise ValueError(f"must be one of {', '.join(_STATUS)}; got {value!r}")
     return _STATUS[str(value)]
 
 
 #: A number that strict JSON can hold; null stands for what is not finite.
-Number = Annotated[float | None, BeforeValidator(_finite)]
+Number = Annotated[float | None, AfterValidator(_finite)]
 
 #: A status as its word.
 Outcome = Annotated[Status, BeforeValidator(_status), PlainSerializer(lambda status: status.word)]
@@ -213,7 +214,7 @@ class UncertaintyDocument(Document):
     block: Number
     n_blocks: int
     allowance: str
-    noise: Annotated[tuple[float, ...] | None, BeforeValidator(_variances)]
+    noise: Annotated[tuple[Number, ...] | None, BeforeValidator(_variances)]
 
     def uncertainty(self, covariance: np.ndarray) -> Uncertainty:
         """Return the uncertainty with the covariance of its damping."""
@@ -221,7 +222,7 @@ class UncertaintyDocument(Document):
         known = {
             **self.model_dump(),
             "degrees_of_freedom": math.inf if freedom is None else freedom,
-            "noise": None if noise is None else np.diag(np.array(noise)),
+            "noise": None if noise is None else np.diag(np.array(noise, dtype=np.float64)),
         }
         return Uncertainty(covariance, **known)
 
