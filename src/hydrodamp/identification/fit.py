@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
@@ -212,17 +212,6 @@ def fitted(
         n_samples=problem.n_samples if n_samples is None else n_samples,
         provenance=provenance(problem, model, method),
         remarks=remarks,
-        uncertainty=uncertainty,
-    )
-
-
-def trusted(fit: Fit, uncertainty: Uncertainty | None) -> Fit:
-    """Return a fit with standard errors for coloured noise."""
-    if uncertainty is None:
-        return fit
-    return replace(
-        fit,
-        damping=replace(fit.damping, covariance=uncertainty.covariance),
         uncertainty=uncertainty,
     )
 
