@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hydrodamp.arrays import FloatArray
+from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.basis.axes import VELOCITIES
 from hydrodamp.data.log import Log
 from hydrodamp.progress import counted
@@ -120,7 +120,7 @@ def _best(name: str, command: FloatArray, even: _Even, axes: list[int]) -> Delay
     known = command[np.isfinite(command)]
     if np.count_nonzero(np.diff(known)) < _LEAST_CHANGES:
         return None
-    lags = np.arange(round(_EARLIEST / even.step), round(_LATEST / even.step) + 1.0)
+    lags = np.arange(round(_EARLIEST / even.step), round(_LATEST / even.step) + 1)
     moved = _moved(command, lags)
     growth = np.diff(even.velocity[:, axes], axis=0, append=np.nan) / even.step
     state = _state(even.velocity, axes)
@@ -128,15 +128,34 @@ def _best(name: str, command: FloatArray, even: _Even, axes: list[int]) -> Delay
     if len(lags) < 4 or np.count_nonzero(fine) < _LEAST_SAMPLES:
         return None
     basis = np.linalg.qr(state[fine])[0]
-    given = _beyond(basis, moved[fine])
-    wanted = _beyond(basis, growth[fine])
+    given, wanted = (one - basis @ (basis.T @ one) for one in (moved[fine], growth[fine]))
     totals = np.sum((growth[fine] - growth[fine].mean(axis=0)) ** 2, axis=0)
-    found = [
-        _delay(name, axis, wanted[:, [place]], given, float(totals[place]), lags * even.step)
-        for place, axis in enumerate(axes)
-    ]
-    best = max(found, key=lambda one: one.share)
-    return best if best.share >= _LEAST_SHARE else None
+    along = _along(wanted, given) / np.sqrt(np.maximum(totals, 1e-30))[:, np.newaxis]
+    axis, place = np.unravel_index(int(np.argmax(along**2)), along.shape)
+    share = float(along[axis, place] ** 2)
+    if share < _LEAST_SHARE:
+        return None
+    seconds = even.step * _peak(along[axis] ** 2, lags)
+    parts = []
+    for part in np.array_split(np.arange(len(wanted)), _PARTS):
+        usual = totals[axis] * len(part) / len(wanted)
+        inside = _along(wanted[part][:, [axis]], given[part])[0] ** 2 / max(usual, 1e-30)
+        if inside.max() > _LEAST_SHARE:
+            parts.append(even.step * _peak(inside, lags))
+    allowed = max(2 * even.step, _NEAR)
+    near = float(np.mean(np.abs(np.array(parts) - seconds) <= allowed)) if len(parts) > 1 else 0.5
+    sure = near * min(1.0, share / _SURE_SHARE) if 0 < place < len(lags) - 1 else 0.0
+    if seconds < -max(even.step, _EARLY):
+        sure = min(sure, _BACKWARD)
+    return Delay(
+        command=name,
+        velocity=VELOCITIES[axes[axis]],
+        seconds=seconds,
+        spread=float(np.std(parts)) if len(parts) > 1 else None,
+        share=share,
+        sense=int(np.sign(along[axis, place])),
+        confidence=round(99 * sure),
+    )
 
 
 def _state(velocity: FloatArray, axes: list[int]) -> FloatArray:
@@ -150,62 +169,25 @@ def _state(velocity: FloatArray, axes: list[int]) -> FloatArray:
     return spread[:, (size > 0.0) | (np.arange(len(size)) == 0)]
 
 
-def _beyond(basis: FloatArray, values: FloatArray) -> FloatArray:
-    rest: FloatArray = values - basis @ (basis.T @ values)
-    return rest
-
-
-def _delay(
-    name: str, axis: int, wanted: FloatArray, given: FloatArray, total: float, lags: FloatArray
-) -> Delay:
-    shares, senses = _shares(wanted, given, total)
-    place = int(np.argmax(shares))
-    step = float(lags[1] - lags[0])
-    seconds = _peak(shares, lags, place)
-    parts = []
-    for part in np.array_split(np.arange(len(wanted)), _PARTS):
-        inside, _ = _shares(wanted[part], given[part], total * len(part) / len(wanted))
-        top = int(np.argmax(inside))
-        if inside[top] > _LEAST_SHARE:
-            parts.append(_peak(inside, lags, top))
-    allowed = max(2 * step, _NEAR)
-    near = float(np.mean(np.abs(np.array(parts) - seconds) <= allowed)) if len(parts) > 1 else 0.5
-    inner = 0 < place < len(lags) - 1
-    sure = near * min(1.0, float(shares[place]) / _SURE_SHARE)
-    if seconds < -max(step, _EARLY):
-        sure = min(sure, _BACKWARD)
-    return Delay(
-        command=name,
-        velocity=VELOCITIES[axis],
-        seconds=seconds,
-        spread=float(np.std(parts)) if len(parts) > 1 else None,
-        share=float(shares[place]),
-        sense=int(np.sign(senses[place])),
-        confidence=round(99 * sure) if inner else 0,
-    )
-
-
-def _moved(command: FloatArray, lags: FloatArray) -> FloatArray:
+def _moved(command: FloatArray, lags: IntArray) -> FloatArray:
     """Return the command at every lag, shape (n, lags); NaN beyond the ends."""
-    rows = np.arange(len(command))[:, np.newaxis] - lags.astype(int)
+    rows = np.arange(len(command))[:, np.newaxis] - lags
     inside = (rows >= 0) & (rows < len(command))
     return np.where(inside, command[np.clip(rows, 0, len(command) - 1)], np.nan)
 
 
-def _shares(wanted: FloatArray, given: FloatArray, total: float) -> tuple[FloatArray, FloatArray]:
-    """Return what share of the growth each lag explains, and its sense."""
+def _along(wanted: FloatArray, given: FloatArray) -> FloatArray:
+    """Return how far growths go along the command at each lag, shape (axes, lags)."""
     sizes = np.linalg.norm(given, axis=0)
     there = sizes > 1e-9 * max(float(sizes.max()), 1e-30)
-    along = np.where(there, wanted[:, 0] @ given, 0.0) / np.where(there, sizes, 1.0)
-    return along**2 / max(total, 1e-30), along
+    return np.where(there, wanted.T @ given, 0.0) / np.where(there, sizes, 1.0)
 
 
-def _peak(shares: FloatArray, lags: FloatArray, place: int) -> float:
-    """Return the time of the top of a parabola through the highest share and its neighbours."""
+def _peak(shares: FloatArray, lags: IntArray) -> float:
+    """Return the lag at the top of a parabola through the highest share and its neighbours."""
+    place = int(np.argmax(shares))
     if not 0 < place < len(lags) - 1:
         return float(lags[place])
     left, top, right = shares[place - 1 : place + 2]
     bend = float(left - 2 * top + right)
-    return float(lags[place]) + (
-        0.5 * float(left - right) / bend * float(lags[1] - lags[0]) if bend < 0.0 else 0.0
-    )
+    return float(lags[place]) + (0.5 * float(left - right) / bend if bend < 0.0 else 0.0)
