@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from hydrodamp.errors import MethodError
 from hydrodamp.identification.intervals import Uncertainty
 
 FOUND = Uncertainty(np.diag([9.0, 4.0]), 7.0, "by hand", noise=np.diag([4.0, 1.0]))
@@ -26,3 +27,27 @@ def test_noise_alone_keeps_the_degrees_of_freedom():
     assert alone.standard_errors.tolist() == [2.0, 1.0]
     assert alone.reach() == pytest.approx(FOUND.reach())
     assert alone.of_noise is alone
+
+
+def test_an_uncertainty_speaks():
+    known = Uncertainty(np.diag([1.0, 4.0]), 5.0, "scores", block=10.0, n_blocks=4)
+    assert known.reach() == pytest.approx(2.5706, abs=1e-4)  # Student's t, 5 degrees of freedom
+    np.testing.assert_allclose(
+        known.interval([0.0, 1.0], 0.5)[1], 1.0 + 0.72669 * np.array([-2, 2]), atol=1e-4
+    )
+    assert str(known).endswith("4 blocks of 10 s; intervals have 5 degrees of freedom.")
+    assert str(Uncertainty(np.eye(1), 5.0, "a prior")) == "Standard errors are from a prior."
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Uncertainty(np.zeros((2, 3)), 5.0, ""), r"must have shape \(2, 2\)"),
+        (lambda: Uncertainty(np.eye(2), 5.0, "", np.eye(3)), "`noise` must have"),
+        (lambda: Uncertainty(np.eye(2), 0.0, ""), "must be positive; got 0.0"),
+        (lambda: Uncertainty(np.eye(2), 5.0, "").reach(1.0), "`level` must lie between 0 and 1"),
+    ],
+)
+def test_bad_values_are_a_sentence(make, message):
+    with pytest.raises(MethodError, match=message):
+        make()

@@ -149,3 +149,16 @@ def test_a_model_that_was_not_prepared_is_refused(vehicle, exact_log, true_dampi
 def test_unknown_methods_name_the_nearest():
     with pytest.raises(hd.MethodError, match="Did you mean 'ai-scaled'"):
         hd.find_method("ai-scale")
+
+
+def test_a_long_log_keeps_no_rows(vehicle, exact_log, true_damping, monkeypatch):
+    """The same coefficients from a triangle made block by block; residuals count as white."""
+    truth = true_damping(hd.catalog["linear"])
+    problem = hd.prepare(vehicle, exact_log(truth, n=900), truth.model)
+    kept = hd.LeastSquares().identify(problem, truth.model)
+    monkeypatch.setattr("hydrodamp.identification.linear.MOST_ROWS", 800)
+    fit = hd.LeastSquares().identify(problem, truth.model)
+    np.testing.assert_allclose(fit.damping.coefficients, kept.damping.coefficients, rtol=1e-9)
+    assert kept.uncertainty is not None
+    assert fit.uncertainty is None
+    assert "take the residuals as white" in str(fit)

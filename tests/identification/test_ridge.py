@@ -11,7 +11,6 @@ import hydrodamp as hd
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.folds import folds
 from hydrodamp.identification.ridge import (
-    CrossValidated,
     Ridge,
 )
 from hydrodamp.identification.rows import Differenced
@@ -142,23 +141,6 @@ def test_it_beats_least_squares_where_terms_are_many_and_noise_large(
     assert lost[0] < 0.5 * lost[1]
 
 
-def test_slack_takes_the_largest_strength_near_enough(linear):
-    truth, _, problem = linear
-    little, much = (
-        np.array(
-            [
-                float(said.split("strength ")[1].split(",")[0])
-                for said in Ridge(RECORDED, CrossValidated(slack=slack))
-                .identify(problem, truth.model)
-                .remarks[1:]
-            ]
-        )
-        for slack in (0.0, 1.0)
-    )
-    assert np.all(much >= little)
-    assert np.any(much > little)
-
-
 def test_remarks_tell_the_choice(linear):
     truth, _, problem = linear
     fit = Ridge(RECORDED).identify(problem, truth.model)
@@ -235,5 +217,9 @@ def test_settings_that_are_none_are_a_sentence():
     for wrong in (-1.0, float("nan"), (1.0, 2.0), (1.0, 1.0, 1.0, 1.0, 1.0, -1.0)):
         with pytest.raises(MethodError, match="`strength` must be zero or positive"):
             Ridge(strength=wrong)
-    with pytest.raises(MethodError, match="`slack` must be zero or positive"):
-        CrossValidated(slack=-1.0)
+
+
+def test_a_triangle_alone_has_no_folds(linear):
+    truth, _, problem = linear
+    with pytest.raises(MethodError, match="cross-validation needs the rows"):
+        Ridge().solve(hd.accumulate(problem), problem, truth.model)

@@ -40,24 +40,10 @@ class CrossValidated:
         :func:`hydrodamp.folds`.
     gap : float
         Rows closer than this to each other across a cut are left out [s].
-    slack : float
-        Take the largest strength whose error is within this many standard errors of the
-        least; 1 is the one-standard-error rule of Breiman et al. (1984).
-
-    Raises
-    ------
-    MethodError
-        If the slack is negative.
     """
 
     n: int | None = None
     gap: float = 1.0
-    slack: float = 0.0
-
-    def __post_init__(self) -> None:
-        """Refuse a slack that means nothing."""
-        if not self.slack >= 0.0:
-            raise MethodError(f"`slack` must be zero or positive; got {self.slack}")
 
 
 @dataclass(frozen=True)
@@ -179,13 +165,13 @@ class _Validation:
             return 0.0, 0.0
         size = column_size(self.regression.triangle, terms)
         errors = _errors(self.folds[1], terms, axis, size, _GRID)
-        best = _best(errors, self.settings.slack)
+        best = int(errors.argmin())
         low, high = _GRID[[max(best - 1, 0), min(best + 1, len(_GRID) - 1)]].tolist()
         finer = np.geomspace(low, high, _FINER)
         order = np.argsort(both := np.append(_GRID, finer), kind="stable")
-        errors = np.hstack([errors, _errors(self.folds[1], terms, axis, size, finer)])[:, order]
-        best = _best(errors, self.settings.slack)
-        return float(both[order][best]), float(np.sqrt(errors[0, best]))
+        errors = np.append(errors, _errors(self.folds[1], terms, axis, size, finer))[order]
+        best = int(errors.argmin())
+        return float(both[order][best]), float(np.sqrt(errors[best]))
 
 
 def _errors(
@@ -195,19 +181,9 @@ def _errors(
     size: FloatArray,
     strength: FloatArray,
 ) -> FloatArray:
-    """Return the mean square not predicted on the folds over strengths, and its standard error."""
-    lost = np.array([_lost(split, terms, axis, size, strength) for split in splits])
-    rows = np.array([split.test.n_samples for split in splits])
-    spread = (lost / rows[:, None]).std(axis=0, ddof=1) / np.sqrt(len(splits))
-    return np.array([lost.sum(axis=0) / rows.sum(), spread])
-
-
-def _best(errors: FloatArray, slack: float) -> int:
-    """Return the place of the largest strength whose error is near enough to the least."""
-    mean, spread = errors
-    least = int(mean.argmin())
-    near = np.flatnonzero(mean <= mean[least] + slack * spread[least])
-    return int(near[-1]) if slack else least
+    """Return the mean square not predicted on the folds, one a strength."""
+    lost = sum(_lost(split, terms, axis, size, strength) for split in splits)
+    return np.asarray(lost / sum(split.test.n_samples for split in splits))
 
 
 def _lost(
