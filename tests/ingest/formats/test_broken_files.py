@@ -63,6 +63,18 @@ def overwritten(make: Make, start: float, length: int = 64) -> Make:
     return overwrite
 
 
+def packed(make: Make) -> Make:
+    """Compress a file by gzip."""
+
+    def pack(folder: Path, *tools: Any) -> Path:
+        path = whole(make(folder, *tools))
+        packed = path.with_name(f"{path.name}.gz")
+        packed.write_bytes(gzip.compress(path.read_bytes()))
+        return packed
+
+    return pack
+
+
 def whole(path: Path) -> Path:
     """The storage file of a bag's folder, or the file itself."""
     return next(iter([*path.glob("*.mcap"), *path.glob("*.db3")])) if path.is_dir() else path
@@ -233,6 +245,8 @@ CORPUS = [
         noted,
         "damaged after message 5 .*rosbag reindex",
     ),
+    ("bag1-packed", packed(ros1()), refused, "Unpack it with `gunzip FILE`"),
+    ("mcap-packed", packed(ros2("MCAP")), refused, "Unpack it with `gunzip FILE`"),
     ("mcap-half", cut(ros2("MCAP"), 0.7), refused, "mcap recover"),
     ("mcap-magic", raw("a.mcap", b"\x89MCAP0\r\n"), refused, "mcap recover"),
     ("mcap-zeroed", overwritten(ros2("MCAP"), 0.3), refused, "mcap recover"),
