@@ -229,9 +229,21 @@ def test_units_that_a_file_states_are_turned() -> None:
     gyro = Topic("/gyro", FAST, {"r": 90 + 0 * FAST}, units={"r": "deg/sec"})
     log = read(dive(gyro), mapping(velocity={"u": "/dvl.v.x", "r": "/gyro.r"}))
     np.testing.assert_allclose(log.velocity[:, 5], np.pi / 2)
-    wrong = Topic("/gyro", FAST, {"r": 0 * FAST}, units={"r": "m/s"})
-    with pytest.raises(LogError, match="is in m/s by its file, which is no unit of angular rate"):
-        mapping(velocity={"u": "/dvl.v.x", "r": "/gyro.r"}).log(dive(wrong))
+
+
+@pytest.mark.parametrize(
+    ("units", "says"),
+    [
+        ({"r": "m/s"}, "column `/gyro.r` is in m/s by its file, which is no unit of angular rate"),
+        ({"r": "furlong"}, "is in furlong by its file, which is no unit of angular rate"),
+        ({"t": "furlong"}, "column `t` is in furlong by its file, which is no unit of time"),
+    ],
+)
+def test_units_that_a_file_states_must_be_known(units: dict[str, str], says: str) -> None:
+    wrong = Topic("/gyro", FAST, {"r": 0 * FAST, "t": FAST}, units=units)
+    given = mapping(velocity={"u": "/dvl.v.x", "r": "/gyro.r"}, time=["t", "recorded"])
+    with pytest.raises(LogError, match=says):
+        given.log(dive(wrong))
 
 
 def test_angles_in_degrees_are_found_out() -> None:

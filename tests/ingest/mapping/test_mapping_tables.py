@@ -13,7 +13,7 @@ from hydrodamp.ingest.mapping import LogMapping, read_mapping
 from hydrodamp.ingest.read import read_log, read_logs
 
 Write = Callable[..., Path]
-EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "bluerov2" / "mapping.yaml"
+EXAMPLE = Path(__file__).resolve().parents[3] / "examples" / "bluerov2" / "mapping.yaml"
 
 
 def test_names_units_and_signs_are_turned(csv_file: Write) -> None:
