@@ -1,8 +1,7 @@
-"""The weak form: against least squares, in memory, and against PySINDy's weak form."""
+"""The weak form: against least squares and against PySINDy's weak form."""
 
 from __future__ import annotations
 
-import tracemalloc
 import warnings
 
 import numpy as np
@@ -27,7 +26,7 @@ def test_samples_through_the_triangle(benchmark, ledger):
     asked = WeakEquations(SUPPORT, windows=())
     fast, slow = interleaved(
         benchmark,
-        lambda: asked.triangle(prepared),
+        lambda: asked.rows(prepared).triangle(),
         lambda: hd.accumulate(prepared, hd.FiniteDifference()),
         rounds=3,
     )
@@ -41,30 +40,11 @@ def test_choosing_the_support(benchmark, ledger):
     asked = WeakEquations(SUPPORT, windows=())
     chosen, given = interleaved(
         benchmark,
-        lambda: WeakEquations().triangle(prepared),
-        lambda: asked.triangle(prepared),
+        lambda: WeakEquations().rows(prepared).triangle(),
+        lambda: asked.rows(prepared).triangle(),
         rounds=3,
     )
     ledger.within("weak triangle, support and windows chosen: both given", chosen, given)
-
-
-def test_memory(benchmark, ledger):
-    """Peak beyond the inputs with velocities as measured, at two lengths."""
-    asked, peaks = WeakEquations(SUPPORT, windows=()), {}
-    asked.triangle(problem(1_000, PAPER))
-    for n in (500_000, 1_000_000):
-        prepared = problem(n, PAPER)
-        tracemalloc.start()
-        if n == 500_000:
-            asked.triangle(prepared)
-        else:
-            benchmark.pedantic(asked.triangle, (prepared,), rounds=1)
-        peaks[n] = tracemalloc.get_traced_memory()[1] / 1e6
-        tracemalloc.stop()
-        log.cache_clear()
-    ledger.within(
-        "weak triangle, peak: 1e6 samples (ours), 5e5 (other)", *peaks.values(), unit="MB"
-    )
 
 
 def test_pysindy(benchmark, ledger):
@@ -82,7 +62,7 @@ def test_pysindy(benchmark, ledger):
     )
     prepared, mass = hd.prepare(VEHICLE, record, LINEAR), VEHICLE.mass_matrix
     method = WeakForm(WeakEquations(SUPPORT, windows=()))
-    n_functions = method.equations.triangle(prepared).n_samples
+    n_functions = method.equations.rows(prepared).n
     expected = truth(LINEAR).matrix
     found: list[np.ndarray] = []
 
