@@ -63,7 +63,7 @@ def test_a_fit_says_with_what_settings_it_was_made(
     key: str, driven, discrete_log, true_damping
 ) -> None:
     """By them a run that goes on tells whether the fits of a folder are its own."""
-    model = hd.catalog["linear"]
+    model = SMALL
     problem = hd.prepare(driven, discrete_log(true_damping(model), n=120), model)
     fit = hd.find_method(key).identify(problem, model)
     assert fit.provenance["settings"] == repr(hd.find_method(key))
