@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.identification.triangle import spanned
 
 
 @pytest.fixture
@@ -79,3 +80,11 @@ def test_a_segment_that_is_not_there_is_named(vehicle, exact_log, true_damping):
     problem = hd.prepare(vehicle, log, hd.catalog["linear"])
     with pytest.raises(hd.ProblemError, match="there are 3 segments"):
         hd.accumulate(problem, segments=[5])
+
+
+def test_a_column_of_zeros_has_a_coefficient_of_exactly_zero():
+    columns = np.random.default_rng(4).normal(size=(300, 40)) * (np.arange(40) % 3 > 0)
+    span = spanned(columns, range(40))
+    amounts = span.coefficients @ (span.directions.T @ np.ones(300))
+    assert np.all(amounts[::3] == 0.0)
+    assert span.aliased == tuple((place,) for place in range(0, 40, 3))

@@ -182,6 +182,7 @@ def spanned(
     unit = np.linalg.norm(design, axis=0) if scale is None else scale
     unit = np.where(unit == 0.0, 1.0, unit)
     left, singular, right = np.linalg.svd(design / unit, full_matrices=False)
+    right[:, ~np.any(design, axis=0)] = 0.0  # the decomposition leaves 1e-17 in columns of zeros
     kept = singular > RANK_TOLERANCE * singular[0] if singular[0] > 0.0 else singular > 0.0
     return Span(
         directions=left[:, kept],
