@@ -177,8 +177,12 @@ from .simulation.campaign.reenact import (
     reenact as reenact,
     reenact_all as reenact_all,
 )
-from .simulation.columns import Columns as Columns, columns as columns
-from .simulation.problem import Problem as Problem, prepare as prepare
+from .simulation.problem import (
+    Columns as Columns,
+    Problem as Problem,
+    columns as columns,
+    prepare as prepare,
+)
 from .simulation.replay import Trajectory as Trajectory, simulate as simulate
 from .simulation.score import (
     HorizonScore as HorizonScore,

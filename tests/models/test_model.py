@@ -11,8 +11,7 @@ from hydrodamp.basis.basis import canonical_key
 from hydrodamp.basis.term import Term
 from hydrodamp.errors import ModelError
 from hydrodamp.models.catalog import catalog
-from hydrodamp.models.labels import coefficient_unit, latex_label, read_label
-from hydrodamp.models.model import DampingModel
+from hydrodamp.models.model import DampingModel, coefficient_unit, latex_label, read_label
 
 KEYS = list(catalog)
 

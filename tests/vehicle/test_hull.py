@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import quad
 
 from hydrodamp.errors import VehicleError
-from hydrodamp.vehicle.hull import (
+from hydrodamp.vehicle.mass import (
     ROLL_FRACTION,
     added_mass_spheroid,
     added_mass_strip,

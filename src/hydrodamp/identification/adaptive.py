@@ -23,8 +23,7 @@ from hydrodamp.identification.online import first_guess
 from hydrodamp.kernels.inputs import Sample
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
-from hydrodamp.simulation.columns import Columns, stamp
-from hydrodamp.simulation.problem import Problem
+from hydrodamp.simulation.problem import Columns, Problem, stamp
 from hydrodamp.simulation.status import Status
 
 #: Share of an axis's damping wrench that may still be missing from settled coefficients.

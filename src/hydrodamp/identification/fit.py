@@ -14,8 +14,7 @@ from hydrodamp.errors import MethodError
 from hydrodamp.identification.intervals import Uncertainty
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
-from hydrodamp.simulation.columns import stamp
-from hydrodamp.simulation.problem import Problem, prepare
+from hydrodamp.simulation.problem import Problem, prepare, stamp
 from hydrodamp.simulation.status import Status
 from hydrodamp.vehicle.vehicle import Vehicle
 

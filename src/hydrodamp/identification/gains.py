@@ -10,8 +10,7 @@ from hydrodamp.arrays import FloatArray, IndexArray, IntArray
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.noise import mean_square, signal_to_noise
 from hydrodamp.identification.online import with_log
-from hydrodamp.simulation.columns import Columns
-from hydrodamp.simulation.problem import Problem
+from hydrodamp.simulation.problem import Columns, Problem
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,7 @@ from hydrodamp.errors import MethodError, ProblemError, did_you_mean
 from hydrodamp.kernels.inputs import Sample
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
-from hydrodamp.simulation.columns import Columns, held_channels
-from hydrodamp.simulation.problem import Problem
+from hydrodamp.simulation.problem import Columns, Problem, held_channels
 
 
 def observe(

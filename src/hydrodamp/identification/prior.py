@@ -23,10 +23,8 @@ from hydrodamp.identification.triangle import (
 )
 from hydrodamp.identification.weak import WeakEquations
 from hydrodamp.models.damping import Damping, warn_if_foreign
-from hydrodamp.models.labels import read_label
-from hydrodamp.models.model import DampingModel
-from hydrodamp.simulation.columns import stamp
-from hydrodamp.simulation.problem import Problem
+from hydrodamp.models.model import DampingModel, read_label
+from hydrodamp.simulation.problem import Problem, stamp
 
 # Eigenvalues of a correlation matrix below this share of the largest are zero: directions that a
 # fit could not determine, or surer ones than its covariance can hold.

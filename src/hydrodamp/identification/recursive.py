@@ -20,8 +20,7 @@ from hydrodamp.kernels.inputs import Sample
 from hydrodamp.kernels.plant import Entries
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
-from hydrodamp.simulation.columns import Columns, stamp
-from hydrodamp.simulation.problem import Problem
+from hydrodamp.simulation.problem import Columns, Problem, stamp
 from hydrodamp.simulation.status import Status
 
 

@@ -15,8 +15,7 @@ from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.basis.axes import AXES
 from hydrodamp.errors import ForeignVehicleWarning, ModelError, did_you_mean
 from hydrodamp.models.catalog import BIBTEX, PAPER
-from hydrodamp.models.labels import read_label, spell_label
-from hydrodamp.models.model import DampingModel, one_screen
+from hydrodamp.models.model import DampingModel, one_screen, read_label, spell_label
 
 
 @dataclass(frozen=True)

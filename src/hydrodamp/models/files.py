@@ -24,8 +24,13 @@ from hydrodamp.faults import faults_in
 from hydrodamp.files import load_json, load_yaml, mistaken, save_json, save_text
 from hydrodamp.models.catalog import catalog
 from hydrodamp.models.damping import Damping, VehicleStamp
-from hydrodamp.models.labels import coefficient_unit, spell_label
-from hydrodamp.models.model import DampingModel, group_axes, read_table
+from hydrodamp.models.model import (
+    DampingModel,
+    coefficient_unit,
+    group_axes,
+    read_table,
+    spell_label,
+)
 
 FORMAT = "hydrodamp-damping"
 

@@ -16,8 +16,7 @@ from hydrodamp.errors import ModelError, did_you_mean
 from hydrodamp.files import parse_yaml
 from hydrodamp.models.catalog import find_model
 from hydrodamp.models.damping import Damping, VehicleStamp
-from hydrodamp.models.labels import read_label, spell_label
-from hydrodamp.models.model import DampingModel
+from hydrodamp.models.model import DampingModel, read_label, spell_label
 
 _SUFFIX = ".yaml"
 

@@ -11,8 +11,7 @@ from hydrodamp.identification.candidates import KEY
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.grades import CONTRIBUTION, RELATIVE, Grade, Identifiability
 from hydrodamp.identification.intervals import reach
-from hydrodamp.models.labels import coefficient_unit
-from hydrodamp.models.model import DampingModel, group_axes
+from hydrodamp.models.model import DampingModel, coefficient_unit, group_axes
 from hydrodamp.report.grid import Column, Grid, coefficient
 
 _GROUPS = 12  # groups of aliased coefficients that are spelt out; the file has them all

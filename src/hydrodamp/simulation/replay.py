@@ -13,8 +13,7 @@ from hydrodamp.basis.axes import AXES
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
 from hydrodamp.models.damping import Damping, warn_if_foreign
-from hydrodamp.simulation.columns import stamp
-from hydrodamp.simulation.problem import Problem, prepare
+from hydrodamp.simulation.problem import Problem, prepare, stamp
 from hydrodamp.simulation.status import Status
 from hydrodamp.vehicle.vehicle import Vehicle
 

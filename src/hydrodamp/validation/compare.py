@@ -10,9 +10,8 @@ from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Fit
 from hydrodamp.models.damping import warn_if_foreign
-from hydrodamp.simulation.columns import stamp
 from hydrodamp.simulation.parallel import each
-from hydrodamp.simulation.problem import Problem, prepare
+from hydrodamp.simulation.problem import Problem, prepare, stamp
 from hydrodamp.simulation.replay import AttitudeSource, Trajectory, replay
 from hydrodamp.simulation.score import RateUnit, Score, score
 from hydrodamp.simulation.status import Status

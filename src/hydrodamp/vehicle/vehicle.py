@@ -19,14 +19,16 @@ from hydrodamp.basis.term import Term
 from hydrodamp.errors import VehicleError
 from hydrodamp.vehicle.actuators import Actuator, Column, Propeller
 from hydrodamp.vehicle.checks import checked_array, checked_axes, checked_force
-from hydrodamp.vehicle.hull import (
+from hydrodamp.vehicle.mass import (
     STANDARD_GRAVITY,
     Shape,
     check_hull,
+    checked_mass_matrix,
+    cross_matrix,
     hull_added_mass,
     hull_inertia,
+    rigid_body_mass_matrix,
 )
-from hydrodamp.vehicle.mass import checked_mass_matrix, cross_matrix, rigid_body_mass_matrix
 
 
 def mass_matrix_digest(matrix: npt.ArrayLike) -> str:

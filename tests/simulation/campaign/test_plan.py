@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hydrodamp.simulation.campaign.plan import (
+from hydrodamp.simulation.campaign.autopilot import (
     DEPTH_STEPS,
     HEADING_STEPS,
     STEADY,

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
+from hydrodamp.simulation.campaign.autopilot import TESTING
 from hydrodamp.simulation.campaign.conditions import COLOURED
 from hydrodamp.simulation.campaign.motion import Body, Motion
-from hydrodamp.simulation.campaign.plan import TESTING
 from hydrodamp.simulation.campaign.reenact import STARTING_DEPTH, Voyage, sail
 from hydrodamp.simulation.campaign.truth import Truth
 

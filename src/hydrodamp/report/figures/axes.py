@@ -8,7 +8,7 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.axes import VELOCITIES
-from hydrodamp.models.labels import latex_label, read_label
+from hydrodamp.models.model import latex_label, read_label
 from hydrodamp.simulation.score import RateUnit
 
 if TYPE_CHECKING:

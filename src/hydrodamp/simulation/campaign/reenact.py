@@ -10,7 +10,7 @@ import numpy as np
 from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError, did_you_mean
-from hydrodamp.simulation.campaign.autopilot import PERIOD, Memory, steer
+from hydrodamp.simulation.campaign.autopilot import PERIOD, TESTING, TRAINING, Memory, Run, steer
 from hydrodamp.simulation.campaign.conditions import WHITE, Conditions
 from hydrodamp.simulation.campaign.motion import (
     DEPTH,
@@ -21,7 +21,6 @@ from hydrodamp.simulation.campaign.motion import (
     Body,
     Motion,
 )
-from hydrodamp.simulation.campaign.plan import TESTING, TRAINING, Run
 from hydrodamp.simulation.campaign.truth import Truth, crossflow, sname, true_damping
 from hydrodamp.vehicle.fleet import fleet
 from hydrodamp.vehicle.vehicle import Vehicle
