@@ -3,22 +3,23 @@
 from .basis.axes import AXES as AXES, VELOCITIES as VELOCITIES
 from .basis.basis import Basis as Basis
 from .basis.term import Term as Term
-from .conditioning.accelerometer import (
-    acceleration_from_accelerometer as acceleration_from_accelerometer,
-)
 from .conditioning.actuators import (
     beyond_dead_zone as beyond_dead_zone,
     delayed as delayed,
     lagged as lagged,
 )
 from .conditioning.attitude import steady_attitude as steady_attitude
-from .conditioning.bottom_lock import mask_bottom_lock as mask_bottom_lock
 from .conditioning.current import (
     Current as Current,
     estimate_current as estimate_current,
     without_current as without_current,
 )
-from .conditioning.frozen import mask_frozen as mask_frozen
+from .conditioning.derived import (
+    acceleration_from_accelerometer as acceleration_from_accelerometer,
+    rates_from_attitude as rates_from_attitude,
+    velocity_from_position as velocity_from_position,
+)
+from .conditioning.dropouts import mask_bottom_lock as mask_bottom_lock, mask_frozen as mask_frozen
 from .conditioning.mixing import (
     AVL_690 as AVL_690,
     Mixing as Mixing,
@@ -31,13 +32,8 @@ from .conditioning.suspicions import (
     note_suspicions as note_suspicions,
     suspicions as suspicions,
 )
-from .conditioning.velocities import (
-    rates_from_attitude as rates_from_attitude,
-    velocity_from_position as velocity_from_position,
-)
 from .data.canonical import write_log as write_log
-from .data.concatenation import concatenate as concatenate
-from .data.log import Log as Log, Segment as Segment
+from .data.log import Log as Log, Segment as Segment, concatenate as concatenate
 from .data.recording import Recording as Recording, Topic as Topic
 from .errors import (
     ClockWarning as ClockWarning,

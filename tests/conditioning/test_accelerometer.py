@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from hydrodamp.conditioning.accelerometer import GRAVITY, acceleration_from_accelerometer
+from hydrodamp.conditioning.derived import GRAVITY, acceleration_from_accelerometer
 from hydrodamp.data.attitude import quaternion_from_euler, rotation
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError

@@ -5,8 +5,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from hydrodamp.conditioning.actuators import beyond_dead_zone, delayed, lagged
-from hydrodamp.data.concatenation import concatenate
-from hydrodamp.data.log import Log
+from hydrodamp.data.log import Log, concatenate
 from hydrodamp.errors import LogError
 
 

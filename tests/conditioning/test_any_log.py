@@ -10,12 +10,15 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from hydrodamp.conditioning.accelerometer import acceleration_from_accelerometer
 from hydrodamp.conditioning.actuators import beyond_dead_zone, delayed, lagged
 from hydrodamp.conditioning.current import estimate_current
+from hydrodamp.conditioning.derived import (
+    acceleration_from_accelerometer,
+    rates_from_attitude,
+    velocity_from_position,
+)
 from hydrodamp.conditioning.mixing import roll_from_mixing
 from hydrodamp.conditioning.steps import clean
-from hydrodamp.conditioning.velocities import rates_from_attitude, velocity_from_position
 from hydrodamp.data.attitude import quaternion_from_euler
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError

@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from hydrodamp.conditioning.bottom_lock import SENTINELS, lost_lock, mask_bottom_lock
+from hydrodamp.conditioning.dropouts import SENTINELS, lost_lock, mask_bottom_lock
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError
 

@@ -11,8 +11,7 @@ from hypothesis import given, settings, strategies as st
 
 from hydrodamp.conditioning.current import Current, estimate_current, without_current
 from hydrodamp.data.attitude import euler_from_quaternion, quaternion_from_euler, rotation
-from hydrodamp.data.concatenation import concatenate
-from hydrodamp.data.log import Log
+from hydrodamp.data.log import Log, concatenate
 from hydrodamp.errors import LogError
 from hydrodamp.simulation.campaign.reenact import reenact
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from hydrodamp.conditioning.frozen import mask_frozen
+from hydrodamp.conditioning.dropouts import mask_frozen
 from hydrodamp.data.log import Log
 
 Counts = Callable[[Log, str], dict[str, int]]

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from hydrodamp.conditioning.velocities import rates_from_attitude
+from hydrodamp.conditioning.derived import rates_from_attitude
 from hydrodamp.data.attitude import quaternion_from_euler
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from hydrodamp.conditioning.slopes import (
+from hydrodamp.conditioning.derived import (
     Around,
     best_window,
     fitted,

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from hydrodamp.conditioning.velocities import velocity_from_position
+from hydrodamp.conditioning.derived import velocity_from_position
 from hydrodamp.data.attitude import quaternion_from_euler, rotation
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError

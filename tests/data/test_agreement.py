@@ -4,8 +4,13 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from hydrodamp.data.agreement import angle_ratio, path_ratios, rate_slopes
-from hydrodamp.data.attitude import quaternion_from_euler, rotation
+from hydrodamp.data.attitude import (
+    angle_ratio,
+    path_ratios,
+    quaternion_from_euler,
+    rate_slopes,
+    rotation,
+)
 
 
 def tumble(rate: float, seed: int, n: int = 300) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -15,8 +15,7 @@ from hypothesis.extra.numpy import arrays
 from hydrodamp.data.attitude import euler_from_quaternion
 from hydrodamp.data.canonical import write_log
 from hydrodamp.data.channels import BLOCKS, RESERVED
-from hydrodamp.data.concatenation import concatenate
-from hydrodamp.data.log import Log, Segment
+from hydrodamp.data.log import Log, Segment, concatenate
 from hydrodamp.errors import FileError, GapWarning, LogError
 from hydrodamp.ingest.mapping import LogMapping
 from hydrodamp.ingest.read import read_log

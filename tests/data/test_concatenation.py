@@ -3,8 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hydrodamp.data.concatenation import concatenate
-from hydrodamp.data.log import Log, Segment
+from hydrodamp.data.log import Log, Segment, concatenate
 from hydrodamp.errors import LogError
 
 

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from hydrodamp.data.attitude import down, quaternion_from_euler
-from hydrodamp.data.concatenation import concatenate
-from hydrodamp.data.log import Log, Segment
+from hydrodamp.data.log import Log, Segment, concatenate
 from hydrodamp.errors import GapWarning, LogError
 
 STILL = np.zeros((4, 6))

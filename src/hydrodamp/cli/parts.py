@@ -60,7 +60,7 @@ def train_and_test(
 
 def part(option: str, values: Sequence[str], whole: Log | None, mapping: str | None) -> Log:
     """Return what one option names."""
-    from hydrodamp.data.concatenation import concatenate
+    from hydrodamp.data.log import concatenate
 
     if whole is None:
         for value in values:

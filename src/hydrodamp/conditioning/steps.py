@@ -8,16 +8,18 @@ from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from hydrodamp.conditioning.accelerometer import acceleration_from_accelerometer
 from hydrodamp.conditioning.actuators import beyond_dead_zone, delayed, lagged
 from hydrodamp.conditioning.attitude import steady_attitude
-from hydrodamp.conditioning.bottom_lock import mask_bottom_lock
 from hydrodamp.conditioning.current import without_current
-from hydrodamp.conditioning.frozen import mask_frozen
+from hydrodamp.conditioning.derived import (
+    acceleration_from_accelerometer,
+    rates_from_attitude,
+    velocity_from_position,
+)
+from hydrodamp.conditioning.dropouts import mask_bottom_lock, mask_frozen
 from hydrodamp.conditioning.mixing import AVL_690, ROTATION, roll_from_mixing
 from hydrodamp.conditioning.spikes import LEAST_WINDOW, remove_spikes
 from hydrodamp.conditioning.suspicions import note_suspicions
-from hydrodamp.conditioning.velocities import rates_from_attitude, velocity_from_position
 from hydrodamp.data.log import Log
 from hydrodamp.errors import did_you_mean
 from hydrodamp.faults import faults_in

@@ -9,8 +9,13 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.axes import AXES, VELOCITIES
-from hydrodamp.data.agreement import angle_ratio, path_ratios, rate_slopes
-from hydrodamp.data.attitude import down as down_in_body, euler_from_quaternion
+from hydrodamp.data.attitude import (
+    angle_ratio,
+    down as down_in_body,
+    euler_from_quaternion,
+    path_ratios,
+    rate_slopes,
+)
 from hydrodamp.data.log import Log
 from hydrodamp.data.units import UNITS, si_unit
 

@@ -1,10 +1,10 @@
-"""Attitude as unit quaternions and Euler angles, and the turn from one to another."""
+"""Attitude as quaternions and Euler angles, and how well other channels agree with it."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from hydrodamp.arrays import FloatArray
+from hydrodamp.arrays import FloatArray, IntArray
 
 _UNIT = 1e-12  # how far the norm of a unit quaternion may be off one
 
@@ -68,3 +68,109 @@ def turn(first: FloatArray, second: FloatArray) -> FloatArray:
     scale = np.divide(angle, sine, out=np.full_like(sine, 2.0), where=sine > 0)
     turned: FloatArray = vector * scale
     return turned
+
+
+_RATE_WINDOW = 0.5  # s, over which attitude is differenced: longer than its noise
+_PATH_WINDOW = 5.0  # s, over which paths are compared: long against the noise of a position
+_LEAST_PAIRS = 8
+_LEAST_RATE = 1e-3  # rad/s; below it an axis says nothing
+_LEAST_SHARE = 0.7  # of the motion that has one sign in both; 0.5 is what unrelated signs reach
+_LEAST_CORRELATION = 0.8  # below it two channels do not measure the same motion
+_LEAST_PART = 1e-4  # of the path, that a velocity must have; one in km/s beside others in m/s has
+_TINY = 1e-9  # of any unit; less is no motion
+
+
+def rate_slopes(
+    time: FloatArray, attitude: FloatArray, rates: FloatArray, bounds: IntArray
+) -> FloatArray:
+    """Return recorded body rates over the rates of the attitude, axis by axis; NaN if unknown."""
+    first, last = _pairs(time, bounds, _RATE_WINDOW)
+    if len(first) < _LEAST_PAIRS:
+        return np.full(3, np.nan)
+    span = (time[last] - time[first])[:, np.newaxis]
+    differenced = turn(attitude[first], attitude[last]) / span
+    area = _integral(time, rates)
+    recorded = (area[last] - area[first]) / span
+    return np.array([_slope(x, y) for x, y in zip(differenced.T, recorded.T, strict=True)])
+
+
+def angle_ratio(time: FloatArray, angle: FloatArray, rate: FloatArray, bounds: IntArray) -> float:
+    """Return how many times faster an angle turns than a recorded rate says."""
+    inner = np.ones(len(time) - 1, dtype=np.bool_)
+    inner[bounds[1:, 0] - 1] = False
+    steps = np.diff(angle)[inner]
+    wrapped = steps - 2 * np.pi * np.round(steps / (2 * np.pi))
+    return _ratio(wrapped / np.diff(time)[inner], ((rate[1:] + rate[:-1]) / 2)[inner])
+
+
+def path_ratios(
+    time: FloatArray,
+    velocity: FloatArray,
+    attitude: FloatArray,
+    position: FloatArray,
+    bounds: IntArray,
+) -> tuple[float, FloatArray]:
+    """Return how many times longer the path of u v w is than the position's: in all, and each.
+
+    Each velocity is compared with what is left of the position's path without the others.
+    """
+    first, last = _pairs(time, bounds, _PATH_WINDOW)
+    area = _integral(time, (rotation(attitude) * velocity[:, np.newaxis, :3]).reshape(-1, 9))
+    made = (area[last] - area[first]).reshape(-1, 3, 3)  # world axes, then u v w
+    gone = (position[last] - position[first]).ravel()
+    parts = made.reshape(-1, 3)
+    sizes = np.linalg.norm(parts, axis=0)
+    there = np.flatnonzero(sizes > _LEAST_PART * np.linalg.norm(sizes))
+    shares = np.zeros(3)
+    shares[there] = np.linalg.lstsq(parts[:, there] / sizes[there], gone)[0] / sizes[there]
+    each = np.full(3, np.nan)
+    for axis in there.tolist():
+        rest = gone - parts @ shares + parts[:, axis] * shares[axis]
+        each[axis] = _ratio(parts[:, axis], rest)
+    return _ratio(made.sum(axis=2).ravel(), gone), each
+
+
+def _pairs(time: FloatArray, bounds: IntArray, seconds: float) -> tuple[IntArray, IntArray]:
+    """Return pairs of samples about some seconds apart, both in one segment."""
+    firsts, lasts = [], []
+    for start, stop in bounds.tolist():
+        part = time[start:stop]
+        first = np.arange(stop - start)
+        last = np.minimum(np.searchsorted(part, part + seconds), stop - start - 1)
+        far = part[last] - part >= seconds / 2  # the end of a segment leaves less
+        firsts.append(first[far] + start)
+        lasts.append(last[far] + start)
+    return np.concatenate(firsts), np.concatenate(lasts)
+
+
+def _integral(time: FloatArray, values: FloatArray) -> FloatArray:
+    """Return the running trapezoidal integral of columns."""
+    strips = np.diff(time)[:, np.newaxis] * (values[1:] + values[:-1]) / 2
+    return np.concatenate((np.zeros((1, values.shape[1])), np.cumsum(strips, axis=0)))
+
+
+def _slope(differenced: FloatArray, recorded: FloatArray) -> float:
+    """Return the slope that least absolute deviations give."""
+    weight = np.abs(differenced)
+    if weight.mean() < _LEAST_RATE:
+        return float("nan")
+    agreeing = float(weight[differenced * recorded > 0].sum() / weight.sum())
+    opposing = float(weight[differenced * recorded < 0].sum() / weight.sum())
+    if max(agreeing, opposing) < _LEAST_SHARE:
+        return float("nan")
+    turning = weight > 0
+    with np.errstate(over="ignore"):  # beside hardly any rate
+        ratio, weight = recorded[turning] / differenced[turning], weight[turning]
+    order = np.argsort(ratio)
+    middle = np.searchsorted(np.cumsum(weight[order]), weight.sum() / 2)
+    return float(ratio[order[middle]])
+
+
+def _ratio(first: FloatArray, second: FloatArray) -> float:
+    """Return the size of one against another, with the sign of their correlation."""
+    one, other = float(np.linalg.norm(first)), float(np.linalg.norm(second))
+    if len(first) < _LEAST_PAIRS or min(one, other) < _TINY:
+        return float("nan")
+    correlation = float((first / one) @ (second / other))
+    far = abs(correlation) <= _LEAST_CORRELATION
+    return float("nan") if far else float(np.sign(correlation)) * one / other

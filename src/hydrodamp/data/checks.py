@@ -9,8 +9,7 @@ import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray, frozen
 from hydrodamp.basis.axes import VELOCITIES
-from hydrodamp.data.agreement import rate_slopes
-from hydrodamp.data.attitude import normalised
+from hydrodamp.data.attitude import normalised, rate_slopes
 from hydrodamp.data.channels import BLOCKS, VELOCITY, unit_of
 from hydrodamp.data.record import Record, Segment, copied
 

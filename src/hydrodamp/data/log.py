@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
+import textwrap
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -15,7 +16,7 @@ import numpy.typing as npt
 from hydrodamp.arrays import FloatArray, IntArray, frozen
 from hydrodamp.basis.axes import VELOCITIES
 from hydrodamp.data import attitude as attitudes
-from hydrodamp.data.channels import BLOCKS
+from hydrodamp.data.channels import BLOCKS, unit_of
 from hydrodamp.data.checks import checked_blocks, name_faults, record_faults, segment_faults
 from hydrodamp.data.record import (
     Record,
@@ -24,11 +25,12 @@ from hydrodamp.data.record import (
     named,
     record_of_arrays,
     split,
+    unique_names,
 )
-from hydrodamp.data.summary import summary
 from hydrodamp.errors import GapWarning, LogError, did_you_mean
 
 _ARRAYS = (*(block.name for block in BLOCKS), "commands")
+_LISTED, _WIDTH = 12, 160  # lines and letters of each list in the text of a log
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -330,9 +332,43 @@ class Log:
         return f"<Log {self.source or 'of arrays'}: {self.n} samples, {self.duration:.6g} s>"
 
     def __str__(self) -> str:
-        """Return what the log holds, on one screen."""
-        names = (self.velocity_names, self.command_names)
-        return summary(self.source, arrays(self), names, self.segments, self.notes)
+        """Return what the log holds, on one screen: its span, columns, ranges and segments."""
+        time, held = self.time, arrays(self)
+        steps = np.concatenate([np.diff(time[a:b]) for a, b in self.bounds])
+        several = "s" if len(self.segments) > 1 else ""
+        optional = [block for block in BLOCKS if block.name not in ("time", "velocity")]
+        there = ", ".join(block.title for block in optional if block.name in held)
+        absent = ", ".join(block.title for block in optional if block.name not in held)
+        velocities = ((name, VELOCITIES.index(name)) for name in self.velocity_names)
+        commands = zip(self.command_names, self.commands.T, strict=True)
+        spans = [(part, time[part.start], time[part.stop - 1]) for part in self.segments]
+        notes = [f"    {textwrap.shorten(note, _WIDTH)}" for note in self.notes]
+        lines = [
+            f"Log {self.source or 'of arrays'}",
+            f"  {self.n} samples, {steps.sum():.6g} s in {len(self.segments)} segment{several},"
+            f" median step {np.median(steps):.4g} s",
+            f"  with {there or 'velocity only'}" + (f"; without {absent}" if absent else ""),
+            *(_range(name, self.velocity[:, k], f" {unit_of(name)}") for name, k in velocities),
+            *_first([_range(name, values) for name, values in commands], "commands"),
+            "  segment            samples  from [s]    to [s]",
+            *_first(
+                [f"  {part.name:<18} {len(part):>7} {a:>9.6g} {b:>9.6g}" for part, a, b in spans],
+                "segments",
+            ),
+            *(["  what was done to it"] if notes else []),
+            *_first(notes, "notes"),
+        ]
+        return "\n".join(lines)
+
+
+def _range(name: str, values: FloatArray, unit: str = "") -> str:
+    return f"  {name:<14} {values.min():>10.4g} .. {values.max():<10.4g}{unit}".rstrip()
+
+
+def _first(lines: list[str], what: str) -> list[str]:
+    """Return a screenful of lines, and how many more there are."""
+    more = len(lines) - _LISTED
+    return lines if more <= 0 else [*lines[:_LISTED], f"  ... and {more} more {what}"]
 
 
 def take(log: Log, pieces: Sequence[Segment]) -> Log:
@@ -348,3 +384,66 @@ def arrays(log: Log) -> dict[str, FloatArray]:
     """Return the arrays that a log has, commands included."""
     found = {name: getattr(log, name) for name in _ARRAYS}
     return {name: block for name, block in found.items() if block is not None}
+
+
+def concatenate(logs: Iterable[Log]) -> Log:
+    """Return one log of several, each keeping its own clock and segments.
+
+    Parameters
+    ----------
+    logs : iterable of Log
+        Logs with the same columns; commands may stand in another order.
+
+    Returns
+    -------
+    log : Log
+        A segment name that occurs again gets a number: ``dive``, ``dive-2``.
+
+    Raises
+    ------
+    LogError
+        If there is no log, or a log has other columns than the first.
+
+    Examples
+    --------
+    >>> log = Log(time=[0.0, 1.0], velocity=np.ones((2, 6)))
+    >>> [segment.name for segment in concatenate([log, log]).segments]
+    ['1', '1-2']
+    """
+    parts = list(logs)
+    if not parts:
+        raise LogError("there is no log to concatenate")
+    first = parts[0]
+    if faults := [fault for other in parts[1:] for fault in _differences(first, other)]:
+        raise LogError(faults)
+    order = [[part.command_names.index(name) for name in first.command_names] for part in parts]
+    blocks: dict[str, Any] = {
+        name: np.concatenate([getattr(part, name) for part in parts])
+        for name in arrays(first)
+        if name != "commands"
+    }
+    commands = [part.commands[:, columns] for part, columns in zip(parts, order, strict=True)]
+    starts = itertools.accumulate((part.n for part in parts), initial=0)
+    moved = [
+        (piece.name, piece.start + start, piece.stop + start)
+        for part, start in zip(parts, starts, strict=False)
+        for piece in part.segments
+    ]
+    names = unique_names(name for name, _, _ in moved)
+    return dataclasses.replace(
+        first,
+        **blocks,
+        commands=np.concatenate(commands),
+        segments=tuple(Segment(name, a, b) for name, (_, a, b) in zip(names, moved, strict=True)),
+        source=", ".join(dict.fromkeys(part.source for part in parts if part.source)),
+        notes=tuple(dict.fromkeys(note for part in parts for note in part.notes)),
+    )
+
+
+def _differences(first: Log, other: Log) -> Iterator[str]:
+    """Say which columns one of two logs has and the other lacks."""
+    held = [{*log.velocity_names, *log.command_names, *arrays(log)} for log in (first, other)]
+    for mine, its, log in ((held[0], held[1], other), (held[1], held[0], first)):
+        if mine - its:
+            lacking = " ".join(sorted(mine - its))
+            yield f"{log.source or 'a log'} lacks {lacking}, which the others have"

@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.conditioning.slopes import fitted, relative
+from hydrodamp.conditioning.derived import fitted, relative
 from hydrodamp.errors import MethodError
 from hydrodamp.simulation.problem import Problem
 

@@ -10,8 +10,7 @@ from typing import TypeVar
 import numpy as np
 
 from hydrodamp.conditioning.steps import prepared
-from hydrodamp.data.concatenation import concatenate
-from hydrodamp.data.log import Log
+from hydrodamp.data.log import Log, concatenate
 from hydrodamp.data.recording import Recording
 from hydrodamp.errors import GapWarning, LogError
 from hydrodamp.ingest.mapping import LogMapping, read_mapping

@@ -6,8 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hydrodamp.data.agreement import rate_slopes
-from hydrodamp.data.attitude import down, turn
+from hydrodamp.data.attitude import down, rate_slopes, turn
 from hydrodamp.errors import FileError, LogError
 from hydrodamp.ingest.mapping import LogMapping, read_mapping
 from hydrodamp.ingest.read import read_log, read_logs

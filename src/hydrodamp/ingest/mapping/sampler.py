@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray
-from hydrodamp.conditioning.bottom_lock import lost_lock
+from hydrodamp.conditioning.dropouts import lost_lock
 from hydrodamp.data.recording import Topic
 from hydrodamp.errors import LogError, did_you_mean
 from hydrodamp.ingest.clock.sampling import (

@@ -1,0 +1,335 @@
+"""Velocities and accelerations derived from other channels, by local quadratics."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from hydrodamp.arrays import FloatArray, IntArray
+from hydrodamp.basis.axes import VELOCITIES
+from hydrodamp.data.attitude import down, rotation, turn
+from hydrodamp.data.log import Log
+from hydrodamp.errors import LogError, did_you_mean
+
+#: Numbers of samples to choose from.
+WINDOWS = (5, 7, 9, 13, 17, 25, 35)
+
+_CHUNK = 8192
+_EVEN = 1e-9  # of a window, by which an even clock may differ
+_TRIED = 20000  # samples at which windows are compared, no more
+
+
+class Local(NamedTuple):
+    """Local polynomials at m samples."""
+
+    value: FloatArray
+    slope: FloatArray
+    own: FloatArray
+
+
+#: Samples (m,) and their neighbours (m, w) -> the values there, shape (m, w, k).
+Around = Callable[[IntArray, IntArray], FloatArray]
+
+
+def slopes(
+    time: FloatArray, bounds: IntArray, around: Around, seconds: float | None
+) -> tuple[Local, int]:
+    """Return local quadratics over some seconds, or over the best window; and its samples."""
+    if seconds is None:
+        window = best_window(time, bounds, around)
+    else:
+        steps = np.concatenate([np.diff(time[a:b]) for a, b in bounds])
+        window = max(5, 2 * round(seconds / float(np.median(steps)) / 2) + 1)
+    return fitted(time, bounds, around, window), window
+
+
+def relative(values: FloatArray) -> Around:
+    """Return columns of numbers as differences from each sample."""
+
+    def around(at: IntArray, near: IntArray) -> FloatArray:
+        return np.asarray(values[near] - values[at][:, np.newaxis])
+
+    return around
+
+
+def local_polynomials(span: FloatArray, around: FloatArray, degree: int = 2) -> Local:
+    """Fit a polynomial to each window and evaluate it at the sample."""
+    if np.ptp(span, axis=0).max() <= _EVEN * np.abs(span).max():
+        span = span[:1]  # an even clock: one polynomial's weights serve all
+    size = np.abs(span).max(axis=1)
+    scale = np.where(size > 0, size, 1.0)[:, np.newaxis]
+    powers = np.stack([(span / scale) ** k for k in range(min(degree + 1, span.shape[1]))], axis=1)
+    inverse = np.linalg.inv(powers @ powers.transpose(0, 2, 1))
+    parts = (inverse @ powers) @ around
+    slope = parts[:, 1] / scale if parts.shape[1] > 1 else 0.0 * parts[:, 0]
+    return Local(parts[:, 0], slope, np.broadcast_to(inverse[:, 0, 0], len(around)))
+
+
+def fitted(
+    time: FloatArray,
+    bounds: IntArray,
+    around: Around,
+    window: int,
+    rows: IntArray | None = None,
+    degree: int = 2,
+) -> Local:
+    """Return local polynomials at samples of a log."""
+    wanted = np.arange(len(time)) if rows is None else rows
+    parts = []
+    for start, stop in bounds.tolist():
+        first, last = np.searchsorted(wanted, (start, stop)).tolist()
+        width = min(window, stop - start)
+        for low in range(first, last, _CHUNK):
+            at = wanted[low : min(low + _CHUNK, last)]
+            begin = np.clip(at - width // 2, start, stop - width)
+            near = begin[:, np.newaxis] + np.arange(width)
+            span = time[near] - time[at, np.newaxis]
+            parts.append(local_polynomials(span, around(at, near), degree))
+    return Local(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+
+
+def best_window(
+    time: FloatArray, bounds: IntArray, around: Around, windows: Sequence[int] = WINDOWS
+) -> int:
+    """Return the window whose parabolas best predict the sample they leave out."""
+    rows = np.arange(0, len(time), -(-len(time) // _TRIED))
+    longest = int(np.max(bounds[:, 1] - bounds[:, 0]))
+    usable = [window for window in windows if window < longest] or [windows[0]]
+    errors = []
+    for window in usable:
+        fit = fitted(time, bounds, around, window, rows)
+        free = np.maximum(1.0 - fit.own, 1e-6)[:, np.newaxis]
+        errors.append(float(np.mean((fit.value / free) ** 2)))
+    return usable[int(np.argmin(errors))]
+
+
+_LINEAR, _RATES = VELOCITIES[:3], VELOCITIES[3:]
+_LEVEL = 1e-9  # off the vertical; a planar log has no more
+
+
+def rates_from_attitude(
+    log: Log, names: Sequence[str] | None = None, *, seconds: float | None = None
+) -> Log:
+    """Return a log whose body rates come from its attitude.
+
+    Parameters
+    ----------
+    log : Log
+        With an attitude.
+    names : sequence of str, optional
+        Which of p q r to derive; those not recorded where not given, of a log that is level
+        throughout r alone.
+    seconds : float, optional
+        Time under each local quadratic [s]; chosen by cross-validation where not given.
+
+    Returns
+    -------
+    log : Log
+        Its notes say which rates are derived, and how. A log that lacks none is returned
+        as it is.
+
+    Raises
+    ------
+    LogError
+        If there is no attitude, or a name is no rate.
+
+    Examples
+    --------
+    >>> time = np.arange(0.0, 5.0, 0.1)
+    >>> yaw = np.outer(0.3 * time, (0, 0, 1))
+    >>> log = rates_from_attitude(Log.from_arrays(time, {"u": 1 + 0 * time}, attitude=yaw))
+    >>> log.velocity_names, log.velocity[:, 5].min().round(9).item()
+    (('u', 'r'), 0.3)
+    """
+    if log.attitude is None:
+        raise LogError("there is no attitude to derive rates from", source=log.source)
+    level = bool((np.abs(down(log.attitude)[:, :2]) < _LEVEL).all())
+    chosen = _chosen(log, names, _RATES, _RATES[2:] if level else _RATES)
+    if not chosen:
+        return log
+    fit, window = slopes(log.time, log.bounds, _turns(log.attitude), seconds)
+    rates = fit.slope - np.cross(fit.value, fit.slope) / 2
+    columns = {name: rates[:, _RATES.index(name)] for name in chosen}
+    note = f"derived: `{' '.join(chosen)}` from attitude, by local quadratics over {window} samples"
+    return _with_velocities(log, columns).noted(note)
+
+
+def velocity_from_position(
+    log: Log, names: Sequence[str] | None = None, *, seconds: float | None = None
+) -> Log:
+    """Return a log whose linear velocities come from its position and attitude.
+
+    Parameters
+    ----------
+    log : Log
+        With a position and an attitude.
+    names : sequence of str, optional
+        Which of u v w to derive; those not recorded where not given, without w where the
+        position never leaves its depth.
+    seconds : float, optional
+        Time under each local quadratic [s]; chosen by cross-validation where not given.
+
+    Returns
+    -------
+    log : Log
+        Its notes say which velocities are derived: they are over ground, a current is in
+        them. A log that lacks none is returned as it is.
+
+    Raises
+    ------
+    LogError
+        If position or attitude is lacking, or a name is no linear velocity.
+
+    Examples
+    --------
+    >>> time = np.arange(0.0, 5.0, 0.1)
+    >>> east = np.full((50, 3), (0, 0, np.pi / 2))
+    >>> log = Log.from_arrays(
+    ...     time, {"r": 0 * time}, attitude=east, position=np.outer(time, (0, 2, 0))
+    ... )
+    >>> done = velocity_from_position(log)
+    >>> done.velocity_names, done.velocity[:, 0].max().round(9).item()
+    (('u', 'v', 'r'), 2.0)
+    """
+    position, attitude = log.position, log.attitude
+    if position is None or attitude is None:
+        lacking = "position" if position is None else "attitude"
+        fault = f"there is no {lacking}; velocity from position needs both position and attitude"
+        raise LogError(fault, source=log.source)
+    planar = bool((position[:, 2] == position[0, 2]).all())
+    chosen = _chosen(log, names, _LINEAR, _LINEAR[: 2 if planar else 3])
+    if not chosen:
+        return log
+    fit, window = slopes(log.time, log.bounds, relative(position), seconds)
+    body = np.einsum("nji,nj->ni", rotation(attitude), fit.slope)  # v = R^T dx/dt
+    columns = {name: body[:, _LINEAR.index(name)] for name in chosen}
+    note = (
+        f"derived: `{' '.join(chosen)}` over ground from position, by local quadratics over"
+        f" {window} samples"
+    )
+    return _with_velocities(log, columns).noted(note)
+
+
+def _turns(attitude: FloatArray) -> Around:
+    """Return attitudes as the rotation vectors that lead there from each sample."""
+
+    def around(at: IntArray, near: IntArray) -> FloatArray:
+        first = np.repeat(attitude[at], near.shape[1], axis=0)
+        return turn(first, attitude[near.ravel()]).reshape(*near.shape, 3)
+
+    return around
+
+
+def _chosen(
+    log: Log, names: Sequence[str] | None, known: Sequence[str], usual: Sequence[str]
+) -> tuple[str, ...]:
+    """Return the velocities to derive, in their usual order, or say which cannot be."""
+    if names is None:
+        return tuple(name for name in usual if name not in log.velocity_names)
+    faults = [
+        f"'{name}' cannot be derived here; it takes {' '.join(known)}.{did_you_mean(name, known)}"
+        for name in names
+        if name not in known
+    ]
+    if faults:
+        raise LogError(faults, source=log.source)
+    return tuple(name for name in known if name in names)
+
+
+def _with_velocities(log: Log, columns: dict[str, FloatArray]) -> Log:
+    """Return a log with some velocities added or replaced, without accelerations."""
+    velocity = log.velocity.copy()
+    for name, values in columns.items():
+        velocity[:, VELOCITIES.index(name)] = values
+    names = tuple(name for name in VELOCITIES if name in (*log.velocity_names, *columns))
+    made = dataclasses.replace(log, velocity=velocity, velocity_names=names, acceleration=None)
+    if log.acceleration is None:
+        return made
+    return made.noted(f"left out: recorded accelerations, which `{' '.join(columns)}` lack")
+
+
+#: Standard gravity [m/s^2].
+GRAVITY = 9.80665
+
+
+def acceleration_from_accelerometer(
+    log: Log,
+    lever_arm: npt.ArrayLike = (0.0, 0.0, 0.0),
+    *,
+    gravity: float = GRAVITY,
+    seconds: float | None = None,
+) -> Log:
+    """Return a log whose accelerations come from its specific force.
+
+    Parameters
+    ----------
+    log : Log
+        With a specific force and an attitude.
+    lever_arm : array_like, shape (3,), optional
+        From the reference point to the accelerometer, body frame [m].
+    gravity : float, optional
+        [m/s^2].
+    seconds : float, optional
+        Time under the local quadratics of the rates [s]; chosen by cross-validation where
+        not given.
+
+    Returns
+    -------
+    log : Log
+        With ``acceleration`` for every velocity recorded; its notes say so.
+
+    Raises
+    ------
+    LogError
+        If specific force or attitude is lacking, or the lever arm is not three numbers.
+
+    Examples
+    --------
+    >>> level = np.zeros((9, 3))
+    >>> still = Log.from_arrays(
+    ...     np.arange(9.0), np.zeros((9, 6)), attitude=level,
+    ...     specific_force=np.full((9, 3), (0.5, 0, -9.80665)),
+    ... )
+    >>> acceleration_from_accelerometer(still).acceleration[4, :3].round(9).tolist()
+    [0.5, 0.0, 0.0]
+    """
+    if log.specific_force is None or log.attitude is None:
+        lacking = "specific force" if log.specific_force is None else "attitude"
+        fault = f"there is no {lacking}; accelerations need both specific force and attitude"
+        raise LogError(fault, source=log.source)
+    arm = _three(lever_arm, log.source)
+    rates = log.velocity[:, 3:]
+    fit, window = slopes(log.time, log.bounds, relative(rates), seconds)
+    linear = moved(log.specific_force + gravity * log.down, rates, fit.slope, arm)
+    linear -= np.cross(rates, log.velocity[:, :3])
+    both = np.column_stack((linear, fit.slope))
+    absent = [k for k, name in enumerate(VELOCITIES) if name not in log.velocity_names]
+    both[:, absent] = 0.0
+    place = ", ".join(f"{part:g}" for part in arm)
+    note = (
+        f"derived: accelerations from an accelerometer at ({place}) m and from rates by local"
+        f" quadratics over {window} samples"
+    )
+    return dataclasses.replace(log, acceleration=both).noted(note)
+
+
+def moved(
+    acceleration: FloatArray, rates: FloatArray, slopes: FloatArray, arm: FloatArray
+) -> FloatArray:
+    """Return the acceleration of the reference point from that of a point beside it."""
+    return acceleration - np.cross(slopes, arm) - np.cross(rates, np.cross(rates, arm))
+
+
+def _three(lever_arm: npt.ArrayLike, source: str) -> FloatArray:
+    try:
+        arm: FloatArray = np.asarray(lever_arm, dtype=np.float64)
+    except (TypeError, ValueError):
+        arm = np.empty(0)
+    if arm.shape != (3,) or not np.isfinite(arm).all():
+        fault = f"`lever_arm` must be three numbers x y z [m]; got {lever_arm!r}"
+        raise LogError(fault, source=source)
+    return arm
