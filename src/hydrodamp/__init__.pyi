@@ -146,19 +146,19 @@ from .report.figures.coefficients import (
 )
 from .report.figures.diagnostics import (
     excitation_figure as excitation_figure,
+    history_figure as history_figure,
     power_figure as power_figure,
     residuals_figure as residuals_figure,
 )
-from .report.figures.histories import history_figure as history_figure
 from .report.figures.look import save_figure as save_figure
-from .report.figures.recorded import (
-    commands_figure as commands_figure,
-    velocities_figure as velocities_figure,
-)
-from .report.figures.replays import replays_figure as replays_figure
 from .report.figures.scores import (
     front_figure as front_figure,
     horizons_figure as horizons_figure,
+)
+from .report.figures.series import (
+    commands_figure as commands_figure,
+    replays_figure as replays_figure,
+    velocities_figure as velocities_figure,
 )
 from .report.files import read_comparison as read_comparison, write_comparison as write_comparison
 from .report.html.page import write_report as write_report

@@ -66,8 +66,7 @@ def offer(
 def illustrate(comparison: Comparison, vehicle: Vehicle, train: Log, home: Path) -> tuple[str, ...]:
     """Write grades, pictures and the report of a comparison into its folder."""
     from hydrodamp.report.files import REPORT
-    from hydrodamp.report.gallery.findings import FIGURES
-    from hydrodamp.report.gallery.folder import BAND, GRADES, write_findings
+    from hydrodamp.report.gallery.findings import BAND, FIGURES, GRADES, write_findings
 
     findings = look_closer(comparison, vehicle, train)
     write_findings(findings, home)
@@ -124,7 +123,7 @@ class Beside:
 
     def remove_earlier(self) -> None:
         """Remove the report and the pictures of an earlier fit."""
-        from hydrodamp.report.gallery.folder import earlier_pictures
+        from hydrodamp.report.gallery.findings import earlier_pictures
 
         for path in (self.page, *earlier_pictures(self.figures)):
             path.unlink(missing_ok=True)
@@ -138,7 +137,7 @@ class Beside:
         said: Mapping[str, str],
     ) -> None:
         """Write report and pictures of the fit."""
-        from hydrodamp.report.gallery.folder import write_gallery
+        from hydrodamp.report.gallery.findings import write_gallery
         from hydrodamp.validation.compare import compare
 
         told = replace(fit, remarks=(*fit.remarks, *words))

@@ -40,8 +40,8 @@ def validate(
     from hydrodamp.errors import ModelError
     from hydrodamp.identification.weak import WeakEquations
     from hydrodamp.progress import counted, progress
+    from hydrodamp.report.comparison_tables import fold_grid, horizon_grid, validation_document
     from hydrodamp.report.grid import show
-    from hydrodamp.report.validation_tables import fold_grid, horizon_grid, validation_document
     from hydrodamp.simulation.problem import prepare
     from hydrodamp.simulation.score import HORIZONS, scores_with_restarts
     from hydrodamp.validation.criteria import criteria
@@ -95,8 +95,8 @@ def validate(
 
 def _show_part(tables: Sequence[CrossValidation], count: int, json: bool) -> NoReturn:
     """Show the folds that were finished before Ctrl-C; end with status 130."""
+    from hydrodamp.report.comparison_tables import fold_grid, validation_document
     from hydrodamp.report.grid import show
-    from hydrodamp.report.validation_tables import fold_grid, validation_document
     from hydrodamp.validation.criteria import Criteria
 
     if not tables:

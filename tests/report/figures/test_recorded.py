@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.report.figures.traces import POINTS, clock, trace
+from hydrodamp.report.figures.axes import POINTS, clock, trace
 
 from .conftest import labels
 

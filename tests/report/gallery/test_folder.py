@@ -11,8 +11,9 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.report.files import is_result
-from hydrodamp.report.gallery.findings import Findings, Gallery
-from hydrodamp.report.gallery.folder import (
+from hydrodamp.report.gallery.findings import (
+    Findings,
+    Gallery,
     earlier_findings,
     read_findings,
     write_findings,

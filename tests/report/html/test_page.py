@@ -15,7 +15,7 @@ from hydrodamp.errors import FileError, MethodError
 from hydrodamp.models.catalog import PAPER_MODELS
 from hydrodamp.report.files import read_comparison, write_comparison
 from hydrodamp.report.gallery.findings import Findings
-from hydrodamp.report.html import page as pages, sections
+from hydrodamp.report.html import page as pages
 from hydrodamp.report.html.page import page, write_report
 from hydrodamp.simulation.status import Status
 from hydrodamp.validation.compare import Comparison, Row
@@ -235,8 +235,8 @@ def test_coefficients_without_numbers_or_errors_are_not_drawn(comparison, take_a
 
 def test_whole_fits_are_listed_until_there_are_too_many(make_log, make_comparison, monkeypatch):
     comparison = make_comparison(make_log(20.0, 10.0), PAPER_MODELS, ("ls",))
-    monkeypatch.setattr(sections, "COEFFICIENTS", 330)
-    kept = sections.coefficient_grids(comparison.rows)
+    monkeypatch.setattr(pages, "COEFFICIENTS", 330)
+    kept = pages.coefficient_grids(comparison.rows)
     assert [row.model for row, _ in kept] == list(PAPER_MODELS[: len(kept)])
     assert sum(len(grid.rows) for _, grid in kept) <= 330
 

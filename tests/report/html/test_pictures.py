@@ -10,8 +10,7 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.identification.grades import AxisIdentifiability, Grade, Identifiability
 from hydrodamp.report.gallery.findings import Findings, Gallery, Picture
-from hydrodamp.report.html.page import page
-from hydrodamp.report.html.sections import grade_grid
+from hydrodamp.report.html.page import grade_grid, page
 
 HOSTILE = "</script><script>alert('1')</script><img src=x onerror=\"alert(2)\">&amp;"
 SVG = b'<svg width="252pt" height="180pt" onload="alert(1)"><script>alert(1)</script></svg>'

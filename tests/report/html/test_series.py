@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from hydrodamp.report.figures.traces import Bins
+from hydrodamp.report.figures.axes import Bins
 from hydrodamp.report.html.series import series
 
 

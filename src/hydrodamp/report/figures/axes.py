@@ -1,14 +1,18 @@
-"""What stands along the axes of figures: SNAME symbols (1950), units, scales of wide range."""
+"""Axes and lines of figures: units and symbols, wide scales, extremes over time, joins."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from hydrodamp.arrays import FloatArray
+from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.basis.axes import VELOCITIES
+from hydrodamp.data.log import Log
 from hydrodamp.models.model import latex_label, read_label
+from hydrodamp.report.figures.look import FAINT, plain
 from hydrodamp.simulation.score import RateUnit
 
 if TYPE_CHECKING:
@@ -85,3 +89,106 @@ def signed_scale(
     set_scale("symlog", linthresh=10.0**first)
     panel.set(**{f"{side}lim": (low, high), f"{side}ticks": sorted(places)})
     (panel.xaxis if side == "x" else panel.yaxis).set_minor_locator(NullLocator())
+
+
+# Points of a line: more than twice as many as fit beside each other across a column.
+POINTS = 1600
+
+# Segments whose names are written; of more, the number is.
+MOST_NAMED = 8
+
+# Letters of the names that fit above a panel.
+_LETTERS = 56
+
+
+@dataclass(frozen=True)
+class Bins:
+    """Stretches of samples, each drawn by its lowest and its highest value."""
+
+    starts: IntArray
+    stops: IntArray
+    joins: IntArray  # the stretches that begin a segment, without the first
+
+    @classmethod
+    def over(cls, bounds: Sequence[tuple[int, int]], points: int) -> Bins:
+        """Return stretches of equal length that together have about so many points."""
+        n = sum(stop - start for start, stop in bounds)
+        edges = [
+            np.arange(start, stop + 1)
+            if n <= points
+            else np.linspace(
+                start,
+                stop,
+                min(max(round(points / 2 * (stop - start) / n), 1), stop - start) + 1,
+            ).astype(np.intp)
+            for start, stop in bounds
+        ]
+        return cls(
+            starts=np.concatenate([each[:-1] for each in edges]),
+            stops=np.concatenate([each[1:] for each in edges]),
+            joins=np.cumsum([len(each) - 1 for each in edges])[:-1],
+        )
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether every stretch is one sample."""
+        return bool(np.all(self.stops - self.starts == 1))
+
+    def times(self, time: FloatArray) -> FloatArray:
+        """Return the first and the last time of each stretch, and one between segments."""
+        between = 0.5 * (time[self.starts[self.joins]] + time[self.stops[self.joins - 1] - 1])
+        return self._in_row(time[self.starts], time[self.stops - 1], between)
+
+    def values(self, series: FloatArray) -> FloatArray:
+        """Return the extremes of each stretch, in the sense in which it runs."""
+        ends = np.column_stack([self.starts, self.stops]).ravel()
+        joined = np.append(series, np.nan)  # an index one past the end must be there
+        low, high = (each.reduceat(joined, ends)[0::2] for each in (np.fmin, np.fmax))
+        falling = series[self.starts] > series[self.stops - 1]
+        gaps = np.full(len(self.joins), np.nan)
+        first, second = np.where(falling, high, low), np.where(falling, low, high)
+        return self._in_row(first, second, gaps)
+
+    def _in_row(self, first: FloatArray, second: FloatArray, gaps: FloatArray) -> FloatArray:
+        pairs = first[:, None] if self.is_exact else np.column_stack([first, second])
+        laid: FloatArray = np.insert(pairs.ravel(), self.joins * pairs.shape[1], gaps)
+        return laid
+
+
+def clock(log: Log) -> FloatArray:
+    """Return the time that figures show: recorded time, segments end to end."""
+    steps = np.diff(log.time, prepend=log.time[0])
+    steps[[segment.start for segment in log.segments]] = 0.0
+    return np.cumsum(steps)
+
+
+def trace(log: Log, *channels: FloatArray) -> tuple[FloatArray, ...]:
+    """Return the time and the channels that draw as all samples would, broken at joins."""
+    bins = Bins.over([(part.start, part.stop) for part in log.segments], POINTS)
+    return bins.times(clock(log)), *map(bins.values, channels)
+
+
+def mark_segments(panels: Sequence[Axes], log: Log) -> None:
+    """Mark joins in every panel, name segments above the first, time below the last."""
+    time, segments = clock(log), log.segments
+    end = max(float(time[-1]), 1e-9)
+    panels[-1].set_xlim(0.0, end)
+    number = f"{len(segments)} " if len(segments) > MOST_NAMED else ""
+    several = f"recorded time, {number}segments end to end [s]"
+    panels[-1].set_xlabel(several if len(segments) > 1 else "time [s]")
+    for segment in segments[1:]:
+        for panel in panels:
+            panel.axvline(float(time[segment.start]), color=FAINT, linewidth=0.6, linestyle=":")
+    for segment in segments if 1 < len(segments) <= MOST_NAMED else ():
+        start, stop = float(time[segment.start]), float(time[segment.stop - 1])
+        room = int(_LETTERS * (stop - start) / end)
+        panels[0].annotate(
+            plain(segment.name, room) if room > 2 else "",
+            (0.5 * (start + stop), 1.0),
+            xycoords=("data", "axes fraction"),
+            xytext=(0.0, 2.0),
+            textcoords="offset points",
+            ha="center",
+            fontsize=6.5,
+            color=FAINT,
+        )

@@ -19,11 +19,14 @@ from hydrodamp.identification.power import TAIL, operating_box, worst_power
 from hydrodamp.identification.residuals import diagnose
 from hydrodamp.report.figures.axes import wrench_unit
 from hydrodamp.report.figures.coefficients import coefficients_figure, correlation_figure
-from hydrodamp.report.figures.diagnostics import excitation_figure, power_figure, residuals_figure
-from hydrodamp.report.figures.histories import history_figure
-from hydrodamp.report.figures.recorded import commands_figure, velocities_figure
-from hydrodamp.report.figures.replays import replays_figure
+from hydrodamp.report.figures.diagnostics import (
+    excitation_figure,
+    history_figure,
+    power_figure,
+    residuals_figure,
+)
 from hydrodamp.report.figures.scores import front_figure, horizons_figure
+from hydrodamp.report.figures.series import commands_figure, replays_figure, velocities_figure
 from hydrodamp.report.gallery.findings import models_of
 from hydrodamp.report.grid import error_size
 from hydrodamp.simulation.problem import Problem, prepare

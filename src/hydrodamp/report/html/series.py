@@ -11,8 +11,8 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.axes import VELOCITIES
 from hydrodamp.data.log import Log
+from hydrodamp.report.figures.axes import Bins
 from hydrodamp.report.figures.look import colour_of, looks_of
-from hydrodamp.report.figures.traces import Bins
 from hydrodamp.report.gallery.captions import said_of_band
 from hydrodamp.report.gallery.findings import chosen_row, models_of
 from hydrodamp.validation.bands import PredictionBand
