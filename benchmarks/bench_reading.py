@@ -69,7 +69,7 @@ def test_csv_in_parts(benchmark, ledger, csv_file):
     """All parts of the same file, against reading it whole."""
     mine, theirs = on_all_cores(
         benchmark,
-        lambda: sum(part.topics[0].n for part in delimited.parts(csv_file)),
+        lambda: sum(part.topics[0].n for part in delimited.parts(csv_file, 100_000)),
         lambda: delimited.read(csv_file),
         rounds=3,
     )
@@ -205,7 +205,7 @@ STREAM = r"""
 import re, sys
 from pathlib import Path
 from hydrodamp.ingest.formats.parquet import parts
-rows = sum(part.topics[0].n for part in parts(sys.argv[1]))
+rows = sum(part.topics[0].n for part in parts(sys.argv[1], 100_000))
 print(rows, re.search(r"VmHWM:\s+(\d+) kB", Path("/proc/self/status").read_text())[1])
 """
 

@@ -17,11 +17,16 @@ from tempfile import TemporaryDirectory
 import atheris
 
 with atheris.instrument_imports(include=["hydrodamp.ingest.formats"]):
-    from hydrodamp.ingest.formats import ardupilot, avl, delimited, moos
+    from hydrodamp.ingest.formats import ardupilot, delimited, moos
 
 from hydrodamp.errors import HydrodampError
 
-READERS = ((moos, "a.alog"), (avl, "a.dat"), (delimited, "a.csv"), (ardupilot, "a.bin"))
+READERS = (
+    (moos.read, "a.alog"),
+    (delimited.read_avl, "a.dat"),
+    (delimited.read, "a.csv"),
+    (ardupilot.read, "a.bin"),
+)
 
 
 def main() -> None:
@@ -32,11 +37,11 @@ def main() -> None:
         def one(data: bytes) -> None:
             if not data:
                 return
-            reader, name = READERS[data[0] % len(READERS)]
+            read, name = READERS[data[0] % len(READERS)]
             path = Path(folder) / name
             path.write_bytes(data[1:])
             try:
-                reader.read(path)
+                read(path)
             except HydrodampError:
                 return
 

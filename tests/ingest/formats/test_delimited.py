@@ -10,7 +10,7 @@ import pytest
 
 from hydrodamp.data.recording import Recording
 from hydrodamp.errors import FileError, LogError
-from hydrodamp.ingest.formats import avl, delimited, text_rows
+from hydrodamp.ingest.formats import delimited
 from hydrodamp.ingest.mapping import LogMapping
 from hydrodamp.ingest.read import read_log
 
@@ -46,7 +46,7 @@ def read(tmp_path: Path) -> Read:
 def only_fast(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let the careful reader fail, so that Arrow must do."""
     pytest.importorskip("pyarrow")
-    monkeypatch.setattr(text_rows, "parts", None)
+    monkeypatch.setattr(delimited, "_careful", None)
 
 
 @pytest.mark.parametrize(
@@ -155,7 +155,7 @@ def test_numbers_spelt_in_ways_of_other_tongues_are_refused(read: Read, reader: 
 def test_a_bad_column_keeps_its_cells_across_blocks(
     read: Read, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(text_rows, "_BLOCK", 2)
+    monkeypatch.setattr(delimited, "_BLOCK", 2)
     topic = read("t,u\n0,1.5\n1,2\n2,x\n3,4\n4,y\n5,6\n6,7\n").topics[0]
     assert topic.texts["u"] == ("1.5", "2.0", "x", "4", "y", "6", "7.0")
     assert "'x' in row 3 (line 4), 'y' in row 5 (line 6)" in topic.faults["u"]
@@ -242,7 +242,7 @@ def test_the_topics_of_virginia_tech(tmp_path: Path, ending: str, reader: str) -
     ]
     path = tmp_path / "share_dvl_node.velocity.dat"
     path.write_bytes(ending.join([*lines, ""]).encode())
-    topic = avl.read(path).topics[0]
+    topic = delimited.read_avl(path).topics[0]
     assert topic.name == "share_dvl_node.velocity"
     assert topic.time is not None
     assert topic.time.tolist() == [10.25, 10.5]

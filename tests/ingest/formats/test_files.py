@@ -21,36 +21,34 @@ TABLE = "t,u\n0,1\n1,2\n"
 
 
 @pytest.mark.parametrize(
-    ("begin", "name", "module"),
+    ("begin", "name", "form"),
     [
-        (b"#ROSBAG V2.0\n", "x", "rosbag"),
-        (b"\x89MCAP0\r\n", "x.csv", "rosbag"),
-        (b"SQLite format 3\0", "x", "rosbag"),
-        (b"PAR1", "x.csv", "parquet"),
-        (b"\x93NUMPY", "x.npz", "arrays"),
-        (b"PK\x03\x04", "x.npz", "arrays"),
-        (b"MATLAB 5.0 MAT-file", "x.dat", "arrays"),
-        (b"\x89HDF\r\n\x1a\n", "x", "arrays"),
-        (b"MATLAB".ljust(512, b" ") + b"\x89HDF\r\n\x1a\n", "x", "arrays"),
-        (b"X" * 512 + b"\x89HDF\r\n\x1a\n", "x", "arrays"),
-        (b"\xa3\x95\x80", "x", "ardupilot"),
-        (b"FMT, 128, 89, FMT", "x.log", "ardupilot"),
-        (b"ULog\x01\x12\x35", "x.bin", "px4"),
-        (b"%% LOGSTART 5", "x", "moos"),
-        (b"0.1 A b 1", "x.alog", "moos"),
-        (b"DVL\r\ntime,u,\r\nseconds,m/s,\r\n1,2,\r\n", "x.dat", "avl"),
-        (b"DVL\r\ntime,u\r\nseconds,m/s\r\n1,2\r\n", "x.dat", "delimited"),
-        (b"t,u\n0,1\n", "x.log", "delimited"),
-        (b"t,u\n0,1\n", "x", "delimited"),
-        (TABLE.encode("utf-16"), "x", "delimited"),
+        (b"#ROSBAG V2.0\n", "x", "ROS 1 bag"),
+        (b"\x89MCAP0\r\n", "x.csv", "ROS 2 bag (MCAP)"),
+        (b"SQLite format 3\0", "x", "ROS 2 bag (SQLite)"),
+        (b"PAR1", "x.csv", "Parquet"),
+        (b"\x93NUMPY", "x.npz", "NumPy arrays"),
+        (b"PK\x03\x04", "x.npz", "NumPy arrays"),
+        (b"MATLAB 5.0 MAT-file", "x.dat", "MATLAB file"),
+        (b"\x89HDF\r\n\x1a\n", "x", "MATLAB or HDF5 file"),
+        (b"MATLAB".ljust(512, b" ") + b"\x89HDF\r\n\x1a\n", "x", "MATLAB file"),
+        (b"X" * 512 + b"\x89HDF\r\n\x1a\n", "x", "MATLAB or HDF5 file"),
+        (b"\xa3\x95\x80", "x", "ArduPilot log"),
+        (b"FMT, 128, 89, FMT", "x.log", "ArduPilot log"),
+        (b"ULog\x01\x12\x35", "x.bin", "PX4 ULog"),
+        (b"%% LOGSTART 5", "x", "MOOS log"),
+        (b"0.1 A b 1", "x.alog", "MOOS log"),
+        (b"DVL\r\ntime,u,\r\nseconds,m/s,\r\n1,2,\r\n", "x.dat", "VT/AVL topic"),
+        (b"DVL\r\ntime,u\r\nseconds,m/s\r\n1,2\r\n", "x.dat", "text in columns"),
+        (b"t,u\n0,1\n", "x.log", "text in columns"),
+        (b"t,u\n0,1\n", "x", "text in columns"),
+        (TABLE.encode("utf-16"), "x", "text in columns"),
     ],
 )
-def test_content_comes_before_the_name(
-    tmp_path: Path, begin: bytes, name: str, module: str
-) -> None:
+def test_content_comes_before_the_name(tmp_path: Path, begin: bytes, name: str, form: str) -> None:
     path = tmp_path / name
     path.write_bytes(begin)
-    assert detect.format_of(path).module == module
+    assert detect.format_of(path).name == form
 
 
 def test_archives_of_arrays_are_known_inside(tmp_path: Path) -> None:

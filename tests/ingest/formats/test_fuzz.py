@@ -14,7 +14,6 @@ from hypothesis import HealthCheck, given, settings, strategies as st
 from hydrodamp.errors import FileError, LogError
 from hydrodamp.ingest.formats import (
     ardupilot,
-    avl,
     delimited,
     files,
     moos,
@@ -56,7 +55,7 @@ def test_any_bytes_are_answered(place: Path, name: str, content: bytes) -> None:
 
 @SETTINGS
 @given(content=st.text(st.sampled_from("01.,;\t e-\n\r\"'#%tuNa_\0é="), max_size=200))
-@pytest.mark.parametrize("read", [delimited.read, avl.read, moos.read, ardupilot.read])
+@pytest.mark.parametrize("read", [delimited.read, delimited.read_avl, moos.read, ardupilot.read])
 def test_any_text_is_answered(place: Path, read: Callable[[Path], Any], content: str) -> None:
     path = place / "x.dat"
     path.write_bytes(content.encode())

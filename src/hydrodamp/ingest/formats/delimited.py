@@ -1,19 +1,32 @@
-"""Text in columns: CSV, TSV and what else lies between spaces, whole or part by part."""
+"""Text in columns: CSV, TSV and what else lies between spaces, whole or part by part.
+
+Arrow reads what is clean; what is odd is read here row by row, and named with its line.
+"""
 
 from __future__ import annotations
 
 import codecs
-from collections.abc import Iterator
+import csv
+import io
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import chain, islice
 from pathlib import Path
 
-from hydrodamp.data.recording import Recording
-from hydrodamp.ingest.formats import fast_text, text_rows
-from hydrodamp.ingest.formats.cells import Part, topic_of
-from hydrodamp.ingest.formats.content import opened
-from hydrodamp.ingest.formats.dialect import WESTERN, Dialect, find_dialect
+import numpy as np
 
-_CHUNK = 1 << 20
+from hydrodamp.data.recording import Recording
+from hydrodamp.errors import LogError
+from hydrodamp.ingest.formats import fast_text
+from hydrodamp.ingest.formats.cells import Column, Part, is_number, numbers_of, topic_of
+from hydrodamp.ingest.formats.content import opened
+from hydrodamp.ingest.formats.dialect import COMMENTS, WESTERN, Dialect, find_dialect
+
+_CHUNK = 1 << 20  # bytes
+_BLOCK = 4096  # rows of strings that stay in the cache until they are numbers
+_LISTED = 3
+_PLAIN = frozenset("0123456789.+-")  # a row that begins so is no header, comment or blank
+_CLOCK = "time"
 
 
 def read(path: str | Path) -> Recording:
@@ -23,10 +36,22 @@ def read(path: str | Path) -> Recording:
         return _recording(fast_text.read(path, dialect), path, dialect)
     except fast_text.OddTextError:
         dialect = _throughout(path, dialect)
-        return _recording(next(text_rows.parts(path, dialect, None)), path, dialect)
+        return _recording(next(_careful(path, dialect, None)), path, dialect)
 
 
-def parts(path: str | Path, rows: int = 100_000) -> Iterator[Recording]:
+def read_avl(path: str | Path) -> Recording:
+    """Read one topic of Virginia Tech's 690 vehicles, which log a folder of ``.dat`` files."""
+    table = read(path)
+    topic = table.topics[0]
+    if _CLOCK not in topic.fields:
+        fault = topic.faults.get(_CLOCK, f"there is no column of numbers `{_CLOCK}`")
+        raise LogError(fault, source=str(path))
+    name = Path(path).name.removesuffix(".gz").removesuffix(".dat")
+    named = replace(topic, name=name, time=topic.fields[_CLOCK])
+    return replace(table, topics=(named,), format="VT/AVL topic")
+
+
+def parts(path: str | Path, rows: int) -> Iterator[Recording]:
     """Read text in columns part by part, for files larger than the memory."""
     dialect, done = find_dialect(path), 0
     try:
@@ -35,7 +60,7 @@ def parts(path: str | Path, rows: int = 100_000) -> Iterator[Recording]:
             done += len(part.lines)
     except fast_text.OddTextError:
         dialect = _throughout(path, dialect)
-        for part in text_rows.parts(path, dialect, rows, skip=done):
+        for part in _careful(path, dialect, rows, skip=done):
             yield _recording(part, path, dialect)
 
 
@@ -65,3 +90,154 @@ def _recording(part: Part, path: str | Path, dialect: Dialect) -> Recording:
     notes += [f"column `{name}` holds dates, read in seconds since 1970" for name in dated]
     topic = replace(topic, faults={**topic.faults, **dialect.faults})
     return Recording((topic,), str(path), "text in columns", tuple(notes))
+
+
+def _careful(path: str | Path, dialect: Dialect, rows: int | None, skip: int = 0) -> Iterator[Part]:
+    """Read rows part by part, or all at once where no number of rows is given."""
+    read = _Rows(path, dialect)
+    following = islice(read, skip, None)
+    while True:
+        lines: list[int] = []
+        blocks: list[list[Column]] = []
+        while size := min(_BLOCK, _BLOCK if rows is None else rows - len(lines)):
+            block = [*islice(following, size)]
+            if not block:
+                break
+            lines += [line for line, _ in block]
+            blocks.append(_columns([cells for _, cells in block], dialect))
+        read.check()
+        if lines or rows is None:
+            pieces = [*zip(*blocks, strict=True)] or [()] * len(dialect.names)
+            columns = tuple(_joined(dialect, *piece) for piece in enumerate(pieces))
+            yield Part(columns, lines, skip, tuple(read.notes()))
+        if rows is None or len(lines) < rows:
+            return
+        skip += len(lines)
+
+
+def _columns(block: Sequence[Sequence[str]], dialect: Dialect) -> list[Column]:
+    """Turn the cells of columns of numbers into numbers."""
+    return [
+        numbers_of(cells, dialect.decimal) if numeric else Column(None, cells)
+        for cells, numeric in zip(zip(*block, strict=True), dialect.numeric, strict=True)
+    ]
+
+
+def _joined(dialect: Dialect, place: int, pieces: Sequence[Column]) -> Column:
+    """Return the column that its blocks make."""
+    arrays = [piece.numbers for piece in pieces if piece.numbers is not None]
+    if not arrays:
+        return dialect.column(place, [cell for piece in pieces for cell in piece.words])
+    starts = np.cumsum([0, *map(len, arrays)]).tolist()
+    bad = tuple(
+        (start + row, cell)
+        for start, piece in zip(starts, pieces, strict=False)
+        for row, cell in piece.bad
+    )
+    if not bad:
+        return Column(np.concatenate(arrays))
+    words = (
+        piece.words or map(repr, array.tolist())
+        for piece, array in zip(pieces, arrays, strict=True)
+    )
+    return Column(np.concatenate(arrays), tuple(chain.from_iterable(words)), bad)
+
+
+class _Rows:
+    """The rows of a file, and the oddities on the way."""
+
+    def __init__(self, path: str | Path, dialect: Dialect) -> None:
+        self.path = path
+        self.dialect = dialect
+        self.ragged: list[tuple[int, int]] = []
+        self.spanning = 0
+        self.passed: dict[str, list[int]] = {}
+        self.ended = True
+        self.line = 0
+
+    def __iter__(self) -> Iterator[tuple[int, Sequence[str]]]:
+        width, header = len(self.dialect.names), self.dialect.header
+        header = () if all(map(is_number, header)) else header
+        try:
+            for line, cells in self._split():
+                if len(cells) == width and cells[0][:1] in _PLAIN:
+                    yield line, cells
+                    continue
+                if not any(map(str.strip, cells)):
+                    continue
+                if len(cells) > width and not any(map(str.strip, cells[width:])):
+                    del cells[width:]
+                if cells[0].lstrip().startswith(COMMENTS):
+                    self._pass_over(line, "is a comment")
+                elif header and tuple(map(str.strip, cells)) == header:
+                    self._pass_over(line, "repeats the header")
+                elif len(cells) != width:
+                    self.ragged.append((line, len(cells)))
+                    if not self.spanning and any("\n" in cell for cell in cells):
+                        self.spanning = line
+                else:
+                    yield line, cells
+        except csv.Error as error:
+            raise LogError(
+                f"line {self.line}: {error}. Is a quotation mark missing above?",
+                source=str(self.path),
+            ) from error
+
+    def _split(self) -> Iterator[tuple[int, list[str]]]:
+        """Yield the cells of each line below the header, and the number of the line."""
+        delimiter, above = self.dialect.delimiter, self.dialect.first - 1
+        with opened(self.path) as binary:
+            text = io.TextIOWrapper(
+                binary, encoding=self.dialect.encoding, errors="replace", newline=""
+            )
+            lines = islice(self._lines(text), above, None)
+            if not delimiter:
+                for line in lines:
+                    yield self.line, line.split()
+                return
+            rows = csv.reader(lines, delimiter=delimiter, skipinitialspace=True)
+            for cells in rows:
+                yield above + rows.line_num, cells
+
+    def _lines(self, text: io.TextIOWrapper) -> Iterator[str]:
+        for line in text:
+            self.line += 1
+            self.ended = line.endswith(("\n", "\r"))
+            if "\0" in line and not line.strip("\0\r\n"):
+                self._pass_over(self.line, "is filled with zero bytes")
+                yield "\n"
+            else:
+                yield line
+
+    def _pass_over(self, line: int, what: str) -> None:
+        self.passed.setdefault(what, []).append(line)
+
+    def cut(self) -> int:
+        """Return the last line where it lacks both its end and cells; else 0."""
+        if self.ended or not self.ragged or self.ragged[-1][0] != self.line:
+            return 0
+        return self.line if self.ragged[-1][1] < len(self.dialect.names) else 0
+
+    def check(self) -> None:
+        """Raise the faults so far."""
+        faults = self.ragged[:-1] if self.cut() else self.ragged
+        if not faults:
+            return
+        head = "the header has" if self.dialect.header else "the first rows have"
+        head = f"{head} {len(self.dialect.names)}"
+        told = [f"line {line} has {cells} cells, {head}" for line, cells in faults[:_LISTED]]
+        if len(faults) > _LISTED:
+            told.append(f"so have {len(faults) - _LISTED} more lines")
+        told[-1] += f". Cells are divided by {self.dialect.called}; mend or drop these lines"
+        if self.spanning:
+            told.append(f"a cell goes on to line {self.spanning}: is a quotation mark missing?")
+        raise LogError(told, source=str(self.path))
+
+    def notes(self) -> Iterator[str]:
+        """Say once what was passed over."""
+        if cut := self.cut():
+            yield f"the last line ({cut}) is cut off; it was left out"
+        for what, lines in self.passed.items():
+            more = f", as do {len(lines) - 1} more lines" if len(lines) > 1 else ""
+            yield f"line {lines[0]} {what}{more}; passed over"
+        self.passed.clear()

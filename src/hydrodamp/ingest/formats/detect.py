@@ -16,16 +16,13 @@ from hydrodamp.errors import FileError, LogError
 from hydrodamp.files import absent, load_json, load_yaml, mistaken
 from hydrodamp.ingest.formats.content import head
 
-#: What installs the reader of every format.
-INSTALL = 'pip install "hydrodamp[logs]"'
-
 _HEAD = 4096
 _LARGEST_OF_OURS = 1 << 18  # bytes; parsing a file takes a while, and only to refuse it
 
 
 @dataclass(frozen=True)
 class Format:
-    """A format: its reader, its name in messages, its suffixes, and how its files begin.
+    """A format: module and function of its reader, its name, suffixes, and how its files begin.
 
     A format without a mark is known by its suffixes alone.
     """
@@ -36,6 +33,7 @@ class Format:
     mark: bytes = b""
     axes: str = ""
     refusal: str = ""
+    function: str = "read"
 
     def reader(self, path: str | Path) -> ModuleType:
         """Return the module that reads the format."""
@@ -72,7 +70,7 @@ FORMATS = (
     Format("px4", "PX4 ULog", (".ulg",), rb"ULog\x01\x12\x35", _AUTOPILOT),
     Format("", "LSTS log", (".lsf",), rb"\x54\xfe|\xfe\x54", refusal=_LSTS),
     Format("moos", "MOOS log", (), b"%%.*LOGSTART"),
-    Format("avl", "VT/AVL topic", (), _AVL),
+    Format("delimited", "VT/AVL topic", (), _AVL, function="read_avl"),
     Format("moos", "MOOS log", (".alog",)),
     Format("delimited", "text in columns", (".csv", ".tsv", ".txt", ".dat", ".asc")),
 )
@@ -80,6 +78,7 @@ FORMATS = (
 #: How the names of files that can be read end.
 SUFFIXES = frozenset(suffix for form in FORMATS for suffix in form.suffixes)
 
+_IN_PARTS = ("text in columns", "Parquet")
 _BAG = "metadata.yaml"
 _FOREIGN = {
     **dict.fromkeys((".xls", ".xlsx", ".ods"), "a spreadsheet; save the sheet as CSV"),
@@ -96,19 +95,20 @@ _FOREIGN = {
 
 def read(path: str | Path) -> Recording:
     """Read one file, or one bag, of any format."""
-    reader = format_of(path).reader(path)
+    form = format_of(path)
+    reader = getattr(form.reader(path), form.function)
     with _naming_absent_packages(path):
-        recording: Recording = reader.read(path)
+        recording: Recording = reader(path)
     return recording
 
 
-def parts(path: str | Path, rows: int = 100_000) -> Iterator[Recording]:
+def parts(path: str | Path, rows: int) -> Iterator[Recording]:
     """Read one file part by part, for files larger than the memory."""
     form = format_of(path)
     reader = form.reader(path)
-    if not hasattr(reader, "parts"):
+    if form.name not in _IN_PARTS:
         raise FileError(
-            f"{path}: {form.name} cannot be read in parts; only text in columns and Parquet can."
+            f"{path}: {form.name} cannot be read in parts; only {' and '.join(_IN_PARTS)} can."
             " Save the table as Parquet"
         )
     with _naming_absent_packages(path):
@@ -122,7 +122,8 @@ def _naming_absent_packages(path: str | Path) -> Iterator[None]:
     except ModuleNotFoundError as error:
         name = str(error.name).partition(".")[0]
         raise FileError(
-            f"{path}: its reader, the package {name}, is not installed. Install it: {INSTALL}"
+            f"{path}: its reader, the package {name}, is not installed. Install it:"
+            ' pip install "hydrodamp[logs]"'
         ) from error
 
 

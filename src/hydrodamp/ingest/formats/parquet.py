@@ -27,7 +27,7 @@ def read(path: str | Path) -> Recording:
     return _recording(table, path)
 
 
-def parts(path: str | Path, rows: int = 100_000) -> Iterator[Recording]:
+def parts(path: str | Path, rows: int) -> Iterator[Recording]:
     """Read a Parquet file part by part, for files larger than the memory."""
     with _opened(path, pre_buffer=False) as file:
         from pyarrow import Table
