@@ -1,12 +1,14 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.ingest.probing.delay import Delay
 from hydrodamp.ingest.probing.probe import Judged, judge, probe
-from hydrodamp.ingest.probing.verdict import Verdict, survey
+from hydrodamp.ingest.probing.verdict import verdict
 from hydrodamp.report.grid import Grid
 from hydrodamp.report.probe_tables import LISTED, probe_grids
 
@@ -23,7 +25,7 @@ def notes(*topics: Topic, form: str = "text in columns") -> str:
 
 
 def grids_of(log: Log, *delays: Delay) -> tuple[Grid, ...]:
-    judged = Verdict(survey(log), delays, (), (), (), ())
+    judged = replace(verdict(log), delays=delays)
     return probe_grids(probe(CANONICAL), Judged("", judged))
 
 

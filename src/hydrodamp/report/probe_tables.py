@@ -9,7 +9,7 @@ from typing import Any
 from hydrodamp.ingest.probing.delay import Delay
 from hydrodamp.ingest.probing.draft import LEAST
 from hydrodamp.ingest.probing.probe import SUFFICES, Judged, Probe
-from hydrodamp.ingest.probing.verdict import Survey, Verdict
+from hydrodamp.ingest.probing.verdict import Verdict
 from hydrodamp.report.grid import Grid
 
 #: Topics and segments that are spelt out.
@@ -35,7 +35,7 @@ def probe_grids(found: Probe, judged: Judged) -> tuple[Grid, ...]:
     if judged.verdict is None:
         missing = (f"missing: {each}" for each in judged.missing)
         return (*read, Grid.of_words("No log", ("",), "l", (), (*missing, f"Verdict: {_NO_LOG}")))
-    segments = _segments(judged.verdict.survey)
+    segments = _segments(judged.verdict)
     made = (f"Made {judged.made}.",) if judged.made else ()
     segments = replace(segments, notes=(*segments.notes, *made, *judged.notes))
     late = (_delays(judged.verdict.delays),) if judged.verdict.delays else ()
@@ -49,8 +49,7 @@ def probe_document(found: Probe, judged: Judged) -> dict[str, Any]:
     facts: dict[str, Any] = {"source": found.source, "verdict": _NO_LOG, "fit": False}
     facts |= dict.fromkeys(nothing, ())
     if verdict is not None:
-        facts = {**asdict(verdict), **asdict(verdict.survey), "doubts": verdict.doubts}
-        del facts["survey"]
+        facts = {**asdict(verdict), "doubts": verdict.doubts}
         facts |= {"verdict": verdict.sentence, "fit": verdict.fit}
     return {
         **facts,
@@ -198,7 +197,7 @@ def _delays(found: tuple[Delay, ...]) -> Grid:
     return Grid.of_items(title, found, columns, notes)
 
 
-def _segments(found: Survey) -> Grid:
+def _segments(found: Verdict) -> Grid:
     n = len(found.segments)
     columns = {
         "segment": ("name", "s"),
@@ -216,7 +215,6 @@ def _segments(found: Survey) -> Grid:
 
 
 def _columns(judged: Verdict) -> Grid:
-    found = judged.survey
     numbers = {"mean": "mean", "std": "std", "lowest": "low", "highest": "high"}
     columns = {
         "column": ("name", "s"),
@@ -225,11 +223,11 @@ def _columns(judged: Verdict) -> Grid:
         "changes": ("n_changes", "d"),
     }
     notes = (
-        f"Also recorded: {', '.join(found.has) or 'nothing else'}.",
+        f"Also recorded: {', '.join(judged.has) or 'nothing else'}.",
         *(f"missing: {each}" for each in judged.missing),
         *judged.doubts,
         *(f"mind: {each}" for each in judged.reservations),
         *(f"good: {each}" for each in judged.promises),
         f"Verdict: {judged.sentence}",
     )
-    return Grid.of_items("Columns", (*found.velocities, *found.commands), columns, notes)
+    return Grid.of_items("Columns", (*judged.velocities, *judged.commands), columns, notes)

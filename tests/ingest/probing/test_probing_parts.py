@@ -6,7 +6,7 @@ import pytest
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.ingest.mapping import LogMapping
-from hydrodamp.ingest.probing.clocks import Series, ticking, together
+from hydrodamp.ingest.probing.columns import Series, ticking, together
 from hydrodamp.ingest.probing.delay import delays
 from hydrodamp.ingest.probing.draft import command_names
 from hydrodamp.ingest.probing.frames import changes

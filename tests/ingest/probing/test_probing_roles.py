@@ -7,7 +7,7 @@ import pytest
 
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError
-from hydrodamp.ingest.probing.names import hint, parted
+from hydrodamp.ingest.probing.columns import hint, parted
 from hydrodamp.ingest.probing.probe import Probe, probe
 
 Table = Callable[..., Recording]
@@ -116,14 +116,10 @@ def test_velocities_in_other_axes_than_the_attitude(table: Table, dive) -> None:
     agrees(found, recording, dive)
 
 
-def test_numbers_alone_are_no_roles_but_held_ones_are_commands(table: Table) -> None:
+def test_numbers_alone_are_no_roles(table: Table) -> None:
     time = np.arange(0.0, 60.0, 0.1)
-    sway = np.repeat(np.sign(np.sin(time[::20])), 20)
-    found = probe(table(a=time, b=np.cos(time), c=np.sin(time), d=sway))
-    assert [(one.column, one.role) for one in found.roles.guesses] == [
-        ("a", "time"),
-        ("d", "commands"),
-    ]
+    found = probe(table(a=time, b=np.cos(time), c=np.sin(time)))
+    assert [(one.column, one.role) for one in found.roles.guesses] == [("a", "time")]
     assert found.without_role == ("b", "c")
     assert found.draft.confidence == 0
     with pytest.raises(LogError):

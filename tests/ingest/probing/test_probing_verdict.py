@@ -8,7 +8,7 @@ from hydrodamp.data.attitude import quaternion_from_euler
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.ingest.probing.probe import judge, probe
-from hydrodamp.ingest.probing.verdict import survey, verdict
+from hydrodamp.ingest.probing.verdict import verdict
 
 TIME = np.arange(0.0, 60.0, 0.1)
 
@@ -19,7 +19,7 @@ def test_steps_and_changes_stay_within_segments() -> None:
     log = Log.from_arrays(
         np.tile([0.0, 0.1, 0.3], 2), np.ones((6, 6)), commands=commands, segment=names
     )
-    found = survey(log)
+    found = verdict(log)
     assert [part.longest_step for part in found.segments] == [0.3 - 0.1] * 2
     assert found.commands[0].n_changes == 2
     assert found.source == "in memory"
@@ -37,7 +37,7 @@ def test_a_sound_log_is_fit_for_the_job() -> None:
     )
     judged = verdict(log)
     assert judged.sentence == "Fit for the job."
-    assert judged.survey.has == ("attitude", "acceleration", "wrench")
+    assert judged.has == ("attitude", "acceleration", "wrench")
 
 
 def test_the_draft_is_tried_before_a_preset() -> None:

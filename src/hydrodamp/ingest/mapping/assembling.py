@@ -18,10 +18,9 @@ from hydrodamp.data.recording import Recording
 from hydrodamp.errors import ClockWarning, LogError
 from hydrodamp.ingest.clock.stamps import Oddity
 from hydrodamp.ingest.mapping import frames
-from hydrodamp.ingest.mapping.channels import SINGLE
 from hydrodamp.ingest.mapping.finding import find, locate, meant, renamed
 from hydrodamp.ingest.mapping.sampler import Sampler, streams_of
-from hydrodamp.ingest.mapping.schema import RECORDED, Entry, MappingFile, Source
+from hydrodamp.ingest.mapping.schema import RECORDED, SINGLE, Entry, MappingFile, Source
 
 _LINEAR, _ANGULAR = VELOCITIES[:3], VELOCITIES[3:]
 _WORLD = POSITION.columns

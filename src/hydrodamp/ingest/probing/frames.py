@@ -12,7 +12,7 @@ from hydrodamp.arrays import BoolArray, FloatArray, IntArray
 from hydrodamp.data.attitude import quaternion_from_euler, rotation, turn
 from hydrodamp.data.channels import ATTITUDE, EULER
 from hydrodamp.data.units import UNITS
-from hydrodamp.ingest.probing.clocks import Series, together
+from hydrodamp.ingest.probing.columns import Series, together
 
 _MIRROR = np.array([1.0, -1.0, -1.0])  # turns FRD components into FLU and back
 _RATE_UNITS = ("rad/s", "deg/s", "rpm", "rev/s")
@@ -143,8 +143,6 @@ def match_way(roles: Roles) -> WayMatch:
         return WayMatch()
     paired = [roles[pairs[axis][kind]] for kind in (0, 1) for axis in axes]
     joined = together([*paired, *attitude])
-    if len(joined.elapsed) < 2:
-        return WayMatch()
     n = len(axes)
     body = np.zeros((len(joined.elapsed), 3))
     body[:, axes] = joined.values[:, :n]

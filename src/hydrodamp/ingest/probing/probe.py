@@ -7,16 +7,17 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
+import numpy as np
+
 from hydrodamp.data.log import Log
-from hydrodamp.data.recording import Recording
+from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import HydrodampError, HydrodampWarning
 from hydrodamp.files import parse_yaml
 from hydrodamp.ingest.mapping import LogMapping, presets, read_mapping
 from hydrodamp.ingest.mapping.canonical_table import is_canonical
 from hydrodamp.ingest.mapping.finding import Found, find
-from hydrodamp.ingest.probing.clocks import TopicFacts, facts_of, series_of
+from hydrodamp.ingest.probing.columns import NOISE, Ticking, series_of, words
 from hydrodamp.ingest.probing.draft import Draft, draft
-from hydrodamp.ingest.probing.names import NOISE, words
 from hydrodamp.ingest.probing.roles import Roles, guess_roles
 from hydrodamp.ingest.probing.verdict import Needs, Verdict, verdict
 from hydrodamp.ingest.read import logs_of
@@ -29,6 +30,46 @@ _SURE = 60  # %, a guess that may speak against a preset
 
 #: Returns what a vehicle needs of a log.
 AskNeeds = Callable[[Log], Needs]
+
+
+@dataclass(frozen=True)
+class TopicFacts:
+    """One topic of a recording in numbers."""
+
+    name: str
+    n: int
+    n_fields: int
+    rate: float | None
+    jitter: float | None
+    longest_gap: float | None
+    start: float | None
+    end: float | None
+    backward: int
+    units: tuple[tuple[str, str], ...]
+    faults: tuple[str, ...]
+
+
+def facts_of(topic: Topic, clock: Ticking | None) -> TopicFacts:
+    """Return how many messages a topic has, how often, with what gaps."""
+    times = np.empty(0) if clock is None else clock.seconds[np.isfinite(clock.seconds)]
+    steps = np.diff(times)
+    ahead = steps[steps > 0.0]
+    known = len(ahead) > 0
+    step = float(np.median(ahead)) if known else 0.0
+    low, high = np.quantile(ahead, (0.05, 0.95)) if known else (0.0, 0.0)
+    return TopicFacts(
+        name=topic.name,
+        n=topic.n,
+        n_fields=len(topic.fields),
+        rate=1 / step if known else None,
+        jitter=float(high - low) / 2 / step if known else None,
+        longest_gap=float(ahead.max()) if known else None,
+        start=float(times[0]) if len(times) else None,
+        end=float(times[-1]) if len(times) else None,
+        backward=int(np.count_nonzero(steps <= 0.0)),
+        units=tuple((name, unit) for name, unit in topic.units.items() if unit),
+        faults=tuple(topic.faults.values()),
+    )
 
 
 @dataclass(frozen=True)

@@ -10,12 +10,17 @@ import numpy as np
 
 from hydrodamp.data.recording import Recording
 from hydrodamp.ingest.formats.detect import usual_axes
-from hydrodamp.ingest.probing.clocks import Series, Ticking, series_of, ticking
+from hydrodamp.ingest.probing.columns import (
+    Series,
+    Ticking,
+    hint,
+    quantity_of_role,
+    series_of,
+    ticking,
+)
 from hydrodamp.ingest.probing.frames import RateMatch, WayMatch, angle_unit, match_rates, match_way
-from hydrodamp.ingest.probing.names import hint, quantity_of_role
 from hydrodamp.ingest.probing.upright import Upright, weigh
 
-_HELD = 0.3  # share of samples that repeat the last one; a measurement seldom does
 _ODD = 15.0  # m/s, beyond the speed of nearly all craft
 _SIBLINGS = 3  # points for each role that the same message fills
 _COMPASS = {
@@ -69,10 +74,9 @@ def guess_roles(recording: Recording) -> Roles:
         if topic.name in clocks
         for one in series_of(topic, clocks[topic.name])
     }
-    named = _best([*_named(series.values())], series)
-    flags = _flags(series, named)
-    series |= _without_bad(series, named, flags)
-    found = [*named, *_held(series, {one.column for one in named})]
+    found = _best([*_named(series.values())], series)
+    flags = _flags(series, found)
+    series |= _without_bad(series, found, flags)
     playing = {one.role: series[one.column] for one in found if one.chosen}
     commands = [series[one.column] for one in found if one.role == "commands"]
     rates, way = match_rates(playing), match_way(playing)
@@ -160,17 +164,6 @@ def _best(guesses: list[Guess], series: Mapping[str, Series]) -> list[Guess]:
             best[one.role] = one
     many = {"commands", "flag"}
     return [replace(one, chosen=one.role in many or best[one.role] is one) for one in guesses]
-
-
-def _held(series: Mapping[str, Series], known: set[str]) -> Iterator[Guess]:
-    """Guess that columns of a table which repeat their samples are commands."""
-    for column, one in series.items():
-        if column in known or one.topic or not one.varies:
-            continue
-        share = float(np.mean(np.diff(one.values) == 0.0))
-        if share > _HELD:
-            told = f"{100 * share:.0f} % of its samples repeat the last, as commands do"
-            yield Guess(column, "commands", round(30 + 40 * share), one.unit, 1, (told,))
 
 
 def _weighed(one: Guess, series: Series, rates: RateMatch, way: WayMatch) -> Guess:

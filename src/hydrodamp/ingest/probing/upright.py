@@ -8,11 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hydrodamp.arrays import FloatArray
 from hydrodamp.data.attitude import rotation
 from hydrodamp.data.channels import SPECIFIC_FORCE
 from hydrodamp.ingest.formats.detect import usual_axes
-from hydrodamp.ingest.probing.clocks import Series, together
+from hydrodamp.ingest.probing.columns import Series, together, words
 from hydrodamp.ingest.probing.frames import (
     Roles,
     attitude_series,
@@ -22,7 +21,6 @@ from hydrodamp.ingest.probing.frames import (
     whole_rows,
     windows,
 )
-from hydrodamp.ingest.probing.names import words
 
 #: Marine craft are recorded forward-starboard-down unless something speaks against it.
 USUAL = 0.6
@@ -109,14 +107,15 @@ def _depth(roles: Roles) -> Iterator[Sign]:
         return
     names = [name for name in ("velocity.u", "velocity.v", "velocity.w") if name in roles]
     joined = together([roles["position.depth"], *(roles[name] for name in names), *attitude])
-    if len(joined.elapsed) < 2:
-        return
     n = 1 + len(names)
     third = rotation(quaternions(roles, joined.values[:, n:]))[:, 2]
     columns = ["uvw".index(name[-1]) for name in names]
     rise = np.sum(third[:, columns] * joined.values[:, 1:n], axis=1)
     added, moved = changes(joined.elapsed, rise[:, np.newaxis], joined.values[:, :1], _LONG)
-    likeness = _likeness(added[:, 0], moved[:, 0])
+    if not len(added):
+        return
+    # A tilted Doppler log adds a constant.
+    likeness = compared(added - np.median(added), moved - np.median(moved)).correlation
     if abs(likeness) > 0.3:
         told = f"depth changes with the velocity along the world's z (correlation {likeness:+.2f})"
         yield Sign(math.copysign(_DEPTH * abs(likeness), likeness), told)
@@ -140,8 +139,8 @@ def _sense(names: frozenset[str], velocity: str, roles: Roles, commands: Sequenc
         return 0
     for command in commands:
         said = set(words(command.column))
-        if said & names and not said & _NO_STICKS and command.varies:
-            pull = _pull(command, roles[f"velocity.{velocity}"])
+        acts = said & names and not said & _NO_STICKS
+        if acts and (pull := _pull(command, roles[f"velocity.{velocity}"])):
             return (pull > _STRONG) - (pull < -_STRONG)
     return 0
 
@@ -178,11 +177,3 @@ def _surface(roles: Roles) -> Iterator[Sign]:
     if high - low > _DIVE and abs(high + low) > 0.4 * (high - low):
         told = f"from its start it goes {-low:.2g} m towards -z, {max(high, 0.0):.2g} m towards +z"
         yield Sign(math.copysign(_SURFACE, high + low), f"{told}: it starts near the surface")
-
-
-def _likeness(first: FloatArray, second: FloatArray) -> float:
-    """Return the correlation; a tilted Doppler log adds a constant."""
-    if not len(first):
-        return 0.0
-    found = compared(first - np.median(first), second - np.median(second))
-    return found.correlation if np.isfinite(found.correlation) else 0.0

@@ -56,19 +56,6 @@ class Channel:
 
 
 @dataclass(frozen=True)
-class Survey:
-    """What a log holds."""
-
-    source: str
-    n_samples: int
-    duration: float
-    segments: tuple[SegmentFacts, ...]
-    velocities: tuple[Channel, ...]
-    commands: tuple[Channel, ...]
-    has: tuple[str, ...]
-
-
-@dataclass(frozen=True)
 class Needs:
     """What a vehicle asks of a log, and what of it the log lacks."""
 
@@ -81,7 +68,13 @@ class Needs:
 class Verdict:
     """What a log holds, what it lacks, and what to expect of it."""
 
-    survey: Survey
+    source: str
+    n_samples: int
+    duration: float
+    segments: tuple[SegmentFacts, ...]
+    velocities: tuple[Channel, ...]
+    commands: tuple[Channel, ...]
+    has: tuple[str, ...]
     delays: tuple[Delay, ...]
     missing: tuple[str, ...]
     suspicions: tuple[Suspicion, ...]
@@ -112,51 +105,49 @@ class Verdict:
 
 def verdict(log: Log, needs: Needs | None = None) -> Verdict:
     """Judge a log; without the needs of a vehicle all velocities are asked for."""
-    found = survey(log)
+    needs = needs or Needs(VELOCITIES, tuple(_missing(log)))
     whole = log if log.attitude is None else rates_from_attitude(log)
     late = delays(whole)
-    wanted = VELOCITIES if needs is None else needs.velocities
-    reservations = _reservations(found, log, wanted)
+    segments, velocities = tuple(_segments(log)), _velocities(log)
+    commands = tuple(_channel(log, name, "", log.command(name)) for name in log.command_names)
+    wanted = tuple(one for one in velocities if one.name in needs.velocities)
+    reservations = _reservations(log, segments, wanted, commands)
     return Verdict(
-        survey=found,
-        delays=late,
-        missing=tuple(_missing(log)) if needs is None else needs.missing,
-        suspicions=suspicions(log),
-        reservations=(*reservations, *(() if needs is None else needs.reservations)),
-        promises=tuple(_promises(survey(whole).velocities, wanted, late)),
-    )
-
-
-def survey(log: Log) -> Survey:
-    """Look through a log."""
-    return Survey(
         source=log.source or "in memory",
         n_samples=log.n,
         duration=log.duration,
-        segments=tuple(_segments(log)),
-        velocities=tuple(
-            _channel(log, name, unit_of(name), log.velocity[:, place])
-            for place, name in enumerate(VELOCITIES)
-            if name in log.velocity_names
-        ),
-        commands=tuple(_channel(log, name, "", log.command(name)) for name in log.command_names),
+        segments=segments,
+        velocities=velocities,
+        commands=commands,
         has=tuple(
             block.name
             for block in BLOCKS
             if block not in (TIME, VELOCITY) and getattr(log, block.name) is not None
         ),
+        delays=late,
+        missing=needs.missing,
+        suspicions=suspicions(log),
+        reservations=(*reservations, *needs.reservations),
+        promises=tuple(_promises(_velocities(whole), needs.velocities, late)),
     )
 
 
-def _segments(log: Log) -> list[SegmentFacts]:
-    found = []
+def _segments(log: Log) -> Iterator[SegmentFacts]:
     for segment in log.segments:
         time = log.time[segment.start : segment.stop]
         steps = np.diff(time) if len(time) > 1 else np.zeros(1)
         ends = float(time[0]), float(time[-1])
-        step = float(np.median(steps)), float(steps.max())
-        found.append(SegmentFacts(segment.name, len(time), *ends, *step))
-    return found
+        yield SegmentFacts(
+            segment.name, len(time), *ends, float(np.median(steps)), float(steps.max())
+        )
+
+
+def _velocities(log: Log) -> tuple[Channel, ...]:
+    return tuple(
+        _channel(log, name, unit_of(name), log.velocity[:, place])
+        for place, name in enumerate(VELOCITIES)
+        if name in log.velocity_names
+    )
 
 
 def _channel(log: Log, name: str, unit: str, values: FloatArray) -> Channel:
@@ -178,20 +169,15 @@ def _promises(
 ) -> Iterator[str]:
     """Yield what can be identified: excited axes, and gains of commands that were seen to act."""
     known = {channel.name: channel for channel in channels}
-    well = [one for name, one in known.items() if name in wanted and _excited(one, _WELL)]
-    if well:
+    fine = [one for one in known.values() if one.std >= _WELL * _STILL[one.unit]]
+    if well := [one for one in fine if one.name in wanted]:
         told = ", ".join(f"{_MOTIONS[c.name]} (std {c.std:.2g} {c.unit})" for c in well)
         yield f"it can identify damping in {told}."
-    sure = [one for one in late if one.share >= _SEEN]
-    if sure:
+    if sure := [one for one in late if one.share >= _SEEN]:
         told = ", ".join(f"{one.command} ({_MOTIONS[one.velocity]})" for one in sure)
         yield f"gains can be fitted for commands that are seen to act: {told}."
     if set(known) == _SHIP and set(wanted) == set(VELOCITIES):
         yield "for a vehicle of `axes: [X, Y, N]`, no velocity is missing."
-
-
-def _excited(channel: Channel, times: float = 1.0) -> bool:
-    return channel.std >= times * _STILL[channel.unit]
 
 
 def _missing(log: Log) -> Iterator[str]:
@@ -219,16 +205,21 @@ def _derivable(log: Log, absent: Sequence[str]) -> str:
     return f" {' and '.join(ways)}." if ways else ""
 
 
-def _reservations(found: Survey, log: Log, wanted: Sequence[str]) -> Iterator[str]:
-    if found.duration < _SHORT:
-        yield f"only {found.duration:.3g} s were recorded; minutes of manoeuvres are better."
-    if max(segment.step for segment in found.segments) > _SLOW:
+def _reservations(
+    log: Log,
+    segments: Sequence[SegmentFacts],
+    channels: Sequence[Channel],
+    commands: Sequence[Channel],
+) -> Iterator[str]:
+    if log.duration < _SHORT:
+        yield f"only {log.duration:.3g} s were recorded; minutes of manoeuvres are better."
+    if max(segment.step for segment in segments) > _SLOW:
         yield f"samples are more than {_SLOW:g} s apart; ten a second are better."
-    channels = [channel for channel in found.velocities if channel.name in wanted]
     for channel in channels:
-        if not _excited(channel, _WELL):
+        excitation = channel.std / _STILL[channel.unit]
+        if excitation < _WELL:
             varies, so = ("varies little", "uncertain")
-            if not _excited(channel):
+            if excitation < 1.0:
                 varies, so = ("hardly varies", "not determined")
             yield (
                 f"{channel.name} {varies} (std {channel.std:.2g} {channel.unit}): "
@@ -239,12 +230,12 @@ def _reservations(found: Survey, log: Log, wanted: Sequence[str]) -> Iterator[st
             f"{name} never changes sign: {name}^2 and {name}|{name}| are then one column, and so "
             f"are {name} and |{name}|."
         )
-    constant = [channel.name for channel in found.commands if channel.low == channel.high]
+    constant = [channel.name for channel in commands if channel.low == channel.high]
     if constant:
         yield f"commands that never change: {' '.join(constant)}."
     yield from _leaps(log)
     yield from _current(log)
-    if log.acceleration is None and found.n_samples:
+    if log.acceleration is None:
         yield "no recorded acceleration: least squares differentiates the velocities."
 
 
