@@ -52,6 +52,8 @@ from .errors import (
 )
 from .identification.adaptive import (
     AdaptiveIdentifier as AdaptiveIdentifier,
+    ByNoise as ByNoise,
+    ByTerm as ByTerm,
     History as History,
     State as State,
 )
@@ -65,18 +67,16 @@ from .identification.dissipative import Dissipative as Dissipative
 from .identification.fit import (
     Fit as Fit,
     Method as Method,
+    Uncertainty as Uncertainty,
     fitted as fitted,
     identify as identify,
 )
-from .identification.folds import Folds as Folds, folds as folds
-from .identification.gains import ByNoise as ByNoise, ByTerm as ByTerm
 from .identification.grades import (
     Grade as Grade,
     Identifiability as Identifiability,
     graded as graded,
     identifiability as identifiability,
 )
-from .identification.intervals import Uncertainty as Uncertainty
 from .identification.linear import LeastSquares as LeastSquares, WeakForm as WeakForm
 from .identification.methods import (
     METHODS as METHODS,
@@ -102,9 +102,11 @@ from .identification.ridge import CrossValidated as CrossValidated, Ridge as Rid
 from .identification.rows import (
     Differenced as Differenced,
     Equations as Equations,
+    Folds as Folds,
     Rows as Rows,
     accumulate as accumulate,
     damping_wrench as damping_wrench,
+    folds as folds,
 )
 from .identification.sparse import Sparse as Sparse
 from .identification.triangle import Triangle as Triangle, merge as merge
@@ -197,13 +199,18 @@ from .validation.choice import (
     Parsimony as Parsimony,
     front as front,
 )
-from .validation.compare import Comparison as Comparison, Row as Row, compare as compare
+from .validation.compare import (
+    TABLE_I as TABLE_I,
+    Comparison as Comparison,
+    Row as Row,
+    compare as compare,
+    rank_correlation as rank_correlation,
+)
 from .validation.criteria import Criteria as Criteria, criteria as criteria
 from .validation.crossvalidation import (
     CrossValidation as CrossValidation,
     cross_validate as cross_validate,
 )
-from .validation.paper import TABLE_I as TABLE_I, rank_correlation as rank_correlation
 from .validation.vehicle_doubt import VehicleDoubt as VehicleDoubt, vehicle_doubt as vehicle_doubt
 from .vehicle.actuators import (
     Fin as Fin,

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.identification.noise import mean_square, signal_to_noise
+from hydrodamp.identification.differences import mean_square, signal_to_noise
 
 SCALED = hd.AdaptiveIdentifier(a=hd.ByNoise(2e-4), gamma=hd.ByTerm(7.0), passes=40)
 

@@ -8,8 +8,7 @@ import pytest
 from hydrodamp.basis.basis import Basis
 from hydrodamp.basis.term import Term
 from hydrodamp.errors import MethodError
-from hydrodamp.identification.folds import folds
-from hydrodamp.identification.rows import Rows
+from hydrodamp.identification.rows import Rows, folds
 
 
 def rows_of(*lengths: int, step: float = 0.1) -> Rows:

@@ -10,10 +10,11 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.errors import MethodError
-from hydrodamp.identification.collinearity import HIGH, collinearity
 from hydrodamp.identification.excitation import excitation
 from hydrodamp.identification.grades import (
+    HIGH,
     Grade,
+    collinearity,
     graded,
     graded_by,
     identifiability,

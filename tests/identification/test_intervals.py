@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hydrodamp.errors import MethodError
-from hydrodamp.identification.intervals import Uncertainty
+from hydrodamp.identification.fit import Uncertainty
 
 FOUND = Uncertainty(np.diag([9.0, 4.0]), 7.0, "by hand", noise=np.diag([4.0, 1.0]))
 

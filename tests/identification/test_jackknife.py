@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.identification import jackknife as module
-from hydrodamp.identification.jackknife import left_out
-from hydrodamp.identification.output_error import OutputError
+from hydrodamp.identification import output_error as module
+from hydrodamp.identification.output_error import OutputError, left_out
 from hydrodamp.identification.search import Path, Place, searching
 
 MODEL = hd.catalog["fossen"]

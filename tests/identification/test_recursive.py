@@ -9,7 +9,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp import kernels
-from hydrodamp.identification.noise import mean_square
+from hydrodamp.identification.differences import mean_square
 from hydrodamp.identification.recursive import RecursiveAdaptation, RecursiveLeastSquares
 from hydrodamp.kernels import coriolis
 

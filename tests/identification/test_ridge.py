@@ -9,11 +9,10 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.errors import MethodError
-from hydrodamp.identification.folds import folds
 from hydrodamp.identification.ridge import (
     Ridge,
 )
-from hydrodamp.identification.rows import Differenced
+from hydrodamp.identification.rows import Differenced, folds
 from hydrodamp.identification.triangle import solve_axis
 
 RECORDED = Differenced()

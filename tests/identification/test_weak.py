@@ -9,8 +9,8 @@ import pytest
 
 import hydrodamp as hd
 import oracle
+from hydrodamp.identification.differences import median_step, smoothed
 from hydrodamp.identification.linear import WeakForm
-from hydrodamp.identification.noise import median_step, smoothed
 from hydrodamp.identification.rows import Equations
 from hydrodamp.identification.weak import (
     WeakEquations,

@@ -13,8 +13,7 @@ from hydrodamp.report.grid import to_text
 from hydrodamp.report.words import remarks
 from hydrodamp.simulation.score import Score
 from hydrodamp.simulation.status import Status
-from hydrodamp.validation.compare import Comparison, Row
-from hydrodamp.validation.paper import rank_correlation
+from hydrodamp.validation.compare import Comparison, Row, rank_correlation
 
 
 def test_models_stand_against_methods_and_the_paper(comparison: Comparison) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from hydrodamp.errors import FileError
-from hydrodamp.identification.intervals import Uncertainty
+from hydrodamp.identification.fit import Uncertainty
 from hydrodamp.models.files import read_damping
 from hydrodamp.report.documents import comparison_document
 from hydrodamp.report.files import kept_fits, read_comparison, write_comparison, write_fit

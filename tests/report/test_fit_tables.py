@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hydrodamp.identification.fit import Fit
+from hydrodamp.identification.fit import Fit, Uncertainty
 from hydrodamp.identification.grades import Grade
-from hydrodamp.identification.intervals import Uncertainty
 from hydrodamp.report.fit_tables import fit_grid, half_widths
 from hydrodamp.validation.compare import Comparison
 

@@ -10,7 +10,7 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.simulation.score import Score
 from hydrodamp.validation.choice import front
-from hydrodamp.validation.paper import beside_paper
+from hydrodamp.validation.compare import beside_paper
 
 
 @pytest.fixture

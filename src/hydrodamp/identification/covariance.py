@@ -17,7 +17,7 @@ from scipy.linalg import block_diag, pinvh
 
 from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.basis.term import Term
-from hydrodamp.identification.intervals import Uncertainty
+from hydrodamp.identification.fit import Uncertainty
 from hydrodamp.identification.rows import Rows
 from hydrodamp.identification.triangle import AxisSolution, Span, Triangle, spanned
 from hydrodamp.models.catalog import catalog

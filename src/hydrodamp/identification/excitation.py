@@ -11,8 +11,7 @@ from hydrodamp.arrays import BoolArray, FloatArray, frozen
 from hydrodamp.basis.axes import AXES
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.covariance import reference
-from hydrodamp.identification.folds import Split, folds
-from hydrodamp.identification.rows import Rows
+from hydrodamp.identification.rows import Rows, Split, folds
 from hydrodamp.identification.triangle import solve_axis
 from hydrodamp.identification.weak import WeakEquations
 from hydrodamp.models.model import DampingModel

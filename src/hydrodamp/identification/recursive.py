@@ -11,8 +11,8 @@ from scipy.linalg import block_diag
 from hydrodamp import kernels
 from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.errors import MethodError
+from hydrodamp.identification.differences import mean_square
 from hydrodamp.identification.fit import Fit, empty_fit, fitted
-from hydrodamp.identification.noise import mean_square
 from hydrodamp.identification.online import first_guess, with_log
 from hydrodamp.identification.triangle import spanned
 from hydrodamp.kernels import Estimate, Recursion

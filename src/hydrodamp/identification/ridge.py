@@ -13,9 +13,8 @@ from hydrodamp.basis.axes import AXES
 from hydrodamp.basis.term import Term
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Fit
-from hydrodamp.identification.folds import Folds, Split, folds
 from hydrodamp.identification.linear import LinearEstimator, Regression, Solver
-from hydrodamp.identification.rows import Equations
+from hydrodamp.identification.rows import Equations, Folds, Split, folds
 from hydrodamp.identification.triangle import column_size, solve_axis, spanned
 from hydrodamp.identification.weak import WeakEquations
 from hydrodamp.models.model import DampingModel

@@ -9,7 +9,7 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.identification.covariance import correlation_time
-from hydrodamp.identification.noise import mean_square, median_step, noise_variance
+from hydrodamp.identification.differences import mean_square, median_step, noise_variance
 from hydrodamp.identification.shooting import Guess, Linearised, Shooting, cut, runaways
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem

@@ -12,7 +12,7 @@ from hydrodamp import kernels
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.axes import VELOCITIES
 from hydrodamp.errors import MethodError
-from hydrodamp.identification.noise import median_step, signal_to_noise, smoothed
+from hydrodamp.identification.differences import median_step, signal_to_noise, smoothed
 from hydrodamp.identification.rows import Rows
 from hydrodamp.simulation.problem import Problem
 

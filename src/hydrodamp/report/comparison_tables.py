@@ -15,10 +15,9 @@ from hydrodamp.report.words import remarks
 from hydrodamp.simulation.score import HorizonScore, HorizonScores, Score
 from hydrodamp.simulation.status import Status
 from hydrodamp.validation.choice import choose, front
-from hydrodamp.validation.compare import Comparison, Row
+from hydrodamp.validation.compare import PRINTED_COLUMN, TABLE_I, Comparison, Row, beside_paper
 from hydrodamp.validation.criteria import CRITERIA, Criteria
 from hydrodamp.validation.crossvalidation import CrossValidation
-from hydrodamp.validation.paper import PRINTED_COLUMN, TABLE_I, beside_paper
 
 _ABREAST = 3  # methods side by side in a table of 80 columns
 _PRINTED = {"ls": "paper LS", "ai": "paper AI"}

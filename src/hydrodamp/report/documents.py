@@ -24,8 +24,7 @@ from hydrodamp.data.record import unique_names
 from hydrodamp.errors import FileError
 from hydrodamp.faults import faults_in
 from hydrodamp.files import load_json
-from hydrodamp.identification.fit import Fit
-from hydrodamp.identification.intervals import Uncertainty
+from hydrodamp.identification.fit import Fit, Uncertainty
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.files import damping_document, damping_from_document
 from hydrodamp.simulation.replay import AttitudeSource, Trajectory

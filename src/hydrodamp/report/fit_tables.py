@@ -8,9 +8,8 @@ import numpy as np
 
 from hydrodamp.basis.axes import AXES
 from hydrodamp.identification.candidates import KEY
-from hydrodamp.identification.fit import Fit
+from hydrodamp.identification.fit import Fit, reach
 from hydrodamp.identification.grades import CONTRIBUTION, RELATIVE, Grade, Identifiability
-from hydrodamp.identification.intervals import reach
 from hydrodamp.models.model import DampingModel, coefficient_unit, group_axes
 from hydrodamp.report.grid import Column, Grid, coefficient
 

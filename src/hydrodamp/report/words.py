@@ -14,8 +14,7 @@ from hydrodamp.identification.grades import Grade, Identifiability
 from hydrodamp.report.fit_tables import half_widths
 from hydrodamp.report.grid import seconds
 from hydrodamp.simulation.status import Status
-from hydrodamp.validation.compare import Comparison, Row
-from hydrodamp.validation.paper import beside_paper, rank_correlation
+from hydrodamp.validation.compare import Comparison, Row, beside_paper, rank_correlation
 
 #: Key in the provenance of a comparison that lacks rows; its value says how many.
 UNFINISHED = "unfinished"

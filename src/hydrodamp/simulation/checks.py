@@ -13,7 +13,6 @@ from hydrodamp.basis.axes import VELOCITY_OF
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError, ProblemError, did_you_mean, list_faults
 from hydrodamp.models.model import DampingModel
-from hydrodamp.vehicle.fleet import without_righting
 from hydrodamp.vehicle.vehicle import Vehicle
 
 if TYPE_CHECKING:
@@ -46,6 +45,7 @@ def check_columns_used(vehicle: Vehicle, log: Log, models: Iterable[DampingModel
 def needs_of(vehicle: Vehicle, log: Log) -> Needs:
     """Return what a vehicle needs of a log, with a term for every command no actuator takes."""
     from hydrodamp.ingest.probing.verdict import Needs
+    from hydrodamp.vehicle.fleet import without_righting
 
     strange = [name for name in log.command_names if name not in vehicle.commands]
     undriven = nothing_drives(vehicle, log)

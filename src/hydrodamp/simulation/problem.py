@@ -21,7 +21,6 @@ from hydrodamp.kernels.plant import Plant
 from hydrodamp.models.damping import Damping, VehicleStamp
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.checks import check_log
-from hydrodamp.vehicle.file import format_vehicle
 from hydrodamp.vehicle.vehicle import Vehicle, mass_matrix_digest
 
 
@@ -248,12 +247,14 @@ class Problem:
     @cached_property
     def digest(self) -> str:
         """SHA-256 of the vehicle and of all that was measured, whatever files it came from."""
-        seen = hashlib.sha256(format_vehicle(self.vehicle).encode())
-        seen.update(repr((self.log.command_names, self.segments.tolist())).encode())
-        for field in fields(self.log):
-            block = getattr(self.log, field.name)
-            if isinstance(block, np.ndarray):
-                seen.update(field.name.encode() + np.ascontiguousarray(block).data)
+        seen = hashlib.sha256(repr((self.log.command_names, self.segments.tolist())).encode())
+        for whole in (self.vehicle, self.log):
+            for field in fields(whole):
+                value = getattr(whole, field.name)
+                if isinstance(value, np.ndarray):
+                    seen.update(field.name.encode() + np.ascontiguousarray(value).data)
+                elif whole is self.vehicle:
+                    seen.update(repr((field.name, value)).encode())
         return seen.hexdigest()
 
     def regressor(

@@ -12,7 +12,7 @@ from hydrodamp import kernels
 from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
-from hydrodamp.identification.intervals import reach
+from hydrodamp.identification.fit import reach
 from hydrodamp.kernels.inputs import Inputs
 from hydrodamp.models.damping import Damping
 from hydrodamp.simulation.problem import Problem

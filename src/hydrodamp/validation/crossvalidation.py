@@ -13,9 +13,8 @@ from hydrodamp.basis.basis import Basis
 from hydrodamp.data.log import Log, Segment, take
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Fit, Method
-from hydrodamp.identification.folds import Folds, folds
 from hydrodamp.identification.methods import identify_all
-from hydrodamp.identification.rows import Rows
+from hydrodamp.identification.rows import Folds, Rows, folds
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import prepare
 from hydrodamp.simulation.replay import AttitudeSource

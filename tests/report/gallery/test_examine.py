@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.identification.intervals import correlated_pairs
+from hydrodamp.identification.fit import correlated_pairs
 from hydrodamp.report.gallery import captions, examine as examining
 from hydrodamp.report.gallery.captions import Sketch, best_of_each_method
 from hydrodamp.report.gallery.examine import examine, painted

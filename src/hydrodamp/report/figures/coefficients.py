@@ -10,8 +10,7 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.axes import AXES
 from hydrodamp.errors import MethodError
-from hydrodamp.identification.fit import Fit
-from hydrodamp.identification.intervals import CORRELATED, correlated_pairs, correlation, reach
+from hydrodamp.identification.fit import CORRELATED, Fit, correlated_pairs, correlation, reach
 from hydrodamp.models.model import DampingModel
 from hydrodamp.report.figures.axes import coefficient_symbol, signed_scale, wrench_unit
 from hydrodamp.report.figures.look import (

@@ -11,9 +11,8 @@ import numpy as np
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.adaptive import AdaptiveIdentifier
-from hydrodamp.identification.fit import Fit
+from hydrodamp.identification.fit import CORRELATED, Fit, correlated_pairs
 from hydrodamp.identification.grades import Identifiability
-from hydrodamp.identification.intervals import CORRELATED, correlated_pairs
 from hydrodamp.identification.methods import METHODS
 from hydrodamp.identification.power import TAIL, operating_box, worst_power
 from hydrodamp.identification.residuals import diagnose
