@@ -8,7 +8,6 @@ from .conditioning.actuators import (
     delayed as delayed,
     lagged as lagged,
 )
-from .conditioning.attitude import steady_attitude as steady_attitude
 from .conditioning.current import (
     Current as Current,
     estimate_current as estimate_current,
@@ -25,7 +24,7 @@ from .conditioning.mixing import (
     Mixing as Mixing,
     roll_from_mixing as roll_from_mixing,
 )
-from .conditioning.spikes import remove_spikes as remove_spikes
+from .conditioning.spikes import remove_spikes as remove_spikes, steady_attitude as steady_attitude
 from .conditioning.steps import CLEANING_STEPS as CLEANING_STEPS, clean as clean
 from .conditioning.suspicions import (
     Suspicion as Suspicion,

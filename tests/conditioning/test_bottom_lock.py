@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from hydrodamp.conditioning.dropouts import SENTINELS, lost_lock, mask_bottom_lock
+from hydrodamp.conditioning.dropouts import SENTINELS, mask_bottom_lock
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError
 
@@ -67,8 +67,3 @@ def test_a_flag_speaks_for_the_instrument(counts: Counts) -> None:
     np.testing.assert_allclose(made.velocity, log.velocity, atol=1e-12)
     with pytest.raises(LogError, match=r"no command 'god'\. Did you mean 'good'"):
         mask_bottom_lock(log, flag="god")
-
-
-def test_raw_channels() -> None:
-    assert lost_lock([0.1, np.nan, -32.768, 99.0]).tolist() == [False, True, True, True]
-    assert lost_lock(np.zeros((3, 4))).tolist() == [False] * 3

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from hydrodamp.conditioning.attitude import following, leaps, steady_attitude
+from hydrodamp.conditioning.spikes import following, leaps, steady_attitude
 from hydrodamp.data.attitude import quaternion_from_euler, turn
 from hydrodamp.data.log import Log
 

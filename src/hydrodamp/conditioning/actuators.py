@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
-from typing import Protocol
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
@@ -12,13 +11,8 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError
 
-_LONGEST = 200.0  # time constants summed at once: e^200 is far from overflow
-
-
-class _Response(Protocol):
-    def __call__(self, time: FloatArray, values: FloatArray, seconds: float) -> FloatArray:
-        """Return the mean response of each step."""
-        ...
+#: Times and values of a segment and a time constant -> the mean response over each step.
+_Response = Callable[[FloatArray, FloatArray, float], FloatArray]
 
 
 def delayed(log: Log, seconds: Mapping[str, float]) -> Log:
@@ -109,35 +103,39 @@ def beyond_dead_zone(log: Log, zones: Mapping[str, tuple[float, float]]) -> Log:
     >>> beyond_dead_zone(log, {"m1": (1475, 1525)}).command("m1").tolist()
     [-75.0, 0.0, 75.0]
     """
-    commands = log.commands.copy()
+    changed = {}
     for name, (low, high) in zones.items():
-        log.command(name)  # refuses names that are not there
-        column = log.command_names.index(name)
+        values = log.command(name)
         if not (np.isfinite((low, high)).all() and low <= high):
             fault = f"the dead zone of `{name}` must be lowest, highest; got {low:g}, {high:g}"
             raise LogError(fault, source=log.source)
-        commands[:, column] -= np.clip(commands[:, column], low, high)
+        changed[name] = values - np.clip(values, low, high)
     notes = [
         f"command `{name}` counted from its dead zone, {low:g} to {high:g}"
         for name, (low, high) in zones.items()
     ]
-    return dataclasses.replace(log, commands=commands).noted(*notes)
+    return _with_commands(log, changed).noted(*notes)
 
 
 def _answered(log: Log, seconds: Mapping[str, float], response: _Response, done: str) -> Log:
-    commands = log.commands.copy()
+    changed = {}
     for name, given in seconds.items():
-        log.command(name)  # refuses names that are not there
-        column = log.command_names.index(name)
+        values = log.command(name)
         if not (np.isfinite(given) and given >= 0):
             fault = f"the time of `{name}` must be zero or positive [s]; got {given}"
             raise LogError(fault, source=log.source)
-        for start, stop in log.bounds.tolist():
-            part = slice(start, stop)
-            if given > 0:
-                commands[part, column] = response(log.time[part], log.commands[part, column], given)
-    notes = [f"command `{name}` {done} by {given:g} s" for name, given in seconds.items() if given]
-    return dataclasses.replace(log, commands=commands).noted(*notes)
+        if given > 0:
+            parts = [response(log.time[a:b], values[a:b], given) for a, b in log.bounds]
+            changed[name] = np.concatenate(parts)
+    notes = [f"command `{name}` {done} by {seconds[name]:g} s" for name in changed]
+    return _with_commands(log, changed).noted(*notes)
+
+
+def _with_commands(log: Log, changed: Mapping[str, FloatArray]) -> Log:
+    commands = log.commands.copy()
+    for name, values in changed.items():
+        commands[:, log.command_names.index(name)] = values
+    return dataclasses.replace(log, commands=commands)
 
 
 def _ends(time: FloatArray) -> FloatArray:
@@ -158,24 +156,10 @@ def _delayed(time: FloatArray, values: FloatArray, seconds: float) -> FloatArray
 
 
 def _lagged(time: FloatArray, values: FloatArray, seconds: float) -> FloatArray:
-    ends = _ends(time)
-    steps = (ends - time) / seconds
-    start = _filtered(np.diff(time) / seconds, values)
+    steps = (_ends(time) - time) / seconds
+    response, begun = float(values[0]), []
+    for value, decay in zip(values.tolist(), np.exp(-steps).tolist(), strict=True):
+        begun.append(response)
+        response = value + (response - value) * decay
     # The mean over the step of the decay from where the response is towards the command.
-    return values + (start - values) * -np.expm1(-steps) / steps
-
-
-def _filtered(steps: FloatArray, values: FloatArray) -> FloatArray:
-    """Return the response at each sample; ``steps`` in time constants."""
-    answer = np.empty_like(values)
-    answer[0] = values[0]
-    elapsed = np.concatenate(([0.0], np.cumsum(steps)))
-    first = 0
-    while first < len(values) - 1:
-        last = int(np.searchsorted(elapsed, elapsed[first] + _LONGEST, side="right")) - 1
-        last = min(max(last, first + 1), len(values) - 1)
-        grown = np.exp(np.minimum(elapsed[first : last + 1] - elapsed[first], _LONGEST))
-        gained = np.cumsum(values[first:last] * np.diff(grown))
-        answer[first + 1 : last + 1] = (answer[first] + gained) / grown[1:]
-        first = last
-    return answer
+    return values + (np.array(begun) - values) * -np.expm1(-steps) / steps

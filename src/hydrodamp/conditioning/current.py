@@ -21,7 +21,6 @@ TEN_MINUTES = 600.0
 
 _UNDER_WAY = 0.5  # of the median surge
 _LIKELY = 1.0  # m/s, a priori standard deviation of the current
-_SLOWEST = 1e-4  # m/s; no Doppler log is better
 _SIDESLIP = 0.03  # of the median surge, a priori standard deviation of the steady drift
 _LONGEST = 40000  # samples; more are thinned out
 _LEAST = 10  # samples
@@ -41,7 +40,7 @@ def under_way(log: Log) -> IntArray:
     """Return the samples at which the vehicle makes way."""
     usual = float(np.median(log.velocity[:, 0]))
     rows = np.flatnonzero(log.velocity[:, 0] > _UNDER_WAY * usual)
-    if usual < _SLOWEST or len(rows) < _LEAST:
+    if usual < _TINY or len(rows) < _LEAST:
         fault = f"the vehicle is not under way: its median surge is {usual:.3g} m/s"
         raise LogError(fault, source=log.source)
     return rows[:: -(-len(rows) // _LONGEST)]
@@ -127,16 +126,11 @@ def _hats(time: FloatArray, knots: FloatArray) -> sparse.csr_array:
     n, k = len(time), len(knots)
     if k == 1:
         return sparse.csr_array(np.ones((n, 1)))
-    left = np.clip(np.searchsorted(knots, time, side="right") - 1, 0, k - 2)
-    right = (time - knots[left]) / (knots[left + 1] - knots[left])
-    index = np.arange(n)
-    return sparse.csr_array(
-        (
-            np.concatenate((1 - right, right)),
-            (np.concatenate((index, index)), np.concatenate((left, left + 1))),
-        ),
-        shape=(n, k),
-    )
+    from scipy.interpolate import BSpline  # takes long to import
+
+    padded = np.concatenate((knots[:1], knots, knots[-1:]))
+    # Rounding may put the last sample behind the last knot.
+    return BSpline.design_matrix(np.clip(time, knots[0], knots[-1]), padded, 1)
 
 
 _LARGEST_ERROR = 0.1  # m/s, a standard error beyond which a current is not determined

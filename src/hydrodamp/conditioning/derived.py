@@ -92,13 +92,11 @@ def fitted(
     return Local(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
 
-def best_window(
-    time: FloatArray, bounds: IntArray, around: Around, windows: Sequence[int] = WINDOWS
-) -> int:
+def best_window(time: FloatArray, bounds: IntArray, around: Around) -> int:
     """Return the window whose parabolas best predict the sample they leave out."""
     rows = np.arange(0, len(time), -(-len(time) // _TRIED))
     longest = int(np.max(bounds[:, 1] - bounds[:, 0]))
-    usable = [window for window in windows if window < longest] or [windows[0]]
+    usable = [window for window in WINDOWS if window < longest] or [WINDOWS[0]]
     errors = []
     for window in usable:
         fit = fitted(time, bounds, around, window, rows)

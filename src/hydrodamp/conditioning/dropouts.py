@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray
-from hydrodamp.conditioning.gaps import measured, without_samples
+from hydrodamp.conditioning.gaps import measured, runs, without_samples
 from hydrodamp.data.log import Log
 
 _TIMES_USUAL = 3.0
@@ -123,7 +122,7 @@ def mask_bottom_lock(log: Log, *, flag: str | None = None, fastest: float = 30.0
         return log
     values = np.column_stack(linear)
     usual = float(np.median(np.abs(values).max(axis=1)))
-    lost = lost_lock(values, fastest if usual <= fastest else np.inf)
+    lost = lost_lock(values, fastest if usual <= fastest else np.inf).any(axis=1)
     lost |= _dropped_to_zero(values, log.bounds)
     if flag is not None:
         lost |= log.command(flag) == 0.0
@@ -131,13 +130,10 @@ def mask_bottom_lock(log: Log, *, flag: str | None = None, fastest: float = 30.0
     return without_samples(log, dict.fromkeys(names, lost), "no bottom lock")
 
 
-def lost_lock(values: npt.ArrayLike, fastest: float = 30.0) -> BoolArray:
-    """Return which samples of a velocity sensor stand for none."""
-    array: FloatArray = np.asarray(values, dtype=np.float64)
-    flat = array.reshape(len(array), -1)
-    sentinel = np.abs(flat[..., np.newaxis] - np.array(SENTINELS)).min(axis=-1) < _NEAR
-    lost: BoolArray = (sentinel | ~(np.abs(flat) <= fastest)).any(axis=1)
-    return lost
+def lost_lock(values: FloatArray, fastest: float = 30.0) -> BoolArray:
+    """Return which numbers of a velocity sensor stand for none."""
+    sentinel = np.abs(values[..., np.newaxis] - np.array(SENTINELS)).min(axis=-1) < _NEAR
+    return np.asarray(sentinel | ~(np.abs(values) <= fastest))
 
 
 def _dropped_to_zero(values: FloatArray, bounds: IntArray) -> BoolArray:
@@ -148,12 +144,7 @@ def _dropped_to_zero(values: FloatArray, bounds: IntArray) -> BoolArray:
     speed = np.linalg.norm(values, axis=1)
     for start, stop in bounds.tolist():
         part = speed[start:stop]
-        zero = np.concatenate(([False], part == 0.0, [False]))
-        edges = np.flatnonzero(zero[1:] != zero[:-1])
-        first, last = edges[::2], edges[1::2]  # one past the last
-        inside = (first > 0) & (last < len(part))
-        first, last = first[inside], last[inside]
-        jumps = (part[first - 1] > _BREAK) & (part[last] > _BREAK)
-        for a, b in zip(first[jumps].tolist(), last[jumps].tolist(), strict=True):
-            found[start + a : start + b] = True
+        for a, b in runs(part == 0.0):
+            inside = a > 0 and b < len(part)
+            found[start + a : start + b] = inside and min(part[a - 1], part[b]) > _BREAK
     return found

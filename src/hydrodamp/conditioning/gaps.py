@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray
-from hydrodamp.data.attitude import turn
+from hydrodamp.data.attitude import between
 from hydrodamp.data.canonical import columns_of
 from hydrodamp.data.channels import BLOCKS
 from hydrodamp.data.log import Log, take
@@ -58,6 +58,12 @@ def without_samples(
     return _without_rows(_bridged(log, gaps), cut, reason).noted(*notes)
 
 
+def runs(mask: BoolArray) -> list[tuple[int, int]]:
+    """Return the first and one-past-last place of each run of true ones."""
+    edges = np.flatnonzero(np.diff(mask, prepend=False, append=False)).tolist()
+    return list(zip(edges[::2], edges[1::2], strict=True))
+
+
 def counted(reason: str, channel: str, samples: int, of: int, done: str) -> str:
     """Return the sentence on samples of a channel and what became of them."""
     share = f"{100 * samples / of:.2g} %"
@@ -92,21 +98,11 @@ def _bridged(log: Log, gaps: Mapping[str, _Gaps]) -> Log:
                 if name in lines:
                     blocks[block].reshape(log.n, -1)[:, place] = lines[name]
     if ATTITUDE in gaps and log.attitude is not None:
-        blocks[ATTITUDE] = _turned(log.attitude, gaps[ATTITUDE])
+        one, blocks[ATTITUDE] = gaps[ATTITUDE], log.attitude.copy()
+        rows = one.bridged
+        first, last = log.attitude[one.before[rows]], log.attitude[one.after[rows]]
+        blocks[ATTITUDE][rows] = between(first, last, one.share[rows])
     return dataclasses.replace(log, **blocks)
-
-
-def _turned(attitude: FloatArray, gaps: _Gaps) -> FloatArray:
-    """Turn the good attitude before each bridged sample towards the one after it."""
-    from scipy.spatial.transform import Rotation  # takes long to import
-
-    rows = np.flatnonzero(gaps.bridged)
-    first, last = attitude[gaps.before[rows]], attitude[gaps.after[rows]]
-    part = turn(first, last) * gaps.share[rows, np.newaxis]
-    made = Rotation.from_quat(first, scalar_first=True) * Rotation.from_rotvec(part)
-    values = attitude.copy()
-    values[rows] = made.as_quat(scalar_first=True)
-    return values
 
 
 def _without_rows(log: Log, cut: BoolArray, reason: str) -> Log:
@@ -125,9 +121,7 @@ def _without_rows(log: Log, cut: BoolArray, reason: str) -> Log:
 
 def _pieces(part: Segment, cut: BoolArray) -> Iterator[Segment]:
     """Yield what is left of a segment, numbered where there are several."""
-    keep = np.concatenate(([False], ~cut[part.start : part.stop], [False]))
-    edges = (np.flatnonzero(keep[1:] != keep[:-1]) + part.start).tolist()
-    spans = [(a, b) for a, b in zip(edges[::2], edges[1::2], strict=True) if b - a >= 2]
+    spans = [(a, b) for a, b in runs(~cut[part.start : part.stop]) if b - a >= 2]
     for number, (start, stop) in enumerate(spans, start=1):
         name = part.name if len(spans) == 1 else f"{part.name}.{number}"
-        yield Segment(name, start, stop)
+        yield Segment(name, part.start + start, part.start + stop)

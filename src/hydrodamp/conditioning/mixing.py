@@ -51,13 +51,13 @@ class Mixing:
             object.__setattr__(self, name, table)
 
 
+#: The demand turned by the roll angle.
 ROTATION = Mixing()
-"""The demand turned by the roll angle."""
 
+#: The Virginia Tech 690: elevator (port - starboard) / 2 and rudder (bottom - top) / 2 as set,
+#: elevator and rudder angle as its loops put them out. Found by regression on its field log of
+#: July 2022, where it holds in all samples; a rotation holds in nine of ten only.
 AVL_690 = Mixing(cosine=((1.0, 0.0), (0.0, -1.0)), sine=((0.0, -1.0), (1.0, 0.0)))
-"""The Virginia Tech 690: elevator (port - starboard) / 2 and rudder (bottom - top) / 2 as set,
-elevator and rudder angle as its loops put them out. Found by regression on its field log of
-July 2022, where it holds in all samples; a rotation holds in nine of ten only."""
 
 
 @dataclass(frozen=True, eq=False)

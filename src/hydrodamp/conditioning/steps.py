@@ -9,7 +9,6 @@ from functools import cache
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from hydrodamp.conditioning.actuators import beyond_dead_zone, delayed, lagged
-from hydrodamp.conditioning.attitude import steady_attitude
 from hydrodamp.conditioning.current import without_current
 from hydrodamp.conditioning.derived import (
     acceleration_from_accelerometer,
@@ -18,7 +17,7 @@ from hydrodamp.conditioning.derived import (
 )
 from hydrodamp.conditioning.dropouts import mask_bottom_lock, mask_frozen
 from hydrodamp.conditioning.mixing import AVL_690, ROTATION, roll_from_mixing
-from hydrodamp.conditioning.spikes import LEAST_WINDOW, remove_spikes
+from hydrodamp.conditioning.spikes import LEAST_WINDOW, remove_spikes, steady_attitude
 from hydrodamp.conditioning.suspicions import note_suspicions
 from hydrodamp.data.log import Log
 from hydrodamp.errors import did_you_mean
@@ -79,25 +78,19 @@ def prepared(log: Log, steps: Sequence[Callable[[Log], Log]]) -> Log:
     return log
 
 
-_FUNCTIONS: dict[str, Callable[..., Log]] = {
-    one.__name__: one
-    for one in (
-        clean,
-        mask_bottom_lock,
-        mask_frozen,
-        steady_attitude,
-        remove_spikes,
-        note_suspicions,
-        velocity_from_position,
-        rates_from_attitude,
-        acceleration_from_accelerometer,
-        roll_from_mixing,
-        without_current,
-        delayed,
-        lagged,
-        beyond_dead_zone,
-    )
-}
+_ALL: tuple[Callable[..., Log], ...] = (
+    clean,
+    *CLEANING_STEPS,
+    velocity_from_position,
+    rates_from_attitude,
+    acceleration_from_accelerometer,
+    roll_from_mixing,
+    without_current,
+    delayed,
+    lagged,
+    beyond_dead_zone,
+)
+_FUNCTIONS = {step.__name__: step for step in _ALL}
 
 #: The names of all steps.
 STEPS = tuple(_FUNCTIONS)

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.axes import AXES, VELOCITIES
 from hydrodamp.data.attitude import (
     angle_ratio,
@@ -167,23 +166,19 @@ def _speeds(log: Log) -> Iterator[Suspicion]:
         evidence = f"its path is {ratio:.3g} times as long as that of the position"
         yield Suspicion(called, f"is {looks}", evidence)
         return
-    alone = [*_speeds_alone(ratios, recorded)]
-    yield from alone
-    if alone:
+    alone = {VELOCITIES[k]: _unit(float(ratios[k]), _SPEEDS) for k in recorded}
+    for name, looks in alone.items():
+        if looks:
+            ratio = float(ratios[VELOCITIES.index(name)])
+            evidence = f"its path is {ratio:.3g} times its part of the position's"
+            yield Suspicion(name, f"is {looks}", evidence)
+    if any(alone.values()):
         return
     speed = np.linalg.norm(log.velocity[:, recorded], axis=1)
     if (usual := float(np.median(speed))) > _FAST:
         yield Suspicion(
             called, "may be cm/s or mm/s, not m/s", f"the median speed is {usual:.3g} m/s"
         )
-
-
-def _speeds_alone(ratios: FloatArray, recorded: list[int]) -> Iterator[Suspicion]:
-    """Yield a velocity that is wrong beside others that are right."""
-    for place in recorded:
-        if looks := _unit(float(ratios[place]), _SPEEDS):
-            evidence = f"its path is {ratios[place]:.3g} times its part of the position's"
-            yield Suspicion(VELOCITIES[place], f"is {looks}", evidence)
 
 
 def _accelerometer(log: Log) -> Iterator[Suspicion]:

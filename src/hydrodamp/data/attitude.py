@@ -70,6 +70,7 @@ def turn(first: FloatArray, second: FloatArray) -> FloatArray:
     return turned
 
 
+_CLOSE = 1e-6  # rad; below it sines are angles to all digits
 _RATE_WINDOW = 0.5  # s, over which attitude is differenced: longer than its noise
 _PATH_WINDOW = 5.0  # s, over which paths are compared: long against the noise of a position
 _LEAST_PAIRS = 8
@@ -78,6 +79,19 @@ _LEAST_SHARE = 0.7  # of the motion that has one sign in both; 0.5 is what unrel
 _LEAST_CORRELATION = 0.8  # below it two channels do not measure the same motion
 _LEAST_PART = 1e-4  # of the path, that a velocity must have; one in km/s beside others in m/s has
 _TINY = 1e-9  # of any unit; less is no motion
+
+
+def between(first: FloatArray, second: FloatArray, share: FloatArray) -> FloatArray:
+    """Return attitudes a share of the shorter turn from one to another."""
+    cosine = np.einsum("ni,ni->n", first, second)
+    angle = np.arccos(np.minimum(np.abs(cosine), 1.0))
+    sine = np.sin(angle)
+    close = sine < _CLOSE  # both are nearly the same: the turn is a straight line
+    sine[close] = 1.0
+    near = np.where(close, 1 - share, np.sin((1 - share) * angle) / sine)
+    far = np.where(close, share, np.sin(share * angle) / sine) * np.where(cosine < 0, -1.0, 1.0)
+    turned: FloatArray = first * near[:, np.newaxis] + second * far[:, np.newaxis]
+    return turned
 
 
 def rate_slopes(

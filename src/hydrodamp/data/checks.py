@@ -83,21 +83,21 @@ def name_faults(velocities: Sequence[str], commands: Sequence[str], n: int) -> I
         yield f"`command_names` must be {n} different names, one a column; got {commands}"
 
 
-def capped(faults: list[str], listed: int = _LISTED) -> list[str]:
+def _capped(faults: list[str]) -> list[str]:
     """Return the first few faults of one kind and how many more there are."""
-    more = len(faults) - listed
+    more = len(faults) - _LISTED
     if more <= 0:
         return faults
-    return [*faults[: listed - 1], f"{faults[listed - 1]} (and {more} more like it)"]
+    return [*faults[: _LISTED - 1], f"{faults[_LISTED - 1]} (and {more} more like it)"]
 
 
 def clock_faults(time: FloatArray, joins: BoolArray, place: Callable[[int], str]) -> Iterator[str]:
     """Yield where a clock has no value, repeats or runs backwards but at a join."""
     absent = np.flatnonzero(~np.isfinite(time))
-    yield from capped([f"`time` has no value in {place(row)}" for row in absent.tolist()])
+    yield from _capped([f"`time` has no value in {place(row)}" for row in absent.tolist()])
     with np.errstate(invalid="ignore"):
         stuck = np.flatnonzero((np.diff(time) <= 0) & ~joins[1:]) + 1
-    yield from capped([_disorder(time[row - 1], time[row], place(row)) for row in stuck.tolist()])
+    yield from _capped([_disorder(time[row - 1], time[row], place(row)) for row in stuck.tolist()])
 
 
 def _disorder(before: float, now: float, place: str) -> str:
@@ -134,7 +134,7 @@ def _norm_faults(attitude: FloatArray | None, place: Callable[[int], str]) -> It
     if attitude is None:
         return
     norm = np.linalg.norm(attitude, axis=1)
-    yield from capped(
+    yield from _capped(
         [
             f"the quaternion qw qx qy qz must have norm 1; it is {norm[row]:.4g} in {place(row)}"
             for row in np.flatnonzero(np.abs(norm - 1) > _NEARLY_UNIT).tolist()

@@ -10,9 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray
+from hydrodamp.data.attitude import between
 from hydrodamp.ingest.clock.stamps import Stamps
-
-_CLOSE = 1e-6  # rad; below it sines are angles to all digits
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,21 +95,7 @@ def turned(quaternions: FloatArray, found: Brackets) -> FloatArray:
         return np.full((len(found.before), 4), np.nan)
     after = np.minimum(found.before + 1, len(quaternions) - 1)
     share = interpolated(np.arange(float(len(quaternions))), found) - found.before
-    first, second = quaternions[found.before], quaternions[after]
-    cosine = np.einsum("ni,ni->n", first, second)
-    second *= np.where(cosine < 0, -1.0, 1.0)[:, np.newaxis]
-    np.abs(cosine, out=cosine)
-    angle = np.arccos(np.minimum(cosine, 1.0))
-    sine = np.sin(angle)
-    # Where both are nearly the same the turn is a straight line.
-    close = sine < _CLOSE
-    sine[close] = 1.0
-    near = np.where(close, 1 - share, np.sin((1 - share) * angle) / sine)
-    far = np.where(close, share, np.sin(share * angle) / sine)
-    first *= near[:, np.newaxis]
-    second *= far[:, np.newaxis]
-    first += second
-    return first
+    return between(quaternions[found.before], quaternions[after], share)
 
 
 def fastest(clocks: Mapping[int, Stamps]) -> int:

@@ -9,9 +9,9 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.axes import VELOCITIES
-from hydrodamp.conditioning.attitude import leaps
 from hydrodamp.conditioning.current import estimate_current
 from hydrodamp.conditioning.derived import rates_from_attitude
+from hydrodamp.conditioning.spikes import leaps
 from hydrodamp.conditioning.suspicions import Suspicion, suspicions
 from hydrodamp.data.channels import BLOCKS, TIME, VELOCITY, unit_of
 from hydrodamp.data.log import Log
