@@ -88,3 +88,9 @@ def call() -> Callable[..., Result]:
         return CliRunner().invoke(app, [*line.split(), *more])
 
     return run
+
+
+@pytest.fixture
+def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No pictures and no report: they take longer than all the rest."""
+    monkeypatch.setattr("hydrodamp.cli.report.illustrate", lambda *_: ())

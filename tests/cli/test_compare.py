@@ -29,6 +29,7 @@ def test_prints_every_model_and_keeps_the_papers_numbers_out(folder: Path, call:
     assert max(map(len, done.stdout.splitlines())) <= 80
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_json_is_the_comparison_file_and_nothing_else(folder: Path, call: Call) -> None:
     done = call(
         "compare --train a.csv --test b.csv --vehicle planar.yaml --models linear,fossen "
@@ -75,6 +76,7 @@ def test_a_model_too_large_is_a_row_with_a_status(folder: Path, call: Call) -> N
     assert rows[1]["rms"] is not None
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_without_any_score_the_work_failed(folder: Path, call: Call) -> None:
     (folder / "wild.yaml").write_text(
         "{name: wild, terms: {X Y N: 'u^2 v^2 r^2 u v r uv ur vr u|u| v|v| r|r|'}}", "utf-8"
@@ -123,6 +125,7 @@ def test_a_fit_that_is_refused_is_a_row_that_says_why(folder: Path, call: Call) 
     assert len(rows) == 4
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_an_earlier_comparison_is_named_before_it_goes(folder: Path, call: Call) -> None:
     line = "compare a.csv --vehicle planar.yaml --train 0:20 --models linear --methods ls --out out"
     assert "earlier comparison" not in call(f"{line} --test 20:40").stderr

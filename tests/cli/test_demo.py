@@ -13,30 +13,26 @@ from hydrodamp.simulation.campaign import reenact as campaign
 Call = Callable[..., Result]
 
 
-@pytest.fixture
-def short(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Runs of a few seconds in place of 200 s."""
-    brief = functools.partial(campaign.reenact, duration=12.0)
-    monkeypatch.setattr(campaign, "reenact", brief)
-
-
-@pytest.mark.usefixtures("short")
-def test_prints_our_table_beside_the_papers(folder: Path, call: Call) -> None:
-    done = call("demo --out out --truth crossflow --seed 3")
-    assert done.exit_code == 0, done.output
-    for word in ("Truth 'crossflow'", "seed 3", "paper LS", "Rank correlation", "not settled"):
-        assert word in done.stdout
-    assert (folder / "out" / "comparison.json").exists()
-
-
-@pytest.mark.usefixtures("short")
-def test_json_says_which_truth(call: Call) -> None:
-    done = call("demo --json")
+@pytest.mark.usefixtures("undrawn")
+def test_our_table_stands_beside_the_papers(
+    folder: Path, call: Call, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(campaign, "reenact", functools.partial(campaign.reenact, duration=12.0))
+    done = call("demo --out out --truth crossflow --seed 3 --json")
     assert done.exit_code == 0, done.output
     document = json.loads(done.stdout)
+    assert document == json.loads((folder / "out" / "comparison.json").read_text("utf-8"))
     assert len(document["rows"]) == 32
-    assert document["provenance"]["truth"] == "sname"
-    assert document["provenance"]["seed"] == "0"
+    assert document["provenance"]["truth"] == "crossflow"
+    assert document["provenance"]["seed"] == "3"
+    table = (folder / "out" / "table.txt").read_text("utf-8")
+    for word in ("paper LS", "Rank correlation", "not settled"):
+        assert word in table
+
+    monkeypatch.setattr("hydrodamp.cli.options.DEMO_METHODS", "ls")
+    shown = call("demo --truth crossflow --seed 3").stdout
+    for word in ("Truth 'crossflow'", "seed 3", "paper LS"):
+        assert word in shown
 
 
 def test_the_folder_is_checked_before_work_starts(folder: Path, call: Call) -> None:

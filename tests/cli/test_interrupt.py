@@ -66,10 +66,7 @@ def document(folder: str = "out") -> dict[str, object]:
     return json.loads((Path(folder) / "comparison.json").read_text("utf-8"))
 
 
-@pytest.fixture(autouse=True)
-def plain(monkeypatch: pytest.MonkeyPatch) -> None:
-    """No pictures and no report: they take longer than all the rest."""
-    monkeypatch.setattr(report, "illustrate", lambda *_: ())
+pytestmark = pytest.mark.usefixtures("undrawn")
 
 
 @pytest.fixture

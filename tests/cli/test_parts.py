@@ -10,6 +10,7 @@ import pytest
 from typer.testing import Result
 
 Call = Callable[..., Result]
+pytestmark = pytest.mark.usefixtures("undrawn")
 LINE = "compare --vehicle planar.yaml --models linear --methods ls"
 
 

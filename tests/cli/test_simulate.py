@@ -8,15 +8,18 @@ import numpy as np
 import pytest
 from typer.testing import Result
 
+import hydrodamp as hd
 from hydrodamp.ingest.read import read_log
 
 Call = Callable[..., Result]
 
 
 @pytest.fixture
-def damping(folder: Path, call: Call) -> str:
-    done = call("identify a.csv --vehicle planar.yaml --model linear --out d.json")
-    assert done.exit_code == 0, done.output
+def damping(folder: Path) -> str:
+    vehicle, log = hd.read_vehicle("planar.yaml"), hd.read_log("a.csv")
+    hd.write_damping(
+        hd.identify(hd.catalog["linear"], vehicle, log, hd.LeastSquares()).damping, "d.json"
+    )
     return "d.json"
 
 
