@@ -2,80 +2,26 @@
 
 from __future__ import annotations
 
-import warnings
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 
 from hydrodamp.basis.axes import VELOCITIES
 from hydrodamp.data.attitude import euler_from_quaternion, turn
-from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import GapWarning, LogError
 from hydrodamp.ingest.mapping import LogMapping, read_mapping
 from hydrodamp.ingest.read import read_log, read_logs
 
 EXAMPLE = Path(__file__).resolve().parents[3] / "examples" / "bluerov2" / "mapping.yaml"
-FLIP, SWAP = np.diag([1.0, -1, -1]), np.array([[0.0, 1, 0], [1, 0, 0], [0, 0, -1]])
-
-
-class Dive:
-    """Two turns of a tilted circle, forward-right-down and north-east-down, in closed form."""
-
-    def __init__(self, time: np.ndarray) -> None:
-        self.time = time
-        yaw = 0.3 * time
-        angles = np.column_stack((yaw, 0.1 * np.sin(time), 0.2 * np.cos(time)))
-        self.attitude = Rotation.from_euler("ZYX", angles)
-        self.velocity = np.column_stack((1 + 0 * time, 0.1 * np.sin(time), 0.05 * np.cos(time)))
-        self.world = self.attitude.apply(self.velocity)
-        self.rates = np.column_stack((0.1 * np.cos(time), 0 * time, 0.3 + 0 * time))
-
-    def enu(self) -> np.ndarray:
-        """Quaternions of port-up axes in east-north-up, scalar last."""
-        return Rotation.from_matrix(SWAP @ self.attitude.as_matrix() @ FLIP).as_quat()
-
-
-def close(log: Log, *, position: bool = False) -> None:
-    """Check a log against the dive at its times."""
-    dive = Dive(log.time)
-    np.testing.assert_allclose(log.velocity, np.hstack((dive.velocity, dive.rates)), atol=2e-3)
-    assert log.attitude is not None
-    apart = Rotation.from_quat(log.attitude, scalar_first=True) * dive.attitude.inv()
-    np.testing.assert_allclose(apart.magnitude(), 0, atol=1e-3)
-    if position:
-        assert log.position is not None
-        np.testing.assert_allclose(log.position, np.outer(log.time, [1, 2, 3]), atol=1e-9)
-
-
-def read(recording: Recording, mapping: LogMapping) -> Log:
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", GapWarning)
-        return mapping.log(recording)
-
-
-def vector(name: str, values: np.ndarray, parts: str = "xyz") -> dict[str, np.ndarray]:
-    return {f"{name}.{part}": column for part, column in zip(parts, values.T, strict=True)}
-
-
-def array(name: str, values: np.ndarray) -> dict[str, np.ndarray]:
-    return {f"{name}[{index}]": column for index, column in enumerate(values.T)}
+FLIP, UP = (1.0, -1.0, -1.0), (1.0, 1.0, -1.0)
 
 
 @pytest.mark.parametrize("topic", ["/odom", "/my/odometry"])
-def test_odometry_of_rep_103(topic: str) -> None:
-    time = np.arange(0, 20, 0.05)
-    dive = Dive(time)
-    fields = {
-        **vector("pose.pose.position", np.outer(time, [2, 1, -3])),
-        **vector("pose.pose.orientation", dive.enu(), "xyzw"),
-        **vector("twist.twist.linear", dive.velocity @ FLIP),
-        **vector("twist.twist.angular", dive.rates @ FLIP),
-        "header.stamp": time,
-    }
-    recording = Recording((Topic(topic, time + 0.3, fields),), "dive.mcap", "a test")
+def test_odometry_of_rep_103(topic: str, odometry, dive) -> None:
+    recording = odometry(topic)
     given = {"extends": "rep103-odometry"}
     if topic != "/odom":
         with pytest.raises(
@@ -83,42 +29,44 @@ def test_odometry_of_rep_103(topic: str) -> None:
         ):
             LogMapping.from_dict(given).log(recording)
         given["topics"] = {"odometry": topic}
-    close(LogMapping.from_dict(given).log(recording), position=True)
+    log = LogMapping.from_dict(given).log(recording)
+    dive.check(log)
+    assert log.time.tolist() == dive.time.tolist()
+    assert log.position is not None
 
 
-def test_a_bag_beside_mavros() -> None:
-    time, slow, late = np.arange(0, 20, 0.02), np.arange(0.01, 20, 0.1), np.arange(0.03, 20, 0.05)
-    imu, body = Dive(time), Dive(slow)
+def test_a_bag_beside_mavros(dive) -> None:
+    still = np.tile([0, 0, 9.8], (len(dive.time), 1))
+    pulses = np.tile([1500, 1900.0], (len(dive.time), 1))
+    topics = {
+        "imu/data": [
+            ("orientation.{}", "xyzw", dive.enu()),
+            ("angular_velocity.{}", "xyz", dive.rates * FLIP),
+            ("linear_acceleration.{}", "xyz", still),
+        ],
+        "local_position/velocity_body": [("twist.linear.{}", "xyz", dive.body * FLIP)],
+        "local_position/pose": [("pose.position.{}", "xyz", dive.position[:, [1, 0, 2]] * UP)],
+        "rc/out": [("channels[{}]", "01", pulses)],
+    }
     recording = Recording(
-        (
+        tuple(
             Topic(
-                "/mavros/imu/data",
-                time,
+                f"/mavros/{name}",
+                dive.time,
                 {
-                    **vector("orientation", imu.enu(), "xyzw"),
-                    **vector("angular_velocity", imu.rates @ FLIP),
-                    **vector("linear_acceleration", np.tile([0, 0, 9.8], (len(time), 1))),
+                    field.format(part): column
+                    for field, parts, values in fields
+                    for part, column in zip(parts, values.T, strict=True)
                 },
-            ),
-            Topic(
-                "/mavros/local_position/velocity_body",
-                slow,
-                vector("twist.linear", body.velocity @ FLIP),
-            ),
-            Topic(
-                "/mavros/local_position/pose",
-                slow,
-                vector("pose.position", np.outer(slow, [2, 1, -3])),
-            ),
-            Topic(
-                "/mavros/rc/out", late, array("channels", np.tile([1500, 1900.0], (len(late), 1)))
-            ),
+            )
+            for name, fields in topics.items()
         ),
         "dive.bag",
         "a test",
     )
-    log = read(recording, read_mapping("mavros"))
-    close(log, position=True)
+    log = read_mapping("mavros").log(recording)
+    dive.check(log)
+    assert log.position is not None
     assert log.command_names == ("servo1", "servo2")
     np.testing.assert_allclose(log.commands[0], [0, 1])
     assert log.specific_force is not None
@@ -126,53 +74,24 @@ def test_a_bag_beside_mavros() -> None:
 
 
 @pytest.mark.parametrize("core", ["XKF1[0]", "NKF1"])
-def test_a_dataflash_log_of_ardusub(core: str) -> None:
-    time, slow = np.arange(0, 20, 0.05), np.arange(0.01, 20, 0.1)
-    fast, body = Dive(time), Dive(slow)
-    roll, pitch, yaw = np.degrees(fast.attitude.as_euler("ZYX")[:, ::-1].T)
-    p, q, r = np.degrees(fast.rates.T)
-    estimated = {f"V{axis}": column for axis, column in zip("NED", body.world.T, strict=True)}
-    estimated |= {f"P{axis}": slow * rate for axis, rate in zip("NED", (1, 2, 3), strict=True)}
-    other = Topic("XKF1[1]", slow, {name: column + 9 for name, column in estimated.items()})
-    recording = Recording(
-        (
-            Topic("ATT", time, {"Roll": roll, "Pitch": pitch, "Yaw": yaw % 360}),
-            Topic("RATE", time, {"R": p, "P": q, "Y": r}),
-            Topic(core, slow, estimated, units={"VN": "m/s"}),
-            other,
-            Topic("RCOU", slow, {f"C{k}": 1100.0 + 0 * slow for k in range(1, 7)}),
-        ),
-        "0001.BIN",
-        "a test",
-    )
-    log = read(recording, read_mapping("ardusub"))
-    close(log, position=True)
-    assert log.command_names == tuple(f"servo{k}" for k in range(1, 7))
-    assert set(log.commands.ravel().tolist()) == {-1.0}
+def test_a_dataflash_log_of_ardusub(core: str, ardusub: Recording, dive) -> None:
+    attitude, ekf, imu, servos = ardusub.topics
+    rates = Topic("RATE", dive.time, dict(zip("RPY", np.degrees(dive.rates).T, strict=True)))
+    other = Topic("XKF1[1]", dive.time, {name: one + 9 for name, one in ekf.fields.items()})
+    topics = (attitude, rates, replace(ekf, name=core), other, imu, servos)
+    log = read_mapping("ardusub").log(replace(ardusub, topics=topics))
+    dive.check(log)
+    assert log.position is not None
+    assert log.command_names == ("servo1",)
+    np.testing.assert_allclose(log.command("servo1"), 0.25 * dive.rudder, atol=1e-12)
 
 
-def test_a_log_of_px4() -> None:
-    time, slow, mid = np.arange(0, 20, 0.02), np.arange(0.01, 20, 0.1), np.arange(0.03, 20, 0.05)
-    fast, body, turned = Dive(time), Dive(slow), Dive(mid)
-    q = turned.attitude.as_quat(scalar_first=True).astype(np.float32)
-    local = {f"v{axis}": column for axis, column in zip("xyz", body.world.T, strict=True)}
-    local |= {axis: slow * rate for axis, rate in zip("xyz", (1, 2, 3), strict=True)}
-    local["v_xy_valid"] = np.ones(len(slow))
-    recording = Recording(
-        (
-            Topic("vehicle_angular_velocity", time, array("xyz", fast.rates)),
-            Topic("vehicle_attitude", mid, array("q", q)),
-            Topic("vehicle_local_position", slow, local),
-            Topic(
-                "vehicle_thrust_setpoint", slow, array("xyz", np.tile([0.5, 0, 0], (len(slow), 1)))
-            ),
-        ),
-        "log_1.ulg",
-        "a test",
-    )
-    log = read(recording, read_mapping("px4-uuv"))
-    close(log, position=True)
-    assert log.command_names == ("thrust_x", "thrust_y", "thrust_z")
+def test_a_log_of_px4(px4: Recording, dive) -> None:
+    log = read_mapping("px4-uuv").log(px4)
+    dive.check(log)
+    assert log.position is not None
+    assert log.command_names == ("thrust_x",)
+    assert log.command("thrust_x").tolist() == dive.rudder.tolist()
 
 
 def test_the_preset_of_the_tank_runs_is_the_mapping_of_the_example(
@@ -187,9 +106,9 @@ def test_the_preset_of_the_tank_runs_is_the_mapping_of_the_example(
     assert ours.segments == theirs.segments
 
 
-def test_the_tanker_moves_as_its_position_says(kvlcc2_runs: list[Path]) -> None:
+def test_the_tanker_moves_as_its_position_says(measured_logs) -> None:
     """Every zigzag: u v r against differences of position and heading at 20 Hz."""
-    for path in kvlcc2_runs:
+    for path in sorted(measured_logs("kvlcc2_hsva").glob("HSVA_*.dat")):
         log = read_log(path, "kvlcc2-hsva")
         assert log.velocity_names == ("u", "v", "r")
         assert log.position is not None
@@ -208,14 +127,15 @@ def test_the_tanker_moves_as_its_position_says(kvlcc2_runs: list[Path]) -> None:
         assert np.abs(log.command("rudder")).max() < np.radians(36)
 
 
-def test_the_690_becomes_one_log_of_many_topics(vt690_folder: Path) -> None:
+def test_the_690_becomes_one_log_of_many_topics(measured_logs) -> None:
     """Against the log on one clock that others derived from the same files."""
+    folder = measured_logs("vt690_field")
     with pytest.warns(GapWarning):
-        log = read_log(vt690_folder, "avl690")
+        log = read_log(folder, "avl690")
     assert log.velocity_names == VELOCITIES
-    assert [part.name for part in log.segments] == [f"{vt690_folder.name}.{k}" for k in (1, 2, 3)]
+    assert [part.name for part in log.segments] == [f"{folder.name}.{k}" for k in (1, 2, 3)]
     assert log.duration == pytest.approx(4434.6, abs=0.5)
-    derived = np.genfromtxt(vt690_folder / "derived_10hz.csv", delimiter=",", names=True)
+    derived = np.genfromtxt(folder / "derived_10hz.csv", delimiter=",", names=True)
     inside = (log.time > derived["time_s"][0]) & (log.time < derived["time_s"][-1])
     assert log.position is not None
     columns = {"u": log.velocity[:, 0], "v": log.velocity[:, 1], "w": log.velocity[:, 2]}

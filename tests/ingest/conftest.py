@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording, Topic
 
-FLIP = np.array([1.0, -1.0, -1.0])
+FLIP = np.array([1.0, -1.0, -1.0])  # turns axes with z down into those with z up, and back
 
 
 class Dive:
@@ -22,7 +23,7 @@ class Dive:
         self.angles = np.column_stack(
             (0.1 * np.sin(0.5 * time), 0.2 * np.sin(0.31 * time), 0.8 * np.sin(0.2 * time))
         )
-        turns = Rotation.from_euler("ZYX", self.angles[:, ::-1])
+        self.turns = turns = Rotation.from_euler("ZYX", self.angles[:, ::-1])
         self.quaternion = turns.as_quat(scalar_first=True)
         self.body = np.column_stack(
             (1 + 0.5 * np.sin(0.4 * time), 0.2 * np.sin(0.6 * time), 0.1 * np.cos(0.5 * time))
@@ -32,6 +33,19 @@ class Dive:
         steps = (turns[:-1].inv() * turns[1:]).as_rotvec() / 0.1
         self.rates = np.vstack((steps, steps[-1:]))
         self.rudder = np.sign(np.sin(0.3 * time))
+
+    def enu(self) -> np.ndarray:
+        """Quaternions of port-up axes in east-north-up, scalar last."""
+        swap = np.array([[0.0, 1, 0], [1, 0, 0], [0, 0, -1]])
+        return Rotation.from_matrix(swap @ self.turns.as_matrix() @ np.diag(FLIP)).as_quat()
+
+    def check(self, log: Log) -> None:
+        """Check that a log is the dive, its position too where it has one."""
+        np.testing.assert_allclose(log.velocity, np.hstack((self.body, self.rates)), atol=1e-9)
+        apart = Rotation.from_quat(log.attitude, scalar_first=True) * self.turns.inv()
+        np.testing.assert_allclose(apart.magnitude(), 0, atol=1e-7)
+        if log.position is not None:
+            np.testing.assert_allclose(log.position, self.position, atol=1e-9)
 
 
 @pytest.fixture(scope="session")
@@ -102,3 +116,21 @@ def ardusub(dive: Dive) -> Recording:
         "dive.bin",
         "ArduPilot log",
     )
+
+
+@pytest.fixture
+def odometry(dive: Dive) -> Callable[[str], Recording]:
+    """Return a function that writes the dive as ROS does, by REP 103, under the name of a topic."""
+
+    def make(topic: str) -> Recording:
+        fields = {"header.stamp": dive.time}
+        for name, parts, values in (
+            ("pose.pose.position", "xyz", dive.position[:, [1, 0, 2]] * (1, 1, -1)),
+            ("pose.pose.orientation", "xyzw", dive.enu()),
+            ("twist.twist.linear", "xyz", dive.body * FLIP),
+            ("twist.twist.angular", "xyz", dive.rates * FLIP),
+        ):
+            fields |= {f"{name}.{part}": one for part, one in zip(parts, values.T, strict=True)}
+        return Recording((Topic(topic, dive.time + 0.3, fields),), "dive.mcap", "ROS 2 bag (MCAP)")
+
+    return make
