@@ -6,16 +6,18 @@ import difflib
 import json
 import os
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import lru_cache
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any
+from typing import IO, TYPE_CHECKING, Any, TypeVar
 
 from hydrodamp.errors import FileError
 
 if TYPE_CHECKING:
     import yaml
+
+Value = TypeVar("Value")
 
 _NEAR, _NEAR_STEM = 0.75, 0.5
 _POWER_OF_TEN = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)[eE][-+]?[0-9]+$")
@@ -165,6 +167,41 @@ def _loader() -> type[yaml.SafeLoader]:
     }
     Loader.add_implicit_resolver("tag:yaml.org,2002:float", _POWER_OF_TEN, list("-+.0123456789"))
     return Loader
+
+
+class Packaged(Mapping[str, Value]):
+    """Values made from YAML files that come with the package, each when it is first asked for."""
+
+    def __init__(
+        self, package: str, folder: str, names: tuple[str, ...], make: Callable[[str], Value]
+    ) -> None:
+        self._place, self._names, self._make = (package, folder), names, make
+        self._made: dict[str, Value] = {}
+
+    def text(self, name: str) -> str:
+        """Return the text of one file."""
+        from importlib.resources import files
+
+        package, folder = self._place
+        return files(package).joinpath(folder, f"{name}.yaml").read_text("utf-8")
+
+    def __getitem__(self, name: str) -> Value:
+        """Return one value."""
+        if name not in self._made:
+            self._made[name] = self._make(name)
+        return self._made[name]
+
+    def __contains__(self, name: object) -> bool:
+        """Tell whether there is such a file, without reading it."""
+        return name in self._names
+
+    def __iter__(self) -> Iterator[str]:
+        """Iterate over the names."""
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        """Return the number of files."""
+        return len(self._names)
 
 
 def mistaken(content: object, source: str, wanted: str) -> str:

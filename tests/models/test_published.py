@@ -12,7 +12,6 @@ from hydrodamp.models.published import (
     added_mass_matrix,
     added_mass_of,
     coriolis_coefficients,
-    find_published,
     published,
 )
 
@@ -49,7 +48,7 @@ def test_the_sets():
     assert "lauv" in published
     assert "iver" not in published
     with pytest.raises(ModelError, match=r"'vt690'; published are .* Did you mean 'vt690-field'"):
-        find_published("vt690")
+        published["vt690"]
     with pytest.raises(ModelError, match="No coefficient set is called 'iver'"):
         added_mass_of("iver")
 

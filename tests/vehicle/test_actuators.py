@@ -48,8 +48,10 @@ class TestEveryKind:
         assert hash(twin) == hash(actuator)
 
     def test_missing_command_is_named(self, actuator):
-        with pytest.raises(VehicleError, match=f"`{actuator.commands[0]}`"):
+        with pytest.raises(VehicleError, match=f"`{actuator.commands[0]}`; got none"):
             actuator.channels({})
+        with pytest.raises(VehicleError, match=r"; got .*s, fuel\. Did you mean"):
+            actuator.channels({f"{actuator.commands[0]}s": np.zeros(2), "fuel": np.zeros(2)})
 
 
 def columns_of(actuator) -> list[tuple[str, str, float]]:

@@ -130,18 +130,6 @@ FOSSEN = DampingModel.from_table(
     note="Uncoupled motion and three planes of symmetry: linear and quadratic drag on each axis.",
 )
 
-PAPER_MODELS = (
-    "mcfarland-whitcomb",
-    "pitch-yaw",
-    "gertler-hagen",
-    "linear",
-    "coe",
-    "prestero",
-    "uncoupled",
-    "fossen",
-)
-"""Keys of the paper's eight models, in the order of Table I."""
-
 catalog: Mapping[str, DampingModel] = MappingProxyType(
     {
         model.key: model
@@ -159,6 +147,9 @@ catalog: Mapping[str, DampingModel] = MappingProxyType(
     }
 )
 """The paper's eight models in the order of Table I, then ``coe-as-printed``, by key."""
+
+PAPER_MODELS = tuple(catalog)[:8]
+"""Keys of the paper's eight models, in the order of Table I."""
 
 
 def find_model(key: str) -> DampingModel:

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.basis.axes import AXES
-from hydrodamp.errors import ForeignVehicleWarning, ModelError, did_you_mean
+from hydrodamp.errors import ForeignVehicleWarning, ModelError
 from hydrodamp.models.catalog import BIBTEX, PAPER
 from hydrodamp.models.model import DampingModel, one_screen, read_label, spell_label
 
@@ -131,15 +131,7 @@ class Damping:
         """
         read = {spell_label(*read_label(label)): float(value) for label, value in values.items()}
         structure = _model_of(read) if model is None else model
-        unknown = [label for label in read if label not in structure.labels]
-        missing = [label for label in structure.labels if label not in read]
-        if unknown:
-            near = did_you_mean(unknown[0], structure.labels)
-            raise ModelError(
-                f"Model '{structure.key}' has no coefficient {', '.join(unknown)}.{near}"
-            )
-        if missing:
-            raise ModelError(f"Model '{structure.key}' also needs {', '.join(missing)}.")
+        structure.check_labels(read)
         ordered = frozen([read[label] for label in structure.labels])
         return cls(structure, ordered, None, vehicle, source, note)
 

@@ -28,8 +28,8 @@ from hydrodamp.models.model import (
     DampingModel,
     coefficient_unit,
     group_axes,
+    read_label,
     read_table,
-    spell_label,
 )
 
 FORMAT = "hydrodamp-damping"
@@ -104,9 +104,12 @@ class ModelDocument(BaseModel):
 
     @model_validator(mode="after")
     def _terms_can_be(self) -> ModelDocument:
-        if faults := read_table(self.terms)[1]:
-            raise ValueError(f"has terms that cannot be: {' '.join(faults)}")
+        self.build()
         return self
+
+    def build(self) -> DampingModel:
+        """Return the model."""
+        return DampingModel.from_table(self.terms, **self.model_dump(exclude={"terms"}))
 
 
 class CovarianceDocument(BaseModel):
@@ -144,18 +147,8 @@ class DampingDocument(BaseModel):
 
     @model_validator(mode="after")
     def _numbers_fit_the_model(self) -> DampingDocument:
-        labels = [
-            spell_label(axis, term)
-            for axis, row in zip(AXES, read_table(self.model.terms)[0], strict=True)
-            for term in row
-        ]
-        unknown = [label for label in self.coefficients if label not in labels]
-        missing = [label for label in labels if label not in self.coefficients]
-        if unknown:
-            near = did_you_mean(unknown[0], labels)
-            raise ValueError(f"the model has no coefficient {', '.join(unknown)}.{near}")
-        if missing:
-            raise ValueError(f"coefficients lack {', '.join(missing)}")
+        labels = self.model.build().labels
+        self.model.build().check_labels(self.coefficients)
         if self.covariance is not None:
             n = len(labels)
             if sorted(self.covariance.order) != sorted(labels):
@@ -328,11 +321,7 @@ def damping_document(damping: Damping) -> dict[str, Any]:
             key=model.key, title=model.title, source=model.source, note=model.note, terms=terms
         ),
         coefficients={label: _finite(value) for label, value in damping.as_dict().items()},
-        units={
-            spell_label(axis, term): coefficient_unit(axis, term)
-            for axis, row in zip(AXES, model.terms, strict=True)
-            for term in row
-        },
+        units={label: coefficient_unit(*read_label(label)) for label in model.labels},
         covariance=None
         if covariance is None
         else CovarianceDocument(
@@ -364,13 +353,7 @@ def damping_from_document(document: object, source: str = "damping") -> Damping:
     except ValidationError as error:
         faults = faults_in(error, document, DampingDocument)
         raise ModelError(list_faults(source, faults)) from error
-    entry = found.model
-    try:
-        model = DampingModel.from_table(
-            entry.terms, key=entry.key, title=entry.title, source=entry.source, note=entry.note
-        )
-    except ModelError as error:
-        raise ModelError(f"{source}: `model`: {error}") from error
+    model = found.model.build()
     covariance = None
     if found.covariance is not None:
         order = [found.covariance.order.index(label) for label in model.labels]

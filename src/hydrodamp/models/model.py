@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import textwrap
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -293,6 +293,16 @@ class DampingModel:
             near = did_you_mean(name, self.labels)
             raise ModelError(f"Model '{self.key}' has no coefficient `{name}`.{near}")
         return known[name]
+
+    def check_labels(self, given: Collection[str]) -> None:
+        """Refuse values whose labels are not those of the model."""
+        unknown = [label for label in given if label not in self.labels]
+        missing = [label for label in self.labels if label not in given]
+        if unknown:
+            near = did_you_mean(unknown[0], self.labels)
+            raise ModelError(f"Model '{self.key}' has no coefficient {', '.join(unknown)}.{near}")
+        if missing:
+            raise ModelError(f"Model '{self.key}' also needs {', '.join(missing)}.")
 
     def with_terms(self, table: Table, key: str | None = None) -> DampingModel:
         """Return the model with further terms; terms it has already stay single.

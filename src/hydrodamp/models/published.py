@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from functools import lru_cache
+from collections.abc import Mapping
 from typing import Any, cast
 
 import numpy as np
@@ -13,44 +12,21 @@ from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.basis.axes import AXES, VELOCITIES
 from hydrodamp.basis.term import Term
 from hydrodamp.errors import ModelError, did_you_mean
-from hydrodamp.files import parse_yaml
+from hydrodamp.files import Packaged, parse_yaml
 from hydrodamp.models.catalog import find_model
 from hydrodamp.models.damping import Damping, VehicleStamp
 from hydrodamp.models.model import DampingModel, read_label, spell_label
 
-_SUFFIX = ".yaml"
+NAMES = (
+    *("bluerov2", "bluerov2-heavy", "bluerov2-hkpolyu", "eca-a9", "lauv"),
+    *("remus100-prestero-adjusted", "remus100-prestero-theory", "vt690-field", "vt690-sname2022"),
+)
 
 
-class PublishedSets(Mapping[str, Damping]):
-    """The published coefficient sets by name, each read when it is first asked for."""
-
-    def __getitem__(self, name: str) -> Damping:
-        """Return a set, or raise a ModelError naming the nearest."""
-        return find_published(name)
-
-    def __contains__(self, name: object) -> bool:
-        """Tell whether there is a set of this name."""
-        return name in _names()
-
-    def __iter__(self) -> Iterator[str]:
-        """Iterate over the names, sorted."""
-        return iter(_names())
-
-    def __len__(self) -> int:
-        """Return the number of sets."""
-        return len(_names())
-
-
-published: Mapping[str, Damping] = PublishedSets()
-"""Published coefficient sets by name: ``vt690-sname2022``, ``remus100-prestero-theory``, ..."""
-
-
-def find_published(name: str) -> Damping:
-    """Return a published coefficient set."""
-    _check_name(name)
+def _read(name: str) -> Damping:
     content = _content(name)
     values = {label: float(value) for label, value in content["coefficients"].items()}
-    added = coriolis_coefficients(added_mass_of(name))
+    added = coriolis_coefficients(added_mass_matrix(content["added_mass"]))
     for label in content.get("contains_added_mass", ()):
         values[label] -= added.get(label, 0.0)
     model = _model(content, tuple(values))
@@ -63,34 +39,22 @@ def find_published(name: str) -> Damping:
     )
 
 
+published = Packaged("hydrodamp.models", "published", NAMES, _read)
+"""Published coefficient sets by name: ``vt690-sname2022``, ``remus100-prestero-theory``, ..."""
+
+
 def added_mass_of(name: str) -> FloatArray:
     """Return the added mass matrix that a published set goes with."""
-    _check_name(name)
     return added_mass_matrix(_content(name)["added_mass"])
 
 
-def _check_name(name: str) -> None:
-    if name not in _names():
-        raise ModelError(
-            f"No coefficient set is called '{name}'; published are {', '.join(_names())}."
-            f"{did_you_mean(name, _names())}"
-        )
-
-
-@lru_cache
-def _names() -> tuple[str, ...]:
-    from importlib.resources import files
-
-    entries = (files("hydrodamp.models") / "published").iterdir()
-    return tuple(sorted(e.name.removesuffix(_SUFFIX) for e in entries if e.name.endswith(_SUFFIX)))
-
-
-@lru_cache
 def _content(name: str) -> dict[str, Any]:
-    from importlib.resources import files
-
-    text = (files("hydrodamp.models") / "published" / f"{name}{_SUFFIX}").read_text("utf-8")
-    return cast("dict[str, Any]", parse_yaml(text, name))
+    if name not in NAMES:
+        raise ModelError(
+            f"No coefficient set is called '{name}'; published are {', '.join(NAMES)}."
+            f"{did_you_mean(name, NAMES)}"
+        )
+    return cast("dict[str, Any]", parse_yaml(published.text(name), name))
 
 
 def _model(content: Mapping[str, Any], labels: tuple[str, ...]) -> DampingModel:
@@ -105,15 +69,8 @@ def _model(content: Mapping[str, Any], labels: tuple[str, ...]) -> DampingModel:
     return base.with_terms(extra, key=content["name"]) if extra else base
 
 
-_CROSS = (
-    (0, 1, 2, 1.0),
-    (0, 2, 1, -1.0),
-    (1, 2, 0, 1.0),
-    (1, 0, 2, -1.0),
-    (2, 0, 1, 1.0),
-    (2, 1, 0, -1.0),
-)
-"""The cross product: ``(a x b)[k]`` is the sum of sign a[l] b[m] over (k, l, m, sign)."""
+#: The cross product: ``(a x b)[k]`` is the sum of sign a[l] b[m] over (k, l, m, sign).
+_CROSS = [(k, (k + s) % 3, (k - s) % 3, float(s)) for k in range(3) for s in (1, -1)]
 
 
 def added_mass_matrix(derivatives: Mapping[str, float]) -> FloatArray:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol, TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -30,28 +30,6 @@ class Column(NamedTuple):
     value: float
 
 
-class Actuator(Protocol):
-    """Turns commands into a known wrench, linear in terms of the basis."""
-
-    @property
-    def commands(self) -> tuple[str, ...]:
-        """Names of the commands it listens to."""
-        ...
-
-    @property
-    def derived(self) -> tuple[str, ...]:
-        """Names of the channels it computes; empty if it uses commands as they are."""
-        ...
-
-    def channels(self, commands: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
-        """Return every channel that its columns use, raw or derived."""
-        ...
-
-    def columns(self) -> tuple[Column, ...]:
-        """Return what it adds to the known wrench."""
-        ...
-
-
 class Limited:
     """What actuators share that use one command as it is, or within a limit."""
 
@@ -59,6 +37,20 @@ class Limited:
     limit: float | None
     dead_zone: Sequence[float] | None
     name: str
+
+    def __post_init__(self) -> None:
+        """Check the command, its limit and its dead zone."""
+        checked_name(self.command, "command")
+        if self.name:
+            checked_name(self.name, "name")
+        if self.limit is not None:
+            checked_number(self.limit, "limit", positive=True)
+        if self.dead_zone is not None:
+            low, high = checked_table(self.dead_zone, (2,), "dead_zone")
+            if low > high:
+                got = f"({low:g}, {high:g})"
+                raise VehicleError(f"`dead_zone` must be (lowest, highest); got {got}")
+            object.__setattr__(self, "dead_zone", (low, high))
 
     @property
     def commands(self) -> tuple[str, ...]:
@@ -78,8 +70,16 @@ class Limited:
 
     def channels(self, commands: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
         """Return the command within its limit, zero in its dead zone, shape (n,)."""
-        given = limited(command_of(commands, self.command), self.limit)
-        return {self.channel: np.where(idle(given, self.dead_zone), 0.0, given)}
+        given, idle = self.limited(command_of(commands, self.command))
+        return {self.channel: np.where(idle, 0.0, given)}
+
+    def limited(self, command: npt.ArrayLike) -> tuple[FloatArray, BoolArray]:
+        """Return a command within its limit, and where it lies in the dead zone."""
+        given = np.asarray(command, dtype=np.float64)
+        if self.limit is not None:
+            given = np.clip(given, -self.limit, self.limit)
+        low, high = self.dead_zone or (np.inf, -np.inf)
+        return given, (given >= low) & (given <= high)
 
 
 @dataclass(frozen=True)
@@ -171,18 +171,18 @@ class Fin(Limited):
 
     def __post_init__(self) -> None:
         """Check and freeze the fields."""
-        check_command(self.command, self.name, self.limit)
+        super().__post_init__()
         object.__setattr__(self, "force", checked_gains(self.force, "force"))
-        object.__setattr__(self, "dead_zone", checked_zone(self.dead_zone))
         object.__setattr__(self, "drag", checked_gains(self.drag, "drag"))
 
     def columns(self) -> tuple[Column, ...]:
         """Return u|u|*angle and u|u|*angle^2 on the axes given."""
         force = Term.parse(f"u|u|*{self.channel}")
         drag = Term.parse(f"u|u|*{self.channel}^2")
-        return tuple(
-            Column(axis, force, value) for axis, value in dict(self.force).items()
-        ) + tuple(Column(axis, drag, value) for axis, value in dict(self.drag).items())
+        return (
+            *(Column(axis, force, value) for axis, value in dict(self.force).items()),
+            *(Column(axis, drag, value) for axis, value in dict(self.drag).items()),
+        )
 
 
 @dataclass(frozen=True)
@@ -238,10 +238,9 @@ class Propeller(Limited):
 
     def __post_init__(self) -> None:
         """Check and freeze the fields."""
-        check_command(self.command, self.name, self.limit)
+        super().__post_init__()
         for field in ("thrust", "advance", "torque", "speed_offset"):
             checked_number(getattr(self, field), field)
-        object.__setattr__(self, "dead_zone", checked_zone(self.dead_zone))
         if self.speed_slope is not None:
             checked_number(self.speed_slope, "speed_slope", positive=True)
 
@@ -275,7 +274,7 @@ class Propeller(Limited):
 
 
 @dataclass(frozen=True)
-class Thruster:
+class Thruster(Limited):
     """A thruster at a place, along a direction, with a gain or a thrust curve.
 
     The command is limited, then turned into newtons; inside the dead zone there
@@ -329,7 +328,7 @@ class Thruster:
 
     def __post_init__(self) -> None:
         """Check and freeze the fields."""
-        check_command(self.command, self.name, self.limit)
+        super().__post_init__()
         if (self.gain is None) == (self.curve is None):
             raise VehicleError("a thruster needs either `gain` or `curve`; got both or neither")
         object.__setattr__(self, "position", checked_table(self.position, (3,), "position"))
@@ -338,12 +337,6 @@ class Thruster:
             checked_number(self.gain, "gain")
         if self.curve is not None:
             object.__setattr__(self, "curve", _increasing(self.curve))
-        object.__setattr__(self, "dead_zone", checked_zone(self.dead_zone))
-
-    @property
-    def commands(self) -> tuple[str, ...]:
-        """The command it listens to."""
-        return (self.command,)
 
     @property
     def derived(self) -> tuple[str, ...]:
@@ -354,16 +347,13 @@ class Thruster:
     def channels(self, commands: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
         """Return the thrust [N], or the command where a gain is all, shape (n,)."""
         given = command_of(commands, self.command)
-        if not self.derived:
-            return {self.command: given}
-        return {self.derived[0]: self.thrust(given)}
+        return {self.channel: self.thrust(given) if self.derived else given}
 
     def columns(self) -> tuple[Column, ...]:
         """Return the force along the direction and its moment about the origin."""
         wrench = np.concatenate([self.direction, np.cross(self.position, self.direction)])
-        if self.derived or self.gain is None:
-            return wrench_columns(wrench, Term.parse(self.derived[0]))
-        return wrench_columns(self.gain * wrench, Term.parse(self.command))
+        scale = 1.0 if self.derived or self.gain is None else self.gain
+        return wrench_columns(scale * wrench, Term.parse(self.channel))
 
     def thrust(self, command: npt.ArrayLike) -> FloatArray:
         """Return the thrust of a command.
@@ -378,13 +368,15 @@ class Thruster:
         thrust : ndarray, shape (n,)
             Along ``direction`` [N].
         """
-        given = limited(command, self.limit)
+        given, idle = self.limited(command)
         if self.curve is None:
-            force = np.asarray(given * (self.gain or 0.0), dtype=np.float64)
+            force = given * (self.gain or 0.0)
         else:
-            at, newtons = np.array(self.curve).T
-            force = np.asarray(np.interp(given, at, newtons), dtype=np.float64)
-        return np.where(idle(given, self.dead_zone), 0.0, force)
+            force = np.interp(given, *np.array(self.curve).T)
+        return np.where(idle, 0.0, force)
+
+
+Actuator: TypeAlias = Matrix | Fin | Propeller | Thruster
 
 
 def command_of(commands: Mapping[str, FloatArray], name: str) -> FloatArray:
@@ -395,22 +387,6 @@ def command_of(commands: Mapping[str, FloatArray], name: str) -> FloatArray:
             f"{', '.join(commands) or 'none'}.{did_you_mean(name, commands)}"
         )
     return np.asarray(commands[name], dtype=np.float64)
-
-
-def limited(values: npt.ArrayLike, limit: float | None) -> FloatArray:
-    """Return ``values`` clipped to plus or minus ``limit``."""
-    array = np.asarray(values, dtype=np.float64)
-    return array if limit is None else np.clip(array, -limit, limit)
-
-
-def idle(values: npt.ArrayLike, dead_zone: Sequence[float] | None) -> BoolArray:
-    """Return where a command has no effect."""
-    given: FloatArray = np.asarray(values, dtype=np.float64)
-    if dead_zone is None:
-        return np.zeros(given.shape, dtype=np.bool_)
-    low, high = dead_zone
-    inside: BoolArray = (given >= low) & (given <= high)
-    return inside
 
 
 def wrench_columns(wrench: Iterable[float], term: Term) -> tuple[Column, ...]:
@@ -448,22 +424,3 @@ def checked_gains(gains: Gains, what: str) -> tuple[tuple[str, float], ...]:
             raise VehicleError(f"`{what}` must name axes of {' '.join(AXES)}; got {axis!r}")
         checked_number(value, f"{what} {axis}")
     return tuple((axis, float(given[axis])) for axis in AXES if axis in given)
-
-
-def check_command(command: str, name: str, limit: float | None) -> None:
-    """Raise if the command, the name of its channel or its limit cannot be."""
-    checked_name(command, "command")
-    if name:
-        checked_name(name, "name")
-    if limit is not None:
-        checked_number(limit, "limit", positive=True)
-
-
-def checked_zone(zone: Sequence[float] | None) -> tuple[float, ...] | None:
-    """Return a dead zone whose ends are in order."""
-    if zone is None:
-        return None
-    low, high = checked_table(zone, (2,), "dead_zone")
-    if low > high:
-        raise VehicleError(f"`dead_zone` must be (lowest, highest); got ({low:g}, {high:g})")
-    return low, high

@@ -46,13 +46,6 @@ def checked_axes(axes: Iterable[str]) -> tuple[str, ...]:
     return given
 
 
-def checked_force(value: float, what: str) -> float:
-    """Return a weight or a buoyancy, zero or positive."""
-    if not (math.isfinite(value) and value >= 0.0):
-        raise VehicleError(f"`{what}` must be zero or positive [N]; got {value}")
-    return float(value)
-
-
 def checked_array(values: npt.ArrayLike, shape: tuple[int | None, ...], what: str) -> FloatArray:
     """Return a read-only array of finite numbers."""
     try:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from dataclasses import MISSING, fields
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
 from pydantic import (
@@ -21,22 +21,16 @@ from pydantic import (
     model_validator,
 )
 
-from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.axes import AXES
 from hydrodamp.errors import VehicleError, did_you_mean, list_faults
 from hydrodamp.faults import faults_in
 from hydrodamp.files import load_text, mistaken, parse_yaml, save_text
-from hydrodamp.vehicle.actuators import Actuator, Fin, Matrix, Propeller, Thruster
+from hydrodamp.vehicle.actuators import Actuator
 from hydrodamp.vehicle.checks import checked_axes
 from hydrodamp.vehicle.mass import rigid_body_mass_matrix
 from hydrodamp.vehicle.vehicle import Vehicle
 
-KINDS: Mapping[str, type] = {
-    "matrix": Matrix,
-    "fin": Fin,
-    "propeller": Propeller,
-    "thruster": Thruster,
-}
+KINDS: Mapping[str, type] = {kind.__name__.lower(): kind for kind in get_args(Actuator)}
 _OPTIONAL = ("source", "note", "actuators")
 
 AxisName = Literal["X", "Y", "Z", "K", "M", "N"]
@@ -173,7 +167,8 @@ def parse_vehicle(text: str, *, source: str = "vehicle") -> Vehicle:
     """Read a vehicle from the text of a vehicle file."""
     content = parse_yaml(text, source)
     if not isinstance(content, dict):
-        got = "it is empty" if content is None else f"got {_called(content)}"
+        kind = "a list" if isinstance(content, list) else repr(content)[:60]
+        got = "it is empty" if content is None else f"got {kind}"
         raise VehicleError(
             f"{source}: a vehicle file must be keys and values, such as 'name: mine'; {got}"
         )
@@ -215,26 +210,21 @@ def format_vehicle(vehicle: Vehicle) -> str:
         "source": vehicle.source,
         "note": vehicle.note,
         "axes": list(vehicle.axes),
-        "mass_matrix": _lists(vehicle.mass_matrix),
-        "added_mass": None if vehicle.added_mass is None else _lists(vehicle.added_mass),
+        "mass_matrix": vehicle.mass_matrix.tolist(),
+        "added_mass": None if vehicle.added_mass is None else vehicle.added_mass.tolist(),
         "weight": vehicle.weight,
         "buoyancy": vehicle.buoyancy,
-        "center_of_gravity": _lists(vehicle.center_of_gravity),
-        "center_of_buoyancy": _lists(vehicle.center_of_buoyancy),
+        "center_of_gravity": vehicle.center_of_gravity.tolist(),
+        "center_of_buoyancy": vehicle.center_of_buoyancy.tolist(),
         "actuators": [_entry(actuator) for actuator in vehicle.actuators],
     }
     kept = {key: value for key, value in content.items() if value not in (None, "")}
     return str(yaml.safe_dump(kept, sort_keys=False, allow_unicode=True, default_flow_style=None))
 
 
-def _called(content: object) -> str:
-    return "a list" if isinstance(content, list) else repr(content)[:60]
-
-
 def _entry(actuator: Actuator) -> dict[str, Any]:
-    kind = next(name for name, made in KINDS.items() if type(actuator) is made)
-    entry: dict[str, Any] = {"kind": kind}
-    for field in fields(KINDS[kind]):
+    entry: dict[str, Any] = {"kind": type(actuator).__name__.lower()}
+    for field in fields(actuator):
         value = getattr(actuator, field.name)
         if field.name in ("force", "drag"):
             value = dict(value)
@@ -245,10 +235,6 @@ def _entry(actuator: Actuator) -> dict[str, Any]:
 
 def _plain(value: Any) -> Any:
     return [_plain(part) for part in value] if isinstance(value, tuple) else value
-
-
-def _lists(values: FloatArray) -> Any:
-    return np.asarray(values).tolist()
 
 
 def _without_unneeded(content: Mapping[Any, Any]) -> dict[Any, Any]:

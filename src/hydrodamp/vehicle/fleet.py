@@ -4,51 +4,23 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Iterator, Mapping
-from importlib.resources import files
 from pathlib import Path
 
 from hydrodamp.errors import FileError, HydrodampWarning, VehicleError, did_you_mean
-from hydrodamp.files import absent, neighbour
+from hydrodamp.files import Packaged, absent, neighbour
 from hydrodamp.vehicle.file import parse_vehicle, read_vehicle
 from hydrodamp.vehicle.vehicle import Vehicle
 
 NAMES = ("vt690", "remus100", "lauv", "bluerov2", "bluerov2-heavy")
 
-
 _MOTIONS = {"K": ("roll", "down_y"), "M": ("pitch", "down_x")}
 
 
-class Fleet(Mapping[str, Vehicle]):
-    """The vehicles that come with the package, each read when first asked for."""
-
-    def __init__(self) -> None:
-        self._read: dict[str, Vehicle] = {}
-
-    def __getitem__(self, name: str) -> Vehicle:
-        """Return one vehicle by name."""
-        if name not in self._read:
-            self._read[name] = parse_vehicle(fleet_text(name), source=name)
-        return self._read[name]
-
-    def __contains__(self, name: object) -> bool:
-        """Tell whether there is such a vehicle, without reading it."""
-        return name in NAMES
-
-    def __iter__(self) -> Iterator[str]:
-        """Iterate over the names."""
-        return iter(NAMES)
-
-    def __len__(self) -> int:
-        """Return the number of vehicles."""
-        return len(NAMES)
-
-    def __repr__(self) -> str:
-        """Return the names."""
-        return f"Fleet({', '.join(NAMES)})"
+def _read(name: str) -> Vehicle:
+    return parse_vehicle(fleet_text(name), source=name)
 
 
-fleet = Fleet()
+fleet = Packaged("hydrodamp.vehicle", "fleet", NAMES, _read)
 """The vehicles that come with the package."""
 
 
@@ -56,8 +28,7 @@ def fleet_text(name: str) -> str:
     """Return the file of a vehicle of the fleet, with the source of every number."""
     if name not in NAMES:
         raise VehicleError(_unknown(name))
-    place = files("hydrodamp.vehicle").joinpath("fleet", f"{name}.yaml")
-    return place.read_text(encoding="utf-8")
+    return fleet.text(name)
 
 
 def find_vehicle(name_or_path: str | os.PathLike[str]) -> Vehicle:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields
 from functools import cached_property
@@ -18,7 +19,7 @@ from hydrodamp.basis.basis import Basis
 from hydrodamp.basis.term import Term
 from hydrodamp.errors import VehicleError
 from hydrodamp.vehicle.actuators import Actuator, Column, Propeller
-from hydrodamp.vehicle.checks import checked_array, checked_axes, checked_force
+from hydrodamp.vehicle.checks import checked_array, checked_axes
 from hydrodamp.vehicle.mass import (
     STANDARD_GRAVITY,
     Shape,
@@ -106,14 +107,16 @@ class Vehicle:
         """Check every field and copy the arrays."""
         fixed: dict[str, Any] = {
             "axes": checked_axes(self.axes),
-            "weight": checked_force(self.weight, "weight"),
-            "buoyancy": checked_force(self.buoyancy, "buoyancy"),
             "center_of_gravity": checked_array(self.center_of_gravity, (3,), "center_of_gravity"),
             "center_of_buoyancy": checked_array(
                 self.center_of_buoyancy, (3,), "center_of_buoyancy"
             ),
             "actuators": checked_actuators(tuple(self.actuators)),
         }
+        for name in ("weight", "buoyancy"):
+            force = fixed[name] = float(getattr(self, name))
+            if not 0.0 <= force < math.inf:
+                raise VehicleError(f"`{name}` must be zero or positive [N]; got {force:g}")
         fixed["mass_matrix"] = checked_mass_matrix(self.mass_matrix, fixed["axes"])
         if self.added_mass is not None:
             fixed["added_mass"] = checked_array(self.added_mass, (6, 6), "added_mass")

@@ -12,7 +12,7 @@ from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.basis.axes import AXES, VELOCITIES
 from hydrodamp.basis.term import Term
 from hydrodamp.models.damping import Damping
-from hydrodamp.models.published import find_published
+from hydrodamp.models.published import published
 
 DRIFT_FACTOR = 0.178
 """Share of the drift angle that the fins see; published for the rudder."""
@@ -153,7 +153,7 @@ VERTICAL = "vt690-field"
 @cache
 def true_damping() -> Damping:
     """Return the hydrodynamics of the campaign's vehicle."""
-    horizontal, vertical = find_published(HORIZONTAL), find_published(VERTICAL)
+    horizontal, vertical = published[HORIZONTAL], published[VERTICAL]
     values = {
         label: (vertical if label[0] in "ZM" else horizontal)[label]
         for label in horizontal.model.labels
