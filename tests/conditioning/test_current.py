@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 import dataclasses
-import os
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
@@ -184,12 +184,9 @@ def test_a_known_current_in_the_reenacted_campaign(flow: tuple[float, float]) ->
     assert found.determined
 
 
-def test_the_field_log_of_the_690() -> None:
+def test_the_field_log_of_the_690(measured_logs: Callable[[str], Path]) -> None:
     """Oracle: its documentation, a current that grows from 0.11 to 0.28 m/s towards east."""
-    near = Path(__file__).resolve().parents[3].parent / "shared" / "data"
-    path = Path(os.environ.get("HYDRODAMP_DATA", near)) / "vt690_field" / "derived_10hz.csv"
-    if not path.is_file():
-        pytest.skip("the 690's field log is not here; name its folder in HYDRODAMP_DATA")
+    path = measured_logs("vt690_field") / "derived_10hz.csv"
     table = np.loadtxt(path, delimiter=",", skiprows=1)
     log = Log.from_arrays(
         table[:, 0],

@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 import dataclasses
-import os
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -62,12 +62,9 @@ def test_a_table_that_is_none() -> None:
         Mixing(sine=(1, 0))
 
 
-def test_the_field_log_of_the_690() -> None:
+def test_the_field_log_of_the_690(measured_logs: Callable[[str], Path]) -> None:
     """Oracle: the roll of the derived file, recovered from the same fins by other means."""
-    near = Path(__file__).resolve().parents[3].parent / "shared" / "data"
-    folder = Path(os.environ.get("HYDRODAMP_DATA", near)) / "vt690_field"
-    if not folder.is_dir():
-        pytest.skip("the 690's field log is not here; name its folder in HYDRODAMP_DATA")
+    folder = measured_logs("vt690_field")
     fins, climb, turn = (
         np.genfromtxt(
             folder / f"share_pid_attitude_control_node.{name}.dat",

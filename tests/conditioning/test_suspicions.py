@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -9,6 +10,8 @@ import pytest
 from hydrodamp.conditioning.suspicions import note_suspicions, suspicions
 from hydrodamp.data.attitude import quaternion_from_euler, rotation
 from hydrodamp.data.log import Log
+
+Change = Callable[[Log], dict[str, object]]
 
 TIME = np.arange(0.0, 120.0, 0.1)
 
@@ -34,108 +37,91 @@ def sound() -> Log:
     )
 
 
-def looks(log: Log) -> list[tuple[str, str]]:
-    return [(one.channel, one.looks) for one in suspicions(log)]
-
-
 def test_a_sound_log_is_above_suspicion() -> None:
     assert suspicions(sound()) == ()
     assert note_suspicions(sound()).notes == ()
 
 
-@pytest.mark.parametrize(
-    ("scale", "says"),
-    [
-        (180 / np.pi, "is deg/s taken for rad/s"),
-        (60 / 2 / np.pi, "is rpm taken for rad/s"),
-        (1 / 2 / np.pi, "is rev/s taken for rad/s"),
-        (-1.0, "is of the other sign, or of another frame than the attitude"),
-    ],
-)
-def test_rates_in_another_unit(scale: float, says: str) -> None:
-    log = sound()
-    velocity = log.velocity.copy()
-    velocity[:, 5] *= scale
-    (one,) = suspicions(dataclasses.replace(log, velocity=velocity))
-    assert (one.channel, one.looks) == ("r", says)
-    assert f"{scale:.2g}"[:3] in one.evidence
+def rates(scale: float) -> Change:
+    """Yaw rates times a factor."""
+    return lambda log: {"velocity": log.velocity * np.array([1, 1, 1, 1, 1, scale])}
 
 
-def test_rates_converted_once_too_often() -> None:
-    """Or the attitude is in degrees: rates alone cannot tell, and both are said."""
-    log = sound()
-    velocity = log.velocity.copy()
-    velocity[:, 5] *= np.pi / 180
-    found = looks(dataclasses.replace(log, velocity=velocity))
-    assert found == [
-        ("r", "is rad/s taken for deg/s and converted once too often"),
-        ("yaw", "is degrees taken for radians"),
-    ]
+def way(scale: float) -> Change:
+    """Positions times a factor."""
+    return lambda log: {"position": log.position * scale}
 
 
-def test_heading_in_degrees() -> None:
-    log = sound()
-    yaw = np.degrees(0.2 * TIME + 0.3 * np.sin(0.5 * TIME))
-    wrong = quaternion_from_euler(np.outer(yaw, (0, 0, 1)))
-    found = looks(dataclasses.replace(log, attitude=wrong, position=None))
-    assert found == [("yaw", "is degrees taken for radians")]
+def force(scale: float) -> Change:
+    """Specific forces times a factor."""
+    return lambda log: {"specific_force": log.specific_force * scale}
 
 
-@pytest.mark.parametrize(
-    ("scale", "says"),
-    [
-        (0.01, "is cm/s taken for m/s"),
-        (0.001, "is mm/s taken for m/s"),
-        (1852 / 3600, "is knots taken for m/s"),
-        (0.3048, "is ft/s taken for m/s"),
-        (-1.0, "is of the other sign, or of another frame than the position"),
-    ],
-)
-def test_speed_in_another_unit_than_the_way(scale: float, says: str) -> None:
-    log = sound()
-    position = log.position * scale
-    ((channel, found),) = looks(dataclasses.replace(log, position=position))
-    assert (channel, found) == ("u v w", says)
-
-
-def test_a_speed_that_no_vehicle_has() -> None:
-    log = dataclasses.replace(sound(), position=None)
-    velocity = log.velocity * np.array([20.0, 1, 1, 1, 1, 1])
-    fast = dataclasses.replace(log, velocity=velocity)
-    assert looks(fast) == [("u v w", "may be cm/s or mm/s, not m/s")]
-
-
-def test_accelerometers() -> None:
-    log = sound()
-    units = dataclasses.replace(log, specific_force=log.specific_force / 9.81)
-    assert looks(units) == [("specific_force", "is g taken for m/s^2")]
-    turned = dataclasses.replace(log, specific_force=-log.specific_force)
-    assert looks(turned) == [("specific_force", "is of the other sign or frame")]
-    nothing = dataclasses.replace(log, specific_force=np.zeros((1200, 3)))
-    assert looks(nothing) == []
-    assert looks(dataclasses.replace(units, attitude=None, position=None)) == looks(units)
-
-
-def test_pulse_widths_and_angles() -> None:
-    pulses = 1500 + 300 * np.sin(TIME)
-    log = dataclasses.replace(sound(), commands=np.column_stack((20 * np.sin(TIME), pulses)))
-    assert looks(log) == [
-        ("m1", "looks like a pulse width [us], not a force"),
-        ("rudder", "may be in degrees, not rad"),
-    ]
-    wrench = np.zeros((1200, 6))
-    wrench[:, 0] = pulses
-    assert looks(dataclasses.replace(sound(), wrench=wrench)) == [
-        ("X", "looks like a pulse width [us], not a force")
-    ]
-
-
-def test_what_was_never_measured_and_a_clock_in_milliseconds() -> None:
-    log = dataclasses.replace(sound(), attitude=None, position=None)
+def constant_heave(log: Log) -> dict[str, object]:
+    """A heave that does not vary, where nothing tells it from a true one."""
     velocity = log.velocity.copy()
     velocity[:, 2] = 0.1
-    assert looks(dataclasses.replace(log, velocity=velocity)) == [("w", "was not measured")]
-    assert looks(dataclasses.replace(log, time=1000 * TIME)) == [("time", "may be in ms, not s")]
+    return {"velocity": velocity, "attitude": None, "position": None}
+
+
+YAW = np.degrees(0.2 * TIME + 0.3 * np.sin(0.5 * TIME))
+PULSES = 1500 + 300 * np.sin(TIME)
+PULSE = "looks like a pulse width [us], not a force"
+
+
+@pytest.mark.parametrize(
+    ("change", "found"),
+    [
+        (rates(180 / np.pi), {"r": "is deg/s taken for rad/s"}),
+        (rates(60 / 2 / np.pi), {"r": "is rpm taken for rad/s"}),
+        (rates(1 / 2 / np.pi), {"r": "is rev/s taken for rad/s"}),
+        (rates(-1.0), {"r": "is of the other sign, or of another frame than the attitude"}),
+        (  # or the attitude is in degrees: rates alone cannot tell
+            rates(np.pi / 180),
+            {
+                "r": "is rad/s taken for deg/s and converted once too often",
+                "yaw": "is degrees taken for radians",
+            },
+        ),
+        (
+            lambda log: {
+                "attitude": quaternion_from_euler(np.outer(YAW, (0, 0, 1))),
+                "position": None,
+            },
+            {"yaw": "is degrees taken for radians"},
+        ),
+        (way(0.01), {"u v w": "is cm/s taken for m/s"}),
+        (way(0.001), {"u v w": "is mm/s taken for m/s"}),
+        (way(1852 / 3600), {"u v w": "is knots taken for m/s"}),
+        (way(0.3048), {"u v w": "is ft/s taken for m/s"}),
+        (way(-1.0), {"u v w": "is of the other sign, or of another frame than the position"}),
+        (
+            lambda log: {"position": None, "velocity": log.velocity * [20.0, 1, 1, 1, 1, 1]},
+            {"u v w": "may be cm/s or mm/s, not m/s"},
+        ),
+        (force(1 / 9.81), {"specific_force": "is g taken for m/s^2"}),
+        (
+            lambda log: {**force(1 / 9.81)(log), "attitude": None, "position": None},
+            {"specific_force": "is g taken for m/s^2"},
+        ),
+        (force(-1.0), {"specific_force": "is of the other sign or frame"}),
+        (force(0.0), {}),
+        (
+            lambda log: {"commands": np.column_stack((20 * np.sin(TIME), PULSES))},
+            {"m1": PULSE, "rudder": "may be in degrees, not rad"},
+        ),
+        (lambda log: {"wrench": np.outer(PULSES, (1, 0, 0, 0, 0, 0))}, {"X": PULSE}),
+        (constant_heave, {"w": "was not measured"}),
+    ],
+)
+def test_wrong_units_and_signs_are_suspected(change: Change, found: dict[str, str]) -> None:
+    wrong = suspicions(dataclasses.replace(sound(), **change(sound())))
+    assert [(one.channel, one.looks) for one in wrong] == [*found.items()]
+
+
+def test_a_suspicion_gives_the_number_it_rests_on() -> None:
+    (one,) = suspicions(dataclasses.replace(sound(), **rates(180 / np.pi)(sound())))
+    assert one.evidence == "it is 57.3 times the attitude's rate"
 
 
 def test_suspicions_are_told_and_nothing_is_changed() -> None:

@@ -45,14 +45,6 @@ def test_the_reserved_names_are_those_of_the_design() -> None:
     assert {*RESERVED} == {*design.split(), *["north", "east", "down", "fx", "fy", "fz"]}
 
 
-def test_half_a_position_is_refused(swim: Log, tmp_path: Path) -> None:
-    write_log(replace(swim, position=np.zeros((swim.n, 3))), tmp_path / "a.csv")
-    text = (tmp_path / "a.csv").read_text().replace("east", "ost", 1)
-    (tmp_path / "a.csv").write_text(text)
-    with pytest.raises(LogError, match="`north east down` belong together; `east` is missing"):
-        read_log(tmp_path / "a.csv")
-
-
 def test_a_written_log_is_read_to_the_bit(swim: Log, tmp_path: Path) -> None:
     rng, n = np.random.default_rng(4), swim.n
     log = replace(
@@ -105,13 +97,8 @@ def test_all_columns_find_their_place(csv_file: Write) -> None:
     names = [name for name in RESERVED if name not in ("qw", "qx", "qy", "qz", "segment")]
     rows = [",".join(str(k + 0.01 * j) for j in range(len(names))) for k in range(2)]
     log = read_log(csv_file(",".join(names) + ",fin\n" + "".join(f"{r},7\n" for r in rows)))
-    assert log.velocity[0].tolist() == pytest.approx([0.04, 0.05, 0.06, 0.07, 0.08, 0.09])
-    assert log.acceleration is not None
-    assert log.acceleration[0].tolist() == pytest.approx([0.10, 0.11, 0.12, 0.13, 0.14, 0.15])
-    assert log.propulsion_ratio is not None
-    assert log.propulsion_ratio[0] == 0.16
-    assert log.wrench is not None
-    assert log.wrench[0].tolist() == pytest.approx([0.17, 0.18, 0.19, 0.20, 0.21, 0.22])
+    blocks = (log.velocity[0], log.acceleration[0], log.propulsion_ratio[:1], log.wrench[0])
+    np.testing.assert_allclose(np.concatenate(blocks), 0.01 * np.arange(4, 23), atol=1e-12)
     assert log.command("fin").tolist() == [7, 7]
 
 
@@ -119,12 +106,6 @@ def test_a_wrench_may_lack_axes(csv_file: Write) -> None:
     log = read_log(csv_file("time,u,X\n0,1,5\n1,1,6\n"))
     assert log.wrench is not None
     assert log.wrench.tolist() == [[5, 0, 0, 0, 0, 0], [6, 0, 0, 0, 0, 0]]
-
-
-def test_segments_are_any_text(csv_file: Write) -> None:
-    text = 'time,u,segment\n0,1,"yaw, 1800"\n1,1,"yaw, 1800"\n0,1,2\n1,1,2\n'
-    log = read_log(csv_file(text))
-    assert [part.name for part in log.segments] == ["yaw, 1800", "2"]
 
 
 @pytest.mark.parametrize("clean", [True, False], ids=["fast", "careful"])
@@ -136,6 +117,8 @@ def test_segments_are_any_text(csv_file: Write) -> None:
         (("1.0", "2.0"), ["1.0", "2.0"]),
         (("", "2"), ["unnamed", "2"]),
         (("1-2", "2"), ["1-2", "2"]),
+        (("1 ", " 1"), ["1"]),
+        (('"yaw, 1800"', "2"), ["yaw, 1800", "2"]),
     ],
 )
 def test_segments_are_called_as_they_are_written(
@@ -144,11 +127,6 @@ def test_segments_are_called_as_they_are_written(
     rows = "".join(f"{k},1,{cells[k // 3]}\n" for k in range(6))
     log = read_log(csv_file(f"time,u,segment\n{rows}{'' if clean else '# the end'}"))
     assert [part.name for part in log.segments] == names
-
-
-def test_one_segment_is_not_two_for_a_blank(csv_file: Write) -> None:
-    log = read_log(csv_file("time,u,segment\n0,1,1 \n1,1,1\n2,1, 1\n"))
-    assert [part.name for part in log.segments] == ["1"]
 
 
 def test_a_segment_of_numbers_may_be_asked_for_by_a_mapping(csv_file: Write) -> None:
@@ -193,6 +171,7 @@ def test_a_stretch_without_values_splits_with_one_warning(csv_file: Write) -> No
         (HEADER + row(0, rudder="inf") + row(1), "`rudder` must be finite"),
         (HEADER + row(0, u="inf") + row(1), "`u` must be finite; it is infinite in row 1 (line 2)"),
         (HEADER + row(0) + row(1, u="60"), "it is 60 in row 2 (line 3)"),
+        ("time,u,north,down\n0,1,0,0\n1,1,0,0\n", "belong together; `east` is missing"),
         ("time,u,w,yaw\n0,1,0,0\n1,1,0,0\n", "Only a planar log, of u v r alone"),
         ("time,u,yaw\n0,1,359\n1,1,1\n", "`yaw` must be in rad"),
         ("time,u,v,du\n0,1,1,1\n1,1,1,1\n", "or the velocities `v`"),

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from hydrodamp.data.attitude import down, quaternion_from_euler
+from hydrodamp.data.channels import BLOCKS
 from hydrodamp.data.log import Log, Segment, concatenate
 from hydrodamp.errors import GapWarning, LogError
 
@@ -22,15 +23,11 @@ def test_arrays_are_copied_and_read_only(swim: Log) -> None:
         assert not array.flags.writeable
 
 
-def test_a_log_without_attitude_is_level() -> None:
-    log = Log(time=[0.0, 1.0], velocity=np.ones((2, 6)))
-    assert log.down.tolist() == [[0, 0, 1], [0, 0, 1]]
-
-
-def test_down_follows_the_attitude() -> None:
+def test_down_follows_the_attitude_and_is_level_without_one() -> None:
     q = quaternion_from_euler(np.array([[0.3, -0.2, 1.0], [0.0, 0.0, 0.0]]))
     log = Log(time=[0.0, 1.0], velocity=np.zeros((2, 6)), attitude=q)
     np.testing.assert_array_equal(log.down, down(q))
+    assert dataclasses.replace(log, attitude=None).down.tolist() == [[0, 0, 1], [0, 0, 1]]
 
 
 def test_a_quaternion_that_is_nearly_unit_is_made_so() -> None:
@@ -49,31 +46,14 @@ def test_euler_angles_and_dicts_will_do() -> None:
     np.testing.assert_allclose(log.attitude[1], [np.cos(0.75), 0, 0, np.sin(0.75)])
 
 
-def test_a_command_that_reads_as_a_product_is_refused() -> None:
-    with pytest.raises(LogError, match="Command name `uv` reads as the product"):
-        Log.from_arrays([0, 1], {"u": [1, 2]}, commands={"uv": [1, 2]})
-
-
 def test_every_block_is_kept() -> None:
     rng = np.random.default_rng(2)
-    wrench, acceleration, eta = rng.normal(size=(3, 6)), rng.normal(size=(3, 6)), np.ones(3)
-    position, force = rng.normal(size=(2, 3, 3))
-    log = Log.from_arrays(
-        [0, 1, 2],
-        np.zeros((3, 6)),
-        wrench=wrench,
-        acceleration=acceleration,
-        propulsion_ratio=eta,
-        position=position,
-        specific_force=force,
-        commands={"a": [1, 2, 3]},
-    )
-    np.testing.assert_array_equal(log.wrench, wrench)
-    np.testing.assert_array_equal(log.acceleration, acceleration)
-    np.testing.assert_array_equal(log.propulsion_ratio, eta)
-    np.testing.assert_array_equal(log.position, position)
-    np.testing.assert_array_equal(log.specific_force, force)
-    np.testing.assert_array_equal(log.between(1, 3).position, position[1:])
+    shapes = {block.name: (3, *block.shape) for block in BLOCKS[3:]}
+    blocks = {name: rng.normal(size=shape) for name, shape in shapes.items()}
+    log = Log.from_arrays([0, 1, 2], STILL[:3], commands={"a": [1, 2, 3]}, **blocks)
+    for name, block in blocks.items():
+        np.testing.assert_array_equal(getattr(log, name), block)
+        np.testing.assert_array_equal(getattr(log.between(1, 3), name), block[1:])
     assert log.command("a").tolist() == [1, 2, 3]
     assert log.bounds.tolist() == [[0, 3]]
 
@@ -85,16 +65,17 @@ def test_all_wrong_arrays_are_named_at_once() -> None:
             np.zeros((6, 3)),
             attitude=np.zeros((3, 5)),
             wrench=[["a"] * 6] * 3,
-            commands={"rudder": [1, 2]},
+            commands={"rudder": [1, 2], "uv": [1, 2, 3]},
             segment=["a"],
         )
     message = str(caught.value)
-    assert len(caught.value.faults) == 5
+    assert len(caught.value.faults) == 6
     assert "`velocity` must have shape (3, 6); got (6, 3). Did you pass it transposed?" in message
     assert "`attitude` must have shape (3, 4)" in message
     assert "`wrench` must be numbers" in message
     assert "`rudder` must have shape (3)" in message
     assert "`segment` must have 3 labels; got 1" in message
+    assert "Command name `uv` reads as the product" in message
 
 
 def test_an_unknown_velocity_is_refused_with_the_nearest() -> None:
@@ -212,3 +193,86 @@ def test_what_a_log_was_split_at_is_among_its_notes() -> None:
     with pytest.warns(GapWarning):
         log = Log.from_arrays([0, 1, 2, 20, 21], {"u": np.ones(5)})
     assert log.notes == ("split into 2 segments: no samples from 2 s to 20 s",)
+
+
+def test_each_log_becomes_a_segment(swim: Log) -> None:
+    both = concatenate([swim.between(0, 4), swim.between(4, 10)])
+    assert both.segments == (Segment("swim", 0, 40), Segment("swim-2", 40, 100))
+    np.testing.assert_array_equal(both.velocity, swim.velocity)
+    assert both.source == "swim.csv"
+
+
+def test_a_log_cut_and_put_together_is_the_same(swim: Log) -> None:
+    both = concatenate([swim, swim])
+    again = both.select("swim-2")
+    np.testing.assert_array_equal(again.attitude, swim.attitude)
+    np.testing.assert_array_equal(again.commands, swim.commands)
+
+
+def test_commands_may_stand_in_another_order() -> None:
+    first = Log.from_arrays([0, 1], {"u": [1, 2]}, commands={"a": [1, 1], "b": [2, 2]})
+    second = Log.from_arrays([0, 1], {"u": [1, 2]}, commands={"b": [4, 4], "a": [3, 3]})
+    assert concatenate([first, second]).command("a").tolist() == [1, 1, 3, 3]
+
+
+def test_other_columns_are_refused_both_ways(swim: Log) -> None:
+    bare = Log.from_arrays([0, 1], np.zeros((2, 6)), commands={"fin": [1, 2]}, source="bare.csv")
+    with pytest.raises(LogError) as caught:
+        concatenate([swim, bare])
+    assert caught.value.faults == (
+        "bare.csv lacks attitude rpm rudder, which the others have",
+        "swim.csv lacks fin, which the others have",
+    )
+
+
+def test_no_log_is_a_fault() -> None:
+    with pytest.raises(LogError, match="there is no log"):
+        concatenate([])
+
+
+def test_what_is_there_and_what_is_not(swim: Log) -> None:
+    text = str(swim)
+    assert "100 samples, 9.9 s in 1 segment, median step 0.1 s" in text
+    assert "with attitude; without acceleration, propulsion ratio, wrench, position" in text
+    assert "m/s" in text
+    assert "rudder" in text
+    assert "more" not in text
+
+
+def test_a_crowded_log_fits_on_one_screen() -> None:
+    names = tuple(f"c{index}" for index in range(40))
+    log = Log(
+        time=np.tile([0.0, 1.0], 30),
+        velocity=np.zeros((60, 6)),
+        velocity_names=("u", "r"),
+        command_names=names,
+        commands=np.zeros((60, 40)),
+        segments=tuple(Segment(f"s{k}", 2 * k, 2 * k + 2) for k in range(30)),
+    )
+    text = str(log)
+    assert len(text.splitlines()) < 45
+    assert "... and 28 more commands" in text
+    assert "... and 18 more segments" in text
+    assert "with velocity only" in text
+
+
+def test_nothing_is_lacking_in_a_full_log() -> None:
+    block = np.zeros((2, 6))
+    log = Log(
+        time=[0, 1],
+        velocity=block,
+        attitude=[[1, 0, 0, 0]] * 2,
+        wrench=block,
+        acceleration=block,
+        propulsion_ratio=[1, 1],
+        position=block[:, :3],
+        specific_force=block[:, :3],
+    )
+    assert "without" not in str(log)
+
+
+def test_what_was_done_is_told_at_the_end(swim: Log) -> None:
+    text = str(swim.noted(*(f"step {k}" for k in range(20))))
+    assert "  what was done to it\n    step 0\n" in text
+    assert text.endswith("... and 8 more notes")
+    assert max(map(len, str(swim.noted("word " * 200)).splitlines())) < 170

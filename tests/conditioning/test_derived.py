@@ -1,0 +1,286 @@
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+import pytest
+from hypothesis import given, settings, strategies as st
+
+from hydrodamp.conditioning.derived import (
+    GRAVITY,
+    Around,
+    acceleration_from_accelerometer,
+    best_window,
+    fitted,
+    rates_from_attitude,
+    relative,
+    slopes,
+    velocity_from_position,
+)
+from hydrodamp.data.attitude import quaternion_from_euler, rotation
+from hydrodamp.data.log import Log
+from hydrodamp.errors import LogError
+
+
+def body_rates(euler: np.ndarray, slopes: np.ndarray) -> np.ndarray:
+    """Oracle: the kinematics of Euler angles (Fossen 2021, equation 2.39)."""
+    (roll, pitch, _), (droll, dpitch, dyaw) = euler.T, slopes.T
+    return np.column_stack(
+        (
+            droll - dyaw * np.sin(pitch),
+            dpitch * np.cos(roll) + dyaw * np.cos(pitch) * np.sin(roll),
+            -dpitch * np.sin(roll) + dyaw * np.cos(pitch) * np.cos(roll),
+        )
+    )
+
+
+def motion(time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Rolling over and over while pitching and yawing."""
+    euler = np.column_stack((0.9 * time, 0.6 * np.sin(0.8 * time), 2 * np.sin(0.3 * time)))
+    slopes = np.column_stack((0.9 + 0 * time, 0.48 * np.cos(0.8 * time), 0.6 * np.cos(0.3 * time)))
+    return quaternion_from_euler(euler), body_rates(euler, slopes)
+
+
+@pytest.mark.parametrize("irregular", [False, True])
+def test_a_tumbling_vehicle(irregular: bool) -> None:
+    rng = np.random.default_rng(1)
+    steps = rng.uniform(0.02, 0.08, 600) if irregular else np.full(600, 0.05)
+    time = np.cumsum(steps)
+    attitude, rates = motion(time)
+    signs = rng.choice([-1.0, 1.0], size=(600, 1))
+    log = Log.from_arrays(time, {"u": np.ones(600)}, attitude=signs * attitude)
+    made = rates_from_attitude(log, seconds=0.2)
+    assert made.velocity_names == ("u", "p", "q", "r")
+    np.testing.assert_allclose(made.velocity[3:-3, 3:], rates[3:-3], atol=5e-3)
+    assert made.notes == ("derived: `p q r` from attitude, by local quadratics over 5 samples",)
+
+
+def test_noise_is_smoothed_away() -> None:
+    rng = np.random.default_rng(2)
+    time = np.arange(0, 60, 0.1)
+    yaw = 0.5 * np.sin(0.5 * time) + 5e-3 * rng.normal(size=600)
+    log = Log.from_arrays(time, {"u": np.ones(600)}, attitude=np.outer(yaw, (0, 0, 1)))
+    made = rates_from_attitude(log)
+    true = 0.25 * np.cos(0.5 * time)
+    differences = np.gradient(yaw, time)
+    error = np.std(made.velocity[:, 5] - true)
+    assert made.velocity_names == ("u", "r")
+    assert error < 0.35 * np.std(differences - true)
+
+
+def test_what_is_recorded_stays_unless_named() -> None:
+    time = np.arange(0, 10, 0.1)
+    attitude, _ = motion(time)
+    recorded = {"p": 7 + 0 * time, "q": 0 * time, "r": 0 * time}
+    log = Log.from_arrays(time, recorded, attitude=attitude[:, [0, 1, 2, 3]])
+    assert rates_from_attitude(log) is log
+    made = rates_from_attitude(log, ["q"])
+    assert (made.velocity[:, 3] == 7).all()
+    assert np.ptp(made.velocity[:, 4]) > 0.1
+
+
+def test_recorded_accelerations_do_not_outlive_their_velocities() -> None:
+    time = np.arange(0, 10, 0.1)
+    attitude, _ = motion(time)
+    log = Log.from_arrays(time, {"u": time}, attitude=attitude, acceleration=np.ones((100, 6)))
+    made = rates_from_attitude(log)
+    assert made.acceleration is None
+    assert "left out: recorded accelerations, which `p q r` lack" in made.notes
+
+
+def helix(seed: int | None = None) -> tuple[Log, np.ndarray]:
+    """A climbing turn; returns what a sensor would have measured too."""
+    steps = (
+        np.full(500, 0.1) if seed is None else np.random.default_rng(seed).uniform(0.05, 0.15, 500)
+    )
+    time = np.cumsum(steps)
+    euler = np.column_stack((0.2 * np.sin(time), -0.3 + 0 * time, 0.25 * time))
+    attitude = quaternion_from_euler(euler)
+    place = np.column_stack((4 * np.sin(0.25 * time), -4 * np.cos(0.25 * time), -0.2 * time))
+    speed = np.column_stack((np.cos(0.25 * time), np.sin(0.25 * time), -0.2 + 0 * time))
+    body = np.einsum("nji,nj->ni", rotation(attitude), speed)
+    log = Log.from_arrays(time, {"r": 0 * time}, attitude=attitude, position=place)
+    return log, body
+
+
+@pytest.mark.parametrize("seed", [None, 1])
+def test_the_way_made_is_found_in_body_axes(seed: int | None) -> None:
+    log, body = helix(seed)
+    made = velocity_from_position(log, seconds=0.5)
+    assert made.velocity_names == ("u", "v", "w", "r")
+    np.testing.assert_allclose(made.velocity[:, :3], body, atol=3e-3)
+    np.testing.assert_array_equal(made.velocity[:, 3:], log.velocity[:, 3:])
+    assert made.notes[-1].startswith("derived: `u v w` over ground from position")
+
+
+def test_speed_does_not_depend_on_where_the_vehicle_points() -> None:
+    log, body = helix()
+    other = quaternion_from_euler(np.random.default_rng(2).uniform(-3, 3, (500, 3)))
+    turned = velocity_from_position(dataclasses.replace(log, attitude=other), seconds=0.5)
+    speed = np.linalg.norm(turned.velocity[:, :3], axis=1)
+    np.testing.assert_allclose(speed, np.linalg.norm(body, axis=1), atol=3e-3)
+
+
+def test_a_planar_log_gets_no_heave() -> None:
+    log, _ = helix()
+    flat = dataclasses.replace(log, position=log.position * (1, 1, 0))
+    made = velocity_from_position(flat)
+    assert made.velocity_names == ("u", "v", "r")
+    assert velocity_from_position(made) is made
+
+
+STEP = 1e-3
+
+
+def swinging(arm: tuple[float, float, float]) -> tuple[Log, np.ndarray]:
+    """A vehicle that moves on every axis, an accelerometer aside, and the true derivative.
+
+    Oracle: the position of the accelerometer differenced twice, gravity taken off.
+    """
+    time = np.arange(0.0, 6.0, STEP)
+    euler = np.column_stack(
+        (0.4 * np.sin(1.1 * time), 0.3 * np.sin(0.7 * time), 0.8 * np.sin(0.5 * time))
+    )
+    place = np.column_stack((np.sin(0.9 * time), 0.5 * np.cos(time), 0.3 * np.sin(0.6 * time)))
+    attitude = quaternion_from_euler(euler)
+    turned = rotation(attitude)
+    sensor = place + turned @ np.array(arm)
+    falling = np.gradient(np.gradient(sensor, STEP, axis=0), STEP, axis=0)
+    force = np.einsum("nji,nj->ni", turned, falling - (0, 0, GRAVITY))
+    speed = np.einsum("nji,nj->ni", turned, np.gradient(place, STEP, axis=0))
+    wheel = np.einsum("nji,njk->nik", turned, np.gradient(turned, STEP, axis=0))
+    rates = np.column_stack((wheel[:, 2, 1], wheel[:, 0, 2], wheel[:, 1, 0]))
+    velocity = np.column_stack((speed, rates))
+    true = np.gradient(velocity, STEP, axis=0)
+    rows = slice(10, -10, 20)
+    log = Log(
+        time=time[rows],
+        velocity=velocity[rows],
+        attitude=attitude[rows],
+        specific_force=force[rows],
+        segments=(),
+    )
+    return log, true[rows]
+
+
+@pytest.mark.parametrize("arm", [(0.0, 0.0, 0.0), (0.6, -0.2, 0.1)])
+def test_equation_1_gives_the_derivative_at_the_reference_point(arm) -> None:
+    log, true = swinging(arm)
+    made = acceleration_from_accelerometer(log, arm, seconds=0.1)
+    assert made.acceleration is not None
+    np.testing.assert_allclose(made.acceleration[5:-5], true[5:-5], atol=2e-3)
+
+
+def test_velocities_that_were_not_recorded_get_none() -> None:
+    log, _ = swinging((0.0, 0.0, 0.0))
+    planar = Log.from_arrays(
+        log.time,
+        {name: log.velocity[:, "uvwpqr".index(name)] for name in "uvr"},
+        attitude=log.attitude,
+        specific_force=log.specific_force,
+    )
+    made = acceleration_from_accelerometer(planar)
+    assert (made.acceleration[:, 2:5] == 0).all()
+    assert made.acceleration[:, [0, 1, 5]].any()
+    assert made.notes[0].startswith("derived: accelerations from an accelerometer at (0, 0, 0) m")
+
+
+@pytest.mark.parametrize(
+    ("step", "lacking", "says"),
+    [
+        (rates_from_attitude, "attitude", "no attitude to derive rates from"),
+        (velocity_from_position, "position", "there is no position"),
+        (velocity_from_position, "attitude", "there is no attitude"),
+        (acceleration_from_accelerometer, "specific_force", "there is no specific force"),
+        (acceleration_from_accelerometer, "attitude", "there is no attitude"),
+        (partial(rates_from_attitude, names=["u", "r"]), "", "'u' cannot be derived here"),
+        (partial(velocity_from_position, names=["p"]), "", "'p' cannot be derived here"),
+        *(
+            (partial(acceleration_from_accelerometer, lever_arm=arm), "", "must be three numbers")
+            for arm in ((1, 2), "abc", (1, 2, np.nan))
+        ),
+    ],
+)
+def test_what_is_lacking_or_wrong_is_named(
+    step: Callable[[Log], Log], lacking: str, says: str
+) -> None:
+    log = Log(
+        time=[0.0, 1.0],
+        velocity=np.ones((2, 6)),
+        attitude=[[1, 0, 0, 0]] * 2,
+        position=np.zeros((2, 3)),
+        specific_force=np.zeros((2, 3)),
+    )
+    with pytest.raises(LogError, match=says):
+        step(dataclasses.replace(log, **({lacking: None} if lacking else {})))
+
+
+CLOCK = np.cumsum(np.random.default_rng(1).uniform(0.05, 0.4, 80))
+WHOLE = np.array([[0, 80]])
+
+
+def column(values: np.ndarray) -> Around:
+    """One column of numbers."""
+    return relative(values[:, np.newaxis])
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.floats(-5, 5), st.floats(-5, 5), st.floats(-5, 5), st.sampled_from([3, 5, 9, 21]))
+def test_a_parabola_is_met_on_any_clock(a: float, b: float, c: float, window: int) -> None:
+    values = a + b * CLOCK + c * CLOCK**2
+    fit = fitted(CLOCK, WHOLE, column(values), window)
+    np.testing.assert_allclose(fit.value, 0, atol=1e-8)
+    np.testing.assert_allclose(fit.slope[:, 0], b + 2 * c * CLOCK, atol=1e-6)
+
+
+def test_an_even_clock_gives_savitzky_and_golay() -> None:
+    """Oracle: scipy.signal.savgol_filter."""
+    from scipy.signal import savgol_filter
+
+    values = np.random.default_rng(2).normal(size=60)
+    fit = fitted(np.arange(60) / 10, np.array([[0, 60]]), column(values), 9)
+    oracle = savgol_filter(values, 9, 2, deriv=1, delta=0.1)
+    np.testing.assert_allclose(fit.slope[:, 0], oracle, atol=1e-9)
+    oracle = savgol_filter(values, 9, 2)
+    np.testing.assert_allclose(fit.value[:, 0] + values, oracle, atol=1e-9)
+
+
+def test_windows_end_at_joins_and_are_no_longer_than_the_longest_segment() -> None:
+    values = np.random.default_rng(4).normal(size=80)
+    bounds = np.array([[0, 30], [30, 80]])
+    both = fitted(CLOCK, bounds, column(values), 9).slope
+    alone = fitted(CLOCK[30:], np.array([[0, 50]]), column(values[30:]), 9).slope
+    np.testing.assert_array_equal(both[30:], alone)
+    assert best_window(CLOCK, np.array([[0, 10], [10, 20]]), column(values)) <= 9
+    assert best_window(CLOCK, np.array([[0, 3]]), column(values)) == 5
+
+
+@pytest.mark.parametrize(("n", "slope"), [(1, 0.0), (2, 3.0), (3, 3.0)])
+def test_short_segments_have_less_than_a_parabola(n: int, slope: float) -> None:
+    time = CLOCK[:n]
+    fit = fitted(time, np.array([[0, n]]), column(3 * time), 9)
+    np.testing.assert_allclose(fit.slope, slope, atol=1e-9)
+
+
+def test_the_window_grows_with_the_noise() -> None:
+    time = np.arange(2000) / 10
+    rng = np.random.default_rng(3)
+    whole = np.array([[0, 2000]])
+    windows = [
+        best_window(time, whole, column(np.sin(time) + noise * rng.normal(size=2000)))
+        for noise in (1e-5, 1e-2, 0.3)
+    ]
+    assert windows == sorted(windows)
+    assert windows[0] < windows[2]
+
+
+def test_the_window_may_be_given_in_seconds() -> None:
+    time = np.r_[np.arange(10.0), np.arange(10.0)]
+    line = np.r_[0.1 * np.arange(10), 0.2 * np.arange(10)]
+    bounds = np.array([[0, 10], [10, 20]])
+    for seconds, samples in ((0.1, 5), (4.0, 5), (8.0, 9)):
+        fit, window = slopes(time, bounds, column(line), seconds)
+        assert window == samples
+        np.testing.assert_allclose(fit.slope[:, 0], np.repeat([0.1, 0.2], 10), atol=1e-12)

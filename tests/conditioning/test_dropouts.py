@@ -1,0 +1,140 @@
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from hypothesis import given, settings, strategies as st
+
+from hydrodamp.conditioning.dropouts import SENTINELS, mask_bottom_lock, mask_frozen
+from hydrodamp.data.log import Log
+from hydrodamp.errors import LogError
+
+Counts = Callable[[Log, str], dict[str, int]]
+
+TIME = np.arange(0.0, 60.0, 0.1)
+
+
+def moving(seed: int = 0) -> Log:
+    rng = np.random.default_rng(seed)
+    velocity = np.sin(np.outer(TIME, rng.uniform(0.2, 1, 6))) + 0.01 * rng.normal(size=(600, 6))
+    return Log(time=TIME, velocity=velocity, segments=())
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(20, 300), st.integers(12, 200), st.integers(0, 5))
+def test_all_but_the_first_sample_of_a_frozen_run_go(
+    counts: Counts, start: int, length: int, axis: int
+) -> None:
+    log = moving()
+    velocity = log.velocity.copy()
+    velocity[start : start + length, axis] = velocity[start, axis]
+    made = mask_frozen(dataclasses.replace(log, velocity=velocity))
+    assert counts(made, "frozen") == {"uvwpqr"[axis]: length - 1}
+    assert made.n == (600 if length <= 10 else 600 - length + 1)
+
+
+def test_a_short_stop_is_interpolated(counts: Counts) -> None:
+    log = moving()
+    velocity = log.velocity.copy()
+    velocity[100:106, 0] = velocity[100, 0]
+    made = mask_frozen(dataclasses.replace(log, velocity=velocity), seconds=0.3)
+    assert counts(made, "frozen") == {"u": 5}
+    assert made.n == 600
+    np.testing.assert_allclose(made.velocity[:, 0], log.velocity[:, 0], atol=0.1)
+
+
+def test_a_slow_sensor_is_not_frozen() -> None:
+    log = moving()
+    held = log.velocity[np.arange(600) // 15 * 15]
+    slow = dataclasses.replace(log, velocity=np.column_stack((held[:, :3], log.velocity[:, 3:])))
+    assert mask_frozen(slow).notes == ()
+
+
+@pytest.mark.parametrize(
+    ("place", "value"),
+    [
+        (np.s_[:, 2], 0.0),  # never measured: left to suspicion
+        (np.s_[:, 2], 0.7),
+        (np.s_[100:300], 0.3),
+        (np.s_[100:300, 0], 0.0),
+    ],
+)
+def test_rest_and_what_never_moves_are_not_frozen(place: object, value: float) -> None:
+    velocity = moving().velocity.copy()
+    velocity[place] = value
+    assert mask_frozen(Log(time=TIME, velocity=velocity)).notes == ()
+
+
+def test_attitude_tells_that_the_vehicle_moves(counts: Counts) -> None:
+    surge = np.sin(TIME)
+    surge[200:300] = surge[200]
+    yaw = np.outer(0.1 * np.sin(TIME), (0, 0, 1))
+    alone = Log.from_arrays(TIME, {"u": surge})
+    assert mask_frozen(alone).notes == ()
+    beside = mask_frozen(Log.from_arrays(TIME, {"u": surge}, attitude=yaw))
+    assert counts(beside, "frozen") == {"u": 99}
+
+
+def test_runs_end_at_joins(counts: Counts) -> None:
+    log = moving()
+    velocity = log.velocity.copy()
+    velocity[295:305, 0] = velocity[295, 0]
+    segments = Log.from_arrays(TIME, velocity, segment=["a"] * 300 + ["b"] * 300)
+    assert mask_frozen(segments, seconds=0.6).notes == ()
+    whole = mask_frozen(Log(time=TIME, velocity=velocity), seconds=0.6)
+    assert sum(counts(whole, "frozen").values()) == 9
+
+
+Counts = Callable[[Log, str], dict[str, int]]
+
+
+@pytest.mark.parametrize("value", [*SENTINELS, -40.0])
+def test_numbers_that_stand_for_none_go(swim: Log, value: float, counts: Counts) -> None:
+    velocity = swim.velocity.copy()
+    velocity[[30, 31], 1] = value
+    made = mask_bottom_lock(dataclasses.replace(swim, velocity=velocity))
+    assert counts(made, "no bottom lock") == {"u": 2, "v": 2, "w": 2}
+    np.testing.assert_allclose(made.velocity, swim.velocity, atol=2e-3)
+
+
+@pytest.mark.parametrize(
+    "velocity",
+    [{"r": [1, 32.768, 1]}, {"u": [35, 40, 49]}, {"u": [1, 0, 1]}],
+    ids=["rates", "another unit", "a surge alone"],
+)
+def test_what_lost_no_lock_is_left_alone(velocity: dict[str, list[float]]) -> None:
+    assert mask_bottom_lock(Log.from_arrays([0, 1, 2], velocity)).notes == ()
+
+
+def test_zeros_between_samples_under_way(swim: Log, counts: Counts) -> None:
+    velocity = swim.velocity.copy()
+    velocity[40:60, :3] = 0.0
+    made = mask_bottom_lock(dataclasses.replace(swim, velocity=velocity))
+    assert counts(made, "no bottom lock") == {"u": 20, "v": 20, "w": 20}
+    assert [part.name for part in made.segments] == ["swim.1", "swim.2"]
+
+
+def test_a_vehicle_that_stops_stands(swim: Log) -> None:
+    velocity = swim.velocity.copy()
+    velocity[:, 0] *= np.clip(np.abs(np.arange(100) - 50) / 10 - 1, 0, 1)
+    stopped = dataclasses.replace(swim, velocity=velocity)
+    assert (stopped.velocity[:, 0] == 0).sum() > 10
+    assert mask_bottom_lock(stopped).notes == ()
+    velocity = swim.velocity.copy()
+    velocity[:10, :3] = 0.0
+    velocity[90:, :3] = 0.0
+    assert mask_bottom_lock(dataclasses.replace(swim, velocity=velocity)).notes == ()
+
+
+def test_a_flag_speaks_for_the_instrument(counts: Counts) -> None:
+    good = np.ones(50)
+    good[20:24] = 0
+    log = Log.from_arrays(np.arange(50) / 10, {"u": np.arange(50) / 10}, commands={"good": good})
+    assert mask_bottom_lock(log).notes == ()
+    made = mask_bottom_lock(log, flag="good")
+    assert counts(made, "no bottom lock") == {"u": 4}
+    np.testing.assert_allclose(made.velocity, log.velocity, atol=1e-12)
+    with pytest.raises(LogError, match=r"no command 'god'\. Did you mean 'good'"):
+        mask_bottom_lock(log, flag="god")
