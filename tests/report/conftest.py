@@ -1,10 +1,13 @@
-"""A comparison made by hand: what each row says is known beforehand."""
+"""A comparison made by hand, each row known beforehand, and one of a short campaign."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
 
+import hydrodamp as hd
 from hydrodamp.data.log import Log, Segment
 from hydrodamp.identification.fit import Fit
 from hydrodamp.models.catalog import catalog
@@ -57,3 +60,32 @@ def comparison() -> Comparison:
         make_row(make_fit("uncoupled", "ai", Status.FAILED), None),
     )
     return Comparison(rows, provenance={"vehicle": "vt690", "test": "test.csv", "truth": "sname"})
+
+
+@dataclass(frozen=True)
+class Sailed:
+    """A short campaign, and what was identified from it."""
+
+    vehicle: hd.Vehicle
+    train: hd.Log
+    test: hd.Log
+    problem: hd.Problem
+    table: hd.Comparison
+
+    def fit(self, model: str, method: str) -> hd.Fit:
+        return self.table.row(model, method).fit
+
+
+@pytest.fixture(scope="session")
+def sailed() -> Sailed:
+    """Three models by two methods, on runs of 20 s."""
+    campaign = hd.reenact(seed=0, duration=20.0)
+    models = tuple(hd.catalog[key] for key in ("linear", "prestero", "fossen"))
+    problem = hd.prepare(campaign.vehicle, campaign.train, models)
+    fits = [
+        fit
+        for key in ("weak", "ai")
+        for fit in hd.identify_all(problem, models, hd.find_method(key))
+    ]
+    table = hd.compare(fits, campaign.vehicle, campaign.test)
+    return Sailed(campaign.vehicle, campaign.train, campaign.test, problem, table)

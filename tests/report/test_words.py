@@ -11,11 +11,6 @@ from hydrodamp.report.words import remarks, verdict
 from hydrodamp.validation.compare import Comparison
 
 
-def with_fit(comparison, **changes):
-    first = comparison.rows[0]
-    return Comparison((replace(first, fit=replace(first.fit, **changes)),), provenance={})
-
-
 def graded(grades: str, *, excited: bool = True) -> Identifiability:
     """Return grades of 'linear': a letter d, w or n for each coefficient of every axis."""
     words = {"d": Grade.DETERMINED, "w": Grade.WEAK, "n": Grade.NOT_DETERMINED}
@@ -43,31 +38,32 @@ def test_the_verdict_is_three_sentences(comparison):
     assert all(each.endswith(".") for each in (which, how_good, unknown))
 
 
-def test_many_unknown_coefficients_are_counted_by_axis(comparison):
-    covariance = np.diag(np.full(36, 1e6))
-    fit = comparison.rows[0].fit
-    unsure = with_fit(comparison, damping=replace(fit.damping, covariance=covariance))
-    assert "intervals of 36 hold zero (X 6, Y 6, Z 6, K 6, M 6, N 6)" in verdict(unsure)[2]
-
-
-def test_aliased_coefficients_are_named_first(comparison):
-    tied = with_fit(comparison, aliased=(("X_u", "X_v"), ("K_p",)))
-    words = verdict(tied)[2]
-    assert "by ls, 3 are aliased (X_u, X_v, K_p) and the 95 % interval of 1 holds zero" in words
-
-
 @pytest.mark.parametrize(
-    ("covariance", "rank", "words"),
+    ("changes", "words"),
     [
-        (np.diag(np.full(36, 1e-9)), 36, "determines all 36 coefficients"),
-        (None, None, "is not known: ls gives neither ranks nor standard errors"),
-        (None, 36, "is not known: ls gives no standard errors"),
+        (
+            {"covariance": np.diag(np.full(36, 1e6))},
+            "intervals of 36 hold zero (X 6, Y 6, Z 6, K 6, M 6, N 6)",
+        ),
+        (
+            {"aliased": (("X_u", "X_v"), ("K_p",))},
+            "by ls, 3 are aliased (X_u, X_v, K_p) and the 95 % interval of 1 holds zero",
+        ),
+        ({"covariance": np.diag(np.full(36, 1e-9))}, "determines all 36 coefficients"),
+        (
+            {"covariance": None, "rank": None},
+            "is not known: ls gives neither ranks nor standard errors",
+        ),
+        ({"covariance": None}, "is not known: ls gives no standard errors"),
     ],
 )
-def test_what_is_known_depends_on_the_method(comparison, covariance, rank, words):
-    fit = comparison.rows[0].fit
-    damping = replace(fit.damping, covariance=covariance)
-    assert words in verdict(with_fit(comparison, damping=damping, rank=rank))[2]
+def test_the_third_sentence_is_what_the_fit_knows(comparison, changes, words):
+    row = comparison.rows[0]
+    covariance = changes.get("covariance", row.fit.damping.covariance)
+    damping = replace(row.fit.damping, covariance=covariance)
+    facts = {key: value for key, value in changes.items() if key != "covariance"}
+    alone = replace(row, fit=replace(row.fit, damping=damping, **facts))
+    assert words in verdict(Comparison((alone,)))[2]
 
 
 def test_a_score_on_fitted_data_says_so(comparison):
@@ -111,24 +107,18 @@ def test_the_third_sentence_rests_on_the_grades(comparison, grades, excited, sen
 
 
 @pytest.mark.parametrize(
-    ("model", "method", "ending"),
+    ("model", "method", "covariance", "ending"),
     [
-        ("linear", "ai", "of this model; by ai, the estimate has not settled."),
-        ("uncoupled", "ls", "of this model; by ls, 3 are aliased."),
+        ("linear", "ai", None, "of this model; by ai, the estimate has not settled."),
+        ("uncoupled", "ls", None, "of this model; by ls, 3 are aliased."),
+        ("linear", "ls", 1e-6 * np.eye(36), "all 36 coefficients of this model."),
     ],
 )
-def test_the_fit_has_its_say_after_the_grades(comparison, model, method, ending):
+def test_the_fit_has_its_say_after_the_grades(comparison, model, method, covariance, ending):
     row = comparison.row(model, method)
-    fit = replace(row.fit, damping=replace(row.fit.damping, covariance=None))
+    fit = replace(row.fit, damping=replace(row.fit.damping, covariance=covariance))
     alone = hd.Comparison((replace(row, fit=fit),))
     assert verdict(alone, graded("dddddd"))[2].endswith(ending)
-
-
-def test_a_fit_with_nothing_to_add_adds_nothing(comparison):
-    fit = comparison.row("linear", "ls").fit
-    sure = replace(fit.damping, covariance=1e-6 * np.eye(36))
-    alone = hd.Comparison((replace(comparison.rows[0], fit=replace(fit, damping=sure)),))
-    assert verdict(alone, graded("dddddd"))[2].endswith("all 36 coefficients of this model.")
 
 
 def test_without_an_error_nothing_is_recommended(comparison):

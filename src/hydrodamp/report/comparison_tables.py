@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import chain
@@ -78,8 +78,9 @@ def _error(row: Row | None) -> float | str | None:
 
 def score_grid(comparison: Comparison, rows: Sequence[Row], title: str = "") -> Grid:
     """Return rows of a comparison with all their numbers."""
-    unit, names = f"{comparison.rate_unit}/s", _velocities(comparison.rows)
-    printed = beside_paper(comparison)
+    unit, printed = f"{comparison.rate_unit}/s", beside_paper(comparison)
+    known = {name for row in comparison.rows for name in row.score.rms_by_axis}
+    names = [name for name in VELOCITIES if name in known]
     columns = [
         Column("model", number=False, meaning="damping model"),
         Column("method", number=False, meaning="how it was identified"),
@@ -121,11 +122,6 @@ def _numbers(row: Row, names: Sequence[str], printed: bool) -> tuple[object, ...
         *((paper,) if printed else ()),
         *chain.from_iterable(by_axis),
     )
-
-
-def _velocities(rows: Iterable[Row]) -> tuple[str, ...]:
-    known = {name for row in rows for name in row.score.rms_by_axis}
-    return tuple(name for name in VELOCITIES if name in known)
 
 
 def axis_grids(comparison: Comparison) -> tuple[Grid, ...]:

@@ -12,14 +12,11 @@ from pydantic import (
     AfterValidator,
     BaseModel,
     BeforeValidator,
-    ConfigDict,
     PlainSerializer,
     ValidationError,
     model_validator,
 )
 
-from hydrodamp.basis.axes import AXES, VELOCITY_OF
-from hydrodamp.data.log import Log
 from hydrodamp.data.record import unique_names
 from hydrodamp.errors import FileError
 from hydrodamp.faults import faults_in
@@ -27,7 +24,7 @@ from hydrodamp.files import load_json
 from hydrodamp.identification.fit import Fit, Uncertainty
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.files import damping_document, damping_from_document
-from hydrodamp.simulation.replay import AttitudeSource, Trajectory
+from hydrodamp.simulation.replay import AttitudeSource
 from hydrodamp.simulation.score import RateUnit, Score
 from hydrodamp.simulation.status import Status
 from hydrodamp.validation.compare import Comparison, Row
@@ -55,23 +52,17 @@ Number = Annotated[float | None, AfterValidator(_finite)]
 Outcome = Annotated[Status, BeforeValidator(_status), PlainSerializer(lambda status: status.word)]
 
 
-class Document(BaseModel):
-    """What a file holds."""
-
-    model_config = ConfigDict(frozen=True)
+Some = TypeVar("Some", bound=BaseModel)
 
 
-Some = TypeVar("Some", bound=Document)
-
-
-class Divergence(Document):
+class Divergence(BaseModel):
     """Where and when a replay diverged."""
 
     segment: str
     time: float
 
 
-class RowDocument(Document):
+class RowDocument(BaseModel):
     """A row of ``comparison.json``."""
 
     model: str
@@ -101,22 +92,8 @@ class RowDocument(Document):
             **{**score_fields(row.score), "status": row.status},
         )
 
-    def with_fit(self, fit: Fit, rate_unit: RateUnit, replay: Replay | None) -> Row:
-        """Return the row with a fit and a replay that were read."""
-        diverged = tuple((place.segment, place.time) for place in self.diverged_at or ())
-        score = Score(self.rms, self.rms_by_axis, self.fit_by_axis, rate_unit, diverged)
-        if replay is None:
-            return Row(fit, score)
-        log, velocity, attitude = replay
-        axes = tuple(axis for axis in AXES if VELOCITY_OF[axis] in score.rms_by_axis)
-        return Row(fit, score, Trajectory(log, velocity, diverged, attitude, axes))
 
-
-#: The log of a replay, its velocities, and whose attitude it had.
-Replay = tuple[Log, np.ndarray, AttitudeSource]
-
-
-class ComparisonDocument(Document):
+class ComparisonDocument(BaseModel):
     """What ``comparison.json`` holds."""
 
     rows: tuple[RowDocument, ...]
@@ -163,7 +140,8 @@ def score_document(score: Score, attitude: str) -> dict[str, Any]:
 
 def score_fields(score: Score) -> dict[str, Any]:
     """Return what documents say of a score."""
-    places = [{"segment": name, "time": moment(time)} for name, time in score.diverged]
+    # To the nanosecond: without the rounding of a difference of clocks.
+    places = [{"segment": name, "time": round(float(t), 9)} for name, t in score.diverged]
     return {
         "rms": score.rms,
         "rms_by_axis": dict(score.rms_by_axis),
@@ -183,11 +161,6 @@ def error_units(rate_unit: str) -> dict[str, str | dict[str, str]]:
     }
 
 
-def moment(time: float) -> float:
-    """Return a time to the nanosecond [s], without the rounding of a difference of clocks."""
-    return round(float(time), 9)
-
-
 def names_of(fits: Iterable[Fit]) -> tuple[str, ...]:
     """Return model, method and digest of each fit; a number makes names different."""
     return unique_names(
@@ -196,16 +169,11 @@ def names_of(fits: Iterable[Fit]) -> tuple[str, ...]:
     )
 
 
-def is_plain(name: str) -> bool:
-    r"""Tell whether a name is that of a file in one folder, whatever the system."""
-    return Path(name).name == name and not set(name) & {"\\", "\0"}
-
-
 def _variances(noise: object) -> object:
     return noise.diagonal().tolist() if isinstance(noise, np.ndarray) else noise
 
 
-class UncertaintyDocument(Document):
+class UncertaintyDocument(BaseModel):
     """What intervals are made with, beside the covariance that stands in the damping."""
 
     degrees_of_freedom: Number
@@ -226,7 +194,7 @@ class UncertaintyDocument(Document):
         return Uncertainty(covariance, **known)
 
 
-class FitDocument(Document):
+class FitDocument(BaseModel):
     """What a file of ``fits`` holds beside its damping."""
 
     method: str

@@ -10,6 +10,7 @@ from typing import cast
 
 import numpy as np
 
+from hydrodamp.basis.axes import AXES, VELOCITY_OF
 from hydrodamp.data.log import Log, Segment
 from hydrodamp.errors import FileError
 from hydrodamp.files import as_json, load_json, save_all
@@ -19,7 +20,6 @@ from hydrodamp.report.documents import (
     ComparisonDocument,
     comparison_document,
     fit_document,
-    is_plain,
     names_of,
     read_fit,
     validated,
@@ -27,9 +27,9 @@ from hydrodamp.report.documents import (
 from hydrodamp.report.gallery.findings import BAND, FIGURES, GRADES, earlier_findings
 from hydrodamp.report.grid import to_csv, to_latex, to_markdown, to_text
 from hydrodamp.report.words import UNFINISHED
-from hydrodamp.simulation.replay import AttitudeSource
-from hydrodamp.simulation.score import RateUnit
-from hydrodamp.validation.compare import Comparison
+from hydrodamp.simulation.replay import AttitudeSource, Trajectory
+from hydrodamp.simulation.score import RateUnit, Score
+from hydrodamp.validation.compare import Comparison, Row
 
 COMPARISON, REPLAYS, REPORT = "comparison.json", "replays.npz", "report.html"
 TABLES = tuple(f"table.{suffix}" for suffix in ("txt", "md", "tex", "csv"))
@@ -116,15 +116,18 @@ def read_comparison(folder: str | os.PathLike[str]) -> Comparison:
     log, velocities = _read_replays(home / REPLAYS, words.get("test", ""))
     rows = []
     for entry in document.rows:
-        fit, replay = read_fit(_fit_path(home, entry.fit)), None
+        fit, run = read_fit(_fit_path(home, entry.fit)), None
+        diverged = tuple((place.segment, place.time) for place in entry.diverged_at or ())
+        score = Score(entry.rms, entry.rms_by_axis, entry.fit_by_axis, unit, diverged)
         if log is not None and entry.fit in velocities:
-            replay = (log, velocities[entry.fit], attitude)
-        rows.append(entry.with_fit(fit, unit, replay))
+            axes = tuple(axis for axis in AXES if VELOCITY_OF[axis] in score.rms_by_axis)
+            run = Trajectory(log, velocities[entry.fit], diverged, attitude, axes)
+        rows.append(Row(fit, score, run))
     return Comparison(tuple(rows), unit, attitude, words)
 
 
 def _fit_path(home: Path, name: str) -> Path:
-    if not is_plain(name):
+    if Path(name).name != name or set(name) & {"\\", "\0"}:  # whatever the system
         raise FileError(
             f"{home / COMPARISON}: each fit must be named by a plain file name, got '{name}': "
             "make the folder again by the command that wrote it."

@@ -132,10 +132,10 @@ def _cells(grid: Grid) -> list[list[str]]:
     ]
 
 
-def to_text(grid: Grid, width: int = WIDTH) -> str:
+def to_text(grid: Grid) -> str:
     """Return a table as plain text."""
     lines = [grid.gap.join(row).rstrip() for row in _cells(grid)]
-    notes = [line for note in grid.notes for line in wrapped(note, width)]
+    notes = [line for note in grid.notes for line in wrapped(note)]
     head = [grid.title, ""] if grid.title else []
     return "\n".join([*head, *lines, *([""] if notes else []), *notes])
 

@@ -1,9 +1,9 @@
-"""A short campaign, its fits and its comparison; figures that must stay on their sheet."""
+"""Fits made by hand, and figures that must stay on their sheet."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,36 +13,6 @@ import hydrodamp as hd
 matplotlib = pytest.importorskip("matplotlib", reason="figures need the extra hydrodamp[report]")
 
 from matplotlib.figure import Figure  # noqa: E402
-
-MODELS = tuple(hd.catalog[key] for key in ("linear", "prestero", "fossen"))
-
-
-@dataclass(frozen=True)
-class Sailed:
-    """What the figures are made of."""
-
-    vehicle: hd.Vehicle
-    train: hd.Log
-    test: hd.Log
-    problem: hd.Problem
-    table: hd.Comparison
-
-    def fit(self, model: str, method: str) -> hd.Fit:
-        return self.table.row(model, method).fit
-
-
-@pytest.fixture(scope="session")
-def sailed() -> Sailed:
-    """Three models by two methods, on runs of 20 s."""
-    campaign = hd.reenact(seed=0, duration=20.0)
-    problem = hd.prepare(campaign.vehicle, campaign.train, MODELS)
-    fits = [
-        fit
-        for key in ("weak", "ai")
-        for fit in hd.identify_all(problem, MODELS, hd.find_method(key))
-    ]
-    table = hd.compare(fits, campaign.vehicle, campaign.test)
-    return Sailed(campaign.vehicle, campaign.train, campaign.test, problem, table)
 
 
 @pytest.fixture

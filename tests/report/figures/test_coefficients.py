@@ -16,14 +16,14 @@ from .conftest import legend, lost, made_up, tied, words_in
 
 def test_every_coefficient_stands_at_its_value_with_its_interval(sailed, on_sheet):
     fit = sailed.fit("fossen", "weak")
-    figure = hd.coefficients_figure([fit], level=0.9)
+    figure = hd.coefficients_figure([fit])
     assert [panel.get_title("left")[:3] for panel in figure.axes] == [f"${x}$" for x in "XYZKMN"]
     drawn = [one for panel in figure.axes for one in panel.containers]
     points = [line.get_xdata()[0] for line, _, _ in drawn]
     assert points == pytest.approx(fit.damping.coefficients)
     ends = np.array([bars.get_segments()[0][:, 0] for _, _, (bars,) in drawn])
-    assert ends == pytest.approx(fit.uncertainty.interval(fit.damping.coefficients, 0.9))
-    assert legend(figure) == ["fossen by weak, 90 % intervals"]
+    assert ends == pytest.approx(fit.uncertainty.interval(fit.damping.coefficients))
+    assert legend(figure) == ["fossen by weak, 95 % intervals"]
     assert figure.axes[3].get_title("left").endswith("[N m per unit of the term]")
     on_sheet(figure)
 

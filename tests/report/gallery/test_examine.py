@@ -12,7 +12,7 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.identification.fit import correlated_pairs
 from hydrodamp.report.gallery import captions, examine as examining
-from hydrodamp.report.gallery.captions import Sketch, best_of_each_method
+from hydrodamp.report.gallery.captions import best_of_each_method
 from hydrodamp.report.gallery.examine import examine, painted
 from hydrodamp.report.gallery.findings import Picture, chosen_row
 
@@ -166,17 +166,6 @@ def test_each_method_is_there_once_the_chosen_first(examined):
     assert [row.method for row in rows] == ["weak", "ai"]
     scored = [row.rms for row in examined.table.rows if row.method == "ai" and row.rms is not None]
     assert rows[1].rms == min(scored)
-
-
-def test_progress_is_told_for_every_sketch():
-    def refuse():
-        raise hd.MethodError("no")
-
-    told: list[tuple[str, int, int]] = []
-    sketches = [Sketch("a", "A", refuse), Sketch("b", "B", refuse)]
-    gallery = painted(sketches, lambda *words: told.append(words))
-    assert told == [("A", 0, 2), ("B", 1, 2), ("", 2, 2)]
-    assert gallery.not_drawn == ("A: no.", "B: no.")
 
 
 def test_names_from_files_stay_text_in_words_and_drawings(examined):

@@ -107,7 +107,7 @@ def test_a_variance_inflation_without_bound_reads_back(examined, home):
         ("figures/index.json", '"excitation"', '"../excitation"', "pictures.3.name: String should"),
         ("figures/index.json", '"caption"', '"other"', "pictures.0.caption: Field required"),
         ("identifiability.json", '"determined: the', '"sure: the', r"axes\.0\.grades"),
-        ("identifiability.json", '"X_u"', '"X_uu"', "the comparison chooses"),
+        ("identifiability.json", '"X_q^2"', '"X_qq"', "the comparison chooses"),
         ("identifiability.json", '"model": "', '"model": "not-', "the comparison chooses"),
     ],
 )

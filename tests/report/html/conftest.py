@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from html.parser import HTMLParser
 
 import numpy as np
-import pytest
 
 from hydrodamp.data.log import Log, Segment
 from hydrodamp.identification.fit import Fit
@@ -74,7 +72,7 @@ class Page(HTMLParser):
         return found
 
 
-def parsed(text: str) -> Page:
+def take_apart(text: str) -> Page:
     """Return a document taken apart."""
     page = Page()
     page.feed(text)
@@ -83,13 +81,7 @@ def parsed(text: str) -> Page:
     return page
 
 
-@pytest.fixture
-def take_apart() -> Callable[[str], Page]:
-    """Return the function that takes a document apart."""
-    return parsed
-
-
-def long_log(seconds: float, rate: float, names: tuple[str, ...] = ("dive", "turn")) -> Log:
+def make_log(seconds: float, rate: float, names: tuple[str, ...] = ("dive", "turn")) -> Log:
     """Return a log of several segments of equal length, each with a clock of its own."""
     n = int(seconds * rate / len(names))
     time = np.tile(np.arange(n) / rate, len(names))
@@ -100,7 +92,7 @@ def long_log(seconds: float, rate: float, names: tuple[str, ...] = ("dive", "tur
     return Log(time, velocity, segments=segments, source="long.csv")
 
 
-def long_comparison(log: Log, models: tuple[str, ...], methods: tuple[str, ...]) -> Comparison:
+def make_comparison(log: Log, models: tuple[str, ...], methods: tuple[str, ...]) -> Comparison:
     """Return replays that err by noise, the later the more."""
     rng = np.random.default_rng(6)
     rows = []
@@ -115,19 +107,7 @@ def long_comparison(log: Log, models: tuple[str, ...], methods: tuple[str, ...])
     return Comparison(tuple(rows), provenance={"vehicle": "vt690", "test": log.source})
 
 
-@pytest.fixture
-def make_log() -> Callable[..., Log]:
-    """Return the maker of long logs."""
-    return long_log
-
-
-@pytest.fixture
-def make_comparison() -> Callable[..., Comparison]:
-    """Return the maker of long comparisons."""
-    return long_comparison
-
-
-def band_around(comparison: Comparison, half: float = 0.2) -> PredictionBand:
+def make_band(comparison: Comparison, half: float = 0.2) -> PredictionBand:
     """Return a band about the chosen replay, ten times as wide at one sample in each segment."""
     run = comparison.best().trajectory
     assert run is not None
@@ -135,9 +115,3 @@ def band_around(comparison: Comparison, half: float = 0.2) -> PredictionBand:
     width[[segment.start + len(segment) // 3 for segment in run.log.segments]] *= 10.0
     ends = run.velocity - width, run.velocity + width
     return PredictionBand(run.log, run.velocity, *ends, 0.95, 0.0)
-
-
-@pytest.fixture
-def make_band() -> Callable[..., PredictionBand]:
-    """Return the maker of bands."""
-    return band_around

@@ -14,6 +14,8 @@ from hydrodamp.data.log import Segment
 from hydrodamp.report.gallery.findings import Findings
 from hydrodamp.report.html.page import write_report
 
+from .conftest import make_band, make_comparison, make_log
+
 sync_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium on the path")
@@ -39,7 +41,7 @@ def browser():
 
 
 @pytest.fixture
-def report(browser, make_log, make_comparison, make_band, tmp_path):
+def report(browser, tmp_path):
     """An hour at 10 Hz with a band, three models by two methods, and hostile names."""
     log = make_log(3600.0, 10.0)
     first, second = log.segments

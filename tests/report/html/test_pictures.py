@@ -12,6 +12,8 @@ from hydrodamp.identification.grades import AxisIdentifiability, Grade, Identifi
 from hydrodamp.report.gallery.findings import Findings, Gallery, Picture
 from hydrodamp.report.html.page import grade_grid, page
 
+from .conftest import take_apart
+
 HOSTILE = "</script><script>alert('1')</script><img src=x onerror=\"alert(2)\">&amp;"
 SVG = b'<svg width="252pt" height="180pt" onload="alert(1)"><script>alert(1)</script></svg>'
 PLAIN = Picture("power", "Power", "Takes power.", SVG)
@@ -36,7 +38,7 @@ GRADES = Identifiability(
 )
 
 
-def test_a_picture_is_an_image_with_words_and_a_size(comparison, take_apart):
+def test_a_picture_is_an_image_with_words_and_a_size(comparison):
     findings = Findings(gallery=Gallery((PLAIN,)))
     found = take_apart(page(comparison, findings))
     image = found.one("img")
@@ -52,7 +54,7 @@ def test_a_picture_is_an_image_with_words_and_a_size(comparison, take_apart):
     assert found.all("a", href="#pictures")
 
 
-def test_the_policy_lets_images_in_and_nothing_of_theirs_run(comparison, take_apart):
+def test_the_policy_lets_images_in_and_nothing_of_theirs_run(comparison):
     bare, hung_up = (
         take_apart(page(comparison, Findings(gallery=gallery)))
         for gallery in (Gallery(), Gallery((PLAIN,)))
@@ -67,7 +69,7 @@ def test_the_policy_lets_images_in_and_nothing_of_theirs_run(comparison, take_ap
     assert "default-src 'none'" in policy
 
 
-def test_hostile_words_stay_text(comparison, take_apart):
+def test_hostile_words_stay_text(comparison):
     picture = replace(PLAIN, title=HOSTILE, caption=HOSTILE)
     gallery = Gallery((picture,), (HOSTILE,))
     text = page(comparison, Findings(gallery=gallery))
@@ -80,7 +82,7 @@ def test_hostile_words_stay_text(comparison, take_apart):
 
 
 @pytest.mark.parametrize("folder", ["figures", "damping.figures"])
-def test_the_folder_is_named_also_where_the_page_shows_no_picture(comparison, take_apart, folder):
+def test_the_folder_is_named_also_where_the_page_shows_no_picture(comparison, folder):
     printed = replace(PLAIN, name="front", print_only=True)
     found = take_apart(page(comparison, Findings(None, Gallery((printed,)), folder=folder)))
     assert not found.all("img")
@@ -91,7 +93,7 @@ def test_the_folder_is_named_also_where_the_page_shows_no_picture(comparison, ta
     assert "among them front.svg for what" in found.one("section", id="pictures").text
 
 
-def test_why_there_are_no_grades_stands_with_what_is_not_shown(comparison, take_apart):
+def test_why_there_are_no_grades_stands_with_what_is_not_shown(comparison):
     findings = Findings(gallery=Gallery((PLAIN,), ("Power: no.",)), not_graded=f"Not: {HOSTILE}")
     section = take_apart(page(comparison, findings)).one("section", id="pictures")
     assert section.text.index("Not shown") < section.text.index("Power: no.")
@@ -100,7 +102,7 @@ def test_why_there_are_no_grades_stands_with_what_is_not_shown(comparison, take_
     assert "Not known." in bare.one("section", id="pictures").text
 
 
-def test_grades_stand_as_a_table(comparison, take_apart):
+def test_grades_stand_as_a_table(comparison):
     found = take_apart(page(comparison, Findings(GRADES)))
     section = found.one("section", id="pictures")
     assert "Coefficients of linear by how well they are known" in section.text

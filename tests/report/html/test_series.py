@@ -10,11 +10,19 @@ from hypothesis import given, settings, strategies as st
 from hydrodamp.report.figures.axes import Bins
 from hydrodamp.report.html.series import series
 
+from .conftest import make_band, make_comparison, make_log
+
 
 def unpacked(packed: dict[str, object]) -> np.ndarray:
     counts = np.frombuffer(base64.b64decode(str(packed["steps"])), "<u2").astype(float)
     counts[counts == 65535] = np.nan
     return packed["low"] + packed["step"] * counts
+
+
+def drawn_of(comparison, band=None, rows=None):
+    drawn = series(comparison, comparison.rows if rows is None else rows, band)
+    assert drawn is not None
+    return drawn
 
 
 def times_of(document: dict[str, object]) -> np.ndarray:
@@ -32,7 +40,7 @@ def test_stretches_keep_every_extreme_and_its_order(lengths, points, seed):
     bounds = list(zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True))
     rng = np.random.default_rng(seed)
     values, time = rng.standard_normal(edges[-1]), np.cumsum(rng.uniform(0.1, 1.0, edges[-1]))
-    bins = Bins.over(bounds, points)
+    bins = Bins.over(np.array(bounds), points)
     shown, when = bins.values(values), bins.times(time)
     assert shown.shape == when.shape
     assert np.all(np.diff(when) >= 0.0)
@@ -48,7 +56,7 @@ def test_stretches_keep_every_extreme_and_its_order(lengths, points, seed):
 
 
 def test_a_stretch_runs_the_way_its_samples_do():
-    pair = Bins.over([(0, 4)], 2)
+    pair = Bins.over(np.array([[0, 4]]), 2)
     assert pair.values(np.array([3.0, 2.0, 1.0, 0.0])).tolist() == [3.0, 0.0]
     assert pair.values(np.array([0.0, 1.0, 2.0, 3.0])).tolist() == [0.0, 3.0]
     assert pair.values(np.array([0.0, 5.0, np.nan, np.nan])).tolist() == [0.0, 5.0]
@@ -57,8 +65,7 @@ def test_a_stretch_runs_the_way_its_samples_do():
 
 def test_a_short_log_is_drawn_as_it_is(comparison):
     """Of one row the replay diverged: it has no number at its last sample."""
-    drawn = series(comparison, comparison.rows)
-    assert drawn is not None
+    drawn = drawn_of(comparison)
     assert not drawn.is_thinned
     assert len(drawn.lines) == 5
     measured, first, second = (unpacked(drawn.document["series"][k][0]) for k in range(3))
@@ -75,23 +82,21 @@ def test_a_short_log_is_drawn_as_it_is(comparison):
     assert np.all(np.diff(time) > 0.0)
 
 
-def test_a_log_that_does_not_move_is_drawn(make_log, make_comparison):
+def test_a_log_that_does_not_move_is_drawn():
     log = make_log(20.0, 10.0)
     still = make_comparison(log, ("fossen",), ("ls",))
     run = still.rows[0].trajectory
     velocity = np.full_like(run.velocity, 2.5)
     row = replace(still.rows[0], trajectory=replace(run, velocity=velocity))
-    drawn = series(still, [row])
-    assert drawn is not None
+    drawn = drawn_of(still, rows=[row])
     line = unpacked(drawn.document["series"][1][0])
     assert set(line[np.isfinite(line)]) == {2.5}
 
 
-def test_a_long_log_is_thinned_to_what_a_page_can_carry(make_log, make_comparison):
+def test_a_long_log_is_thinned_to_what_a_page_can_carry():
     log = make_log(3600.0, 40.0)
     comparison = make_comparison(log, ("linear", "fossen", "coe"), ("ls", "weak"))
-    drawn = series(comparison, comparison.rows)
-    assert drawn is not None
+    drawn = drawn_of(comparison)
     assert drawn.is_thinned
     assert 15_000 < len(times_of(drawn.document)) < 25_000 < log.n
     measured = unpacked(drawn.document["series"][0][0])
@@ -101,19 +106,17 @@ def test_a_long_log_is_thinned_to_what_a_page_can_carry(make_log, make_compariso
     assert drawn.left_out == 0
 
 
-def test_no_more_replays_are_drawn_than_a_page_can_carry(make_log, make_comparison):
+def test_no_more_replays_are_drawn_than_a_page_can_carry():
     methods = tuple(f"m{k}" for k in range(17))
     comparison = make_comparison(make_log(20.0, 10.0), ("linear", "fossen"), methods)
-    drawn = series(comparison, comparison.rows)
-    assert drawn is not None
+    drawn = drawn_of(comparison)
     assert (len(drawn.lines), drawn.left_out) == (32, 2)
 
 
-def test_the_edges_of_a_band_keep_their_extremes(make_log, make_comparison, make_band):
+def test_the_edges_of_a_band_keep_their_extremes():
     comparison = make_comparison(make_log(3600.0, 20.0), ("linear", "fossen"), ("ls", "weak"))
     band = make_band(comparison)
-    drawn = series(comparison, comparison.rows, band)
-    assert drawn is not None
+    drawn = drawn_of(comparison, band)
     assert drawn.is_thinned
     turn = np.degrees(1.0)
     lower, upper = (unpacked(edges[3]) for edges in drawn.document["edges"])
@@ -124,25 +127,22 @@ def test_the_edges_of_a_band_keep_their_extremes(make_log, make_comparison, make
     assert np.nanmedian(upper - lower) == pytest.approx(0.4 * turn, rel=0.05)
 
 
-def test_the_band_says_whose_it_is(make_log, make_comparison, make_band):
+def test_the_band_says_whose_it_is():
     comparison = make_comparison(make_log(200.0, 10.0), ("linear", "fossen"), ("ls",))
-    drawn = series(comparison, comparison.rows, make_band(comparison))
-    assert drawn is not None
+    drawn = drawn_of(comparison, make_band(comparison))
     assert drawn.band is not None
     assert drawn.band.name == "95 % band of linear by ls"
     assert drawn.band.colour == drawn.lines[0].colour
     assert drawn.said_of_band.startswith("Shaded, of linear by ls: where 95 % of the replays")
-    without = series(comparison, comparison.rows)
-    assert without is not None
+    without = drawn_of(comparison)
     assert without.band is None
     assert without.document["edges"] == []
 
 
-def test_colour_is_the_method_and_dashes_are_the_model(make_log, make_comparison):
+def test_colour_is_the_method_and_dashes_are_the_model():
     names = ("linear", "prestero", "fossen"), ("ls", "weak")
     comparison = make_comparison(make_log(60.0, 10.0), *names)
-    drawn = series(comparison, comparison.rows)
-    assert drawn is not None
+    drawn = drawn_of(comparison)
     looks = {line.name: (line.colour, line.dashes) for line in drawn.lines}
     assert len(set(looks.values())) == 6
     for method in names[1]:

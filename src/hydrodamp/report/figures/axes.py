@@ -110,18 +110,16 @@ class Bins:
     joins: IntArray  # the stretches that begin a segment, without the first
 
     @classmethod
-    def over(cls, bounds: Sequence[tuple[int, int]], points: int) -> Bins:
+    def over(cls, bounds: IntArray, points: int) -> Bins:
         """Return stretches of equal length that together have about so many points."""
-        n = sum(stop - start for start, stop in bounds)
+        n = int(np.diff(bounds).sum())
         edges = [
             np.arange(start, stop + 1)
             if n <= points
             else np.linspace(
-                start,
-                stop,
-                min(max(round(points / 2 * (stop - start) / n), 1), stop - start) + 1,
+                start, stop, min(max(round(points / 2 * (stop - start) / n), 1), stop - start) + 1
             ).astype(np.intp)
-            for start, stop in bounds
+            for start, stop in bounds.tolist()
         ]
         return cls(
             starts=np.concatenate([each[:-1] for each in edges]),
@@ -164,7 +162,7 @@ def clock(log: Log) -> FloatArray:
 
 def trace(log: Log, *channels: FloatArray) -> tuple[FloatArray, ...]:
     """Return the time and the channels that draw as all samples would, broken at joins."""
-    bins = Bins.over([(part.start, part.stop) for part in log.segments], POINTS)
+    bins = Bins.over(log.bounds, POINTS)
     return bins.times(clock(log)), *map(bins.values, channels)
 
 

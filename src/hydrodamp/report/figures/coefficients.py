@@ -10,7 +10,7 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.axes import AXES
 from hydrodamp.errors import MethodError
-from hydrodamp.identification.fit import CORRELATED, Fit, correlated_pairs, correlation, reach
+from hydrodamp.identification.fit import CORRELATED, Fit, correlated_pairs, correlation
 from hydrodamp.models.model import DampingModel
 from hydrodamp.report.figures.axes import coefficient_symbol, signed_scale, wrench_unit
 from hydrodamp.report.figures.look import (
@@ -24,6 +24,7 @@ from hydrodamp.report.figures.look import (
     plain,
     sheet,
 )
+from hydrodamp.report.fit_tables import half_widths
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -39,16 +40,14 @@ _BEYOND = 3.0
 
 
 @in_our_look
-def coefficients_figure(fits: Iterable[Fit], level: float = 0.95) -> Figure:
-    """Draw the coefficients of a model with their intervals.
+def coefficients_figure(fits: Iterable[Fit]) -> Figure:
+    """Draw the coefficients of a model with their 95 % intervals.
 
     Parameters
     ----------
     fits : iterable of Fit
         Of one model by some methods. One without covariance is drawn as points; one
         without numbers is named. Coefficients that the data cannot separate are hollow.
-    level : float
-        Share of repetitions in which an interval is to hold what is sought.
 
     Returns
     -------
@@ -80,7 +79,7 @@ def coefficients_figure(fits: Iterable[Fit], level: float = 0.95) -> Figure:
         part = slice(ends[axis], ends[axis + 1])
         for place, (fit, look) in enumerate(drawn):
             offset = (place - 0.5 * (len(usable) - 1)) * min(0.8 / len(usable), 0.28)
-            _draw(panel, fit, look, part, offset, level)
+            _draw(panel, fit, look, part, offset)
         values = np.concatenate([fit.damping.coefficients[part] for fit in usable])
         signed_scale(panel, "x", values, beyond=_BEYOND, decades=_DECADES, ticks=1)
         symbols = [coefficient_symbol(label) for label in model.labels[part]]
@@ -89,7 +88,7 @@ def coefficients_figure(fits: Iterable[Fit], level: float = 0.95) -> Figure:
         panel.tick_params(axis="y", length=0.0)
         panel.axvline(0.0, color=FAINT, linewidth=0.8)
         panel.set_title(f"${AXES[axis]}$ [{wrench_unit(AXES[axis])} per unit of the term]")
-    legend(figure, [_entry(fit, look, level) for fit, look in zip(chosen, looks, strict=True)])
+    legend(figure, [_entry(fit, look) for fit, look in zip(chosen, looks, strict=True)])
     return figure
 
 
@@ -107,18 +106,16 @@ def _panels(model: DampingModel, methods: int) -> tuple[Figure, dict[int, Axes]]
     return figure, dict(zip(counts, grid, strict=False))
 
 
-def _draw(panel: Axes, fit: Fit, look: Look, part: slice, offset: float, level: float) -> None:
+def _draw(panel: Axes, fit: Fit, look: Look, part: slice, offset: float) -> None:
     """Draw some coefficients of a fit, from the top downward."""
-    values, covariance = fit.damping.coefficients, fit.damping.covariance
-    times = reach(level) if fit.uncertainty is None else fit.uncertainty.reach(level)
-    half = None if covariance is None else times * np.sqrt(np.diag(covariance))
+    values, half, known = fit.damping.coefficients, half_widths(fit), fit.damping.covariance
     tied = {label for group in fit.aliased for label in group}
     for place, label in enumerate(fit.model.labels[part]):
         k = part.start + place
         panel.errorbar(
             values[k],
             place + offset,
-            xerr=None if half is None else half[k],
+            xerr=None if known is None else half[k],
             color=look.colour,
             marker=look.marker,
             markersize=3.2,
@@ -128,7 +125,7 @@ def _draw(panel: Axes, fit: Fit, look: Look, part: slice, offset: float, level: 
         )
 
 
-def _entry(fit: Fit, look: Look, level: float) -> tuple[str, dict[str, Any]]:
+def _entry(fit: Fit, look: Look) -> tuple[str, dict[str, Any]]:
     """Return what the legend says of a fit, and how."""
     name = f"{fit.model.key} by {fit.method}"
     if not fit.status.usable:
@@ -136,7 +133,7 @@ def _entry(fit: Fit, look: Look, level: float) -> tuple[str, dict[str, Any]]:
     if fit.damping.covariance is None:
         return f"{name}, no intervals", look.points
     white = "" if fit.uncertainty is not None else " for white residuals"
-    return f"{name}, {100.0 * level:.3g} % intervals{white}", {**look.points, "linestyle": "-"}
+    return f"{name}, 95 % intervals{white}", {**look.points, "linestyle": "-"}
 
 
 # Side of a square whose name can be written beside it, and room for the names [in].

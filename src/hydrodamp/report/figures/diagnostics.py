@@ -349,5 +349,5 @@ def _errors(panel: Axes, time: FloatArray, errors: FloatArray, names: tuple[str,
 
 
 def _line(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    bins = Bins.over([(0, len(time))], _POINTS)
+    bins = Bins.over(np.array([[0, len(time)]]), _POINTS)
     return bins.times(time), bins.values(values)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from importlib.util import find_spec
 
 import numpy as np
@@ -23,9 +22,6 @@ MISSING = (
     "command again."
 )
 
-#: Told the title of a picture, how many are drawn, and of how many.
-Reach = Callable[[str, int, int], None]
-
 # Longest step of a band's replay [s], and how many steps times coefficients take a second or so.
 _STEP = 0.05
 _WORK = 4e6
@@ -36,22 +32,20 @@ def drawable() -> bool:
     return find_spec("matplotlib") is not None
 
 
-def examine(
-    comparison: Comparison, vehicle: Vehicle, train: Log, reach: Reach | None = None
-) -> Findings:
+def examine(comparison: Comparison, vehicle: Vehicle, train: Log) -> Findings:
     """Grade the coefficients of the chosen row, band its replay and draw its pictures."""
     row = chosen_row(comparison)
     sketches = list(sketches_of_logs(comparison, vehicle, train, row))
     if row is None:
-        return Findings(gallery=painted(sketches, reach))
+        return Findings(gallery=painted(sketches))
     problem = prepare(vehicle, train, row.fit.model)
     grades, not_graded = _graded(problem, row)
     band = _band(vehicle, row)
     of_row = sketches_of_row(comparison, vehicle, problem, row, grades, band)
-    return Findings(grades, painted([*of_row, *sketches], reach), not_graded, band)
+    return Findings(grades, painted([*of_row, *sketches]), not_graded, band)
 
 
-def painted(sketches: list[Sketch], reach: Reach | None = None) -> Gallery:
+def painted(sketches: list[Sketch]) -> Gallery:
     """Draw sketches; of one that cannot be drawn, return the reason."""
     from hydrodamp.report.figures.look import figure_bytes
 
@@ -59,16 +53,13 @@ def painted(sketches: list[Sketch], reach: Reach | None = None) -> Gallery:
         return Gallery((), (MISSING,))
     pictures: list[Picture] = []
     not_drawn: list[str] = []
-    tell = reach or (lambda *_: None)
-    for place, (name, title, draw, print_only) in enumerate(sketches):
-        tell(title, place, len(sketches))
+    for name, title, draw, print_only in sketches:
         try:
             figure, caption = draw()
-            svg = figure_bytes(figure, "svg")
-            pictures.append(Picture(name, title, caption, svg, print_only))
+            drawing = figure_bytes(figure, "svg")
+            pictures.append(Picture(name, title, caption, drawing, print_only))
         except HydrodampError as error:
             not_drawn.append(_sentence(f"{title}: {error}"))
-    tell("", len(sketches), len(sketches))
     return Gallery(tuple(pictures), tuple(not_drawn))
 
 

@@ -7,7 +7,6 @@ import hashlib
 import os
 import platform
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 from importlib.util import find_spec
@@ -34,6 +33,11 @@ if TYPE_CHECKING:
 #: What is missing where there is no report.
 MISSING = 'the report needs the package jinja2: pip install "hydrodamp[report]"'
 
+#: Coefficients listed in all, whole fits at a time; the files have every one.
+COEFFICIENTS = 2500
+
+_PIXELS = 96.0 / 72.0  # of a page, in a point
+_COLUMN = 480  # px, width up to which a picture stands in one of two columns
 _SCRIPTS = ("theme.js", "sorting.js", "uplot.js", "plots.js")
 
 
@@ -111,12 +115,12 @@ def _content(comparison: Comparison, findings: Findings) -> dict[str, object]:
         "series": drawn,
         "coefficients": coefficient_grids(order, chosen, grades),
         "most": COEFFICIENTS,
-        "images": [PageImage.of(one) for one in gallery.pictures if not one.print_only],
+        "images": [_image(one) for one in gallery.pictures if not one.print_only],
         "print_only": [f"{one.name}.svg" for one in gallery.pictures if one.print_only],
         "not_shown": [*gallery.not_drawn, *filter(None, [findings.not_graded])],
         "folder": findings.folder,
         "grades": None if grades is None else grade_grid(grades),
-        "origin": origin(comparison),
+        "origin": _origin(comparison),
         "scripts": [_text(name) for name in _SCRIPTS[: None if drawn else 2]],
         "styles": _text("report.css"),
         "plot_styles": _text("uplot.css"),
@@ -164,15 +168,8 @@ def _text(name: str) -> str:
     return files("hydrodamp.report.html").joinpath("assets", name).read_text(encoding="utf-8")
 
 
-#: Coefficients listed in all, whole fits at a time; the files have every one.
-COEFFICIENTS = 2500
-
-_PIXELS = 96.0 / 72.0  # of a page, in a point
-_COLUMN = 480  # px, width up to which a picture stands in one of two columns
-
-
 def coefficient_grids(
-    rows: Sequence[Row], chosen: Row | None = None, grades: Identifiability | None = None
+    rows: Sequence[Row], chosen: Row | None, grades: Identifiability | None
 ) -> list[tuple[Row, Grid]]:
     """Return the coefficients of the first rows; those of the chosen one with their grades."""
     grids: list[tuple[Row, Grid]] = []
@@ -184,26 +181,13 @@ def coefficient_grids(
     return grids
 
 
-@dataclass(frozen=True)
-class PageImage:
-    """A picture in a page: as an image, in which nothing of a file runs or asks the network."""
-
-    picture: Picture
-    source: str
-    width: int
-    height: int
-
-    @classmethod
-    def of(cls, picture: Picture) -> PageImage:
-        """Return a picture as it stands in a page."""
-        width, height = (round(_PIXELS * length) for length in picture.size)
-        words = base64.b64encode(picture.svg).decode("ascii")
-        return cls(picture, f"data:image/svg+xml;base64,{words}", width, height)
-
-    @property
-    def is_broad(self) -> bool:
-        """Whether its letters would be too small in one of two columns."""
-        return self.width > _COLUMN
+def _image(picture: Picture) -> dict[str, object]:
+    """Return a picture as an image, in which nothing of a file runs or asks the network."""
+    width, height = (round(_PIXELS * length) for length in picture.size)
+    words = base64.b64encode(picture.svg).decode("ascii")
+    source = f"data:image/svg+xml;base64,{words}"
+    facts = {"picture": picture, "source": source, "width": width, "height": height}
+    return {**facts, "is_broad": width > _COLUMN}
 
 
 def grade_grid(found: Identifiability) -> Grid:
@@ -227,21 +211,12 @@ def grade_grid(found: Identifiability) -> Grid:
     return Grid.of_words(title, header, "lrrlrrr", rows)
 
 
-@dataclass(frozen=True)
-class Origin:
-    """Where the numbers come from."""
-
-    facts: tuple[tuple[str, str], ...]
-    files: Grid
-    settings: Grid
-
-
-def origin(comparison: Comparison) -> Origin:
+def _origin(comparison: Comparison) -> dict[str, object]:
     """Return where a comparison comes from: vehicle, files, versions and settings."""
     import hydrodamp
 
     words = {key: text for key, text in provenance_of(comparison).items() if text}
-    files = words.pop("files", "").splitlines()
+    files = [line.strip().partition("  ") for line in words.pop("files", "").splitlines()]
     facts = [(key.replace("_", " "), text) for key, text in words.items() if key != "warnings"]
     for stamp in dict.fromkeys(row.fit.damping.vehicle for row in comparison.rows):
         if stamp is not None:
@@ -249,16 +224,11 @@ def origin(comparison: Comparison) -> Origin:
             forces = f"weight {stamp.weight:g} N, buoyancy {stamp.buoyancy:g} N"
             facts.append(("coefficients belong to", f"{stamp.name}: {forces}, {mass}"))
     made = f"hydrodamp {hydrodamp.__version__}, Python {platform.python_version()}"
-    read = [(name or digest, digest if name else "") for digest, name in map(_digest, files)]
+    read = [(name or digest, digest if name else "") for digest, _, name in files]
     settings = {row.method: row.fit.provenance.get("settings") for row in comparison.rows[::-1]}
     used = [(method, settings[method]) for method in comparison.methods if settings[method]]
-    return Origin(
-        facts=(*facts, ("report made by", made)),
-        files=Grid.of_words("Files that were read", ("file", "SHA-256"), "ll", read),
-        settings=Grid.of_words("Settings of the methods", ("method", "settings"), "ll", used),
-    )
-
-
-def _digest(line: str) -> tuple[str, str]:
-    digest, _, name = line.strip().partition("  ")
-    return digest, name
+    return {
+        "facts": (*facts, ("report made by", made)),
+        "files": Grid.of_words("Files that were read", ("file", "SHA-256"), "ll", read),
+        "settings": Grid.of_words("Settings of the methods", ("method", "settings"), "ll", used),
+    }

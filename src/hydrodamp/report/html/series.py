@@ -49,25 +49,6 @@ class Series:
     is_thinned: bool
 
 
-@dataclass(frozen=True)
-class _Scene:
-    """What all series of a page share."""
-
-    names: tuple[str, ...]
-    bins: Bins
-    scale: FloatArray
-
-    def columns(self, velocity: FloatArray) -> FloatArray:
-        """Return the velocities that are drawn, a row each, in units to read."""
-        places = [VELOCITIES.index(name) for name in self.names]
-        found: FloatArray = velocity[:, places].T * self.scale[places, None]
-        return found
-
-    def packed(self, velocity: FloatArray) -> list[dict[str, object]]:
-        """Return velocities as they stand in the page."""
-        return [_pack(self.bins.values(values)) for values in self.columns(velocity)]
-
-
 def series(
     comparison: Comparison, rows: Sequence[Row], band: PredictionBand | None = None
 ) -> Series | None:
@@ -81,15 +62,20 @@ def series(
     turn = np.degrees(1.0) if comparison.rate_unit == "deg" else 1.0
     n_series = len(names) * (1 + len(shown) + 2 * (band is not None))
     points = min(max(int(_BYTES / _PACKED / n_series), _FEWEST), _FINEST)
-    bins = Bins.over([(part.start, part.stop) for part in log.segments], points)
-    scene = _Scene(names, bins, np.array([1.0] * 3 + [turn] * 3))
+    bins = Bins.over(log.bounds, points)
+    places = [VELOCITIES.index(name) for name in names]
+    scale = np.array([1.0] * 3 + [turn] * 3)[places]
+
+    def packed(velocity: FloatArray) -> list[dict[str, object]]:
+        return [_pack(bins.values(column)) for column in (velocity[:, places] * scale).T]
+
     time, lines = _staged_time(log), _lines(comparison, [row for row, _ in shown])
     around, said, edges = None, "", []
     if band is not None and chosen is not None:
         name = f"{100.0 * band.level:.0f} % band of {chosen.model} by {chosen.method}"
         around = Line(name, chosen.method, colour_of(chosen.method))
         said = said_of_band(f"{chosen.model} by {chosen.method}")
-        edges = [scene.packed(band.lower), scene.packed(band.upper)]
+        edges = [packed(band.lower), packed(band.upper)]
     unit = f"{comparison.rate_unit}/s"
     document: dict[str, object] = {
         "velocities": [{"name": k, "unit": "m/s" if k in VELOCITIES[:3] else unit} for k in names],
@@ -100,7 +86,7 @@ def series(
         "replays": [asdict(line) for line in lines],
         "band": None if around is None else asdict(around),
         "time": _base64(bins.times(time).astype("<f8")),
-        "series": [scene.packed(log.velocity), *(scene.packed(run.velocity) for _, run in shown)],
+        "series": [packed(log.velocity), *(packed(run.velocity) for _, run in shown)],
         "edges": edges,
     }
     return Series(document, lines, around, said, len(runs) - len(shown), not bins.is_exact)
