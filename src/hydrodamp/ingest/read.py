@@ -3,23 +3,20 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import TypeVar
 
 import numpy as np
 
 from hydrodamp.conditioning.steps import prepared
 from hydrodamp.data.log import Log, concatenate
 from hydrodamp.data.recording import Recording
-from hydrodamp.errors import GapWarning, LogError
+from hydrodamp.errors import GapWarning
 from hydrodamp.ingest.mapping import LogMapping, read_mapping
 from hydrodamp.ingest.mapping.canonical_table import canonical_record
 
 #: A file or a folder.
 Place = str | Path
-
-Item = TypeVar("Item")
 
 
 def read_log(path: Place | Sequence[Place], mapping: LogMapping | str | Path | None = None) -> Log:
@@ -105,36 +102,25 @@ def read_logs(
     LogError
         With the faults of every file.
     """
+    from hydrodamp.ingest.formats.files import each
+
     files = [paths] if isinstance(paths, (str, Path)) else list(paths)
     given = None if mapping is None else _mapping(mapping)
-    return _concatenated(files, lambda path: read_log(path, given))
+    return concatenate(each(files, lambda path: read_log(path, given)))
 
 
 def logs_of(recordings: Iterable[Recording], mapping: LogMapping | str | Path | None = None) -> Log:
     """Return several recordings as one log, each at least a segment of its own."""
+    from hydrodamp.ingest.formats.files import each
+
     given = None if mapping is None else _mapping(mapping)
-    return _concatenated(recordings, lambda recording: _log(recording, given))
+    return concatenate(each(recordings, lambda recording: _log(recording, given)))
 
 
 def _log(recording: Recording, mapping: LogMapping | None) -> Log:
     if mapping is not None:
         return mapping.log(recording)
     return Log.from_record(canonical_record(recording))
-
-
-def _concatenated(items: Iterable[Item], log_of: Callable[[Item], Log]) -> Log:
-    """Return the logs of some items as one; raise the faults of all at once."""
-    made, errors = [], []
-    for item in items:
-        try:
-            made.append(log_of(item))
-        except LogError as error:
-            errors.append(error)
-    if len(errors) == 1:
-        raise errors[0]
-    if errors:
-        raise LogError([str(error) for error in errors])
-    return concatenate(made)
 
 
 def read_parts(

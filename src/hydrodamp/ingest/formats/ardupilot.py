@@ -24,30 +24,20 @@ _TEXT = re.compile(rb"\s*FMT\s*,")
 
 #: NumPy type of every letter of a format, and the divisor of those that are scaled (ArduPilot,
 #: LogStructure.h).
-_KINDS = {
-    "b": "i1",
-    "B": "u1",
-    "h": "<i2",
-    "H": "<u2",
-    "i": "<i4",
-    "I": "<u4",
-    "q": "<i8",
-    "Q": "<u8",
-    "f": "<f4",
-    "d": "<f8",
+_KINDS = {letter: f"<{letter}" for letter in "bBhHiIqQfd"} | {
+    "c": "<h",
+    "C": "<H",
+    "e": "<i",
+    "E": "<I",
+    "L": "<i",
+    "M": "<B",
     "g": "<f2",
     "n": "S4",
     "N": "S16",
     "Z": "S64",
-    "c": "<i2",
-    "C": "<u2",
-    "e": "<i4",
-    "E": "<u4",
-    "L": "<i4",
-    "M": "u1",
     "a": "32<i2",
 }
-_DIVISORS = {"c": 100.0, "C": 100.0, "e": 100.0, "E": 100.0, "L": 1e7}
+_DIVISORS = dict.fromkeys("cCeE", 100.0) | {"L": 1e7}
 
 # The field that numbers the sensors of one kind, where a log does not state it (LogStructure.h).
 _INSTANCES = {"XKF": "C", "NKF": "C", "IMU": "I", "ACC": "I", "GYR": "I"}
@@ -59,10 +49,8 @@ def read(path: str | Path) -> Recording:
     """Read a DataFlash log."""
     data, source = content(path), str(path)
     notes: list[str] = []
-    if _TEXT.match(data):
-        topics = [*_text_topics(data, notes)]
-    else:
-        topics = [*_binary_topics(data, source, notes)]
+    text = _TEXT.match(data)
+    topics = [*(_text_topics(data, notes) if text else _binary_topics(data, source, notes))]
     if not topics:
         raise LogError(["the log holds no message with a value", *notes], source=source)
     return Recording(tuple(topics), source, "ArduPilot log", tuple(notes))
@@ -81,12 +69,11 @@ class _Format:
     @property
     def row(self) -> np.dtype[Any] | None:
         """The NumPy type of one message; None where letters, names and length disagree."""
-        if len(self.letters) != len(self.columns) or len(set(self.columns)) < len(self.columns):
+        try:
+            kinds = [_KINDS[letter] for letter in self.letters]
+            row = np.dtype([("", "V3"), *zip(self.columns, kinds, strict=True)])
+        except (KeyError, ValueError):
             return None
-        if any(letter not in _KINDS for letter in self.letters):
-            return None
-        body = [(name, _KINDS[key]) for name, key in zip(self.columns, self.letters, strict=True)]
-        row = np.dtype([("", "V3"), *body])
         return row if row.itemsize == self.length else None
 
     @classmethod

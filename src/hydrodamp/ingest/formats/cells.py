@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from itertools import count, islice
@@ -80,15 +81,14 @@ def topic_of(
 
 def number(cell: str, decimal: str = ".") -> float | None:
     """Return the number in a cell."""
-    text = cell.strip()
-    if decimal == ",":
-        if "." in text:
-            return _NAN if text.lower() in MISSING else None
-        text = text.replace(",", ".")
+    # An underline makes it no number here, though Python allows one.
+    text = cell if decimal == "." else cell.replace(".", "_").replace(",", ".")
     try:
-        return None if "_" in text else float(text)
+        if "_" not in text:
+            return float(text)
     except ValueError:
-        return _NAN if text.lower() in MISSING else None
+        pass
+    return _NAN if is_missing(cell) else None
 
 
 def is_number(cell: str, decimal: str = ".") -> bool:
@@ -126,24 +126,17 @@ def column_of(cells: Sequence[str], decimal: str = ".") -> Column:
     if all(cell.strip().lower() in _TRUTH for cell in there) and there:
         return Column(np.array([_TRUTH.get(cell.strip().lower(), _NAN) for cell in cells]))
     if there and all(map(_DATE.match, there)):
-        seconds = _seconds(cells)
-        if seconds is not None:
-            return Column(seconds, unit="s")
+        with suppress(ValueError):
+            seconds = [_NAN if is_missing(cell) else _second(cell) for cell in cells]
+            return Column(np.array(seconds), unit="s")
     column = numbers_of(cells, decimal)
     if 2 * len(column.bad) <= len(there):
         return column
     return Column(None, tuple(map(str.strip, cells)))
 
 
-def _seconds(cells: Sequence[str]) -> FloatArray | None:
-    """Return dates in seconds since 1970; None if one of them cannot be read."""
-    try:
-        return np.array([_NAN if is_missing(cell) else _second(cell) for cell in cells])
-    except ValueError:
-        return None
-
-
 def _second(cell: str) -> float:
+    """Return a date in seconds since 1970."""
     date = datetime.fromisoformat(cell.strip())
     return (date if date.tzinfo else date.replace(tzinfo=UTC)).timestamp()
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
@@ -16,6 +17,9 @@ from hydrodamp.errors import FileError, LogError
 from hydrodamp.files import absent
 from hydrodamp.ingest.formats import detect
 from hydrodamp.ingest.formats.detect import SUFFIXES, is_bag, suffix_of
+
+Item = TypeVar("Item")
+Made = TypeVar("Made")
 
 _HUGE = 1e300
 _LATE = 0.1  # of the time that all topics span
@@ -55,18 +59,23 @@ def _expanded(path: Path) -> list[Path]:
     return [file for file in inside if suffix_of(file) == kinds[0][0]]
 
 
-def _together(files: Sequence[Path], source: str) -> Recording:
-    """Read several files; raise the faults of all of them at once."""
-    read, errors = [], []
-    for file in files:
+def each(items: Iterable[Item], made_of: Callable[[Item], Made]) -> list[Made]:
+    """Return what is made of each item; raise the faults of all of them at once."""
+    made, errors = [], []
+    for item in items:
         try:
-            read.append(detect.read(file))
+            made.append(made_of(item))
         except LogError as error:
             errors.append(error)
     if len(errors) == 1:
         raise errors[0]
     if errors:
         raise LogError([str(error) for error in errors])
+    return made
+
+
+def _together(files: Sequence[Path], source: str) -> Recording:
+    read = each(files, detect.read)
     pairs = [*zip(read, files, strict=True)]
     topics = [
         topic if topic.name else replace(topic, name=_stem(file))

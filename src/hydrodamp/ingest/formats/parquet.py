@@ -81,14 +81,12 @@ def _recording(table: Any, path: str | Path) -> Recording:
             continue
         if types.is_temporal(kind):
             found, unit = {name: _seconds(column)}, "s"
+        elif _is_number(kind):
+            found = {name: numbers_of(column.cast("float64", safe=False))}
         elif types.is_list(kind) or types.is_large_list(kind) or types.is_fixed_size_list(kind):
-            found = _places(name, column) if _is_number(kind.value_type, types) else {}
+            found = _places(name, column) if _is_number(kind.value_type) else {}
         else:
-            found = (
-                {name: numbers_of(column.cast("float64", safe=False))}
-                if _is_number(kind, types)
-                else {}
-            )
+            found = {}
         if not found:
             notes.append(f"column `{name}` of type {kind} was left out")
         fields |= found
@@ -97,7 +95,9 @@ def _recording(table: Any, path: str | Path) -> Recording:
     return Recording((topic,), str(path), "Parquet", tuple(notes))
 
 
-def _is_number(kind: Any, types: Any) -> bool:
+def _is_number(kind: Any) -> bool:
+    from pyarrow import types
+
     tests = (types.is_integer, types.is_floating, types.is_boolean, types.is_decimal, types.is_null)
     return any(test(kind) for test in tests)
 
