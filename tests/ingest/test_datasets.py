@@ -69,11 +69,6 @@ def test_the_registry_is_whole() -> None:
             assert not file.sha256 or file.url
 
 
-def test_an_unknown_name() -> None:
-    with pytest.raises(FileError, match="Did you mean 'vt690-field'"):
-        find_dataset("vt690")
-
-
 @pytest.mark.parametrize(
     ("name", "place", "counts"),
     [

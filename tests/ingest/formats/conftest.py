@@ -130,48 +130,30 @@ class RosBag:
             effort=np.array([]),
         )
 
-    def image(self, size: int) -> Any:
-        types = self.modern.types
-        header = types["std_msgs/msg/Header"](stamp=self.stamp(1, self.modern), frame_id="")
-        return types["sensor_msgs/msg/Image"](
-            header=header,
-            height=1,
-            width=size,
-            encoding="mono8",
-            is_bigendian=0,
-            step=size,
-            data=np.zeros(size, dtype=np.uint8),
-        )
-
     def ros2(
         self, folder: Path, messages: list[tuple[str, str, float, Any]], kind: str = "MCAP"
     ) -> Path:
         """Write topic, type, time and message of each to a folder."""
         from rosbags.rosbag2 import StoragePlugin, Writer
 
-        connections: dict[tuple[str, str], Any] = {}
         with Writer(folder, version=9, storage_plugin=StoragePlugin[kind]) as writer:
-            for topic, name, second, message in messages:
-                if (topic, name) not in connections:
-                    connections[topic, name] = writer.add_connection(
-                        topic, name, typestore=self.modern
-                    )
-                raw = self.modern.serialize_cdr(message, name)
-                writer.write(connections[topic, name], round(second * 1e9), raw)
+            self._write(writer, messages, self.modern, self.modern.serialize_cdr)
         return folder
 
     def ros1(self, path: Path, messages: list[tuple[str, str, float, Any]]) -> Path:
         """Write topic, type, time and message of each to a file."""
         from rosbags.rosbag1 import Writer
 
-        connections: dict[str, Any] = {}
         with Writer(path) as writer:
-            for topic, name, second, message in messages:
-                if topic not in connections:
-                    connections[topic] = writer.add_connection(topic, name, typestore=self.noetic)
-                raw = self.noetic.serialize_ros1(message, name)
-                writer.write(connections[topic], round(second * 1e9), raw)
+            self._write(writer, messages, self.noetic, self.noetic.serialize_ros1)
         return path
+
+    def _write(self, writer: Any, messages: Any, store: Any, pack: Any) -> None:
+        connections: dict[tuple[str, str], Any] = {}
+        for topic, name, second, message in messages:
+            if (topic, name) not in connections:
+                connections[topic, name] = writer.add_connection(topic, name, typestore=store)
+            writer.write(connections[topic, name], round(second * 1e9), pack(message, name))
 
     def twists(self, n: int, topic: str = "/dvl", start: float = 100.0, old: bool = False) -> Any:
         """Topic, type, time and message of n twists at 10 Hz."""

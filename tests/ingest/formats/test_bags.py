@@ -35,7 +35,6 @@ def test_fields_are_those_of_rosbags(tmp_path: Path, bag: Any, kind: str) -> Non
         path = bag.ros2(tmp_path / "dive", bag.twists(30), kind)
     topic = rosbag.read(path).topic("/dvl")
     expected = one_by_one(path)["/dvl"]
-    assert topic.time is not None
     np.testing.assert_allclose(topic.time, [time / 1e9 for time, _ in expected], rtol=1e-15)
     messages = [message for _, message in expected]
     for part in ("linear", "angular"):
@@ -170,15 +169,6 @@ def test_long_arrays_and_large_messages_are_left_out(tmp_path: Path, bag: Any) -
         assert what in told
 
 
-def test_messages_that_end_early_are_counted(bag: Any) -> None:
-    raw = [bytes(bag.modern.serialize_cdr(bag.twist(1.0, k), TWIST)) for k in range(4)]
-    raw[1] = raw[1][:-8]
-    raw[2] = raw[2][:9]
-    columns = message_layout.columns_of(raw, TWIST, bag.modern.fielddefs, aligned=True)
-    assert sorted(columns.broken) == [1, 2]
-    np.testing.assert_array_equal(columns.numbers["twist.linear.x"], [0, np.nan, np.nan, 3])
-
-
 def test_big_endian_messages(bag: Any) -> None:
     raw = [
         bytes(bag.modern.serialize_cdr(bag.twist(2.0, k), TWIST, little_endian=k % 2 == 0))
@@ -220,7 +210,6 @@ def test_parts_of_a_split_bag_are_one_recording(tmp_path: Path, bag: Any) -> Non
     recording = files.read([second, first])
     topic = recording.topics[0]
     assert topic.n == 7
-    assert topic.time is not None
     assert (np.diff(topic.time) > 0).all()
     assert topic.texts["header.frame_id"] == ("base",) * 7
 
@@ -244,13 +233,10 @@ def test_topics_without_messages_or_fields(tmp_path: Path, bag: Any) -> None:
 
 def test_broken_messages_are_noted_and_left_out(tmp_path: Path, bag: Any, monkeypatch: Any) -> None:
     pack = bag.modern.serialize_cdr
-    cut = iter([False, True, False, True])
-    monkeypatch.setattr(
-        bag.modern, "serialize_cdr", lambda *it: pack(*it)[: 20 if next(cut) else None]
-    )
-    recording = rosbag.read(bag.ros2(tmp_path / "dive", bag.twists(3)))
-    assert recording.topics[0].n == 2
-    assert "1 messages end before their fields do" in recording.notes[0]
-    assert "number 2" in recording.notes[0]
+    sizes = iter([None, -8, 9, None, 20])
+    monkeypatch.setattr(bag.modern, "serialize_cdr", lambda *it: pack(*it)[: next(sizes)])
+    recording = rosbag.read(bag.ros2(tmp_path / "dive", bag.twists(4)))
+    assert recording.topics[0].fields["twist.linear.x"].tolist() == [0.0, 0.03]
+    assert "2 messages end before their fields do" in recording.notes[0]
     with pytest.raises(ValueError, match="1 messages end before their fields do"):
         rosbag.read(bag.ros2(tmp_path / "other", bag.twists(1)))

@@ -36,43 +36,36 @@ def raw(name: str, content: bytes) -> Make:
     return make
 
 
-def cut(make: Make, share: float, name: str = "") -> Make:
-    """Keep the first part of a file."""
+def changed(make: Make, change: Callable[[bytes], bytes], ending: str = "") -> Make:
+    """Change the bytes of a file."""
 
-    def cut_off(folder: Path, *tools: Any) -> Path:
+    def made(folder: Path, *tools: Any) -> Path:
         path = whole(make(folder, *tools))
-        content = path.read_bytes()
-        path = path.with_name(name) if name else path
-        path.write_bytes(content[: int(len(content) * share)])
-        return path
+        other = path.with_name(path.name + ending)
+        other.write_bytes(change(path.read_bytes()))
+        return other
 
-    return cut_off
+    return made
+
+
+def cut(make: Make, share: float) -> Make:
+    """Keep the first part of a file."""
+    return changed(make, lambda content: content[: int(len(content) * share)])
 
 
 def overwritten(make: Make, start: float, length: int = 64) -> Make:
     """Put zero bytes over part of a file."""
 
-    def overwrite(folder: Path, *tools: Any) -> Path:
-        path = whole(make(folder, *tools))
-        content = bytearray(path.read_bytes())
+    def overwrite(content: bytes) -> bytes:
         place = int(len(content) * start)
-        content[place : place + length] = bytes(length)
-        path.write_bytes(content)
-        return path
+        return content[:place] + bytes(length) + content[place + length :]
 
-    return overwrite
+    return changed(make, overwrite)
 
 
 def packed(make: Make) -> Make:
     """Compress a file by gzip."""
-
-    def pack(folder: Path, *tools: Any) -> Path:
-        path = whole(make(folder, *tools))
-        packed = path.with_name(f"{path.name}.gz")
-        packed.write_bytes(gzip.compress(path.read_bytes()))
-        return packed
-
-    return pack
+    return changed(make, gzip.compress, ".gz")
 
 
 def whole(path: Path) -> Path:
@@ -80,34 +73,30 @@ def whole(path: Path) -> Path:
     return next(iter([*path.glob("*.mcap"), *path.glob("*.db3")])) if path.is_dir() else path
 
 
-def ros2(kind: str, n: int = 40) -> Make:
-    return lambda folder, bag, *_: bag.ros2(folder / "dive", bag.twists(n), kind)
+def ros2(kind: str = "MCAP", messages: Callable[[Any], Any] = lambda bag: bag.twists(40)) -> Make:
+    return lambda folder, bag, *_: bag.ros2(folder / "dive", messages(bag), kind)
 
 
-def ros1(n: int = 40) -> Make:
-    return lambda folder, bag, *_: bag.ros1(folder / "dive.bag", bag.twists(n, old=True))
+def ros1(folder: Path, bag: Any, *_: Any) -> Path:
+    return bag.ros1(folder / "dive.bag", bag.twists(40, old=True))
 
 
-def two_vehicles(folder: Path, bag: Any, *_: Any) -> Path:
-    one = bag.twists(40, "/alpha/dvl")
-    return bag.ros2(folder / "dive", [*one, *bag.twists(40, "/bravo/dvl", start=102.0)])
+def two_vehicles(bag: Any) -> Any:
+    return [*bag.twists(40, "/alpha/dvl"), *bag.twists(40, "/bravo/dvl", start=102.0)]
 
 
-def late_topic(folder: Path, bag: Any, *_: Any) -> Path:
-    return bag.ros2(folder / "dive", [*bag.twists(40), *bag.twists(5, "/imu", start=103.0)])
+def late_topic(bag: Any) -> Any:
+    return [*bag.twists(40), *bag.twists(5, "/imu", start=103.0)]
 
 
-def two_types(folder: Path, bag: Any, *_: Any) -> Path:
-    image = ("/dvl", "sensor_msgs/msg/JointState", 105.0, bag.joints(105.0, [0.1], ["fin"]))
-    return bag.ros2(folder / "dive", [*bag.twists(3), image])
+def two_types(bag: Any) -> Any:
+    joints = ("/dvl", "sensor_msgs/msg/JointState", 105.0, bag.joints(105.0, [0.1], ["fin"]))
+    return [*bag.twists(3), joints]
 
 
-def no_messages(folder: Path, bag: Any, *_: Any) -> Path:
-    return bag.ros2(folder / "dive", [])
-
-
-def only_images(folder: Path, bag: Any, *_: Any) -> Path:
-    return bag.ros2(folder / "dive", [("/eye", "sensor_msgs/msg/Image", 1.0, bag.image(9))])
+def only_markers(bag: Any) -> Any:
+    kind = "visualization_msgs/msg/MarkerArray"
+    return [("/eye", kind, 1.0, bag.modern.types[kind](markers=[]))]
 
 
 def no_metadata(folder: Path, bag: Any, *_: Any) -> Path:
@@ -117,13 +106,13 @@ def no_metadata(folder: Path, bag: Any, *_: Any) -> Path:
 
 
 def broken_metadata(folder: Path, bag: Any, *_: Any) -> Path:
-    path = ros2("MCAP")(folder, bag)
+    path = ros2()(folder, bag)
     (path / "metadata.yaml").write_text("rosbag2_bagfile_information: [\n")
     return path
 
 
 def lost_storage(folder: Path, bag: Any, *_: Any) -> Path:
-    path = ros2("MCAP")(folder, bag)
+    path = ros2()(folder, bag)
     whole(path).unlink()
     return path
 
@@ -181,6 +170,7 @@ def folder_of(**contents: str) -> Make:
 
 refused, noted, spoilt = "refused", "noted", "spoilt"
 MOOS = "%% LOGSTART 1000.5\n0.1 NAV_X pNav 1.5\n0.2 NAV_X pNav 1.6\n"
+LONG = "t,u\n" + "0,1\n" * 70_000 + '1,"' + "x" * 140_000
 FOUR = np.arange(4.0)
 
 CORPUS = [
@@ -195,8 +185,12 @@ CORPUS = [
     ("pickle", raw("a.pkl", b"\x80\x04\x95" + bytes(99)), refused, "a pickle, which may run"),
     ("telemetry", raw("a.tlog", b"\x00\x01\xfe\x03" * 9), refused, "mavlogdump.py"),
     ("lsts", raw("Data.lsf", b"\x54\xfe\x00\x01" * 9), refused, "no maintained reader exists"),
-    ("ragged", text("a.csv", TABLE + "0.4,1.9\n0.5,2,3,4\n"), refused, "line 7 has 4 cells"),
-    ("ragged-all", text("a.csv", TABLE + "0.4,1.9\n0.5,2,3,4\n"), refused, "line 6 has 2 cells"),
+    (
+        "ragged",
+        text("a.csv", TABLE + "0.4,1.9\n0.5,2,3,4\n"),
+        refused,
+        r"(?s)6 has 2 .*7 has 4",
+    ),
     ("mixed-marks", text("a.csv", TABLE + "0.4;1.9;0.5\n"), refused, "divided by commas"),
     ("narrow-names", text("a.csv", "time,u\n0,1,2\n1,2,3\n"), refused, "the header has 2"),
     ("half-line", text("a.csv", TABLE + "0.4,1."), noted, r"the last line \(6\) is cut off"),
@@ -206,24 +200,9 @@ CORPUS = [
     ("comments", text("a.csv", TABLE + "# lunch\n0.4,1,1\n"), noted, "line 6 is a comment"),
     ("nul-bytes", text("a.csv", TABLE + "\0" * 99 + "\n"), noted, "line 6 is filled with zero"),
     ("nul-cell", text("a.csv", TABLE + "0.4,1\0\0,1\n"), spoilt, r"u: .*\(line 6\)"),
-    (
-        "quote",
-        text("a.csv", TABLE + '0.4,"1,1\n' * 3),
-        refused,
-        "goes on to line 8: is a quotation mark",
-    ),
-    (
-        "infinite",
-        text("a.csv", TABLE + "0.4,inf,-inf\n"),
-        noted,
-        r"`u` is infinite or .* once.*line 6",
-    ),
-    (
-        "huge",
-        text("a.csv", TABLE + "0.4,1e308,0\n"),
-        noted,
-        "`u` is infinite or beyond 1e.300",
-    ),
+    ("quote", text("a.csv", TABLE + '0.4,"1,1\n' * 3), refused, "goes on to line 8: is a quota"),
+    ("infinite", text("a.csv", TABLE + "0.4,inf,-inf\n"), noted, r"`u` is inf.* once.*line 6"),
+    ("huge", text("a.csv", TABLE + "0.4,1e308,0\n"), noted, "`u` is infinite or beyond 1e.300"),
     ("overflow", text("a.csv", TABLE + "0.4,1e999,0\n"), noted, "`u` is infinite or .* once"),
     ("one-row", text("a.csv", "time,u\n0,1\n"), noted, "there is one row"),
     ("no-names", text("a.csv", "0,1\n1,2\n2,3\n"), noted, "no line of column names"),
@@ -237,29 +216,29 @@ CORPUS = [
     ("avl-back", text("d.dat", DEPTH + "1,2,\n3,2,\n2,2,\n"), noted, r"runs back once.*\(line 6\)"),
     ("avl-one", text("d.dat", DEPTH + "1,2,\n"), noted, "holds one message only"),
     ("avl-cell", text("d.dat", DEPTH + "1,2,\nx,2,\n2,2,\n"), refused, "`time` must hold numbers"),
-    ("bag1-cut", cut(ros1(), 0.6), refused, "rosbag reindex"),
-    ("bag1-head", cut(ros1(), 0.02), refused, "cannot be read as a ROS bag"),
-    (
-        "bag1-zeroed",
-        overwritten(ros1(), 0.5, 400),
-        noted,
-        "damaged after message 5 .*rosbag reindex",
-    ),
-    ("bag1-packed", packed(ros1()), refused, "Unpack it with `gunzip FILE`"),
-    ("mcap-packed", packed(ros2("MCAP")), refused, "Unpack it with `gunzip FILE`"),
-    ("mcap-half", cut(ros2("MCAP"), 0.7), refused, "mcap recover"),
+    ("bag1-cut", cut(ros1, 0.6), refused, "rosbag reindex"),
+    ("bag1-head", cut(ros1, 0.02), refused, "cannot be read as a ROS bag"),
+    ("bag1-zeroed", overwritten(ros1, 0.5, 400), noted, "after message 5 .*rosbag reindex"),
+    ("bag1-packed", packed(ros1), refused, "Unpack it with `gunzip FILE`"),
+    ("mcap-packed", packed(ros2()), refused, "Unpack it with `gunzip FILE`"),
+    ("mcap-half", cut(ros2(), 0.7), refused, "mcap recover"),
     ("mcap-magic", raw("a.mcap", b"\x89MCAP0\r\n"), refused, "mcap recover"),
-    ("mcap-zeroed", overwritten(ros2("MCAP"), 0.3), refused, "mcap recover"),
+    ("mcap-zeroed", overwritten(ros2(), 0.3), refused, "mcap recover"),
     ("db3-cut", cut(ros2("SQLITE3"), 0.5), refused, "recover"),
     ("db3-empty", raw("a.db3", b"SQLite format 3\0"), refused, "recover"),
     ("bag-no-metadata", no_metadata, "read", ""),
     ("bag-bad-metadata", broken_metadata, refused, "Could not load YAML"),
     ("bag-lost-storage", lost_storage, refused, "database files are missing"),
-    ("bag-empty", no_messages, refused, "no message that can be read"),
-    ("bag-images", only_images, refused, r"`/eye` \(sensor_msgs/msg/Image\) was left out"),
-    ("bag-late-topic", late_topic, noted, r"topic `/imu` begins 3 s after the first one"),
-    ("bag-two-vehicles", two_vehicles, noted, "or two vehicles in one recording"),
-    ("bag-two-types", two_types, "read", ""),
+    ("bag-empty", ros2(messages=lambda _: []), refused, "no message that can be read"),
+    (
+        "bag-markers",
+        ros2(messages=only_markers),
+        refused,
+        r"`/eye` \(.*/MarkerArray\) was left",
+    ),
+    ("bag-late-topic", ros2(messages=late_topic), noted, "topic `/imu` begins 3 s after the first"),
+    ("bag-two-vehicles", ros2(messages=two_vehicles), noted, "or two vehicles in one"),
+    ("bag-two-types", ros2(messages=two_types), "read", ""),
     ("bin-cut", cut(dataflash, 0.9), noted, r"cut off: its last \d+ bytes"),
     ("bin-zeroed", overwritten(dataflash, 0.8), noted, "bytes belong to no message, the first at"),
     ("bin-head", raw("a.bin", b"\xa3\x95\x01\x02"), refused, "0xA3 0x95 0x80"),
@@ -278,22 +257,12 @@ CORPUS = [
     ("mat-lengths", mat(time=FOUR, u=np.ones(3)), spoilt, "u: `u` has 3 values where `time` has 4"),
     ("mat73-cut", cut(hdf5, 0.5), refused, "cut off or damaged"),
     ("moos-half", text("a.alog", MOOS + "0.3 NAV"), noted, "1 lines are no postings .line 4"),
-    (
-        "moos-words",
-        text("a.alog", MOOS + "0.3 NAV_X pNav lost\n"),
-        spoilt,
-        "value: .*'lost' in row 3 .line 4",
-    ),
+    ("moos-words", text("a.alog", MOOS + "0.3 NAV_X me lost\n"), spoilt, "'lost' in row 3 .line 4"),
     ("moos-none", text("a.alog", "once upon a time\nthere was\na log\n"), refused, "no MOOS log"),
     ("json", text("run.json", "{}"), refused, "this is JSON; save the numbers as CSV"),
     ("avl-words", text("d.dat", DEPTH + "a,2,\nb,2,\n"), refused, "no column of numbers `time`"),
     ("long-cell", text("a.csv", 't,u\n0,1\n1,"' + "x" * 140_000), refused, "larger than"),
-    (
-        "long-cell-late",
-        text("a.csv", "t,u\n" + "0,1\n" * 70_000 + '1,"' + "x" * 140_000),
-        refused,
-        "line 70002: .*mark missing",
-    ),
+    ("long-cell-late", text("a.csv", LONG), refused, "line 70002: .*mark missing"),
     ("bin-empty", cut(dataflash, 0.05), refused, "no message with a value"),
     ("ulg-empty", raw("a.ulg", b"ULog\x01\x12\x35\x01" + bytes(8)), refused, "no message with"),
     ("folder-one", folder_of(a__csv="t,u\n0,1\n", b__csv="t,u\n1\n"), refused, r"b\.csv: line 2"),
@@ -304,30 +273,21 @@ CORPUS = [
 ]
 
 
-@pytest.mark.parametrize(
-    ("make", "becomes", "says"), [case[1:] for case in CORPUS], ids=[case[0] for case in CORPUS]
-)
+CASES = [pytest.param(True, *case[1:], id=case[0]) for case in CORPUS]
+CASES += [
+    pytest.param(False, *case[1:], id=f"{case[0]}-without-arrow")
+    for case in CORPUS
+    if case[1].__qualname__.startswith("raw.")
+]
+
+
+@pytest.mark.parametrize(("arrow", "make", "becomes", "says"), CASES)
 def test_corpus(
-    tmp_path: Path, bag: Any, dive: Any, write_ulog: Any, make: Make, becomes: str, says: str
+    tmp_path: Path, bag: Any, dive: Any, write_ulog: Any, monkeypatch, arrow, make, becomes, says
 ) -> None:
-    _check(make(tmp_path, bag, dive, write_ulog), becomes, says)
-
-
-TEXTS = [case for case in CORPUS if case[1].__qualname__.startswith("raw.")]
-
-
-@pytest.mark.parametrize(
-    ("make", "becomes", "says"), [case[1:] for case in TEXTS], ids=[case[0] for case in TEXTS]
-)
-def test_corpus_without_arrow(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, make: Make, becomes: str, says: str
-) -> None:
-    monkeypatch.setitem(sys.modules, "pyarrow.csv", None)
-    _check(make(tmp_path, None, None, None), becomes, says)
-
-
-def _check(path: Path, becomes: str, says: str) -> None:
-    """Read a file, and see that it becomes what the table says."""
+    if not arrow:
+        monkeypatch.setitem(sys.modules, "pyarrow.csv", None)
+    path = make(tmp_path, bag, dive, write_ulog)
     if becomes == refused:
         with pytest.raises((LogError, FileError), match=says) as caught:
             files.read(path)
@@ -336,21 +296,12 @@ def _check(path: Path, becomes: str, says: str) -> None:
     recording = files.read(path)
     assert recording.topics
     if becomes == noted:
-        assert any(_matches(says, note) for note in recording.notes), recording.notes
+        assert any(re.search(says, note) for note in recording.notes), recording.notes
     if becomes == spoilt:
         faults = {name: told for one in recording.topics for name, told in one.faults.items()}
-        assert any(_matches(says, f"{name}: {told}") for name, told in faults.items()), faults
+        assert any(re.search(says, f"{name}: {told}") for name, told in faults.items()), faults
     for topic in recording.topics:
         assert not set(topic.faults) & set(topic.fields)
         for name in topic.faults:
             with pytest.raises(LogError, match=r"must hold numbers|keep one|values where"):
                 topic.numbers(name)
-
-
-def _matches(says: str, told: str) -> bool:
-    return re.search(says, told) is not None
-
-
-def test_the_corpus_is_large() -> None:
-    assert len(CORPUS) >= 40
-    assert len({case[0] for case in CORPUS}) == len(CORPUS)

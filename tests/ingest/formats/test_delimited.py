@@ -85,40 +85,45 @@ def test_any_spelling_gives_the_same_numbers(
     assert topic.texts == {}
 
 
-def test_clean_text_goes_through_arrow(tmp_path: Path, only_fast: None) -> None:
+def test_clean_text_goes_through_arrow(read: Read, only_fast: None) -> None:
     for text in ("t,u\n0,1.5\n0.5, -2.25\n1,3\n", " t  u\n 0 1.5 \n .5  -2.25\n 1 3\n"):
-        path = tmp_path / "log.csv"
-        path.write_text(text)
-        topic = delimited.read(path).topics[0]
+        topic = read(text).topics[0]
         assert {name: values.tolist() for name, values in topic.fields.items()} == TABLE
         assert not topic.fields["u"].flags.writeable
 
 
-def test_units_stand_in_names_or_in_a_line_of_their_own(tmp_path: Path, reader: str) -> None:
-    path = tmp_path / "log.csv"
-    path.write_text("time [s],speed (m/s),rpm[0],range (beam),u_[kn]\n0,1,2,3,4\n1,2,3,4,5\n")
-    topic = delimited.read(path).topics[0]
-    assert list(topic.fields) == ["time", "speed", "rpm[0]", "range (beam)", "u"]
-    assert topic.units == {"time": "s", "speed": "m/s", "u": "kn"}
-    path.write_text("time,speed,angle\n[s],m/s,°\n0,1,2\n1,2,3\n")
-    topic = delimited.read(path).topics[0]
-    assert topic.units == {"time": "s", "speed": "m/s", "angle": "°"}
-    assert list(topic.lines) == [3, 4]
-    path.write_text("speed [m/s],speed [kn]\n1,2\n2,3\n")
-    assert list(delimited.read(path).topics[0].fields) == ["speed [m/s]", "speed [kn]"]
+@pytest.mark.parametrize(
+    ("head", "names", "units"),
+    [
+        (
+            "time [s],speed (m/s),rpm[0],range (beam),u_[kn]",
+            "time|speed|rpm[0]|range (beam)|u",
+            {"time": "s", "speed": "m/s", "u": "kn"},
+        ),
+        ("t,u,a\n[s],m/s,°", "t|u|a", {"t": "s", "u": "m/s", "a": "°"}),
+        ("A,B,C\nt,u,r\ns,m/s,rad/s", "t|u|r", {"t": "s", "u": "m/s", "r": "rad/s"}),
+        ("speed [m/s],speed [kn]", "speed [m/s]|speed [kn]", {}),
+        # v and w are names of velocities before they are volt and watt.
+        ("Run of the day\nt,u,v,w,p,q,r", "t|u|v|w|p|q|r", {}),
+        (",t,u", "column 1|t|u", {}),
+    ],
+)
+def test_names_and_units_of_columns(
+    read: Read, reader: str, head: str, names: str, units: dict[str, str]
+) -> None:
+    places = range(names.count("|") + 1)
+    rows = "".join(",".join(str(row + place) for place in places) + "\n" for row in range(2))
+    topic = read(f"{head}\n{rows}").topics[0]
+    assert "|".join(topic.fields) == names
+    assert topic.units == units
+    above = head.count("\n") + 1
+    assert list(topic.lines) == [above + 1, above + 2]
 
 
 def test_marks_of_comments_within_a_line_are_letters(read: Read, reader: str) -> None:
     topic = read("t,load [%],run # 2\n0,50,a//b\n1,60,c#d\n").topics[0]
     assert list(topic.fields) == ["t", "load"]
     assert topic.texts == {"run # 2": ("a//b", "c#d")}
-
-
-def test_velocities_are_no_units(tmp_path: Path) -> None:
-    """v and w are names of velocities before they are volt and watt."""
-    path = tmp_path / "log.csv"
-    path.write_text("Run of the day\nt,u,v,w,p,q,r\n0,1,2,3,4,5,6\n1,2,3,4,5,6,7\n")
-    assert list(delimited.read(path).topics[0].fields) == list("tuvwpqr")
 
 
 def test_words_truths_dates_and_gaps(read: Read, reader: str) -> None:
@@ -138,10 +143,9 @@ def test_words_truths_dates_and_gaps(read: Read, reader: str) -> None:
     assert recording.notes == ("column `when` holds dates, read in seconds since 1970",)
 
 
-def test_dates_that_are_none_are_words(tmp_path: Path, reader: str) -> None:
-    path = tmp_path / "log.csv"
-    path.write_text("t,when\n0,2022-13-28\n1,2022-07-99\n")
-    assert delimited.read(path).topics[0].texts == {"when": ("2022-13-28", "2022-07-99")}
+def test_dates_that_are_none_are_words(read: Read, reader: str) -> None:
+    topic = read("t,when\n0,2022-13-28\n1,2022-07-99\n").topics[0]
+    assert topic.texts == {"when": ("2022-13-28", "2022-07-99")}
 
 
 def test_numbers_spelt_in_ways_of_other_tongues_are_refused(read: Read, reader: str) -> None:
@@ -168,22 +172,8 @@ def test_a_header_alone_has_no_rows(read: Read, reader: str) -> None:
     assert topic.n == 0
 
 
-def test_names_in_any_number_of_header_lines(read: Read, reader: str) -> None:
-    recording = read("A,B,C\nt,u,r\ns,m/s,rad/s\n0,1,2\n1,2,3\n")
-    assert dict(recording.topics[0].units) == {"t": "s", "u": "m/s", "r": "rad/s"}
-    assert recording.notes == ("line 1 above the column names was passed over",)
-
-
-def test_columns_without_name_are_called_by_their_place(tmp_path: Path, reader: str) -> None:
-    path = tmp_path / "log.csv"
-    path.write_text(",t,u\n0,1,2\n1,2,3\n")
-    assert list(delimited.read(path).topics[0].fields) == ["column 1", "t", "u"]
-
-
-def test_compressed_text(tmp_path: Path, reader: str) -> None:
-    path = tmp_path / "log.csv.gz"
-    path.write_bytes(gzip.compress(b"t,u\n0,1\n1,2\n"))
-    assert delimited.read(path).topics[0].fields["u"].tolist() == [1, 2]
+def test_compressed_text(read: Read, reader: str) -> None:
+    assert read(gzip.compress(b"t,u\n0,1\n1,2\n")).topics[0].fields["u"].tolist() == [1, 2]
 
 
 @pytest.mark.parametrize("rows", [1, 7, 100, 1000])
@@ -244,7 +234,6 @@ def test_the_topics_of_virginia_tech(tmp_path: Path, ending: str, reader: str) -
     path.write_bytes(ending.join([*lines, ""]).encode())
     topic = delimited.read_avl(path).topics[0]
     assert topic.name == "share_dvl_node.velocity"
-    assert topic.time is not None
     assert topic.time.tolist() == [10.25, 10.5]
     np.testing.assert_array_equal(topic.fields["v_x"], [0.34, np.nan])
     assert topic.units == {"time": "seconds", "v_x": "m/s", "data_good": "bool"}

@@ -202,3 +202,26 @@ def test_a_bar_counts_the_bytes_of_a_file(
     files.read(path)
     assert sum(heard) == path.stat().st_size
     assert len(heard) > 1
+
+
+def test_the_690_in_the_field(measured_logs: Callable[[str], Path]) -> None:
+    """The commonest kind of file is read: five topics at about 10 Hz, not the derived table."""
+    recording = files.read(measured_logs("vt690_field"))
+    assert recording.format == "VT/AVL topic"
+    assert len(recording.topics) == 5
+    dvl = recording.topic("share_pathfinder_dvl_node.velocity")
+    assert np.median(np.diff(dvl.time)) == pytest.approx(1 / 10.4, rel=0.15)
+    assert dvl.units["v_x"] == "m/s"
+    assert set(dvl.fields) == {"time", "v_x", "v_y", "v_z", "data_good"}
+    pitch = recording.topic("share_pid_attitude_control_node.pitch_pid")
+    assert np.isnan(pitch.fields["pitch_setpoint"]).any()
+
+
+def test_the_tanker_has_no_names(measured_logs: Callable[[str], Path]) -> None:
+    for path in sorted(measured_logs("kvlcc2_hsva").glob("*.dat")):
+        recording = files.read(path)
+        topic = recording.topics[0]
+        assert list(topic.fields) == [f"column {k}" for k in range(1, 13)]
+        assert topic.lines[0] == 5
+        np.testing.assert_allclose(np.diff(topic.fields["column 1"]), 0.05, atol=1e-6)
+        assert "Windows-1252" in recording.notes[0]

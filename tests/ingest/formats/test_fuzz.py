@@ -12,13 +12,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings, strategies as st
 
 from hydrodamp.errors import FileError, LogError
-from hydrodamp.ingest.formats import (
-    ardupilot,
-    delimited,
-    files,
-    moos,
-    px4,
-)
+from hydrodamp.ingest.formats import ardupilot, delimited, files, moos, px4
 
 SETTINGS = settings(
     max_examples=30,
