@@ -76,7 +76,7 @@ def described(model: hd.DampingModel) -> Iterator[str]:
     same = [axes for axes in groups.values() if len(axes) > 1]
     if same:
         told = "; ".join(f"{', '.join(axes[1:])} as {axes[0]}" for axes in same)
-        yield from (f"Rows that are alike are written once: {told}.", "")
+        yield from (f"Equal rows are written once: {told}.", "")
     yield f"Source: {plain(model.source)}."
 
 
