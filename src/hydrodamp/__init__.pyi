@@ -162,7 +162,7 @@ from .report.figures.series import (
     velocities_figure as velocities_figure,
 )
 from .report.files import read_comparison as read_comparison, write_comparison as write_comparison
-from .report.html.page import write_report as write_report
+from .report.page import write_report as write_report
 from .simulation.campaign.conditions import (
     COLOURED as COLOURED,
     SILENT as SILENT,

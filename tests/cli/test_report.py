@@ -12,8 +12,7 @@ from typer.testing import CliRunner, Result
 import hydrodamp as hd
 from hydrodamp.cli.output import guarded
 from hydrodamp.cli.report import Beside, illustrate, offer, report
-from hydrodamp.report.gallery import examine as examining
-from hydrodamp.report.html import page as pages
+from hydrodamp.report import examine as examining, page as pages
 
 Call = Callable[..., Result]
 

@@ -15,7 +15,7 @@ from hydrodamp.cli.output import note, warned
 if TYPE_CHECKING:
     from hydrodamp.data.log import Log
     from hydrodamp.identification.fit import Fit
-    from hydrodamp.report.gallery.findings import Findings
+    from hydrodamp.report.findings import Findings
     from hydrodamp.validation.compare import Comparison
     from hydrodamp.vehicle.vehicle import Vehicle
 
@@ -54,7 +54,7 @@ def offer(
     then: str = "run the command again",
 ) -> bool:
     """Write a report, or say how to get it where what it needs is not installed."""
-    from hydrodamp.report.html.page import MISSING, installed, write_report
+    from hydrodamp.report.page import MISSING, installed, write_report
 
     if not installed():
         note(f"{MISSING}, then {then}.")
@@ -66,7 +66,7 @@ def offer(
 def illustrate(comparison: Comparison, vehicle: Vehicle, train: Log, home: Path) -> tuple[str, ...]:
     """Write grades, pictures and the report of a comparison into its folder."""
     from hydrodamp.report.files import REPORT
-    from hydrodamp.report.gallery.findings import BAND, FIGURES, GRADES, write_findings
+    from hydrodamp.report.findings import BAND, FIGURES, GRADES, write_findings
 
     findings = look_closer(comparison, vehicle, train)
     write_findings(findings, home)
@@ -82,7 +82,7 @@ def illustrate(comparison: Comparison, vehicle: Vehicle, train: Log, home: Path)
 
 def look_closer(comparison: Comparison, vehicle: Vehicle, train: Log) -> Findings:
     """Grade and draw the chosen row, with a bar; say how to get pictures where there are none."""
-    from hydrodamp.report.gallery.examine import MISSING, drawable, examine
+    from hydrodamp.report.examine import MISSING, drawable, examine
 
     if not drawable():
         note(MISSING)
@@ -123,7 +123,7 @@ class Beside:
 
     def remove_earlier(self) -> None:
         """Remove the report and the pictures of an earlier fit."""
-        from hydrodamp.report.gallery.findings import earlier_pictures
+        from hydrodamp.report.findings import earlier_pictures
 
         for path in (self.page, *earlier_pictures(self.figures)):
             path.unlink(missing_ok=True)
@@ -137,7 +137,7 @@ class Beside:
         said: Mapping[str, str],
     ) -> None:
         """Write report and pictures of the fit."""
-        from hydrodamp.report.gallery.findings import write_gallery
+        from hydrodamp.report.findings import write_gallery
         from hydrodamp.validation.compare import compare
 
         told = replace(fit, remarks=(*fit.remarks, *words))

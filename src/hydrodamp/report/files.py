@@ -24,7 +24,7 @@ from hydrodamp.report.documents import (
     read_fit,
     validated,
 )
-from hydrodamp.report.gallery.findings import BAND, FIGURES, GRADES, earlier_findings
+from hydrodamp.report.findings import BAND, FIGURES, GRADES, earlier_findings
 from hydrodamp.report.grid import to_csv, to_latex, to_markdown, to_text
 from hydrodamp.report.words import UNFINISHED
 from hydrodamp.simulation.replay import AttitudeSource, Trajectory

@@ -10,8 +10,8 @@ import hydrodamp as hd
 
 pytest.importorskip("matplotlib", reason="pictures need the extra hydrodamp[report]")
 
-from hydrodamp.report.gallery.examine import examine
-from hydrodamp.report.gallery.findings import Findings
+from hydrodamp.report.examine import examine
+from hydrodamp.report.findings import Findings
 
 
 @dataclass(frozen=True)

@@ -11,10 +11,10 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.identification.fit import correlated_pairs
-from hydrodamp.report.gallery import captions, examine as examining
-from hydrodamp.report.gallery.captions import best_of_each_method
-from hydrodamp.report.gallery.examine import examine, painted
-from hydrodamp.report.gallery.findings import Picture, chosen_row
+from hydrodamp.report import captions, examine as examining
+from hydrodamp.report.captions import best_of_each_method
+from hydrodamp.report.examine import examine, painted
+from hydrodamp.report.findings import Picture, chosen_row
 
 HOSTILE = "</script><script>alert('1')</script><img src=x onerror=\"alert(2)\">&amp;$x$-->]]>"
 SVG = "{http://www.w3.org/2000/svg}"

@@ -11,7 +11,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.report.files import is_result
-from hydrodamp.report.gallery.findings import (
+from hydrodamp.report.findings import (
     Findings,
     Gallery,
     earlier_findings,

@@ -11,8 +11,8 @@ from dataclasses import dataclass, field, replace
 import pytest
 
 from hydrodamp.data.log import Segment
-from hydrodamp.report.gallery.findings import Findings
-from hydrodamp.report.html.page import write_report
+from hydrodamp.report.findings import Findings
+from hydrodamp.report.page import write_report
 
 from .conftest import make_band, make_comparison, make_log
 

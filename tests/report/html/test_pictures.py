@@ -9,8 +9,8 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.identification.grades import AxisIdentifiability, Grade, Identifiability
-from hydrodamp.report.gallery.findings import Findings, Gallery, Picture
-from hydrodamp.report.html.page import grade_grid, page
+from hydrodamp.report.findings import Findings, Gallery, Picture
+from hydrodamp.report.page import grade_grid, page
 
 from .conftest import take_apart
 

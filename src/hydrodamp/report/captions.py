@@ -26,7 +26,7 @@ from hydrodamp.report.figures.diagnostics import (
 )
 from hydrodamp.report.figures.scores import front_figure, horizons_figure
 from hydrodamp.report.figures.series import commands_figure, replays_figure, velocities_figure
-from hydrodamp.report.gallery.findings import models_of
+from hydrodamp.report.findings import models_of
 from hydrodamp.report.grid import error_size
 from hydrodamp.simulation.problem import Problem, prepare
 from hydrodamp.simulation.replay import AttitudeSource

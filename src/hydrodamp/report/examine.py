@@ -9,8 +9,8 @@ import numpy as np
 from hydrodamp.data.log import Log
 from hydrodamp.errors import HydrodampError
 from hydrodamp.identification.grades import Identifiability, graded
-from hydrodamp.report.gallery.captions import Sketch, sketches_of_logs, sketches_of_row
-from hydrodamp.report.gallery.findings import Findings, Gallery, Picture, chosen_row
+from hydrodamp.report.captions import Sketch, sketches_of_logs, sketches_of_row
+from hydrodamp.report.findings import Findings, Gallery, Picture, chosen_row
 from hydrodamp.simulation.problem import Problem, prepare
 from hydrodamp.validation.bands import PredictionBand, prediction_band
 from hydrodamp.validation.compare import Comparison, Row

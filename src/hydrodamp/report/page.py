@@ -20,10 +20,10 @@ from hydrodamp.report.comparison_tables import score_grid
 from hydrodamp.report.documents import provenance_of
 from hydrodamp.report.figures.look import colour_of
 from hydrodamp.report.files import read_comparison
+from hydrodamp.report.findings import Findings, Picture, chosen_row, read_findings
 from hydrodamp.report.fit_tables import fit_grid
-from hydrodamp.report.gallery.findings import Findings, Picture, chosen_row, read_findings
 from hydrodamp.report.grid import Grid
-from hydrodamp.report.html.series import series
+from hydrodamp.report.plots import series
 from hydrodamp.report.words import remarks, verdict
 from hydrodamp.validation.compare import Comparison, Row
 
@@ -147,7 +147,7 @@ def _environment() -> Environment:
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
     environment = Environment(
-        loader=PackageLoader("hydrodamp.report.html", "assets"),
+        loader=PackageLoader("hydrodamp.report", "assets"),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
@@ -165,7 +165,7 @@ def _sha256(script: str) -> str:
 
 @cache
 def _text(name: str) -> str:
-    return files("hydrodamp.report.html").joinpath("assets", name).read_text(encoding="utf-8")
+    return files("hydrodamp.report").joinpath("assets", name).read_text(encoding="utf-8")
 
 
 def coefficient_grids(

@@ -11,10 +11,10 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.axes import VELOCITIES
 from hydrodamp.data.log import Log
+from hydrodamp.report.captions import said_of_band
 from hydrodamp.report.figures.axes import Bins
 from hydrodamp.report.figures.look import colour_of, looks_of
-from hydrodamp.report.gallery.captions import said_of_band
-from hydrodamp.report.gallery.findings import chosen_row, models_of
+from hydrodamp.report.findings import chosen_row, models_of
 from hydrodamp.validation.bands import PredictionBand
 from hydrodamp.validation.compare import Comparison, Row
 
