@@ -10,49 +10,21 @@ from hydrodamp.basis.basis import UNION
 from hydrodamp.basis.term import Term
 from hydrodamp.errors import TermError
 
-COMMANDED = [
-    "u|u|*rudder",
-    "ch_forward",
-    "rpm*|rpm|",
-    "rudder^2",
-    "u|u|*rudder^2",
-    "down_y",
-    "1",
-    "u^2v",
-    "v^2|v|",
-    "|port|*starboard",
-    "U^2",
-    "Vdown_x*rudder",
-]
+COMMANDED = (
+    *("u|u|*rudder", "ch_forward", "rpm*|rpm|", "rudder^2", "u|u|*rudder^2", "down_y", "1"),
+    *("u^2v", "v^2|v|", "|port|*starboard", "U^2", "Vdown_x*rudder"),
+)
 
 # The atom places of the kernels' table, written out independently.
-PLACES = {
-    "1": 0,
-    "u": 1,
-    "v": 2,
-    "w": 3,
-    "p": 4,
-    "q": 5,
-    "r": 6,
-    "|u|": 7,
-    "|v|": 8,
-    "|w|": 9,
-    "|p|": 10,
-    "|q|": 11,
-    "|r|": 12,
-    "U": 13,
-    "V": 14,
-    "V_v": 15,
-    "V_w": 16,
-    "(eta-1)": 17,
-    "down_x": 18,
-    "down_y": 19,
-    "down_z": 20,
-}
+PLACES = (
+    *("1", "u", "v", "w", "p", "q", "r", "|u|", "|v|", "|w|", "|p|", "|q|", "|r|"),
+    *("U", "V", "V_v", "V_w", "(eta-1)", "down_x", "down_y", "down_z"),
+)
 
 
 def test_atoms_have_the_places_of_the_kernels_table():
-    assert {atom: atom_index(atom) for atom in ATOMS} == PLACES
+    assert [atom_index(atom) for atom in PLACES] == list(range(21))
+    assert PLACES == ATOMS
 
 
 def test_channels_follow_the_reserved_atoms_and_then_their_absolute_values():

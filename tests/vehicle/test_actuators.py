@@ -103,17 +103,26 @@ def test_propulsion_speed():
     assert Propeller("rpm", 1.0).propulsion_speed({"rpm": np.zeros(1)}) is None
 
 
+def test_gains_come_in_axis_order():
+    assert Fin("rudder", (("N", 1), ("X", 2))).force == (("X", 2.0), ("N", 1.0))
+
+
 @pytest.mark.parametrize(
-    ("settings", "message"),
+    ("call", "message"),
     [
-        ({"thrust": np.nan}, "`thrust` must be a finite"),
-        ({"thrust": 1.0, "speed_slope": 0.0}, "`speed_slope` must be a positive"),
-        ({"thrust": 1.0, "limit": -1.0}, "`limit` must be a positive"),
+        (lambda: Propeller("rpm", np.nan), "`thrust` must be a finite number; got nan"),
+        (lambda: Propeller("rpm", 1.0, speed_slope=0.0), "`speed_slope` must be a positive"),
+        (lambda: Propeller("rpm", 1.0, limit=-1.0), "`limit` must be a positive number"),
+        (lambda: Fin("uv", {"Y": 1.0}), "`command`.*`uv` reads as the product"),
+        (lambda: Fin("rudder", {"Y": 1.0}, name="2nd"), "`name`.*letters, digits"),
+        (lambda: Fin("rudder", {"Y": 1.0}, name="r"), "`name`.*reserved"),
+        (lambda: Fin("rudder", {"Q": 1.0}), "`force` must name axes of X Y Z K M N"),
+        (lambda: Fin("rudder", {"Y": np.inf}), "`force Y` must be a finite"),
     ],
 )
-def test_propeller_refusals(settings, message):
+def test_refusals(call, message):
     with pytest.raises(VehicleError, match=message):
-        Propeller("rpm", **settings)
+        call()
 
 
 def test_thruster_wrench_is_force_and_moment_about_the_origin():
@@ -168,7 +177,8 @@ def test_a_table_that_rises_gives_a_thrust_that_rises():
         ({"gain": 1.0, "curve": [(0, 0), (1, 1)]}, "either `gain` or `curve`"),
         ({"gain": np.inf}, "`gain` must be a finite"),
         ({"gain": 1.0, "direction": (0, 0, 0)}, "`direction` must not be zero"),
-        ({"gain": 1.0, "position": (0, 0)}, "`position` must have shape"),
+        ({"gain": 1.0, "position": (0, 0)}, r"`position` must have shape \(3\)"),
+        ({"gain": 1.0, "position": (1, np.inf, 0)}, "`position` must be finite"),
         ({"gain": 1.0, "dead_zone": (0.2, 0.1)}, r"`dead_zone` must be \(lowest, highest\)"),
         ({"curve": [(0, 0)]}, "at least two rows"),
         ({"curve": []}, "`curve` must have"),

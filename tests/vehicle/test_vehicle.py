@@ -8,7 +8,9 @@ import pytest
 
 from hydrodamp.errors import VehicleError
 from hydrodamp.vehicle.actuators import Fin, Propeller
-from hydrodamp.vehicle.vehicle import Vehicle, mass_matrix_digest
+from hydrodamp.vehicle.vehicle import Vehicle, mass_matrix_digest, restoring_matrix
+
+RUDDER = Fin("rudder", {"Y": 1.0}, limit=0.3)
 
 
 def commands_of(vehicle: Vehicle, motion: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
@@ -83,17 +85,29 @@ def test_free_axes():
     [
         ({"weight": -1.0}, "`weight` must be zero or positive"),
         ({"buoyancy": np.nan}, "`buoyancy` must be zero or positive"),
-        ({"axes": ("N", "X")}, "`axes` must be some of"),
+        ({"axes": ("N", "X")}, "`axes` must be some of .*in this order; got N X"),
+        ({"axes": ("X", "X")}, "in this order; got X X"),
+        ({"axes": ("X", "U")}, "got X U"),
+        ({"axes": ()}, "got none"),
         ({"center_of_gravity": (0, 0)}, "`center_of_gravity` must have shape"),
         ({"center_of_buoyancy": (0, 0, np.inf)}, "`center_of_buoyancy` must be finite"),
         ({"mass_matrix": -np.eye(6)}, "positive-definite"),
         ({"added_mass": np.eye(3)}, "`added_mass` must have shape"),
-        ({"actuators": (Fin("a1", {"Y": 1.0}, limit=1.0),) * 2}, "a `name` of its own"),
+        ({"actuators": (RUDDER,) * 2}, "`rudder_limited` has the name of another actuator"),
+        (
+            {"actuators": (RUDDER, Fin("rudder_limited", {"Y": 1.0}))},
+            "`rudder_limited` has the name of a command; give the actuator a `name` of its own",
+        ),
     ],
 )
 def test_refusals(equipped, change, message):
     with pytest.raises(VehicleError, match=message):
         dataclasses.replace(equipped, **change)
+
+
+def test_a_name_of_its_own_keeps_channels_of_one_command_apart(equipped):
+    two = (RUDDER, dataclasses.replace(RUDDER, name="upper"))
+    assert dataclasses.replace(equipped, actuators=two).actuators == two
 
 
 def test_is_a_value(equipped):
@@ -142,3 +156,40 @@ def test_from_hull_moves_the_rigid_body_to_its_center_of_gravity():
 def test_from_hull_refuses_what_cannot_be(size):
     with pytest.raises(VehicleError, match=f"`{size}` must be a positive"):
         Vehicle.from_hull(**{"length": 1.0, "diameter": 0.2, "mass": 10.0, size: 0.0})
+
+
+def test_restoring_wrench_is_the_gradient_of_potential_energy():
+    """Rotating by dphi about a body axis moves d by d x dphi; the work is that of the moment."""
+    rng = np.random.default_rng(1)
+    weight, buoyancy, gravity, lift = 100.0, 104.0, rng.normal(size=3), rng.normal(size=3)
+    matrix = restoring_matrix(weight, buoyancy, gravity, lift)
+    for down in rng.normal(size=(20, 3)):
+        turn = 1e-6 * rng.normal(size=3)
+
+        def potential(direction: np.ndarray) -> float:
+            return float(-(weight * gravity - buoyancy * lift) @ direction)
+
+        moved = potential(down + np.cross(down, turn)) - potential(down)
+        np.testing.assert_allclose((matrix @ down)[3:] @ turn, -moved, rtol=1e-6, atol=1e-12)
+
+
+def test_center_of_buoyancy_above_gravity_rights_the_vehicle():
+    """Rolled to starboard, down leans to port of the body's z: the moment must be negative."""
+    matrix = restoring_matrix(100.0, 100.0, (0, 0, 0.02), (0, 0, 0))
+    roll, pitch = 0.1, 0.1
+    assert (matrix @ [0.0, np.sin(roll), np.cos(roll)])[3] < 0.0
+    assert (matrix @ [-np.sin(pitch), 0.0, np.cos(pitch)])[4] < 0.0
+
+
+def test_one_screen_with_everything(equipped):
+    text = str(equipped)
+    assert len(text.splitlines()) <= 25
+    for word in ("equipped", "100", "104", "fin on rudder", "propeller on rpm", "made up"):
+        assert word in text
+
+
+def test_locked_axes_are_left_out():
+    ship = Vehicle("ship", np.diag([2.0, 3.0, 4.0]), 0.0, 0.0, axes=("X", "Y", "N"))
+    lines = str(ship).splitlines()
+    assert [line.split()[0] for line in lines[5:8]] == ["X", "Y", "N"]
+    assert lines[-1] == "no known actuators"

@@ -113,13 +113,15 @@ def replay(
     max_step: float = 0.05,
 ) -> Trajectory:
     """Replay a prepared problem; see :func:`simulate`."""
+    if not 1e-5 <= max_step <= 0.05:
+        raise MethodError(f"`max_step` must be between 1e-5 and 0.05 s, got {max_step}")
     velocity, diverged_at = kernels.replay(
         problem.columns.plant,
         problem.matrix(damping),
         problem.inputs,
         problem.segments,
         initial_attitude(problem.log, attitude),
-        max_step=_checked_step(max_step),
+        max_step=max_step,
         limit=LIMIT,
     )
     log = problem.log
@@ -138,9 +140,3 @@ def initial_attitude(log: Log, attitude: AttitudeSource) -> FloatArray | None:
     if attitude != "simulated":
         raise MethodError(f"`attitude` must be 'measured' or 'simulated', got {attitude!r}")
     return np.tile(_LEVEL, (log.n, 1)) if log.attitude is None else log.attitude
-
-
-def _checked_step(max_step: float) -> float:
-    if not 1e-5 <= max_step <= 0.05:
-        raise MethodError(f"`max_step` must be between 1e-5 and 0.05 s, got {max_step}")
-    return max_step

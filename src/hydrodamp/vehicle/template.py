@@ -110,6 +110,7 @@ def _check_floats(length: float, diameter: float, mass: float) -> None:
 
 def _empty(name: str) -> dict[str, str]:
     fields = ("mass", "weight", "buoyancy", "gravity", "lift")
+    rows = (["null" if i == j else "0" for i in range(6)] for j in range(6))
     return {
         **dict.fromkeys(fields, ""),
         "name": json.dumps(name),
@@ -117,7 +118,7 @@ def _empty(name: str) -> dict[str, str]:
         "inertia": "[null, null, null]",
         "about": "origin",
         "other": "center_of_gravity",
-        "added": "\n".join(f"  - {_empty_row(i)}" for i in range(6)),
+        "added": "\n".join(f"  - [{', '.join(row)}]" for row in rows),
     }
 
 
@@ -131,25 +132,13 @@ def _estimate(vehicle: Vehicle, mass: float) -> dict[str, str]:
         "inertia": _list(inertia),
         "about": "center_of_gravity",
         "other": "origin",
-        "added": _rows(added),
-        "weight": _number(vehicle.weight),
-        "buoyancy": _number(vehicle.buoyancy),
+        "added": "\n".join(f"  - {_list(row)}" for row in added),
+        "weight": f"{vehicle.weight:.6g}",
+        "buoyancy": f"{vehicle.buoyancy:.6g}",
         "gravity": _list(vehicle.center_of_gravity),
         "lift": _list(vehicle.center_of_buoyancy),
     }
 
 
-def _empty_row(diagonal: int) -> str:
-    return "[" + ", ".join("null" if i == diagonal else "0" for i in range(6)) + "]"
-
-
-def _rows(matrix: FloatArray) -> str:
-    return "\n".join(f"  - {_list(row)}" for row in matrix)
-
-
 def _list(values: FloatArray) -> str:
-    return "[" + ", ".join(_number(value) for value in values) + "]"
-
-
-def _number(value: float) -> str:
-    return f"{value:.6g}"
+    return "[" + ", ".join(f"{value:.6g}" for value in values) + "]"

@@ -111,8 +111,7 @@ class Steps:
         count = 2 + int(np.max(time, initial=0.0) / min(self.holds))
         starts = self.first + np.cumsum([0.0, *np.resize(self.holds, count - 1)])
         levels = np.concatenate(([0.0], np.cumsum(np.resize(self.changes, count))))
-        reference: FloatArray = levels[np.searchsorted(starts, time, side="right")]
-        return reference
+        return levels[np.searchsorted(starts, time, side="right")]
 
 
 STEADY = Steps((0.0,), HEADING_HOLDS)

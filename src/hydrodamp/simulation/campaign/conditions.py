@@ -66,8 +66,7 @@ class Conditions:
         streams = np.random.SeedSequence(seed).spawn(n_runs)
         normal = _draw(streams, n_samples, len(CHANNELS))
         deviations = self.scale * np.sqrt(VARIANCES)
-        errors: FloatArray = autoregression(normal, self.correlation_times) * deviations
-        return errors
+        return autoregression(normal, self.correlation_times) * deviations
 
     def draw_pushes(self, seed: int, n_runs: int, n_samples: int) -> FloatArray:
         """Return the wrench that pushes the vehicle in every run.
@@ -92,8 +91,7 @@ class Conditions:
         """
         streams = [run.spawn(1)[0] for run in np.random.SeedSequence(seed).spawn(n_runs)]
         normal = _draw(streams, n_samples, 6)
-        pushes: FloatArray = autoregression(normal, (self.push_time,) * 6) * self.push
-        return pushes
+        return autoregression(normal, (self.push_time,) * 6) * self.push
 
 
 def _draw(streams: list[np.random.SeedSequence], n_samples: int, n_columns: int) -> FloatArray:

@@ -57,20 +57,17 @@ class Body:
     def coriolis_wrench(self, velocity: FloatArray) -> FloatArray:
         """Return ``H(M nu) nu``, which does no work."""
         products = velocity[:, :, np.newaxis] * velocity[:, np.newaxis, :]
-        wrench: FloatArray = products.reshape(-1, 36) @ self.coriolis_table
-        return wrench
+        return products.reshape(-1, 36) @ self.coriolis_table
 
     def restoring_wrench(self, down: FloatArray) -> FloatArray:
         """Return the wrench of weight and buoyancy."""
-        wrench: FloatArray = down @ self.restoring
-        return wrench
+        return down @ self.restoring
 
     def fin_wrench(self, velocity: FloatArray, angles: FloatArray) -> FloatArray:
         """Return lift and drag of the fins."""
         surge = velocity[:, :1]
         per_flow = angles @ self.lift + angles**2 @ self.drag
-        wrench: FloatArray = surge * np.abs(surge) * per_flow
-        return wrench
+        return surge * np.abs(surge) * per_flow
 
     def propulsion(self, rpm: FloatArray) -> FloatArray:
         """Return the wrench of the propeller."""
@@ -123,34 +120,27 @@ class Motion:
 
     def acceleration(self, state: FloatArray) -> FloatArray:
         """Return the body acceleration."""
-        return self._acceleration(state, down_direction(state[:, EULER]))
-
-    def _acceleration(self, state: FloatArray, down: FloatArray) -> FloatArray:
         velocity, body = state[:, VELOCITY], self.body
         fins = self.truth.effective_fins(velocity, state[:, FINS])
         wrench = (
             body.coriolis_wrench(velocity)
             + self.truth.hull_wrench(velocity)
-            + body.restoring_wrench(down)
+            + body.restoring_wrench(down_direction(state[:, EULER]))
             + body.fin_wrench(velocity, fins)
             + self.propulsion
         )
-        acceleration: FloatArray = wrench @ body.inverse_mass
-        return acceleration
+        return wrench @ body.inverse_mass
 
     def rate(self, state: FloatArray, commands: FloatArray) -> FloatArray:
         """Return the time derivative of the state."""
         rate = np.empty_like(state)
         down = down_direction(state[:, EULER])
-        rate[:, VELOCITY] = self._acceleration(state, down)
+        rate[:, VELOCITY] = self.acceleration(state)
         rate[:, EULER] = euler_rates(down, state[:, 3:6])
         rate[:, DEPTH] = (down * state[:, :3]).sum(axis=1)
-        rate[:, FINS] = self._fin_rate(state[:, FINS], commands)
-        return rate
-
-    def _fin_rate(self, fins: FloatArray, commands: FloatArray) -> FloatArray | float:
         lag = self.truth.fin_lag
-        return (commands - fins) / lag if lag else 0.0
+        rate[:, FINS] = (commands - state[:, FINS]) / lag if lag else 0.0
+        return rate
 
     def receive(self, state: FloatArray, commands: FloatArray) -> FloatArray:
         """Return the state as new commands arrive: fins without lag jump to them."""

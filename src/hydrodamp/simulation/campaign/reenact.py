@@ -53,7 +53,8 @@ def sail(
     time = np.arange(len(errors), dtype=np.float64) * PERIOD
     heading = np.radians(np.transpose([run.heading.at(time) for run in runs]))
     depth = STARTING_DEPTH + np.transpose([run.depth.at(time) for run in runs])
-    state, memory = _at_start(motion), Memory.blank(len(runs))
+    state, memory = np.zeros((len(runs), N_STATES)), Memory.blank(len(runs))
+    state[:, 0], state[:, DEPTH] = motion.steady_surge, STARTING_DEPTH
     samples = []
     for error, push, course, level in zip(errors, pushes, heading, depth, strict=True):
         measured, pushed = state[:, MEASURED] + error, motion.pushed(push)
@@ -65,13 +66,6 @@ def sail(
             done()
     states, accelerations, seen, sent = (np.array(column) for column in zip(*samples, strict=True))
     return Voyage(tuple(runs), time, states, accelerations, seen, sent, pushes)
-
-
-def _at_start(motion: Motion) -> FloatArray:
-    state = np.zeros((len(motion.propulsion), N_STATES))
-    state[:, 0] = motion.steady_surge
-    state[:, DEPTH] = STARTING_DEPTH
-    return state
 
 
 TRUTHS = ("sname", "crossflow")
@@ -206,31 +200,28 @@ def reenact_all(
     n_seeds, runs = len(seeds), TRAINING + TESTING
     vehicle, n = fleet["vt690"], n_samples(duration)
     body = Body.of(vehicle)
-    water = _water(truth, body)
+    known = true_damping().as_dict()
+    water = sname(known) if truth == "sname" else crossflow(known, body.fins_at)
     rpm = np.array([run.rpm for run in runs * n_seeds])
     voyage = sail(
         runs * n_seeds,
         Motion(body, water, body.propulsion(rpm)),
-        _together([conditions.draw_errors(seed, len(runs), n) for seed in seeds]),
-        _together([conditions.draw_pushes(seed, len(runs), n) for seed in seeds]),
+        np.hstack([conditions.draw_errors(seed, len(runs), n) for seed in seeds]),
+        np.hstack([conditions.draw_pushes(seed, len(runs), n) for seed in seeds]),
         done,
     )
     starts = range(0, len(runs) * n_seeds, len(runs))
     return tuple(_campaign(voyage, start, vehicle, water) for start in starts)
 
 
-def _together(draws: Sequence[FloatArray]) -> FloatArray:
-    return np.concatenate(draws, axis=1)
-
-
 def _campaign(voyage: Voyage, start: int, vehicle: Vehicle, water: Truth) -> Campaign:
     training = range(start, start + len(TRAINING))
     testing = range(training.stop, training.stop + len(TESTING))
     return Campaign(
-        train=_measured_log(voyage, training),
-        test=_measured_log(voyage, testing),
-        exact_train=_exact_log(voyage, training),
-        exact_test=_exact_log(voyage, testing),
+        train=_log(voyage, training, voyage.measured),
+        test=_log(voyage, testing, voyage.measured),
+        exact_train=_log(voyage, training, voyage.states, voyage.accelerations),
+        exact_test=_log(voyage, testing, voyage.states, voyage.accelerations),
         train_pushes=frozen(_joined(voyage.pushes, training)),
         test_pushes=frozen(_joined(voyage.pushes, testing)),
         vehicle=vehicle,
@@ -252,36 +243,21 @@ def _check(seeds: Sequence[int], truth: str, duration: float) -> None:
         raise MethodError(f"`duration` must be 1 s or more; got {duration}")
 
 
-def _water(truth: str, body: Body) -> Truth:
-    coefficients = true_damping().as_dict()
-    if truth == "sname":
-        return sname(coefficients)
-    return crossflow(coefficients, body.fins_at)
-
-
-def _measured_log(voyage: Voyage, places: Sequence[int]) -> Log:
-    return _log(voyage, places, voyage.measured[:, :, VELOCITY], voyage.measured[:, :, EULER])
-
-
-def _exact_log(voyage: Voyage, places: Sequence[int]) -> Log:
-    velocity, euler = voyage.states[:, :, VELOCITY], voyage.states[:, :, EULER]
-    return _log(voyage, places, velocity, euler, voyage.accelerations)
-
-
 def _log(
     voyage: Voyage,
     places: Sequence[int],
-    velocity: FloatArray,
-    euler: FloatArray,
+    states: FloatArray,
     acceleration: FloatArray | None = None,
 ) -> Log:
     runs, n = [voyage.runs[place] for place in places], len(voyage.time)
     rudder, elevator = _joined(voyage.commands, places).T
+    starts = (voyage.time[-1] + PAUSE) * np.arange(len(runs))
+    rpm = np.repeat([run.rpm for run in runs], n)
     return Log.from_arrays(
-        _clock(voyage.time, len(runs)),
-        _joined(velocity, places),
-        attitude=_joined(euler, places),
-        commands={"rudder": rudder, "elevator": elevator, "rpm": _each(runs, n)},
+        np.concatenate([start + voyage.time for start in starts]),
+        _joined(states[:, :, VELOCITY], places),
+        attitude=_joined(states[:, :, EULER], places),
+        commands={"rudder": rudder, "elevator": elevator, "rpm": rpm},
         acceleration=None if acceleration is None else _joined(acceleration, places),
         segment=[run.name for run in runs for _ in range(n)],
         source="re-enacted campaign",
@@ -290,12 +266,3 @@ def _log(
 
 def _joined(columns: FloatArray, places: Sequence[int]) -> FloatArray:
     return np.concatenate([columns[:, place] for place in places])
-
-
-def _clock(time: FloatArray, n_runs: int) -> FloatArray:
-    starts = (time[-1] + PAUSE) * np.arange(n_runs)
-    return np.concatenate([start + time for start in starts])
-
-
-def _each(runs: Sequence[Run], n: int) -> FloatArray:
-    return np.repeat([run.rpm for run in runs], n)

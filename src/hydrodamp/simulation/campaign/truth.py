@@ -65,8 +65,7 @@ class Truth:
         if self.drift_factor == 0.0:
             return fins
         drift = np.arctan2(-velocity[:, 1:3], velocity[:, :1])
-        angles: FloatArray = fins - self.drift_factor * drift
-        return angles
+        return fins - self.drift_factor * drift
 
 
 def _tables(coefficients: Mapping[str, float]) -> tuple[FloatArray, FloatArray]:
@@ -132,8 +131,7 @@ class Strips:
     def wrench(self, velocity: FloatArray) -> FloatArray:
         """Return the drag of all strips, about the origin."""
         crossflow = velocity @ self.arms
-        wrench: FloatArray = (-self.drag * crossflow * np.abs(crossflow)) @ self.arms.T
-        return wrench
+        return (-self.drag * crossflow * np.abs(crossflow)) @ self.arms.T
 
 
 def _arms(place: FloatArray) -> FloatArray:
