@@ -38,7 +38,7 @@ def test_inertia_about_origin_is_taken_as_it_stands():
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: rigid_body_mass_matrix(0.0, (1, 1, 1)), "`mass` must be positive"),
+        (lambda: rigid_body_mass_matrix(0.0, (1, 1, 1)), "`mass` must be a positive number"),
         (lambda: rigid_body_mass_matrix(1.0, (1, 1)), "`inertia` must be three moments"),
         (lambda: rigid_body_mass_matrix(1.0, np.triu(np.ones((3, 3)))), "symmetric 3 x 3"),
         (lambda: rigid_body_mass_matrix(1.0, (1, 1, 1), (0, 0)), "`center_of_gravity`"),

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 
 from hydrodamp import kernels
-from hydrodamp.arrays import FloatArray, frozen
+from hydrodamp.arrays import FloatArray, IntArray, frozen
 from hydrodamp.basis.axes import AXES
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
@@ -115,22 +115,32 @@ def replay(
     """Replay a prepared problem; see :func:`simulate`."""
     if not 1e-5 <= max_step <= 0.05:
         raise MethodError(f"`max_step` must be between 1e-5 and 0.05 s, got {max_step}")
+    return replayed(problem, damping, problem.segments, attitude, max_step)
+
+
+def replayed(
+    problem: Problem,
+    damping: Damping,
+    spans: IntArray,
+    attitude: AttitudeSource,
+    max_step: float = 0.05,
+) -> Trajectory:
+    """Replay stretches of a log; where two share a sample, the one given later stays."""
+    log = problem.log
     velocity, diverged_at = kernels.replay(
         problem.columns.plant,
         problem.matrix(damping),
         problem.inputs,
-        problem.segments,
-        initial_attitude(problem.log, attitude),
+        spans,
+        initial_attitude(log, attitude),
         max_step=max_step,
         limit=LIMIT,
     )
-    log = problem.log
-    diverged = tuple(
-        (segment.name, float(log.time[index] - log.time[segment.start]))
-        for segment, index in zip(log.segments, diverged_at.tolist(), strict=True)
-        if index >= 0
-    )
-    return Trajectory(log, velocity, diverged, attitude, problem.vehicle.axes)
+    diverged = []
+    for index in np.sort(diverged_at[diverged_at >= 0]).tolist():
+        segment = next(part for part in log.segments if index < part.stop)
+        diverged.append((segment.name, float(log.time[index] - log.time[segment.start])))
+    return Trajectory(log, velocity, tuple(diverged), attitude, problem.vehicle.axes)
 
 
 def initial_attitude(log: Log, attitude: AttitudeSource) -> FloatArray | None:

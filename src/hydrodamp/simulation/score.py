@@ -8,14 +8,13 @@ from typing import Literal
 
 import numpy as np
 
-from hydrodamp import kernels
 from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.basis.axes import AXES, VELOCITIES
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
 from hydrodamp.models.damping import Damping, warn_if_foreign
 from hydrodamp.simulation.problem import Problem, prepare, stamp
-from hydrodamp.simulation.replay import LIMIT, AttitudeSource, Trajectory, initial_attitude
+from hydrodamp.simulation.replay import AttitudeSource, Trajectory, replayed
 from hydrodamp.simulation.status import Status
 from hydrodamp.vehicle.vehicle import Vehicle
 
@@ -110,9 +109,6 @@ def score(
 Horizon = float | Literal["step", "run"]
 HORIZONS: tuple[Horizon, ...] = ("step", 1.0, 10.0, "run")
 """One step, 1 s, 10 s, and each segment as a whole."""
-
-MAX_STEP = 0.05
-"""Longest Runge-Kutta step [s], that of a replay."""
 
 _SLACK = 1e-6
 """Share of a horizon by which a clock may round."""
@@ -248,9 +244,8 @@ def scores_with_restarts(
 ) -> HorizonScores:
     """Score a prepared problem at several horizons; see :func:`horizon_scores`."""
     asked = [_checked(horizon) for horizon in horizons]
-    matrix = problem.matrix(damping)
     return HorizonScores(
-        tuple(_scored(problem, matrix, horizon, attitude, rate_unit) for horizon in asked)
+        tuple(_scored(problem, damping, horizon, attitude, rate_unit) for horizon in asked)
     )
 
 
@@ -279,7 +274,7 @@ def _restarts(time: FloatArray, horizon: Horizon) -> IntArray:
 
 def _scored(
     problem: Problem,
-    matrix: FloatArray,
+    damping: Damping,
     horizon: Horizon,
     attitude: AttitudeSource,
     rate_unit: RateUnit,
@@ -287,25 +282,9 @@ def _scored(
     # The last window first: where one ends the next begins, and the end, which is a
     # prediction, is to stay.
     spans = windows(problem, horizon)[::-1]
-    velocity, diverged_at = kernels.replay(
-        problem.columns.plant,
-        matrix,
-        problem.inputs,
-        spans,
-        initial_attitude(problem.log, attitude),
-        max_step=MAX_STEP,
-        limit=LIMIT,
-    )
-    lost = np.sort(diverged_at[diverged_at >= 0])
-    diverged = tuple(_place(problem.log, index) for index in lost.tolist())
-    trajectory = Trajectory(problem.log, velocity, diverged, attitude, problem.vehicle.axes)
-    return HorizonScore(horizon, score(trajectory, rate_unit=rate_unit), len(spans), len(lost))
-
-
-def _place(log: Log, index: int) -> tuple[str, float]:
-    """Return the segment of a sample and the time since the segment's start."""
-    segment = next(part for part in log.segments if index < part.stop)
-    return segment.name, float(log.time[index] - log.time[segment.start])
+    found = replayed(problem, damping, spans, attitude)
+    n_diverged = len(found.diverged)
+    return HorizonScore(horizon, score(found, rate_unit=rate_unit), len(spans), n_diverged)
 
 
 def _checked(horizon: Horizon) -> Horizon:

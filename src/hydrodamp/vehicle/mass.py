@@ -34,8 +34,7 @@ def rigid_body_mass_matrix(
     inertia_about: InertiaPoint = "origin",
 ) -> FloatArray:
     """Return the mass matrix of a rigid body about the origin of the body frame."""
-    if not (np.isfinite(mass) and mass > 0.0):
-        raise VehicleError(f"`mass` must be positive [kg]; got {mass}")
+    checked_number(mass, "mass", positive=True)
     arm = cross_matrix(checked_array(center_of_gravity, (3,), "center_of_gravity"))
     matrix = np.zeros((6, 6))
     matrix[:3, :3] = mass * np.eye(3)
@@ -50,9 +49,24 @@ def checked_mass_matrix(matrix: npt.ArrayLike, axes: Sequence[str] = AXES) -> Fl
     free = np.array([AXES.index(axis) for axis in axes])
     full = _six_by_six(matrix, free)
     block = full[np.ix_(free, free)]
-    _require_symmetric(block, axes)
+    names = [VELOCITIES[place] for place in free]
+    gap = np.abs(block - block.T)
+    if gap.max() > SYMMETRY_TOLERANCE * np.abs(block).max():
+        i, j = divmod(int(np.argmax(gap)), len(axes))
+        raise VehicleError(
+            f"`mass_matrix` must be symmetric on the free axes; got {block[i, j]:g} in row "
+            f"{axes[i]}, column {names[j]} and {block[j, i]:g} in its mirror place. "
+            "If the source lists two values, enter their mean in both places."
+        )
     block = (block + block.T) / 2.0
-    _require_positive(block, axes)
+    values, vectors = np.linalg.eigh(block)
+    if values[0] <= 0.0:
+        raise VehicleError(
+            f"`mass_matrix` must be positive-definite on the free axes; its smallest eigenvalue is "
+            f"{values[0]:.4g} (direction mostly {names[int(np.argmax(np.abs(vectors[:, 0])))]}). "
+            "Check the sign of the added mass: derivatives such as M_qdot are negative and enter "
+            "as M = M_rigid - M_qdot."
+        )
     full[np.ix_(free, free)] = block
     return frozen(full)
 
@@ -60,38 +74,13 @@ def checked_mass_matrix(matrix: npt.ArrayLike, axes: Sequence[str] = AXES) -> Fl
 def _six_by_six(matrix: npt.ArrayLike, free: npt.NDArray[np.int_]) -> FloatArray:
     given = np.array(checked_array(matrix, (None, None), "mass_matrix"))
     if given.shape == (6, 6):
-        full = given
-    elif given.shape == (len(free), len(free)):
-        full = np.zeros((6, 6))
-        full[np.ix_(free, free)] = given
-    else:
+        return given
+    if given.shape != (len(free), len(free)):
         shapes = "(6, 6)" if len(free) == 6 else f"(6, 6) or ({len(free)}, {len(free)})"
         raise VehicleError(f"`mass_matrix` must have shape {shapes}; got {given.shape}")
+    full = np.zeros((6, 6))
+    full[np.ix_(free, free)] = given
     return full
-
-
-def _require_symmetric(block: FloatArray, axes: Sequence[str]) -> None:
-    gap = np.abs(block - block.T)
-    if gap.max() <= SYMMETRY_TOLERANCE * np.abs(block).max():
-        return
-    i, j = divmod(int(np.argmax(gap)), len(axes))
-    raise VehicleError(
-        f"`mass_matrix` must be symmetric on the free axes; got {block[i, j]:g} in row {axes[i]}, "
-        f"column {VELOCITIES[AXES.index(axes[j])]} and {block[j, i]:g} in its mirror place. "
-        "If the source lists two values, enter their mean in both places."
-    )
-
-
-def _require_positive(block: FloatArray, axes: Sequence[str]) -> None:
-    values, vectors = np.linalg.eigh(block)
-    if values[0] > 0.0:
-        return
-    mostly = VELOCITIES[AXES.index(axes[int(np.argmax(np.abs(vectors[:, 0])))])]
-    raise VehicleError(
-        f"`mass_matrix` must be positive-definite on the free axes; its smallest eigenvalue is "
-        f"{values[0]:.4g} (direction mostly {mostly}). Check the sign of the added mass: "
-        "derivatives such as M_qdot are negative and enter as M = M_rigid - M_qdot."
-    )
 
 
 def _steiner(mass: float, arm: FloatArray, inertia_about: str) -> FloatArray | float:
