@@ -195,7 +195,6 @@ from .validation.bands import (
 )
 from .validation.choice import (
     Choice as Choice,
-    Parsimony as Parsimony,
     front as front,
 )
 from .validation.compare import (

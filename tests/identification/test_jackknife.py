@@ -44,7 +44,7 @@ def test_every_sample_is_left_out_once(problem, seen, n_parts, found_parts):
     place = Place(np.zeros(12), np.ones(6))
     found = left_out(searching(problem, MODEL), place, n_parts)
     assert found is not None
-    assert found.n_parts == len(seen) == found_parts
+    assert len(found) == len(seen) == found_parts
     kept = sum(part.n_samples for part in seen)
     assert kept == (found_parts - 1) * problem.n_samples
 

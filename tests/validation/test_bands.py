@@ -52,16 +52,6 @@ def test_one_axis_is_the_formula(coasting):
     assert band.diverged == 0.0
 
 
-def test_noise_is_that_of_the_first_sample_and_of_every_other(coasting):
-    problem, damping = coasting
-    certain = replace(damping, covariance=[[0.0]])
-    band = prediction_band(problem, certain, noise=[0.1, 1, 1, 1, 1, 1])
-    decay = np.exp(-20.0 * problem.inputs.time / problem.vehicle.mass_matrix[0, 0])
-    half = (band.upper - band.lower)[:, 0] / 2.0
-    np.testing.assert_allclose(half, 1.959964 * 0.1 * np.sqrt(1.0 + decay**2), rtol=1e-5)
-    np.testing.assert_array_equal((band.upper - band.lower)[:, 1:], 0.0)
-
-
 def test_few_degrees_of_freedom_widen_the_band(coasting):
     problem, damping = coasting
     wide = prediction_band(problem, damping, degrees_of_freedom=5.0)
@@ -72,10 +62,9 @@ def test_few_degrees_of_freedom_widen_the_band(coasting):
 
 def test_stretches_of_time_give_the_band_of_the_whole(manoeuvres, monkeypatch):
     problem, damping = manoeuvres
-    noise = np.full(6, 0.01)
-    whole = prediction_band(problem, damping, noise=noise)
+    whole = prediction_band(problem, damping)
     monkeypatch.setattr(bands, "_CHUNK", 6 * 42 * 20)
-    parts = prediction_band(problem, damping, noise=noise)
+    parts = prediction_band(problem, damping)
     np.testing.assert_allclose(parts.velocity, whole.velocity, rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(parts.upper, whole.upper, rtol=1e-8, atol=1e-12)
     np.testing.assert_array_equal(whole.velocity, replay(problem, damping).velocity)
@@ -84,7 +73,7 @@ def test_stretches_of_time_give_the_band_of_the_whole(manoeuvres, monkeypatch):
 def test_a_replay_that_diverges_has_no_band_from_there(coasting):
     problem, damping = coasting
     grows = replace(damping, coefficients=[400.0])
-    band = prediction_band(problem, grows, noise=np.full(6, 0.01))
+    band = prediction_band(problem, grows)
     lost = np.isnan(band.velocity[:, 0])
     assert 0 < lost.sum() < 120
     np.testing.assert_array_equal(np.isnan(band.upper[:, 0]), lost)
@@ -111,8 +100,6 @@ def test_terms_of_locked_axes_do_not_matter(coasting):
     [
         ({"level": 95.0}, "`level` must lie between 0 and 1; got 95.0"),
         ({"degrees_of_freedom": 0.0}, "`degrees_of_freedom` must be positive"),
-        ({"noise": [1.0]}, "give a deviation for each of u v w p q r"),
-        ({"noise": [-1.0, 0, 0, 0, 0, 0]}, "`noise` must not be negative"),
     ],
 )
 def test_bad_settings_are_a_sentence(coasting, settings, message):

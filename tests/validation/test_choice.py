@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.validation.choice import Parsimony, choose, front
+from hydrodamp.validation.choice import choose, front
 
 
 @dataclass(frozen=True)
@@ -53,19 +53,15 @@ def test_parsimony_takes_the_smallest_near_the_lowest():
     )
 
 
-def test_parsimony_within_another_share():
-    assert choose(ROWS, Parsimony(within=0.3)).row is SMALL
-    alone = choose(ROWS, Parsimony(within=0.0))
-    assert (alone.row, alone.runner_up) == (LARGE, LINEAR)
-    assert "the only replay within 0 % of the lowest RMS error, 0.5" in str(alone)
-    for share in (-0.1, float("nan"), float("inf")):
-        with pytest.raises(hd.MethodError, match="`within` must be zero or more"):
-            Parsimony(within=share)
+def test_parsimony_says_where_only_one_row_is_near():
+    alone = choose([TINY, SMALL], "parsimony")
+    assert (alone.row, alone.runner_up) == (SMALL, TINY)
+    assert "the only replay within 10 % of the lowest RMS error, 0.62" in str(alone)
 
 
 def test_ties_go_to_fewer_coefficients_then_to_the_earlier_row():
     equal = [Entry("b", 30, 0.5), Entry("a", 30, 0.5), Entry("few", 12, 0.5)]
-    for rule in ("rms", Parsimony()):
+    for rule in ("rms", "parsimony"):
         choice = choose(equal, rule)
         assert (choice.row.model, choice.runner_up.model) == ("few", "b")
         assert "equal in error" in str(choice)

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import empty_fit
 from hydrodamp.simulation.status import Status
 from hydrodamp.validation.vehicle_doubt import Effect, VehicleDoubt, variants, vehicle_doubt
@@ -18,11 +17,11 @@ LINEAR = hd.catalog["linear"]
 
 
 def words(vehicle: hd.Vehicle) -> list[str]:
-    return [what for what, _ in variants(vehicle, 0.1)]
+    return [what for what, _ in variants(vehicle)]
 
 
 def test_each_number_is_moved_alone(vehicle):
-    mass, added, trim, center = (moved for _, moved in variants(vehicle, 0.1))
+    mass, added, trim, center = (moved for _, moved in variants(vehicle))
     full, part = vehicle.mass_matrix, vehicle.added_mass
     for way, one in zip((-0.1, 0.1), mass, strict=True):
         np.testing.assert_allclose(one.mass_matrix, full + way * (full - part), atol=1e-12)
@@ -42,7 +41,7 @@ def test_each_number_is_moved_alone(vehicle):
 def test_the_center_moves_the_coupling_of_the_rigid_body():
     """m S(r_G), as rigid_body_mass_matrix makes it with the other center."""
     vehicle = hd.fleet["vt690"]
-    more = list(variants(vehicle, 0.1))[3][1][1]
+    more = list(variants(vehicle))[3][1][1]
     rigid = rigid_body_mass_matrix(47.556, (0.187, 14.933, 14.933), 1.1 * np.array([0, 0, 0.0083]))
     np.testing.assert_allclose(more.mass_matrix, rigid + vehicle.added_mass, atol=1e-9)
 
@@ -56,7 +55,7 @@ def test_what_cannot_be_moved_says_so(vehicle):
     assert words(planar)[1:3] == [
         "added mass: none, nothing to move", "W - B: acts on no free axis, nothing to move",
     ]  # fmt: skip
-    unsplit = list(variants(replace(vehicle, added_mass=None), 0.1))[-1][1][0]
+    unsplit = list(variants(replace(vehicle, added_mass=None)))[-1][1][0]
     np.testing.assert_array_equal(unsplit.mass_matrix, vehicle.mass_matrix)
     heavy = replace(vehicle, weight=vehicle.buoyancy + 20.0)
     assert words(heavy)[2] == "W - B ±2 N"
@@ -132,11 +131,3 @@ def test_words_for_a_replay_that_diverges():
         "RMS of the replay 0.5 -> diverged"
     )
     assert lines[2] == "  r_G: at the origin"
-
-
-@pytest.mark.parametrize("share", [0.0, 1.0, float("nan")])
-def test_a_share_that_is_none(campaign, share):
-    with pytest.raises(MethodError, match="`share` must lie between 0 and 1"):
-        vehicle_doubt(
-            campaign.vehicle, campaign.train, campaign.test, LINEAR, hd.LeastSquares(), share
-        )

@@ -9,7 +9,6 @@ import numpy as np
 from hydrodamp import kernels
 from hydrodamp.arrays import BoolArray, FloatArray, frozen
 from hydrodamp.basis.axes import AXES
-from hydrodamp.errors import MethodError
 from hydrodamp.identification.covariance import reference
 from hydrodamp.identification.rows import Rows, Split, folds
 from hydrodamp.identification.triangle import solve_axis
@@ -52,19 +51,17 @@ class Excitation:
         return self.share >= EXCITED
 
 
-def excitation(problem: Problem, model: DampingModel, span: float = SPAN) -> Excitation:
+def excitation(problem: Problem, model: DampingModel) -> Excitation:
     """Find how much of the motion on each axis equation 1 accounts for."""
-    if not 0.0 < span < np.inf:
-        raise MethodError(f"`span` must be positive [s]; got {span}")
     free = model.restricted_to(problem.vehicle.axes)
     rich = zip(AXES, reference(problem.vehicle.axes).terms, strict=True)
     both = free.with_terms({axis: " ".join(map(str, terms)) for axis, terms in rich if terms})
     wide = problem.covering(both)
-    equations = WeakEquations(min(span, _longest(wide)), _OVERLAP, windows=())
+    equations = WeakEquations(min(SPAN, _longest(wide)), _OVERLAP, windows=())
     rows = equations.rows(wide)
     response = equations.rows(_without_momentum(wide)).target
     variance = response.var(axis=0)
-    share = _share(rows, (free, both), variance, span)
+    share = _share(rows, (free, both), variance)
     quiet = equations.rows(_held(wide, share < EXCITED)).design
     return Excitation(
         model=free,
@@ -96,13 +93,11 @@ def _held(problem: Problem, held: BoolArray) -> Problem:
     return replace(problem, inputs=replace(problem.inputs, velocity=quiet))
 
 
-def _share(
-    rows: Rows, models: tuple[DampingModel, ...], variance: FloatArray, span: float
-) -> FloatArray:
+def _share(rows: Rows, models: tuple[DampingModel, ...], variance: FloatArray) -> FloatArray:
     """Cross-validate each axis of each model, and take the better model."""
     length = sum(np.ptp(rows.time[rows.segment == one]) for one in np.unique(rows.segment))
-    wanted = int(np.clip(length / (_FOLD * span), 2, _MOST_FOLDS))
-    splits = folds(rows, wanted, gap=span).splits(rows)
+    wanted = int(np.clip(length / (_FOLD * SPAN), 2, _MOST_FOLDS))
+    splits = folds(rows, wanted, gap=SPAN).splits(rows)
     error = np.min([_missed(splits, model) for model in models], axis=0)
     moved = variance > 0.0
     return np.where(moved, np.clip(1.0 - error / np.where(moved, variance, 1.0), 0.0, 1.0), 0.0)

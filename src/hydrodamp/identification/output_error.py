@@ -29,8 +29,8 @@ def replay_uncertainty(search: Search, place: Place, n_parts: int) -> Uncertaint
         return None
     guess, errors = settled
     scores = _covariance(search, whole, guess, place, errors)
-    without = left_out(search, place, n_parts) if n_parts else None
-    if without is None:
+    ends = left_out(search, place, n_parts) if n_parts else None
+    if ends is None:
         return Uncertainty(
             covariance=scores.covariance,
             degrees_of_freedom=scores.degrees_of_freedom,
@@ -38,12 +38,13 @@ def replay_uncertainty(search: Search, place: Place, n_parts: int) -> Uncertaint
             block=scores.block,
             n_blocks=scores.n_blocks,
         )
+    away, n = ends - ends.mean(axis=0), len(ends)
     return Uncertainty(
-        covariance=without.covariance + scores.covariance,
-        degrees_of_freedom=without.n_parts - 1,
+        covariance=(n - 1) / n * (away.T @ away) + scores.covariance,
+        degrees_of_freedom=n - 1,
         method="searches without one part of the log after another (jackknife)",
-        block=without.length,
-        n_blocks=without.n_parts,
+        block=search.problem.duration / n_parts,
+        n_blocks=n,
     )
 
 
@@ -84,42 +85,21 @@ FEWEST = 4
 _ROUNDS = 4
 
 
-@dataclass(frozen=True, eq=False)
-class LeftOut:
-    """Ends of the search without one part of the log after another."""
-
-    coefficients: FloatArray
-    length: float
-
-    @property
-    def n_parts(self) -> int:
-        """How many searches have an end."""
-        return len(self.coefficients)
-
-    @property
-    def covariance(self) -> FloatArray:
-        """Jackknife covariance, shape (p, p), of rank one less than parts."""
-        away = self.coefficients - self.coefficients.mean(axis=0)
-        covariance: FloatArray = (self.n_parts - 1) / self.n_parts * (away.T @ away)
-        return covariance
-
-
-def left_out(search: Search, place: Place, n_parts: int) -> LeftOut | None:
-    """Search again without one part of the log after another."""
-    length = search.problem.duration / n_parts
-    windows, parts = _parts(search.problem, length, n_parts)
+def left_out(search: Search, place: Place, n_parts: int) -> FloatArray | None:
+    """Search again without one part of the log after another; return the ends, one a row."""
+    windows, parts = _parts(search.problem, n_parts)
     ends = []
     for part in np.unique(parts):
         rest = replace(search, problem=_of(search.problem, windows[parts != part]))
         path = refine(rest, rest.shooting(np.inf), place, _ROUNDS)
         if path is not None:
             ends.append(path.places[-1].coefficients)
-    return LeftOut(np.array(ends), length) if len(ends) >= FEWEST else None
+    return np.array(ends) if len(ends) >= FEWEST else None
 
 
-def _parts(problem: Problem, length: float, n_parts: int) -> tuple[IntArray, IntArray]:
+def _parts(problem: Problem, n_parts: int) -> tuple[IntArray, IntArray]:
     """Cut segments into windows, and number the part of the log that each belongs to."""
-    windows = cut(problem, length)
+    windows = cut(problem, problem.duration / n_parts)
     sizes = np.diff(windows, axis=1).ravel()
     middle = np.cumsum(sizes) - 0.5 * sizes
     return windows, np.floor(n_parts * middle / problem.n_samples).astype(np.int64)
@@ -244,19 +224,14 @@ class OutputError:
         return _told(problem, model, self, climbed, usable)
 
 
-def _uncertainty(climbed: Climb, n_parts: int) -> Uncertainty | None:
-    """Return how far to trust the end of a search."""
-    found = replay_uncertainty(climbed.search, climbed.place, n_parts)
-    if found is None or climbed.short is None:
-        return found
-    return found.widened(climbed.coefficients - climbed.short, _PUSHES)
-
-
 def _told(
     problem: Problem, model: DampingModel, method: OutputError, climbed: Climb, starts: list[Fit]
 ) -> Fit:
     """Put the end of a search into words."""
     span = spanned(climbed.slopes(), model.labels)
+    uncertainty = replay_uncertainty(climbed.search, climbed.place, method.parts)
+    if uncertainty is not None and climbed.short is not None:
+        uncertainty = uncertainty.widened(climbed.coefficients - climbed.short, _PUSHES)
     idle = {label for group in problem.undetermined(model) for label in group}
     remarks = (
         f"The search started from {' and '.join(fit.method for fit in starts)}; {climbed.words}",
@@ -268,7 +243,7 @@ def _told(
         method,
         # exactly zero, not the solver's 1e-17
         np.where([label in idle for label in model.labels], 0.0, climbed.coefficients),
-        uncertainty=_uncertainty(climbed, method.parts),
+        uncertainty=uncertainty,
         rank=span.rank,
         aliased=span.aliased,
         status=status if climbed.settled else Status.STOPPED,

@@ -13,7 +13,6 @@ from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import reach
-from hydrodamp.kernels.inputs import Inputs
 from hydrodamp.models.damping import Damping
 from hydrodamp.simulation.problem import Problem
 from hydrodamp.simulation.replay import LIMIT
@@ -58,7 +57,6 @@ def prediction_band(
     level: float = 0.95,
     *,
     degrees_of_freedom: float = np.inf,
-    noise: npt.ArrayLike | None = None,
     max_step: float = 0.05,
 ) -> PredictionBand:
     """Return the band of a replay, to first order in the coefficients.
@@ -76,9 +74,6 @@ def prediction_band(
         Share that the band is to hold, at each sample alone.
     degrees_of_freedom : float
         Of the covariance.
-    noise : array_like, shape (6,), optional
-        Standard deviation of the measured velocity [m/s, rad/s]. The band then holds
-        measurements: their own noise is added, and that of the sample the replay starts from.
     max_step : float
         Longest Runge-Kutta step [s].
 
@@ -94,7 +89,7 @@ def prediction_band(
         If the damping has no covariance, or a setting makes no sense.
     """
     half = reach(level, degrees_of_freedom)
-    spread = _Spread.of(problem, damping, _deviations(noise))
+    spread = _Spread.of(problem, damping)
     velocity = np.full((problem.n_samples, 6), np.nan)
     width = np.full((problem.n_samples, 6), np.nan)
     for start, stop in problem.segments.tolist():
@@ -114,16 +109,20 @@ class _Spread:
     matrix: FloatArray
     places: npt.NDArray[np.int32]
     root: FloatArray
-    noise: FloatArray
 
     @classmethod
-    def of(cls, problem: Problem, damping: Damping, noise: FloatArray) -> _Spread:
+    def of(cls, problem: Problem, damping: Damping) -> _Spread:
         """Return the spread on the terms of the free axes."""
+        if damping.covariance is None:
+            raise MethodError(
+                f"the coefficients of '{damping.model.key}' have no covariance, so there is no "
+                "band: use a method that gives one"
+            )
         free = damping.model.restricted_to(problem.vehicle.axes)
         kept = [damping.model.index(label) for label in free.labels]
-        root = _root(_covariance(damping)[np.ix_(kept, kept)])
+        root = _root(damping.covariance[np.ix_(kept, kept)])
         places = np.column_stack(problem.columns.entries(free)).astype(np.int32)
-        return cls(problem, problem.matrix(damping), places, root, noise * problem.vehicle.free)
+        return cls(problem, problem.matrix(damping), places, root)
 
     def chunks(
         self, start: int, stop: int, max_step: float
@@ -131,52 +130,27 @@ class _Spread:
         """Go through a segment; yield samples, their velocity and its variance."""
         length = max(_CHUNK // (6 * (len(self.places) + 6)), 2)
         initial = self.problem.inputs.velocity[start]
-        # Sensitivity to the coefficients' deviations, then to the noise of the first sample.
-        carried = np.hstack([np.zeros((6, self.root.shape[1])), np.diag(self.noise)])
+        carried: FloatArray = np.zeros((6, self.root.shape[1]))
         for first in range(start, stop - 1, length - 1):
             last = min(first + length, stop)
-            velocity, slope = self._sensitivity(first, last, initial, max_step)
-            on_initial = slope[:, :, len(self.places) :]
-            total = on_initial @ carried
-            total[:, :, : self.root.shape[1]] += slope[:, :, : len(self.places)] @ self.root
-            yield slice(first, last), velocity, (total**2).sum(axis=2) + self.noise**2
+            part, inputs = slice(first, last), self.problem.inputs
+            velocity = inputs.velocity[part].copy()
+            velocity[0] = initial
+            velocity, slope, _ = kernels.sensitivities(
+                self.problem.columns.plant,
+                self.matrix,
+                self.places,
+                inputs.part(part, velocity),
+                np.array([[0, last - first]]),
+                max_step=max_step,
+                limit=LIMIT,
+            )
+            on_coefficients, on_initial = np.split(slope, [len(self.places)], axis=2)
+            total = on_initial @ carried + on_coefficients @ self.root
+            yield part, velocity, (total**2).sum(axis=2)
             initial, carried = velocity[-1], total[-1]
             if not np.isfinite(initial).all():
                 return
-
-    def _sensitivity(
-        self, first: int, last: int, initial: FloatArray, max_step: float
-    ) -> tuple[FloatArray, FloatArray]:
-        inputs = self.problem.inputs
-        part = slice(first, last)
-        velocity = inputs.velocity[part].copy()
-        velocity[0] = initial
-        here = Inputs(
-            inputs.time[part],
-            velocity,
-            inputs.down[part],
-            inputs.wrench[part],
-            inputs.channels[part],
-            inputs.propulsion[part],
-        )
-        return kernels.sensitivities(
-            self.problem.columns.plant,
-            self.matrix,
-            self.places,
-            here,
-            np.array([[0, last - first]]),
-            max_step=max_step,
-            limit=LIMIT,
-        )[:2]
-
-
-def _covariance(damping: Damping) -> FloatArray:
-    if damping.covariance is None:
-        raise MethodError(
-            f"the coefficients of '{damping.model.key}' have no covariance, so there is no band: "
-            "use a method that gives one"
-        )
-    return damping.covariance
 
 
 def _root(covariance: FloatArray) -> FloatArray:
@@ -186,15 +160,3 @@ def _root(covariance: FloatArray) -> FloatArray:
     values, vectors = np.linalg.eigh(covariance / np.outer(unit, unit))
     root: FloatArray = unit[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
     return root
-
-
-def _deviations(noise: npt.ArrayLike | None) -> FloatArray:
-    if noise is None:
-        return np.zeros(6)
-    try:
-        values = frozen(noise, (6,), "noise")
-    except ValueError as error:
-        raise MethodError(f"{error}; give a deviation for each of u v w p q r") from error
-    if not np.all(values >= 0.0):
-        raise MethodError(f"`noise` must not be negative; got {values.tolist()}")
-    return values

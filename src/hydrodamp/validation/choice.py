@@ -71,53 +71,27 @@ class Choice(Generic[Candidate]):
         return f"{self.sentence} {self.reservation}".rstrip()
 
 
-@dataclass(frozen=True)
-class Parsimony:
-    """The fewest coefficients among the rows whose error is near the lowest.
+#: The lowest error, where ties go to fewer coefficients, then to the earlier row; and the fewest
+#: coefficients among the rows near the lowest error, where ties go to the lower error.
+RULES = ("rms", "parsimony")
 
-    Ties go to the lower error, then to the earlier row.
-
-    Parameters
-    ----------
-    within : float
-        How far above the lowest error a row may be, as a share of it.
-
-    Raises
-    ------
-    MethodError
-        If it is negative or not finite.
-
-    Examples
-    --------
-    >>> Parsimony(within=0.2)
-    Parsimony(within=0.2)
-    """
-
-    within: float = 0.10
-
-    def __post_init__(self) -> None:
-        """Check the share."""
-        if not 0.0 <= self.within < float("inf"):
-            raise MethodError(f"`within` must be zero or more, such as 0.1; got {self.within}")
+#: How far above the lowest error a row may be to be near it, as a share.
+NEAR = 0.10
 
 
-#: The rules by the words that :meth:`Comparison.choice` takes. None is the lowest error; ties go to
-#: fewer coefficients, then to the earlier row.
-RULES: dict[str, Parsimony | None] = {"rms": None, "parsimony": Parsimony()}
-
-
-def choose(rows: Iterable[Candidate], rule: str | Parsimony = "rms") -> Choice[Candidate]:
+def choose(rows: Iterable[Candidate], rule: str = "rms") -> Choice[Candidate]:
     """Choose a row by a rule."""
-    if isinstance(rule, str) and rule not in RULES:
+    if rule not in RULES:
         raise MethodError(
             f"unknown rule '{rule}'.{did_you_mean(rule, RULES)} Known: {', '.join(RULES)}."
         )
-    how, asked = RULES[rule] if isinstance(rule, str) else rule, list(rows)
+    small, asked = rule == "parsimony", list(rows)
     scored = [row for row in asked if row.rms is not None]
     if not scored:
         raise MethodError("no row has an RMS error: every replay diverged or nothing was fitted")
     candidates = [row for row in scored if row.settled] or scored
-    near = _near(candidates, how)
+    limit = (1.0 + NEAR) * min(map(error_of, candidates))
+    near = [row for row in candidates if small and error_of(row) <= limit]
     ranked = sorted(near, key=lambda row: (row.n_coefficients, error_of(row)))
     others = [row for row in candidates if row not in near]
     ranked += sorted(others, key=lambda row: (error_of(row), row.n_coefficients))
@@ -129,41 +103,33 @@ def choose(rows: Iterable[Candidate], rule: str | Parsimony = "rms") -> Choice[C
     return Choice(
         row=best,
         runner_up=second,
-        sentence=_sentence(how, ranked, len(near), len(asked)),
+        sentence=_sentence(small, ranked, len(near), len(asked)),
         reservation=" ".join(reservation),
     )
 
 
-def _near(rows: Sequence[Candidate], rule: Parsimony | None) -> list[Candidate]:
-    """Return the rows that size decides between."""
-    if rule is None:
-        return []
-    limit = (1.0 + rule.within) * min(map(error_of, rows))
-    return [row for row in rows if error_of(row) <= limit]
-
-
-def _sentence(rule: Parsimony | None, ranked: Sequence[Ranked], near: int, asked: int) -> str:
+def _sentence(small: bool, ranked: Sequence[Ranked], near: int, asked: int) -> str:
     """Say which row is first, by what, and how far the second is behind."""
     best = ranked[0]
     if asked == 1:
-        return f"{_named(rule, best)}, which was compared with no other."
-    if rule is None:
+        return f"{_named(small, best)}, which was compared with no other."
+    if not small:
         why = f"lowest RMS error of {_replays(len(ranked))}"
     else:
-        lowest = _size(min(map(error_of, ranked)))
+        lowest = min(map(error_of, ranked))
         which = "the only replay" if near == 1 else f"fewest coefficients of {near} replays"
-        why = f"{which} within {100.0 * rule.within:g} % of the lowest RMS error, {lowest}"
+        why = f"{which} within {100.0 * NEAR:g} % of the lowest RMS error, {lowest:.3g}"
     behind = "there is no runner-up"
     if len(ranked) > 1:
         second = ranked[1]
         how_far = _compared(error_of(best), error_of(second))
-        behind = f"runner-up {_named(rule, second)}, {how_far}"
-    return f"{_named(rule, best)}: {why}; {behind}."
+        behind = f"runner-up {_named(small, second)}, {how_far}"
+    return f"{_named(small, best)}: {why}; {behind}."
 
 
-def _named(rule: Parsimony | None, row: Ranked) -> str:
-    size = "" if rule is None else f"{row.n_coefficients} coefficients, "
-    return f"{row.model} by {row.method} ({size}{_size(error_of(row))})"
+def _named(small: bool, row: Ranked) -> str:
+    size = f"{row.n_coefficients} coefficients, " if small else ""
+    return f"{row.model} by {row.method} ({size}{error_of(row):.3g})"
 
 
 class Table(Protocol[Candidate_co]):
@@ -223,7 +189,3 @@ def _compared(error: float, other: float) -> str:
 
 def _replays(count: int) -> str:
     return "1 replay" if count == 1 else f"{count} replays"
-
-
-def _size(error: float) -> str:
-    return f"{error:.3g}"

@@ -16,7 +16,7 @@ from hydrodamp.simulation.problem import Problem, prepare, stamp
 from hydrodamp.simulation.replay import AttitudeSource, Trajectory, replay
 from hydrodamp.simulation.score import RateUnit, Score, score
 from hydrodamp.simulation.status import Status
-from hydrodamp.validation.choice import Choice, Parsimony, choose
+from hydrodamp.validation.choice import Choice, choose
 from hydrodamp.vehicle.vehicle import Vehicle
 
 
@@ -128,15 +128,14 @@ class Comparison:
             f"{', '.join(self.models)}, methods {', '.join(self.methods)}."
         )
 
-    def choice(self, rule: str | Parsimony = "rms") -> Choice[Row]:
+    def choice(self, rule: str = "rms") -> Choice[Row]:
         """Choose a row; printed, the choice says its rule and its runner-up.
 
         Parameters
         ----------
-        rule : {"rms", "parsimony"} or Parsimony
-            The lowest RMS error, or the fewest coefficients within 10 % of it;
-            ``Parsimony(within=0.2)`` for another share. Rows that have not settled
-            are left out unless none has.
+        rule : {"rms", "parsimony"}
+            The lowest RMS error, or the fewest coefficients within 10 % of it. Rows
+            that have not settled are left out unless none has.
 
         Returns
         -------
@@ -150,12 +149,12 @@ class Comparison:
         """
         return choose(self.rows, rule)
 
-    def best(self, rule: str | Parsimony = "rms") -> Row:
+    def best(self, rule: str = "rms") -> Row:
         """Return the row of :meth:`choice`.
 
         Parameters
         ----------
-        rule : {"rms", "parsimony"} or Parsimony
+        rule : {"rms", "parsimony"}
             The lowest RMS error by default; ties go to fewer coefficients.
 
         Returns

@@ -19,7 +19,7 @@ from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import prepare
 from hydrodamp.simulation.replay import AttitudeSource
 from hydrodamp.simulation.score import RateUnit
-from hydrodamp.validation.choice import Choice, Parsimony, choose
+from hydrodamp.validation.choice import Choice, choose
 from hydrodamp.validation.compare import Comparison, Row, compare
 from hydrodamp.vehicle.vehicle import Vehicle
 
@@ -100,12 +100,12 @@ class CrossValidation:
     held_out: tuple[tuple[str, ...], ...]
     rate_unit: RateUnit = "deg"
 
-    def choice(self, rule: str | Parsimony = "rms") -> Choice[ValidatedRow]:
+    def choice(self, rule: str = "rms") -> Choice[ValidatedRow]:
         """Choose a row; printed, the choice says its rule and its runner-up.
 
         Parameters
         ----------
-        rule : {"rms", "parsimony"} or Parsimony
+        rule : {"rms", "parsimony"}
             As in a comparison, by the mean RMS error over the folds.
 
         Returns

@@ -9,7 +9,6 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.data.log import Log
-from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Fit, Method
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.parallel import each
@@ -17,6 +16,9 @@ from hydrodamp.simulation.problem import Problem, prepare
 from hydrodamp.simulation.replay import replay
 from hydrodamp.simulation.score import score
 from hydrodamp.vehicle.vehicle import Vehicle
+
+#: How far each number is moved, as a share of it.
+SHARE = 0.1
 
 #: Share of the weight that W - B is taken to be for a neutral vehicle: trimming in the field is not
 #: much finer.
@@ -85,9 +87,8 @@ def vehicle_doubt(
     test: Log,
     model: DampingModel,
     method: Method,
-    share: float = 0.1,
 ) -> VehicleDoubt:
-    """Identify and replay with each number of the vehicle moved both ways.
+    """Identify and replay with each number of the vehicle moved by a tenth, both ways.
 
     Parameters
     ----------
@@ -99,8 +100,6 @@ def vehicle_doubt(
         Which terms.
     method : Method
         How.
-    share : float
-        How far to move each number, as a share of it.
 
     Returns
     -------
@@ -109,8 +108,6 @@ def vehicle_doubt(
 
     Raises
     ------
-    MethodError
-        If the share is not between 0 and 1.
     ProblemError
         If a log lacks what the vehicle or a term needs.
 
@@ -125,9 +122,7 @@ def vehicle_doubt(
     >>> len(doubt.effects)
     4
     """
-    if not 0.0 < share < 1.0:
-        raise MethodError(f"`share` must lie between 0 and 1, such as 0.1; got {share}")
-    wrong = tuple(variants(vehicle, share))
+    wrong = tuple(variants(vehicle))
     vehicles = [vehicle, *(one for _, moved in wrong for one in moved)]
     (fit, rms), *others = each(_fitted, [(one, train, test, model, method) for one in vehicles])
     size, wrench = _sizes(prepare(vehicle, train, model), fit)
@@ -189,7 +184,7 @@ def _effect(
     )
 
 
-def variants(vehicle: Vehicle, share: float) -> Iterator[tuple[str, tuple[Vehicle, ...]]]:
+def variants(vehicle: Vehicle) -> Iterator[tuple[str, tuple[Vehicle, ...]]]:
     """Move mass, added mass, W - B and r_G, one at a time; none where there is nothing to move."""
     added, mass = vehicle.added_mass, vehicle.mass_matrix
     parts = {"mass and added mass": mass}
@@ -197,11 +192,11 @@ def variants(vehicle: Vehicle, share: float) -> Iterator[tuple[str, tuple[Vehicl
         parts = {"mass": mass - added, "added mass": added}
     for name, part in parts.items():
         if part.any():
-            moved = (_with_mass(vehicle, mass + way * part) for way in (-share, share))
-            yield f"{name} ±{100.0 * share:g} %", tuple(moved)
+            moved = (_with_mass(vehicle, mass + way * part) for way in (-SHARE, SHARE))
+            yield f"{name} ±{100.0 * SHARE:g} %", tuple(moved)
         else:
             yield f"{name}: none, nothing to move", ()
-    step = share * (abs(vehicle.weight - vehicle.buoyancy) or NEUTRAL * vehicle.weight)
+    step = SHARE * (abs(vehicle.weight - vehicle.buoyancy) or NEUTRAL * vehicle.weight)
     if step and np.any(vehicle.free[[2, 3, 4]]):
         trimmed = (replace(vehicle, buoyancy=vehicle.buoyancy - way) for way in (-step, step))
         yield f"W - B ±{step:.2g} N", tuple(trimmed)
@@ -217,9 +212,9 @@ def variants(vehicle: Vehicle, share: float) -> Iterator[tuple[str, tuple[Vehicl
         coupling[:3, 3:], coupling[3:, :3] = rigid[:3, 3:], rigid[3:, :3]
     shifted = (
         replace(_with_mass(vehicle, mass + way * coupling), center_of_gravity=(1.0 + way) * center)
-        for way in (-share, share)
+        for way in (-SHARE, SHARE)
     )
-    yield f"r_G ±{100.0 * share:g} %", tuple(shifted)
+    yield f"r_G ±{100.0 * SHARE:g} %", tuple(shifted)
 
 
 def _with_mass(vehicle: Vehicle, mass_matrix: FloatArray) -> Vehicle:
