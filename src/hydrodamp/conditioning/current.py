@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -25,15 +24,6 @@ _SIDESLIP = 0.03  # of the median surge, a priori standard deviation of the stea
 _LONGEST = 40000  # samples; more are thinned out
 _LEAST = 10  # samples
 _MOST_KNOTS = 1000
-
-
-@dataclass(frozen=True, eq=False)
-class Design:
-    """Surge, then sway of all samples, as a matrix times what is unknown."""
-
-    matrix: sparse.csr_array
-    n_way: int
-    sideslip: int
 
 
 def under_way(log: Log) -> IntArray:
@@ -63,12 +53,12 @@ def placed_knots(log: Log, spacing: float) -> FloatArray:
 
 def way_and_current(
     log: Log, rows: IntArray, knots: FloatArray, commands: Sequence[str] | None
-) -> Design:
-    """Return the matrix of equation 1."""
+) -> tuple[sparse.csr_array, int, int]:
+    """Return surge, then sway as a matrix; the columns of the way, and which is sideslip."""
     surge, drift = _way(log, rows, commands)
     way = sparse.csr_array(sparse.block_diag([surge, drift]))
     matrix = sparse.csr_array(sparse.hstack([way, _seen(log, rows, knots)]))
-    return Design(matrix, way.shape[1], surge.shape[1])
+    return matrix, way.shape[1], surge.shape[1]
 
 
 def turned(attitude: FloatArray) -> float:
@@ -77,18 +67,20 @@ def turned(attitude: FloatArray) -> float:
     return float(1.0 - np.abs(np.exp(1j * yaw).mean()))
 
 
-def beforehand(design: Design, knots: FloatArray, surge: float, drift: float) -> FloatArray:
+def beforehand(
+    n_way: int, sideslip: int, knots: FloatArray, surge: float, drift: float
+) -> FloatArray:
     """Return what is known before the log is read, as information."""
     k = len(knots)
-    information = np.zeros((design.n_way + 2 * k,) * 2)
-    information[: design.n_way, : design.n_way] = np.eye(design.n_way) / surge**2
-    information[design.sideslip, design.sideslip] = (_SIDESLIP * surge) ** -2
+    information = np.zeros((n_way + 2 * k,) * 2)
+    information[:n_way, :n_way] = np.eye(n_way) / surge**2
+    information[sideslip, sideslip] = (_SIDESLIP * surge) ** -2
     walk = np.zeros((k, k))
     walk[0, 0] = _LIKELY**-2
     if k > 1:
         step = np.diff(np.eye(k), axis=0)
         walk += step.T @ (step / (drift**2 * np.diff(knots) / TEN_MINUTES)[:, np.newaxis])
-    for first in (design.n_way, design.n_way + k):
+    for first in (n_way, n_way + k):
         information[first : first + k, first : first + k] = walk
     return information
 
@@ -256,20 +248,20 @@ def estimate_current(
     assert log.attitude is not None
     rows = under_way(log)
     knots = placed_knots(log, spacing if drift > 0 else np.inf)
-    design = way_and_current(log, rows, knots, commands)
-    prior = beforehand(design, knots, float(np.median(log.velocity[rows, 0])), drift)
+    matrix, n_way, sideslip = way_and_current(log, rows, knots, commands)
+    prior = beforehand(n_way, sideslip, knots, float(np.median(log.velocity[rows, 0])), drift)
     measured = log.velocity[rows, :2].T
     elapsed = log.elapsed[rows]
     weight = np.full(measured.shape, 1.0 / np.maximum(np.var(measured, axis=1), _TINY**2)[:, None])
     for _ in range(_ROUNDS):
-        weighted = design.matrix.multiply(weight.reshape(-1, 1))
-        information = (design.matrix.T @ weighted).toarray() + prior
+        weighted = matrix.multiply(weight.reshape(-1, 1))
+        information = (matrix.T @ weighted).toarray() + prior
         estimate = np.linalg.solve(information, weighted.T @ measured.ravel())
-        rest = measured - (design.matrix @ estimate).reshape(2, -1)
+        rest = measured - (matrix @ estimate).reshape(2, -1)
         weight = np.array([_weights(one, elapsed) for one in rest])
     covariance = np.linalg.inv(information)
-    errors = np.sqrt(covariance.diagonal()[design.n_way :]).reshape(2, -1).T
-    found = estimate[design.n_way :].reshape(2, -1).T
+    errors = np.sqrt(covariance.diagonal()[n_way:]).reshape(2, -1).T
+    found = estimate[n_way:].reshape(2, -1).T
     return Current(knots, found, errors, turned(log.attitude[rows]))
 
 

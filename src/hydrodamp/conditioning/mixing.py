@@ -134,7 +134,7 @@ def roll_from_mixing(
     if log.attitude is None:
         fault = "there is no attitude; roll from mixing needs pitch and yaw"
         raise LogError(fault, source=log.source)
-    wanted, actual = _pair(log, demanded), _pair(log, fins)
+    wanted, actual = (np.column_stack([*map(log.command, names)]) for names in (demanded, fins))
     good, alone = _telling(wanted, actual, mixing)
     if good.mean() < _LEAST_SHARE:
         fault = (
@@ -153,10 +153,6 @@ def roll_from_mixing(
         f" {int((~good).sum())} of {log.n} samples"
     )
     return dataclasses.replace(log, attitude=quaternion_from_euler(euler)).noted(note)
-
-
-def _pair(log: Log, names: tuple[str, str]) -> FloatArray:
-    return np.column_stack([log.command(name) for name in names])
 
 
 def _sums(wanted: FloatArray, actual: FloatArray, mixing: Mixing, good: BoolArray) -> _Sums:

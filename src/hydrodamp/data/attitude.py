@@ -6,8 +6,6 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray
 
-_UNIT = 1e-12  # how far the norm of a unit quaternion may be off one
-
 
 def quaternion_from_euler(euler: FloatArray) -> FloatArray:
     """Return the unit quaternions of roll, pitch and yaw."""
@@ -28,12 +26,6 @@ def euler_from_quaternion(quaternion: FloatArray) -> FloatArray:
     pitch = np.arcsin(np.clip(2 * (w * y - z * x), -1, 1))
     yaw = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
     return np.stack((roll, pitch, yaw), axis=-1)
-
-
-def normalised(quaternion: FloatArray) -> FloatArray:
-    """Return quaternions with norm 1; those that have it already are kept to the bit."""
-    norm = np.linalg.norm(quaternion, axis=1, keepdims=True)
-    return np.where(np.abs(norm - 1) > _UNIT, quaternion / norm, quaternion)
 
 
 def rotation(quaternion: FloatArray) -> FloatArray:

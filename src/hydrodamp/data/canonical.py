@@ -166,12 +166,6 @@ def _lines(columns: Mapping[str, FloatArray], log: Log) -> Iterator[str]:
                 step(rows.stop - rows.start)
 
 
-def _heading_alone(numbers: Collection[str]) -> bool:
-    """Tell a planar log: of the angles yaw alone, of the velocities none but u v r."""
-    upright = not any(name in numbers for name in (*EULER[:2], *_QUATERNION, "w", "p", "q"))
-    return "yaw" in numbers and upright
-
-
 def _missing_faults(numbers: Mapping[str, FloatArray]) -> Iterator[str]:
     if "time" not in numbers:
         yield (
@@ -195,7 +189,9 @@ def _attitude_faults(numbers: Mapping[str, FloatArray]) -> Iterator[str]:
         both = " ".join(found[0]), " ".join(found[1])
         yield f"attitude must be given once; got both `{both[0]}` and `{both[1]}`. Drop one set"
         return
-    if _heading_alone(numbers):
+    # A planar log: of the angles yaw alone, of the velocities none but u v r.
+    tilted = (*EULER[:2], *_QUATERNION, "w", "p", "q")
+    if "yaw" in numbers and not any(name in numbers for name in tilted):
         if runs_in_degrees("yaw", numbers["yaw"]):
             yield "`yaw` must be in rad; it runs as an angle in degrees does. " + _CONVERT
         return
@@ -224,9 +220,11 @@ def _acceleration_faults(numbers: Mapping[str, FloatArray]) -> Iterator[str]:
     there = [name for name in _ACCELERATIONS if name in numbers]
     needed = [f"d{name}" for name in VELOCITIES if name in numbers]
     if there and (absent := [name for name in needed if name not in there]):
+        listed, velocities = " ".join(there), " ".join(name.removeprefix("d") for name in absent)
         yield (
             f"accelerations must be given for every velocity recorded; `{' '.join(absent)}` is"
-            f" missing beside `{' '.join(there)}`. Add it, or drop {_surplus(there, absent)}"
+            f" missing beside `{listed}`. Add it, or drop `{listed}` (velocities are then"
+            f" differentiated) or the velocities `{velocities}`"
         )
     if surplus := [name for name in there if name not in needed]:
         yield f"accelerations `{' '.join(surplus)}` have no velocity column; add it or drop them"
@@ -241,14 +239,6 @@ def _whole_faults(numbers: Mapping[str, FloatArray]) -> Iterator[str]:
                 f"`{' '.join(group)}` belong together; `{absent}` is missing beside "
                 f"`{' '.join(there)}`. Add it, drop the others, or rename a command of that name"
             )
-
-
-def _surplus(there: Sequence[str], absent: Sequence[str]) -> str:
-    """Say which columns to drop: the accelerations, or the velocities without one."""
-    velocities = " ".join(name.removeprefix("d") for name in absent)
-    return (
-        f"`{' '.join(there)}` (velocities are then differentiated) or the velocities `{velocities}`"
-    )
 
 
 def _empty_faults(numbers: Mapping[str, FloatArray]) -> Iterator[str]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray, frozen
 from hydrodamp.basis.axes import VELOCITIES
-from hydrodamp.data.attitude import normalised, rate_slopes
+from hydrodamp.data.attitude import rate_slopes
 from hydrodamp.data.channels import BLOCKS, VELOCITY, unit_of
 from hydrodamp.data.record import Record, Segment, copied
 
@@ -18,6 +18,7 @@ _FASTEST = 50.0
 
 _DEGREES_SLOPE = (50.0, 65.0)  # of recorded on differentiated rates in deg/s (180/pi = 57.3)
 _NEARLY_UNIT = 1e-3  # how far the norm of a quaternion may be off one
+_ROUNDING = 1e-12  # how far it is off one by rounding alone
 _LISTED = 3
 
 
@@ -54,7 +55,10 @@ def checked_blocks(given: Mapping[str, Any]) -> tuple[dict[str, FloatArray], lis
         faults += _norm_faults(blocks.get("attitude"), _row)
         faults += _speed_faults(blocks["velocity"], _row, VELOCITIES)
     if "attitude" in blocks and not faults:
-        blocks["attitude"] = frozen(normalised(blocks["attitude"]))
+        norm = np.linalg.norm(blocks["attitude"], axis=1, keepdims=True)
+        # Quaternions of norm 1 are kept to the bit.
+        off = np.abs(norm - 1) > _ROUNDING
+        blocks["attitude"] = frozen(np.where(off, blocks["attitude"] / norm, blocks["attitude"]))
     return blocks, faults
 
 

@@ -30,9 +30,9 @@ class Brackets:
     ticks: tuple[slice, ...]
     times: tuple[tuple[FloatArray, FloatArray], ...]
     before: IntArray
-    unknown: BoolArray | None
-    spent: BoolArray | None
-    early: BoolArray | None
+    unknown: BoolArray
+    spent: BoolArray
+    early: BoolArray
 
 
 def brackets(stamps: Stamps, ticks: Ticks) -> Brackets:
@@ -46,9 +46,8 @@ def brackets(stamps: Stamps, ticks: Ticks) -> Brackets:
     for (mine, its), (messages, wanted) in zip(pairs, times, strict=True):
         index, unknown[its], spent[its], early[its] = _within(stamps, messages, wanted)
         before[its] = index + mine.start
-    masks = (mask if mask.any() else None for mask in (unknown, spent, early))
     places = tuple(one for one, _ in pairs), tuple(one for _, one in pairs)
-    return Brackets(*places, times, before, *masks)
+    return Brackets(*places, times, before, unknown, spent, early)
 
 
 def _within(
@@ -73,20 +72,17 @@ def interpolated(values: FloatArray, found: Brackets) -> FloatArray:
     taken = np.empty(len(found.before))
     for mine, its, (messages, wanted) in zip(found.messages, found.ticks, found.times, strict=True):
         taken[its] = np.interp(wanted, messages, values[mine])
-    return _masked(taken, found.unknown)
+    taken[found.unknown] = np.nan
+    return taken
 
 
 def held(values: FloatArray, found: Brackets, *, until_next: bool = False) -> FloatArray:
     """Return the value of the last message before each tick."""
     if len(values) == 0:
         return np.full(len(found.before), np.nan)
-    return _masked(values[found.before], found.early if until_next else found.spent)
-
-
-def _masked(values: FloatArray, mask: BoolArray | None) -> FloatArray:
-    if mask is not None:
-        values[mask] = np.nan
-    return values
+    taken = values[found.before]
+    taken[found.early if until_next else found.spent] = np.nan
+    return taken
 
 
 def turned(quaternions: FloatArray, found: Brackets) -> FloatArray:
