@@ -128,16 +128,18 @@ def test_even_ticks_reach_the_last_message(rate: float) -> None:
     assert at_rate(stamps(time), rate).time.tolist() == pytest.approx(time.tolist())
 
 
-def test_as_many_runs_are_matched_in_order() -> None:
-    base = stamps([90, 91, 92, 0, 1, 2])
-    other = stamps([90.5, 91.5, 0.1, 0.6])
-    assert matched(other, base).run.tolist() == [0, 0, 1, 1]
-
-
-def test_a_topic_that_misses_a_run_goes_where_it_overlaps_most() -> None:
-    base = stamps([100, 101, 102, 103, 0, 1, 2, 3])
-    assert matched(stamps([0.5, 1.5, 2.5]), base).run.tolist() == [1, 1, 1]
-    assert matched(stamps([100.5, 101.5]), base).run.tolist() == [0, 0]
+@pytest.mark.parametrize(
+    ("base", "other", "run"),
+    [
+        ([90, 91, 92, 0, 1, 2], [90.5, 91.5, 0.1, 0.6], [0, 0, 1, 1]),
+        ([100, 101, 102, 103, 0, 1, 2, 3], [0.5, 1.5, 2.5], [1, 1, 1]),
+        ([100, 101, 102, 103, 0, 1, 2, 3], [100.5, 101.5], [0, 0]),
+    ],
+)
+def test_runs_are_matched_in_order_or_where_they_overlap_most(
+    base: list[float], other: list[float], run: list[int]
+) -> None:
+    assert matched(stamps(other), stamps(base)).run.tolist() == run
 
 
 def test_runs_that_the_base_has_not_are_left_out() -> None:

@@ -29,48 +29,41 @@ def test_a_sound_clock_is_taken_as_it_is() -> None:
     assert stamps.limit == 1.0
 
 
-def test_repeated_and_late_messages_are_dropped_and_counted() -> None:
-    stamps = right([0, 1, 2, 2, 3, 2.5, 2.6, 4, 4, 5])
-    assert stamps.rows.tolist() == [0, 1, 2, 4, 7, 9]
-    assert stamps.run.tolist() == [0] * 6
-    assert oddities(stamps) == {Oddity.REPEATED: 2, Oddity.LATE: 2}
+NAN, INF = np.nan, np.inf
+STRAYED = [*range(3), 9e8, *range(4, 9), -70, *range(10, 20)]
 
 
-def test_a_stray_stamp_is_dropped_and_is_no_restart() -> None:
-    time = np.arange(20.0)
-    time[[3, 9]] = 9e8, -70
-    stamps = right(time)
-    assert stamps.time.tolist() == [k for k in range(20) if k not in (3, 9)]
-    assert oddities(stamps) == {Oddity.STRAY: 2}
-
-
-def test_absent_stamps_are_dropped() -> None:
-    stamps = right([0, np.nan, 1, np.inf, 2])
-    assert stamps.rows.tolist() == [0, 2, 4]
-    assert oddities(stamps) == {Oddity.ABSENT: 2}
-
-
-def test_a_clock_set_back_begins_a_run() -> None:
-    stamps = right([100, 101, 102, 50, 51, 52])
-    assert stamps.run.tolist() == [0, 0, 0, 1, 1, 1]
-    assert stamps.time.tolist() == [100, 101, 102, 50, 51, 52]
-    assert oddities(stamps) == {Oddity.SET_BACK: 1}
-
-
-def test_a_label_that_changes_begins_a_run_and_nothing_is_odd() -> None:
-    stamps = right([0, 1, 2, 0, 1, 2], list("aaabbb"))
-    assert stamps.run.tolist() == [0, 0, 0, 1, 1, 1]
-    assert stamps.irregularities == ()
-
-
-def test_a_label_that_changes_while_the_clock_runs_on_is_no_new_run() -> None:
-    stamps = right([0, 1, 2, 3], list("aabb"))
-    assert stamps.run.tolist() == [0] * 4
-
-
-def test_a_join_at_a_dropped_message_stays_a_join() -> None:
-    stamps = right([0, 1, 2, np.nan, 1, 2], list("aaabbb"))
-    assert stamps.run.tolist() == [0, 0, 0, 1, 1]
+@pytest.mark.parametrize(
+    ("time", "labels", "rows", "run", "odd"),
+    [
+        (
+            [0, 1, 2, 2, 3, 2.5, 2.6, 4, 4, 5],
+            None,
+            [0, 1, 2, 4, 7, 9],
+            [0] * 6,
+            {Oddity.REPEATED: 2, Oddity.LATE: 2},
+        ),
+        (STRAYED, None, [k for k in range(20) if k not in (3, 9)], [0] * 18, {Oddity.STRAY: 2}),
+        ([0, NAN, 1, INF, 2], None, [0, 2, 4], [0] * 3, {Oddity.ABSENT: 2}),
+        ([100, 101, 50, 51], None, [0, 1, 2, 3], [0, 0, 1, 1], {Oddity.SET_BACK: 1}),
+        ([0, 1, 0, 1], "aabb", [0, 1, 2, 3], [0, 0, 1, 1], {}),
+        ([0, 1, 2, 3], "aabb", [0, 1, 2, 3], [0] * 4, {}),
+        ([0, 1, 2, NAN, 1, 2], "aaabbb", [0, 1, 2, 4, 5], [0, 0, 0, 1, 1], {Oddity.ABSENT: 1}),
+    ],
+    ids=["repeated, late", "stray", "absent", "set back", "label", "label alone", "absent label"],
+)
+def test_odd_stamps_are_dropped_or_begin_a_run(
+    time: list[float],
+    labels: str | None,
+    rows: list[int],
+    run: list[int],
+    odd: dict[Oddity, int],
+) -> None:
+    stamps = right(time, None if labels is None else list(labels))
+    assert stamps.rows.tolist() == rows
+    assert stamps.run.tolist() == run
+    assert stamps.time.tolist() == [time[row] for row in rows]
+    assert oddities(stamps) == odd
 
 
 def test_an_epoch_learnt_on_the_way_is_one_for_all_topics() -> None:
