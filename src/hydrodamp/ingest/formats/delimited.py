@@ -20,7 +20,7 @@ from hydrodamp.errors import LogError
 from hydrodamp.ingest.formats import fast_text
 from hydrodamp.ingest.formats.cells import Column, Part, is_number, numbers_of, topic_of
 from hydrodamp.ingest.formats.content import opened
-from hydrodamp.ingest.formats.dialect import COMMENTS, WESTERN, Dialect, find_dialect
+from hydrodamp.ingest.formats.dialect import COMMENTS, DELIMITERS, WESTERN, Dialect, find_dialect
 
 _CHUNK = 1 << 20  # bytes
 _BLOCK = 4096  # rows of strings that stay in the cache until they are numbers
@@ -80,15 +80,15 @@ def _throughout(path: str | Path, dialect: Dialect) -> Dialect:
 
 def _recording(part: Part, path: str | Path, dialect: Dialect) -> Recording:
     """Return columns as a recording of one topic."""
-    named = dict(zip(dialect.names, part.columns, strict=True))
+    named = dict(zip(dialect.header.names, part.columns, strict=True))
     dated = {name: column.unit for name, column in named.items() if column.unit}
-    units = {**dialect.units, **dated}
+    units = {**dialect.header.units, **dated}
     topic = topic_of("", named, part.lines, units=units, skipped=part.skipped)
-    notes = [*dialect.notes, *part.notes, *topic.faults.values()]
+    notes = [*dialect.header.notes, *part.notes, *topic.faults.values()]
     if dialect.encoding == WESTERN:
         notes.insert(0, "the text is not UTF-8; its letters were read as Windows-1252")
     notes += [f"column `{name}` holds dates, read in seconds since 1970" for name in dated]
-    topic = replace(topic, faults={**topic.faults, **dialect.faults})
+    topic = replace(topic, faults={**topic.faults, **dialect.header.faults})
     return Recording((topic,), str(path), "text in columns", tuple(notes))
 
 
@@ -107,7 +107,7 @@ def _careful(path: str | Path, dialect: Dialect, rows: int | None, skip: int = 0
             blocks.append(_columns([cells for _, cells in block], dialect))
         read.check()
         if lines or rows is None:
-            pieces = [*zip(*blocks, strict=True)] or [()] * len(dialect.names)
+            pieces = [*zip(*blocks, strict=True)] or [()] * len(dialect.header.names)
             columns = tuple(_joined(dialect, *piece) for piece in enumerate(pieces))
             yield Part(columns, lines, skip, tuple(read.notes()))
         if rows is None or len(lines) < rows:
@@ -156,7 +156,7 @@ class _Rows:
         self.line = 0
 
     def __iter__(self) -> Iterator[tuple[int, Sequence[str]]]:
-        width, header = len(self.dialect.names), self.dialect.header
+        width, header = len(self.dialect.header.names), self.dialect.header.cells
         header = () if all(map(is_number, header)) else header
         try:
             for line, cells in self._split():
@@ -216,19 +216,20 @@ class _Rows:
         """Return the last line where it lacks both its end and cells; else 0."""
         if self.ended or not self.ragged or self.ragged[-1][0] != self.line:
             return 0
-        return self.line if self.ragged[-1][1] < len(self.dialect.names) else 0
+        return self.line if self.ragged[-1][1] < len(self.dialect.header.names) else 0
 
     def check(self) -> None:
         """Raise the faults so far."""
         faults = self.ragged[:-1] if self.cut() else self.ragged
         if not faults:
             return
-        head = "the header has" if self.dialect.header else "the first rows have"
-        head = f"{head} {len(self.dialect.names)}"
+        head = "the header has" if self.dialect.header.cells else "the first rows have"
+        head = f"{head} {len(self.dialect.header.names)}"
         told = [f"line {line} has {cells} cells, {head}" for line, cells in faults[:_LISTED]]
         if len(faults) > _LISTED:
             told.append(f"so have {len(faults) - _LISTED} more lines")
-        told[-1] += f". Cells are divided by {self.dialect.called}; mend or drop these lines"
+        mark = DELIMITERS[self.dialect.delimiter]
+        told[-1] += f". Cells are divided by {mark}; mend or drop these lines"
         if self.spanning:
             told.append(f"a cell goes on to line {self.spanning}: is a quotation mark missing?")
         raise LogError(told, source=str(self.path))

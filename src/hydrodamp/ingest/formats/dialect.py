@@ -6,8 +6,8 @@ import codecs
 import csv
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from hydrodamp.data.units import is_unit
@@ -41,7 +41,7 @@ _BEGIN = 1 << 18  # bytes
 _LINE = re.compile("\r\n|\n|\r")
 
 #: In order of preference; the empty one stands for any white space.
-_DELIMITERS = {"\t": "tabs", ";": "semicolons", "|": "bars", ",": "commas", "": "spaces"}
+DELIMITERS = {"\t": "tabs", ";": "semicolons", "|": "bars", ",": "commas", "": "spaces"}
 _COMMENT = re.compile(r"\s*(#|%|//)+")
 _SEPARATOR = re.compile(r"sep=.$", re.IGNORECASE)
 _SAMPLE = 200  # lines
@@ -57,24 +57,15 @@ class Dialect:
     quoted: bool
     delimiter: str
     decimal: str
-    names: tuple[str, ...]
-    units: Mapping[str, str]
-    header: tuple[str, ...]
+    header: Header
     numeric: tuple[bool, ...]
     width: int
     first: int
-    notes: tuple[str, ...] = ()
-    faults: Mapping[str, str] = field(default_factory=dict)
-
-    @property
-    def called(self) -> str:
-        """The name of the delimiter."""
-        return _DELIMITERS[self.delimiter]
 
     def column(self, place: int, cells: Sequence[str]) -> Column:
         """Return cells as a column."""
         column = column_of(cells, self.decimal)
-        if self.names[place] != _LABEL:
+        if self.header.names[place] != _LABEL:
             return column
         words = tuple(cell.strip() or _NO_NAME for cell in cells)
         return Column(None if column.bad else column.numbers, words)
@@ -88,7 +79,7 @@ def find_dialect(path: str | Path) -> Dialect:
     if len(begin) == _BEGIN and len(lines) > 1:
         lines.pop()
     try:
-        tables = {mark: _rows(lines[:_SAMPLE], mark) for mark in _DELIMITERS}
+        tables = {mark: _rows(lines[:_SAMPLE], mark) for mark in DELIMITERS}
     except csv.Error as error:
         raise LogError(f"the file is no text of columns: {error}", source=str(path)) from error
     tables = {mark: rows for mark, rows in tables.items() if rows}
@@ -192,22 +183,19 @@ def _described(
     likely = [_is_numeric(column, decimal) for column in zip(*even, strict=True)]
     start = next((k for k in range(len(rows)) if _is_data(rows, k, likely, decimal)), 1)
     filled = max((row.filled for row in rows[start:] if len(row.cells) == width), default=width)
-    header = _Header(rows[:start], filled, width, delimiter)
-    names = header.names or unique_names([""] * filled)
-    numeric = [likely[k : k + 1] == [True] and name != _LABEL for k, name in enumerate(names)]
+    header = Header(rows[:start], filled, width, delimiter)
+    numeric = (
+        likely[k : k + 1] == [True] and name != _LABEL for k, name in enumerate(header.names)
+    )
     return Dialect(
         encoding,
         quoted,
         delimiter,
         decimal,
-        names,
-        header.units,
-        header.cells,
+        header,
         tuple(numeric),
-        max(width, len(names)),
+        max(width, len(header.names)),
         rows[start].line if start < len(rows) else rows[-1].line + 1,
-        tuple(header.notes),
-        header.faults,
     )
 
 
@@ -233,11 +221,11 @@ def _are_units(row: _Row) -> bool:
     return 2 * sum(map(is_unit, cells)) > len(cells)
 
 
-class _Header:
+class Header:
     """What the lines above the rows say."""
 
     def __init__(self, rows: Sequence[_Row], filled: int, width: int, delimiter: str) -> None:
-        self.names: tuple[str, ...] = ()
+        self.names = unique_names([""] * filled)
         self.cells: tuple[str, ...] = ()
         self.units: dict[str, str] = {}
         self.faults: dict[str, str] = {}
