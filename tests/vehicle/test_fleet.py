@@ -9,7 +9,8 @@ import pytest
 
 from hydrodamp.errors import FileError, HydrodampWarning, VehicleError
 from hydrodamp.vehicle.file import format_vehicle, parse_vehicle, write_vehicle
-from hydrodamp.vehicle.fleet import NAMES, find_vehicle, fleet, fleet_text
+from hydrodamp.vehicle.fleet import NAMES, find_vehicle, fleet, fleet_text, without_righting
+from hydrodamp.vehicle.vehicle import Vehicle
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -18,7 +19,6 @@ class TestEveryVehicle:
         assert fleet[name].name == name
         assert fleet[name] is fleet[name]
 
-    def test_has_a_source_and_a_note(self, name):
         assert fleet[name].source
         assert fleet[name].note
 
@@ -47,6 +47,7 @@ class TestEveryVehicle:
         wrench = fleet[name].restoring_wrench(lean)
         assert wrench[0, 3] < 0.0
         assert wrench[1, 4] < 0.0
+        assert without_righting(fleet[name]) == ""
 
     def test_round_trip(self, name):
         assert parse_vehicle(format_vehicle(fleet[name])) == fleet[name]
@@ -133,3 +134,41 @@ def test_the_text_of_a_vehicle_is_its_file():
     assert parse_vehicle(fleet_text("lauv")) == fleet["lauv"]
     with pytest.raises(VehicleError, match="Did you mean 'lauv'"):
         fleet_text("lauw")
+
+
+HEELED = np.array([[0.0, np.sin(0.1), np.cos(0.1)]])
+
+
+def cube(gravity: float = 0.0, lift: float = 0.0, weight: float = 10.0, **more) -> Vehicle:
+    centers = {"center_of_gravity": (0, 0, gravity), "center_of_buoyancy": (0, 0, lift)}
+    return Vehicle("cube", np.eye(6), weight, weight, **centers, **more)
+
+
+CENTERS = [
+    *((0.01, 0.0, 10.0), (0.0, -0.01, 10.0), (0.0, 0.0, 10.0)),
+    *((0.2, 0.2, 10.0), (-0.01, 0.0, 10.0), (0.1, 0.0, 0.0)),
+]
+
+
+@pytest.mark.parametrize(("gravity", "lift", "weight"), CENTERS)
+def test_it_is_told_where_heeled_the_moment_turns_it_no_way_back(gravity, lift, weight):
+    vehicle = cube(gravity, lift, weight)
+    righted = vehicle.restoring_wrench(HEELED)[0, 3] < 0.0
+    assert bool(without_righting(vehicle)) is not righted
+
+
+@pytest.mark.parametrize(
+    ("axes", "words"),
+    [
+        (("X", "Y", "N"), ""),
+        (("X", "Y", "K", "N"), "in roll:"),
+        (("X", "Z", "M"), "in pitch:"),
+        (("X", "Y", "Z", "K", "M", "N"), "in roll and pitch:"),
+    ],
+)
+def test_only_free_axes_count(axes, words):
+    told = without_righting(cube(axes=axes))
+    assert words in told
+    assert bool(told) is bool(words)
+    for axis, term in (("K", "K: down_y"), ("M", "M: down_x")):
+        assert (term in told) is (bool(told) and axis in axes)

@@ -7,7 +7,7 @@ import pytest
 
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
-from hydrodamp.simulation.campaign.conditions import COLOURED, SILENT
+from hydrodamp.simulation.campaign.conditions import COLOURED, SILENT, WHITE
 from hydrodamp.simulation.campaign.motion import momentum_wrench
 from hydrodamp.simulation.campaign.reenact import Campaign, reenact, reenact_all
 from hydrodamp.simulation.campaign.truth import true_damping
@@ -50,8 +50,10 @@ def test_exact_acceleration_is_the_slope_of_the_velocity(campaign: Campaign) -> 
 
 
 def test_measured_log_is_the_exact_one_with_published_noise(campaign: Campaign) -> None:
-    """0.0133 m/s of the DVL, 8.7e-4 rad/s of the gyro."""
+    """0.0133 m/s of the DVL, 8.7e-4 rad/s of the gyro; each run has its own errors."""
     noise = campaign.train.velocity - campaign.exact_train.velocity
+    errors = WHITE.draw_errors(3, 6, 301)[:, :4, :6]
+    np.testing.assert_allclose(noise, np.concatenate([*errors.swapaxes(0, 1)]), atol=1e-12)
     np.testing.assert_allclose(noise[:, :3].std(axis=0), 0.0133, rtol=0.1)
     np.testing.assert_allclose(noise[:, 3:].std(axis=0), 8.7e-4, rtol=0.1)
     np.testing.assert_array_equal(campaign.train.commands, campaign.exact_train.commands)
