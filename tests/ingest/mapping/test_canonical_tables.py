@@ -39,16 +39,10 @@ def write(path: Path) -> Path:
 
         savemat(path, COLUMNS)
     else:
-        table = np.column_stack(list(COLUMNS.values()))
-        header = "\t".join(COLUMNS) if path.suffix == ".tsv" else ",".join(COLUMNS)
-        np.savetxt(
-            path,
-            table,
-            fmt="%.17g",
-            delimiter="\t" if path.suffix == ".tsv" else ",",
-            header=header,
-            comments="",
-        )
+        between = "\t" if path.suffix == ".tsv" else ","
+        rows = zip(*(column.tolist() for column in COLUMNS.values()), strict=True)
+        lines = (between.join(map(repr, row)) for row in rows)
+        path.write_text("\n".join((between.join(COLUMNS), *lines)), encoding="utf-8")
     return path
 
 

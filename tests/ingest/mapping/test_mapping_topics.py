@@ -205,14 +205,15 @@ def test_a_message_stamp_is_used_where_the_topic_has_one() -> None:
     np.testing.assert_allclose(log.velocity[:, 0], 1 + 0.1 * log.time)
 
 
-def test_the_first_choice_that_a_log_has_is_taken() -> None:
+def test_the_first_choice_that_a_log_has_is_taken_in_its_unit() -> None:
     choices = [{"column": "/gyro.r", "unit": "deg/s"}, {"column": "/imu.r", "unit": "rad/s"}]
     velocity = {"u": "/dvl.v.x", "r": choices}
     log = read(dive(), mapping(velocity=velocity))
     np.testing.assert_allclose(log.velocity[:, 5], 0.5 * np.cos(log.time))
-    gyro = Topic("/gyro", FAST, {"r": 90 + 0 * FAST})
-    log = read(dive(gyro), mapping(velocity=velocity))
-    np.testing.assert_allclose(log.velocity[:, 5], np.pi / 2)
+    gyro = Topic("/gyro", FAST, {"r": 90 + 0 * FAST}, units={"r": "deg/sec"})
+    for r in (choices, "/gyro.r"):
+        log = read(dive(gyro), mapping(velocity={"u": "/dvl.v.x", "r": r}))
+        np.testing.assert_allclose(log.velocity[:, 5], np.pi / 2)
 
 
 def test_names_stand_for_topics() -> None:
@@ -223,12 +224,6 @@ def test_names_stand_for_topics() -> None:
         clock="dvl",
     )
     assert set(read(dive(), given).time.tolist()) <= set(SLOW.tolist())
-
-
-def test_units_that_a_file_states_are_turned() -> None:
-    gyro = Topic("/gyro", FAST, {"r": 90 + 0 * FAST}, units={"r": "deg/sec"})
-    log = read(dive(gyro), mapping(velocity={"u": "/dvl.v.x", "r": "/gyro.r"}))
-    np.testing.assert_allclose(log.velocity[:, 5], np.pi / 2)
 
 
 @pytest.mark.parametrize(

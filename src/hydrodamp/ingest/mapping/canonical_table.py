@@ -15,7 +15,7 @@ from hydrodamp.data.checks import record_faults
 from hydrodamp.data.record import Record
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError
-from hydrodamp.ingest.mapping.finding import Found, labels_of
+from hydrodamp.ingest.mapping.finding import Found, labels_of, listed
 from hydrodamp.ingest.mapping.log_mapping import presets
 from hydrodamp.ingest.mapping.schema import Entry, Source
 
@@ -87,11 +87,9 @@ def _no_table(recording: Recording) -> str:
             f"each of {', '.join(names)} is a whole log in the canonical form. Read them one after"
             " another by `read_logs`; `read_log` takes several files as the topics of one recording"
         )
-    more = len(names) - _LISTED
-    listed = ", ".join(names[:_LISTED]) + (f" and {more} more" if more > 0 else "")
     return (
-        f"it holds the topics {listed or 'none'}; a mapping must say which is what. Give a mapping"
-        f" file, or a preset: {', '.join(presets())}"
+        f"it holds the topics {listed(names, _LISTED) or 'none'}; a mapping must say which is"
+        f" what. Give a mapping file, or a preset: {', '.join(presets())}"
     )
 
 

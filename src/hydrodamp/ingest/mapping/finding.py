@@ -172,10 +172,11 @@ def text_faults(
         if not _is_number(cell)
     ]
     if bad:
-        yield f"column `{column}` must hold numbers; got {_listed(bad, _LISTED_CELLS)}"
+        yield f"column `{column}` must hold numbers; got {listed(bad, _LISTED_CELLS)}"
 
 
-def _listed(names: Sequence[str], most: int) -> str:
+def listed(names: Sequence[str], most: int) -> str:
+    """Return the first of many names, and how many more there are."""
     more = len(names) - most
     return ", ".join(names[:most]) + (f" and {more} more" if more > 0 else "")
 
@@ -209,7 +210,7 @@ def _absences(
     for name, channels in topics.items():
         yield (
             f"there is no topic `{name}`, which {called} takes for `{' '.join(channels)}`."
-            f"{did_you_mean(name, known)} There are: {_listed(known, _LISTED_TOPICS) or 'none'}."
+            f"{did_you_mean(name, known)} There are: {listed(known, _LISTED_TOPICS) or 'none'}."
             f" If it is called otherwise, say so: `topics: {{{name}: ITS NAME}}`"
         )
 

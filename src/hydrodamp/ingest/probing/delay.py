@@ -55,15 +55,6 @@ class Delay:
     confidence: int
 
 
-@dataclass(frozen=True, eq=False)
-class _Even:
-    """A log on an even clock, a row of NaN between segments."""
-
-    step: float
-    velocity: FloatArray
-    commands: FloatArray
-
-
 def delays(log: Log) -> tuple[Delay, ...]:
     """Estimate how late the velocities answer the commands.
 
@@ -88,15 +79,16 @@ def delays(log: Log) -> tuple[Delay, ...]:
     """
     if not log.command_names:
         return ()
-    even = _even(log)
+    step, velocity, commands = _even(log)
     axes = [VELOCITIES.index(name) for name in log.velocity_names]
     names = log.command_names
-    commands = counted(enumerate(names), "comparing delays", len(names))
-    found = [_best(name, even.commands[:, place], even, axes) for place, name in commands]
+    columns = counted(enumerate(names), "comparing delays", len(names))
+    found = [_best(name, commands[:, k], step, velocity, axes) for k, name in columns]
     return tuple(one for one in found if one is not None)
 
 
-def _even(log: Log) -> _Even:
+def _even(log: Log) -> tuple[float, FloatArray, FloatArray]:
+    """Return step, velocities and commands on an even clock, a row of NaN between segments."""
     steps = np.concatenate([np.diff(log.time[a:b]) for a, b in log.bounds])
     step = max(float(np.median(steps)), _FINEST)
     velocities, commands = [], []
@@ -112,18 +104,20 @@ def _even(log: Log) -> _Even:
         left -= len(even)
         if left <= 0:
             break
-    return _Even(step, np.concatenate(velocities), np.concatenate(commands))
+    return step, np.concatenate(velocities), np.concatenate(commands)
 
 
-def _best(name: str, command: FloatArray, even: _Even, axes: list[int]) -> Delay | None:
+def _best(
+    name: str, command: FloatArray, step: float, velocity: FloatArray, axes: list[int]
+) -> Delay | None:
     """Return the delay of the axis of which a command explains most."""
     known = command[np.isfinite(command)]
     if np.count_nonzero(np.diff(known)) < _LEAST_CHANGES:
         return None
-    lags = np.arange(round(_EARLIEST / even.step), round(_LATEST / even.step) + 1)
+    lags = np.arange(round(_EARLIEST / step), round(_LATEST / step) + 1)
     moved = _moved(command, lags)
-    growth = np.diff(even.velocity[:, axes], axis=0, append=np.nan) / even.step
-    state = _state(even.velocity, axes)
+    growth = np.diff(velocity[:, axes], axis=0, append=np.nan) / step
+    state = _state(velocity, axes)
     fine = np.isfinite(np.column_stack((growth, moved, state))).all(axis=1)
     if len(lags) < 4 or np.count_nonzero(fine) < _LEAST_SAMPLES:
         return None
@@ -135,17 +129,17 @@ def _best(name: str, command: FloatArray, even: _Even, axes: list[int]) -> Delay
     share = float(along[axis, place] ** 2)
     if share < _LEAST_SHARE:
         return None
-    seconds = even.step * _peak(along[axis] ** 2, lags)
+    seconds = step * _peak(along[axis] ** 2, lags)
     parts = []
     for part in np.array_split(np.arange(len(wanted)), _PARTS):
         usual = totals[axis] * len(part) / len(wanted)
         inside = _along(wanted[part][:, [axis]], given[part])[0] ** 2 / max(usual, 1e-30)
         if inside.max() > _LEAST_SHARE:
-            parts.append(even.step * _peak(inside, lags))
-    allowed = max(2 * even.step, _NEAR)
+            parts.append(step * _peak(inside, lags))
+    allowed = max(2 * step, _NEAR)
     near = float(np.mean(np.abs(np.array(parts) - seconds) <= allowed)) if len(parts) > 1 else 0.5
     sure = near * min(1.0, share / _SURE_SHARE) if 0 < place < len(lags) - 1 else 0.0
-    if seconds < -max(even.step, _EARLY):
+    if seconds < -max(step, _EARLY):
         sure = min(sure, _BACKWARD)
     return Delay(
         command=name,
@@ -162,8 +156,7 @@ def _state(velocity: FloatArray, axes: list[int]) -> FloatArray:
     """Return what else moves a vehicle: itself, its drag, and what turns with its speed."""
     own = velocity[:, axes]
     ones = np.ones((len(velocity), 1))
-    moving = [0] if 0 in axes else []
-    with_speed = [own * velocity[:, [0]]] if moving else []
+    with_speed = [own * velocity[:, [0]]] if 0 in axes else []
     spread = np.column_stack((ones, own, own * np.abs(own), *with_speed))
     size = np.nanstd(spread, axis=0)
     return spread[:, (size > 0.0) | (np.arange(len(size)) == 0)]

@@ -39,11 +39,11 @@ class Draft:
 
 def draft(recording: Recording, roles: Roles) -> Draft:
     """Write a mapping file from guesses."""
-    used = _used(roles)
+    used, name = _used(roles), Path(recording.source).name
     motion = [one for one in used if one.role.startswith(("velocity.", "attitude."))]
     has_velocity = any(one.role.startswith("velocity.") for one in motion)
     lines = [
-        *_told(f"Drafted by `hydrodamp probe` from {_name(recording)}; check every line."),
+        *_told(f"Drafted by `hydrodamp probe` from {name or 'a recording'}; check every line."),
         *_axes(roles),
         *_time(recording, roles, used),
         *(line for group in _GROUPS for line in _group(used, group, roles)),
@@ -53,10 +53,6 @@ def draft(recording: Recording, roles: Roles) -> Draft:
     ]
     least = min((one.confidence for one in motion), default=0)
     return Draft("\n".join(lines) + "\n", least if has_velocity else 0)
-
-
-def _name(recording: Recording) -> str:
-    return " ".join(Path(recording.source).name.split()) or "a recording"
 
 
 def _told(text: str) -> list[str]:
