@@ -45,14 +45,13 @@ def test_a_delay_keeps_the_impulse(seed: int, seconds: float) -> None:
 @settings(max_examples=30, deadline=None)
 @given(st.integers(0, 5), st.floats(0.02, 5.0))
 def test_a_lag_solves_its_equation(seed: int, seconds: float) -> None:
-    """Oracle: the exact solution over each step, taken one after the other."""
+    """Oracle: the superposed responses to every jump of the command, averaged over each step."""
     time, values = clock(seed), wave(seed)
-    steps = np.append(np.diff(time), np.median(np.diff(time)))
-    state, mean = values[0], []
-    for step, value in zip(steps, values, strict=True):
-        decay = np.exp(-step / seconds)
-        mean.append(value + (state - value) * (1 - decay) * seconds / step)
-        state = value + (state - value) * decay
+    ends = np.append(time[1:], time[-1] + np.median(np.diff(time)))
+    since, until = (np.maximum(one[:, np.newaxis] - time, 0.0) for one in (time, ends))
+    decay = (np.exp(-since / seconds) - np.exp(-until / seconds)) * seconds
+    answers = np.tril(1.0 - decay / (ends - time)[:, np.newaxis])
+    mean = values[0] + answers @ np.diff(values, prepend=values[0])
     made = lagged(log_of(values, time), {"rudder": seconds}).command("rudder")
     np.testing.assert_allclose(made, mean, atol=1e-9)
 

@@ -32,11 +32,6 @@ class Block:
         """The shape of one entry."""
         return () if len(self.quantities) == 1 else (len(self.quantities),)
 
-    @property
-    def title(self) -> str:
-        """The name in words."""
-        return self.name.replace("_", " ")
-
 
 def _six(names: tuple[str, ...], linear: str, angular: str) -> dict[str, str]:
     """Return the quantities of three linear and three angular components."""

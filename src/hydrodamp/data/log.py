@@ -336,9 +336,9 @@ class Log:
         time, held = self.time, arrays(self)
         steps = np.concatenate([np.diff(time[a:b]) for a, b in self.bounds])
         several = "s" if len(self.segments) > 1 else ""
-        optional = [block for block in BLOCKS if block.name not in ("time", "velocity")]
-        there = ", ".join(block.title for block in optional if block.name in held)
-        absent = ", ".join(block.title for block in optional if block.name not in held)
+        optional = [block.name for block in BLOCKS if block.name not in ("time", "velocity")]
+        there = ", ".join(name for name in optional if name in held).replace("_", " ")
+        absent = ", ".join(name for name in optional if name not in held).replace("_", " ")
         velocities = ((name, VELOCITIES.index(name)) for name in self.velocity_names)
         commands = zip(self.command_names, self.commands.T, strict=True)
         spans = [(part, time[part.start], time[part.stop - 1]) for part in self.segments]
