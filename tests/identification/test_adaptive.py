@@ -13,14 +13,21 @@ from hydrodamp.identification.differences import mean_square, signal_to_noise
 SCALED = hd.AdaptiveIdentifier(a=hd.ByNoise(2e-4), gamma=hd.ByTerm(7.0), passes=40)
 
 
+LINEAR = hd.catalog["linear"]
+
+
+@pytest.fixture
+def prepared(driven, discrete_log, true_damping):
+    """Exact data of a model, as a problem."""
+    return lambda model, n: hd.prepare(driven, discrete_log(true_damping(model), n=n), model)
+
+
 @pytest.mark.parametrize("method", [hd.AdaptiveIdentifier(a=20, gamma=20), SCALED])
 @pytest.mark.parametrize("key", ["linear", "gertler-hagen"])
-def test_batch_is_the_fold_of_the_online_step_bit_for_bit(
-    key, method, driven, discrete_log, true_damping
-):
+def test_batch_is_the_fold_of_the_online_step_bit_for_bit(key, method, prepared):
     method = replace(method, passes=1)
     model = hd.catalog[key]
-    problem = hd.prepare(driven, discrete_log(true_damping(model), n=90), model)
+    problem = prepared(model, n=90)
     starts = set(problem.segments[:, 0].tolist())
     samples = [problem.inputs.sample(k) for k in range(problem.n_samples)]
 
@@ -33,25 +40,25 @@ def test_batch_is_the_fold_of_the_online_step_bit_for_bit(
     assert state.damping.vehicle == batch.damping.vehicle
 
 
-def test_a_step_leaves_its_state_alone(driven, discrete_log, true_damping):
-    model = hd.catalog["linear"]
-    problem = hd.prepare(driven, discrete_log(true_damping(model), n=30), model)
+def test_a_step_leaves_its_state_alone(prepared):
+    problem = prepared(LINEAR, n=30)
     method = hd.AdaptiveIdentifier()
-    state = method.init(problem, model, problem.inputs.sample(0))
+    state = method.init(problem, LINEAR, problem.inputs.sample(0))
     before = state.matrix.copy()
     after = method.step(state, problem.inputs.sample(1))
     assert np.array_equal(state.matrix, before)
     assert not np.array_equal(after.matrix, before)
+    with pytest.raises(hd.ProblemError, match="time must advance"):
+        method.step(after, problem.inputs.sample(0))
     for held in (state, after):
         with pytest.raises(ValueError, match="read-only"):
             held.matrix[0, 0] = 1.0
 
 
-def test_start_is_minus_one_on_the_diagonal_linear_terms(driven, discrete_log, true_damping):
+def test_start_is_minus_one_on_the_diagonal_linear_terms(prepared):
     """The paper: the first six columns of K-hat are -I, the remaining elements zero."""
-    model = hd.catalog["linear"]
-    problem = hd.prepare(driven, discrete_log(true_damping(model), n=30), model)
-    start = hd.AdaptiveIdentifier().init(problem, model, problem.inputs.sample(0)).damping
+    problem = prepared(LINEAR, n=30)
+    start = hd.AdaptiveIdentifier().init(problem, LINEAR, problem.inputs.sample(0)).damping
     np.testing.assert_array_equal(start.matrix, -np.eye(6))
 
 
@@ -71,24 +78,23 @@ def test_unsettled_coefficients_say_so(driven, discrete_log, true_damping):
     assert slow.identify(problem, truth.model).status is hd.Status.NOT_SETTLED
 
 
-def test_history_ends_at_the_estimate(driven, discrete_log, true_damping):
-    model = hd.catalog["linear"]
-    problem = hd.prepare(driven, discrete_log(true_damping(model), n=90), model)
+def test_history_ends_at_the_estimate(prepared):
+    problem = prepared(LINEAR, n=90)
     method = hd.AdaptiveIdentifier(passes=2)
-    history = method.history(problem, model)
+    history = method.history(problem, LINEAR)
     assert history.coefficients.shape == (2 * (90 - 3), 36)
     assert history.velocity_error.shape == (2 * (90 - 3), 6)
-    assert history.labels == model.labels
-    fit = method.identify(problem, model)
+    assert history.labels == LINEAR.labels
+    fit = method.identify(problem, LINEAR)
     np.testing.assert_array_equal(history.coefficients[-1], fit.damping.coefficients)
-    assert method.history(problem, model, every=10).time.shape == (17,)
+    assert method.history(problem, LINEAR, every=10).time.shape == (17,)
     with pytest.raises(hd.MethodError, match="at least 1"):
-        method.history(problem, model, every=0)
+        method.history(problem, LINEAR, every=0)
 
 
-def test_gains_by_axis(driven, discrete_log, true_damping):
+def test_gains_by_axis(prepared):
     model = hd.catalog["fossen"]
-    problem = hd.prepare(driven, discrete_log(true_damping(model), n=90), model)
+    problem = prepared(model, n=90)
     same = hd.AdaptiveIdentifier(a=(20.0,) * 6, gamma=(20.0,) * 6).identify(problem, model)
     one = hd.AdaptiveIdentifier(a=20.0, gamma=20.0).identify(problem, model)
     np.testing.assert_array_equal(same.damping.coefficients, one.damping.coefficients)
@@ -96,11 +102,10 @@ def test_gains_by_axis(driven, discrete_log, true_damping):
     assert frozen_roll.identify(problem, model).damping["K_p"] == -1.0
 
 
-def test_scaled_gains_follow_their_formula(driven, discrete_log, true_damping):
+def test_scaled_gains_follow_their_formula(driven, prepared):
     """a_i = share SNR_i M_ii and gamma_ij = a_i / (settling n_i mean xi_j^2), n_i = 6 here."""
-    model = hd.catalog["linear"]
-    problem = hd.prepare(driven, discrete_log(true_damping(model), n=90), model)
-    bound = hd.AdaptiveIdentifier(a=hd.ByNoise(0.1), gamma=hd.ByTerm(50.0)).bind(problem, model)
+    problem = prepared(LINEAR, n=90)
+    bound = hd.AdaptiveIdentifier(a=hd.ByNoise(0.1), gamma=hd.ByTerm(50.0)).bind(problem, LINEAR)
     expected = 0.1 * signal_to_noise(problem) * np.diag(driven.mass_matrix)
     np.testing.assert_allclose(bound.gains.a, expected)
     power = np.mean(problem.log.velocity**2, axis=0)
@@ -151,18 +156,16 @@ def test_scales_must_be_positive(gain):
         gain(0.0)
 
 
-def test_gains_by_term_need_a_log(driven, discrete_log, true_damping):
-    model = hd.catalog["linear"]
-    problem = hd.prepare(driven, discrete_log(true_damping(model), n=30), model)
+def test_gains_by_term_need_a_log(prepared):
+    problem = prepared(LINEAR, n=30)
     with pytest.raises(hd.MethodError, match="from a log"):
-        SCALED.bind(problem.columns, model)
+        SCALED.bind(problem.columns, LINEAR)
 
 
-def test_any_positive_gain_is_stable(driven, discrete_log, true_damping):
+def test_any_positive_gain_is_stable(prepared):
     """The implicit midpoint rule has no largest gain and no largest step."""
-    model = hd.catalog["linear"]
-    problem = hd.prepare(driven, discrete_log(true_damping(model), n=30), model)
-    fit = hd.AdaptiveIdentifier(gamma=1e308).identify(problem, model)
+    problem = prepared(LINEAR, n=30)
+    fit = hd.AdaptiveIdentifier(gamma=1e308).identify(problem, LINEAR)
     assert fit.status.usable
     assert np.isfinite(fit.damping.coefficients).all()
 

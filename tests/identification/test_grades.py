@@ -28,46 +28,35 @@ ORDER = tuple(Grade)
 CLEAR = {"coefficient": 10.0, "half": 1.0, "size": 1.0, "sound": 1.0, "aliased": False}
 
 
-def grade(*, response: float = 10.0, excited: bool = True, **more: float) -> Grade:
+def grade(*, excited: bool = True, **more: float) -> Grade:
     values = {key: np.array([value]) for key, value in {**CLEAR, **more}.items()}
-    return rated(**values, response=response, excited=excited)[0]
-
-
-def test_a_narrow_interval_determines():
-    assert grade() is Grade.DETERMINED
-    assert grade(half=2.4) is Grade.DETERMINED
-    assert grade(half=2.6) is Grade.WEAK
-
-
-def test_a_zero_that_is_known_well_is_determined():
-    """|t| = 0, but it can contribute at most 4 % of the response."""
-    assert grade(coefficient=0.0, half=0.4) is Grade.DETERMINED
-    assert grade(coefficient=0.0, half=0.6) is Grade.WEAK
-
-
-def test_an_interval_worth_half_the_response_tells_nothing():
-    assert grade(coefficient=8.0, half=4.9) is Grade.WEAK
-    assert grade(coefficient=8.0, half=5.1) is Grade.NOT_DETERMINED
-
-
-def test_a_small_part_of_a_large_coefficient_is_little_even_if_worth_much():
-    """Two terms that cancel: each is known to 20 %."""
-    assert grade(coefficient=100.0, half=20.0) is Grade.DETERMINED
+    return rated(**values, response=10.0, excited=excited)[0]
 
 
 @pytest.mark.parametrize(
-    "fault",
+    ("values", "expected"),
     [
-        {"aliased": True},
-        {"size": 0.0},
-        {"half": np.inf},
-        {"half": np.nan},
-        {"sound": 0.4},
-        {"excited": False},
+        ({"half": 2.4}, Grade.DETERMINED),
+        ({"half": 2.6}, Grade.WEAK),
+        # a zero that is known well: |t| = 0, but it contributes at most 4 % of the response
+        ({"coefficient": 0.0, "half": 0.4}, Grade.DETERMINED),
+        ({"coefficient": 0.0, "half": 0.6}, Grade.WEAK),
+        # an interval worth half the response tells nothing
+        ({"coefficient": 8.0, "half": 4.9}, Grade.WEAK),
+        ({"coefficient": 8.0, "half": 5.1}, Grade.NOT_DETERMINED),
+        # two terms that cancel: each is known to 20 %, even if that is worth much
+        ({"coefficient": 100.0, "half": 20.0}, Grade.DETERMINED),
+        # what no interval can mend
+        ({"aliased": True}, Grade.NOT_DETERMINED),
+        ({"size": 0.0}, Grade.NOT_DETERMINED),
+        ({"half": np.inf}, Grade.NOT_DETERMINED),
+        ({"half": np.nan}, Grade.NOT_DETERMINED),
+        ({"sound": 0.4}, Grade.NOT_DETERMINED),
+        ({"excited": False}, Grade.NOT_DETERMINED),
     ],
 )
-def test_what_no_interval_can_mend(fault):
-    assert grade(**fault) is Grade.NOT_DETERMINED
+def test_the_rule(values, expected):
+    assert grade(**values) is expected
 
 
 def test_orthogonal_columns_inflate_nothing():

@@ -63,35 +63,6 @@ def test_a_wrench_and_a_ratio_can_be_given_instead(live):
     np.testing.assert_allclose(sample.values[10:16], np.ones(6))
 
 
-def test_a_wrench_beside_actuators_is_refused(live):
-    vehicle, model, log = live
-    columns = hd.prepare(vehicle, log, model).columns
-    with pytest.raises(hd.ProblemError, match="twice"):
-        hd.observe(
-            columns,
-            time=0,
-            velocity=np.zeros(6),
-            wrench=np.ones(6),
-            commands={"rudder": 0, "elevator": 0, "rpm": 0},
-        )
-
-
-def test_a_missing_command_is_named(live):
-    vehicle, model, log = live
-    columns = hd.prepare(vehicle, log, model).columns
-    with pytest.raises(hd.ProblemError, match="'elevator' is missing"):
-        hd.observe(columns, time=0, velocity=np.zeros(6), commands={"rudder": 0, "rpm": 0})
-
-
-def test_time_must_advance(live):
-    vehicle, model, log = live
-    problem = hd.prepare(vehicle, log, model)
-    method = hd.AdaptiveIdentifier()
-    state = method.init(problem, model, problem.inputs.sample(1))
-    with pytest.raises(hd.ProblemError, match="time"):
-        method.step(state, problem.inputs.sample(0))
-
-
 def test_without_a_ratio_a_sample_is_that_of_the_log_bit_for_bit(live):
     """U is summed in one order everywhere, so (eta-1) is zero live as it is in a batch."""
     vehicle, model, log = live
@@ -119,6 +90,8 @@ def test_without_a_ratio_a_sample_is_that_of_the_log_bit_for_bit(live):
         ({"time": np.inf}, "finite"),
         ({"attitude": [0.0, 0.0, np.nan, 0.0]}, "finite"),
         ({"attitude": [0.0]}, r"shape \(3,\) or \(4,\)"),
+        ({"wrench": np.ones(6)}, "twice"),
+        ({"commands": {"rudder": 0, "rpm": 0}}, "'elevator' is missing"),
     ],
 )
 def test_a_sample_that_would_spoil_the_estimate_is_refused(live, change, message):

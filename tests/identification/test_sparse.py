@@ -20,8 +20,19 @@ from hydrodamp.simulation.campaign.reenact import Campaign, reenact
 from hydrodamp.simulation.problem import prepare
 from hydrodamp.simulation.replay import simulate
 from hydrodamp.simulation.score import score
+from hydrodamp.vehicle.vehicle import Vehicle
 
 QUICK = Sparse(windows=(10.0,), pairs=3)
+
+
+@pytest.fixture(scope="module", name="campaign")
+def short_campaign() -> Campaign:
+    return reenact(seed=13, duration=20.0)
+
+
+@pytest.fixture(name="flat")
+def planar_vehicle(campaign: Campaign) -> Vehicle:
+    return replace(campaign.vehicle, axes=("X", "Y", "N"))
 
 
 def rms(campaign: Campaign, model: DampingModel) -> float:
@@ -43,9 +54,9 @@ def test_fewer_coefficients_than_linear_and_less_error(truth: str) -> None:
         assert any(brakes(axis, term) for term in terms)
 
 
-def test_a_selection_says_what_it_did_and_is_the_same_again() -> None:
-    campaign = reenact(seed=13, duration=20.0)
-    flat = replace(campaign.vehicle, axes=("X", "Y", "N"))
+def test_a_selection_says_what_it_did_and_is_the_same_again(
+    campaign: Campaign, flat: Vehicle
+) -> None:
     rounds: list[Round] = []
     first = QUICK.select(flat, campaign.train, done=rounds.append)
     assert first == QUICK.select(flat, campaign.train)
@@ -56,22 +67,18 @@ def test_a_selection_says_what_it_did_and_is_the_same_again() -> None:
     assert "selected by hydrodamp from" in first.source
 
 
-def test_commands_of_other_models_are_kept() -> None:
-    campaign = reenact(seed=13, duration=20.0)
+def test_commands_of_other_models_are_kept(campaign: Campaign, flat: Vehicle) -> None:
     given = DampingModel.from_table({"N": "u|u|*rudder"}, key="gain")
-    flat = replace(campaign.vehicle, axes=("X", "Y", "N"))
     model = QUICK.select(flat, campaign.train, [given])
     assert "N_u|u|*rudder" in model.labels
 
 
-def test_too_short_a_log_is_refused() -> None:
-    campaign = reenact(seed=13, duration=20.0)
+def test_too_short_a_log_is_refused(campaign: Campaign) -> None:
     with pytest.raises(MethodError, match="too few"):
         QUICK.select(campaign.vehicle, campaign.train.between(0.0, 1.0))
 
 
-def test_a_replay_that_always_diverges_is_refused() -> None:
-    campaign = reenact(seed=13, duration=20.0)
+def test_a_replay_that_always_diverges_is_refused(campaign: Campaign) -> None:
     offered = find_model("linear")
     problem = prepare(campaign.vehicle, campaign.train, offered)
     wild = Damping(offered, np.full(36, 1e4))
@@ -82,10 +89,8 @@ def test_a_replay_that_always_diverges_is_refused() -> None:
         QUICK.round(problem, offered, wild, 10.0)
 
 
-def test_an_axis_without_a_stable_brake_is_given_one() -> None:
-    campaign = reenact(seed=13, duration=20.0)
+def test_an_axis_without_a_stable_brake_is_given_one(campaign: Campaign, flat: Vehicle) -> None:
     offered = DampingModel.from_table({"X": "u|u|", "Y": "v v|r| ur", "N": "r"}, key="sparse")
-    flat = replace(campaign.vehicle, axes=("X", "Y", "N"))
     problem = prepare(flat, campaign.train, offered)
     start = Damping(offered, np.array([-3.0, -10.0, 0.0, 0.0, -10.0]))
     made, _ = Sparse(most=1, frequency=1.0, pairs=1).round(problem, offered, start, 10.0)
