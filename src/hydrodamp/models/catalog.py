@@ -134,15 +134,8 @@ catalog: Mapping[str, DampingModel] = MappingProxyType(
     {
         model.key: model
         for model in (
-            MCFARLAND_WHITCOMB,
-            PITCH_YAW,
-            GERTLER_HAGEN,
-            LINEAR,
-            COE,
-            PRESTERO,
-            UNCOUPLED,
-            FOSSEN,
-            COE_AS_PRINTED,
+            *(MCFARLAND_WHITCOMB, PITCH_YAW, GERTLER_HAGEN, LINEAR, COE, PRESTERO),
+            *(UNCOUPLED, FOSSEN, COE_AS_PRINTED),
         )
     }
 )
