@@ -199,6 +199,10 @@ BASE = {"time": "t", "velocity": {"u": "u", "v": "v", "w": "w", "p": "p", "q": "
         ({"eta": {"column": "e", "unit": "deg"}}, "`eta`: 'deg' is no unit of ratio"),
         ({"velocity": {"u": [{"column": "a", "unit": "rad"}]}}, "`velocity.u`: 'rad' is no"),
         ({"time": None}, "`time: recorded` takes it"),
+        ({"eta": {"unit": "%"}}, "`eta` must name a `column`, or give a `value`"),
+        ({"eta": {"value": 1, "scale": 2}}, "`eta` takes `unit` and `sign` alone beside `value`"),
+        ({"commands": ["yaw"]}, "`commands.yaw` has the name of another column of a log"),
+        ({"steps": "low_pass"}, "`steps` must be a list; got 'low_pass'"),
     ],
 )
 def test_what_makes_no_sense_is_told(more: dict[str, object], says: str) -> None:
