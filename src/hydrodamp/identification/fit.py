@@ -248,10 +248,10 @@ class Fit:
     status : Status
         The outcome in words.
     rank : int or None
-        Coefficients that the data tell apart, summed over axes; None for
+        Coefficients that the data can distinguish, summed over axes; None for
         online methods.
     aliased : tuple of tuple of str
-        Labels that the data cannot tell apart, group by group. A group of one
+        Labels that the data cannot distinguish, group by group. A group of one
         is a column that is zero throughout.
     n_samples : int
         Samples used.
@@ -291,7 +291,7 @@ class Fit:
         """Return the outcome and the coefficients, one screen."""
         rank = "" if self.rank is None else f", rank {self.rank}"
         head = f"{self.model.key} by {self.method}: {self.model.n_coefficients} coefficients{rank}"
-        groups = "".join(f"\n  not told apart: {' '.join(group)}" for group in self.aliased[:8])
+        groups = "".join(f"\n  aliased: {' '.join(group)}" for group in self.aliased[:8])
         more = f"\n  and {len(self.aliased) - 8} more groups" if len(self.aliased) > 8 else ""
         said = "".join(f"\n{remark}" for remark in self.sentences)
         return f"{head}\n{self.status.value}{groups}{more}{said}\n{self.damping}"
@@ -299,7 +299,7 @@ class Fit:
 
 #: What is said of a covariance that does not allow for coloured noise.
 WHITE = (
-    "Standard errors take the residuals as white: where neighbours err alike they are too narrow."
+    "Standard errors take the residuals as white: they are too narrow where these are correlated."
 )
 
 
@@ -396,9 +396,9 @@ def fitted(
     uncertainty : Uncertainty, optional
         How far to trust the coefficients.
     rank : int, optional
-        Coefficients told apart, summed over axes.
+        Coefficients that the data can distinguish, summed over axes.
     aliased : tuple of tuple of str
-        Labels not told apart, group by group.
+        Labels that the data cannot distinguish, group by group.
     status : Status, optional
         ``RANK_DEFICIENT`` where something is aliased, else ``OK``; ``FAILED`` whatever
         was asked for where a coefficient is not finite.

@@ -32,7 +32,7 @@ _MOST, _LINKED = 0.5, 0.5
 
 @dataclass(frozen=True, eq=False)
 class Collinearity(Generic[Name]):
-    """How far the columns of one axis can be told apart."""
+    """How far the log can distinguish the columns of one axis."""
 
     span: Span[Name]
     condition: float
@@ -167,7 +167,7 @@ class Identifiability:
 
     @property
     def groups(self) -> tuple[tuple[str, ...], ...]:
-        """Labels that the data cannot tell apart, exactly or nearly, group by group."""
+        """Labels that the data cannot distinguish, exactly or nearly, group by group."""
         return tuple(group for one in self.axes for group in one.groups)
 
     def labelled(self, grade: Grade) -> tuple[str, ...]:
@@ -182,7 +182,7 @@ class Identifiability:
         head = f"{'axis':<5}{'rank':>4}{'':<8}{'condition':>10}{'predicted':>12}"
         head += "".join(f"{word:>8}" for word in ("det.", "weak", "not"))
         lines = [f"{self.model.key}: {total}", head, *map(str, self.axes)]
-        lines += [f"not told apart: {' '.join(group)}" for group in self.groups[:_MOST_GROUPS]]
+        lines += [f"aliased: {' '.join(group)}" for group in self.groups[:_MOST_GROUPS]]
         if (more := len(self.groups) - _MOST_GROUPS) > 0:
             lines.append(f"and {more} more groups")
         if any(not one.excited for one in self.axes):

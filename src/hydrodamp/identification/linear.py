@@ -180,7 +180,7 @@ class LeastSquares(LinearEstimator):
     The stack ``(I₆ ⊗ ξᵀ) M_mᵀ`` of equation 12 is block-diagonal, so it is six
     small problems, one an axis. Columns are scaled, the rank is revealed, the
     smallest-norm solution (of the scaled coefficients) is returned and what
-    the data cannot tell apart is named.
+    the data cannot distinguish is named.
 
     Parameters
     ----------

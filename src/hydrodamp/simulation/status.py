@@ -14,9 +14,9 @@ class Status(Enum):
     'diverged'
     """
 
-    OK = "ok: the data tell all coefficients apart; how well they determine each, its grade says."
+    OK = "ok: the data distinguish all coefficients; grades say how well each is determined."
     RANK_DEFICIENT = (
-        "rank deficient: the data cannot tell some coefficients apart; their smallest-norm "
+        "rank deficient: the data cannot distinguish some coefficients; their smallest-norm "
         "split is given and `aliased` names them."
     )
     EMPTY = "empty: the model has no term on the vehicle's free axes; there is nothing to identify."
@@ -37,7 +37,7 @@ class Status(Enum):
         "the remarks say why."
     )
     BY_PRIOR = (
-        "by prior: the data cannot tell some coefficients apart; there the prior decides and "
+        "by prior: the data cannot distinguish some coefficients; there the prior decides and "
         "`aliased` names them."
     )
     REFUSED = (
