@@ -216,7 +216,7 @@ def field_log(measured_logs):
     }
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", hd.HydrodampWarning)
-        return LogMapping.from_dict(mapping).read(file)
+        return hd.read_log(file, LogMapping.from_dict(mapping))
 
 
 @pytest.mark.parametrize("key", ["prestero", "linear"])
