@@ -17,7 +17,7 @@ Call = Callable[..., Result]
 def test_our_table_stands_beside_the_papers(
     folder: Path, call: Call, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(campaign, "reenact", functools.partial(campaign.reenact, duration=12.0))
+    monkeypatch.setattr(campaign, "reenact", functools.partial(campaign.reenact, duration=5.0))
     done = call("demo --out out --truth crossflow --seed 3 --json")
     assert done.exit_code == 0, done.output
     document = json.loads(done.stdout)
