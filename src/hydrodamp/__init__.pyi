@@ -1,6 +1,6 @@
 """The public names and where they live; loaded when first used."""
 
-from .basis.axes import AXES as AXES, VELOCITIES as VELOCITIES
+from .basis.atoms import AXES as AXES, VELOCITIES as VELOCITIES
 from .basis.basis import Basis as Basis
 from .basis.term import Term as Term
 from .conditioning.actuators import (

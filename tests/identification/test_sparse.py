@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from hydrodamp.errors import MethodError
-from hydrodamp.identification.candidates import brakes
-from hydrodamp.identification.elimination import replay_blocks
+from hydrodamp.identification.elimination import brakes, replay_blocks
 from hydrodamp.identification.fit import identify
 from hydrodamp.identification.output_error import OutputError
 from hydrodamp.identification.sparse import Round, Sparse, best_round

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from hydrodamp.basis.axes import AXES
+from hydrodamp.basis.atoms import AXES
 from hydrodamp.basis.basis import canonical_key
 from hydrodamp.basis.term import Term
 from hydrodamp.errors import ModelError

@@ -7,7 +7,7 @@ import pickle
 import numpy as np
 import pytest
 
-from hydrodamp.basis.axes import AXES
+from hydrodamp.basis.atoms import AXES
 from hydrodamp.errors import VehicleError
 from hydrodamp.vehicle.actuators import Fin, Matrix, Propeller, Thruster
 

@@ -1,12 +1,21 @@
-"""The symbols a term is a product of, their places in the kernels' table, and command names."""
+"""Axes and velocities, the symbols a term is a product of, and what a command may be called."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Sequence
 
-from hydrodamp.basis.axes import AXES, VELOCITIES
 from hydrodamp.errors import TermError, did_you_mean
+
+AXES = ("X", "Y", "Z", "K", "M", "N")
+"""Rows of every wrench: force X Y Z [N] and moment K M N [N m], body frame."""
+
+VELOCITIES = ("u", "v", "w", "p", "q", "r")
+"""Surge, sway, heave [m/s] and roll, pitch, yaw rate [rad/s], body frame."""
+
+VELOCITY_OF = dict(zip(AXES, VELOCITIES, strict=True))
+"""The velocity of each axis: ``VELOCITY_OF["N"] == "r"``."""
+
 
 #: ``|u| ... |r|``.
 ABSOLUTES = tuple(f"|{velocity}|" for velocity in VELOCITIES)

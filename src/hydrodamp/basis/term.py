@@ -14,11 +14,11 @@ from hydrodamp.basis.atoms import (
     FIRST_CHANNEL,
     PROPULSION,
     SYMBOL,
+    VELOCITIES,
     ZERO_WITHOUT,
     check_command_name,
     is_absolute,
 )
-from hydrodamp.basis.axes import VELOCITIES
 from hydrodamp.errors import TermError
 
 #: A row of the kernels' table holds this many atoms.

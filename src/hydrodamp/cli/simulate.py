@@ -69,7 +69,7 @@ def simulated_log(trajectory: Trajectory, vehicle: Vehicle) -> Log | None:
     """Return the log with simulated velocities; None where the replay diverged at once."""
     import numpy as np
 
-    from hydrodamp.basis.axes import VELOCITIES, VELOCITY_OF
+    from hydrodamp.basis.atoms import VELOCITIES, VELOCITY_OF
     from hydrodamp.data.log import Log
 
     log = trajectory.log

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from scipy import sparse
 
 from hydrodamp.arrays import FloatArray, IntArray, frozen
-from hydrodamp.basis.axes import VELOCITIES
+from hydrodamp.basis.atoms import VELOCITIES
 from hydrodamp.data.attitude import euler_from_quaternion, rotation
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError

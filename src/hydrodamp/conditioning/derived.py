@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hydrodamp.arrays import FloatArray, IntArray
-from hydrodamp.basis.axes import VELOCITIES
+from hydrodamp.basis.atoms import VELOCITIES
 from hydrodamp.data.attitude import down, rotation, turn
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError, did_you_mean

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.basis.axes import VELOCITIES
+from hydrodamp.basis.atoms import VELOCITIES
 from hydrodamp.data.attitude import quaternion_from_euler
 from hydrodamp.data.channels import ACCELERATION, ATTITUDE, BLOCKS, EULER, SEGMENT
 from hydrodamp.data.log import Log

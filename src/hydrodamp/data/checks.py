@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray, frozen
-from hydrodamp.basis.axes import VELOCITIES
+from hydrodamp.basis.atoms import VELOCITIES
 from hydrodamp.data.attitude import rate_slopes
 from hydrodamp.data.channels import BLOCKS, VELOCITY, unit_of
 from hydrodamp.data.record import Record, Segment, copied

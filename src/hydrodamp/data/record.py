@@ -12,8 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hydrodamp.arrays import BoolArray, FloatArray, frozen
-from hydrodamp.basis.atoms import check_command_name
-from hydrodamp.basis.axes import VELOCITIES
+from hydrodamp.basis.atoms import VELOCITIES, check_command_name
 from hydrodamp.data.attitude import quaternion_from_euler
 from hydrodamp.data.channels import BLOCKS
 from hydrodamp.errors import LogError, TermError, did_you_mean

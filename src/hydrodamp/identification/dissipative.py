@@ -9,7 +9,7 @@ from scipy.linalg import block_diag, solve_triangular
 from scipy.optimize import nnls
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.basis.axes import AXES, VELOCITIES
+from hydrodamp.basis.atoms import AXES, VELOCITIES
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Fit, empty_fit, fitted
 from hydrodamp.identification.linear import refused

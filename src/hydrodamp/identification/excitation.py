@@ -8,7 +8,7 @@ import numpy as np
 
 from hydrodamp import kernels
 from hydrodamp.arrays import BoolArray, FloatArray, frozen
-from hydrodamp.basis.axes import AXES
+from hydrodamp.basis.atoms import AXES
 from hydrodamp.identification.covariance import reference
 from hydrodamp.identification.rows import Rows, Split, folds
 from hydrodamp.identification.triangle import solve_axis

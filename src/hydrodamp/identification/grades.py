@@ -13,7 +13,7 @@ import numpy as np
 from scipy.sparse.csgraph import connected_components
 
 from hydrodamp.arrays import BoolArray, FloatArray
-from hydrodamp.basis.axes import AXES
+from hydrodamp.basis.atoms import AXES
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.covariance import BlockGrams, reference
 from hydrodamp.identification.excitation import Excitation, excitation

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.basis.axes import AXES, VELOCITY_OF
+from hydrodamp.basis.atoms import AXES, VELOCITY_OF
 from hydrodamp.basis.basis import guarded_speed
 from hydrodamp.data.attitude import down, quaternion_from_euler
 from hydrodamp.errors import MethodError, ProblemError, did_you_mean

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray, frozen
-from hydrodamp.basis.axes import VELOCITIES
+from hydrodamp.basis.atoms import VELOCITIES
 from hydrodamp.basis.basis import Basis
 from hydrodamp.basis.term import Term
 from hydrodamp.errors import MethodError

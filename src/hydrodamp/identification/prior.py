@@ -9,7 +9,7 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.basis.axes import AXES
+from hydrodamp.basis.atoms import AXES
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Fit, fitted
 from hydrodamp.identification.linear import LinearEstimator, Regression, Solver

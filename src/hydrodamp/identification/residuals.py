@@ -9,7 +9,7 @@ import numpy as np
 from scipy.special import chdtrc
 
 from hydrodamp.arrays import FloatArray, IntArray
-from hydrodamp.basis.axes import AXES
+from hydrodamp.basis.atoms import AXES
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.rows import Rows
 from hydrodamp.identification.triangle import solve_axis

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.basis.axes import AXES
+from hydrodamp.basis.atoms import AXES
 from hydrodamp.basis.term import Term
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Fit

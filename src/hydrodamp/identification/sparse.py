@@ -10,11 +10,15 @@ import numpy as np
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
-from hydrodamp.identification.candidates import candidates, distinct, drag, kept, picked
 from hydrodamp.identification.elimination import (
+    candidates,
+    distinct,
+    drag,
     forward,
     frequencies,
+    kept,
     nested,
+    picked,
     replay_blocks,
     sized,
     solved,

@@ -12,7 +12,7 @@ from scipy.linalg import lapack
 from scipy.sparse.csgraph import connected_components
 
 from hydrodamp.arrays import FloatArray, frozen
-from hydrodamp.basis.axes import AXES
+from hydrodamp.basis.atoms import AXES
 from hydrodamp.basis.basis import Basis
 from hydrodamp.basis.term import Term
 from hydrodamp.errors import ProblemError

@@ -10,7 +10,7 @@ from scipy.sparse import csr_array
 
 from hydrodamp import kernels
 from hydrodamp.arrays import FloatArray
-from hydrodamp.basis.axes import VELOCITIES
+from hydrodamp.basis.atoms import VELOCITIES
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.differences import median_step, signal_to_noise, smoothed
 from hydrodamp.identification.rows import Rows

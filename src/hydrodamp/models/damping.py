@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hydrodamp.arrays import FloatArray, frozen
-from hydrodamp.basis.axes import AXES
+from hydrodamp.basis.atoms import AXES
 from hydrodamp.errors import ForeignVehicleWarning, ModelError
 from hydrodamp.models.catalog import BIBTEX, PAPER
 from hydrodamp.models.model import DampingModel, one_screen, read_label, spell_label

@@ -18,7 +18,7 @@ from pydantic import (
     model_validator,
 )
 
-from hydrodamp.basis.axes import AXES
+from hydrodamp.basis.atoms import AXES
 from hydrodamp.errors import ModelError, did_you_mean, list_faults
 from hydrodamp.faults import faults_in
 from hydrodamp.files import load_json, load_yaml, mistaken, save_json, save_text

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray, frozen
-from hydrodamp.basis.axes import AXES, VELOCITY_OF
+from hydrodamp.basis.atoms import AXES, VELOCITY_OF
 from hydrodamp.basis.basis import Basis, canonical_key
 from hydrodamp.basis.term import Term
 from hydrodamp.errors import ModelError, TermError, did_you_mean

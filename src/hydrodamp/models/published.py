@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hydrodamp.arrays import FloatArray, frozen
-from hydrodamp.basis.axes import AXES, VELOCITIES
+from hydrodamp.basis.atoms import AXES, VELOCITIES
 from hydrodamp.basis.term import Term
 from hydrodamp.errors import ModelError, did_you_mean
 from hydrodamp.files import Packaged, parse_yaml

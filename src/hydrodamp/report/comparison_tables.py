@@ -8,7 +8,7 @@ from dataclasses import replace
 from functools import partial
 from itertools import chain
 
-from hydrodamp.basis.axes import VELOCITIES
+from hydrodamp.basis.atoms import VELOCITIES
 from hydrodamp.identification.fit import Fit
 from hydrodamp.report.grid import Column, Grid, error_size, percent
 from hydrodamp.report.words import remarks

@@ -10,7 +10,7 @@ from typing import cast
 
 import numpy as np
 
-from hydrodamp.basis.axes import AXES, VELOCITY_OF
+from hydrodamp.basis.atoms import AXES, VELOCITY_OF
 from hydrodamp.data.log import Log, Segment
 from hydrodamp.errors import FileError
 from hydrodamp.files import as_json, load_json, save_all

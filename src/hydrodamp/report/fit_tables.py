@@ -6,8 +6,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from hydrodamp.basis.axes import AXES
-from hydrodamp.identification.candidates import KEY
+from hydrodamp.basis.atoms import AXES
+from hydrodamp.identification.elimination import KEY
 from hydrodamp.identification.fit import Fit, reach
 from hydrodamp.identification.grades import CONTRIBUTION, RELATIVE, Grade, Identifiability
 from hydrodamp.models.model import DampingModel, coefficient_unit, group_axes

@@ -8,7 +8,7 @@ from itertools import chain
 
 import numpy as np
 
-from hydrodamp.basis.axes import AXES
+from hydrodamp.basis.atoms import AXES
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.grades import Grade, Identifiability
 from hydrodamp.report.fit_tables import half_widths

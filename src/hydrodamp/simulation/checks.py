@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrodamp.basis.atoms import RESERVED
-from hydrodamp.basis.axes import VELOCITY_OF
+from hydrodamp.basis.atoms import RESERVED, VELOCITY_OF
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError, ProblemError, did_you_mean, list_faults
 from hydrodamp.models.model import DampingModel

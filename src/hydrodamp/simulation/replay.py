@@ -9,7 +9,7 @@ import numpy as np
 
 from hydrodamp import kernels
 from hydrodamp.arrays import FloatArray, IntArray, frozen
-from hydrodamp.basis.axes import AXES
+from hydrodamp.basis.atoms import AXES
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
 from hydrodamp.models.damping import Damping, warn_if_foreign

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray
-from hydrodamp.basis.axes import AXES, VELOCITIES
+from hydrodamp.basis.atoms import AXES, VELOCITIES
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
 from hydrodamp.models.damping import Damping, warn_if_foreign

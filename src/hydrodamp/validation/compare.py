@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 
-from hydrodamp.basis.axes import AXES, VELOCITY_OF
+from hydrodamp.basis.atoms import AXES, VELOCITY_OF
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Fit

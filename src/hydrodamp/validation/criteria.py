@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray
-from hydrodamp.basis.axes import AXES
+from hydrodamp.basis.atoms import AXES
 from hydrodamp.errors import MethodError, ModelError, did_you_mean
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.residuals import lagged_products, left_over

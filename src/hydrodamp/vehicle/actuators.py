@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hydrodamp.arrays import BoolArray, FloatArray
-from hydrodamp.basis.axes import AXES
+from hydrodamp.basis.atoms import AXES
 from hydrodamp.basis.term import Term
 from hydrodamp.errors import VehicleError, did_you_mean
 from hydrodamp.vehicle.checks import checked_name, checked_number, checked_table

@@ -10,8 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hydrodamp.arrays import FloatArray, frozen
-from hydrodamp.basis.atoms import check_command_name
-from hydrodamp.basis.axes import AXES
+from hydrodamp.basis.atoms import AXES, check_command_name
 from hydrodamp.errors import TermError, VehicleError
 
 

@@ -21,7 +21,7 @@ from pydantic import (
     model_validator,
 )
 
-from hydrodamp.basis.axes import AXES
+from hydrodamp.basis.atoms import AXES
 from hydrodamp.errors import VehicleError, did_you_mean, list_faults
 from hydrodamp.faults import faults_in
 from hydrodamp.files import load_text, mistaken, parse_yaml, save_text

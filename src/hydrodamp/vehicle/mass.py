@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hydrodamp.arrays import FloatArray, frozen
-from hydrodamp.basis.axes import AXES, VELOCITIES
+from hydrodamp.basis.atoms import AXES, VELOCITIES
 from hydrodamp.errors import VehicleError
 from hydrodamp.vehicle.checks import checked_array, checked_number
 

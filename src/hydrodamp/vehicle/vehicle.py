@@ -13,8 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hydrodamp.arrays import BoolArray, FloatArray, frozen
-from hydrodamp.basis.atoms import DOWN
-from hydrodamp.basis.axes import AXES, VELOCITIES
+from hydrodamp.basis.atoms import AXES, DOWN, VELOCITIES
 from hydrodamp.basis.basis import Basis
 from hydrodamp.basis.term import Term
 from hydrodamp.errors import VehicleError

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hydrodamp.basis.axes import VELOCITIES
+from hydrodamp.basis.atoms import VELOCITIES
 from hydrodamp.data.attitude import euler_from_quaternion, turn
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import GapWarning, LogError

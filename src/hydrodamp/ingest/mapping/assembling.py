@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.basis.axes import VELOCITIES
+from hydrodamp.basis.atoms import VELOCITIES
 from hydrodamp.data.attitude import quaternion_from_euler
 from hydrodamp.data.canonical import record_of_columns, runs_in_degrees
 from hydrodamp.data.channels import ACCELERATION, ATTITUDE, EULER, POSITION, SPECIFIC_FORCE, WRENCH

@@ -8,7 +8,7 @@ from collections.abc import Collection, Iterator
 
 import numpy as np
 
-from hydrodamp.basis.axes import VELOCITIES
+from hydrodamp.basis.atoms import VELOCITIES
 from hydrodamp.data.canonical import record_of_columns
 from hydrodamp.data.channels import QUANTITIES, RESERVED, SEGMENT
 from hydrodamp.data.checks import record_faults

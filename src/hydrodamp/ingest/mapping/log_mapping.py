@@ -10,7 +10,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from hydrodamp.basis.axes import VELOCITIES
+from hydrodamp.basis.atoms import VELOCITIES
 from hydrodamp.conditioning.steps import prepared
 from hydrodamp.data.channels import ATTITUDE, EULER, SPECIFIC_FORCE
 from hydrodamp.data.log import Log

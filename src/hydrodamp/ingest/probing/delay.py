@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray
-from hydrodamp.basis.axes import VELOCITIES
+from hydrodamp.basis.atoms import VELOCITIES
 from hydrodamp.data.log import Log
 from hydrodamp.progress import counted
 

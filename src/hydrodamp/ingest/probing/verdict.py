@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.basis.axes import VELOCITIES
+from hydrodamp.basis.atoms import VELOCITIES
 from hydrodamp.conditioning.current import estimate_current
 from hydrodamp.conditioning.derived import rates_from_attitude
 from hydrodamp.conditioning.spikes import leaps

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, frozen
-from hydrodamp.basis.axes import AXES
+from hydrodamp.basis.atoms import AXES
 from hydrodamp.simulation.campaign.truth import Truth
 from hydrodamp.vehicle.actuators import Fin, Propeller
 from hydrodamp.vehicle.vehicle import Vehicle

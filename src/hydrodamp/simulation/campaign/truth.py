@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, frozen
-from hydrodamp.basis.axes import AXES, VELOCITIES
+from hydrodamp.basis.atoms import AXES, VELOCITIES
 from hydrodamp.basis.term import Term
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.published import published
