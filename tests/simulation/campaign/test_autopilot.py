@@ -12,6 +12,7 @@ from hydrodamp.simulation.campaign.autopilot import (
     HEADING_STEPS,
     PERIOD,
     PITCH_LOOP,
+    PUBLISHED,
     STEADY,
     TESTING,
     TRAINING,
@@ -19,7 +20,6 @@ from hydrodamp.simulation.campaign.autopilot import (
     Memory,
     Pid,
     Steps,
-    steer,
 )
 
 LIMIT = np.radians(20.0)
@@ -43,7 +43,7 @@ def test_gains_are_the_published_ones() -> None:
 
 def test_on_course_nothing_moves() -> None:
     """No error, no rate: both fins stay at zero."""
-    commands, memory = steer(level(), np.zeros(1), np.full(1, 10.0), Memory.blank(1))
+    commands, memory = PUBLISHED.steer(level(), np.zeros(1), np.full(1, 10.0), Memory.blank(1))
     np.testing.assert_array_equal(commands, [[0.0, 0.0]])
     np.testing.assert_array_equal(memory.totals, np.zeros((3, 1)))
 
@@ -51,7 +51,7 @@ def test_on_course_nothing_moves() -> None:
 def test_signs() -> None:
     """To starboard: rudder negative. To go deeper: elevator negative, nose down."""
     heading, depth = np.array([0.05, 0.0]), np.array([10.0, 10.1])
-    commands, _ = steer(level(2), heading, depth, Memory.blank(2))
+    commands, _ = PUBLISHED.steer(level(2), heading, depth, Memory.blank(2))
     assert commands[0, 0] < 0.0
     assert commands[0, 1] == 0.0
     assert commands[1, 0] == 0.0
@@ -62,7 +62,7 @@ def test_measured_rates_are_opposed() -> None:
     """A bow that rises gets nose-down elevator, one that turns to starboard port rudder."""
     measured = level()
     measured[0, 4:6] = 0.01
-    (commands,), _ = steer(measured, np.zeros(1), np.full(1, 10.0), Memory.blank(1))
+    (commands,), _ = PUBLISHED.steer(measured, np.zeros(1), np.full(1, 10.0), Memory.blank(1))
     np.testing.assert_allclose(commands, [3.0 * 0.01, -7.0 * 0.01])
 
 
@@ -71,7 +71,7 @@ def test_fins_stay_within_twenty_degrees() -> None:
     rng = np.random.default_rng(1)
     measured = rng.normal(scale=5.0, size=(500, 10))
     goals = rng.normal(scale=50.0, size=(2, 500))
-    commands, _ = steer(measured, goals[0], goals[1], Memory.blank(500))
+    commands, _ = PUBLISHED.steer(measured, goals[0], goals[1], Memory.blank(500))
     assert np.max(np.abs(commands)) <= LIMIT
     assert np.any(np.abs(commands) == LIMIT)
 
@@ -98,7 +98,7 @@ def test_depth_rate_is_the_mean_over_five_seconds() -> None:
     for count in range(80):
         measured = level()
         measured[0, 9] = 10.0 + 0.2 * PERIOD * count
-        _, memory = steer(measured, np.zeros(1), np.full(1, 10.0), memory)
+        _, memory = PUBLISHED.steer(measured, np.zeros(1), np.full(1, 10.0), memory)
         assert memory.depth_rate[0] == pytest.approx(0.2 if count else 0.0)
     assert len(memory.depths) == 51
 
@@ -146,3 +146,22 @@ def test_steps_come_at_their_times() -> None:
 def test_nothing_is_asked_of_no_time() -> None:
     """An empty clock gives an empty reference."""
     assert STEADY.at(np.empty(0)).shape == (0,)
+
+
+@pytest.mark.parametrize("period", [0.02, 0.2])
+def test_another_rate_steers_alike(period: float) -> None:
+    """Integrals and the depth rate are those of time, not of the count of samples."""
+    measured, slow = level(), PUBLISHED.every(period)
+    measured[0, 9] = 10.02
+    memories = []
+    for autopilot in (PUBLISHED, slow):
+        memory = Memory.blank(1)
+        for _ in range(round(6.0 / autopilot.period)):
+            measured[0, 9] += 0.001 * autopilot.period
+            _, memory = autopilot.steer(measured, np.zeros(1), np.full(1, 10.0), memory)
+        measured[0, 9] = 10.02
+        memories.append(memory)
+    assert slow.period == period
+    np.testing.assert_allclose(memories[1].totals, memories[0].totals, rtol=0.05)
+    np.testing.assert_allclose(memories[1].depth_rate, 0.001)
+    assert len(memories[1].depths) == round(5.0 / period) + 1

@@ -96,3 +96,11 @@ def test_pushes_are_no_echo_of_the_errors() -> None:
     fresh = pushes[1:] - np.exp(-0.05) * pushes[:-1]
     both = np.corrcoef(np.hstack((errors[1:], fresh)).T)
     assert np.max(np.abs(both[:10, 10:])) < 0.03
+
+
+def test_colour_is_one_of_time_at_any_rate() -> None:
+    """Fifty samples a second forget in the same time: DVL 0.4 s, pushes 2 s."""
+    errors = COLOURED.draw_errors(7, 6, 20000, period=0.02)
+    np.testing.assert_allclose(autocorrelation(errors, 10)[:3], np.exp(-0.5), atol=0.03)
+    pushes = COLOURED.draw_pushes(7, 6, 20000, period=0.02)
+    np.testing.assert_allclose(autocorrelation(pushes, 50), np.exp(-0.5), atol=0.06)

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
+from hydrodamp.simulation.campaign.autopilot import PUBLISHED
 from hydrodamp.simulation.campaign.conditions import COLOURED, SILENT, WHITE
 from hydrodamp.simulation.campaign.motion import momentum_wrench
-from hydrodamp.simulation.campaign.reenact import Campaign, reenact, reenact_all
+from hydrodamp.simulation.campaign.reenact import Campaign, Plan, reenact, reenact_all
 from hydrodamp.simulation.campaign.truth import true_damping
 
 
@@ -133,3 +136,15 @@ def test_in_silence_the_autopilot_sees_the_truth() -> None:
     np.testing.assert_array_equal(one.train.velocity, one.exact_train.velocity)
     np.testing.assert_array_equal(one.train.velocity, other.train.velocity)
     assert not one.train_pushes.any()
+
+
+def test_a_plan_sails_at_the_rate_of_its_autopilot() -> None:
+    """Commands five times as often, samples likewise; the motion is nearly the same."""
+    plan = Plan.of("sname")
+    fast = replace(plan, autopilot=PUBLISHED.every(0.02), training=plan.training[1:2])
+    (ten,), (fifty,) = (one.sail((0,), 20.0, SILENT) for one in (plan, fast))
+    assert fifty.train.n == 1001
+    assert [segment.name for segment in fifty.train.segments] == ["yaw-1800"]
+    np.testing.assert_allclose(np.diff(fifty.train.time), 0.02)
+    same = ten.exact_train.select("yaw-1800").velocity
+    np.testing.assert_allclose(fifty.exact_train.velocity[::5], same, atol=0.01)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,12 +21,13 @@ class Pid:
     derivative: float
     integral_limit: float = float(np.radians(5.0))
     output_limit: float = float(np.radians(20.0))
+    period: float = PERIOD
 
     def step(
         self, error: FloatArray, rate: FloatArray, total: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Return the output and the integral of the error after this sample."""
-        grown = total + error * PERIOD
+        grown = total + error * self.period
         term = self.integral * grown
         held = np.clip(term, -self.integral_limit, self.integral_limit)
         wanted = self.proportional * error + held - self.derivative * rate
@@ -44,8 +45,8 @@ PITCH_LOOP = Pid(4.5, 0.2, 7.0)
 YAW_LOOP = Pid(3.0, 0.005, 3.0)
 """From the error of heading [rad] to the opposite of the rudder [rad]."""
 
-N_DEPTHS = 51
-"""How many depths the depth rate is taken from: 50 differences, 5 s."""
+DEPTH_MEMORY = 5.0
+"""Time over which the depth rate is taken [s]."""
 
 
 @dataclass(frozen=True)
@@ -54,33 +55,49 @@ class Memory:
 
     totals: FloatArray
     depths: FloatArray
+    depth_rate: FloatArray
 
     @classmethod
     def blank(cls, n_vehicles: int) -> Memory:
         """Return the memory before the first sample."""
-        return cls(np.zeros((3, n_vehicles)), np.empty((0, n_vehicles)))
+        return cls(np.zeros((3, n_vehicles)), np.empty((0, n_vehicles)), np.zeros(n_vehicles))
+
+
+@dataclass(frozen=True)
+class Autopilot:
+    """Three loops that run at one rate; the published ones by default."""
+
+    depth: Pid = DEPTH_LOOP
+    pitch: Pid = PITCH_LOOP
+    yaw: Pid = YAW_LOOP
 
     @property
-    def depth_rate(self) -> FloatArray:
-        """Mean rate of the depths remembered, shape (n,) [m/s]."""
-        spans = max(len(self.depths) - 1, 1)
-        rate: FloatArray = (self.depths[-1] - self.depths[0]) / (spans * PERIOD)
-        return rate
+    def period(self) -> float:
+        """Time between two commands [s]."""
+        return self.yaw.period
+
+    def every(self, period: float) -> Autopilot:
+        """Return the same loops at another rate."""
+        loops = (self.depth, self.pitch, self.yaw)
+        return Autopilot(*(replace(one, period=period) for one in loops))
+
+    def steer(
+        self, measured: FloatArray, heading: FloatArray, depth: FloatArray, memory: Memory
+    ) -> tuple[FloatArray, Memory]:
+        """Return the fin commands for one sample."""
+        (q, r), (pitch, yaw), sunk = measured[:, 4:6].T, measured[:, 7:9].T, measured[:, 9]
+        remembered = round(DEPTH_MEMORY / self.period) + 1
+        depths = np.concatenate((memory.depths, sunk[np.newaxis]))[-remembered:]
+        rate = (depths[-1] - depths[0]) / (max(len(depths) - 1, 1) * self.period)
+        wanted, sinking = self.depth.step(depth - sunk, rate, memory.totals[0])
+        elevator, pitching = self.pitch.step(wanted - pitch, q, memory.totals[1])
+        starboard, turning = self.yaw.step(heading - yaw, r, memory.totals[2])
+        totals = np.array((sinking, pitching, turning))
+        return np.array((-starboard, elevator)).T, Memory(totals, depths, rate)
 
 
-def steer(
-    measured: FloatArray, heading: FloatArray, depth: FloatArray, memory: Memory
-) -> tuple[FloatArray, Memory]:
-    """Return the fin commands for one sample."""
-    (q, r), (pitch, yaw), sunk = measured[:, 4:6].T, measured[:, 7:9].T, measured[:, 9]
-    depths = np.concatenate((memory.depths, sunk[np.newaxis]))[-N_DEPTHS:]
-    rate = Memory(memory.totals, depths).depth_rate
-    wanted, sinking = DEPTH_LOOP.step(depth - sunk, rate, memory.totals[0])
-    elevator, pitching = PITCH_LOOP.step(wanted - pitch, q, memory.totals[1])
-    starboard, turning = YAW_LOOP.step(heading - yaw, r, memory.totals[2])
-    totals = np.array((sinking, pitching, turning))
-    return np.array((-starboard, elevator)).T, Memory(totals, depths)
-
+PUBLISHED = Autopilot()
+"""The autopilot of the VT 690."""
 
 FIRST_STEP = 5.0
 """Time of the first step of every run [s]."""

@@ -43,7 +43,9 @@ class Conditions:
     push: tuple[float, ...] = (0.0,) * 6
     push_time: float = 2.0
 
-    def draw_errors(self, seed: int, n_runs: int, n_samples: int) -> FloatArray:
+    def draw_errors(
+        self, seed: int, n_runs: int, n_samples: int, period: float = PERIOD
+    ) -> FloatArray:
         """Return the errors of every sensor in every run.
 
         Parameters
@@ -52,6 +54,8 @@ class Conditions:
             Seed of the campaign, 0 or more.
         n_runs, n_samples : int
             How many runs and samples.
+        period : float, optional
+            Time from one sample to the next [s].
 
         Returns
         -------
@@ -66,9 +70,11 @@ class Conditions:
         streams = np.random.SeedSequence(seed).spawn(n_runs)
         normal = _draw(streams, n_samples, len(CHANNELS))
         deviations = self.scale * np.sqrt(VARIANCES)
-        return autoregression(normal, self.correlation_times) * deviations
+        return autoregression(normal, self.correlation_times, period) * deviations
 
-    def draw_pushes(self, seed: int, n_runs: int, n_samples: int) -> FloatArray:
+    def draw_pushes(
+        self, seed: int, n_runs: int, n_samples: int, period: float = PERIOD
+    ) -> FloatArray:
         """Return the wrench that pushes the vehicle in every run.
 
         Parameters
@@ -77,6 +83,8 @@ class Conditions:
             Seed of the campaign, 0 or more.
         n_runs, n_samples : int
             How many runs and samples.
+        period : float, optional
+            Time from one sample to the next [s].
 
         Returns
         -------
@@ -91,7 +99,7 @@ class Conditions:
         """
         streams = [run.spawn(1)[0] for run in np.random.SeedSequence(seed).spawn(n_runs)]
         normal = _draw(streams, n_samples, 6)
-        return autoregression(normal, (self.push_time,) * 6) * self.push
+        return autoregression(normal, (self.push_time,) * 6, period) * self.push
 
 
 def _draw(streams: list[np.random.SeedSequence], n_samples: int, n_columns: int) -> FloatArray:
@@ -99,11 +107,13 @@ def _draw(streams: list[np.random.SeedSequence], n_samples: int, n_columns: int)
     return np.stack(draws, axis=1)
 
 
-def autoregression(normal: FloatArray, correlation_times: tuple[float, ...]) -> FloatArray:
-    """Return stationary AR(1) series of unit variance, ten samples a second."""
+def autoregression(
+    normal: FloatArray, correlation_times: tuple[float, ...], period: float
+) -> FloatArray:
+    """Return stationary AR(1) series of unit variance."""
     series = np.empty_like(normal)
     for column, time in enumerate(correlation_times):
-        kept = np.exp(-PERIOD / time) if time else 0.0
+        kept = np.exp(-period / time) if time else 0.0
         fresh = normal[:, :, column] * np.sqrt(1.0 - kept**2)
         fresh[0] = normal[0, :, column]
         series[:, :, column] = lfilter([1.0], [1.0, -kept], fresh, axis=0)

@@ -10,7 +10,15 @@ import numpy as np
 from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError, did_you_mean
-from hydrodamp.simulation.campaign.autopilot import PERIOD, TESTING, TRAINING, Memory, Run, steer
+from hydrodamp.simulation.campaign.autopilot import (
+    PERIOD,
+    PUBLISHED,
+    TESTING,
+    TRAINING,
+    Autopilot,
+    Memory,
+    Run,
+)
 from hydrodamp.simulation.campaign.conditions import WHITE, Conditions
 from hydrodamp.simulation.campaign.motion import (
     DEPTH,
@@ -48,9 +56,10 @@ def sail(
     errors: FloatArray,
     pushes: FloatArray,
     done: Callable[[], None] | None = None,
+    autopilot: Autopilot = PUBLISHED,
 ) -> Voyage:
-    """Return the voyage of every run, one sample each tenth of a second."""
-    time = np.arange(len(errors), dtype=np.float64) * PERIOD
+    """Return the voyage of every run, one sample each period of the autopilot."""
+    time = np.arange(len(errors), dtype=np.float64) * autopilot.period
     heading = np.radians(np.transpose([run.heading.at(time) for run in runs]))
     depth = STARTING_DEPTH + np.transpose([run.depth.at(time) for run in runs])
     state, memory = np.zeros((len(runs), N_STATES)), Memory.blank(len(runs))
@@ -58,10 +67,10 @@ def sail(
     samples = []
     for error, push, course, level in zip(errors, pushes, heading, depth, strict=True):
         measured, pushed = state[:, MEASURED] + error, motion.pushed(push)
-        commands, memory = steer(measured, course, level, memory)
+        commands, memory = autopilot.steer(measured, course, level, memory)
         state = pushed.receive(state, commands)
         samples.append((state, pushed.acceleration(state), measured, commands))
-        state = pushed.advance(state, commands, PERIOD)
+        state = pushed.advance(state, commands, autopilot.period)
         if done is not None:
             done()
     states, accelerations, seen, sent = (np.array(column) for column in zip(*samples, strict=True))
@@ -110,9 +119,66 @@ class Campaign:
     note: str
 
 
-def n_samples(duration: float = DURATION) -> int:
+def n_samples(duration: float = DURATION, period: float = PERIOD) -> int:
     """Return how many samples a run has."""
-    return round(duration / PERIOD) + 1
+    return round(duration / period) + 1
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What sails where: a vehicle with rudder, elevator and propeller, its water and its runs."""
+
+    vehicle: Vehicle
+    water: Truth
+    autopilot: Autopilot = PUBLISHED
+    training: tuple[Run, ...] = TRAINING
+    testing: tuple[Run, ...] = TESTING
+
+    @classmethod
+    def of(cls, truth: str) -> Plan:
+        """Return the plan of the paper on one of the truths."""
+        vehicle, known = fleet["vt690"], true_damping().as_dict()
+        if truth == "sname":
+            return cls(vehicle, sname(known))
+        return cls(vehicle, crossflow(known, Body.of(vehicle).fins_at))
+
+    def sail(
+        self,
+        seeds: Sequence[int],
+        duration: float,
+        conditions: Conditions,
+        done: Callable[[], None] | None = None,
+    ) -> tuple[Campaign, ...]:
+        """Return the campaign of each seed, all vehicles sailing side by side."""
+        runs, period = self.training + self.testing, self.autopilot.period
+        size = len(runs), n_samples(duration, period), period
+        body = Body.of(self.vehicle)
+        rpm = np.array([run.rpm for run in runs * len(seeds)])
+        voyage = sail(
+            runs * len(seeds),
+            Motion(body, self.water, body.propulsion(rpm)),
+            np.hstack([conditions.draw_errors(seed, *size) for seed in seeds]),
+            np.hstack([conditions.draw_pushes(seed, *size) for seed in seeds]),
+            done,
+            self.autopilot,
+        )
+        starts = range(0, len(runs) * len(seeds), len(runs))
+        return tuple(self._campaign(voyage, start) for start in starts)
+
+    def _campaign(self, voyage: Voyage, start: int) -> Campaign:
+        training = range(start, start + len(self.training))
+        testing = range(training.stop, training.stop + len(self.testing))
+        return Campaign(
+            train=_log(voyage, training, voyage.measured),
+            test=_log(voyage, testing, voyage.measured),
+            exact_train=_log(voyage, training, voyage.states, voyage.accelerations),
+            exact_test=_log(voyage, testing, voyage.states, voyage.accelerations),
+            train_pushes=frozen(_joined(voyage.pushes, training)),
+            test_pushes=frozen(_joined(voyage.pushes, testing)),
+            vehicle=self.vehicle,
+            truth=self.water.name,
+            note=self.water.note,
+        )
 
 
 def reenact(
@@ -197,37 +263,7 @@ def reenact_all(
     [84, 84]
     """
     _check(seeds, truth, duration)
-    n_seeds, runs = len(seeds), TRAINING + TESTING
-    vehicle, n = fleet["vt690"], n_samples(duration)
-    body = Body.of(vehicle)
-    known = true_damping().as_dict()
-    water = sname(known) if truth == "sname" else crossflow(known, body.fins_at)
-    rpm = np.array([run.rpm for run in runs * n_seeds])
-    voyage = sail(
-        runs * n_seeds,
-        Motion(body, water, body.propulsion(rpm)),
-        np.hstack([conditions.draw_errors(seed, len(runs), n) for seed in seeds]),
-        np.hstack([conditions.draw_pushes(seed, len(runs), n) for seed in seeds]),
-        done,
-    )
-    starts = range(0, len(runs) * n_seeds, len(runs))
-    return tuple(_campaign(voyage, start, vehicle, water) for start in starts)
-
-
-def _campaign(voyage: Voyage, start: int, vehicle: Vehicle, water: Truth) -> Campaign:
-    training = range(start, start + len(TRAINING))
-    testing = range(training.stop, training.stop + len(TESTING))
-    return Campaign(
-        train=_log(voyage, training, voyage.measured),
-        test=_log(voyage, testing, voyage.measured),
-        exact_train=_log(voyage, training, voyage.states, voyage.accelerations),
-        exact_test=_log(voyage, testing, voyage.states, voyage.accelerations),
-        train_pushes=frozen(_joined(voyage.pushes, training)),
-        test_pushes=frozen(_joined(voyage.pushes, testing)),
-        vehicle=vehicle,
-        truth=water.name,
-        note=water.note,
-    )
+    return Plan.of(truth).sail(seeds, duration, conditions, done)
 
 
 def _check(seeds: Sequence[int], truth: str, duration: float) -> None:
