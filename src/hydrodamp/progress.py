@@ -30,7 +30,7 @@ def watched() -> Iterator[None]:
 
 
 @contextmanager
-def progress(label: str, total: float | None = None, unit: str = "") -> Iterator[Step]:
+def progress(label: str, total: float | None = None) -> Iterator[Step]:
     """Give a function that says that so many more steps are done, from any thread."""
     if not _watched.get():
         yield lambda steps=1: None
@@ -38,7 +38,7 @@ def progress(label: str, total: float | None = None, unit: str = "") -> Iterator
     outer = _running.get()
     bars = _bars() if outer is None else outer
     token = _running.set(bars)
-    task = bars.add_task(label, total=total, unit=unit)
+    task = bars.add_task(label, total=total)
     bars.start()
     try:
         yield lambda steps=1: bars.advance(task, steps)
@@ -60,40 +60,21 @@ def counted(items: Iterable[Item], label: str, total: int) -> Iterator[Item]:
 
 def _bars() -> Progress:
     from rich.console import Console
-    from rich.filesize import decimal
     from rich.progress import (
         BarColumn,
         Progress,
-        ProgressColumn,
         SpinnerColumn,
-        Task,
+        TaskProgressColumn,
         TextColumn,
         TimeElapsedColumn,
         TimeRemainingColumn,
     )
-    from rich.text import Text
-
-    class Amount(ProgressColumn):
-        """How much is done, and how fast."""
-
-        def render(self, task: Task) -> Text:
-            if task.total is None:
-                return Text("")
-            speed = task.finished_speed or task.speed
-            if task.fields["unit"] == "B":
-                done = f"{decimal(int(task.completed))} of {decimal(int(task.total))}"
-                rate = f"{decimal(int(speed))}/s" if speed else ""
-            else:
-                done = f"{task.completed:.0f}/{task.total:.0f}"
-                slow = speed and speed < 1.0
-                rate = f"{1 / speed:.1f} s each" if speed and slow else f"{speed or 0:.1f}/s"
-            return Text(f"{done} {rate}")
 
     return Progress(
         SpinnerColumn(),
         TextColumn("{task.description}", markup=False),
         BarColumn(20),
-        Amount(),
+        TaskProgressColumn(),
         TimeElapsedColumn(),
         TimeRemainingColumn(compact=True),
         console=Console(stderr=True, highlight=False, emoji=False),

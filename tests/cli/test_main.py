@@ -8,7 +8,7 @@ from typer.testing import Result
 
 import hydrodamp
 from hydrodamp.cli import options
-from hydrodamp.vehicle.fleet import NAMES
+from hydrodamp.vehicle.fleet import fleet
 
 Call = Callable[..., Result]
 
@@ -45,7 +45,7 @@ def test_python_m_hydrodamp() -> None:
 
 
 def test_help_names_the_fleet() -> None:
-    assert options.FLEET.split(", ") == list(NAMES)
+    assert options.FLEET.split(", ") == list(fleet)
 
 
 def test_the_words_of_help_reach_the_reader(call: Call) -> None:

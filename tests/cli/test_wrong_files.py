@@ -19,9 +19,9 @@ Call = Callable[..., Result]
     [
         (
             "probe a.csv --vehicle map.yaml",
-            "map.yaml is a mapping of a log (it has time, velocity)",
+            "map.yaml is a mapping of a log (it has velocity)",
         ),
-        ("probe a.csv --mapping planar.yaml", "planar.yaml is a vehicle (it has axes, mass_matrix"),
+        ("probe a.csv --mapping planar.yaml", "planar.yaml is a vehicle (it has mass_matrix)"),
         ("probe planar.yaml", "planar.yaml is a vehicle"),
         ("models planar.yaml", "not a file of models: give it as `--vehicle`"),
         ("models map.yaml", "not a file of models: give it as `--mapping`"),

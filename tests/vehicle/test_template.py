@@ -8,7 +8,7 @@ import yaml
 
 from hydrodamp.errors import VehicleError
 from hydrodamp.vehicle.file import parse_vehicle
-from hydrodamp.vehicle.fleet import NAMES, fleet, fleet_text, without_righting
+from hydrodamp.vehicle.fleet import fleet, fleet_text, without_righting
 from hydrodamp.vehicle.template import copied, vehicle_template
 from hydrodamp.vehicle.vehicle import Vehicle
 
@@ -61,7 +61,7 @@ def test_sizes_in_other_units_are_refused(sizes):
         vehicle_template(length=length, diameter=diameter, mass=mass)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", fleet)
 def test_a_copy_of_the_fleet_is_the_same_vehicle(name):
     copy = parse_vehicle(copied(fleet_text(name), "a: b"))
     assert copy == dataclasses.replace(fleet[name], name="a: b")

@@ -10,7 +10,7 @@ import typer
 from hydrodamp.cli.output import WRONG_INPUT, fail
 from hydrodamp.identification.methods import METHODS
 
-FLEET = "vt690, remus100, lauv, bluerov2, bluerov2-heavy"
+FLEET = "bluerov2, bluerov2-heavy, lauv, remus100, vt690"
 """All vehicles of the fleet, for help; those of ``vehicle.fleet``."""
 
 #: All methods, for help.

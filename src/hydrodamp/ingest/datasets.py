@@ -183,7 +183,7 @@ def _downloaded(file: DataFile, folder: Path) -> bytes:
     try:
         with urlopen(file.url, timeout=_TIMEOUT) as answer:
             size = int(answer.headers.get("Content-Length") or 0)
-            with progress(f"downloading {file.name}", size or None, "B") as step:
+            with progress(f"downloading {file.name}", size or None) as step:
                 while part := answer.read(_BLOCK):
                     content += part
                     step(len(part))

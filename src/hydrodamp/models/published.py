@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
@@ -16,11 +17,6 @@ from hydrodamp.files import Packaged, parse_yaml
 from hydrodamp.models.catalog import find_model
 from hydrodamp.models.damping import Damping, VehicleStamp
 from hydrodamp.models.model import DampingModel, read_label, spell_label
-
-NAMES = (
-    *("bluerov2", "bluerov2-heavy", "bluerov2-hkpolyu", "eca-a9", "lauv"),
-    *("remus100-prestero-adjusted", "remus100-prestero-theory", "vt690-field", "vt690-sname2022"),
-)
 
 
 def _read(name: str) -> Damping:
@@ -39,7 +35,7 @@ def _read(name: str) -> Damping:
     )
 
 
-published = Packaged("hydrodamp.models", "published", NAMES, _read)
+published = Packaged(Path(__file__).parent / "published", _read)
 """Published coefficient sets by name: ``vt690-sname2022``, ``remus100-prestero-theory``, ..."""
 
 
@@ -49,10 +45,10 @@ def added_mass_of(name: str) -> FloatArray:
 
 
 def _content(name: str) -> dict[str, Any]:
-    if name not in NAMES:
+    if name not in published:
         raise ModelError(
-            f"No coefficient set is called '{name}'; published are {', '.join(NAMES)}."
-            f"{did_you_mean(name, NAMES)}"
+            f"No coefficient set is called '{name}'; published are {', '.join(published)}."
+            f"{did_you_mean(name, published)}"
         )
     return cast("dict[str, Any]", parse_yaml(published.text(name), name))
 

@@ -103,12 +103,12 @@ def _ahead(recorded: Sequence[str]) -> str:
 
 def _way_out(vehicle: Vehicle, recorded: str) -> str:
     """Return how actuators and recorded commands may meet."""
-    from hydrodamp.vehicle.fleet import NAMES
+    from hydrodamp.vehicle.fleet import fleet
 
     if vehicle.commands:
         alike = f"`commands: {{{vehicle.commands[0]}: {recorded}}}` in a mapping"
         return f"call them alike, such as {alike}"
-    if vehicle.name in NAMES:
+    if vehicle.name in fleet:
         copy = f"hydrodamp vehicle new mine.yaml --like {vehicle.name}"
         return f"give it `actuators` in a copy (`{copy}` writes one)"
     return "give it `actuators` in its file (`hydrodamp vehicle new` writes examples)"

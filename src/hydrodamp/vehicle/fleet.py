@@ -11,8 +11,6 @@ from hydrodamp.files import Packaged, absent, neighbour
 from hydrodamp.vehicle.file import parse_vehicle, read_vehicle
 from hydrodamp.vehicle.vehicle import Vehicle
 
-NAMES = ("vt690", "remus100", "lauv", "bluerov2", "bluerov2-heavy")
-
 _MOTIONS = {"K": ("roll", "down_y"), "M": ("pitch", "down_x")}
 
 
@@ -20,13 +18,13 @@ def _read(name: str) -> Vehicle:
     return parse_vehicle(fleet_text(name), source=name)
 
 
-fleet = Packaged("hydrodamp.vehicle", "fleet", NAMES, _read)
+fleet = Packaged(Path(__file__).parent / "fleet", _read)
 """The vehicles that come with the package."""
 
 
 def fleet_text(name: str) -> str:
     """Return the file of a vehicle of the fleet, with the source of every number."""
-    if name not in NAMES:
+    if name not in fleet:
         raise VehicleError(_unknown(name))
     return fleet.text(name)
 
@@ -92,10 +90,10 @@ def without_righting(vehicle: Vehicle) -> str:
 
 
 def _unknown(name: str) -> str:
-    meant = did_you_mean(name, NAMES)
-    if not meant and (near := neighbour(name, (".yaml", ".yml"))):
+    meant = did_you_mean(name, fleet)
+    if not meant and (near := neighbour(f"{name}.yaml")):
         meant = f" Did you mean '{near}'?"
     return (
-        f"there is no vehicle `{name}`; the fleet has {', '.join(NAMES)}.{meant} For your own "
+        f"there is no vehicle `{name}`; the fleet has {', '.join(fleet)}.{meant} For your own "
         "vehicle give the path of its YAML file; `hydrodamp vehicle new` writes one to fill in."
     )

@@ -62,7 +62,7 @@ def opened(path: str | Path, *, counted: bool = True) -> Iterator[IO[bytes]]:
     """Open a file for reading, unpacked where it is compressed by gzip, under a bar if counted."""
     try:
         size = Path(path).stat().st_size
-        bar = progress(f"reading {Path(path).name}", size, "B") if counted else _NO_BAR
+        bar = progress(f"reading {Path(path).name}", size) if counted else _NO_BAR
         with bar as step, io.BufferedReader(_CountedFile(path, step), _BUFFER) as file:
             packed = file.peek(len(_GZIP)).startswith(_GZIP)
             yield cast("IO[bytes]", gzip.GzipFile(fileobj=file) if packed else file)

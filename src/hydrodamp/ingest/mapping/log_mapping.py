@@ -342,7 +342,7 @@ def load(place: str | Path, beside: Path | None = None) -> tuple[object, Path | 
     if isinstance(place, str) and "/" not in text and not Path(text).suffix and not path.exists():
         known = presets()
         meant = did_you_mean(text, known)
-        if not meant and (near := neighbour(path, (".yaml", ".yml"))):
+        if not meant and (near := neighbour(path.with_suffix(".yaml"))):
             meant = f" Did you mean '{near}'?"
         raise LogError(
             f"there is no preset '{text}'.{meant} The presets are: {', '.join(known)}. A mapping "
