@@ -131,14 +131,10 @@ def test_a_fit_alone_is_replayed_on_what_it_was_fitted_to(
     text = (folder / "damping.report.html").read_text("utf-8")
     assert "share all 400 samples" in text
     assert "hydrodamp identify a.csv" in text
-    assert "The folder <code>damping.figures</code> of this run" in text
     assert "<pre>axis  grade\nX     known</pre>" in text
     drawn = {path.name for path in (folder / "damping.figures").iterdir()}
     assert {"excitation.svg", "residuals.svg", "replays.svg", "index.json"} <= drawn
     assert "front.svg" not in drawn
-    assert "Data that were also fitted, 400 samples" in (
-        (folder / "damping.figures" / "index.json").read_text("utf-8")
-    )
     said = capsys.readouterr().err
     assert "written to damping.figures\nwritten to damping.report.html" in said
 
@@ -174,7 +170,7 @@ def test_grades_pictures_and_report_go_beside_the_results(
     assert b"The log determined " in first
 
 
-def test_a_page_elsewhere_names_the_folder_of_the_run_and_a_lost_picture(
+def test_a_page_elsewhere_names_a_lost_picture(
     fitted: tuple[hd.Fit, hd.Vehicle, hd.Log],
     comparison: hd.Comparison,
     results: Path,
@@ -187,7 +183,7 @@ def test_a_page_elsewhere_names_the_folder_of_the_run_and_a_lost_picture(
     done = call("out --out elsewhere.html")
     assert done.exit_code == 0, done.output
     text = (folder / "elsewhere.html").read_text("utf-8")
-    assert "The folder <code>figures</code> of this run has the pictures" in text
+    assert "The run wrote its pictures as SVG files for print" in text
     assert "Power over the operating box: power.svg is not there" in text
     assert "beside this report" not in text
 

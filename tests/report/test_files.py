@@ -137,7 +137,7 @@ def test_without_replays_there_are_no_trajectories(comparison: Comparison, tmp_p
         ("comparison.json", None, "cannot be read"),
         ("comparison.json", "{", "line 1: cannot be read as JSON"),
         ("comparison.json", "[]", "is not what hydrodamp writes: it must be a table"),
-        ("comparison.json", "{}", "`rows` is missing; `units` is missing"),
+        ("comparison.json", "{}", "`rows` is missing; `provenance` is missing"),
         ("replays.npz", None, "cannot be read"),
         ("replays.npz", "text", "cannot be read"),
         ("fits/linear.ls.json", None, "cannot be read"),
@@ -164,12 +164,8 @@ NOT_PLAIN = [
     ("name", "place", "value", "words"),
     [
         *NOT_PLAIN,
-        (
-            "comparison.json",
-            ("rows", 0, "status"),
-            ["ok"],
-            r"`rows\[0\].status` must be one of ok",
-        ),
+        ("comparison.json", ("provenance", "rate_unit"), "m", "rate_unit` must be"),
+        ("fits/linear.ls.json", ("fit", "status"), ["ok"], "`status` must be one of ok"),
         (
             "comparison.json",
             ("rows", 0, "rms"),

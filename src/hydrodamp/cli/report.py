@@ -15,7 +15,7 @@ from hydrodamp.cli.output import note, warned
 if TYPE_CHECKING:
     from hydrodamp.data.log import Log
     from hydrodamp.identification.fit import Fit
-    from hydrodamp.report.findings import Findings
+    from hydrodamp.report.files import Findings
     from hydrodamp.validation.compare import Comparison
     from hydrodamp.vehicle.vehicle import Vehicle
 
@@ -65,16 +65,15 @@ def offer(
 
 def illustrate(comparison: Comparison, vehicle: Vehicle, train: Log, home: Path) -> tuple[str, ...]:
     """Write grades, pictures and the report of a comparison into its folder."""
-    from hydrodamp.report.files import REPORT
-    from hydrodamp.report.findings import BAND, FIGURES, GRADES, write_findings
+    from hydrodamp.report.files import BAND, FIGURES, GRADES, REPORT, write_findings
 
     findings = look_closer(comparison, vehicle, train)
     write_findings(findings, home)
     again = f"`{shlex.join(('hydrodamp', 'report', str(home)))}` makes it"
     there = {
-        GRADES: findings.identifiability is not None or bool(findings.not_graded),
+        GRADES: findings.identifiability is not None,
         BAND: findings.band is not None,
-        FIGURES: bool(findings.gallery.pictures),
+        FIGURES: bool(findings.pictures),
         REPORT: offer(comparison, home / REPORT, findings, again),
     }
     return tuple(name for name, written in there.items() if written)
@@ -123,7 +122,7 @@ class Beside:
 
     def remove_earlier(self) -> None:
         """Remove the report and the pictures of an earlier fit."""
-        from hydrodamp.report.findings import earlier_pictures
+        from hydrodamp.report.files import earlier_pictures
 
         for path in (self.page, *earlier_pictures(self.figures)):
             path.unlink(missing_ok=True)
@@ -137,18 +136,18 @@ class Beside:
         said: Mapping[str, str],
     ) -> None:
         """Write report and pictures of the fit."""
-        from hydrodamp.report.findings import write_gallery
+        from hydrodamp.report.files import write_pictures
         from hydrodamp.validation.compare import compare
 
         told = replace(fit, remarks=(*fit.remarks, *words))
         alone = compare((told,), vehicle, log)
         origin = {**alone.provenance, "overlap": f"all {log.n} samples", **said}
         alone = replace(alone, provenance=origin)
-        findings = replace(look_closer(alone, vehicle, log), folder=self.figures.name)
+        findings = look_closer(alone, vehicle, log)
         if lines := warned():
             alone = replace(alone, provenance={**origin, "warnings": "\n".join(lines)})
-        if findings.gallery.pictures:
-            write_gallery(findings.gallery, self.figures)
+        if findings.pictures:
+            write_pictures(findings, self.figures)
             note(f"written to {self.figures}")
         if offer(alone, self.page, findings):
             note(f"written to {self.page}")

@@ -34,7 +34,9 @@ def summary_grids(comparison: Comparison) -> tuple[Grid, ...]:
     pages = max(math.ceil(len(methods) / _ABREAST), 1)
     share = math.ceil(len(methods) / pages)
     parts = [methods[k * share : (k + 1) * share] for k in range(pages)]
-    notes = [()] * (pages - 1) + [remarks(comparison)]
+    chosen = any(row.rms is not None for row in comparison.rows)
+    choice = (str(comparison.choice()),) if chosen else ()
+    notes = [()] * (pages - 1) + [(*choice, *remarks(comparison))]
     return tuple(_summary(comparison, *each) for each in zip(parts, notes, strict=True))
 
 

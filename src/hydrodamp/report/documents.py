@@ -5,16 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Annotated, Any, TypeVar, get_args
+from typing import Annotated, Any, TypeVar
 
 import numpy as np
 from pydantic import (
     AfterValidator,
     BaseModel,
     BeforeValidator,
+    ConfigDict,
     PlainSerializer,
     ValidationError,
-    model_validator,
 )
 
 from hydrodamp.data.record import unique_names
@@ -35,6 +35,12 @@ _FAULTS = 5  # of a file that are named
 
 def _finite(value: float | None) -> float | None:
     return value if value is None or math.isfinite(value) else None
+
+
+def _plain(name: str) -> str:
+    if set(name) & {"/", "\\", "\0"}:  # whatever the system
+        raise ValueError(f"must be a plain file name; got {name!r}")
+    return name
 
 
 def _status(value: object) -> Status:
@@ -63,63 +69,62 @@ class Divergence(BaseModel):
 
 
 class RowDocument(BaseModel):
-    """A row of ``comparison.json``."""
+    """What is read of a row of ``comparison.json``; its fit lies in a file of its own."""
 
-    model: str
-    method: str
-    n_coefficients: int
-    rank: int | None
-    rms: Number
-    rms_by_axis: dict[str, Number]
-    fit_by_axis: dict[str, Number]
-    status: Outcome
+    fit: Annotated[str, AfterValidator(_plain)]
+    rms: float | None
+    rms_by_axis: dict[str, float | None]
+    fit_by_axis: dict[str, float | None]
     diverged_at: tuple[Divergence, ...] | None
-    coefficients: dict[str, Number]
-    fit: str
 
-    @classmethod
-    def of(cls, row: Row, name: str) -> RowDocument:
-        """Return a row as a document; its fit has a name in ``fits``."""
-        fit = row.fit
-        values: dict[str, float | None] = {**fit.damping.as_dict()}
-        return cls(
-            model=row.model,
-            method=row.method,
-            n_coefficients=row.n_coefficients,
-            rank=fit.rank,
-            coefficients=values if fit.status.usable else dict.fromkeys(values, None),
-            fit=name,
-            **{**score_fields(row.score), "status": row.status},
-        )
+    def score(self, rate_unit: RateUnit) -> Score:
+        """Return the score of the row."""
+        diverged = tuple((place.segment, place.time) for place in self.diverged_at or ())
+        return Score(self.rms, self.rms_by_axis, self.fit_by_axis, rate_unit, diverged)
+
+
+class Provenance(BaseModel):
+    """Where a comparison comes from: its settings, and words."""
+
+    model_config = ConfigDict(extra="allow")
+    __pydantic_extra__: dict[str, str]
+
+    attitude: AttitudeSource
+    rate_unit: RateUnit
 
 
 class ComparisonDocument(BaseModel):
-    """What ``comparison.json`` holds."""
+    """What is read of ``comparison.json``."""
 
     rows: tuple[RowDocument, ...]
-    units: dict[str, str | dict[str, str]]
-    provenance: dict[str, str]
-
-    @model_validator(mode="after")
-    def _with_settings(self) -> ComparisonDocument:
-        for name, known in (("attitude", AttitudeSource), ("rate_unit", RateUnit)):
-            if self.provenance.get(name) not in get_args(known):
-                raise ValueError(f"provenance.{name} must be one of {', '.join(get_args(known))}")
-        return self
+    provenance: Provenance
 
 
 def comparison_document(comparison: Comparison) -> dict[str, Any]:
     """Return what ``comparison.json`` holds."""
-    fits = (row.fit for row in comparison.rows)
-    document = ComparisonDocument(
-        rows=tuple(map(RowDocument.of, comparison.rows, names_of(fits))),
-        units={
+    names = names_of(row.fit for row in comparison.rows)
+    return {
+        "rows": [_row(row, name) for row, name in zip(comparison.rows, names, strict=True)],
+        "units": {
             **error_units(comparison.rate_unit),
             "coefficients": "SI, radians; N or N m on the right-hand side, by label in fits/*.json",
         },
-        provenance=provenance_of(comparison),
-    )
-    return document.model_dump(mode="json")
+        "provenance": provenance_of(comparison),
+    }
+
+
+def _row(row: Row, name: str) -> dict[str, Any]:
+    values = row.fit.damping.as_dict()
+    return {
+        "model": row.model,
+        "method": row.method,
+        "n_coefficients": row.n_coefficients,
+        "rank": row.fit.rank,
+        **score_fields(row.score),
+        "status": row.status.word,
+        "coefficients": values if row.fit.status.usable else dict.fromkeys(values),
+        "fit": name,
+    }
 
 
 def provenance_of(comparison: Comparison) -> dict[str, str]:
@@ -185,12 +190,11 @@ class UncertaintyDocument(BaseModel):
 
     def uncertainty(self, covariance: np.ndarray) -> Uncertainty:
         """Return the uncertainty with the covariance of its damping."""
-        freedom, noise = self.degrees_of_freedom, self.noise
-        known = {
-            **self.model_dump(),
-            "degrees_of_freedom": math.inf if freedom is None else freedom,
-            "noise": None if noise is None else np.diag(np.array(noise, dtype=np.float64)),
-        }
+        known = self.model_dump()
+        if self.degrees_of_freedom is None:
+            known["degrees_of_freedom"] = math.inf
+        if self.noise is not None:
+            known["noise"] = np.diag(np.array(self.noise, dtype=np.float64))
         return Uncertainty(covariance, **known)
 
 

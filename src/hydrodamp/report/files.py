@@ -1,20 +1,24 @@
-"""The folder of a comparison, both ways."""
+"""The folder of a comparison and of what was found out about its chosen row, both ways."""
 
 from __future__ import annotations
 
 import io
 import os
 import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import cast
+from typing import Annotated
 
 import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
 
 from hydrodamp.basis.atoms import AXES, VELOCITY_OF
 from hydrodamp.data.log import Log, Segment
 from hydrodamp.errors import FileError
 from hydrodamp.files import as_json, load_json, save_all
 from hydrodamp.identification.fit import Fit
+from hydrodamp.identification.grades import AxisIdentifiability, Identifiability
 from hydrodamp.report.comparison_tables import comparison_grids, score_grid, summary_grids
 from hydrodamp.report.documents import (
     ComparisonDocument,
@@ -24,20 +28,69 @@ from hydrodamp.report.documents import (
     read_fit,
     validated,
 )
-from hydrodamp.report.findings import BAND, FIGURES, GRADES, earlier_findings
 from hydrodamp.report.grid import to_csv, to_latex, to_markdown, to_text
 from hydrodamp.report.words import UNFINISHED
-from hydrodamp.simulation.replay import AttitudeSource, Trajectory
-from hydrodamp.simulation.score import RateUnit, Score
+from hydrodamp.simulation.replay import Trajectory
+from hydrodamp.validation.bands import PredictionBand
 from hydrodamp.validation.compare import Comparison, Row
 
 COMPARISON, REPLAYS, REPORT = "comparison.json", "replays.npz", "report.html"
 TABLES = tuple(f"table.{suffix}" for suffix in ("txt", "md", "tex", "csv"))
+#: Grades, and the band of a replay.
+GRADES, BAND = "identifiability.json", "band.npz"
+#: The folder of pictures, and the file among them that has their words.
+FIGURES, INDEX = "figures", "index.json"
 
 #: What :func:`write_comparison` writes, in words.
 WRITTEN = "comparison.json, table.txt .md .tex .csv, fits, replays.npz"
 
 _SIMULATED = "simulated."
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A drawing with its words and its size in a page [px]; it is a file of its own."""
+
+    name: Annotated[str, Field(pattern="^[a-z0-9-]+$")]
+    title: str
+    caption: str
+    width: int
+    height: int
+    svg: Annotated[bytes, Field(exclude=True)] = b""
+
+
+@dataclass(frozen=True)
+class Findings:
+    """What is found out about the chosen row after the fits."""
+
+    identifiability: Identifiability | None = None
+    band: PredictionBand | None = None
+    pictures: tuple[Picture, ...] = ()
+    not_shown: tuple[str, ...] = ()
+
+
+class _Grades(BaseModel):
+    """The file of grades."""
+
+    model_config = ConfigDict(ser_json_inf_nan="strings")
+
+    model: str
+    axes: tuple[AxisIdentifiability, ...]
+
+
+class _Index(BaseModel):
+    """The file of the pictures' words."""
+
+    pictures: tuple[Picture, ...]
+    not_shown: tuple[str, ...] = ()
+
+
+def chosen_row(comparison: Comparison) -> Row | None:
+    """Return the row that is looked at more closely."""
+    if all(row.rms is None for row in comparison.rows):
+        alone = len(comparison.rows) == 1 and comparison.rows[0].fit.status.usable
+        return comparison.rows[0] if alone else None
+    return comparison.choice().row
 
 
 def write_comparison(comparison: Comparison, folder: str | os.PathLike[str]) -> None:
@@ -57,12 +110,13 @@ def write_comparison(comparison: Comparison, folder: str | os.PathLike[str]) -> 
         If the folder cannot be made or written.
     """
     home, grids = Path(folder), comparison_grids(comparison)
-    fits = {_fit_path(home, name): fit for name, fit in _named_fits(comparison).items()}
-    there = () if UNFINISHED in comparison.provenance else (home / "fits").glob("*.json")
-    earlier = (path for path in there if path not in fits)
-    for path in (home / COMPARISON, home / REPORT, *earlier_findings(home), *earlier):
-        if path.is_file():
-            path.unlink()
+    fits = {home / "fits" / f"{name}.json": fit for name, fit in _named_fits(comparison).items()}
+    earlier = [home / name for name in (COMPARISON, REPORT, GRADES, BAND)]
+    earlier += earlier_pictures(home / FIGURES)
+    if UNFINISHED not in comparison.provenance:
+        earlier += (path for path in (home / "fits").glob("*.json") if path not in fits)
+    for path in filter(Path.is_file, earlier):
+        path.unlink()
     texts = {
         **{path: as_json(fit_document(fit)) for path, fit in fits.items()},
         home / "table.txt": "\n\n".join(map(to_text, grids)) + "\n",
@@ -78,7 +132,7 @@ def write_comparison(comparison: Comparison, folder: str | os.PathLike[str]) -> 
 def write_fit(fit: Fit, folder: Path) -> None:
     """Write one fit into a folder of results, as soon as it is finished."""
     (name,) = names_of((fit,))
-    save_all({_fit_path(folder, name): as_json(fit_document(fit)).encode("utf-8")})
+    save_all({folder / "fits" / f"{name}.json": as_json(fit_document(fit)).encode("utf-8")})
 
 
 def kept_fits(folder: Path) -> dict[str, Fit]:
@@ -110,29 +164,18 @@ def read_comparison(folder: str | os.PathLike[str]) -> Comparison:
     home = Path(folder)
     path = home / COMPARISON
     document = validated(ComparisonDocument, load_json(path), str(path))
-    words = dict(document.provenance)
-    unit = cast("RateUnit", words.pop("rate_unit"))
-    attitude = cast("AttitudeSource", words.pop("attitude"))
+    settings, words = document.provenance, dict(document.provenance.model_extra or {})
     log, velocities = _read_replays(home / REPLAYS, words.get("test", ""))
     rows = []
     for entry in document.rows:
-        fit, run = read_fit(_fit_path(home, entry.fit)), None
-        diverged = tuple((place.segment, place.time) for place in entry.diverged_at or ())
-        score = Score(entry.rms, entry.rms_by_axis, entry.fit_by_axis, unit, diverged)
+        fit, run = read_fit(home / "fits" / f"{entry.fit}.json"), None
+        score = entry.score(settings.rate_unit)
         if log is not None and entry.fit in velocities:
             axes = tuple(axis for axis in AXES if VELOCITY_OF[axis] in score.rms_by_axis)
-            run = Trajectory(log, velocities[entry.fit], diverged, attitude, axes)
+            velocity = velocities[entry.fit]
+            run = Trajectory(log, velocity, score.diverged, settings.attitude, axes)
         rows.append(Row(fit, score, run))
-    return Comparison(tuple(rows), unit, attitude, words)
-
-
-def _fit_path(home: Path, name: str) -> Path:
-    if Path(name).name != name or set(name) & {"\\", "\0"}:  # whatever the system
-        raise FileError(
-            f"{home / COMPARISON}: each fit must be named by a plain file name, got '{name}': "
-            "make the folder again by the command that wrote it."
-        )
-    return home / "fits" / f"{name}.json"
+    return Comparison(tuple(rows), settings.rate_unit, settings.attitude, words)
 
 
 def is_result(path: Path, folder: Path) -> bool:
@@ -164,19 +207,12 @@ def _replays(comparison: Comparison) -> bytes:
             "segment_bounds": log.bounds,
             f"{_SIMULATED}{name}": row.trajectory.velocity,
         }
-    stream = io.BytesIO()
-    np.savez(stream, allow_pickle=False, **arrays)
-    return stream.getvalue()
+    return _npz(arrays)
 
 
 def _read_replays(path: Path, source: str) -> tuple[Log | None, dict[str, np.ndarray]]:
     """Return the log that was replayed, and the simulated velocities by name."""
-    try:
-        # From memory: a damaged archive that is opened by its name stays open.
-        with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as arrays:
-            found = {name: arrays[name] for name in arrays.files}
-    except (OSError, ValueError, zipfile.BadZipFile) as error:
-        raise FileError(f"{path}: cannot be read: {error}.") from error
+    found = _read_npz(path)
     if "time" not in found:
         return None, {}
     segments = tuple(
@@ -189,3 +225,81 @@ def _read_replays(path: Path, source: str) -> tuple[Log | None, dict[str, np.nda
         for name, values in found.items()
         if name.startswith(_SIMULATED)
     }
+
+
+def write_findings(findings: Findings, home: Path) -> None:
+    """Write grades, band and pictures into the folder of a comparison that was just written."""
+    contents: dict[Path, bytes] = {}
+    if (found := findings.identifiability) is not None:
+        grades = _Grades(model=found.model.key, axes=found.axes)
+        contents[home / GRADES] = grades.model_dump_json(indent=2).encode("utf-8")
+    if (band := findings.band) is not None:
+        contents[home / BAND] = _npz(
+            {
+                "lower": band.lower,
+                "upper": band.upper,
+                "level_diverged": np.array([band.level, band.diverged]),
+            }
+        )
+    save_all(contents)
+    write_pictures(findings, home / FIGURES)
+
+
+def write_pictures(findings: Findings, folder: Path) -> None:
+    """Write pictures and their words into a folder."""
+    words = _Index(pictures=findings.pictures, not_shown=findings.not_shown)
+    contents = {folder / f"{one.name}.svg": one.svg for one in findings.pictures}
+    save_all({**contents, folder / INDEX: words.model_dump_json(indent=2).encode("utf-8")})
+
+
+def earlier_pictures(folder: Path) -> list[Path]:
+    """Return the pictures that the index of a folder names, and the index."""
+    try:
+        found = _read_index(folder)
+    except FileError:
+        return []
+    return [*(folder / f"{one.name}.svg" for one in found.pictures), folder / INDEX]
+
+
+def read_findings(home: Path, comparison: Comparison) -> Findings:
+    """Read what :func:`write_findings` wrote; a picture that was deleted since is named."""
+    row, grades, band = chosen_row(comparison), None, None
+    pictures: list[Picture] = []
+    not_shown: list[str] = []
+    if (home / FIGURES / INDEX).is_file():
+        index = _read_index(home / FIGURES)
+        not_shown += index.not_shown
+        for one in index.pictures:
+            path = home / FIGURES / f"{one.name}.svg"
+            if path.is_file():
+                pictures.append(replace(one, svg=path.read_bytes()))
+            else:
+                not_shown.append(f"{one.title}: {path.name} is not there any more.")
+    if row is not None and (home / GRADES).is_file():
+        found = validated(_Grades, load_json(home / GRADES), str(home / GRADES))
+        grades = Identifiability(row.fit.model, found.axes)
+    if row is not None and row.trajectory is not None and (home / BAND).is_file():
+        run, ends = row.trajectory, _read_npz(home / BAND)
+        shares = ends["level_diverged"].tolist()
+        band = PredictionBand(run.log, run.velocity, ends["lower"], ends["upper"], *shares)
+    return Findings(grades, band, tuple(pictures), tuple(not_shown))
+
+
+def _read_index(folder: Path) -> _Index:
+    return validated(_Index, load_json(folder / INDEX), str(folder / INDEX))
+
+
+def _npz(arrays: Mapping[str, np.ndarray]) -> bytes:
+    """Return arrays as the bytes of an npz file."""
+    stream = io.BytesIO()
+    np.savez(stream, allow_pickle=False, **arrays)
+    return stream.getvalue()
+
+
+def _read_npz(path: Path) -> dict[str, np.ndarray]:
+    try:
+        # From memory: a damaged archive that is opened by its name stays open.
+        with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as arrays:
+            return {name: arrays[name] for name in arrays.files}
+    except (OSError, EOFError, ValueError, zipfile.BadZipFile) as error:
+        raise FileError(f"{path}: cannot be read: {error}.") from error

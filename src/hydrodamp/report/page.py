@@ -15,16 +15,16 @@ from typing import TYPE_CHECKING
 
 from hydrodamp.errors import MethodError
 from hydrodamp.files import save_text
-from hydrodamp.identification.grades import Grade, Identifiability
+from hydrodamp.identification.grades import Identifiability
 from hydrodamp.report.comparison_tables import score_grid
 from hydrodamp.report.documents import provenance_of
 from hydrodamp.report.figures.look import colour_of
-from hydrodamp.report.files import read_comparison
-from hydrodamp.report.findings import Findings, Picture, chosen_row, read_findings
+from hydrodamp.report.files import Findings, chosen_row, read_comparison, read_findings
 from hydrodamp.report.fit_tables import fit_grid
 from hydrodamp.report.grid import Grid
 from hydrodamp.report.plots import series
 from hydrodamp.report.words import remarks, verdict
+from hydrodamp.validation.choice import error_of
 from hydrodamp.validation.compare import Comparison, Row
 
 if TYPE_CHECKING:
@@ -36,8 +36,9 @@ MISSING = 'the report needs the package jinja2: pip install "hydrodamp[report]"'
 #: Coefficients listed in all, whole fits at a time; the files have every one.
 COEFFICIENTS = 2500
 
-_PIXELS = 96.0 / 72.0  # of a page, in a point
-_COLUMN = 480  # px, width up to which a picture stands in one of two columns
+#: Pictures that are for print: the page shows the same as plots and tables.
+FOR_PRINT = ("replays", "coefficients")
+
 _SCRIPTS = ("theme.js", "sorting.js", "uplot.js", "plots.js")
 
 
@@ -90,12 +91,12 @@ def page(comparison: Comparison, findings: Findings | None = None) -> str:
 
 
 def _content(comparison: Comparison, findings: Findings) -> dict[str, object]:
-    """Return what the page holds beside its pictures."""
-    chosen = chosen_row(comparison)
-    sorted_rows = sorted(comparison.rows, key=_by_error)
-    order = sorted(sorted_rows, key=lambda row: (row.rms is None, not row.settled))
-    drawn, grades = series(comparison, order, findings.band), findings.identifiability
-    gallery, unit = findings.gallery, f"{comparison.rate_unit}/s"
+    """Return what the page holds beside its words."""
+    chosen, grades, unit = chosen_row(comparison), findings.identifiability, comparison.rate_unit
+    by_error = sorted(comparison.rows, key=lambda row: (error_of(row), row.n_coefficients))
+    order = sorted(by_error, key=lambda row: (row.rms is None, not row.settled))
+    drawn = series(comparison, order, findings.band)
+    warnings = comparison.provenance.get("warnings", "").splitlines()
     return {
         "comparison": comparison,
         "title": f"Damping of {comparison.provenance.get('vehicle') or 'a vehicle'}",
@@ -104,42 +105,26 @@ def _content(comparison: Comparison, findings: Findings) -> dict[str, object]:
             for place, method in enumerate(comparison.methods)
         },
         "verdict": verdict(comparison, grades),
-        "warnings": _warnings(comparison),
+        "warnings": [*map(str.strip, warnings), *remarks(comparison)],
         "scores": score_grid(
             comparison,
-            sorted_rows,
-            f"Error of each replay: RMS of velocities in m/s and {unit}, and fit in %",
+            by_error,
+            f"Error of each replay: RMS of velocities in m/s and {unit}/s, and fit in %",
         ),
-        "sorted_rows": sorted_rows,
+        "sorted_rows": by_error,
         "chosen": chosen,
         "series": drawn,
         "coefficients": coefficient_grids(order, chosen, grades),
         "most": COEFFICIENTS,
-        "images": [_image(one) for one in gallery.pictures if not one.print_only],
-        "print_only": [f"{one.name}.svg" for one in gallery.pictures if one.print_only],
-        "not_shown": [*gallery.not_drawn, *filter(None, [findings.not_graded])],
-        "folder": findings.folder,
-        "grades": None if grades is None else grade_grid(grades),
+        "images": [one for one in findings.pictures if one.name not in FOR_PRINT],
+        "print_only": [f"{one.name}.svg" for one in findings.pictures if one.name in FOR_PRINT],
+        "not_shown": findings.not_shown,
         "origin": _origin(comparison),
         "scripts": [_text(name) for name in _SCRIPTS[: None if drawn else 2]],
         "styles": _text("report.css"),
         "plot_styles": _text("uplot.css"),
         "licence": _text("uplot.LICENSE"),
     }
-
-
-def _by_error(row: Row) -> tuple[bool, float, int]:
-    return (row.rms is None, row.rms or 0.0, row.n_coefficients)
-
-
-def _warnings(comparison: Comparison) -> list[str]:
-    """Return the warnings of the run, what the choice left out, and the remarks."""
-    lines = comparison.provenance.get("warnings", "").splitlines()
-    said = [*map(str.strip, lines), *remarks(comparison)]
-    if any(row.rms is not None for row in comparison.rows):
-        choice = comparison.choice()
-        said = [choice.reservation, *(each for each in said if each != choice.sentence)]
-    return [each for each in said if each]
 
 
 @cache
@@ -153,14 +138,10 @@ def _environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters["sha256"] = _sha256
+    environment.filters["base64"] = lambda content: base64.b64encode(content).decode("ascii")
+    environment.filters["sha256"] = lambda script: hashlib.sha256(script.encode()).digest()
     environment.policies["json.dumps_kwargs"] = {"allow_nan": False, "separators": (",", ":")}
     return environment
-
-
-def _sha256(script: str) -> str:
-    """Return what the policy of a page knows a script by."""
-    return base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii")
 
 
 @cache
@@ -179,36 +160,6 @@ def coefficient_grids(
             break
         grids.append((row, fit_grid(row.fit, grades if row is chosen else None)))
     return grids
-
-
-def _image(picture: Picture) -> dict[str, object]:
-    """Return a picture as an image, in which nothing of a file runs or asks the network."""
-    width, height = (round(_PIXELS * length) for length in picture.size)
-    words = base64.b64encode(picture.svg).decode("ascii")
-    source = f"data:image/svg+xml;base64,{words}"
-    facts = {"picture": picture, "source": source, "width": width, "height": height}
-    return {**facts, "is_broad": width > _COLUMN}
-
-
-def grade_grid(found: Identifiability) -> Grid:
-    """Return how many coefficients of each axis have which grade."""
-    title = (
-        f"Coefficients of {found.model.key} by how well they are known, by the log and by the fit; "
-        "the response is the force at each moment, predicted on stretches of the training log that "
-        "were held out"
-    )
-    header = ("axis", "rank", "response predicted", "enough", *(grade.word for grade in Grade))
-    rows = [
-        (
-            one.axis,
-            f"{one.rank} of {len(one.labels)}",
-            f"{100.0 * one.share:.0f} %",
-            "yes" if one.excited else "no",
-            *map(one.count, Grade),
-        )
-        for one in found.axes
-    ]
-    return Grid.of_words(title, header, "lrrlrrr", rows)
 
 
 def _origin(comparison: Comparison) -> dict[str, object]:

@@ -35,8 +35,7 @@ def verdict(comparison: Comparison, grades: Identifiability | None = None) -> tu
     if all(row.rms is None for row in comparison.rows):
         return _no_verdict(comparison)
     choice = comparison.choice()
-    alone = len(comparison.rows) == 1
-    which = choice.sentence if alone else f"Take {choice.sentence}"
+    which = str(choice) if len(comparison.rows) == 1 else f"Take {choice}"
     return (which, _how_good(comparison, choice.row), _how_known(choice.row.fit, grades))
 
 
@@ -143,8 +142,6 @@ def remarks(comparison: Comparison) -> tuple[str, ...]:
         said.append(
             f"Training and test data share {shared}: errors on data that were fitted say little."
         )
-    if any(row.rms is not None for row in comparison.rows):
-        said.append(comparison.choice().sentence)
     return (
         *said,
         *_order_of_paper(comparison),

@@ -11,7 +11,7 @@ import hydrodamp as hd
 pytest.importorskip("matplotlib", reason="pictures need the extra hydrodamp[report]")
 
 from hydrodamp.report.examine import examine
-from hydrodamp.report.findings import Findings
+from hydrodamp.report.files import Findings
 
 
 @dataclass(frozen=True)

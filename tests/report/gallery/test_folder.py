@@ -10,14 +10,13 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.report.files import is_result
-from hydrodamp.report.findings import (
+from hydrodamp.report.files import (
     Findings,
-    Gallery,
-    earlier_findings,
+    earlier_pictures,
+    is_result,
     read_findings,
     write_findings,
-    write_gallery,
+    write_pictures,
 )
 from hydrodamp.report.words import verdict
 
@@ -31,18 +30,15 @@ def home(examined, tmp_path) -> Path:
 
 
 def test_findings_read_back_as_they_were(examined, home):
-    table = hd.read_comparison(home)
+    table, before = hd.read_comparison(home), examined.findings
     found = read_findings(home, table)
-    assert found.gallery == examined.findings.gallery
-    assert found.identifiability == examined.findings.identifiability
-    band, before = found.band, examined.findings.band
-    np.testing.assert_array_equal(band.lower, before.lower)
-    np.testing.assert_array_equal(band.upper, before.upper)
-    assert (band.level, band.diverged) == (0.95, before.diverged)
-    np.testing.assert_allclose(band.velocity, before.velocity, atol=1e-9)
-    assert verdict(table, found.identifiability) == verdict(
-        examined.table, examined.findings.identifiability
-    )
+    assert found.pictures == before.pictures
+    assert found.identifiability == before.identifiability
+    np.testing.assert_array_equal(found.band.lower, before.band.lower)
+    np.testing.assert_array_equal(found.band.upper, before.band.upper)
+    assert (found.band.level, found.band.diverged) == (0.95, before.band.diverged)
+    np.testing.assert_allclose(found.band.velocity, before.band.velocity, atol=1e-9)
+    assert verdict(table, found.identifiability) == verdict(examined.table, before.identifiability)
 
 
 def test_the_report_made_again_is_the_same_file(examined, home):
@@ -50,8 +46,8 @@ def test_the_report_made_again_is_the_same_file(examined, home):
     again = hd.write_report(home, home / "again.html")
     assert first.read_bytes() == again.read_bytes()
     text = again.read_text("utf-8")
-    shown = [one for one in examined.findings.gallery.pictures if not one.print_only]
-    assert text.count("data:image/svg+xml;base64,") == len(shown)
+    assert text.count("data:image/svg+xml;base64,") == len(examined.findings.pictures) - 2
+    assert "among them replays.svg, coefficients.svg for what" in text
     assert "The log determined " in text
     row = examined.table.best()
     assert f"95 % band of {row.model} by {row.method}" in text
@@ -62,21 +58,16 @@ def test_without_findings_a_folder_makes_a_report_as_before(examined, tmp_path):
     assert read_findings(tmp_path, examined.table) == Findings()
     text = hd.write_report(tmp_path, tmp_path / "report.html").read_text("utf-8")
     assert "<img" not in text
-    assert "Pictures and grades" not in text
+    assert 'id="pictures"' not in text
 
 
-def test_stale_pictures_go_and_those_of_others_stay(examined, home):
+def test_stale_findings_go_and_pictures_of_others_stay(examined, home):
     (home / "figures" / "mine.svg").write_text("<svg/>", "utf-8")
     (home / "report.html").write_text("old", "utf-8")
-    fewer = Gallery(examined.findings.gallery.pictures[3:4], ("Power: no.",))
-    write_findings(Findings(None, fewer), home)
-    names = sorted(path.name for path in (home / "figures").iterdir())
-    assert names == ["excitation.svg", "index.json", "mine.svg"]
-    assert not (home / "identifiability.json").exists()
-    assert not (home / "band.npz").exists()
     hd.write_comparison(examined.table, home)
     assert [path.name for path in (home / "figures").iterdir()] == ["mine.svg"]
-    assert not (home / "report.html").exists()
+    for name in ("report.html", "identifiability.json", "band.npz"):
+        assert not (home / name).exists()
 
 
 def test_the_files_are_results_and_no_input_may_be_among_them(home):
@@ -104,11 +95,9 @@ def test_a_variance_inflation_without_bound_reads_back(examined, home):
 @pytest.mark.parametrize(
     ("path", "old", "new", "words"),
     [
-        ("figures/index.json", '"excitation"', '"../excitation"', "pictures.3.name: String should"),
-        ("figures/index.json", '"caption"', '"other"', "pictures.0.caption: Field required"),
-        ("identifiability.json", '"determined: the', '"sure: the', r"axes\.0\.grades"),
-        ("identifiability.json", '"X_q^2"', '"X_qq"', "the comparison chooses"),
-        ("identifiability.json", '"model": "', '"model": "not-', "the comparison chooses"),
+        ("figures/index.json", '"excitation"', '"../excitation"', r"pictures\[3\].name"),
+        ("figures/index.json", '"caption"', '"other"', r"pictures\[0\].caption` is missing"),
+        ("identifiability.json", '"determined: the', '"sure: the', r"axes\[0\].grades"),
     ],
 )
 def test_spoilt_files_are_refused(home, path, old, new, words):
@@ -119,52 +108,38 @@ def test_spoilt_files_are_refused(home, path, old, new, words):
         read_findings(home, hd.read_comparison(home))
 
 
-@pytest.mark.parametrize("content", [None, b"<html>", b'<svg width="0pt" height="9pt">'])
-def test_a_picture_that_was_spoilt_is_left_out_with_a_sentence(home, content):
-    drawing = home / "figures" / "excitation.svg"
-    drawing.unlink() if content is None else drawing.write_bytes(content)
-    gallery = read_findings(home, hd.read_comparison(home)).gallery
-    assert "excitation" not in [one.name for one in gallery.pictures]
-    (said,) = gallery.not_drawn
-    assert said.startswith("Excitation by axis: excitation.svg is not there or is no picture")
-    assert said.endswith("Run the command again that wrote the folder.")
+def test_a_picture_that_was_deleted_is_left_out_with_a_sentence(home):
+    (home / "figures" / "excitation.svg").unlink()
+    found = read_findings(home, hd.read_comparison(home))
+    assert "excitation" not in [one.name for one in found.pictures]
+    assert found.not_shown == ("Excitation by axis: excitation.svg is not there any more.",)
 
 
-def test_a_band_of_something_else_is_refused(home):
-    table, path = hd.read_comparison(home), home / "band.npz"
-    with np.load(path) as arrays:
-        found = dict(arrays)
-    np.savez(path, **{**found, "lower": found["lower"][:-1]})
-    with pytest.raises(hd.FileError, match="the band of another replay"):
-        read_findings(home, table)
-    for content in (b"", b"no zip", path.read_bytes()[:200]):
-        path.write_bytes(content)
-        with pytest.raises(hd.FileError, match=r"band\.npz: is no band of hydrodamp"):
-            read_findings(home, table)
+@pytest.mark.parametrize("content", [b"", b"no zip"])
+def test_a_damaged_band_is_refused(home, content):
+    (home / "band.npz").write_bytes(content)
+    with pytest.raises(hd.FileError, match=r"band\.npz: cannot be read"):
+        read_findings(home, hd.read_comparison(home))
 
 
-def test_why_there_are_no_grades_reads_back(examined, tmp_path):
+def test_what_is_not_shown_reads_back(examined, tmp_path):
     hd.write_comparison(examined.table, tmp_path)
-    found = Findings(not_graded="What the log determines is not known: too short.")
+    found = Findings(not_shown=("What the log determines is not known: too short.",))
     write_findings(found, tmp_path)
     assert read_findings(tmp_path, examined.table) == found
-    write_findings(Findings(), tmp_path)
-    assert not (tmp_path / "identifiability.json").exists()
 
 
-def test_an_index_that_names_files_elsewhere_removes_none_of_them(home):
-    (home / "precious.svg").write_text("<svg/>", "utf-8")
-    index = home / "figures" / "index.json"
-    index.write_text('{"pictures": [{"name": "../precious", "title": "", "caption": ""}]}', "utf-8")
-    assert earlier_findings(home) == [home / "identifiability.json", home / "band.npz"]
-    index.write_text("[]", "utf-8")
-    assert earlier_findings(home) == [home / "identifiability.json", home / "band.npz"]
+def test_an_index_that_names_files_elsewhere_removes_none_of_them(tmp_path):
+    one = '{"name": "../precious", "title": "", "caption": "", "width": 1, "height": 1}'
+    for words in (f'{{"pictures": [{one}]}}', "[]"):
+        (tmp_path / "index.json").write_text(words, "utf-8")
+        assert earlier_pictures(tmp_path) == []
 
 
-def test_a_gallery_stands_alone_beside_a_damping_file(examined, tmp_path):
-    write_gallery(examined.findings.gallery, tmp_path / "damping.figures")
-    write_gallery(replace(examined.findings.gallery, pictures=()), tmp_path / "damping.figures")
-    assert [path.name for path in (tmp_path / "damping.figures").iterdir()] == ["index.json"]
+def test_pictures_stand_alone_beside_a_damping_file(examined, tmp_path):
+    home = tmp_path / "damping.figures"
+    write_pictures(examined.findings, home)
+    assert sorted(earlier_pictures(home)) == sorted(home.iterdir())
     (tmp_path / "file").write_text("", "utf-8")
     with pytest.raises(hd.FileError, match="cannot be"):
-        write_gallery(Gallery(), tmp_path / "file")
+        write_pictures(Findings(), tmp_path / "file")

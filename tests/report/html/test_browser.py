@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 import pytest
 
 from hydrodamp.data.log import Segment
-from hydrodamp.report.findings import Findings
+from hydrodamp.report.files import Findings
 from hydrodamp.report.page import write_report
 
 from .conftest import make_band, make_comparison, make_log

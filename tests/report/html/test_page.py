@@ -14,8 +14,7 @@ from hydrodamp.data.log import Segment
 from hydrodamp.errors import FileError, MethodError
 from hydrodamp.models.catalog import PAPER_MODELS
 from hydrodamp.report import page as pages
-from hydrodamp.report.files import read_comparison, write_comparison
-from hydrodamp.report.findings import Findings
+from hydrodamp.report.files import Findings, read_comparison, write_comparison
 from hydrodamp.report.page import page, write_report
 from hydrodamp.simulation.status import Status
 from hydrodamp.validation.compare import Comparison, Row
