@@ -44,9 +44,9 @@ def test_other_terms_follow_by_degree_then_factors():
 def test_a_basis_keeps_the_order_given_and_a_union_brings_the_canonical_one():
     one, other = Basis.of("r", "u"), Basis.of("rudder", "v", "u")
     assert str(one) == "r u"
-    assert str(one | other) == "u v r rudder"
-    assert one | other == other | one
-    assert (one | other).commands == ("rudder",)
+    assert str(Basis.union(one, other)) == "u v r rudder"
+    assert Basis.union(one, other) == Basis.union(other, one)
+    assert Basis.union(one, other).commands == ("rudder",)
 
 
 def test_membership_and_index_take_terms_and_spellings():

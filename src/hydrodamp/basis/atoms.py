@@ -40,17 +40,10 @@ FIRST_CHANNEL = len(ATOMS)
 
 #: The velocities each reserved atom is computed from.
 CONTENT = {
-    "1": "",
-    **{velocity: velocity for velocity in VELOCITIES},
-    **{f"|{velocity}|": velocity for velocity in VELOCITIES},
-    "U": "uvw",
-    "V": "vw",
-    "V_v": "vw",
-    "V_w": "vw",
-    PROPULSION: "uvw",
-    "down_x": "",
-    "down_y": "",
-    "down_z": "",
+    **dict.fromkeys(ATOMS, ""),
+    **{atom: atom.strip("|") for atom in (*VELOCITIES, *ABSOLUTES)},
+    **dict.fromkeys(("U", PROPULSION), "uvw"),
+    **dict.fromkeys(("V", "V_v", "V_w"), "vw"),
 }
 
 #: The velocities whose absence together makes an atom zero; sign(0) = 0. Empty: never zero.
@@ -93,15 +86,10 @@ _SYMBOLS = sorted((*ABSOLUTES, *SPEEDS, PROPULSION, *DOWN, *VELOCITIES), key=len
 #: One reserved symbol with an optional power; the longest spelling wins.
 SYMBOL = re.compile("(" + "|".join(map(re.escape, _SYMBOLS)) + r")(?:\^([1-9]))?")
 
+#: Reserved symbols side by side.
+PRODUCT = re.compile(f"(?:{SYMBOL.pattern})+")
+
 _IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
-
-
-def reads_as_product(text: str) -> bool:
-    """Tell whether a text is made of reserved symbols only."""
-    place = 0
-    while found := SYMBOL.match(text, place):
-        place = found.end()
-    return place == len(text) > 0
 
 
 def check_command_name(name: str) -> None:
@@ -113,7 +101,7 @@ def check_command_name(name: str) -> None:
         )
     if name in RESERVED:
         raise TermError(f"Command name `{name}` is reserved. Rename it, to 'cmd_{name}' say.")
-    if reads_as_product(name):
+    if PRODUCT.fullmatch(name):
         product = "*".join(found.group(0) for found in SYMBOL.finditer(name))
         raise TermError(
             f"Command name `{name}` reads as the product {product}. Rename it, to 'cmd_{name}' say."

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hydrodamp.arrays import FloatArray, IndexArray
-from hydrodamp.basis.atoms import atom_index
+from hydrodamp.basis.atoms import VELOCITIES, atom_index
 from hydrodamp.basis.term import MAX_FACTORS, AtomKey, Term, atom_key
 from hydrodamp.errors import TermError, did_you_mean
 
@@ -198,7 +198,13 @@ class Basis:
         """
         from hydrodamp.kernels import regressor
 
-        nu = _rows(velocity, 6, "velocity")
+        nu = np.ascontiguousarray(np.atleast_2d(np.asarray(velocity, dtype=np.float64)))
+        if nu.ndim != 2 or nu.shape[1] != 6:
+            raise TermError(
+                f"`velocity` must have shape (n, 6) or (6,); got {np.shape(velocity)}. "
+                "Rows are samples: did you pass it transposed?"
+            )
+        n = len(nu)
         given = commands or {}
         channels = self.commands
         missing = [name for name in channels if name not in given]
@@ -207,21 +213,16 @@ class Basis:
                 f"`commands` must hold {', '.join(missing)}, which the terms contain; "
                 f"got {', '.join(given) or 'none'}."
             )
-        columns = [_column(given[name], len(nu), f"commands[{name!r}]") for name in channels]
-        ratio = _column(propulsion_ratio, len(nu), "propulsion_ratio")
-        level = np.broadcast_to(np.array([0.0, 0.0, 1.0]), (len(nu), 3))
+        columns = [_spread(given[name], (n,), f"commands[{name!r}]") for name in channels]
+        ratio = _spread(propulsion_ratio, (n,), "propulsion_ratio")
         values = regressor(
             self.table(channels),
             nu,
-            np.ascontiguousarray(level) if down is None else _down(down, len(nu)),
-            np.stack(columns, axis=1) if columns else np.zeros((len(nu), 0)),
+            _spread((0.0, 0.0, 1.0) if down is None else down, (n, 3), "down"),
+            np.column_stack([*columns, np.empty((n, 0))]),
             ratio * guarded_speed(nu),
         )
         return np.asarray(values if np.ndim(velocity) == 2 else values[0], dtype=np.float64)
-
-    def __or__(self, other: Basis) -> Basis:
-        """Return the union of two bases in canonical order."""
-        return Basis.union(self, other)
 
     def __len__(self) -> int:
         """Return the number of terms."""
@@ -240,18 +241,10 @@ class Basis:
         return " ".join(map(str, self.terms))
 
 
-_PAPER_SPELLINGS = """
-u v w p q r
-u^2 v^2 w^2 p^2 q^2 r^2
-|u| |v| |w| |p| |q| |r|
-u|u| u|v| u|w| u|p| u|q| u|r|
-v|u| v|v| v|w| v|p| v|q| v|r|
-w|u| w|v| w|w| w|p| w|q| w|r|
-p|u| p|v| p|w| p|p| p|q| p|r|
-q|u| q|v| q|w| q|p| q|q| q|r|
-r|u| r|v| r|w| r|p| r|q| r|r|
-uv uw up uq ur vp vq vr vw wp wq wr pq pr qr
-vV wV qV rV |w|V |r|V_v |q|V_w
+_GRID = " ".join(f"{one}|{other}|" for one in VELOCITIES for other in VELOCITIES)
+_PAPER_SPELLINGS = f"""
+u v w p q r u^2 v^2 w^2 p^2 q^2 r^2 |u| |v| |w| |p| |q| |r| {_GRID}
+uv uw up uq ur vp vq vr vw wp wq wr pq pr qr vV wV qV rV |w|V |r|V_v |q|V_w
 u^2(eta-1) v^2(eta-1) w^2(eta-1) uv(eta-1) uw(eta-1) uq(eta-1) ur(eta-1) vV(eta-1) wV(eta-1)
 """
 
@@ -267,28 +260,15 @@ def canonical_key(term: Term) -> TermKey:
     return place, len(term.factors), tuple(atom_key(factor) for factor in term.factors)
 
 
-def _rows(values: npt.ArrayLike, width: int, name: str) -> FloatArray:
-    rows = np.ascontiguousarray(np.atleast_2d(np.asarray(values, dtype=np.float64)))
-    if rows.ndim != 2 or rows.shape[1] != width:
+def _spread(values: npt.ArrayLike, shape: tuple[int, ...], name: str) -> FloatArray:
+    """Return one value, or one a sample, for every sample."""
+    given = np.asarray(values, dtype=np.float64)
+    try:
+        return np.broadcast_to(given, shape)
+    except ValueError as error:
         raise TermError(
-            f"`{name}` must have shape (n, {width}) or ({width},); got {np.shape(values)}. "
-            "Rows are samples: did you pass it transposed?"
-        )
-    return rows
-
-
-def _column(values: npt.ArrayLike, length: int, name: str) -> FloatArray:
-    column = np.asarray(values, dtype=np.float64)
-    if column.shape not in ((), (1,), (length,)):
-        raise TermError(f"`{name}` must have shape ({length},) or (); got {column.shape}.")
-    return np.array(np.broadcast_to(column, (length,)))
-
-
-def _down(values: npt.ArrayLike, length: int) -> FloatArray:
-    rows = _rows(values, 3, "down")
-    if len(rows) not in (1, length):
-        raise TermError(f"`down` must have shape ({length}, 3) or (3,); got {rows.shape}.")
-    return np.array(np.broadcast_to(rows, (length, 3)))
+            f"`{name}` must have shape {shape} or {shape[1:]}; got {given.shape}."
+        ) from error
 
 
 def guarded_speed(velocity: npt.ArrayLike) -> FloatArray:

@@ -12,6 +12,7 @@ from hydrodamp.basis.atoms import (
     ATOM_PLACE,
     CONTENT,
     FIRST_CHANNEL,
+    PRODUCT,
     PROPULSION,
     SYMBOL,
     VELOCITIES,
@@ -27,7 +28,7 @@ MAX_FACTORS = 4
 
 AtomKey = tuple[int, str, bool]
 
-_COMMAND = re.compile(r"(\|?)([A-Za-z_][A-Za-z0-9_]*)(\|?)(?:\^([1-9]))?")
+_COMMAND = re.compile(r"(\|?)([A-Za-z_][A-Za-z0-9_]*)\1(?:\^([1-9]))?")
 _ADVICE = (
     "Write products of u v w p q r, |u| ... |r|, U V V_v V_w, (eta-1) and down_x down_y down_z, "
     "such as 'v|r|', and join commands by '*', such as 'u|u|*rudder'."
@@ -231,36 +232,17 @@ def _read_piece(piece: str, text: str) -> list[str]:
     """Read what stands between two '*': reserved symbols side by side, or one command."""
     if piece == "1":
         return ["1"]
-    atoms: list[str] = []
-    place = 0
-    while found := SYMBOL.match(piece, place):
-        atoms += [found.group(1)] * int(found.group(2) or 1)
-        place = found.end()
-    if place == len(piece) > 0:
-        return atoms
-    command = _COMMAND.fullmatch(piece)
-    if command is None or command.group(1) != command.group(3):
-        raise TermError(f"`{text}` is not a term: {_stuck(piece, place)} {_ADVICE}")
-    return _read_command(command, text)
-
-
-def _stuck(piece: str, place: int) -> str:
-    if not piece:
-        return "nothing stands beside a '*'."
-    if "eta" in piece:
-        return f"stuck at '{piece[place:]}'; the propulsion ratio enters as '(eta-1)'."
-    return f"stuck at '{piece[place:]}'."
-
-
-def _read_command(found: re.Match[str], text: str) -> list[str]:
-    bar, name, _, power = found.groups()
-    if name == "eta":
-        raise TermError(
-            f"`{text}` is not a term: bare 'eta' is not an atom. Write '(eta-1)', the propulsion "
-            "ratio less one."
-        )
+    product = PRODUCT.match(piece)
+    read = product.end() if product else 0
+    if read == len(piece) > 0:
+        return [atom for atom, power in SYMBOL.findall(piece) for _ in range(int(power or 1))]
     try:
+        command = _COMMAND.fullmatch(piece)
+        if command is None or (name := command[2]) == "eta":
+            hint = "; the propulsion ratio enters as '(eta-1)'" if "eta" in piece else ""
+            stuck = f"stuck at '{piece[read:]}'{hint}." if piece else "nothing stands beside a '*'."
+            raise TermError(f"{stuck} {_ADVICE}")
         check_command_name(name)
     except TermError as error:
         raise TermError(f"`{text}` is not a term: {error}") from error
-    return [f"{bar}{name}{bar}"] * int(power or 1)
+    return [f"{command[1]}{name}{command[1]}"] * int(command[3] or 1)

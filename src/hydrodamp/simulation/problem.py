@@ -159,9 +159,7 @@ def columns(
     columns : Columns
         Known columns first.
     """
-    basis = Basis(())
-    for model in models:
-        basis = basis | model.restricted_to(vehicle.axes).basis
+    basis = Basis.union(*(model.restricted_to(vehicle.axes).basis for model in models))
     known = (vehicle if actuators else replace(vehicle, actuators=())).known_columns()
     names = {name for term in (*known.terms, *basis) for name in term.commands}
     idle = [term.needs_propulsion and not propulsion_known for term in basis]
