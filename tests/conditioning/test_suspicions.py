@@ -90,11 +90,11 @@ PULSE = "looks like a pulse width [us], not a force"
             },
             {"yaw": "is degrees taken for radians"},
         ),
-        (way(0.01), {"u v w": "is cm/s taken for m/s"}),
-        (way(0.001), {"u v w": "is mm/s taken for m/s"}),
-        (way(1852 / 3600), {"u v w": "is knots taken for m/s"}),
-        (way(0.3048), {"u v w": "is ft/s taken for m/s"}),
-        (way(-1.0), {"u v w": "is of the other sign, or of another frame than the position"}),
+        (way(0.01), {"u": "is cm/s taken for m/s"}),
+        (way(0.001), {"u": "is mm/s taken for m/s"}),
+        (way(1852 / 3600), {"u": "is knots taken for m/s"}),
+        (way(0.3048), {"u": "is ft/s taken for m/s"}),
+        (way(-1.0), {"u": "is of the other sign, or of another frame than the position"}),
         (
             lambda log: {"position": None, "velocity": log.velocity * [20.0, 1, 1, 1, 1, 1]},
             {"u v w": "may be cm/s or mm/s, not m/s"},
@@ -160,7 +160,7 @@ def swaying(**wrong: float) -> Log:
         ({"u": 1.944}, [("u", "knots taken for m/s")]),
         ({"w": 0.01}, [("w", "m/s taken for cm/s and converted once too often")]),
         ({"u": 3.6, "v": -1.0}, [("u", "km/h taken for m/s"), ("v", "of the other sign")]),
-        ({"u": -1.0, "v": -1.0, "w": -1.0}, [("u v w", "of the other sign")]),
+        ({"u": -1.0, "v": -1.0, "w": -1.0}, [(name, "of the other sign") for name in "uvw"]),
     ],
 )
 def test_one_velocity_that_is_wrong_is_told(

@@ -237,13 +237,6 @@ def test_attitude_in_degrees_is_refused(csv_file: Write, angles: np.ndarray) -> 
         read_log(csv_file("time,u,roll,pitch,yaw\n" + rows))
 
 
-def test_a_segment_called_by_two_lines_is_not_written(swim: Log, tmp_path: Path) -> None:
-    log = replace(swim, segments=(Segment("turn\r2", 0, swim.n),))
-    with pytest.raises(LogError, match=r"'turn\\r2' cannot stand in a CSV: it must be one line"):
-        write_log(log, tmp_path / "x.csv")
-    assert not (tmp_path / "x.csv").exists()
-
-
 def test_parquet_holds_the_same_log(swim: Log, tmp_path: Path) -> None:
     pytest.importorskip("pyarrow")
     log = concatenate([swim, swim])

@@ -92,9 +92,9 @@ def test_clocks_that_cannot_be(time: list[float], says: str) -> None:
 
 
 def test_faults_of_one_kind_are_counted() -> None:
-    with pytest.raises(LogError, match="and 6 more like it") as caught:
+    with pytest.raises(LogError, match="and 6 more steps of the clock") as caught:
         Log.from_arrays(np.zeros(10), np.zeros((10, 6)))
-    assert len(caught.value.faults) == 3
+    assert len(caught.value.faults) == 4
 
 
 def test_infinite_values_and_bad_quaternions_are_faults() -> None:
@@ -211,8 +211,7 @@ def test_angles_that_are_unrelated_to_rates_have_no_ratio() -> None:
 
 
 def test_a_velocity_that_is_zero_has_no_ratio_of_its_own() -> None:
-    whole, each = path_ratios(*circling(), np.array([[0, 1200]]))
-    assert whole == pytest.approx(1.0, abs=0.01)
+    each = path_ratios(*circling(), np.array([[0, 1200]]))
     assert each[0] == pytest.approx(1.0, abs=0.01)
     assert np.isnan(each[1:]).all()
 

@@ -158,24 +158,18 @@ def _speeds(log: Log) -> Iterator[Suspicion]:
     recorded = [VELOCITIES.index(name) for name in log.velocity_names if name in VELOCITIES[:3]]
     if not recorded:
         return
-    called = " ".join(VELOCITIES[k] for k in recorded)
-    ratio, ratios = float("nan"), np.full(3, np.nan)
     if log.position is not None and log.attitude is not None:
-        ratio, ratios = path_ratios(log.time, log.velocity, log.attitude, log.position, log.bounds)
-    if looks := _unit(ratio, _SPEEDS):
-        evidence = f"its path is {ratio:.3g} times as long as that of the position"
-        yield Suspicion(called, f"is {looks}", evidence)
-        return
-    alone = {VELOCITIES[k]: _unit(float(ratios[k]), _SPEEDS) for k in recorded}
-    for name, looks in alone.items():
-        if looks:
-            ratio = float(ratios[VELOCITIES.index(name)])
+        ratios = path_ratios(log.time, log.velocity, log.attitude, log.position, log.bounds)
+        found = [(VELOCITIES[k], ratios[k], _unit(float(ratios[k]), _SPEEDS)) for k in recorded]
+        mistaken = [(name, ratio, looks) for name, ratio, looks in found if looks]
+        for name, ratio, looks in mistaken:
             evidence = f"its path is {ratio:.3g} times its part of the position's"
             yield Suspicion(name, f"is {looks}", evidence)
-    if any(alone.values()):
-        return
+        if mistaken:
+            return
     speed = np.linalg.norm(log.velocity[:, recorded], axis=1)
     if (usual := float(np.median(speed))) > _FAST:
+        called = " ".join(VELOCITIES[k] for k in recorded)
         yield Suspicion(
             called, "may be cm/s or mm/s, not m/s", f"the median speed is {usual:.3g} m/s"
         )

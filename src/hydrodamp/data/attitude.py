@@ -41,11 +41,7 @@ def rotation(quaternion: FloatArray) -> FloatArray:
 
 def down(quaternion: FloatArray) -> FloatArray:
     """Return the world's downward direction in body components, R^T e3."""
-    w, x, y, z = quaternion.T
-    return np.stack(
-        (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
-        axis=-1,
-    )
+    return rotation(quaternion)[:, 2]
 
 
 def turn(first: FloatArray, second: FloatArray) -> FloatArray:
@@ -115,11 +111,8 @@ def path_ratios(
     attitude: FloatArray,
     position: FloatArray,
     bounds: IntArray,
-) -> tuple[float, FloatArray]:
-    """Return how many times longer the path of u v w is than the position's: in all, and each.
-
-    Each velocity is compared with what is left of the position's path without the others.
-    """
+) -> FloatArray:
+    """Return how many times longer the path of each of u v w is than its part of the position's."""
     first, last = _pairs(time, bounds, _PATH_WINDOW)
     area = _integral(time, (rotation(attitude) * velocity[:, np.newaxis, :3]).reshape(-1, 9))
     made = (area[last] - area[first]).reshape(-1, 3, 3)  # world axes, then u v w
@@ -133,7 +126,7 @@ def path_ratios(
     for axis in there.tolist():
         rest = gone - parts @ shares + parts[:, axis] * shares[axis]
         each[axis] = _ratio(parts[:, axis], rest)
-    return _ratio(made.sum(axis=2).ravel(), gone), each
+    return each
 
 
 def _pairs(time: FloatArray, bounds: IntArray, seconds: float) -> tuple[IntArray, IntArray]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import unicodedata
+import csv
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 
@@ -14,7 +14,7 @@ from hydrodamp.data.attitude import quaternion_from_euler
 from hydrodamp.data.channels import ACCELERATION, ATTITUDE, BLOCKS, EULER, SEGMENT
 from hydrodamp.data.log import Log
 from hydrodamp.data.record import Record, command_faults, side_by_side
-from hydrodamp.errors import FileError, LogError, did_you_mean
+from hydrodamp.errors import FileError, did_you_mean
 from hydrodamp.files import replacing
 from hydrodamp.progress import progress
 
@@ -34,21 +34,21 @@ def record_of_columns(
     source: str = "",
 ) -> tuple[Record | None, list[str]]:
     """Return the record of named columns in SI units and our axes, and all that is wrong."""
-    turned = [*_attitude_faults(numbers)]
     faults = [
         *_missing_faults(numbers),
-        *turned,
+        *_attitude_faults(numbers),
         *_acceleration_faults(numbers),
         *_whole_faults(numbers),
         *command_faults(commands),
         *_empty_faults(numbers),
     ]
     time = numbers.get("time")
-    if time is None or len(time) == 0 or turned:
+    if time is None or len(time) == 0:
         return None, faults
     blocks = {}
     for block in BLOCKS:
-        if block.name == "velocity" or any(name in numbers for name in block.columns):
+        there = [name in numbers for name in block.columns]
+        if block.name == "velocity" or (all(there) if block.is_whole else any(there)):
             stacked = side_by_side(numbers, block.columns, len(time))
             blocks[block.name] = stacked if block.shape else stacked[:, 0]
     if "attitude" not in blocks and "yaw" in numbers:
@@ -78,8 +78,6 @@ def write_log(log: Log, path: str | Path) -> None:
     ------
     FileError
         If the file cannot be written, or its name ends in what is neither.
-    LogError
-        If a segment's name holds a line break or another control character.
 
     Examples
     --------
@@ -92,15 +90,20 @@ def write_log(log: Log, path: str | Path) -> None:
     >>> folder.cleanup()
     """
     check_log_file(path)
-    _check_names(log)
     columns = columns_of(log)
     if Path(path).suffix.lower() in _PARQUET:
         _write_parquet(log, columns, path)
         return
-    with replacing(path) as file:
+    with replacing(path) as file, progress("writing the log", log.n) as step:
         # The segment is last: a name in front might be taken for a comment.
         file.write(",".join((*columns, SEGMENT)) + "\n")
-        file.writelines(_lines(columns, log))
+        write = csv.writer(file, quoting=csv.QUOTE_NONNUMERIC, lineterminator="\n").writerows
+        for part in log.segments:
+            for start in range(part.start, part.stop, _CHUNK):
+                rows = slice(start, min(start + _CHUNK, part.stop))
+                table = np.column_stack([values[rows] for values in columns.values()])
+                write([*row, part.name] for row in table.tolist())
+                step(len(table))
 
 
 def check_log_file(path: str | Path) -> None:
@@ -128,18 +131,6 @@ def _write_parquet(log: Log, columns: Mapping[str, FloatArray], path: str | Path
         parquet.write_table(table, file)
 
 
-def _check_names(log: Log) -> None:
-    """Refuse names that do not come back from a text in columns."""
-    faults = [
-        f"the name of segment {part.name!r} cannot stand in a CSV: it must be one line without"
-        " control characters. Rename it, or the file it was read from"
-        for part in log.segments
-        if any(unicodedata.category(letter) == "Cc" for letter in part.name)
-    ]
-    if faults:
-        raise LogError(faults, source=log.source)
-
-
 def columns_of(log: Log) -> dict[str, FloatArray]:
     """Return what a log holds by the names of columns, without velocities not recorded."""
     columns: dict[str, FloatArray] = {}
@@ -152,18 +143,6 @@ def columns_of(log: Log) -> dict[str, FloatArray]:
             del columns[name]
             columns.pop(f"d{name}", None)
     return columns | dict(zip(log.command_names, log.commands.T, strict=True))
-
-
-def _lines(columns: Mapping[str, FloatArray], log: Log) -> Iterator[str]:
-    """Yield one line a sample, the segment quoted so that any name comes back."""
-    with progress("writing the log", log.n) as step:
-        for part in log.segments:
-            name = '"' + part.name.replace('"', '""') + '"'
-            for start in range(part.start, part.stop, _CHUNK):
-                rows = slice(start, min(start + _CHUNK, part.stop))
-                for row in np.column_stack([values[rows] for values in columns.values()]).tolist():
-                    yield f"{','.join(map(repr, row))},{name}\n"
-                step(rows.stop - rows.start)
 
 
 def _missing_faults(numbers: Mapping[str, FloatArray]) -> Iterator[str]:
@@ -184,28 +163,29 @@ def _nearest(name: str, numbers: Collection[str]) -> str:
 
 
 def _attitude_faults(numbers: Mapping[str, FloatArray]) -> Iterator[str]:
-    found = [[name for name in group if name in numbers] for group in (EULER, _QUATERNION)]
-    if all(found):
-        both = " ".join(found[0]), " ".join(found[1])
-        yield f"attitude must be given once; got both `{both[0]}` and `{both[1]}`. Drop one set"
-        return
-    # A planar log: of the angles yaw alone, of the velocities none but u v r.
-    tilted = (*EULER[:2], *_QUATERNION, "w", "p", "q")
-    if "yaw" in numbers and not any(name in numbers for name in tilted):
-        if runs_in_degrees("yaw", numbers["yaw"]):
-            yield "`yaw` must be in rad; it runs as an angle in degrees does. " + _CONVERT
-        return
-    for group, there in zip((EULER, _QUATERNION), found, strict=True):
-        if there and len(there) < len(group):
-            absent = [name for name in group if name not in there]
+    angles, parts = ([name for name in group if name in numbers] for group in (EULER, _QUATERNION))
+    if angles and parts:
+        yield (
+            f"attitude must be given once; got both `{' '.join(angles)}` and `{' '.join(parts)}`."
+            " Drop one set"
+        )
+    if any(runs_in_degrees(name, numbers[name]) for name in angles):
+        yield f"`{' '.join(angles)}` must be in rad; angles in degrees run so. {_CONVERT}"
+
+
+def _whole_faults(numbers: Mapping[str, FloatArray]) -> Iterator[str]:
+    planar = not any(name in numbers for name in (*EULER[:2], "w", "p", "q"))
+    for group in (EULER, *(block.columns for block in BLOCKS if block.is_whole)):
+        there = [name for name in group if name in numbers]
+        absent = [name for name in group if name not in numbers]
+        if there and absent and not (group == EULER and planar):
             hints = "".join(_nearest(name, set(numbers) - set(group)) for name in absent)
-            all_of, lacking = " ".join(group), " ".join(absent)
-            planar = " Only a planar log, of u v r alone, may have yaw by itself"
-            yield f"attitude needs all of `{all_of}`; `{lacking}` is missing.{hints}" + (
-                planar if there == ["yaw"] and not hints else ""
+            alone = " Only a planar log, of u v r alone, may have yaw by itself"
+            yield (
+                f"`{' '.join(group)}` belong together; `{' '.join(absent)}` is missing beside "
+                f"`{' '.join(there)}`.{hints} Add it, drop the others, or rename a command of that"
+                f" name.{alone if there == ['yaw'] else ''}"
             )
-    if len(found[0]) == len(EULER) and any(runs_in_degrees(name, numbers[name]) for name in EULER):
-        yield ("`roll pitch yaw` must be in rad; they run as angles in degrees do. " + _CONVERT)
 
 
 def runs_in_degrees(name: str, angle: FloatArray) -> bool:
@@ -228,17 +208,6 @@ def _acceleration_faults(numbers: Mapping[str, FloatArray]) -> Iterator[str]:
         )
     if surplus := [name for name in there if name not in needed]:
         yield f"accelerations `{' '.join(surplus)}` have no velocity column; add it or drop them"
-
-
-def _whole_faults(numbers: Mapping[str, FloatArray]) -> Iterator[str]:
-    for group in (block.columns for block in BLOCKS if block.is_whole):
-        there = [name for name in group if name in numbers]
-        if there and len(there) < len(group):
-            absent = " ".join(name for name in group if name not in there)
-            yield (
-                f"`{' '.join(group)}` belong together; `{absent}` is missing beside "
-                f"`{' '.join(there)}`. Add it, drop the others, or rename a command of that name"
-            )
 
 
 def _empty_faults(numbers: Mapping[str, FloatArray]) -> Iterator[str]:

@@ -39,7 +39,7 @@ def _six(names: tuple[str, ...], linear: str, angular: str) -> dict[str, str]:
 
 
 TIME = Block("time", {"time": "time"})
-ATTITUDE = Block("attitude", dict.fromkeys(("qw", "qx", "qy", "qz"), "ratio"))
+ATTITUDE = Block("attitude", dict.fromkeys(("qw", "qx", "qy", "qz"), "ratio"), is_whole=True)
 VELOCITY = Block("velocity", _six(VELOCITIES, "speed", "angular rate"), is_sensed=True)
 ACCELERATION = Block(
     "acceleration",

@@ -11,7 +11,7 @@ from hydrodamp.arrays import BoolArray, FloatArray, frozen
 from hydrodamp.basis.atoms import VELOCITIES
 from hydrodamp.data.attitude import rate_slopes
 from hydrodamp.data.channels import BLOCKS, VELOCITY, unit_of
-from hydrodamp.data.record import Record, Segment, copied
+from hydrodamp.data.record import Record, Segment, copied, first_few
 
 #: Largest component of a recorded velocity [m/s, rad/s]; beyond it a replay has diverged.
 _FASTEST = 50.0
@@ -50,10 +50,11 @@ def checked_blocks(given: Mapping[str, Any]) -> tuple[dict[str, FloatArray], lis
     shapes = {block.name: (given[block.name], block.shape) for block in BLOCKS}
     blocks, faults = copied({**shapes, "commands": (commands, (None,))}, n)
     if not faults:
-        faults += _unbounded_faults(blocks, lambda block: ~np.isfinite(block), _row)
-    if not faults:
-        faults += _norm_faults(blocks.get("attitude"), _row)
-        faults += _speed_faults(blocks["velocity"], _row, VELOCITIES)
+        faults = [
+            *_unbounded_faults(blocks, lambda block: ~np.isfinite(block), _row),
+            *_norm_faults(blocks.get("attitude"), _row),
+            *_speed_faults(blocks["velocity"], _row, VELOCITIES),
+        ]
     if "attitude" in blocks and not faults:
         norm = np.linalg.norm(blocks["attitude"], axis=1, keepdims=True)
         # Quaternions of norm 1 are kept to the bit.
@@ -87,21 +88,15 @@ def name_faults(velocities: Sequence[str], commands: Sequence[str], n: int) -> I
         yield f"`command_names` must be {n} different names, one a column; got {commands}"
 
 
-def _capped(faults: list[str]) -> list[str]:
-    """Return the first few faults of one kind and how many more there are."""
-    more = len(faults) - _LISTED
-    if more <= 0:
-        return faults
-    return [*faults[: _LISTED - 1], f"{faults[_LISTED - 1]} (and {more} more like it)"]
-
-
 def clock_faults(time: FloatArray, joins: BoolArray, place: Callable[[int], str]) -> Iterator[str]:
     """Yield where a clock has no value, repeats or runs backwards but at a join."""
     absent = np.flatnonzero(~np.isfinite(time))
-    yield from _capped([f"`time` has no value in {place(row)}" for row in absent.tolist()])
+    empty = [f"`time` has no value in {place(row)}" for row in absent.tolist()]
+    yield from first_few(empty, _LISTED, "samples without a time")
     with np.errstate(invalid="ignore"):
         stuck = np.flatnonzero((np.diff(time) <= 0) & ~joins[1:]) + 1
-    yield from _capped([_disorder(time[row - 1], time[row], place(row)) for row in stuck.tolist()])
+    turns = [_disorder(time[row - 1], time[row], place(row)) for row in stuck.tolist()]
+    yield from first_few(turns, _LISTED, "steps of the clock like these")
 
 
 def _disorder(before: float, now: float, place: str) -> str:
@@ -134,16 +129,15 @@ def _unbounded_faults(
             yield f"`{called}` must be finite; it is {kind} in {place(row)}"
 
 
-def _norm_faults(attitude: FloatArray | None, place: Callable[[int], str]) -> Iterator[str]:
+def _norm_faults(attitude: FloatArray | None, place: Callable[[int], str]) -> list[str]:
     if attitude is None:
-        return
+        return []
     norm = np.linalg.norm(attitude, axis=1)
-    yield from _capped(
-        [
-            f"the quaternion qw qx qy qz must have norm 1; it is {norm[row]:.4g} in {place(row)}"
-            for row in np.flatnonzero(np.abs(norm - 1) > _NEARLY_UNIT).tolist()
-        ]
-    )
+    odd = [
+        f"the quaternion qw qx qy qz must have norm 1; it is {norm[row]:.4g} in {place(row)}"
+        for row in np.flatnonzero(np.abs(norm - 1) > _NEARLY_UNIT).tolist()
+    ]
+    return first_few(odd, _LISTED, "such quaternions")
 
 
 def _speed_faults(
@@ -151,8 +145,7 @@ def _speed_faults(
 ) -> Iterator[str]:
     """Yield a sentence for each velocity that is larger than :data:`_FASTEST`."""
     for name, values in zip(VELOCITY.columns, velocity.T, strict=True):
-        with np.errstate(invalid="ignore"):
-            over = np.flatnonzero((np.abs(values) > _FASTEST) & np.isfinite(values))
+        over = np.flatnonzero((np.abs(values) > _FASTEST) & np.isfinite(values))
         if name not in names or len(over) == 0:
             continue
         first, more, unit = int(over[0]), len(over) - 1, unit_of(name)

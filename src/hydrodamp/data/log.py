@@ -22,6 +22,7 @@ from hydrodamp.data.record import (
     Record,
     Segment as Segment,
     elapsed,
+    first_few,
     named,
     record_of_arrays,
     split,
@@ -336,39 +337,28 @@ class Log:
         time, held = self.time, arrays(self)
         steps = np.concatenate([np.diff(time[a:b]) for a, b in self.bounds])
         several = "s" if len(self.segments) > 1 else ""
-        optional = [block.name for block in BLOCKS if block.name not in ("time", "velocity")]
-        there = ", ".join(name for name in optional if name in held).replace("_", " ")
-        absent = ", ".join(name for name in optional if name not in held).replace("_", " ")
+        more = [block.name.replace("_", " ") for block in BLOCKS[1:] if block.name in held]
         velocities = ((name, VELOCITIES.index(name)) for name in self.velocity_names)
         commands = zip(self.command_names, self.commands.T, strict=True)
         spans = [(part, time[part.start], time[part.stop - 1]) for part in self.segments]
-        notes = [f"    {textwrap.shorten(note, _WIDTH)}" for note in self.notes]
+        parts = [f"{part.name:<18} {len(part):>7} {a:>9.6g} {b:>9.6g}" for part, a, b in spans]
         lines = [
             f"Log {self.source or 'of arrays'}",
-            f"  {self.n} samples, {steps.sum():.6g} s in {len(self.segments)} segment{several},"
+            f"{self.n} samples, {steps.sum():.6g} s in {len(self.segments)} segment{several},"
             f" median step {np.median(steps):.4g} s",
-            f"  with {there or 'velocity only'}" + (f"; without {absent}" if absent else ""),
+            f"with {', '.join(more)}",
             *(_range(name, self.velocity[:, k], f" {unit_of(name)}") for name, k in velocities),
-            *_first([_range(name, values) for name, values in commands], "commands"),
-            "  segment            samples  from [s]    to [s]",
-            *_first(
-                [f"  {part.name:<18} {len(part):>7} {a:>9.6g} {b:>9.6g}" for part, a, b in spans],
-                "segments",
-            ),
-            *(["  what was done to it"] if notes else []),
-            *_first(notes, "notes"),
+            *first_few([_range(name, values) for name, values in commands], _LISTED, "commands"),
+            "segment            samples  from [s]    to [s]",
+            *first_few(parts, _LISTED, "segments"),
+            *(["what was done to it:"] if self.notes else []),
+            *first_few([textwrap.shorten(n, _WIDTH) for n in self.notes], _LISTED, "notes"),
         ]
-        return "\n".join(lines)
+        return "\n  ".join(lines)
 
 
 def _range(name: str, values: FloatArray, unit: str = "") -> str:
-    return f"  {name:<14} {values.min():>10.4g} .. {values.max():<10.4g}{unit}".rstrip()
-
-
-def _first(lines: list[str], what: str) -> list[str]:
-    """Return a screenful of lines, and how many more there are."""
-    more = len(lines) - _LISTED
-    return lines if more <= 0 else [*lines[:_LISTED], f"  ... and {more} more {what}"]
+    return f"{name:<14} {values.min():>10.4g} .. {values.max():<10.4g}{unit}".rstrip()
 
 
 def take(log: Log, pieces: Sequence[Segment]) -> Log:

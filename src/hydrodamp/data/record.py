@@ -23,8 +23,6 @@ GAP_STEPS = 5.0
 #: No step up to this long is a gap [s].
 GAP_SECONDS = 1.0
 
-_LISTED = 5
-
 
 @dataclass(frozen=True)
 class Segment:
@@ -276,12 +274,13 @@ def _notes(
         if b - a == 1 and not missing[a]
     ]
     return (
-        *_capped(pauses, "gaps"),
-        *_capped(lacking, "stretches with missing values"),
-        *_capped(dropped, "segments of one sample dropped"),
+        *first_few(pauses, 5, "gaps"),
+        *first_few(lacking, 5, "stretches with missing values"),
+        *first_few(dropped, 5, "segments of one sample dropped"),
     )
 
 
-def _capped(notes: list[str], what: str) -> list[str]:
-    more = len(notes) - _LISTED
-    return notes if more <= 0 else [*notes[:_LISTED], f"{more} more {what}"]
+def first_few(sentences: list[str], most: int, what: str) -> list[str]:
+    """Return the first sentences of many, and how many more there are."""
+    more = len(sentences) - most
+    return sentences if more <= 0 else [*sentences[:most], f"... and {more} more {what}"]
