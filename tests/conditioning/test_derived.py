@@ -197,10 +197,8 @@ def test_velocities_that_were_not_recorded_get_none() -> None:
         (acceleration_from_accelerometer, "attitude", "there is no attitude"),
         (partial(rates_from_attitude, names=["u", "r"]), "", "'u' cannot be derived here"),
         (partial(velocity_from_position, names=["p"]), "", "'p' cannot be derived here"),
-        *(
-            (partial(acceleration_from_accelerometer, lever_arm=arm), "", "must be three numbers")
-            for arm in ((1, 2), "abc", (1, 2, np.nan))
-        ),
+        (partial(acceleration_from_accelerometer, lever_arm=(1, 2)), "", "must have shape"),
+        (partial(acceleration_from_accelerometer, lever_arm="abc"), "", "must be numbers"),
     ],
 )
 def test_what_is_lacking_or_wrong_is_named(

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.conditioning.steps import STEPS, prepared, steps_of
+from hydrodamp.conditioning.steps import STEPS, clean, steps_of
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError
@@ -108,14 +108,14 @@ def test_settings_reach_the_function(turning: Log) -> None:
     assert not faults
     cleaned = hd.remove_spikes(hd.clean(turning), names=["u"], threshold=1e6)
     by_hand = hd.lagged(hd.rates_from_attitude(cleaned, ["r"]), {"rudder": 0.5})
-    found = prepared(turning, steps)
+    found = clean(turning, steps)
     np.testing.assert_array_equal(found.velocity, by_hand.velocity)
     np.testing.assert_array_equal(found.commands, by_hand.commands)
     assert found.notes == by_hand.notes
     (mixed,), _ = steps_of(
         [{"roll_from_mixing": {"demanded": ["a", "b"], "fins": ["c", "d"], "mixing": "avl690"}}]
     )
-    assert dict(mixed.settings)["mixing"] is hd.AVL_690
+    assert mixed.keywords["mixing"] is hd.AVL_690
 
 
 def test_every_step_is_a_public_function() -> None:

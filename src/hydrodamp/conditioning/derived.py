@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from hydrodamp.arrays import FloatArray, IntArray
+from hydrodamp.arrays import FloatArray, IntArray, frozen
 from hydrodamp.basis.atoms import VELOCITIES
 from hydrodamp.data.attitude import down, rotation, turn
 from hydrodamp.data.log import Log
@@ -299,7 +299,10 @@ def acceleration_from_accelerometer(
         lacking = "specific force" if log.specific_force is None else "attitude"
         fault = f"there is no {lacking}; accelerations need both specific force and attitude"
         raise LogError(fault, source=log.source)
-    arm = _three(lever_arm, log.source)
+    try:
+        arm = frozen(lever_arm, (3,), "lever_arm")
+    except ValueError as error:
+        raise LogError(f"{error}", source=log.source) from error
     rates = log.velocity[:, 3:]
     fit, window = slopes(log.time, log.bounds, relative(rates), seconds)
     linear = moved(log.specific_force + gravity * log.down, rates, fit.slope, arm)
@@ -320,14 +323,3 @@ def moved(
 ) -> FloatArray:
     """Return the acceleration of the reference point from that of a point beside it."""
     return acceleration - np.cross(slopes, arm) - np.cross(rates, np.cross(rates, arm))
-
-
-def _three(lever_arm: npt.ArrayLike, source: str) -> FloatArray:
-    try:
-        arm: FloatArray = np.asarray(lever_arm, dtype=np.float64)
-    except (TypeError, ValueError):
-        arm = np.empty(0)
-    if arm.shape != (3,) or not np.isfinite(arm).all():
-        fault = f"`lever_arm` must be three numbers x y z [m]; got {lever_arm!r}"
-        raise LogError(fault, source=source)
-    return arm

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterator, Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -19,7 +19,12 @@ from hydrodamp.errors import LogError
 #: How the channel of the quaternions is called.
 ATTITUDE = "attitude"
 
-_SENSED = {block.name: block.columns for block in BLOCKS if block.is_sensed}
+_SENSED = [
+    (block.name, place, name)
+    for block in BLOCKS
+    if block.is_sensed
+    for place, name in enumerate(block.columns)
+]
 
 
 class _Gaps(NamedTuple):
@@ -34,7 +39,7 @@ class _Gaps(NamedTuple):
 
 def measured(log: Log) -> dict[str, FloatArray]:
     """Return what sensors wrote, column by column, without attitude and commands."""
-    sensed = {name for names in _SENSED.values() for name in names}
+    sensed = {name for _, _, name in _SENSED}
     return {name: values for name, values in columns_of(log).items() if name in sensed}
 
 
@@ -85,22 +90,17 @@ def _gaps(log: Log, lost: BoolArray, longest: float) -> _Gaps:
 
 
 def _bridged(log: Log, gaps: Mapping[str, _Gaps]) -> Log:
-    columns, lines = measured(log), {}
-    for name, one in gaps.items():
-        if name != ATTITUDE:
-            first, last = columns[name][one.before], columns[name][one.after]
-            lines[name] = np.where(one.bridged, first + one.share * (last - first), columns[name])
-    blocks = {}
-    for block, names in _SENSED.items():
-        if any(name in lines for name in names):
-            blocks[block] = getattr(log, block).copy()
-            for place, name in enumerate(names):
-                if name in lines:
-                    blocks[block].reshape(log.n, -1)[:, place] = lines[name]
+    blocks: dict[str, Any] = {}
+    for block, place, name in _SENSED:
+        if name in gaps:
+            column = blocks.setdefault(block, getattr(log, block).copy())[:, place]
+            one, rows = gaps[name], gaps[name].bridged
+            first, last = column[one.before[rows]], column[one.after[rows]]
+            column[rows] = first + one.share[rows] * (last - first)
     if ATTITUDE in gaps and log.attitude is not None:
-        one, blocks[ATTITUDE] = gaps[ATTITUDE], log.attitude.copy()
-        rows = one.bridged
+        one, rows = gaps[ATTITUDE], gaps[ATTITUDE].bridged
         first, last = log.attitude[one.before[rows]], log.attitude[one.after[rows]]
+        blocks[ATTITUDE] = log.attitude.copy()
         blocks[ATTITUDE][rows] = between(first, last, one.share[rows])
     return dataclasses.replace(log, **blocks)
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from hydrodamp.conditioning.actuators import beyond_dead_zone, delayed, lagged
@@ -26,8 +25,10 @@ from hydrodamp.faults import faults_in
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
+Step = Callable[[Log], Log]
+
 #: The steps of :func:`clean`. Numbers that stand for none first: others take them for spikes.
-CLEANING_STEPS: tuple[Callable[[Log], Log], ...] = (
+CLEANING_STEPS: tuple[Step, ...] = (
     mask_bottom_lock,
     mask_frozen,
     steady_attitude,
@@ -36,10 +37,11 @@ CLEANING_STEPS: tuple[Callable[[Log], Log], ...] = (
 )
 
 _MIXINGS = {"rotation": ROTATION, "avl690": AVL_690}
-_BY_COMMAND = ("delayed", "lagged", "beyond_dead_zone")  # they take a table of commands
+# What takes a table of commands, by the name of that setting.
+_BY_COMMAND = {"delayed": "seconds", "lagged": "seconds", "beyond_dead_zone": "zones"}
 
 
-def clean(log: Log, steps: Sequence[Callable[[Log], Log]] = CLEANING_STEPS) -> Log:
+def clean(log: Log, steps: Sequence[Step] = CLEANING_STEPS) -> Log:
     """Clean a log, step by step.
 
     Parameters
@@ -68,11 +70,6 @@ def clean(log: Log, steps: Sequence[Callable[[Log], Log]] = CLEANING_STEPS) -> L
     >>> clean(Log.from_arrays(time, {"u": surge, "r": rate})).notes
     ('spikes: 1 of 200 samples of `u` (0.5 %) interpolated',)
     """
-    return prepared(log, steps)
-
-
-def prepared(log: Log, steps: Sequence[Callable[[Log], Log]]) -> Log:
-    """Return a log after some steps."""
     for step in steps:
         log = step(log)
     return log
@@ -94,19 +91,6 @@ _FUNCTIONS = {step.__name__: step for step in _ALL}
 
 #: The names of all steps.
 STEPS = tuple(_FUNCTIONS)
-
-
-@dataclass(frozen=True)
-class Step:
-    """A step by its name, and its settings."""
-
-    name: str
-    settings: tuple[tuple[str, Any], ...] = ()
-
-    def __call__(self, log: Log) -> Log:
-        """Return what the step makes of a log."""
-        given, function = dict(self.settings), _FUNCTIONS[self.name]
-        return function(log, given) if self.name in _BY_COMMAND else function(log, **given)
 
 
 def steps_of(content: object) -> tuple[tuple[Step, ...], list[str]]:
@@ -146,7 +130,8 @@ def _step(name: str, settings: object) -> tuple[Step | None, list[str]]:
         return None, faults_in(error, {name: settings}, form)
     if "mixing" in checked:
         checked["mixing"] = _MIXINGS[checked["mixing"]]
-    return Step(name, tuple(checked.items())), []
+    given = {_BY_COMMAND[name]: checked} if name in _BY_COMMAND else checked
+    return partial(_FUNCTIONS[name], **given), []
 
 
 @cache
@@ -156,7 +141,7 @@ def _form(name: str) -> type[BaseModel]:
 
     kinds, strict = _kinds(), ConfigDict(extra="forbid")
     if name in _BY_COMMAND:
-        settings = kinds["zones" if name == "beyond_dead_zone" else "delays"]
+        settings = kinds[name]
     else:
         taken = inspect.signature(_FUNCTIONS[name]).parameters
         fields: dict[str, Any] = {
@@ -188,8 +173,8 @@ def _kinds() -> Mapping[str, Any]:
         "demanded": tuple[str, str],
         "fins": tuple[str, str],
         "mixing": Literal[tuple(_MIXINGS)],
-        "delays": dict[str, Annotated[FiniteFloat, Field(ge=0)]],
-        "zones": dict[str, tuple[FiniteFloat, FiniteFloat]],
+        **dict.fromkeys(("delayed", "lagged"), dict[str, Annotated[FiniteFloat, Field(ge=0)]]),
+        "beyond_dead_zone": dict[str, tuple[FiniteFloat, FiniteFloat]],
     }
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hydrodamp.conditioning.steps import prepared
+from hydrodamp.conditioning.steps import clean
 from hydrodamp.data.log import Log, concatenate
 from hydrodamp.data.recording import Recording
 from hydrodamp.errors import GapWarning
@@ -158,7 +158,7 @@ def read_parts(
             record = canonical_record(part) if given is None else given.record(part)
             if np.count_nonzero(~record.missing) > 1:
                 log = Log.from_record(record)
-                yield log if given is None else prepared(log, given.steps)
+                yield log if given is None else clean(log, given.steps)
                 continue
         blank = f"{path}: part {number} has no two samples with all their values; left out"
         warnings.warn(blank, GapWarning, stacklevel=2)

@@ -11,7 +11,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from hydrodamp.basis.atoms import VELOCITIES
-from hydrodamp.conditioning.steps import prepared
+from hydrodamp.conditioning.steps import clean
 from hydrodamp.data.channels import ATTITUDE, EULER, SPECIFIC_FORCE
 from hydrodamp.data.log import Log
 from hydrodamp.data.record import Record
@@ -232,7 +232,7 @@ class LogMapping(MappingFile):
         >>> log.command("rudder").tolist()
         [1.0, 2.0, 3.0]
         """
-        return prepared(Log.from_record(self.record(recording)), self.steps)
+        return clean(Log.from_record(self.record(recording)), self.steps)
 
     def record(self, recording: Recording) -> Record:
         """Return the record of a recording: one clock, our axes, NaN where nothing is known.
