@@ -15,7 +15,7 @@ from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.basis.atoms import AXES
 from hydrodamp.errors import ForeignVehicleWarning, ModelError
 from hydrodamp.models.catalog import BIBTEX, PAPER
-from hydrodamp.models.model import DampingModel, one_screen, read_label, spell_label
+from hydrodamp.models.model import DampingModel, one_screen, read_label, spell_label, table_of
 
 
 @dataclass(frozen=True)
@@ -130,7 +130,7 @@ class Damping:
         array([-1., -2.])
         """
         read = {spell_label(*read_label(label)): float(value) for label, value in values.items()}
-        structure = _model_of(read) if model is None else model
+        structure = model or DampingModel.from_table(table_of(read), key="custom")
         structure.check_labels(read)
         ordered = frozen([read[label] for label in structure.labels])
         return cls(structure, ordered, None, vehicle, source, note)
@@ -267,14 +267,6 @@ class Damping:
             source=self.source,
             note=self.note,
         )
-
-
-def _model_of(labels: Mapping[str, float]) -> DampingModel:
-    rows: dict[str, list[str]] = {axis: [] for axis in AXES}
-    for label in labels:
-        axis, term = read_label(label)
-        rows[axis].append(str(term))
-    return DampingModel.from_table(rows, key="custom")
 
 
 def cite(subject: DampingModel | Damping) -> str:

@@ -41,6 +41,14 @@ def read_label(label: str) -> tuple[str, Term]:
         raise ModelError(f"`{label}` is not a coefficient: {error}") from error
 
 
+def table_of(labels: Iterable[str]) -> dict[str, list[Term]]:
+    """Return the terms of coefficients by their axes."""
+    rows: dict[str, list[Term]] = {}
+    for axis, term in map(read_label, labels):
+        rows.setdefault(axis, []).append(term)
+    return rows
+
+
 def latex_label(axis: str, term: Term) -> str:
     r"""Return the name of a coefficient as LaTeX mathematics."""
     return f"{axis}_{{{term.latex()}}}"
@@ -193,18 +201,13 @@ class DampingModel:
     @cached_property
     def rows(self) -> tuple[IntArray, ...]:
         """For each of the six axes the places of its terms in :attr:`basis`."""
-        places = {term: place for place, term in enumerate(self.basis)}
-        rows = [np.array([places[term] for term in row], dtype=np.int64) for row in self.terms]
-        for row in rows:
-            row.setflags(write=False)
-        return tuple(rows)
+        return tuple(np.flatnonzero(line) for line in self.mask)
 
     @cached_property
     def mask(self) -> BoolArray:
         """Which entries of the coefficient matrix the model has, shape (6, n_terms)."""
-        mask = np.zeros((len(AXES), len(self.basis)), dtype=np.bool_)
-        for axis, row in enumerate(self.rows):
-            mask[axis, row] = True
+        rows = [set(row) for row in self.terms]
+        mask = np.array([[term in row for term in self.basis] for row in rows], dtype=np.bool_)
         mask.setflags(write=False)
         return mask
 

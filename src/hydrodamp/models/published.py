@@ -16,7 +16,7 @@ from hydrodamp.errors import ModelError, did_you_mean
 from hydrodamp.files import Packaged, parse_yaml
 from hydrodamp.models.catalog import find_model
 from hydrodamp.models.damping import Damping, VehicleStamp
-from hydrodamp.models.model import DampingModel, read_label, spell_label
+from hydrodamp.models.model import DampingModel, read_label, spell_label, table_of
 
 
 def _read(name: str) -> Damping:
@@ -39,11 +39,6 @@ published = Packaged(Path(__file__).parent / "published", _read)
 """Published coefficient sets by name: ``vt690-sname2022``, ``remus100-prestero-theory``, ..."""
 
 
-def added_mass_of(name: str) -> FloatArray:
-    """Return the added mass matrix that a published set goes with."""
-    return added_mass_matrix(_content(name)["added_mass"])
-
-
 def _content(name: str) -> dict[str, Any]:
     if name not in published:
         raise ModelError(
@@ -56,10 +51,8 @@ def _content(name: str) -> dict[str, Any]:
 def _model(content: Mapping[str, Any], labels: tuple[str, ...]) -> DampingModel:
     """Return the model of a set: the one it extends, if any, with the further labels it has."""
     base = find_model(content["model"]) if "model" in content else None
-    extra: dict[str, list[str]] = {}
-    for axis, term in map(read_label, labels):
-        if base is None or f"{axis}_{term}" not in base.labels:
-            extra.setdefault(axis, []).append(str(term))
+    known = () if base is None else base.labels
+    extra = table_of(label for label in labels if spell_label(*read_label(label)) not in known)
     if base is None:
         return DampingModel.from_table(extra, key=content["name"], source=content["source"])
     return base.with_terms(extra, key=content["name"]) if extra else base

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import MISSING, fields
 from typing import Annotated, Any, Literal, get_args
 
@@ -32,6 +32,7 @@ from hydrodamp.vehicle.vehicle import Vehicle
 
 KINDS: Mapping[str, type] = {kind.__name__.lower(): kind for kind in get_args(Actuator)}
 _OPTIONAL = ("source", "note", "actuators")
+_RESTORING = ("weight", "buoyancy", "center_of_gravity", "center_of_buoyancy")
 
 AxisName = Literal["X", "Y", "Z", "K", "M", "N"]
 Vector = Annotated[list[FiniteFloat], Field(min_length=3, max_length=3)]
@@ -239,56 +240,33 @@ def _plain(value: Any) -> Any:
 
 def _without_unneeded(content: Mapping[Any, Any]) -> dict[Any, Any]:
     """Return a vehicle file with zeros where a locked axis left something empty."""
-    filled = {
-        key: value for key, value in content.items() if value is not None or key not in _OPTIONAL
-    }
     axes = content.get("axes")
-    if not isinstance(axes, list):
-        return filled
-    locked = frozenset(i for i, axis in enumerate(AXES) if axis not in axes)
-    if locked >= {2, 3, 4}:
-        filled |= {key: 0.0 for key in ("weight", "buoyancy") if filled.get(key) is None}
-        for key in ("center_of_gravity", "center_of_buoyancy"):
-            filled[key] = _vector(filled.get(key))
+    locked = {i for i, axis in enumerate(AXES) if isinstance(axes, list) and axis not in axes}
+    planar = locked >= {2, 3, 4}
+    optional = (*_OPTIONAL, *(_RESTORING if planar else ()))
+    filled = {
+        key: value for key, value in content.items() if value is not None or key not in optional
+    }
+    if planar:
+        filled = {"weight": 0.0, "buoyancy": 0.0} | filled
+    for key in ("center_of_gravity", "center_of_buoyancy"):
+        filled[key] = _filled(filled.get(key, [0.0] * 3), {2} if planar else ())
     for key in ("added_mass", "mass_matrix"):
-        if key in filled:
-            filled[key] = _matrix(filled[key], AXES, locked)
+        if isinstance(filled.get(key), list) and len(filled[key]) == 6:
+            filled[key] = _filled(filled[key], locked)
     if isinstance(body := filled.get("rigid_body"), dict) and "inertia" in body:
-        filled["rigid_body"] = {**body, "inertia": _inertia(body["inertia"], locked)}
+        turned = {i - 3 for i in locked}
+        given = [0.0] * 3 if body["inertia"] is None and turned >= {0, 1, 2} else body["inertia"]
+        filled["rigid_body"] = {**body, "inertia": _filled(given, turned)}
     return filled
 
 
-def _vector(given: Any) -> Any:
-    """Return the origin for no vector, and a height of zero where it is left empty."""
-    if given is None:
-        return [0.0, 0.0, 0.0]
-    if isinstance(given, list) and len(given) == 3 and given[2] is None:
-        return [*given[:2], 0.0]
-    return given
-
-
-def _inertia(given: Any, locked: frozenset[int]) -> Any:
-    turned = frozenset(i - 3 for i in locked if i >= 3)
-    if given is None and len(turned) == 3:
-        return [0.0, 0.0, 0.0]
-    if isinstance(given, list) and not any(isinstance(row, list) for row in given):
-        return [_number(value, i in turned) for i, value in enumerate(given)]
-    return _matrix(given, AXES[3:], turned)
-
-
-def _matrix(given: Any, axes: tuple[str, ...], locked: frozenset[int]) -> Any:
-    """Return a square table whose empty entries in rows and columns of locked axes are zero."""
-    size = len(axes)
-    if not isinstance(given, list) or len(given) != size:
+def _filled(given: Any, locked: Collection[int]) -> Any:
+    """Return a list or a table with zeros for what is empty in locked rows and columns."""
+    if not isinstance(given, list):
         return given
-    rows = [[None] * size if row is None and i in locked else row for i, row in enumerate(given)]
+    zero = [0.0] * len(given) if any(isinstance(part, list) for part in given) else 0.0
     return [
-        [_number(value, i in locked or j in locked) for j, value in enumerate(row)]
-        if isinstance(row, list)
-        else row
-        for i, row in enumerate(rows)
+        zero if part is None and i in locked else _filled(part, range(6) if i in locked else locked)
+        for i, part in enumerate(given)
     ]
-
-
-def _number(value: Any, unneeded: bool) -> Any:
-    return 0.0 if value is None and unneeded else value

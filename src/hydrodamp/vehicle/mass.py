@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -34,13 +34,13 @@ def rigid_body_mass_matrix(
     inertia_about: InertiaPoint = "origin",
 ) -> FloatArray:
     """Return the mass matrix of a rigid body about the origin of the body frame."""
-    checked_number(mass, "mass", positive=True)
     arm = cross_matrix(checked_array(center_of_gravity, (3,), "center_of_gravity"))
+    steiner = -mass * arm @ arm if inertia_about == "center_of_gravity" else 0.0
     matrix = np.zeros((6, 6))
     matrix[:3, :3] = mass * np.eye(3)
     matrix[:3, 3:] = -mass * arm
     matrix[3:, :3] = mass * arm
-    matrix[3:, 3:] = _tensor(inertia) + _steiner(mass, arm, inertia_about)
+    matrix[3:, 3:] = _tensor(inertia) + steiner
     return frozen(matrix)
 
 
@@ -83,14 +83,6 @@ def _six_by_six(matrix: npt.ArrayLike, free: npt.NDArray[np.int_]) -> FloatArray
     return full
 
 
-def _steiner(mass: float, arm: FloatArray, inertia_about: str) -> FloatArray | float:
-    if inertia_about not in ("origin", "center_of_gravity"):
-        raise VehicleError(
-            f"`inertia_about` must be 'origin' or 'center_of_gravity'; got {inertia_about!r}"
-        )
-    return -mass * arm @ arm if inertia_about == "center_of_gravity" else 0.0
-
-
 def _tensor(inertia: npt.ArrayLike) -> FloatArray:
     given = np.asarray(inertia, dtype=np.float64)
     tensor = np.diag(given) if given.shape == (3,) else given
@@ -101,9 +93,6 @@ def _tensor(inertia: npt.ArrayLike) -> FloatArray:
         )
     return tensor
 
-
-Shape = Literal["spheroid", "cylinder"]
-"""Whose added mass and inertia stand for the hull's."""
 
 ROLL_FRACTION = 0.3
 """Added roll inertia over the rigid body's: what the fins of a REMUS 100 add.
@@ -116,37 +105,22 @@ STANDARD_GRAVITY = 9.80665
 """Turns a mass into a weight [m/s^2]."""
 
 
-class LambFactors(NamedTuple):
-    """Added mass of a prolate spheroid over what it displaces."""
-
-    surge: float
-    sway: float
-    pitch: float
-
-
-def lamb_factors(aspect_ratio: float) -> LambFactors:
-    """Return Lamb's inertia coefficients of a prolate spheroid."""
+def lamb_factors(aspect_ratio: float) -> tuple[float, float, float]:
+    """Return Lamb's inertia coefficients of a prolate spheroid: in surge, sway and pitch."""
     if not (math.isfinite(aspect_ratio) and aspect_ratio >= 1.0):
         raise VehicleError(
             f"`length` must be at least `diameter`; got a ratio of {aspect_ratio:g}. "
             "For a body wider than long give the added mass itself."
         )
     e2 = 1.0 - aspect_ratio**-2
-    if e2 == 0.0:
-        return LambFactors(0.5, 0.5, 0.0)
-    alpha = 2.0 * (1.0 - e2) * _arctanh_remainder(e2)
+    if e2 < 1e-4:  # a sphere, to four digits; nearer to it the formula loses its own
+        return 0.5, 0.5, 0.0
+    e = math.sqrt(e2)
+    alpha = 2.0 * (1.0 - e2) * (math.atanh(e) - e) / e**3
     beta = 1.0 - alpha / 2.0
     slant = (2.0 - e2) * (beta - alpha)
     pitch = e2**2 * (beta - alpha) / ((2.0 - e2) * (2.0 * e2 - slant))
-    return LambFactors(alpha / (2.0 - alpha), beta / (2.0 - beta), pitch)
-
-
-def _arctanh_remainder(e2: float) -> float:
-    """Return (artanh(e) - e)/e^3 from e^2, without cancellation near the sphere."""
-    if e2 < 0.01:
-        return sum(e2**k / (2 * k + 3) for k in range(9))
-    e = math.sqrt(e2)
-    return (math.atanh(e) - e) / e**3
+    return alpha / (2.0 - alpha), beta / (2.0 - beta), pitch
 
 
 def check_hull(length: float, diameter: float, mass: float) -> None:
@@ -155,40 +129,17 @@ def check_hull(length: float, diameter: float, mass: float) -> None:
         checked_number(size, what, positive=True)
 
 
-def hull_inertia(length: float, diameter: float, mass: float, shape: Shape) -> FloatArray:
-    """Return the moments of inertia of a homogeneous hull about its centre."""
-    along, across = _inertia_over_mass(length, diameter, shape)
-    return frozen([mass * along, mass * across, mass * across])
-
-
-def _inertia_over_mass(length: float, diameter: float, shape: str) -> tuple[float, float]:
-    if shape == "spheroid":
-        return diameter**2 / 10.0, (length**2 + diameter**2) / 20.0
-    if shape == "cylinder":
-        return diameter**2 / 8.0, length**2 / 12.0 + diameter**2 / 16.0
-    raise VehicleError(f"`shape` must be 'spheroid' or 'cylinder'; got {shape!r}")
-
-
-def added_mass_spheroid(length: float, diameter: float, displaced_mass: float) -> FloatArray:
-    """Return the added mass of a prolate spheroid about its centre."""
-    factors = lamb_factors(length / diameter)
-    across = factors.pitch * displaced_mass * _inertia_over_mass(length, diameter, "spheroid")[1]
-    surge, sway = factors.surge * displaced_mass, factors.sway * displaced_mass
-    return frozen(np.diag([surge, sway, sway, 0.0, across, across]))
-
-
-def added_mass_strip(length: float, diameter: float, displaced_mass: float) -> FloatArray:
-    """Return the added mass of a long cylinder about its centre by strip theory."""
-    surge = lamb_factors(length / diameter).surge * displaced_mass
-    across = displaced_mass * length**2 / 12.0
-    return frozen(np.diag([surge, displaced_mass, displaced_mass, 0.0, across, across]))
+def hull_inertia(length: float, diameter: float, mass: float) -> FloatArray:
+    """Return the moments of inertia of a homogeneous spheroid about its centre."""
+    across = mass * (length**2 + diameter**2) / 20.0
+    return frozen([mass * diameter**2 / 10.0, across, across])
 
 
 def hull_added_mass(
-    length: float, diameter: float, displaced_mass: float, roll_inertia: float, shape: Shape
+    length: float, diameter: float, displaced_mass: float, roll_inertia: float
 ) -> FloatArray:
-    """Return the added mass of a hull with small fins about its centre."""
-    estimate = added_mass_spheroid if shape == "spheroid" else added_mass_strip
-    matrix = np.array(estimate(length, diameter, displaced_mass))
-    matrix[3, 3] = ROLL_FRACTION * roll_inertia
-    return frozen(matrix)
+    """Return the added mass of a spheroid with small fins about its centre."""
+    surge, sway, pitch = lamb_factors(length / diameter)
+    turning = pitch * hull_inertia(length, diameter, displaced_mass)[1]
+    along, across = surge * displaced_mass, sway * displaced_mass
+    return frozen(np.diag([along, across, across, ROLL_FRACTION * roll_inertia, turning, turning]))

@@ -30,7 +30,7 @@ axes: [X, Y, Z, K, M, N]
 rigid_body:
   mass: {mass} # kg, flooded spaces included
   inertia: {inertia} # kg m^2: Ixx, Iyy, Izz
-  inertia_about: {about} # or {other}
+  inertia_about: {about} # origin or center_of_gravity
 
 # Added mass, positive: minus the derivatives X_udot, Y_vdot ... N_rdot on the diagonal, and
 # minus the mean of each pair such as Y_rdot and N_vdot in both places off it.
@@ -117,7 +117,6 @@ def _empty(name: str) -> dict[str, str]:
         "source": '""',
         "inertia": "[null, null, null]",
         "about": "origin",
-        "other": "center_of_gravity",
         "added": "\n".join(f"  - [{', '.join(row)}]" for row in rows),
     }
 
@@ -131,7 +130,6 @@ def _estimate(vehicle: Vehicle, mass: float) -> dict[str, str]:
         "mass": repr(float(mass)),
         "inertia": _list(inertia),
         "about": "center_of_gravity",
-        "other": "origin",
         "added": "\n".join(f"  - {_list(row)}" for row in added),
         "weight": f"{vehicle.weight:.6g}",
         "buoyancy": f"{vehicle.buoyancy:.6g}",

@@ -21,7 +21,6 @@ from hydrodamp.vehicle.actuators import Actuator, Column, Propeller
 from hydrodamp.vehicle.checks import checked_array, checked_axes
 from hydrodamp.vehicle.mass import (
     STANDARD_GRAVITY,
-    Shape,
     check_hull,
     checked_mass_matrix,
     cross_matrix,
@@ -130,7 +129,6 @@ class Vehicle:
         mass: float,
         *,
         name: str = "hull",
-        shape: Shape = "spheroid",
         buoyancy: float | None = None,
         center_of_gravity: npt.ArrayLike = (0.0, 0.0, 0.0),
         center_of_buoyancy: npt.ArrayLike = (0.0, 0.0, 0.0),
@@ -139,8 +137,7 @@ class Vehicle:
         """Estimate a torpedo-shaped vehicle from its size.
 
         The origin is the middle of the hull. Added mass is that of the water
-        the vehicle displaces, as a spheroid (Lamb) or a cylinder (strip
-        theory) of its length over diameter.
+        the vehicle displaces, as a spheroid of its length over diameter (Lamb).
 
         Parameters
         ----------
@@ -150,8 +147,6 @@ class Vehicle:
             With everything that moves along, flooded spaces included [kg].
         name : str, optional
             What to call it.
-        shape : {"spheroid", "cylinder"}, optional
-            Whose added mass and inertia to take.
         buoyancy : float, optional
             [N]; neutral if not given.
         center_of_gravity, center_of_buoyancy : array_like, shape (3,), optional
@@ -178,10 +173,10 @@ class Vehicle:
         check_hull(length, diameter, mass)
         weight = mass * STANDARD_GRAVITY
         lift = weight if buoyancy is None else buoyancy
-        inertia = hull_inertia(length, diameter, mass, shape)
+        inertia = hull_inertia(length, diameter, mass)
         rigid = rigid_body_mass_matrix(mass, inertia, center_of_gravity, "center_of_gravity")
         displaced = lift / STANDARD_GRAVITY
-        added = hull_added_mass(length, diameter, displaced, float(inertia[0]), shape)
+        added = hull_added_mass(length, diameter, displaced, float(inertia[0]))
         return cls(
             name=name,
             mass_matrix=rigid + added,
@@ -191,7 +186,7 @@ class Vehicle:
             center_of_buoyancy=np.asarray(center_of_buoyancy),
             actuators=actuators,
             source=f"estimate from length {length:g} m, diameter {diameter:g} m, mass {mass:g} kg",
-            note=f"added mass and inertia of a {shape} of this size; roll from small fins. "
+            note="added mass and inertia of a spheroid of this size; roll from small fins. "
             "Expect 10 % in sway and heave, 30 % in pitch and yaw.",
             added_mass=added,
         )
