@@ -38,7 +38,8 @@ from rich.markdown import Markdown
 from rich.progress import track
 
 import hydrodamp as hd
-from benchmark_campaigns import Campaign, campaigns
+from benchmark_campaign import Campaign
+from benchmark_campaigns import campaigns
 from benchmark_tables import HORIZONS, Row, markdown
 from hydrodamp.files import save_text
 

@@ -1,120 +1,229 @@
-"""The campaigns of the benchmark: what is sailed or read, and which models make sense on it."""
+"""The campaigns of the benchmark: every one that is sailed, and those on files."""
 
 from __future__ import annotations
 
 import os
-import warnings
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from dataclasses import replace
+from functools import cache, partial
+from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
-from typing import NamedTuple
 
 import hydrodamp as hd
+from benchmark_campaign import Campaign, Logs, Pilot, Recording, Sail
+from benchmark_crafts import (
+    CHANNELS,
+    THRUST,
+    Craft,
+    Joystick,
+    Steered,
+    Zigzag,
+    heavy_rov,
+    rov,
+    rov_drag,
+    tanker,
+)
+from benchmark_plans import (
+    crossflow,
+    drifting,
+    fewer,
+    lagging,
+    marginal,
+    published,
+    remus,
+    remus_by_theory,
+)
+from hydrodamp.simulation.campaign.conditions import Conditions
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
 
 PAPER = tuple(hd.catalog[key] for key in hd.PAPER_MODELS)
 """The eight models of the catalogue, in the paper's order."""
 
-EXAMPLES = Path(__file__).parents[1] / "examples"
+THRUSTERS = {
+    "X": "ch_forward",
+    "Y": "ch_lateral",
+    "Z": "ch_heave",
+    "K": "ch_roll ch_lateral",
+    "M": "ch_pitch ch_forward",
+    "N": "ch_yaw ch_lateral",
+}
+"""What channels drive, and where they leak to: their gains are unknown."""
+
+BENT = {
+    axis: " ".join(f"{name} {name}*|{name}|" for name in names.split())
+    for axis, names in THRUSTERS.items()
+}
+"""The same for thrust that is not proportional to its channel."""
+
+ROV_MODELS = tuple(model.with_terms(THRUSTERS, key=f"{model.key}+channels") for model in PAPER)
+BENT_MODELS = tuple(model.with_terms(BENT, key=f"{model.key}+channels") for model in PAPER)
+SHIP_MODELS = hd.read_models(EXAMPLES / "kvlcc2" / "models.yaml")
 
 
-class Logs(NamedTuple):
-    """What is told of a vehicle, and what was measured."""
-
-    vehicle: hd.Vehicle
-    train: hd.Log
-    test: hd.Log
+def noise(scale: float, pushes: float = 0.0, *, coloured: bool = False) -> Conditions:
+    """Return sensors' errors in published ones and pushes in three per cent of the damping."""
+    base = hd.COLOURED if coloured else hd.WHITE
+    return replace(base, scale=scale, push=tuple(pushes * one for one in hd.COLOURED.push))
 
 
-@dataclass(frozen=True, eq=False)
-class Campaign:
-    """A vehicle, a log to identify from and one to replay; made when first asked for.
+def tether(scale: float, *, coloured: bool = False) -> Conditions:
+    """Return sensors' errors and the pull of a tether."""
+    return replace(
+        noise(scale, coloured=coloured), push=(0.3, 0.3, 0.3, 0.001, 0.001, 0.001), push_time=5.0
+    )
 
-    Attributes
-    ----------
-    name : str
-        Such as ``"sname/200s/1x"``: what is sailed, and how.
-    models : tuple of DampingModel
-        Which make sense: the paper's eight, with more terms where the actuation is unknown.
-    make : callable
-        Sails or reads the logs.
-    group : str
-        ``"seen"``, or ``"unseen"`` for those that nobody looks at while making a method.
-    """
 
-    name: str
-    models: tuple[hd.DampingModel, ...]
-    make: Callable[[], Logs]
-    group: str = "seen"
+def waves(scale: float, *, coloured: bool = False) -> Conditions:
+    """Return sensors' errors and pushes on a ship of 7 m."""
+    return replace(noise(scale, coloured=coloured), push=(1, 5, 0, 0, 0, 12), push_time=3.0)
 
-    @cached_property
-    def logs(self) -> Logs:
-        """All three, made once."""
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", hd.HydrodampWarning)
-            return self.make()
 
-    @property
-    def vehicle(self) -> hd.Vehicle:
-        """All that a method is told of the vehicle."""
-        return self.logs.vehicle
-
-    @property
-    def train(self) -> hd.Log:
-        """What a method identifies from."""
-        return self.logs.train
-
-    @property
-    def test(self) -> hd.Log:
-        """What its results replay."""
-        return self.logs.test
+SILENT = hd.SILENT
+EXACT, STRAPDOWN = Recording(acceleration=0.0), Recording(acceleration=1.0)
+STRONG, WEAK = Recording(wrench=1.2), Recording(wrench=0.8)
+STRONG_FINS, WEAK_FINS = Recording(fins=1.2), Recording(fins=0.8)
 
 
 def campaigns() -> Iterator[Campaign]:
     """Yield every campaign; those on files only where ``HYDRODAMP_DATA`` has them."""
-    yield from sailed()
+    for name, make in SEEN.items():
+        yield Campaign(name, models_of(name), make)
+    for name, make in UNSEEN.items():
+        yield Campaign(name, models_of(name), make, "unseen")
     if folder := os.environ.get("HYDRODAMP_DATA"):
         yield from recorded(Path(folder))
 
 
-@dataclass(frozen=True)
-class Sail:
-    """A campaign of the 690, as :func:`hydrodamp.reenact` sails it."""
-
-    truth: str
-    seed: int
-    duration: float
-    scale: float = 1.0
-    coloured: bool = False
-    exact_acceleration: bool = False
-
-    def __call__(self) -> Logs:
-        conditions = replace(hd.COLOURED if self.coloured else hd.WHITE, scale=self.scale)
-        found = hd.reenact(self.seed, self.truth, self.duration, conditions)
-        train = found.train
-        if self.exact_acceleration:
-            train = replace(train, acceleration=found.exact_train.acceleration)
-        return Logs(found.vehicle, train, found.test)
+def models_of(name: str) -> tuple[hd.DampingModel, ...]:
+    """Return the models that make sense on a campaign that is sailed."""
+    kinds = {"rov": ROV_MODELS, "heavy-rov": BENT_MODELS, "tanker": SHIP_MODELS}
+    return kinds.get(name.partition("/")[0], PAPER)
 
 
-def sailed() -> Iterator[Campaign]:
-    """Yield the campaigns of simulated vehicles."""
-    yield Campaign("sname/200s/1x", PAPER, Sail("sname", 100, 200.0))
-    yield Campaign("sname/60s/3x", PAPER, Sail("sname", 101, 60.0, 3.0))
-    yield Campaign("sname/60s/1x/accelerations", PAPER, Sail("sname", 102, 60.0, 1.0, False, True))
-    yield Campaign("sname/120s/coloured", PAPER, Sail("sname", 103, 120.0, 1.0, True))
-    yield Campaign("crossflow/200s/1x", PAPER, Sail("crossflow", 104, 200.0))
-    yield Campaign("crossflow/45s/0.3x", PAPER, Sail("crossflow", 105, 45.0, 0.3))
+def joystick(seed: int, n_runs: int, duration: float, period: float) -> Steered:
+    """Return the pilot of an ROV."""
+    return Joystick.drawn(seed, n_runs, duration, period)
+
+
+def zigzags(*angles: tuple[float, float]) -> Callable[[int, int, float, float], Steered]:
+    """Return the helmsman of a ship, the same whatever the seed."""
+    return lambda *_: Zigzag.of(*angles)
+
+
+def true_rov() -> hd.Damping:
+    """Return the drag of the BlueROV2 with the gains of its thrusters."""
+    model = hd.catalog["fossen"].with_terms(THRUSTERS, key="fossen+channels")
+    gains = {
+        f"{axis}_{channel}": THRUST[CHANNELS.index(channel), hd.AXES.index(axis)]
+        for axis, names in THRUSTERS.items()
+        for channel in names.split()
+    }
+    return hd.Damping.from_dict(model, {**rov_drag().as_dict(), **gains})
+
+
+def ship() -> Craft:
+    """Return the tanker of the example."""
+    return tanker(hd.read_vehicle(EXAMPLES / "kvlcc2" / "vehicle.yaml"))
+
+
+ROV = partial(Pilot, rov, joystick, true=true_rov)
+HEAVY = partial(Pilot, heavy_rov, joystick)
+SHIP = partial(
+    Pilot,
+    ship,
+    zigzags((10, 10), (-20, 20), (30, 10), (-35, 20), (15, 5), (20, 10), (-25, 15)),
+    n_runs=7,
+    speed=1.18,
+    rate=5.0,
+)
+
+SEEN: dict[str, Callable[[], Logs]] = {
+    "sname/200s": Sail(published, 100, 200.0),
+    "sname/45s/0.3x": Sail(published, 101, 45.0, noise(0.3)),
+    "sname/80s/coloured-pushed": Sail(published, 102, 80.0, noise(1.0, 1.0, coloured=True)),
+    "sname/60s/3x": Sail(published, 103, 60.0, noise(3.0)),
+    "sname/600s": Sail(published, 104, 600.0),
+    "sname/120s/silent": Sail(published, 105, 120.0, SILENT),
+    "sname/60s/accelerations": Sail(published, 106, 60.0, recording=EXACT),
+    "sname/60s/50Hz/strapdown": Sail(published, 107, 60.0, rate=50.0, recording=STRAPDOWN),
+    "sname/150s/2x/5Hz": Sail(published, 108, 150.0, noise(2.0), 5.0),
+    "sname/100s/wrench+20%": Sail(published, 109, 100.0, recording=STRONG),
+    "sname/100s/pushed-2x": Sail(published, 110, 100.0, noise(1.0, 2.0)),
+    "sname/120s/two-runs": Sail(fewer(published, 0, 2), 111, 120.0),
+    "sname2022/200s": Sail(marginal, 120, 200.0),
+    "sname2022/60s/0.3x": Sail(marginal, 121, 60.0, noise(0.3)),
+    "sname2022/80s/coloured-pushed": Sail(marginal, 122, 80.0, noise(1.0, 1.0, coloured=True)),
+    "sname2022/60s/3x": Sail(marginal, 123, 60.0, noise(3.0)),
+    "sname2022/300s/2x": Sail(marginal, 124, 300.0, noise(2.0)),
+    "sname2022/100s/20Hz/accelerations": Sail(marginal, 125, 100.0, rate=20.0, recording=EXACT),
+    "sname2022/100s/wrench-20%": Sail(marginal, 126, 100.0, recording=WEAK),
+    "sname2022/45s/50Hz": Sail(marginal, 127, 45.0, rate=50.0),
+    "crossflow/200s": Sail(crossflow, 130, 200.0),
+    "crossflow/60s/strapdown": Sail(crossflow, 131, 60.0, recording=STRAPDOWN),
+    "crossflow/80s/coloured-pushed": Sail(crossflow, 132, 80.0, noise(1.0, 1.0, coloured=True)),
+    "crossflow/400s/2x/5Hz": Sail(crossflow, 133, 400.0, noise(2.0), 5.0),
+    "crossflow/60s/3x": Sail(crossflow, 134, 60.0, noise(3.0)),
+    "drifting/150s": Sail(drifting, 140, 150.0),
+    "drifting/100s/fins+20%": Sail(drifting, 141, 100.0, recording=STRONG_FINS),
+    "lag-0.2s/200s": Sail(lagging(published, 0.2), 150, 200.0),
+    "lag-0.3s/80s/coloured-pushed": Sail(
+        lagging(marginal, 0.3), 151, 80.0, noise(1.0, 1.0, coloured=True)
+    ),
+    "lag-0.1s/60s/50Hz/accelerations": Sail(
+        lagging(published, 0.1), 152, 60.0, rate=50.0, recording=EXACT
+    ),
+    "remus/200s": Sail(remus, 160, 200.0),
+    "remus/60s/0.3x": Sail(remus, 161, 60.0, noise(0.3)),
+    "remus/100s/20Hz/coloured-pushed": Sail(
+        remus, 162, 100.0, noise(1.0, 0.5, coloured=True), 20.0
+    ),
+    "remus/100s/wrench-20%": Sail(remus, 163, 100.0, recording=WEAK),
+    "remus/80s/2x/accelerations": Sail(remus, 164, 80.0, noise(2.0), recording=EXACT),
+    "rov/200s": ROV(170, 200.0),
+    "rov/60s/0.3x": ROV(171, 60.0, noise(0.3)),
+    "rov/120s/coloured-tether": ROV(172, 120.0, tether(1.0, coloured=True)),
+    "rov/100s/accelerations": ROV(173, 100.0, recording=EXACT),
+    "heavy-rov/200s": HEAVY(180, 200.0),
+    "heavy-rov/80s/20Hz/tether": HEAVY(181, 80.0, tether(1.0), 20.0),
+    "tanker/200s": SHIP(190, 200.0),
+    "tanker/150s/silent": SHIP(191, 150.0, SILENT),
+    "tanker/150s/coloured-pushed": SHIP(192, 150.0, waves(1.0, coloured=True)),
+    "tanker/100s/3x/accelerations": SHIP(193, 100.0, noise(3.0), recording=EXACT),
+}
+"""Those that methods may be made on."""
+
+UNSEEN: dict[str, Callable[[], Logs]] = {
+    "sname/130s/2x/20Hz": Sail(published, 901, 130.0, noise(2.0), 20.0),
+    "sname2022/70s/1.5x/coloured-pushed": Sail(marginal, 902, 70.0, noise(1.5, 2.0, coloured=True)),
+    "sname2022/50s/wrench+20%/strapdown": Sail(
+        marginal, 903, 50.0, recording=Recording(acceleration=1.0, wrench=1.2)
+    ),
+    "crossflow/250s/0.5x": Sail(crossflow, 904, 250.0, noise(0.5)),
+    "lag-0.12s/110s/5Hz": Sail(lagging(published, 0.12), 905, 110.0, rate=5.0),
+    "drifting/90s/fins-20%/coloured": Sail(
+        drifting, 906, 90.0, noise(1.0, coloured=True), recording=WEAK_FINS
+    ),
+    "remus/150s/2x/5Hz": Sail(remus, 907, 150.0, noise(2.0), 5.0),
+    "remus-theory/120s": Sail(remus_by_theory, 908, 120.0),
+    "rov/90s/2x/coloured-tether": ROV(909, 90.0, tether(2.0, coloured=True)),
+    "heavy-rov/250s/0.5x": HEAVY(910, 250.0, noise(0.5)),
+    "tanker/180s/2x/10Hz": SHIP(911, 180.0, waves(2.0), rate=10.0),
+}
+"""Those that nobody looks at while making a method."""
 
 
 def recorded(folder: Path) -> Iterator[Campaign]:
     """Yield the campaigns on files."""
     for place in sorted((folder / "campaigns").glob("*/vehicle.yaml")):
         yield Campaign(f"oracle/{place.parent.name}", PAPER, partial(_oracle, place.parent))
-    if (folder / "bluerov2_kth").is_dir():
-        yield from _left_out("bluerov2", folder / "bluerov2_kth", "run_*.csv")
-    if (folder / "kvlcc2_hsva").is_dir():
-        yield from _left_out("kvlcc2", folder / "kvlcc2_hsva", "HSVA_CPMC_KVLCC2_Z_*.dat")
+    yield from _left_out("bluerov2", folder / "bluerov2_kth", "run_")
+    yield from _left_out("kvlcc2", folder / "kvlcc2_hsva", "HSVA_CPMC_KVLCC2_Z_")
+    if (folder / "vt690_field").is_dir():
+        steering = hd.read_models(EXAMPLES / "vt690" / "models.yaml")[1:2]
+        for turn in range(N_TURNS):
+            make = partial(_turn, folder / "vt690_field", turn)
+            yield Campaign(f"vt690-field/turn-{turn}", steering, make)
 
 
 def _oracle(folder: Path) -> Logs:
@@ -122,13 +231,15 @@ def _oracle(folder: Path) -> Logs:
     return Logs(hd.read_vehicle(folder / "vehicle.yaml"), train, test)
 
 
-def _left_out(example: str, folder: Path, pattern: str) -> Iterator[Campaign]:
+def _left_out(example: str, folder: Path, start: str) -> Iterator[Campaign]:
     """Yield a campaign for every run: it is held out, and all others are to identify from."""
-    models = hd.read_models(EXAMPLES / example / "models.yaml")
-    runs = sorted(folder.glob(pattern))
+    models, runs = (
+        hd.read_models(EXAMPLES / example / "models.yaml"),
+        sorted(folder.glob(f"{start}*")),
+    )
     for held in runs:
         others = [run for run in runs if run != held]
-        name = f"{example}/{held.stem.removeprefix('HSVA_CPMC_KVLCC2_Z_').removeprefix('run_')}"
+        name = f"{example}/{held.stem.removeprefix(start)}"
         yield Campaign(name, models, partial(_read, EXAMPLES / example, others, held))
 
 
@@ -136,3 +247,29 @@ def _read(example: Path, train: Sequence[Path], test: Path) -> Logs:
     mapping = example / "mapping.yaml"
     vehicle = hd.read_vehicle(example / "vehicle.yaml")
     return Logs(vehicle, hd.read_logs(list(train), mapping), hd.read_logs([test], mapping))
+
+
+N_TURNS = 7
+"""Turns in the field log of the 690, as the example finds them."""
+
+
+def _turn(folder: Path, held: int) -> Logs:
+    """Return the turns of the field log, one held out; the fins' effect is unknown."""
+    parts = _turns(folder)
+    others = [part for turn, part in enumerate(parts) if turn != held]
+    vehicle = replace(hd.fleet["vt690"], actuators=(), axes=("Y", "N"))
+    return Logs(vehicle, hd.concatenate(others), parts[held])
+
+
+@cache
+def _turns(folder: Path) -> list[hd.Log]:
+    example = EXAMPLES / "vt690"
+    spec = spec_from_file_location("turns", example / "turns.py")
+    assert spec is not None
+    assert spec.loader is not None
+    found = module_from_spec(spec)
+    spec.loader.exec_module(found)
+    turns: list[hd.Log] = found.turns(
+        found.with_speed(hd.read_log(folder, example / "mapping.yaml"))
+    )
+    return turns

@@ -145,7 +145,7 @@ def regret_table(rows: Sequence[Row], horizon: str) -> str:
     bar = ("bar", "", *(f"{one:g}" for one in BAR.values()), "0", "", "")
     head = ("method", "rows", "median", "95 % within", "worst", "lost", "CPU [s]", "meets the bar")
     title = "whole runs" if horizon == "run" else f"restarts every {horizon}"
-    return _table(f"Regret, {title}", head, [bar, *lines])
+    return _titled(f"Regret, {title}", head, [bar, *lines])
 
 
 def median_table(rows: Sequence[Row], of: str) -> str:
@@ -159,7 +159,7 @@ def median_table(rows: Sequence[Row], of: str) -> str:
         (place, *(cell(found.get((place, method), [])) for method in methods)) for place in places
     ]
     title = f"Median regret by {of}, whole runs, and how many were lost"
-    return _table(title, (of, *(f"`{method}`" for method in methods)), lines)
+    return _titled(title, (of, *(f"`{method}`" for method in methods)), lines)
 
 
 def cell(regrets: Sequence[float]) -> str:
@@ -177,6 +177,11 @@ def number(value: float) -> str:
     return f"{value:.2f}" if value < 10 else f"{value:.3g}"
 
 
-def _table(title: str, head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+def _titled(title: str, head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    return f"**{title}**\n\n{table(head, rows)}"
+
+
+def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Return a table in Markdown."""
     lines = [head, ["---"] * len(head), *rows]
-    return f"**{title}**\n\n" + "\n".join(f"| {' | '.join(line)} |" for line in lines)
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)

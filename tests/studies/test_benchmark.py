@@ -5,32 +5,42 @@ from __future__ import annotations
 import importlib
 import json
 import math
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 
+import numpy as np
 import pytest
 
-from hydrodamp import catalog
+from hydrodamp import SILENT, catalog
+
+Part = Callable[[str], ModuleType]
 
 STUDIES = Path(__file__).parents[2] / "studies"
 
 
-@pytest.fixture(name="study")
-def study_fixture(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
-    """The command, with one campaign of 20 s and one model of 12 coefficients."""
+@pytest.fixture(name="part")
+def part_fixture(monkeypatch: pytest.MonkeyPatch) -> Callable[[str], ModuleType]:
+    """A module of the benchmark by the last part of its name."""
     monkeypatch.syspath_prepend(STUDIES)
-    study = importlib.import_module("benchmark")
-    sea = importlib.import_module("benchmark_campaigns")
-    tiny = sea.Campaign("tiny", (catalog["fossen"],), sea.Sail("sname", 0, 20.0))
+    return lambda name: importlib.import_module(f"benchmark{name}")
+
+
+@pytest.fixture(name="study")
+def study_fixture(part: Part, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    """The command, with one campaign of 10 s and one model of 12 coefficients."""
+    study, one = part(""), part("_campaign")
+    sail = one.Sail(part("_plans").published, 0, 10.0)
+    tiny = one.Campaign("tiny", (catalog["fossen"],), sail)
     monkeypatch.setattr(study, "campaigns", lambda: iter([tiny]))
     study.kept.cache_clear()
     return study
 
 
 @pytest.fixture(name="tables")
-def tables_fixture(study: ModuleType) -> ModuleType:
-    assert study
-    return importlib.import_module("benchmark_tables")
+def tables_fixture(part: Part) -> ModuleType:
+    return part("_tables")
 
 
 class Broken:
@@ -112,3 +122,88 @@ def test_the_bar_is_median_share_and_worst(tables: ModuleType) -> None:
     assert not tables.Summary.of([*good, math.inf]).passes
     assert not tables.Summary.of([1.06] * 100).passes
     assert tables.Summary.of([1.0, math.inf]).lost == 1
+
+
+def test_the_list_is_what_the_page_promises(part: Part, monkeypatch: pytest.MonkeyPatch) -> None:
+    """At least 40 are sailed, six or more unseen; no name and no seed twice; files where named."""
+    lists = part("_campaigns")
+    monkeypatch.delenv("HYDRODAMP_DATA", raising=False)
+    found = list(lists.campaigns())
+    assert len(found) == len({one.name for one in found}) >= 40
+    assert sum(one.group == "unseen" for one in found) >= 6
+    made = [*lists.SEEN.values(), *lists.UNSEEN.values()]
+    assert len({one.seed for one in made}) == len(made)
+    assert all(45.0 <= one.duration <= 600.0 for one in made)
+    assert {one.rate for one in made} >= {5.0, 10.0, 20.0, 50.0}
+    assert all(one.models for one in found)
+
+
+def test_groups_and_patterns_choose(part: Part) -> None:
+    """Names and groups, with commas."""
+    study = part("")
+    assert {one.group for one in study.chosen("*", "seen")} == {"seen"}
+    assert {one.group for one in study.chosen("*", "unseen")} == {"unseen"}
+    some = study.chosen("remus/200s,tanker*", "all")
+    assert {one.name.partition("/")[0] for one in some} == {"remus", "tanker"}
+    work = list(study.jobs(some[:1], "linear,coe", ["ls"]))
+    assert work == [("remus/200s", "linear", "ls"), ("remus/200s", "coe", "ls")]
+
+
+@pytest.mark.parametrize(
+    "name", ["sname/200s", "sname2022/200s", "remus/200s", "remus-theory/120s", "rov/200s"]
+)
+def test_true_coefficients_replay_what_really_happened(part: Part, name: str) -> None:
+    """Through the package's own replay, where the water is a table of terms."""
+    lists, check = part("_campaigns"), part("_check")
+    make = {**lists.SEEN, **lists.UNSEEN}[name]
+    logs = replace(make, duration=8.0, conditions=SILENT)()
+    assert check.exact_floor(logs) < 1e-3
+    assert logs.train.velocity.std() > 0.0
+
+
+@pytest.mark.parametrize("name", ["heavy-rov/200s", "tanker/200s"])
+def test_exact_accelerations_are_those_of_the_motion(part: Part, name: str) -> None:
+    """Where the water is no table: the wrench they ask for replays each second, at 50 Hz."""
+    lists, check = part("_campaigns"), part("_check")
+    logs = replace(lists.SEEN[name], duration=8.0, conditions=SILENT, rate=50.0)()
+    assert check.exact_floor(logs) < 0.01
+
+
+def test_what_is_told_wrong_is_wrong_by_so_much(part: Part) -> None:
+    """A wrench of 1.2 times the actuators', and fins 1.2 times as strong; the rest is true."""
+    one, plans = part("_campaign"), part("_plans")
+    sail = one.Sail(plans.published, 1, 6.0)
+    plain = sail()
+    strong = replace(sail, recording=one.Recording(wrench=1.2))()
+    commands = {name: plain.train.command(name) for name in plain.train.command_names}
+    acting = plain.vehicle.known_wrench(plain.train.velocity, plain.train.down, commands)
+    acting -= plain.vehicle.restoring_wrench(plain.train.down)
+    np.testing.assert_allclose(strong.train.wrench, 1.2 * acting, atol=1e-9)
+    assert strong.vehicle.actuators == strong.train.command_names == ()
+    fins = replace(sail, recording=one.Recording(fins=1.2))().vehicle.actuators
+    assert dict(fins[0].force)["N"] == pytest.approx(1.2 * -9.1827)
+    assert fins[2] == plain.vehicle.actuators[2]
+
+
+def test_accelerations_are_recorded_with_the_errors_asked_for(part: Part) -> None:
+    """Exact ones, and those of a strapdown unit: 1.96e-3 m/s^2."""
+    one, plans = part("_campaign"), part("_plans")
+    exact, strapdown = (
+        one.Sail(plans.published, 1, 30.0, recording=one.Recording(acceleration=scale))()
+        for scale in (0.0, 1.0)
+    )
+    np.testing.assert_array_equal(exact.test.acceleration, exact.exact.acceleration)
+    errors = strapdown.test.acceleration - exact.test.acceleration
+    np.testing.assert_allclose(errors.std(axis=0), one.IMU, rtol=0.15)
+
+
+def test_a_tanker_zigzags_between_its_angles(part: Part) -> None:
+    """20/10: the rudder goes over at 15.8 degrees a second where the heading passes 10 degrees."""
+    lists, crafts = part("_campaigns"), part("_crafts")
+    steered = crafts.Zigzag.of((20.0, 10.0))
+    log = crafts.sail(lists.ship(), steered, [1.18], 0, 60.0, SILENT, 0.2).exact
+    rudder = np.degrees(log.command("rudder"))
+    assert np.max(np.abs(rudder)) == pytest.approx(20.0, abs=0.01)
+    assert np.max(np.abs(np.diff(rudder))) <= 15.8 * 0.2 + 1e-9
+    assert np.sum(np.diff(np.sign(rudder[np.abs(rudder) > 1.0])) != 0) == 2
+    assert log.velocity[5:30, 5].min() > 0.0
