@@ -23,7 +23,6 @@ from hydrodamp.errors import HydrodampError
 
 READERS = (
     (moos.read, "a.alog"),
-    (delimited.read_avl, "a.dat"),
     (delimited.read, "a.csv"),
     (ardupilot.read, "a.bin"),
 )

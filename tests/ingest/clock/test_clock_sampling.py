@@ -12,7 +12,6 @@ from hydrodamp.ingest.clock.sampling import (
     Ticks,
     at_rate,
     brackets,
-    fastest,
     held,
     interpolated,
     matched,
@@ -110,12 +109,6 @@ def test_equal_attitudes_stay() -> None:
     assert np.isnan(turned(same, found)[3]).all()
 
 
-def test_the_fastest_topic_has_the_shortest_step() -> None:
-    clocks = {0: stamps([0, 1, 2]), 1: stamps([0, 0.1, 0.2]), 2: stamps([0.0])}
-    assert fastest(clocks) == 1
-    assert fastest({2: clocks[2]}) == 2
-
-
 def test_even_ticks_cover_each_run() -> None:
     even = at_rate(stamps([50, 50.4, 51.0, 5, 5.5]), 4.0)
     assert even.time.tolist() == [50, 50.25, 50.5, 50.75, 51, 5, 5.25, 5.5]
@@ -145,6 +138,4 @@ def test_runs_are_matched_in_order_or_where_they_overlap_most(
 def test_runs_that_the_base_has_not_are_left_out() -> None:
     base = stamps([0, 1, 2, 3])
     other = stamps([0, 1, 2, -50, -49, -48])
-    assert matched(other, base).run.tolist() == [0, 0, 0, -1, -1, -1]
-    found = brackets(matched(other, base), ticks([0.5]))
-    assert interpolated(np.arange(6.0), found).tolist() == [0.5]
+    assert matched(other, base).rows.tolist() == [0, 1, 2]

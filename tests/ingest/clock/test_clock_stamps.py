@@ -9,7 +9,7 @@ from hypothesis.extra.numpy import arrays
 from hypothesis.strategies import floats, integers, lists
 
 from hydrodamp.errors import LogError
-from hydrodamp.ingest.clock.stamps import Clock, Irregularity, Oddity, Stamps, epochs, set_right
+from hydrodamp.ingest.clock.stamps import Clock, Irregularity, Oddity, Stamps, set_right
 
 
 def right(time: list[float] | np.ndarray, labels: list[str] | None = None) -> Stamps:
@@ -129,14 +129,7 @@ def test_a_clock_that_increases_loses_nothing(steps: list[float]) -> None:
     assert set(oddities(stamps)) <= {Oddity.DROPOUT}
 
 
-def test_epochs_of_nothing() -> None:
-    era, moved = epochs([np.array([])]).of(np.array([]))
-    assert era.tolist() == moved.tolist() == []
-
-
 def test_three_epochs_stand_side_by_side() -> None:
-    era, moved = epochs([np.array([0.0, 1.0, 5e6, 5e6 + 1, 9e8])]).of(
-        np.array([0.0, 1.0, 5e6, 5e6 + 1, 9e8])
-    )
-    assert era.tolist() == [0, 0, 1, 1, 2]
-    np.testing.assert_allclose(np.diff(moved), [1, 1, 1, 1])
+    stamps = right([0, 1, 5e6, 5e6 + 1, 9e8, 9e8 + 1])
+    assert stamps.run.tolist() == [0, 0, 1, 1, 2, 2]
+    np.testing.assert_allclose(np.diff(stamps.time), 1)

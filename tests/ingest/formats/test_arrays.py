@@ -85,7 +85,7 @@ def test_parquet_damaged_in_its_pages(tmp_path: Path) -> None:
     content = bytearray(path.read_bytes())
     content[4:400] = b"\xff" * 396
     path.write_bytes(content)
-    for read in (parquet.read, lambda path: list(parquet.parts(path, 1000))):
+    for read in (files.read, lambda path: list(parts(path, 1000))):
         with pytest.raises(LogError, match="cut off or damaged"):
             read(path)
 

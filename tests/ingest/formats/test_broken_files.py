@@ -20,7 +20,6 @@ from hydrodamp.errors import FileError, LogError
 from hydrodamp.ingest.formats import files
 
 TABLE = "time,u,r\n0.0,1.5,0.1\n0.1,1.6,0.2\n0.2,1.7,0.3\n0.3,1.8,0.4\n"
-DEPTH = "depth\r\ntime,depth,\r\nseconds,m,\r\n"
 Make = Callable[[Path, Any, Any, Any], Path]
 
 
@@ -81,14 +80,6 @@ def ros1(folder: Path, bag: Any, *_: Any) -> Path:
     return bag.ros1(folder / "dive.bag", bag.twists(40, old=True))
 
 
-def two_vehicles(bag: Any) -> Any:
-    return [*bag.twists(40, "/alpha/dvl"), *bag.twists(40, "/bravo/dvl", start=102.0)]
-
-
-def late_topic(bag: Any) -> Any:
-    return [*bag.twists(40), *bag.twists(5, "/imu", start=103.0)]
-
-
 def two_types(bag: Any) -> Any:
     joints = ("/dvl", "sensor_msgs/msg/JointState", 105.0, bag.joints(105.0, [0.1], ["fin"]))
     return [*bag.twists(3), joints]
@@ -123,6 +114,11 @@ def dataflash(folder: Path, _: Any, dive: Any, *__: Any) -> Path:
 
 def ulog(**options: Any) -> Make:
     return lambda folder, _, __, write: write(folder / "dive.ulg", **options)
+
+
+def unknown_kind(content: bytes) -> bytes:
+    """Give the second message of a ULog a kind that there is not."""
+    return content[:61] + b"?" + content[62:]
 
 
 def parquet(folder: Path, *_: Any) -> Path:
@@ -180,7 +176,12 @@ CORPUS = [
     ("zeros", raw("a.csv", bytes(4096)), refused, "only zero bytes or blanks"),
     ("noise", raw("a.csv", np.random.default_rng(1).bytes(5000)), refused, r"no text: byte \d+ "),
     ("noise-bin", raw("a.bin", b"\x07\x01\x00\x02" * 99), refused, "its name says ArduPilot log"),
-    ("noise-name", raw("a.xyz", b"\x07\x01\x00\x02" * 99), refused, "no format known here begins"),
+    (
+        "noise-name",
+        raw("a.xyz", b"\x07\x01\x00\x02" * 99),
+        refused,
+        "it begins with .* Can be read: ",
+    ),
     ("spreadsheet", raw("a.xlsx", b"PK\x03\x04" + bytes(99)), refused, "save the sheet as CSV"),
     ("pickle", raw("a.pkl", b"\x80\x04\x95" + bytes(99)), refused, "a pickle, which may run"),
     ("telemetry", raw("a.tlog", b"\x00\x01\xfe\x03" * 9), refused, "mavlogdump.py"),
@@ -201,10 +202,9 @@ CORPUS = [
     ("nul-bytes", text("a.csv", TABLE + "\0" * 99 + "\n"), noted, "line 6 is filled with zero"),
     ("nul-cell", text("a.csv", TABLE + "0.4,1\0\0,1\n"), spoilt, r"u: .*\(line 6\)"),
     ("quote", text("a.csv", TABLE + '0.4,"1,1\n' * 3), refused, "goes on to line 8: is a quota"),
-    ("infinite", text("a.csv", TABLE + "0.4,inf,-inf\n"), noted, r"`u` is inf.* once.*line 6"),
+    ("infinite", text("a.csv", TABLE + "0.4,inf,-inf\n"), noted, r"`u` is inf.*line 6"),
     ("huge", text("a.csv", TABLE + "0.4,1e308,0\n"), noted, "`u` is infinite or beyond 1e.300"),
-    ("overflow", text("a.csv", TABLE + "0.4,1e999,0\n"), noted, "`u` is infinite or .* once"),
-    ("one-row", text("a.csv", "time,u\n0,1\n"), noted, "there is one row"),
+    ("overflow", text("a.csv", TABLE + "0.4,1e999,0\n"), noted, "`u` is infinite or"),
     ("no-names", text("a.csv", "0,1\n1,2\n2,3\n"), noted, "no line of column names"),
     ("western", text("a.csv", "Zeit,Höhe\n0,1\n1,2\n", "cp1252"), noted, "read as Windows-1252"),
     ("western-late", text("a.csv", TABLE * 1 + "0.4,é,1\n", "cp1252"), spoilt, "u: .*'é' in row 5"),
@@ -213,12 +213,9 @@ CORPUS = [
     ("gz-cut", raw("a.csv.gz", gzip.compress(TABLE.encode() * 99)[:60]), refused, "gzip -dc"),
     ("gz-noise", raw("a.csv.gz", b"\x1f\x8b\x08\x00" + bytes(range(60))), refused, "gzip"),
     ("utf16-cut", raw("a.csv", TABLE.encode("utf-16")[:-3]), spoilt, r"r: .*row 4 \(line 5\)"),
-    ("avl-back", text("d.dat", DEPTH + "1,2,\n3,2,\n2,2,\n"), noted, r"runs back once.*\(line 6\)"),
-    ("avl-one", text("d.dat", DEPTH + "1,2,\n"), noted, "holds one message only"),
-    ("avl-cell", text("d.dat", DEPTH + "1,2,\nx,2,\n2,2,\n"), refused, "`time` must hold numbers"),
     ("bag1-cut", cut(ros1, 0.6), refused, "rosbag reindex"),
-    ("bag1-head", cut(ros1, 0.02), refused, "cannot be read as a ROS bag"),
-    ("bag1-zeroed", overwritten(ros1, 0.5, 400), noted, "after message 5 .*rosbag reindex"),
+    ("bag1-head", cut(ros1, 0.02), refused, "rosbag reindex"),
+    ("bag1-zeroed", overwritten(ros1, 0.5, 400), noted, "damaged after message 5"),
     ("bag1-packed", packed(ros1), refused, "Unpack it with `gunzip FILE`"),
     ("mcap-packed", packed(ros2()), refused, "Unpack it with `gunzip FILE`"),
     ("mcap-half", cut(ros2(), 0.7), refused, "mcap recover"),
@@ -236,14 +233,13 @@ CORPUS = [
         refused,
         r"`/eye` \(.*/MarkerArray\) was left",
     ),
-    ("bag-late-topic", ros2(messages=late_topic), noted, "topic `/imu` begins 3 s after the first"),
-    ("bag-two-vehicles", ros2(messages=two_vehicles), noted, "or two vehicles in one"),
     ("bag-two-types", ros2(messages=two_types), "read", ""),
     ("bin-cut", cut(dataflash, 0.9), noted, r"cut off: its last \d+ bytes"),
     ("bin-zeroed", overwritten(dataflash, 0.8), noted, "bytes belong to no message, the first at"),
     ("bin-head", raw("a.bin", b"\xa3\x95\x01\x02"), refused, "0xA3 0x95 0x80"),
     ("ulg-cut", cut(ulog(n=50), 0.7), noted, r"breaks off or is damaged at byte \d+ of \d+"),
     ("ulg-head", cut(ulog(), 0.01), refused, "cut off or damaged|its name says"),
+    ("ulg-definitions", changed(ulog(), unknown_kind), refused, "at byte 59, among the defin"),
     ("ulg-dropout", ulog(dropout=True), noted, "dropped messages 1 times, 0.25 s in all"),
     ("ulg-long", ulog(), noted, "the long array `values` was left out"),
     ("parquet-cut", cut(parquet, 0.8), refused, "cut off or damaged"),
@@ -260,7 +256,6 @@ CORPUS = [
     ("moos-words", text("a.alog", MOOS + "0.3 NAV_X me lost\n"), spoilt, "'lost' in row 3 .line 4"),
     ("moos-none", text("a.alog", "once upon a time\nthere was\na log\n"), refused, "no MOOS log"),
     ("json", text("run.json", "{}"), refused, "this is JSON; save the numbers as CSV"),
-    ("avl-words", text("d.dat", DEPTH + "a,2,\nb,2,\n"), refused, "no column of numbers `time`"),
     ("long-cell", text("a.csv", 't,u\n0,1\n1,"' + "x" * 140_000), refused, "larger than"),
     ("long-cell-late", text("a.csv", LONG), refused, "line 70002: .*mark missing"),
     ("bin-empty", cut(dataflash, 0.05), refused, "no message with a value"),

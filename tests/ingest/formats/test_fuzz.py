@@ -12,7 +12,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings, strategies as st
 
 from hydrodamp.errors import FileError, LogError
-from hydrodamp.ingest.formats import ardupilot, delimited, files, moos, px4
+from hydrodamp.ingest.formats import ardupilot, delimited, files, moos
 
 SETTINGS = settings(
     max_examples=30,
@@ -49,7 +49,7 @@ def test_any_bytes_are_answered(place: Path, name: str, content: bytes) -> None:
 
 @SETTINGS
 @given(content=st.text(st.sampled_from("01.,;\t e-\n\r\"'#%tuNa_\0é="), max_size=200))
-@pytest.mark.parametrize("read", [delimited.read, delimited.read_avl, moos.read, ardupilot.read])
+@pytest.mark.parametrize("read", [delimited.read, moos.read, ardupilot.read])
 def test_any_text_is_answered(place: Path, read: Callable[[Path], Any], content: str) -> None:
     path = place / "x.dat"
     path.write_bytes(content.encode())
@@ -178,5 +178,5 @@ def test_damaged_logs_are_answered(
     for where, value in damage:
         content[where % len(content)] = value
     path.write_bytes(content)
-    recording = answers(ardupilot.read if name == "x.bin" else px4.read, path)
+    recording = answers(ardupilot.read if name == "x.bin" else files.read, path)
     assert recording is None or recording.topics

@@ -37,6 +37,30 @@ def test_names_units_and_signs_are_turned(csv_file: Write) -> None:
     assert log.velocity_names == ("u", "r")
 
 
+@pytest.mark.parametrize(
+    ("header", "channel", "told"),
+    [
+        ("t,u [furlong]", "u", "is in furlong by its file, which is no unit of speed"),
+        ("t,u\ns,psi", "u", "is in psi by its file, which is no unit of speed"),
+        ("t,u [m/s],u [furlong]", "u [furlong]", "is in furlong by its file"),
+        ("t,u [kn]", {"column": "u", "scale": 2.0}, "is in kn by its file, and the mapping scales"),
+        ("t,u [kn]", {"column": "u", "scale": 2.0, "unit": "m/s"}, None),
+        ("t [UTC],u [body]", "u", None),
+    ],
+)
+def test_a_unit_of_the_file_is_never_passed_over(
+    csv_file: Write, header: str, channel: object, told: str | None
+) -> None:
+    row = "1,2,3\n" if "furlong" in header and "m/s" in header else "1,2\n"
+    path = csv_file(f"{header}\n{row}{row.replace('1', '2', 1)}")
+    mapping = LogMapping.from_dict({"time": "t", "velocity": {"u": channel}})
+    if told is None:
+        assert read_log(path, mapping).velocity[0, 0] in (2.0, 4.0)
+    else:
+        with pytest.raises(LogError, match=told):
+            read_log(path, mapping)
+
+
 def test_every_group_finds_its_place(csv_file: Write) -> None:
     path = csv_file(
         "t,s,u1,a1,x1,n1,e\n0,a,1,2,3,4,50\n1,a,1,2,3,4,50\n0,b,1,2,3,4,50\n1,b,1,2,3,4,5\n"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
@@ -79,12 +79,19 @@ class Stamps:
     limit: float
     irregularities: tuple[Irregularity, ...] = ()
 
+    def kept(self, keep: BoolArray) -> Stamps:
+        """Return some of the messages."""
+        if keep.all():
+            return self
+        rows, time, run = self.rows[keep], self.time[keep], self.run[keep]
+        return replace(self, rows=rows, time=time, run=run)
+
 
 def set_right(clocks: Sequence[Clock]) -> tuple[Stamps, ...]:
     """Return the usable messages of the topics of one recording."""
     drafts = [_Draft(clock) for clock in clocks]
-    eras = epochs([draft.time for draft in drafts])
-    return tuple(draft.stamps(eras) for draft in drafts)
+    starts, shifts = _epochs([draft.time for draft in drafts])
+    return tuple(draft.stamps(starts, shifts) for draft in drafts)
 
 
 class _Draft:
@@ -114,11 +121,14 @@ class _Draft:
     def _note(self, oddity: Oddity, count: int, place: int) -> None:
         self.irregularities.append(Irregularity(self.topic, oddity, count, float(self.time[place])))
 
-    def stamps(self, eras: Epochs) -> Stamps:
-        """Return the messages in order, in runs."""
-        if self.is_plain and len(eras.starts) < 2:
-            return self._within(self.rows, self.time, np.zeros(len(self.rows), np.int64))
-        era, moved = eras.of(self.time)
+    def stamps(self, starts: FloatArray, shifts: FloatArray) -> Stamps:
+        """Return the messages in order, in runs, those of every epoch moved up to the next."""
+        era, moved = np.zeros(len(self.rows), np.int64), self.time
+        if len(starts) > 1:
+            era = np.searchsorted(starts, self.time, side="right") - 1
+            moved = self.time + shifts[era]
+        elif self.is_plain:
+            return self._within(self.rows, self.time, era)
         leapt = np.append(False, np.diff(era) != 0)[: len(era)]
         if leapt.any():
             self._note(Oddity.LEAP, int(np.count_nonzero(leapt)), int(np.argmax(leapt)))
@@ -202,39 +212,12 @@ def _increases(time: FloatArray) -> bool:
     )
 
 
-@dataclass(frozen=True, eq=False)
-class Epochs:
-    """The epochs that the stamps of a recording fall into."""
-
-    starts: FloatArray
-    shifts: FloatArray
-
-    def of(self, time: FloatArray) -> tuple[IntArray, FloatArray]:
-        """Return the epoch of each stamp and the stamps put side by side."""
-        if len(self.starts) < 2:
-            return np.zeros(len(time), np.int64), time
-        era = np.searchsorted(self.starts, time, side="right") - 1
-        return era, time + self.shifts[era]
-
-
-def epochs(times: Sequence[FloatArray]) -> Epochs:
-    """Return the epochs of stamps."""
-    spans = np.array(sorted(span for time in times for span in _spans(time))).reshape(-1, 2)
-    reached = np.maximum.accumulate(spans[:, 1])
-    new = np.append(True, spans[1:, 0] - reached[:-1] > EPOCH)[: len(spans)]
-    starts = spans[new, 0]
-    ends = reached[np.append(np.flatnonzero(new)[1:] - 1, len(spans) - 1)] if len(spans) else starts
-    closing = np.append(starts[1:] - ends[:-1] - _PAUSE, 0.0)[: len(starts)]
-    return Epochs(starts, np.cumsum(closing[::-1])[::-1])
-
-
-def _spans(time: FloatArray) -> list[tuple[float, float]]:
-    """Return first and last of each stretch of stamps without a leap."""
-    if len(time) == 0:
-        return []
-    if time.max() - time.min() <= EPOCH:
-        return [(float(time.min()), float(time.max()))]
-    ordered = np.sort(time)
-    cuts = np.flatnonzero(np.diff(ordered) > EPOCH)
-    firsts, lasts = np.append(0, cuts + 1), np.append(cuts, len(ordered) - 1)
-    return list(zip(ordered[firsts].tolist(), ordered[lasts].tolist(), strict=True))
+def _epochs(times: Sequence[FloatArray]) -> tuple[FloatArray, FloatArray]:
+    """Return where epochs begin, and how far the stamps of each move up to the next."""
+    spans = [edge for time in times if len(time) for edge in (time.min(), time.max())]
+    if not spans or max(spans) - min(spans) <= EPOCH:
+        return np.zeros(1), np.zeros(1)
+    every = np.sort(np.concatenate(times))
+    cuts = np.flatnonzero(np.diff(every) > EPOCH)
+    closing = np.append(every[cuts + 1] - every[cuts] - _PAUSE, 0.0)
+    return every[np.append(0, cuts + 1)], np.cumsum(closing[::-1])[::-1]

@@ -12,7 +12,7 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError
-from hydrodamp.ingest.formats.cells import split_unit
+from hydrodamp.ingest.formats.cells import Names
 from hydrodamp.ingest.formats.content import head, opened, seekable
 
 _LONGEST = 64  # columns of an array
@@ -29,15 +29,7 @@ def read(path: str | Path) -> Recording:
     else:
         hdf5 = _HDF5 in (begin[:8], begin[512:])
         form, read_arrays = "MATLAB file", _hdf5 if hdf5 else _matlab
-    try:
-        arrays = dict(read_arrays(path, notes))
-    except (ModuleNotFoundError, LogError):
-        raise
-    except Exception as error:  # a damaged file fails in ways that no library lists
-        why = str(error).strip().split("\n")[0] or type(error).__name__
-        raise LogError(
-            f"the {form} is cut off or damaged: {why}. Write or copy it again", source=str(path)
-        ) from error
+    arrays = dict(read_arrays(path, notes))
     columns = _columns(arrays, notes)
     if not columns:
         kinds = ", ".join(f"`{name}`" for name in list(arrays)[:5]) or "nothing"
@@ -104,7 +96,7 @@ def _hdf5(path: str | Path, notes: list[str]) -> Iterator[tuple[str, Any]]:
     import h5py
 
     found: dict[str, Any] = {}
-    with h5py.File(seekable(path), "r") as file:
+    with seekable(path) as content, h5py.File(content, "r") as file:
         file.visititems(lambda name, node: found.update({name: node}))
         for key, node in found.items():
             name, kind = key.replace("/", "."), node.attrs.get("MATLAB_class", b"")
@@ -161,20 +153,16 @@ def _topic(name: str, columns: Mapping[str, Any], notes: list[str]) -> Topic:
     n = _usual_length(columns)
     clock = next((clock for clock in _CLOCKS if clock in columns), "")
     beside = f"where `{clock}` has {n}" if clock else f"where most have {n}"
+    called = Names(list(columns))
     fields: dict[str, FloatArray] = {}
     texts: dict[str, tuple[str, ...]] = {}
-    units: dict[str, str] = {}
     faults: dict[str, str] = {}
-    for spelt, column in columns.items():
-        field, unit = split_unit(spelt)
-        field = spelt if field in fields or field in texts else field
+    for field, (spelt, column) in zip(called.names, columns.items(), strict=True):
         if len(column) != n:
             faults[field] = f"`{spelt}` has {len(column)} values {beside}; make them equal"
-            continue
-        if column.dtype.kind in "US":
+        elif column.dtype.kind in "US":
             texts[field] = tuple(np.asarray(column, dtype=str).tolist())
         else:
             fields[field] = np.asarray(column, dtype=np.float64)
-        units |= {field: unit} if unit else {}
     notes.extend(faults.values())
-    return Topic(name, None, fields, texts, units, faults)
+    return Topic(name, None, fields, texts, called.units, faults)

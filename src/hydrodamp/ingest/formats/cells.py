@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from itertools import count, islice
+from itertools import count
 
 import numpy as np
 
@@ -59,17 +59,11 @@ def topic_of(
     skipped: int = 0,
 ) -> Topic:
     """Return columns as a topic; those with cells that are no numbers are among its faults."""
-    faults = {}
-    for key, column in columns.items():
-        places = (
-            f"{cell!r} in row {skipped + row + 1} (line {lines[row]})" for row, cell in column.bad
-        )
-        told = ", ".join(islice(places, _LISTED))
-        more = len(column.bad) - _LISTED
-        if told:
-            called = f"{name}.{key}" if name else key
-            tail = f" and {more} more" if more > 0 else ""
-            faults[key] = f"column `{called}` must hold numbers; got {told}{tail}"
+    faults = {
+        key: fault
+        for key, column in columns.items()
+        for fault in bad_cells(f"{name}.{key}" if name else key, column.bad, lines, skipped)
+    }
     fields = {
         key: column.numbers
         for key, column in columns.items()
@@ -77,6 +71,19 @@ def topic_of(
     }
     words = {key: it.words for key, it in columns.items() if it.numbers is None or it.words}
     return Topic(name, time, fields, words, units or {}, faults, lines)
+
+
+def bad_cells(
+    called: str, bad: Sequence[tuple[int, str]], lines: Sequence[int], skipped: int = 0
+) -> Iterator[str]:
+    """Name the cells of a column, if any, that are no numbers."""
+    if bad:
+        told = [
+            f"{cell!r} in row {skipped + row + 1}" + (f" (line {lines[row]})" if lines else "")
+            for row, cell in bad[:_LISTED]
+        ]
+        more = f" and {len(bad) - _LISTED} more" if len(bad) > _LISTED else ""
+        yield f"column `{called}` must hold numbers; got {', '.join(told)}{more}"
 
 
 def number(cell: str, decimal: str = ".") -> float | None:
@@ -141,15 +148,33 @@ def _second(cell: str) -> float:
     return (date if date.tzinfo else date.replace(tzinfo=UTC)).timestamp()
 
 
-def split_unit(name: str) -> tuple[str, str]:
-    """Split the unit off a name that carries one in brackets."""
+class Names:
+    """What the columns of a table are called, apart from the units that stand there in brackets."""
+
+    def __init__(self, given: Sequence[str]) -> None:
+        halves = [_split(name) for name in given]
+        if len({stem for stem, _ in halves}) < len(set(given)):  # the brackets tell them apart
+            halves = [(name, unit) for name, (_, unit) in zip(given, halves, strict=True)]
+        counts = Counter(stem for stem, _ in halves)
+        self.names = unique_names([stem for stem, _ in halves])
+        self.units = {
+            name: unit for name, (_, unit) in zip(self.names, halves, strict=True) if unit
+        }
+        self.faults = {
+            name: f"column `{name}` stands {times} times in the header; keep one"
+            for name, times in counts.items()
+            if name and times > 1
+        }
+
+
+def _split(name: str) -> tuple[str, str]:
+    """Split what stands in brackets off a name, and return it where it is a unit."""
     found = _BRACKETED.fullmatch(name)
-    if found is None:
+    if found is None or _ELEMENT.fullmatch(found[2] or found[3] or "0"):
         return name, ""
-    stem, square, round_ = found.groups()
-    unit = (square if square is not None else round_).strip()
-    told = is_unit(unit) if square is None else unit and not _ELEMENT.fullmatch(unit)
-    return (stem, unit) if told else (name, "")
+    if found[2] is None:
+        return (found[1], found[3].strip()) if is_unit(found[3]) else (name, "")
+    return found[1], found[2].strip()
 
 
 def unique_names(names: Sequence[str]) -> tuple[str, ...]:

@@ -33,10 +33,11 @@ def content(path: str | Path) -> bytes:
         return file.read()
 
 
-def seekable(path: str | Path) -> str | IO[bytes]:
-    """Return what a library that seeks is to open: the path, or in memory what gzip unpacks."""
+@contextmanager
+def seekable(path: str | Path) -> Iterator[IO[bytes]]:
+    """Open a file for a library that seeks in it: in memory where gzip has to unpack it."""
     with opened(path) as file:
-        return io.BytesIO(file.read()) if isinstance(file, gzip.GzipFile) else str(path)
+        yield io.BytesIO(file.read()) if isinstance(file, gzip.GzipFile) else file
 
 
 class _CountedFile(io.FileIO):
@@ -72,7 +73,7 @@ def opened(path: str | Path, *, counted: bool = True) -> Iterator[IO[bytes]]:
             " what is left of it with `gzip -dc FILE > LOG`",
             source=str(path),
         ) from error
-    except FileError:
-        raise
     except OSError as error:
+        if error.errno is None:  # not of the file system, but of who reads the file
+            raise
         raise FileError(f"{path}: cannot be read: {error.strerror or error}") from error

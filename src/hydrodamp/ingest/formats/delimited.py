@@ -26,7 +26,6 @@ _CHUNK = 1 << 20  # bytes
 _BLOCK = 4096  # rows of strings that stay in the cache until they are numbers
 _LISTED = 3
 _PLAIN = frozenset("0123456789.+-")  # a row that begins so is no header, comment or blank
-_CLOCK = "time"
 
 
 def read(path: str | Path) -> Recording:
@@ -37,18 +36,6 @@ def read(path: str | Path) -> Recording:
     except fast_text.OddTextError:
         dialect = _throughout(path, dialect)
         return _recording(next(_careful(path, dialect, None)), path, dialect)
-
-
-def read_avl(path: str | Path) -> Recording:
-    """Read one topic of Virginia Tech's 690 vehicles, which log a folder of ``.dat`` files."""
-    table = read(path)
-    topic = table.topics[0]
-    if _CLOCK not in topic.fields:
-        fault = topic.faults.get(_CLOCK, f"there is no column of numbers `{_CLOCK}`")
-        raise LogError(fault, source=str(path))
-    name = Path(path).name.removesuffix(".gz").removesuffix(".dat")
-    named = replace(topic, name=name, time=topic.fields[_CLOCK])
-    return replace(table, topics=(named,), format="VT/AVL topic")
 
 
 def parts(path: str | Path, rows: int) -> Iterator[Recording]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -12,7 +11,7 @@ from pathlib import Path
 from types import ModuleType
 
 from hydrodamp.data.recording import Recording
-from hydrodamp.errors import FileError, LogError
+from hydrodamp.errors import FileError, HydrodampError, LogError
 from hydrodamp.files import absent, load_json, load_yaml, mistaken
 from hydrodamp.ingest.formats.content import head
 
@@ -22,55 +21,43 @@ _LARGEST_OF_OURS = 1 << 18  # bytes; parsing a file takes a while, and only to r
 
 @dataclass(frozen=True)
 class Format:
-    """A format: module and function of its reader, its name, suffixes, and how its files begin.
+    """A format: module of its reader, name, suffixes, how its files begin, axes by custom, a cure.
 
     A format without a mark is known by its suffixes alone.
     """
 
     module: str
     name: str
-    suffixes: tuple[str, ...] = ()
+    suffixes: tuple[str, ...]
     mark: bytes = b""
     axes: str = ""
-    refusal: str = ""
-    function: str = "read"
-
-    def reader(self, path: str | Path) -> ModuleType:
-        """Return the module that reads the format."""
-        if self.refusal:
-            raise LogError(self.refusal, source=str(path))
-        return import_module(f"hydrodamp.ingest.formats.{self.module}")
+    cure: str = "Write or copy it again"
 
 
 _ROS, _AUTOPILOT = "FLU over ENU", "FRD over NED"
-_AVL = (
-    rb"[^\r\n]*\r?\n[ \t]*time,([^\r\n]*,)?[ \t]*\r?\n"
-    rb"[ \t]*([mun]?s(ec)?|(milli|micro|nano)?seconds?),([^\r\n]*,)?[ \t]*(\r?\n|$)"
-)
 _MATLAB_4 = (
     rb"[\0-\x34]\0\0\0.{8}[\0\1]\0\0\0.\0\0\0[A-Za-z]\w*\0"
     rb"|\0\0[\3\4]..{8}\0\0\0[\0\1]\0\0\0.[A-Za-z]\w*\0"
 )
-_LSTS = (
-    "LSTS logs (.lsf) cannot be read here: no maintained reader exists for Python. Open the log"
-    " in Neptus (Mission Review and Analysis), choose `Export to CSV` or `MatLab format .MAT`,"
-    " and read what it writes: a folder of CSV files, one a message, is read as topics"
+_REINDEX = "Repair it with `rosbag reindex FILE`, then read it again"
+_RECOVER = "Repair it with `mcap recover FILE -o WHOLE.mcap`, then read that"
+_REPAIR = (
+    "Repair it with `sqlite3 FILE .recover | sqlite3 WHOLE.db3`, or run `ros2 bag reindex` on its"
+    " folder"
 )
 
 #: All formats, those with a mark first.
 FORMATS = (
-    Format("rosbag", "ROS 1 bag", (".bag",), b"#ROSBAG", _ROS),
-    Format("rosbag", "ROS 2 bag (MCAP)", (".mcap",), rb"\x89MCAP", _ROS),
-    Format("rosbag", "ROS 2 bag (SQLite)", (".db3",), rb"SQLite format 3\0", _ROS),
+    Format("rosbag", "ROS 1 bag", (".bag",), b"#ROSBAG", _ROS, _REINDEX),
+    Format("rosbag", "ROS 2 bag (MCAP)", (".mcap",), rb"\x89MCAP", _ROS, _RECOVER),
+    Format("rosbag", "ROS 2 bag (SQLite)", (".db3",), rb"SQLite format 3\0", _ROS, _REPAIR),
     Format("parquet", "Parquet", (".parquet", ".pq"), b"PAR1"),
-    Format("arrays", "NumPy arrays", (".npz", ".npy"), rb"\x93NUMPY"),
+    Format("arrays", "NumPy arrays", (".npz", ".npy"), rb"\x93NUMPY|PK[\3\5]"),
     Format("arrays", "MATLAB file", (".mat",), b"MATLAB |" + _MATLAB_4),
     Format("arrays", "MATLAB or HDF5 file", (".h5", ".hdf5"), rb"(.{512})?\x89HDF"),
     Format("ardupilot", "ArduPilot log", (".bin", ".log"), rb"\xa3\x95|\s*FMT ?,", _AUTOPILOT),
     Format("px4", "PX4 ULog", (".ulg",), rb"ULog\x01\x12\x35", _AUTOPILOT),
-    Format("", "LSTS log", (".lsf",), rb"\x54\xfe|\xfe\x54", refusal=_LSTS),
     Format("moos", "MOOS log", (), b"%%.*LOGSTART"),
-    Format("delimited", "VT/AVL topic", (), _AVL, function="read_avl"),
     Format("moos", "MOOS log", (".alog",)),
     Format("delimited", "text in columns", (".csv", ".tsv", ".txt", ".dat", ".asc")),
 )
@@ -78,7 +65,6 @@ FORMATS = (
 #: How the names of files that can be read end.
 SUFFIXES = frozenset(suffix for form in FORMATS for suffix in form.suffixes)
 
-_IN_PARTS = ("text in columns", "Parquet")
 _BAG = "metadata.yaml"
 _FOREIGN = {
     **dict.fromkeys((".xls", ".xlsx", ".ods"), "a spreadsheet; save the sheet as CSV"),
@@ -90,40 +76,55 @@ _FOREIGN = {
     ".tlog": "a MAVLink telemetry log; convert it with `mavlogdump.py --format csv`, or take the"
     " .bin log of the vehicle itself",
     ".pkl": "a pickle, which may run any program and is never loaded; save the numbers as Parquet",
+    ".lsf": "an LSTS log, for which no maintained reader exists in Python. Open it in Neptus"
+    " (Mission Review and Analysis), choose `Export to CSV` or `MatLab format .MAT`, and read what"
+    " it writes: a folder of CSV files, one a message, is read as topics",
 }
 
 
 def read(path: str | Path) -> Recording:
     """Read one file, or one bag, of any format."""
     form = format_of(path)
-    reader = getattr(form.reader(path), form.function)
-    with _naming_absent_packages(path):
-        recording: Recording = reader(path)
+    with _failures_named(form, path):
+        recording: Recording = _reader(form).read(path)
     return recording
 
 
 def parts(path: str | Path, rows: int) -> Iterator[Recording]:
     """Read one file part by part, for files larger than the memory."""
     form = format_of(path)
-    reader = form.reader(path)
-    if form.name not in _IN_PARTS:
+    reader = _reader(form)
+    if not hasattr(reader, "parts"):
         raise FileError(
-            f"{path}: {form.name} cannot be read in parts; only {' and '.join(_IN_PARTS)} can."
+            f"{path}: {form.name} cannot be read in parts; only text in columns and Parquet can."
             " Save the table as Parquet"
         )
-    with _naming_absent_packages(path):
+    with _failures_named(form, path):
         yield from reader.parts(path, rows)
 
 
+def _reader(form: Format) -> ModuleType:
+    return import_module(f"hydrodamp.ingest.formats.{form.module}")
+
+
 @contextmanager
-def _naming_absent_packages(path: str | Path) -> Iterator[None]:
+def _failures_named(form: Format, path: str | Path) -> Iterator[None]:
+    """Say what a reader fails at: a package that is absent, or damage in the file."""
     try:
         yield
+    except HydrodampError:
+        raise
     except ModuleNotFoundError as error:
         name = str(error.name).partition(".")[0]
         raise FileError(
             f"{path}: its reader, the package {name}, is not installed. Install it:"
             ' pip install "hydrodamp[logs]"'
+        ) from error
+    except Exception as error:  # a damaged file fails in ways that no library lists
+        why = str(error).strip().split("\n")[0].rstrip(".") or type(error).__name__
+        raise LogError(
+            f"the file is cut off or damaged; read as {form.name}: {why}. {form.cure}",
+            source=str(path),
         ) from error
 
 
@@ -148,53 +149,31 @@ def format_of(path: str | Path) -> Format:
     if not path.exists():
         raise FileError(absent(path))
     if is_bag(path):
-        return next(form for form in FORMATS if form.module == "rosbag")
+        return next(form for form in FORMATS if form.cure == _REPAIR)
     if path.is_dir():
         raise FileError(f"{path}: is a folder; give the files in it")
     begin, suffix = head(path, _HEAD), suffix_of(path)
     if not begin.strip(b"\0\r\n\t "):
         what = "holds only zero bytes or blanks" if begin else "is empty"
         raise LogError(f"the file {what}; copy it from the vehicle again", source=str(path))
-    if begin.startswith((b"PK\x03\x04", b"PK\x05\x06")):
-        return _zipped(path, suffix)
+    if suffix in _FOREIGN:
+        if suffix in (".yaml", ".yml", ".json") and (other := _of_ours(path, suffix)):
+            raise LogError(other)
+        raise LogError(f"this is {_FOREIGN[suffix]}", source=str(path))
     for form in FORMATS:
         if form.mark and re.match(form.mark, begin, re.DOTALL):
             return form
-    return _known_by_suffix(path, begin, suffix)
-
-
-def _zipped(path: Path, suffix: str) -> Format:
-    try:
-        names = [] if suffix == ".npz" else zipfile.ZipFile(path).namelist()
-    except zipfile.BadZipFile:
-        names = [""]
-    if all(name.endswith(".npy") for name in names):
-        return next(form for form in FORMATS if ".npz" in form.suffixes)
-    raise LogError(f"this is {_FOREIGN.get(suffix, _FOREIGN['.zip'])}", source=str(path))
-
-
-def _known_by_suffix(path: Path, begin: bytes, suffix: str) -> Format:
-    """Return the format that the name says, or text in columns; refuse noise and foreign files."""
     named = next((form for form in FORMATS if suffix in form.suffixes), None)
     if named is not None and not named.mark:
         return named
-    binary = _is_binary(begin)
-    if named is not None and binary:
-        raise LogError(
-            f"its name says {named.name}, but it begins with {begin[:8]!r}, as none does: it is"
-            " damaged, or another format under this name",
-            source=str(path),
-        )
-    if suffix in (".yaml", ".yml", ".json") and (other := _of_ours(path, suffix)):
-        raise LogError(other)
-    if suffix in _FOREIGN:
-        raise LogError(f"this is {_FOREIGN[suffix]}", source=str(path))
-    if binary:
+    if _is_binary(begin):
+        says = "it" if named is None else f"its name says {named.name}, but it"
         known = ", ".join(
             f"{form.name} ({' '.join(form.suffixes)})" for form in FORMATS if form.suffixes
         )
         raise LogError(
-            f"no format known here begins with {begin[:8]!r}. Can be read: {known}",
+            f"{says} begins with {begin[:8]!r}, as no such file does: it is damaged, or of another"
+            f" format. Can be read: {known}",
             source=str(path),
         )
     return FORMATS[-1]

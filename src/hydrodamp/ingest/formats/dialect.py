@@ -14,11 +14,11 @@ from hydrodamp.data.units import is_unit
 from hydrodamp.errors import LogError
 from hydrodamp.ingest.formats.cells import (
     Column,
+    Names,
     column_of,
     is_missing,
     is_number,
     number,
-    split_unit,
     unique_names,
 )
 from hydrodamp.ingest.formats.content import head
@@ -236,23 +236,19 @@ class Header:
         if not full:
             self.notes.append("no line of column names; the columns are called by their place")
             return
-        units = full.pop() if len(full) > 1 and _are_units(full[-1]) else None
-        self._name(full[-1], None if units is None else units.cells)
+        units = full.pop().cells if len(full) > 1 and _are_units(full[-1]) else ()
+        self._name(full[-1], units)
         for row in full[:-1]:
             self.notes.append(f"line {row.line} above the column names was passed over")
 
-    def _name(self, row: _Row, units: tuple[str, ...] | None) -> None:
+    def _name(self, row: _Row, units: tuple[str, ...]) -> None:
         self.cells = tuple(cell.strip() for cell in row.cells[: row.filled])
         # Quotation marks, padding and the escapes of typesetting are no part of a name.
-        whole = [cell.strip('"').strip().replace("\\_", "_") for cell in self.cells]
-        halves = [split_unit(name) for name in whole]
-        if units is not None or len({stem for stem, _ in halves}) < len(set(whole)):
-            halves = [(name, "") for name in whole]
-        self.names = unique_names([stem for stem, _ in halves])
-        stated = units or [unit for _, unit in halves]
-        pairs = zip(self.names, (unit.strip().strip("[]()") for unit in stated), strict=False)
-        self.units = {name: unit for name, unit in pairs if unit}
-        for name, times in Counter(stem for stem, _ in halves).items():
-            if name and times > 1:
-                self.faults[name] = f"column `{name}` stands {times} times in the header; keep one"
+        called = Names([cell.strip('"').strip().replace("\\_", "_") for cell in self.cells])
+        below = {
+            name: unit.strip().strip("[]()")
+            for name, unit in zip(called.names, units, strict=False)
+        }
+        self.names, self.faults = called.names, called.faults
+        self.units = called.units | {name: unit for name, unit in below.items() if unit}
         self.notes += self.faults.values()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +10,7 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.data.recording import Recording, Topic
-from hydrodamp.errors import LogError
-from hydrodamp.ingest.formats.cells import split_unit, unique_names
+from hydrodamp.ingest.formats.cells import Names
 from hydrodamp.ingest.formats.content import seekable
 from hydrodamp.ingest.formats.fast_text import numbers_of
 
@@ -22,37 +20,21 @@ _PARTS = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
 
 def read(path: str | Path) -> Recording:
     """Read a Parquet file."""
-    with _opened(path) as file:
-        table = file.read()
-    return _recording(table, path)
+    from pyarrow.parquet import read_table
+
+    with seekable(path) as file:
+        return _recording(read_table(file), path)
 
 
 def parts(path: str | Path, rows: int) -> Iterator[Recording]:
     """Read a Parquet file part by part, for files larger than the memory."""
-    with _opened(path, pre_buffer=False) as file:
-        from pyarrow import Table
-
-        for batch in file.iter_batches(batch_size=rows, use_threads=False):
-            yield _recording(Table.from_batches([batch]), path)
-
-
-@contextmanager
-def _opened(path: str | Path, **options: Any) -> Iterator[Any]:
-    """Open a file; name what is damaged in it."""
+    from pyarrow import Table
     from pyarrow.parquet import ParquetFile
 
-    source = seekable(path)
-    try:
-        yield ParquetFile(source, **options)
-    except LogError:
-        raise
-    except (ValueError, OSError) as error:
-        why = str(error).strip().split("\n")[0].rstrip(".")
-        raise LogError(
-            f"the Parquet file is cut off or damaged: {why}. Write or copy it again; Parquet keeps"
-            " its index at the end, so a file cut off cannot be mended",
-            source=str(path),
-        ) from error
+    with seekable(path) as file:
+        batches = ParquetFile(file, pre_buffer=False).iter_batches(rows, use_threads=False)
+        for batch in batches:
+            yield _recording(Table.from_batches([batch]), path)
 
 
 def _recording(table: Any, path: str | Path) -> Recording:
@@ -61,26 +43,22 @@ def _recording(table: Any, path: str | Path) -> Recording:
 
     while any(types.is_struct(field.type) for field in table.schema):
         table = table.flatten()
-    halves = [split_unit(name) for name in table.column_names]
-    if len({stem for stem, _ in halves}) < len(halves):
-        halves = [(name, "") for name in table.column_names]
+    called = Names(table.column_names)
     fields: dict[str, FloatArray] = {}
     texts: dict[str, tuple[str, ...]] = {}
     units: dict[str, str] = {}
-    notes: list[str] = []
-    names = unique_names([stem for stem, _ in halves])
-    for name, (_, unit), field, column in zip(
-        names, halves, table.schema, table.columns, strict=True
-    ):
+    notes: list[str] = [*called.faults.values()]
+    for name, field, column in zip(called.names, table.schema, table.columns, strict=True):
         kind = field.type
         stated = (field.metadata or {}).get(b"unit", b"").decode(errors="replace")
+        unit = stated or called.units.get(name, "")
         if types.is_dictionary(kind):
             kind, column = kind.value_type, column.cast(kind.value_type)
         if types.is_string(kind) or types.is_large_string(kind):
             texts[name] = tuple(word or "" for word in column.to_pylist())
             continue
         if types.is_temporal(kind):
-            found, unit = {name: _seconds(column)}, "s"
+            found, unit = {name: _seconds(column)}, stated or "s"
         elif _is_number(kind):
             found = {name: numbers_of(column.cast("float64", safe=False))}
         elif types.is_list(kind) or types.is_large_list(kind) or types.is_fixed_size_list(kind):
@@ -90,8 +68,8 @@ def _recording(table: Any, path: str | Path) -> Recording:
         if not found:
             notes.append(f"column `{name}` of type {kind} was left out")
         fields |= found
-        units |= dict.fromkeys(found, stated or unit) if stated or unit else {}
-    topic = Topic("", None, fields, texts, units)
+        units |= dict.fromkeys(found, unit) if unit else {}
+    topic = Topic("", None, fields, texts, units, called.faults)
     return Recording((topic,), str(path), "Parquet", tuple(notes))
 
 

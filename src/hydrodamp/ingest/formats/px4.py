@@ -18,7 +18,7 @@ from hydrodamp.ingest.formats.content import content
 _ELEMENT = re.compile(r"(.*)\[(\d+)\]$")
 _LONGEST = 64  # values of an array
 _HEADER = 16
-_KINDS = b"FIMPQARSODLCB"
+_KINDS, _ANNOUNCES = b"FIMPQARSODLCB", ord("A")
 
 
 def read(path: str | Path) -> Recording:
@@ -26,19 +26,32 @@ def read(path: str | Path) -> Recording:
     import pyulog
 
     data = content(path)
-    try:
-        # pyulog prints what it stumbles on; standard output is not ours to write to.
-        with redirect_stdout(io.StringIO()):
-            log = pyulog.ULog(io.BytesIO(data))
-    except Exception as error:  # a damaged log fails in ways pyulog does not list
+    end, is_announced = _breaks_off(data)
+    if end < len(data) and not is_announced:  # pyulog may look for the next message for ever
         raise LogError(
-            f"the log is cut off or damaged: {str(error) or type(error).__name__}. Download it"
-            " from the vehicle again",
+            f"the log is cut off or damaged at byte {end}, among the definitions of its messages."
+            " Download it from the vehicle again",
             source=str(path),
-        ) from error
+        )
+    # pyulog prints what it stumbles on; standard output is not ours to write to.
+    with redirect_stdout(io.StringIO()):
+        log = pyulog.ULog(io.BytesIO(data))
     notes: list[str] = []
     topics = tuple(_topics(log, notes))
-    _note_damage(log, data, notes)
+    if end < len(data):
+        notes.append(
+            f"the log breaks off or is damaged at byte {end} of {len(data)}; of what follows only"
+            " whole messages that could be found again were read"
+        )
+    elif log.file_corruption:
+        notes.append("the log is damaged in places, which pyulog passed over")
+    if log.dropouts:
+        lost = sum(dropout.duration for dropout in log.dropouts) / 1e3
+        first = (log.dropouts[0].timestamp - log.start_timestamp) * 1e-6
+        notes.append(
+            f"the logger dropped messages {len(log.dropouts)} times, {lost:.3g} s in all, first"
+            f" {first:.4g} s after the start"
+        )
     if not topics:
         raise LogError(["the log holds no message with a value", *notes], source=str(path))
     return Recording(topics, str(path), "PX4 ULog", tuple(notes))
@@ -59,30 +72,13 @@ def _topics(log: Any, notes: list[str]) -> Iterator[Topic]:
             yield Topic(name, fields["timestamp"] / 1e6, fields)
 
 
-def _breaks_off(data: bytes) -> int:
-    """Return where the chain of messages ends: each begins with its size and kind."""
-    place, end = _HEADER, len(data)
+def _breaks_off(data: bytes) -> tuple[int, bool]:
+    """Return where the chain of messages ends, and whether one before announces data."""
+    place, end, is_announced = _HEADER, len(data), False
     while place + 3 <= end:
         following = place + 3 + data[place] + (data[place + 1] << 8)
         if data[place + 2] not in _KINDS or following > end:
-            return place
+            break
+        is_announced = is_announced or data[place + 2] == _ANNOUNCES
         place = following
-    return place
-
-
-def _note_damage(log: Any, data: bytes, notes: list[str]) -> None:
-    end = _breaks_off(data)
-    if end < len(data):
-        notes.append(
-            f"the log breaks off or is damaged at byte {end} of {len(data)}; of what follows only"
-            " whole messages that could be found again were read"
-        )
-    elif log.file_corruption:
-        notes.append("the log is damaged in places, which pyulog passed over")
-    if log.dropouts:
-        lost = sum(dropout.duration for dropout in log.dropouts) / 1e3
-        first = (log.dropouts[0].timestamp - log.start_timestamp) * 1e-6
-        notes.append(
-            f"the logger dropped messages {len(log.dropouts)} times, {lost:.3g} s in all, first"
-            f" {first:.4g} s after the start"
-        )
+    return place, is_announced

@@ -13,6 +13,7 @@ import numpy as np
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError
 from hydrodamp.ingest.formats.message_layout import columns_of
+from hydrodamp.progress import Step, progress
 
 _LARGEST = 1 << 16  # bytes of a message
 _PASSED_OVER = {
@@ -23,13 +24,7 @@ _PASSED_OVER = {
     "rcl_interfaces": {"Log", "ParameterEvent"},
     "rosgraph_msgs": {"Log"},
 }
-_REPAIR = {
-    ".bag": "Repair it with `rosbag reindex FILE`, then read it again",
-    ".mcap": "Repair it with `mcap recover FILE -o WHOLE.mcap`, then read that",
-    ".db3": "Repair it with `sqlite3 FILE .recover | sqlite3 WHOLE.db3`, or run"
-    " `ros2 bag reindex` on its folder",
-    ".gz": "Unpack it with `gunzip FILE`: a bag is read at places that its index names",
-}
+_AT_ONCE = 1000  # messages between two moves of the bar
 
 
 def read(path: str | Path) -> Recording:
@@ -37,19 +32,24 @@ def read(path: str | Path) -> Recording:
     from rosbags import highlevel, typesys
 
     path = Path(path)
+    if path.suffix == ".gz":
+        raise LogError(
+            "a bag is read at the places that its index names. Unpack it with `gunzip FILE`",
+            source=str(path),
+        )
     fallback = typesys.get_typestore(typesys.Stores.LATEST)
     if path.suffix == ".bag":
         form = "ROS 1 bag"
     else:
         mcap = path.suffix == ".mcap" or any(path.glob("*.mcap*"))
         form = "ROS 2 bag (MCAP)" if mcap else "ROS 2 bag (SQLite)"
-    bag = _Bag(path)
-    try:
-        with highlevel.AnyReader([path], default_typestore=fallback) as reader:
-            bag.read(reader)
-            definitions = {**fallback.fielddefs, **reader.typestore.fielddefs}
-    except Exception as error:  # a damaged bag fails in ways nobody has listed
-        raise LogError(f"{_why(error)}. {_repair(path, error)}", source=str(path)) from error
+    bag = _Bag()
+    with (
+        highlevel.AnyReader([path], default_typestore=fallback) as reader,
+        progress(f"reading {path.name}", reader.message_count) as step,
+    ):
+        bag.read(reader, step)
+        definitions = {**fallback.fielddefs, **reader.typestore.fielddefs}
     topics = tuple(bag.topics(definitions, form != "ROS 1 bag"))
     if not topics:
         raise LogError(["the bag holds no message that can be read", *bag.notes], source=str(path))
@@ -60,12 +60,11 @@ def read(path: str | Path) -> Recording:
 class _Bag:
     """The messages of a bag as they are stored, by topic and type."""
 
-    path: Path
     times: dict[tuple[str, str], list[int]] = field(default_factory=lambda: defaultdict(list))
     messages: dict[tuple[str, str], list[bytes]] = field(default_factory=lambda: defaultdict(list))
     notes: list[str] = field(default_factory=list)
 
-    def read(self, reader: Any) -> None:
+    def read(self, reader: Any, step: Step) -> None:
         """Read all messages; keep what was read where the rest is damaged."""
         wanted = []
         for it in reader.connections:
@@ -82,18 +81,19 @@ class _Bag:
         try:
             for connection, time, raw in reader.messages(connections=wanted):
                 count += 1
+                if count % _AT_ONCE == 0:
+                    step(_AT_ONCE)
                 if len(raw) > _LARGEST:
                     large[connection.topic] = len(raw)
                     continue
                 key = (connection.topic, connection.msgtype)
                 self.times[key].append(time)
                 self.messages[key].append(bytes(raw))
-        except Exception as error:  # as above
+        except Exception as error:  # damaged bags fail in ways that nobody has listed
             if not count:
                 raise
             self.notes.append(
-                f"the bag is damaged after message {count} ({_why(error)}); what stands before"
-                f" was read. {_repair(self.path, error)}"
+                f"the bag is damaged after message {count} ({error}); what stands before was read"
             )
         self.notes += [
             f"topic `{topic}`: messages of {size} bytes were left out"
@@ -132,16 +132,3 @@ class _Bag:
                     },
                     dict.fromkeys(columns.seconds, "s"),
                 )
-
-
-def _why(error: Exception) -> str:
-    told = str(error).strip().split("\n")[0].rstrip(".") or type(error).__name__
-    return f"it cannot be read as a ROS bag: {told}"
-
-
-def _repair(path: Path, error: Exception) -> str:
-    if path.is_dir() and ("metadata" in str(error) or "missing" in str(error)):
-        return "Write its metadata.yaml anew with `ros2 bag reindex FOLDER`"
-    inside = [path, *path.glob("*")] if path.is_dir() else [path]
-    cures = [_REPAIR[file.suffix] for file in inside if file.suffix in _REPAIR]
-    return cures[0] if cures else "The name of a bag must end in .bag, .mcap or .db3"

@@ -11,13 +11,17 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.data.units import UNITS, factor, spelt
 from hydrodamp.errors import did_you_mean
+from hydrodamp.ingest.formats.cells import bad_cells, number
 from hydrodamp.ingest.mapping.schema import Entry, Source
 
-#: How files say that a number has no unit.
-NO_UNIT = ("", "-", "none")
+# What stands where a unit would and is none: time scales, frames, sensors, what was done.
+_NO_UNITS = """
+- none utc gmt gps tai unix epoch posix local body vehicle base_link frd flu world earth inertial
+ned enu nwu map odom sensor dvl imu ins ahrs ekf raw filtered filt est measured meas ref
+"""
+_NO_UNIT = frozenset(("", *_NO_UNITS.split()))
 
-_MISSING = frozenset({"", "nan", "na", "n/a", "null", "none"})
-_LISTED_CELLS, _LISTED_TOPICS = 3, 12
+_LISTED_TOPICS = 12
 
 #: For every name that a mapping gives to topics those it may stand for.
 Topics = Mapping[str, Sequence[str]]
@@ -51,28 +55,33 @@ class Found:
 
     def stated(self) -> str:
         """Return the unit that the file states, where it counts."""
-        source = self.source
-        is_plain = source.scale == 1.0 and source.offset == 0.0 and not source.plus
-        if self.topic is None or self.entry.quantity is None or source.unit or not is_plain:
+        if self.topic is None or self.entry.quantity is None or self.source.unit:
             return ""
         unit = self.topic.units.get(self.field, "")
-        return "" if unit in NO_UNIT else spelt(unit, self.entry.quantity) or unit
+        return "" if unit.casefold() in _NO_UNIT else spelt(unit, self.entry.quantity) or unit
 
     def faults(self) -> Iterator[str]:
-        """Yield what is wrong with the field: words, or a unit of another quantity."""
-        if self.topic is None:
+        """Yield what is wrong with the field: words, or a unit that leaves its size open."""
+        topic, source, called = self.topic, self.source, self.source.column
+        if topic is None:
             return
-        if self.field in self.topic.faults:
-            yield self.topic.faults[self.field]
-        elif self.field in self.topic.texts and self.field not in self.topic.fields:
-            cells = self.topic.texts[self.field]
-            yield from text_faults(cells, self.source.column, self.topic.lines)
-        unit, quantity = self.stated(), self.entry.quantity
-        if unit and quantity and unit not in UNITS[quantity]:
+        if self.field in topic.faults:
+            yield topic.faults[self.field]
+        elif self.field in topic.texts and self.field not in topic.fields:
+            words = enumerate(topic.texts[self.field])
+            bad = [(row, word) for row, word in words if number(word) is None]
+            yield from bad_cells(called, bad, topic.lines)
+        unit, known = self.stated(), UNITS.get(self.entry.quantity or "", {})
+        if unit and unit not in known:
             yield (
-                f"column `{self.source.column}` is in {unit} by its file, which is no unit of"
-                f" {quantity} known here. Take another, or state its unit in a mapping. Known are:"
-                f" {', '.join(UNITS[quantity])}"
+                f"column `{called}` is in {unit} by its file, which is no unit of"
+                f" {self.entry.quantity} known here. Take another, or state its unit in a mapping."
+                f" Known are: {', '.join(known)}"
+            )
+        elif known.get(unit, 1.0) != 1.0 and (source.plus or source.scale != 1 or source.offset):
+            yield (
+                f"column `{called}` is in {unit} by its file, and the mapping scales it or adds to"
+                " it. State the `unit` of what comes out"
             )
 
 
@@ -162,31 +171,10 @@ def labels_of(table: Topic, name: str) -> tuple[str, ...] | None:
     return None
 
 
-def text_faults(
-    cells: Sequence[str], column: str, lines: Sequence[int] | None = None
-) -> Iterator[str]:
-    """Name the cells of a column that are no numbers."""
-    bad = [
-        f"{cell!r} in row {row + 1}" + (f" (line {lines[row]})" if lines else "")
-        for row, cell in enumerate(cells)
-        if not _is_number(cell)
-    ]
-    if bad:
-        yield f"column `{column}` must hold numbers; got {listed(bad, _LISTED_CELLS)}"
-
-
 def listed(names: Sequence[str], most: int) -> str:
     """Return the first of many names, and how many more there are."""
     more = len(names) - most
     return ", ".join(names[:most]) + (f" and {more} more" if more > 0 else "")
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell)
-    except ValueError:
-        return cell.strip().lower() in _MISSING
-    return True
 
 
 def _absences(

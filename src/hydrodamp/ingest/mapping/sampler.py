@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
@@ -17,7 +17,6 @@ from hydrodamp.ingest.clock.sampling import (
     Ticks,
     at_rate,
     brackets,
-    fastest,
     held,
     interpolated,
     matched,
@@ -145,6 +144,8 @@ class Sampler:
         self.irregularities = list(
             dict.fromkeys(one for stream in streams for one in stream.stamps.irregularities)
         )
+        for stream in streams:
+            stream.stamps = matched(stream.stamps, base.stamps)
         self.constants = {
             one.entry.place: float(one.values()[0]) for one in found if one.topic is None
         }
@@ -204,18 +205,17 @@ class Sampler:
         values, hold = stream.values(place), stream.channels[place].source.hold
         if self.is_direct(place):
             return _filled(values) if hold else values
-        found, values = self._known(stream, values, place)
         if hold or (is_command and hold is None):
-            return held(values, found, until_next=hold is True)
-        return interpolated(values, found)
+            return self._brought(values, place, partial(held, until_next=hold is True))
+        return self._brought(values, place, interpolated)
 
     def angle(self, place: str) -> FloatArray:
         """Return an angle at the ticks, shape (n,), interpolated the shorter way round."""
-        stream = self._of.get(place)
-        if stream is None or self.is_direct(place):
+        if place in self.constants or self.is_direct(place):
             return self.number(place)
-        found, values = self._known(stream, stream.values(place), place)
-        return interpolated(np.unwrap(values), found)
+        return self._brought(
+            self.raw(place), place, lambda angle, found: interpolated(np.unwrap(angle), found)
+        )
 
     def raw(self, place: str) -> FloatArray:
         """Return a channel at the messages of its topic."""
@@ -224,36 +224,32 @@ class Sampler:
 
     def turned(self, quaternions: FloatArray, place: str) -> FloatArray:
         """Return attitudes at the ticks, shape (n, 4)."""
-        stream = self._of.get(place)
-        if stream is None or self.is_direct(place):
+        if place in self.constants or self.is_direct(place):
             return quaternions
         norm = np.sqrt(np.einsum("ni,ni->n", quaternions, quaternions))
         # An estimator that has not started sends zeros.
-        known = np.isfinite(norm) & (norm > 0.5)
-        found = self._brackets(stream, known, "attitude")
-        unit = quaternions if known.all() else quaternions[known]
-        return turned(unit / norm[known][:, np.newaxis], found)
+        unit = quaternions / np.where(norm > 0.5, norm, np.nan)[:, np.newaxis]
+        return self._brought(unit, place, turned)
 
-    def _known(self, stream: Stream, values: FloatArray, place: str) -> tuple[Brackets, FloatArray]:
-        """Return the values that are numbers and where the ticks lie among them."""
-        known = np.isfinite(values)
-        found = self._brackets(stream, known, place.partition(".")[2])
-        return found, values if known.all() else values[known]
-
-    def _brackets(self, stream: Stream, known: BoolArray, what: str) -> Brackets:
-        """Return where the ticks lie among the messages with a number; say which have none."""
-        key = (id(stream), b"" if known.all() else known.tobytes())
+    def _brought(
+        self, values: FloatArray, place: str, way: Callable[[FloatArray, Brackets], FloatArray]
+    ) -> FloatArray:
+        """Bring what is a number among values of a topic to the ticks; say which are none."""
+        stream, known = self._of[place], np.isfinite(values if values.ndim == 1 else values[:, 0])
+        if not known.any():
+            return np.full((self.n, *values.shape[1:]), np.nan)
+        is_whole = bool(known.all())
+        key = (id(stream), b"" if is_whole else known.tobytes())
         if key not in self._found:
-            stamps = matched(stream.stamps, self.base.stamps)
-            if key[1]:
+            stamps = stream.stamps
+            if not is_whole:
+                what = place.partition(".")[2] if values.ndim == 1 else "attitude"
                 first, count = float(stamps.time[np.argmin(known)]), int(np.sum(~known))
                 self.irregularities.append(
                     Irregularity(stream.topic.name, Oddity.EMPTY, count, first, what=what)
                 )
-                kept = {name: getattr(stamps, name)[known] for name in ("rows", "time", "run")}
-                stamps = dataclasses.replace(stamps, **kept)
-            self._found[key] = brackets(stamps, self.ticks)
-        return self._found[key]
+            self._found[key] = brackets(stamps.kept(known), self.ticks)
+        return way(values if is_whole else values[known], self._found[key])
 
 
 def _followed(streams: Sequence[Stream], topic: str | None) -> Stream:
@@ -268,7 +264,7 @@ def _followed(streams: Sequence[Stream], topic: str | None) -> Stream:
             f"`clock` names the topic `{topic}`, of which the mapping takes nothing."
             f"{did_you_mean(topic or '', names)} It takes: {', '.join(dict.fromkeys(names))}"
         )
-    base = choice[fastest({number: one.stamps for number, one in enumerate(choice)})]
+    base = min(choice, key=lambda one: one.stamps.step or np.inf)
     if (count := len(base.stamps.rows)) < 2:
         held = "one message" if count == 1 else "no message"
         raise LogError(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -295,7 +294,7 @@ def together(series: Sequence[Series]) -> Together:
 
 def _at(ticks: Ticks, base: Stamps, stamps: Stamps, values: FloatArray) -> FloatArray:
     """Interpolate the numbers of a topic at ticks."""
-    known = np.isfinite(values[stamps.rows])
-    kept = {name: getattr(stamps, name)[known] for name in ("rows", "time", "run")}
-    stamps = matched(dataclasses.replace(stamps, **kept), base)
+    stamps = matched(stamps.kept(np.isfinite(values[stamps.rows])), base)
+    if not len(stamps.rows):
+        return np.full(len(ticks.time), np.nan)
     return interpolated(values[stamps.rows], brackets(stamps, ticks))
