@@ -7,13 +7,14 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from hydrodamp.data.recording import Topic
 from hydrodamp.errors import FileError, LogError
-from hydrodamp.ingest.formats import content, detect, files
+from hydrodamp.ingest.formats import content, detect, files, rosbag
 from hydrodamp.ingest.formats.cells import unique_names
 from hydrodamp.ingest.formats.files import joined
 
@@ -180,25 +181,48 @@ def test_doubles_never_take_a_name_that_is_there() -> None:
     assert unique_names(["u", "u (1)", "u"]) == ("u (2)", "u (1)", "u (3)")
 
 
-@pytest.mark.parametrize("name", ["log.csv", "log.csv.gz", "log.alog"])
-def test_a_bar_counts_the_bytes_of_a_file(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
-) -> None:
-    rows = "".join(f"{k} u me {k / 10_000}\n" for k in range(60_000))
-    text = rows if name == "log.alog" else rows.replace(" u me ", ",")
-    path = tmp_path / name
-    path.write_bytes(gzip.compress(text.encode()) if name.endswith("gz") else text.encode())
-    heard: list[int] = []
+@pytest.fixture
+def bars(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, int, list[int]]]:
+    """Every bar of a reader: its label, its total and the steps it was told."""
+    shown: list[tuple[str, int, list[int]]] = []
 
     @contextmanager
-    def progress(label: str, total: int, unit: str) -> Iterator[Callable[[int], None]]:
-        assert (label, total, unit) == (f"reading {name}", path.stat().st_size, "B")
-        yield heard.append
+    def progress(label: str, total: int) -> Iterator[Callable[[int], None]]:
+        shown.append((label, total, []))
+        yield shown[-1][2].append
 
-    monkeypatch.setattr(content, "progress", progress)
+    for module in (content, rosbag):
+        monkeypatch.setattr(module, "progress", progress)
+    return shown
+
+
+@pytest.mark.parametrize("name", ["log.csv", "log.csv.gz", "log.alog", "log.parquet", "log.h5"])
+def test_a_bar_counts_the_bytes_of_a_file(tmp_path: Path, bars: list[Any], name: str) -> None:
+    path, values = tmp_path / name, np.random.default_rng(0).normal(size=60_000)
+    if name.endswith("t"):
+        arrow, writer = (pytest.importorskip(f"pyarrow{tail}") for tail in ("", ".parquet"))
+        writer.write_table(arrow.table({"u": values}), path)
+    elif name.endswith("5"):
+        with pytest.importorskip("h5py").File(path, "w") as file:
+            file["u"] = values
+    else:
+        mark = " u me " if "alog" in name else ","
+        text = "".join(f"{k}{mark}{value}\n" for k, value in enumerate(values)).encode()
+        path.write_bytes(gzip.compress(text) if name.endswith("gz") else text)
     files.read(path)
-    assert sum(heard) == path.stat().st_size
-    assert len(heard) > 1
+    ((label, total, steps),) = bars
+    assert (label, total) == (f"reading {name}", path.stat().st_size)
+    assert len(steps) > 1
+    # Who seeks reads some bytes again.
+    assert total <= sum(steps) <= (1.5 * total if name[-1] in "t5" else total)
+
+
+def test_a_bar_counts_the_messages_of_a_bag(
+    tmp_path: Path, bars: list[Any], bag: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(rosbag, "_AT_ONCE", 10)
+    files.read(bag.ros2(tmp_path / "dive", bag.twists(35)))
+    assert bars == [("reading dive", 35, [10, 10, 10])]
 
 
 def test_the_690_in_the_field(measured_logs: Callable[[str], Path]) -> None:

@@ -21,9 +21,10 @@ _LARGEST_OF_OURS = 1 << 18  # bytes; parsing a file takes a while, and only to r
 
 @dataclass(frozen=True)
 class Format:
-    """A format: module of its reader, name, suffixes, how its files begin, axes by custom, a cure.
+    """A format: module of its reader, name, suffixes, how its files begin, axes by custom.
 
-    A format without a mark is known by its suffixes alone.
+    A format without a mark is known by its suffixes alone; one that a library reads has a cure for
+    files that the library fails at.
     """
 
     module: str
@@ -31,7 +32,7 @@ class Format:
     suffixes: tuple[str, ...]
     mark: bytes = b""
     axes: str = ""
-    cure: str = "Write or copy it again"
+    cure: str = ""
 
 
 _ROS, _AUTOPILOT = "FLU over ENU", "FRD over NED"
@@ -39,6 +40,7 @@ _MATLAB_4 = (
     rb"[\0-\x34]\0\0\0.{8}[\0\1]\0\0\0.\0\0\0[A-Za-z]\w*\0"
     rb"|\0\0[\3\4]..{8}\0\0\0[\0\1]\0\0\0.[A-Za-z]\w*\0"
 )
+_AGAIN = "Write or copy it again"
 _REINDEX = "Repair it with `rosbag reindex FILE`, then read it again"
 _RECOVER = "Repair it with `mcap recover FILE -o WHOLE.mcap`, then read that"
 _REPAIR = (
@@ -51,12 +53,12 @@ FORMATS = (
     Format("rosbag", "ROS 1 bag", (".bag",), b"#ROSBAG", _ROS, _REINDEX),
     Format("rosbag", "ROS 2 bag (MCAP)", (".mcap",), rb"\x89MCAP", _ROS, _RECOVER),
     Format("rosbag", "ROS 2 bag (SQLite)", (".db3",), rb"SQLite format 3\0", _ROS, _REPAIR),
-    Format("parquet", "Parquet", (".parquet", ".pq"), b"PAR1"),
-    Format("arrays", "NumPy arrays", (".npz", ".npy"), rb"\x93NUMPY|PK[\3\5]"),
-    Format("arrays", "MATLAB file", (".mat",), b"MATLAB |" + _MATLAB_4),
-    Format("arrays", "MATLAB or HDF5 file", (".h5", ".hdf5"), rb"(.{512})?\x89HDF"),
+    Format("parquet", "Parquet", (".parquet", ".pq"), b"PAR1", cure=_AGAIN),
+    Format("arrays", "NumPy arrays", (".npz", ".npy"), rb"\x93NUMPY|PK[\3\5]", cure=_AGAIN),
+    Format("arrays", "MATLAB file", (".mat",), b"MATLAB |" + _MATLAB_4, cure=_AGAIN),
+    Format("arrays", "MATLAB or HDF5 file", (".h5", ".hdf5"), rb"(.{512})?\x89HDF", cure=_AGAIN),
     Format("ardupilot", "ArduPilot log", (".bin", ".log"), rb"\xa3\x95|\s*FMT ?,", _AUTOPILOT),
-    Format("px4", "PX4 ULog", (".ulg",), rb"ULog\x01\x12\x35", _AUTOPILOT),
+    Format("px4", "PX4 ULog", (".ulg",), rb"ULog\x01\x12\x35", _AUTOPILOT, _AGAIN),
     Format("moos", "MOOS log", (), b"%%.*LOGSTART"),
     Format("moos", "MOOS log", (".alog",)),
     Format("delimited", "text in columns", (".csv", ".tsv", ".txt", ".dat", ".asc")),
@@ -121,6 +123,8 @@ def _failures_named(form: Format, path: str | Path) -> Iterator[None]:
             ' pip install "hydrodamp[logs]"'
         ) from error
     except Exception as error:  # a damaged file fails in ways that no library lists
+        if not form.cure:
+            raise
         why = str(error).strip().split("\n")[0].rstrip(".") or type(error).__name__
         raise LogError(
             f"the file is cut off or damaged; read as {form.name}: {why}. {form.cure}",
