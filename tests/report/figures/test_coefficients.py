@@ -19,9 +19,9 @@ def test_every_coefficient_stands_at_its_value_with_its_interval(sailed, on_shee
     figure = hd.coefficients_figure([fit])
     assert [panel.get_title("left")[:3] for panel in figure.axes] == [f"${x}$" for x in "XYZKMN"]
     drawn = [one for panel in figure.axes for one in panel.containers]
-    points = [line.get_xdata()[0] for line, _, _ in drawn]
+    points = np.concatenate([line.get_xdata() for line, _, _ in drawn])
     assert points == pytest.approx(fit.damping.coefficients)
-    ends = np.array([bars.get_segments()[0][:, 0] for _, _, (bars,) in drawn])
+    ends = np.array([bar[:, 0] for _, _, (bars,) in drawn for bar in bars.get_segments()])
     assert ends == pytest.approx(fit.uncertainty.interval(fit.damping.coefficients))
     assert legend(figure) == ["fossen by weak, 95 % intervals"]
     assert figure.axes[3].get_title("left").endswith("[N m per unit of the term]")
@@ -37,10 +37,10 @@ def test_methods_stand_beside_each_other_in_their_colours(sailed):
 
 def test_aliased_coefficients_are_hollow():
     fit = replace(made_up("uncoupled"), aliased=(("X_u^2", "X_u|u|"),))
-    faces = [
-        line.get_markerfacecolor() for line, *_ in hd.coefficients_figure([fit]).axes[0].containers
-    ]
-    assert sorted(faces) == [colour_of("ls")] * 2 + ["white"] * 2
+    values = fit.damping.as_dict()
+    _, hollow, _ = hd.coefficients_figure([fit]).axes[0].lines
+    assert hollow.get_markerfacecolor() == "white"
+    assert {*hollow.get_xdata()} == {values["X_u^2"], values["X_u|u|"]}
 
 
 def test_a_covariance_alone_is_said_to_be_for_white_residuals():
@@ -72,7 +72,7 @@ def test_zeros_alone_can_be_drawn():
 
 def test_fits_that_cannot_share_a_figure_are_refused():
     failed = lost(made_up("linear"))
-    assert legend(hd.coefficients_figure([made_up("linear"), failed]))[1] == "linear by ls: failed"
+    assert len(legend(hd.coefficients_figure([made_up("linear"), failed]))) == 1
     with pytest.raises(hd.MethodError, match="no fit has coefficients"):
         hd.coefficients_figure([failed])
     with pytest.raises(hd.MethodError, match="of one model; got linear, fossen"):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -38,6 +39,8 @@ _LINE = 0.12
 _DECADES = 5
 _BEYOND = 3.0
 
+_HOLLOW: dict[str, Any] = {"markersize": 3.2, "markerfacecolor": "white", "markeredgewidth": 0.7}
+
 
 @in_our_look
 def coefficients_figure(fits: Iterable[Fit]) -> Figure:
@@ -46,8 +49,8 @@ def coefficients_figure(fits: Iterable[Fit]) -> Figure:
     Parameters
     ----------
     fits : iterable of Fit
-        Of one model by some methods. One without covariance is drawn as points; one
-        without numbers is named. Coefficients that the data cannot separate are hollow.
+        Of one model by some methods; those without numbers are left out. One without
+        covariance is drawn as points. Coefficients that the data cannot separate are hollow.
 
     Returns
     -------
@@ -63,32 +66,34 @@ def coefficients_figure(fits: Iterable[Fit]) -> Figure:
         If no fit has numbers, fits are of different models, or matplotlib is not
         installed.
     """
-    chosen = tuple(fits)
-    usable = [fit for fit in chosen if fit.status.usable]
+    usable = [fit for fit in fits if fit.status.usable]
     if not usable:
         raise MethodError("no fit has coefficients to draw: give at least one that was identified")
     model = usable[0].model
     if any(fit.model.labels != model.labels for fit in usable):
         keys = ", ".join(dict.fromkeys(fit.model.key for fit in usable))
         raise MethodError(f"all fits of one figure must be of one model; got {keys}")
-    looks = looks_of([("", fit.method) for fit in chosen])
-    drawn = [(fit, look) for fit, look in zip(chosen, looks, strict=True) if fit.status.usable]
+    looks = looks_of([("", fit.method) for fit in usable])
     figure, panels = _panels(model, len(usable))
     ends = np.cumsum([0, *map(len, model.terms)]).tolist()
     for axis, panel in panels.items():
         part = slice(ends[axis], ends[axis + 1])
-        for place, (fit, look) in enumerate(drawn):
+        symbols = [coefficient_symbol(label) for label in model.labels[part]]
+        for place, (fit, look) in enumerate(zip(usable, looks, strict=True)):
             offset = (place - 0.5 * (len(usable) - 1)) * min(0.8 / len(usable), 0.28)
-            _draw(panel, fit, look, part, offset)
+            values, across = fit.damping.coefficients[part], offset + np.arange(len(symbols))
+            half = half_widths(fit)[part]
+            panel.errorbar(values, across, xerr=half, linewidth=1.1, markersize=3.2, **look.points)
+            tied = np.isin(model.labels[part], list(chain.from_iterable(fit.aliased)))
+            panel.plot(values[tied], across[tied], **look.points, **_HOLLOW)
         values = np.concatenate([fit.damping.coefficients[part] for fit in usable])
         signed_scale(panel, "x", values, beyond=_BEYOND, decades=_DECADES, ticks=1)
-        symbols = [coefficient_symbol(label) for label in model.labels[part]]
         panel.set_yticks(range(len(symbols)), symbols)
         panel.set_ylim(len(symbols) - 0.4, -0.6)
         panel.tick_params(axis="y", length=0.0)
         panel.axvline(0.0, color=FAINT, linewidth=0.8)
         panel.set_title(f"${AXES[axis]}$ [{wrench_unit(AXES[axis])} per unit of the term]")
-    legend(figure, [_entry(fit, look) for fit, look in zip(chosen, looks, strict=True)])
+    legend(figure, [_entry(fit, look) for fit, look in zip(usable, looks, strict=True)])
     return figure
 
 
@@ -106,30 +111,9 @@ def _panels(model: DampingModel, methods: int) -> tuple[Figure, dict[int, Axes]]
     return figure, dict(zip(counts, grid, strict=False))
 
 
-def _draw(panel: Axes, fit: Fit, look: Look, part: slice, offset: float) -> None:
-    """Draw some coefficients of a fit, from the top downward."""
-    values, half, known = fit.damping.coefficients, half_widths(fit), fit.damping.covariance
-    tied = {label for group in fit.aliased for label in group}
-    for place, label in enumerate(fit.model.labels[part]):
-        k = part.start + place
-        panel.errorbar(
-            values[k],
-            place + offset,
-            xerr=None if known is None else half[k],
-            color=look.colour,
-            marker=look.marker,
-            markersize=3.2,
-            markerfacecolor="white" if label in tied else look.colour,
-            markeredgewidth=0.7,
-            linewidth=1.1,
-        )
-
-
 def _entry(fit: Fit, look: Look) -> tuple[str, dict[str, Any]]:
     """Return what the legend says of a fit, and how."""
     name = f"{fit.model.key} by {fit.method}"
-    if not fit.status.usable:
-        return f"{name}: {fit.status.word}", {"linestyle": "none"}
     if fit.damping.covariance is None:
         return f"{name}, no intervals", look.points
     white = "" if fit.uncertainty is not None else " for white residuals"

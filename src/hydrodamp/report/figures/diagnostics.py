@@ -245,9 +245,6 @@ def power_figure(fits: Iterable[Fit], box: OperatingBox, rate_unit: RateUnit = "
     return figure
 
 
-# Joins and new passes marked; more would hide the lines.
-_MOST_JOINS = 12
-
 # A step longer than this many usual ones leads to another segment.
 _LEAP = 5.0
 
@@ -276,7 +273,7 @@ def history_figure(history: History, reference: Damping | None = None) -> Figure
         One column wide: a panel for each axis with coefficients, at most six that moved
         farthest in colour, the others grey; below them the velocity errors, estimated
         minus measured. Coefficients stand on a logarithmic scale to both sides of a
-        linear stretch about zero. Joins and new passes are dotted where they are few.
+        linear stretch about zero.
 
     Raises
     ------
@@ -285,7 +282,7 @@ def history_figure(history: History, reference: Damping | None = None) -> Figure
     """
     if not len(history.time) or not history.labels:
         raise MethodError("the history has no step or no coefficient, so there is nothing to draw")
-    time, joins = _clock(history.time)
+    time = _clock(history.time)
     places = {
         axis: [k for k, label in enumerate(history.labels) if label.startswith(f"{axis}_")]
         for axis in AXES
@@ -299,8 +296,6 @@ def history_figure(history: History, reference: Damping | None = None) -> Figure
     _errors(panels[-2], time, history.velocity_error, VELOCITIES[:3])
     _errors(panels[-1], time, history.velocity_error, VELOCITIES[3:])
     for panel in panels:
-        for join in joins if len(joins) <= _MOST_JOINS else ():
-            panel.axvline(join, color=FAINT, linewidth=0.6, linestyle=":")
         if panel.get_legend_handles_labels()[0]:
             panel.legend(loc="upper left", bbox_to_anchor=(1.02, 1.05), handlelength=0.8)
     panels[-1].set_xlim(0.0, max(float(time[-1]), 1e-9))
@@ -309,13 +304,11 @@ def history_figure(history: History, reference: Damping | None = None) -> Figure
     return figure
 
 
-def _clock(time: FloatArray) -> tuple[FloatArray, list[float]]:
-    """Return a clock that only runs on, and where it was set back or leapt."""
-    steps = np.diff(time)
-    usual = float(np.median(steps[steps > 0.0])) if np.any(steps > 0.0) else 1.0
-    leaps = (steps <= 0.0) | (steps > _LEAP * usual)
-    running = np.concatenate([[0.0], np.cumsum(np.where(leaps, usual, steps))])
-    return running, running[1:][leaps].tolist()
+def _clock(time: FloatArray) -> FloatArray:
+    """Return a clock that only runs on, where a pass or a segment sets it back or lets it leap."""
+    steps = np.diff(time, prepend=time[0])
+    usual = float(np.median(steps[1:])) if len(steps) > 1 else 1.0
+    return np.cumsum(np.where((steps < 0.0) | (steps > _LEAP * usual), usual, steps))
 
 
 def _coefficients(

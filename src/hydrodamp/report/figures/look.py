@@ -6,7 +6,6 @@ import functools
 import io
 import os
 import warnings
-import zlib
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, ParamSpec
@@ -36,7 +35,7 @@ SERIES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 BAND = 0.22
 SHADE = "#e2e2e2"
 
-# Colour and marker of each method in the order of METHODS; those beyond are for other keys.
+# Colour and marker of each method in the order of METHODS; the last is for other keys.
 _METHODS = (
     ("#D55E00", "o"),
     ("#0072B2", "s"),
@@ -47,9 +46,6 @@ _METHODS = (
     ("#E69F00", "^"),
     ("#CC79A7", "v"),
     ("#8C510A", "8"),
-    ("#332288", "X"),
-    ("#44AA99", "h"),
-    ("#CC6677", "*"),
     ("#4D4D4D", "d"),
 )
 
@@ -141,11 +137,7 @@ def colour_of(method: str) -> str:
 
 
 def _method_look(method: str) -> tuple[str, str]:
-    known = list(METHODS)
-    if method in known:
-        return _METHODS[known.index(method) % len(_METHODS)]
-    others = _METHODS[len(known) :] or _METHODS
-    return others[zlib.crc32(method.encode()) % len(others)]
+    return dict(zip(METHODS, _METHODS, strict=False)).get(method, _METHODS[-1])
 
 
 def in_our_look(draw: Callable[Given, Figure]) -> Callable[Given, Figure]:

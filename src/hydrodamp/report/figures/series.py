@@ -13,12 +13,11 @@ from hydrodamp.basis.atoms import AXES, VELOCITY_OF
 from hydrodamp.data.attitude import euler_from_quaternion
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
-from hydrodamp.report.figures.axes import clock, mark_segments, shown, trace, velocity_label
+from hydrodamp.report.figures.axes import mark_segments, shown, trace, velocity_label
 from hydrodamp.report.figures.look import (
     BAND,
     MEASURED,
     SERIES,
-    Look,
     in_our_look,
     legend,
     looks_of,
@@ -26,13 +25,11 @@ from hydrodamp.report.figures.look import (
     stacked,
 )
 from hydrodamp.report.grid import error_size
-from hydrodamp.simulation.replay import Trajectory
 from hydrodamp.simulation.score import RateUnit
 from hydrodamp.validation.bands import PredictionBand
 from hydrodamp.validation.compare import Row
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 
@@ -171,8 +168,8 @@ def replays_figure(
     ----------
     rows : iterable of Row
         Of one comparison, such as every method of one model; the first lies on top. A
-        replay that diverged is drawn as far as it went; a cross marks the end. A row
-        without a replay is named. Angular rates have the unit of the scores.
+        replay that diverged is drawn as far as it went. A row without a replay is left
+        out. Angular rates have the unit of the scores.
     bands : mapping of (model, method) to PredictionBand, optional
         Of some of them, on the same log.
     models : sequence of str, optional
@@ -192,55 +189,44 @@ def replays_figure(
         If no row has a replay, rows replay different logs, or matplotlib is not
         installed.
     """
-    chosen, known = tuple(rows), bands or {}
-    looks = looks_of([(row.model, row.method) for row in chosen], models)
-    runs = [
-        (row.trajectory, look, known.get((row.model, row.method)))
-        for row, look in zip(chosen, looks, strict=True)
-        if row.trajectory is not None
-    ]
-    log, axes = _common([run for run, _, _ in runs], known)
-    figure, panels = stacked(len(axes), each=0.78, extra=0.75 + 0.13 * len(chosen))
-    unit = chosen[0].score.rate_unit
-    for panel, name in zip(panels, (VELOCITY_OF[axis] for axis in axes), strict=True):
+    known = bands or {}
+    replayed = [(row, row.trajectory) for row in rows if row.trajectory is not None]
+    if not replayed:
+        raise MethodError(
+            "no row has a replay to draw: give at least one whose model was identified"
+        )
+    first, unit = replayed[0][1], replayed[0][0].score.rate_unit
+    log = first.log
+    for other in (*(run.log for _, run in replayed), *(band.log for band in known.values())):
+        if other.n != log.n or other.segments != log.segments:
+            raise MethodError(
+                f"all replays and bands in one figure must be of the same log; got {log.n} and "
+                f"{other.n} samples"
+            )
+    looks = looks_of([(row.model, row.method) for row, _ in replayed], models)
+    figure, panels = stacked(len(first.axes), each=0.78, extra=0.75 + 0.13 * len(replayed))
+    for panel, axis in zip(panels, first.axes, strict=True):
+        name = VELOCITY_OF[axis]
         measured = shown(log.velocity, name, unit)
         panel.plot(*trace(log, measured), color=MEASURED, linewidth=1.1, zorder=2.5)
-        replays = [shown(run.velocity, name, unit) for run, _, _ in runs]
+        replays = [shown(run.velocity, name, unit) for _, run in replayed]
         panel.set_ylim(*_limits(measured, np.concatenate(replays)))
-        for place, ((run, look, band), values) in enumerate(zip(runs, replays, strict=True)):
-            if band is not None:
+        for place, ((row, _), look, values) in enumerate(
+            zip(replayed, looks, replays, strict=True)
+        ):
+            if band := known.get((row.model, row.method)):
                 ends = shown(band.lower, name, unit), shown(band.upper, name, unit)
                 time, lower, upper = trace(log, *ends)
                 area = panel.fill_between(time, lower, upper, facecolor=(look.colour, BAND))
                 area.set(edgecolor=(look.colour, 0.6), linewidth=0.4)
             (line,) = panel.plot(*trace(log, values), linewidth=0.8, **look.line)
-            line.set_zorder(3.5 - 0.5 * place / len(runs))
-            _cross_ends(panel, run, values, look)
+            line.set_zorder(3.5 - 0.5 * place / len(replayed))
         panel.set_ylabel(velocity_label(name, unit))
     mark_segments(panels, log)
     figure.align_ylabels(panels)
-    named = [
-        (_said(row, known), look.line if row.trajectory else {"linestyle": "none"})
-        for row, look in zip(chosen, looks, strict=True)
-    ]
+    named = [(_said(row, known), look.line) for (row, _), look in zip(replayed, looks, strict=True)]
     legend(figure, [("measured", {"color": MEASURED, "linewidth": 1.1}), *named])
     return figure
-
-
-def _common(trajectories: list[Trajectory], bands: Bands) -> tuple[Log, tuple[str, ...]]:
-    """Return the log that all replay, and the free axes."""
-    if not trajectories:
-        raise MethodError(
-            "no row has a replay to draw: give at least one whose model was identified"
-        )
-    first = trajectories[0]
-    for log in (*(one.log for one in trajectories), *(band.log for band in bands.values())):
-        if log.n != first.log.n or log.segments != first.log.segments:
-            raise MethodError(
-                "all replays and bands in one figure must be of the same log; got "
-                f"{first.log.n} and {log.n} samples"
-            )
-    return first.log, first.axes
 
 
 def _limits(measured: FloatArray, replayed: FloatArray) -> tuple[float, float]:
@@ -253,33 +239,11 @@ def _limits(measured: FloatArray, replayed: FloatArray) -> tuple[float, float]:
     return float(near.min(initial=low)) - edge, float(near.max(initial=high)) + edge
 
 
-def _cross_ends(panel: Axes, run: Trajectory, values: FloatArray, look: Look) -> None:
-    """Mark where a replay diverged."""
-    low, high = panel.get_ylim()
-    for time, value in _ends(run, values):
-        (cross,) = panel.plot([time], [min(max(value, low), high)], "x", color=look.colour)
-        cross.set(markersize=5.0, markeredgewidth=1.2, zorder=4.0, clip_on=False)
-
-
-def _ends(run: Trajectory, values: FloatArray) -> Iterator[tuple[float, float]]:
-    """Yield the last sample before every divergence."""
-    time, lost = clock(run.log), {name for name, _ in run.diverged}
-    for segment in run.log.segments:
-        known = np.flatnonzero(np.isfinite(values[segment.start : segment.stop]))
-        if segment.name in lost and known.size:
-            last = segment.start + int(known[-1])
-            yield float(time[last]), float(values[last])
-
-
 def _said(row: Row, bands: Bands) -> str:
     """Return what the legend says of a row."""
     name = f"{row.model} by {row.method}"
-    if row.trajectory is None:
-        return f"{name}: {row.status.word}, no replay"
-    if row.trajectory.diverged:
-        lost, count = len(row.trajectory.diverged), len(row.trajectory.log.segments)
-        where = f" in {lost} of {count} segments" if count > 1 else ""
-        return f"{name}: diverged (cross){where}"
+    if row.rms is None:
+        return f"{name}: diverged in {', '.join(segment for segment, _ in row.score.diverged)}"
     band = bands.get((row.model, row.method))
     held = f", {100.0 * band.level:.0f} % band" if band is not None else ""
     return f"{name}, RMS {error_size(row.rms)}{held}"
