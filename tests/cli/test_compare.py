@@ -87,7 +87,7 @@ def test_without_any_score_the_work_failed(folder: Path, call: Call) -> None:
     )
     assert done.exit_code == 1, done.output
     assert "error: no row has an RMS error (diverged)" in done.stderr
-    assert "diverged by ls: wild (in 1 after" in " ".join(done.stdout.split())
+    assert "wild by ls diverged in 1 after" in " ".join(done.stdout.split())
     row = json.loads((folder / "out" / "comparison.json").read_text("utf-8"))["rows"][0]
     assert row["rms"] is None
     assert row["diverged_at"][0]["segment"] == "1"

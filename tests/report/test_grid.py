@@ -18,7 +18,6 @@ from hydrodamp.report.grid import (
     to_latex,
     to_markdown,
     to_text,
-    wrapped,
 )
 from hydrodamp.validation.compare import Comparison
 
@@ -75,10 +74,6 @@ def test_a_bare_grid_has_neither_title_nor_notes() -> None:
     bare = Grid.of_words("", ("a",), "l", (("1",),))
     assert to_text(bare) == "a\n-\n1"
     assert to_markdown(bare) == "| a |\n| :--- |\n| 1 |"
-
-
-def test_notes_never_break_a_number_from_its_unit() -> None:
-    assert wrapped("after 12\u00a0s", 8) == ["after", "  12 s"]
 
 
 def shown(*grids: Grid, width: int = 80, color: bool = False) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -27,18 +27,17 @@ def models(
     """List the damping models, or show one: terms, counts, source, note."""
     from hydrodamp.cli.choose import SPARSE, named_models, one_of
     from hydrodamp.models.catalog import catalog
-    from hydrodamp.report.fit_tables import SPARSE_DOCUMENT, sparse_grid
-    from hydrodamp.report.grid import show
+    from hydrodamp.report.fit_tables import SPARSE as SELECTED, model_document
 
     if name is None:
         _list(tuple(catalog.values()), "", json)
     elif model is not None:
         _refuse_name(name, model)
-        _show(one_of(name, model, named_models(name)), json)
+        _show(model_document(one_of(name, model, named_models(name))), json)
     elif name == SPARSE:
-        emit(SPARSE_DOCUMENT) if json else show(results(), sparse_grid())
+        _show(SELECTED, json)
     elif len(found := named_models(name)) == 1:
-        _show(found[0], json)
+        _show(model_document(found[0]), json)
     else:
         _list(found, name, json)
 
@@ -50,24 +49,21 @@ def _refuse_name(name: str, model: str) -> None:
         raise ModelError(f"`{name}` is a model of the catalogue, no file: leave out `{model}`.")
 
 
-def _show(model: DampingModel, json: bool) -> None:
-    from hydrodamp.report.fit_tables import model_document, model_grid
+def _show(document: dict[str, Any], json: bool) -> None:
+    from hydrodamp.report.fit_tables import model_grid
     from hydrodamp.report.grid import show
 
-    if json:
-        emit(model_document(model))
-    else:
-        show(results(), model_grid(model))
+    emit(document) if json else show(results(), model_grid(document))
 
 
 def _list(found: tuple[DampingModel, ...], file: str, json: bool) -> None:
     """List models; the catalogue, which is no file, with the one that comes with a log."""
-    from hydrodamp.report.fit_tables import SPARSE_DOCUMENT, model_document, models_grid
+    from hydrodamp.report.fit_tables import SPARSE, model_document, models_grid
     from hydrodamp.report.grid import show
 
+    documents, selected = [model_document(model) for model in found], [] if file else [SPARSE]
     if json:
-        selected = {} if file else {"selected_from_a_log": [SPARSE_DOCUMENT]}
-        emit({"models": [model_document(model) for model in found], **selected})
+        emit({"models": documents, **({"selected_from_a_log": selected} if selected else {})})
         return
     command = f"hydrodamp models {file or 'NAME'}{' MODEL' if file else ''}"
-    show(results(), models_grid(found, command, sparse=not file))
+    show(results(), models_grid([*documents, *selected], command))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import chain
@@ -81,8 +81,7 @@ def _error(row: Row | None) -> float | str | None:
 def score_grid(comparison: Comparison, rows: Sequence[Row], title: str = "") -> Grid:
     """Return rows of a comparison with all their numbers."""
     unit, printed = f"{comparison.rate_unit}/s", beside_paper(comparison)
-    known = {name for row in comparison.rows for name in row.score.rms_by_axis}
-    names = [name for name in VELOCITIES if name in known]
+    names = list(comparison.rows[0].score.rms_by_axis) if comparison.rows else []
     columns = [
         Column("model", number=False, meaning="damping model"),
         Column("method", number=False, meaning="how it was identified"),
@@ -147,18 +146,15 @@ def axis_grids(comparison: Comparison) -> tuple[Grid, ...]:
 def replay_grid(title: str, score: Score) -> Grid:
     """Return the score of one replay: error and fit of each velocity, then of all together."""
     rate = f"{score.rate_unit}/s"
-    rows: list[tuple[object, ...]] = [
-        (name, rmse, "m/s" if name in VELOCITIES[:3] else rate, score.fit_by_axis.get(name))
-        for name, rmse in score.rms_by_axis.items()
+    rows = [
+        (name, error_size(rmse), "m/s" if name in VELOCITIES[:3] else rate, percent(share))
+        for (name, rmse), share in zip(
+            score.rms_by_axis.items(), score.fit_by_axis.values(), strict=True
+        )
     ]
-    columns = (
-        Column("velocity", number=False),
-        Column("RMS error", form=error_size),
-        Column("unit", number=False),
-        Column("fit %", form=percent),
-    )
-    rows.append(("all", score.rms, f"m/s, {rate}", None))
-    return Grid(title, columns, tuple(rows), (score.status.value,) if score.diverged else ())
+    rows.append(("all", error_size(score.rms), f"m/s, {rate}", "-"))
+    notes = (score.status.value,) if score.diverged else ()
+    return Grid.of_words(title, ("velocity", "RMS error", "unit", "fit %"), "lrlr", rows, notes)
 
 
 def fold_grid(table: CrossValidation) -> Grid:
@@ -187,19 +183,12 @@ def horizon_grid(
     fits: Sequence[Fit], scores: Sequence[HorizonScores | None], found: Criteria
 ) -> Grid:
     """Return the errors by horizon of fits to the whole log, and the criteria."""
-    names = next(([_horizon(one) for one in some.scores] for some in scores if some), [])
-    lowest = {
-        key: min((getattr(row, key) for row in found.rows if _is_finite(row, key)), default=0.0)
-        for key in ("aicc", "bic")
-    }
+    names = next(([one.name for one in some.scores] for some in scores if some), [])
+    above = (_above([getattr(row, key) for row in found.rows]) for key in ("aicc", "bic"))
     rows = []
-    for fit, some, row in zip(fits, scores, found.rows, strict=True):
+    for fit, some, *beyond in zip(fits, scores, *above, strict=True):
         errors = [None] * len(names) if some is None else map(_restarted, some.scores)
-        above = (
-            f"{getattr(row, key) - least:.0f}" if _is_finite(row, key) else None
-            for key, least in lowest.items()
-        )
-        rows.append((fit.model.key, fit.method, *errors, *above))
+        rows.append((fit.model.key, fit.method, *errors, *beyond))
     counts = ", ".join(f"{axis} {count:.0f}" for axis, count in found.n_effective.items())
     notes = (
         "These errors are those of the log fitted to; what generalises stands above. Where "
@@ -212,13 +201,15 @@ def horizon_grid(
     return Grid.of_words(title, header, "ll" + "r" * (len(names) + 2), rows, notes)
 
 
-def _is_finite(row: object, key: str) -> bool:
-    value = getattr(row, key)
-    return value is not None and math.isfinite(value)
+def _finite(value: float | None) -> float | None:
+    return value if value is not None and math.isfinite(value) else None
 
 
-def _horizon(found: HorizonScore) -> str:
-    return found.horizon if isinstance(found.horizon, str) else found.name
+def _above(values: Iterable[float | None]) -> list[str | None]:
+    """Return how far finite values lie above the lowest of them."""
+    known = [_finite(value) for value in values]
+    least = min((value for value in known if value is not None), default=0.0)
+    return [None if value is None else f"{value - least:.0f}" for value in known]
 
 
 def _restarted(found: HorizonScore) -> str:
@@ -254,7 +245,7 @@ def validation_document(
                 "model": fit.model.key,
                 "method": fit.method,
                 "rms_by_horizon": {one.name: one.score.rms for one in some.scores} if some else {},
-                **{key: getattr(row, key) if _is_finite(row, key) else None for key in CRITERIA},
+                **{key: _finite(getattr(row, key)) for key in CRITERIA},
             }
             for fit, some, row in zip(fits, scores, found.rows, strict=True)
         ],

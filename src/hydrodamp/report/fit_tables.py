@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 import numpy as np
 
+from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES
 from hydrodamp.identification.elimination import KEY
 from hydrodamp.identification.fit import Fit, reach
 from hydrodamp.identification.grades import CONTRIBUTION, RELATIVE, Grade, Identifiability
-from hydrodamp.models.model import DampingModel, coefficient_unit, group_axes
+from hydrodamp.models.model import DampingModel, coefficient_unit
 from hydrodamp.report.grid import Column, Grid, coefficient
 
 _GROUPS = 12  # groups of aliased coefficients that are spelt out; the file has them all
@@ -27,7 +29,7 @@ _RULE = (
     "weak between."
 )
 #: The model that has no terms before there is a log, as a document.
-SPARSE_DOCUMENT: dict[str, object] = {
+SPARSE: dict[str, Any] = {
     "model": KEY,
     "title": "Selected from a log",
     "n_coefficients": None,
@@ -43,8 +45,7 @@ SPARSE_DOCUMENT: dict[str, object] = {
 
 def fit_grid(fit: Fit, grades: Identifiability | None = None) -> Grid:
     """Return the coefficients of a fit, how sure they are, and which are aliased."""
-    model, half = fit.model, half_widths(fit)
-    known = _known(fit, grades)
+    model, known = fit.model, _known(fit, grades)
     columns = [
         Column("coefficient", number=False),
         Column("value", form=coefficient),
@@ -60,10 +61,12 @@ def fit_grid(fit: Fit, grades: Identifiability | None = None) -> Grid:
         for term in terms
     )
     values = fit.damping.as_dict().items()
-    rows = []
-    for (label, value), wide, unit in zip(values, half.tolist(), units, strict=True):
-        sure = (None, None) if np.isnan(wide) else (wide / _reach(fit), wide)
-        rows.append((label, value, *sure, unit, *((known[label],) if label in known else ())))
+    rows = [
+        (label, value, error, half, unit, *((known[label],) if label in known else ()))
+        for (label, value), error, half, unit in zip(
+            values, standard_errors(fit), half_widths(fit), units, strict=True
+        )
+    ]
     rank = "" if fit.rank is None else f", rank {fit.rank}"
     rule = (() if grades is None else (_RULE,)) + (_LITTLE_MEANING,) * (_LITTLE in known.values())
     return Grid(
@@ -75,19 +78,19 @@ def fit_grid(fit: Fit, grades: Identifiability | None = None) -> Grid:
     )
 
 
-def half_widths(fit: Fit) -> np.ndarray:
-    """Return half the width of the 95 % interval of each coefficient, NaN where unknown."""
+def standard_errors(fit: Fit) -> FloatArray:
+    """Return the standard error of each coefficient, NaN where unknown."""
     covariance = fit.damping.covariance
     if covariance is None:
         return np.full(fit.model.n_coefficients, np.nan)
     with np.errstate(invalid="ignore"):
-        half: np.ndarray = _reach(fit) * np.sqrt(covariance.diagonal())
-    return half
+        return np.sqrt(covariance.diagonal())
 
 
-def _reach(fit: Fit) -> float:
-    """Return how many standard errors a 95 % interval reaches to either side."""
-    return reach() if fit.uncertainty is None else fit.uncertainty.reach()
+def half_widths(fit: Fit) -> FloatArray:
+    """Return half the width of the 95 % interval of each coefficient, NaN where unknown."""
+    times = reach() if fit.uncertainty is None else fit.uncertainty.reach()
+    return times * standard_errors(fit)
 
 
 def _known(fit: Fit, grades: Identifiability | None) -> dict[str, str]:
@@ -115,39 +118,7 @@ def _aliased(fit: Fit) -> list[str]:
     return groups if more <= 0 else [*groups[:_GROUPS], f"and {more} more such groups"]
 
 
-def models_grid(models: Iterable[DampingModel], command: str = "", *, sparse: bool = False) -> Grid:
-    """Return damping models with how many terms they have on which axis."""
-    rows: list[tuple[object, ...]] = [
-        (model.key, model.n_coefficients, *map(len, model.terms), model.title) for model in models
-    ]
-    notes = [f"`{command}` shows the terms of one."] if command else []
-    if sparse:
-        rows.append((KEY, *[None] * (1 + len(AXES)), SPARSE_DOCUMENT["title"]))
-        notes.insert(0, str(SPARSE_DOCUMENT["note"]))
-    header = ("name", "n", *AXES, "title")
-    return Grid.of_words("Damping models", header, "lrrrrrrrl", rows, notes)
-
-
-def model_grid(model: DampingModel) -> Grid:
-    """Return one model with its terms."""
-    rows = (
-        (" ".join(axes), len(row), " ".join(map(str, row)) or "none")
-        for row, axes in group_axes(model).items()
-    )
-    said = (("Source", model.source), ("Note", model.note))
-    title = f"{model.title} ({model.key}): {model.n_coefficients} coefficients"
-    notes = [f"{name}: {text}" for name, text in said if text]
-    return Grid.of_words(title, ("axes", "n", "terms"), "lrl", rows, notes)
-
-
-def sparse_grid() -> Grid:
-    """Return what is known of the selected model before there is a log."""
-    notes = (f"Source: {SPARSE_DOCUMENT['source']}", f"Note: {SPARSE_DOCUMENT['note']}")
-    rows = (("none before there is a log",),)
-    return Grid.of_words(f"{SPARSE_DOCUMENT['title']} ({KEY})", ("terms",), "l", rows, notes)
-
-
-def model_document(model: DampingModel) -> dict[str, object]:
+def model_document(model: DampingModel) -> dict[str, Any]:
     """Return a model as a document."""
     terms = zip(AXES, model.terms, strict=True)
     return {
@@ -159,3 +130,32 @@ def model_document(model: DampingModel) -> dict[str, object]:
         "source": model.source,
         "note": model.note,
     }
+
+
+def models_grid(models: Iterable[Mapping[str, Any]], command: str) -> Grid:
+    """Return documents of models with how many terms they have on which axis."""
+    rows, notes = [], [f"`{command}` shows the terms of one."]
+    for one in models:
+        if one["terms"] is None:
+            notes.insert(0, one["note"])
+        counts = [None] * len(AXES) if one["terms"] is None else map(len, one["terms"].values())
+        rows.append((one["model"], one["n_coefficients"], *counts, one["title"]))
+    return Grid.of_words("Damping models", ("name", "n", *AXES, "title"), "lrrrrrrrl", rows, notes)
+
+
+def model_grid(model: Mapping[str, Any]) -> Grid:
+    """Return the document of one model with its terms, axes with the same ones together."""
+    together: dict[str, list[str]] = {}
+    for axis, terms in (model["terms"] or {}).items():
+        together.setdefault(" ".join(terms) or "none", []).append(axis)
+    rows = [
+        (" ".join(axes), len(model["terms"][axes[0]]), terms) for terms, axes in together.items()
+    ]
+    size = (
+        "terms come with a log"
+        if model["terms"] is None
+        else f"{model['n_coefficients']} coefficients"
+    )
+    notes = [f"{name.capitalize()}: {model[name]}" for name in ("source", "note") if model[name]]
+    title = f"{model['title']} ({model['model']}): {size}"
+    return Grid.of_words(title, ("axes", "n", "terms"), "lrl", rows, notes)

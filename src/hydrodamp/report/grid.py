@@ -12,10 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from rich.console import Console
+    from rich.text import Text
 
 NOTHING = "-"  # where there is no number
-
-_BOUND = "\u00a0"  # a space at which no line breaks
 
 #: Columns of a plain text page.
 WIDTH = 80
@@ -97,11 +96,6 @@ class Grid:
             for row in self.rows
         ]
 
-    @property
-    def gap(self) -> str:
-        """What stands between columns: two blanks, or one where there are many."""
-        return " " * (2 if len(self.columns) <= _CROWDED else 1)
-
     def column(self, name: str) -> tuple[str, ...]:
         """Return the words of a column."""
         place = self.header.index(name)
@@ -134,26 +128,29 @@ def _cells(grid: Grid) -> list[list[str]]:
 
 def to_text(grid: Grid) -> str:
     """Return a table as plain text."""
-    lines = [grid.gap.join(row).rstrip() for row in _cells(grid)]
-    notes = [line for note in grid.notes for line in wrapped(note)]
-    head = [grid.title, ""] if grid.title else []
-    return "\n".join([*head, *lines, *([""] if notes else []), *notes])
+    return _text(grid, WIDTH).plain
 
 
 def show(console: Console, *grids: Grid) -> None:
     """Print tables with their notes on a terminal, in colours where it has them."""
+    for place, grid in enumerate(grids):
+        console.print(
+            "\n" * (place > 0), _text(grid, min(console.width, 100)), sep="", soft_wrap=True
+        )
+
+
+def _text(grid: Grid, width: int) -> Text:
+    """Return a table and its notes, which are wrapped."""
     from rich.text import Text
 
-    for place, grid in enumerate(grids):
-        text = Text.assemble("\n" if place else "", (grid.title, "bold"), "\n")
-        for i, row in enumerate(_cells(grid), start=-2):
-            text.append("\n")
-            for j, word in enumerate(row):
-                text.append(f"{word}{grid.gap}", _style(word.strip(), (i, j) in grid.best))
-            text.rstrip()
-        notes = [line for note in grid.notes for line in wrapped(note, min(console.width, 100))]
-        text.append("\n".join(["\n", *notes] if notes else []))
-        console.print(text, soft_wrap=True)
+    gap = " " * (2 if len(grid.columns) <= _CROWDED else 1)
+    lines = [Text(grid.title, "bold"), Text()] if grid.title else []
+    for i, row in enumerate(_cells(grid), start=-2):
+        words = ((word, _style(word.strip(), (i, j) in grid.best)) for j, word in enumerate(row))
+        lines.append(Text(gap).join(Text(*each) for each in words))
+        lines[-1].rstrip()
+    notes = [line for note in grid.notes for line in wrapped(note, width)]
+    return Text("\n").join([*lines, *map(Text, ["", *notes] if notes else [])])
 
 
 def _style(word: str, best: bool) -> str:
@@ -162,12 +159,11 @@ def _style(word: str, best: bool) -> str:
     return "yellow" if word.startswith("~") else "red" if word in _ALARMS else ""
 
 
-def wrapped(note: str, width: int = WIDTH) -> list[str]:
+def wrapped(note: str, width: int) -> list[str]:
     """Return a note in lines, each but the first indented."""
-    lines = textwrap.wrap(
+    return textwrap.wrap(
         note, width, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False
     )
-    return [line.replace(_BOUND, " ") for line in lines]
 
 
 def to_markdown(grid: Grid) -> str:
@@ -185,7 +181,7 @@ def to_latex(grid: Grid) -> str:
     rows = [" & ".join(row) for row in _stressed(grid, _latex, r"\textbf{{{}}}")]
     align = "".join("r" if column.number else "l" for column in grid.columns)
     lines = [
-        *(f"% {note.replace(_BOUND, ' ')}" for note in grid.notes),
+        *(f"% {note}" for note in grid.notes),
         r"\begin{table}",
         r"  \centering",
         f"  \\caption{{{_latex(grid.title)}}}",
@@ -246,8 +242,3 @@ def percent(value: float | None) -> str:
 def coefficient(value: float | None) -> str:
     """Return a coefficient with four significant digits."""
     return NOTHING if value is None or not math.isfinite(value) else f"{value:.4g}"
-
-
-def seconds(value: float) -> str:
-    """Return a time with as many digits as a reader needs."""
-    return f"{value:.{1 if abs(value) < 100.0 else 0}f}{_BOUND}s"

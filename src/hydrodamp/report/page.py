@@ -6,7 +6,6 @@ import base64
 import hashlib
 import os
 import platform
-from collections.abc import Sequence
 from functools import cache
 from importlib.resources import files
 from importlib.util import find_spec
@@ -15,7 +14,6 @@ from typing import TYPE_CHECKING
 
 from hydrodamp.errors import MethodError
 from hydrodamp.files import save_text
-from hydrodamp.identification.grades import Identifiability
 from hydrodamp.report.comparison_tables import score_grid
 from hydrodamp.report.documents import provenance_of
 from hydrodamp.report.figures.look import colour_of
@@ -25,16 +23,13 @@ from hydrodamp.report.grid import Grid
 from hydrodamp.report.plots import series
 from hydrodamp.report.words import remarks, verdict
 from hydrodamp.validation.choice import error_of
-from hydrodamp.validation.compare import Comparison, Row
+from hydrodamp.validation.compare import Comparison
 
 if TYPE_CHECKING:
     from jinja2 import Environment
 
 #: What is missing where there is no report.
 MISSING = 'the report needs the package jinja2: pip install "hydrodamp[report]"'
-
-#: Coefficients listed in all, whole fits at a time; the files have every one.
-COEFFICIENTS = 2500
 
 #: Pictures that are for print: the page shows the same as plots and tables.
 FOR_PRINT = ("replays", "coefficients")
@@ -114,8 +109,11 @@ def _content(comparison: Comparison, findings: Findings) -> dict[str, object]:
         "sorted_rows": by_error,
         "chosen": chosen,
         "series": drawn,
-        "coefficients": coefficient_grids(order, chosen, grades),
-        "most": COEFFICIENTS,
+        "coefficients": [
+            (row, fit_grid(row.fit, grades if row is chosen else None))
+            for row in order
+            if row.fit.status.usable
+        ],
         "images": [one for one in findings.pictures if one.name not in FOR_PRINT],
         "print_only": [f"{one.name}.svg" for one in findings.pictures if one.name in FOR_PRINT],
         "not_shown": findings.not_shown,
@@ -147,19 +145,6 @@ def _environment() -> Environment:
 @cache
 def _text(name: str) -> str:
     return files("hydrodamp.report").joinpath("assets", name).read_text(encoding="utf-8")
-
-
-def coefficient_grids(
-    rows: Sequence[Row], chosen: Row | None, grades: Identifiability | None
-) -> list[tuple[Row, Grid]]:
-    """Return the coefficients of the first rows; those of the chosen one with their grades."""
-    grids: list[tuple[Row, Grid]] = []
-    for row in (row for row in rows if row.fit.status.usable):
-        listed = sum(other.n_coefficients for other, _ in grids)
-        if grids and listed + row.n_coefficients > COEFFICIENTS:
-            break
-        grids.append((row, fit_grid(row.fit, grades if row is chosen else None)))
-    return grids
 
 
 def _origin(comparison: Comparison) -> dict[str, object]:

@@ -4,15 +4,10 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
-from itertools import chain
-
-import numpy as np
 
 from hydrodamp.basis.atoms import AXES
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.grades import Grade, Identifiability
-from hydrodamp.report.fit_tables import half_widths
-from hydrodamp.report.grid import seconds
 from hydrodamp.simulation.status import Status
 from hydrodamp.validation.compare import Comparison, Row, beside_paper, rank_correlation
 
@@ -23,10 +18,6 @@ _NAMED = 8  # coefficients that are named; of more, the number by axis
 _MEANING = {
     Grade.WEAK: "weak, to be used with the whole model only",
     Grade.NOT_DETERMINED: "not determined",
-}
-_UNDONE = {
-    Status.NOT_SETTLED: "the estimate has not settled",
-    Status.STOPPED: "the search did not end at rest",
 }
 
 
@@ -62,47 +53,20 @@ def _how_good(comparison: Comparison, row: Row) -> str:
     if not shares:
         return f"{words}."
     worst, best = min(shares, key=shares.__getitem__), max(shares, key=shares.__getitem__)
-    spread = f"{shares[worst]:.0f} % for {worst}"
-    if worst != best:
-        spread += f" at worst and {shares[best]:.0f} % for {best} at best"
-    return f"{words}; its fit is {spread}, where 100 % is exact and 0 % no better than the mean."
-
-
-def _how_known(fit: Fit, grades: Identifiability | None) -> str:
-    """Say which coefficients are not known, by the grades and by the fit."""
-    n = fit.model.n_coefficients
-    doubts = " and ".join(_doubts(fit, named=grades is None))
-    if grades is not None:
-        own = [f"by {fit.method}, {doubts}"] if doubts else []
-        return f"{'; '.join([*_graded(grades), *own])}."
-    if doubts:
-        return f"Of the {n} coefficients of this model, by {fit.method}, {doubts}."
-    if fit.damping.covariance is None:
-        lacks = "neither ranks nor standard errors" if fit.rank is None else "no standard errors"
-        return (
-            f"How well the log determines the {n} coefficients is not known: {fit.method} gives "
-            f"{lacks}."
-        )
     return (
-        f"The log determines all {n} coefficients: none is aliased, and no 95 % interval holds "
-        "zero."
+        f"{words}; its fit is {shares[worst]:.0f} % for {worst} at worst and {shares[best]:.0f} % "
+        f"for {best} at best, where 100 % is exact and 0 % no better than the mean."
     )
 
 
-def _doubts(fit: Fit, *, named: bool) -> Iterator[str]:
-    """Say how the search ended, what is aliased, and which intervals hold zero."""
-    aliased = list(dict.fromkeys(chain.from_iterable(fit.aliased)))
-    within = np.abs(fit.damping.coefficients) <= half_widths(fit)
-    pairs = zip(fit.model.labels, within, strict=True)
-    unsure = [label for label, inside in pairs if inside and label not in aliased]
-    if fit.status in _UNDONE:
-        yield _UNDONE[fit.status]
-    if aliased:
-        verb = "is" if len(aliased) == 1 else "are"
-        yield f"{len(aliased)} {verb} aliased{_listed(aliased) if named else ''}"
-    if unsure:
-        hold = "interval of 1 holds" if len(unsure) == 1 else f"intervals of {len(unsure)} hold"
-        yield f"the 95 % {hold} zero{_listed(unsure) if named else ''}"
+def _how_known(fit: Fit, grades: Identifiability | None) -> str:
+    """Say which coefficients are not known."""
+    if grades is not None:
+        return f"{'; '.join(_graded(grades))}."
+    return (
+        f"How well the log determines the {fit.model.n_coefficients} coefficients was not graded; "
+        "the tables have their standard errors, where there are any."
+    )
 
 
 def _graded(found: Identifiability) -> Iterator[str]:
@@ -167,16 +131,10 @@ def _order_of_paper(comparison: Comparison) -> Iterator[str]:
 
 def _diverged(comparison: Comparison) -> Iterator[str]:
     """Say where and when replays diverged."""
-    for method in comparison.methods:
-        places = [
-            f"{row.model} (in "
-            + ", ".join(f"{name} after {seconds(time)}" for name, time in row.score.diverged)
-            + ")"
-            for row in comparison.rows
-            if row.method == method and row.score.diverged
-        ]
-        if places:
-            yield f"diverged by {method}: {'; '.join(places)}."
+    for row in comparison.rows:
+        if lost := row.score.diverged:
+            places = ", ".join(f"{name} after {time:.3g} s" for name, time in lost)
+            yield f"{row.model} by {row.method} diverged in {places}."
 
 
 def _outcomes(comparison: Comparison) -> Iterator[str]:

@@ -211,14 +211,6 @@ def test_coefficients_without_numbers_or_errors_are_not_drawn(comparison):
     assert not any(text.startswith("coe by ls") for text in summaries)
 
 
-def test_whole_fits_are_listed_until_there_are_too_many(monkeypatch):
-    comparison = make_comparison(make_log(20.0, 10.0), PAPER_MODELS, ("ls",))
-    monkeypatch.setattr(pages, "COEFFICIENTS", 330)
-    kept = pages.coefficient_grids(comparison.rows, None, None)
-    assert [row.model for row, _ in kept] == list(PAPER_MODELS[: len(kept)])
-    assert sum(len(grid.rows) for _, grid in kept) <= 330
-
-
 def test_a_report_is_made_again_from_the_folder(comparison, tmp_path):
     write_comparison(comparison, tmp_path)
     path = write_report(tmp_path, tmp_path / "report.html")
