@@ -230,22 +230,11 @@ def save_all(contents: Mapping[Path, bytes]) -> None:
 
 def check_folder(path: str | os.PathLike[str]) -> None:
     """Refuse a folder that cannot be made or written, before work starts."""
-    import tempfile
-
-    folder = Path(path)
-    missing = [each for each in (folder, *folder.parents) if not each.exists()]
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            pass
-    except OSError as error:
-        raise FileError(
-            f"{folder}: no folder can be made or written there: {error.strerror}. Give another one."
-        ) from error
-    finally:
-        for each in missing:
-            with suppress(OSError):
-                each.rmdir()
+    folder = Path(path).absolute()
+    there = next(each for each in (folder, *folder.parents) if each.exists())
+    if not there.is_dir() or not os.access(there, os.W_OK | os.X_OK):
+        reason = "may not be written" if there.is_dir() else "is a file"
+        raise FileError(f"{path}: cannot be written: {there} {reason}. Give another one.")
 
 
 def check_file(path: str | os.PathLike[str]) -> None:

@@ -177,19 +177,11 @@ def _rounding(values: FloatArray) -> float:
 
 
 def running_median(values: FloatArray, bounds: IntArray, window: int) -> FloatArray:
-    """Return the median of the window about each sample, within its segment."""
+    """Return the median of the window about each sample, its segment mirrored at the ends."""
     from scipy.ndimage import median_filter  # takes long to import
 
-    medians = np.empty_like(values)
-    for start, stop in bounds.tolist():
-        part = values[start:stop]
-        if stop - start < window:
-            medians[start:stop] = np.median(part)
-            continue
-        half = window // 2
-        inner = median_filter(part, size=window, mode="nearest")[half : len(part) - half]
-        medians[start:stop] = np.pad(inner, half, mode="edge")
-    return medians
+    parts = [median_filter(values[a:b], size=window, mode="mirror") for a, b in bounds.tolist()]
+    return np.concatenate(parts)
 
 
 #: A turn there and back that is smaller is left to the noise [rad].

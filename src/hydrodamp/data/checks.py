@@ -148,8 +148,8 @@ def _speed_faults(
         over = np.flatnonzero((np.abs(values) > _FASTEST) & np.isfinite(values))
         if name not in names or len(over) == 0:
             continue
-        first, more, unit = int(over[0]), len(over) - 1, unit_of(name)
-        tail = f" and so in {more} more row{'s' if more > 1 else ''}" if more else ""
+        first, unit = int(over[0]), unit_of(name)
+        tail = f", the first of {len(over)}" if len(over) > 1 else ""
         degrees = "If rates are in deg/s, convert them. " if unit == "rad/s" else ""
         yield (
             f"`{name}` must be at most {_FASTEST:g} {unit} in size; it is {values[first]:.4g} in"

@@ -261,23 +261,14 @@ def _notes(
         f"no samples from {time[row - 1]:g} s to {time[row]:g} s"
         for row in np.flatnonzero(gaps).tolist()
     ]
-    lacking = [
-        f"{b - a} {'sample' if b - a == 1 else 'samples'} with missing values"
-        f" at {time[a]:g} s to {time[b - 1]:g} s"
-        for a, b in pieces
-        if missing[a]
-    ]
-    dropped = [
-        f"dropped a segment of one sample at {time[a]:g} s"
+    left_out = [
+        f"{b - a} {'sample' if b - a == 1 else 'samples'} "
+        f"{'with missing values' if missing[a] else 'alone, left out'} at {time[a]:g} s to {time[b - 1]:g} s"
         + ("" if record.labels is None else f" (segment '{record.labels[a]}')")
         for a, b in pieces
-        if b - a == 1 and not missing[a]
+        if missing[a] or b - a == 1
     ]
-    return (
-        *first_few(pauses, 5, "gaps"),
-        *first_few(lacking, 5, "stretches with missing values"),
-        *first_few(dropped, 5, "segments of one sample dropped"),
-    )
+    return *first_few(pauses, 5, "gaps"), *first_few(left_out, 5, "stretches left out")
 
 
 def first_few(sentences: list[str], most: int, what: str) -> list[str]:

@@ -206,35 +206,27 @@ def format_vehicle(vehicle: Vehicle) -> str:
     """Return the text of a vehicle file."""
     import yaml
 
-    content = {
-        "name": vehicle.name,
-        "source": vehicle.source,
-        "note": vehicle.note,
-        "axes": list(vehicle.axes),
-        "mass_matrix": vehicle.mass_matrix.tolist(),
-        "added_mass": None if vehicle.added_mass is None else vehicle.added_mass.tolist(),
-        "weight": vehicle.weight,
-        "buoyancy": vehicle.buoyancy,
-        "center_of_gravity": vehicle.center_of_gravity.tolist(),
-        "center_of_buoyancy": vehicle.center_of_buoyancy.tolist(),
-        "actuators": [_entry(actuator) for actuator in vehicle.actuators],
-    }
-    kept = {key: value for key, value in content.items() if value not in (None, "")}
-    return str(yaml.safe_dump(kept, sort_keys=False, allow_unicode=True, default_flow_style=None))
+    entry = _entry(vehicle)
+    return str(yaml.safe_dump(entry, sort_keys=False, allow_unicode=True, default_flow_style=None))
 
 
-def _entry(actuator: Actuator) -> dict[str, Any]:
-    entry: dict[str, Any] = {"kind": type(actuator).__name__.lower()}
-    for field in fields(actuator):
-        value = getattr(actuator, field.name)
-        if field.name in ("force", "drag"):
-            value = dict(value)
-        if value != field.default and value != {}:
-            entry[field.name] = _plain(value)
+def _entry(thing: Vehicle | Actuator) -> dict[str, Any]:
+    """Return a vehicle or an actuator as in its file, without what goes without saying."""
+    kind = type(thing).__name__.lower()
+    entry: dict[str, Any] = {"kind": kind} if isinstance(thing, Actuator) else {}
+    for field in fields(thing):
+        value = getattr(thing, field.name)
+        plain = _plain(dict(value) if field.name in ("force", "drag") else value)
+        if plain not in (_plain(field.default), {}):
+            entry[field.name] = plain
     return entry
 
 
 def _plain(value: Any) -> Any:
+    if isinstance(value, Actuator):
+        return _entry(value)
+    if isinstance(value, np.ndarray):
+        return value.tolist()
     return [_plain(part) for part in value] if isinstance(value, tuple) else value
 
 
