@@ -54,12 +54,6 @@ def test_a_file_is_replaced_and_nothing_else_is_left(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["a.txt"]
 
 
-def test_a_name_as_long_as_a_name_can_be(tmp_path: Path) -> None:
-    path = tmp_path / ("a" * 255)
-    save_text("one", path)
-    assert path.read_text("utf-8") == "one"
-
-
 @pytest.mark.skipif(os.name != "posix", reason="other systems have no permission bits")
 @pytest.mark.usefixtures("narrow_umask")
 def test_permissions_are_those_of_any_new_file(tmp_path: Path) -> None:
@@ -101,15 +95,6 @@ def test_an_error_half_way_leaves_the_old_file(
         break_off()
     assert (tmp_path / "a.txt").read_text("utf-8") == "old"
     assert [path.name for path in tmp_path.iterdir()] == ["a.txt"]
-
-
-def test_the_new_file_appears_at_the_end(tmp_path: Path) -> None:
-    save_text("old", tmp_path / "a.txt")
-    with replacing(tmp_path / "a.txt") as stream:
-        stream.write("new")
-        stream.flush()
-        assert (tmp_path / "a.txt").read_text("utf-8") == "old"
-    assert (tmp_path / "a.txt").read_text("utf-8") == "new"
 
 
 def test_json_is_strict(tmp_path: Path) -> None:
@@ -228,10 +213,6 @@ def test_powers_of_ten_are_numbers(text: str, number: float) -> None:
 @pytest.mark.parametrize("text", ["1e3x", "e3", "v1e3", "1e", "2022-05-01", "2024-13-45", "'1e3'"])
 def test_what_is_no_number_stays_text(text: str) -> None:
     assert parse_yaml(text, "mine") == text.strip("'")
-
-
-def test_an_empty_text_holds_nothing() -> None:
-    assert parse_yaml("", "mine") is None
 
 
 @pytest.mark.parametrize(

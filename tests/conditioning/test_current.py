@@ -96,21 +96,6 @@ def test_what_is_removed_is_what_was_added() -> None:
     assert "less a current estimated of" in back.notes[-1]
 
 
-@settings(max_examples=4, deadline=None)
-@given(st.floats(-3, 3))
-def test_the_current_turns_with_the_compass(angle: float) -> None:
-    log = in_current(survey(), np.tile((0.2, 0.1), (survey().n, 1)))
-    c, s = np.cos(angle / 2), np.sin(angle / 2)
-    w, x, y, z = log.attitude.T
-    turned = np.column_stack((c * w - s * z, c * x - s * y, c * y + s * x, c * z + s * w))
-    north, east = estimate_current(log).velocity.T
-    found = estimate_current(dataclasses.replace(log, attitude=turned)).velocity
-    expected = np.column_stack(
-        (np.cos(angle) * north - np.sin(angle) * east, np.sin(angle) * north + np.cos(angle) * east)
-    )
-    np.testing.assert_allclose(found, expected, atol=2e-3)
-
-
 def test_recorded_accelerations_follow() -> None:
     """The derivative of the velocity through the water is that of its difference."""
     time = np.arange(0.0, 100.0, 0.01)

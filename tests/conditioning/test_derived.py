@@ -115,14 +115,6 @@ def test_the_way_made_is_found_in_body_axes(seed: int | None) -> None:
     assert made.notes[-1].startswith("derived: `u v w` over ground from position")
 
 
-def test_speed_does_not_depend_on_where_the_vehicle_points() -> None:
-    log, body = helix()
-    other = quaternion_from_euler(np.random.default_rng(2).uniform(-3, 3, (500, 3)))
-    turned = velocity_from_position(dataclasses.replace(log, attitude=other), seconds=0.5)
-    speed = np.linalg.norm(turned.velocity[:, :3], axis=1)
-    np.testing.assert_allclose(speed, np.linalg.norm(body, axis=1), atol=3e-3)
-
-
 def test_a_planar_log_gets_no_heave() -> None:
     log, _ = helix()
     flat = dataclasses.replace(log, position=log.position * (1, 1, 0))

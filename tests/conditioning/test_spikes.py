@@ -50,14 +50,6 @@ def test_unit_and_zero_do_not_matter(scale: float, zero: float, flipped: bool) -
     np.testing.assert_array_equal(found_in(values), found_in(other))
 
 
-def test_time_may_run_backwards() -> None:
-    values = noisy()
-    values[[3, 100, 398]] += 3.0
-    found = found_in(values)
-    np.testing.assert_array_equal(found_in(values[::-1]), found[::-1])
-    assert found.sum() == 3
-
-
 @pytest.mark.parametrize("kind", ["step", "ramp", "corner", "stairs", "still", "pulse of four"])
 def test_motion_is_no_spike(kind: str) -> None:
     index = np.arange(60.0)

@@ -63,13 +63,6 @@ def test_on_the_initial_velocity(case, component):
     np.testing.assert_allclose(jacobian[:, :, 1 + component], expected, rtol=0, atol=TOLERANCE)
 
 
-def test_the_velocity_is_the_replays_to_rounding(case):
-    plant, matrix, inputs, attitude = case
-    found, _, _ = kernels.sensitivities(plant, matrix, [[0, 0]], inputs, SEGMENTS, attitude)
-    expected, _ = kernels.replay(plant, matrix, inputs, SEGMENTS, attitude)
-    np.testing.assert_allclose(found, expected, rtol=1e-13)
-
-
 def test_a_linear_decay_in_closed_form():
     """u = exp(k t): du/dk = t exp(k t), du/du0 = exp(k t); RK4 at 1 ms is exact to 1e-12."""
     plant = Plant(np.eye(6), (True,) * 6, [[1, 0, 0, 0]], 0)
@@ -95,27 +88,6 @@ def test_at_rest_every_derivative_is_finite(make):
     np.testing.assert_array_equal(velocity, 0.0)
     assert np.all(np.isfinite(jacobian))
     np.testing.assert_array_equal(jacobian[0, :, 1:], np.eye(6))
-
-
-def test_locked_axes_neither_move_nor_matter(make):
-    rng = np.random.default_rng(23)
-    free = np.array([True, True, False, False, False, True])
-    plant, matrix = make.linear_plant(rng, free)
-    places = np.array([(0, 0), (0, 2), (5, 5)])
-    inputs = make.inputs(rng, n=16)
-    _, jacobian, _ = kernels.sensitivities(plant, matrix, places, inputs, SEGMENTS)
-    inside = np.r_[0:7, 8:16]
-    np.testing.assert_array_equal(jacobian[inside][:, ~free], 0.0)
-    np.testing.assert_array_equal(jacobian[inside][:, :, 1], 0.0)
-    np.testing.assert_array_equal(jacobian[inside][:, :, 3:][:, :, ~free], 0.0)
-
-
-def test_no_parameters_leave_the_initial_velocity(case):
-    plant, matrix, inputs, attitude = case
-    none = np.zeros((0, 2), dtype=np.int32)
-    _, jacobian, _ = kernels.sensitivities(plant, matrix, none, inputs, SEGMENTS, attitude)
-    assert jacobian.shape == (16, 6, 6)
-    np.testing.assert_array_equal(jacobian[8], np.eye(6))
 
 
 def test_from_divergence_on_and_outside_segments_nothing_is_known():

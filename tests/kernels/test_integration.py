@@ -160,13 +160,3 @@ def test_overflow_and_a_lost_first_sample_have_diverged():
     assert kernels.replay(plant, matrix, burst, np.array([[0, 3]]))[1][0] == 1
     lost = constant_inputs([0.0, 1.0], [np.nan, 0, 0, 0, 0, 0])
     assert kernels.replay(plant, matrix, lost, WHOLE)[1][0] == 0
-
-
-def test_locked_axes_stay_at_rest(make):
-    rng = np.random.default_rng(10)
-    free = np.array([True, True, False, False, False, True])
-    plant, matrix = make.linear_plant(rng, free)
-    inputs = make.inputs(rng)
-    found, _ = kernels.replay(plant, matrix, inputs, np.array([[0, 40]]))
-    np.testing.assert_array_equal(found[:, ~free], 0.0)
-    assert np.all(np.abs(found[1:, free]) > 0.0)

@@ -51,11 +51,6 @@ def test_regressor_fills_a_part_of_a_larger_array(make, rng):
     assert not whole[:, :3].any()
 
 
-def test_coriolis(make, rng):
-    mass, velocity = make.mass_matrix(rng), rng.standard_normal((50, 6))
-    close(kernels.coriolis(mass, velocity), oracle.coriolis(mass, velocity))
-
-
 def test_coriolis_of_an_asymmetric_matrix(rng):
     mass, velocity = rng.standard_normal((6, 6)), rng.standard_normal((50, 6))
     close(kernels.coriolis(mass, velocity), oracle.coriolis(mass, velocity))

@@ -254,24 +254,6 @@ def test_it_is_the_oracles(make, free):
         np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-11 * scale)
 
 
-def test_no_block_spans_two_segments(make):
-    """Two segments leave the same rows as either alone."""
-    plant, recursion, estimate, inputs, _ = run_arguments(make)
-    parts = [(0, 25), (25, 60)]
-    rows = [rows_of(plant, recursion.entries, inputs, 0.35, *part) for part in parts]
-    whole = kernels.recur(plant, recursion, estimate, inputs, np.array(parts))
-    folded = absorbed(recursion, estimate, np.vstack(rows))
-    np.testing.assert_array_equal(whole.coefficients, folded.coefficients)
-
-
-def test_arguments_stay_as_they_are(make):
-    plant, recursion, estimate, inputs, segments = run_arguments(make)
-    before = estimate.information.copy(), estimate.coefficients.copy()
-    kernels.recur(plant, recursion, estimate, inputs, segments)
-    np.testing.assert_array_equal(estimate.information, before[0])
-    np.testing.assert_array_equal(estimate.coefficients, before[1])
-
-
 def test_arguments_that_do_not_fit_are_refused(make):
     plant, recursion, estimate, inputs, segments = run_arguments(make)
     with pytest.raises(ProblemError, match="row"):

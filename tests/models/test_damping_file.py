@@ -148,13 +148,6 @@ def test_faults_come_at_once(damping):
         damping_from_document(document, "damping.json")
 
 
-def test_faults_of_a_file_without_a_model_come_at_once(damping):
-    document = damping_document(damping)
-    del document["model"], document["coefficients"]
-    with pytest.raises(ModelError, match="2 faults"):
-        damping_from_document(document)
-
-
 def test_what_is_no_damping_file(tmp_path):
     path = tmp_path / "damping.json"
     path.write_text('{"format":\n !}', encoding="utf-8")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from hydrodamp.errors import FileError, ModelError
+from hydrodamp.errors import ModelError
 from hydrodamp.models.catalog import catalog
 from hydrodamp.models.files import read_model, read_models, write_model
 
@@ -132,17 +132,3 @@ def test_models_must_be_a_list(file, text):
 def test_a_file_that_is_no_mapping(file, text):
     with pytest.raises(ModelError, match="a model file must be keys and values"):
         read_models(file(text))
-
-
-def test_bad_yaml_is_told_with_its_line(file):
-    with pytest.raises(FileError, match=r"models\.yaml, line 3: cannot be read as YAML"):
-        read_models(file("name: mine\nterms: {X: u\n"))
-    with pytest.raises(FileError, match=r"models\.yaml, line 4: .*`X` stands in line 3 already"):
-        read_models(file("name: mine\nterms:\n  X: u\n  X: v\n"))
-
-
-def test_files_that_cannot_be_read_or_written(tmp_path):
-    with pytest.raises(FileError, match=r"none.yaml: cannot be read: No such file"):
-        read_model(tmp_path / "none.yaml")
-    with pytest.raises(FileError, match="cannot be written: No such file"):
-        write_model(catalog["linear"], tmp_path / "nowhere" / "mine.yaml")

@@ -109,19 +109,6 @@ def test_with_terms_adds_and_keeps_what_is_there():
         catalog["fossen"].with_terms({"Q": "u"})
 
 
-def test_fewer_axes_drop_rows_and_vanishing_terms():
-    """The printed rows of Gertler-Hagen without every term that holds w, p or q."""
-    model = catalog["gertler-hagen"].restricted_to(("X", "Y", "N"))
-    assert [" ".join(map(str, row)) for row in model.terms] == [
-        "u^2 v^2 r^2 vr v^2(eta-1)",
-        "u^2 uv ur vV |r|V_v uv(eta-1) ur(eta-1) vV(eta-1)",
-        "",
-        "",
-        "",
-        "u^2 r|r| uv ur vV rV uv(eta-1) ur(eta-1) vV(eta-1)",
-    ]
-
-
 @pytest.mark.parametrize("key", KEYS)
 def test_what_is_dropped_on_fewer_axes_is_zero_and_what_stays_is_not(key):
     model = catalog[key]
@@ -143,12 +130,6 @@ def test_all_axes_change_nothing_and_unknown_ones_are_refused():
     assert model.restricted_to(AXES) == model
     with pytest.raises(ModelError, match="`axes` must be of X Y Z K M N; got Q"):
         model.restricted_to(["X", "Q"])
-
-
-def test_a_model_without_terms_has_no_coefficients():
-    model = catalog["pitch-yaw"].restricted_to(["K"])
-    assert model.n_coefficients == 0
-    assert model.unpack(np.zeros(0)).shape == (6, 0)
 
 
 def test_faults_of_a_table_come_at_once():

@@ -39,9 +39,6 @@ class TestEveryKind:
         assert not set(actuator.derived) & set(actuator.commands)
         assert set(actuator.derived) <= set(actuator.channels(commands))
 
-    def test_axes_and_values(self, actuator):
-        assert all(axis in AXES and value != 0.0 for axis, _, value in actuator.columns())
-
     def test_is_a_value(self, actuator):
         twin = pickle.loads(pickle.dumps(actuator))
         assert twin == actuator
@@ -145,11 +142,6 @@ def test_thruster_curve_is_linear_between_and_constant_beyond():
     np.testing.assert_allclose(thrust, [-30, -30, 10, 30, 50])
 
 
-def test_dead_zone_gives_no_thrust_even_where_the_curve_would():
-    thruster = Thruster("bow", (0, 0, 0), (1, 0, 0), curve=[(-1, -30), (1, 50)], dead_zone=(-1, 0))
-    np.testing.assert_allclose(thruster.thrust([-0.5, 0.5]), [0.0, 30.0])
-
-
 PULSES = [(1100, -31.0), (1300, -12.0), (1470, -0.4), (1530, 0.5), (1700, 15.0), (1900, 40.0)]
 """A made-up table of pulse width [us] and thrust [N], as makers measure them."""
 
@@ -161,13 +153,6 @@ def test_pulse_widths_become_newtons_by_the_table():
     np.testing.assert_array_equal(thruster.thrust(at[~inside]), newtons[~inside])
     assert (thruster.thrust(np.linspace(1470, 1530, 13)) == 0).all()
     assert thruster.channels({"m1": [1900.0]}) == {"m1_thrust": [40.0]}
-
-
-def test_a_table_that_rises_gives_a_thrust_that_rises():
-    thruster = Thruster("m1", (0, 0, 0), (1, 0, 0), curve=PULSES)
-    thrust = thruster.thrust(np.linspace(1000, 2000, 2001))
-    assert (np.diff(thrust) >= 0).all()
-    assert (thrust.min(), thrust.max()) == (-31.0, 40.0)
 
 
 @pytest.mark.parametrize(

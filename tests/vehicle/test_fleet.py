@@ -31,11 +31,6 @@ class TestEveryVehicle:
                 assert "#" in line or commented, line
             commented = "#" in line or (commented and line.startswith("  "))
 
-    def test_mass_matrix_is_symmetric_positive_definite(self, name):
-        matrix = fleet[name].mass_matrix
-        np.testing.assert_array_equal(matrix, matrix.T)
-        assert np.linalg.eigvalsh(matrix)[0] > 0.0
-
     def test_added_mass_is_positive_semidefinite_and_less_than_the_whole(self, name):
         vehicle = fleet[name]
         assert np.linalg.eigvalsh(vehicle.added_mass)[0] >= 0.0

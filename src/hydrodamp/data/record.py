@@ -262,8 +262,9 @@ def _notes(
         for row in np.flatnonzero(gaps).tolist()
     ]
     left_out = [
-        f"{b - a} {'sample' if b - a == 1 else 'samples'} "
-        f"{'with missing values' if missing[a] else 'alone, left out'} at {time[a]:g} s to {time[b - 1]:g} s"
+        f"{b - a} {'sample' if b - a == 1 else 'samples'}"
+        f" {'with missing values' if missing[a] else 'alone, left out'}"
+        f" at {time[a]:g} s to {time[b - 1]:g} s"
         + ("" if record.labels is None else f" (segment '{record.labels[a]}')")
         for a, b in pieces
         if missing[a] or b - a == 1
