@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from enum import Enum
 from typing import Any
 
 import typer
@@ -85,17 +84,16 @@ def described(name: str, command: Any) -> Iterator[str]:
 
 
 def _value(option: Any) -> str:
-    choices = type(option.default) if isinstance(option.default, Enum) else ()
-    return str(option.metavar or "|".join(one.value for one in choices) or option.name.upper())
+    return str(option.metavar or option.name.upper())
 
 
 def _help(option: Any) -> str:
     said = (option.help or "").replace("`", "``")
     if option.required:
         return f"{said} Required."
-    if option.is_flag or option.default is None:
+    if option.is_flag or option.default in (None, ""):
         return said
-    return f"{said} Default: ``{getattr(option.default, 'value', option.default)}``."
+    return f"{said} Default: ``{option.default}``."
 
 
 class Commands(SphinxDirective):

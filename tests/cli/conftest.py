@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from typer.testing import CliRunner, Result
 
+import hydrodamp as hd
 from hydrodamp.cli.main import app
-from hydrodamp.data.canonical import write_log
-from hydrodamp.data.log import Log
 
 VEHICLE = """\
 name: planar
@@ -22,75 +23,54 @@ buoyancy: 100
 actuators:
   - {kind: matrix, commands: [ahead, turn], wrench: [[10, 0, 0, 0, 0, 0], [0, 2, 0, 0, 0, 4]]}
 """
-MASS = np.array([20.0, 30.0, 5.0])
-DAMPING = np.array([[-8.0, 0.0, 0.0], [0.0, -40.0, 3.0], [0.0, 2.0, -6.0]])
+TRUTH = {"X_u": -8.0, "Y_v": -40.0, "Y_r": 3.0, "N_v": 2.0, "N_r": -6.0}
 
 
-def motion(seed: int, n: int = 400, step: float = 0.1) -> dict[str, np.ndarray]:
-    """Return columns of a run: M dnu/dt = H(M nu) nu + K nu + B c, commands held for 2 s."""
-    rng = np.random.default_rng(seed)
-    commands = np.repeat(rng.uniform([0.2, -1.0], [1.0, 1.0], (n // 20 + 1, 2)), 20, axis=0)[:n]
-    gains = np.array([[10.0, 0.0], [0.0, 2.0], [0.0, 4.0]])
-    nu = np.zeros((n, 3))
-    nu[0] = (0.5, 0.0, 0.0)
-
-    def rate(state: np.ndarray, command: np.ndarray) -> np.ndarray:
-        u, v, r = state
-        px, py = MASS[0] * u, MASS[1] * v
-        coriolis = np.array([py * r, -px * r, px * v - py * u])
-        return (coriolis + DAMPING @ state + gains @ command) / MASS
-
-    for k in range(n - 1):
-        state = nu[k]
-        for _ in range(5):
-            h = step / 5
-            k1 = rate(state, commands[k])
-            k2 = rate(state + h / 2 * k1, commands[k])
-            k3 = rate(state + h / 2 * k2, commands[k])
-            k4 = rate(state + h * k3, commands[k])
-            state = state + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
-        nu[k + 1] = state
-    return {
-        "time": step * np.arange(n),
-        **dict(zip(("u", "v", "r"), nu.T, strict=True)),
-        "ahead": commands[:, 0],
-        "turn": commands[:, 1],
-    }
+def motion(vehicle: hd.Vehicle, seed: int, name: str = "1", n: int = 400) -> hd.Log:
+    """Return a run at 10 Hz under commands that are held for 2 s."""
+    held = np.random.default_rng(seed).uniform([0.2, -1.0], [1.0, 1.0], (n // 20, 2))
+    log = hd.Log(
+        0.1 * np.arange(n),
+        np.eye(n, 6) * 0.5,  # from 0.5 m/s ahead
+        ("u", "v", "r"),
+        commands=np.repeat(held, 20, axis=0),
+        command_names=("ahead", "turn"),
+        segments=(hd.Segment(name, 0, n),),
+    )
+    return replace(
+        log, velocity=hd.simulate(vehicle, hd.Damping.from_dict(None, TRUTH), log).velocity
+    )
 
 
-def as_log(columns: dict[str, np.ndarray], names: list[str] | None = None) -> Log:
-    """Return the columns as a log."""
-    velocity = {name: columns[name] for name in "uvwpqr" if name in columns}
-    reserved = {"time", *velocity}
-    commands = {name: values for name, values in columns.items() if name not in reserved}
-    return Log.from_arrays(columns["time"], velocity, commands=commands, segment=names)
+@pytest.fixture(scope="session")
+def planar(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with `planar.yaml`, `a.csv`, `b.csv` and the joined `ab.csv`."""
+    home = tmp_path_factory.mktemp("planar")
+    (home / "planar.yaml").write_text(VEHICLE, encoding="utf-8")
+    vehicle = hd.read_vehicle(home / "planar.yaml")
+    for name, runs in {"a": {"1": 1}, "b": {"1": 2}, "ab": {"one": 1, "two": 2}}.items():
+        logs = (motion(vehicle, seed, segment) for segment, seed in runs.items())
+        hd.write_log(hd.concatenate(logs), home / f"{name}.csv")
+    return home
 
 
 @pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder to be in, with `planar.yaml`, `a.csv`, `b.csv` and the joined `ab.csv`."""
+def folder(planar: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A copy of that folder to be in."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "80")
-    (tmp_path / "planar.yaml").write_text(VEHICLE, encoding="utf-8")
-    first, second = motion(1), motion(2)
-    write_log(as_log(first), tmp_path / "a.csv")
-    write_log(as_log(second), tmp_path / "b.csv")
-    both = {name: np.concatenate([first[name], second[name]]) for name in first}
-    write_log(as_log(both, ["one"] * 400 + ["two"] * 400), tmp_path / "ab.csv")
+    shutil.copytree(planar, tmp_path, dirs_exist_ok=True)
     return tmp_path
 
 
 @pytest.fixture
 def call() -> Callable[..., Result]:
     """Return a function that calls the command line as a shell would split its line."""
-
-    def run(line: str, *more: str) -> Result:
-        return CliRunner().invoke(app, [*line.split(), *more])
-
-    return run
+    return lambda line: CliRunner().invoke(app, line.split())
 
 
 @pytest.fixture
 def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
     """No pictures and no report: they take longer than all the rest."""
-    monkeypatch.setattr("hydrodamp.cli.report.illustrate", lambda *_: ())
+    monkeypatch.setattr("hydrodamp.cli.work.illustrate", lambda *_: None)
+    monkeypatch.setattr("hydrodamp.cli.identify.illustrate_fit", lambda *_: None)

@@ -7,35 +7,19 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-import typer
-from typer.testing import CliRunner, Result
+from typer.testing import Result
 
-from hydrodamp.cli.datasets import datasets
-from hydrodamp.cli.output import guarded
-from hydrodamp.errors import FileError
 from hydrodamp.ingest import datasets as registry
 from hydrodamp.ingest.datasets import DataFile, Dataset
 
-Run = Callable[..., Result]
+Call = Callable[..., Result]
 CONTENT = {"a.dat": "time,u\n", "b.dat": "time,v\n"}
 
 
 @pytest.fixture
-def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Run:
-    """Return a function that calls the command, answering what it asks."""
-    monkeypatch.chdir(tmp_path)
-    app = typer.Typer()
-    app.command()(guarded(datasets))
-
-    def call(line: str = "", answer: str = "") -> Result:
-        return CliRunner().invoke(app, line.split(), input=answer)
-
-    return call
-
-
-@pytest.fixture
-def mine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Dataset:
+def mine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The only dataset there is: two files to download, from this machine."""
+    monkeypatch.chdir(tmp_path)
     source = tmp_path / "source"
     source.mkdir()
     for name, content in CONTENT.items():
@@ -44,73 +28,59 @@ def mine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Dataset:
     words = ("My log", "A dive.", "https://example.org", "MIT", "Me", "avl690")
     dataset = Dataset("mine", *words, files)
     monkeypatch.setattr(registry, "datasets", lambda: {"mine": dataset})
-    return dataset
 
 
-def test_lists_what_is_known(run: Run) -> None:
-    done = run()
-    assert done.exit_code == 0
+def test_lists_what_is_known(call: Call) -> None:
+    done = call("datasets")
     for word in ("kvlcc2-hsva", "vt690-field", "bluerov2-kth", "licences"):
         assert word in done.stdout
-    listed = json.loads(run("--json").stdout)["datasets"]
+    listed = json.loads(call("datasets --json").stdout)["datasets"]
     assert [one["name"] for one in listed] == ["kvlcc2-hsva", "vt690-field", "bluerov2-kth"]
     hashes = [file["sha256"] for file in listed[0]["files"]]
     assert (len(hashes), hashes.count("")) == (13, 4)
 
 
-def test_shows_the_licence_before_it_asks(run: Run, mine: Dataset) -> None:
-    done = run("mine", "y\n")
-    assert done.exit_code == 0
-    assert done.stderr.index("Licence: MIT") < done.stderr.index("Download 2 files")
-    assert "2 files downloaded" in done.stderr
-    assert done.stdout.splitlines()[-1] == str(Path("datasets", "mine"))
-    assert Path("datasets/mine/a.dat").read_text(encoding="utf-8") == CONTENT["a.dat"]
-    again = run("mine")
-    assert "Download" not in again.stderr
-    assert "2 files taken as they are: no checksum is known" in again.stderr
-
-
-@pytest.mark.parametrize("answer", ["n\n", ""])
-def test_nothing_is_downloaded_without_consent(run: Run, mine: Dataset, answer: str) -> None:
-    done = run("mine", answer)
+@pytest.mark.usefixtures("mine")
+def test_nothing_is_downloaded_without_consent(call: Call) -> None:
+    done = call("datasets mine")
     assert done.exit_code == 2
+    assert "Licence: MIT" in done.stderr
     assert "holds none of the 2 files of 'mine'" in done.stderr
-    assert ("say --yes" in done.stderr) == (answer == "")
+    assert "--yes accepts the licence" in done.stderr
     assert not Path("datasets").exists()
 
 
-def test_yes_asks_nothing(run: Run, mine: Dataset) -> None:
-    told = json.loads(run("mine --yes --json --folder here").stdout)
+@pytest.mark.usefixtures("mine")
+def test_yes_downloads_what_is_not_there(call: Call) -> None:
+    told = json.loads(call("datasets mine --yes --json --folder here").stdout)
     assert told["downloaded"] == told["unchecked"] == ["a.dat", "b.dat"]
     assert (told["folder"], told["mapping"], told["lacking"]) == ("here", "avl690", [])
+    Path("here/b.dat").unlink()
+    done = call("datasets mine --folder here")
+    assert "1 of 2 files taken as they are: no checksum is known" in done.stderr
+    assert "1 of 2 files not there" in done.stderr
+    done = call("datasets mine --folder here --yes")
+    assert "1 of 2 files downloaded" in done.stderr
+    assert done.stdout == "here\n"
+    assert Path("here/b.dat").read_text(encoding="utf-8") == CONTENT["b.dat"]
 
 
-def test_a_local_folder_serves_without_network(run: Run, mine: Dataset, tmp_path: Path) -> None:
-    (tmp_path / "a.dat").write_text("mine", encoding="utf-8")
-    done = run("mine --folder .", "n\n")
-    assert done.exit_code == 0
-    assert "1 file taken as they are: no checksum is known" in done.stderr
-    assert "1 file not there" in done.stderr
-    assert not (tmp_path / "b.dat").exists()
-
-
-def test_measured_logs_offline(run: Run, measured_logs: Callable[[str], Path]) -> None:
-    folder = measured_logs("vt690_field")
-    done = run(f"vt690-field --folder {folder}")
+def test_measured_logs_offline(call: Call, measured_logs: Callable[[str], Path]) -> None:
+    done = call(f"datasets vt690-field --folder {measured_logs('vt690_field')}")
     assert done.exit_code == 0
     assert "do not pass the files on" in done.stderr
-    assert "5 files with the checksum that hydrodamp knows" in done.stderr
+    assert "5 of 5 files with the checksum that hydrodamp knows" in done.stderr
     assert "--mapping avl690" in done.stderr
 
 
-def test_an_unknown_name(run: Run) -> None:
-    done = run("kvlcc2")
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("kvlcc2", "Did you mean 'kvlcc2-hsva'?"),
+        ("bluerov2-kth --yes", "They come from https://github.com/SAABmarine-MEX"),
+    ],
+)
+def test_a_log_that_cannot_be_had(call: Call, folder: Path, line: str, said: str) -> None:
+    done = call(f"datasets {line}")
     assert done.exit_code == 2
-    assert "Did you mean 'kvlcc2-hsva'?" in done.stderr
-
-
-def test_a_log_that_has_no_address(run: Run) -> None:
-    done = run("bluerov2-kth --yes")
-    assert done.exit_code == 2
-    assert "They come from https://github.com/SAABmarine-MEX" in done.stderr
-    assert FileError.__name__ not in done.stderr
+    assert said in done.stderr

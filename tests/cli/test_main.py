@@ -44,8 +44,9 @@ def test_python_m_hydrodamp() -> None:
     assert "Did you mean 'linear'?" in done.stderr
 
 
-def test_help_names_the_fleet() -> None:
+def test_names_are_those_of_the_tables() -> None:
     assert options.FLEET.split(", ") == list(fleet)
+    assert set(options.DEMO_METHODS.split(",")) < set(hydrodamp.METHODS)
 
 
 def test_the_words_of_help_reach_the_reader(call: Call) -> None:

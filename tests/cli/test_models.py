@@ -37,33 +37,14 @@ def test_shows_one_with_terms_source_and_note(call: Call) -> None:
     assert json.loads(call("models coe --json").stdout)["terms"]["K"] == ["v|v|", "p|p|", "r|r|"]
 
 
-def test_shows_those_of_a_file(folder: Path, call: Call) -> None:
+def test_shows_those_of_a_file_or_one_of_them(folder: Path, call: Call) -> None:
     (folder / "two.yaml").write_text(
         "models: [{name: a, terms: {X: u}}, {name: b, terms: {X: u*rpm}}]", "utf-8"
     )
-    listed = json.loads(call("models two.yaml --json").stdout)["models"]
-    assert [model["commands"] for model in listed] == [[], ["rpm"]]
+    document = json.loads(call("models two.yaml --json").stdout)
+    assert [model["commands"] for model in document["models"]] == [[], ["rpm"]]
     said = call("models two.yaml").stdout
-    assert "`hydrodamp models two.yaml MODEL` shows the terms of one" in said
+    assert "`hydrodamp models two.yaml:NAME` shows the terms of one" in said
     assert "sparse" not in said
-
-
-def test_shows_one_of_a_file(folder: Path, call: Call) -> None:
-    (folder / "two.yaml").write_text(
-        "models: [{name: first, terms: {X: u}}, {name: second, terms: {X: u*rpm}}]", "utf-8"
-    )
-    assert "u*rpm" in call("models two.yaml second").stdout
-    assert json.loads(call("models two.yaml first --json").stdout)["model"] == "first"
-    done = call("models two.yaml secnd")
-    assert done.exit_code == 2
-    assert "two.yaml: no model is called 'secnd'" in done.stderr
-    assert "Did you mean 'second'?" in done.stderr
-    done = call("models linear second")
-    assert done.exit_code == 2
-    assert "`linear` is a model of the catalogue, no file" in done.stderr
-
-
-def test_an_unknown_name(call: Call) -> None:
-    done = call("models prestreo")
-    assert done.exit_code == 2
-    assert "Did you mean 'prestero'?" in done.stderr
+    assert "u*rpm" in call("models two.yaml:b").stdout
+    assert json.loads(call("models two.yaml:a --json").stdout)["model"] == "a"

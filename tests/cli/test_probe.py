@@ -56,7 +56,6 @@ def test_a_vehicle_that_nothing_rights_is_minded_once(folder: Path, call: Call) 
     done = call("probe a.csv --vehicle mine.yaml")
     said = " ".join(done.output.split())
     assert said.count("'mine' has no righting moment in roll and pitch") == 1
-    assert done.stderr == ""
     assert "righting" not in call("probe a.csv --vehicle planar.yaml").output
 
 

@@ -3,11 +3,12 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 from typer.testing import Result
 
-from hydrodamp.simulation import score as horizons
+import hydrodamp as hd
 from hydrodamp.validation import crossvalidation
 
 Call = Callable[..., Result]
@@ -37,17 +38,25 @@ def test_json_holds_every_fold_and_horizon(folder: Path, call: Call) -> None:
     assert document["choice"].startswith("linear by ls")
 
 
-def test_a_model_that_always_diverges_is_no_choice(folder: Path, call: Call) -> None:
-    """One fold less than a model needs, and no other model."""
-    done = call("validate a.csv --vehicle planar.yaml --models linear --methods ls --folds 390")
-    assert done.exit_code == 2
-    assert "fold" in done.stderr
-
-
-def test_the_selected_model_is_sent_to_compare(folder: Path, call: Call) -> None:
-    done = call("validate a.csv --vehicle planar.yaml --models sparse")
-    assert done.exit_code == 2
-    assert "hydrodamp compare" in done.stderr
+@pytest.mark.parametrize(
+    ("more", "status", "words"),
+    [
+        ("a.csv --models linear --folds 390", 2, "fold"),
+        ("a.csv --models sparse", 2, "hydrodamp compare"),
+        ("short.csv --models wild.yaml", 1, "no model has an error on any fold"),
+    ],
+)
+def test_what_cannot_be_validated(
+    folder: Path, call: Call, more: str, status: int, words: str
+) -> None:
+    terms = "u v r u^2 v^2 r^2 uv ur vr u|u| v|v| r|r|"
+    (folder / "wild.yaml").write_text(f"{{name: wild, terms: {{X: '{terms}'}}}}", "utf-8")
+    log = hd.read_log("ab.csv")
+    short = hd.concatenate([log.between(0.0, 1.0), log.between(50.0, 51.0)])
+    hd.write_log(short, folder / "short.csv")
+    done = call(f"validate {more} --vehicle planar.yaml --methods ls")
+    assert done.exit_code == status
+    assert words in done.stderr
 
 
 def interrupted_at(number: int, function: Callable[..., object]) -> Callable[..., object]:
@@ -72,8 +81,8 @@ def test_ctrl_c_shows_the_folds_that_are_finished(
             patch.setattr(crossvalidation, "compare", interrupted_at(3, crossvalidation.compare))
             done = call(LINE + more)
         assert done.exit_code == 130
-        assert "2 of 5 folds" in done.stderr
-        assert "2 of 5 folds: interrupted" in done.stdout
+        assert "interrupted after 2 of 5 folds" in done.stderr
+        assert more or "Held out in turn: 2 folds" in done.stdout
     document = json.loads(done.stdout)
     assert document["held_out"] == whole["held_out"][:2]
     for part, row in zip(document["folds"], whole["folds"], strict=True):
@@ -81,22 +90,24 @@ def test_ctrl_c_shows_the_folds_that_are_finished(
     assert document["whole"] == []
 
 
-def test_ctrl_c_after_the_last_fold_shows_them_all(
-    folder: Path, call: Call, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("module", "name", "said", "shown"),
+    [
+        (hd, "horizon_scores", "after 5 of 5 folds; there are no errors by", "linear by ls"),
+        (crossvalidation, "compare", "interrupted", ""),
+    ],
+)
+def test_ctrl_c_at_once_or_after_the_last_fold(
+    folder: Path,
+    call: Call,
+    monkeypatch: pytest.MonkeyPatch,
+    module: ModuleType,
+    name: str,
+    said: str,
+    shown: str,
 ) -> None:
-    function = horizons.scores_with_restarts
-    monkeypatch.setattr(horizons, "scores_with_restarts", interrupted_at(1, function))
+    monkeypatch.setattr(module, name, interrupted_at(1, getattr(module, name)))
     done = call(LINE)
     assert done.exit_code == 130
-    assert "5 of 5 folds, and no errors by horizon" in done.stderr
-    assert "linear by ls" in done.stdout
-
-
-def test_ctrl_c_before_the_first_fold_says_so(
-    folder: Path, call: Call, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(crossvalidation, "compare", interrupted_at(1, crossvalidation.compare))
-    done = call(LINE)
-    assert done.exit_code == 130
-    assert "interrupted before any fold was finished" in done.stderr
-    assert not done.stdout
+    assert said in done.stderr
+    assert shown in done.stdout

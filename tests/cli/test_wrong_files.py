@@ -6,10 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-import typer
 from typer.testing import Result
-
-from hydrodamp.cli.main import app
 
 Call = Callable[..., Result]
 
@@ -73,20 +70,10 @@ def test_a_file_that_is_not_there(folder: Path, call: Call, line: str, near: str
 def test_a_vehicle_that_is_forgotten(folder: Path, call: Call, line: str) -> None:
     done = call(line)
     assert done.exit_code == 2
-    assert done.stderr.startswith("error: `--vehicle` is missing: name one of the fleet (vt690, ")
+    assert done.stderr.startswith("error: `--vehicle` is missing: name one of the fleet (bluerov2")
     assert "`hydrodamp vehicle new`" in done.stderr
     assert not (folder / "d.json").exists()
 
 
-def test_a_shell_that_completes_words_hears_nothing(capsys: pytest.CaptureFixture[str]) -> None:
-    command = typer.main.get_command(app)
-    with command.make_context("hydrodamp", ["compare"], resilient_parsing=True) as context:
-        compare = command.get_command(context, "compare")
-        compare.make_context("compare", ["a.csv"], parent=context, resilient_parsing=True)
-    assert capsys.readouterr() == ("", "")
-
-
 def test_help_still_says_that_a_vehicle_is_required(call: Call) -> None:
-    told = " ".join(call("compare --help").stdout.split())
-    assert "or a YAML file. [required]" in told
-    assert call("compare --help").exit_code == 0
+    assert "or a YAML file. [required]" in " ".join(call("compare --help").stdout.split())

@@ -11,7 +11,7 @@ from hydrodamp.errors import FileError
 from hydrodamp.identification.fit import Uncertainty
 from hydrodamp.models.files import read_damping
 from hydrodamp.report.documents import comparison_document
-from hydrodamp.report.files import kept_fits, read_comparison, write_comparison, write_fit
+from hydrodamp.report.files import kept_fit, read_comparison, write_comparison, write_fit
 from hydrodamp.validation.compare import Comparison
 
 
@@ -81,9 +81,9 @@ def test_a_fit_is_kept_under_its_digest_and_reads_back(
 ) -> None:
     fit = replace(comparison.rows[0].fit, provenance={"digest": 64 * "a"})
     write_fit(fit, tmp_path)
-    write_fit(comparison.rows[2].fit, tmp_path)
-    assert [*kept_fits(tmp_path)] == [64 * "a"]
-    again = kept_fits(tmp_path)[64 * "a"]
+    assert kept_fit(tmp_path, "linear", "ls", 64 * "b") is None
+    again = kept_fit(tmp_path, "linear", "ls", 64 * "a")
+    assert again is not None
     assert (tmp_path / "fits" / "linear.ls.aaaaaaaa.json").is_file()
     np.testing.assert_array_equal(again.damping.coefficients, fit.damping.coefficients)
     assert (again.status, again.rank, again.provenance) == (fit.status, fit.rank, fit.provenance)

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.simulation.checks import check_columns_used
 
 LINEAR = hd.catalog["linear"]
 
@@ -157,11 +156,6 @@ def test_all_lacks_are_named_at_once():
     assert "3 faults" in text
     for word in ("v w p q r not found", "'rudder'", "'elevator'", "attitude"):
         assert word in text
-
-
-def test_a_column_that_a_term_uses_is_used():
-    log = log_of(commands={**commands_of(), "rol": np.zeros(20)})
-    check_columns_used(hd.fleet["vt690"], log, [LINEAR.with_terms({"K": "rol"})])
 
 
 def test_the_problem_prints_in_one_line():

@@ -1,20 +1,27 @@
-"""From names on the command line to models and methods."""
+"""From names on the command line to a vehicle, models and methods."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from hydrodamp.errors import FileError, MethodError, ModelError, did_you_mean
-
-if TYPE_CHECKING:
-    from hydrodamp.data.log import Log
-    from hydrodamp.identification.fit import Method
-    from hydrodamp.models.model import DampingModel
-    from hydrodamp.vehicle.vehicle import Vehicle
+import hydrodamp as hd
+from hydrodamp.cli.options import FLEET
+from hydrodamp.cli.output import note
+from hydrodamp.errors import MethodError, ModelError, VehicleError, did_you_mean
+from hydrodamp.progress import progress
 
 #: The model that is selected from the training log.
 SPARSE = "sparse"
+
+
+def choose_vehicle(name: str) -> hd.Vehicle:
+    """Return the vehicle of a name or a file."""
+    if not name:
+        raise VehicleError(
+            f"`--vehicle` is missing: name one of the fleet ({FLEET}), or a YAML file of your own; "
+            "`hydrodamp vehicle new` writes one."
+        )
+    return hd.find_vehicle(name)
 
 
 def selects(listed: str | None) -> bool:
@@ -22,61 +29,52 @@ def selects(listed: str | None) -> bool:
     return listed is not None and SPARSE in names(listed)
 
 
-def with_sparse(
-    vehicle: Vehicle, log: Log, models: tuple[DampingModel, ...]
-) -> tuple[DampingModel, ...]:
-    """Return the models and the one selected from a log."""
-    from hydrodamp.cli.output import note
-    from hydrodamp.identification.sparse import Sparse
-    from hydrodamp.progress import progress
-
-    for model in models:
-        if model.key.casefold() == SPARSE:
-            raise _same_name(model.key, SPARSE)
-    way = Sparse()
+def with_selected(
+    listed: str | None, vehicle: hd.Vehicle, log: hd.Log, models: tuple[hd.DampingModel, ...]
+) -> tuple[hd.DampingModel, ...]:
+    """Return the models, and the one selected from a log where the list asks for it."""
+    if not selects(listed):
+        return models
+    way = hd.Sparse()
     with progress("selecting terms", len(way.windows)) as step:
         selected = way.select(vehicle, log, models, lambda *_: step())
     note(f"sparse: {selected.n_coefficients} coefficients. {selected.note}")
     return (*models, selected)
 
 
-def choose_models(listed: str | None) -> tuple[DampingModel, ...]:
-    """Return the models of a list with commas."""
-    from hydrodamp.models.catalog import PAPER_MODELS
-
-    asked = PAPER_MODELS if listed is None else names(listed)
+def choose_models(listed: str | None) -> tuple[hd.DampingModel, ...]:
+    """Return the models of a list with commas, without the one that comes with a log."""
+    asked = hd.PAPER_MODELS if listed is None else names(listed)
     if not asked:
         raise ModelError("`--models` must name at least one model; got an empty list.")
-    chosen: dict[str, DampingModel] = {}
+    chosen: dict[str, hd.DampingModel] = {}
     for model in (model for name in asked if name != SPARSE for model in named_models(name)):
-        # Not all file systems distinguish A.json from a.json.
-        there = chosen.setdefault(model.key.casefold(), model)
-        if (there.key, there.terms) != (model.key, model.terms):
-            raise _same_name(there.key, model.key)
+        key = model.key.casefold()  # not all file systems distinguish A.json from a.json
+        there = chosen.setdefault(key, model)
+        same = (there.key, there.terms) == (model.key, model.terms)
+        if not same or (key == SPARSE and selects(listed)):
+            raise ModelError(
+                f"two different models are called '{model.key}', whatever their capitals: rename "
+                "the one in your file."
+            )
     return tuple(chosen.values())
 
 
-def _same_name(first: str, second: str) -> ModelError:
-    pair = f"'{first}'" if first == second else f"'{first}' and '{second}'"
-    return ModelError(f"two different models are called {pair}: rename the one in your file.")
-
-
-def named_models(name: str) -> tuple[DampingModel, ...]:
-    """Return the model of a name, or those of a file."""
-    from hydrodamp.files import absent
-    from hydrodamp.models.catalog import catalog, find_model
-    from hydrodamp.models.files import read_models
-
+def named_models(name: str) -> tuple[hd.DampingModel, ...]:
+    """Return the model of a name or of ``FILE:NAME``, or those of a file."""
     file = file_of(name)
-    if name in catalog:
-        return (find_model(name),)
     if file != name:
-        return (one_of(file, name.removeprefix(f"{file}:").strip(), read_models(file)),)
-    if _is_yaml(name) or Path(name).is_file():
-        return read_models(name)
-    if Path(name).suffix and not did_you_mean(name, catalog):
-        raise FileError(absent(name))
-    return (find_model(name),)
+        key, found = name.removeprefix(f"{file}:").strip(), hd.read_models(file)
+        keys = [model.key for model in found]
+        if key not in keys:
+            raise ModelError(
+                f"{file}: no model is called '{key}'; the file holds {', '.join(keys)}."
+                f"{did_you_mean(key, keys)}"
+            )
+        return (found[keys.index(key)],)
+    if name not in hd.catalog and (_is_yaml(name) or Path(name).is_file()):
+        return hd.read_models(name)
+    return (hd.find_model(name),)
 
 
 def file_of(name: str) -> str:
@@ -85,40 +83,32 @@ def file_of(name: str) -> str:
     return file if _is_yaml(file) else name
 
 
-def one_of(file: str, key: str, found: tuple[DampingModel, ...]) -> DampingModel:
-    """Return the model of a file that has a key."""
-    keys = [model.key for model in found]
-    if key not in keys:
-        raise ModelError(
-            f"{file}: no model is called '{key}'; the file holds {', '.join(keys)}."
-            f"{did_you_mean(key, keys)}"
-        )
-    return found[keys.index(key)]
-
-
 def _is_yaml(name: str) -> bool:
     return Path(name).suffix.lower() in (".yaml", ".yml")
 
 
-def choose_model(name: str) -> DampingModel:
-    """Return the one model of a name or of a file."""
-    found = named_models(name)
-    if len(found) != 1:
+def choose_model(name: str) -> tuple[hd.DampingModel, ...]:
+    """Return the one model of a name or of a file; none where it is to be selected."""
+    if not name:
+        raise ModelError(
+            "`--model` is missing: name one of `hydrodamp models`, a YAML file of your own, or "
+            "`sparse`, which is selected from the log."
+        )
+    found = choose_models(name)
+    if len(found) + selects(name) != 1:
         keys = ", ".join(model.key for model in found)
         raise ModelError(
-            f"{name}: `--model` takes one model; the file holds {keys}. Name one of them: "
-            f"`--model {name}:{found[0].key}`."
+            f"`--model {name}` names several models: {keys}. Identify takes one model, such as "
+            "FILE:NAME of a file; `hydrodamp compare --models` takes several."
         )
-    return found[0]
+    return found
 
 
-def choose_methods(listed: str) -> tuple[Method, ...]:
+def choose_methods(listed: str) -> tuple[hd.Method, ...]:
     """Return the methods of a list with commas."""
-    from hydrodamp.identification.methods import find_method
-
     if not names(listed):
         raise MethodError("`--methods` must name at least one method; got an empty list.")
-    return tuple(find_method(name) for name in names(listed))
+    return tuple(hd.find_method(name) for name in names(listed))
 
 
 def names(listed: str) -> tuple[str, ...]:

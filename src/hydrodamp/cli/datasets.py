@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+import hydrodamp as hd
 from hydrodamp.cli import options
 from hydrodamp.cli.output import emit, note, results
 from hydrodamp.errors import FileError
@@ -18,7 +19,7 @@ def datasets(
         str | None, typer.Argument(metavar="NAME", help="Which to fetch; all are listed if none.")
     ] = None,
     folder: Annotated[
-        str | None,
+        Path | None,
         typer.Option(
             "--folder",
             metavar="DIR",
@@ -26,30 +27,29 @@ def datasets(
         ),
     ] = None,
     yes: Annotated[
-        bool, typer.Option("--yes", help="Accept the licence and download without asking.")
+        bool, typer.Option("--yes", help="Accept the licence, and download what is not there.")
     ] = False,
     json: options.Json = False,
 ) -> None:
     """List public logs, or fetch one: licence first, each file checked."""
-    from hydrodamp.ingest.datasets import fetch, find_dataset, look
+    from hydrodamp.ingest.datasets import look
 
     if name is None:
         _list(json)
         return
-    dataset = find_dataset(name)
-    place = Path(folder) if folder else Path("datasets", name)
-    here = look(dataset, place)
+    dataset = hd.find_dataset(name)
+    place = folder or Path("datasets", name)
+    before = look(dataset, place)
     note(f"{dataset.title}\n{dataset.note}\nSource: {dataset.page}")
     note(f"Licence: {dataset.licence}\nCite: {dataset.citation}")
-    wanted = [file.name for file in dataset.files if file.name in here.lacking and file.url]
-    if wanted and _accepted(len(wanted), yes):
-        here = fetch(dataset, place)
+    here = hd.fetch(dataset, place) if yes else before
     if len(here.lacking) == len(dataset.files):
         raise FileError(
             f"{place}: holds none of the {len(dataset.files)} files of '{name}', such as"
-            f" {dataset.files[0].name}. They come from {dataset.page}"
+            f" {dataset.files[0].name}. They come from {dataset.page}; --yes accepts the licence"
+            " and downloads those that have an address."
         )
-    downloaded = [file for file in wanted if file not in here.lacking]
+    downloaded = [file for file in before.lacking if file not in here.lacking]
     if json:
         document = {"dataset": name, "mapping": dataset.mapping, "downloaded": downloaded}
         emit(asdict(here) | document | {"folder": str(place)})
@@ -61,7 +61,7 @@ def datasets(
         (here.lacking, "not there"),
     ):
         if names:
-            note(f"{_files(len(names))} {said}")
+            note(f"{len(names)} of {len(dataset.files)} files {said}")
     note(f"Read with: --mapping {dataset.mapping}")
     typer.echo(str(place))
 
@@ -78,18 +78,3 @@ def _list(json: bool) -> None:
     notes = ("Fetch one: hydrodamp datasets NAME. None is part of hydrodamp; mind the licences.",)
     header = ("name", "files", "mapping", "title")
     show(results(), Grid.of_words("Public logs", header, "lrll", rows, notes))
-
-
-def _accepted(number: int, yes: bool) -> bool:
-    """Ask whether to download under the licence; no answer is none."""
-    if yes:
-        return True
-    try:
-        return typer.confirm(f"Download {_files(number)} under this licence?", err=True)
-    except typer.Abort:
-        note("\nNot asked for: say --yes to download without a question.")
-        return False
-
-
-def _files(number: int) -> str:
-    return "1 file" if number == 1 else f"{number} files"

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
+import hydrodamp as hd
 from hydrodamp.cli import options
+from hydrodamp.cli.choose import choose_methods, choose_models
 from hydrodamp.cli.output import results
-from hydrodamp.errors import ProblemError
+from hydrodamp.progress import progress
 
 
 def demo(
@@ -28,18 +29,13 @@ def demo(
     json: options.Json = False,
 ) -> None:
     """Re-enact the paper's experiment on a simulated vehicle and print its Table I."""
-    from hydrodamp.cli.choose import choose_methods, choose_models
     from hydrodamp.cli.targets import check_out_folder, record
     from hydrodamp.cli.work import Task, carry_out
-    from hydrodamp.progress import progress
-    from hydrodamp.simulation.campaign.reenact import n_samples, reenact
+    from hydrodamp.simulation.campaign.reenact import n_samples
 
-    if resume and out is None:
-        raise ProblemError(options.RESUME_NEEDS_OUT)
-    if out is not None:
-        check_out_folder(out, ())
+    check_out_folder(out, (), resume)
     with progress("sailing the campaign", n_samples()) as step:
-        campaign = reenact(seed=seed, truth=truth, done=step)
+        campaign = hd.reenact(seed=seed, truth=truth, done=step)
     if not json:
         train, test = (
             ", ".join(segment.name for segment in log.segments)
@@ -52,7 +48,6 @@ def demo(
             markup=False,
         )
     models, methods = choose_models(None), choose_methods(options.DEMO_METHODS)
-    home = None if out is None else Path(out)
-    task = Task(campaign.vehicle, campaign.train, campaign.test, models, methods, home)
+    task = Task(campaign.vehicle, campaign.train, campaign.test, models, methods, out)
     words = {"truth": campaign.truth, "note": campaign.note, "seed": str(seed), **record(())}
     carry_out(task, words, resume, json)

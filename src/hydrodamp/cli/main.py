@@ -33,18 +33,8 @@ app = typer.Typer(
 )
 vehicle_app = typer.Typer(help="Vehicle files.", no_args_is_help=True, rich_markup_mode=None)
 
-for command in (
-    demo,
-    models,
-    datasets,
-    probe,
-    convert,
-    compare,
-    validate,
-    identify,
-    simulate,
-    report,
-):
+COMMANDS = (demo, models, datasets, probe, convert, compare, validate, identify, simulate, report)
+for command in COMMANDS:
     app.command()(guarded(command))
 vehicle_app.command()(guarded(new))
 app.add_typer(vehicle_app, name="vehicle")

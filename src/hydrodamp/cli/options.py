@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
-from typing import Annotated
+from pathlib import Path
+from typing import Annotated, Literal
 
 import typer
 
-from hydrodamp.cli.output import WRONG_INPUT, fail
 from hydrodamp.identification.methods import METHODS
 
 FLEET = "bluerov2, bluerov2-heavy, lauv, remus100, vt690"
@@ -21,38 +20,6 @@ DEFAULT_METHOD = "recommended"
 
 DEMO_METHODS = "ls,ai,ai-scaled,recommended"
 """The paper's two, the second with scaled gains, and what hydrodamp recommends."""
-
-
-RESUME_NEEDS_OUT = (
-    "`--resume` goes on with the fits that an interrupted run left in a folder: name it with "
-    "`--out DIR`."
-)
-
-
-class AttitudeSource(StrEnum):
-    """Which attitude gravity and buoyancy act along."""
-
-    measured = "measured"
-    simulated = "simulated"
-
-
-class RateUnit(StrEnum):
-    """Unit of angular rates in errors."""
-
-    deg = "deg"
-    rad = "rad"
-
-
-def _named(context: typer.Context, vehicle: str) -> str:
-    """Refuse a call without a vehicle in a sentence that names some, as typer's does not."""
-    if not vehicle and not context.resilient_parsing:  # as a shell does that completes words
-        fail(
-            f"`--vehicle` is missing: name one of the fleet ({FLEET}), or a YAML file of your own; "
-            "`hydrodamp vehicle new` writes one.",
-            WRONG_INPUT,
-        )
-    return vehicle
-
 
 Logs = Annotated[
     list[str] | None,
@@ -71,8 +38,6 @@ VehicleName = Annotated[
         "--vehicle",
         metavar="V",
         help=f"A vehicle of the fleet ({FLEET}) or a YAML file. [required]",
-        default_factory=str,
-        callback=_named,
         show_default=False,
     ),
 ]
@@ -110,14 +75,19 @@ MappingFile = Annotated[
     ),
 ]
 Attitude = Annotated[
-    AttitudeSource,
-    typer.Option("--attitude", help="In replays, the attitude as measured or simulated too."),
+    Literal["measured", "simulated"],
+    typer.Option(
+        "--attitude",
+        metavar="[measured|simulated]",
+        help="In replays, the attitude as measured or simulated too.",
+    ),
 ]
 Rates = Annotated[
-    RateUnit, typer.Option("--rate-unit", help="Unit of angular rates in RMS errors.")
+    Literal["deg", "rad"],
+    typer.Option("--rate-unit", metavar="[deg|rad]", help="Unit of angular rates in RMS errors."),
 ]
 OutFolder = Annotated[
-    str | None,
+    Path | None,
     typer.Option(
         "--out",
         metavar="DIR",

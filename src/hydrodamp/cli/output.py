@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, NoReturn, ParamSpec, TypeVar
 import typer
 
 from hydrodamp.errors import HydrodampError, HydrodampWarning
-from hydrodamp.files import absent, as_json
+from hydrodamp.files import as_json
 from hydrodamp.progress import watched
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ def emit(document: object) -> None:
     typer.echo(as_json(document), nl=False)
 
 
-def fail(sentence: str, status: int) -> NoReturn:
+def fail(sentence: str, status: int = WORK_FAILED) -> NoReturn:
     """Print an error on standard error and end with a status."""
     note(f"error: {sentence}")
     raise typer.Exit(status)
@@ -59,12 +59,10 @@ def guarded(command: Callable[P, R]) -> Callable[P, R]:
         with warnings_as_notes(), watched():
             try:
                 return command(*args, **kwargs)
-            except (typer.Exit, typer.Abort, typer.BadParameter, BrokenPipeError):
+            except (typer.Exit, BrokenPipeError):
                 raise
             except HydrodampError as error:
                 fail(str(error), WRONG_INPUT)
-            except FileNotFoundError as error:
-                fail(absent(error.filename) if error.filename else str(error), WRONG_INPUT)
             except OSError as error:
                 fail(f"{error.filename or 'file'}: {error.strerror or error}", WRONG_INPUT)
             except KeyboardInterrupt:
@@ -75,8 +73,7 @@ def guarded(command: Callable[P, R]) -> Callable[P, R]:
                 fail(
                     f"internal failure: {type(error).__name__}: {error} "
                     f"({Path(frame.filename).name}:{frame.lineno}). This is a fault of hydrodamp: "
-                    "please report it with the command.",
-                    WORK_FAILED,
+                    "please report it with the command."
                 )
 
     return run
@@ -103,6 +100,7 @@ def warnings_as_notes() -> Iterator[None]:
             _warned.reset(token)
 
 
-def warned() -> tuple[str, ...]:
-    """Return the warnings of the command that is running, in order, each once."""
-    return tuple(_warned.get({}))
+def warned() -> dict[str, str]:
+    """Return the warnings of the command that is running, in order, each once, for provenance."""
+    lines = "\n".join(_warned.get({}))
+    return {"warnings": lines} if lines else {}

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-import warnings
 from functools import partial
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
+import hydrodamp as hd
 from hydrodamp.cli import options
 from hydrodamp.cli.output import emit, note, results
+from hydrodamp.progress import progress
 
 
 def probe(
@@ -24,7 +26,7 @@ def probe(
     ] = None,
     mapping: options.MappingFile = None,
     draft: Annotated[
-        str | None,
+        Path | None,
         typer.Option("--draft", metavar="FILE", help="Save the draft of a mapping file."),
     ] = None,
     force: options.Force = False,
@@ -32,26 +34,18 @@ def probe(
 ) -> None:
     """Look through a log: what is in it, what is missing, is it fit for the job."""
     from hydrodamp.cli.targets import check_new_file
-    from hydrodamp.errors import HydrodampWarning
     from hydrodamp.files import save_text
-    from hydrodamp.ingest.probing.probe import judge, probe as look
-    from hydrodamp.ingest.read import read_recording
-    from hydrodamp.progress import progress
+    from hydrodamp.ingest.probing.probe import judge
     from hydrodamp.report.grid import show
     from hydrodamp.report.probe_tables import probe_document, probe_grids
     from hydrodamp.simulation.checks import needs_of
-    from hydrodamp.vehicle.fleet import find_vehicle
 
-    needs = None
-    if vehicle is not None:
-        with warnings.catch_warnings():  # the verdict says what is to be said of the vehicle
-            warnings.simplefilter("ignore", HydrodampWarning)
-            needs = partial(needs_of, find_vehicle(vehicle))
+    needs = None if vehicle is None else partial(needs_of, hd.find_vehicle(vehicle))
     if draft is not None:
         check_new_file(draft, force)
-    recordings = [read_recording(path) for path in dict.fromkeys(logs)]
+    recordings = [hd.read_recording(path) for path in dict.fromkeys(logs)]
     with progress("looking through it"):
-        found = look(recordings[0])
+        found = hd.probe(recordings[0])
         judged = judge(found, recordings, mapping, needs)
     if draft is not None:
         save_text(found.draft.text, draft)

@@ -9,44 +9,53 @@ import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from hydrodamp.cli.output import warned
-from hydrodamp.errors import FileError
+from hydrodamp.data.canonical import check_log_file
+from hydrodamp.errors import FileError, ProblemError
 from hydrodamp.files import check_file, check_folder
+from hydrodamp.report.files import is_result
 
 Inputs = Iterable[str | None]
 
 
-def check_out_file(out: str, inputs: Inputs) -> None:
+def check_out_file(out: Path, inputs: Inputs) -> None:
     """Refuse a file that cannot be written or would replace an input."""
     for path in _files(inputs):
-        if _same(Path(out), path):
+        if out.exists() and out.samefile(path):
             raise FileError(
                 f"`--out {out}` is one of the inputs and would be replaced: name another file."
             )
     check_file(out)
 
 
-def check_out_folder(out: str, inputs: Inputs) -> None:
-    """Refuse a folder that cannot be written or whose files would replace an input."""
-    from hydrodamp.report.files import is_result
+def check_out_log(out: Path, inputs: Inputs) -> None:
+    """Refuse also a file whose suffix is none of a log."""
+    check_out_file(out, inputs)
+    check_log_file(out)
 
-    folder = Path(out)
+
+def check_out_folder(out: Path | None, inputs: Inputs, resume: bool) -> None:
+    """Refuse a folder that cannot be written or whose files would replace an input."""
+    if out is None:
+        if resume:
+            raise ProblemError(
+                "`--resume` goes on with the fits that an interrupted run left in a folder: name "
+                "it with `--out DIR`."
+            )
+        return
     for path in _files(inputs):
-        if _same(folder, path):
-            raise FileError(f"`--out {out}` is one of the inputs: name a folder of its own.")
-        if is_result(path.resolve(), folder.resolve()):
+        if is_result(path.resolve(), out.resolve()):
             raise FileError(
                 f"`--out {out}` would replace the input {path}: name a folder of its own."
             )
-    if folder.is_file():
+    if out.is_file():
         raise FileError(f"`--out {out}` is a file: name a folder, new or there already.")
-    check_folder(folder)
+    check_folder(out)
 
 
-def check_new_file(out: str, force: bool) -> None:
+def check_new_file(out: Path, force: bool) -> None:
     """Refuse a file that cannot be written, or that exists and may hold a person's work."""
     check_file(out)
-    if Path(out).exists() and not force:
+    if out.exists() and not force:
         raise FileError(f"{out}: is there already; name another file, or say --force.")
 
 
@@ -57,21 +66,15 @@ def record(inputs: Inputs) -> dict[str, str]:
 
     words = {
         "command": shlex.join(["hydrodamp", *sys.argv[1:]]),
-        "files": "\n".join(f"{_digest(path)}  {_one_line(path)}" for path in _all_files(inputs)),
+        "files": "\n".join(f"{_digest(path)}  {path}" for path in _all_files(inputs)),
         "versions": f"Python {platform.python_version()}, NumPy {numpy.__version__}, "
         f"SciPy {scipy.__version__}, {platform.system()} {platform.machine()}",
-        "warnings": "\n".join(warned()),
     }
     return {key: text for key, text in words.items() if text}
 
 
 def _files(inputs: Inputs) -> list[Path]:
     return [Path(name) for name in inputs if name and Path(name).is_file()]
-
-
-def _same(one: Path, other: Path) -> bool:
-    """Tell whether two paths are one file, by whatever links or spellings."""
-    return one.resolve() == other.resolve() or (one.exists() and one.samefile(other))
 
 
 def _all_files(inputs: Inputs) -> Iterator[Path]:
@@ -85,9 +88,3 @@ def _all_files(inputs: Inputs) -> Iterator[Path]:
 def _digest(path: Path) -> str:
     with path.open("rb") as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()
-
-
-def _one_line(path: Path) -> str:
-    return "".join(
-        each if each.isprintable() else "\N{REPLACEMENT CHARACTER}" for each in str(path)
-    )

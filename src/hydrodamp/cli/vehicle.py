@@ -14,7 +14,7 @@ Size = Annotated[float | None, typer.Option(metavar="METRES", help="Of the hull 
 
 
 def new(
-    file: Annotated[str, typer.Argument(metavar="FILE", help="The YAML file to write.")],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="The YAML file to write.")],
     length: Size = None,
     diameter: Size = None,
     mass: Annotated[
@@ -37,31 +37,19 @@ def new(
     from hydrodamp.vehicle.fleet import fleet_text
     from hydrodamp.vehicle.template import copied, vehicle_template
 
-    path, sizes = Path(file), {"length": length, "diameter": diameter, "mass": mass}
-    if like is not None and any(size is not None for size in sizes.values()):
+    sizes = {"length": length, "diameter": diameter, "mass": mass}
+    complete = like is not None or mass is not None
+    if like is None:
+        text = vehicle_template(file.stem, **sizes)
+    elif any(size is not None for size in sizes.values()):
         raise VehicleError(
             "`--like` copies a known vehicle: leave out --length, --diameter, --mass"
         )
-    check_new_file(file, force)
-    text = (
-        vehicle_template(path.stem, **sizes)
-        if like is None
-        else copied(fleet_text(like), path.stem)
-    )
-    save_text(text, path)
-    complete = like is not None or mass is not None
-    if json:
-        emit({"path": str(path), "complete": complete})
     else:
-        note(f"written to {path}: {_hint(like, complete)}")
-    if mass is not None:
-        note(
-            "note: both centers are at the origin, so nothing rights the vehicle in roll and "
-            "pitch: enter `center_of_gravity`, as the comment there says."
-        )
-
-
-def _hint(like: str | None, complete: bool) -> str:
-    if like is not None:
-        return f"{like} under a name of its own, ready to use"
-    return "an estimate, ready to use" if complete else "fill in its numbers"
+        text = copied(fleet_text(like), file.stem)
+    check_new_file(file, force)
+    save_text(text, file)
+    if json:
+        emit({"path": str(file), "complete": complete})
+    else:
+        note(f"written to {file}: {'ready to use' if complete else 'fill in its numbers'}")

@@ -41,9 +41,6 @@ GRADES, BAND = "identifiability.json", "band.npz"
 #: The folder of pictures, and the file among them that has their words.
 FIGURES, INDEX = "figures", "index.json"
 
-#: What :func:`write_comparison` writes, in words.
-WRITTEN = "comparison.json, table.txt .md .tex .csv, fits, replays.npz"
-
 _SIMULATED = "simulated."
 
 
@@ -135,10 +132,10 @@ def write_fit(fit: Fit, folder: Path) -> None:
     save_all({folder / "fits" / f"{name}.json": as_json(fit_document(fit)).encode("utf-8")})
 
 
-def kept_fits(folder: Path) -> dict[str, Fit]:
-    """Return the fits that lie in a folder of results, by their digests."""
-    found = map(read_fit, sorted((folder / "fits").glob("*.json")))
-    return {fit.provenance["digest"]: fit for fit in found if "digest" in fit.provenance}
+def kept_fit(folder: Path, model: str, method: str, digest: str) -> Fit | None:
+    """Return a fit that lies in a folder of results; None where there is none."""
+    path = folder / "fits" / f"{model}.{method}.{digest[:8]}.json"
+    return read_fit(path) if path.is_file() else None
 
 
 def read_comparison(folder: str | os.PathLike[str]) -> Comparison:
