@@ -49,7 +49,7 @@ def read_log(path: Place | Sequence[Place], mapping: LogMapping | str | Path | N
     ClockWarning
         Once, if a clock repeats, runs backwards or leaps.
     """
-    given = None if mapping is None else _mapping(mapping)
+    given = _mapping(mapping)
     return _log(read_recording(path), given)
 
 
@@ -105,7 +105,7 @@ def read_logs(
     from hydrodamp.ingest.formats.files import each
 
     files = [paths] if isinstance(paths, (str, Path)) else list(paths)
-    given = None if mapping is None else _mapping(mapping)
+    given = _mapping(mapping)
     return concatenate(each(files, lambda path: read_log(path, given)))
 
 
@@ -113,7 +113,7 @@ def logs_of(recordings: Iterable[Recording], mapping: LogMapping | str | Path | 
     """Return several recordings as one log, each at least a segment of its own."""
     from hydrodamp.ingest.formats.files import each
 
-    given = None if mapping is None else _mapping(mapping)
+    given = _mapping(mapping)
     return concatenate(each(recordings, lambda recording: _log(recording, given)))
 
 
@@ -152,7 +152,7 @@ def read_parts(
     """
     from hydrodamp.ingest.formats.detect import parts
 
-    given = None if mapping is None else _mapping(mapping)
+    given = _mapping(mapping)
     for number, part in enumerate(parts(path, rows), start=1):
         if not _is_blank(part, given):
             record = canonical_record(part) if given is None else given.record(part)
@@ -171,5 +171,5 @@ def _is_blank(part: Recording, mapping: LogMapping | None) -> bool:
     return any(bool(np.isnan(fields[name]).all()) for name in used & set(fields))
 
 
-def _mapping(given: LogMapping | str | Path) -> LogMapping:
-    return given if isinstance(given, LogMapping) else read_mapping(given)
+def _mapping(given: LogMapping | str | Path | None) -> LogMapping | None:
+    return read_mapping(given) if isinstance(given, str | Path) else given

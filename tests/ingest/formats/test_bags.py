@@ -204,16 +204,6 @@ def test_definitions_missing_in_the_bag_come_from_the_distribution(
     assert rosbag.read(folder).topics[0].fields["twist.linear.y"].tolist() == [0, -0.01, -0.02]
 
 
-def test_parts_of_a_split_bag_are_one_recording(tmp_path: Path, bag: Any) -> None:
-    second = bag.ros2(tmp_path / "b", bag.twists(4, start=200.0))
-    first = bag.ros2(tmp_path / "a", bag.twists(3))
-    recording = files.read([second, first])
-    topic = recording.topics[0]
-    assert topic.n == 7
-    assert (np.diff(topic.time) > 0).all()
-    assert topic.texts["header.frame_id"] == ("base",) * 7
-
-
 def test_topics_without_messages_or_fields(tmp_path: Path, bag: Any) -> None:
     from rosbags.rosbag2 import Writer
 

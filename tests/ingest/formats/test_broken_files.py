@@ -264,7 +264,12 @@ CORPUS = [
     ("folder-empty", folder_of(readme__md="x"), refused, "the folder holds no log"),
     ("folder-mixed", folder_of(a__csv=TABLE, b__tsv=TABLE), refused, "logs of several kinds"),
     ("folder-bad", folder_of(a__csv="t,u\n1\n", b__csv="t,u\n1\n"), refused, "2 faults"),
-    ("folder-same", folder_of(a__alog=MOOS, b__alog=MOOS), refused, "their times overlap"),
+    (
+        "folder-same",
+        folder_of(a__alog=MOOS, b__alog=MOOS),
+        refused,
+        "2 files hold a topic `NAV_X`: .*`read_logs`",
+    ),
 ]
 
 

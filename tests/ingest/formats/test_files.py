@@ -16,7 +16,6 @@ from hydrodamp.data.recording import Topic
 from hydrodamp.errors import FileError, LogError
 from hydrodamp.ingest.formats import content, detect, files, rosbag
 from hydrodamp.ingest.formats.cells import unique_names
-from hydrodamp.ingest.formats.files import joined
 
 TABLE = "t,u\n0,1\n1,2\n"
 
@@ -123,23 +122,6 @@ def test_nothing_and_nowhere(tmp_path: Path) -> None:
         files.read([])
     with pytest.raises(FileError, match="No such file"):
         files.read(tmp_path / "absent.csv")
-
-
-def test_topics_join_in_the_order_of_their_clocks() -> None:
-    first = Topic("a", [0.0, 1.0], {"x": [1.0, 2.0]}, {"m": ("p", "q")}, {"x": "m"})
-    second = Topic("a", [5.0], {"x": [3.0], "y": [9.0]}, faults={"z": "spoilt"})
-    other = Topic("b", None, {"x": [3.0]})
-    empty = Topic("a", [], {"x": []}, {"m": ()})
-    whole, alone = joined([second, empty, other, first][::-1], "dive")[::-1]
-    assert {whole.name, alone.name} == {"a", "b"}
-    topic = whole if whole.name == "a" else alone
-    np.testing.assert_array_equal(topic.time, [0, 1, 5])
-    np.testing.assert_array_equal(topic.fields["y"], [np.nan, np.nan, 9])
-    assert topic.texts["m"] == ("p", "q", "")
-    assert topic.units == {"x": "m"}
-    assert topic.faults == {"z": "spoilt"}
-    with pytest.raises(LogError, match="without a clock of its own"):
-        joined([other, other], "dive")
 
 
 def test_topics_keep_frozen_arrays_and_copy_others() -> None:

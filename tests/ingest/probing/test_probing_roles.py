@@ -129,27 +129,11 @@ def test_depth_tells_which_way_is_down(dive) -> None:
                 Topic("ctd", dive.time[::2], {"depth": depth[::2] + 5}),
             ),
             "dive",
-            "VT/AVL topic",
+            "text in columns",
         )
         upright = probe(recording).roles.upright
         assert upright.body == axes
         assert upright.confidence > 90
-
-
-def test_sticks_of_a_pilot(table: Table) -> None:
-    """Up is up and right is starboard: against w and r of axes with z up, along them never both."""
-    rng = np.random.default_rng(4)
-    time = np.arange(0.0, 200.0, 0.1)
-    sticks = np.repeat(rng.choice([-1.0, 0.0, 1.0], (40, 2)), 50, axis=0)
-    for senses, axes in (((1.0, -1.0), "FLU"), ((-1.0, 1.0), "FRD")):
-        moved = np.zeros((2000, 2))
-        for k in range(1999):
-            moved[k + 1] = moved[k] + 0.1 * (np.array(senses) * sticks[k] - moved[k])
-        recording = table(
-            time_s=time, w=moved[:, 0], r=moved[:, 1], ch_heave=sticks[:, 0], ch_yaw=sticks[:, 1]
-        )
-        upright = probe(recording).roles.upright
-        assert (upright.body, len(upright.signs)) == (axes, 1)
 
 
 def test_bad_rows_are_left_out_and_flagged(dive) -> None:
@@ -164,7 +148,7 @@ def test_bad_rows_are_left_out_and_flagged(dive) -> None:
             Topic("control.pitch_pid", dive.time, {"pitch_input": dive.angles[:, 1]}),
         ),
         "dive",
-        "VT/AVL topic",
+        "text in columns",
     )
     text = probe(recording).draft.text
     assert "u: {column: dvl.velocity.v_x, where: data_good}" in text

@@ -42,7 +42,7 @@ _DIVISORS = dict.fromkeys("cCeE", 100.0) | {"L": 1e7}
 # The field that numbers the sensors of one kind, where a log does not state it (LogStructure.h).
 _INSTANCES = {"XKF": "C", "NKF": "C", "IMU": "I", "ACC": "I", "GYR": "I"}
 
-_PREFIXES = {0.1: "d", 0.01: "c", 1e-3: "m", 1e-6: "µ", 1e-9: "n"}
+_PREFIXES = {1.0: "", 0.1: "d", 0.01: "c", 1e-3: "m", 1e-6: "µ", 1e-9: "n"}
 
 
 def read(path: str | Path) -> Recording:
@@ -203,12 +203,9 @@ class _Stated:
             if not label or letter == "#":
                 continue
             scaled = form.letters[place] in _DIVISORS or place >= len(scales)
-            by = 1.0 if scaled else self.multipliers.get(scales[place], 1.0)
-            near = next((one for one in _PREFIXES if by and abs(one / by - 1) < 1e-6), None)
-            if by in (0.0, 1.0):
-                units[name] = label
-            else:
-                units[name] = f"{by:.4g} {label}" if near is None else _PREFIXES[near] + label
+            by = (1.0 if scaled else self.multipliers.get(scales[place], 1.0)) or 1.0
+            near = (mark for one, mark in _PREFIXES.items() if abs(one / by - 1) < 1e-6)
+            units[name] = next(near, f"{by:.4g} ") + label
         return units
 
 

@@ -43,7 +43,6 @@ _LINE = re.compile("\r\n|\n|\r")
 #: In order of preference; the empty one stands for any white space.
 DELIMITERS = {"\t": "tabs", ";": "semicolons", "|": "bars", ",": "commas", "": "spaces"}
 _COMMENT = re.compile(r"\s*(#|%|//)+")
-_SEPARATOR = re.compile(r"sep=.$", re.IGNORECASE)
 _SAMPLE = 200  # lines
 _LABEL = "segment"  # a column of names even of digits: a segment `001` is not called `1`
 _NO_NAME = "unnamed"  # the label of a row without one
@@ -134,8 +133,6 @@ def _rows(lines: Sequence[str], delimiter: str) -> list[_Row]:
     """Return the rows that are not blank, without the mark of a comment."""
     rows = []
     for line, text in enumerate(lines, start=1):
-        if _SEPARATOR.match(text.strip()):
-            continue
         mark = _COMMENT.match(text)
         bare = text[mark.end() :] if mark else text
         if delimiter:

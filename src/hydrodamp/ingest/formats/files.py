@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
-from itertools import pairwise
 from pathlib import Path
 from typing import TypeVar
 
@@ -77,72 +76,25 @@ def each(items: Iterable[Item], made_of: Callable[[Item], Made]) -> list[Made]:
 def _together(files: Sequence[Path], source: str) -> Recording:
     read = each(files, detect.read)
     pairs = [*zip(read, files, strict=True)]
-    topics = [
+    topics = tuple(
         topic if topic.name else replace(topic, name=_stem(file))
         for one, file in pairs
         for topic in one.topics
-    ]
+    )
+    if faults := [
+        f"{count} files hold a topic `{name}`: they are parts of a recording, or different ones."
+        " Read them one after another by `read_logs`"
+        for name, count in Counter(topic.name for topic in topics).items()
+        if count > 1
+    ]:
+        raise LogError(faults, source=source)
     notes = tuple(f"{file.name}: {note}" for one, file in pairs for note in one.notes)
     forms = " and ".join(dict.fromkeys(one.format for one in read))
-    return Recording(joined(topics, source), source, forms, notes)
+    return Recording(topics, source, forms, notes)
 
 
 def _stem(file: Path) -> str:
     return file.name.removesuffix(".gz").rpartition(".")[0] or file.name
-
-
-def joined(topics: Iterable[Topic], source: str) -> tuple[Topic, ...]:
-    """Join topics of one name, such as those of a split bag, in the order of their clocks."""
-    groups: dict[str, list[Topic]] = {}
-    for topic in topics:
-        groups.setdefault(topic.name, []).append(topic)
-    faults = [fault for name, group in groups.items() if (fault := _fault(name, group))]
-    if faults:
-        raise LogError(faults, source=source)
-    return tuple(_whole(sorted(group, key=_begin)) for group in groups.values())
-
-
-def _fault(name: str, group: Sequence[Topic]) -> str:
-    """Say why topics of one name are not parts of one."""
-    if len(group) == 1:
-        return ""
-    head = f"{len(group)} files hold a topic `{name}`"
-    if any(topic.time is None for topic in group):
-        return f"{head} without a clock of its own. Read each file by itself"
-    clocks = [topic.time for topic in sorted(group, key=_begin)]
-    for before, after in pairwise(clock for clock in clocks if clock is not None and len(clock)):
-        if after[0] <= before[-1]:
-            return (
-                f"{head}, and their times overlap ({after[0]:.10g} s to {before[-1]:.10g} s): these"
-                " are different vehicles or dives. Read each file by itself"
-            )
-    return ""
-
-
-def _begin(topic: Topic) -> float:
-    return np.inf if topic.time is None or not len(topic.time) else float(topic.time[0])
-
-
-def _whole(parts: Sequence[Topic]) -> Topic:
-    if len(parts) == 1:
-        return parts[0]
-    faults = {name: fault for part in parts for name, fault in part.faults.items()}
-    fields = dict.fromkeys(name for part in parts for name in part.fields if name not in faults)
-    texts = dict.fromkeys(name for part in parts for name in part.texts if name not in fields)
-    return Topic(
-        parts[0].name,
-        np.concatenate([part.time for part in parts if part.time is not None]),
-        {
-            name: np.concatenate([part.fields.get(name, np.full(part.n, np.nan)) for part in parts])
-            for name in fields
-        },
-        {
-            name: tuple(word for part in parts for word in part.texts.get(name, ("",) * part.n))
-            for name in texts
-        },
-        {name: unit for part in parts for name, unit in part.units.items()},
-        faults,
-    )
 
 
 def _oddities(topic: Topic) -> Iterator[str]:

@@ -130,56 +130,54 @@ class Assembly:
             self.numbers[name] = values if sign == 1.0 else 0.0 - values
 
     def _attitude(self) -> None:
-        angles = [name for name in (*EULER, "heading") if self.sampler.has(f"attitude.{name}")]
+        names = [name for name in (*EULER, "heading") if self.sampler.has(f"attitude.{name}")]
         parts = [name for name in ATTITUDE.columns if self.sampler.has(f"attitude.{name}")]
-        if angles:
-            self.faults += [
-                f"`attitude.{name}` must be in rad; it runs as an angle in degrees does. Say"
-                " `unit: deg`"
-                for name in angles
-                if not self.sampler.is_direct(f"attitude.{name}")
-                and runs_in_degrees(name, self.sampler.raw(f"attitude.{name}"))
-            ]
-            self._euler({"yaw" if name == "heading" else name: name for name in angles})
+        if faults := [
+            f"`attitude.{name}` must be in rad; it runs as an angle in degrees does. Say"
+            " `unit: deg`"
+            for name in names
+            if runs_in_degrees(name, self.sampler.raw(f"attitude.{name}"))
+        ]:
+            self.faults += faults
+        elif names:
+            self._euler({"yaw" if name == "heading" else name: name for name in names})
         elif parts:
-            self._quaternion(parts)
+            self._quaternion([f"attitude.{name}" for name in parts])
 
     def _euler(self, given: dict[str, str]) -> None:
-        """Put angles among the columns: as angles where nothing was done to them."""
-        mounting, world = self.mapping.mounting("attitude"), self.mapping.world
         places = {short: f"attitude.{name}" for short, name in given.items()}
         is_whole = set(given) == set(EULER)
-        is_direct = all(map(self.sampler.is_direct, places.values())) and not any(mounting.angles)
-        is_together = is_whole and not is_direct and self.sampler.together([*places.values()])
+        is_together = is_whole and self.sampler.together([*places.values()])
         sample = self.sampler.raw if is_together else self.sampler.angle
         angles = {
-            short: frames.euler_angle(name, sample(places[short]), world)
+            short: frames.euler_angle(name, sample(places[short]), self.mapping.world)
             for short, name in given.items()
         }
-        if not is_whole or is_direct:
+        if is_whole:
+            turned = quaternion_from_euler(np.column_stack([angles[name] for name in EULER]))
+            self._put_attitude(turned, places["yaw"] if is_together else "")
+        else:
             self.numbers |= angles
-            return
-        euler = quaternion_from_euler(np.column_stack([angles[name] for name in EULER]))
-        turned = frames.unmounted(euler, mounting)
-        self._put_quaternion(self.sampler.turned(turned, places["yaw"]) if is_together else turned)
 
-    def _quaternion(self, parts: list[str]) -> None:
-        places = [f"attitude.{name}" for name in parts]
-        if len(parts) < 4 or not self.sampler.together(places):
+    def _quaternion(self, places: list[str]) -> None:
+        if len(places) < 4 or not self.sampler.together(places):
             self.faults.append(
                 "a quaternion needs `qw qx qy qz`, all of one topic; got"
-                f" `{' '.join(parts)}`. Map all four from the same messages"
+                f" `{' '.join(place.partition('.')[2] for place in places)}`. Map all four from the"
+                " same messages"
             )
             return
         recorded = np.column_stack([self.sampler.raw(place) for place in places])
-        turned = frames.quaternion_in_ned(recorded, self.mapping.world)
+        self._put_attitude(frames.quaternion_in_ned(recorded, self.mapping.world), places[0])
+
+    def _put_attitude(self, attitude: FloatArray, place: str) -> None:
+        """Put the attitude of a sensor among the columns; at the messages of a place, or ticks."""
         mounting = self.mapping.mounting("attitude")
         if any(mounting.angles):
-            turned = frames.unmounted(turned, mounting)
-        self._put_quaternion(self.sampler.turned(turned, places[0]))
-
-    def _put_quaternion(self, quaternion: FloatArray) -> None:
-        self.numbers |= dict(zip(ATTITUDE.columns, quaternion.T, strict=True))
+            attitude = frames.unmounted(attitude, mounting)
+        if place:
+            attitude = self.sampler.turned(attitude, place)
+        self.numbers |= dict(zip(ATTITUDE.columns, attitude.T, strict=True))
 
     def _at_ticks(self) -> FloatArray | None:
         """Return the attitude put so far as quaternions; level where only yaw is known."""
@@ -214,7 +212,8 @@ class Assembly:
         """Turn velocities along north, east, down into those along body axes."""
         attitude = self._at_ticks()
         if attitude is None:
-            self.faults.append("a velocity along north and east needs a heading, which is missing")
+            if not self.faults:
+                self.faults = ["a velocity along north and east needs a heading, which is missing"]
             return
         known = _LINEAR if self.sampler.has("velocity.down") else _LINEAR[:2]
         given = [self.sampler.number(f"velocity.{name}") for name in _WORLD[: len(known)]]

@@ -194,7 +194,9 @@ def _absences(
         elif inside:
             yield _no_field(entry, max(inside, key=lambda topic: len(topic.name)), takes)
         else:
-            topics.setdefault(_topic_in(entry.column, known, names), []).append(entry.name)
+            given = [name for name in names if entry.column.startswith(f"{name}.")]
+            topic = max(given, key=len, default=entry.column.partition(".")[0])
+            topics.setdefault(topic, []).append(entry.name)
     for name, channels in topics.items():
         yield (
             f"there is no topic `{name}`, which {called} takes for `{' '.join(channels)}`."
@@ -210,14 +212,3 @@ def _no_field(entry: Entry, topic: Topic, takes: str) -> str:
         return f"topic `{topic.name}` lacks one of `{' '.join(needed)}` beside `{field}`, {takes}"
     near = did_you_mean(field, (*topic.fields, *topic.texts))
     return f"topic `{topic.name}` has no field `{field}`, {takes}.{near}"
-
-
-def _topic_in(column: str, known: Sequence[str], names: Sequence[str]) -> str:
-    """Guess which part of a column names the topic: a given name, or one like a topic there is."""
-    given = [name for name in names if column.startswith(f"{name}.")]
-    if given:
-        return max(given, key=len)
-    parts = column.split(".")
-    heads = [".".join(parts[:count]) for count in range(len(parts) - 1, 0, -1)]
-    near = [head for head in heads if did_you_mean(head, known)]
-    return (near or heads[-1:] or [column])[0]

@@ -215,10 +215,11 @@ def _other_topics(mapping: LogMapping, recording: Recording) -> Iterator[tuple[s
     for name, choices in mapping.topics.items():
         if known & set(choices):
             continue
+        head = f"{name}."
         needed = {
-            entry.choices[0].column.removeprefix(f"{name}.")
+            entry.column.removeprefix(head)
             for entry in mapping.entries
-            if entry.choices[0].column.startswith(f"{name}.") and not entry.choices[0].optional
+            if entry.column.startswith(head) and not entry.choices[0].optional
         }
         able = [topic.name for topic in recording.topics if needed and needed <= set(topic.fields)]
         if len(able) == 1 and able[0]:

@@ -76,12 +76,10 @@ def guess_roles(recording: Recording) -> Roles:
     }
     found = _best([*_named(series.values())], series)
     flags = _flags(series, found)
-    series |= _without_bad(series, found, flags)
     playing = {one.role: series[one.column] for one in found if one.chosen}
-    commands = [series[one.column] for one in found if one.role == "commands"]
     rates, way = match_rates(playing), match_way(playing)
     weighed = [_weighed(one, series[one.column], rates, way) for one in found]
-    upright = weigh(recording.format, playing, commands)
+    upright = weigh(recording.format, playing)
     world = _world(recording.format, upright.body)
     placed = [_placed(one, world, way) for one in weighed]
     return Roles((*_times(clocks), *placed), clocks, flags, rates, way, upright, world)
@@ -107,21 +105,6 @@ def _flags(series: Mapping[str, Series], named: Iterable[Guess]) -> dict[str, st
     """Return the fields of zeros and ones, both of them, that say which rows are good."""
     found = [series[one.column] for one in named if one.role == "flag"]
     return {one.topic: one.field for one in found if set(one.values.tolist()) == {0.0, 1.0}}
-
-
-def _without_bad(
-    series: Mapping[str, Series], named: Iterable[Guess], flags: Mapping[str, str]
-) -> dict[str, Series]:
-    """Return the velocities of topics with a flag, without the rows that it marks as bad."""
-    masked = {}
-    for one in named:
-        here = series[one.column]
-        if here.topic in flags and one.role.startswith("velocity."):
-            flag = replace(here, field=flags[here.topic])
-            good = series[flag.column].values == 1.0
-            if np.isfinite(here.values[good]).any():
-                masked[one.column] = replace(here, values=np.where(good, here.values, np.nan))
-    return masked
 
 
 def _times(clocks: Mapping[str, Ticking]) -> Iterator[Guess]:
