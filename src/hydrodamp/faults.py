@@ -10,18 +10,13 @@ from hydrodamp.errors import HydrodampError, LogError, did_you_mean
 if TYPE_CHECKING:
     from pydantic import BaseModel, ValidationError
 
+_TABLES = ("dataclass_type", "dict_type", "model_attributes_type", "model_type")
 _WANTED = {
+    **dict.fromkeys(_TABLES, "a table"),
+    **dict.fromkeys(("float_parsing", "float_type"), "a number"),
+    **dict.fromkeys(("list_type", "tuple_type"), "a list"),
     "bool_type": "true or false",
-    "dataclass_type": "a table",
-    "dict_type": "a table",
-    "finite_number": "a finite number",
-    "float_parsing": "a number",
-    "float_type": "a number",
-    "list_type": "a list",
-    "model_attributes_type": "a table",
-    "model_type": "a table",
     "string_type": "text",
-    "tuple_type": "a list",
 }
 _LONGEST = 60
 

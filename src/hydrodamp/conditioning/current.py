@@ -346,15 +346,12 @@ def _slope(log: Log, current: Current) -> FloatArray:
 
 
 def _refuse(log: Log, spacing: float, drift: float) -> None:
+    lacking = [f"no velocity `{name}`" for name in ("u", "v") if name not in log.velocity_names]
+    lacking += [] if log.attitude is not None else ["no attitude"]
     faults = [
-        f"there is no velocity `{name}`; a current is estimated from u and v on several headings"
-        for name in ("u", "v")
-        if name not in log.velocity_names
+        f"there is {what}; a current is estimated from u and v on several headings"
+        for what in lacking
     ]
-    if log.attitude is None:
-        faults.append(
-            "there is no attitude; a current is estimated from u and v on several headings"
-        )
     if not (spacing > 0 and np.isfinite(drift) and drift >= 0):
         faults.append(
             f"`spacing` must be positive [s] and `drift` zero or positive [m/s]; got {spacing:g}"

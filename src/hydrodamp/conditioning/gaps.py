@@ -13,7 +13,7 @@ from hydrodamp.data.attitude import between
 from hydrodamp.data.canonical import columns_of
 from hydrodamp.data.channels import BLOCKS
 from hydrodamp.data.log import Log, take
-from hydrodamp.data.record import Segment, longest_step, unique_names
+from hydrodamp.data.record import Segment, longest_step
 from hydrodamp.errors import LogError
 
 #: How the channel of the quaternions is called.
@@ -113,10 +113,7 @@ def _without_rows(log: Log, cut: BoolArray, reason: str) -> Log:
     if not pieces:
         fault = f"{reason}: no two neighbouring samples are left; all {log.n} were to be taken out"
         raise LogError(fault, source=log.source)
-    names = unique_names(piece.name for piece in pieces)
-    return take(
-        log, [dataclasses.replace(one, name=name) for one, name in zip(pieces, names, strict=True)]
-    )
+    return take(log, pieces)
 
 
 def _pieces(part: Segment, cut: BoolArray) -> Iterator[Segment]:

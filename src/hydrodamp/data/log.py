@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import itertools
 import textwrap
 import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -23,10 +22,10 @@ from hydrodamp.data.record import (
     Segment as Segment,
     elapsed,
     first_few,
+    laid_out,
     named,
     record_of_arrays,
     split,
-    unique_names,
 )
 from hydrodamp.errors import GapWarning, LogError, did_you_mean
 
@@ -364,8 +363,7 @@ def _range(name: str, values: FloatArray, unit: str = "") -> str:
 def take(log: Log, pieces: Sequence[Segment]) -> Log:
     """Return the log of some stretches, each a segment of its own."""
     rows = np.concatenate([np.arange(part.start, part.stop) for part in pieces])
-    stops = list(itertools.accumulate(len(part) for part in pieces))
-    segments = tuple(map(Segment, (part.name for part in pieces), [0, *stops[:-1]], stops))
+    segments = laid_out((part.name for part in pieces), map(len, pieces))
     taken: dict[str, Any] = {name: block[rows] for name, block in arrays(log).items()}
     return dataclasses.replace(log, **taken, segments=segments)
 
@@ -413,18 +411,12 @@ def concatenate(logs: Iterable[Log]) -> Log:
         if name != "commands"
     }
     commands = [part.commands[:, columns] for part, columns in zip(parts, order, strict=True)]
-    starts = itertools.accumulate((part.n for part in parts), initial=0)
-    moved = [
-        (piece.name, piece.start + start, piece.stop + start)
-        for part, start in zip(parts, starts, strict=False)
-        for piece in part.segments
-    ]
-    names = unique_names(name for name, _, _ in moved)
+    pieces = [piece for part in parts for piece in part.segments]
     return dataclasses.replace(
         first,
         **blocks,
         commands=np.concatenate(commands),
-        segments=tuple(Segment(name, a, b) for name, (_, a, b) in zip(names, moved, strict=True)),
+        segments=laid_out((piece.name for piece in pieces), map(len, pieces)),
         source=", ".join(dict.fromkeys(part.source for part in parts if part.source)),
         notes=tuple(dict.fromkeys(note for part in parts for note in part.notes)),
     )

@@ -208,6 +208,13 @@ def unique_names(names: Iterable[str]) -> tuple[str, ...]:
     return tuple(taken)
 
 
+def laid_out(names: Iterable[str], lengths: Iterable[int]) -> tuple[Segment, ...]:
+    """Return segments of these lengths, one behind the other, each with a name of its own."""
+    edges = itertools.pairwise(itertools.accumulate(lengths, initial=0))
+    pairs = zip(unique_names(names), edges, strict=True)
+    return tuple(Segment(name, start, stop) for name, (start, stop) in pairs)
+
+
 def elapsed(time: FloatArray, segments: Sequence[Segment]) -> FloatArray:
     """Return the time since the first sample, running on where a clock restarts."""
     count: FloatArray = time - time[0]
@@ -248,8 +255,7 @@ def _segments(record: Record, pieces: list[tuple[int, int]]) -> tuple[Segment, .
         label = name_after(record.source) if record.labels is None else record.labels[a]
         seen[run[a]] = seen.get(run[a], 0) + 1
         names.append(f"{label}.{seen[run[a]]}" if count[run[a]] > 1 else label)
-    stops = [*itertools.accumulate(b - a for a, b in pieces)]
-    return tuple(map(Segment, unique_names(names), [0, *stops[:-1]], stops))
+    return laid_out(names, [b - a for a, b in pieces])
 
 
 def _notes(

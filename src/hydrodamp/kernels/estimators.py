@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable
 from dataclasses import dataclass
+from threading import get_ident
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -112,7 +113,8 @@ def adapt_step(gains: Gains, state: FloatArray, previous: Sample, current: Sampl
     A state, shape (n_terms + 1, 6), is the coefficients and, last, the velocity error, which
     is zero at a segment's first sample. The one returned cannot be written.
     """
-    return _stepped(_adapting(gains), C.hd_adapt_online, state, previous, current)[0]
+    desk = _adapting(gains, get_ident())
+    return _stepped(desk, C.hd_adapt_online, state, previous, current)[0]
 
 
 def new_block(plant: Plant) -> FloatArray:
@@ -127,7 +129,8 @@ def block_step(
 
     A row holds the terms, and behind them what they are to explain on each axis.
     """
-    return _stepped(_recurring(plant, recursion), C.hd_block_online, block, previous, current)
+    desk = _recurring(plant, recursion, get_ident())
+    return _stepped(desk, C.hd_block_online, block, previous, current)
 
 
 def absorb(recursion: Recursion, estimate: Estimate, row: FloatArray) -> Estimate:
@@ -170,6 +173,7 @@ class _Desk:
 
     def lay_out(self, state: FloatArray, previous: Sample) -> None:
         """Copy in what the last step did not leave."""
+        self.left = None
         if state.shape != self.state.shape or len(previous.values) != len(self.before):
             raise ProblemError(
                 f"a state must have shape {self.state.shape}, a sample {len(self.now) - PACKED} "
@@ -179,28 +183,20 @@ class _Desk:
         self.online.walk.fresh = 0
 
 
-Desks = tuple[list[_Desk], Callable[[], _Desk]]  # those that nobody uses, and how to make one
-
-
 def _stepped(
-    desks: Desks,
+    desk: _Desk,
     advance: Callable[[Any], int],
     state: FloatArray,
     previous: Sample,
     current: Sample,
 ) -> tuple[FloatArray, FloatArray | None]:
     """Return the next state, which cannot be written, and the row that a full block leaves."""
-    free, make = desks
-    try:
-        desk = free.pop()  # as many as threads step at once
-    except IndexError:
-        desk = make()
     if state is not desk.left or previous is not desk.sample:
         desk.lay_out(state, previous)
     values = current.values
     if len(values) != len(desk.now):
         desk.lay_out(state, current)
-    desk.now[:] = values
+    desk.now[:], desk.left = values, None
     outcome = advance(desk.online)
     if not outcome:
         raise ProblemError(
@@ -211,7 +207,6 @@ def _stepped(
     left = desk.left = desk.state.copy()
     left.setflags(write=False)  # unchanged, it need not be copied in again
     desk.sample = current
-    free.append(desk)
     return left, row
 
 
@@ -226,17 +221,18 @@ def _entries(entries: Entries) -> Any:
 
 
 @functools.lru_cache(maxsize=32)
-def _adapting(gains: Gains) -> Desks:
-    plant = gains.plant
+def _adapting(gains: Gains, thread: int) -> _Desk:
+    """Return the desk of a thread."""
     settings = {"a": pointer(gains.a), "gamma": pointer(gains.gamma)}
-    return [], functools.partial(_Desk, plant, (plant.n_terms + 1, 6), settings)
+    return _Desk(gains.plant, (gains.plant.n_terms + 1, 6), settings)
 
 
 @functools.lru_cache(maxsize=32)
-def _recurring(plant: Plant, recursion: Recursion) -> Desks:
+def _recurring(plant: Plant, recursion: Recursion, thread: int) -> _Desk:
+    """Return the desk of a thread."""
     known = floats(recursion.entries.known, (plant.n_terms, 6), "entries.known")
     settings = {"known": pointer(known), "length": recursion.block}
-    return [], functools.partial(_Desk, plant, (C.hd_block_size(plant.n_terms),), settings)
+    return _Desk(plant, (C.hd_block_size(plant.n_terms),), settings)
 
 
 def _estimate(recursion: Recursion, estimate: Estimate) -> tuple[Estimate, Any]:
