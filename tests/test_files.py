@@ -321,14 +321,6 @@ def test_none_of_them_is_a_log(files: Path, given: str) -> None:
         read(files / given)
 
 
-@pytest.mark.parametrize("text", ["- 1\n- 2\n", "a: 1\n", "a: [\n"])
-@pytest.mark.parametrize("suffix", [".yaml", ".json"])
-def test_what_is_none_of_ours_is_no_log_either(tmp_path: Path, text: str, suffix: str) -> None:
-    (tmp_path / f"a{suffix}").write_text(text, "utf-8")
-    with pytest.raises(HydrodampError, match=f"this is {suffix[1:].upper()}"):
-        read(tmp_path / f"a{suffix}")
-
-
 def test_a_comparison_is_told(tmp_path: Path) -> None:
     (tmp_path / "c.json").write_text(json.dumps({"rows": [], "units": {}, "provenance": {}}))
     with pytest.raises(HydrodampError, match=r"result of a comparison.*hydrodamp report"):

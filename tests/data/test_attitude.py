@@ -4,7 +4,6 @@ import numpy as np
 from hypothesis import given, strategies as st
 
 from hydrodamp.data.attitude import (
-    down,
     euler_from_quaternion,
     quaternion_from_euler,
     rotation,
@@ -36,12 +35,6 @@ def test_euler_angles_come_back(r: float, p: float, y: float) -> None:
     np.testing.assert_allclose(euler_from_quaternion(q), [[r, p, y]], atol=1e-7)
 
 
-@given(angle, pitch, angle)
-def test_down_is_the_last_row_of_the_rotation(r: float, p: float, y: float) -> None:
-    q = quaternion_from_euler(np.array([[r, p, y]]))
-    np.testing.assert_allclose(down(q)[0], rotation(q)[0].T @ [0, 0, 1], atol=1e-14)
-
-
 @given(st.lists(st.floats(-1.7, 1.7), min_size=3, max_size=3), angle, pitch, angle)
 def test_turn_is_the_constant_rate_that_leads_there(
     vector: list[float], r: float, p: float, y: float
@@ -54,9 +47,3 @@ def test_turn_is_the_constant_rate_that_leads_there(
     second = np.array([[w1 * w2 - v1 @ v2, *(w1 * v2 + w2 * v1 + np.cross(v1, v2))]])
     np.testing.assert_allclose(turn(first, second), [vector], atol=1e-12)
     np.testing.assert_allclose(turn(first, -second), [vector], atol=1e-12)
-
-
-def test_a_turn_passes_over_a_wrapped_heading() -> None:
-    yaw = np.array([3.1, 3.1 + 0.05, 3.1 + 0.15 - 2 * np.pi])
-    q = quaternion_from_euler(np.outer(yaw, (0, 0, 1)))
-    np.testing.assert_allclose(turn(q[:-1], q[1:]), [[0, 0, 0.05], [0, 0, 0.1]], atol=1e-12)

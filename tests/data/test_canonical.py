@@ -259,15 +259,3 @@ def test_a_log_is_not_written_under_the_name_of_another_format(
     with pytest.raises(FileError, match=r"Give a name that ends in \.csv or \.parquet"):
         write_log(swim, tmp_path / name)
     assert not [*tmp_path.iterdir()]
-
-
-def test_a_folder_that_is_not_there(swim: Log, tmp_path: Path) -> None:
-    with pytest.raises(FileError, match=r"x\.csv: cannot be written: No such file"):
-        write_log(swim, tmp_path / "no" / "x.csv")
-
-
-def test_long_logs_are_written_in_pieces(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("hydrodamp.data.canonical._CHUNK", 7)
-    log = Log(time=np.arange(50.0), velocity=np.ones((50, 6)), source="l.csv")
-    write_log(concatenate([log, log]), tmp_path / "l.csv")
-    assert_same(read_log(tmp_path / "l.csv"), concatenate([log, log]))

@@ -120,13 +120,6 @@ def test_a_speed_beyond_any_vehicle_names_column_value_and_row() -> None:
         Log(time=np.arange(5.0), velocity=velocity)
 
 
-def test_fifty_and_a_spike_marked_missing_are_accepted() -> None:
-    velocity = np.full((6, 6), 50.0)
-    velocity[2, 0] = np.nan
-    with pytest.warns(GapWarning):
-        assert Log.from_arrays(np.arange(6.0), velocity).n == 5
-
-
 def test_rates_in_degrees_are_said_once_beside_a_spike() -> None:
     time, attitude, rates = tumble(3.0, 7)
     velocity = np.concatenate((np.ones((300, 3)), DEGREE * rates), axis=1)

@@ -174,11 +174,6 @@ def test_an_unknown_command_is_refused_with_the_nearest(swim: Log) -> None:
         Log(time=[0, 1], velocity=np.zeros((2, 6))).command("x")
 
 
-def test_a_log_prints_itself_short(swim: Log) -> None:
-    assert repr(swim) == "<Log swim.csv: 100 samples, 9.9 s>"
-    assert "Log swim.csv" in str(swim)
-
-
 def test_notes_are_kept_in_order_through_every_cut(swim: Log) -> None:
     log = swim.noted("first").noted("second", "third")
     assert log.notes == ("first", "second", "third")
@@ -200,13 +195,6 @@ def test_each_log_becomes_a_segment(swim: Log) -> None:
     assert both.segments == (Segment("swim", 0, 40), Segment("swim-2", 40, 100))
     np.testing.assert_array_equal(both.velocity, swim.velocity)
     assert both.source == "swim.csv"
-
-
-def test_a_log_cut_and_put_together_is_the_same(swim: Log) -> None:
-    both = concatenate([swim, swim])
-    again = both.select("swim-2")
-    np.testing.assert_array_equal(again.attitude, swim.attitude)
-    np.testing.assert_array_equal(again.commands, swim.commands)
 
 
 def test_commands_may_stand_in_another_order() -> None:

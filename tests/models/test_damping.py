@@ -56,13 +56,6 @@ def test_power_is_velocity_times_wrench(damping):
     assert damping.power(velocity[0]).shape == ()
 
 
-def test_drag_on_every_axis_dissipates():
-    model = catalog["fossen"]
-    damping = Damping(model, -np.ones(12))
-    velocity = np.random.default_rng(3).normal(size=(50, 6))
-    assert np.all(damping.power(velocity) < 0.0)
-
-
 def test_from_dict_wants_every_label_of_the_model():
     model = catalog["fossen"]
     values = dict.fromkeys(model.labels, -1.0)

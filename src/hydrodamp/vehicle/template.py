@@ -44,11 +44,10 @@ weight: {weight} # N, positive
 buoyancy: {buoyancy} # N, positive
 center_of_gravity: {gravity} # m
 center_of_buoyancy: {lift} # m
-# These two make the righting moment in roll and pitch: gravity must lie below buoyancy, its z
-# larger by the metacentric height, mostly millimetres to centimetres. Where both are equal nothing
-# turns the vehicle upright, and damping has to explain what did. It can be measured: where a
-# weight of m kg, moved d m to the side, heels the vehicle by phi, it is m*d/(mass*tan(phi)). Or it
-# is fitted: by the terms down_y on K and down_x on M in a model file.
+# These two make the righting moment: gravity must lie below buoyancy, its z larger by the
+# metacentric height, mostly millimetres to centimetres, or nothing turns the vehicle upright. Where
+# a weight of m kg, moved d m aside, heels the vehicle by phi, it is m*d/(mass*tan(phi)). Or it is
+# fitted, by the terms down_y on K and down_x on M in a model file.
 # A craft that floats has its metacenter in place of center_of_buoyancy.
 
 """
