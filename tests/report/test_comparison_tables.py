@@ -10,7 +10,6 @@ from hydrodamp.report.comparison_tables import (
     summary_grids,
 )
 from hydrodamp.report.grid import to_text
-from hydrodamp.report.words import remarks
 from hydrodamp.simulation.score import Score
 from hydrodamp.simulation.status import Status
 from hydrodamp.validation.compare import Comparison, Row, rank_correlation
@@ -38,11 +37,6 @@ def test_remarks_say_what_happened_where(comparison: Comparison) -> None:
     assert "[ls: coe]" in notes
     assert "~ not settled" in notes
     assert "[ai: linear, fossen]" in notes
-
-
-def test_every_model_of_a_method_is_said_in_two_words(comparison: Comparison) -> None:
-    only = replace(comparison, rows=comparison.rows[4:6])
-    assert any("[ai: every model]" in note for note in remarks(only))
 
 
 def test_a_fit_that_was_refused_has_its_reason_among_the_remarks(comparison: Comparison) -> None:

@@ -126,11 +126,6 @@ def test_a_pair_that_comes_twice_keeps_both(comparison: Comparison, tmp_path: Pa
     assert len(read_comparison(tmp_path).rows) == 2
 
 
-def test_without_replays_there_are_no_trajectories(comparison: Comparison, tmp_path: Path) -> None:
-    write_comparison(Comparison(comparison.rows[3:4]), tmp_path)
-    assert read_comparison(tmp_path).rows[0].trajectory is None
-
-
 @pytest.mark.parametrize(
     ("name", "content", "words"),
     [

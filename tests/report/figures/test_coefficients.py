@@ -64,12 +64,6 @@ def test_axes_without_coefficients_have_no_panel(axes, methods):
     assert len(hd.coefficients_figure(fits).axes) == len(axes)
 
 
-def test_zeros_alone_can_be_drawn():
-    zeros = hd.Fit(hd.Damping(hd.catalog["fossen"], np.zeros(12)), "ls", hd.Status.OK)
-    low, high = hd.coefficients_figure([zeros]).axes[0].get_xlim()
-    assert low < 0.0 < high
-
-
 def test_fits_that_cannot_share_a_figure_are_refused():
     failed = lost(made_up("linear"))
     assert len(legend(hd.coefficients_figure([made_up("linear"), failed]))) == 1
@@ -134,13 +128,3 @@ def test_a_coefficient_without_variance_is_left_grey():
     ground, shown = hd.correlation_figure(made_up("fossen", covariance=covariance)).axes[0].images
     assert np.ma.getmaskarray(shown.get_array())[3].all()
     assert not np.ma.getmaskarray(ground.get_array())[3, :3].any()
-
-
-def test_where_nothing_is_correlated_no_pair_is_listed():
-    panel = hd.correlation_figure(tied("fossen")).axes[0]
-    assert words_in(panel) == [f"${axis}$" for axis in "XYZKMN"]
-
-
-def test_without_covariance_there_is_no_correlation():
-    with pytest.raises(hd.MethodError, match="has no covariance"):
-        hd.correlation_figure(made_up("fossen"))

@@ -9,7 +9,7 @@ import pytest
 
 import hydrodamp as hd
 
-from .conftest import labels, legend, words_in
+from .conftest import labels, legend, made_up, words_in
 
 
 def test_bars_are_shares_and_counts(sailed, on_sheet):
@@ -24,12 +24,6 @@ def test_bars_are_shares_and_counts(sailed, on_sheet):
     assert words_in(right) == [f"rank {one.rank}" for one in found.axes]
     assert legend(figure) == ["determined", "weak", "not determined"]
     on_sheet(figure)
-
-
-def test_a_model_without_coefficients_has_no_excitation():
-    empty = hd.Identifiability(hd.catalog["linear"].restricted_to(()), ())
-    with pytest.raises(hd.MethodError, match="has no coefficient"):
-        hd.excitation_figure(empty)
 
 
 def test_residuals_by_axis_in_correlation_and_spectrum(sailed, on_sheet):
@@ -68,11 +62,6 @@ def test_residuals_that_are_zero_make_a_figure(sailed):
     assert not np.asarray(figure.axes[0].lines[0].get_ydata()).any()
 
 
-def test_without_fits_there_are_no_residuals(sailed):
-    with pytest.raises(hd.MethodError, match="no residuals"):
-        hd.residuals_figure(sailed.problem, [])
-
-
 BOX = hd.OperatingBox([1.0, -0.5, 0.0, 0.0, 0.0, 0.0], [2.0, 0.5, 0.0, 0.0, 0.0, 0.0])
 TURN = hd.OperatingBox([1, -1, 0, 0, 0, -0.3], [2, 1, 0, 0, 0, 0.3])
 
@@ -98,14 +87,6 @@ def test_the_band_is_the_power_over_the_box_and_the_legend_says_the_most():
     greatest = figure.axes[0].lines[0]
     assert greatest.get_ydata() == pytest.approx(-2.0 * greatest.get_xdata() ** 2 + 1.0)
     assert legend(figure) == ["custom by ls: at most \N{MINUS SIGN}1 W"]
-
-
-def test_power_of_no_fit_or_over_no_extent_is_refused():
-    point = hd.OperatingBox([0.0] * 6, [0.0] * 6)
-    fit = hd.Fit(hd.Damping.from_dict(None, {"X_u": -2.0}), "ls", hd.Status.OK)
-    for fits, box in (([], BOX), ([fit], point)):
-        with pytest.raises(hd.MethodError, match="box with an extent"):
-            hd.power_figure(fits, box)
 
 
 def test_coefficients_and_errors_over_time(sailed, on_sheet):
@@ -139,6 +120,24 @@ def test_of_many_coefficients_those_that_move_farthest_are_named():
     assert len([line for line in panel.lines if line.get_color() == "#c4c4c4"]) == 30
 
 
-def test_an_empty_history_is_refused():
-    with pytest.raises(hd.MethodError, match="no step"):
-        hd.history_figure(hd.History(np.zeros(0), np.zeros((0, 6)), np.zeros((0, 1)), ("X_u",)))
+POINT = hd.OperatingBox([0.0] * 6, [0.0] * 6)
+STILL = hd.History(np.zeros(0), np.zeros((0, 6)), np.zeros((0, 1)), ("X_u",))
+BARE = hd.Identifiability(hd.catalog["linear"].restricted_to(()), ())
+ONE = hd.Fit(hd.Damping.from_dict(None, {"X_u": -2.0}), "ls", hd.Status.OK)
+
+
+@pytest.mark.parametrize(
+    ("draw", "words"),
+    [
+        (lambda sailed: hd.residuals_figure(sailed.problem, []), "no residuals"),
+        (lambda _: hd.power_figure([], BOX), "box with an extent"),
+        (lambda _: hd.power_figure([ONE], POINT), "box with an extent"),
+        (lambda _: hd.history_figure(STILL), "no step"),
+        (lambda _: hd.excitation_figure(BARE), "has no coefficient"),
+        (lambda _: hd.front_figure(hd.Comparison(())), "no row with coefficients"),
+        (lambda _: hd.correlation_figure(made_up("fossen")), "has no covariance"),
+    ],
+)
+def test_what_has_nothing_to_draw_is_refused(sailed, draw, words):
+    with pytest.raises(hd.MethodError, match=words):
+        draw(sailed)

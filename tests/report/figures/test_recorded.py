@@ -39,14 +39,6 @@ def test_joins_are_dotted_in_every_panel_and_segments_named(sailed):
     assert figure.axes[-1].get_xlabel() == "recorded time, segments end to end [s]"
 
 
-def test_one_segment_has_neither_joins_nor_names():
-    figure = hd.velocities_figure(planar())
-    assert labels(figure) == ["$u$ [m/s]", "$v$ [m/s]", "$r$ [deg/s]"]
-    assert [len(panel.lines) for panel in figure.axes] == [1, 1, 1]
-    assert figure.axes[-1].get_xlabel() == "time [s]"
-    assert not figure.axes[0].texts
-
-
 def test_of_many_segments_the_number_is_written(sailed):
     edges = np.linspace(0, sailed.train.n, 31).astype(int)
     segments = tuple(
@@ -143,12 +135,3 @@ def test_lines_break_at_joins_and_the_clock_leaps_none():
     assert clock(log).tolist() == [0.0, 1.0, 2.0, 2.0, 4.0]
     assert np.flatnonzero(np.isnan(line)).tolist() == [3]
     assert line[~np.isnan(line)].tolist() == [1, 2, 3, 4, 5]
-
-
-def test_channels_of_one_trace_keep_the_extremes_of_all():
-    rng = np.random.default_rng(0)
-    log = hd.Log.from_arrays(np.arange(9000), {"u": np.zeros(9000)})
-    lower, upper = rng.standard_normal(9000) - 5.0, rng.standard_normal(9000) + 5.0
-    _, low, high = trace(log, lower, upper)
-    assert np.nanmin(low) == lower.min()
-    assert np.nanmax(high) == upper.max()

@@ -41,12 +41,6 @@ def test_measured_and_every_replay_have_a_line_in_every_panel(sailed, on_sheet):
     on_sheet(figure)
 
 
-def test_the_first_row_lies_on_top(sailed):
-    rows = [sailed.table.row("linear", key) for key in ("weak", "ai")]
-    measured, first, second = hd.replays_figure(rows).axes[0].lines[:3]
-    assert first.get_zorder() > second.get_zorder() > measured.get_zorder()
-
-
 def test_models_of_one_method_differ_by_dashes(sailed):
     rows = [sailed.table.row(key, "weak") for key in ("linear", "fossen")]
     _, first, second = hd.replays_figure(rows).axes[0].lines[:3]

@@ -62,11 +62,6 @@ def test_many_models_take_the_page(comparison, on_sheet):
     on_sheet(figure)
 
 
-def test_an_empty_comparison_is_refused():
-    with pytest.raises(hd.MethodError, match="no row with coefficients"):
-        hd.front_figure(hd.Comparison(()))
-
-
 def scores(errors, lost=()):
     """Scores by horizon; those of `lost` have no error."""
     found = []
@@ -90,12 +85,6 @@ def test_horizons_rise_and_divergence_is_marked(on_sheet):
     assert legend(figure) == ["linear by ls", said]
     assert first.get_color() == second.get_color()
     assert first.get_linestyle() != second.get_linestyle()
-    on_sheet(figure)
-
-
-def test_all_diverged_makes_a_figure(on_sheet):
-    figure = hd.horizons_figure({("a", "ls"): scores({"run": 0.0}, lost=("run",))})
-    assert len(figure.axes[0].lines) == 2
     on_sheet(figure)
 
 

@@ -12,7 +12,6 @@ import pytest
 
 from hydrodamp.data.log import Segment
 from hydrodamp.errors import FileError, MethodError
-from hydrodamp.models.catalog import PAPER_MODELS
 from hydrodamp.report import page as pages
 from hydrodamp.report.files import Findings, read_comparison, write_comparison
 from hydrodamp.report.page import page, write_report
@@ -136,12 +135,6 @@ def test_rows_come_sorted_with_keys_to_sort_by(comparison):
     assert len(buttons) == width
 
 
-def test_an_hour_at_ten_hertz_is_small():
-    comparison = make_comparison(make_log(3600.0, 10.0), PAPER_MODELS, ("ls", "ai", "recommended"))
-    text = page(comparison, Findings(band=make_band(comparison)))
-    assert len(text.encode()) < 5_000_000
-
-
 def test_lines_are_told_apart_by_samples_and_the_band_by_words():
     comparison = make_comparison(make_log(60.0, 10.0), ("linear", "fossen"), ("ls", "weak"))
     found = take_apart(page(comparison, Findings(band=make_band(comparison))))
@@ -182,12 +175,6 @@ def test_warnings_files_and_words_of_the_run_are_told(comparison):
         assert word in origin
     headings = {each.text for each in found.all("dt")}
     assert {"options", "train segments", "overlap", "rate unit", "hydrodamp"} <= headings
-
-
-def test_the_printed_error_stands_beside_a_re_enactment(comparison):
-    for one in (comparison, replace(comparison, provenance={})):
-        heads = [each.text for each in take_apart(page(one)).all("span", class_="head")]
-        assert ("paper" in heads) == bool(one.provenance)
 
 
 def test_intervals_are_drawn_in_shares_of_the_value(comparison):
