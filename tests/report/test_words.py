@@ -73,4 +73,4 @@ def test_the_third_sentence_rests_on_the_grades(comparison, grades, excited, sen
 def test_without_an_error_nothing_is_recommended(comparison):
     lost = hd.Comparison(comparison.rows[1:2])
     assert verdict(lost)[0].startswith("No model can be recommended: none of 1 fits")
-    assert "the outcomes are: diverged" in verdict(lost)[1]
+    assert "the outcomes are: diverged" in verdict(lost)[0]

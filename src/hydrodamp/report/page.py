@@ -154,11 +154,6 @@ def _origin(comparison: Comparison) -> dict[str, object]:
     words = {key: text for key, text in provenance_of(comparison).items() if text}
     files = [line.strip().partition("  ") for line in words.pop("files", "").splitlines()]
     facts = [(key.replace("_", " "), text) for key, text in words.items() if key != "warnings"]
-    for stamp in dict.fromkeys(row.fit.damping.vehicle for row in comparison.rows):
-        if stamp is not None:
-            mass = f"digest of the mass matrix {stamp.mass_matrix_digest or 'unknown'}"
-            forces = f"weight {stamp.weight:g} N, buoyancy {stamp.buoyancy:g} N"
-            facts.append(("coefficients belong to", f"{stamp.name}: {forces}, {mass}"))
     made = f"hydrodamp {hydrodamp.__version__}, Python {platform.python_version()}"
     read = [(name or digest, digest if name else "") for digest, _, name in files]
     settings = {row.method: row.fit.provenance.get("settings") for row in comparison.rows[::-1]}

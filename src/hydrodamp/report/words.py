@@ -21,7 +21,7 @@ _MEANING = {
 }
 
 
-def verdict(comparison: Comparison, grades: Identifiability | None = None) -> tuple[str, str, str]:
+def verdict(comparison: Comparison, grades: Identifiability | None = None) -> tuple[str, ...]:
     """Return which fit to take, how good it is, and which coefficients are not known."""
     if all(row.rms is None for row in comparison.rows):
         return _no_verdict(comparison)
@@ -30,13 +30,12 @@ def verdict(comparison: Comparison, grades: Identifiability | None = None) -> tu
     return (which, _how_good(comparison, choice.row), _how_known(choice.row.fit, grades))
 
 
-def _no_verdict(comparison: Comparison) -> tuple[str, str, str]:
+def _no_verdict(comparison: Comparison) -> tuple[str, ...]:
     outcomes = ", ".join(dict.fromkeys(row.status.word for row in comparison.rows)) or "no rows"
     return (
-        f"No model can be recommended: none of {len(comparison.rows)} fits has an RMS error.",
-        f"Nothing can be said of how good they are; the outcomes are: {outcomes}.",
-        "The log did not determine any of these models well enough to be replayed; try models "
-        "with fewer terms, another method, or a log with richer manoeuvres.",
+        f"No model can be recommended: none of {len(comparison.rows)} fits has an RMS error; the "
+        f"outcomes are: {outcomes}.",
+        "Try models with fewer terms, another method, or a log with richer manoeuvres.",
     )
 
 

@@ -134,7 +134,7 @@ ONE = hd.Fit(hd.Damping.from_dict(None, {"X_u": -2.0}), "ls", hd.Status.OK)
         (lambda _: hd.power_figure([ONE], POINT), "box with an extent"),
         (lambda _: hd.history_figure(STILL), "no step"),
         (lambda _: hd.excitation_figure(BARE), "has no coefficient"),
-        (lambda _: hd.front_figure(hd.Comparison(())), "no row with coefficients"),
+        (lambda _: hd.front_figure(hd.Comparison(())), "no row with coefficients has an error"),
         (lambda _: hd.correlation_figure(made_up("fossen")), "has no covariance"),
     ],
 )

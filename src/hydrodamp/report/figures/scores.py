@@ -18,11 +18,10 @@ from hydrodamp.report.figures.look import (
     sheet,
 )
 from hydrodamp.simulation.score import Horizon, HorizonScores, RateUnit
-from hydrodamp.validation.choice import front
+from hydrodamp.validation.choice import error_of, front
 from hydrodamp.validation.compare import Comparison
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 # Models in one column of a journal; the names of more take both.
@@ -36,7 +35,7 @@ def front_figure(comparison: Comparison) -> Figure:
     Parameters
     ----------
     comparison : Comparison
-        Rows that have not settled are hollow; those without an error are crosses at the top.
+        Rows that have not settled are hollow; those without an error are left out.
 
     Returns
     -------
@@ -48,11 +47,11 @@ def front_figure(comparison: Comparison) -> Figure:
     Raises
     ------
     MethodError
-        If there are no rows with coefficients, or matplotlib is not installed.
+        If no row with coefficients has an error, or matplotlib is not installed.
     """
-    rows = [row for row in comparison.rows if row.n_coefficients]
+    rows = [row for row in comparison.rows if row.n_coefficients and row.rms is not None]
     if not rows:
-        raise MethodError("the comparison has no row with coefficients, so there is no front")
+        raise MethodError("no row with coefficients has an error, so there is no front")
     sizes = {row.model: row.n_coefficients for row in rows}
     models, methods = sorted(sizes, key=sizes.__getitem__), comparison.methods
     looks = dict(zip(methods, looks_of([("", method) for method in methods]), strict=True))
@@ -66,15 +65,11 @@ def front_figure(comparison: Comparison) -> Figure:
     panel = figure.subplots()
     best = [row for row in front(comparison) if row.n_coefficients]
     across = [place(row.model, row.method) for row in best]
-    errors = [row.rms or 0.0 for row in best]
-    panel.plot(across, errors, drawstyle="steps-post", color=FAINT, linewidth=1.2)
+    panel.plot(across, [*map(error_of, best)], drawstyle="steps-post", color=FAINT, linewidth=1.2)
     for row in rows:
-        where, look = place(row.model, row.method), looks[row.method]
-        if row.rms is None:
-            _cross(panel, where, look.colour)
-        else:
-            (point,) = panel.plot([where], [row.rms], **look.points)
-            point.set_markerfacecolor(look.colour if row.settled else "white")
+        look = looks[row.method]
+        (point,) = panel.plot([place(row.model, row.method)], [error_of(row)], **look.points)
+        point.set_markerfacecolor(look.colour if row.settled else "white")
     error_scale(panel)
     names = [f"{plain(model, 22)}, {sizes[model]}" for model in models]
     panel.set_xticks(range(len(models)), names, rotation=40.0, ha="right", rotation_mode="anchor")
@@ -83,10 +78,8 @@ def front_figure(comparison: Comparison) -> Figure:
     entries = [(method, look.points) for method, look in looks.items()]
     entries.append(("front", {"color": FAINT, "linewidth": 1.2}))
     hollow = {"color": FAINT, "marker": "o", "markerfacecolor": "white", "linestyle": "none"}
-    if any(row.rms is not None and not row.settled for row in rows):
+    if not all(row.settled for row in rows):
         entries.append(("not settled", hollow))
-    if any(row.rms is None for row in rows):
-        entries.append(("no error", {"color": FAINT, "marker": "x", "linestyle": "none"}))
     legend(figure, entries, columns=3)
     return figure
 
@@ -101,7 +94,7 @@ def horizons_figure(
     ----------
     scores : mapping of (model, method) to HorizonScores
         All on the same log. Horizons stand at equal distances, the shortest first. Where
-        a window diverged there is no error, but a cross at the top.
+        a window diverged there is no error; the legend says how many did.
     models : sequence of str, optional
         The models that take dashes first, in this order; by default they take them as they
         come, the first a solid line.
@@ -127,16 +120,13 @@ def horizons_figure(
     figure = sheet(COLUMN, 2.4 + 0.13 * len(scores))
     panel = figure.subplots()
     entries = []
-    for row, (pair, look) in enumerate(zip(scores, looks_of(list(scores), models), strict=True)):
+    for pair, look in zip(scores, looks_of(list(scores), models), strict=True):
         ordered = sorted(scores[pair].scores, key=lambda one: _length(one.horizon))
         places = [horizons.index(one.horizon) for one in ordered]
         errors = [float("nan") if one.score.rms is None else one.score.rms for one in ordered]
         panel.plot(places, errors, marker=look.marker, **look.line)
-        lost = [one for one in ordered if one.n_diverged]
-        for one in lost:
-            _cross(panel, horizons.index(one.horizon) + 0.08 * row, look.colour)
-        most = max((100.0 * one.diverged_share for one in lost), default=0.0)
-        said = f", up to {most:.2g} % of windows diverged (cross)" if lost else ""
+        most = max(one.diverged_share for one in ordered)
+        said = f", up to {100.0 * most:.2g} % of windows diverged" if most else ""
         entries.append((f"{' by '.join(pair)}{said}", {**look.line, "marker": look.marker}))
     error_scale(panel)
     panel.set_xticks(range(len(horizons)), names.values())
@@ -150,12 +140,6 @@ def horizons_figure(
 def _length(horizon: Horizon) -> float:
     words = {"step": 0.0, "run": float("inf")}
     return words[horizon] if isinstance(horizon, str) else float(horizon)
-
-
-def _cross(panel: Axes, place: float, colour: str) -> None:
-    """Mark at the top of a panel that there is no error."""
-    (cross,) = panel.plot([place], [1.0], "x", color=colour, transform=panel.get_xaxis_transform())
-    cross.set(markeredgewidth=1.2, clip_on=False)
 
 
 def _error_label(rate_unit: RateUnit) -> str:

@@ -123,11 +123,7 @@ def _actuation(log: Log) -> Iterator[_Panel]:
 
 def _pose(log: Log) -> Iterator[_Panel]:
     if log.attitude is not None:
-        angles = euler_from_quaternion(log.attitude)
-        for segment in log.segments:
-            part = slice(segment.start, segment.stop)
-            angles[part] = np.unwrap(angles[part], axis=0)
-        roll, pitch, yaw = np.degrees(angles).T
+        roll, pitch, yaw = np.degrees(np.unwrap(euler_from_quaternion(log.attitude), axis=0)).T
         yield _Panel(r"$\phi$, $\theta$ [deg]", {"roll": roll, "pitch": pitch})
         yield _Panel(r"yaw $\psi$ [deg]", {"yaw": yaw})
     if log.position is not None:
