@@ -1,7 +1,7 @@
 """Rank methods of estimation on the campaigns of the benchmark: ``python studies/benchmark.py``.
 
     python studies/benchmark.py --out FOLDER [--campaigns GLOB] [--models LIST] [--methods LIST]
-        [--group seen|unseen|all] [--jobs N] [--again]
+        [--group seen|unseen|all] [--jobs N] [--page PAGE] [--again]
 
 Every method identifies every model from the training log of every campaign, and each result
 replays the test log, which no method sees: from new measured states each second, every ten
@@ -45,6 +45,9 @@ from hydrodamp.files import save_text
 
 METHODS = tuple(hd.METHODS)
 """The methods that take part if none is named."""
+
+MARKS = ("<!-- tables -->", "<!-- end of tables -->")
+"""Lines of a page between which the tables stand."""
 
 Job = tuple[str, str, str]
 """A campaign, a model and a method, by their names."""
@@ -142,8 +145,23 @@ def rows_of(work: Sequence[Job], workers: int) -> Iterator[Row]:
     os.environ.update(OPENBLAS_NUM_THREADS="1", OMP_NUM_THREADS="1")
     with ProcessPoolExecutor(workers, get_context("spawn")) as pool:
         coming = as_completed([pool.submit(row, job) for job in work])
-        for done in track(coming, "Rows", len(work), console=console, transient=True):
-            yield done.result()
+        try:
+            for done in track(coming, "Rows", len(work), console=console, transient=True):
+                yield done.result()
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
+
+
+def fill(page: Path, text: str) -> None:
+    """Put the tables between the two marks of a page."""
+    head, mark, rest = page.read_text(encoding="utf-8").partition(MARKS[0])
+    _, end, tail = rest.partition(MARKS[1])
+    if not (mark and end):
+        raise typer.BadParameter(
+            f"{page} has no place for tables: a line {MARKS[0]}, then {MARKS[1]}"
+        )
+    save_text(f"{head}{mark}\n\n{text}\n{end}{tail}", page)
 
 
 def main(
@@ -153,6 +171,7 @@ def main(
     methods: Annotated[str, typer.Option(help="Keys or module:object.")] = ",".join(METHODS),
     group: Annotated[str, typer.Option(help="seen, unseen or all.")] = "seen",
     workers: Annotated[int, typer.Option("--jobs", help="Processes.")] = os.cpu_count() or 1,
+    page: Annotated[Path | None, typer.Option(help="A page whose tables are replaced.")] = None,
     again: Annotated[bool, typer.Option("--again", help="Do rows that are there, too.")] = False,
 ) -> None:
     """Fill the table of campaigns, models and methods, and print the regret."""
@@ -169,6 +188,8 @@ def main(
     wanted = set(asked)
     text = markdown([one for one in read_rows(path) if one.job in wanted])
     save_text(text, out / "benchmark.md")
+    if page is not None:
+        fill(page, text)
     Console().print(Markdown(text))
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from statistics import median
 
@@ -123,12 +123,18 @@ def markdown(rows: Sequence[Row]) -> str:
     """Return all tables as Markdown."""
     if not rows:
         return "There is no row.\n"
-    parts = [regret_table(rows, horizon) for horizon in reversed(HORIZONS)]
-    parts += [median_table(rows, "model"), median_table(rows, "campaign")]
+    parts = [
+        regret_table([row for row in rows if row.group == group], horizon, group)
+        for group in dict.fromkeys(row.group for row in rows)
+        for horizon in reversed(HORIZONS)
+    ]
+    parts.append(median_table(rows, "model", lambda row: row.model))
+    parts.append(median_table(rows, "vehicle", lambda row: row.campaign.partition("/")[0]))
+    parts.append(median_table(rows, "campaign", lambda row: row.campaign))
     return "\n\n".join(parts) + "\n"
 
 
-def regret_table(rows: Sequence[Row], horizon: str) -> str:
+def regret_table(rows: Sequence[Row], horizon: str, group: str) -> str:
     """Return the table of methods: how far each is from the best one at a horizon."""
     took = {
         method: median(row.seconds for row in rows if row.method == method)
@@ -145,21 +151,25 @@ def regret_table(rows: Sequence[Row], horizon: str) -> str:
     bar = ("bar", "", *(f"{one:g}" for one in BAR.values()), "0", "", "")
     head = ("method", "rows", "median", "95 % within", "worst", "lost", "CPU [s]", "meets the bar")
     title = "whole runs" if horizon == "run" else f"restarts every {horizon}"
-    return _titled(f"Regret, {title}", head, [bar, *lines])
+    return _titled(f"Regret, {title}, campaigns {group}", head, [bar, *lines])
 
 
-def median_table(rows: Sequence[Row], of: str) -> str:
-    """Return the table of median regrets of whole runs, by model or by campaign."""
+def median_table(rows: Sequence[Row], what: str, place: Callable[[Row], str]) -> str:
+    """Return the table of median regrets of whole runs, a line a place, and the least error."""
     found: dict[tuple[str, str], list[float]] = {}
-    for (campaign, model, method), regret in regrets(rows).items():
-        found.setdefault((campaign if of == "campaign" else model, method), []).append(regret)
-    places = list(dict.fromkeys(place for place, _ in found))
+    least: dict[str, float] = {}
+    regret = regrets(rows)
+    for row in rows:
+        least[place(row)] = min(least.get(place(row), math.inf), _error(row.rms["run"]))
+        if row.job in regret:
+            found.setdefault((place(row), row.method), []).append(regret[row.job])
     methods = list(dict.fromkeys(row.method for row in rows))
     lines = [
-        (place, *(cell(found.get((place, method), [])) for method in methods)) for place in places
+        (where, number(error), *(cell(found.get((where, method), [])) for method in methods))
+        for where, error in least.items()
     ]
-    title = f"Median regret by {of}, whole runs, and how many were lost"
-    return _titled(title, (of, *(f"`{method}`" for method in methods)), lines)
+    title = f"Median regret by {what}, whole runs, (how many were lost), and the least error of all"
+    return _titled(title, (what, "least", *(f"`{method}`" for method in methods)), lines)
 
 
 def cell(regrets: Sequence[float]) -> str:
@@ -174,7 +184,7 @@ def number(value: float) -> str:
     """Return a regret in a few digits; a dash where it is infinite."""
     if math.isinf(value):
         return "-"
-    return f"{value:.2f}" if value < 10 else f"{value:.3g}"
+    return f"{value:.2f}" if value < 10.0 else f"{value:.3g}"
 
 
 def _titled(title: str, head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

@@ -207,3 +207,19 @@ def test_a_tanker_zigzags_between_its_angles(part: Part) -> None:
     assert np.max(np.abs(np.diff(rudder))) <= 15.8 * 0.2 + 1e-9
     assert np.sum(np.diff(np.sign(rudder[np.abs(rudder) > 1.0])) != 0) == 2
     assert log.velocity[5:30, 5].min() > 0.0
+
+
+def test_the_tables_of_a_page_are_replaced(study: ModuleType, tmp_path: Path) -> None:
+    """Between the two marks, and nowhere else; the page of the documentation has them."""
+    page = tmp_path / "page.md"
+    page.write_text("Before\n<!-- tables -->\nold\n<!-- end of tables -->\nafter\n", "utf-8")
+    study.main(tmp_path, methods="ls", workers=1, page=page)
+    text = page.read_text(encoding="utf-8")
+    assert text.startswith("Before\n<!-- tables -->\n\n**Regret, whole runs, campaigns seen**")
+    assert text.endswith("<!-- end of tables -->\nafter\n")
+    assert "old" not in text
+    page.write_text("No marks", encoding="utf-8")
+    with pytest.raises(study.typer.BadParameter, match="has no place for tables"):
+        study.fill(page, text)
+    ours = (STUDIES.parent / "docs" / "benchmark.md").read_text(encoding="utf-8")
+    assert all(ours.count(mark) == 1 for mark in study.MARKS)
