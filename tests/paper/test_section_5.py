@@ -6,24 +6,28 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.simulation.score import rms_error, score
+from hydrodamp.simulation.score import score
+
+
+def trajectory(error: np.ndarray, axes: tuple[str, ...] = hd.AXES) -> hd.Trajectory:
+    """A replay that is so far from a log of a vehicle at rest."""
+    log = hd.Log(np.arange(len(error)) / 10, np.zeros_like(error))
+    return hd.Trajectory(log, error, diverged=(), attitude="measured", axes=axes)
 
 
 def test_equation_24_by_hand():
     """J = sqrt(1/(6 n_k) sum of all squared entries), here with n_k = 2."""
     error = np.array([[1.0, 0, 0, 0, 0, 2.0], [0, 3.0, 0, 0, 0, 0]])
-    assert rms_error(error) == pytest.approx(np.sqrt((1 + 4 + 9) / 12))
+    found = score(trajectory(error), rate_unit="rad")
+    assert found.rms == pytest.approx(np.sqrt((1 + 4 + 9) / 12))
 
 
 def test_rates_count_in_degrees_by_default():
-    velocity = np.zeros((2, 6))
-    log = hd.Log.from_arrays([0.0, 0.1], velocity, wrench=np.zeros((2, 6)))
-    moved = velocity.copy()
-    moved[:, 5] = np.radians(6.0)
-    trajectory = hd.Trajectory(log=log, velocity=moved, diverged=(), attitude="measured")
-
-    in_degrees, in_radians = score(trajectory), score(trajectory, rate_unit="rad")
-
+    turning = np.radians([[0.0, 0, 0, 0, 0, 6.0]] * 2)
+    in_degrees, in_radians = (
+        score(trajectory(turning)),
+        score(trajectory(turning), rate_unit="rad"),
+    )
     assert in_degrees.rms == pytest.approx(np.sqrt(36 / 6))
     assert in_radians.rms == pytest.approx(np.radians(6) / np.sqrt(6))
     assert in_degrees.rms_by_axis["r"] == pytest.approx(6.0)
@@ -31,14 +35,7 @@ def test_rates_count_in_degrees_by_default():
 
 
 def test_equation_24_divides_by_the_free_axes():
-    velocity = np.zeros((4, 6))
-    log = hd.Log.from_arrays(np.arange(4) / 10, velocity, wrench=np.zeros((4, 6)))
-    moved = velocity.copy()
-    moved[:, 1] = 0.3
-    trajectory = hd.Trajectory(log=log, velocity=moved, diverged=(), attitude="measured")
-
-    planar = score(trajectory, axes=("X", "Y", "N"))
-
+    planar = score(trajectory(np.array([[0.0, 0.3, 0, 0, 0, 0]] * 4), ("X", "Y", "N")))
     assert planar.rms == pytest.approx(0.3 / np.sqrt(3))
     assert list(planar.rms_by_axis) == ["u", "v", "r"]
 

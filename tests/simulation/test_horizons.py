@@ -12,7 +12,6 @@ from hydrodamp.simulation.replay import replay
 from hydrodamp.simulation.score import (
     horizon_scores,
     score,
-    scores_with_restarts,
     windows,
 )
 
@@ -59,8 +58,8 @@ def test_windows_follow_an_irregular_clock(vehicle):
     assert found[:, 0].tolist() == [0, 2, 4, 6]
 
 
-def test_the_whole_run_is_the_replay(problem):
-    (found,) = scores_with_restarts(problem, SOFT, ["run"]).scores
+def test_the_whole_run_is_the_replay(vehicle, log, problem):
+    (found,) = horizon_scores(vehicle, SOFT, log, ["run"]).scores
     assert found.score == score(replay(problem, SOFT))
     assert (found.n_windows, found.n_diverged, found.diverged_share) == (3, 0, 0.0)
 
@@ -68,7 +67,7 @@ def test_the_whole_run_is_the_replay(problem):
 @pytest.mark.parametrize("attitude", ["measured", "simulated"])
 def test_each_window_is_a_replay_of_its_own(vehicle, log, problem, attitude):
     """The same as cutting the log by hand and replaying every piece."""
-    found = scores_with_restarts(problem, SOFT, [3.0], attitude).scores[0]
+    (found,) = horizon_scores(vehicle, SOFT, log, [3.0], attitude=attitude).scores
     squares = np.zeros(6)
     for start, stop in windows(problem, 3.0).tolist():
         piece = log.between(log.elapsed[start], log.elapsed[stop - 1] + 0.05)
@@ -104,12 +103,12 @@ def test_windows_that_diverge_are_counted(vehicle):
     found = horizon_scores(level, growing, log, ["step", 2.0, "run"])
     assert [entry.n_diverged for entry in found.scores] == [0, 3, 1]
     assert [entry.diverged_share for entry in found.scores] == [0.0, 3 / 6, 1 / 2]
-    middle = found[2.0].score
+    middle = found.scores[1].score
     assert middle.rms is None
     assert middle.status is hd.Status.DIVERGED
     assert [name for name, _ in middle.diverged] == ["moving"] * 3
     assert [time for _, time in middle.diverged] == pytest.approx([0.8, 2.8, 4.8])
-    assert found["step"].score.rms is not None
+    assert found.scores[0].score.rms is not None
 
 
 def test_fewer_axes_and_no_attitude(vehicle):
@@ -120,9 +119,10 @@ def test_fewer_axes_and_no_attitude(vehicle):
         {name: rng.normal(0, 0.1, 40) for name in "uvr"},
         wrench=rng.normal(0, 1, (40, 6)),
     )
-    found = horizon_scores(planar, SOFT, log, [1.0], attitude="simulated", rate_unit="rad")
-    assert list(found[1.0].score.rms_by_axis) == ["u", "v", "r"]
-    assert found[1.0].score.rate_unit == "rad"
+    planar_log = horizon_scores(planar, SOFT, log, [1.0], attitude="simulated", rate_unit="rad")
+    (found,) = planar_log.scores
+    assert list(found.score.rms_by_axis) == ["u", "v", "r"]
+    assert found.score.rate_unit == "rad"
 
 
 def test_a_table_prints_every_horizon(vehicle, log):
@@ -137,14 +137,9 @@ def test_a_table_prints_every_horizon(vehicle, log):
 
 
 @pytest.mark.parametrize("horizon", [0.0, -1.0, np.nan, np.inf, "day"])
-def test_a_horizon_that_is_none_is_refused(problem, horizon):
+def test_a_horizon_that_is_none_is_refused(vehicle, log, horizon):
     with pytest.raises(hd.MethodError, match="positive number of seconds, 'step' or 'run'"):
-        scores_with_restarts(problem, SOFT, [horizon])
-
-
-def test_a_horizon_not_asked_for_is_named(problem):
-    with pytest.raises(hd.MethodError, match=r"no score at the horizon 5\.0; there are 'run'"):
-        scores_with_restarts(problem, SOFT, ["run"])[5.0]
+        horizon_scores(vehicle, SOFT, log, [horizon])
 
 
 def test_a_foreign_damping_warns(vehicle, log):

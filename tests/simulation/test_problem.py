@@ -156,8 +156,3 @@ def test_all_lacks_are_named_at_once():
     assert "3 faults" in text
     for word in ("v w p q r not found", "'rudder'", "'elevator'", "attitude"):
         assert word in text
-
-
-def test_the_problem_prints_in_one_line():
-    problem = hd.prepare(hd.fleet["vt690"], log_of(commands=commands_of()), LINEAR)
-    assert "20 samples in 1 segments, 6 unknown" in str(problem)

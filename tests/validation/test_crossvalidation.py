@@ -51,10 +51,7 @@ def test_each_fold_is_a_comparison_on_what_was_left_out(vehicle, log):
         alone = hd.compare([fit], vehicle, log.select(name))
         assert table.rows[0].rms_by_fold[fold] == pytest.approx(alone.rows[0].rms, rel=1e-9)
         assert table.rows[0].folds[fold].trajectory is None
-
-
-def test_mean_and_spread_over_folds(vehicle, log):
-    row = cross_validate(vehicle, log, FOSSEN, [hd.LeastSquares()]).rows[0]
+    row = table.rows[1]
     assert row.rms == row.rms_of_finished == pytest.approx(np.mean(row.rms_by_fold))
     assert row.spread == pytest.approx(np.std(row.rms_by_fold, ddof=1))
     assert row.diverged_share == 0.0
@@ -78,12 +75,16 @@ def test_a_fold_that_diverges_leaves_no_mean(vehicle, log):
 
 
 def test_rows_without_any_error(vehicle, log):
-    row = cross_validate(vehicle, log, LINEAR, Fixed(wild_without="d")).rows[0]
-    assert (row.rms_of_finished, row.spread, row.diverged_share) == (None, None, 1.0)
     table = cross_validate(vehicle, log, LINEAR, Fixed(wild_without="d"))
+    (row,) = table.rows
+    assert (row.rms_of_finished, row.spread, row.diverged_share) == (None, None, 1.0)
     with pytest.raises(hd.MethodError, match="every replay diverged"):
         table.choice()
     assert "–" in str(table)
+
+
+def names(log):
+    return [part.name for part in log.segments]
 
 
 def test_a_log_of_one_segment_is_cut_into_blocks_with_a_gap(vehicle, log):
@@ -91,13 +92,10 @@ def test_a_log_of_one_segment_is_cut_into_blocks_with_a_gap(vehicle, log):
     one = log.select("a")
     parts = holdouts(one, gap=2.0)
     assert len(parts) == 5
-    for fold in parts:
-        (test,) = (fold.test.time,)
-        apart = np.abs(fold.train.time[:, None] - test[None, :]).min()
-        assert apart >= 2.0 - 1e-9
-        assert fold.train.n + fold.test.n == 300 - 4 * 20
-    names = [part.name for part in parts[1].train.segments]
-    assert names == ["a+0s", "a+13s", "a+19s", "a+25s"]
+    for train, test in parts:
+        assert np.abs(train.time[:, None] - test.time).min() >= 2.0 - 1e-9
+        assert train.n + test.n == 300 - 4 * 20
+    assert names(parts[1][0]) == ["a+0s", "a+13s", "a+19s", "a+25s"]
     table = cross_validate(vehicle, one, LINEAR, hd.LeastSquares(), gap=2.0)
     assert len(table.rows[0].rms_by_fold) == 5
     assert table.rows[0].rms < 0.1
@@ -105,15 +103,16 @@ def test_a_log_of_one_segment_is_cut_into_blocks_with_a_gap(vehicle, log):
 
 def test_fewer_folds_than_segments(log):
     parts = holdouts(log, n=2)
-    assert [[part.name for part in fold.test.segments] for fold in parts] == [["a", "c"], ["b"]]
-    assert [[part.name for part in fold.train.segments] for fold in parts] == [["b"], ["a", "c"]]
+    assert [(names(train), names(test)) for train, test in parts] == [
+        (["b"], ["a", "c"]), (["a", "c"], ["b"]),
+    ]  # fmt: skip
 
 
 def test_every_sample_is_held_out_once(log):
     parts = holdouts(log)
-    held = np.concatenate([fold.test.velocity for fold in parts])
+    held = np.concatenate([test.velocity for _, test in parts])
     np.testing.assert_array_equal(held, log.velocity)
-    assert all(fold.train.n + fold.test.n == log.n for fold in parts)
+    assert all(train.n + test.n == log.n for train, test in parts)
 
 
 def test_too_few_samples_for_the_folds(vehicle, log):

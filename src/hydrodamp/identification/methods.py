@@ -153,7 +153,7 @@ def identify_all(
     problem: Problem,
     models: Iterable[DampingModel],
     method: Method,
-    done: Callable[[Fit], None] | None = None,
+    done: Callable[[Fit], None] = lambda _: None,
 ) -> tuple[Fit, ...]:
     """Identify several models by one method, on all cores.
 
@@ -186,8 +186,7 @@ def identify_all(
         with suppress(*REFUSALS):  # then one by one, to find which
             fits = method.identify_all(problem, asked)
             for fit in fits:
-                if done is not None:
-                    done(fit)
+                done(fit)
             return fits
     return each(attempted, [(method, problem, model) for model in asked], done)
 

@@ -212,7 +212,7 @@ def refit(
         Damping(model, climb(problem, model, [start], windows, _STEPS).coefficients)
         for start in starts
     ]
-    errors = [score(replay(problem, each), problem.vehicle.axes).rms for each in found]
+    errors = [score(replay(problem, each)).rms for each in found]
     nearest = int(np.argmin([np.inf if error is None else error for error in errors]))
     return found[nearest], errors[nearest]
 

@@ -323,14 +323,6 @@ class Problem:
             if term.needs_propulsion and not self.propulsion_known
         )
 
-    def __str__(self) -> str:
-        """Return one line."""
-        return (
-            f"Problem of {self.vehicle.name}: {self.n_samples} samples in "
-            f"{len(self.segments)} segments, {len(self.columns.basis)} unknown and "
-            f"{self.columns.n_known} known columns"
-        )
-
 
 def prepare(vehicle: Vehicle, log: Log, models: Iterable[DampingModel] | DampingModel) -> Problem:
     """Turn a vehicle, a log and the models asked for into arrays.

@@ -111,28 +111,18 @@ def replay(
     damping: Damping,
     attitude: AttitudeSource = "measured",
     max_step: float = 0.05,
+    spans: IntArray | None = None,
 ) -> Trajectory:
-    """Replay a prepared problem; see :func:`simulate`."""
+    """Replay segments or other stretches; where two share a sample, the one given later stays."""
     if not 1e-5 <= max_step <= 0.05:
         raise MethodError(f"`max_step` must be between 1e-5 and 0.05 s, got {max_step}")
-    return replayed(problem, damping, problem.segments, attitude, max_step)
-
-
-def replayed(
-    problem: Problem,
-    damping: Damping,
-    spans: IntArray,
-    attitude: AttitudeSource,
-    max_step: float = 0.05,
-) -> Trajectory:
-    """Replay stretches of a log; where two share a sample, the one given later stays."""
     log = problem.log
     velocity, diverged_at = kernels.replay(
         problem.columns.plant,
         problem.matrix(damping),
         problem.inputs,
-        spans,
-        initial_attitude(log, attitude),
+        problem.segments if spans is None else spans,
+        _initial_attitude(log, attitude),
         max_step=max_step,
         limit=LIMIT,
     )
@@ -143,7 +133,7 @@ def replayed(
     return Trajectory(log, velocity, tuple(diverged), attitude, problem.vehicle.axes)
 
 
-def initial_attitude(log: Log, attitude: AttitudeSource) -> FloatArray | None:
+def _initial_attitude(log: Log, attitude: AttitudeSource) -> FloatArray | None:
     """Return the attitudes a replay that simulates its own starts from."""
     if attitude == "measured":
         return None

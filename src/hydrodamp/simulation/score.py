@@ -9,12 +9,12 @@ from typing import Literal
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray
-from hydrodamp.basis.atoms import AXES, VELOCITIES
+from hydrodamp.basis.atoms import AXES, VELOCITIES, VELOCITY_OF
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
 from hydrodamp.models.damping import Damping, warn_if_foreign
 from hydrodamp.simulation.problem import Problem, prepare, stamp
-from hydrodamp.simulation.replay import AttitudeSource, Trajectory, replayed
+from hydrodamp.simulation.replay import AttitudeSource, Trajectory, replay
 from hydrodamp.simulation.status import Status
 from hydrodamp.vehicle.vehicle import Vehicle
 
@@ -53,22 +53,13 @@ class Score:
         return Status.DIVERGED if self.diverged else Status.OK
 
 
-def rms_error(error: FloatArray) -> float:
-    """Return equation 24: the root mean square of all entries."""
-    return float(np.sqrt(np.mean(np.square(error))))
-
-
-def score(
-    trajectory: Trajectory, axes: tuple[str, ...] | None = None, rate_unit: RateUnit = "deg"
-) -> Score:
+def score(trajectory: Trajectory, rate_unit: RateUnit = "deg") -> Score:
     """Compare a replay with its log.
 
     Parameters
     ----------
     trajectory : Trajectory
         What was simulated.
-    axes : tuple of str, optional
-        The axes that count; the free ones of the vehicle by default.
     rate_unit : {"deg", "rad"}
         Unit of the rates in the mixed number and in their RMS.
 
@@ -84,18 +75,17 @@ def score(
     """
     if rate_unit not in ("deg", "rad"):
         raise MethodError(f"`rate_unit` must be 'deg' or 'rad', got {rate_unit!r}")
-    free = [AXES.index(axis) for axis in (trajectory.axes if axes is None else axes)]
+    free = [AXES.index(axis) for axis in trajectory.axes]
     unit = np.array([1.0] * 3 + [np.degrees(1.0) if rate_unit == "deg" else 1.0] * 3)[free]
     measured = trajectory.log.velocity[:, free] * unit
     error = trajectory.velocity[:, free] * unit - measured
     names = [VELOCITIES[axis] for axis in free]
     if trajectory.diverged:
-        nothing: dict[str, float | None] = dict.fromkeys(names)
-        return Score(None, nothing, dict(nothing), rate_unit, trajectory.diverged)
+        return no_score(trajectory.axes, rate_unit, trajectory.diverged)
     by_axis = np.sqrt(np.mean(error**2, axis=0))
     spread = measured.std(axis=0)
     return Score(
-        rms=rms_error(error),
+        rms=float(np.sqrt(np.mean(error**2))),
         rms_by_axis=dict(zip(names, by_axis.tolist(), strict=True)),
         fit_by_axis={
             name: 100.0 * (1.0 - float(rmse / std)) if std > 0.0 else None
@@ -104,6 +94,14 @@ def score(
         rate_unit=rate_unit,
         diverged=(),
     )
+
+
+def no_score(
+    axes: tuple[str, ...], rate_unit: RateUnit, diverged: tuple[tuple[str, float], ...] = ()
+) -> Score:
+    """Return the score of a replay that diverged, or was none."""
+    nothing: dict[str, float | None] = dict.fromkeys(VELOCITY_OF[axis] for axis in axes)
+    return Score(None, nothing, nothing, rate_unit, diverged)
 
 
 Horizon = float | Literal["step", "run"]
@@ -160,14 +158,6 @@ class HorizonScores:
     """
 
     scores: tuple[HorizonScore, ...]
-
-    def __getitem__(self, horizon: Horizon) -> HorizonScore:
-        """Return the score of a horizon."""
-        for found in self.scores:
-            if found.horizon == horizon:
-                return found
-        known = ", ".join(repr(found.horizon) for found in self.scores)
-        raise MethodError(f"no score at the horizon {horizon!r}; there are {known}.")
 
     def __str__(self) -> str:
         """Return a line a horizon."""
@@ -230,20 +220,9 @@ def horizon_scores(
     >>> [found.n_windows for found in scores.scores]
     [100, 10, 2]
     """
+    asked = [_checked(horizon) for horizon in horizons]
     problem = prepare(vehicle, log, damping.model)
     warn_if_foreign(damping, stamp(vehicle))
-    return scores_with_restarts(problem, damping, horizons, attitude, rate_unit)
-
-
-def scores_with_restarts(
-    problem: Problem,
-    damping: Damping,
-    horizons: Iterable[Horizon] = HORIZONS,
-    attitude: AttitudeSource = "measured",
-    rate_unit: RateUnit = "deg",
-) -> HorizonScores:
-    """Score a prepared problem at several horizons; see :func:`horizon_scores`."""
-    asked = [_checked(horizon) for horizon in horizons]
     return HorizonScores(
         tuple(_scored(problem, damping, horizon, attitude, rate_unit) for horizon in asked)
     )
@@ -282,7 +261,7 @@ def _scored(
     # The last window first: where one ends the next begins, and the end, which is a
     # prediction, is to stay.
     spans = windows(problem, horizon)[::-1]
-    found = replayed(problem, damping, spans, attitude)
+    found = replay(problem, damping, attitude, spans=spans)
     n_diverged = len(found.diverged)
     return HorizonScore(horizon, score(found, rate_unit=rate_unit), len(spans), n_diverged)
 

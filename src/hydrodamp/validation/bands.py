@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from hydrodamp import kernels
 from hydrodamp.arrays import FloatArray, frozen
@@ -89,68 +87,42 @@ def prediction_band(
         If the damping has no covariance, or a setting makes no sense.
     """
     half = reach(level, degrees_of_freedom)
-    spread = _Spread.of(problem, damping)
+    if damping.covariance is None:
+        raise MethodError(
+            f"the coefficients of '{damping.model.key}' have no covariance, so there is no band: "
+            "use a method that gives one"
+        )
+    free = damping.model.restricted_to(problem.vehicle.axes)
+    kept = [damping.model.index(label) for label in free.labels]
+    root = _root(damping.covariance[np.ix_(kept, kept)])
+    places = np.column_stack(problem.columns.entries(free)).astype(np.int32)
+    matrix, length = problem.matrix(damping), max(_CHUNK // (6 * (len(places) + 6)), 2)
     velocity = np.full((problem.n_samples, 6), np.nan)
-    width = np.full((problem.n_samples, 6), np.nan)
+    width, lost = velocity.copy(), 0
     for start, stop in problem.segments.tolist():
-        for part, here, variance in spread.chunks(start, stop, max_step):
-            velocity[part], width[part] = here, half * np.sqrt(variance)
-    lost = [not np.isfinite(velocity[stop - 1]).all() for _, stop in problem.segments.tolist()]
-    return PredictionBand(
-        problem.log, velocity, velocity - width, velocity + width, level, float(np.mean(lost))
-    )
-
-
-@dataclass(frozen=True, eq=False)
-class _Spread:
-    """What is needed to carry the spread of coefficients through a replay."""
-
-    problem: Problem
-    matrix: FloatArray
-    places: npt.NDArray[np.int32]
-    root: FloatArray
-
-    @classmethod
-    def of(cls, problem: Problem, damping: Damping) -> _Spread:
-        """Return the spread on the terms of the free axes."""
-        if damping.covariance is None:
-            raise MethodError(
-                f"the coefficients of '{damping.model.key}' have no covariance, so there is no "
-                "band: use a method that gives one"
-            )
-        free = damping.model.restricted_to(problem.vehicle.axes)
-        kept = [damping.model.index(label) for label in free.labels]
-        root = _root(damping.covariance[np.ix_(kept, kept)])
-        places = np.column_stack(problem.columns.entries(free)).astype(np.int32)
-        return cls(problem, problem.matrix(damping), places, root)
-
-    def chunks(
-        self, start: int, stop: int, max_step: float
-    ) -> Iterator[tuple[slice, FloatArray, FloatArray]]:
-        """Go through a segment; yield samples, their velocity and its variance."""
-        length = max(_CHUNK // (6 * (len(self.places) + 6)), 2)
-        initial = self.problem.inputs.velocity[start]
-        carried: FloatArray = np.zeros((6, self.root.shape[1]))
+        here, spread = problem.inputs.velocity[start], np.zeros((6, root.shape[1]))
         for first in range(start, stop - 1, length - 1):
-            last = min(first + length, stop)
-            part, inputs = slice(first, last), self.problem.inputs
-            velocity = inputs.velocity[part].copy()
-            velocity[0] = initial
-            velocity, slope, _ = kernels.sensitivities(
-                self.problem.columns.plant,
-                self.matrix,
-                self.places,
-                inputs.part(part, velocity),
-                np.array([[0, last - first]]),
+            part = slice(first, min(first + length, stop))
+            begun = problem.inputs.velocity[part].copy()
+            begun[0] = here
+            velocity[part], slope, _ = kernels.sensitivities(
+                problem.columns.plant,
+                matrix,
+                places,
+                problem.inputs.part(part, begun),
+                np.array([[0, len(begun)]]),
                 max_step=max_step,
                 limit=LIMIT,
             )
-            on_coefficients, on_initial = np.split(slope, [len(self.places)], axis=2)
-            total = on_initial @ carried + on_coefficients @ self.root
-            yield part, velocity, (total**2).sum(axis=2)
-            initial, carried = velocity[-1], total[-1]
-            if not np.isfinite(initial).all():
-                return
+            on_coefficients, on_initial = np.split(slope, [len(places)], axis=2)
+            total = on_initial @ spread + on_coefficients @ root
+            width[part] = half * np.sqrt((total**2).sum(axis=2))
+            here, spread = velocity[part][-1], total[-1]
+            if not np.isfinite(here).all():
+                lost += 1
+                break
+    share = lost / len(problem.segments)
+    return PredictionBand(problem.log, velocity, velocity - width, velocity + width, level, share)
 
 
 def _root(covariance: FloatArray) -> FloatArray:

@@ -8,9 +8,6 @@ from typing import Generic, Protocol, TypeVar
 
 from hydrodamp.errors import MethodError, did_you_mean
 
-#: Ratio from which an error is so many times as large, not so many percent worse.
-_LARGE = 3.0
-
 
 class Ranked(Protocol):
     """What a row must know of itself to be ranked."""
@@ -121,9 +118,9 @@ def _sentence(small: bool, ranked: Sequence[Ranked], near: int, asked: int) -> s
         why = f"{which} within {100.0 * NEAR:g} % of the lowest RMS error, {lowest:.3g}"
     behind = "there is no runner-up"
     if len(ranked) > 1:
-        second = ranked[1]
-        how_far = _compared(error_of(best), error_of(second))
-        behind = f"runner-up {_named(small, second)}, {how_far}"
+        error, other = map(error_of, ranked[:2])
+        more = f", {100.0 * (other / error - 1.0):+.0f} %" if error else ""
+        behind = f"runner-up {_named(small, ranked[1])}{more}"
     return f"{_named(small, best)}: {why}; {behind}."
 
 
@@ -172,19 +169,6 @@ def front(table: Table[Candidate]) -> tuple[Candidate, ...]:
 def error_of(row: Ranked) -> float:
     """Return the error of a row, infinite where it has none."""
     return float("inf") if row.rms is None else row.rms
-
-
-def _compared(error: float, other: float) -> str:
-    if other == error:
-        return "equal in error"
-    word = "worse" if other > error else "better"
-    if error == 0.0:
-        return word
-    ratio = other / error
-    if ratio >= _LARGE:
-        return f"{ratio:.2g} times as large"
-    share = 100.0 * abs(ratio - 1.0)
-    return f"{share:.0f} % {word}" if share >= 1.0 else f"less than 1 % {word}"
 
 
 def _replays(count: int) -> str:

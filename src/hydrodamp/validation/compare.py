@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 
-from hydrodamp.basis.atoms import AXES, VELOCITY_OF
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Fit
@@ -14,7 +13,7 @@ from hydrodamp.models.damping import warn_if_foreign
 from hydrodamp.simulation.parallel import each
 from hydrodamp.simulation.problem import Problem, prepare, stamp
 from hydrodamp.simulation.replay import AttitudeSource, Trajectory, replay
-from hydrodamp.simulation.score import RateUnit, Score, score
+from hydrodamp.simulation.score import RateUnit, Score, no_score, score
 from hydrodamp.simulation.status import Status
 from hydrodamp.validation.choice import Choice, choose
 from hydrodamp.vehicle.vehicle import Vehicle
@@ -187,7 +186,7 @@ def compare(
     *,
     attitude: AttitudeSource = "measured",
     rate_unit: RateUnit = "deg",
-    done: Callable[[Row], None] | None = None,
+    done: Callable[[Row], None] = lambda _: None,
 ) -> Comparison:
     """Replay fits open loop on a log they have not seen.
 
@@ -247,16 +246,10 @@ def origin(fits: Sequence[Fit], vehicle: Vehicle, test: Log) -> dict[str, str]:
 
 
 def _row(problem: Problem, fit: Fit, attitude: AttitudeSource, rate_unit: RateUnit) -> Row:
-    axes = problem.vehicle.axes
     if not fit.status.usable:
-        return Row(fit, _no_score(axes, rate_unit))
+        return Row(fit, no_score(problem.vehicle.axes, rate_unit))
     trajectory = replay(problem, fit.damping, attitude)
-    return Row(fit, score(trajectory, axes, rate_unit), trajectory)
-
-
-def _no_score(axes: tuple[str, ...], rate_unit: RateUnit) -> Score:
-    nothing: dict[str, float | None] = dict.fromkeys(VELOCITY_OF[a] for a in AXES if a in axes)
-    return Score(None, nothing, dict(nothing), rate_unit, ())
+    return Row(fit, score(trajectory, rate_unit), trajectory)
 
 
 @dataclass(frozen=True)
@@ -314,8 +307,6 @@ def rank_correlation(comparison: Comparison, method: str) -> float | None:
     ours = [float("inf") if rms is None else rms for rms, _ in pairs]
     if len(pairs) < 3 or len(set(ours)) < 2:
         return None
-    from scipy.stats import rankdata
+    from scipy.stats import spearmanr
 
-    first, second = rankdata(ours), rankdata([printed for _, printed in pairs])
-    first, second = first - first.mean(), second - second.mean()
-    return float(first @ second / (first @ first * (second @ second)) ** 0.5)
+    return float(spearmanr(ours, [printed for _, printed in pairs]).statistic)

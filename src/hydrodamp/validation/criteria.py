@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.basis.atoms import AXES
-from hydrodamp.errors import MethodError, ModelError, did_you_mean
+from hydrodamp.errors import MethodError, ModelError
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.residuals import lagged_products, left_over
 from hydrodamp.identification.rows import Rows
-from hydrodamp.identification.triangle import Triangle, solve_axis
+from hydrodamp.identification.triangle import solve_axis
 from hydrodamp.models.damping import Damping
-from hydrodamp.models.model import DampingModel
 
 #: Akaike's, the same corrected for few samples, and Schwarz's.
 CRITERIA = ("aic", "aicc", "bic")
@@ -38,15 +37,9 @@ class Criterion:
 
     model: str
     method: str
-    rank_by_axis: tuple[int, ...]
     aic: float | None
     aicc: float | None
     bic: float | None
-
-    @property
-    def rank(self) -> int:
-        """Parameters counted, summed over axes."""
-        return sum(self.rank_by_axis)
 
 
 @dataclass(frozen=True)
@@ -66,35 +59,6 @@ class Criteria:
     rows: tuple[Criterion, ...]
     n_rows: int
     n_effective: dict[str, float]
-
-    def best(self, criterion: str = "aicc") -> Criterion:
-        """Return the fit with the lowest value of a criterion.
-
-        Parameters
-        ----------
-        criterion : {"aicc", "aic", "bic"}
-            Which one.
-
-        Returns
-        -------
-        row : Criterion
-            The first of equal ones.
-
-        Raises
-        ------
-        MethodError
-            If the criterion is unknown, or no fit has a finite value of it.
-        """
-        if criterion not in CRITERIA:
-            near = did_you_mean(criterion, CRITERIA)
-            raise MethodError(f"unknown criterion '{criterion}'.{near} Known: {' '.join(CRITERIA)}")
-        ranked = [row for row in self.rows if math.isfinite(_value(row, criterion))]
-        if not ranked:
-            raise MethodError(
-                f"no fit has a finite {criterion}: nothing was identified, or every model has "
-                "more coefficients than effective samples. Give a longer log or smaller models."
-            )
-        return min(ranked, key=lambda row: _value(row, criterion))
 
 
 def criteria(rows: Rows, fits: Iterable[Fit]) -> Criteria:
@@ -124,22 +88,28 @@ def criteria(rows: Rows, fits: Iterable[Fit]) -> Criteria:
     ModelError
         If a fit has terms that are not among the columns of the rows.
     MethodError
-        If there is no fit.
+        If the rows have nothing to explain.
     """
     asked = tuple(fits)
-    if not asked:
-        raise MethodError("criteria compare fits; none was given")
     free = np.flatnonzero(np.any(rows.target != 0.0, axis=0))
     if not len(free):
         raise MethodError("the rows have nothing to explain: there is none, or all targets are 0")
     target = rows.target[:, free]
+    scale, even = np.sqrt(np.mean(target**2, axis=0)), np.full(len(free), float(rows.n))
     left = [_residual(rows, fit.damping)[:, free] if fit.status.usable else None for fit in asked]
-    count = _effective(rows, [rest for rest in left if rest is not None], target)
-    triangle, scale = rows.triangle(), np.sqrt(np.mean(target**2, axis=0))
-    found = [
-        _criterion(fit, _ranks(triangle, fit.model, free), _deviance(rest, scale, count), count)
-        for fit, rest in zip(asked, left, strict=True)
-    ]
+    smallest = min(
+        (rest for rest in left if rest is not None),
+        key=lambda rest: _deviance(rest, scale, even),
+        default=target,
+    )
+    count = np.array([effective_samples(column, rows.segment) for column in smallest.T])
+    triangle, found = rows.triangle(), []
+    for fit, rest in zip(asked, left, strict=True):
+        values: tuple[float | None, ...] = (None, None, None)
+        if rest is not None:
+            ranks = [solve_axis(triangle, fit.model.terms[k], k).span.rank for k in free.tolist()]
+            values = _criteria(_deviance(rest, scale, count), np.array(ranks) + 1.0, count)
+        found.append(Criterion(fit.model.key, fit.method, *values))
     by_axis = dict(zip((AXES[axis] for axis in free), count.tolist(), strict=True))
     return Criteria(tuple(found), rows.n, by_axis)
 
@@ -156,56 +126,26 @@ def _residual(rows: Rows, damping: Damping) -> FloatArray:
     return left_over(rows, damping)
 
 
-def _log_sizes(rest: FloatArray, scale: FloatArray) -> tuple[FloatArray, float]:
-    """Return ``log σᵢ²`` of each axis and ``log det C``."""
+def _deviance(rest: FloatArray, scale: FloatArray, count: FloatArray) -> float:
+    """Return ``Σ nᵢ log σᵢ² + n̄ log det C``."""
     size = np.maximum(np.sqrt(np.mean(rest**2, axis=0)), _SMALLEST * scale)
     unit = rest / size
     spectrum = np.linalg.eigvalsh(unit.T @ unit / len(unit))
-    return 2.0 * np.log(size), float(np.log(np.maximum(spectrum, _SMALLEST)).sum())
+    coupling = np.log(np.maximum(spectrum, _SMALLEST)).sum()
+    return float(count @ (2.0 * np.log(size)) + count.mean() * coupling)
 
 
-def _deviance(rest: FloatArray | None, scale: FloatArray, count: FloatArray) -> float | None:
-    if rest is None:
-        return None
-    sizes, coupling = _log_sizes(rest, scale)
-    return float(count @ sizes + count.mean() * coupling)
-
-
-def _effective(rows: Rows, left: Sequence[FloatArray], target: FloatArray) -> FloatArray:
-    """Return the effective samples of each axis, of the smallest residuals there are."""
-    scale = np.sqrt(np.mean(target**2, axis=0))
-    even = np.full(target.shape[1], float(rows.n))
-    smallest = min(left, key=lambda rest: _deviance(rest, scale, even) or 0.0, default=target)
-    return np.array([effective_samples(column, rows.segment) for column in smallest.T])
-
-
-def _ranks(triangle: Triangle, model: DampingModel, free: IntArray) -> tuple[int, ...]:
-    return tuple(solve_axis(triangle, model.terms[axis], axis).span.rank for axis in free.tolist())
-
-
-def _criterion(
-    fit: Fit, ranks: tuple[int, ...], deviance: float | None, count: FloatArray
-) -> Criterion:
-    if deviance is None:
-        return Criterion(fit.model.key, fit.method, ranks, None, None, None)
-    parameters = np.array(ranks) + 1.0
+def _criteria(
+    deviance: float, parameters: FloatArray, count: FloatArray
+) -> tuple[float, float, float]:
+    """Return AIC, AICc and BIC."""
     spare = count - parameters - 1.0
-    corrected = np.where(
-        spare > 0.0, parameters * count / np.where(spare > 0.0, spare, 1.0), np.inf
+    corrected = float((parameters * count / spare).sum()) if np.all(spare > 0.0) else math.inf
+    return (
+        deviance + 2.0 * float(parameters.sum()),
+        deviance + 2.0 * corrected,
+        deviance + float(parameters @ np.log(count)),
     )
-    return Criterion(
-        model=fit.model.key,
-        method=fit.method,
-        rank_by_axis=ranks,
-        aic=deviance + 2.0 * float(parameters.sum()),
-        aicc=deviance + 2.0 * float(corrected.sum()),
-        bic=deviance + float(parameters @ np.log(count)),
-    )
-
-
-def _value(row: Criterion, criterion: str) -> float:
-    value: float | None = getattr(row, criterion)
-    return math.inf if value is None else value
 
 
 def effective_samples(series: FloatArray, segment: IntArray) -> float:

@@ -138,8 +138,8 @@ def cross_validate(
     gap: float = 5.0,
     attitude: AttitudeSource = "measured",
     rate_unit: RateUnit = "deg",
-    done: Callable[[Fit], None] | None = None,
-    keep: Callable[[CrossValidation], None] | None = None,
+    done: Callable[[Fit], None] = lambda _: None,
+    keep: Callable[[CrossValidation], None] = lambda _: None,
 ) -> CrossValidation:
     """Identify every model by every method on all folds but one, and replay that one.
 
@@ -195,40 +195,29 @@ def cross_validate(
     ways = tuple(methods) if isinstance(methods, Iterable) else (methods,)
     parts = holdouts(log, folds, gap)
     tables: list[Comparison] = []
-    for fold in parts:
-        tables.append(_compared(vehicle, fold, asked, ways, attitude, rate_unit, done))
-        if keep is not None:
-            keep(_joined(tables, parts, rate_unit))
+    for train, test in parts:
+        problem = prepare(vehicle, train, asked)
+        fits = [fit for method in ways for fit in identify_all(problem, asked, method, done)]
+        table = compare(fits, vehicle, test, attitude=attitude, rate_unit=rate_unit)
+        # Without its replays, which are as long as the log.
+        tables.append(
+            replace(table, rows=tuple(replace(row, trajectory=None) for row in table.rows))
+        )
+        keep(_joined(tables, parts, rate_unit))
     return _joined(tables, parts, rate_unit)
 
 
 def _joined(
-    tables: Sequence[Comparison], parts: Sequence[Holdout], rate_unit: RateUnit
+    tables: Sequence[Comparison], parts: Sequence[tuple[Log, Log]], rate_unit: RateUnit
 ) -> CrossValidation:
     """Return the table of the first folds, as many as there are comparisons."""
     return CrossValidation(
         rows=tuple(map(ValidatedRow, zip(*(table.rows for table in tables), strict=True))),
         held_out=tuple(
-            tuple(part.name for part in fold.test.segments) for fold in parts[: len(tables)]
+            tuple(part.name for part in test.segments) for _, test in parts[: len(tables)]
         ),
         rate_unit=rate_unit,
     )
-
-
-def _compared(
-    vehicle: Vehicle,
-    fold: Holdout,
-    models: Sequence[DampingModel],
-    methods: Sequence[Method],
-    attitude: AttitudeSource,
-    rate_unit: RateUnit,
-    done: Callable[[Fit], None] | None,
-) -> Comparison:
-    """Return the comparison of one fold, without its replays: they are as long as the log."""
-    problem = prepare(vehicle, fold.train, models)
-    fits = [fit for method in methods for fit in identify_all(problem, models, method, done)]
-    table = compare(fits, vehicle, fold.test, attitude=attitude, rate_unit=rate_unit)
-    return replace(table, rows=tuple(replace(row, trajectory=None) for row in table.rows))
 
 
 def _line(row: ValidatedRow) -> str:
@@ -243,39 +232,28 @@ def _line(row: ValidatedRow) -> str:
     ).rstrip()
 
 
-@dataclass(frozen=True)
-class Holdout:
-    """One fold: what to identify from, and what to replay."""
+def holdouts(log: Log, n: int | None = None, gap: float = 5.0) -> tuple[tuple[Log, Log], ...]:
+    """Divide a log into folds of whole segments, or of blocks with a gap between them.
 
-    train: Log
-    test: Log
-
-
-def holdouts(log: Log, n: int | None = None, gap: float = 5.0) -> tuple[Holdout, ...]:
-    """Divide a log into folds of whole segments, or of blocks with a gap between them."""
-    divided = folds(_samples(log), n, gap)
+    Each is what to identify from, and what to replay.
+    """
+    lengths = [len(part) for part in log.segments]
+    segment = np.repeat(np.arange(len(lengths)), lengths)
+    samples = Rows(Basis(()), np.empty((log.n, 0)), np.zeros((log.n, 6)), segment, log.time)
+    divided = folds(samples, n, gap)
     return tuple(_holdout(log, divided, fold) for fold in range(divided.n))
 
 
-def _samples(log: Log) -> Rows:
-    """Return a row a sample, without anything but its segment and time."""
-    lengths = [len(part) for part in log.segments]
-    segment = np.repeat(np.arange(len(lengths)), lengths)
-    return Rows(Basis(()), np.empty((log.n, 0)), np.zeros((log.n, 6)), segment, log.time)
-
-
-def _holdout(log: Log, divided: Folds, fold: int) -> Holdout:
+def _holdout(log: Log, divided: Folds, fold: int) -> tuple[Log, Log]:
     here = divided.part == fold
-    rest = ~here & (divided.part >= 0)
-    stretches = [_stretches(log, chosen) for chosen in (rest, here)]
-    if not all(stretches):
+    train, test = _stretches(log, ~here & (divided.part >= 0)), _stretches(log, here)
+    if not train or not test:
         raise MethodError(
             f"{divided.made}: fold {fold + 1} leaves no two neighbouring samples to "
-            f"{'replay' if stretches[0] else 'identify from'}. Give a longer log, fewer folds "
+            f"{'replay' if train else 'identify from'}. Give a longer log, fewer folds "
             "or a smaller gap."
         )
-    train, test = (take(log, pieces) for pieces in stretches)
-    return Holdout(train, test)
+    return take(log, train), take(log, test)
 
 
 def _stretches(log: Log, chosen: BoolArray) -> list[Segment]:

@@ -34,12 +34,9 @@ class Effect:
     share: float = 0.0
     errors: float | None = None
     rms: float | None = None
-    moved: bool = True
 
     def line(self, before: float | None) -> str:
         """Return what happens, as a line."""
-        if not self.moved:
-            return self.what
         if not self.label:
             return f"{self.what}: nothing could be identified"
         many = "" if self.errors is None else f", {self.errors:.1f} standard errors"
@@ -60,19 +57,13 @@ class VehicleDoubt:
     rms : float or None
         RMS error of the replay with the vehicle as it is; None where it diverged.
     effects : tuple of Effect
-        One a number of the vehicle.
+        One a number of the vehicle that there is and that acts on a free axis.
     """
 
     model: str
     method: str
     rms: float | None
     effects: tuple[Effect, ...]
-
-    @property
-    def worst(self) -> Effect | None:
-        """The number whose error moves a coefficient furthest; None where none does."""
-        moved = [effect for effect in self.effects if effect.label]
-        return max(moved, key=lambda effect: effect.share, default=None)
 
     def __str__(self) -> str:
         """Return a line for each number."""
@@ -126,12 +117,9 @@ def vehicle_doubt(
     vehicles = [vehicle, *(one for _, moved in wrong for one in moved)]
     (fit, rms), *others = each(_fitted, [(one, train, test, model, method) for one in vehicles])
     size, wrench = _sizes(prepare(vehicle, train, model), fit)
-    found = iter(others)
-    effects = []
-    for what, moved in wrong:
-        pairs = [next(found) for _ in moved]
-        effects.append(_effect(what, fit, pairs, size, wrench))
-    return VehicleDoubt(fit.model.key, fit.method, rms, tuple(effects))
+    pairs = zip(wrong, zip(others[::2], others[1::2], strict=True), strict=True)
+    effects = tuple(_effect(what, fit, pair, size, wrench) for (what, _), pair in pairs)
+    return VehicleDoubt(fit.model.key, fit.method, rms, effects)
 
 
 def _fitted(
@@ -142,7 +130,7 @@ def _fitted(
     if not fit.status.usable:
         return fit, None
     trajectory = replay(prepare(vehicle, test, model), fit.damping)
-    return fit, score(trajectory, vehicle.axes).rms
+    return fit, score(trajectory).rms
 
 
 def _sizes(problem: Problem, fit: Fit) -> tuple[FloatArray, FloatArray]:
@@ -160,12 +148,10 @@ def _sizes(problem: Problem, fit: Fit) -> tuple[FloatArray, FloatArray]:
 def _effect(
     what: str,
     fit: Fit,
-    found: list[tuple[Fit, float | None]],
+    found: tuple[tuple[Fit, float | None], ...],
     size: FloatArray,
     wrench: FloatArray,
 ) -> Effect:
-    if not found:
-        return Effect(what, moved=False)
     usable = fit.status.usable and all(other.status.usable for other, _ in found)
     if not usable or not fit.model.n_coefficients:
         return Effect(what)
@@ -185,7 +171,7 @@ def _effect(
 
 
 def variants(vehicle: Vehicle) -> Iterator[tuple[str, tuple[Vehicle, ...]]]:
-    """Move mass, added mass, W - B and r_G, one at a time; none where there is nothing to move."""
+    """Move mass, added mass, W - B and r_G, one at a time, each where there is one to move."""
     added, mass = vehicle.added_mass, vehicle.mass_matrix
     parts = {"mass and added mass": mass}
     if added is not None:
@@ -194,17 +180,12 @@ def variants(vehicle: Vehicle) -> Iterator[tuple[str, tuple[Vehicle, ...]]]:
         if part.any():
             moved = (_with_mass(vehicle, mass + way * part) for way in (-SHARE, SHARE))
             yield f"{name} ±{100.0 * SHARE:g} %", tuple(moved)
-        else:
-            yield f"{name}: none, nothing to move", ()
     step = SHARE * (abs(vehicle.weight - vehicle.buoyancy) or NEUTRAL * vehicle.weight)
     if step and np.any(vehicle.free[[2, 3, 4]]):
         trimmed = (replace(vehicle, buoyancy=vehicle.buoyancy - way) for way in (-step, step))
         yield f"W - B ±{step:.2g} N", tuple(trimmed)
-    else:
-        yield "W - B: acts on no free axis, nothing to move", ()
     center = vehicle.center_of_gravity
     if not center.any():
-        yield "r_G: at the origin, nothing to move", ()
         return
     coupling = np.zeros((6, 6))
     if added is not None:
