@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from hydrodamp.errors import FileError, LogError
+from hydrodamp.errors import LogError
 from hydrodamp.ingest.mapping import LogMapping
-from hydrodamp.ingest.read import logs_of, read_log, read_logs, read_recording
+from hydrodamp.ingest.read import read_log, read_logs
 
 Write = Callable[..., Path]
 GOOD = "time,u\n0,1\n1,2\n"
@@ -31,12 +31,6 @@ def test_several_files_are_one_log(csv_file: Write) -> None:
     assert read_logs(csv_file(GOOD, "a.CSV")).n == 2
 
 
-def test_recordings_are_one_log(csv_file: Write) -> None:
-    paths = [csv_file(GOOD, "a.csv"), csv_file(GOOD, "b.csv")]
-    log = logs_of([read_recording(path) for path in paths])
-    assert [part.name for part in log.segments] == ["a", "b"]
-
-
 def test_the_faults_of_every_file_are_told(csv_file: Write) -> None:
     bad = csv_file("time,u\n0,x\n1,2\n", "bad.csv")
     worse = csv_file("u,uv\n0,1\n1,2\n", "worse.csv")
@@ -47,16 +41,3 @@ def test_the_faults_of_every_file_are_told(csv_file: Write) -> None:
     assert "worse.csv: 2 faults" in message
     with pytest.raises(LogError, match=r"bad\.csv: column `u`"):
         read_logs([bad, csv_file(GOOD)])
-
-
-@pytest.mark.parametrize("name", ["log.bag", "log"])
-def test_a_file_is_known_by_its_content_not_its_name(csv_file: Write, name: str) -> None:
-    assert read_log(csv_file(GOOD, name)).velocity[:, 0].tolist() == [1, 2]
-
-
-def test_a_folder_without_logs_is_no_log(tmp_path: Path) -> None:
-    (tmp_path / "runs.csv").mkdir()
-    with pytest.raises(FileError, match="folder holds no log"):
-        read_log(tmp_path / "runs.csv")
-    with pytest.raises(FileError, match="cannot be read"):
-        read_log(tmp_path / "absent.csv")

@@ -79,15 +79,6 @@ def test_an_epoch_learnt_on_the_way_is_one_for_all_topics() -> None:
     np.testing.assert_allclose(other.time[:2] - one.time[0], [0.2, 1.2], atol=1e-6)
 
 
-def test_a_topic_wholly_before_the_leap_moves_with_the_others() -> None:
-    now = 1.7e9
-    _, early = set_right(
-        [Clock("imu", np.array([0.0, 1, now, now + 1])), Clock("fin", np.array([0.25, 0.5]))]
-    )
-    assert early.irregularities == ()
-    np.testing.assert_allclose(early.time - now, [-1.75, -1.5], atol=1e-6)
-
-
 def test_drop_outs_are_told_with_what_counts_as_one() -> None:
     stamps = right([0, 1, 2, 3, 9, 10, 11, 30, 31])
     (pause,) = stamps.irregularities

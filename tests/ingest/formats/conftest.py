@@ -59,7 +59,7 @@ def dataflash() -> Dataflash:
 
 @pytest.fixture
 def dive(dataflash: Dataflash) -> Dataflash:
-    """A short ArduPilot log with units, two sensors of a kind, text and scaled numbers."""
+    """A short ArduPilot log with units, two sensors of a kind, text, and every kind of number."""
     log = dataflash
     log.define(130, "UNIT", "QbZ", "TimeUS,Id,Label")
     log.define(131, "MULT", "Qbd", "TimeUS,Id,Mult")
@@ -67,7 +67,7 @@ def dive(dataflash: Dataflash) -> Dataflash:
     log.define(140, "ATT", "QccC", "TimeUS,Roll,Pitch,Yaw")
     log.define(141, "IMU", "QBff", "TimeUS,I,GyrX,GyrZ")
     log.define(142, "MSG", "QZ", "TimeUS,Message")
-    log.define(143, "POS", "QLLed", "TimeUS,Lat,Lng,Alt,Exact")
+    log.define(143, "ALL", "QbhiqBHIdfgcCeEL", "TimeUS,b,h,i,q,B,H,I,d,f,g,c,C,e,E,L")
     for letter, label in (("s", b"s"), ("d", b"deg"), ("#", b"instance"), ("E", b"rad/s")):
         log.put("UNIT", 0, ord(letter), label)
     for letter, scale in (("F", 1e-6), ("0", 1.0), ("-", 0.0), ("C", 1e-3)):
@@ -80,7 +80,9 @@ def dive(dataflash: Dataflash) -> Dataflash:
         log.put("ATT", time, 0.01 * k, -0.02 * k, 350 + 0.5 * k)
         log.put("IMU", time + 1, 0, 0.5 * k, 1.0)
         log.put("IMU", time + 2, 1, 0.25 * k, 2.0)
-    log.put("POS", 3_000_000, 58.1234567, -11.7654321, -3.25, 1 / 3)
+    whole = (-5, -500, -70_000, -(2**40), 250, 60_000, 2**31)
+    scaled = (-1.25, 300.5, -70.01, 9e4, 58.1234567)
+    log.put("ALL", 3_000_000, *whole, 1 / 3, 0.1, 0.25, *scaled)
     return log
 
 

@@ -77,19 +77,6 @@ def test_parquet_in_parts(tmp_path: Path) -> None:
     np.testing.assert_array_equal(np.concatenate(found), np.arange(1000))
 
 
-def test_parquet_damaged_in_its_pages(tmp_path: Path) -> None:
-    arrow = pytest.importorskip("pyarrow")
-    writer = pytest.importorskip("pyarrow.parquet")
-    path = tmp_path / "run.parquet"
-    writer.write_table(arrow.table({"t": np.random.default_rng(1).random(5000)}), path)
-    content = bytearray(path.read_bytes())
-    content[4:400] = b"\xff" * 396
-    path.write_bytes(content)
-    for read in (files.read, lambda path: list(parts(path, 1000))):
-        with pytest.raises(LogError, match="cut off or damaged"):
-            read(path)
-
-
 def test_npz(tmp_path: Path) -> None:
     path = tmp_path / "run.npz"
     nu = np.arange(10.0).reshape(5, 2)

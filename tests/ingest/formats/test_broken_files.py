@@ -243,6 +243,7 @@ CORPUS = [
     ("ulg-dropout", ulog(dropout=True), noted, "dropped messages 1 times, 0.25 s in all"),
     ("ulg-long", ulog(), noted, "the long array `values` was left out"),
     ("parquet-cut", cut(parquet, 0.8), refused, "cut off or damaged"),
+    ("parquet-pages", overwritten(parquet, 0.01, 400), refused, "cut off or damaged"),
     ("parquet-zeroed", overwritten(parquet, 0.9, 200), refused, "cut off or damaged"),
     ("npz-cut", cut(npz(time=FOUR, u=FOUR), 0.6), refused, "cut off or damaged"),
     ("npz-lengths", npz(time=FOUR, u=np.ones(3)), spoilt, "u: `u` has 3 values where `time` has 4"),

@@ -11,8 +11,6 @@ import pytest
 from hydrodamp.data.recording import Recording
 from hydrodamp.errors import FileError, LogError
 from hydrodamp.ingest.formats import delimited
-from hydrodamp.ingest.mapping import LogMapping
-from hydrodamp.ingest.read import read_log
 
 TABLE = {"t": [0.0, 0.5, 1.0], "u": [1.5, -2.25, 3.0]}
 
@@ -272,24 +270,3 @@ def test_a_file_of_words_only(tmp_path: Path, reader: str) -> None:
 def test_a_file_nobody_may_read(tmp_path: Path) -> None:
     with pytest.raises(FileError, match="cannot be read: Is a directory"):
         delimited.read(tmp_path)
-
-
-@pytest.mark.parametrize(
-    ("clock", "tick", "speed", "factor"),
-    [
-        ("msec", 1e-3, "kts", 1852 / 3600),
-        ("usec", 1e-6, "KM/H", 1 / 3.6),
-        ("µs", 1e-6, "CM/S", 0.01),
-    ],
-)
-@pytest.mark.parametrize("line", ["time ({}),u ({}),r\n", "time,u,r\n{},{},rad/s\n"])
-def test_every_unit_that_a_header_states_is_converted(
-    tmp_path: Path, clock: str, tick: float, speed: str, factor: float, line: str
-) -> None:
-    path = tmp_path / "log.csv"
-    rows = [f"{round(0.1 * k / tick)},{k},0.5\n" for k in range(5)]
-    path.write_text(line.format(clock, speed) + "".join(rows), encoding="utf-8")
-    mapping = LogMapping.from_dict({"time": "time", "velocity": {"u": "u", "r": "r"}})
-    for log in (read_log(path, mapping), read_log(path)):
-        np.testing.assert_allclose(log.time, [0.0, 0.1, 0.2, 0.3, 0.4], rtol=1e-12)
-        np.testing.assert_allclose(log.velocity[:, 0], factor * np.arange(5), rtol=1e-12)

@@ -18,7 +18,7 @@ def test_dataflash_is_what_pymavlink_reads(tmp_path: Path, dive: Any) -> None:
     for message in dive.messages(path):
         kind = message.get_type()
         rows.setdefault(f"IMU[{message.I}]" if kind == "IMU" else kind, []).append(message)
-    assert [topic.name for topic in recording.topics] == ["MSG", "ATT", "IMU[0]", "IMU[1]", "POS"]
+    assert [topic.name for topic in recording.topics] == ["MSG", "ATT", "IMU[0]", "IMU[1]", "ALL"]
     for topic in recording.topics:
         expected = rows[topic.name]
         for name, values in topic.fields.items():
@@ -30,13 +30,6 @@ def test_dataflash_is_what_pymavlink_reads(tmp_path: Path, dive: Any) -> None:
         assert topic.units == {
             name: unit for name, unit in units.items() if unit and unit != "instance"
         }
-
-
-def test_units_carry_the_prefix_of_their_multiplier(tmp_path: Path, dive: Any) -> None:
-    recording = ardupilot.read(dive.save(tmp_path / "dive.bin"))
-    angles = dict.fromkeys(("Roll", "Pitch", "Yaw"), "deg")
-    assert recording.topic("ATT").units == {"TimeUS": "µs"} | angles
-    assert recording.topic("IMU[0]").units["GyrZ"] == "mrad/s"
 
 
 def test_arrays_in_dataflash(tmp_path: Path, dataflash: Any) -> None:
@@ -70,19 +63,6 @@ def test_a_format_given_anew_drops_what_contradicts_it(tmp_path: Path, dive: Any
     assert any("described anew" in note for note in recording.notes)
 
 
-def test_the_cores_of_an_estimator_are_topics_of_their_own_without_stated_units(
-    tmp_path: Path,
-) -> None:
-    path = tmp_path / "dive.log"
-    path.write_text(
-        "FMT, 140, 23, XKF1, QBf, TimeUS,C,VN\n"
-        + "".join(f"XKF1, {1000 * k}, {k % 2}, {k}\n" for k in range(6))
-    )
-    recording = ardupilot.read(path)
-    assert [topic.name for topic in recording.topics] == ["XKF1[0]", "XKF1[1]"]
-    assert recording.topic("XKF1[0]").fields["VN"].tolist() == [0.0, 2.0, 4.0]
-
-
 def test_dataflash_in_text(tmp_path: Path) -> None:
     path = tmp_path / "dive.log"
     path.write_text(
@@ -96,12 +76,15 @@ def test_dataflash_in_text(tmp_path: Path) -> None:
         "FMT, 160, 3, NONE, ,\n"
         "ATT, 1200000, 0.6\n"
         "XYZ, 3\n"
+        "FMT, 144, 23, XKF1, QBf, TimeUS,C,VN\n"
+        "XKF1, 1000000, 0, 1\nXKF1, 1000001, 1, 2\nXKF1, 2000000, 0, 3\n"
     )
     recording = files.read(path)
     attitude = recording.topic("ATT")
     assert attitude.fields["Yaw"].tolist() == [270.5, 271.5]
     assert attitude.time.tolist() == [1.0, 1.1]
     assert recording.topic("MSG").texts["Message"] == ("ArduSub",)
+    assert recording.topic("XKF1[0]").fields["VN"].tolist() == [1.0, 3.0]  # cores without units
     assert "line 9 and 1 more fit no format of the log; passed over" in recording.notes
 
 

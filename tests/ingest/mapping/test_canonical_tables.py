@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from hydrodamp.data.recording import Recording, Topic
-from hydrodamp.errors import FileError, GapWarning, LogError
-from hydrodamp.ingest.mapping import LogMapping, read_mapping
+from hydrodamp.errors import GapWarning, LogError
+from hydrodamp.ingest.mapping import LogMapping
 from hydrodamp.ingest.mapping.canonical_table import canonical_record
 from hydrodamp.ingest.read import read_log, read_parts, read_recording
 
@@ -106,12 +106,6 @@ def test_two_whole_runs_are_sent_to_read_logs(tmp_path: Path) -> None:
     assert "`read_logs`" in fault
 
 
-def test_faults_of_another_format_are_told(tmp_path: Path) -> None:
-    np.savez(tmp_path / "log.npz", time=[0.0, 1.0], speed=[1.0, 1.0])
-    with pytest.raises(LogError, match=r"log\.npz: there is no velocity column"):
-        read_log(tmp_path / "log.npz")
-
-
 @pytest.mark.parametrize("suffix", [".csv", ".parquet"])
 def test_parts_of_a_table_make_up_the_whole(tmp_path: Path, suffix: str) -> None:
     path = write(tmp_path / f"dive{suffix}")
@@ -137,20 +131,6 @@ def test_parts_in_which_nothing_is_known_are_left_out(tmp_path: Path) -> None:
     mapping = LogMapping.from_dict({"time": "time", "velocity": {"u": "u"}})
     with pytest.warns(GapWarning):
         assert len([*read_parts(path, mapping, rows=4)]) == 2
-
-
-def test_a_format_that_cannot_be_read_in_parts_says_so(tmp_path: Path) -> None:
-    with pytest.raises(FileError, match="in parts"):
-        next(read_parts(write(tmp_path / "dive.npz")))
-
-
-def test_a_record_is_not_yet_cut(tmp_path: Path) -> None:
-    path = tmp_path / "log.csv"
-    path.write_text("time,u\n0,1\n1,\n2,1\n3,1\n", encoding="utf-8")
-    assert canonical_record(read_recording(path)).n == 4
-    mapping = tmp_path / "map.yaml"
-    mapping.write_text("{time: time, velocity: {u: u}}", encoding="utf-8")
-    assert read_mapping(mapping).record(read_recording(path)).n == 4
 
 
 def test_several_files_of_one_dive_make_one_log(tmp_path: Path) -> None:

@@ -209,13 +209,6 @@ def test_what_makes_no_sense_is_told(more: dict[str, object], says: str) -> None
     assert says in "\n".join(faults({**BASE, **more}))
 
 
-def test_attitude_may_have_other_axes_than_the_rest() -> None:
-    mapping = LogMapping.from_dict(
-        {**BASE, "world": "ENU", "sensors": {"attitude": {"axes": "FLU"}}, "attitude": {"yaw": "y"}}
-    )
-    assert (mapping.frame, mapping.world) == ("FRD", "ENU")
-
-
 def test_the_schema_knows_every_key_and_takes_the_presets() -> None:
     jsonschema = pytest.importorskip("jsonschema", reason="jsonschema is not installed")
     schema = json_schema()

@@ -8,7 +8,6 @@ from hypothesis.extra.numpy import arrays
 from hypothesis.strategies import floats, sampled_from
 from scipy.spatial.transform import Rotation
 
-from hydrodamp.data.attitude import euler_from_quaternion
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.ingest.mapping import LogMapping
 
@@ -66,22 +65,6 @@ def test_axes_there_and_back(motion: np.ndarray, case: tuple[str, str], form: st
     back = Rotation.from_quat(record.blocks["attitude"], scalar_first=True)
     ours = Rotation.from_euler("ZYX", motion[:, [2, 1, 0]])
     np.testing.assert_allclose((back * ours.inv()).magnitude(), 0, atol=1e-7)
-
-
-def test_rep_103_looks_east_at_zero_and_north_at_a_quarter() -> None:
-    """REP 103: yaw is zero when pointing east, 90 degrees when facing north."""
-    mapping = LogMapping.from_dict(
-        {
-            "frame": "FLU",
-            "world": "ENU",
-            "time": "t",
-            "attitude": {"yaw": {"column": "yaw", "unit": "deg"}},
-            "velocity": {"u": "u"},
-        }
-    )
-    record = mapping.record(recording(t=np.arange(2.0), yaw=np.array([0.0, 90]), u=np.ones(2)))
-    yaw = np.degrees(euler_from_quaternion(record.blocks["attitude"])[:, 2])
-    np.testing.assert_allclose(yaw, [90, 0], atol=1e-12)
 
 
 def test_a_heading_is_that_of_a_compass_in_every_world() -> None:

@@ -9,7 +9,7 @@ import pytest
 from hydrodamp.data.attitude import down, rate_slopes, turn
 from hydrodamp.errors import LogError
 from hydrodamp.ingest.mapping import LogMapping, read_mapping
-from hydrodamp.ingest.read import read_log, read_logs
+from hydrodamp.ingest.read import read_log
 
 Write = Callable[..., Path]
 EXAMPLE = Path(__file__).resolve().parents[3] / "examples" / "bluerov2" / "mapping.yaml"
@@ -46,6 +46,7 @@ def test_names_units_and_signs_are_turned(csv_file: Write) -> None:
         ("t,u [kn]", {"column": "u", "scale": 2.0}, "is in kn by its file, and the mapping scales"),
         ("t,u [kn]", {"column": "u", "scale": 2.0, "unit": "m/s"}, None),
         ("t [UTC],u [body]", "u", None),
+        ("t [furlong],u", "u", "column `t` is in furlong by its file, which is no unit of time"),
     ],
 )
 def test_a_unit_of_the_file_is_never_passed_over(
@@ -118,15 +119,6 @@ def test_a_value_is_not_held_before_the_first(csv_file: Write) -> None:
     with pytest.warns(Warning, match="1 sample with missing values"):
         log = read_log(csv_file("t,u,f\n0,1,\n1,1,5\n2,1,\n3,1,\n"), LogMapping.from_dict(content))
     assert log.command("fin").tolist() == [5, 5, 5]
-
-
-def test_the_bluerov2_runs_load(bluerov2_runs: list[Path]) -> None:
-    log = read_logs(bluerov2_runs, EXAMPLE)
-    assert [part.name for part in log.segments] == [path.stem for path in bluerov2_runs]
-    assert log.command_names == tuple(
-        f"ch_{name}" for name in ("forward", "lateral", "heave", "roll", "pitch", "yaw")
-    )
-    assert log.n == sum(len(path.read_text().splitlines()) - 1 for path in bluerov2_runs)
 
 
 def test_the_bluerov2_moves_as_its_rates_and_depth_say(bluerov2_runs: list[Path]) -> None:

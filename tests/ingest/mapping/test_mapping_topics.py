@@ -216,31 +216,6 @@ def test_the_first_choice_that_a_log_has_is_taken_in_its_unit() -> None:
         np.testing.assert_allclose(log.velocity[:, 5], np.pi / 2)
 
 
-def test_names_stand_for_topics() -> None:
-    given = mapping(
-        topics={"imu": ["/rov/imu", "/imu"], "dvl": "/dvl"},
-        velocity={"u": {"column": "dvl.v.x", "where": "dvl.ok"}, "r": "imu.r"},
-        attitude={"yaw": "imu.yaw"},
-        clock="dvl",
-    )
-    assert set(read(dive(), given).time.tolist()) <= set(SLOW.tolist())
-
-
-@pytest.mark.parametrize(
-    ("units", "says"),
-    [
-        ({"r": "m/s"}, "column `/gyro.r` is in m/s by its file, which is no unit of angular rate"),
-        ({"r": "furlong"}, "is in furlong by its file, which is no unit of angular rate"),
-        ({"t": "furlong"}, "column `t` is in furlong by its file, which is no unit of time"),
-    ],
-)
-def test_units_that_a_file_states_must_be_known(units: dict[str, str], says: str) -> None:
-    wrong = Topic("/gyro", FAST, {"r": 0 * FAST, "t": FAST}, units=units)
-    given = mapping(velocity={"u": "/dvl.v.x", "r": "/gyro.r"}, time=["t", "recorded"])
-    with pytest.raises(LogError, match=says):
-        given.log(dive(wrong))
-
-
 def test_angles_in_degrees_are_found_out() -> None:
     time = np.arange(0.05, 20, 0.1)
     spun = Topic("/att", time, {"roll": 0 * time, "pitch": 0 * time + 9, "yaw": (90 * time) % 360})

@@ -6,10 +6,9 @@ import pytest
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.ingest.mapping import LogMapping
-from hydrodamp.ingest.probing.columns import Series, ticking, together
+from hydrodamp.ingest.probing.columns import ticking
 from hydrodamp.ingest.probing.delay import delays
 from hydrodamp.ingest.probing.draft import command_names
-from hydrodamp.ingest.probing.frames import changes
 from hydrodamp.ingest.probing.probe import probe
 
 
@@ -39,32 +38,6 @@ def test_unit_of_the_clock_by_its_size(scale: float, start: float, unit: str) ->
     assert found is not None
     assert found.unit == unit
     assert np.diff(found.seconds).mean() == pytest.approx(0.1, rel=1e-3)
-
-
-def test_no_window_crosses_a_gap() -> None:
-    time = np.concatenate((np.arange(0, 10, 0.1), np.arange(60, 70, 0.1)))
-    values = Series("", "a", None, time, np.where(time < 30, 0.0, 100.0))
-    joined = together([values])
-    _, moved = changes(joined.elapsed, 0 * joined.values, joined.values)
-    assert len(moved) > 20
-    assert np.abs(moved).max() == 0.0
-
-
-def test_series_meet_on_the_slower_clock() -> None:
-    slow, fast = np.arange(0.0, 20.0, 0.5), np.arange(5.0, 18.0, 0.1)
-    gap = (fast > 10.0) & (fast < 12.0)
-    one = Series("a", "x", None, slow, slow)
-    other = Series("b", "y", None, fast[~gap], 2 * fast[~gap])
-    joined = together([one, other])
-    known = np.isfinite(joined.values).all(axis=1)
-    np.testing.assert_allclose(joined.values[known, 1], 2 * joined.values[known, 0])
-    within = (joined.values[:, 0] >= 5.0) & (joined.values[:, 0] <= 17.5)
-    unknown = set(joined.values[~known & within, 0])
-    assert {10.5, 11.0, 11.5} <= unknown <= {10.0, 10.5, 11.0, 11.5, 12.0}
-    apart = Series("b", "y", None, fast + 100, fast)
-    assert np.isnan(together([one, apart]).values[:, 1]).all()
-    once = Series("b", "y", None, fast, np.where(fast == fast[0], 1.0, np.nan))
-    assert np.count_nonzero(np.isfinite(together([one, once]).values[:, 1])) == 1
 
 
 def surge(delay: int, step: float, irregular: bool = False, n: int = 3000) -> Log:
