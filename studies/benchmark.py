@@ -77,9 +77,10 @@ def row(job: Job) -> Row:
     campaign, model, method = kept(job[0]), job[1], find_method(job[2])
     warnings.simplefilter("ignore", hd.HydrodampWarning)
     asked = next(one for one in campaign.models if one.key == model)
-    problem = hd.prepare(campaign.vehicle, campaign.train, asked)
     began = time.process_time()
     try:
+        problem = hd.prepare(campaign.vehicle, campaign.train, asked)
+        began = time.process_time()
         fit = method.identify(problem, asked)
         took = time.process_time() - began
         errors = replayed(campaign, fit) if fit.status.usable else dict.fromkeys(HORIZONS)
