@@ -210,7 +210,8 @@ def rov() -> Craft:
     linear, square = _diagonals(rov_drag())
 
     def wrench(velocity: FloatArray, channels: FloatArray) -> FloatArray:
-        return velocity * linear + velocity * np.abs(velocity) * square + channels @ THRUST
+        water: FloatArray = velocity * linear + velocity * np.abs(velocity) * square
+        return water + channels @ THRUST
 
     return Craft(hd.fleet["bluerov2"], CHANNELS, wrench, lambda _, __, commands: commands)
 
@@ -226,7 +227,7 @@ def heavy_rov() -> Craft:
         lift = np.array((-8 * v * r, -30 * u * v, -40 * u * w, 0 * u, 8 * u * w, 5 * u * v)).T
         lift[:, 4:] += np.array((-0.8 * np.abs(u) * q, -0.6 * np.abs(u) * r)).T
         bent = 0.3 * channels + 0.7 * channels * np.abs(channels)
-        water = velocity * linear + velocity * np.abs(velocity) * square + lift
+        water: FloatArray = velocity * linear + velocity * np.abs(velocity) * square + lift
         return water + bent @ gains
 
     recorded = lambda _, __, commands: commands  # noqa: E731
