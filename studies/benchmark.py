@@ -86,7 +86,7 @@ def row(job: Job) -> Row:
         errors = replayed(campaign, fit) if fit.status.usable else dict.fromkeys(HORIZONS)
     except Exception as error:  # a method of one's own may raise anything
         took = time.process_time() - began
-        why = f"{type(error).__name__}: {error}"
+        why = " ".join(f"{type(error).__name__}: {error}".split())
         return Row(*job, campaign.group, dict.fromkeys(HORIZONS), "raised", False, took, why)
     diverged = fit.status.usable and errors["run"] is None
     return Row(*job, campaign.group, errors, fit.status.word, diverged, took)

@@ -165,7 +165,7 @@ def _log(
 CHANNELS = ("ch_forward", "ch_lateral", "ch_heave", "ch_roll", "ch_pitch", "ch_yaw")
 """The pilot's channels, -1 to 1, one an axis."""
 
-THRUST = np.diag([12.0, 12.0, 14.0, 1.2, 1.2, 2.0])
+THRUST: FloatArray = np.diag([12.0, 12.0, 14.0, 1.2, 1.2, 2.0])
 THRUST[0, 4], THRUST[1, 3], THRUST[1, 5] = 0.4, -0.4, 0.3
 """Wrench per unit of each channel, a row a channel [N, N m]; the horizontal thrusters leak."""
 
@@ -193,7 +193,7 @@ class Joystick:
         return cls(table)
 
     def __call__(self, place: int, measured: FloatArray, last: FloatArray) -> FloatArray:
-        commands = self.table[place].copy()
+        commands: FloatArray = self.table[place].copy()
         back = np.clip(0.15 * (STARTING_DEPTH - measured[:, 9]), -0.4, 0.4)
         commands[:, 2] += np.round(back * (commands[:, 2] == 0.0), 1)
         return commands

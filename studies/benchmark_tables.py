@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from statistics import median
@@ -131,7 +132,16 @@ def markdown(rows: Sequence[Row]) -> str:
     parts.append(median_table(rows, "model", lambda row: row.model))
     parts.append(median_table(rows, "vehicle", lambda row: row.campaign.partition("/")[0]))
     parts.append(median_table(rows, "campaign", lambda row: row.campaign))
+    if any(row.why for row in rows):
+        parts.append(reasons(rows))
     return "\n\n".join(parts) + "\n"
+
+
+def reasons(rows: Sequence[Row]) -> str:
+    """Return the table of what methods raised."""
+    said = Counter((f"`{row.method}`", row.why) for row in rows if row.why)
+    lines = [(method, why, str(n)) for (method, why), n in said.most_common()]
+    return _titled("Raised", ("method", "what", "rows"), lines)
 
 
 def regret_table(rows: Sequence[Row], horizon: str, group: str) -> str:

@@ -86,6 +86,7 @@ def test_a_failure_is_a_row(
     assert set(broken.rms.values()) == {None}
     text = (tmp_path / "benchmark.md").read_text(encoding="utf-8")
     assert "| `own:Broken` | 1 | - | - | - | 1 |" in text
+    assert "| `own:Broken` | ZeroDivisionError: no luck | 1 |" in text
 
 
 def test_an_unknown_method_ends_the_work_before_it_begins(
