@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from hydrodamp.ingest.mapping import LogMapping
 from hydrodamp.ingest.mapping.canonical_table import canonical_record
 from hydrodamp.ingest.read import read_log, read_parts, read_recording
 
+Write = Callable[..., Path]
 TIME = np.arange(0, 5, 0.1)
 COLUMNS = {
     "time": TIME,
@@ -71,26 +73,37 @@ def test_topics_need_a_mapping(tmp_path: Path) -> None:
         canonical_record(Recording((words,), "dive.mat", "a test"))
 
 
-def test_units_in_the_header_are_turned_into_si(tmp_path: Path) -> None:
-    path = tmp_path / "dive.csv"
-    path.write_text(
-        "time [ms],u [km/h],r (deg/s),eta [-],north,east,down [cm],rudder [deg]\n"
-        "0,3.6,90,1,0,0,200,5\n500,7.2,0,1,0,0,300,6\n",
-        encoding="utf-8",
-    )
-    record = canonical_record(read_recording(path))
+@pytest.mark.parametrize(
+    ("clock", "tick", "speed", "factor"),
+    [
+        ("ms", 1e-3, "km/h", 1 / 3.6),
+        ("msec", 1e-3, "kts", 1852 / 3600),
+        ("usec", 1e-6, "KM/H", 1 / 3.6),
+        ("µs", 1e-6, "CM/S", 0.01),
+    ],
+)
+@pytest.mark.parametrize(
+    "line",
+    [
+        "time [{}],u ({}),r (deg/s),eta [-],north,east,down [cm],rudder [deg]\n",
+        "time,u,r,eta,north,east,down,rudder\n{},{},deg/s,-,m,m,cm,deg\n",
+    ],
+)
+def test_units_in_the_header_are_turned_into_si(
+    csv_file: Write, clock: str, tick: float, speed: str, factor: float, line: str
+) -> None:
+    rows = f"0,1,90,1,0,0,200,5\n{round(0.5 / tick)},2,0,1,0,0,300,6\n"
+    record = canonical_record(read_recording(csv_file(line.format(clock, speed) + rows)))
     np.testing.assert_allclose(record.time, [0.0, 0.5])
-    np.testing.assert_allclose(record.velocity[:, 0], [1.0, 2.0])
+    np.testing.assert_allclose(record.velocity[:, 0], [factor, 2 * factor])
     np.testing.assert_allclose(record.velocity[:, 5], [np.pi / 2, 0.0])
     assert record.blocks["position"][:, 2].tolist() == [2.0, 3.0]
     assert record.commands["rudder"].tolist() == [5.0, 6.0]  # commands may be anything
 
 
-def test_units_in_the_header_that_do_not_fit_are_all_told(tmp_path: Path) -> None:
-    path = tmp_path / "dive.csv"
-    path.write_text("time [s],u [deg],v [furlong]\n0,3.6,9\n1,7.2,0\n", encoding="utf-8")
+def test_units_in_the_header_that_do_not_fit_are_all_told(csv_file: Write) -> None:
     with pytest.raises(LogError) as caught:
-        read_log(path)
+        read_log(csv_file("time [s],u [deg],v [furlong]\n0,3.6,9\n1,7.2,0\n"))
     assert [fault.partition(".")[0] for fault in caught.value.faults] == [
         "column `u` is in deg by its file, which is no unit of speed known here",
         "column `v` is in furlong by its file, which is no unit of speed known here",
@@ -107,43 +120,36 @@ def test_two_whole_runs_are_sent_to_read_logs(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".parquet"])
-def test_parts_of_a_table_make_up_the_whole(tmp_path: Path, suffix: str) -> None:
+@pytest.mark.parametrize(
+    "given", [None, {"time": "time", "velocity": {"u": "u", "r": "r"}, "commands": ["rudder"]}]
+)
+def test_parts_of_a_table_make_up_the_whole(tmp_path: Path, suffix: str, given: object) -> None:
     path = write(tmp_path / f"dive{suffix}")
-    given = {"time": "time", "velocity": {"u": "u", "r": "r"}, "commands": ["rudder"]}
-    mapping = tmp_path / "map.yaml"
-    mapping.write_text(repr(given), encoding="utf-8")
-    for chosen in (None, mapping):
-        parts = list(read_parts(path, chosen, rows=20))
-        assert [part.n for part in parts] == [20, 20, 10]
-        whole = np.concatenate([part.velocity for part in parts])
-        np.testing.assert_array_equal(whole, read_log(path, chosen).velocity)
+    mapping = None if given is None else LogMapping.from_dict(given)
+    parts = list(read_parts(path, mapping, rows=20))
+    assert [part.n for part in parts] == [20, 20, 10]
+    whole = np.concatenate([part.velocity for part in parts])
+    np.testing.assert_array_equal(whole, read_log(path, mapping).velocity)
 
 
-def test_parts_in_which_nothing_is_known_are_left_out(tmp_path: Path) -> None:
-    path = tmp_path / "log.csv"
+@pytest.mark.parametrize("given", [None, {"time": "time", "velocity": {"u": "u"}}])
+def test_parts_in_which_nothing_is_known_are_left_out(csv_file: Write, given: object) -> None:
     rows = [f"{k},{'' if 4 <= k < 8 or 9 <= k < 12 else 1}" for k in range(16)]
-    path.write_text("\n".join(["time,u", *rows]), encoding="utf-8")
+    path = csv_file("\n".join(["time,u", *rows]))
+    mapping = None if given is None else LogMapping.from_dict(given)
     with pytest.warns(GapWarning) as told:
-        assert [part.n for part in read_parts(path, rows=4)] == [4, 4]
+        assert [part.n for part in read_parts(path, mapping, rows=4)] == [4, 4]
     assert [str(one.message).split(":")[-1] for one in told] == [
         f" part {number} has no two samples with all their values; left out" for number in (2, 3)
     ]
-    mapping = LogMapping.from_dict({"time": "time", "velocity": {"u": "u"}})
-    with pytest.warns(GapWarning):
-        assert len([*read_parts(path, mapping, rows=4)]) == 2
 
 
-def test_several_files_of_one_dive_make_one_log(tmp_path: Path) -> None:
+def test_several_files_of_one_dive_make_one_log(tmp_path: Path, csv_file: Write) -> None:
     """A table a topic, put together on the clock of the faster one."""
-    fast, slow = np.arange(0, 5, 0.1), np.arange(0, 5, 0.5)
-    for name, time, column in (("gyro", fast, "r"), ("dvl", slow, "u")):
-        table = np.column_stack((time, 0.1 * time))
-        np.savetxt(
-            tmp_path / f"{name}.csv", table, delimiter=",", header=f"t,{column}", comments=""
-        )
-    given = {"time": "t", "velocity": {"u": "dvl.u", "r": "gyro.r"}}
-    mapping = tmp_path / "map.yaml"
-    mapping.write_text(repr(given), encoding="utf-8")
+    for name, step, column in (("gyro", 0.1, "r"), ("dvl", 0.5, "u")):
+        rows = (f"{time},{0.1 * time}\n" for time in np.arange(0, 5, step).tolist())
+        csv_file(f"t,{column}\n{''.join(rows)}", f"{name}.csv")
+    mapping = LogMapping.from_dict({"time": "t", "velocity": {"u": "dvl.u", "r": "gyro.r"}})
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", GapWarning)
         log = read_log([tmp_path / "gyro.csv", tmp_path / "dvl.csv"], mapping)
