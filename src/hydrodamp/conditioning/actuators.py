@@ -156,12 +156,12 @@ def _delayed(time: FloatArray, values: FloatArray, seconds: float) -> FloatArray
 
 
 def _lagged(time: FloatArray, values: FloatArray, seconds: float) -> FloatArray:
-    from scipy.linalg import solve_banded  # takes long to import
+    from scipy.linalg.lapack import dtbtrs  # takes long to import
 
     steps = (_ends(time) - time) / seconds
     reached = -np.expm1(-steps)  # of the way to the command, at the end of each step
     # Each response is what is left of the one before, and what it has reached of the command.
     bands = np.stack((np.ones(len(time)), -np.exp(-steps)))
-    begun = solve_banded((1, 0), bands, np.append(values[0], (reached * values)[:-1]))
+    begun, _ = dtbtrs(bands, np.append(values[0], (reached * values)[:-1]), uplo="L")
     # The mean over the step of the decay from where the response is towards the command.
     return np.asarray(values + (begun - values) * reached / steps)
