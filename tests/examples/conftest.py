@@ -1,0 +1,33 @@
+"""An example, run as its script is."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+
+
+@pytest.fixture
+def run(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> Callable[..., SimpleNamespace]:
+    """Return a function that runs an example; a warning is an error."""
+
+    def call(name: str, *arguments: object) -> SimpleNamespace:
+        spec = spec_from_file_location(f"example_{name}", EXAMPLES / name / "compare.py")
+        assert spec is not None
+        assert spec.loader is not None
+        module = module_from_spec(spec)
+        monkeypatch.setitem(sys.modules, module.__name__, module)
+        spec.loader.exec_module(module)
+        status = module.main([str(each) for each in arguments])
+        said, told = capsys.readouterr()
+        return SimpleNamespace(status=status, stdout=said, stderr=told)
+
+    return call
