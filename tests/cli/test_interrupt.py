@@ -113,15 +113,6 @@ def test_a_resumed_run_ends_where_an_uninterrupted_one_does(
     assert fits[0] == fits[1]
 
 
-def test_a_finished_folder_is_replayed_without_fitting(
-    whole: dict[str, object], call: Call, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    interrupt_fits(monkeypatch, 1)
-    done = call(LINE.replace("--out out", "--out whole --resume"))
-    assert done.exit_code == 0, done.output
-    assert document("whole")["rows"] == whole["rows"]
-
-
 @pytest.mark.parametrize(
     ("before", "after", "kept"),
     [

@@ -39,13 +39,10 @@ def test_windows_share_their_ends_and_cross_no_join(problem):
     np.testing.assert_array_equal(windows(problem, "run"), problem.segments)
 
 
-def test_a_horizon_beyond_the_segment_is_the_whole_segment(problem):
+def test_a_horizon_is_at_least_a_step_and_at_most_the_segment(problem):
     np.testing.assert_array_equal(windows(problem, 1000.0), problem.segments)
     # The last sample begins no window: 9.9 s after the first there is nothing to predict.
     assert windows(problem, 9.9).tolist() == problem.segments.tolist()
-
-
-def test_a_horizon_below_the_step_is_one_step(problem):
     np.testing.assert_array_equal(windows(problem, 0.01), windows(problem, "step"))
 
 

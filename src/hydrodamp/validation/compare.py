@@ -60,9 +60,8 @@ class Row:
     @property
     def status(self) -> Status:
         """What to read first: a fit without numbers, a divergence, then the fit's own."""
-        if not self.fit.status.usable:
-            return self.fit.status
-        return self.score.status if self.score.diverged else self.fit.status
+        own = self.fit.status
+        return self.score.status if own.usable and self.score.diverged else own
 
     @property
     def settled(self) -> bool:

@@ -10,12 +10,11 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.basis.atoms import AXES
-from hydrodamp.errors import MethodError, ModelError
+from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.residuals import lagged_products, left_over
 from hydrodamp.identification.rows import Rows
 from hydrodamp.identification.triangle import solve_axis
-from hydrodamp.models.damping import Damping
 
 #: Akaike's, the same corrected for few samples, and Schwarz's.
 CRITERIA = ("aic", "aicc", "bic")
@@ -85,7 +84,7 @@ def criteria(rows: Rows, fits: Iterable[Fit]) -> Criteria:
 
     Raises
     ------
-    ModelError
+    TermError
         If a fit has terms that are not among the columns of the rows.
     MethodError
         If the rows have nothing to explain.
@@ -96,7 +95,7 @@ def criteria(rows: Rows, fits: Iterable[Fit]) -> Criteria:
         raise MethodError("the rows have nothing to explain: there is none, or all targets are 0")
     target = rows.target[:, free]
     scale, even = np.sqrt(np.mean(target**2, axis=0)), np.full(len(free), float(rows.n))
-    left = [_residual(rows, fit.damping)[:, free] if fit.status.usable else None for fit in asked]
+    left = [left_over(rows, fit.damping)[:, free] if fit.status.usable else None for fit in asked]
     smallest = min(
         (rest for rest in left if rest is not None),
         key=lambda rest: _deviance(rest, scale, even),
@@ -112,18 +111,6 @@ def criteria(rows: Rows, fits: Iterable[Fit]) -> Criteria:
         found.append(Criterion(fit.model.key, fit.method, *values))
     by_axis = dict(zip((AXES[axis] for axis in free), count.tolist(), strict=True))
     return Criteria(tuple(found), rows.n, by_axis)
-
-
-def _residual(rows: Rows, damping: Damping) -> FloatArray:
-    """Return what the coefficients leave over of the target, force [N] and moment [N m]."""
-    model = damping.model
-    missing = [str(term) for term in model.basis if term not in rows.basis]
-    if missing:
-        raise ModelError(
-            f"model '{model.key}' has terms these rows have no column for: {' '.join(missing)}. "
-            "Name the model when the log is prepared."
-        )
-    return left_over(rows, damping)
 
 
 def _deviance(rest: FloatArray, scale: FloatArray, count: FloatArray) -> float:
