@@ -49,9 +49,9 @@ def brackets(stamps: Stamps, ticks: Ticks) -> Brackets:
 
 def _side_by_side(stamps: Stamps, ticks: Ticks) -> tuple[FloatArray, FloatArray]:
     """Return both times with each run behind the one before, also where a clock was set back."""
+    if stamps.run[0] == ticks.run[0] and stamps.run[-1] == ticks.run[-1] == ticks.run[0]:
+        return stamps.time, ticks.time  # a single run, as nearly always
     numbers = np.union1d(stamps.run, ticks.run).tolist()
-    if len(numbers) < 2:
-        return stamps.time, ticks.time
     shifts, reached = np.zeros(numbers[-1] + 1), -np.inf
     for number in numbers:
         both = np.append(stamps.time[stamps.run == number], ticks.time[ticks.run == number])

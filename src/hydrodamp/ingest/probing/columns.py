@@ -39,16 +39,8 @@ _FORCE = _set("accel acceleration acc accelerometer accelerations")
 _TURNED = _set("orientation quaternion quat attitude q")
 _SPEED = _set("velocity velocities vel twist linear v speed dvl nu vbody")
 _PLACE = _set("position pose pos translation location point")
-_ANGLES = {
-    word: angle
-    for angle, listed in (
-        ("roll", "roll phi"),
-        ("pitch", "pitch theta"),
-        ("yaw", "yaw psi"),
-        ("heading", "heading hdg compass"),
-    )
-    for word in listed.split()
-}
+_ANGLES = {name: name for name in ("roll", "pitch", "yaw", "heading")}
+_ANGLES |= {"phi": "roll", "theta": "pitch", "psi": "yaw", "hdg": "heading", "compass": "heading"}
 _RATE_OF = {"roll": "p", "pitch": "q", "yaw": "r", "heading": "r"}
 _LETTERS = {"n": "north", "e": "east", "d": "down"}
 _COMPASS = {word: word for word in ("north", "east", "down", "up")} | _LETTERS
