@@ -111,7 +111,7 @@ def test_parts_said_wrongly(folder: Path, call: Call, line: str, words: str) -> 
         ("--vehicle planar.yaml --models twice.yaml", "twice.yaml, line 2"),
         ("--vehicle planar.yaml --mapping twice.yaml", "twice.yaml, line 2"),
         ("--vehicle planar.yaml --models linear,other.yaml", "two different models"),
-        ("--vehicle planar.yaml --out a.csv", "`--out a.csv` is a file: name a folder"),
+        ("--vehicle planar.yaml --out a.csv", "a.csv is a file. Give another one."),
         ("--vehicle planar.yaml --out a.csv/out", "a.csv"),
     ],
 )

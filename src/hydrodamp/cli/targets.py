@@ -47,8 +47,6 @@ def check_out_folder(out: Path | None, inputs: Inputs, resume: bool) -> None:
             raise FileError(
                 f"`--out {out}` would replace the input {path}: name a folder of its own."
             )
-    if out.is_file():
-        raise FileError(f"`--out {out}` is a file: name a folder, new or there already.")
     check_folder(out)
 
 
