@@ -9,6 +9,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.identification.differences import default_derivative
+from hydrodamp.identification.rows import Differenced, accumulate
 
 LINEAR = hd.catalog["linear"]
 PUSHED = hd.DampingModel.from_table({"X": "u push"}, key="pushed")
@@ -111,6 +112,21 @@ def test_the_record_is_preferred_where_there_is_one(vehicle, exact_log, true_dam
     assert default_derivative(bare) == hd.FiniteDifference()
     with pytest.raises(hd.MethodError, match="no acceleration columns"):
         hd.RecordedAcceleration().acceleration(bare)
+
+
+def test_accelerations_recorded_in_part_leave_the_rest_to_differences(bare):
+    """Axes that are not coupled: forces as by the record, moments as by differences."""
+    table = replace(bare, actuators=(hd.Matrix(("push",), [[1.0] * 6]),))
+    log, rng = pushed_log(bare, n=60), np.random.default_rng(4)
+    log = replace(log, velocity=rng.normal(size=(60, 6)), acceleration=rng.normal(size=(60, 6)))
+    absent = np.array([0, 0, 0, 1, 1, 1], dtype=bool)
+    part = replace(log, acceleration=np.where(absent, np.nan, log.acceleration))
+    rows = [Differenced().rows(hd.prepare(table, one, LINEAR)) for one in (part, log)]
+    differences = Differenced(hd.FiniteDifference()).rows(hd.prepare(table, log, LINEAR))
+    expected = np.where(absent, differences.target, rows[1].target)
+    np.testing.assert_allclose(rows[0].target, expected, atol=1e-9)
+    folded = accumulate(hd.prepare(table, part, LINEAR)).r
+    np.testing.assert_allclose(folded.T @ folded, rows[0].triangle().r.T @ rows[0].triangle().r)
 
 
 @pytest.mark.parametrize(("window", "order"), [(0.0, 3), (-1.0, 3), (1.0, 0), (1.0, 6)])

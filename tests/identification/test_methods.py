@@ -70,13 +70,19 @@ def test_a_fit_says_with_what_settings_it_was_made(
     assert fit.method == key
 
 
+def test_beside_the_paper_stands_what_is_the_papers() -> None:
+    assert [key for key, entry in hd.METHODS.items() if entry.printed] == ["ls", "ai"]
+    assert hd.LeastSquares(hd.FiniteDifference()).key == "ls"
+    assert hd.LeastSquares(hd.SavitzkyGolay()).key not in hd.METHODS
+
+
 def fit_by(method: str) -> hd.Fit:
     return hd.Fit(hd.Damping(hd.catalog["linear"], np.zeros(36)), method, hd.Status.OK)
 
 
 @pytest.mark.parametrize(
     ("method", "entries"),
-    [("ls", 1), ("weak", 2), ("ridge", 2), ("recommended", 3), ("oe", 1), ("mine", 1)],
+    [("ls", 1), ("ai-scaled", 1), ("weak", 2), ("ridge", 2), ("recommended", 3), ("mine", 1)],
 )
 def test_each_entry_stands_once(method: str, entries: int) -> None:
     said = hd.cite(fit_by(method))

@@ -46,10 +46,11 @@ def record_of_columns(
     if time is None or len(time) == 0:
         return None, faults
     blocks = {}
+    absent = {f"d{name}": np.full(len(time), np.nan) for name in VELOCITIES if name in numbers}
     for block in BLOCKS:
         there = [name in numbers for name in block.columns]
         if block.name == "velocity" or (all(there) if block.is_whole else any(there)):
-            stacked = side_by_side(numbers, block.columns, len(time))
+            stacked = side_by_side({**absent, **numbers}, block.columns, len(time))
             blocks[block.name] = stacked if block.shape else stacked[:, 0]
     if "attitude" not in blocks and "yaw" in numbers:
         blocks["attitude"] = quaternion_from_euler(side_by_side(numbers, EULER, len(time)))
@@ -142,6 +143,8 @@ def columns_of(log: Log) -> dict[str, FloatArray]:
         if name not in log.velocity_names:
             del columns[name]
             columns.pop(f"d{name}", None)
+        elif np.isnan(columns.get(f"d{name}", 0.0)).all():
+            columns.pop(f"d{name}", None)
     return columns | dict(zip(log.command_names, log.commands.T, strict=True))
 
 
@@ -197,16 +200,8 @@ def runs_in_degrees(name: str, angle: FloatArray) -> bool:
 
 
 def _acceleration_faults(numbers: Mapping[str, FloatArray]) -> Iterator[str]:
-    there = [name for name in _ACCELERATIONS if name in numbers]
-    needed = [f"d{name}" for name in VELOCITIES if name in numbers]
-    if there and (absent := [name for name in needed if name not in there]):
-        listed, velocities = " ".join(there), " ".join(name.removeprefix("d") for name in absent)
-        yield (
-            f"accelerations must be given for every velocity recorded; `{' '.join(absent)}` is"
-            f" missing beside `{listed}`. Add it, or drop `{listed}` (velocities are then"
-            f" differentiated) or the velocities `{velocities}`"
-        )
-    if surplus := [name for name in there if name not in needed]:
+    moving = {f"d{name}" for name in VELOCITIES if name in numbers}
+    if surplus := [name for name in _ACCELERATIONS if name in numbers and name not in moving]:
         yield f"accelerations `{' '.join(surplus)}` have no velocity column; add it or drop them"
 
 

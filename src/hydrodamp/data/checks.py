@@ -11,7 +11,7 @@ from hydrodamp.arrays import BoolArray, FloatArray, frozen
 from hydrodamp.basis.atoms import VELOCITIES
 from hydrodamp.data.attitude import rate_slopes
 from hydrodamp.data.channels import BLOCKS, VELOCITY, unit_of
-from hydrodamp.data.record import Record, Segment, copied, first_few
+from hydrodamp.data.record import Record, Segment, copied, first_few, unrecorded
 
 #: Largest component of a recorded velocity [m/s, rad/s]; beyond it a replay has diverged.
 _FASTEST = 50.0
@@ -120,7 +120,7 @@ def _unbounded_faults(
     """Yield the first bad number of each array."""
     columns = {block.name: block.columns for block in BLOCKS}
     for name, block in blocks.items():
-        bad = is_bad(block)
+        bad = is_bad(block) & ~unrecorded(name, block)
         if bad.any():
             row, column = np.argwhere(bad.reshape(len(block), -1))[0].tolist()
             called = columns.get(name, (name,) * (column + 1))[column]

@@ -58,7 +58,7 @@ class Log:
     wrench : ndarray, shape (n, 6), or None
         Actuator force X Y Z [N] and moment K M N [N m] on the vehicle, body frame.
     acceleration : ndarray, shape (n, 6), or None
-        Time derivative of ``velocity`` [m/s^2, rad/s^2].
+        Time derivative of ``velocity`` [m/s^2, rad/s^2]; a column of NaN was not recorded.
     propulsion_ratio : ndarray, shape (n,), or None
         Propulsion ratio [1]; in the paper eta-bar.
     position : ndarray, shape (n, 3), or None
@@ -147,7 +147,7 @@ class Log:
         wrench : array_like, shape (n, 6), optional
             Actuator force X Y Z [N] and moment K M N [N m], body frame.
         acceleration : array_like, shape (n, 6), optional
-            Body acceleration [m/s^2, rad/s^2].
+            Body acceleration [m/s^2, rad/s^2]; a column of NaN was not recorded.
         propulsion_ratio : array_like, shape (n,), optional
             Propulsion ratio [1].
         position : array_like, shape (n, 3), optional

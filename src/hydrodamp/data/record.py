@@ -14,7 +14,7 @@ import numpy.typing as npt
 from hydrodamp.arrays import BoolArray, FloatArray, frozen
 from hydrodamp.basis.atoms import VELOCITIES, check_command_name
 from hydrodamp.data.attitude import quaternion_from_euler
-from hydrodamp.data.channels import BLOCKS
+from hydrodamp.data.channels import ACCELERATION, BLOCKS
 from hydrodamp.errors import LogError, TermError, did_you_mean
 
 #: A step longer than this many median steps, and than GAP_SECONDS, is a gap.
@@ -78,9 +78,10 @@ class Record:
     def missing(self) -> BoolArray:
         """Whether any column but time is NaN at each sample, shape (n,)."""
         lacking = np.zeros(self.n, dtype=np.bool_)
-        measured = [block for name, block in self.blocks.items() if name != "time"]
-        for block in (*measured, *self.commands.values()):
-            lacking |= np.isnan(block.reshape(self.n, -1)).any(axis=1)
+        measured = {name: block for name, block in self.blocks.items() if name != "time"}
+        for name, block in {**self.commands, **measured}.items():
+            absent = np.isnan(block) & ~unrecorded(name, block)
+            lacking |= absent.reshape(self.n, -1).any(axis=1)
         return lacking
 
     def place(self, row: int) -> str:
@@ -151,6 +152,14 @@ def copied(
             hint = ". Did you pass it transposed? Rows are samples" if turned else ""
             faults.append(f"{error}{hint}")
     return blocks, faults
+
+
+def unrecorded(name: str, block: FloatArray) -> BoolArray:
+    """Return which columns of a block hold nothing: accelerations may be recorded in part."""
+    if name != ACCELERATION.name:
+        return np.zeros(block.shape[1:], dtype=np.bool_)
+    absent: BoolArray = np.logical_and.reduce(np.isnan(block), axis=0)
+    return absent
 
 
 def side_by_side(columns: Mapping[str, FloatArray], names: Sequence[str], n: int) -> FloatArray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -13,6 +14,7 @@ from hydrodamp.errors import MethodError
 from hydrodamp.identification.differences import mean_square, signal_to_noise
 from hydrodamp.identification.fit import Fit, empty_fit, fitted
 from hydrodamp.identification.online import first_guess, with_log
+from hydrodamp.identification.triangle import BLOCK, Triangle
 from hydrodamp.kernels.inputs import Sample
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
@@ -115,9 +117,6 @@ def adaptation_gains(
 
 #: Share of an axis's damping wrench that may still be missing from settled coefficients.
 SETTLED = 0.1
-
-# Samples of the log looked at for it; the shares are ratios of two means.
-_LOOK = 4096
 
 
 @dataclass(frozen=True)
@@ -318,23 +317,17 @@ class AdaptiveIdentifier:
         Returns
         -------
         fit : Fit
-            ``NOT_SETTLED`` where the coefficients still move at the end.
+            ``NOT_SETTLED`` where the terms still find more than a tenth of the damping wrench
+            of an axis in what the coefficients leave of the steps.
         """
         bound = self.bind(problem, model)
         if not bound.model.n_coefficients:
             return empty_fit(problem, bound.model, self.key, Status.EMPTY)
-        bounds, time = problem.segments, problem.inputs.time
-        steps = int((np.diff(bounds) - 1).sum())
-        duration = float((time[bounds[:, 1] - 1] - time[bounds[:, 0]]).sum())
-        single = self.passes == 1
-        # How far the table moved over the last pass, or over the later half of a single one.
-        run = self._run(problem, bound, max(steps // 2 if single else steps, 1))
-        moved = run.matrix - run.history_matrix[0 if single else -2]
-        coefficients = run.matrix[bound.entries]
+        matrix = self._run(problem, bound).matrix
+        coefficients = matrix[bound.entries]
         if not np.all(np.isfinite(coefficients)):
             return empty_fit(problem, bound.model, self.key, Status.FAILED)
-        share = _missing_share(problem, bound, run.matrix, moved, duration / (1 + single))
-        settled = bool(np.all(share <= SETTLED))
+        settled = bool(np.all(_missing_share(problem, bound, matrix) <= SETTLED))
         return fitted(
             problem,
             bound.model,
@@ -377,7 +370,7 @@ class AdaptiveIdentifier:
             labels=bound.model.labels,
         )
 
-    def _run(self, problem: Problem, bound: Adaptation, every: int) -> kernels.Adapted:
+    def _run(self, problem: Problem, bound: Adaptation, every: int = 0) -> kernels.Adapted:
         return kernels.adapt(
             bound.gains,
             bound.start(),
@@ -393,24 +386,38 @@ def scaled() -> AdaptiveIdentifier:
     return AdaptiveIdentifier(a=ByNoise(), gamma=ByTerm(), passes=30)
 
 
-def _missing_share(
-    problem: Problem, bound: Adaptation, matrix: FloatArray, moved: FloatArray, duration: float
-) -> FloatArray:
-    """Estimate what share of each axis's damping wrench the coefficients still lack.
-
-    By equation 16 they moved by the mean of ``d ξᵀ``; that correlation gives the velocity error
-    ``d`` that the terms still explain, and ``a d`` is the wrench that is missing.
-    """
-    rows, axes = bound.entries
-    share = np.zeros(6)
-    xi = problem.regressor(step=max(problem.n_samples // _LOOK, 1))
-    for axis in np.unique(axes):
-        own = rows[(axes == axis) & (bound.gains.gamma[rows, axes] > 0.0)]
-        correlation = moved[own, axis] / (bound.gains.gamma[own, axis] * duration)
-        terms = xi[:, own] / np.sqrt(len(xi))
-        _, singular, right = np.linalg.svd(terms, full_matrices=False)
-        kept = singular > 1e-6 * singular.max(initial=0.0)
-        missing = float(np.linalg.norm(right[kept] @ correlation / singular[kept]))
-        size = float(np.linalg.norm(terms @ matrix[own, axis]))
-        share[axis] = bound.gains.a[axis] * (missing / size if size > 0.0 else missing > 0.0)
+def _missing_share(problem: Problem, bound: Adaptation, matrix: FloatArray) -> FloatArray:
+    """Return the share of each axis's damping wrench that the terms find in the step residuals."""
+    triangle = Triangle.of(problem.columns.basis, _residual_rows(problem, matrix))
+    unknown, share = matrix[problem.columns.n_known :], np.zeros(6)
+    for axis, terms in enumerate(bound.model.terms):
+        missing = np.linalg.norm(triangle.span(terms).directions.T @ triangle.target(axis))
+        size = np.linalg.norm(triangle.r[:, :-6] @ unknown[:, axis])
+        share[axis] = missing / size if size > 0.0 else missing > 0.0
     return share
+
+
+def _residual_rows(problem: Problem, matrix: FloatArray) -> Iterator[FloatArray]:
+    """Yield the terms over each step, and what the coefficients leave of equation 1 there."""
+    inputs, mass = problem.inputs, problem.vehicle.mass_matrix
+    for start, stop in problem.segments.tolist():
+        for first in range(start, stop - 1, BLOCK):
+            begins = slice(first, min(first + BLOCK, stop - 1))
+            ends = slice(begins.start + 1, begins.stop + 1)
+            terms, rest = np.zeros((2, 1))
+            for part, turning in ((begins, 0), (ends, 1)):  # channels are held over the step
+                velocity = inputs.velocity[part]
+                terms = terms + kernels.regressor(
+                    problem.columns.plant.factors,
+                    velocity,
+                    inputs.down[part],
+                    inputs.channels[begins],
+                    inputs.propulsion[part, turning],
+                )
+                rest = rest + kernels.coriolis(mass, velocity) + inputs.wrench[part]
+            slope = np.diff(inputs.velocity[first : ends.stop], axis=0)
+            slope /= np.diff(inputs.time[first : ends.stop])[:, None]
+            left = (terms @ matrix + rest) / 2.0 - slope @ mass
+            yield np.hstack(
+                [terms[:, problem.columns.n_known :] / 2.0, left * problem.vehicle.free]
+            )

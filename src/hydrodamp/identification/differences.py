@@ -8,8 +8,9 @@ from typing import Protocol
 
 import numpy as np
 
-from hydrodamp.arrays import FloatArray
+from hydrodamp.arrays import BoolArray, FloatArray
 from hydrodamp.conditioning.derived import fitted, relative
+from hydrodamp.data.record import unrecorded
 from hydrodamp.errors import MethodError
 from hydrodamp.simulation.problem import Problem
 
@@ -31,10 +32,10 @@ class Derivative(Protocol):
 
 @dataclass(frozen=True)
 class RecordedAcceleration:
-    """The acceleration columns ``du … dr`` of the log."""
+    """The acceleration columns ``du … dr`` of the log; differences where one is absent."""
 
     def acceleration(self, problem: Problem) -> FloatArray:
-        """Return what was recorded.
+        """Return what was recorded, and differences of the velocities for the rest.
 
         Parameters
         ----------
@@ -58,11 +59,23 @@ class RecordedAcceleration:
                 "FiniteDifference() or SavitzkyGolay(), or a method that needs none."
             )
         recorded, free = problem.log.acceleration, problem.vehicle.free
-        return recorded if free.all() else recorded * free  # a long log is not copied
+        if (absent := _unrecorded(problem)).any():
+            recorded = np.where(absent, FiniteDifference().acceleration(problem), recorded)
+        return recorded if free.all() else np.where(free, recorded, 0.0)  # a long log is not copied
 
     def seen(self, problem: Problem) -> Problem:
-        """Return the problem itself: a measured acceleration belongs to its instant."""
-        return problem
+        """Return the problem itself, but for axes that are differenced as differences see it."""
+        if not (absent := _unrecorded(problem)).any():
+            return problem
+        seen, known = FiniteDifference().seen(problem), slice(problem.columns.n_known)
+        held = (problem.regressor() - seen.regressor())[:, known] @ problem.columns.known
+        wrench = problem.inputs.wrench + np.where(absent, 0.0, held)
+        return replace(seen, inputs=replace(seen.inputs, wrench=wrench))
+
+
+def _unrecorded(problem: Problem) -> BoolArray:
+    assert problem.log.acceleration is not None
+    return unrecorded("acceleration", problem.log.acceleration) & problem.vehicle.free
 
 
 class _Differentiated:

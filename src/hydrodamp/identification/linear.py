@@ -10,7 +10,7 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from hydrodamp.identification.covariance import BlockGrams, reference
-from hydrodamp.identification.differences import Derivative
+from hydrodamp.identification.differences import Derivative, SavitzkyGolay
 from hydrodamp.identification.fit import Fit, Method, empty_fit, fitted
 from hydrodamp.identification.rows import Differenced, Equations, Rows, accumulate
 from hydrodamp.identification.triangle import AxisSolution, Triangle, group_labels, solve_axis
@@ -187,7 +187,7 @@ class LeastSquares(LinearEstimator):
     derivative : Derivative, optional
         Where the acceleration comes from: the recorded one where the log has
         it, else finite differences as in the paper. ``SavitzkyGolay()`` is the
-        better choice on noisy velocities.
+        better choice on noisy velocities; the key is then ``ls-smoothed``.
 
     Examples
     --------
@@ -204,8 +204,8 @@ class LeastSquares(LinearEstimator):
 
     @property
     def key(self) -> str:
-        """The key on the command line."""
-        return "ls"
+        """The key on the command line, and beside the paper's column, of what is the paper's."""
+        return "ls-smoothed" if isinstance(self.derivative, SavitzkyGolay) else "ls"
 
 
 @dataclass(frozen=True)

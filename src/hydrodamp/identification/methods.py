@@ -102,7 +102,6 @@ METHODS = {
     "ai-scaled": MethodEntry(
         "adaptive.scaled",
         "the same with gains by axis and term from the whole log, in thirty passes",
-        printed="ai",
     ),
     "rls": MethodEntry(
         "recursive.RecursiveLeastSquares",
@@ -216,7 +215,7 @@ def cite(subject: DampingModel | Damping | Fit) -> str:
 
     if not isinstance(subject, Fit):
         return cite_model(subject)
-    said, known = cite_model(subject.damping), METHODS.get(subject.method)
+    said, known = cite_model(subject.damping), METHODS.get(subject.method.partition("-")[0])
     entries: tuple[str, ...] = ()
     if known is not None:
         entries = (BIBTEX, *known.references) if known.printed else known.references

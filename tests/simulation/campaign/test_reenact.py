@@ -10,7 +10,7 @@ import pytest
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
 from hydrodamp.simulation.campaign.autopilot import PUBLISHED
-from hydrodamp.simulation.campaign.conditions import COLOURED, SILENT, WHITE
+from hydrodamp.simulation.campaign.conditions import COLOURED, SILENT, WHITE, Conditions
 from hydrodamp.simulation.campaign.motion import momentum_wrench
 from hydrodamp.simulation.campaign.reenact import Campaign, Plan, reenact, reenact_all
 from hydrodamp.simulation.campaign.truth import true_damping
@@ -60,6 +60,22 @@ def test_measured_log_is_the_exact_one_with_published_noise(campaign: Campaign) 
     np.testing.assert_allclose(noise[:, :3].std(axis=0), 0.0133, rtol=0.1)
     np.testing.assert_allclose(noise[:, 3:].std(axis=0), 8.7e-4, rtol=0.1)
     np.testing.assert_array_equal(campaign.train.commands, campaign.exact_train.commands)
+
+
+def test_accelerometers_change_nothing_else(campaign: Campaign) -> None:
+    """The translational acceleration is the exact one but for the noise of all that is in it."""
+    one = reenact(seed=3, duration=30.0, conditions=Conditions(accelerometer=True))
+    for name in ("train", "test"):
+        seen, plain = getattr(one, name), getattr(campaign, name)
+        bare = replace(seen, acceleration=None, specific_force=None)
+        np.testing.assert_array_equal(bare.velocity, plain.velocity)
+        np.testing.assert_array_equal(bare.commands, plain.commands)
+        assert np.isnan(seen.acceleration[:, 3:]).all()
+    noise = one.train.acceleration[:, :3] - one.exact_train.acceleration[:, :3]
+    assert np.all((noise.std(axis=0) > 1.9e-3) & (noise.std(axis=0) < 5e-3))
+    still = reenact(1, duration=5.0, conditions=Conditions(scale=0.0, accelerometer=True))
+    exact = still.exact_train.acceleration
+    np.testing.assert_allclose(still.train.acceleration[:, :3], exact[:, :3], atol=1e-12)
 
 
 def test_same_arguments_same_campaign(campaign: Campaign) -> None:

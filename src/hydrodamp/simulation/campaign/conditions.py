@@ -16,6 +16,9 @@ CHANNELS = ("u", "v", "w", "p", "q", "r", "roll", "pitch", "yaw", "depth")
 VARIANCES = (1.764e-4,) * 3 + (7.615e-7,) * 3 + (5.898e-9,) * 3 + (1e-3,)
 """Noise variance of each channel [(m/s)^2, (rad/s)^2, rad^2, m^2]."""
 
+SPECIFIC_FORCE_VARIANCE = 3.847e-6
+"""Noise variance of each accelerometer of the attitude sensor [(m/s^2)^2], of the same source."""
+
 
 @dataclass(frozen=True)
 class Conditions:
@@ -36,12 +39,16 @@ class Conditions:
         moment K M N [N m], body frame.
     push_time : float
         Correlation time of that wrench [s].
+    accelerometer : bool
+        Whether the attitude sensor's specific force is recorded, and from it the
+        translational acceleration, as in the paper; other noise stays the same.
     """
 
     scale: float = 1.0
     correlation_times: tuple[float, ...] = (0.0,) * len(CHANNELS)
     push: tuple[float, ...] = (0.0,) * 6
     push_time: float = 2.0
+    accelerometer: bool = False
 
     def draw_errors(
         self, seed: int, n_runs: int, n_samples: int, period: float = PERIOD
@@ -100,6 +107,12 @@ class Conditions:
         streams = [run.spawn(1)[0] for run in np.random.SeedSequence(seed).spawn(n_runs)]
         normal = _draw(streams, n_samples, 6)
         return autoregression(normal, (self.push_time,) * 6, period) * self.push
+
+    def draw_specific_force_errors(self, seed: int, n_runs: int, n_samples: int) -> FloatArray:
+        """Return the errors of the accelerometers, white, shape (n_samples, n_runs, 3) [m/s^2]."""
+        streams = [run.spawn(2)[1] for run in np.random.SeedSequence(seed).spawn(n_runs)]
+        deviation = self.scale * float(np.sqrt(SPECIFIC_FORCE_VARIANCE))
+        return _draw(streams, n_samples, 3) * deviation
 
 
 def _draw(streams: list[np.random.SeedSequence], n_samples: int, n_columns: int) -> FloatArray:

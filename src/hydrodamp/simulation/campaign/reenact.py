@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, frozen
+from hydrodamp.conditioning.derived import GRAVITY
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError, did_you_mean
 from hydrodamp.simulation.campaign.autopilot import (
@@ -94,7 +95,8 @@ class Campaign:
     Attributes
     ----------
     train, test : Log
-        As measured, noise and all, without accelerations; a segment a run.
+        As measured, noise and all; a segment a run. Translational accelerations are
+        recorded where the conditions ask for it, angular ones never.
     exact_train, exact_test : Log
         The same motion without errors of the sensors, with exact accelerations.
     train_pushes, test_pushes : ndarray, shape (n, 6)
@@ -163,7 +165,13 @@ class Plan:
             self.autopilot,
         )
         starts = range(0, len(runs) * len(seeds), len(runs))
-        return tuple(self._campaign(voyage, start) for start in starts)
+        campaigns = tuple(self._campaign(voyage, start) for start in starts)
+        if not conditions.accelerometer:
+            return campaigns
+        return tuple(
+            _with_accelerometers(one, conditions.draw_specific_force_errors(seed, *size[:2]))
+            for one, seed in zip(campaigns, seeds, strict=True)
+        )
 
     def _campaign(self, voyage: Voyage, start: int) -> Campaign:
         training = range(start, start + len(self.training))
@@ -298,6 +306,29 @@ def _log(
         segment=[run.name for run in runs for _ in range(n)],
         source="re-enacted campaign",
     )
+
+
+def _with_accelerometers(campaign: Campaign, errors: FloatArray) -> Campaign:
+    """Return a campaign whose logs have a specific force, and the acceleration that it tells."""
+    n = len(campaign.train.segments)
+    train = _accelerated(campaign.train, campaign.exact_train, _joined(errors, range(n)))
+    rest = _joined(errors, range(n, errors.shape[1]))
+    return replace(
+        campaign, train=train, test=_accelerated(campaign.test, campaign.exact_test, rest)
+    )
+
+
+def _accelerated(log: Log, exact: Log, errors: FloatArray) -> Log:
+    assert exact.acceleration is not None
+    felt = exact.acceleration[:, :3] + _turning(exact) + errors
+    linear = felt - _turning(log)
+    both = np.hstack([linear, np.full_like(linear, np.nan)])
+    return replace(log, specific_force=felt, acceleration=both)
+
+
+def _turning(log: Log) -> FloatArray:
+    """Return what a specific force holds beside the change of the velocity's components."""
+    return np.cross(log.velocity[:, 3:], log.velocity[:, :3]) - GRAVITY * log.down
 
 
 def _joined(columns: FloatArray, places: Sequence[int]) -> FloatArray:
