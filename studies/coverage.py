@@ -56,9 +56,8 @@ from hydrodamp import (
 from hydrodamp.arrays import BoolArray, FloatArray
 from hydrodamp.files import replacing
 from hydrodamp.identification.excitation import excitation
-from hydrodamp.identification.fit import Method, Uncertainty, reach
+from hydrodamp.identification.fit import Uncertainty, reach
 from hydrodamp.identification.grades import Grade, graded_by, identifiability
-from hydrodamp.identification.output_error import OutputError, Recommended
 from hydrodamp.simulation.campaign.conditions import COLOURED
 from hydrodamp.simulation.campaign.reenact import reenact_all
 
@@ -143,17 +142,10 @@ def one(noisy: Problem, exact: Problem, method: str, model: str) -> Draws:
     """Return the single draw of a method and a model."""
     way = find_method(method)
     fit = way.identify(noisy, find_model(model))
-    aim = without_errors(way).identify(exact, find_model(model))
+    aim = way.identify(exact, find_model(model))
     low, high, error = (values[np.newaxis] for values in interval(fit))
     graded = determined(noisy, fit)[np.newaxis]
     return Draws(_numbers(fit), _numbers(aim), low, high, error, graded)
-
-
-def without_errors(method: Method) -> Method:
-    """Return the same estimator without the searches for its standard errors."""
-    if isinstance(method, Recommended):
-        return replace(method, search=replace(method.search, parts=0))
-    return replace(method, parts=0) if isinstance(method, OutputError) else method
 
 
 def _numbers(fit: Fit) -> FloatArray:

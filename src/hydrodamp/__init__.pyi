@@ -84,7 +84,7 @@ from .identification.methods import (
     identify_all as identify_all,
 )
 from .identification.online import observe as observe
-from .identification.output_error import OutputError as OutputError, Recommended as Recommended
+from .identification.output_error import OutputError as OutputError
 from .identification.power import (
     OperatingBox as OperatingBox,
     WorstPower as WorstPower,
@@ -92,6 +92,7 @@ from .identification.power import (
     worst_power as worst_power,
 )
 from .identification.prior import Prior as Prior, PriorLeastSquares as PriorLeastSquares
+from .identification.recommended import Recommended as Recommended
 from .identification.recursive import (
     RecursiveLeastSquares as RecursiveLeastSquares,
     RecursiveState as RecursiveState,

@@ -33,22 +33,6 @@ def test_a_fit_that_raises_is_a_status_and_the_other_models_stay(short):
     assert table.row(LARGE.key, "ridge").rms is None
 
 
-def test_recommended_goes_on_without_the_start_it_cannot_have(short):
-    search = hd.OutputError(windows=(2.0,), rounds=1, parts=0)
-    (fit,) = hd.identify_all(short, [LARGE], hd.Recommended(search=search))
-    assert np.isfinite(fit.damping.coefficients).all()
-    assert fit.damping.coefficients.any()
-    assert "started from weak and dissipative" in fit.remarks[0]
-
-
-def test_recommended_says_why_where_no_start_can_be_had(short):
-    method = hd.Recommended(starts=(hd.Ridge(),))
-    (fit,) = hd.identify_all(short, [LARGE], method)
-    assert fit.status is hd.Status.REFUSED
-    assert fit.method == "recommended"
-    assert "rows to learn from" in fit.remarks[0]
-
-
 def test_an_error_of_the_call_stays_an_error(short):
     narrow = hd.prepare(short.vehicle, short.log, SMALL)
     for method in (hd.Ridge(), hd.AdaptiveIdentifier()):
@@ -82,7 +66,7 @@ def fit_by(method: str) -> hd.Fit:
 
 @pytest.mark.parametrize(
     ("method", "entries"),
-    [("ls", 1), ("ai-scaled", 1), ("weak", 2), ("ridge", 2), ("recommended", 3), ("mine", 1)],
+    [("ls", 1), ("ai-scaled", 1), ("weak", 2), ("ridge", 2), ("recommended", 3), ("oe", 3)],
 )
 def test_each_entry_stands_once(method: str, entries: int) -> None:
     said = hd.cite(fit_by(method))

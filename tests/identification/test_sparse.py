@@ -73,7 +73,7 @@ def test_commands_of_other_models_are_kept(campaign: Campaign, flat: Vehicle) ->
 
 
 def test_too_short_a_log_is_refused(campaign: Campaign) -> None:
-    with pytest.raises(MethodError, match="too few"):
+    with pytest.raises(MethodError, match="give a longer log"):
         QUICK.select(campaign.vehicle, campaign.train.between(0.0, 1.0))
 
 

@@ -41,7 +41,7 @@ int main(void)
     const hd_history none = {0, NULL, NULL, NULL};
     hd_adapt_run(&plant, a, gamma, matrix, error, &record, segment, 1, 4, &none, work);
     const hd_motion motion = {&plant, matrix, &record, NULL, (hd_real)0.05, 50};
-    hd_replay(&motion, segment, 1, NULL, 0, out, NULL, &diverged, work);
+    hd_replay(&motion, segment, 1, NULL, 0, 1, out, NULL, &diverged, work);
     for (int i = 0; i < 12; ++i) printf("%.9g ", (double)matrix[i]);
     for (int i = 0; i < 18; ++i) printf("%.9g ", (double)out[i]);
     return (int)diverged + 1;

@@ -12,6 +12,7 @@ from hydrodamp.kernels.inputs import Inputs
 from hydrodamp.kernels.plant import Plant
 
 SEGMENTS = np.array([[0, 7], [8, 16]])
+INSIDE = np.delete(np.arange(16), 7)  # a row of the Jacobian for each sample of a segment
 STEP = 1e-5
 
 # Central differences of step 1e-5 are off by 1e-10 of the third derivative and by
@@ -31,7 +32,7 @@ def case(request, make):
 def centred(plant, changed, attitude):
     """(replay(+) - replay(-)) / 2 STEP for ``changed(size) -> (matrix, inputs)``."""
     ends = [kernels.replay(plant, *changed(sign * STEP), SEGMENTS, attitude)[0] for sign in (1, -1)]
-    return (ends[0] - ends[1]) / (2 * STEP)
+    return (ends[0] - ends[1])[INSIDE] / (2 * STEP)
 
 
 def test_on_every_coefficient(case):
@@ -98,4 +99,5 @@ def test_from_divergence_on_and_outside_segments_nothing_is_known():
     velocity, jacobian, _ = kernels.sensitivities(plant, matrix, [[0, 0]], inputs, [[0, 50]])
     assert np.all(np.isfinite(jacobian[:40]))
     assert np.all(np.isnan(jacobian[40:]))
-    np.testing.assert_array_equal(np.isnan(velocity[:, 0]), np.isnan(jacobian[:, 0, 0]))
+    np.testing.assert_array_equal(np.isnan(velocity[:50, 0]), np.isnan(jacobian[:, 0, 0]))
+    assert np.all(np.isnan(velocity[50:]))

@@ -78,7 +78,8 @@ class Bins:
         for start, end, span in zip(first.tolist(), ends.tolist(), spans.tolist(), strict=True):
             n = max(round(span / width), 1)
             edges = time[start] + span * (np.arange(n) - 1e-6) / n
-            parts.append(np.unique(start + np.searchsorted(time[start:end], edges)))
+            first_rows = start + np.searchsorted(time[start:end], edges)
+            parts.append(np.unique(np.minimum(first_rows, end - 1)))  # the clock may be uneven
         counts = np.array([len(part) for part in parts])
         return cls(np.concatenate(parts), counts, float(spans.sum()))
 

@@ -214,7 +214,13 @@ def mean_square(problem: Problem) -> FloatArray:
     return total / problem.n_samples
 
 
-def smoothed(problem: Problem, windows: Sequence[int]) -> tuple[FloatArray, tuple[int, ...]]:
+#: Lengths of local quadratics offered to each velocity [samples].
+QUADRATICS = (5, 7, 9, 11, 15, 21, 31)
+
+
+def smoothed(
+    problem: Problem, windows: Sequence[int] = QUADRATICS
+) -> tuple[FloatArray, tuple[int, ...]]:
     """Return velocities by local quadratics, each over the window of the least risk.
 
     The windows chosen [samples] come with them; one where a velocity is best as measured. The

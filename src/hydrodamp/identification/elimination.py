@@ -15,7 +15,6 @@ from hydrodamp.basis.term import Term
 from hydrodamp.data.log import Log
 from hydrodamp.identification.power import SLOWEST_UNDER_WAY, TAIL, dissipates
 from hydrodamp.identification.search import searching
-from hydrodamp.identification.shooting import Guess
 from hydrodamp.models.catalog import PAPER_MODELS, catalog
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
@@ -142,9 +141,8 @@ def _reverses(term: Term) -> bool:
     return len(signed) % 2 == 1
 
 
-# Blocks of a log at the most (a normal matrix of 500 candidates takes 2 MB), and the windows it
-# is cut into at least.
-_BLOCKS, _LEAST = 40, 16
+# A log is cut into this many windows at least.
+_LEAST = 16
 
 # Share of a column's square that must be left for it to be chosen.
 _FRESH = 1e-6
@@ -164,26 +162,14 @@ def replay_blocks(
     Normal matrices of the blocks, shape (n, p + 1, p + 1), and how many blocks cannot be replayed.
     """
     search = searching(problem, model)
-    shooting = search.shooting(min(length, problem.duration / _LEAST))
+    windows = search.windows(min(length, problem.duration / _LEAST))
     guessed = around.onto(model)
-    starts = shooting.measured_starts()
-    errors = shooting.errors(Guess(guessed, starts))
-    finite = errors[np.all(np.isfinite(errors), axis=1)]
-    own = np.mean(finite**2, axis=0) if len(finite) else np.zeros(len(search.noise))
-    # The spread of each error beyond the noise of the state that a window starts from.
-    spread = np.sqrt(np.maximum(own - search.noise**2, search.noise**2))
+    spread = np.sqrt(np.maximum(np.mean(windows.errors(guessed) ** 2, axis=0), search.noise**2))
     turn = np.eye(len(guessed) + 1)
     turn[:-1, -1] = guessed
-    blocks, lost = [], 0
-    for part in np.array_split(np.arange(len(starts)), min(_BLOCKS, len(starts))):
-        here = replace(shooting, windows=shooting.windows[part])
-        linear = here.linearised(Guess(guessed, starts[part]), spread)
-        if linear is None:
-            lost += 1
-            continue
-        rows = linear.triangle @ turn
-        blocks.append(rows.T @ rows)
-    return np.array(blocks).reshape(-1, *turn.shape), lost
+    found = windows.normals(guessed, spread)
+    whole = found[:, -1, -1] > 0.0
+    return turn.T @ found[whole] @ turn, int(np.sum(~whole))
 
 
 def forward(normal: FloatArray, most: int, first: Sequence[int] = ()) -> IntArray:

@@ -27,6 +27,15 @@ _WEAK = """@article{messenger-bortz-2021,
   doi     = {10.1137/20M1343166}
 }"""
 
+_TRUNCATED = """@article{farina-piroddi-2010,
+  author  = {Farina, Marcello and Piroddi, Luigi},
+  title   = {An Iterative Algorithm for Simulation Error Based Identification of Polynomial
+             Input-Output Models Using Multi-Step Prediction},
+  journal = {International Journal of Control},
+  year    = {2010},
+  doi     = {10.1080/00207171003793262}
+}"""
+
 _RIDGE = """@article{hoerl-kennard-1970,
   author  = {Hoerl, Arthur E. and Kennard, Robert W.},
   title   = {Ridge Regression: Biased Estimation for Nonorthogonal Problems},
@@ -67,9 +76,9 @@ class MethodEntry:
 #: The methods by the keys they have on the command line.
 METHODS = {
     "recommended": MethodEntry(
-        "output_error.Recommended",
-        "the replay itself, from the best of weak, ridge and dissipative",
-        (_WEAK, _RIDGE),
+        "recommended.Recommended",
+        "the replay of windows as long as serves best on parts of the log that were not fitted",
+        (_WEAK, _TRUNCATED),
     ),
     "ls": MethodEntry(
         "linear.LeastSquares",
@@ -92,7 +101,9 @@ METHODS = {
         (_WEAK,),
     ),
     "oe": MethodEntry(
-        "output_error.OutputError", "the replay itself, window by window, then run by run"
+        "output_error.OutputError",
+        "the replay of windows of 2, 4, 8 and then 16 s",
+        (_WEAK, _TRUNCATED),
     ),
     "ai": MethodEntry(
         "adaptive.AdaptiveIdentifier",

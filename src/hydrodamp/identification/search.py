@@ -1,301 +1,201 @@
-"""The search of output error: Gauss-Newton on windows that grow, and the choice on its way."""
+"""The search of truncated simulation error: damped Gauss-Newton on windows that grow."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hydrodamp.arrays import FloatArray, IntArray
+from hydrodamp.arrays import FloatArray
+from hydrodamp.conditioning.derived import fitted, relative
 from hydrodamp.identification.covariance import correlation_time
-from hydrodamp.identification.differences import mean_square, median_step, noise_variance
-from hydrodamp.identification.shooting import Guess, Linearised, Shooting, cut, runaways
+from hydrodamp.identification.differences import (
+    mean_square,
+    median_step,
+    noise_variance,
+    smoothed,
+)
+from hydrodamp.identification.triangle import solve_axis
+from hydrodamp.identification.weak import WeakEquations
+from hydrodamp.identification.windows import Windows, cut
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
 
-#: Windows shrink down to this where the guess diverges on longer ones [s].
-_SHORTEST = 1.0
+#: A standard deviation below this is rounding [m/s, rad/s].
+_FLOOR = 1e-9
 
-#: Strength of the prior before the data have set it.
-_FIRST = 1e-2
+#: Errors are divided by so many of their 68 % quantiles, at least by so many of the noise.
+_WIDE = 2.0
 
+#: Steps before the data set the prior, and after; a step that gains less than this share ends a
+#: stage.
+_EARLY, _LATE, REST = 2, 4, 1e-2
 
-@dataclass(frozen=True, eq=False)
-class Climb:
-    """Where a search ended."""
+#: Damping of the first step, its factor, and how often a step is damped more.
+_DAMPING, _FACTOR, _TRIALS = 1e-3, 8.0, 8
 
-    search: Search
-    place: Place
-    short: FloatArray | None
-    settled: bool
-    words: str
-
-    @property
-    def coefficients(self) -> FloatArray:
-        """Of the place chosen, shape (p,)."""
-        return self.place.coefficients
-
-    def slopes(self) -> FloatArray:
-        """Return the weighted Jacobian's triangle there, on whole segments, shape (p, p)."""
-        whole = self.search.shooting(np.inf)
-        guess = Guess(self.coefficients, whole.measured_starts())
-        errors = whole.errors(guess)
-        finite = bool(np.all(np.isfinite(errors)))
-        around = whole.linearised(guess, self.search.spread(errors)) if finite else None
-        size = len(self.coefficients)
-        return np.zeros((size, size)) if around is None else around.triangle[:-1, :-1]
-
-
-def climb(
-    problem: Problem,
-    model: DampingModel,
-    starts: Sequence[FloatArray],
-    lengths: tuple[float, ...],
-    rounds: int,
-) -> Climb:
-    """Search from the best of several starts, through windows of growing length."""
-    search = searching(problem, model)
-    whole = search.shooting(np.inf)
-    ladder = [whole, search.shooting(lengths[0]), search.shooting(_SHORTEST)]
-    first = min(starts, key=lambda start: [_replayed(windows, start)[1] for windows in ladder])
-    paths, words = _stages(search, Place(first, np.full(6, _FIRST)), lengths, rounds)
-    places = [place for path in paths for place in path.places]
-    places += [Place(start, np.full(6, _FIRST)) for start in starts]
-    end = paths[-1].places[-1] if paths else None
-    chosen, why = _chosen(whole, places, end)
-    at_rest = chosen is end and paths[-1].settled
-    return Climb(
-        search=search,
-        place=chosen,
-        short=paths[0].places[-1].coefficients if paths else None,
-        settled=at_rest,
-        words=words + why,
-    )
-
-
-def _chosen(whole: Shooting, places: list[Place], end: Place | None) -> tuple[Place, str]:
-    """Return the end, or the nearest place where it runs away, and why not the end."""
-
-    def rank(place: Place) -> tuple[bool, int, float]:
-        lost, misfit = _replayed(whole, place.coefficients)
-        return place is not end or lost > 0, lost, misfit
-
-    columns, entries = whole.problem.columns, whole.entries
-    ranked = sorted(places, key=rank)
-    for place in ranked:
-        if not runaways(whole.problem, columns.with_unknown(entries, place.coefficients)):
-            return place, _why(place, end, ranked)
-    return ranked[0], " Every place on the way runs away when driven a little softer."
-
-
-def _why(chosen: Place, end: Place | None, ranked: list[Place]) -> str:
-    if chosen is end:
-        return ""
-    if end is None:
-        return " The start is given as it is."
-    if any(place is end for place in ranked[: ranked.index(chosen)]):
-        return " An earlier place is given: the end runs away when driven a little softer."
-    return " An earlier place is given: the end runs away on whole runs."
-
-
-def _replayed(shooting: Shooting, coefficients: FloatArray) -> tuple[int, float]:
-    """Return the samples lost after a divergence, and the errors' log-likelihood per sample."""
-    errors = shooting.errors(Guess(coefficients, shooting.measured_starts()))
-    lost = int(np.count_nonzero(~np.isfinite(errors).all(axis=1)))
-    square = np.mean(errors**2, axis=0) + (LIKE_NOISE * shooting.noise) ** 2
-    return lost, float(np.sum(np.log(square))) if np.all(np.isfinite(square)) else np.inf
-
-
-def _stages(
-    search: Search, start: Place, lengths: tuple[float, ...], rounds: int
-) -> tuple[list[Path], str]:
-    """Climb from the shortest windows to the longest; say how far it went."""
-    paths: list[Path] = []
-    stuck = ""
-    for length in lengths:
-        last = paths[-1].places[-1] if paths else start
-        reached = _reach(search, last, length, rounds)
-        if reached is None and paths:  # the shorter windows led astray: from the start again
-            reached = _reach(search, start, length, rounds)
-        if reached is None:
-            stuck = f" replays of {_seconds(length)} run away from every place."
-        else:
-            paths.append(reached)
-    if stuck:
-        return paths, "it got stuck:" + stuck
-    rest = "came to rest" if paths[-1].settled else "had not come to rest"
-    return paths, f"on windows of {_seconds(lengths[-1])} it {rest}."
-
-
-def _seconds(length: float) -> str:
-    return f"{length:g} s" if np.isfinite(length) else "whole runs"
-
-
-def _reach(search: Search, start: Place, length: float, rounds: int) -> Path | None:
-    """Run a stage; where its start diverges, mend it on shorter windows first."""
-    shooting = search.shooting(length)
-    path = refine(search, shooting, start, rounds)
-    if path is not None:
-        return path
-    shorter = float(np.diff(search.problem.inputs.time[shooting.windows - [0, 1]]).max()) / 3.0
-    if shorter < _SHORTEST:
-        return None
-    mended = _reach(search, start, shorter, rounds)
-    return None if mended is None else refine(search, shooting, mended.places[-1], rounds)
-
-
-#: A step that lowers the cost by less than this share has come to rest.
-REST = 1e-3
-
-#: How often a step is shortened before the search rests.
-_TRIALS = 8
-
-#: Least noise of a velocity, for records without any [m/s, rad/s].
-_FLOOR = 1e-6
-
-#: Bounds of the prior's strength.
-_PRIOR = (1e-6, 1e6)
-
-#: Errors are not weighted as if they were smaller than this share of the noise.
-LIKE_NOISE = 0.1
-
-
-@dataclass(frozen=True, eq=False)
-class Search:
-    """What stays the same from stage to stage."""
-
-    problem: Problem
-    entries: tuple[np.ndarray, np.ndarray]
-    noise: FloatArray
-    unit: FloatArray
-
-    @property
-    def axes(self) -> IntArray:
-        """Number of each coefficient's axis."""
-        return self.entries[1]
-
-    def shooting(self, length: float) -> Shooting:
-        """Return the problem cut into windows of a length [s]."""
-        return Shooting(self.problem, self.entries, cut(self.problem, length), self.noise)
-
-    def spread(self, errors: FloatArray) -> FloatArray:
-        """Return what to divide the errors of each velocity by."""
-        square = np.mean(errors**2, axis=0) + (LIKE_NOISE * self.noise) ** 2
-        spread: FloatArray = np.sqrt(square * self._alike(errors))
-        return spread
-
-    def _alike(self, errors: FloatArray) -> float:
-        """Return how many samples are alike, the geometric mean over the velocities."""
-        segment, time = self.problem.segment_numbers, self.problem.inputs.time
-        step = median_step(self.problem)
-        times = [correlation_time(one[:, None], segment, time) for one in errors.T]
-        return float(np.exp(np.mean(np.log(np.maximum(np.array(times) / step, 1.0)))))
+#: Strength of the prior before the data have set it, and its bounds.
+_FIRST, _BOUNDS = 0.1, (1e-4, 10.0)
 
 
 @dataclass(frozen=True, eq=False)
 class Place:
-    """A place on the way."""
+    """Where a stage ended.
+
+    ``strength`` is that of the prior against the mean square of the errors over ``spread``,
+    ``size`` the mean square of coefficients that it stands for; both per coefficient, in units.
+    """
 
     coefficients: FloatArray
-    strength: FloatArray
+    spread: FloatArray
+    length: float = 0.0
+    strength: float = _FIRST
+    size: float = 1.0
+    settled: bool = False
 
 
 @dataclass(frozen=True, eq=False)
-class Path:
-    """The way of one stage."""
+class Search:
+    """What stays the same from stage to stage.
 
-    places: tuple[Place, ...]
-    settled: bool
+    ``unit`` of a coefficient is what makes the RMS inertial force of its axis.
+    """
+
+    problem: Problem
+    entries: tuple[np.ndarray, np.ndarray]
+    velocity: FloatArray
+    noise: FloatArray
+    unit: FloatArray
+
+    def windows(self, length: float) -> Windows:
+        """Return windows of a length [s], each from the smoothed velocity."""
+        bounds = cut(self.problem, length)
+        return Windows(self.problem, self.entries, bounds, self.velocity[bounds[:, 0]])
 
 
 def searching(problem: Problem, model: DampingModel) -> Search:
     """Set up the search for a model's coefficients."""
     entries = problem.columns.entries(model)
     rows, axes = entries
+    inputs, free = problem.inputs, problem.vehicle.free
+    velocity, _ = smoothed(problem)
+    slopes = fitted(inputs.time, problem.segments, relative(inputs.velocity), 15, degree=3).slope
+    force = np.sqrt(np.mean((slopes @ problem.vehicle.mass_matrix.T) ** 2, axis=0))[axes]
     size = np.sqrt(mean_square(problem))[rows - problem.columns.n_known]
-    inertia = np.diag(problem.vehicle.mass_matrix)[axes]
-    noise = np.sqrt(noise_variance(problem))
-    return Search(
-        problem,
-        entries,
-        noise=np.maximum(noise[problem.vehicle.free], _FLOOR),
-        unit=inertia / np.where(size > 0.0, size, 1.0),
-    )
+    unit = np.where((size > 0.0) & (force > 0.0), force / np.where(size > 0.0, size, 1.0), 1.0)
+    noise = np.maximum(np.sqrt(noise_variance(problem))[free], _FLOOR)
+    return Search(problem, entries, velocity, noise, unit)
 
 
-def refine(search: Search, shooting: Shooting, start: Place, rounds: int) -> Path | None:
+#: Strengths of the ridge in the regressions that a search may start from.
+_RIDGES = (0.0, 1e-5, 1e-3, 1e-1)
+
+
+def starts(problem: Problem, model: DampingModel) -> list[FloatArray]:
+    """Return coefficients of the weak form, plain and with small ones preferred."""
+    triangle = WeakEquations().rows(problem).triangle()
+    return [
+        np.concatenate(
+            [
+                solve_axis(triangle, terms, axis, strength).coefficients
+                for axis, terms in enumerate(model.terms)
+            ]
+        )
+        for strength in _RIDGES
+    ]
+
+
+def ladder(search: Search, first: Sequence[FloatArray], lengths: Sequence[float]) -> list[Place]:
+    """Search from the best of several starts through growing windows; return every stage."""
+    windows = search.windows(lengths[0])
+    spreads = [spread_of(search, windows.errors(each)) for each in first]
+    best = int(np.argmin([np.log(spread).sum() for spread in spreads]))
+    place, places = Place(first[best], spreads[best]), []
+    for length in lengths:
+        windows = search.windows(length)
+        if np.isinf(length):  # over whole segments errors grow beyond what short windows say
+            place = replace(place, spread=spread_of(search, windows.errors(place.coefficients)))
+        early = descend(search, windows, replace(place, length=length), _EARLY)
+        place = descend(search, windows, _evidence(search, windows, early), _LATE)
+        places.append(place)
+    return places
+
+
+def within(problem: Problem, lengths: Sequence[float]) -> list[float]:
+    """Return the lengths [s] up to the first that no segment exceeds, which is that of them all."""
+    time, (first, stop) = problem.inputs.time, problem.segments.T
+    longest = float(np.max(time[stop - 1] - time[first]))
+    shorter = [length for length in lengths if length < longest]
+    return shorter if len(shorter) == len(lengths) else [*shorter, np.inf]
+
+
+def spread_of(search: Search, errors: FloatArray) -> FloatArray:
+    """Return what to divide the errors of each velocity by."""
+    quantile = np.quantile(np.abs(errors), 0.68, axis=0)
+    return np.asarray(_WIDE * np.maximum(quantile, search.noise))
+
+
+def descend(search: Search, windows: Windows, start: Place, rounds: int) -> Place:
     """Take damped Gauss-Newton steps on windows of one length."""
-    guess = Guess(start.coefficients, shooting.measured_starts())
-    strength, damping = start.strength, 1e-3
-    errors = shooting.errors(guess)
-    if not np.all(np.isfinite(errors)):
-        return None
-    spread = search.spread(errors)
-    around = shooting.linearised(guess, spread)
-    if around is None:
-        return None
-    places = [start]
+    x, spread, strength = start.coefficients / search.unit, start.spread, start.strength
+    damping, settled = _DAMPING, False
+
+    def cost(x: FloatArray) -> float:
+        errors = windows.errors(x * search.unit) / spread
+        return float(np.mean(errors**2) + strength * np.mean(x**2))
+
+    before = cost(x)
     for _ in range(rounds):
-        step = _step(search, shooting, guess, around, strength, spread, damping)
-        if step is None:
-            return Path(tuple(places), settled=True)
-        guess, damping, gained = step
-        strength = _evidence(search, around, guess, strength)
-        places.append(Place(guess.coefficients, strength))
-        if gained < REST:
-            return Path(tuple(places), settled=True)
-        spread = search.spread(shooting.errors(guess))
-        moved = shooting.linearised(guess, spread)
-        if moved is None:
+        curvature, slope = _quadratic(search, windows, x * search.unit, spread)
+        slope = slope - strength / len(x) * x
+        curvature = curvature + strength / len(x) * np.eye(len(x))
+        for _ in range(_TRIALS):
+            damped = curvature + damping * np.diag(np.diag(curvature))
+            tried = x + np.linalg.solve(damped, slope)
+            after = cost(tried)
+            if after < before:
+                break
+            damping *= _FACTOR
+        else:
+            settled = True
             break
-        around = moved
-    return Path(tuple(places), settled=False)
+        gained, x, before = (before - after) / before, tried, after
+        damping = max(damping / _FACTOR, 1e-9)
+        if gained < REST:
+            settled = True
+            break
+    return replace(start, coefficients=x * search.unit, settled=settled)
 
 
-def _step(
-    search: Search,
-    shooting: Shooting,
-    guess: Guess,
-    around: Linearised,
-    strength: FloatArray,
-    spread: FloatArray,
-    damping: float,
-) -> tuple[Guess, float, float] | None:
-    """Return a better guess, the damping to go on with, and the share gained; None at rest."""
-    slopes, error = around.triangle[:, :-1] * search.unit, around.triangle[:, -1]
-    prior = np.sqrt(strength[search.axes])
-    pull = prior * guess.coefficients / search.unit
-    before = around.cost + float(pull @ pull)
-    norms = np.linalg.norm(slopes, axis=0)
-    for _ in range(_TRIALS):
-        rows = np.vstack([slopes, np.diag(prior), np.diag(np.sqrt(damping) * norms)])
-        right = np.concatenate([error, -pull, np.zeros(len(norms))])
-        change = np.linalg.lstsq(rows, right)[0]
-        tried = _moved(shooting, guess, around, search.unit * change)
-        after = shooting.cost(tried, spread) + float(np.sum((pull + prior * change) ** 2))
-        if after < before:
-            return tried, max(damping / 8.0, 1e-9), (before - after) / before
-        damping *= 8.0
-    return None
+def _quadratic(
+    search: Search, windows: Windows, coefficients: FloatArray, spread: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return curvature and downward slope of half the mean square error, in units."""
+    total = windows.normals(coefficients, spread).sum(axis=0) / (len(windows.samples) * len(spread))
+    unit = search.unit
+    return total[:-1, :-1] * unit[:, None] * unit, total[:-1, -1] * unit
 
 
-def _moved(shooting: Shooting, guess: Guess, around: Linearised, change: FloatArray) -> Guess:
-    starts = guess.starts.copy()
-    starts[:, shooting.free] += around.starts_moved(change)
-    return Guess(guess.coefficients + change, starts)
+def _evidence(search: Search, windows: Windows, place: Place) -> Place:
+    """Return the place with the prior that the data speak for (MacKay 1992).
 
-
-def _evidence(search: Search, around: Linearised, guess: Guess, strength: FloatArray) -> FloatArray:
-    """Return the prior strength of each axis that the data speak for (MacKay 1992)."""
-    slopes = around.triangle[:, :-1] * search.unit
-    prior = strength[search.axes]
-    rows = np.vstack([slopes, np.diag(np.sqrt(prior))])
-    half = np.linalg.inv(np.linalg.qr(rows, mode="r"))
-    determined = 1.0 - prior * np.sum(half**2, axis=1)
-    square = (guess.coefficients / search.unit) ** 2
-    moved = strength.copy()
-    for axis in np.unique(search.axes):
-        here = search.axes == axis
-        moved[axis] = determined[here].sum() / max(float(square[here].sum()), 1e-9)
-    return np.clip(moved, *_PRIOR)
+    Errors of a replay are alike for seconds: they count as often as they are independent.
+    """
+    errors = windows.errors(place.coefficients) / place.spread
+    number = np.repeat(np.arange(len(windows.spans)), np.diff(windows.spans, axis=1).ravel())
+    time, step = windows.problem.inputs.time[windows.samples], median_step(search.problem)
+    alike = [max(correlation_time(one[:, None], number, time) / step, 1.0) for one in errors.T]
+    independent = search.problem.n_samples * float(np.sum(1.0 / np.array(alike)))
+    curvature, _ = _quadratic(search, windows, place.coefficients, place.spread)
+    told = np.maximum(np.linalg.eigvalsh(curvature), 0.0)
+    square = float(np.sum((place.coefficients / search.unit) ** 2))
+    misfit, p, strength, size = float(np.mean(errors**2)), len(told), place.strength, place.size
+    for _ in range(5):
+        determined = float(np.sum(told / (told + strength / p)))
+        if not (determined > 0.0 and square > 0.0):
+            break
+        size = square / determined
+        left = max(1.0 - determined / independent, 0.1)
+        strength = float(np.clip(p * misfit / left / independent / size, *_BOUNDS))
+    return replace(place, strength=strength, size=size)

@@ -24,8 +24,7 @@ from hydrodamp.identification.elimination import (
     solved,
 )
 from hydrodamp.identification.power import PowerRows, operating_box, spread, worst_power
-from hydrodamp.identification.ridge import Ridge
-from hydrodamp.identification.search import climb
+from hydrodamp.identification.search import ladder, searching, starts, within
 from hydrodamp.identification.weak import WeakEquations
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
@@ -43,8 +42,8 @@ _NEAR = 1.1
 # Blocks below which nothing can be left out.
 _FEWEST = 4
 
-# Gauss-Newton steps at the most on windows of one length, and terms chosen on each half sample.
-_STEPS, _DRAWN = 12, 40
+# Terms chosen on each half sample.
+_DRAWN = 40
 
 
 @dataclass(frozen=True)
@@ -138,8 +137,7 @@ class Sparse:
         offered = distinct(prepare(vehicle, log, everything), everything)
         problem = prepare(vehicle, log, offered)
         first = _first(problem, offered)
-        start = Ridge().identify(problem, first).damping.coefficients
-        damping, _ = refit(problem, first, [start], (_SHORT,))
+        damping, _ = refit(problem, first, (), (_SHORT,))
         rounds: list[Round] = []
         for window in self.windows:
             made, damping = self.round(problem, offered, damping, window)
@@ -169,9 +167,7 @@ class Sparse:
         sets = nested(total, pool, held, groups)
         place, words = sized(blocks, sets, PowerRows(offered).rows(spread(box)))
         model = picked(offered, sets[place])
-        ridge = Ridge().identify(problem, model).damping.coefficients
-        starts = [solved(total, sets[place]), ridge]
-        damping, rms = refit(problem, model, starts, (window, np.inf))
+        damping, rms = refit(problem, model, [solved(total, sets[place])], (_SHORT, window))
         return Round(window, model, words, rms, worst_power(damping, box).power), damping
 
 
@@ -205,16 +201,13 @@ def _pool(
 
 
 def refit(
-    problem: Problem, model: DampingModel, starts: Sequence[FloatArray], windows: tuple[float, ...]
+    problem: Problem, model: DampingModel, first: Sequence[FloatArray], lengths: Sequence[float]
 ) -> tuple[Damping, float | None]:
-    """Fit the replay from several starts, each by itself, and keep the nearest."""
-    found = [
-        Damping(model, climb(problem, model, [start], windows, _STEPS).coefficients)
-        for start in starts
-    ]
-    errors = [score(replay(problem, each)).rms for each in found]
-    nearest = int(np.argmin([np.inf if error is None else error for error in errors]))
-    return found[nearest], errors[nearest]
+    """Fit the replay on windows of some lengths, and score that of the whole log."""
+    search = searching(problem, model)
+    places = ladder(search, [*first, *starts(problem, model)], within(problem, lengths))
+    damping = Damping(model, places[-1].coefficients)
+    return damping, score(replay(problem, damping)).rms
 
 
 def best_round(rounds: Sequence[Round]) -> tuple[Round, str]:

@@ -12,7 +12,7 @@ from hydrodamp import kernels
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import VELOCITIES
 from hydrodamp.errors import MethodError
-from hydrodamp.identification.differences import median_step, signal_to_noise, smoothed
+from hydrodamp.identification.differences import QUADRATICS, median_step, signal_to_noise, smoothed
 from hydrodamp.identification.rows import Rows
 from hydrodamp.simulation.problem import Problem
 
@@ -66,7 +66,7 @@ class WeakEquations:
 
     support: float | None = None
     overlap: int = 4
-    windows: tuple[int, ...] = (5, 7, 9, 11, 15, 21, 31)
+    windows: tuple[int, ...] = QUADRATICS
 
     def __post_init__(self) -> None:
         """Refuse what makes no test function."""

@@ -124,11 +124,13 @@ def sensitivities(
     attitude: FloatArray | None = None,
     max_step: float = 0.05,
     limit: float = 50.0,
+    block: int = 1,
 ) -> tuple[FloatArray, FloatArray, IntArray]:
     """Replay, and differentiate the velocity on coefficients and initial velocity.
 
-    ``parameters`` are p places (row, column) in ``matrix``; the Jacobian, between the results
-    of :func:`replay`, has shape (n, 6, p + 6), or no rows where there are no parameters.
+    ``parameters`` are p places (row, column) in ``matrix``. The Jacobian, between the results
+    of :func:`replay`, has a row (6, p + 6) a block of samples, segment by segment: their sum
+    over the root of their number. It has no rows where there are no parameters.
     """
     for name, value in (("max_step", max_step), ("limit", limit)):
         if not value > 0.0:
@@ -144,13 +146,14 @@ def sensitivities(
             f"got {places.min(axis=0).tolist()} to {places.max(axis=0).tolist()}"
         )
     chosen = places.astype(np.int32)
-    jacobian = np.empty((0 if parameters is None else n, 6, len(chosen) + 6))
+    blocks = 0 if parameters is None else int(np.sum(-(-np.diff(rows) // block)))
+    jacobian = np.empty((blocks, 6, len(chosen) + 6))
     velocity, diverged_at = np.empty((n, 6)), np.empty(len(rows), dtype=np.int64)
     system, pose = plant_of(plant), null if poses is None else pointer(poses)
     fields = [system, pointer(table), record_of(plant, inputs), pose, max_step, limit]
     motion, work = ffi.new("hd_motion *", fields), C.hd_replay_work(system, len(chosen))
     slopes = null if parameters is None else pointer(jacobian)
-    to = pointer(velocity), slopes, pointer(diverged_at), ffi.new(ROOM, work)
+    to = block, pointer(velocity), slopes, pointer(diverged_at), ffi.new(ROOM, work)
     C.hd_replay(motion, pointer(rows), len(rows), pointer(chosen), len(chosen), *to)
     return velocity, jacobian, diverged_at
 

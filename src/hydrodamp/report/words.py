@@ -6,7 +6,6 @@ from collections import Counter
 from collections.abc import Iterator
 
 from hydrodamp.basis.atoms import AXES
-from hydrodamp.identification.extrapolation import fed, joined, outreached, sailed
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.grades import Grade, Identifiability
 from hydrodamp.simulation.status import Status
@@ -110,7 +109,6 @@ def remarks(comparison: Comparison) -> tuple[str, ...]:
         *said,
         *_order_of_paper(comparison),
         *_diverged(comparison),
-        *_extrapolated(comparison),
         *_outcomes(comparison),
         f"Open-loop replay, eq. 24; lower is better. Attitude {comparison.attitude}.",
     )
@@ -136,22 +134,6 @@ def _diverged(comparison: Comparison) -> Iterator[str]:
         if lost := row.score.diverged:
             places = ", ".join(f"{name} after {time:.3g} s" for name, time in lost)
             yield f"{row.model} by {row.method} diverged in {places}."
-
-
-def _extrapolated(comparison: Comparison) -> Iterator[str]:
-    """Say where the test goes beyond the training, and what chosen and lost dampings feed."""
-    scored = any(row.rms is not None for row in comparison.rows)
-    chosen = comparison.choice().row if scored else None
-    tested: dict[str, tuple[float, float]] = {}
-    for row in comparison.rows:
-        if (run := row.trajectory) is None:
-            continue
-        if not tested:
-            tested = sailed(run.log.velocity, run.axes)
-            yield from outreached(row.fit.sailed, tested)
-        if row is chosen or row.score.diverged:
-            ranges = joined(row.fit.sailed, tested)
-            yield from fed(row.fit.damping, ranges, f"{row.model} by {row.method}")
 
 
 def _outcomes(comparison: Comparison) -> Iterator[str]:

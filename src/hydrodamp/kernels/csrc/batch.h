@@ -67,11 +67,12 @@ typedef struct {
 /* Integrate every segment open loop by RK4 from its first recorded sample. Outside the
  * segments and after divergence velocity is NaN. diverged_at[s]: first bad sample or -1.
  * parameters: p x 2 rows (term, axis). Where jacobian is not NULL it becomes the derivative
- * on them and on the initial velocity, jacobian[n][6][p + 6], NaN where velocity is.
- * Workspace: hd_replay_work numbers; p is 0 without a jacobian. */
+ * on them and on the initial velocity, a row [6][p + 6] for every block of samples of a segment,
+ * segment by segment: their sum over the root of their number (block 1: every sample's own);
+ * NaN after divergence. Workspace: hd_replay_work numbers; p is 0 without a jacobian. */
 size_t hd_replay_work(const hd_plant *plant, size_t n_parameters);
 void hd_replay(const hd_motion *motion, const int64_t *segments, size_t n_segments,
-               const int32_t *parameters, size_t n_parameters, hd_real *velocity,
+               const int32_t *parameters, size_t n_parameters, size_t block, hd_real *velocity,
                hd_real *jacobian, int64_t *diverged_at, hd_real *work);
 
 /* runs.c ------------------------------------------------------------------- */

@@ -32,11 +32,13 @@ typedef struct {
     size_t n_parameters;
     hd_real *atoms, *xi, *weights; /* xi: 4 x n_terms, one a stage */
     hd_real *rows; /* (p + 6) x n: d state / d parameter; NULL without derivatives */
+    hd_real *sum;  /* (p + 6) x n: of the rows of a block of samples */
+    size_t block;  /* samples */
 } drive;
 
 size_t hd_replay_work(const hd_plant *plant, size_t n_parameters)
 {
-    return 7 * hd_atom_count(plant->n_channels) + 4 * plant->n_terms + MOST * (n_parameters + 6);
+    return 7 * hd_atom_count(plant->n_channels) + 4 * plant->n_terms + 2 * MOST * (n_parameters + 6);
 }
 
 static interval interval_after(const hd_motion *motion, size_t k)
@@ -253,11 +255,25 @@ static int diverged(const hd_real velocity[6], hd_real limit)
     return 0;
 }
 
+/* Adds the rows of one sample to their block's sum; the last sample of a block, of `count`
+ * samples, sends it to slope[6][p + 6]. */
+static void add_rows(const drive *d, size_t count, int last, hd_real *slope)
+{
+    const size_t width = d->n_parameters + 6, n = d->n;
+    const hd_real share = 1 / hd_sqrt((hd_real)count);
+
+    for (size_t i = 0; i < width * n; ++i)
+        d->sum[i] = (count > 1 ? d->sum[i] : 0) + d->rows[i];
+    for (size_t i = 0; last && i < 6; ++i)
+        for (size_t c = 0; c < width; ++c)
+            slope[i * width + c] = share * d->sum[n * c + i];
+}
+
 /* Integrate one segment; returns its first bad sample or -1. */
 static int64_t replay_segment(const drive *d, size_t start, size_t stop, hd_real *velocity,
                               hd_real *jacobian)
 {
-    const size_t width = d->n_parameters + 6;
+    const size_t width = 6 * (d->n_parameters + 6);
     hd_real state[MOST];
 
     start_at(d, start, state);
@@ -272,18 +288,19 @@ static int64_t replay_segment(const drive *d, size_t start, size_t stop, hd_real
         for (size_t i = 0; i < 6; ++i)
             velocity[6 * k + i] = state[i];
         if (d->rows)
-            for (size_t i = 0; i < 6; ++i)
-                for (size_t c = 0; c < width; ++c)
-                    jacobian[(6 * k + i) * width + c] = d->rows[d->n * c + i];
+            add_rows(d, (k - start) % d->block + 1,
+                     k + 1 == stop || (k + 1 - start) % d->block == 0,
+                     jacobian + width * ((k - start) / d->block));
     }
     return -1;
 }
 
 void hd_replay(const hd_motion *motion, const int64_t *segments, size_t n_segments,
-               const int32_t *parameters, size_t n_parameters, hd_real *velocity,
+               const int32_t *parameters, size_t n_parameters, size_t block, hd_real *velocity,
                hd_real *jacobian, int64_t *diverged_at, hd_real *work)
 {
-    const size_t n = motion->record->n, n_atoms = hd_atom_count(motion->plant->n_channels);
+    const size_t n_atoms = hd_atom_count(motion->plant->n_channels);
+    const size_t width = 6 * (n_parameters + 6);
     drive d;
 
     d.motion = motion;
@@ -295,11 +312,16 @@ void hd_replay(const hd_motion *motion, const int64_t *segments, size_t n_segmen
     d.xi = d.atoms + n_atoms;
     d.weights = d.xi + 4 * motion->plant->n_terms;
     d.rows = jacobian ? d.weights + 6 * n_atoms : NULL;
-    for (size_t i = 0; i < 6 * n; ++i)
+    d.sum = jacobian ? d.rows + d.n * (n_parameters + 6) : NULL;
+    d.block = block;
+    for (size_t i = 0; i < 6 * motion->record->n; ++i)
         velocity[i] = (hd_real)NAN;
-    for (size_t i = 0; jacobian && i < 6 * n * (n_parameters + 6); ++i)
-        jacobian[i] = (hd_real)NAN;
-    for (size_t s = 0; s < n_segments; ++s)
-        diverged_at[s] = replay_segment(&d, (size_t)segments[2 * s], (size_t)segments[2 * s + 1],
-                                        velocity, jacobian);
+    for (size_t s = 0; s < n_segments; ++s) {
+        const size_t start = (size_t)segments[2 * s], stop = (size_t)segments[2 * s + 1];
+        const size_t n = jacobian ? width * ((stop - start + block - 1) / block) : 0;
+        for (size_t i = 0; i < n; ++i)
+            jacobian[i] = (hd_real)NAN;
+        diverged_at[s] = replay_segment(&d, start, stop, velocity, jacobian);
+        jacobian = jacobian ? jacobian + n : NULL;
+    }
 }

@@ -1,0 +1,125 @@
+"""The method of those who name none: a search that is judged on what it has not seen."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hydrodamp.arrays import FloatArray, IntArray
+from hydrodamp.identification.fit import Fit, empty_fit
+from hydrodamp.identification.output_error import told, walked
+from hydrodamp.identification.search import Place, Search, ladder, searching, starts, within
+from hydrodamp.models.model import DampingModel
+from hydrodamp.simulation.problem import Problem
+from hydrodamp.simulation.status import Status
+
+#: Length of the pieces that a log is cut into, by turns searched and judged on [s].
+_PIECE = 100.0
+
+#: Commands, recorded wrench and velocities are multiplied by these before a replay may run away.
+_SHARES = (0.8, 1.0)
+
+
+@dataclass(frozen=True)
+class Recommended:
+    """Truncated simulation error over the windows that serve best where they were not fitted.
+
+    The search of :class:`OutputError` goes through windows of 2, 4, 8 and 16 s and whole
+    segments, first on either half of the log, cut into pieces that take turns. How well each
+    stage replays the other half, whole pieces from their first sample, says where the search on
+    all of the log ends: a model whose form is a little wrong is best fitted to short windows, a
+    hull that is nearly unstable to long ones. A stage whose replay runs away on the log itself
+    comes last.
+
+    Parameters
+    ----------
+    windows : tuple of float
+        Lengths of the windows [s], rising; infinite for whole segments.
+
+    Examples
+    --------
+    >>> Recommended().key
+    'recommended'
+    """
+
+    windows: tuple[float, ...] = (2.0, 4.0, 8.0, 16.0, np.inf)
+
+    @property
+    def key(self) -> str:
+        """The key on the command line."""
+        return "recommended"
+
+    def identify(self, problem: Problem, model: DampingModel) -> Fit:
+        """Identify one model.
+
+        Parameters
+        ----------
+        problem : Problem
+            Prepared for (at least) the model's terms.
+        model : DampingModel
+            Which terms.
+
+        Returns
+        -------
+        fit : Fit
+            ``STOPPED`` where the search ended before it came to rest. The remarks say which
+            windows were chosen, and how they did on what they had not seen.
+        """
+        free = model.restricted_to(problem.vehicle.axes)
+        problem.columns.require(free)
+        if not free.n_coefficients:
+            return empty_fit(problem, free, self.key, Status.EMPTY)
+        search, lengths = searching(problem, free), within(problem, self.windows)
+        places = ladder(search, starts(problem, free), lengths)
+        lost, missed = [_lost(search, one) for one in places], _unseen(problem, free, lengths)
+        stage = min(range(len(places)), key=lambda one: (lost[one], missed[one]))
+        remark = f"The search started from the weak form; {walked(places[: stage + 1])}."
+        return told(search, free, self, places[stage], places[0], (remark,))
+
+
+def _unseen(problem: Problem, model: DampingModel, lengths: Sequence[float]) -> FloatArray:
+    """Return how each stage of a search through half of the log misses the pieces of the other.
+
+    The mean square error of the replay of whole pieces as a share of the variance of each velocity,
+    the mean over pieces and velocities; no error counts for more than saying nothing would.
+    """
+    pieces = _pieces(problem)
+    found: list[float] = []
+    turn = np.arange(len(pieces)) % 2
+    for half in (0, 1):
+        seen, other = (_of(problem, pieces[turn == which]) for which in (half, 1 - half))
+        judged = searching(other, model).windows(np.inf)
+        most = np.std(problem.inputs.velocity[:, judged.free], axis=0)
+        most[most == 0.0] = 1.0
+        for place in ladder(searching(seen, model), starts(seen, model), lengths):
+            errors = np.clip(judged.errors(place.coefficients) / most, -1.0, 1.0)
+            square = np.add.reduceat(np.mean(errors**2, axis=1), judged.spans[:, 0])
+            found.append(float(np.sum(square / np.diff(judged.spans, axis=1).ravel())))
+    return np.asarray(np.reshape(found, (2, len(lengths))).sum(axis=0), dtype=np.float64)
+
+
+def _lost(search: Search, place: Place) -> int:
+    """Return how many segments run away, replayed whole as sailed and as driven more softly."""
+    whole = search.windows(np.inf)
+    return sum(whole.runaways(place.coefficients, share) for share in _SHARES)
+
+
+def _pieces(problem: Problem) -> IntArray:
+    """Cut each segment into an even number of pieces."""
+    time, pieces = problem.inputs.time, []
+    for start, stop in problem.segments.tolist():
+        own = time[start:stop]
+        n = 2 * max(round((own[-1] - own[0]) / _PIECE / 2.0), 1)
+        edges = start + np.searchsorted(own, np.linspace(own[0], own[-1], n + 1)[1:-1])
+        pieces += list(zip([start, *edges.tolist()], [*edges.tolist(), stop], strict=True))
+    return np.array(pieces, dtype=np.int64)
+
+
+def _of(problem: Problem, pieces: IntArray) -> Problem:
+    """Return the problem of some pieces, a segment each."""
+    kept = np.concatenate([np.arange(start, stop) for start, stop in pieces.tolist()])
+    ends = np.cumsum(np.diff(pieces, axis=1).ravel())
+    segments = np.column_stack([np.append(0, ends[:-1]), ends])
+    return replace(problem, inputs=problem.inputs.part(kept), segments=segments)

@@ -1,0 +1,85 @@
+"""The recommended method: which windows it takes, and what a hard log makes of it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.identification import recommended as module
+from hydrodamp.identification.recommended import _of, _pieces
+
+
+@pytest.fixture(scope="module")
+def campaign():
+    return hd.reenact(seed=1, duration=40.0)
+
+
+def problem_of(campaign, key="fossen"):
+    return hd.prepare(campaign.vehicle, campaign.train, hd.catalog[key])
+
+
+def test_the_windows_that_do_best_on_the_other_half_are_taken(campaign, monkeypatch):
+    for best, words in ((1, "2 s, 4 s;"), (4, "whole segments;")):
+        missed = np.abs(np.arange(5.0) - best)
+        monkeypatch.setattr(module, "_unseen", lambda *_, missed=missed: missed)
+        fit = hd.Recommended().identify(problem_of(campaign), hd.catalog["fossen"])
+        assert words in fit.remarks[0]
+        assert fit.method == "recommended"
+
+
+def test_windows_whose_replay_runs_away_come_last(campaign, monkeypatch):
+    monkeypatch.setattr(module, "_unseen", lambda *_: np.arange(5.0))
+    monkeypatch.setattr(module, "_lost", lambda _, place: int(place.length < 8.0))
+    fit = hd.Recommended().identify(problem_of(campaign), hd.catalog["fossen"])
+    assert "2 s, 4 s, 8 s;" in fit.remarks[0]
+
+
+@pytest.mark.parametrize("duration", [12.0, 40.0])
+def test_each_half_has_every_second_piece_of_every_segment(campaign, duration):
+    problem = hd.prepare(
+        campaign.vehicle, campaign.train.between(0.0, duration), hd.catalog["fossen"]
+    )
+    pieces = _pieces(problem)
+    assert pieces[0, 0] == 0
+    assert pieces[-1, 1] == problem.n_samples
+    np.testing.assert_array_equal(pieces[1:, 0], pieces[:-1, 1])
+    assert not len(pieces) % 2
+    half = _of(problem, pieces[::2])
+    np.testing.assert_array_equal(
+        half.inputs.velocity[: half.segments[0, 1]], problem.inputs.velocity[: pieces[0, 1]]
+    )
+    assert half.n_samples == np.diff(pieces[::2], axis=1).sum()
+
+
+def test_a_little_more_data_moves_the_replay_a_little(campaign):
+    """Nine tenths of every run and all of it: the two replays are nearer than either to the log."""
+    model = hd.catalog["prestero"].with_terms({"K": "up"}, key="true-terms")
+    ends = campaign.train.time[campaign.train.bounds[:, 0]]
+    shorter = hd.concatenate([campaign.train.between(one, one + 36.0) for one in ends.tolist()])
+    fits = [
+        hd.identify(model, campaign.vehicle, log, hd.Recommended())
+        for log in (campaign.train, shorter)
+    ]
+    one, other = (hd.simulate(campaign.vehicle, fit.damping, campaign.test) for fit in fits)
+    apart = np.sqrt(np.mean((one.velocity - other.velocity) ** 2, axis=0))
+    left = np.sqrt(np.mean((one.velocity - campaign.test.velocity) ** 2, axis=0))
+    assert np.all(apart < left)
+
+
+@pytest.mark.parametrize("fault", ["short", "still", "dead axis", "stuck actuator"])
+def test_a_poor_log_is_a_status_not_an_exception(campaign, fault):
+    log = campaign.train.between(0.0, 20.0)
+    if fault == "still":
+        log = replace(log, velocity=np.zeros_like(log.velocity))
+    if fault == "dead axis":
+        log = replace(log, velocity=log.velocity * [1, 1, 0, 1, 1, 1])
+    if fault == "stuck actuator":
+        kept = np.array([name != "rudder" for name in log.command_names])
+        log = replace(log, commands=log.commands * kept)
+    model = hd.catalog["gertler-hagen"]
+    fit = hd.identify(model, campaign.vehicle, log, hd.Recommended())
+    assert np.all(np.isfinite(fit.damping.coefficients))
+    assert fit.status in (hd.Status.OK, hd.Status.STOPPED, hd.Status.RANK_DEFICIENT)
