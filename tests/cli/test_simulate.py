@@ -59,6 +59,21 @@ def test_a_diverged_replay_failed(folder: Path, call: Call, damping: str) -> Non
     assert not (folder / "t.csv").exists()
 
 
+def test_a_replay_beyond_the_training_is_told(folder: Path, call: Call) -> None:
+    done = call("identify a.csv --vehicle planar.yaml --model fossen --method ls --json")
+    document = json.loads(done.stdout)
+    assert document["fit"]["sailed"].keys() == {"u", "v", "r"}
+    document["fit"]["sailed"]["r"] = [-0.1, 0.1]
+    document["coefficients"] |= {"N_r": -0.2, "N_r|r|": 2.0}
+    (folder / "wild.json").write_text(json.dumps(document), "utf-8")
+    done = call("simulate b.csv --vehicle planar.yaml --damping wild.json")
+    told = done.stderr.splitlines()
+    assert told[0].startswith("Beyond the training data: r reaches ")
+    assert told[0].endswith(" in the test, 0.1 in training.")
+    assert "feeds energy into r beyond 0.1 rad/s" in told[1]
+    assert "error: the replay diverged in 1 after" in told[-1]
+
+
 def test_a_damping_file_that_is_none(folder: Path, call: Call) -> None:
     (folder / "bad.json").write_text("{", "utf-8")
     done = call("simulate b.csv --vehicle planar.yaml --damping bad.json")

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import hydrodamp as hd
@@ -45,6 +46,27 @@ def test_a_score_on_fitted_data_says_so(comparison):
 def test_an_unfinished_run_says_so(comparison):
     lacking = replace(comparison, provenance={"unfinished": "7 of 9 rows: interrupted"})
     assert remarks(lacking)[0].startswith("Unfinished, 7 of 9 rows: interrupted.")
+
+
+def test_beyond_the_training_and_feeding_are_told_of_chosen_and_lost_rows(comparison):
+    """The test reaches 29 m/s or rad/s; only fossen's pitch is of the wrong sign."""
+    chosen, lost, other, *_ = comparison.rows
+    values = {**lost.fit.damping.as_dict(), "M_q|q|": 1.0}
+    pitch = hd.Damping.from_dict(lost.fit.model, values)
+    fits = (
+        replace(chosen.fit, sailed={"q": (-2.0, 2.0), "r": (-29.0, 29.0)}),
+        replace(lost.fit, damping=pitch),
+        replace(other.fit, damping=hd.Damping(other.fit.model, np.ones(24))),
+    )
+    rows = (replace(row, fit=fit) for row, fit in zip((chosen, lost, other), fits, strict=True))
+    said = remarks(Comparison(tuple(rows)))
+    assert "Beyond the training data: q reaches 28 rad/s in the test, 2 in training." in said
+    assert [sentence for sentence in said if "feeds" in sentence] == [
+        "fossen by ls diverged in dive after 12.3 s, turn after 0.1 s. Its damping feeds energy "
+        "into q beyond 9 rad/s: a replay may run away there."
+    ]
+    alone = remarks(Comparison((replace(other, fit=fits[2]),)))
+    assert alone[0].startswith("uncoupled by ls: its damping feeds energy into u ")
 
 
 @pytest.mark.parametrize(

@@ -33,8 +33,9 @@ def simulate(
 ) -> None:
     """Replay a log open loop with identified damping and score it."""
     from hydrodamp.cli.targets import check_out_log
+    from hydrodamp.identification.extrapolation import fed, joined, outreached, sailed
     from hydrodamp.report.comparison_tables import replay_grid
-    from hydrodamp.report.documents import score_document
+    from hydrodamp.report.documents import score_document, trained_on
     from hydrodamp.report.grid import show
 
     if out is not None:
@@ -48,6 +49,10 @@ def simulate(
         emit({"model": numbers.model.key, **score_document(scored, trajectory.attitude)})
     else:
         show(results(), replay_grid(f"{numbers.model.title} on {log.source}", scored))
+    trained, driven = trained_on(Path(damping)), sailed(log.velocity, craft.axes)
+    drives = fed(numbers, joined(trained, driven))
+    for sentence in (*outreached(trained, driven), *drives):
+        note(sentence)
     if scored.diverged:
         places = ", ".join(f"{name} after {time:.1f} s" for name, time in scored.diverged)
         fail(f"the replay diverged in {places}; there is no RMS error, and nothing is written.")

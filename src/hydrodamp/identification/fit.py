@@ -12,6 +12,7 @@ from scipy.special import stdtrit
 from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
+from hydrodamp.identification.extrapolation import fed, sailed
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem, prepare, stamp
@@ -263,6 +264,10 @@ class Fit:
     uncertainty : Uncertainty or None
         Standard errors and intervals; its covariance is that of the damping. None where
         the method knows none for coloured noise.
+    sailed : dict of str to tuple of float
+        Least and greatest value of each free velocity [m/s, rad/s] in the training log, without
+        1 % of the samples at either end. All but the surge of a vehicle under way count in
+        either direction.
     """
 
     damping: Damping
@@ -274,6 +279,7 @@ class Fit:
     provenance: dict[str, str] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
     uncertainty: Uncertainty | None = None
+    sailed: dict[str, tuple[float, float]] = field(default_factory=dict)
 
     @property
     def model(self) -> DampingModel:
@@ -282,10 +288,11 @@ class Fit:
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """What to read beside the numbers: the remarks, and what standard errors are from."""
+        """What to read beside the numbers: remarks, where damping drives, standard errors."""
+        said = (*self.remarks, *fed(self.damping, self.sailed))
         if self.uncertainty is not None:
-            return (*self.remarks, str(self.uncertainty))
-        return self.remarks if self.damping.covariance is None else (*self.remarks, WHITE)
+            return (*said, str(self.uncertainty))
+        return said if self.damping.covariance is None else (*said, WHITE)
 
     def __str__(self) -> str:
         """Return the outcome and the coefficients, one screen."""
@@ -428,6 +435,7 @@ def fitted(
         provenance=provenance(problem, model, method),
         remarks=remarks,
         uncertainty=uncertainty,
+        sailed=sailed(problem.inputs.velocity, problem.vehicle.axes),
     )
 
 

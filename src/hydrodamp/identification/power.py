@@ -168,7 +168,12 @@ def operating_box(problem: Problem, tail: float = TAIL, widening: float = WIDENI
             f"`tail` must be at least 0 and below 0.5, `widening` at least 0 and below 1; "
             f"got {tail:g} and {widening:g}."
         )
-    low, high = np.quantile(problem.inputs.velocity, [tail, 1.0 - tail], axis=0)
+    return box_of(problem.inputs.velocity, tail, widening)
+
+
+def box_of(velocity: FloatArray, tail: float, widening: float) -> OperatingBox:
+    """Return the box of some velocities, shape (n, 6)."""
+    low, high = np.quantile(velocity, [tail, 1.0 - tail], axis=0)
     reach = (1.0 + widening) * np.maximum(np.abs(low), np.abs(high))
     below, above = -reach, reach.copy()
     if low[0] > SLOWEST_UNDER_WAY * high[0]:

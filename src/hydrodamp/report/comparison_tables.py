@@ -9,6 +9,7 @@ from functools import partial
 from itertools import chain
 
 from hydrodamp.basis.atoms import VELOCITIES
+from hydrodamp.identification.extrapolation import fed
 from hydrodamp.identification.fit import Fit
 from hydrodamp.report.grid import Column, Grid, error_size, percent
 from hydrodamp.report.words import remarks
@@ -195,6 +196,12 @@ def horizon_grid(
         "windows diverged, their share stands in place of the error.",
         f"Criteria are of the weak form, lower is better; its {found.n_rows} rows count as "
         f"independent ones: {counts}.",
+        *(
+            said
+            for fit, some in zip(fits, scores, strict=True)
+            if some and any(one.n_diverged for one in some.scores)
+            for said in fed(fit.damping, fit.sailed, f"{fit.model.key} by {fit.method}: its")
+        ),
     )
     title = "Fitted to the whole log: RMS when restarted every so often, and criteria"
     header = ("model", "method", *names, "AICc +", "BIC +")

@@ -209,6 +209,7 @@ class FitDocument(BaseModel):
     provenance: dict[str, str]
     remarks: tuple[str, ...] = ()
     uncertainty: UncertaintyDocument | None = None
+    sailed: dict[str, tuple[float, float]] = {}
 
     def fit(self, damping: Damping) -> Fit:
         """Return the fit of a damping."""
@@ -228,8 +229,17 @@ def read_fit(path: Path) -> Fit:
     """Return the fit of a file."""
     content = load_json(path)
     damping = damping_from_document(content, str(path))
-    facts = content.get("fit") if isinstance(content, dict) else None
-    return validated(FitDocument, facts, f"{path}, `fit`").fit(damping)
+    return validated(FitDocument, _facts(content), f"{path}, `fit`").fit(damping)
+
+
+def trained_on(path: Path) -> dict[str, tuple[float, float]]:
+    """Return the ranges that a damping file was trained on; none where they are not known."""
+    facts = _facts(load_json(path))
+    return {} if facts is None else validated(FitDocument, facts, f"{path}, `fit`").sailed
+
+
+def _facts(content: object) -> object:
+    return content.get("fit") if isinstance(content, dict) else None
 
 
 def validated(kind: type[Some], content: object, source: str) -> Some:

@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Iterator
 
 from hydrodamp.basis.atoms import AXES
+from hydrodamp.identification.extrapolation import fed, joined, outreached, sailed
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.grades import Grade, Identifiability
 from hydrodamp.simulation.status import Status
@@ -108,7 +109,7 @@ def remarks(comparison: Comparison) -> tuple[str, ...]:
     return (
         *said,
         *_order_of_paper(comparison),
-        *_diverged(comparison),
+        *_replays(comparison),
         *_outcomes(comparison),
         f"Open-loop replay, eq. 24; lower is better. Attitude {comparison.attitude}.",
     )
@@ -128,12 +129,23 @@ def _order_of_paper(comparison: Comparison) -> Iterator[str]:
     yield "paper: Table I as printed; the paper's own log was never published."
 
 
-def _diverged(comparison: Comparison) -> Iterator[str]:
-    """Say where and when replays diverged."""
+def _replays(comparison: Comparison) -> Iterator[str]:
+    """Say where the test goes beyond the training, where replays diverged, and what damping fed."""
+    scored = any(row.rms is not None for row in comparison.rows)
+    chosen = comparison.choice().row if scored else None
+    tested: dict[str, tuple[float, float]] = {}
     for row in comparison.rows:
-        if lost := row.score.diverged:
-            places = ", ".join(f"{name} after {time:.3g} s" for name, time in lost)
-            yield f"{row.model} by {row.method} diverged in {places}."
+        if not tested and (run := row.trajectory) is not None:
+            tested = sailed(run.log.velocity, run.axes)
+            yield from outreached(row.fit.sailed, tested)
+        name, lost = f"{row.model} by {row.method}", row.score.diverged
+        places = ", ".join(f"{place} after {time:.3g} s" for place, time in lost)
+        ranges = joined(row.fit.sailed, tested)
+        if lost:
+            feeds = fed(row.fit.damping, ranges, "Its")
+            yield " ".join((f"{name} diverged in {places}.", *feeds))
+        elif row is chosen:
+            yield from fed(row.fit.damping, ranges, f"{name}: its")
 
 
 def _outcomes(comparison: Comparison) -> Iterator[str]:
