@@ -28,9 +28,9 @@ _FLOOR = 1e-9
 #: Errors are divided by so many of their 68 % quantiles, at least by so many of the noise.
 _WIDE = 2.0
 
-#: Steps before the data set the prior, and after; a step that gains less than this share ends a
-#: stage.
-_EARLY, _LATE, REST = 2, 4, 1e-2
+#: Steps before the data set the prior, and steps in all; one that gains less than this share ends
+#: either.
+_EARLY, ROUNDS, REST = 2, 6, 1e-2
 
 #: Damping of the first step, its factor, and how often a step is damped more.
 _DAMPING, _FACTOR, _TRIALS = 1e-3, 8.0, 8
@@ -116,8 +116,7 @@ def ladder(search: Search, first: Sequence[FloatArray], lengths: Sequence[float]
         windows = search.windows(length)
         if np.isinf(length):  # over whole segments errors grow beyond what short windows say
             place = replace(place, spread=spread_of(search, windows.errors(place.coefficients)))
-        early = descend(search, windows, replace(place, length=length), _EARLY)
-        place = descend(search, windows, _evidence(search, windows, early), _LATE)
+        place = descend(search, windows, replace(place, length=length))
         places.append(place)
     return places
 
@@ -136,48 +135,47 @@ def spread_of(search: Search, errors: FloatArray) -> FloatArray:
     return np.asarray(_WIDE * np.maximum(quantile, search.noise))
 
 
-def descend(search: Search, windows: Windows, start: Place, rounds: int) -> Place:
-    """Take damped Gauss-Newton steps on windows of one length."""
-    x, spread, strength = start.coefficients / search.unit, start.spread, start.strength
-    damping, settled = _DAMPING, False
+def descend(search: Search, windows: Windows, start: Place, rounds: int = ROUNDS) -> Place:
+    """Take damped Gauss-Newton steps on windows of one length; the data set the prior early on."""
+    place, p = replace(start, settled=False), len(search.unit)
+    damping, known, resting = _DAMPING, False, False
 
     def cost(x: FloatArray) -> float:
-        errors = windows.errors(x * search.unit) / spread
-        return float(np.mean(errors**2) + strength * np.mean(x**2))
+        errors = windows.errors(x * search.unit) / place.spread
+        return float(np.mean(errors**2) + place.strength * np.mean(x**2))
 
-    before = cost(x)
-    for _ in range(rounds):
-        curvature, slope = _quadratic(search, windows, x * search.unit, spread)
-        slope = slope - strength / len(x) * x
-        curvature = curvature + strength / len(x) * np.eye(len(x))
+    for number in range(rounds):
+        curvature, slope = _quadratic(search, windows, place)
+        if not known and (resting or number == _EARLY):
+            place, known = _evidence(search, windows, place, curvature), True
+        x = place.coefficients / search.unit
+        curvature = curvature + place.strength / p * np.eye(p)
+        slope = slope - place.strength / p * x
+        before = cost(x)
         for _ in range(_TRIALS):
-            damped = curvature + damping * np.diag(np.diag(curvature))
-            tried = x + np.linalg.solve(damped, slope)
+            tried = x + np.linalg.solve(curvature + damping * np.diag(np.diag(curvature)), slope)
             after = cost(tried)
             if after < before:
                 break
             damping *= _FACTOR
         else:
-            settled = True
-            break
-        gained, x, before = (before - after) / before, tried, after
-        damping = max(damping / _FACTOR, 1e-9)
-        if gained < REST:
-            settled = True
-            break
-    return replace(start, coefficients=x * search.unit, settled=settled)
+            return replace(place, settled=True)
+        place = replace(place, coefficients=tried * search.unit)
+        damping, resting = max(damping / _FACTOR, 1e-9), (before - after) / before < REST
+        if resting and known:
+            return replace(place, settled=True)
+    return place
 
 
-def _quadratic(
-    search: Search, windows: Windows, coefficients: FloatArray, spread: FloatArray
-) -> tuple[FloatArray, FloatArray]:
+def _quadratic(search: Search, windows: Windows, place: Place) -> tuple[FloatArray, FloatArray]:
     """Return curvature and downward slope of half the mean square error, in units."""
-    total = windows.normals(coefficients, spread).sum(axis=0) / (len(windows.samples) * len(spread))
+    total = windows.normals(place.coefficients, place.spread).sum(axis=0)
+    total /= len(windows.samples) * len(place.spread)
     unit = search.unit
     return total[:-1, :-1] * unit[:, None] * unit, total[:-1, -1] * unit
 
 
-def _evidence(search: Search, windows: Windows, place: Place) -> Place:
+def _evidence(search: Search, windows: Windows, place: Place, curvature: FloatArray) -> Place:
     """Return the place with the prior that the data speak for (MacKay 1992).
 
     Errors of a replay are alike for seconds: they count as often as they are independent.
@@ -187,7 +185,6 @@ def _evidence(search: Search, windows: Windows, place: Place) -> Place:
     time, step = windows.problem.inputs.time[windows.samples], median_step(search.problem)
     alike = [max(correlation_time(one[:, None], number, time) / step, 1.0) for one in errors.T]
     independent = search.problem.n_samples * float(np.sum(1.0 / np.array(alike)))
-    curvature, _ = _quadratic(search, windows, place.coefficients, place.spread)
     told = np.maximum(np.linalg.eigvalsh(curvature), 0.0)
     square = float(np.sum((place.coefficients / search.unit) ** 2))
     misfit, p, strength, size = float(np.mean(errors**2)), len(told), place.strength, place.size
