@@ -1,0 +1,200 @@
+"""Re-enact the paper's identifier and its Table I.
+
+    python studies/paper.py --page docs/paper-reenacted.md
+
+Each number is the median over campaigns of some seeds. The campaigns record what the paper's
+vehicle did: the attitude sensor's translational acceleration, no angular one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from statistics import median
+from typing import Annotated
+
+import numpy as np
+import typer
+from rich.console import Console
+from rich.markdown import Markdown
+from scipy.stats import spearmanr
+
+import hydrodamp as hd
+from benchmark import fill
+from hydrodamp.identification.adaptive import Adaptation
+from hydrodamp.kernels import Gains
+from hydrodamp.simulation.campaign.reenact import DURATION, TRUTHS, reenact_all
+from hydrodamp.simulation.problem import Columns
+
+NOISES = {"0": 0.0, "1/10": 0.1, "1/3": 1 / 3, "1": 1.0}
+"""Strength of the sensors' errors, in published ones."""
+
+PASSES = (1, 10, 50)
+LONGER = 10
+
+DEGREE = 180.0 / math.pi
+
+MODELS = tuple(hd.catalog[key] for key in hd.PAPER_MODELS)
+
+Column = tuple[float, ...]
+"""The error of each model; infinite where the replay ran away."""
+
+
+@dataclass(frozen=True)
+class InDegrees(hd.AdaptiveIdentifier):
+    """The identifier as it is where rates are in deg/s, for coefficients in SI units."""
+
+    starts_in_degrees: bool = False
+
+    def bind(self, source: hd.Problem | Columns, model: hd.DampingModel) -> Adaptation:
+        """Return the gains of SI units that do the same, and the start."""
+        bound = super().bind(source, model)
+        columns, turning = bound.columns, np.arange(6) >= 3
+        rates = [
+            sum(f.strip("|") in ("p", "q", "r") for f in term.factors) for term in columns.basis
+        ]
+        power = np.concatenate([np.zeros(columns.n_known), rates])[:, None]
+        a = bound.gains.a * DEGREE**turning
+        gamma = bound.gains.gamma * DEGREE ** (2.0 * power + turning)
+        kind = StartInDegrees if self.starts_in_degrees else Adaptation
+        return kind(columns, bound.model, bound.entries, Gains(columns.plant, a, gamma))
+
+
+class StartInDegrees(Adaptation):
+    """A start of -1 N m s/deg in roll, pitch and yaw, in SI units."""
+
+    def start(self) -> np.ndarray:
+        """Return the table to start from."""
+        table = super().start()
+        rows, axes = self.entries
+        table[rows, axes] *= DEGREE ** (axes >= 3)
+        return table
+
+
+UNITS = {
+    "rad/s": hd.AdaptiveIdentifier(),
+    "deg/s": InDegrees(),
+    "deg/s, start too": InDegrees(starts_in_degrees=True),
+}
+
+
+def errors(
+    campaigns: Iterable[hd.Campaign], method: hd.Method, models: Sequence[hd.DampingModel]
+) -> tuple[Column, list[bool]]:
+    """Return the median error of each model, and whether each fit had settled."""
+    found: list[Column] = []
+    settled = []
+    for campaign in campaigns:
+        problem = hd.prepare(campaign.vehicle, campaign.train, models)
+        fits = hd.identify_all(problem, models, method)
+        rows = hd.compare(fits, campaign.vehicle, campaign.test).rows
+        found.append(tuple(math.inf if row.rms is None else row.rms for row in rows))
+        settled += [fit.status is hd.Status.SETTLED for fit in fits]
+    return tuple(median(column) for column in zip(*found, strict=True)), settled
+
+
+def sailed(
+    seeds: int, truth: str, noise: float, duration: float = DURATION
+) -> tuple[hd.Campaign, ...]:
+    """Return the campaigns of the first seeds."""
+    conditions = hd.Conditions(scale=noise, accelerometer=True)
+    return reenact_all(range(seeds), truth, duration, conditions)
+
+
+def identifier(seeds: int, longer: float) -> Iterator[str]:
+    """Yield the table of the linear model by the identifier, and how many fits had settled."""
+    ways = [(f"{n} pass{'es' * (n > 1)}", n, DURATION) for n in PASSES]
+    ways.append((f"1 pass, runs {longer:g} times longer", 1, longer * DURATION))
+    cells: dict[tuple[str, str], list[float]] = {}
+    settled: list[bool] = []
+    for noise in NOISES.values():
+        short, long = (sailed(seeds, "sname", noise, length) for length in (DURATION, ways[-1][2]))
+        for unit, method in UNITS.items():
+            for way, passes, duration in ways:
+                logs = short if duration == DURATION else long
+                ((error,), ended) = errors(
+                    logs, replace(method, passes=passes), [hd.catalog["linear"]]
+                )
+                cells.setdefault((unit, way), []).append(error)
+                settled += ended
+    yield from header("rates in", "", *(f"noise {noise}" for noise in NOISES))
+    for names, values in cells.items():
+        yield line(*names, *map(number, values))
+    yield f"\nOf these {len(settled)} fits {sum(settled)} had settled.\n"
+
+
+def table(truth: str, campaigns: Sequence[Sequence[hd.Campaign]]) -> Iterator[str]:
+    """Yield Table I beside its re-enactments on one truth."""
+    for name, methods in (
+        ("ls", {"ls": hd.LeastSquares()}),
+        ("ai", {unit: UNITS[unit] for unit in ("rad/s", "deg/s")}),
+    ):
+        printed = tuple(getattr(hd.TABLE_I[model.key], name) for model in MODELS)
+        columns = {
+            f"{called} {noise}": errors(logs, method, MODELS)[0]
+            for called, method in methods.items()
+            for noise, logs in zip(NOISES, campaigns, strict=True)
+        }
+        yield from header(f"`{truth}`", f"paper {name.upper()}", *columns)
+        for place, model in enumerate(MODELS):
+            values = [column[place] for column in columns.values()]
+            yield line(model.title, f"{printed[place]:.2f}", *map(number, values))
+        beside = [likeness(column, printed) for column in columns.values()]
+        words = ("ran away", "off by a factor of", "order")
+        for word, said in zip(words, zip(*beside, strict=True), strict=True):
+            yield line(f"*{word}*", "", *said)
+        best = min(columns, key=lambda one: distance(columns[one], printed))
+        yield f"\nClosest to the printed column: {best}.\n"
+
+
+def distance(column: Column, printed: Column) -> tuple[int, float]:
+    """Return how many models ran away, and how far the others are off, as a logarithm."""
+    apart = [abs(math.log(ours / theirs)) for ours, theirs in zip(column, printed, strict=True)]
+    near = [one for one in apart if math.isfinite(one)]
+    return len(apart) - len(near), sum(near) / len(near) if near else math.inf
+
+
+def likeness(column: Column, printed: Column) -> tuple[str, str, str]:
+    """Return how many ran away, the mean factor of the others, and Spearman's correlation."""
+    lost, apart = distance(column, printed)
+    alike = len(set(column)) < 2
+    order = "-" if alike else f"{float(spearmanr(column, printed).statistic):.2f}"
+    return f"{lost} of {len(column)}", number(math.exp(apart)), order
+
+
+def header(*names: str) -> Iterator[str]:
+    """Yield the head of a table."""
+    yield line(*names)
+    yield line(*["---"] * len(names))
+
+
+def line(*cells: str) -> str:
+    """Return a line of a table."""
+    return f"| {' | '.join(cells)} |"
+
+
+def number(error: float) -> str:
+    """Return an error in words."""
+    return f"{error:.2f}" if math.isfinite(error) else "-"
+
+
+def main(
+    page: Annotated[Path | None, typer.Option(help="A page whose tables are replaced.")] = None,
+    seeds: Annotated[int, typer.Option(help="How many campaigns each.")] = 3,
+    longer: Annotated[float, typer.Option(help="How much longer the long runs are.")] = LONGER,
+) -> None:
+    """Print the tables."""
+    lines = ["### The identifier's linear model\n", *identifier(seeds, longer)]
+    lines += ["### Table I\n"]
+    for truth in TRUTHS:
+        lines += table(truth, [sailed(seeds, truth, noise) for noise in NOISES.values()])
+    text = "\n".join(lines)
+    if page is not None:
+        fill(page, text)
+    Console().print(Markdown(text))
+
+
+if __name__ == "__main__":
+    typer.run(main)
