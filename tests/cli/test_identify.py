@@ -76,6 +76,27 @@ def test_a_model_of_a_file_with_a_command(folder: Path, call: Call) -> None:
     assert set(json.loads(done.stdout)["coefficients"]) == {"X_u", "X_ahead", "N_r"}
 
 
+@pytest.mark.usefixtures("undrawn")
+def test_a_wrong_thrust_is_told_before_the_fit_and_a_free_gain_undoes_it(
+    folder: Path, call: Call
+) -> None:
+    assert "the motion asks for" not in call(LINE).stderr
+    right = (folder / "planar.yaml").read_text("utf-8")
+    (folder / "planar.yaml").write_text(right.replace("[[10,", "[[30,"), "utf-8")
+    said = " ".join(call(f"{LINE} --json").stderr.split())
+    assert "warning: on X the motion asks for 0.33 times the wrench of the actuators" in said
+    done = call(f"{LINE} --method weak --free-gains --out d.json")
+    assert done.exit_code == 0, done.output
+    assert "the motion asks for" not in done.stderr
+    damping = hd.read_damping(folder / "d.json")
+    assert damping["X_actuation_X"] == pytest.approx(-2.0 / 3.0, abs=0.01)
+    assert damping["X_u"] == pytest.approx(-8.0, rel=0.03)
+    replayed = json.loads(
+        call("simulate b.csv --vehicle planar.yaml --damping d.json --json").stdout
+    )
+    assert replayed["fit_by_axis"]["u"] > 95.0
+
+
 @pytest.mark.parametrize("error", [KeyboardInterrupt, RuntimeError])
 def test_nothing_of_an_earlier_fit_stays_beside_a_new_one(
     folder: Path, call: Call, monkeypatch: pytest.MonkeyPatch, error: type[BaseException]

@@ -42,6 +42,15 @@ def with_selected(
     return (*models, selected)
 
 
+def with_free_gains(
+    asked: bool, vehicle: hd.Vehicle, log: hd.Log, models: tuple[hd.DampingModel, ...]
+) -> tuple[hd.DampingModel, ...]:
+    """Return the models, with gains of the known wrench as unknowns where that is asked for."""
+    from hydrodamp.simulation.actuation import with_gains
+
+    return tuple(with_gains(vehicle, log, model) for model in models) if asked else models
+
+
 def choose_models(listed: str | None) -> tuple[hd.DampingModel, ...]:
     """Return the models of a list with commas, without the one that comes with a log."""
     asked = hd.PAPER_MODELS if listed is None else names(listed)

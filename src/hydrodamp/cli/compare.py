@@ -14,6 +14,7 @@ def compare(
     models: options.Models = None,
     methods: options.Methods = options.DEFAULT_METHOD,
     mapping: options.MappingFile = None,
+    free_gains: options.FreeGains = False,
     attitude: options.Attitude = "measured",
     rate_unit: options.Rates = "deg",
     out: options.OutFolder = None,
@@ -31,6 +32,7 @@ def compare(
     ways, said = choose.choose_methods(methods), record(inputs)
     learn, held_out, shared = train_and_test(logs or (), train or (), test or (), mapping)
     chosen = choose.with_selected(models, craft, learn, chosen)
+    chosen = choose.with_free_gains(free_gains, craft, learn, chosen)
     check_training(craft, learn, chosen)
     check_log(craft, held_out, chosen)
     task = Task(craft, learn, held_out, chosen, ways, out, attitude, rate_unit)

@@ -34,6 +34,7 @@ def identify(
     ] = options.DEFAULT_METHOD,
     train: options.Train = None,
     mapping: options.MappingFile = None,
+    free_gains: options.FreeGains = False,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -63,6 +64,7 @@ def identify(
     way, said = hd.find_method(method), record(inputs)
     log = train_alone(logs or (), train or (), mapping)
     chosen = choose.with_selected(model, craft, log, named)
+    chosen = choose.with_free_gains(free_gains, craft, log, chosen)
     check_training(craft, log, chosen)
     fits: list[hd.Fit] = []
     fit_all(hd.prepare(craft, log, chosen), chosen, (way,), fits.append)

@@ -100,6 +100,14 @@ Resume = Annotated[
         "--resume", help="Go on with what the same command left in --out when it was interrupted."
     ),
 ]
+FreeGains = Annotated[
+    bool,
+    typer.Option(
+        "--free-gains",
+        help="Identify a gain of the known wrench on each axis too: `X_actuation_X` is what it is "
+        "more than one.",
+    ),
+]
 Force = Annotated[bool, typer.Option("--force", help="Replace a file that is there.")]
 Json = Annotated[
     bool, typer.Option("--json", help="Print machine-readable results on standard output.")

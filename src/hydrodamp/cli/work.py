@@ -70,7 +70,11 @@ def fit_all(
     keep: Callable[[hd.Fit], None] = lambda _: None,
     there: Container[Key] = (),
 ) -> tuple[hd.Fit, ...]:
-    """Make the fits that are not there, with a bar a method: their rates differ much."""
+    """Ask the actuation, and make the fits that are not there, with a bar a method."""
+    from hydrodamp.identification.actuation import doubts
+
+    for doubt in doubts(problem, models):
+        warnings.warn(doubt, HydrodampWarning, stacklevel=2)
     fits: tuple[hd.Fit, ...] = ()
     for place, method in enumerate(methods, start=1):
         missing = [model for model in models if (model.key, method.key) not in there]

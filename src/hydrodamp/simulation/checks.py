@@ -12,6 +12,7 @@ from hydrodamp.basis.atoms import RESERVED, VELOCITY_OF
 from hydrodamp.data.log import Log
 from hydrodamp.errors import ProblemError, did_you_mean, list_faults
 from hydrodamp.models.model import DampingModel
+from hydrodamp.simulation.actuation import channel_names
 from hydrodamp.vehicle.vehicle import Vehicle
 
 if TYPE_CHECKING:
@@ -123,6 +124,7 @@ def _commands(vehicle: Vehicle, log: Log, models: Sequence[DampingModel]) -> Ite
     if told := nothing_drives(vehicle, log, models):
         yield told
         return
+    recorded |= set(channel_names(vehicle, log))
     users = {"a term": of_terms - recorded}
     if log.wrench is None:
         users[f"an actuator of '{vehicle.name}'"] = of_actuators - of_terms - recorded

@@ -20,6 +20,7 @@ from hydrodamp.kernels.inputs import Inputs
 from hydrodamp.kernels.plant import Plant
 from hydrodamp.models.damping import Damping, VehicleStamp
 from hydrodamp.models.model import DampingModel
+from hydrodamp.simulation.actuation import actuation_channels
 from hydrodamp.simulation.checks import check_log
 from hydrodamp.vehicle.vehicle import Vehicle, mass_matrix_digest
 
@@ -367,6 +368,8 @@ def _filled(vehicle: Vehicle, log: Log, models: tuple[DampingModel, ...]) -> Pro
     known = log.propulsion_ratio is not None or held is not None
     actuators = bool(vehicle.actuators) and log.wrench is None
     table = columns(vehicle, models, actuators=actuators, propulsion_known=known)
+    if not commands.keys() >= {name for term in table.basis for name in term.commands}:
+        commands = {**actuation_channels(vehicle, log), **commands}
     velocity = log.velocity * vehicle.free
     inputs = Inputs(
         time=log.time,

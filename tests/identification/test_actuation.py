@@ -1,0 +1,91 @@
+"""The gain of the known wrench: told where it is wrong, silent where it is right."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.identification.actuation import Gain, doubts, gains
+from hydrodamp.simulation.actuation import actuation, with_gains
+
+PRESTERO = hd.catalog["prestero"]
+CAMPAIGN = hd.reenact(seed=0, duration=60.0)
+BARE = replace(CAMPAIGN.vehicle, actuators=())
+
+
+def recorded(log: hd.Log, factor: float) -> hd.Log:
+    """The log with the wrench of its actuators in the place of their commands."""
+    wrench = factor * actuation(CAMPAIGN.vehicle, log)
+    return replace(log, wrench=wrench, commands=np.empty((log.n, 0)), command_names=())
+
+
+def asked(log: hd.Log, vehicle: hd.Vehicle = BARE) -> dict[str, Gain]:
+    return {one.axis: one for one in gains(hd.prepare(vehicle, log, PRESTERO), [PRESTERO])}
+
+
+def told(log: hd.Log, vehicle: hd.Vehicle = BARE) -> list[str]:
+    return list(doubts(hd.prepare(vehicle, log, PRESTERO), [PRESTERO]))
+
+
+@pytest.mark.parametrize("factor", [0.5, 1.0, 1.2, 3.0])
+def test_without_noise_the_gain_is_what_undoes_the_factor(factor):
+    found = asked(recorded(CAMPAIGN.exact_train, factor))
+    assert set(found) == set("XYZMN")  # the torque of the propeller is zero
+    for one in found.values():
+        assert one.value * factor == pytest.approx(1.0, abs=0.03)
+        assert one.doubtful == (factor in (0.5, 3.0))
+
+
+def test_noise_alone_makes_no_doubt():
+    assert told(recorded(CAMPAIGN.train, 1.0)) == []
+    assert told(CAMPAIGN.train, CAMPAIGN.vehicle) == []
+
+
+def test_a_wrench_of_20_percent_too_much_under_noise():
+    surge = asked(recorded(CAMPAIGN.train, 1.2))["X"]
+    assert surge.low < 1.0 / 1.2 < surge.high < 1.0
+
+
+def test_a_wrench_three_times_too_large_is_told_with_its_number():
+    said = told(recorded(CAMPAIGN.train, 3.0))
+    assert (
+        "on X the motion asks for 0.32 times the recorded wrench (0.31 to 0.34 with 95 %)"
+        in (said[0])
+    )
+    assert {sentence[3] for sentence in said} >= set("XMN")  # the others' intervals are wide
+
+
+def test_wrong_actuators_are_named():
+    *fins, propeller = CAMPAIGN.vehicle.actuators
+    strong = replace(propeller, thrust=3.0 * propeller.thrust)
+    (said,) = told(CAMPAIGN.train, replace(CAMPAIGN.vehicle, actuators=(*fins, strong)))
+    assert f"times the wrench of the actuators of '{CAMPAIGN.vehicle.name}'" in said
+
+
+def test_nothing_is_asked_of_what_does_not_vary_or_is_an_unknown_already():
+    constant = replace(recorded(CAMPAIGN.train, 0.0), wrench=np.ones((CAMPAIGN.train.n, 6)))
+    assert asked(constant) == {}
+    assert asked(recorded(CAMPAIGN.train.between(0.0, 0.5), 1.0)) == {}  # too short
+    log = recorded(CAMPAIGN.train, 3.0)
+    freed = with_gains(BARE, log, PRESTERO)
+    assert list(doubts(hd.prepare(BARE, log, freed), [freed])) == []
+
+
+@pytest.mark.parametrize("key", ["ls", "weak", "ridge", "oe"])
+def test_free_gains_undo_a_factor_by_every_method_and_in_its_replay(key):
+    method, test = hd.find_method(key), recorded(CAMPAIGN.exact_test, 1.2)
+    found = []
+    for factor in (1.0, 1.2):
+        train = recorded(CAMPAIGN.exact_train, factor)
+        freed = with_gains(BARE, train, PRESTERO)
+        fit = method.identify(hd.prepare(BARE, train, freed), freed)
+        gain = np.array([1.0 + fit.damping[f"{axis}_actuation_{axis}"] for axis in "XMN"])
+        found.append(factor * gain)
+    np.testing.assert_allclose(found[1], found[0], rtol=0.005)
+    np.testing.assert_allclose(found[0], 1.0, atol=0.03)
+    without = method.identify(hd.prepare(BARE, train, PRESTERO), PRESTERO)
+    with_free, as_given = hd.compare([fit, without], BARE, test).rows
+    assert with_free.rms < as_given.rms
