@@ -15,9 +15,9 @@ from hydrodamp.simulation.actuation import CHANNELS, with_gains
 from hydrodamp.simulation.problem import Problem
 
 # A gain is doubted where its whole interval is farther from one than by this factor, and narrower
-# than this. By so quick a method, noise that an autopilot feeds back moves gains: in re-enacted
-# campaigns those of sway come out at 1.3 to 1.6 where they are 1, with intervals that begin at up
-# to 1.53, and in runs of 20 s more, with wide ones.
+# than this, or than half this share of a large gain. By so quick a method, noise that an autopilot
+# feeds back moves gains: in re-enacted campaigns those of sway come out at 1.3 to 1.6 where they
+# are 1, with intervals that begin at up to 1.53, and in runs of 20 s more, with wide ones.
 _DOUBTED, _WIDEST = 5.0 / 3.0, 0.5
 
 
@@ -34,7 +34,7 @@ class Gain:
     def doubtful(self) -> bool:
         """Whether the known wrench is wrong, not merely uncertain."""
         far = self.low > _DOUBTED or self.high < 1.0 / _DOUBTED
-        return far and self.high - self.low < _WIDEST
+        return far and self.high - self.low < _WIDEST * max(1.0, 0.5 * self.value)
 
 
 def gains(problem: Problem, models: Sequence[DampingModel]) -> tuple[Gain, ...]:
@@ -62,8 +62,9 @@ def gains(problem: Problem, models: Sequence[DampingModel]) -> tuple[Gain, ...]:
 
 def doubts(problem: Problem, models: Sequence[DampingModel]) -> Iterator[str]:
     """Say which known wrenches the motion contradicts."""
-    if any(name.startswith("actuation_") for model in models for name in model.commands):
-        return  # their gains are asked for
+    freed = {name for channels in CHANNELS.values() for name in channels}
+    if any(name in freed for model in models for name in model.commands):
+        return  # the fits identify them
     recorded = problem.log.wrench is not None
     what = "recorded wrench" if recorded else f"wrench of the actuators of '{problem.vehicle.name}'"
     for one in gains(problem, models):
