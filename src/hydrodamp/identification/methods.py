@@ -77,7 +77,7 @@ class MethodEntry:
 METHODS = {
     "recommended": MethodEntry(
         "recommended.Recommended",
-        "the replay of windows as long as serves best on parts of the log that were not fitted",
+        "the replay of windows that do best on parts of the log that were not fitted",
         (_WEAK, _TRUNCATED),
     ),
     "ls": MethodEntry(

@@ -24,14 +24,14 @@ _SHARES = (0.8, 1.0)
 
 @dataclass(frozen=True)
 class Recommended:
-    """Truncated simulation error over the windows that serve best where they were not fitted.
+    """Truncated simulation error over windows that are judged where they were not fitted.
 
     The search of :class:`OutputError` goes through windows of 2, 4, 8 and 16 s and whole
     segments, first on either half of the log, cut into pieces that take turns. How well each
     stage replays the other half, whole pieces from their first sample, says where the search on
-    all of the log ends: a model whose form is a little wrong is best fitted to short windows, a
-    hull that is nearly unstable to long ones. A stage whose replay runs away on the log itself
-    comes last.
+    all of the log ends: at 16 s, but where other windows do better by more than chance. A model
+    whose form is a little wrong may be best fitted to short windows, a hull that is nearly
+    unstable to whole runs. A stage whose replay runs away on the log itself comes last.
 
     Parameters
     ----------
@@ -73,31 +73,47 @@ class Recommended:
             return empty_fit(problem, free, self.key, Status.EMPTY)
         search, lengths = searching(problem, free), within(problem, self.windows)
         places = ladder(search, starts(problem, free), lengths)
-        lost, missed = [_lost(search, one) for one in places], _unseen(problem, free, lengths)
-        stage = min(range(len(places)), key=lambda one: (lost[one], missed[one]))
+        lost = [_lost(search, one) for one in places]
+        stage = _chosen(lengths, _unseen(problem, free, lengths), lost)
         remark = f"The search started from the weak form; {walked(places[: stage + 1])}."
         return told(search, free, self, places[stage], places[0], (remark,))
+
+
+def _chosen(lengths: Sequence[float], missed: FloatArray, lost: Sequence[int]) -> int:
+    """Return the stage that does best, but the longest windows where that is not for certain.
+
+    Certain is a mean difference over pieces of more than its standard error. Of stages whose replay
+    runs away only those are left that do so least.
+    """
+    kept = np.flatnonzero(np.array(lost) == min(lost))
+    best = int(kept[np.argmin(missed[:, kept].mean(axis=0))])
+    usual = max((stage for stage in kept.tolist() if np.isfinite(lengths[stage])), default=best)
+    more = missed[:, usual] - missed[:, best]
+    certain = more.mean() > np.std(more, ddof=1) / np.sqrt(len(more))
+    return best if certain else usual
 
 
 def _unseen(problem: Problem, model: DampingModel, lengths: Sequence[float]) -> FloatArray:
     """Return how each stage of a search through half of the log misses the pieces of the other.
 
-    The mean square error of the replay of whole pieces as a share of the variance of each velocity,
-    the mean over pieces and velocities; no error counts for more than saying nothing would.
+    Shape (n_pieces, n_stages): the mean square error of the replay of a whole piece as a share of
+    the variance of each velocity, the mean over velocities; no error counts for more than saying
+    nothing would.
     """
-    pieces = _pieces(problem)
-    found: list[float] = []
+    pieces, found = _pieces(problem), []
     turn = np.arange(len(pieces)) % 2
     for half in (0, 1):
         seen, other = (_of(problem, pieces[turn == which]) for which in (half, 1 - half))
         judged = searching(other, model).windows(np.inf)
         most = np.std(problem.inputs.velocity[:, judged.free], axis=0)
         most[most == 0.0] = 1.0
+        stages = []
         for place in ladder(searching(seen, model), starts(seen, model), lengths):
             errors = np.clip(judged.errors(place.coefficients) / most, -1.0, 1.0)
             square = np.add.reduceat(np.mean(errors**2, axis=1), judged.spans[:, 0])
-            found.append(float(np.sum(square / np.diff(judged.spans, axis=1).ravel())))
-    return np.asarray(np.reshape(found, (2, len(lengths))).sum(axis=0), dtype=np.float64)
+            stages.append(square / np.diff(judged.spans, axis=1).ravel())
+        found.append(np.column_stack(stages))
+    return np.concatenate(found)
 
 
 def _lost(search: Search, place: Place) -> int:
