@@ -4,8 +4,10 @@ import hashlib
 import json
 import warnings
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from typer.testing import Result
 
@@ -156,3 +158,22 @@ def test_a_fit_without_numbers_writes_nothing(
     assert done.exit_code == 1, done.output
     assert "error: failed" in done.stderr
     assert not (folder / "d.json").exists()
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_sparse_alone_takes_a_vehicle_without_actuators(folder: Path, call: Call) -> None:
+    bare = (folder / "planar.yaml").read_text("utf-8").split("actuators:")[0]
+    (folder / "bare.yaml").write_text(bare, "utf-8")
+    log = hd.read_log("a.csv")
+    idle = {name: log.command(name) for name in log.command_names} | {"lamp": np.arange(log.n) % 2}
+    hd.write_log(
+        replace(log, commands=np.column_stack(list(idle.values())), command_names=tuple(idle)),
+        folder / "lamp.csv",
+    )
+    done = call("identify lamp.csv --vehicle bare.yaml --model sparse --method weak --out d.json")
+    assert done.exit_code == 0, done.output
+    assert "grade" in done.stdout
+    assert "No axis follows the command lamp." in done.stderr
+    damping = hd.read_damping("d.json")
+    assert damping["X_ahead"] > 0.0
+    assert damping["N_turn"] > 0.0

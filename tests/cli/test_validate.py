@@ -42,7 +42,6 @@ def test_json_holds_every_fold_and_horizon(folder: Path, call: Call) -> None:
     ("more", "status", "words"),
     [
         ("a.csv --models linear --folds 390", 2, "fold"),
-        ("a.csv --models sparse", 2, "hydrodamp compare"),
         ("short.csv --models wild.yaml", 1, "no model has an error on any fold"),
     ],
 )
@@ -57,6 +56,24 @@ def test_what_cannot_be_validated(
     done = call(f"validate {more} --vehicle planar.yaml --methods ls")
     assert done.exit_code == status
     assert words in done.stderr
+
+
+def test_a_selection_is_repeated_in_each_fold(
+    folder: Path, call: Call, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen: list[int] = []
+
+    def select(self: object, vehicle: hd.Vehicle, log: hd.Log, *more: object) -> hd.DampingModel:
+        seen.append(log.n)
+        return hd.DampingModel.from_table({"X": "u", "Y": "v", "N": "r"}, key="sparse")
+
+    monkeypatch.setattr(hd.Sparse, "select", select)
+    done = call("validate a.csv --vehicle planar.yaml --models fossen,sparse --methods ls --json")
+    assert done.exit_code == 0, done.output
+    assert seen[0] == 400  # the whole log, for the errors by horizon
+    assert len(seen) == 1 + 5
+    assert max(seen[1:]) < 400
+    assert [row["model"] for row in json.loads(done.stdout)["folds"]] == ["fossen", "sparse"]
 
 
 def interrupted_at(number: int, function: Callable[..., object]) -> Callable[..., object]:

@@ -9,13 +9,15 @@ import pytest
 
 from hydrodamp.basis.term import Term
 from hydrodamp.data.log import Log
-from hydrodamp.identification.elimination import (
+from hydrodamp.identification.candidates import (
     brakes,
     candidates,
     degree,
     distinct,
     drag,
     kept,
+    moved,
+    moving,
     picked,
     under_way,
 )
@@ -96,6 +98,33 @@ def test_what_brakes_takes_power_at_any_velocity() -> None:
 
 def test_a_command_does_not_brake() -> None:
     assert not brakes(5, Term.parse("r*|rudder|"))
+
+
+def test_commands_are_offered_on_the_axes_that_they_move(campaign: Campaign) -> None:
+    bare, log = replace(campaign.vehicle, actuators=()), campaign.train
+    found = moved(bare, log, [])
+    assert found is not None
+    assert {"X_rpm", "Y_u|u|*rudder", "M_u|u|*elevator", "N_u|u|*rudder"} <= set(found.labels)
+    assert not {"Y_elevator", "Z_rudder", "K_rpm"} & set(found.labels)
+    given = DampingModel.from_table({"Y N": "u|u|*rudder", "X": "rpm"}, key="own")
+    rest = moved(bare, log, [given])
+    assert rest is not None
+    assert rest.commands == ("elevator",)
+
+
+def test_commands_that_something_takes_are_not_offered(campaign: Campaign) -> None:
+    assert moved(campaign.vehicle, campaign.train, []) is None
+    recorded = replace(campaign.train, wrench=np.zeros((campaign.train.n, 6)))
+    assert moved(replace(campaign.vehicle, actuators=()), recorded, []) is None
+
+
+def test_a_command_moves_an_axis_where_it_takes_a_share_of_what_is_left_over() -> None:
+    rng = np.random.default_rng(2)
+    design = rng.normal(size=(4000, 4))
+    design[:, 3] += design[:, 0]  # goes with the damping, which explains it already
+    target = design @ [5.0, 1.0, 0.1, 0.0] + rng.normal(size=4000)
+    stacked = np.column_stack([design, target])
+    assert moving(stacked.T @ stacked, known=1).tolist() == [1]
 
 
 def test_picking_all_gives_the_model_back() -> None:

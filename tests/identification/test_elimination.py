@@ -133,6 +133,22 @@ def test_the_smallest_set_no_worse_than_the_best_is_taken() -> None:
     assert words.startswith("2 coefficients, the smallest of 7 nested models")
 
 
+def test_sizes_are_compared_block_by_block() -> None:
+    # The third column helps a little in every block; how hard the blocks are differs far more.
+    rng = np.random.default_rng(5)
+    design, level = rng.normal(size=(20, 60, 3)), np.linspace(1.0, 30.0, 20)[:, None]
+    target = design @ [1.0, -2.0, 0.0] + np.where(np.arange(60) < 30, level, -level)
+    target += 3.0 * design[:, :, 2]
+    rows = np.concatenate([design, target[:, :, None]], axis=2)
+    parts = np.asarray(np.einsum("bij,bik->bjk", rows, rows))
+    sets = [np.array([0, 1, 2]), np.array([0, 1])]
+    errors = left_out(parts, sets)
+    excess = errors[1] - errors[0]
+    assert excess.sum() < errors[0].std(ddof=1) * np.sqrt(20)  # told apart in pairs alone
+    assert excess.sum() > excess.std(ddof=1) * np.sqrt(20)
+    assert sized(parts, sets, np.zeros((1, 3)))[0] == 0
+
+
 def test_a_set_that_can_dissipate_only_at_a_price_gives_way() -> None:
     parts = blocks()
     sets = [np.array([0, 1, 2]), np.array([0, 1])]

@@ -8,8 +8,11 @@ import numpy as np
 import pytest
 
 from hydrodamp.errors import MethodError
-from hydrodamp.identification.elimination import brakes, replay_blocks
+from hydrodamp.identification.candidates import brakes
+from hydrodamp.identification.elimination import replay_blocks
 from hydrodamp.identification.fit import identify
+from hydrodamp.identification.grades import graded
+from hydrodamp.identification.linear import WeakForm
 from hydrodamp.identification.output_error import OutputError
 from hydrodamp.identification.sparse import Round, Sparse, best_round
 from hydrodamp.models.catalog import find_model
@@ -62,7 +65,7 @@ def test_a_selection_says_what_it_did_and_is_the_same_again(
     assert {label[0] for label in first.labels} == {"X", "Y", "N"}
     assert [made.model.terms for made in rounds] == [first.terms]
     assert rounds[0].window == 10.0
-    assert "within one standard error" in first.note
+    assert "one standard error of the difference" in first.note
     assert "selected by hydrodamp from" in first.source
 
 
@@ -70,6 +73,19 @@ def test_commands_of_other_models_are_kept(campaign: Campaign, flat: Vehicle) ->
     given = DampingModel.from_table({"N": "u|u|*rudder"}, key="gain")
     model = QUICK.select(flat, campaign.train, [given])
     assert "N_u|u|*rudder" in model.labels
+
+
+def test_alone_it_takes_commands_without_actuators_and_is_graded(
+    campaign: Campaign, flat: Vehicle
+) -> None:
+    bare = replace(flat, actuators=())
+    model = QUICK.select(bare, campaign.train)
+    assert {"rpm", "rudder"} <= set(model.commands)
+    problem = prepare(bare, campaign.train, model)
+    fit = WeakForm().identify(problem, model)
+    assert set(graded(problem, fit).grades) == set(model.labels)
+    more = model.with_terms({"X": "1"})
+    assert set(more.labels) == {*model.labels, "X_1"}
 
 
 def test_too_short_a_log_is_refused(campaign: Campaign) -> None:

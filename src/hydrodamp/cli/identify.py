@@ -24,7 +24,8 @@ def identify(
         typer.Option(
             "--model",
             metavar="M",
-            help="A model by name, a YAML file of one, or FILE:NAME. [required]",
+            help="A model by name, a YAML file of one, or FILE:NAME; `sparse` selects one from the "
+            "log. [required]",
             show_default=False,
         ),
     ] = "",

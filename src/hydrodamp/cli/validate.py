@@ -35,13 +35,10 @@ def validate(
     from hydrodamp.report.grid import show
     from hydrodamp.validation.crossvalidation import holdouts
 
-    if choose.selects(models):
-        raise hd.ModelError(
-            "`sparse` is selected by leaving data out itself: compare it on data of its own, "
-            "with `hydrodamp compare --models sparse`."
-        )
-    craft, chosen = choose.choose_vehicle(vehicle), choose.choose_models(models)
+    craft, given = choose.choose_vehicle(vehicle), choose.choose_models(models)
     ways, log = choose.choose_methods(methods), read(logs, mapping)
+    selected = (hd.Sparse(),) if choose.selects(models) else ()
+    chosen = choose.with_selected(models, craft, log, given)
     check_training(craft, log, chosen)
     count, tables = len(holdouts(log, folds)), list[hd.CrossValidation]()
     whole: tuple[Any, ...] = ((), (), hd.Criteria((), 0, {}))
@@ -50,7 +47,7 @@ def validate(
             hd.cross_validate(
                 craft,
                 log,
-                chosen,
+                (*given, *selected),
                 ways,
                 folds=folds,
                 attitude=attitude,

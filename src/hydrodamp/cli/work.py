@@ -12,6 +12,7 @@ from typing import Literal
 import typer
 
 import hydrodamp as hd
+from hydrodamp.cli.choose import SPARSE
 from hydrodamp.cli.output import INTERRUPTED, emit, fail, note, results, warned
 from hydrodamp.cli.report import illustrate
 from hydrodamp.errors import HydrodampWarning, ProblemError, list_faults
@@ -45,7 +46,10 @@ def check_log(vehicle: hd.Vehicle, log: hd.Log, models: Models) -> None:
     from hydrodamp.simulation.checks import lacks, unused
 
     free = tuple(model.restricted_to(vehicle.axes) for model in models)
-    if faults := [*lacks(vehicle, log, free), *unused(vehicle, log, models)]:
+    # A selection was offered every command, and may have found that one moves nothing.
+    selected = log.wrench is None and any(model.key == SPARSE for model in models)
+    idle = () if selected else unused(vehicle, log, models)
+    if faults := [*lacks(vehicle, log, free), *idle]:
         raise ProblemError(list_faults(log.source or "log", faults))
     for one in hd.suspicions(log):
         if one.channel not in log.command_names:  # the vehicle says what its commands are

@@ -1,145 +1,18 @@
-"""Candidate terms for a sparse model, and their elimination one by one."""
+"""Choosing terms one by one, forward and backward, and how many."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
 
 import numpy as np
 from scipy.linalg import solve_triangular
 from scipy.optimize import nnls
 
-from hydrodamp.arrays import BoolArray, FloatArray, IntArray
-from hydrodamp.basis.atoms import AXES, VELOCITIES, VELOCITY_OF
-from hydrodamp.basis.term import Term
-from hydrodamp.data.log import Log
-from hydrodamp.identification.power import SLOWEST_UNDER_WAY, TAIL, dissipates
+from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.identification.search import searching
-from hydrodamp.models.catalog import PAPER_MODELS, catalog
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
-from hydrodamp.vehicle.vehicle import Vehicle
-
-#: Key of the model that a selection makes.
-KEY = "sparse"
-
-#: Columns are one and the same where less than this share of the one is not in the other.
-_SAME = 1e-9
-
-#: Columns are compared on at most about this many samples.
-_SAMPLES = 20_000
-
-#: Atoms that are never negative.
-_EVEN = (*(f"|{name}|" for name in VELOCITIES), "U", "V")
-
-#: Atoms that are velocities.
-_SPEEDS = (*VELOCITIES, *_EVEN, "V_v", "V_w")
-
-#: Atoms with the sign of a velocity, where there are several.
-_ALONG = {"v": ("v", "V_v"), "w": ("w", "V_w")}
-
-
-def candidates(
-    vehicle: Vehicle,
-    log: Log,
-    models: Iterable[DampingModel] = (),
-) -> DampingModel:
-    """Return every term that may be chosen: axis by axis those of the paper's models."""
-    commands = {name: log.command(name) for name in log.command_names}
-    known = log.propulsion_ratio is not None or vehicle.propulsion_speed(commands) is not None
-    wanted = (2,) if under_way(log.velocity) else (1, 2)
-    own = [
-        [
-            term
-            for key in PAPER_MODELS
-            for term in catalog[key].terms[axis]
-            if degree(term) in wanted and (known or not term.needs_propulsion)
-        ]
-        for axis in range(len(AXES))
-    ]
-    added = [[term for model in models for term in model.terms[axis]] for axis in range(len(AXES))]
-    rows = tuple(tuple(dict.fromkeys((*a, *b))) for a, b in zip(own, added, strict=True))
-    return DampingModel(KEY, "Sparse", rows).restricted_to(vehicle.axes)
-
-
-def degree(term: Term) -> int:
-    """Return how many velocities a term is a product of; (eta-1) has no unit."""
-    return sum(factor in _SPEEDS for factor in term.factors)
-
-
-def under_way(velocity: FloatArray) -> bool:
-    """Tell whether surge keeps its sign and never nearly vanishes."""
-    low, high = np.quantile(velocity[:, 0], [TAIL, 1.0 - TAIL])
-    return bool(low > SLOWEST_UNDER_WAY * high or high < SLOWEST_UNDER_WAY * low)
-
-
-def distinct(problem: Problem, model: DampingModel) -> DampingModel:
-    """Leave out terms that are zero throughout or copy another one."""
-    known = problem.columns.n_known
-    step = max(problem.n_samples // _SAMPLES, 1)
-    columns = problem.regressor(step=step)[:, known:]
-    size = np.linalg.norm(columns, axis=0)
-    unit = columns / np.where(size > 0.0, size, 1.0)
-    likeness = np.abs(unit.T @ unit)
-    place = {term: number for number, term in enumerate(problem.columns.basis)}
-    rows = tuple(_different(terms, place, size, likeness) for terms in model.terms)
-    return replace(model, terms=rows)
-
-
-def picked(offered: DampingModel, places: IntArray) -> DampingModel:
-    """Return the model of some coefficients of another."""
-    ends = np.cumsum([0, *map(len, offered.terms)])
-    rows = tuple(
-        tuple(terms[place - start] for place in places[(places >= start) & (places < stop)])
-        for terms, start, stop in zip(offered.terms, ends[:-1], ends[1:], strict=True)
-    )
-    return replace(offered, terms=rows)
-
-
-def drag(model: DampingModel) -> tuple[IntArray, ...]:
-    """Return the coefficients that brake an axis, axis by axis."""
-    pairs = [(axis, term) for axis, row in enumerate(model.terms) for term in row]
-    return tuple(
-        np.array(
-            [place for place, (of, term) in enumerate(pairs) if of == axis and brakes(axis, term)],
-            dtype=np.int64,
-        )
-        for axis in range(len(AXES))
-    )
-
-
-def brakes(axis: int, term: Term) -> bool:
-    """Tell whether a term has the sign of the velocity along an axis."""
-    own = VELOCITY_OF[AXES[axis]]
-    signed = [factor for factor in term.factors if factor not in _EVEN]
-    return len(signed) == 1 and signed[0] in _ALONG.get(own, (own,))
-
-
-def kept(model: DampingModel) -> BoolArray:
-    """Tell which coefficients are no damping and so not for a selection to drop."""
-    return np.array(
-        [not dissipates(term) and not term.needs_propulsion for row in model.terms for term in row],
-        dtype=np.bool_,
-    )
-
-
-def _different(
-    terms: tuple[Term, ...], place: dict[Term, int], size: FloatArray, likeness: FloatArray
-) -> tuple[Term, ...]:
-    chosen: list[Term] = []
-    for term in sorted(terms, key=lambda term: (dissipates(term), not _reverses(term))):
-        here = place[term]
-        twin = any(likeness[here, place[other]] > 1.0 - _SAME for other in chosen)
-        if size[here] > 0.0 and not twin:
-            chosen.append(term)
-    return tuple(chosen)
-
-
-def _reverses(term: Term) -> bool:
-    signed = [factor for factor in term.factors if factor in (*VELOCITIES, "V_v", "V_w")]
-    return len(signed) % 2 == 1
-
 
 # A log is cut into this many windows at least.
 _LEAST = 16
@@ -249,20 +122,21 @@ def error(normal: FloatArray, chosen: IntArray, coefficients: FloatArray) -> flo
 
 
 def sized(blocks: FloatArray, sets: Sequence[IntArray], power: FloatArray) -> tuple[int, str]:
-    """Choose the smallest set within one standard error of the best; say why."""
+    """Choose the smallest set whose paired excess over the best is within its standard error."""
     total = blocks.sum(axis=0)
     rows = left_out(blocks, sets)
     prices = np.array([price(total, chosen, power[:, chosen]) for chosen in sets])
     errors = rows.sum(axis=1) + prices
     best = int(np.argmin(errors))
-    allowed = rows[best].std(ddof=1) * np.sqrt(len(blocks))
-    place = int(np.flatnonzero(errors <= errors[best] + allowed)[-1])
+    # Blocks are hard or easy for all sets alike, so each is compared with itself.
+    allowed = (rows - rows[best]).std(axis=1, ddof=1) * np.sqrt(len(blocks))
+    place = int(np.flatnonzero(errors - errors[best] <= allowed)[-1])
     share = 100.0 * prices[place] / max(errors[place], np.finfo(np.float64).tiny)
     return place, (
         f"{len(sets[place])} coefficients, the smallest of {len(sets)} nested models whose error "
-        f"on blocks left out is within one standard error of the lowest (that of "
-        f"{len(sets[best])}). {share:.2g} % of its error is the price of damping that takes power "
-        "on the whole operating box."
+        f"on blocks left out, block by block, exceeds the lowest (that of {len(sets[best])}) by "
+        f"no more than one standard error of the difference. {share:.2g} % of its error is the "
+        "price of damping that takes power on the whole operating box."
     )
 
 

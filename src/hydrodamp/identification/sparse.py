@@ -10,15 +10,11 @@ import numpy as np
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
+from hydrodamp.identification.candidates import candidates, distinct, drag, kept, moved, picked
 from hydrodamp.identification.elimination import (
-    candidates,
-    distinct,
-    drag,
     forward,
     frequencies,
-    kept,
     nested,
-    picked,
     replay_blocks,
     sized,
     solved,
@@ -120,6 +116,8 @@ class Sparse:
         models : iterable of DampingModel
             Their damping terms are further candidates. Their terms with commands,
             weight and constants are no damping: they are kept, whatever is selected.
+            Commands that neither they nor the vehicle's actuators take are offered on
+            the axes where they explain what a plain damping leaves over, and kept there.
         done : callable, optional
             Called with each round as it comes, one for each of the windows.
 
@@ -133,7 +131,10 @@ class Sparse:
         MethodError
             If the log is too short to select from.
         """
-        everything = candidates(vehicle, log, models)
+        given = tuple(models)
+        driven = moved(vehicle, log, given)
+        given = given if driven is None else (*given, driven)
+        everything = candidates(vehicle, log, given)
         offered = distinct(prepare(vehicle, log, everything), everything)
         problem = prepare(vehicle, log, offered)
         first = _first(problem, offered)
@@ -146,7 +147,11 @@ class Sparse:
                 done(made)
         best, why = best_round(rounds)
         source = f"selected by hydrodamp from {log.source or 'a log in memory'}"
-        return replace(best.model, source=source, note=f"{why} {best.words}")
+        note = f"{why} {best.words}"
+        idle = set(log.command_names) - {*vehicle.commands, *best.model.commands}
+        if idle and log.wrench is None:
+            note += f" No axis follows the command {' '.join(sorted(idle))}."
+        return replace(best.model, source=source, note=note)
 
     def round(
         self, problem: Problem, offered: DampingModel, around: Damping, window: float

@@ -9,7 +9,7 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES
-from hydrodamp.identification.elimination import KEY
+from hydrodamp.identification.candidates import KEY
 from hydrodamp.identification.fit import Fit, reach
 from hydrodamp.identification.grades import CONTRIBUTION, RELATIVE, Grade, Identifiability
 from hydrodamp.models.model import DampingModel, coefficient_unit
@@ -39,7 +39,9 @@ SPARSE: dict[str, Any] = {
     "doi:10.1080/00207170310001635419",
     "note": f"{KEY} comes with a log: its terms are selected from the training data, axis by axis "
     "from those of the paper's models and by what they do to the replay, with dissipation kept. "
-    f"Ask for it by `hydrodamp compare LOG ... --models {KEY}`, alone or beside others.",
+    "Commands that no actuator takes are offered on the axes that they move. Ask for it by "
+    f"`hydrodamp identify LOG --model {KEY}`, or by `hydrodamp compare LOG ... --models {KEY}` and "
+    "`validate`, alone or beside others whose terms it is offered too.",
 }
 
 

@@ -15,6 +15,7 @@ from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Fit, Method
 from hydrodamp.identification.methods import identify_all
 from hydrodamp.identification.rows import Folds, Rows, folds
+from hydrodamp.identification.sparse import Sparse
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import prepare
 from hydrodamp.simulation.replay import AttitudeSource
@@ -42,8 +43,8 @@ class ValidatedRow:
 
     @property
     def n_coefficients(self) -> int:
-        """How many coefficients the model has."""
-        return self.folds[0].n_coefficients
+        """How many coefficients the model has, at most where each fold selects its own."""
+        return max(row.n_coefficients for row in self.folds)
 
     @property
     def rms_by_fold(self) -> tuple[float | None, ...]:
@@ -131,7 +132,7 @@ class CrossValidation:
 def cross_validate(
     vehicle: Vehicle,
     log: Log,
-    models: Iterable[DampingModel] | DampingModel,
+    models: Iterable[DampingModel | Sparse] | DampingModel | Sparse,
     methods: Iterable[Method] | Method,
     *,
     folds: int | None = None,
@@ -149,8 +150,9 @@ def cross_validate(
         Everything known.
     log : Log
         What was measured.
-    models : DampingModel or iterable of DampingModel
-        Which terms.
+    models : DampingModel, Sparse or iterable of them
+        Which terms. A ``Sparse`` selects its own on each fold, from what the fold is
+        identified from, with the other models' terms as further candidates.
     methods : Method or iterable of Method
         How.
     folds : int, optional
@@ -191,13 +193,18 @@ def cross_validate(
     >>> [(row.model, len(row.rms_by_fold)) for row in table.rows]
     [('linear', 4), ('fossen', 4)]
     """
-    asked = (models,) if isinstance(models, DampingModel) else tuple(models)
+    asked = tuple(models) if isinstance(models, Iterable) else (models,)
+    given = [model for model in asked if isinstance(model, DampingModel)]
     ways = tuple(methods) if isinstance(methods, Iterable) else (methods,)
     parts = holdouts(log, folds, gap)
     tables: list[Comparison] = []
     for train, test in parts:
-        problem = prepare(vehicle, train, asked)
-        fits = [fit for method in ways for fit in identify_all(problem, asked, method, done)]
+        chosen = [
+            model.select(vehicle, train, given) if isinstance(model, Sparse) else model
+            for model in asked
+        ]
+        problem = prepare(vehicle, train, chosen)
+        fits = [fit for method in ways for fit in identify_all(problem, chosen, method, done)]
         table = compare(fits, vehicle, test, attitude=attitude, rate_unit=rate_unit)
         # Without its replays, which are as long as the log.
         tables.append(
