@@ -35,7 +35,7 @@ def test_the_longest_windows_are_taken_where_another_is_better_by_chance_alone()
     missed = np.array([[1.0, 1.0, 0.0, 1.0], [0.0, 1.0, 1.5, 1.0]])
     assert _chosen(lengths, missed, level) == 2
     assert _chosen(lengths, missed, [0, 0, 1, 1]) == 1
-    assert _chosen(lengths, missed - [[2.0, 0.0, 0.0, 0.0]], level) == 0
+    assert _chosen(lengths, missed - [[4.0, 0.0, 0.0, 0.0]], level) == 0
 
 
 def test_windows_whose_replay_runs_away_come_last(campaign, monkeypatch):

@@ -82,14 +82,14 @@ class Recommended:
 def _chosen(lengths: Sequence[float], missed: FloatArray, lost: Sequence[int]) -> int:
     """Return the stage that does best, but the longest windows where that is not for certain.
 
-    Certain is a mean difference over pieces of more than its standard error. Of stages whose replay
-    runs away only those are left that do so least.
+    Certain is a mean difference over pieces of more than two standard errors. Of stages whose
+    replay runs away only those are left that do so least.
     """
     kept = np.flatnonzero(np.array(lost) == min(lost))
     best = int(kept[np.argmin(missed[:, kept].mean(axis=0))])
     usual = max((stage for stage in kept.tolist() if np.isfinite(lengths[stage])), default=best)
     more = missed[:, usual] - missed[:, best]
-    certain = more.mean() > np.std(more, ddof=1) / np.sqrt(len(more))
+    certain = more.mean() > 2.0 * np.std(more, ddof=1) / np.sqrt(len(more))
     return best if certain else usual
 
 
