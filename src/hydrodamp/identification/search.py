@@ -169,7 +169,7 @@ def descend(search: Search, windows: Windows, start: Place, rounds: int = ROUNDS
 
 def _quadratic(search: Search, windows: Windows, place: Place) -> tuple[FloatArray, FloatArray]:
     """Return curvature and downward slope of half the mean square error, in units."""
-    total = windows.normals(place.coefficients, place.spread).sum(axis=0)
+    total = windows.normal(place.coefficients, place.spread)
     total /= len(windows.samples) * len(place.spread)
     unit = search.unit
     return total[:-1, :-1] * unit[:, None] * unit, total[:-1, -1] * unit
