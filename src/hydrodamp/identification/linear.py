@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -75,15 +76,15 @@ class Regression:
         )
 
 
-class LinearEstimator:
+class LinearEstimator(ABC):
     """What the linear estimators share."""
 
     equations: Equations
 
     @property
+    @abstractmethod
     def key(self) -> str:
         """The key on the command line."""
-        raise NotImplementedError
 
     def identify(self, problem: Problem, model: DampingModel) -> Fit:
         """Identify one model.

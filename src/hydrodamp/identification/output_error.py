@@ -110,17 +110,16 @@ class OutputError:
     ) -> Fit:
         search = searching(problem, model)
         places = ladder(search, first, within(problem, self.windows))
-        remark = f"The search started from {names}; {walked(places)}."
-        return told(search, model, self, places[-1], places[0], (remark,))
+        return told(search, model, self, places, names)
 
 
-def walked(places: Sequence[Place]) -> str:
-    """Say which windows a search went through, and what prior the data set."""
+def _walked(names: str, places: Sequence[Place]) -> str:
+    """Say where a search started, which windows it went through, and what prior the data set."""
     seconds = [f"{place.length:g} s" for place in places if np.isfinite(place.length)]
     windows = ", ".join([*seconds, *(["whole segments"] if len(seconds) < len(places) else [])])
     return (
-        f"windows were {windows}; the prior has {places[-1].strength:.2g} of the weight of the "
-        "errors"
+        f"The search started from {names}; windows were {windows}; the prior has "
+        f"{places[-1].strength:.2g} of the weight of the errors."
     )
 
 
@@ -128,12 +127,11 @@ def told(
     search: Search,
     model: DampingModel,
     method: Method,
-    place: Place,
-    short: Place,
-    remarks: tuple[str, ...],
+    places: Sequence[Place],
+    names: str,
 ) -> Fit:
-    """Return the fit at the end of a search."""
-    problem = search.problem
+    """Return the fit at the end of a search that went through some places."""
+    problem, short, place = search.problem, places[0], places[-1]
     seen = search.windows(short.length).triangle(place.coefficients, place.spread)
     span = spanned(seen[:, :-1], model.labels)
     uncertainty = jackknifed(search, search.windows(place.length), place)
@@ -151,12 +149,12 @@ def told(
         rank=span.rank,
         aliased=span.aliased,
         status=status if place.settled else Status.STOPPED,
-        remarks=remarks,
+        remarks=(_walked(names, places),),
     )
 
 
 #: Parts that must be there to leave one out.
-FEWEST = 4
+_FEWEST = 4
 
 
 def jackknifed(search: Search, windows: Windows, place: Place) -> Uncertainty | None:
@@ -168,7 +166,7 @@ def jackknifed(search: Search, windows: Windows, place: Place) -> Uncertainty | 
     """
     normals = windows.normals(place.coefficients, place.spread)
     n, unit = len(normals), search.unit
-    if n < FEWEST:
+    if n < _FEWEST:
         return None
     p, scale = len(unit), np.append(unit, 1.0)
     prior = place.strength / p * len(windows.samples) * len(place.spread)

@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray
-from hydrodamp.identification.fit import Fit, empty_fit
-from hydrodamp.identification.output_error import told, walked
+from hydrodamp.identification.fit import Fit
+from hydrodamp.identification.output_error import OutputError, told
 from hydrodamp.identification.search import Place, Search, ladder, searching, starts, within
+from hydrodamp.identification.windows import covered, laid
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
-from hydrodamp.simulation.status import Status
 
 #: Length of the pieces that a log is cut into, by turns searched and judged on [s].
 _PIECE = 100.0
@@ -23,7 +23,7 @@ _SHARES = (0.8, 1.0)
 
 
 @dataclass(frozen=True)
-class Recommended:
+class Recommended(OutputError):  # noqa: N818 (output error is a method, not an exception)
     """Truncated simulation error over windows that are judged where they were not fitted.
 
     The search of :class:`OutputError` goes through windows of 2, 4, 8 and 16 s and whole
@@ -38,6 +38,11 @@ class Recommended:
     windows : tuple of float
         Lengths of the windows [s], rising; infinite for whole segments.
 
+    Raises
+    ------
+    MethodError
+        If the lengths are not positive and rising.
+
     Examples
     --------
     >>> Recommended().key
@@ -51,32 +56,14 @@ class Recommended:
         """The key on the command line."""
         return "recommended"
 
-    def identify(self, problem: Problem, model: DampingModel) -> Fit:
-        """Identify one model.
-
-        Parameters
-        ----------
-        problem : Problem
-            Prepared for (at least) the model's terms.
-        model : DampingModel
-            Which terms.
-
-        Returns
-        -------
-        fit : Fit
-            ``STOPPED`` where the search ended before it came to rest. The remarks say which
-            windows were chosen, and how they did on what they had not seen.
-        """
-        free = model.restricted_to(problem.vehicle.axes)
-        problem.columns.require(free)
-        if not free.n_coefficients:
-            return empty_fit(problem, free, self.key, Status.EMPTY)
-        search, lengths = searching(problem, free), within(problem, self.windows)
-        places = ladder(search, starts(problem, free), lengths)
+    def _searched(
+        self, problem: Problem, model: DampingModel, first: Sequence[FloatArray], names: str
+    ) -> Fit:
+        search, lengths = searching(problem, model), within(problem, self.windows)
+        places = ladder(search, first, lengths)
         lost = [_lost(search, one) for one in places]
-        stage = _chosen(lengths, _unseen(problem, free, lengths), lost)
-        remark = f"The search started from the weak form; {walked(places[: stage + 1])}."
-        return told(search, free, self, places[stage], places[0], (remark,))
+        stage = _chosen(lengths, _unseen(problem, model, lengths), lost)
+        return told(search, model, self, places[: stage + 1], names)
 
 
 def _chosen(lengths: Sequence[float], missed: FloatArray, lost: Sequence[int]) -> int:
@@ -135,7 +122,4 @@ def _pieces(problem: Problem) -> IntArray:
 
 def _of(problem: Problem, pieces: IntArray) -> Problem:
     """Return the problem of some pieces, a segment each."""
-    kept = np.concatenate([np.arange(start, stop) for start, stop in pieces.tolist()])
-    ends = np.cumsum(np.diff(pieces, axis=1).ravel())
-    segments = np.column_stack([np.append(0, ends[:-1]), ends])
-    return replace(problem, inputs=problem.inputs.part(kept), segments=segments)
+    return replace(problem, inputs=problem.inputs.part(covered(pieces)), segments=laid(pieces))

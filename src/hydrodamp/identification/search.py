@@ -137,21 +137,21 @@ def spread_of(search: Search, errors: FloatArray) -> FloatArray:
 
 def descend(search: Search, windows: Windows, start: Place, rounds: int = ROUNDS) -> Place:
     """Take damped Gauss-Newton steps on windows of one length; the data set the prior early on."""
-    place, p = replace(start, settled=False), len(search.unit)
-    damping, known, resting = _DAMPING, False, False
+    place, x, p = start, start.coefficients / search.unit, len(search.unit)
+    damping, known, resting, settled = _DAMPING, False, False, False
 
     def cost(x: FloatArray) -> float:
         errors = windows.errors(x * search.unit) / place.spread
         return float(np.mean(errors**2) + place.strength * np.mean(x**2))
 
+    before = cost(x)
     for number in range(rounds):
         curvature, slope = _quadratic(search, windows, place)
         if not known and (resting or number == _EARLY):
             place, known = _evidence(search, windows, place, curvature), True
-        x = place.coefficients / search.unit
+            before = cost(x)
         curvature = curvature + place.strength / p * np.eye(p)
         slope = slope - place.strength / p * x
-        before = cost(x)
         for _ in range(_TRIALS):
             tried = x + np.linalg.solve(curvature + damping * np.diag(np.diag(curvature)), slope)
             after = cost(tried)
@@ -159,12 +159,15 @@ def descend(search: Search, windows: Windows, start: Place, rounds: int = ROUNDS
                 break
             damping *= _FACTOR
         else:
-            return replace(place, settled=True)
+            settled = True
+            break
         place = replace(place, coefficients=tried * search.unit)
-        damping, resting = max(damping / _FACTOR, 1e-9), (before - after) / before < REST
-        if resting and known:
-            return replace(place, settled=True)
-    return place
+        resting = (before - after) / before < REST
+        x, before, damping = tried, after, max(damping / _FACTOR, 1e-9)
+        settled = resting and known
+        if settled:
+            break
+    return replace(place, settled=settled)
 
 
 def _quadratic(search: Search, windows: Windows, place: Place) -> tuple[FloatArray, FloatArray]:

@@ -46,13 +46,12 @@ class Windows:
     @cached_property
     def spans(self) -> IntArray:
         """First row of each window and one past its last, among those of all windows."""
-        ends = np.cumsum(np.diff(self.bounds, axis=1).ravel())
-        return np.column_stack([np.append(0, ends[:-1]), ends])
+        return laid(self.bounds)
 
     @cached_property
     def samples(self) -> IntArray:
         """Sample of the log that each row is."""
-        return np.concatenate([np.arange(start, stop) for start, stop in self.bounds.tolist()])
+        return covered(self.bounds)
 
     @cached_property
     def inputs(self) -> Inputs:
@@ -100,18 +99,14 @@ class Windows:
         inside = np.all(np.abs(velocity[:, self.free]) <= largest, axis=1)  # NaN is not
         return int(np.sum(~np.logical_and.reduceat(inside, self.spans[:, 0])))
 
-    def parts(self) -> list[IntArray]:
-        """Divide the windows into parts that follow each other."""
-        every = np.arange(len(self.bounds))
-        return np.array_split(every, min(_PARTS, len(every)))
-
     def normals(self, coefficients: FloatArray, spread: FloatArray) -> FloatArray:
         """Return normal matrices of errors linearised in the coefficients, a part each.
 
         With slopes A and errors e, over ``spread``, [A e]ᵀ[A e], shape (n, p + 1, p + 1). Both
         are averaged over a tenth of a window. Windows that run away tell no direction.
         """
-        return np.array([self.some(part).normal(coefficients, spread) for part in self.parts()])
+        parts = np.array_split(np.arange(len(self.bounds)), min(_PARTS, len(self.bounds)))
+        return np.array([self.some(part).normal(coefficients, spread) for part in parts])
 
     def normal(self, coefficients: FloatArray, spread: FloatArray) -> FloatArray:
         """Return the normal matrix of all windows."""
@@ -175,3 +170,14 @@ def cut(problem: Problem, length: float) -> IntArray:
         last = start + np.searchsorted(time, begins + length + slack, side="right")
         windows += zip(first, last, strict=True)
     return np.array(windows, dtype=np.int64).reshape(-1, 2)
+
+
+def laid(bounds: IntArray) -> IntArray:
+    """Return where stretches of a log lie once they are put behind each other."""
+    ends = np.cumsum(np.diff(bounds, axis=1).ravel())
+    return np.column_stack([np.append(0, ends[:-1]), ends])
+
+
+def covered(bounds: IntArray) -> IntArray:
+    """Return the samples of stretches of a log, one stretch behind the other."""
+    return np.concatenate([np.arange(start, stop) for start, stop in bounds.tolist()])
