@@ -76,7 +76,11 @@ from .identification.grades import (
     graded as graded,
     identifiability as identifiability,
 )
-from .identification.linear import LeastSquares as LeastSquares, WeakForm as WeakForm
+from .identification.linear import (
+    LeastSquares as LeastSquares,
+    Ridge as Ridge,
+    WeakForm as WeakForm,
+)
 from .identification.methods import (
     METHODS as METHODS,
     cite as cite,
@@ -98,7 +102,6 @@ from .identification.recursive import (
     RecursiveState as RecursiveState,
 )
 from .identification.residuals import Diagnostics as Diagnostics, diagnose as diagnose
-from .identification.ridge import CrossValidated as CrossValidated, Ridge as Ridge
 from .identification.rows import (
     Differenced as Differenced,
     Equations as Equations,

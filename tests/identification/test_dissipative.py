@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.identification.dissipative import Dissipating, Dissipative, Planes
+from hydrodamp.identification import dissipative
+from hydrodamp.identification.dissipative import Dissipative
 from hydrodamp.identification.power import OperatingBox, PowerRows, operating_box, worst_power
 from hydrodamp.identification.rows import Differenced
 
@@ -44,11 +45,10 @@ def pushing(exact_log):
     return build
 
 
-def nearest(damping, box, root=None, reserve=None, **more) -> Dissipating:
+def nearest(damping, box, root=None) -> np.ndarray:
     """Return the nearest coefficients that dissipate, by default in the plain norm."""
-    planes = Planes(PowerRows(damping.model), box, np.zeros((6, 6)) if reserve is None else reserve)
-    n = damping.model.n_coefficients
-    return planes.nearest(np.eye(n) if root is None else root, damping.coefficients, **more)
+    root = np.eye(damping.model.n_coefficients) if root is None else root
+    return dissipative.nearest(PowerRows(damping.model), box, root, damping.coefficients)[0]
 
 
 def test_the_nearest_linear_damping_around_rest_is_highams(true_damping):
@@ -58,8 +58,7 @@ def test_the_nearest_linear_damping_around_rest_is_highams(true_damping):
     values, vectors = np.linalg.eigh((matrix + matrix.T) / 2)
     expected = (matrix - matrix.T) / 2 + (vectors * np.minimum(values, 0.0)) @ vectors.T
     found = nearest(damping, UNIT)
-    assert found.done
-    np.testing.assert_allclose(found.coefficients.reshape(3, 3), expected, atol=2e-3)
+    np.testing.assert_allclose(found.reshape(3, 3), expected, atol=2e-3)
 
 
 @pytest.mark.parametrize(
@@ -72,7 +71,7 @@ def test_the_nearest_linear_damping_around_rest_is_highams(true_damping):
 def test_no_velocity_of_the_box_pushes(key, box, true_damping):
     damping = true_damping(hd.catalog[key])
     found = nearest(damping, box)
-    power = replace(damping, coefficients=found.coefficients).power(inside(box))
+    power = replace(damping, coefficients=found).power(inside(box))
     assert power.max() <= 1e-4 * np.abs(power).max()
 
 
@@ -81,33 +80,27 @@ def test_a_box_away_from_rest_costs_less():
     damping = hd.Damping.from_dict(None, {"X_u": -2.0, "N_v": 1.0, "N_r": -0.1})
     away = OperatingBox([1, -0.5, 0, 0, 0, -0.5], [2, 0.5, 0, 0, 0, 0.5])
     around = OperatingBox([-2, *away.low[1:]], away.high)
-    np.testing.assert_allclose(nearest(damping, away).coefficients, damping.coefficients)
-    assert abs(nearest(damping, around).coefficients[1]) < 1e-2
+    np.testing.assert_allclose(nearest(damping, away), damping.coefficients)
+    assert abs(nearest(damping, around)[1]) < 1e-2
 
 
 def test_the_metric_says_which_coefficient_gives_way():
     """u v (X_v + Y_u) = 0 around rest: the dear one stays."""
     damping = hd.Damping.from_dict(None, {"X_v": 1.0, "Y_u": 1.0})
     found = nearest(damping, UNIT, np.diag([1.0, 1e2]))
-    np.testing.assert_allclose(found.coefficients, [-1.0, 1.0], atol=1e-2)
-
-
-def test_a_reserve_is_kept():
-    damping = hd.Damping.from_dict(None, {"X_u": -0.5, "N_r": -3.0})
-    found = nearest(damping, UNIT, reserve=np.diag([1.0, 0, 0, 0, 0, 1.0]))
-    np.testing.assert_allclose(found.coefficients, [-1.0, -3.0], atol=1e-3)
+    np.testing.assert_allclose(found, [-1.0, 1.0], atol=1e-2)
 
 
 def test_a_set_without_interior_gives_the_last_coefficients_that_make_sense():
     """Around rest N_v alone must vanish: no tightening can be met."""
     found = nearest(hd.Damping.from_dict(None, {"X_u": -1.0, "N_v": 1.0}), UNIT)
-    np.testing.assert_allclose(found.coefficients, [-1.0, 0.0], atol=1e-2)
+    np.testing.assert_allclose(found, [-1.0, 0.0], atol=1e-2)
 
 
-def test_the_rounds_can_run_out(true_damping):
-    found = nearest(true_damping(LINEAR), UNIT, rounds=1)
-    assert not found.done
-    assert found.rounds == 1
+def test_the_rounds_can_run_out(vehicle, pushing, monkeypatch):
+    monkeypatch.setattr(dissipative, "_ROUNDS", 1)
+    fit = Dissipative(EXACT, box=UNIT).identify(pushing(vehicle), LINEAR)
+    assert "after 1 rounds of cutting planes, and were stopped there." in fit.remarks[0]
 
 
 def test_what_dissipates_already_is_least_squares(vehicle, exact_log):
@@ -124,7 +117,7 @@ def test_what_dissipates_already_is_least_squares(vehicle, exact_log):
     np.testing.assert_allclose(
         fit.damping.coefficients, plain.damping.coefficients, atol=1e-4 * size
     )
-    assert any("costs nothing" in remark for remark in fit.remarks)
+    assert "costs nothing" in fit.remarks[0]
 
 
 def test_the_price_of_damping_that_pushes(vehicle, pushing):
@@ -134,8 +127,7 @@ def test_the_price_of_damping_that_pushes(vehicle, pushing):
     fit = method.identify(problem, LINEAR)
     assert fit.damping["Y_v"] == pytest.approx(0.0, abs=0.05)
     assert fit.damping["N_r"] == pytest.approx(-20.0, rel=0.2)
-    assert fit.remarks[1].startswith("The constraint costs")
-    assert "Y" in fit.remarks[1]
+    assert "The constraint costs" in fit.remarks[0]
     assert fit.damping.covariance is None
     assert fit.status is hd.Status.OK
 
@@ -156,7 +148,7 @@ def test_the_price_is_the_growth_of_the_residual(vehicle, pushing):
         for each in (fit, plain)
     ]
     total = 100.0 * (np.sqrt(np.mean((left[0] / left[1]) ** 2)) - 1.0)
-    assert fit.remarks[1].startswith(f"The constraint costs {total:.2g} % of RMS residual (")
+    assert f"The constraint costs {total:.2g} % of RMS residual." in fit.remarks[0]
 
 
 def test_what_was_checked_and_left_free_is_said(vehicle, pushing):
@@ -168,32 +160,9 @@ def test_what_was_checked_and_left_free_is_said(vehicle, pushing):
     fit = Dissipative(EXACT, box=around).identify(problem, model)
     assert fit.remarks[0].startswith("Checked by search, not proven: the worst power found on u -")
     assert "rounds of cutting planes" in fit.remarks[0]
-    assert "2 coefficients of terms with commands" in fit.remarks[-1]
+    assert "Terms with commands, weight, constants or (eta-1) are left free." in fit.remarks[0]
     greatest = np.abs(fit.damping.power(inside(around))).max()
     assert fit.damping.power(inside(around)).max() < 1e-4 * greatest
-
-
-def test_a_margin_takes_at_least_that_share_of_the_energy(vehicle, pushing):
-    problem = pushing(vehicle)
-    fit = Dissipative(EXACT, margin=0.05).identify(problem, LINEAR)
-    nu = inside(operating_box(problem))
-    energy = np.sum((nu @ vehicle.mass_matrix) * nu, axis=1)
-    assert np.max(fit.damping.power(nu) + 0.05 * energy) < 1e-3
-
-
-def test_a_margin_that_nothing_can_meet_says_what_to_loosen(vehicle, pushing):
-    model = hd.DampingModel.from_table({"X": "u", "Y": "v", "N": "v"}, key="bare")
-    problem = pushing(vehicle, LINEAR)
-    problem = hd.prepare(vehicle, problem.log, model)
-    box = OperatingBox([-1] * 6, [1] * 6)
-    with pytest.raises(hd.MethodError, match=r"lower `margin`.*such as Z_w"):
-        Dissipative(EXACT, box=box, margin=0.1).identify(problem, model)
-
-
-@pytest.mark.parametrize("margin", [-0.1, np.nan, np.inf])
-def test_a_margin_is_a_rate(margin):
-    with pytest.raises(hd.MethodError, match="`margin` must be a rate"):
-        Dissipative(margin=margin)
 
 
 def test_a_gain_stays_free(vehicle, exact_log):
@@ -207,7 +176,6 @@ def test_a_gain_stays_free(vehicle, exact_log):
     model = LINEAR.with_terms({"N": "u^2*rudder", "Z": "1 down_z"})
     fit = Dissipative(EXACT).identify(hd.prepare(vehicle, log, model), model)
     assert fit.damping["N_u^2*rudder"] == pytest.approx(9.2, rel=1e-6)
-    assert "Left free, for they are no damping: 3 coefficients" in fit.remarks[-1]
 
 
 def test_a_model_without_damping_has_nothing_to_constrain(vehicle, exact_log):
@@ -222,10 +190,10 @@ def test_a_model_without_damping_has_nothing_to_constrain(vehicle, exact_log):
 def test_three_degrees_of_freedom(vehicle, pushing):
     planar = replace(vehicle, axes=("X", "Y", "N"))
     problem = pushing(planar)
-    fit = Dissipative(EXACT, box=UNIT, margin=0.01).identify(problem, LINEAR)
+    fit = Dissipative(EXACT, box=UNIT).identify(problem, LINEAR)
     assert fit.model.labels == tuple(f"{axis}_{nu}" for axis in "XYN" for nu in "uvr")
     matrix = fit.damping.coefficients.reshape(3, 3)
-    assert np.linalg.eigvalsh(matrix + matrix.T).max() < 0.0
+    assert np.linalg.eigvalsh(matrix + matrix.T).max() < 1e-3
     assert " w " not in fit.remarks[0]
 
 

@@ -70,7 +70,6 @@ def test_the_worst_power_of_a_quadratic_form_is_at_a_corner():
     worst = worst_power(damping, box)
     assert worst.power == pytest.approx(-(3.0**2) + 2 * 3 * 3 + 3**2, rel=1e-6)
     np.testing.assert_allclose(np.abs(worst.velocity[:2]), [3, 3], rtol=1e-3)
-    assert "W at u 3" in str(worst)
 
 
 def test_the_worst_power_inside_the_box():
@@ -90,17 +89,17 @@ def test_nothing_is_worse_than_rest_for_damping_that_dissipates():
 def test_the_search_finds_what_dense_sampling_finds(true_damping):
     damping = true_damping(hd.catalog["gertler-hagen"])
     worst = worst_power(damping, UNDER_WAY)
-    assert UNDER_WAY.contains(worst.velocity)
+    assert np.all((worst.velocity >= UNDER_WAY.low) & (worst.velocity <= UNDER_WAY.high))
     assert worst.power >= damping.power(velocities(UNDER_WAY, 100_000)).max()
     assert worst.power == pytest.approx(float(damping.power(worst.velocity)))
 
 
 @pytest.fixture
 def boxed(vehicle, exact_log, true_damping):
-    def build(forward: float, **options: float) -> tuple[hd.Problem, OperatingBox]:
+    def build(forward: float) -> tuple[hd.Problem, OperatingBox]:
         log = exact_log(true_damping(LINEAR), forward=forward)
         problem = hd.prepare(vehicle, log, LINEAR)
-        return problem, operating_box(problem, **options)
+        return problem, operating_box(problem)
 
     return build
 
@@ -138,8 +137,6 @@ def test_an_outlier_does_not_set_the_box(vehicle, exact_log, true_damping, boxed
     log = replace(problem.log, velocity=velocity)
     other = operating_box(hd.prepare(vehicle, log, LINEAR))
     np.testing.assert_allclose(other.extent, box.extent, rtol=0.05)
-    wild = operating_box(hd.prepare(vehicle, log, LINEAR), tail=0.0)
-    assert wild.high[1] == pytest.approx(50.0)
 
 
 def test_locked_velocities_have_no_interval(vehicle, exact_log, true_damping):
@@ -147,13 +144,6 @@ def test_locked_velocities_have_no_interval(vehicle, exact_log, true_damping):
     box = operating_box(hd.prepare(planar, exact_log(true_damping(LINEAR)), LINEAR))
     np.testing.assert_array_equal(box.extent > 0, [True, True, False, False, False, True])
     assert "w" not in str(box)
-
-
-def test_bounds_count_as_inside():
-    box = OperatingBox([1, -1, -1, -1, -1, -1], [2, 1, 1, 1, 1, 1])
-    inside = box.contains([[1, 1, 0, 0, 0, 0], [0.9, 0, 0, 0, 0, 0]])
-    np.testing.assert_array_equal(inside, [True, False])
-    np.testing.assert_array_equal(box.at(np.full((1, 6), 0.5)), [[1.5, 0, 0, 0, 0, 0]])
 
 
 @pytest.mark.parametrize(
@@ -167,9 +157,3 @@ def test_bounds_count_as_inside():
 def test_what_is_no_box(low, high, said):
     with pytest.raises(hd.MethodError, match=said):
         OperatingBox(low, high)
-
-
-@pytest.mark.parametrize("options", [{"tail": 0.5}, {"tail": -0.1}, {"widening": 1.0}])
-def test_shares_are_shares(boxed, options):
-    with pytest.raises(hd.MethodError, match="`tail` must be at least 0"):
-        boxed(3.0, **options)

@@ -46,11 +46,10 @@ def test_rows_update_as_the_conjugate_posterior():
     mean, factor = rng.normal(size=5), rng.normal(size=(5, 5))
     covariance = factor @ factor.T + np.eye(5)
     root = np.linalg.cholesky(np.linalg.inv(covariance)).T
-    found, spread = posterior(design, target, Belief(mean, root, 5))
+    found, spread = posterior(design, target, Belief(mean, np.ones(5), root))
     expected = posterior_by_the_book(design, target, mean, covariance)
     np.testing.assert_allclose(found, expected[0], rtol=1e-10)
     np.testing.assert_allclose(spread, expected[1], rtol=1e-10)
-    np.testing.assert_allclose(Belief(mean, root, 5).deviation, np.sqrt(np.diag(covariance)))
 
 
 def test_a_fit_is_the_posterior_of_each_axis(prestero):
@@ -80,10 +79,9 @@ def test_two_logs_in_turn_are_both_at_once():
     rng = np.random.default_rng(6)
     model = hd.DampingModel.from_table({"Y": "v r", "N": "v"}, key="three")
     design, target = rng.normal(size=(30, 3)), rng.normal(size=30)
-    start = Belief(np.zeros(3), np.eye(3), 0)
-    wide = dict.fromkeys(model.labels, 1.0)
+    start = Belief(np.zeros(3), np.ones(3), np.eye(3))
     mean, covariance = posterior(design[:15], target[:15], start)
-    between = Prior(hd.Damping(model, mean, covariance)).rows(model.labels, wide)
+    between = Prior(hd.Damping(model, mean, covariance)).belief(model.labels, np.ones(3))
     np.testing.assert_allclose(between.deviation, np.sqrt(np.diag(covariance)), rtol=1e-10)
     in_turn = posterior(design[15:], target[15:], between)
     at_once = posterior(design, target, start)
@@ -106,28 +104,24 @@ def test_a_sure_prior_stays_and_a_wide_one_is_least_squares(prestero):
 
 def test_rotary_terms_have_their_own_share():
     known = hd.Damping.from_dict(None, {"Y_v": -20.0, "Y_ur": 10.0, "N_|r|V_v": 2.0, "N_uv": -4.0})
-    deviations = Prior(known, relative=0.05, rotary=0.1).deviations()
-    assert deviations == pytest.approx({"Y_v": 1.0, "Y_ur": 1.0, "N_|r|V_v": 0.2, "N_uv": 0.2})
-    assert Prior(known, relative=0.05).deviations()["Y_ur"] == pytest.approx(0.5)
+    labels, none = ("Y_v", "Y_ur", "N_|r|V_v", "N_uv"), np.full(4, np.inf)
+    both = Prior(known, relative=0.05, rotary=0.1).belief(labels, none)
+    np.testing.assert_allclose(both.deviation, [1.0, 1.0, 0.2, 0.2])
+    one = Prior(known, relative=0.05).belief(labels, none)
+    np.testing.assert_allclose(one.deviation, [1.0, 0.5, 0.1, 0.2])
 
 
 def test_what_a_set_lacks_is_wide_around_zero():
     """Zero and NaN count as lacking; a column without size is left free."""
     known = hd.Damping.from_dict(None, {"X_u": -2.0, "X_u|u|": 0.0, "X_u^2": np.nan, "X_v": 1.0})
-    labels = ("X_u", "X_u|u|", "X_u^2", "X_w")
-    sizes = {"X_u": 5.0, "X_u|u|": 7.0, "X_u^2": 9.0, "X_w": np.inf}
-    belief = Prior(known, relative=0.5, wide=0.1).rows(labels, sizes)
+    sizes = np.array([5.0, 7.0, 9.0, np.inf])
+    prior = Prior(known, relative=0.5, wide=0.1)
+    belief = prior.belief(("X_u", "X_u|u|", "X_u^2", "X_w"), sizes)
     np.testing.assert_allclose(belief.mean, [-2.0, 0.0, 0.0, 0.0])
     np.testing.assert_allclose(belief.deviation, [1.0, 0.7, 0.9, np.inf])
-    assert belief.n_known == 1
-
-
-def test_a_prior_on_nothing_is_free():
-    belief = Prior(hd.Damping.from_dict(None, {"Y_v": 1.0}), relative=0.1).rows(
-        ("X_u",), {"X_u": np.inf}
-    )
-    assert belief.root.shape == (0, 1)
-    np.testing.assert_array_equal(belief.deviation, [np.inf])
+    nothing = prior.belief(("X_w",), sizes[3:])
+    assert nothing.root.shape == (0, 1)
+    np.testing.assert_array_equal(nothing.deviation, [np.inf])
 
 
 def test_what_an_earlier_fit_could_not_determine_is_left_free(vehicle, exact_log, true_damping):

@@ -9,9 +9,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.errors import MethodError
-from hydrodamp.identification.ridge import (
-    Ridge,
-)
+from hydrodamp.identification.linear import Ridge
 from hydrodamp.identification.rows import Differenced, folds
 from hydrodamp.identification.triangle import solve_axis
 

@@ -11,7 +11,7 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES, VELOCITIES, VELOCITY_OF
 from hydrodamp.basis.term import MAX_FACTORS, Term
-from hydrodamp.identification.power import TAIL, box_of, dissipates
+from hydrodamp.identification.power import box_of, dissipates
 from hydrodamp.models.damping import Damping
 
 # Least and greatest value of velocities [m/s, rad/s].
@@ -24,7 +24,7 @@ _BEYOND, _NEAR = 1.1, 1.5
 
 def sailed(velocity: FloatArray, axes: Sequence[str]) -> dict[str, tuple[float, float]]:
     """Return the ranges of the velocities of free axes, as an operating box has them."""
-    box = box_of(velocity, TAIL, widening=0.0)
+    box = box_of(velocity)
     places = {VELOCITY_OF[axis]: AXES.index(axis) for axis in axes}
     return {name: (float(box.low[k]), float(box.high[k])) for name, k in places.items()}
 

@@ -1,26 +1,34 @@
-"""Linear estimators: rows made and folded once, every model solved from their triangle."""
+"""The linear estimator: rows folded once into a triangle; every model solved from it, or shrunk."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 from scipy.linalg import block_diag
 
+from hydrodamp.arrays import FloatArray
+from hydrodamp.basis.atoms import AXES
+from hydrodamp.basis.term import Term
+from hydrodamp.errors import MethodError
 from hydrodamp.identification.covariance import BlockGrams, reference
 from hydrodamp.identification.differences import Derivative, SavitzkyGolay
 from hydrodamp.identification.fit import Fit, Method, empty_fit, fitted
-from hydrodamp.identification.rows import Differenced, Equations, Rows, accumulate
-from hydrodamp.identification.triangle import AxisSolution, Triangle, group_labels, solve_axis
+from hydrodamp.identification.rows import Differenced, Equations, Rows, Split, accumulate, folds
+from hydrodamp.identification.triangle import (
+    AxisSolution,
+    Triangle,
+    group_labels,
+    solve_axis,
+    spanned,
+)
 from hydrodamp.identification.weak import WeakEquations
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
 from hydrodamp.simulation.status import Status
-
-Solver = Callable[[DampingModel], Fit]
 
 # Samples up to which `ls` keeps its rows for the covariance of coloured noise.
 MOST_ROWS = 100_000
@@ -46,6 +54,14 @@ class Regression:
     def grams(self) -> BlockGrams | None:
         """What the rows tell of coloured noise."""
         return None if self.rows is None else BlockGrams.of(self.rows, self.triangle)
+
+    @cached_property
+    def splits(self) -> tuple[str, tuple[Split, ...]]:
+        """How the rows are folded for cross-validation, and the triangles of each fold."""
+        if self.rows is None:
+            raise MethodError("cross-validation needs the rows: give the `strength` itself")
+        made = folds(self.rows)
+        return made.made, made.splits(self.rows)
 
     def fit(
         self,
@@ -120,8 +136,7 @@ class LinearEstimator(ABC):
             In the order of the models.
         """
         regression = Regression.of(problem, self.equations)
-        solver = self._solver(regression)
-        return tuple(self._unless_refused(solver, regression, model) for model in models)
+        return tuple(self._identified(regression, model) for model in models)
 
     def solve(self, triangle: Triangle, problem: Problem, model: DampingModel) -> Fit:
         """Solve one model from a triangle, without the data.
@@ -140,26 +155,21 @@ class LinearEstimator(ABC):
         fit : Fit
             As :meth:`identify`, with residuals taken as white.
         """
-        regression = Regression(problem, triangle)
-        return self._unless_refused(self._solver(regression), regression, model)
+        return self._identified(Regression(problem, triangle), model)
 
-    def _unless_refused(self, solver: Solver, regression: Regression, model: DampingModel) -> Fit:
-        problem, triangle = regression.problem, regression.triangle
+    def _identified(self, regression: Regression, model: DampingModel) -> Fit:
+        problem = regression.problem
         free = model.restricted_to(problem.vehicle.axes)
-        status = refused(problem, free, triangle)
+        status = refused(problem, free, regression.triangle)
         if status is not None:
             return empty_fit(problem, free, self.key, status)
-        return solver(free)
+        return self._solved(regression, free)
 
-    def _solver(self, regression: Regression) -> Solver:
-        """Return what solves a model that can be solved, restricted to the free axes."""
-
-        def solve(model: DampingModel) -> Fit:
-            rows = enumerate(model.terms)
-            solved = [solve_axis(regression.triangle, terms, axis) for axis, terms in rows]
-            return regression.fit(self, model, solved, noisy_terms=True)
-
-        return solve
+    def _solved(self, regression: Regression, model: DampingModel) -> Fit:
+        """Solve a model that can be solved, restricted to the free axes."""
+        rows = enumerate(model.terms)
+        solved = [solve_axis(regression.triangle, terms, axis) for axis, terms in rows]
+        return regression.fit(self, model, solved, noisy_terms=True)
 
 
 def refused(problem: Problem, model: DampingModel, triangle: Triangle) -> Status | None:
@@ -225,8 +235,123 @@ class WeakForm(LinearEstimator):
     """
 
     equations: WeakEquations = field(default_factory=WeakEquations)
+    key = "weak"
 
-    @property
-    def key(self) -> str:
-        """The key on the command line."""
-        return "weak"
+
+# Strengths tried first, four a decade from none that matters to all but zero, and how many next,
+# between the neighbours of the one chosen.
+_GRID = np.logspace(-12.0, 2.0, 57)
+_FINER = 21
+
+
+@dataclass(frozen=True)
+class Ridge(LinearEstimator):
+    """Least squares that prefers small coefficients.
+
+    Minimises ``|Ξ κ − σ|² / n + strength · |S κ|²`` on each axis, S the root mean
+    square of each column: a strength has no unit and does not depend on the length of
+    the log or the unit of a column. Directions the data hardly determine shrink to
+    zero, the others stay. Standard errors say nothing of what shrinking hides.
+
+    Parameters
+    ----------
+    equations : Equations, optional
+        Where the rows come from.
+    strength : float or tuple of 6 floats, optional
+        One for all axes, or one an axis X Y Z K M N; by default each is chosen by
+        cross-validation over segments, see :func:`hydrodamp.folds`.
+
+    Raises
+    ------
+    MethodError
+        If a strength is negative, or there are too few rows for the folds.
+
+    Examples
+    --------
+    >>> Ridge().key, Ridge(strength=1e-3).strength
+    ('ridge', 0.001)
+    """
+
+    equations: Equations = field(default_factory=WeakEquations)
+    strength: float | tuple[float, ...] | None = None
+    key = "ridge"
+
+    def __post_init__(self) -> None:
+        """Refuse strengths that are none."""
+        values = np.asarray(0.0 if self.strength is None else self.strength, dtype=np.float64)
+        if values.shape not in ((), (6,)) or not np.all(np.isfinite(values) & (values >= 0.0)):
+            raise MethodError(
+                "`strength` must be zero or positive, one number or six, one an axis X Y Z K M N; "
+                f"got {self.strength!r}"
+            )
+
+    def _solved(self, regression: Regression, model: DampingModel) -> Fit:
+        if self.strength is None:
+            remarks, chosen = _cross_validated(regression, model)
+        else:
+            remarks, chosen = [], [(one, "") for one in np.broadcast_to(self.strength, 6).tolist()]
+        solved = []
+        for axis, (terms, (strength, said)) in enumerate(zip(model.terms, chosen, strict=True)):
+            solved.append(solve_axis(regression.triangle, terms, axis, strength))
+            if terms:
+                remarks.append(
+                    f"{AXES[axis]}: ridge strength {strength:.2g}{said}; "
+                    f"{solved[-1].share.sum():.1f} effective of {len(terms)} coefficients."
+                )
+        return regression.fit(self, model, solved, tuple(remarks))
+
+
+def _cross_validated(
+    regression: Regression, model: DampingModel
+) -> tuple[list[str], list[tuple[float, str]]]:
+    """Choose a strength for each axis; say how, and what is not predicted on the folds."""
+    made, splits = regression.splits
+    fewest = min(split.train.n_samples for split in splits)
+    axis = int(np.argmax([len(row) for row in model.terms]))
+    if fewest < (needed := len(model.terms[axis])):
+        raise MethodError(
+            f"cross-validation ({made}) leaves {fewest} rows to learn from where "
+            f"axis {AXES[axis]} of model '{model.key}' has {needed} terms: give a longer log, "
+            "or the strength itself."
+        )
+    whole = regression.triangle
+    chosen = [_strength(whole, splits, terms, axis) for axis, terms in enumerate(model.terms)]
+    return [f"Ridge strengths by cross-validation: {made}."], chosen
+
+
+def _strength(
+    whole: Triangle, splits: Sequence[Split], terms: Sequence[Term], axis: int
+) -> tuple[float, str]:
+    """Return the strength of one axis, first from a coarse grid and then from a finer one."""
+    if not terms:
+        return 0.0, ""
+    size = np.linalg.norm(whole.columns(terms), axis=0) / np.sqrt(whole.n_samples)
+    n = sum(split.test.n_samples for split in splits)
+
+    def errors(strengths: FloatArray) -> FloatArray:
+        lost = sum(_lost(split, terms, axis, size, strengths) for split in splits)
+        return np.asarray(lost / n)
+
+    best = int(errors(_GRID).argmin())
+    low, high = _GRID[[max(best - 1, 0), min(best + 1, len(_GRID) - 1)]].tolist()
+    tried = np.sort(np.append(_GRID, np.geomspace(low, high, _FINER)), kind="stable")
+    found = errors(tried)
+    best = int(found.argmin())
+    strength, unit = float(tried[best]), "N" if axis < 3 else "N m"
+    edge = ", the largest tried: nothing the axis has predicts it" if strength >= _GRID[-1] else ""
+    edge = ", the least tried: no ridge predicts better" if strength <= _GRID[0] else edge
+    return strength, f"{edge}, {np.sqrt(found[best]):.3g} {unit} not predicted on the folds"
+
+
+def _lost(
+    split: Split, terms: Sequence[Term], axis: int, size: FloatArray, strength: FloatArray
+) -> FloatArray:
+    """Return the squares not predicted on one fold, one sum a strength."""
+    train, test = (part.columns(terms) for part in (split.train, split.test))
+    span = spanned(train, terms, size)
+    square = span.singular**2
+    kept = square / (square + strength[:, None] * split.train.n_samples)
+    amounts = kept * (span.directions.T @ split.train.target(axis))
+    rest = split.test.target(axis)[:, None] - test @ (span.coefficients @ amounts.T)
+    squares: FloatArray = np.sum(rest * rest, axis=0)
+    return squares

@@ -91,7 +91,7 @@ METHODS = {
         (_WEAK,),
     ),
     "ridge": MethodEntry(
-        "ridge.Ridge",
+        "linear.Ridge",
         "the weak form with small coefficients preferred, strength by cross-validation",
         (_RIDGE,),
     ),

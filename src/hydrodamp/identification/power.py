@@ -6,9 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray, frozen
 from hydrodamp.basis.atoms import VELOCITIES
@@ -19,12 +19,9 @@ from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
 
-# Gives a number at each of many velocities, shape (m, 6).
-Measure = Callable[[FloatArray], FloatArray]
-
 # Share of the samples left out at either end, so that outliers do not set the box, and the share
 # by which the quantiles are widened, for a replay sails a little further.
-TAIL, WIDENING = 0.01, 0.25
+TAIL, _WIDENING = 0.01, 0.25
 
 # Least surge, as a share of the greatest, of a vehicle that is said to be under way.
 SLOWEST_UNDER_WAY = 0.05
@@ -95,49 +92,21 @@ class OperatingBox:
         """Return the box with zero for velocities that are not kept."""
         return OperatingBox(self.low * kept, self.high * kept)
 
-    def contains(self, velocity: npt.ArrayLike) -> BoolArray:
-        """Tell which velocities lie in the box.
-
-        Parameters
-        ----------
-        velocity : array_like, shape (n, 6) or (6,)
-            u v w [m/s] p q r [rad/s].
-
-        Returns
-        -------
-        inside : ndarray of bool, shape (n,) or ()
-            Bounds count as inside.
-        """
-        value = np.asarray(velocity, dtype=np.float64)
-        return np.asarray(np.all((value >= self.low) & (value <= self.high), axis=-1))
-
-    def at(self, places: npt.ArrayLike) -> FloatArray:
-        """Return the velocities at relative places, 0 the lower bound and 1 the upper.
-
-        Parameters
-        ----------
-        places : array_like, shape (n, 6)
-            Between zero and one.
-
-        Returns
-        -------
-        velocity : ndarray, shape (n, 6)
-            u v w [m/s] p q r [rad/s].
-        """
-        return self.low + np.asarray(places, dtype=np.float64) * (self.high - self.low)
+    def at(self, places: FloatArray) -> FloatArray:
+        """Return the velocities at relative places (n, 6), 0 the lower bound and 1 the upper."""
+        return self.low + places * (self.high - self.low)
 
     def __str__(self) -> str:
         """Return the intervals of the velocities that are not locked."""
-        units = ("m/s",) * 3 + ("rad/s",) * 3
         return ", ".join(
-            f"{name} {low:.3g} to {high:.3g} {unit}"
-            for name, low, high, unit in zip(VELOCITIES, self.low, self.high, units, strict=True)
+            f"{name} {low:.3g} to {high:.3g} {'m/s' if name in 'uvw' else 'rad/s'}"
+            for name, low, high in zip(VELOCITIES, self.low, self.high, strict=True)
             if low != 0.0 or high != 0.0
         )
 
 
-def operating_box(problem: Problem, tail: float = TAIL, widening: float = WIDENING) -> OperatingBox:
-    """Return the box that a log was sailed in.
+def operating_box(problem: Problem) -> OperatingBox:
+    """Return the box that a log was sailed in: its velocities but for outliers, a quarter wider.
 
     Every velocity but surge gets an interval symmetric about zero: water does not know
     port from starboard. Surge gets its own quantiles where it keeps its sign, so that
@@ -148,39 +117,25 @@ def operating_box(problem: Problem, tail: float = TAIL, widening: float = WIDENI
     ----------
     problem : Problem
         Its velocities, of the free axes.
-    tail : float
-        Share of the samples left out at either end.
-    widening : float
-        Share by which the quantiles are widened.
 
     Returns
     -------
     box : OperatingBox
         Zero on locked axes.
-
-    Raises
-    ------
-    MethodError
-        If a share is not one.
     """
-    if not (0.0 <= tail < 0.5 and 0.0 <= widening < 1.0):
-        raise MethodError(
-            f"`tail` must be at least 0 and below 0.5, `widening` at least 0 and below 1; "
-            f"got {tail:g} and {widening:g}."
-        )
-    return box_of(problem.inputs.velocity, tail, widening)
+    return box_of(problem.inputs.velocity, _WIDENING)
 
 
-def box_of(velocity: FloatArray, tail: float, widening: float) -> OperatingBox:
+def box_of(velocity: FloatArray, widening: float = 0.0) -> OperatingBox:
     """Return the box of some velocities, shape (n, 6)."""
-    low, high = np.quantile(velocity, [tail, 1.0 - tail], axis=0)
+    low, high = np.quantile(velocity, [TAIL, 1.0 - TAIL], axis=0)
     reach = (1.0 + widening) * np.maximum(np.abs(low), np.abs(high))
     below, above = -reach, reach.copy()
     if low[0] > SLOWEST_UNDER_WAY * high[0]:
         below[0] = low[0] * (1.0 - widening)
     elif high[0] < SLOWEST_UNDER_WAY * low[0]:
         above[0] = high[0] * (1.0 - widening)
-    return OperatingBox(frozen(below), frozen(above))
+    return OperatingBox(below, above)
 
 
 def dissipates(term: Term) -> bool:
@@ -207,9 +162,12 @@ class PowerRows:
     @cached_property
     def velocities(self) -> BoolArray:
         """Which velocities the power depends on, shape (6,)."""
-        rows = zip(VELOCITIES, self.model.terms, strict=True)
-        used = {name for own, row in rows if any(map(dissipates, row)) for name in (own,)}
-        used |= {name for term in self.model.basis if dissipates(term) for name in term.velocities}
+        used = {
+            name
+            for own, row in zip(VELOCITIES, self.model.terms, strict=True)
+            for term in filter(dissipates, row)
+            for name in (own, *term.velocities)
+        }
         return np.array([name in used for name in VELOCITIES])
 
     @cached_property
@@ -272,8 +230,7 @@ def _worst(by_speed: FloatArray, box: OperatingBox) -> FloatArray:
     return np.where(by_speed > 0.0, box.extent, box.nearest)
 
 
-@dataclass(frozen=True, eq=False)
-class WorstPower:
+class WorstPower(NamedTuple):
     """The greatest power found on a box.
 
     Attributes
@@ -286,15 +243,6 @@ class WorstPower:
 
     power: float
     velocity: FloatArray
-
-    def __str__(self) -> str:
-        """Return the power and the place."""
-        place = ", ".join(
-            f"{name} {value:.3g}"
-            for name, value in zip(VELOCITIES, self.velocity, strict=True)
-            if abs(value) > 1e-9
-        )
-        return f"{self.power:.3g} W at {place or 'rest'}"
 
 
 def worst_power(damping: Damping, box: OperatingBox) -> WorstPower:
@@ -323,22 +271,14 @@ def worst_power(damping: Damping, box: OperatingBox) -> WorstPower:
     7.0
     """
     rows = PowerRows(damping.model)
-    return worst_found(lambda velocity: rows.power(damping.coefficients, velocity), box)
 
+    def power(velocity: FloatArray) -> FloatArray:
+        return rows.power(damping.coefficients, velocity)
 
-def worst_found(power: Measure, box: OperatingBox) -> WorstPower:
-    """Return the greatest power that a search of a box finds."""
     places = worst_places(power, box)
     values = power(places)
     worst = int(np.argmax(values))
     return WorstPower(float(values[worst]), places[worst])
-
-
-def worst_places(value: Measure, box: OperatingBox) -> FloatArray:
-    """Return velocities of a box at which something is locally greatest."""
-    starts = spread(box)
-    worst = np.argsort(value(starts))[-_POLISHED:]
-    return _climbed(value, starts[worst], box)
 
 
 def size(velocity: FloatArray, box: OperatingBox) -> FloatArray:
@@ -354,8 +294,13 @@ def spread(box: OperatingBox) -> FloatArray:
     return np.unique(box.at(np.vstack([grid, scattered])), axis=0)
 
 
-def _climbed(value: Measure, points: FloatArray, box: OperatingBox) -> FloatArray:
-    """Improve all points at once by steps along axes and across, halved where none helps."""
+def worst_places(value: Callable[[FloatArray], FloatArray], box: OperatingBox) -> FloatArray:
+    """Return velocities of a box at which something is locally greatest: a compass search.
+
+    All points move at once by steps along axes and across, halved where none helps.
+    """
+    starts = spread(box)
+    points = starts[np.argsort(value(starts))[-_POLISHED:]]
     oblique = np.linalg.qr(np.random.default_rng(0).normal(size=(6, 6)))[0]
     directions = np.vstack([np.eye(6), -np.eye(6), oblique, -oblique])[:, None, :]
     directions = directions * (box.high - box.low)
@@ -374,24 +319,12 @@ def _climbed(value: Measure, points: FloatArray, box: OperatingBox) -> FloatArra
     return points
 
 
-@dataclass(frozen=True, eq=False)
-class PowerRange:
-    """Power over the values of one velocity, whatever the others are within the box."""
-
-    velocity: FloatArray
-    least: FloatArray
-    middle: FloatArray
-    greatest: FloatArray
-
-
-def power_range(damping: Damping, box: OperatingBox, name: str) -> PowerRange:
-    """Return the power of a damping over the values of one velocity."""
+def power_range(damping: Damping, box: OperatingBox, name: str) -> tuple[FloatArray, FloatArray]:
+    """Return values of one velocity, and the power at each over the others, shape (n, m)."""
     axis, rows = VELOCITIES.index(name), PowerRows(damping.model)
     values = np.linspace(box.low[axis], box.high[axis], _PLACES)
     here = np.arange(6) == axis
     low, high = (np.where(here, 0.0, bound) for bound in (box.low, box.high))
     others = spread(OperatingBox(low, high))
-    power = np.empty((_PLACES, len(others)))
-    for place, value in enumerate(values.tolist()):
-        power[place] = rows.power(damping.coefficients, np.where(here, value, others))
-    return PowerRange(values, power.min(axis=1), np.median(power, axis=1), power.max(axis=1))
+    power = [rows.power(damping.coefficients, np.where(here, v, others)) for v in values.tolist()]
+    return values, np.array(power)

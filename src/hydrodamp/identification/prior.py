@@ -2,29 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.linalg import block_diag
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.basis.atoms import AXES
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Fit, fitted
-from hydrodamp.identification.linear import LinearEstimator, Regression, Solver
+from hydrodamp.identification.linear import LinearEstimator, Regression
 from hydrodamp.identification.rows import Equations
-from hydrodamp.identification.triangle import (
-    Triangle,
-    column_size,
-    group_labels,
-    solve_axis,
-    spanned,
-)
+from hydrodamp.identification.triangle import Triangle, group_labels, solve_axis, spanned
 from hydrodamp.identification.weak import WeakEquations
 from hydrodamp.models.damping import Damping, warn_if_foreign
 from hydrodamp.models.model import DampingModel, read_label
-from hydrodamp.simulation.problem import Problem, stamp
+from hydrodamp.simulation.problem import stamp
 
 # Eigenvalues of a correlation matrix below this share of the largest are zero: directions that a
 # fit could not determine, or surer ones than its covariance can hold.
@@ -66,8 +58,8 @@ class Prior:
     Examples
     --------
     >>> known = Damping.from_dict(None, {"Y_v": -20.0, "N_r": -4.0})
-    >>> Prior(known, relative=0.05, rotary=0.1).deviations()
-    {'Y_v': 1.0, 'N_r': 0.4}
+    >>> Prior(known, relative=0.05, rotary=0.1).known
+    {'Y_v': -20.0, 'N_r': -4.0}
     """
 
     damping: Damping
@@ -95,91 +87,45 @@ class Prior:
         values = self.damping.as_dict()
         return {k: value for k, value in values.items() if value != 0.0 and np.isfinite(value)}
 
-    def deviations(self) -> dict[str, float]:
-        """Return the standard deviation of each coefficient that the set has, by label."""
-        if self.relative is None:
-            variance = dict(
-                zip(self.damping.model.labels, np.diag(self._covariance()), strict=True)
-            )
-            return {label: float(np.sqrt(max(variance[label], 0.0))) for label in self.known}
-        return {
-            label: self._share(label, self.relative) * abs(value)
-            for label, value in self.known.items()
-        }
+    def belief(self, labels: tuple[str, ...], wide: FloatArray) -> Belief:
+        """Return the prior on some labels; one that is lacking may be as large as ``wide`` says."""
+        known = self.known
+        here = [place for place, label in enumerate(labels) if label in known]
+        mean = np.array([known.get(label, 0.0) for label in labels])
+        deviation, correlation = self.wide * wide, np.eye(len(labels))
+        if self.relative is not None:
+            deviation[here] = [self._share(labels[place]) * abs(mean[place]) for place in here]
+        elif self.damping.covariance is not None:
+            there = [self.damping.model.index(labels[place]) for place in here]
+            covariance = self.damping.covariance[np.ix_(there, there)]
+            deviation[here] = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+            scale = np.where(deviation[here] > 0.0, deviation[here], 1.0)
+            correlation[np.ix_(here, here)] = covariance / np.outer(scale, scale)
+        held = np.flatnonzero(np.isfinite(deviation))
+        scale = np.where(deviation[held] > 0.0, deviation[held], 1.0)
+        values, vectors = np.linalg.eigh(correlation[np.ix_(held, held)])
+        sure = values > _NO_VARIANCE * values.max(initial=0.0)
+        root = np.zeros((int(sure.sum()), len(labels)))
+        root[:, held] = vectors[:, sure].T / np.sqrt(values[sure])[:, None] / scale
+        whole = np.sum(vectors[:, sure] ** 2, axis=1) > 1.0 - 1e-6
+        deviation[held] = np.where(whole, deviation[held], np.inf)
+        return Belief(mean, deviation, root)
 
-    def rows(self, labels: tuple[str, ...], wide: Mapping[str, float]) -> Belief:
-        """Return the prior as rows of a regression.
-
-        Parameters
-        ----------
-        labels : tuple of n str
-            Of the model to be identified.
-        wide : mapping of str to float
-            For each label the size of a coefficient that alone would make the axis's
-            wrench; not finite where its column is zero.
-
-        Returns
-        -------
-        belief : Belief
-            Mean and root on those labels.
-        """
-        place = {label: i for i, label in enumerate(labels)}
-        shared = [label for label in self.known if label in place]
-        mean = np.zeros(len(labels))
-        mean[[place[label] for label in shared]] = [self.known[label] for label in shared]
-        spread = np.array([self.wide * wide[label] for label in labels])
-        loose = np.array([label not in self.known and np.isfinite(wide[label]) for label in labels])
-        free = np.diag(1.0 / np.where(loose, spread, 1.0))[loose]
-        sure = np.zeros((0, len(labels)))
-        if shared:
-            part = self._root(shared)
-            sure = np.zeros((len(part), len(labels)))
-            sure[:, [place[label] for label in shared]] = part
-        return Belief(mean, np.vstack([sure, free]), len(shared))
-
-    def _share(self, label: str, relative: float) -> float:
+    def _share(self, label: str) -> float:
         _, term = read_label(label)
         turns = any(factor.strip("|") in ("p", "q", "r") for factor in term.factors)
-        return self.rotary if turns and self.rotary is not None else relative
-
-    def _covariance(self) -> FloatArray:
-        n = self.damping.model.n_coefficients
-        return np.zeros((n, n)) if self.damping.covariance is None else self.damping.covariance
-
-    def _root(self, shared: list[str]) -> FloatArray:
-        """Return R with RᵀR the inverse covariance of some coefficients."""
-        deviation = self.deviations()
-        scale = np.array([deviation[label] for label in shared])
-        scale[scale == 0.0] = 1.0
-        if self.relative is not None:
-            return np.diag(1.0 / scale)
-        places = [self.damping.model.index(label) for label in shared]
-        covariance = self._covariance()[np.ix_(places, places)]
-        values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
-        kept = values > _NO_VARIANCE * max(values[-1], 0.0)
-        root: FloatArray = vectors[:, kept].T / np.sqrt(values[kept])[:, None] / scale
-        return root
+        share = self.rotary if turns and self.rotary is not None else self.relative
+        assert share is not None
+        return share
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Belief:
-    """A normal prior on the coefficients of a model, as rows ``root κ = root mean``."""
+    """A normal prior as rows ``root κ = root mean``; deviations are infinite where it is free."""
 
     mean: FloatArray
+    deviation: FloatArray
     root: FloatArray
-    n_known: int
-
-    @property
-    def deviation(self) -> FloatArray:
-        """Standard deviation of each coefficient, infinite where it is free, shape (n,)."""
-        free = np.full(len(self.mean), np.inf)
-        if not len(self.root):
-            return free
-        size = np.linalg.norm(self.root, axis=0)
-        size[size == 0.0] = 1.0
-        inverse = np.linalg.pinv(self.root / size) / size[:, None]
-        held = np.diag(inverse @ self.root) > 1.0 - 1e-6
-        return np.where(held, np.sqrt(np.sum(inverse * inverse, axis=1)), free)
 
 
 @dataclass(frozen=True, eq=False)
@@ -214,85 +160,54 @@ class PriorLeastSquares(LinearEstimator):
                 f"{type(self.prior).__name__}"
             )
 
-    @property
-    def key(self) -> str:
-        """The key on the command line."""
-        return "prior"
+    key = "prior"
 
-    def identify_all(self, problem: Problem, models: Iterable[DampingModel]) -> tuple[Fit, ...]:
-        """Identify several models from one triangle.
-
-        Parameters
-        ----------
-        problem : Problem
-            Prepared for the terms of all models.
-        models : iterable of DampingModel
-            Which terms.
-
-        Returns
-        -------
-        fits : tuple of Fit
-            In the order of the models, with the posterior covariance; rank and aliases are
-            those of the data alone. Remarks say what the data moved and what they leave to the
-            prior.
-
-        Warns
-        -----
-        ForeignVehicleWarning
-            If the set belongs to a vehicle of another mass, weight or buoyancy.
-        """
-        warn_if_foreign(self.prior.damping, stamp(problem.vehicle))
-        return super().identify_all(problem, models)
-
-    def _solver(self, regression: Regression) -> Solver:
+    def _solved(self, regression: Regression, model: DampingModel) -> Fit:
+        """Return the posterior; rank and aliases are those of the data alone."""
         triangle = regression.triangle
-
-        def solve(model: DampingModel) -> Fit:
-            belief = self.prior.rows(model.labels, _wide(triangle, model))
-            solved = [solve_axis(triangle, terms, axis) for axis, terms in enumerate(model.terms)]
-            seen, found = [], []
-            for axis, (terms, one) in enumerate(zip(model.terms, solved, strict=True)):
-                # What the data say as white rows, one for each direction they determine.
-                target, back = triangle.target(axis), one.span.directions.T
-                size = np.linalg.norm(target)
-                left_over = max(np.linalg.norm(target - back.T @ (back @ target)), _ROUNDING * size)
-                weight = np.sqrt(max(triangle.n_samples - one.span.rank, 1.0)) / (left_over or 1.0)
-                seen.append(weight * (back @ triangle.columns(terms)))
-                found.append(weight * (back @ target))
-            mean, covariance = posterior(block_diag(*seen), np.concatenate(found), belief)
-            return fitted(
-                regression.problem,
-                model,
-                self,
-                mean,
-                covariance=covariance,
-                rank=sum(one.span.rank for one in solved),
-                aliased=group_labels(enumerate(one.span.aliased for one in solved)),
-                n_samples=triangle.n_samples,
-                remarks=self._said(model.labels, belief, mean, covariance),
-            )
-
-        return solve
+        warn_if_foreign(self.prior.damping, stamp(regression.problem.vehicle))
+        belief = self.prior.belief(model.labels, _wide(triangle, model))
+        solved = [solve_axis(triangle, terms, axis) for axis, terms in enumerate(model.terms)]
+        seen, found = [], []
+        for axis, (terms, one) in enumerate(zip(model.terms, solved, strict=True)):
+            # What the data say as white rows, one for each direction they determine.
+            target, back = triangle.target(axis), one.span.directions.T
+            size = np.linalg.norm(target)
+            left_over = max(np.linalg.norm(target - back.T @ (back @ target)), _ROUNDING * size)
+            weight = np.sqrt(max(triangle.n_samples - one.span.rank, 1.0)) / (left_over or 1.0)
+            seen.append(weight * (back @ triangle.columns(terms)))
+            found.append(weight * (back @ target))
+        mean, covariance = posterior(block_diag(*seen), np.concatenate(found), belief)
+        return fitted(
+            regression.problem,
+            model,
+            self,
+            mean,
+            covariance=covariance,
+            rank=sum(one.span.rank for one in solved),
+            aliased=group_labels(enumerate(one.span.aliased for one in solved)),
+            n_samples=triangle.n_samples,
+            remarks=self._said(model.labels, belief, mean, covariance),
+        )
 
     def _said(
         self, labels: tuple[str, ...], belief: Belief, mean: FloatArray, covariance: FloatArray
     ) -> tuple[str, ...]:
-        deviation, known = belief.deviation, set(self.prior.known)
-        moved = np.abs(mean - belief.mean) > _FAR * deviation
-        kept = (np.sqrt(np.diag(covariance)) > _UNTOUCHED * deviation) & ~moved
-        surprised = [label for label, far in zip(labels, moved, strict=True) if far]
-        return (
-            f"Prior '{self.prior.damping.model.key}' has {belief.n_known} of {len(labels)} "
-            "coefficients; the others start at zero.",
-            *_listed(
-                f"Moved by more than {_FAR:g} prior deviations",
-                [label for label in surprised if label in known],
-            ),
-            *_listed(
-                "The data say next to nothing about",
-                [label for label, same in zip(labels, kept, strict=True) if same],
-            ),
-        )
+        known = [label in self.prior.known for label in labels]
+        moved = np.abs(mean - belief.mean) > _FAR * belief.deviation
+        kept = (np.sqrt(np.diag(covariance)) > _UNTOUCHED * belief.deviation) & ~moved
+        told = [
+            f"Prior '{self.prior.damping.model.key}' has {sum(known)} of {len(labels)} "
+            "coefficients; the others start at zero."
+        ]
+        for head, chosen in (
+            (f"Moved by more than {_FAR:g} prior deviations", moved & known),
+            ("The data say next to nothing about", kept),
+        ):
+            named = [label for label, this in zip(labels, chosen, strict=True) if this]
+            more = f" and {len(named) - _NAMED} more" if len(named) > _NAMED else ""
+            told += [f"{head}: {' '.join(named[:_NAMED])}{more}."] if named else []
+        return tuple(told)
 
 
 def posterior(
@@ -305,21 +220,12 @@ def posterior(
     return mean, span.coefficients @ span.coefficients.T
 
 
-def _wide(triangle: Triangle, model: DampingModel) -> dict[str, float]:
-    """Return for each coefficient the size at which it alone makes its axis's wrench."""
-    sizes = {}
-    norms = np.linalg.norm(triangle.r[:, len(triangle.basis) :], axis=0)
-    wrenches = (norms / np.sqrt(triangle.n_samples)).tolist()
-    for axis, (terms, wrench) in enumerate(zip(model.terms, wrenches, strict=True)):
-        for term, size in zip(terms, column_size(triangle, terms), strict=True):
-            seen = wrench > 0.0 and bool(np.any(triangle.columns([term])))
-            sizes[f"{AXES[axis]}_{term}"] = wrench / float(size) if seen else np.inf
-    return sizes
-
-
-def _listed(head: str, labels: list[str]) -> list[str]:
-    """Return a remark naming labels, or none."""
-    if not len(labels):
-        return []
-    more = f" and {len(labels) - _NAMED} more" if len(labels) > _NAMED else ""
-    return [f"{head}: {' '.join(labels[:_NAMED])}{more}."]
+def _wide(triangle: Triangle, model: DampingModel) -> FloatArray:
+    """Return the size at which each coefficient alone makes its axis's wrench; else infinity."""
+    wide = []
+    for axis, terms in enumerate(model.terms):
+        wrench = np.linalg.norm(triangle.target(axis))
+        column = np.linalg.norm(triangle.columns(terms), axis=0)
+        seen = (column > 0.0) & (wrench > 0.0)
+        wide.append(np.divide(wrench, column, out=np.full(len(terms), np.inf), where=seen))
+    return np.concatenate(wide)

@@ -226,13 +226,6 @@ def solve_axis(
     )
 
 
-def column_size(triangle: Triangle, terms: Sequence[Term]) -> FloatArray:
-    """Return the root mean square of columns; one where a column is zero."""
-    size: FloatArray = np.linalg.norm(triangle.columns(terms), axis=0) / np.sqrt(triangle.n_samples)
-    size[size == 0.0] = 1.0
-    return size
-
-
 def group_labels(
     by_axis: Iterable[tuple[int, Iterable[Sequence[Term | str]]]],
 ) -> tuple[tuple[str, ...], ...]:

@@ -219,14 +219,15 @@ def power_figure(fits: Iterable[Fit], box: OperatingBox, rate_unit: RateUnit = "
     looks = looks_of([(fit.model.key, fit.method) for fit in usable])
     for name, panel in zip(names, grid, strict=False):
         for fit, look in zip(usable, looks, strict=True):
-            found = power_range(fit.damping, box, name)
-            degrees = velocity_unit(name, rate_unit) == "deg/s"
-            velocity = np.degrees(found.velocity) if degrees else found.velocity
+            velocity, power = power_range(fit.damping, box, name)
+            if velocity_unit(name, rate_unit) == "deg/s":
+                velocity = np.degrees(velocity)
+            least, greatest = power.min(axis=1), power.max(axis=1)
             panel.fill_between(
-                velocity, found.least, found.greatest, color=look.colour, alpha=BAND, linewidth=0.0
+                velocity, least, greatest, color=look.colour, alpha=BAND, linewidth=0.0
             )
-            panel.plot(velocity, found.greatest, linewidth=0.6, **look.line)
-            panel.plot(velocity, found.middle, linewidth=1.1, **look.line)
+            panel.plot(velocity, greatest, linewidth=0.6, **look.line)
+            panel.plot(velocity, np.median(power, axis=1), linewidth=1.1, **look.line)
         panel.axhline(0.0, color=FAINT)
         panel.margins(x=0.0)
         panel.set_xlabel(velocity_label(name, rate_unit))
@@ -238,8 +239,8 @@ def power_figure(fits: Iterable[Fit], box: OperatingBox, rate_unit: RateUnit = "
     figure.supylabel("power into the motion [W]", fontsize=7.5)
     most = [f"{worst_power(fit.damping, box).power:.3g} W" for fit in usable]
     named = [
-        (f"{fit.model.key} by {fit.method}: at most {power.replace('-', MINUS)}", look.line)
-        for fit, power, look in zip(usable, most, looks, strict=True)
+        (f"{fit.model.key} by {fit.method}: at most {watts.replace('-', MINUS)}", look.line)
+        for fit, watts, look in zip(usable, most, looks, strict=True)
     ]
     legend(figure, named)
     return figure
