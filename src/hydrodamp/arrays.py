@@ -12,16 +12,19 @@ BoolArray = npt.NDArray[np.bool_]
 
 
 def frozen(
-    values: npt.ArrayLike, shape: tuple[int | None, ...] | None = None, name: str = "values"
+    values: npt.ArrayLike,
+    shape: tuple[int | None, ...] | None = None,
+    name: str = "values",
+    error: type[ValueError] = ValueError,
 ) -> FloatArray:
     """Copy ``values`` into a C-contiguous float64 array that cannot be written."""
     try:
         array = np.array(values, dtype=np.float64, order="C", copy=True)
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"`{name}` must be numbers: {error}") from error
+    except (TypeError, ValueError) as cause:
+        raise error(f"`{name}` must be numbers: {cause}") from cause
     if shape is not None and not _fits(array.shape, shape):
         wanted = ", ".join("n" if length is None else str(length) for length in shape)
-        raise ValueError(f"`{name}` must have shape ({wanted}); got {array.shape}")
+        raise error(f"`{name}` must have shape ({wanted}); got {array.shape}")
     array.setflags(write=False)
     return array
 

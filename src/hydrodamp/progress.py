@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -13,31 +14,27 @@ if TYPE_CHECKING:
 Item = TypeVar("Item")
 Step = Callable[..., None]
 
-_watched: ContextVar[bool] = ContextVar("watched", default=False)
-_running: ContextVar[Progress | None] = ContextVar("running", default=None)
+#: The bars of the work that somebody watches; None where nobody does.
+_bars: ContextVar[Progress | None] = ContextVar("bars", default=None)
 
 
 @contextmanager
 def watched() -> Iterator[None]:
     """Show the progress of the work inside on standard error, where that is a terminal."""
-    import sys
-
-    token = _watched.set(sys.stderr.isatty())
+    token = _bars.set(_new_bars() if sys.stderr.isatty() else None)
     try:
         yield
     finally:
-        _watched.reset(token)
+        _bars.reset(token)
 
 
 @contextmanager
 def progress(label: str, total: float | None = None) -> Iterator[Step]:
     """Give a function that says that so many more steps are done, from any thread."""
-    if not _watched.get():
+    bars = _bars.get()
+    if bars is None:
         yield lambda steps=1: None
         return
-    outer = _running.get()
-    bars = _bars() if outer is None else outer
-    token = _running.set(bars)
     task = bars.add_task(label, total=total)
     bars.start()
     try:
@@ -45,8 +42,7 @@ def progress(label: str, total: float | None = None) -> Iterator[Step]:
     finally:
         bars.refresh()
         bars.remove_task(task)
-        _running.reset(token)
-        if outer is None:
+        if not bars.tasks:
             bars.stop()
 
 
@@ -58,7 +54,7 @@ def counted(items: Iterable[Item], label: str, total: int) -> Iterator[Item]:
             step()
 
 
-def _bars() -> Progress:
+def _new_bars() -> Progress:
     from rich.console import Console
     from rich.progress import (
         BarColumn,

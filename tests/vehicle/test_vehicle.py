@@ -8,7 +8,7 @@ import pytest
 
 from hydrodamp.errors import VehicleError
 from hydrodamp.vehicle.actuators import Fin, Propeller
-from hydrodamp.vehicle.vehicle import Vehicle, mass_matrix_digest, restoring_matrix
+from hydrodamp.vehicle.vehicle import Vehicle, mass_matrix_digest
 
 RUDDER = Fin("rudder", {"Y": 1.0}, limit=0.3)
 
@@ -39,7 +39,7 @@ def test_known_wrench_by_hand(equipped, motion):
 
 def test_channels_cover_the_known_columns(equipped, motion):
     channels = equipped.channels(commands_of(equipped, motion))
-    used = {name for term in equipped.known_columns().terms for name in term.commands}
+    used = {name for term in equipped.known_columns() for name in term.commands}
     assert used == set(channels)
     assert equipped.commands == ("rudder", "rpm", "bow", "vertical")
 
@@ -143,7 +143,7 @@ def test_restoring_wrench_is_the_gradient_of_potential_energy():
     """Rotating by dphi about a body axis moves d by d x dphi; the work is that of the moment."""
     rng = np.random.default_rng(1)
     weight, buoyancy, gravity, lift = 100.0, 104.0, rng.normal(size=3), rng.normal(size=3)
-    matrix = restoring_matrix(weight, buoyancy, gravity, lift)
+    matrix = Vehicle("v", np.eye(6), weight, buoyancy, gravity, lift).restoring_matrix
     for down in rng.normal(size=(20, 3)):
         turn = 1e-6 * rng.normal(size=3)
 

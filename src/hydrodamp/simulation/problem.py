@@ -162,12 +162,12 @@ def columns(
     """
     basis = Basis.union(*(model.restricted_to(vehicle.axes).basis for model in models))
     known = (vehicle if actuators else replace(vehicle, actuators=())).known_columns()
-    names = {name for term in (*known.terms, *basis) for name in term.commands}
+    names = {name for term in (*known, *basis) for name in term.commands}
     idle = [term.needs_propulsion and not propulsion_known for term in basis]
     channels = (*sorted(names), *((_ZERO,) if any(idle) else ()))
     unknown = basis.table(channels).copy()
     unknown[idle] = [FIRST_CHANNEL + len(channels) - 1, 0, 0, 0]
-    table = np.vstack([Basis(known.terms).table(channels), unknown])
+    table = np.vstack([Basis(tuple(known)).table(channels), unknown])
     return Columns(
         vehicle=vehicle,
         basis=basis,
@@ -178,7 +178,7 @@ def columns(
             factors=table,
             n_channels=len(channels),
         ),
-        known=frozen(known.matrix.T * vehicle.free),
+        known=frozen(np.reshape([*known.values()], (-1, 6)) * vehicle.free),
         actuators=actuators,
     )
 

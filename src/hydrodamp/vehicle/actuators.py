@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 
-from hydrodamp.arrays import BoolArray, FloatArray
+from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES
 from hydrodamp.basis.term import Term
 from hydrodamp.errors import VehicleError, did_you_mean
@@ -22,12 +21,8 @@ Gains: TypeAlias = Mapping[str, float] | tuple[tuple[str, float], ...]
 Rows: TypeAlias = Sequence[Sequence[float]]
 
 
-class Column(NamedTuple):
-    """One entry of the known matrix: ``value`` times ``term`` acts on ``axis``."""
-
-    axis: str
-    term: Term
-    value: float
+#: Terms, each with the wrench X Y Z K M N that it makes per unit, shape (6,).
+Columns: TypeAlias = tuple[tuple[Term, FloatArray], ...]
 
 
 class Limited:
@@ -69,17 +64,18 @@ class Limited:
         return (self.derived or self.commands)[0]
 
     def channels(self, commands: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
-        """Return the command within its limit, zero in its dead zone, shape (n,)."""
-        given, idle = self.limited(command_of(commands, self.command))
-        return {self.channel: np.where(idle, 0.0, given)}
-
-    def limited(self, command: npt.ArrayLike) -> tuple[FloatArray, BoolArray]:
-        """Return a command within its limit, and where it lies in the dead zone."""
-        given = np.asarray(command, dtype=np.float64)
+        """Return what the command does within its limit, nothing in its dead zone, shape (n,)."""
+        given = command_of(commands, self.command)
+        if not self.derived:
+            return {self.command: given}
         if self.limit is not None:
             given = np.clip(given, -self.limit, self.limit)
         low, high = self.dead_zone or (np.inf, -np.inf)
-        return given, (given >= low) & (given <= high)
+        return {self.channel: np.where((given >= low) & (given <= high), 0.0, self.acting(given))}
+
+    def acting(self, given: FloatArray) -> FloatArray:
+        """Return what a command within its limit does."""
+        return given
 
 
 @dataclass(frozen=True)
@@ -100,8 +96,9 @@ class Matrix:
 
     Examples
     --------
-    >>> Matrix(("surge_force",), [[1, 0, 0, 0, 0, 0]]).columns()[0].axis
-    'X'
+    >>> term, wrench = Matrix(("surge_force",), [[1, 0, 0, 0, 0, 0]]).columns()[0]
+    >>> str(term), wrench.tolist()
+    ('surge_force', [1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
     """
 
     commands: tuple[str, ...]
@@ -123,10 +120,10 @@ class Matrix:
         """Return the commands as they are, each of shape (n,)."""
         return {name: command_of(commands, name) for name in self.commands}
 
-    def columns(self) -> tuple[Column, ...]:
+    def columns(self) -> Columns:
         """Return one term a command: the command itself."""
         pairs = zip(self.commands, self.wrench, strict=True)
-        return tuple(c for name, row in pairs for c in wrench_columns(row, Term.parse(name)))
+        return tuple((Term.parse(name), np.array(row)) for name, row in pairs)
 
 
 @dataclass(frozen=True)
@@ -158,8 +155,8 @@ class Fin(Limited):
     Examples
     --------
     >>> fin = Fin("rudder", {"Y": 9.64, "N": -6.15}, limit=0.35)
-    >>> [(axis, str(term)) for axis, term, value in fin.columns()]
-    [('Y', 'u|u|*rudder_limited'), ('N', 'u|u|*rudder_limited')]
+    >>> [(str(term), wrench.tolist()) for term, wrench in fin.columns()][0]
+    ('u|u|*rudder_limited', [0.0, 9.64, 0.0, 0.0, 0.0, -6.15])
     """
 
     command: str
@@ -175,14 +172,10 @@ class Fin(Limited):
         object.__setattr__(self, "force", checked_gains(self.force, "force"))
         object.__setattr__(self, "drag", checked_gains(self.drag, "drag"))
 
-    def columns(self) -> tuple[Column, ...]:
+    def columns(self) -> Columns:
         """Return u|u|*angle and u|u|*angle^2 on the axes given."""
-        force = Term.parse(f"u|u|*{self.channel}")
-        drag = Term.parse(f"u|u|*{self.channel}^2")
-        return (
-            *(Column(axis, force, value) for axis, value in dict(self.force).items()),
-            *(Column(axis, drag, value) for axis, value in dict(self.drag).items()),
-        )
+        lift = Term.parse(f"u|u|*{self.channel}")
+        return (lift, wrench_of(self.force)), (Term.parse(f"{lift}^2"), wrench_of(self.drag))
 
 
 @dataclass(frozen=True)
@@ -244,16 +237,14 @@ class Propeller(Limited):
         if self.speed_slope is not None:
             checked_number(self.speed_slope, "speed_slope", positive=True)
 
-    def columns(self) -> tuple[Column, ...]:
+    def columns(self) -> Columns:
         """Return n|n| on X and K, and u|n| on X."""
         square = Term.parse(f"{self.channel}*|{self.channel}|")
         advance = Term.parse(f"u*|{self.channel}|")
-        columns = (
-            Column("X", square, self.thrust),
-            Column("X", advance, self.advance),
-            Column("K", square, self.torque),
+        return (
+            (square, wrench_of({"X": self.thrust, "K": self.torque})),
+            (advance, wrench_of({"X": self.advance})),
         )
-        return tuple(column for column in columns if column.value != 0.0)
 
     def propulsion_speed(self, commands: Mapping[str, FloatArray]) -> FloatArray | None:
         """Return u_c, the steady surge speed of the present n.
@@ -313,8 +304,8 @@ class Thruster(Limited):
     >>> thruster = Thruster("port", (0, -0.2, 0), (1, 0, 0), gain=40, dead_zone=(-0.1, 0.1))
     >>> thruster.channels({"port": [0.05, 0.5]})["port_thrust"].tolist()
     [0.0, 20.0]
-    >>> [(axis, value) for axis, term, value in thruster.columns()]
-    [('X', 1.0), ('N', 0.2)]
+    >>> [(str(term), float(wrench[0])) for term, wrench in thruster.columns()]
+    [('port_thrust', 1.0)]
     """
 
     command: str
@@ -344,36 +335,17 @@ class Thruster(Limited):
         plain = self.curve is None and self.dead_zone is None and self.limit is None
         return () if plain else (f"{self.name or self.command}_thrust",)
 
-    def channels(self, commands: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
-        """Return the thrust [N], or the command where a gain is all, shape (n,)."""
-        given = command_of(commands, self.command)
-        return {self.channel: self.thrust(given) if self.derived else given}
+    def acting(self, given: FloatArray) -> FloatArray:
+        """Return the thrust of a command along ``direction`` [N]."""
+        if self.curve is None:
+            return given * (self.gain or 0.0)
+        return np.asarray(np.interp(given, *np.array(self.curve).T))
 
-    def columns(self) -> tuple[Column, ...]:
+    def columns(self) -> Columns:
         """Return the force along the direction and its moment about the origin."""
         wrench = np.concatenate([self.direction, np.cross(self.position, self.direction)])
         scale = 1.0 if self.derived or self.gain is None else self.gain
-        return wrench_columns(scale * wrench, Term.parse(self.channel))
-
-    def thrust(self, command: npt.ArrayLike) -> FloatArray:
-        """Return the thrust of a command.
-
-        Parameters
-        ----------
-        command : array_like, shape (n,)
-            In the unit of the command.
-
-        Returns
-        -------
-        thrust : ndarray, shape (n,)
-            Along ``direction`` [N].
-        """
-        given, idle = self.limited(command)
-        if self.curve is None:
-            force = given * (self.gain or 0.0)
-        else:
-            force = np.interp(given, *np.array(self.curve).T)
-        return np.where(idle, 0.0, force)
+        return ((Term.parse(self.channel), scale * wrench),)
 
 
 Actuator: TypeAlias = Matrix | Fin | Propeller | Thruster
@@ -389,10 +361,10 @@ def command_of(commands: Mapping[str, FloatArray], name: str) -> FloatArray:
     return np.asarray(commands[name], dtype=np.float64)
 
 
-def wrench_columns(wrench: Iterable[float], term: Term) -> tuple[Column, ...]:
-    """Return the columns of a whole wrench per unit of one term."""
-    pairs = zip(AXES, wrench, strict=True)
-    return tuple(Column(axis, term, float(value)) for axis, value in pairs if value != 0.0)
+def wrench_of(gains: Gains) -> FloatArray:
+    """Return numbers by axis as a whole wrench."""
+    given = dict(gains)
+    return np.array([given.get(axis, 0.0) for axis in AXES])
 
 
 def _unit(direction: Sequence[float]) -> tuple[float, ...]:

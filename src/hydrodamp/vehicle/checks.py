@@ -47,10 +47,7 @@ def checked_axes(axes: Iterable[str]) -> tuple[str, ...]:
 
 def checked_array(values: npt.ArrayLike, shape: tuple[int | None, ...], what: str) -> FloatArray:
     """Return a read-only array of finite numbers."""
-    try:
-        array = frozen(values, shape, what)
-    except ValueError as error:
-        raise VehicleError(str(error)) from error
+    array = frozen(values, shape, what, VehicleError)
     if not np.isfinite(array).all():
         raise VehicleError(f"`{what}` must be finite; got {array.tolist()}")
     return array

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.basis.atoms import AXES, VELOCITIES
 from hydrodamp.errors import VehicleError
-from hydrodamp.vehicle.checks import checked_array, checked_number
+from hydrodamp.vehicle.checks import checked_array
 
 SYMMETRY_TOLERANCE = 1e-9
 """Largest asymmetry accepted, relative to the largest entry."""
@@ -121,12 +121,6 @@ def lamb_factors(aspect_ratio: float) -> tuple[float, float, float]:
     slant = (2.0 - e2) * (beta - alpha)
     pitch = e2**2 * (beta - alpha) / ((2.0 - e2) * (2.0 * e2 - slant))
     return alpha / (2.0 - alpha), beta / (2.0 - beta), pitch
-
-
-def check_hull(length: float, diameter: float, mass: float) -> None:
-    """Raise unless length, diameter and mass are positive."""
-    for what, size in (("length", length), ("diameter", diameter), ("mass", mass)):
-        checked_number(size, what, positive=True)
 
 
 def hull_inertia(length: float, diameter: float, mass: float) -> FloatArray:

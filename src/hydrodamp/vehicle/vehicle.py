@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 from typing import Any
@@ -17,11 +17,10 @@ from hydrodamp.basis.atoms import AXES, DOWN, VELOCITIES
 from hydrodamp.basis.basis import Basis
 from hydrodamp.basis.term import Term
 from hydrodamp.errors import VehicleError
-from hydrodamp.vehicle.actuators import Actuator, Column, Propeller
-from hydrodamp.vehicle.checks import checked_array, checked_axes
+from hydrodamp.vehicle.actuators import Actuator, Propeller
+from hydrodamp.vehicle.checks import checked_array, checked_axes, checked_number
 from hydrodamp.vehicle.mass import (
     STANDARD_GRAVITY,
-    check_hull,
     checked_mass_matrix,
     cross_matrix,
     hull_added_mass,
@@ -34,14 +33,6 @@ def mass_matrix_digest(matrix: npt.ArrayLike) -> str:
     """Return a short fingerprint of a mass matrix."""
     rounded = np.round(np.asarray(matrix, dtype="<f8"), 9) + 0.0
     return hashlib.sha256(rounded.tobytes()).hexdigest()[:16]
-
-
-@dataclass(frozen=True, eq=False)
-class KnownColumns:
-    """The known wrench as a matrix times terms."""
-
-    terms: tuple[Term, ...]
-    matrix: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,7 +161,8 @@ class Vehicle:
         >>> [round(float(m), 1) for m in vehicle.mass_matrix.diagonal()[:3]]
         [31.6, 59.0, 59.0]
         """
-        check_hull(length, diameter, mass)
+        for what, size in (("length", length), ("diameter", diameter), ("mass", mass)):
+            checked_number(size, what, positive=True)
         weight = mass * STANDARD_GRAVITY
         lift = weight if buoyancy is None else buoyancy
         inertia = hull_inertia(length, diameter, mass)
@@ -204,25 +196,25 @@ class Vehicle:
     @cached_property
     def restoring_matrix(self) -> FloatArray:
         """What turns R^T e3 into the restoring wrench; shape (6, 3)."""
-        return frozen(
-            restoring_matrix(
-                self.weight, self.buoyancy, self.center_of_gravity, self.center_of_buoyancy
-            )
-        )
+        heavy = (self.weight - self.buoyancy) * np.eye(3)
+        lever = self.weight * self.center_of_gravity - self.buoyancy * self.center_of_buoyancy
+        return frozen(np.vstack([heavy, cross_matrix(lever)]) + 0.0)
 
-    def known_columns(self) -> KnownColumns:
+    def known_columns(self) -> dict[Term, FloatArray]:
         """Return restoring and actuators as columns of the regressor.
 
         Returns
         -------
-        known : KnownColumns
-            Everything known of equation 1 but H(M nu) nu and a recorded
-            wrench; columns that would be zero are left out.
+        known : dict of Term to ndarray, shape (6,)
+            The wrench per unit of each term: everything known of equation 1 but
+            H(M nu) nu and a recorded wrench; terms without any are left out.
         """
-        columns = list(restoring_columns(self.restoring_matrix))
-        for actuator in self.actuators:
-            columns.extend(actuator.columns())
-        return gather(columns)
+        columns = [*zip(map(Term.parse, DOWN), self.restoring_matrix.T, strict=True)]
+        columns += [column for one in self.actuators for column in one.columns()]
+        sums: dict[Term, FloatArray] = {}
+        for term, wrench in columns:
+            sums[term] = sums.get(term, 0.0) + wrench
+        return {term: wrench for term, wrench in sums.items() if wrench.any()}
 
     def channels(self, commands: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
         """Return every channel that the known columns use.
@@ -313,10 +305,10 @@ class Vehicle:
             If a command is missing.
         """
         known = self.known_columns()
-        regressor = Basis(known.terms).evaluate(
+        regressor = Basis(tuple(known)).evaluate(
             velocity, down=down, commands=self.channels(commands or {})
         )
-        return regressor @ known.matrix.T
+        return np.asarray(regressor @ np.reshape([*known.values()], (-1, 6)))
 
     def __eq__(self, other: object) -> bool:
         """Tell whether every field is the same."""
@@ -366,37 +358,6 @@ def checked_actuators(actuators: tuple[Actuator, ...]) -> tuple[Actuator, ...]:
             )
         seen.add(name)
     return actuators
-
-
-def gather(columns: Iterable[Column]) -> KnownColumns:
-    """Sum columns of the same term and axis into one matrix."""
-    sums: dict[Term, FloatArray] = {}
-    for axis, term, value in columns:
-        sums.setdefault(term, np.zeros(6))[AXES.index(axis)] += value
-    kept = {term: column for term, column in sums.items() if column.any()}
-    matrix = np.column_stack([*kept.values()]) if kept else np.zeros((6, 0))
-    return KnownColumns(tuple(kept), frozen(matrix))
-
-
-def restoring_matrix(
-    weight: float,
-    buoyancy: float,
-    center_of_gravity: npt.ArrayLike,
-    center_of_buoyancy: npt.ArrayLike,
-) -> FloatArray:
-    """Return the matrix that turns the downward unit vector into the restoring wrench."""
-    lever = weight * np.asarray(center_of_gravity, dtype=np.float64)
-    lever = lever - buoyancy * np.asarray(center_of_buoyancy, dtype=np.float64)
-    return np.vstack([(weight - buoyancy) * np.eye(3), cross_matrix(lever)]) + 0.0
-
-
-def restoring_columns(matrix: npt.ArrayLike) -> tuple[Column, ...]:
-    """Return a restoring matrix as columns on ``down_x``, ``down_y``, ``down_z``."""
-    return tuple(
-        Column(axis, Term.parse(name), float(value))
-        for name, column in zip(DOWN, np.asarray(matrix).T, strict=True)
-        for axis, value in zip(AXES, column, strict=True)
-    )
 
 
 def _point(values: object) -> str:

@@ -8,9 +8,8 @@ from functools import cached_property
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, frozen
-from hydrodamp.basis.atoms import AXES
 from hydrodamp.simulation.campaign.truth import Truth
-from hydrodamp.vehicle.actuators import Fin, Propeller
+from hydrodamp.vehicle.actuators import Fin, Propeller, wrench_of
 from hydrodamp.vehicle.vehicle import Vehicle
 
 
@@ -33,9 +32,9 @@ class Body:
         return cls(
             mass_matrix=vehicle.mass_matrix,
             restoring=frozen(vehicle.restoring_matrix.T),
-            lift=frozen([_row(dict(fin.force)) for fin in pair]),
-            drag=frozen([_row(dict(fin.drag)) for fin in pair]),
-            thrust=frozen(_row({"X": propeller.thrust, "K": propeller.torque})),
+            lift=frozen([wrench_of(fin.force) for fin in pair]),
+            drag=frozen([wrench_of(fin.drag) for fin in pair]),
+            thrust=wrench_of({"X": propeller.thrust, "K": propeller.torque}),
         )
 
     @property
@@ -72,10 +71,6 @@ class Body:
     def propulsion(self, rpm: FloatArray) -> FloatArray:
         """Return the wrench of the propeller."""
         return np.outer(rpm * np.abs(rpm), self.thrust)
-
-
-def _row(gains: dict[str, float]) -> list[float]:
-    return [gains.get(axis, 0.0) for axis in AXES]
 
 
 def momentum_wrench(momentum: FloatArray, velocity: FloatArray) -> FloatArray:
