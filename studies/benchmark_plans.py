@@ -36,7 +36,8 @@ class Sea:
         autopilot = self.plan.autopilot
         if rate < 10.0 and autopilot.pitch == PUBLISHED.pitch:
             autopilot = replace(autopilot, pitch=SLOW_PITCH)
-        return replace(self, plan=replace(self.plan, autopilot=autopilot.every(1.0 / rate)))
+        autopilot = replace(autopilot, period=1.0 / rate)
+        return replace(self, plan=replace(self.plan, autopilot=autopilot))
 
 
 def published() -> Sea:

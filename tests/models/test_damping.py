@@ -68,7 +68,7 @@ def test_from_dict_wants_every_label_of_the_model():
 
 def test_wrong_shapes_are_refused():
     model = catalog["fossen"]
-    with pytest.raises(ModelError, match=r"`coefficients` must have shape \(12\).*'fossen' has 12"):
+    with pytest.raises(ModelError, match=r"`coefficients` must have shape \(12\)"):
         Damping(model, np.zeros(11))
     with pytest.raises(ModelError, match=r"`covariance` must have shape \(12, 12\)"):
         Damping(model, np.zeros(12), np.zeros((12, 11)))

@@ -101,7 +101,7 @@ models:
     message = str(caught.value)
     assert message.startswith(f"{path}: 13 faults\n  - ")
     for part in (
-        "models[0]: At X: `v|x|` is not a term: stuck at '|x|'.",
+        "models[0]: Model 'a': At X: `v|x|` is not a term: stuck at '|x|'.",
         "`Q` is not an axis",
         "models[1]: unknown key `titel`. Did you mean 'title'?",
         "models[1]: `name` is missing",

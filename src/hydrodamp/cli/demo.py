@@ -10,7 +10,6 @@ import hydrodamp as hd
 from hydrodamp.cli import options
 from hydrodamp.cli.choose import choose_methods, choose_models
 from hydrodamp.cli.output import results
-from hydrodamp.progress import progress
 
 
 def demo(
@@ -31,11 +30,9 @@ def demo(
     """Re-enact the paper's experiment on a simulated vehicle and print its Table I."""
     from hydrodamp.cli.targets import check_out_folder, record
     from hydrodamp.cli.work import Task, carry_out
-    from hydrodamp.simulation.campaign.reenact import n_samples
 
     check_out_folder(out, (), resume)
-    with progress("sailing the campaign", n_samples()) as step:
-        campaign = hd.reenact(seed=seed, truth=truth, done=step)
+    campaign = hd.reenact(seed=seed, truth=truth)
     if not json:
         train, test = (
             ", ".join(segment.name for segment in log.segments)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from types import MappingProxyType
 
 from hydrodamp.basis.atoms import AXES, VELOCITIES
@@ -74,29 +75,21 @@ LINEAR = DampingModel.from_table(
     note="Every axis linear in all six velocities; the paper's preferred model.",
 )
 
-COE_AS_PRINTED = DampingModel.from_table(
-    {
-        "X Z M": "u^2 v^2 w^2 p^2 q^2 r^2 u|u| w|w| q|q|",
-        "Y K N": "v|v| p|p| r|r|",
-    },
-    key="coe-as-printed",
-    title="Coe as printed",
-    source=f"{PAPER}, II.C.5; after R. Coe, PhD dissertation, Virginia Tech, 2013",
-    note="The printed equations give 36 terms where Table I says 33. While u > 0 the columns u^2 "
-    "and u|u| are one and the same, so these 36 columns have rank 33. See coe.",
-)
-
 COE = DampingModel.from_table(
-    {
-        "X Z M": "u^2 v^2 w^2 p^2 q^2 r^2 w|w| q|q|",
-        "Y K N": "v|v| p|p| r|r|",
-    },
+    {"X Z M": "u^2 v^2 w^2 p^2 q^2 r^2 w|w| q|q|", "Y K N": "v|v| p|p| r|r|"},
     key="coe",
     title="Coe",
-    source=COE_AS_PRINTED.source,
+    source=f"{PAPER}, II.C.5; after R. Coe, PhD dissertation, Virginia Tech, 2013",
     note="Print gives 36 terms, Table I says 33. While u > 0 the columns u^2 and u|u| are one and "
     "the same; u|u| is left out of X, Z and M, which gives the 33 of the table. The 36 are "
     "coe-as-printed.",
+)
+
+COE_AS_PRINTED = replace(
+    COE.with_terms({"X Z M": "u|u|"}, key="coe-as-printed"),
+    title="Coe as printed",
+    note="The printed equations give 36 terms where Table I says 33. While u > 0 the columns u^2 "
+    "and u|u| are one and the same, so these 36 columns have rank 33. See coe.",
 )
 
 PRESTERO = DampingModel.from_table(

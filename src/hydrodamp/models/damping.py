@@ -83,15 +83,10 @@ class Damping:
     def __post_init__(self) -> None:
         """Copy the arrays and check their shapes."""
         n = self.model.n_coefficients
-        try:
-            coefficients = frozen(self.coefficients, (n,), "coefficients")
-            covariance = (
-                None if self.covariance is None else frozen(self.covariance, (n, n), "covariance")
-            )
-        except ValueError as error:
-            raise ModelError(f"{error}. Model '{self.model.key}' has {n} coefficients.") from error
-        object.__setattr__(self, "coefficients", coefficients)
-        object.__setattr__(self, "covariance", covariance)
+        for name, shape in (("coefficients", (n,)), ("covariance", (n, n))):
+            if (values := getattr(self, name)) is not None:
+                array = frozen(values, shape, name, ModelError)
+                object.__setattr__(self, name, array)
 
     @classmethod
     def from_dict(

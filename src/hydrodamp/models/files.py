@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -29,7 +30,6 @@ from hydrodamp.models.model import (
     coefficient_unit,
     group_axes,
     read_label,
-    read_table,
 )
 
 FORMAT = "hydrodamp-damping"
@@ -69,28 +69,21 @@ class ModelEntry(BaseModel):
     extends: Text = ""
     terms: Terms = {}
 
-    @model_validator(mode="after")
-    def _terms_can_be(self) -> ModelEntry:
-        faults = read_table(self.terms)[1]
-        if not self.terms and not self.extends:
-            faults.append("it needs `terms`, such as {X: 'u u|u|', Y N: 'v r'}")
-        if faults:
-            raise ValueError(" ".join(faults))
-        return self
-
     def build(self, known: Mapping[str, DampingModel]) -> DampingModel:
         """Return the model; one that it extends must be known."""
-        parent = known.get(self.extends)
-        if self.extends and parent is None:
+        if not self.terms and not self.extends:
+            raise ModelError("it needs `terms`, such as {X: 'u u|u|', Y N: 'v r'}")
+        words = self.model_dump(exclude={"name", "extends", "terms"})
+        own = DampingModel.from_table(self.terms, key=self.name, **words)
+        if not self.extends:
+            return own
+        if self.extends not in known:
             raise ModelError(
                 f"there is no model '{self.extends}' to extend.{did_you_mean(self.extends, known)}"
             )
-        words = {"source": self.source, "note": self.note}
-        if parent is None:
-            return DampingModel.from_table(self.terms, key=self.name, title=self.title, **words)
-        rows = parent.with_terms(self.terms, key=self.name).terms
-        words["source"] = words["source"] or f"Extends {parent.key}. {parent.source}".strip()
-        return DampingModel(self.name, self.title or self.name, rows, **words)
+        parent = known[self.extends]
+        source = self.source or f"Extends {parent.key}. {parent.source}".strip()
+        return replace(own, terms=parent.with_terms(self.terms).terms, source=source)
 
 
 class ModelDocument(BaseModel):
@@ -147,11 +140,11 @@ class DampingDocument(BaseModel):
 
     @model_validator(mode="after")
     def _numbers_fit_the_model(self) -> DampingDocument:
-        labels = self.model.build().labels
-        self.model.build().check_labels(self.coefficients)
+        model = self.model.build()
+        model.check_labels(self.coefficients)
         if self.covariance is not None:
-            n = len(labels)
-            if sorted(self.covariance.order) != sorted(labels):
+            n = model.n_coefficients
+            if sorted(self.covariance.order) != sorted(model.labels):
                 raise ValueError("covariance.order must hold the labels of coefficients")
             if [len(row) for row in self.covariance.matrix] != [n] * n:
                 raise ValueError(f"covariance.matrix must be {n} rows of {n} numbers")

@@ -14,18 +14,28 @@ from hydrodamp.basis.atoms import AXES, VELOCITIES
 from hydrodamp.basis.term import Term
 from hydrodamp.errors import ModelError, did_you_mean
 from hydrodamp.files import Packaged, parse_yaml
-from hydrodamp.models.catalog import find_model
+from hydrodamp.models.catalog import catalog
 from hydrodamp.models.damping import Damping, VehicleStamp
-from hydrodamp.models.model import DampingModel, read_label, spell_label, table_of
+from hydrodamp.models.model import DampingModel, spell_label, table_of
 
 
 def _read(name: str) -> Damping:
-    content = _content(name)
+    if name not in published:
+        raise ModelError(
+            f"No coefficient set is called '{name}'; published are {', '.join(published)}."
+            f"{did_you_mean(name, published)}"
+        )
+    content = cast("dict[str, Any]", parse_yaml(published.text(name), name))
     values = {label: float(value) for label, value in content["coefficients"].items()}
     added = coriolis_coefficients(added_mass_matrix(content["added_mass"]))
     for label in content.get("contains_added_mass", ()):
         values[label] -= added.get(label, 0.0)
-    model = _model(content, tuple(values))
+    base = catalog.get(content.get("model", ""))
+    more = table_of(label for label in values if base is None or label not in base.labels)
+    if base is None:
+        model = DampingModel.from_table(more, key=name, source=content["source"])
+    else:
+        model = base.with_terms(more, key=name) if more else base
     return Damping.from_dict(
         model,
         {**dict.fromkeys(model.labels, 0.0), **values},
@@ -38,37 +48,15 @@ def _read(name: str) -> Damping:
 published = Packaged(Path(__file__).parent / "published", _read)
 """Published coefficient sets by name: ``vt690-sname2022``, ``remus100-prestero-theory``, ..."""
 
-
-def _content(name: str) -> dict[str, Any]:
-    if name not in published:
-        raise ModelError(
-            f"No coefficient set is called '{name}'; published are {', '.join(published)}."
-            f"{did_you_mean(name, published)}"
-        )
-    return cast("dict[str, Any]", parse_yaml(published.text(name), name))
-
-
-def _model(content: Mapping[str, Any], labels: tuple[str, ...]) -> DampingModel:
-    """Return the model of a set: the one it extends, if any, with the further labels it has."""
-    base = find_model(content["model"]) if "model" in content else None
-    known = () if base is None else base.labels
-    extra = table_of(label for label in labels if spell_label(*read_label(label)) not in known)
-    if base is None:
-        return DampingModel.from_table(extra, key=content["name"], source=content["source"])
-    return base.with_terms(extra, key=content["name"]) if extra else base
-
-
 #: The cross product: ``(a x b)[k]`` is the sum of sign a[l] b[m] over (k, l, m, sign).
 _CROSS = [(k, (k + s) % 3, (k - s) % 3, float(s)) for k in range(3) for s in (1, -1)]
 
 
 def added_mass_matrix(derivatives: Mapping[str, float]) -> FloatArray:
-    """Return the added mass matrix of SNAME derivatives."""
+    """Return the added mass matrix of SNAME derivatives, such as ``Y_vdot``."""
     matrix = np.zeros((6, 6))
     for name, value in derivatives.items():
         axis, _, velocity = name.removesuffix("dot").partition("_")
-        if axis not in AXES or velocity not in VELOCITIES or not name.endswith("dot"):
-            raise ValueError(f"`{name}` must be an added mass derivative, such as 'Y_vdot'.")
         matrix[AXES.index(axis), VELOCITIES.index(velocity)] = -value
     return frozen((matrix + matrix.T) / 2.0)
 
@@ -81,12 +69,11 @@ def coriolis_coefficients(matrix: npt.ArrayLike) -> dict[str, float]:
         for column, velocity in enumerate(VELOCITIES):
             force, moment = sign * mass[left, column], sign * mass[3 + left, column]
             # H(p) nu = [p1 x omega ; p1 x nu1 + p2 x omega]  with  p = A nu
-            _add(found, AXES[k], velocity, VELOCITIES[3 + right], force)
-            _add(found, AXES[3 + k], velocity, VELOCITIES[right], force)
-            _add(found, AXES[3 + k], velocity, VELOCITIES[3 + right], moment)
-    return {label: float(value) for label, value in found.items() if value != 0.0}
-
-
-def _add(found: dict[str, float], axis: str, one: str, other: str, value: float) -> None:
-    label = spell_label(axis, Term((one, other)))
-    found[label] = found.get(label, 0.0) + value
+            for axis, other, value in (
+                (AXES[k], VELOCITIES[3 + right], force),
+                (AXES[3 + k], VELOCITIES[right], force),
+                (AXES[3 + k], VELOCITIES[3 + right], moment),
+            ):
+                label = spell_label(axis, Term((velocity, other)))
+                found[label] = found.get(label, 0.0) + float(value)
+    return {label: value for label, value in found.items() if value != 0.0}

@@ -304,9 +304,7 @@ class Problem:
             One row a column of equation 1.
         """
         free = damping.model.restricted_to(self.vehicle.axes)
-        values = damping.as_dict()
-        coefficients = np.array([values[label] for label in free.labels])
-        return self.columns.with_unknown(self.columns.entries(free), coefficients)
+        return self.columns.with_unknown(self.columns.entries(free), damping.onto(free))
 
     def covering(self, *models: DampingModel) -> Problem:
         """Return the problem with columns of further models; itself where it has them all."""

@@ -157,7 +157,7 @@ def test_in_silence_the_autopilot_sees_the_truth() -> None:
 def test_a_plan_sails_at_the_rate_of_its_autopilot() -> None:
     """Commands five times as often, samples likewise; the motion is nearly the same."""
     plan = Plan.of("sname")
-    fast = replace(plan, autopilot=PUBLISHED.every(0.02), training=plan.training[1:2])
+    fast = replace(plan, autopilot=replace(PUBLISHED, period=0.02), training=plan.training[1:2])
     (ten,), (fifty,) = (one.sail((0,), 20.0, SILENT) for one in (plan, fast))
     assert fifty.train.n == 1001
     assert [segment.name for segment in fifty.train.segments] == ["yaw-1800"]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -10,6 +10,12 @@ from hydrodamp.arrays import FloatArray
 
 PERIOD = 0.1
 """Time between two commands, held in between [s]."""
+
+INTEGRAL_LIMIT = float(np.radians(5.0))
+"""Largest part of the integral in the output of a loop [rad]."""
+
+FIN_LIMIT = float(np.radians(20.0))
+"""Largest output of a loop [rad]."""
 
 
 @dataclass(frozen=True)
@@ -19,19 +25,16 @@ class Pid:
     proportional: float
     integral: float
     derivative: float
-    integral_limit: float = float(np.radians(5.0))
-    output_limit: float = float(np.radians(20.0))
-    period: float = PERIOD
 
     def step(
-        self, error: FloatArray, rate: FloatArray, total: FloatArray
+        self, error: FloatArray, rate: FloatArray, total: FloatArray, period: float = PERIOD
     ) -> tuple[FloatArray, FloatArray]:
         """Return the output and the integral of the error after this sample."""
-        grown = total + error * self.period
+        grown = total + error * period
         term = self.integral * grown
-        held = np.clip(term, -self.integral_limit, self.integral_limit)
+        held = np.clip(term, -INTEGRAL_LIMIT, INTEGRAL_LIMIT)
         wanted = self.proportional * error + held - self.derivative * rate
-        output = np.clip(wanted, -self.output_limit, self.output_limit)
+        output = np.clip(wanted, -FIN_LIMIT, FIN_LIMIT)
         free = (term == held) & (wanted == output)
         return output, np.where(free, grown, total)
 
@@ -55,31 +58,21 @@ class Memory:
 
     totals: FloatArray
     depths: FloatArray
-    depth_rate: FloatArray
 
     @classmethod
     def blank(cls, n_vehicles: int) -> Memory:
         """Return the memory before the first sample."""
-        return cls(np.zeros((3, n_vehicles)), np.empty((0, n_vehicles)), np.zeros(n_vehicles))
+        return cls(np.zeros((3, n_vehicles)), np.empty((0, n_vehicles)))
 
 
 @dataclass(frozen=True)
 class Autopilot:
-    """Three loops that run at one rate; the published ones by default."""
+    """Three loops and the time between two commands [s]; the published ones by default."""
 
     depth: Pid = DEPTH_LOOP
     pitch: Pid = PITCH_LOOP
     yaw: Pid = YAW_LOOP
-
-    @property
-    def period(self) -> float:
-        """Time between two commands [s]."""
-        return self.yaw.period
-
-    def every(self, period: float) -> Autopilot:
-        """Return the same loops at another rate."""
-        loops = (self.depth, self.pitch, self.yaw)
-        return Autopilot(*(replace(one, period=period) for one in loops))
+    period: float = PERIOD
 
     def steer(
         self, measured: FloatArray, heading: FloatArray, depth: FloatArray, memory: Memory
@@ -89,11 +82,12 @@ class Autopilot:
         remembered = round(DEPTH_MEMORY / self.period) + 1
         depths = np.concatenate((memory.depths, sunk[np.newaxis]))[-remembered:]
         rate = (depths[-1] - depths[0]) / (max(len(depths) - 1, 1) * self.period)
-        wanted, sinking = self.depth.step(depth - sunk, rate, memory.totals[0])
-        elevator, pitching = self.pitch.step(wanted - pitch, q, memory.totals[1])
-        starboard, turning = self.yaw.step(heading - yaw, r, memory.totals[2])
+        totals, every = memory.totals, self.period
+        wanted, sinking = self.depth.step(depth - sunk, rate, totals[0], every)
+        elevator, pitching = self.pitch.step(wanted - pitch, q, totals[1], every)
+        starboard, turning = self.yaw.step(heading - yaw, r, totals[2], every)
         totals = np.array((sinking, pitching, turning))
-        return np.array((-starboard, elevator)).T, Memory(totals, depths, rate)
+        return np.array((-starboard, elevator)).T, Memory(totals, depths)
 
 
 PUBLISHED = Autopilot()
@@ -125,7 +119,7 @@ class Steps:
 
     def at(self, time: FloatArray) -> FloatArray:
         """Return the reference at the times given."""
-        count = 2 + int(np.max(time, initial=0.0) / min(self.holds))
+        count = 2 + int(np.max(time) / min(self.holds))
         starts = self.first + np.cumsum([0.0, *np.resize(self.holds, count - 1)])
         levels = np.concatenate(([0.0], np.cumsum(np.resize(self.changes, count))))
         return levels[np.searchsorted(starts, time, side="right")]
@@ -145,28 +139,21 @@ class Run:
     depth: Steps = STEADY
 
 
-def _headings(place: int) -> Steps:
-    return Steps(_from(place, HEADING_STEPS), _from(place, HEADING_HOLDS))
-
-
-def _depths(place: int) -> Steps:
-    return Steps(_from(place, DEPTH_STEPS), _from(place, DEPTH_HOLDS))
-
-
-def _from(place: int, values: tuple[float, ...]) -> tuple[float, ...]:
-    return values[place:] + values[:place]
+def _steps(changes: tuple[float, ...], holds: tuple[float, ...], place: int) -> Steps:
+    """Return a staircase that begins at one of its steps."""
+    return Steps(changes[place:] + changes[:place], holds[place:] + holds[:place])
 
 
 TRAINING = (
-    Run("depth-2600", 2600.0, depth=_depths(0)),
-    Run("yaw-1800", 1800.0, heading=_headings(0)),
-    Run("yaw-2133", 2133.0, heading=_headings(2)),
-    Run("yaw-2600", 2600.0, heading=_headings(4)),
+    Run("depth-2600", 2600.0, depth=_steps(DEPTH_STEPS, DEPTH_HOLDS, 0)),
+    Run("yaw-1800", 1800.0, heading=_steps(HEADING_STEPS, HEADING_HOLDS, 0)),
+    Run("yaw-2133", 2133.0, heading=_steps(HEADING_STEPS, HEADING_HOLDS, 2)),
+    Run("yaw-2600", 2600.0, heading=_steps(HEADING_STEPS, HEADING_HOLDS, 4)),
 )
 """The estimation runs of section V-B, in its order."""
 
 TESTING = (
-    Run("depth-2133", 2133.0, depth=_depths(3)),
-    Run("yaw-2350", 2350.0, heading=_headings(5)),
+    Run("depth-2133", 2133.0, depth=_steps(DEPTH_STEPS, DEPTH_HOLDS, 3)),
+    Run("yaw-2350", 2350.0, heading=_steps(HEADING_STEPS, HEADING_HOLDS, 5)),
 )
 """The validation runs of section V-B, in its order."""

@@ -74,8 +74,7 @@ class Conditions:
         >>> WHITE.draw_errors(0, n_runs=6, n_samples=50).shape
         (50, 6, 10)
         """
-        streams = np.random.SeedSequence(seed).spawn(n_runs)
-        normal = _draw(streams, n_samples, len(CHANNELS))
+        normal = _draw(seed, n_runs, n_samples, len(CHANNELS))
         deviations = self.scale * np.sqrt(VARIANCES)
         return autoregression(normal, self.correlation_times, period) * deviations
 
@@ -104,19 +103,19 @@ class Conditions:
         >>> WHITE.draw_pushes(0, n_runs=6, n_samples=50).any()
         np.False_
         """
-        streams = [run.spawn(1)[0] for run in np.random.SeedSequence(seed).spawn(n_runs)]
-        normal = _draw(streams, n_samples, 6)
+        normal = _draw(seed, n_runs, n_samples, 6, 0)
         return autoregression(normal, (self.push_time,) * 6, period) * self.push
 
     def draw_specific_force_errors(self, seed: int, n_runs: int, n_samples: int) -> FloatArray:
         """Return the errors of the accelerometers, white, shape (n_samples, n_runs, 3) [m/s^2]."""
-        streams = [run.spawn(2)[1] for run in np.random.SeedSequence(seed).spawn(n_runs)]
         deviation = self.scale * float(np.sqrt(SPECIFIC_FORCE_VARIANCE))
-        return _draw(streams, n_samples, 3) * deviation
+        return _draw(seed, n_runs, n_samples, 3, 1) * deviation
 
 
-def _draw(streams: list[np.random.SeedSequence], n_samples: int, n_columns: int) -> FloatArray:
-    draws = [np.random.default_rng(one).standard_normal((n_samples, n_columns)) for one in streams]
+def _draw(seed: int, n_runs: int, n_samples: int, n_columns: int, *stream: int) -> FloatArray:
+    """Return normal numbers of a stream of each run, shape (n_samples, n_runs, n_columns)."""
+    keys = [np.random.SeedSequence(seed, spawn_key=(run, *stream)) for run in range(n_runs)]
+    draws = [np.random.default_rng(one).standard_normal((n_samples, n_columns)) for one in keys]
     return np.stack(draws, axis=1)
 
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -11,8 +12,8 @@ from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.conditioning.derived import GRAVITY
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError, did_you_mean
+from hydrodamp.progress import counted
 from hydrodamp.simulation.campaign.autopilot import (
-    PERIOD,
     PUBLISHED,
     TESTING,
     TRAINING,
@@ -38,12 +39,9 @@ STARTING_DEPTH = 10.0
 """Depth at which every run starts [m]."""
 
 
-@dataclass(frozen=True)
-class Voyage:
-    """What happened and what was measured, in every run."""
+class Voyage(NamedTuple):
+    """What happened and what was measured, arrays of shape (n_samples, n_runs, ...)."""
 
-    runs: tuple[Run, ...]
-    time: FloatArray
     states: FloatArray
     accelerations: FloatArray
     measured: FloatArray
@@ -56,7 +54,6 @@ def sail(
     motion: Motion,
     errors: FloatArray,
     pushes: FloatArray,
-    done: Callable[[], None] | None = None,
     autopilot: Autopilot = PUBLISHED,
 ) -> Voyage:
     """Return the voyage of every run, one sample each period of the autopilot."""
@@ -66,16 +63,14 @@ def sail(
     state, memory = np.zeros((len(runs), N_STATES)), Memory.blank(len(runs))
     state[:, 0], state[:, DEPTH] = motion.steady_surge, STARTING_DEPTH
     samples = []
-    for error, push, course, level in zip(errors, pushes, heading, depth, strict=True):
+    driven = zip(errors, pushes, heading, depth, strict=True)
+    for error, push, course, level in counted(driven, "sailing the campaign", len(errors)):
         measured, pushed = state[:, MEASURED] + error, motion.pushed(push)
         commands, memory = autopilot.steer(measured, course, level, memory)
         state = pushed.receive(state, commands)
-        samples.append((state, pushed.acceleration(state), measured, commands))
+        samples.append((state, pushed.acceleration(state), measured, commands, push))
         state = pushed.advance(state, commands, autopilot.period)
-        if done is not None:
-            done()
-    states, accelerations, seen, sent = (np.array(column) for column in zip(*samples, strict=True))
-    return Voyage(tuple(runs), time, states, accelerations, seen, sent, pushes)
+    return Voyage(*map(np.array, zip(*samples, strict=True)))
 
 
 TRUTHS = ("sname", "crossflow")
@@ -121,11 +116,6 @@ class Campaign:
     note: str
 
 
-def n_samples(duration: float = DURATION, period: float = PERIOD) -> int:
-    """Return how many samples a run has."""
-    return round(duration / period) + 1
-
-
 @dataclass(frozen=True)
 class Plan:
     """What sails where: a vehicle with rudder, elevator and propeller, its water and its runs."""
@@ -145,15 +135,11 @@ class Plan:
         return cls(vehicle, crossflow(known, Body.of(vehicle).fins_at))
 
     def sail(
-        self,
-        seeds: Sequence[int],
-        duration: float,
-        conditions: Conditions,
-        done: Callable[[], None] | None = None,
+        self, seeds: Sequence[int], duration: float, conditions: Conditions
     ) -> tuple[Campaign, ...]:
         """Return the campaign of each seed, all vehicles sailing side by side."""
         runs, period = self.training + self.testing, self.autopilot.period
-        size = len(runs), n_samples(duration, period), period
+        size = len(runs), round(duration / period) + 1, period
         body = Body.of(self.vehicle)
         rpm = np.array([run.rpm for run in runs * len(seeds)])
         voyage = sail(
@@ -161,31 +147,51 @@ class Plan:
             Motion(body, self.water, body.propulsion(rpm)),
             np.hstack([conditions.draw_errors(seed, *size) for seed in seeds]),
             np.hstack([conditions.draw_pushes(seed, *size) for seed in seeds]),
-            done,
             self.autopilot,
         )
-        starts = range(0, len(runs) * len(seeds), len(runs))
-        campaigns = tuple(self._campaign(voyage, start) for start in starts)
-        if not conditions.accelerometer:
-            return campaigns
         return tuple(
-            _with_accelerometers(one, conditions.draw_specific_force_errors(seed, *size[:2]))
-            for one, seed in zip(campaigns, seeds, strict=True)
+            self._campaign(
+                Voyage(*(array[:, k * len(runs) : (k + 1) * len(runs)] for array in voyage)),
+                conditions.draw_specific_force_errors(seed, *size[:2])
+                if conditions.accelerometer
+                else None,
+            )
+            for k, seed in enumerate(seeds)
         )
 
-    def _campaign(self, voyage: Voyage, start: int) -> Campaign:
-        training = range(start, start + len(self.training))
-        testing = range(training.stop, training.stop + len(self.testing))
-        return Campaign(
-            train=_log(voyage, training, voyage.measured),
-            test=_log(voyage, testing, voyage.measured),
-            exact_train=_log(voyage, training, voyage.states, voyage.accelerations),
-            exact_test=_log(voyage, testing, voyage.states, voyage.accelerations),
-            train_pushes=frozen(_joined(voyage.pushes, training)),
-            test_pushes=frozen(_joined(voyage.pushes, testing)),
-            vehicle=self.vehicle,
-            truth=self.water.name,
-            note=self.water.note,
+    def _campaign(self, voyage: Voyage, specific_force_errors: FloatArray | None) -> Campaign:
+        parts: dict[str, Any] = {}
+        n = len(self.training)
+        for name, runs, place in (
+            ("train", self.training, slice(n)),
+            ("test", self.testing, slice(n, None)),
+        ):
+            own = Voyage(*(array[:, place] for array in voyage))
+            exact = replace(
+                self._log(runs, own, own.states), acceleration=frozen(_joined(own.accelerations))
+            )
+            seen = self._log(runs, own, own.measured)
+            if specific_force_errors is not None:
+                seen = _accelerated(seen, exact, _joined(specific_force_errors[:, place]))
+            pushes = frozen(_joined(own.pushes))
+            parts |= {name: seen, f"exact_{name}": exact, f"{name}_pushes": pushes}
+        return Campaign(**parts, vehicle=self.vehicle, truth=self.water.name, note=self.water.note)
+
+    def _log(self, runs: Sequence[Run], voyage: Voyage, states: FloatArray) -> Log:
+        n = len(states)
+        time = np.arange(n) * self.autopilot.period
+        rudder, elevator = _joined(voyage.commands).T
+        return Log.from_arrays(
+            np.concatenate([(time[-1] + PAUSE) * k + time for k in range(len(runs))]),
+            _joined(states[:, :, VELOCITY]),
+            attitude=_joined(states[:, :, EULER]),
+            commands={
+                "rudder": rudder,
+                "elevator": elevator,
+                "rpm": np.repeat([run.rpm for run in runs], n),
+            },
+            segment=[run.name for run in runs for _ in range(n)],
+            source="re-enacted campaign",
         )
 
 
@@ -194,7 +200,6 @@ def reenact(
     truth: str = "sname",
     duration: float = DURATION,
     conditions: Conditions = WHITE,
-    done: Callable[[], None] | None = None,
 ) -> Campaign:
     """Return the logs of the paper's campaign, sailed by a simulated VT 690.
 
@@ -213,8 +218,6 @@ def reenact(
     conditions : Conditions, optional
         Errors of the sensors and pushes on the vehicle; published white noise and no
         pushes by default.
-    done : callable, optional
-        Called after each sample, of all runs at once, for a progress bar.
 
     Returns
     -------
@@ -234,7 +237,7 @@ def reenact(
     >>> campaign.test.command_names
     ('rudder', 'elevator', 'rpm')
     """
-    return reenact_all((seed,), truth, duration, conditions, done)[0]
+    return reenact_all((seed,), truth, duration, conditions)[0]
 
 
 def reenact_all(
@@ -242,7 +245,6 @@ def reenact_all(
     truth: str = "sname",
     duration: float = DURATION,
     conditions: Conditions = WHITE,
-    done: Callable[[], None] | None = None,
 ) -> tuple[Campaign, ...]:
     """Return the campaign of each seed, all vehicles sailing side by side.
 
@@ -252,7 +254,7 @@ def reenact_all(
     ----------
     seeds : sequence of int
         Seeds of the noise, each 0 or more.
-    truth, duration, conditions, done : optional
+    truth, duration, conditions : optional
         As in :func:`reenact`.
 
     Returns
@@ -271,7 +273,7 @@ def reenact_all(
     [84, 84]
     """
     _check(seeds, truth, duration)
-    return Plan.of(truth).sail(seeds, duration, conditions, done)
+    return Plan.of(truth).sail(seeds, duration, conditions)
 
 
 def _check(seeds: Sequence[int], truth: str, duration: float) -> None:
@@ -287,38 +289,8 @@ def _check(seeds: Sequence[int], truth: str, duration: float) -> None:
         raise MethodError(f"`duration` must be 1 s or more; got {duration}")
 
 
-def _log(
-    voyage: Voyage,
-    places: Sequence[int],
-    states: FloatArray,
-    acceleration: FloatArray | None = None,
-) -> Log:
-    runs, n = [voyage.runs[place] for place in places], len(voyage.time)
-    rudder, elevator = _joined(voyage.commands, places).T
-    starts = (voyage.time[-1] + PAUSE) * np.arange(len(runs))
-    rpm = np.repeat([run.rpm for run in runs], n)
-    return Log.from_arrays(
-        np.concatenate([start + voyage.time for start in starts]),
-        _joined(states[:, :, VELOCITY], places),
-        attitude=_joined(states[:, :, EULER], places),
-        commands={"rudder": rudder, "elevator": elevator, "rpm": rpm},
-        acceleration=None if acceleration is None else _joined(acceleration, places),
-        segment=[run.name for run in runs for _ in range(n)],
-        source="re-enacted campaign",
-    )
-
-
-def _with_accelerometers(campaign: Campaign, errors: FloatArray) -> Campaign:
-    """Return a campaign whose logs have a specific force, and the acceleration that it tells."""
-    n = len(campaign.train.segments)
-    train = _accelerated(campaign.train, campaign.exact_train, _joined(errors, range(n)))
-    rest = _joined(errors, range(n, errors.shape[1]))
-    return replace(
-        campaign, train=train, test=_accelerated(campaign.test, campaign.exact_test, rest)
-    )
-
-
 def _accelerated(log: Log, exact: Log, errors: FloatArray) -> Log:
+    """Return a log with a specific force, and the acceleration that it tells."""
     assert exact.acceleration is not None
     felt = exact.acceleration[:, :3] + _turning(exact) + errors
     linear = felt - _turning(log)
@@ -331,5 +303,6 @@ def _turning(log: Log) -> FloatArray:
     return np.cross(log.velocity[:, 3:], log.velocity[:, :3]) - GRAVITY * log.down
 
 
-def _joined(columns: FloatArray, places: Sequence[int]) -> FloatArray:
-    return np.concatenate([columns[:, place] for place in places])
+def _joined(columns: FloatArray) -> FloatArray:
+    """Return arrays of shape (n_samples, n_runs, k) as rows, run by run."""
+    return columns.swapaxes(0, 1).reshape(-1, columns.shape[-1])
