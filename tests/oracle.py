@@ -11,8 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hydrodamp.kernels import Adapted, Estimate
-from hydrodamp.kernels.inputs import Inputs
-from hydrodamp.kernels.plant import FIXED_ATOMS
+from hydrodamp.kernels.plant import FIXED_ATOMS, Inputs
 
 SLOWEST = 1e-6  # m/s; slower speeds count as this where the propulsion ratio divides by one
 SLACK = 1e-6  # how much longer than asked a sub-step may be, relative: clocks round

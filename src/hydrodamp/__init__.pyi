@@ -129,7 +129,7 @@ from .ingest.read import (
     read_parts as read_parts,
     read_recording as read_recording,
 )
-from .kernels.inputs import Sample as Sample
+from .kernels.plant import Sample as Sample
 from .models.catalog import (
     PAPER_MODELS as PAPER_MODELS,
     catalog as catalog,

@@ -7,8 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from hydrodamp.kernels.inputs import Inputs
-from hydrodamp.kernels.plant import FIXED_ATOMS, Plant
+from hydrodamp.kernels.plant import FIXED_ATOMS, Inputs, Plant
 
 
 def mass_matrix(rng):

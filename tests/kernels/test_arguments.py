@@ -8,7 +8,7 @@ import pytest
 from hydrodamp import kernels
 from hydrodamp.errors import ProblemError
 from hydrodamp.kernels import Gains
-from hydrodamp.kernels.inputs import Sample
+from hydrodamp.kernels.plant import Sample
 
 
 @pytest.fixture

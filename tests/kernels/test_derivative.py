@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from hydrodamp import kernels
-from hydrodamp.kernels.inputs import Inputs
-from hydrodamp.kernels.plant import Plant
+from hydrodamp.kernels.plant import Inputs, Plant
 
 SEGMENTS = np.array([[0, 7], [8, 16]])
 INSIDE = np.delete(np.arange(16), 7)  # a row of the Jacobian for each sample of a segment

@@ -15,8 +15,7 @@ from hypothesis import given, strategies as st
 
 from hydrodamp import kernels
 from hydrodamp.kernels import Gains
-from hydrodamp.kernels.inputs import Inputs
-from hydrodamp.kernels.plant import Plant
+from hydrodamp.kernels.plant import Inputs, Plant
 
 SEEDS = st.integers(0, 2**32 - 1)
 LENGTHS = st.floats(-2.0, 1.0).map(lambda exponent: 10.0**exponent)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hydrodamp.errors import ProblemError
-from hydrodamp.kernels.inputs import Inputs, Sample
+from hydrodamp.kernels.plant import Inputs, Sample
 
 
 def test_a_sample_holds_its_row(make):

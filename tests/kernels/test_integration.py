@@ -8,8 +8,7 @@ from scipy.integrate import solve_ivp
 
 import oracle
 from hydrodamp import kernels
-from hydrodamp.kernels.inputs import Inputs
-from hydrodamp.kernels.plant import Plant
+from hydrodamp.kernels.plant import Inputs, Plant
 
 FREE = (True,) * 6
 WHOLE = np.array([[0, 2]])

@@ -10,13 +10,11 @@ import numpy.typing as npt
 
 from hydrodamp.arrays import FloatArray, IndexArray
 from hydrodamp.basis.atoms import VELOCITIES, atom_index
-from hydrodamp.basis.term import MAX_FACTORS, AtomKey, Term, atom_key
+from hydrodamp.basis.term import MAX_FACTORS, Term, atom_key
 from hydrodamp.errors import TermError, did_you_mean
 
 #: Speed [m/s] below which the propulsion ratio is taken at this speed.
 SLOWEST = 1e-6
-
-TermKey = tuple[int, int, tuple[AtomKey, ...]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -254,7 +252,7 @@ UNION = Basis.of(*_PAPER_SPELLINGS.split())
 _UNION_PLACE = {term: place for place, term in enumerate(UNION.terms)}
 
 
-def canonical_key(term: Term) -> TermKey:
+def canonical_key(term: Term) -> tuple[object, ...]:
     """Return what terms are sorted by."""
     place = _UNION_PLACE.get(term, len(_UNION_PLACE))
     return place, len(term.factors), tuple(atom_key(factor) for factor in term.factors)

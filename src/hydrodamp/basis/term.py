@@ -26,8 +26,6 @@ from hydrodamp.errors import TermError
 MAX_FACTORS = 4
 
 
-AtomKey = tuple[int, str, bool]
-
 _COMMAND = re.compile(r"(\|?)([A-Za-z_][A-Za-z0-9_]*)\1(?:\^([1-9]))?")
 _ADVICE = (
     "Write products of u v w p q r, |u| ... |r|, U V V_v V_w, (eta-1) and down_x down_y down_z, "
@@ -170,10 +168,6 @@ class Term:
         """Return the canonical spelling."""
         return spell(self.factors)
 
-    def __repr__(self) -> str:
-        """Return the call that makes the term."""
-        return f"Term.parse({str(self)!r})"
-
 
 @lru_cache(maxsize=4096)
 def _parse(text: str) -> Term:
@@ -193,7 +187,7 @@ def _latex_atom(atom: str) -> str:
     return rf"\mathrm{{{escaped}}}"
 
 
-def atom_key(atom: str) -> AtomKey:
+def atom_key(atom: str) -> tuple[int, str, bool]:
     """Return what atoms are sorted by: reserved ones in table order, then commands by name."""
     return ATOM_PLACE.get(atom, FIRST_CHANNEL), atom.strip("|"), is_absolute(atom)
 

@@ -15,7 +15,7 @@ from hydrodamp.identification.differences import mean_square, signal_to_noise
 from hydrodamp.identification.fit import Fit, empty_fit, fitted
 from hydrodamp.identification.online import first_guess, with_log
 from hydrodamp.identification.triangle import BLOCK, Triangle
-from hydrodamp.kernels.inputs import Sample
+from hydrodamp.kernels.plant import Sample
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Columns, Problem, stamp

@@ -12,7 +12,7 @@ from hydrodamp.basis.atoms import AXES, VELOCITY_OF
 from hydrodamp.basis.basis import guarded_speed
 from hydrodamp.data.attitude import down, quaternion_from_euler
 from hydrodamp.errors import MethodError, ProblemError, did_you_mean
-from hydrodamp.kernels.inputs import Sample
+from hydrodamp.kernels.plant import Sample
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Columns, Problem, held_channels

@@ -16,8 +16,7 @@ from hydrodamp.identification.fit import Fit, empty_fit, fitted
 from hydrodamp.identification.online import first_guess, with_log
 from hydrodamp.identification.triangle import spanned
 from hydrodamp.kernels import Estimate, Recursion
-from hydrodamp.kernels.inputs import Sample
-from hydrodamp.kernels.plant import Entries
+from hydrodamp.kernels.plant import Entries, Sample
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Columns, Problem, stamp

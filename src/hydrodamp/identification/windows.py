@@ -12,7 +12,7 @@ from hydrodamp import kernels
 from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.identification.differences import median_step
 from hydrodamp.identification.triangle import folded_rows
-from hydrodamp.kernels.inputs import Inputs
+from hydrodamp.kernels.plant import Inputs
 from hydrodamp.simulation.problem import Problem
 
 #: Longest Runge-Kutta step [s]: twice a replay's, at half the work; on the modes of a vehicle (10

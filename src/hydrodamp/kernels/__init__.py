@@ -1,6 +1,6 @@
 """Everything that steps in time, on arrays alone, in one C99 library.
 
-A plant and a model are tables here, so a new model compiles nothing. Read plant and inputs
+A plant and a model are tables here, so a new model compiles nothing. Read plant
 (the arrays), then core and estimators (the functions), then csrc.
 """
 

@@ -18,8 +18,7 @@ from cffi import FFI
 
 from hydrodamp.arrays import FloatArray, IndexArray, IntArray
 from hydrodamp.errors import ProblemError
-from hydrodamp.kernels.inputs import Inputs
-from hydrodamp.kernels.plant import Plant, checked_factors, whole_numbers
+from hydrodamp.kernels.plant import Inputs, Plant, checked_factors, whole_numbers
 
 _HERE = Path(__file__).parent
 

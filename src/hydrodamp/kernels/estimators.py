@@ -13,8 +13,7 @@ import numpy as np
 from hydrodamp.arrays import FloatArray, IntArray, frozen
 from hydrodamp.errors import ProblemError
 from hydrodamp.kernels.core import ROOM, C, ffi, floats, plant_of, pointer, record_of, spans
-from hydrodamp.kernels.inputs import PACKED, Inputs, Sample
-from hydrodamp.kernels.plant import Entries, Plant
+from hydrodamp.kernels.plant import PACKED, Entries, Inputs, Plant, Sample
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,8 +1,8 @@
-"""The plant of eq. 1 as arrays, and which of its coefficients move."""
+"""The plant of eq. 1 as arrays, which of its coefficients move, and what drives it."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 
 import numpy as np
 import numpy.typing as npt
@@ -11,6 +11,7 @@ from hydrodamp.arrays import BoolArray, FloatArray, IndexArray, IntArray, frozen
 from hydrodamp.errors import ProblemError
 
 FIXED_ATOMS = 21  # atoms that every plant has; channels and their absolute values follow
+PACKED = 18  # numbers of a packed sample before its channels
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,6 +96,139 @@ class Entries:
         sizes = np.diff(self.starts)
         ends = np.cumsum(sizes**2)
         return [packed[end - n * n : end].reshape(n, n) for n, end in zip(sizes, ends, strict=True)]
+
+
+@dataclass(frozen=True, eq=False)
+class Inputs:
+    """Recorded motion and actuation, arrays of one row a sample.
+
+    Time [s] increases strictly within a segment; the wrench stands on the right-hand side;
+    channels are held until the next sample. The two columns of ``propulsion`` are the
+    propeller's surge speed u_c [m/s]: held over the step that begins at the sample, and the one
+    to use where the sample ends a step.
+    """
+
+    time: FloatArray  # (n,)
+    velocity: FloatArray  # (n, 6)
+    down: FloatArray  # (n, 3), the world's down direction in the body frame
+    wrench: FloatArray  # (n, 6)
+    channels: FloatArray  # (n, m)
+    propulsion: FloatArray  # (n, 2)
+
+    def __post_init__(self) -> None:
+        """Copy, check and freeze the arrays."""
+        widths = {"velocity": 6, "down": 3, "wrench": 6, "channels": None, "propulsion": 2}
+        object.__setattr__(self, "time", frozen(self.time, (None,), "time"))
+        for name, width in widths.items():
+            array = frozen(getattr(self, name), (len(self.time), width), name)
+            object.__setattr__(self, name, array)
+
+    @property
+    def n(self) -> int:
+        """Return the number of samples."""
+        return len(self.time)
+
+    @property
+    def n_channels(self) -> int:
+        """Return the number of command channels."""
+        return int(self.channels.shape[1])
+
+    def part(self, part: slice | IntArray, velocity: FloatArray | None = None) -> Inputs:
+        """Return some of the samples, with another velocity where one is given."""
+        some = {each.name: getattr(self, each.name)[part] for each in fields(self)}
+        return Inputs(**(some if velocity is None else some | {"velocity": velocity}))
+
+    def sample(self, k: int) -> Sample:
+        """Return sample ``k`` alone, as the online step takes it."""
+        one = {each.name: getattr(self, each.name)[k] for each in fields(self)}
+        return Sample.of(**one)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Sample:
+    """One sample, packed into a single array for a quick call.
+
+    Parameters
+    ----------
+    values : ndarray, shape (18 + m,)
+        Time [s], velocity (6), down (3), wrench (6), propulsion (2) and the m
+        channels, one behind the other; see :class:`Inputs`. Made by
+        :meth:`of`, taken as it is.
+    """
+
+    values: FloatArray
+
+    @property
+    def time(self) -> float:
+        """Return its time [s]."""
+        return float(self.values[0])
+
+    @property
+    def velocity(self) -> FloatArray:
+        """Return its velocity, shape (6,) [m/s, rad/s]."""
+        return self.values[1:7]
+
+    @property
+    def propulsion(self) -> FloatArray:
+        """Return u_c over the step that begins here and where one ends here [m/s]."""
+        return self.values[16:PACKED]
+
+    @classmethod
+    def of(
+        cls,
+        *,
+        time: float,
+        velocity: npt.ArrayLike,
+        down: npt.ArrayLike = (0.0, 0.0, 1.0),
+        wrench: npt.ArrayLike = (0.0,) * 6,
+        channels: npt.ArrayLike = (),
+        propulsion: npt.ArrayLike = (0.0, 0.0),
+    ) -> Sample:
+        """Pack one sample.
+
+        Parameters
+        ----------
+        time : float
+            [s].
+        velocity : array_like, shape (6,)
+            u v w [m/s], p q r [rad/s], body frame.
+        down : array_like, shape (3,), optional
+            The world's down direction in the body frame; level by default.
+        wrench : array_like, shape (6,), optional
+            Recorded force [N] and moment [N m], body frame.
+        channels : array_like, shape (m,), optional
+            Command channels.
+        propulsion : array_like, shape (2,), optional
+            u_c [m/s] over the step that begins here, and where a step ends here.
+
+        Returns
+        -------
+        sample : Sample
+            The packed sample.
+
+        Raises
+        ------
+        ProblemError
+            If a shape is wrong.
+
+        Examples
+        --------
+        >>> Sample.of(time=0.0, velocity=[1, 0, 0, 0, 0, 0]).values.shape
+        (18,)
+        """
+        held = np.asarray(channels, dtype=np.float64)
+        values = np.empty(PACKED + held.size)
+        values[0] = time
+        try:
+            values[1:7] = velocity
+            values[7:10] = down
+            values[10:16] = wrench
+            values[16:PACKED] = propulsion
+            values[PACKED:] = held
+        except ValueError as error:
+            raise ProblemError(f"a sample does not have the shapes required: {error}") from error
+        values.setflags(write=False)
+        return cls(values)
 
 
 def checked_factors(factors: npt.ArrayLike, n_channels: int) -> IndexArray:

@@ -16,8 +16,7 @@ from hydrodamp.basis.atoms import FIRST_CHANNEL
 from hydrodamp.basis.basis import Basis, guarded_speed
 from hydrodamp.data.log import Log
 from hydrodamp.errors import ModelError, PropulsionWarning
-from hydrodamp.kernels.inputs import Inputs
-from hydrodamp.kernels.plant import Plant
+from hydrodamp.kernels.plant import Inputs, Plant
 from hydrodamp.models.damping import Damping, VehicleStamp
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.actuation import actuation_channels

@@ -312,14 +312,7 @@ class Vehicle:
 
     def __eq__(self, other: object) -> bool:
         """Tell whether every field is the same."""
-        if not isinstance(other, Vehicle):
-            return NotImplemented
-        return all(
-            np.array_equal(getattr(self, part.name), getattr(other, part.name))
-            if isinstance(getattr(self, part.name), np.ndarray)
-            else getattr(self, part.name) == getattr(other, part.name)
-            for part in fields(self)
-        )
+        return isinstance(other, Vehicle) and _values(self) == _values(other)
 
     def __hash__(self) -> int:
         """Return a hash of the name and the numbers of the mass matrix."""
@@ -343,6 +336,11 @@ class Vehicle:
             parts.append("no known actuators")
         origins = (("source", self.source), ("note", self.note))
         return "\n".join([*parts, *(f"{what}: {text}" for what, text in origins if text)])
+
+
+def _values(vehicle: Vehicle) -> list[Any]:
+    given = (getattr(vehicle, field.name) for field in fields(vehicle))
+    return [value.tolist() if isinstance(value, np.ndarray) else value for value in given]
 
 
 def checked_actuators(actuators: tuple[Actuator, ...]) -> tuple[Actuator, ...]:
