@@ -84,7 +84,7 @@ def _piece(option: str, value: str, whole: hd.Log) -> hd.Log:
 
 
 def _is_file(value: str) -> bool:
-    from hydrodamp.ingest.formats.detect import FORMATS
+    from hydrodamp.ingest.formats.files import FORMATS
 
     suffix = Path(value).suffix.lower()
     return Path(value).exists() or any(suffix in form.suffixes for form in FORMATS)

@@ -11,7 +11,7 @@ from scipy import sparse
 
 from hydrodamp.arrays import FloatArray, IntArray, frozen
 from hydrodamp.basis.atoms import VELOCITIES
-from hydrodamp.data.attitude import euler_from_quaternion, rotation
+from hydrodamp.data.attitude import euler_from_quaternion, in_body, rotation
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError
 
@@ -312,13 +312,13 @@ def without_current(log: Log, current: Current | None = None) -> Log:
 
 def _relative(log: Log, current: Current, known: str) -> Log:
     assert log.attitude is not None
-    seen = _in_body(log.attitude, current.at(log.elapsed))
+    seen = in_body(log.attitude, current.at(log.elapsed))
     recorded = [name in log.velocity_names for name in VELOCITIES[:3]]
     velocity = log.velocity.copy()
     velocity[:, :3] -= np.where(recorded, seen, 0.0)
     acceleration = log.acceleration
     if acceleration is not None:
-        change = _in_body(log.attitude, _slope(log, current)) - np.cross(log.velocity[:, 3:], seen)
+        change = in_body(log.attitude, _slope(log, current)) - np.cross(log.velocity[:, 3:], seen)
         acceleration = acceleration.copy()
         acceleration[:, :3] -= np.where(recorded, change, 0.0)
     sizes = np.linalg.norm(current.velocity, axis=1)
@@ -328,11 +328,6 @@ def _relative(log: Log, current: Current, known: str) -> Log:
         f" {high:.3g} m/s (standard error up to {current.standard_error.max():.2g} m/s)"
     )
     return dataclasses.replace(log, velocity=velocity, acceleration=acceleration).noted(note)
-
-
-def _in_body(attitude: FloatArray, horizontal: FloatArray) -> FloatArray:
-    """Return world vectors without a vertical part in body components."""
-    return np.asarray(np.einsum("nij,ni->nj", rotation(attitude)[:, :2], horizontal))
 
 
 def _slope(log: Log, current: Current) -> FloatArray:

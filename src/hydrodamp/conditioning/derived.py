@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from hydrodamp.arrays import FloatArray, IntArray, frozen
 from hydrodamp.basis.atoms import VELOCITIES
-from hydrodamp.data.attitude import down, rotation, turn
+from hydrodamp.data.attitude import down, in_body, turn
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError, did_you_mean
 
@@ -203,7 +203,7 @@ def velocity_from_position(
     if not chosen:
         return log
     fit, window = slopes(log.time, log.bounds, relative(position), seconds)
-    body = np.einsum("nji,nj->ni", rotation(attitude), fit.slope)  # v = R^T dx/dt
+    body = in_body(attitude, fit.slope)  # v = R^T dx/dt
     columns = {name: body[:, _LINEAR.index(name)] for name in chosen}
     note = (
         f"derived: `{' '.join(chosen)}` over ground from position, by local quadratics over"

@@ -39,6 +39,20 @@ def rotation(quaternion: FloatArray) -> FloatArray:
     return np.moveaxis(np.array(rows), -1, 0)
 
 
+def in_body(quaternion: FloatArray, world: FloatArray) -> FloatArray:
+    """Return vectors of the world in body components; those of two components are horizontal."""
+    rows = rotation(quaternion)[:, : world.shape[1]]
+    return np.asarray(np.einsum("nij,ni->nj", rows, world))
+
+
+def product(first: FloatArray, second: FloatArray) -> FloatArray:
+    """Return the rotation by the second quaternion, then by the first."""
+    w, v = first[..., :1], first[..., 1:]
+    scalar, vector = second[..., :1], second[..., 1:]
+    real = w * scalar - np.sum(v * vector, axis=-1, keepdims=True)
+    return np.concatenate((real, w * vector + scalar * v + np.cross(v, vector)), axis=-1)
+
+
 def down(quaternion: FloatArray) -> FloatArray:
     """Return the world's downward direction in body components, R^T e3."""
     return rotation(quaternion)[:, 2]
@@ -46,10 +60,8 @@ def down(quaternion: FloatArray) -> FloatArray:
 
 def turn(first: FloatArray, second: FloatArray) -> FloatArray:
     """Return the rotation vectors that carry one attitude into another."""
-    w1, v1 = first[:, :1], first[:, 1:]
-    w2, v2 = second[:, :1], second[:, 1:]
-    scalar = w1 * w2 + np.sum(v1 * v2, axis=1, keepdims=True)
-    vector = w1 * v2 - w2 * v1 - np.cross(v1, v2)
+    apart = product(first * (1.0, -1.0, -1.0, -1.0), second)
+    scalar, vector = apart[:, :1], apart[:, 1:]
     vector = np.where(scalar < 0, -vector, vector)
     sine = np.linalg.norm(vector, axis=1, keepdims=True)
     angle = 2 * np.arctan2(sine, np.abs(scalar))

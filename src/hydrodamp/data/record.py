@@ -67,11 +67,8 @@ class Record:
     @property
     def joins(self) -> BoolArray:
         """Whether a segment begins at each sample by its label, shape (n,)."""
-        starts = np.zeros(self.n, dtype=np.bool_)
+        starts = changes(self.labels, self.n)
         starts[:1] = True
-        if self.labels is not None:
-            labels = np.array(self.labels, dtype=object)
-            starts[1:] = labels[1:] != labels[:-1]
         return starts
 
     @property
@@ -165,6 +162,15 @@ def unrecorded(name: str, block: FloatArray) -> BoolArray:
 def side_by_side(columns: Mapping[str, FloatArray], names: Sequence[str], n: int) -> FloatArray:
     """Stack columns; those that are absent are zero."""
     return np.column_stack([columns.get(name, np.zeros(n)) for name in names])
+
+
+def changes(labels: Sequence[str] | None, n: int) -> BoolArray:
+    """Return which of n samples have another label than the one before."""
+    changed = np.zeros(n, dtype=np.bool_)
+    if labels is not None:
+        names = np.array(labels, dtype=object)
+        changed[1:] = names[1:] != names[:-1]
+    return changed
 
 
 def command_faults(names: Iterable[str]) -> list[str]:

@@ -1,22 +1,35 @@
-"""The door to recorded files of every format."""
+"""The door to recorded files: through a mapping, or as a table in the canonical form."""
 
 from __future__ import annotations
 
+import dataclasses
+import re
 import warnings
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 
+from hydrodamp.basis.atoms import VELOCITIES
 from hydrodamp.conditioning.steps import clean
+from hydrodamp.data.canonical import record_of_columns
+from hydrodamp.data.channels import QUANTITIES, RESERVED, SEGMENT
+from hydrodamp.data.checks import record_faults
 from hydrodamp.data.log import Log, concatenate
-from hydrodamp.data.recording import Recording
-from hydrodamp.errors import GapWarning
-from hydrodamp.ingest.mapping import LogMapping, read_mapping
-from hydrodamp.ingest.mapping.canonical_table import canonical_record
+from hydrodamp.data.record import Record
+from hydrodamp.data.recording import Recording, Topic
+from hydrodamp.errors import GapWarning, LogError
+from hydrodamp.ingest.formats import files
+from hydrodamp.ingest.mapping import LogMapping, presets, read_mapping
+from hydrodamp.ingest.mapping.finding import Found, labels_of, listed
+from hydrodamp.ingest.mapping.schema import Entry, Source
 
 #: A file or a folder.
 Place = str | Path
+
+_LISTED = 8
+_UNNAMED = re.compile(r"column \d+")  # how readers call a column without a name
+_TWICE = re.compile(r"(.*) \(\d+\)")  # and one whose name another has too
 
 
 def read_log(path: Place | Sequence[Place], mapping: LogMapping | str | Path | None = None) -> Log:
@@ -73,9 +86,7 @@ def read_recording(path: Place | Sequence[Place]) -> Recording:
     LogError
         With every fault of the file.
     """
-    from hydrodamp.ingest.formats.files import read
-
-    return read(path)
+    return files.read(path)
 
 
 def read_logs(
@@ -102,19 +113,15 @@ def read_logs(
     LogError
         With the faults of every file.
     """
-    from hydrodamp.ingest.formats.files import each
-
-    files = [paths] if isinstance(paths, (str, Path)) else list(paths)
+    given_paths = [paths] if isinstance(paths, (str, Path)) else list(paths)
     given = _mapping(mapping)
-    return concatenate(each(files, lambda path: read_log(path, given)))
+    return concatenate(files.each(given_paths, lambda path: read_log(path, given)))
 
 
 def logs_of(recordings: Iterable[Recording], mapping: LogMapping | str | Path | None = None) -> Log:
     """Return several recordings as one log, each at least a segment of its own."""
-    from hydrodamp.ingest.formats.files import each
-
     given = _mapping(mapping)
-    return concatenate(each(recordings, lambda recording: _log(recording, given)))
+    return concatenate(files.each(recordings, lambda recording: _log(recording, given)))
 
 
 def _log(recording: Recording, mapping: LogMapping | None) -> Log:
@@ -150,10 +157,8 @@ def read_parts(
     LogError
         With every fault of a part.
     """
-    from hydrodamp.ingest.formats.detect import parts
-
     given = _mapping(mapping)
-    for number, part in enumerate(parts(path, rows), start=1):
+    for number, part in enumerate(files.parts(path, rows), start=1):
         if not _is_blank(part, given):
             record = canonical_record(part) if given is None else given.record(part)
             if np.count_nonzero(~record.missing) > 1:
@@ -173,3 +178,78 @@ def _is_blank(part: Recording, mapping: LogMapping | None) -> bool:
 
 def _mapping(given: LogMapping | str | Path | None) -> LogMapping | None:
     return read_mapping(given) if isinstance(given, str | Path) else given
+
+
+def canonical_record(recording: Recording) -> Record:
+    """Return the record of a table in the canonical form."""
+    if len(recording.topics) != 1 or recording.topics[0].name:
+        raise LogError(_no_table(recording), source=recording.source)
+    table = recording.topics[0]
+    columns = [*_columns(table)]
+    faults = {one.field: [*one.faults()] for one in columns}
+    # What cannot be read is there all the same, so that nothing else is said to be missing.
+    numbers = {
+        one.field: np.zeros(table.n) if faults[one.field] else one.values() for one in columns
+    }
+    if "time" not in numbers and table.time is not None:
+        numbers["time"] = table.time
+    record, wrong = record_of_columns(
+        numbers,
+        tuple(name for name in numbers if name not in RESERVED and not _is_odd(name, table)),
+        labels_of(table, "segment"),
+        table.lines or None,
+        recording.source,
+    )
+    told = [fault for each in faults.values() for fault in each]
+    told += [*wrong, *_name_faults((*table.fields, *table.texts))]
+    if told and record is not None and not any(faults.values()):
+        told += record_faults(record)
+    if told or record is None:
+        raise LogError(told or ["there are no samples"], source=recording.source)
+    return dataclasses.replace(record, notes=recording.notes)
+
+
+def _columns(table: Topic) -> Iterator[Found]:
+    """Yield the columns, but for the names of segments."""
+    for name in dict.fromkeys((*table.faults, *table.fields, *table.texts)):
+        if name != SEGMENT or (name in table.faults and name not in table.texts):
+            source = Source(column=name)
+            yield Found(Entry("", name, (source,), QUANTITIES.get(name)), source, table, name)
+
+
+def _is_odd(name: str, table: Topic) -> bool:
+    """Return whether a column has no name of its own: none at all, or one that stands twice."""
+    twice = _TWICE.fullmatch(name)
+    return bool(_UNNAMED.fullmatch(name)) or (twice is not None and twice[1] in table.faults)
+
+
+def _name_faults(names: Collection[str]) -> Iterator[str]:
+    """Yield the names that are empty, or reserved ones (`time` is missed anyway) in other case."""
+    if names and all(map(_UNNAMED.fullmatch, names)):
+        yield "there is no line of column names; write one above the numbers"
+        return
+    for name in names:
+        if _UNNAMED.fullmatch(name):
+            yield f"{name} has no name; drop it (pandas: `to_csv(..., index=False)`)"
+        lower = name.lower()
+        if len(name) > 1 and name != lower and lower in RESERVED[1:] and lower not in names:
+            yield f"column `{name}` must be spelt `{lower}`; names keep their case"
+
+
+def _no_table(recording: Recording) -> str:
+    names = [topic.name or "(a table)" for topic in recording.topics]
+    if len(names) > 1 and all(map(is_canonical, recording.topics)):
+        return (
+            f"each of {', '.join(names)} is a whole log in the canonical form. Read them one after"
+            " another by `read_logs`; `read_log` takes several files as the topics of one recording"
+        )
+    return (
+        f"it holds the topics {listed(names, _LISTED) or 'none'}; a mapping must say which is"
+        f" what. Give a mapping file, or a preset: {', '.join(presets())}"
+    )
+
+
+def is_canonical(topic: Topic) -> bool:
+    """Return whether a topic has a time and a velocity by their canonical names."""
+    names = {*topic.fields, *topic.texts, *topic.faults}
+    return "time" in names and not names.isdisjoint(VELOCITIES)

@@ -14,7 +14,7 @@ import scipy.io
 
 from hydrodamp.errors import LogError
 from hydrodamp.ingest.formats import arrays, files, parquet
-from hydrodamp.ingest.formats.detect import parts
+from hydrodamp.ingest.formats.files import parts
 
 TIME = np.arange(5.0)
 

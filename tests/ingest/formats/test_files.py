@@ -14,7 +14,7 @@ import pytest
 
 from hydrodamp.data.recording import Topic
 from hydrodamp.errors import FileError, LogError
-from hydrodamp.ingest.formats import content, detect, files, rosbag
+from hydrodamp.ingest.formats import content, files, rosbag
 from hydrodamp.ingest.formats.cells import unique_names
 
 TABLE = "t,u\n0,1\n1,2\n"
@@ -46,7 +46,7 @@ TABLE = "t,u\n0,1\n1,2\n"
 def test_content_comes_before_the_name(tmp_path: Path, begin: bytes, name: str, form: str) -> None:
     path = tmp_path / name
     path.write_bytes(begin)
-    assert detect.format_of(path).name == form
+    assert files.format_of(path).name == form
 
 
 def test_archives_of_arrays_are_known_inside(tmp_path: Path) -> None:
@@ -60,15 +60,15 @@ def test_archives_of_arrays_are_known_inside(tmp_path: Path) -> None:
 
 def test_a_folder_is_no_file(tmp_path: Path) -> None:
     with pytest.raises(FileError, match="is a folder"):
-        detect.format_of(tmp_path)
+        files.format_of(tmp_path)
 
 
 def test_a_file_comes_in_parts_where_it_can(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text(TABLE)
-    assert [part.topics[0].n for part in detect.parts(tmp_path / "a.csv", 1)] == [1, 1]
+    assert [part.topics[0].n for part in files.parts(tmp_path / "a.csv", 1)] == [1, 1]
     np.savez(tmp_path / "b.npz", t=np.arange(3.0))
     with pytest.raises(FileError, match="NumPy arrays cannot be read in parts"):
-        next(detect.parts(tmp_path / "b.npz", 1))
+        next(files.parts(tmp_path / "b.npz", 1))
 
 
 @pytest.mark.parametrize(

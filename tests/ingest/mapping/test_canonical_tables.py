@@ -12,8 +12,7 @@ import pytest
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import GapWarning, LogError
 from hydrodamp.ingest.mapping import LogMapping
-from hydrodamp.ingest.mapping.canonical_table import canonical_record
-from hydrodamp.ingest.read import read_log, read_parts, read_recording
+from hydrodamp.ingest.read import canonical_record, read_log, read_parts, read_recording
 
 Write = Callable[..., Path]
 TIME = np.arange(0, 5, 0.1)

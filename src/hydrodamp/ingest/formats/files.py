@@ -1,25 +1,218 @@
-"""One file, several, or a folder: one recording, with notes on what is odd in it."""
+"""The one table of formats; one file, several, or a folder read as one recording.
+
+Which format a file has is told by its first bytes, then by its suffix.
+"""
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import replace
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 from typing import TypeVar
 
 import numpy as np
 
 from hydrodamp.data.recording import Recording, Topic
-from hydrodamp.errors import FileError, LogError
-from hydrodamp.files import absent
-from hydrodamp.ingest.formats import detect
-from hydrodamp.ingest.formats.detect import SUFFIXES, is_bag, suffix_of
+from hydrodamp.errors import FileError, HydrodampError, LogError
+from hydrodamp.files import absent, load_json, load_yaml, mistaken
+from hydrodamp.ingest.formats.content import head
 
 Item = TypeVar("Item")
 Made = TypeVar("Made")
 
 _HUGE = 1e300
+
+
+_HEAD = 4096
+_LARGEST_OF_OURS = 1 << 18  # bytes; parsing a file takes a while, and only to refuse it
+
+
+@dataclass(frozen=True)
+class Format:
+    """A format: module of its reader, name, suffixes, how its files begin, axes by custom.
+
+    A format without a mark is known by its suffixes alone; one that a library reads has a cure for
+    files that the library fails at.
+    """
+
+    module: str
+    name: str
+    suffixes: tuple[str, ...]
+    mark: bytes = b""
+    axes: str = ""
+    cure: str = ""
+
+
+_ROS, _AUTOPILOT = "FLU over ENU", "FRD over NED"
+_MATLAB_4 = (
+    rb"[\0-\x34]\0\0\0.{8}[\0\1]\0\0\0.\0\0\0[A-Za-z]\w*\0"
+    rb"|\0\0[\3\4]..{8}\0\0\0[\0\1]\0\0\0.[A-Za-z]\w*\0"
+)
+_AGAIN = "Write or copy it again"
+_REINDEX = "Repair it with `rosbag reindex FILE`, then read it again"
+_RECOVER = "Repair it with `mcap recover FILE -o WHOLE.mcap`, then read that"
+_REPAIR = (
+    "Repair it with `sqlite3 FILE .recover | sqlite3 WHOLE.db3`, or run `ros2 bag reindex` on its"
+    " folder"
+)
+
+#: All formats, those with a mark first.
+FORMATS = (
+    Format("rosbag", "ROS 1 bag", (".bag",), b"#ROSBAG", _ROS, _REINDEX),
+    Format("rosbag", "ROS 2 bag (MCAP)", (".mcap",), rb"\x89MCAP", _ROS, _RECOVER),
+    Format("rosbag", "ROS 2 bag (SQLite)", (".db3",), rb"SQLite format 3\0", _ROS, _REPAIR),
+    Format("parquet", "Parquet", (".parquet", ".pq"), b"PAR1", cure=_AGAIN),
+    Format("arrays", "NumPy arrays", (".npz", ".npy"), rb"\x93NUMPY|PK[\3\5]", cure=_AGAIN),
+    Format("arrays", "MATLAB file", (".mat",), b"MATLAB |" + _MATLAB_4, cure=_AGAIN),
+    Format("arrays", "MATLAB or HDF5 file", (".h5", ".hdf5"), rb"(.{512})?\x89HDF", cure=_AGAIN),
+    Format("ardupilot", "ArduPilot log", (".bin", ".log"), rb"\xa3\x95|\s*FMT ?,", _AUTOPILOT),
+    Format("px4", "PX4 ULog", (".ulg",), rb"ULog\x01\x12\x35", _AUTOPILOT, _AGAIN),
+    Format("moos", "MOOS log", (), b"%%.*LOGSTART"),
+    Format("moos", "MOOS log", (".alog",)),
+    Format("delimited", "text in columns", (".csv", ".tsv", ".txt", ".dat", ".asc")),
+)
+
+#: How the names of files that can be read end.
+SUFFIXES = frozenset(suffix for form in FORMATS for suffix in form.suffixes)
+
+_BAG = "metadata.yaml"
+_FOREIGN = {
+    **dict.fromkeys((".xls", ".xlsx", ".ods"), "a spreadsheet; save the sheet as CSV"),
+    **dict.fromkeys((".zip", ".7z", ".tar"), "an archive; unpack it and give the log in it"),
+    **dict.fromkeys((".json", ".jsonl"), "JSON; save the numbers as CSV or Parquet"),
+    **dict.fromkeys(
+        (".yaml", ".yml"), "YAML, as of a vehicle or a mapping; save the numbers as CSV or Parquet"
+    ),
+    ".tlog": "a MAVLink telemetry log; convert it with `mavlogdump.py --format csv`, or take the"
+    " .bin log of the vehicle itself",
+    ".pkl": "a pickle, which may run any program and is never loaded; save the numbers as Parquet",
+    ".lsf": "an LSTS log, for which no maintained reader exists in Python. Open it in Neptus"
+    " (Mission Review and Analysis), choose `Export to CSV` or `MatLab format .MAT`, and read what"
+    " it writes: a folder of CSV files, one a message, is read as topics",
+}
+
+
+def _single(path: str | Path) -> Recording:
+    """Read one file, or one bag, of any format."""
+    form = format_of(path)
+    with _failures_named(form, path):
+        recording: Recording = _reader(form).read(path)
+    return recording
+
+
+def parts(path: str | Path, rows: int) -> Iterator[Recording]:
+    """Read one file part by part, for files larger than the memory."""
+    form = format_of(path)
+    reader = _reader(form)
+    if not hasattr(reader, "parts"):
+        raise FileError(
+            f"{path}: {form.name} cannot be read in parts; only text in columns and Parquet can."
+            " Save the table as Parquet"
+        )
+    with _failures_named(form, path):
+        yield from reader.parts(path, rows)
+
+
+def _reader(form: Format) -> ModuleType:
+    return import_module(f"hydrodamp.ingest.formats.{form.module}")
+
+
+@contextmanager
+def _failures_named(form: Format, path: str | Path) -> Iterator[None]:
+    """Say what a reader fails at: a package that is absent, or damage in the file."""
+    try:
+        yield
+    except HydrodampError:
+        raise
+    except ModuleNotFoundError as error:
+        name = str(error.name).partition(".")[0]
+        raise FileError(
+            f"{path}: its reader, the package {name}, is not installed. Install it:"
+            ' pip install "hydrodamp[logs]"'
+        ) from error
+    except Exception as error:  # a damaged file fails in ways that no library lists
+        if not form.cure:
+            raise
+        why = str(error).strip().split("\n")[0].rstrip(".") or type(error).__name__
+        raise LogError(
+            f"the file is cut off or damaged; read as {form.name}: {why}. {form.cure}",
+            source=str(path),
+        ) from error
+
+
+def usual_axes(form: str) -> str:
+    """Return the axes that a recording's formats have by custom: ``FLU over ENU`` or the like."""
+    return next((one.axes for one in FORMATS if one.axes and one.name in form), "")
+
+
+def is_bag(path: str | Path) -> bool:
+    """Return whether a folder is a bag of ROS 2."""
+    return (Path(path) / _BAG).exists()
+
+
+def suffix_of(path: str | Path) -> str:
+    """Return the suffix of a file in small letters, that of gzip aside."""
+    return Path(Path(path).name.lower().removesuffix(".gz")).suffix
+
+
+def format_of(path: str | Path) -> Format:
+    """Return the format of a file, or of a bag in a folder."""
+    path = Path(path)
+    if not path.exists():
+        raise FileError(absent(path))
+    if is_bag(path):
+        return next(form for form in FORMATS if form.cure == _REPAIR)
+    if path.is_dir():
+        raise FileError(f"{path}: is a folder; give the files in it")
+    begin, suffix = head(path, _HEAD), suffix_of(path)
+    if not begin.strip(b"\0\r\n\t "):
+        what = "holds only zero bytes or blanks" if begin else "is empty"
+        raise LogError(f"the file {what}; copy it from the vehicle again", source=str(path))
+    if suffix in _FOREIGN:
+        if suffix in (".yaml", ".yml", ".json") and (other := _of_ours(path, suffix)):
+            raise LogError(other)
+        raise LogError(f"this is {_FOREIGN[suffix]}", source=str(path))
+    for form in FORMATS:
+        if form.mark and re.match(form.mark, begin, re.DOTALL):
+            return form
+    named = next((form for form in FORMATS if suffix in form.suffixes), None)
+    if named is not None and not named.mark:
+        return named
+    if _is_binary(begin):
+        says = "it" if named is None else f"its name says {named.name}, but it"
+        known = ", ".join(
+            f"{form.name} ({' '.join(form.suffixes)})" for form in FORMATS if form.suffixes
+        )
+        raise LogError(
+            f"{says} begins with {begin[:8]!r}, as no such file does: it is damaged, or of another"
+            f" format. Can be read: {known}",
+            source=str(path),
+        )
+    return FORMATS[-1]
+
+
+def _of_ours(path: Path, suffix: str) -> str:
+    """Return what to say of a vehicle, a mapping or a result that is given as a log."""
+    if path.stat().st_size > _LARGEST_OF_OURS:
+        return ""
+    try:
+        held = load_json(path) if suffix == ".json" else load_yaml(path)
+    except FileError:
+        return ""
+    return mistaken(held, str(path), "log")
+
+
+def _is_binary(begin: bytes) -> bool:
+    """Tell noise from text by control characters; text in UTF-16 has its mark."""
+    if begin.startswith((b"\xff\xfe", b"\xfe\xff")):
+        return False
+    control = sum(byte < 9 or 13 < byte < 27 for byte in begin.rstrip(b"\0"))
+    return control > 0.01 * len(begin)
 
 
 def read(paths: str | Path | Iterable[str | Path]) -> Recording:
@@ -29,7 +222,7 @@ def read(paths: str | Path | Iterable[str | Path]) -> Recording:
         raise FileError("no file was given; give at least one")
     files = [file for path in given for file in _expanded(path)]
     if files == given and len(files) == 1:
-        recording = detect.read(files[0])
+        recording = _single(files[0])
     else:
         recording = _together(files, ", ".join(map(str, given)))
     odd = [note for topic in recording.topics for note in _oddities(topic)]
@@ -74,7 +267,7 @@ def each(items: Iterable[Item], made_of: Callable[[Item], Made]) -> list[Made]:
 
 
 def _together(files: Sequence[Path], source: str) -> Recording:
-    read = each(files, detect.read)
+    read = each(files, _single)
     pairs = [*zip(read, files, strict=True)]
     topics = tuple(
         topic if topic.name else replace(topic, name=_stem(file))

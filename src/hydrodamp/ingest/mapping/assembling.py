@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import warnings
 from collections.abc import Iterator, Sequence
 
@@ -10,26 +11,27 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import VELOCITIES
-from hydrodamp.data.attitude import quaternion_from_euler
+from hydrodamp.data.attitude import in_body, product, quaternion_from_euler, rotation
 from hydrodamp.data.canonical import record_of_columns, runs_in_degrees
 from hydrodamp.data.channels import ACCELERATION, ATTITUDE, EULER, POSITION, SPECIFIC_FORCE, WRENCH
-from hydrodamp.data.record import Record, name_after
+from hydrodamp.data.record import Record, name_after, side_by_side
 from hydrodamp.data.recording import Recording
+from hydrodamp.data.units import factor
 from hydrodamp.errors import ClockWarning, LogError
-from hydrodamp.ingest.clock.stamps import Oddity
-from hydrodamp.ingest.mapping import frames
+from hydrodamp.ingest.clock import Oddity
 from hydrodamp.ingest.mapping.finding import find, locate, meant, renamed
 from hydrodamp.ingest.mapping.sampler import Sampler, streams_of
 from hydrodamp.ingest.mapping.schema import RECORDED, SINGLE, Entry, MappingFile, Source
 
 _LINEAR, _ANGULAR = VELOCITIES[:3], VELOCITIES[3:]
-_WORLD = POSITION.columns
+_FLIPPED = np.array([1.0, -1.0, -1.0])
 # Vectors along the axes of a sensor, and the group of each.
 _SENSED = (
     ("velocity", "velocity", _LINEAR),
     ("rates", "velocity", _ANGULAR),
     ("specific_force", "specific_force", SPECIFIC_FORCE.columns),
 )
+_NORTH_OF_EAST = np.array([math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5)])  # a quarter turn, down now
 _EXPECTED = (Oddity.DROPOUT, Oddity.EMPTY)  # in any log; no more than a note
 
 
@@ -109,25 +111,37 @@ class Assembly:
             (WRENCH, mapping.frame),
             (POSITION, "FRD"),
         ):
-            for index, name in enumerate(block.columns):
-                self._put(name, f"{block.name}.{name}", index % 3, axes)
+            self._put(block.name, block.columns, axes)
         for block in (POSITION, SPECIFIC_FORCE):
             if any(name in self.numbers for name in block.columns):  # zero along what is absent
-                columns = self._columns(block.columns).T
-                self.numbers |= dict(zip(block.columns, columns, strict=True))
+                self._replace(block.columns, self._columns(block.columns))
         for name in SINGLE:
-            self._put(name, f"{name}.{name}", 0, mapping.frame)
+            self._put(name, (name,), "FRD")
         for name in mapping.commands:
             if sampler.has(f"commands.{name}"):
                 self.numbers[name] = sampler.number(f"commands.{name}", is_command=True)
 
-    def _put(self, name: str, place: str, index: int, axes: str) -> None:
-        """Put a component along or about a body axis among the columns, if it is there."""
-        if self.sampler.has(place):
-            sign = frames.vector_sign(index, axes)
-            values = self.sampler.number(place)
-            # Taken from zero, so that zero does not become minus zero.
-            self.numbers[name] = values if sign == 1.0 else 0.0 - values
+    def _put(self, group: str, names: Sequence[str], axes: str) -> None:
+        """Put components along or about body axes among the columns, those that are there."""
+        for index, name in enumerate(names):
+            if self.sampler.has(place := f"{group}.{name}"):
+                values = self.sampler.number(place)
+                # Taken from zero, so that zero does not become minus zero.
+                self.numbers[name] = 0.0 - values if axes == "FLU" and index % 3 else values
+
+    def _columns(self, names: Sequence[str]) -> FloatArray:
+        """Return columns put so far side by side; zero where there is none."""
+        return side_by_side(self.numbers, names, self.sampler.n)
+
+    def _replace(self, names: Sequence[str], columns: FloatArray) -> None:
+        self.numbers |= dict(zip(names, columns.T, strict=True))
+
+    def _turned_sensor(self, group: str) -> FloatArray | None:
+        """Return what turns components of a sensor into those of our body; None for nothing."""
+        turn = getattr(self.mapping.sensors, group).rotation
+        sign = -1.0 if self.mapping.frame == "FLU" else 1.0
+        angles = np.array([(turn.roll, sign * turn.pitch, sign * turn.yaw)])
+        return quaternion_from_euler(angles * factor(turn.unit)) if angles.any() else None
 
     def _attitude(self) -> None:
         names = [name for name in (*EULER, "heading") if self.sampler.has(f"attitude.{name}")]
@@ -149,15 +163,18 @@ class Assembly:
         is_whole = set(given) == set(EULER)
         is_together = is_whole and self.sampler.together([*places.values()])
         sample = self.sampler.raw if is_together else self.sampler.angle
-        angles = {
-            short: frames.euler_angle(name, sample(places[short]), self.mapping.world)
-            for short, name in given.items()
-        }
+        angles = {short: self._in_ned(given[short], sample(places[short])) for short in given}
         if is_whole:
             turned = quaternion_from_euler(np.column_stack([angles[name] for name in EULER]))
             self._put_attitude(turned, places["yaw"] if is_together else "")
         else:
             self.numbers |= angles
+
+    def _in_ned(self, name: str, angle: FloatArray) -> FloatArray:
+        """Return an Euler angle against north-east-down."""
+        if self.mapping.world == "NED" or name in ("roll", "heading"):
+            return angle
+        return math.pi / 2 - angle if name == "yaw" and self.mapping.world == "ENU" else -angle
 
     def _quaternion(self, places: list[str]) -> None:
         if len(places) < 4 or not self.sampler.together(places):
@@ -168,44 +185,39 @@ class Assembly:
             )
             return
         recorded = np.column_stack([self.sampler.raw(place) for place in places])
-        self._put_attitude(frames.quaternion_in_ned(recorded, self.mapping.world), places[0])
+        if self.mapping.world != "NED":
+            recorded *= (1.0, 1.0, -1.0, -1.0)
+        if self.mapping.world == "ENU":
+            recorded = product(_NORTH_OF_EAST, recorded)
+        self._put_attitude(recorded, places[0])
 
     def _put_attitude(self, attitude: FloatArray, place: str) -> None:
         """Put the attitude of a sensor among the columns; at the messages of a place, or ticks."""
-        mounting = self.mapping.mounting("attitude")
-        if any(mounting.angles):
-            attitude = frames.unmounted(attitude, mounting)
+        if (turn := self._turned_sensor("attitude")) is not None:
+            attitude = product(attitude, turn * (1.0, -1.0, -1.0, -1.0))
         if place:
             attitude = self.sampler.turned(attitude, place)
-        self.numbers |= dict(zip(ATTITUDE.columns, attitude.T, strict=True))
+        self._replace(ATTITUDE.columns, attitude)
 
     def _at_ticks(self) -> FloatArray | None:
         """Return the attitude put so far as quaternions; level where only yaw is known."""
         if ATTITUDE.columns[0] in self.numbers:
-            return np.column_stack([self.numbers[name] for name in ATTITUDE.columns])
-        if "yaw" not in self.numbers:
-            return None
-        return quaternion_from_euler(self._columns(EULER))
-
-    def _columns(self, names: Sequence[str]) -> FloatArray:
-        """Return columns put so far side by side; zero where there is none."""
-        zero = np.zeros(self.sampler.n)
-        return np.column_stack([self.numbers.get(name, zero) for name in names])
+            return self._columns(ATTITUDE.columns)
+        return quaternion_from_euler(self._columns(EULER)) if "yaw" in self.numbers else None
 
     def _vectors(self) -> None:
+        sensors, frame = self.mapping.sensors, self.mapping.frame
         for sensor, group, names in _SENSED:
-            mounting = self.mapping.mounting(sensor)
-            for index, name in enumerate(names):
-                self._put(name, f"{group}.{name}", index, mounting.axes)
-            if any(mounting.angles) and all(name in self.numbers for name in names):
-                turned = mounting.rotation @ self._columns(names).T
-                self.numbers |= dict(zip(names, turned, strict=True))
+            self._put(group, names, getattr(sensors, sensor).axes or frame)
+            turn = self._turned_sensor(sensor)
+            if turn is not None and all(name in self.numbers for name in names):
+                self._replace(names, self._columns(names) @ rotation(turn)[0].T)
         if self.sampler.has("velocity.north"):
             self._from_world()
-        position = self.mapping.mounting("velocity").position
         there = [name for name in _LINEAR if name in self.numbers]
-        if any(position) and there:
-            moved = frames.at_reference(self._columns(_LINEAR), self._columns(_ANGULAR), position)
+        if any(sensors.velocity.position) and there:
+            arm = np.array(sensors.velocity.position) * (_FLIPPED if frame == "FLU" else 1.0)
+            moved = self._columns(_LINEAR) - np.cross(self._columns(_ANGULAR), arm)
             self.numbers |= {name: moved[:, _LINEAR.index(name)] for name in there}
 
     def _from_world(self) -> None:
@@ -215,8 +227,7 @@ class Assembly:
             if not self.faults:
                 self.faults = ["a velocity along north and east needs a heading, which is missing"]
             return
-        known = _LINEAR if self.sampler.has("velocity.down") else _LINEAR[:2]
-        given = [self.sampler.number(f"velocity.{name}") for name in _WORLD[: len(known)]]
-        given += [np.zeros(self.sampler.n)] * (3 - len(given))
-        body = frames.into_body(attitude, given).T
-        self.numbers |= dict(zip(known, body, strict=False))
+        known = 3 if self.sampler.has("velocity.down") else 2
+        given = [self.sampler.number(f"velocity.{name}") for name in POSITION.columns[:known]]
+        body = in_body(attitude, np.column_stack(given))
+        self._replace(_LINEAR[:known], body[:, :known])

@@ -12,8 +12,12 @@ from hydrodamp.arrays import BoolArray, FloatArray
 from hydrodamp.conditioning.dropouts import lost_lock
 from hydrodamp.data.recording import Topic
 from hydrodamp.errors import LogError, did_you_mean
-from hydrodamp.ingest.clock.sampling import (
+from hydrodamp.ingest.clock import (
     Brackets,
+    Clock,
+    Irregularity,
+    Oddity,
+    Stamps,
     Ticks,
     at_rate,
     brackets,
@@ -21,9 +25,9 @@ from hydrodamp.ingest.clock.sampling import (
     interpolated,
     matched,
     parts_of,
+    set_right,
     turned,
 )
-from hydrodamp.ingest.clock.stamps import Clock, Irregularity, Oddity, Stamps, set_right
 from hydrodamp.ingest.mapping.finding import Found, beside, labels_of
 from hydrodamp.ingest.mapping.schema import RECORDED, Entry, Source
 

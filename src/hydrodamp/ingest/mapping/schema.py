@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Iterator
 from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, Self
@@ -26,7 +25,6 @@ from hydrodamp.conditioning.steps import Step, steps_of
 from hydrodamp.data.channels import ATTITUDE, BLOCKS, EULER, POSITION, RESERVED, VELOCITY
 from hydrodamp.data.units import factor
 from hydrodamp.errors import LogError
-from hydrodamp.ingest.mapping.frames import Mounting
 
 #: What `time` says where topics have a clock of their own.
 RECORDED = "recorded"
@@ -225,15 +223,6 @@ class Sensor(_Strict):
         [0.0, 0.0, 0.0], description="of the sensor from the reference point, body axes [m]"
     )
 
-    def mounting(self, frame: str) -> Mounting:
-        """Return how it sits against our axes; the file says it in its own."""
-        turn = self.rotation
-        scale = math.pi / 180 if turn.unit == "deg" else 1.0
-        sign = -1.0 if frame == "FLU" else 1.0
-        x, y, z = self.position
-        angles = (scale * turn.roll, scale * sign * turn.pitch, scale * sign * turn.yaw)
-        return Mounting(self.axes or frame, angles, (x, sign * y, sign * z))
-
 
 class Sensors(_Strict):
     """The sensors behind the groups of channels."""
@@ -338,8 +327,3 @@ class MappingFile(_Channels):
         found += [one for group in GROUPS for one in _entries(group, getattr(self, group) or ())]
         found += [Entry("commands", name, given) for name, given in self.commands.items()]
         return tuple(one for one in found if one.choices)
-
-    def mounting(self, group: str) -> Mounting:
-        """Return how the sensor behind a group sits in the vehicle."""
-        sensor: Sensor = getattr(self.sensors, group)
-        return sensor.mounting(self.frame)

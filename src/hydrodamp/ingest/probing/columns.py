@@ -12,8 +12,7 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.data.recording import Topic
 from hydrodamp.data.units import UNITS, spelt, unit_at_end
 from hydrodamp.errors import LogError
-from hydrodamp.ingest.clock.sampling import Ticks, brackets, interpolated, matched
-from hydrodamp.ingest.clock.stamps import Clock, Stamps, set_right
+from hydrodamp.ingest.clock import Clock, Stamps, Ticks, brackets, interpolated, matched, set_right
 from hydrodamp.ingest.mapping.schema import quantity_of
 
 

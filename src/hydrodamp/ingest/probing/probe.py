@@ -14,13 +14,12 @@ from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import HydrodampError, HydrodampWarning
 from hydrodamp.files import parse_yaml
 from hydrodamp.ingest.mapping import LogMapping, presets, read_mapping
-from hydrodamp.ingest.mapping.canonical_table import is_canonical
 from hydrodamp.ingest.mapping.finding import Found, find
 from hydrodamp.ingest.probing.columns import NOISE, Ticking, series_of, words
 from hydrodamp.ingest.probing.draft import Draft, draft
 from hydrodamp.ingest.probing.roles import Roles, guess_roles
 from hydrodamp.ingest.probing.verdict import Needs, Verdict, verdict
-from hydrodamp.ingest.read import logs_of
+from hydrodamp.ingest.read import is_canonical, logs_of
 
 #: Confidence [%] from which a draft is worth making a log of.
 SUFFICES = 60

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hydrodamp.data.recording import Recording
-from hydrodamp.ingest.formats.detect import usual_axes
+from hydrodamp.ingest.formats.files import usual_axes
 from hydrodamp.ingest.probing.columns import (
     Series,
     Ticking,
@@ -18,8 +18,15 @@ from hydrodamp.ingest.probing.columns import (
     series_of,
     ticking,
 )
-from hydrodamp.ingest.probing.frames import RateMatch, WayMatch, angle_unit, match_rates, match_way
-from hydrodamp.ingest.probing.upright import Upright, weigh
+from hydrodamp.ingest.probing.frames import (
+    RateMatch,
+    Upright,
+    WayMatch,
+    angle_unit,
+    match_rates,
+    match_way,
+    weigh,
+)
 
 _ODD = 15.0  # m/s, beyond the speed of nearly all craft
 _SIBLINGS = 3  # points for each role that the same message fills

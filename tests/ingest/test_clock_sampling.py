@@ -8,16 +8,18 @@ from hypothesis import given
 from hypothesis.strategies import floats, lists
 from scipy.spatial.transform import Rotation, Slerp
 
-from hydrodamp.ingest.clock.sampling import (
+from hydrodamp.ingest.clock import (
+    Clock,
+    Stamps,
     Ticks,
     at_rate,
     brackets,
     held,
     interpolated,
     matched,
+    set_right,
     turned,
 )
-from hydrodamp.ingest.clock.stamps import Clock, Stamps, set_right
 
 
 def stamps(time: list[float] | np.ndarray, topic: str = "dvl") -> Stamps:

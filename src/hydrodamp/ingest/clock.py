@@ -1,15 +1,18 @@
-"""The clock of a topic, set right: which of its messages to use, and when they were."""
+"""Clocks set right, and the values of topics at the ticks of one of them, never over gaps."""
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
+from typing import NamedTuple
 
 import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray
-from hydrodamp.data.record import GAP_SECONDS, GAP_STEPS
+from hydrodamp.data.attitude import between
+from hydrodamp.data.record import GAP_SECONDS, GAP_STEPS, changes
 from hydrodamp.errors import LogError
 
 #: Stamps further apart than this, 11 days, belong to two epochs [s].
@@ -100,10 +103,7 @@ class _Draft:
     def __init__(self, clock: Clock) -> None:
         self.topic, self.irregularities = clock.topic, list[Irregularity]()
         self.rows: IntArray = np.arange(len(clock.time))
-        self.time, self.joins = clock.time, _changes(clock)
-        self.is_plain = clock.labels is None and _increases(clock.time)
-        if self.is_plain:
-            return
+        self.time, self.joins = clock.time, changes(clock.labels, len(clock.time))
         self._keep(np.isfinite(clock.time), Oddity.ABSENT)
         self._keep(~_strays(self.time, self.joins), Oddity.STRAY)
 
@@ -127,24 +127,21 @@ class _Draft:
         if len(starts) > 1:
             era = np.searchsorted(starts, self.time, side="right") - 1
             moved = self.time + shifts[era]
-        elif self.is_plain:
-            return self._within(self.rows, self.time, era)
         leapt = np.append(False, np.diff(era) != 0)[: len(era)]
         if leapt.any():
             self._note(Oddity.LEAP, int(np.count_nonzero(leapt)), int(np.argmax(leapt)))
         run: IntArray = np.cumsum(leapt | self._restarts(moved, leapt), dtype=np.int64)
-        keep = self._in_order(moved, run)
+        ordered = self._in_order(moved, run)
+        keep = slice(None) if ordered.all() else ordered
         return self._within(self.rows[keep], moved[keep], run[keep])
 
     def _within(self, rows: IntArray, time: FloatArray, run: IntArray) -> Stamps:
         """Return the messages that are left, and say where they pause."""
         steps = np.diff(time)
-        inside = None if len(run) == 0 or run[0] == run[-1] else run[1:] == run[:-1]
-        whole = steps if inside is None else steps[inside]
-        step = float(np.median(whole)) if len(whole) else 0.0
+        inside = run[1:] == run[:-1]
+        step = float(np.median(steps[inside])) if inside.any() else 0.0
         limit = max(GAP_STEPS * step, GAP_SECONDS)
-        if len(whole) and whole.max() > limit:
-            late = np.flatnonzero((steps > limit) if inside is None else (steps > limit) & inside)
+        if len(late := np.flatnonzero((steps > limit) & inside)):
             pause = Irregularity(self.topic, Oddity.DROPOUT, len(late), float(time[late[0]]), limit)
             self.irregularities.append(pause)
         return Stamps(rows, time, run, step, limit, tuple(self.irregularities))
@@ -164,13 +161,10 @@ class _Draft:
             )
         if count:
             self._note(Oddity.SET_BACK, count, int(np.argmax(back)))
-        anew: BoolArray = back | (self.joins & (steps <= 0))
-        return anew
+        return np.asarray(back | (self.joins & (steps <= 0)))
 
     def _in_order(self, time: FloatArray, run: IntArray) -> BoolArray:
         """Keep the messages later than all before them in their run."""
-        if not ((np.diff(time) <= 0) & (run[1:] == run[:-1])).any():
-            return np.ones(len(time), np.bool_)
         edges = np.flatnonzero(np.diff(run)) + 1
         latest = np.concatenate([np.maximum.accumulate(part) for part in np.split(time, edges)])
         before = np.append(-np.inf, latest[:-1])
@@ -178,16 +172,7 @@ class _Draft:
         for oddity, odd in ((Oddity.REPEATED, time == before), (Oddity.LATE, time < before)):
             if odd.any():
                 self._note(oddity, int(np.count_nonzero(odd)), int(np.argmax(odd)))
-        keep: BoolArray = time > before
-        return keep
-
-
-def _changes(clock: Clock) -> BoolArray:
-    joins = np.zeros(len(clock.time), np.bool_)
-    if clock.labels is not None:
-        names = np.array(clock.labels, dtype=object)
-        joins[1:] = names[1:] != names[:-1]
-    return joins
+        return np.asarray(time > before)
 
 
 def _strays(time: FloatArray, joins: BoolArray) -> BoolArray:
@@ -198,18 +183,9 @@ def _strays(time: FloatArray, joins: BoolArray) -> BoolArray:
         return strays
     far = max(GAP_STEPS * float(np.median(steps)), GAP_SECONDS)
     long = steps > far
-    if not long.any():
-        return strays
     near = np.abs(time[2:] - time[:-2]) <= far
     strays[1:-1] = long[:-1] & long[1:] & near & ~(joins[1:-1] | joins[2:])
     return strays
-
-
-def _increases(time: FloatArray) -> bool:
-    """Tell a clock that never repeats or runs backwards: only then can no stamp be a stray."""
-    return bool(np.isfinite(time[[0, -1]] if len(time) else time).all()) and bool(
-        (np.diff(time) > 0).all()
-    )
 
 
 def _epochs(times: Sequence[FloatArray]) -> tuple[FloatArray, FloatArray]:
@@ -221,3 +197,114 @@ def _epochs(times: Sequence[FloatArray]) -> tuple[FloatArray, FloatArray]:
     cuts = np.flatnonzero(np.diff(every) > EPOCH)
     closing = np.append(every[cuts + 1] - every[cuts] - _PAUSE, 0.0)
     return every[np.append(0, cuts + 1)], np.cumsum(closing[::-1])[::-1]
+
+
+class Ticks(NamedTuple):
+    """The times that all topics are brought to."""
+
+    time: FloatArray
+    run: IntArray
+
+
+class Brackets(NamedTuple):
+    """Between which messages each tick lies, runs side by side."""
+
+    messages: FloatArray
+    ticks: FloatArray
+    before: IntArray
+    unknown: BoolArray
+    spent: BoolArray
+    early: BoolArray
+
+
+def brackets(stamps: Stamps, ticks: Ticks) -> Brackets:
+    """Return between which messages, at least one, each tick lies."""
+    messages, wanted = _side_by_side(stamps, ticks)
+    # Faster than a binary search for each, as both are in order; rounding may reach the next.
+    index = np.interp(wanted, messages, np.arange(float(len(messages)))).astype(np.int64)
+    index -= (messages[index] > wanted) & (index > 0)
+    since = wanted - messages[index]
+    early = (since < 0) | (stamps.run[index] != ticks.run)
+    ends = np.append(np.diff(stamps.run) != 0, True)
+    gaps = np.append(np.diff(messages) > stamps.limit, True) | ends
+    unknown = early | ((since > 0) & gaps[index])
+    spent = unknown & (early | ~ends[index] | (since > stamps.step))
+    return Brackets(messages, wanted, index, unknown, spent, early)
+
+
+def _side_by_side(stamps: Stamps, ticks: Ticks) -> tuple[FloatArray, FloatArray]:
+    """Return both times with each run behind the one before, also where a clock was set back."""
+    if stamps.run[-1] == ticks.run[-1] == 0:
+        return stamps.time, ticks.time  # a single run, as nearly always
+    edges = [edge for time in (stamps.time, ticks.time) for edge in (time.min(), time.max())]
+    span = max(edges) - min(edges) + 1.0
+    return stamps.time + span * stamps.run, ticks.time + span * ticks.run
+
+
+def interpolated(values: FloatArray, found: Brackets) -> FloatArray:
+    """Return values between messages on a straight line."""
+    taken: FloatArray = np.interp(found.ticks, found.messages, values)
+    taken[found.unknown] = np.nan
+    return taken
+
+
+def held(values: FloatArray, found: Brackets, *, until_next: bool = False) -> FloatArray:
+    """Return the value of the last message before each tick."""
+    taken = values[found.before]
+    taken[found.early if until_next else found.spent] = np.nan
+    return taken
+
+
+def turned(quaternions: FloatArray, found: Brackets) -> FloatArray:
+    """Return attitudes between messages, turned at a constant rate."""
+    after = np.minimum(found.before + 1, len(quaternions) - 1)
+    share = interpolated(np.arange(float(len(quaternions))), found) - found.before
+    return between(quaternions[found.before], quaternions[after], share)
+
+
+def at_rate(stamps: Stamps, rate: float) -> Ticks:
+    """Return evenly spaced ticks over the runs of a topic."""
+    times, runs = [], []
+    for number, place in parts_of(stamps.run):
+        first, last = stamps.time[place][[0, -1]].tolist()
+        # A little more, so that rounding does not cost the last tick.
+        count = int((last - first) * rate * (1 + 1e-12) + 1e-9) + 1
+        times.append(np.minimum(first + np.arange(count) / rate, last))
+        runs.append(np.full(count, number))
+    return Ticks(np.concatenate(times), np.concatenate(runs))
+
+
+def matched(stamps: Stamps, base: Stamps) -> Stamps:
+    """Return the runs of a topic that the base has too, numbered as there."""
+    own, its = parts_of(stamps.run), parts_of(base.run)
+    if len(own) == len(its):
+        places = [*range(len(own))]
+    else:
+        places = _by_overlap(
+            *(
+                [t.time[[a.start, a.stop - 1]].tolist() for _, a in parts]
+                for t, parts in ((stamps, own), (base, its))
+            )
+        )
+    numbers = [*(number for number, _ in its), -1]
+    lengths = [place.stop - place.start for _, place in own]
+    run = np.repeat(np.array([numbers[place] for place in places], np.int64), lengths)
+    return replace(stamps, run=run).kept(run >= 0)
+
+
+def _by_overlap(own: Sequence[Sequence[float]], its: Sequence[Sequence[float]]) -> list[int]:
+    """Return for every span that of the others, in order, with most in common; -1 for none."""
+    places: list[int] = []
+    for first, last in own:
+        least = places[-1] + 1 if places else 0
+        shared = [min(last, b) - max(first, a) for a, b in its[least:]]
+        places.append(least + int(np.argmax(shared)) if shared else len(its))
+    return places
+
+
+def parts_of(run: IntArray) -> list[tuple[int, slice]]:
+    """Return every run of consecutive equal numbers and where it lies."""
+    if len(run) == 0:
+        return []
+    edges = [0, *(np.flatnonzero(np.diff(run)) + 1).tolist(), len(run)]
+    return [(int(run[a]), slice(a, b)) for a, b in itertools.pairwise(edges)]

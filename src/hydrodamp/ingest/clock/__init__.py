@@ -1,1 +1,0 @@
-"""Several topics, one clock."""
