@@ -98,12 +98,12 @@ def rate_slopes(
     time: FloatArray, attitude: FloatArray, rates: FloatArray, bounds: IntArray
 ) -> FloatArray:
     """Return recorded body rates over the rates of the attitude, axis by axis; NaN if unknown."""
-    first, last = _pairs(time, bounds, _RATE_WINDOW)
+    first, last = pairs(time, bounds, _RATE_WINDOW)
     if len(first) < _LEAST_PAIRS:
         return np.full(3, np.nan)
     span = (time[last] - time[first])[:, np.newaxis]
     differenced = turn(attitude[first], attitude[last]) / span
-    area = _integral(time, rates)
+    area = integral(time, rates)
     recorded = (area[last] - area[first]) / span
     return np.array([_slope(x, y) for x, y in zip(differenced.T, recorded.T, strict=True)])
 
@@ -125,8 +125,8 @@ def path_ratios(
     bounds: IntArray,
 ) -> FloatArray:
     """Return how many times longer the path of each of u v w is than its part of the position's."""
-    first, last = _pairs(time, bounds, _PATH_WINDOW)
-    area = _integral(time, (rotation(attitude) * velocity[:, np.newaxis, :3]).reshape(-1, 9))
+    first, last = pairs(time, bounds, _PATH_WINDOW)
+    area = integral(time, (rotation(attitude) * velocity[:, np.newaxis, :3]).reshape(-1, 9))
     made = (area[last] - area[first]).reshape(-1, 3, 3)  # world axes, then u v w
     gone = (position[last] - position[first]).ravel()
     parts = made.reshape(-1, 3)
@@ -141,9 +141,9 @@ def path_ratios(
     return each
 
 
-def _pairs(time: FloatArray, bounds: IntArray, seconds: float) -> tuple[IntArray, IntArray]:
+def pairs(time: FloatArray, bounds: IntArray, seconds: float) -> tuple[IntArray, IntArray]:
     """Return pairs of samples about some seconds apart, both in one segment."""
-    firsts, lasts = [], []
+    firsts, lasts = [bounds[:0, 0]], [bounds[:0, 0]]
     for start, stop in bounds.tolist():
         part = time[start:stop]
         first = np.arange(stop - start)
@@ -154,7 +154,7 @@ def _pairs(time: FloatArray, bounds: IntArray, seconds: float) -> tuple[IntArray
     return np.concatenate(firsts), np.concatenate(lasts)
 
 
-def _integral(time: FloatArray, values: FloatArray) -> FloatArray:
+def integral(time: FloatArray, values: FloatArray) -> FloatArray:
     """Return the running trapezoidal integral of columns."""
     strips = np.diff(time)[:, np.newaxis] * (values[1:] + values[:-1]) / 2
     return np.concatenate((np.zeros((1, values.shape[1])), np.cumsum(strips, axis=0)))

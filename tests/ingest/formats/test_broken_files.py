@@ -206,7 +206,6 @@ CORPUS = [
     ("huge", text("a.csv", TABLE + "0.4,1e308,0\n"), noted, "`u` is infinite or beyond 1e.300"),
     ("overflow", text("a.csv", TABLE + "0.4,1e999,0\n"), noted, "`u` is infinite or"),
     ("no-names", text("a.csv", "0,1\n1,2\n2,3\n"), noted, "no line of column names"),
-    ("western", text("a.csv", "Zeit,Höhe\n0,1\n1,2\n", "cp1252"), noted, "read as Windows-1252"),
     ("western-late", text("a.csv", TABLE * 1 + "0.4,é,1\n", "cp1252"), spoilt, "u: .*'é' in row 5"),
     ("titles", text("a.csv", "x,y,z\n" + TABLE), noted, "line 1 above the column names"),
     ("dates", text("a.csv", "t,u\n2022-07-28 12:00:00,1\n2022-07-28 12:00:01,2\n"), noted, "1970"),

@@ -226,4 +226,3 @@ def test_the_tanker_has_no_names(measured_logs: Callable[[str], Path]) -> None:
         assert list(topic.fields) == [f"column {k}" for k in range(1, 13)]
         assert topic.lines[0] == 5
         np.testing.assert_allclose(np.diff(topic.fields["column 1"]), 0.05, atol=1e-6)
-        assert "Windows-1252" in recording.notes[0]

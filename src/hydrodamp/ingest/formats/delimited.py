@@ -5,7 +5,6 @@ Arrow reads what is clean; what is odd is read here row by row, and named with i
 
 from __future__ import annotations
 
-import codecs
 import csv
 import io
 from collections.abc import Iterator, Sequence
@@ -22,7 +21,6 @@ from hydrodamp.ingest.formats.cells import Column, Part, is_number, numbers_of, 
 from hydrodamp.ingest.formats.content import opened
 from hydrodamp.ingest.formats.dialect import COMMENTS, DELIMITERS, WESTERN, Dialect, find_dialect
 
-_CHUNK = 1 << 20  # bytes
 _BLOCK = 4096  # rows of strings that stay in the cache until they are numbers
 _LISTED = 3
 _PLAIN = frozenset("0123456789.+-")  # a row that begins so is no header, comment or blank
@@ -34,7 +32,6 @@ def read(path: str | Path) -> Recording:
     try:
         return _recording(fast_text.read(path, dialect), path, dialect)
     except fast_text.OddTextError:
-        dialect = _throughout(path, dialect)
         return _recording(next(_careful(path, dialect, None)), path, dialect)
 
 
@@ -46,23 +43,8 @@ def parts(path: str | Path, rows: int) -> Iterator[Recording]:
             yield _recording(part, path, dialect)
             done += len(part.lines)
     except fast_text.OddTextError:
-        dialect = _throughout(path, dialect)
         for part in _careful(path, dialect, rows, skip=done):
             yield _recording(part, path, dialect)
-
-
-def _throughout(path: str | Path, dialect: Dialect) -> Dialect:
-    """Return the dialect with an encoding that holds to the end of the file."""
-    if dialect.encoding != "utf-8":
-        return dialect
-    decoder = codecs.getincrementaldecoder("utf-8")()
-    with opened(path, counted=False) as file:
-        try:
-            while chunk := file.read(_CHUNK):
-                decoder.decode(chunk)
-        except UnicodeDecodeError:
-            return replace(dialect, encoding=WESTERN)
-    return dialect
 
 
 def _recording(part: Part, path: str | Path, dialect: Dialect) -> Recording:
@@ -72,8 +54,6 @@ def _recording(part: Part, path: str | Path, dialect: Dialect) -> Recording:
     units = {**dialect.header.units, **dated}
     topic = topic_of("", named, part.lines, units=units, skipped=part.skipped)
     notes = [*dialect.header.notes, *part.notes, *topic.faults.values()]
-    if dialect.encoding == WESTERN:
-        notes.insert(0, "the text is not UTF-8; its letters were read as Windows-1252")
     notes += [f"column `{name}` holds dates, read in seconds since 1970" for name in dated]
     topic = replace(topic, faults={**topic.faults, **dialect.header.faults})
     return Recording((topic,), str(path), "text in columns", tuple(notes))
@@ -175,7 +155,7 @@ class _Rows:
         delimiter, above = self.dialect.delimiter, self.dialect.first - 1
         with opened(self.path) as binary:
             text = io.TextIOWrapper(
-                binary, encoding=self.dialect.encoding, errors="replace", newline=""
+                binary, encoding=self.dialect.encoding, errors=WESTERN, newline=""
             )
             lines = islice(self._lines(text), above, None)
             if not delimiter:

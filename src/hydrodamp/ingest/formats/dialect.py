@@ -26,8 +26,17 @@ from hydrodamp.ingest.formats.content import head
 #: How a line begins that holds no row.
 COMMENTS = ("#", "%", "//")
 
-#: What text that is not Unicode is taken for.
-WESTERN = "cp1252"
+#: The name of what reads bytes that are no Unicode, as Windows-1252.
+WESTERN = "hydrodamp.western"
+
+
+def _western(error: UnicodeError) -> tuple[str, int]:
+    assert isinstance(error, UnicodeDecodeError)
+    odd = error.object[error.start : error.end].decode("cp1252", "replace")
+    return odd if error.encoding == "utf-8" else "\ufffd", error.end
+
+
+codecs.register_error(WESTERN, _western)
 
 _ENCODINGS = {
     rb"\xef\xbb\xbf": "utf-8-sig",
@@ -74,7 +83,7 @@ def find_dialect(path: str | Path) -> Dialect:
     """Find how a file is written from its first lines."""
     begin = head(path, _BEGIN)
     encoding = _encoding_of(begin, str(path))
-    lines = _LINE.split(begin.rstrip(b"\0").decode(encoding, errors="replace"))
+    lines = _LINE.split(begin.rstrip(b"\0").decode(encoding, errors=WESTERN))
     if len(begin) == _BEGIN and len(lines) > 1:
         lines.pop()
     try:
@@ -110,10 +119,6 @@ def _encoding_of(begin: bytes, source: str) -> str:
             " that format has; if a fault has overwritten part of a text file, cut that part out",
             source=source,
         )
-    try:
-        codecs.getincrementaldecoder("utf-8")().decode(begin)
-    except UnicodeDecodeError:
-        return WESTERN
     return "utf-8"
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.ingest.formats.cells import Column, Part
 from hydrodamp.ingest.formats.content import opened
-from hydrodamp.ingest.formats.dialect import COMMENTS, Dialect
+from hydrodamp.ingest.formats.dialect import COMMENTS, WESTERN, Dialect
 
 _MISSING = ["", "nan", "NaN", "NAN", "NA", "N/A", "n/a", "null", "NULL", "None", "none", "NaT"]
 _BLOCK = 1 << 19  # larger ones leave the cache and take half as long again
@@ -74,7 +74,7 @@ def _arrow_text(path: str | Path, dialect: Dialect) -> Iterator[tuple[Any, IO[by
         with opened(path) as file:
             text = file
             if not dialect.delimiter:
-                bare = file.read().decode(dialect.encoding, errors="replace").encode()
+                bare = file.read().decode(dialect.encoding, errors=WESTERN).encode()
                 text = io.BytesIO(_MARGINS.sub(b"", _SPACES.sub(b" ", bare)))
             yield csv, text, _options(csv, dialect)
     except (ImportError, ValueError, OverflowError, OSError) as error:

@@ -9,8 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrodamp.arrays import BoolArray, FloatArray, IntArray
-from hydrodamp.data.attitude import quaternion_from_euler, rotation, turn
+from hydrodamp.arrays import BoolArray, FloatArray
+from hydrodamp.conditioning.gaps import runs
+from hydrodamp.data.attitude import integral, pairs, quaternion_from_euler, rotation, turn
 from hydrodamp.data.channels import ATTITUDE, EULER, SPECIFIC_FORCE
 from hydrodamp.data.units import UNITS
 from hydrodamp.ingest.formats.files import usual_axes
@@ -22,10 +23,10 @@ _NEAR = 0.25  # of a ratio, about that of a unit
 _MARGIN = 0.03  # of a correlation, over the next best
 _TURNS = 6.5  # rad; an angle beyond is in degrees
 _UNIT_NORM = 0.1
-_SHORTEST = 1.0  # s, length of a window
-_STEPS = 10  # in a window, at least
-_LEAST_WINDOWS = 12
-_KEPT = 0.97  # of the windows
+_SHORTEST = 1.0  # s, over which sums and moves are compared
+_STEPS = 10  # in that time, at least
+_LEAST_PAIRS = 60
+_KEPT = 0.97  # of the pairs
 _LEAST_CORRELATION = 0.8
 _TINY = 1e-9  # of any unit; less is no motion
 
@@ -88,8 +89,7 @@ def quaternions(roles: Roles, columns: FloatArray) -> FloatArray:
     if "attitude.qw" in roles and columns.shape[1] == 4:
         size = np.linalg.norm(columns, axis=1, keepdims=True)
         fine = np.abs(size - 1.0) < _UNIT_NORM
-        unit: FloatArray = columns / np.where(fine, size, np.nan)
-        return unit
+        return np.asarray(columns / np.where(fine, size, np.nan))
     angles = np.zeros((len(columns), 3))
     there = [name for name in (*EULER, "heading") if f"attitude.{name}" in roles]
     for name, column in zip(there, columns.T, strict=True):
@@ -105,8 +105,6 @@ def match_rates(roles: Roles) -> RateMatch:
     if not attitude or not names:
         return RateMatch()
     joined = together([*(roles[f"velocity.{name}"] for name in names), *attitude])
-    if len(joined.elapsed) < 2:
-        return RateMatch()
     turned = _turned(quaternions(roles, joined.values[:, len(names) :]))
     good = {}
     for place, name in enumerate(names):
@@ -170,39 +168,23 @@ def _better(one: Agreement, other: Agreement) -> bool:
 def changes(
     elapsed: FloatArray, rate: FloatArray, value: FloatArray, seconds: float = _SHORTEST
 ) -> tuple[FloatArray, FloatArray]:
-    """Return what rates add up to over windows, and how far values move meanwhile."""
-    first, last = windows(elapsed, whole_rows(np.column_stack((rate, value))), seconds)
-    steps = np.diff(elapsed)[:, np.newaxis] * (rate[1:] + rate[:-1]) / 2
-    way = np.concatenate((np.zeros((1, rate.shape[1])), np.cumsum(np.nan_to_num(steps), axis=0)))
+    """Return what rates add up to over some seconds, and how far values move meanwhile."""
+    known = whole_rows(np.column_stack((rate, value)))
+    bounds = np.array(runs(known), dtype=np.int64).reshape(-1, 2)
+    long = max(_STEPS * float(np.median(np.diff(elapsed))), seconds) if len(elapsed) > 1 else 0.0
+    first, last = pairs(elapsed, bounds, long)
+    way = integral(elapsed, np.nan_to_num(rate))
     return way[last] - way[first], value[last] - value[first]
-
-
-def windows(
-    elapsed: FloatArray, known: BoolArray, seconds: float = _SHORTEST
-) -> tuple[IntArray, IntArray]:
-    """Return first and last samples of windows without a break."""
-    n = len(elapsed)
-    if n < _STEPS:
-        return np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)
-    length = max(_STEPS * float(np.median(np.diff(elapsed))), seconds)
-    starts = np.searchsorted(elapsed, np.arange(elapsed[0], elapsed[-1], length / 2))
-    ends = np.searchsorted(elapsed, elapsed[np.minimum(starts, n - 1)] + length)
-    inside = ends < n
-    first, last = starts[inside], ends[inside]
-    breaks = np.cumsum(~known)
-    whole = (breaks[last] == breaks[first]) & known[first]
-    return first[whole], last[whole]
 
 
 def whole_rows(values: FloatArray) -> BoolArray:
     """Return which rows have no NaN."""
-    whole: BoolArray = np.asarray(np.isfinite(values).all(axis=1))
-    return whole
+    return np.asarray(np.isfinite(values).all(axis=1))
 
 
 def compared(added: FloatArray, moved: FloatArray) -> Agreement:
     """Return how sums and moves go together."""
-    if len(added) < _LEAST_WINDOWS:
+    if len(added) < _LEAST_PAIRS:
         return NONE
     kept = _usual(added.reshape(len(added), -1), moved.reshape(len(moved), -1))
     added, moved = added[kept], moved[kept]
@@ -214,7 +196,7 @@ def compared(added: FloatArray, moved: FloatArray) -> Agreement:
 
 
 def _usual(added: FloatArray, moved: FloatArray) -> BoolArray:
-    """Leave out the few windows that agree least: spikes, and averages across a wrap."""
+    """Leave out the few that agree least: spikes, and averages across a wrap."""
     sizes = [float(np.median(np.linalg.norm(one, axis=1))) for one in (added, moved)]
     if min(sizes) < _TINY:
         return np.ones(len(added), dtype=np.bool_)
@@ -222,8 +204,7 @@ def _usual(added: FloatArray, moved: FloatArray) -> BoolArray:
     sign = np.sign(np.sum(np.clip(one, -3, 3) * np.clip(other, -3, 3)))
     size = 1.0 + np.linalg.norm(one, axis=1) + np.linalg.norm(other, axis=1)
     apart = np.linalg.norm(other - sign * one, axis=1) / size
-    usual: BoolArray = apart <= np.quantile(apart, _KEPT)
-    return usual
+    return np.asarray(apart <= np.quantile(apart, _KEPT))
 
 
 #: Marine craft are recorded forward-starboard-down unless something speaks against it.
