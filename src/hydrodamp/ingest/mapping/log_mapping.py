@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from functools import lru_cache
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +16,7 @@ from hydrodamp.data.record import Record
 from hydrodamp.data.recording import Recording
 from hydrodamp.errors import LogError, did_you_mean
 from hydrodamp.faults import faults_in
-from hydrodamp.files import load_yaml, mistaken, neighbour, parse_yaml
+from hydrodamp.files import Packaged, load_yaml, mistaken, neighbour
 from hydrodamp.ingest.mapping.assembling import record_of
 from hydrodamp.ingest.mapping.schema import COMPASS, MappingFile, by_name
 
@@ -119,7 +117,8 @@ def _sensors(
         yield "`sensors.velocity.position` needs the rates p q r, or r alone on the level"
 
 
-_SUFFIX = ".yaml"
+_FOLDER = Path(__file__).with_name("presets")
+_PRESETS = Packaged(_FOLDER, lambda name: load_yaml(_FOLDER / f"{name}.yaml"))
 
 
 class LogMapping(MappingFile):
@@ -322,31 +321,22 @@ def presets() -> tuple[str, ...]:
     >>> "mavros" in presets()
     True
     """
-    folder = resources.files(__package__) / "presets"
-    files = (item.name for item in folder.iterdir())
-    return tuple(sorted(name.removesuffix(_SUFFIX) for name in files if name.endswith(_SUFFIX)))
-
-
-@lru_cache
-def _preset(name: str) -> object:
-    text = (resources.files(__package__) / "presets" / f"{name}{_SUFFIX}").read_text("utf-8")
-    return parse_yaml(text, name)
+    return tuple(_PRESETS)
 
 
 def load(place: str | Path, beside: Path | None = None) -> tuple[object, Path | None]:
     """Return the content of a preset or of a mapping file."""
     text = str(place)
-    if isinstance(place, str) and text in presets():
-        return _preset(text), None
+    if text in _PRESETS:
+        return _PRESETS[text], None
     path = Path(text) if beside is None else beside / text
     if isinstance(place, str) and "/" not in text and not Path(text).suffix and not path.exists():
-        known = presets()
-        meant = did_you_mean(text, known)
+        meant = did_you_mean(text, _PRESETS)
         if not meant and (near := neighbour(path.with_suffix(".yaml"))):
             meant = f" Did you mean '{near}'?"
         raise LogError(
-            f"there is no preset '{text}'.{meant} The presets are: {', '.join(known)}. A mapping "
-            "file is named with its suffix"
+            f"there is no preset '{text}'.{meant} The presets are: {', '.join(_PRESETS)}. A mapping"
+            " file is named with its suffix"
         )
     content = load_yaml(path)
     if other := mistaken(content, str(path), "mapping"):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
@@ -52,22 +51,22 @@ def facts_of(topic: Topic, clock: Ticking | None) -> TopicFacts:
     """Return how many messages a topic has, how often, with what gaps."""
     times = np.empty(0) if clock is None else clock.seconds[np.isfinite(clock.seconds)]
     steps = np.diff(times)
-    ahead = steps[steps > 0.0]
-    known = len(ahead) > 0
-    step = float(np.median(ahead)) if known else 0.0
-    low, high = np.quantile(ahead, (0.05, 0.95)) if known else (0.0, 0.0)
+    pace: tuple[float | None, float | None, float | None] = (None, None, None)
+    ends: tuple[float | None, float | None] = (None, None)
+    if len(times):
+        ends = float(times[0]), float(times[-1])
+    if len(ahead := steps[steps > 0.0]):
+        low, step, high, longest = np.quantile(ahead, (0.05, 0.5, 0.95, 1.0)).tolist()
+        pace = 1 / step, (high - low) / 2 / step, longest
     return TopicFacts(
-        name=topic.name,
-        n=topic.n,
-        n_fields=len(topic.fields),
-        rate=1 / step if known else None,
-        jitter=float(high - low) / 2 / step if known else None,
-        longest_gap=float(ahead.max()) if known else None,
-        start=float(times[0]) if len(times) else None,
-        end=float(times[-1]) if len(times) else None,
-        backward=int(np.count_nonzero(steps <= 0.0)),
-        units=tuple((name, unit) for name, unit in topic.units.items() if unit),
-        faults=tuple(topic.faults.values()),
+        topic.name,
+        topic.n,
+        len(topic.fields),
+        *pace,
+        *ends,
+        int(np.count_nonzero(steps <= 0.0)),
+        tuple((name, unit) for name, unit in topic.units.items() if unit),
+        tuple(topic.faults.values()),
     )
 
 
@@ -169,12 +168,8 @@ def probe(recording: Recording) -> Probe:
 
 def _silent(recording: Recording, roles: Roles) -> tuple[str, ...]:
     told = {one.column for one in roles.guesses}
-    series = [one for topic in recording.topics for one in series_of(topic, None)]
-    return tuple(
-        one.column
-        for one in series
-        if one.column not in told and not NOISE & set(words(one.column))
-    )
+    columns = [one.column for topic in recording.topics for one in series_of(topic, None)]
+    return tuple(name for name in columns if name not in told and not NOISE & set(words(name)))
 
 
 def fitting(recording: Recording, roles: Roles) -> tuple[Fitting, ...]:
@@ -250,31 +245,25 @@ def judge(
     needs: AskNeeds | None = None,
 ) -> Judged:
     """Make a log of recordings that were probed, and judge it."""
+
+    def judged(made: str, mapping: LogMapping | str | None = None) -> Judged:
+        log = logs_of(recordings, mapping)
+        return Judged(made, verdict(log, None if needs is None else needs(log)), log.notes)
+
     if mapping is not None:
-        return _judged(logs_of(recordings, mapping), f"by the mapping {mapping}", needs)
+        return judged(f"by the mapping {mapping}", mapping)
     tables = [one.topics[0] for one in recordings if [its.name for its in one.topics] == [""]]
     if len(tables) == len(recordings) and all(map(is_canonical, tables)):
-        return _judged(logs_of(recordings), "", needs)
+        return judged("")
     reason = "the roles of its columns are too unsure to make a log of"
-    for mapping_of, made in _guesses(found):
+    fit = [(f"by the preset {one.name}", one.name) for one in found.presets if not one.topics]
+    for made, preset in [("by the draft", ""), *fit]:
+        if not preset and found.draft.confidence < SUFFICES:
+            continue
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", HydrodampWarning)
-                log = logs_of(recordings, mapping_of())
-            return replace(_judged(log, made, needs), guessed=True)
+                return replace(judged(made, preset or found.mapping()), guessed=True)
         except HydrodampError as error:
             reason = f"{made}: {error}"
     return Judged("", None, guessed=True, reason=reason)
-
-
-def _judged(log: Log, made: str, needs: AskNeeds | None) -> Judged:
-    return Judged(made, verdict(log, None if needs is None else needs(log)), log.notes)
-
-
-def _guesses(found: Probe) -> Iterator[tuple[Callable[[], LogMapping], str]]:
-    """Yield the draft if it is sure enough, then the presets that fit a table."""
-    if found.draft.confidence >= SUFFICES:
-        yield found.mapping, "by the draft"
-    for preset in found.presets:
-        if not preset.topics:
-            yield partial(read_mapping, preset.name), f"by the preset {preset.name}"

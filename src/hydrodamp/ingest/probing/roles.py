@@ -117,10 +117,8 @@ def _flags(series: Mapping[str, Series], named: Iterable[Guess]) -> dict[str, st
 def _times(clocks: Mapping[str, Ticking]) -> Iterator[Guess]:
     for topic, clock in clocks.items():
         if clock.column is not None:
-            column = f"{topic}.{clock.column}" if topic else clock.column
-            yield Guess(
-                column, "time", clock.confidence, clock.unit, 1, (clock.evidence,), topic=topic
-            )
+            column, why = f"{topic}.{clock.column}".lstrip("."), (clock.evidence,)
+            yield Guess(column, "time", clock.confidence, clock.unit, 1, why, topic=topic)
 
 
 def _named(series: Iterable[Series]) -> Iterator[Guess]:

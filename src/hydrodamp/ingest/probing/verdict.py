@@ -13,7 +13,7 @@ from hydrodamp.conditioning.current import estimate_current
 from hydrodamp.conditioning.derived import rates_from_attitude
 from hydrodamp.conditioning.spikes import leaps
 from hydrodamp.conditioning.suspicions import Suspicion, suspicions
-from hydrodamp.data.channels import BLOCKS, TIME, VELOCITY, unit_of
+from hydrodamp.data.channels import BLOCKS, unit_of
 from hydrodamp.data.log import Log
 from hydrodamp.errors import HydrodampError
 from hydrodamp.ingest.probing.delay import Delay, delays
@@ -107,11 +107,11 @@ def verdict(log: Log, needs: Needs | None = None) -> Verdict:
     """Judge a log; without the needs of a vehicle all velocities are asked for."""
     needs = needs or Needs(VELOCITIES, tuple(_missing(log)))
     whole = log if log.attitude is None else rates_from_attitude(log)
-    late = delays(whole)
-    segments, velocities = tuple(_segments(log)), _velocities(log)
+    late, velocities, segments = delays(whole), _velocities(log), tuple(_segments(log))
     commands = tuple(_channel(log, name, "", log.command(name)) for name in log.command_names)
     wanted = tuple(one for one in velocities if one.name in needs.velocities)
     reservations = _reservations(log, segments, wanted, commands)
+    has = [block.name for block in BLOCKS if getattr(log, block.name) is not None]
     return Verdict(
         source=log.source or "in memory",
         n_samples=log.n,
@@ -119,11 +119,7 @@ def verdict(log: Log, needs: Needs | None = None) -> Verdict:
         segments=segments,
         velocities=velocities,
         commands=commands,
-        has=tuple(
-            block.name
-            for block in BLOCKS
-            if block not in (TIME, VELOCITY) and getattr(log, block.name) is not None
-        ),
+        has=tuple(name for name in has if name not in ("time", "velocity")),
         delays=late,
         missing=needs.missing,
         suspicions=suspicions(log),
@@ -135,11 +131,9 @@ def verdict(log: Log, needs: Needs | None = None) -> Verdict:
 def _segments(log: Log) -> Iterator[SegmentFacts]:
     for segment in log.segments:
         time = log.time[segment.start : segment.stop]
-        steps = np.diff(time) if len(time) > 1 else np.zeros(1)
-        ends = float(time[0]), float(time[-1])
-        yield SegmentFacts(
-            segment.name, len(time), *ends, float(np.median(steps)), float(steps.max())
-        )
+        steps = np.diff(time)
+        numbers = (time[0], time[-1], np.median(steps), steps.max())
+        yield SegmentFacts(segment.name, len(time), *map(float, numbers))
 
 
 def _velocities(log: Log) -> tuple[Channel, ...]:
@@ -153,15 +147,9 @@ def _velocities(log: Log) -> tuple[Channel, ...]:
 def _channel(log: Log, name: str, unit: str, values: FloatArray) -> Channel:
     changed = np.diff(values) != 0.0
     changed[log.bounds[1:, 0] - 1] = False
-    return Channel(
-        name=name,
-        unit=unit,
-        mean=float(values.mean()),
-        std=float(values.std()),
-        low=float(values.min()),
-        high=float(values.max()),
-        n_changes=int(changed.sum()),
-    )
+    spread = values.mean(), values.std(), values.min(), values.max()
+    mean, std, low, high = map(float, spread)
+    return Channel(name, unit, mean, std, low, high, int(changed.sum()))
 
 
 def _promises(
@@ -195,14 +183,12 @@ def _missing(log: Log) -> Iterator[str]:
 
 def _derivable(log: Log, absent: Sequence[str]) -> str:
     """Return how absent velocities can be derived from what is there."""
-    ways = []
-    if set(log.velocity_names) == _SHIP:
-        return ""
-    if log.attitude is not None and set(absent) & set("pqr"):
-        ways.append("`rates_from_attitude` derives rates")
-    if log.position is not None and set(absent) & set("uvw"):
-        ways.append("`velocity_from_position` derives speeds")
-    return f" {' and '.join(ways)}." if ways else ""
+    ways = (
+        (log.attitude, "pqr", "`rates_from_attitude` derives rates"),
+        (log.position, "uvw", "`velocity_from_position` derives speeds"),
+    )
+    told = [way for block, names, way in ways if block is not None and set(absent) & set(names)]
+    return f" {' and '.join(told)}." if told and set(log.velocity_names) != _SHIP else ""
 
 
 def _reservations(
@@ -218,9 +204,8 @@ def _reservations(
     for channel in channels:
         excitation = channel.std / _STILL[channel.unit]
         if excitation < _WELL:
-            varies, so = ("varies little", "uncertain")
-            if excitation < 1.0:
-                varies, so = ("hardly varies", "not determined")
+            little = ("varies little", "uncertain")
+            varies, so = ("hardly varies", "not determined") if excitation < 1.0 else little
             yield (
                 f"{channel.name} {varies} (std {channel.std:.2g} {channel.unit}): "
                 f"coefficients with {channel.name} will be {so}."
@@ -246,12 +231,11 @@ def _leaps(log: Log) -> Iterator[str]:
     places = np.flatnonzero(leaps(log.time, log.attitude, log.bounds))
     if places.size:
         where = "one sample," if places.size == 1 else f"{places.size} samples, the first"
-        of = next(part for part in log.segments if part.start <= places[0] < part.stop)
-        when = f"{log.time[places[0]]:.2f} s"
-        when += f" of {of.name}" if len(log.segments) > 1 else ""
+        of = next(part.name for part in log.segments if places[0] < part.stop)
         yield (
-            f"the attitude leaps there and back at {where} at {when}, as where angles were "
-            "averaged across a wrap: the step `steady_attitude` takes that out."
+            f"the attitude leaps there and back at {where} at {log.time[places[0]]:.2f} s of {of}, "
+            "as where angles were averaged across a wrap: the step `steady_attitude` takes that "
+            "out."
         )
 
 
