@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -23,10 +24,10 @@ _LIKELY = 1.0  # m/s, a priori standard deviation of the current
 _SIDESLIP = 0.03  # of the median surge, a priori standard deviation of the steady drift
 _LONGEST = 40000  # samples; more are thinned out
 _LEAST = 10  # samples
-_MOST_KNOTS = 1000
+_MOST_KNOTS = 300
 
 
-def under_way(log: Log) -> IntArray:
+def _under_way(log: Log) -> IntArray:
     """Return the samples at which the vehicle makes way."""
     usual = float(np.median(log.velocity[:, 0]))
     rows = np.flatnonzero(log.velocity[:, 0] > _UNDER_WAY * usual)
@@ -36,7 +37,7 @@ def under_way(log: Log) -> IntArray:
     return rows[:: -(-len(rows) // _LONGEST)]
 
 
-def placed_knots(log: Log, spacing: float) -> FloatArray:
+def _placed_knots(log: Log, spacing: float) -> FloatArray:
     """Return the times between which the current is linear."""
     if not np.isfinite(spacing):
         return np.zeros(1)
@@ -51,23 +52,7 @@ def placed_knots(log: Log, spacing: float) -> FloatArray:
     return np.asarray(near * (log.elapsed[-1] / count))
 
 
-def way_and_current(
-    log: Log, rows: IntArray, knots: FloatArray, commands: Sequence[str] | None
-) -> tuple[sparse.csr_array, int, int]:
-    """Return surge, then sway as a matrix; the columns of the way, and which is sideslip."""
-    surge, drift = _way(log, rows, commands)
-    way = sparse.csr_array(sparse.block_diag([surge, drift]))
-    matrix = sparse.csr_array(sparse.hstack([way, _seen(log, rows, knots)]))
-    return matrix, way.shape[1], surge.shape[1]
-
-
-def turned(attitude: FloatArray) -> float:
-    """Return how far headings differ."""
-    yaw = euler_from_quaternion(attitude)[:, 2]
-    return float(1.0 - np.abs(np.exp(1j * yaw).mean()))
-
-
-def beforehand(
+def _beforehand(
     n_way: int, sideslip: int, knots: FloatArray, surge: float, drift: float
 ) -> FloatArray:
     """Return what is known before the log is read, as information."""
@@ -106,23 +91,13 @@ def _seen(log: Log, rows: IntArray, knots: FloatArray) -> sparse.sparray:
     """Return the current of each knot as surge and sway see it."""
     assert log.attitude is not None
     world = rotation(log.attitude[rows])  # world = R body
-    share = _hats(log.elapsed[rows], knots)
-    blocks = [
+    elapsed = log.elapsed[rows]
+    shares = [np.interp(elapsed, knots, one) for one in np.eye(len(knots))]
+    share = sparse.csr_array(np.column_stack(shares))
+    blocks: Any = [
         [share * world[:, towards, axis][:, np.newaxis] for towards in (0, 1)] for axis in (0, 1)
     ]
     return sparse.block_array(blocks, format="csr")
-
-
-def _hats(time: FloatArray, knots: FloatArray) -> sparse.csr_array:
-    """Return the weights of linear interpolation, one row a time."""
-    n, k = len(time), len(knots)
-    if k == 1:
-        return sparse.csr_array(np.ones((n, 1)))
-    from scipy.interpolate import BSpline  # takes long to import
-
-    padded = np.concatenate((knots[:1], knots, knots[-1:]))
-    # Rounding may put the last sample behind the last knot.
-    return BSpline.design_matrix(np.clip(time, knots[0], knots[-1]), padded, 1)
 
 
 _LARGEST_ERROR = 0.1  # m/s, a standard error beyond which a current is not determined
@@ -246,10 +221,14 @@ def estimate_current(
     """
     _refuse(log, spacing, drift)
     assert log.attitude is not None
-    rows = under_way(log)
-    knots = placed_knots(log, spacing if drift > 0 else np.inf)
-    matrix, n_way, sideslip = way_and_current(log, rows, knots, commands)
-    prior = beforehand(n_way, sideslip, knots, float(np.median(log.velocity[rows, 0])), drift)
+    rows = _under_way(log)
+    knots = _placed_knots(log, spacing if drift > 0 else np.inf)
+    surge, sway = _way(log, rows, commands)
+    n_way = surge.shape[1] + sway.shape[1]
+    columns: Any = [sparse.block_diag([surge, sway]), _seen(log, rows, knots)]
+    matrix = sparse.csr_array(sparse.hstack(columns))
+    usual = float(np.median(log.velocity[rows, 0]))
+    prior = _beforehand(n_way, surge.shape[1], knots, usual, drift)
     measured = log.velocity[rows, :2].T
     elapsed = log.elapsed[rows]
     weight = np.full(measured.shape, 1.0 / np.maximum(np.var(measured, axis=1), _TINY**2)[:, None])
@@ -262,7 +241,8 @@ def estimate_current(
     covariance = np.linalg.inv(information)
     errors = np.sqrt(covariance.diagonal()[n_way:]).reshape(2, -1).T
     found = estimate[n_way:].reshape(2, -1).T
-    return Current(knots, found, errors, turned(log.attitude[rows]))
+    yaw = euler_from_quaternion(log.attitude[rows])[:, 2]
+    return Current(knots, found, errors, float(1.0 - np.abs(np.exp(1j * yaw).mean())))
 
 
 def without_current(log: Log, current: Current | None = None) -> Log:
@@ -322,22 +302,19 @@ def _relative(log: Log, current: Current, known: str) -> Log:
         acceleration = acceleration.copy()
         acceleration[:, :3] -= np.where(recorded, change, 0.0)
     sizes = np.linalg.norm(current.velocity, axis=1)
-    low, high = sizes.min(), sizes.max()
     note = (
-        f"derived: velocities through the water, less a current {known} of {low:.3g} to"
-        f" {high:.3g} m/s (standard error up to {current.standard_error.max():.2g} m/s)"
+        f"derived: velocities through the water, less a current {known} of {sizes.min():.3g} to"
+        f" {sizes.max():.3g} m/s (standard error up to {current.standard_error.max():.2g} m/s)"
     )
     return dataclasses.replace(log, velocity=velocity, acceleration=acceleration).noted(note)
 
 
 def _slope(log: Log, current: Current) -> FloatArray:
     """Return the rate of change of the current at each sample [m/s^2]."""
-    if len(current.time) == 1:
-        return np.zeros((log.n, 2))
     slopes = np.diff(current.velocity, axis=0) / np.diff(current.time)[:, np.newaxis]
-    piece = np.searchsorted(current.time, log.elapsed, side="right") - 1
-    inside = (piece >= 0) & (piece < len(slopes))
-    return np.where(inside[:, np.newaxis], slopes[np.clip(piece, 0, len(slopes) - 1)], 0.0)
+    outside = np.zeros((1, 2))
+    slopes = np.concatenate((outside, slopes, outside))
+    return np.asarray(slopes[np.searchsorted(current.time, log.elapsed, side="right")])
 
 
 def _refuse(log: Log, spacing: float, drift: float) -> None:
@@ -361,8 +338,7 @@ def _weights(rest: FloatArray, elapsed: FloatArray) -> FloatArray:
     spread = max(1.4826 * float(np.median(np.abs(rest))), _TINY)
     huber = np.minimum(1.0, _HUBER * spread / np.maximum(np.abs(rest), _TINY))
     length = max(_length(huber * rest, elapsed, block) for block in _BLOCKS) / spread**2
-    weights: FloatArray = huber / (spread**2 * max(length, 1.0))
-    return weights
+    return np.asarray(huber / (spread**2 * max(length, 1.0)))
 
 
 def _length(rest: FloatArray, elapsed: FloatArray, block: float) -> float:

@@ -15,6 +15,7 @@ from hydrodamp.data.attitude import (
     path_ratios,
     rate_slopes,
 )
+from hydrodamp.data.channels import EULER
 from hydrodamp.data.log import Log
 from hydrodamp.data.units import UNITS, si_unit
 
@@ -93,8 +94,7 @@ def suspicions(log: Log) -> tuple[Suspicion, ...]:
     """
     return (
         *_clock(log),
-        *_rates(log),
-        *_attitude_in_degrees(log),
+        *_turning(log),
         *_speeds(log),
         *_accelerometer(log),
         *_pulses(log),
@@ -131,26 +131,22 @@ def _clock(log: Log) -> Iterator[Suspicion]:
         yield Suspicion("time", "may be in ms, not s", f"the median step is {usual:.4g}")
 
 
-def _rates(log: Log) -> Iterator[Suspicion]:
+def _turning(log: Log) -> Iterator[Suspicion]:
+    """Compare rates and attitude: rates of another unit or sign, angles in degrees."""
     if log.attitude is None:
         return
     with np.errstate(over="ignore"):  # an axis that does not turn has any ratio
         slopes = rate_slopes(log.time, log.attitude, log.velocity[:, 3:], log.bounds)
-    for name, slope in zip(VELOCITIES[3:], slopes.tolist(), strict=True):
-        if name in log.velocity_names and (looks := _unit(slope, _RATES)):
-            yield Suspicion(name, f"is {looks}", f"it is {slope:.3g} times the attitude's rate")
-
-
-def _attitude_in_degrees(log: Log) -> Iterator[Suspicion]:
-    if log.attitude is None:
-        return
     angles = euler_from_quaternion(log.attitude)
-    for column, angle in enumerate(("roll", "pitch", "yaw")):
-        if VELOCITIES[3 + column] not in log.velocity_names:
+    for k, (rate, angle) in enumerate(zip("pqr", EULER, strict=True)):
+        if rate not in log.velocity_names:
             continue
-        ratio = angle_ratio(log.time, angles[:, column], log.velocity[:, 3 + column], log.bounds)
+        if looks := _unit(float(slopes[k]), _RATES):
+            evidence = f"it is {slopes[k]:.3g} times the attitude's rate"
+            yield Suspicion(rate, f"is {looks}", evidence)
+        ratio = angle_ratio(log.time, angles[:, k], log.velocity[:, 3 + k], log.bounds)
         if abs(ratio * np.pi / 180 - 1) < _TOLERANCE:
-            evidence = f"it turns {ratio:.3g} times as fast as `{VELOCITIES[3 + column]}` says"
+            evidence = f"it turns {ratio:.3g} times as fast as `{rate}` says"
             yield Suspicion(angle, "is degrees taken for radians", evidence)
 
 
@@ -160,19 +156,16 @@ def _speeds(log: Log) -> Iterator[Suspicion]:
         return
     if log.position is not None and log.attitude is not None:
         ratios = path_ratios(log.time, log.velocity, log.attitude, log.position, log.bounds)
-        found = [(VELOCITIES[k], ratios[k], _unit(float(ratios[k]), _SPEEDS)) for k in recorded]
-        mistaken = [(name, ratio, looks) for name, ratio, looks in found if looks]
-        for name, ratio, looks in mistaken:
-            evidence = f"its path is {ratio:.3g} times its part of the position's"
-            yield Suspicion(name, f"is {looks}", evidence)
+        mistaken = [k for k in recorded if _unit(float(ratios[k]), _SPEEDS)]
+        for k in mistaken:
+            evidence = f"its path is {ratios[k]:.3g} times its part of the position's"
+            yield Suspicion(VELOCITIES[k], f"is {_unit(float(ratios[k]), _SPEEDS)}", evidence)
         if mistaken:
             return
     speed = np.linalg.norm(log.velocity[:, recorded], axis=1)
     if (usual := float(np.median(speed))) > _FAST:
-        called = " ".join(VELOCITIES[k] for k in recorded)
-        yield Suspicion(
-            called, "may be cm/s or mm/s, not m/s", f"the median speed is {usual:.3g} m/s"
-        )
+        called, told = " ".join(VELOCITIES[k] for k in recorded), f"{usual:.3g} m/s"
+        yield Suspicion(called, "may be cm/s or mm/s, not m/s", f"the median speed is {told}")
 
 
 def _accelerometer(log: Log) -> Iterator[Suspicion]:
@@ -194,15 +187,12 @@ def _pulses(log: Log) -> Iterator[Suspicion]:
     if log.wrench is not None:
         channels |= dict(zip(AXES, log.wrench.T, strict=True))
     for name, values in channels.items():
-        low, high = float(values.min()), float(values.max())
+        low, middle, high = np.quantile(values, (0.0, 0.5, 1.0)).tolist()
         inside = _PULSE[0] <= low < high <= _PULSE[1]
-        if inside and _NEUTRAL[0] <= float(np.median(values)) <= _NEUTRAL[1]:
-            yield Suspicion(
-                name,
-                "looks like a pulse width [us], not a force",
-                f"it lies between {low:.4g} and {high:.4g}; a thruster with a curve turns it"
-                " into newtons",
-            )
+        if inside and _NEUTRAL[0] <= middle <= _NEUTRAL[1]:
+            what = f"it lies between {low:.4g} and {high:.4g}"
+            told = f"{what}; a thruster with a curve turns it into newtons"
+            yield Suspicion(name, "looks like a pulse width [us], not a force", told)
 
 
 def _angles(log: Log) -> Iterator[Suspicion]:
@@ -216,9 +206,8 @@ def _constant(log: Log) -> Iterator[Suspicion]:
     for name in log.velocity_names:
         values = log.velocity[:, VELOCITIES.index(name)]
         if values[0] != 0.0 and (values == values[0]).all():
-            yield Suspicion(
-                name, "was not measured", f"it is {values[0]:.4g} throughout; leave it out"
-            )
+            told = f"it is {values[0]:.4g} throughout; leave it out"
+            yield Suspicion(name, "was not measured", told)
 
 
 def _unit(ratio: float, units: dict[float, str]) -> str:

@@ -37,10 +37,9 @@ def record_of_columns(
     faults = [
         *_missing_faults(numbers),
         *_attitude_faults(numbers),
-        *_acceleration_faults(numbers),
         *_whole_faults(numbers),
+        *_column_faults(numbers),
         *command_faults(commands),
-        *_empty_faults(numbers),
     ]
     time = numbers.get("time")
     if time is None or len(time) == 0:
@@ -109,8 +108,7 @@ def write_log(log: Log, path: str | Path) -> None:
 
 def check_log_file(path: str | Path) -> None:
     """Refuse a file name that says another format than a log is written in."""
-    suffix = Path(path).suffix.lower()
-    if suffix not in (*_TEXT, *_PARQUET):
+    if (suffix := Path(path).suffix.lower()) not in (*_TEXT, *_PARQUET):
         raise FileError(
             f"{path}: a log is written as CSV or Parquet, not as '{suffix}'. Give a name that ends"
             " in .csv or .parquet"
@@ -193,19 +191,15 @@ def _whole_faults(numbers: Mapping[str, FloatArray]) -> Iterator[str]:
 
 def runs_in_degrees(name: str, angle: FloatArray) -> bool:
     """Return whether an angle is in degrees: a pitch beyond any turn, or a wrap by 360."""
-    if name == "pitch":
-        return bool((np.abs(angle) > _TURN).any())
     wrap = np.abs(np.diff(angle))
-    return bool(((wrap > 340) & (wrap < 380)).any())
+    beyond = np.abs(angle) > _TURN if name == "pitch" else (wrap > 340) & (wrap < 380)
+    return bool(beyond.any())
 
 
-def _acceleration_faults(numbers: Mapping[str, FloatArray]) -> Iterator[str]:
+def _column_faults(numbers: Mapping[str, FloatArray]) -> Iterator[str]:
     moving = {f"d{name}" for name in VELOCITIES if name in numbers}
     if surplus := [name for name in _ACCELERATIONS if name in numbers and name not in moving]:
         yield f"accelerations `{' '.join(surplus)}` have no velocity column; add it or drop them"
-
-
-def _empty_faults(numbers: Mapping[str, FloatArray]) -> Iterator[str]:
     for name, column in numbers.items():
         if name != "time" and len(column) and np.isnan(column).all():
             yield f"column `{name}` holds no number at all; drop it"

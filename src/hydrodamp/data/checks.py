@@ -10,7 +10,7 @@ import numpy as np
 from hydrodamp.arrays import BoolArray, FloatArray, frozen
 from hydrodamp.basis.atoms import VELOCITIES
 from hydrodamp.data.attitude import rate_slopes
-from hydrodamp.data.channels import BLOCKS, VELOCITY, unit_of
+from hydrodamp.data.channels import BLOCKS, unit_of
 from hydrodamp.data.record import Record, Segment, copied, first_few, unrecorded
 
 #: Largest component of a recorded velocity [m/s, rad/s]; beyond it a replay has diverged.
@@ -90,8 +90,8 @@ def name_faults(velocities: Sequence[str], commands: Sequence[str], n: int) -> I
 
 def clock_faults(time: FloatArray, joins: BoolArray, place: Callable[[int], str]) -> Iterator[str]:
     """Yield where a clock has no value, repeats or runs backwards but at a join."""
-    absent = np.flatnonzero(~np.isfinite(time))
-    empty = [f"`time` has no value in {place(row)}" for row in absent.tolist()]
+    absent = np.flatnonzero(~np.isfinite(time)).tolist()
+    empty = [f"`time` has no value in {place(row)}" for row in absent]
     yield from first_few(empty, _LISTED, "samples without a time")
     with np.errstate(invalid="ignore"):
         stuck = np.flatnonzero((np.diff(time) <= 0) & ~joins[1:]) + 1
@@ -120,12 +120,11 @@ def _unbounded_faults(
     """Yield the first bad number of each array."""
     columns = {block.name: block.columns for block in BLOCKS}
     for name, block in blocks.items():
-        bad = is_bad(block) & ~unrecorded(name, block)
-        if bad.any():
-            row, column = np.argwhere(bad.reshape(len(block), -1))[0].tolist()
+        flat = block.reshape(len(block), -1)
+        bad = is_bad(flat) & ~np.atleast_1d(unrecorded(name, block))
+        for row, column in np.argwhere(bad)[:1].tolist():
             called = columns.get(name, (name,) * (column + 1))[column]
-            value = block.reshape(len(block), -1)[row, column]
-            kind = "infinite" if np.isinf(value) else "not a number"
+            kind = "infinite" if np.isinf(flat[row, column]) else "not a number"
             yield f"`{called}` must be finite; it is {kind} in {place(row)}"
 
 
@@ -144,11 +143,11 @@ def _speed_faults(
     velocity: FloatArray, place: Callable[[int], str], names: Sequence[str]
 ) -> Iterator[str]:
     """Yield a sentence for each velocity that is larger than :data:`_FASTEST`."""
-    for name, values in zip(VELOCITY.columns, velocity.T, strict=True):
-        over = np.flatnonzero((np.abs(values) > _FASTEST) & np.isfinite(values))
-        if name not in names or len(over) == 0:
+    for name, values in zip(VELOCITIES, velocity.T, strict=True):
+        over = np.flatnonzero((np.abs(values) > _FASTEST) & np.isfinite(values)).tolist()
+        if name not in names or not over:
             continue
-        first, unit = int(over[0]), unit_of(name)
+        first, unit = over[0], unit_of(name)
         tail = f", the first of {len(over)}" if len(over) > 1 else ""
         degrees = "If rates are in deg/s, convert them. " if unit == "rad/s" else ""
         yield (

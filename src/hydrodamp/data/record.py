@@ -75,8 +75,7 @@ class Record:
     def missing(self) -> BoolArray:
         """Whether any column but time is NaN at each sample, shape (n,)."""
         lacking = np.zeros(self.n, dtype=np.bool_)
-        measured = {name: block for name, block in self.blocks.items() if name != "time"}
-        for name, block in {**self.commands, **measured}.items():
+        for name, block in {**self.commands, **self.blocks, "time": np.zeros(self.n)}.items():
             absent = np.isnan(block) & ~unrecorded(name, block)
             lacking |= absent.reshape(self.n, -1).any(axis=1)
         return lacking
@@ -153,10 +152,8 @@ def copied(
 
 def unrecorded(name: str, block: FloatArray) -> BoolArray:
     """Return which columns of a block hold nothing: accelerations may be recorded in part."""
-    if name != ACCELERATION.name:
-        return np.zeros(block.shape[1:], dtype=np.bool_)
-    absent: BoolArray = np.logical_and.reduce(np.isnan(block), axis=0)
-    return absent
+    absent = np.isnan(block).all(axis=0) if name == ACCELERATION.name else False
+    return np.broadcast_to(absent, block.shape[1:])
 
 
 def side_by_side(columns: Mapping[str, FloatArray], names: Sequence[str], n: int) -> FloatArray:
@@ -283,7 +280,7 @@ def _notes(
         for row in np.flatnonzero(gaps).tolist()
     ]
     left_out = [
-        f"{b - a} {'sample' if b - a == 1 else 'samples'}"
+        f"{b - a} sample{'s' if b - a > 1 else ''}"
         f" {'with missing values' if missing[a] else 'alone, left out'}"
         f" at {time[a]:g} s to {time[b - 1]:g} s"
         + ("" if record.labels is None else f" (segment '{record.labels[a]}')")

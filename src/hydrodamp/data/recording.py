@@ -64,7 +64,11 @@ class Topic:
         object.__setattr__(self, "fields", MappingProxyType(numbers))
         for name in ("texts", "units", "faults"):
             object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
-        self._check_lengths()
+        columns: dict[str, Sequence[object] | FloatArray] = {**self.fields, **self.texts}
+        if odd := [f"`{key}` {len(it)}" for key, it in columns.items() if len(it) != self.n]:
+            raise LogError(
+                f"topic `{self.name}` must have {self.n} values a field; got {', '.join(odd)}"
+            )
 
     @property
     def n(self) -> int:
@@ -110,13 +114,6 @@ class Topic:
         known = (*self.fields, *self.texts)
         raise LogError(f"there is no field `{name}`{inside}.{did_you_mean(name, known)}")
 
-    def _check_lengths(self) -> None:
-        columns: dict[str, Sequence[object] | FloatArray] = {**self.fields, **self.texts}
-        odd = [name for name, column in columns.items() if len(column) != self.n]
-        if odd:
-            lengths = ", ".join(f"`{name}` {len(columns[name])}" for name in odd)
-            raise LogError(f"topic `{self.name}` must have {self.n} values a field; got {lengths}")
-
 
 @dataclass(frozen=True, eq=False)
 class Recording:
@@ -146,11 +143,6 @@ class Recording:
     format: str
     notes: tuple[str, ...] = ()
 
-    @property
-    def n(self) -> int:
-        """The number of messages of all topics."""
-        return sum(topic.n for topic in self.topics)
-
     def topic(self, name: str) -> Topic:
         """Return a topic by its name.
 
@@ -178,14 +170,6 @@ class Recording:
             f"{', '.join(known) or 'none'}",
             source=self.source,
         )
-
-    def spans(self) -> dict[str, tuple[float, float]]:
-        """Return the first and last time of every topic that has a clock [s]."""
-        return {
-            topic.name: (float(topic.time[0]), float(topic.time[-1]))
-            for topic in self.topics
-            if topic.time is not None and topic.n and bool(np.isfinite(topic.time).all())
-        }
 
 
 def _kept(values: FloatArray) -> FloatArray:

@@ -55,14 +55,6 @@ def test_messages_that_break_their_own_format(
     assert "messages BAD do not fit their own format; left out" in recording.notes
 
 
-def test_a_format_given_anew_drops_what_contradicts_it(tmp_path: Path, dive: Any) -> None:
-    dive.define(140, "ATT", "Qf", "TimeUS,Roll")
-    dive.put("ATT", 8_000_000, 1.5)
-    recording = ardupilot.read(dive.save(tmp_path / "dive.bin"))
-    assert recording.topic("ATT").fields["Roll"].tolist() == [1.5]
-    assert any("described anew" in note for note in recording.notes)
-
-
 def test_dataflash_in_text(tmp_path: Path) -> None:
     path = tmp_path / "dive.log"
     path.write_text(

@@ -96,8 +96,7 @@ def _binary_topics(data: bytes, source: str, notes: list[str]) -> Iterator[Topic
         if form.row is None:
             notes.append(f"messages {form.name} do not fit their own format; left out")
             continue
-        starts = np.array(found, dtype=np.int64)
-        block = letters[starts[:, np.newaxis] + np.arange(form.length)]
+        block = letters[np.array(found)[:, np.newaxis] + np.arange(form.length)]
         tables[kind] = np.ascontiguousarray(block).view(form.row)[:, 0]
     stated = _Stated({formats[kind].name: table for kind, table in tables.items()})
     for kind, table in tables.items():
@@ -123,13 +122,7 @@ def _scan(
             places[kind].append(place)
             if kind == _FMT_TYPE:
                 form = _Format.described_by(data[place : place + _FMT_LENGTH])
-                if form.length >= 3 and form.type != _FMT_TYPE:
-                    if formats.setdefault(form.type, form) != form and form.type in places:
-                        dropped = len(places.pop(form.type))
-                        notes.append(
-                            f"messages {form.name} are described anew; {dropped} before were left"
-                            " out"
-                        )
+                if form.length >= 3 and form.type not in formats:
                     formats[form.type], lengths[form.type] = form, form.length
             place += length
             continue
@@ -213,7 +206,7 @@ def _instances(form: _Format, fields: dict[str, Any], stated: _Stated) -> Iterat
     """Yield a topic, or one for every sensor of the kind."""
     units = stated.units(form)
     numbers = fields.get(stated.instance(form))
-    if numbers is None or isinstance(numbers, list):
+    if not isinstance(numbers, np.ndarray):
         yield _topic(form.name, fields, units)
         return
     for number in np.unique(numbers).tolist():
@@ -225,13 +218,10 @@ def _topic(
     name: str, fields: Mapping[str, Any], units: Mapping[str, str], rows: Any = None
 ) -> Topic:
     """Return a topic of all messages, or of some rows of them."""
-    numbers: dict[str, Any] = {}
-    words: dict[str, tuple[str, ...]] = {}
-    for key, column in fields.items():
-        if isinstance(column, list):
-            words[key] = tuple(column if rows is None else (column[row] for row in rows.tolist()))
-        else:
-            numbers[key] = column if rows is None else column[rows]
+    chosen = slice(None) if rows is None else rows
+    taken = {key: np.asarray(column)[chosen] for key, column in fields.items()}
+    words = {key: tuple(it.tolist()) for key, it in taken.items() if it.dtype.kind == "U"}
+    numbers = {key: column for key, column in taken.items() if key not in words}
     clock = next((key for key in _CLOCKS if key in numbers), None)
     time = None if clock is None else numbers[clock] / _CLOCKS[clock]
     stated = {key: unit for key, unit in units.items() if key in numbers}
@@ -261,7 +251,7 @@ def _text_topics(data: bytes, notes: list[str]) -> Iterator[Topic]:
             continue
         values = map(column_of, zip(*found, strict=True))
         fields = {
-            key: list(column.words) if column.numbers is None else column.numbers
+            key: [*column.words] if column.numbers is None else column.numbers
             for key, column in zip(formats[name].columns, values, strict=True)
         }
         yield from _instances(formats[name], fields, _Stated({}))

@@ -90,11 +90,9 @@ def number(cell: str, decimal: str = ".") -> float | None:
     """Return the number in a cell."""
     # An underline makes it no number here, though Python allows one.
     text = cell if decimal == "." else cell.replace(".", "_").replace(",", ".")
-    try:
+    with suppress(ValueError):
         if "_" not in text:
             return float(text)
-    except ValueError:
-        pass
     return _NAN if is_missing(cell) else None
 
 
@@ -113,11 +111,8 @@ def is_missing(cell: str) -> bool:
 def numbers_of(cells: Sequence[str], decimal: str = ".") -> Column:
     """Return a column that should hold numbers."""
     if decimal == ".":
-        try:
+        with suppress(ValueError):
             values = np.fromiter(map(float, cells), np.float64, len(cells))
-        except ValueError:
-            pass
-        else:
             if "_" not in "".join(cells):
                 return Column(values)
     known = {cell: number(cell, decimal) for cell in set(cells)}
@@ -130,8 +125,9 @@ def numbers_of(cells: Sequence[str], decimal: str = ".") -> Column:
 def column_of(cells: Sequence[str], decimal: str = ".") -> Column:
     """Return a column of unknown content."""
     there = [cell for cell in cells if not is_missing(cell)]
-    if all(cell.strip().lower() in _TRUTH for cell in there) and there:
-        return Column(np.array([_TRUTH.get(cell.strip().lower(), _NAN) for cell in cells]))
+    plain = [cell.strip().lower() for cell in cells]
+    if there and {*plain} <= {*_TRUTH, *MISSING}:
+        return Column(np.array([_TRUTH.get(cell, _NAN) for cell in plain]))
     if there and all(map(_DATE.match, there)):
         with suppress(ValueError):
             seconds = [_NAN if is_missing(cell) else _second(cell) for cell in cells]

@@ -96,17 +96,11 @@ def _joined(dialect: Dialect, place: int, pieces: Sequence[Column]) -> Column:
     if not arrays:
         return dialect.column(place, [cell for piece in pieces for cell in piece.words])
     starts = np.cumsum([0, *map(len, arrays)]).tolist()
-    bad = tuple(
-        (start + row, cell)
-        for start, piece in zip(starts, pieces, strict=False)
-        for row, cell in piece.bad
-    )
+    placed = zip(starts, pieces, strict=False)
+    bad = tuple((start + row, cell) for start, piece in placed for row, cell in piece.bad)
     if not bad:
         return Column(np.concatenate(arrays))
-    words = (
-        piece.words or map(repr, array.tolist())
-        for piece, array in zip(pieces, arrays, strict=True)
-    )
+    words = (p.words or map(repr, a.tolist()) for p, a in zip(pieces, arrays, strict=True))
     return Column(np.concatenate(arrays), tuple(chain.from_iterable(words)), bad)
 
 
@@ -114,13 +108,11 @@ class _Rows:
     """The rows of a file, and the oddities on the way."""
 
     def __init__(self, path: str | Path, dialect: Dialect) -> None:
-        self.path = path
-        self.dialect = dialect
+        self.path, self.dialect = path, dialect
         self.ragged: list[tuple[int, int]] = []
-        self.spanning = 0
         self.passed: dict[str, list[int]] = {}
+        self.spanning = self.line = 0
         self.ended = True
-        self.line = 0
 
     def __iter__(self) -> Iterator[tuple[int, Sequence[str]]]:
         width, header = len(self.dialect.header.names), self.dialect.header.cells

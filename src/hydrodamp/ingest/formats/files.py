@@ -80,7 +80,6 @@ FORMATS = (
 #: How the names of files that can be read end.
 SUFFIXES = frozenset(suffix for form in FORMATS for suffix in form.suffixes)
 
-_BAG = "metadata.yaml"
 _FOREIGN = {
     **dict.fromkeys((".xls", ".xlsx", ".ods"), "a spreadsheet; save the sheet as CSV"),
     **dict.fromkeys((".zip", ".7z", ".tar"), "an archive; unpack it and give the log in it"),
@@ -150,9 +149,9 @@ def usual_axes(form: str) -> str:
     return next((one.axes for one in FORMATS if one.axes and one.name in form), "")
 
 
-def is_bag(path: str | Path) -> bool:
+def is_bag(path: Path) -> bool:
     """Return whether a folder is a bag of ROS 2."""
-    return (Path(path) / _BAG).exists()
+    return (path / "metadata.yaml").exists()
 
 
 def suffix_of(path: str | Path) -> str:
@@ -209,10 +208,8 @@ def _of_ours(path: Path, suffix: str) -> str:
 
 def _is_binary(begin: bytes) -> bool:
     """Tell noise from text by control characters; text in UTF-16 has its mark."""
-    if begin.startswith((b"\xff\xfe", b"\xfe\xff")):
-        return False
     control = sum(byte < 9 or 13 < byte < 27 for byte in begin.rstrip(b"\0"))
-    return control > 0.01 * len(begin)
+    return control > 0.01 * len(begin) and not begin.startswith((b"\xff\xfe", b"\xfe\xff"))
 
 
 def read(paths: str | Path | Iterable[str | Path]) -> Recording:
