@@ -1,4 +1,4 @@
-"""Which coefficients a log determines: rank, condition, inflation, groups and a grade each."""
+"""Which coefficients a log determines: rank, condition, groups and a grade each."""
 
 from __future__ import annotations
 
@@ -36,7 +36,6 @@ class Collinearity(Generic[Name]):
 
     span: Span[Name]
     condition: float
-    inflation: FloatArray
     aliased: BoolArray
     groups: tuple[tuple[Name, ...], ...]
 
@@ -52,7 +51,6 @@ def collinearity(design: FloatArray, names: Sequence[Name]) -> Collinearity[Name
     return Collinearity(
         span=span,
         condition=condition if span.rank == len(names) else float("inf"),
-        inflation=np.where(aliased, np.inf, parts.sum(axis=1)),
         aliased=aliased,
         groups=span.aliased + _near(span, parts, aliased, names),
     )
@@ -125,7 +123,6 @@ class AxisIdentifiability:
     axis: str
     labels: tuple[str, ...]
     grades: tuple[Grade, ...]
-    inflation: tuple[float, ...]
     rank: int
     condition: float
     share: float
@@ -329,7 +326,6 @@ def graded_by(
                     response=float(seen.response[axis]),
                     excited=excited,
                 ),
-                inflation=tuple(alike.inflation.tolist()),
                 rank=alike.span.rank,
                 condition=alike.condition,
                 share=float(seen.share[axis]),

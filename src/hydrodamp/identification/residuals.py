@@ -12,10 +12,8 @@ from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.basis.atoms import AXES
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.rows import Rows
-from hydrodamp.identification.triangle import solve_axis
 from hydrodamp.identification.weak import WeakEquations, chosen_support
 from hydrodamp.models.damping import Damping
-from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
 
 #: Probability of white residuals below which correlation is worth a sentence.
@@ -38,15 +36,6 @@ _TESTED, _PER_LAG = 10, 5
 _LAGS, _SHARE, _FREQUENCIES = 40, 4, 129
 
 
-@dataclass(frozen=True)
-class Whiteness:
-    """How a residual depends on the one before: p-value, correlation at lag 1, time [s]."""
-
-    p: float | None
-    neighbours: float
-    time: float
-
-
 @dataclass(frozen=True, eq=False)
 class ResidualSeries:
     """Correlation over lag [s] and power density over frequency [Hz] of one axis."""
@@ -61,25 +50,24 @@ class ResidualSeries:
 
 @dataclass(frozen=True)
 class AxisDiagnostics:
-    """What the residuals of one axis say."""
+    """What the residuals of one axis say.
+
+    ``p`` is that of a test for whiteness; neighbours are correlated so much, all over so long [s].
+    """
 
     axis: str
     rms: float
-    whiteness: Whiteness
+    p: float | None
+    neighbours: float
+    time: float
     outliers: float
-
-    @property
-    def coloured(self) -> bool:
-        """Whether the residuals are correlated in time."""
-        return self.whiteness.p is not None and self.whiteness.p < REJECTED
 
     def __str__(self) -> str:
         """Return a line for the table."""
-        white = self.whiteness
-        p = "–" if white.p is None else f"{white.p:.3f}"
+        p = "–" if self.p is None else f"{self.p:.3f}"
         return (
-            f"{self.axis:<5}{self.rms:>10.3g}{p:>9}{white.neighbours:>8.2f}"
-            f"{white.time:>8.2g} s{100.0 * self.outliers:>9.2f} %"
+            f"{self.axis:<5}{self.rms:>10.3g}{p:>9}{self.neighbours:>8.2f}"
+            f"{self.time:>8.2g} s{100.0 * self.outliers:>9.2f} %"
         )
 
 
@@ -104,25 +92,23 @@ class Diagnostics:
     @property
     def remarks(self) -> tuple[str, ...]:
         """What to know and to do, a sentence a kind of trouble."""
-        said = []
-        if coloured := [
-            f"{one.axis} (over {one.whiteness.time:.2g} s, neighbours "
-            f"{one.whiteness.neighbours:.2f})"
+        coloured = [
+            f"{one.axis} (over {one.time:.2g} s, neighbours {one.neighbours:.2f})"
             for one in self.axes
-            if one.coloured
-        ]:
-            said.append(
-                f"Residuals are correlated in time on {', '.join(coloured)} (Ljung-Box, "
-                f"p < {REJECTED:g}): intervals for white residuals would be wrong."
-            )
-        if spiked := [
+            if one.p is not None and one.p < REJECTED
+        ]
+        spiked = [
             f"{one.axis} ({100.0 * one.outliers:.1f} %)" for one in self.axes if one.outliers > MANY
-        ]:
-            said.append(
-                f"Many residuals are beyond {FAR:g} robust standard deviations on "
-                f"{', '.join(spiked)}: look at the log there and remove its spikes."
-            )
-        return tuple(said)
+        ]
+        white = (
+            f"Residuals are correlated in time on {', '.join(coloured)} (Ljung-Box, "
+            f"p < {REJECTED:g}): intervals for white residuals would be wrong."
+        )
+        near = (
+            f"Many residuals are beyond {FAR:g} robust standard deviations on "
+            f"{', '.join(spiked)}: look at the log there and remove its spikes."
+        )
+        return (*([white] if coloured else []), *([near] if spiked else []))
 
     def __str__(self) -> str:
         """Return a table of the axes, then the sentences."""
@@ -131,14 +117,8 @@ class Diagnostics:
         return "\n".join([title, head, *map(str, self.axes), *self.remarks])
 
 
-def diagnose(
-    problem: Problem,
-    model: DampingModel,
-    damping: Damping | None = None,
-    *,
-    support: float | None = None,
-) -> Diagnostics:
-    """Examine what a model leaves of a log.
+def diagnose(problem: Problem, damping: Damping) -> Diagnostics:
+    """Examine what a damping leaves of a log.
 
     Residuals are those of the weak form under test functions that follow each other and
     share no sample, so that no correlation is of their making.
@@ -146,54 +126,40 @@ def diagnose(
     Parameters
     ----------
     problem : Problem
-        Vehicle and log.
-    model : DampingModel
-        Which terms.
-    damping : Damping, optional
-        Whose residuals to examine; by default those of least squares on the same rows.
-    support : float, optional
-        Length of the test functions [s]; by default as :class:`WeakEquations` chooses it.
+        Vehicle and log, prepared for the terms of the damping.
+    damping : Damping
+        Whose residuals to examine.
 
     Returns
     -------
     diagnostics : Diagnostics
         Axis by axis, with sentences.
 
-    Raises
-    ------
-    MethodError
-        If the damping lacks a coefficient.
-
     Examples
     --------
     >>> from hydrodamp.models.catalog import catalog
     >>> from hydrodamp.simulation.campaign.reenact import reenact
     >>> from hydrodamp.simulation.problem import prepare
-    >>> campaign, fossen = reenact(duration=60.0), catalog["fossen"]
-    >>> found = diagnose(prepare(campaign.vehicle, campaign.train, fossen), fossen)
+    >>> campaign = reenact(duration=60.0)
+    >>> problem = prepare(campaign.vehicle, campaign.train, catalog["fossen"])
+    >>> found = diagnose(problem, Damping(catalog["fossen"], [-1.0] * 12))
     >>> [one.axis for one in found.axes]
     ['X', 'Y', 'Z', 'K', 'M', 'N']
     """
-    free = model.restricted_to(problem.vehicle.axes)
-    rows, length = residual_rows(problem, support)
-    if damping is None:
-        triangle = rows.triangle()
-        found = [solve_axis(triangle, terms, axis) for axis, terms in enumerate(free.terms)]
-        damping = Damping(free, np.concatenate([axis.coefficients for axis in found]))
-    elif missing := [label for label in free.labels if label not in damping.as_dict()]:
-        raise MethodError(f"the damping has no coefficient {', '.join(missing)} of '{model.key}'")
+    free = damping.model.restricted_to(problem.vehicle.axes)
+    rows, length = residual_rows(problem)
     left = left_over(rows, Damping(free, damping.onto(free)))
     return Diagnostics(
         model=free.key,
         axes=tuple(
             AxisDiagnostics(
-                axis=AXES[axis],
-                rms=float(np.sqrt(np.mean(left[:, axis] ** 2))),
-                whiteness=whiteness(left[:, axis], rows.segment, length),
-                outliers=outlier_share(left[:, axis]),
+                axis,
+                float(np.sqrt(np.mean(left[:, place] ** 2))),
+                *whiteness(left[:, place], rows.segment, length),
+                outlier_share(left[:, place]),
             )
-            for axis in range(6)
-            if free.terms[axis]
+            for place, (axis, terms) in enumerate(zip(AXES, free.terms, strict=True))
+            if terms
         ),
         spacing=length,
     )
@@ -213,23 +179,19 @@ def left_over(rows: Rows, damping: Damping) -> FloatArray:
     return rest
 
 
-def whiteness(series: FloatArray, segment: IntArray, spacing: float) -> Whiteness:
-    """Test residuals for correlation in time, never across a join."""
-    lags = min(_TESTED, len(series) // _PER_LAG)
-    power = float(series @ series)
+def whiteness(
+    series: FloatArray, segment: IntArray, spacing: float
+) -> tuple[float | None, float, float]:
+    """Test residuals for correlation: p-value (Ljung-Box), that of neighbours, its time [s]."""
+    lags, power = min(_TESTED, len(series) // _PER_LAG), float(series @ series)
     if lags < 1 or power <= 0.0:
-        return Whiteness(None, 0.0, spacing)
+        return None, 0.0, spacing
     pairs, products = lagged_products(series, segment, lags)
-    correlation = products[1:] / power
-    statistic = (
-        len(series) * (len(series) + 2.0) * np.sum(correlation**2 / np.maximum(pairs[1:], 1))
-    )
+    correlation, n = products[1:] / power, len(series)
+    statistic = n * (n + 2.0) * np.sum(correlation**2 / np.maximum(pairs[1:], 1))
     positive = correlation[: np.argmax(np.append(correlation, -1.0) <= 0.0)]
-    return Whiteness(
-        p=float(chdtrc(lags, statistic)),
-        neighbours=float(correlation[0]),
-        time=spacing * (1.0 + 2.0 * float(positive.sum())),
-    )
+    time = spacing * (1.0 + 2.0 * float(positive.sum()))
+    return float(chdtrc(lags, statistic)), float(correlation[0]), time
 
 
 def outlier_share(series: FloatArray) -> float:
@@ -245,17 +207,14 @@ def residual_series(
 ) -> list[dict[str, ResidualSeries]]:
     """Return what each damping leaves over on the axes of its terms, under test functions."""
     rows, length = residual_rows(problem, support)
-    found = []
-    for damping in dampings:
-        left, terms = left_over(rows, damping), zip(AXES, damping.model.terms, strict=True)
-        found.append(
-            {
-                axis: series(left[:, place], rows.segment, length)
-                for place, (axis, own) in enumerate(terms)
-                if own
-            }
-        )
-    return found
+    return [
+        {
+            axis: series(left, rows.segment, length)
+            for axis, terms, left in zip(AXES, one.model.terms, left_over(rows, one).T, strict=True)
+            if terms
+        }
+        for one in dampings
+    ]
 
 
 def series(residuals: FloatArray, segment: IntArray, spacing: float) -> ResidualSeries:

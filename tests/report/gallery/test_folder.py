@@ -83,10 +83,10 @@ def test_the_grades_are_strict_json_in_words(home):
     assert words <= {"determined", "weak", "not determined"}
 
 
-def test_a_variance_inflation_without_bound_reads_back(examined, home):
+def test_a_condition_without_bound_reads_back(examined, home):
     found = examined.findings.identifiability
     first, *others = found.axes
-    first = replace(first, inflation=(float("inf"), *first.inflation[1:]))
+    first = replace(first, condition=float("inf"))
     endless = replace(found, axes=(first, *others))
     write_findings(Findings(endless), home)
     assert read_findings(home, hd.read_comparison(home)).identifiability == endless
