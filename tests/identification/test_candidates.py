@@ -17,7 +17,6 @@ from hydrodamp.identification.candidates import (
     drag,
     kept,
     moved,
-    moving,
     picked,
     under_way,
 )
@@ -116,15 +115,6 @@ def test_commands_that_something_takes_are_not_offered(campaign: Campaign) -> No
     assert moved(campaign.vehicle, campaign.train, []) is None
     recorded = replace(campaign.train, wrench=np.zeros((campaign.train.n, 6)))
     assert moved(replace(campaign.vehicle, actuators=()), recorded, []) is None
-
-
-def test_a_command_moves_an_axis_where_it_takes_a_share_of_what_is_left_over() -> None:
-    rng = np.random.default_rng(2)
-    design = rng.normal(size=(4000, 4))
-    design[:, 3] += design[:, 0]  # goes with the damping, which explains it already
-    target = design @ [5.0, 1.0, 0.1, 0.0] + rng.normal(size=4000)
-    stacked = np.column_stack([design, target])
-    assert moving(stacked.T @ stacked, known=1).tolist() == [1]
 
 
 def test_picking_all_gives_the_model_back() -> None:

@@ -3,19 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 from scipy.linalg import solve_triangular
 from scipy.optimize import nnls
 
 from hydrodamp.arrays import FloatArray, IntArray
-from hydrodamp.identification.search import searching
-from hydrodamp.models.damping import Damping
-from hydrodamp.models.model import DampingModel
-from hydrodamp.simulation.problem import Problem
-
-# A log is cut into this many windows at least.
-_LEAST = 16
 
 # Share of a column's square that must be left for it to be chosen.
 _FRESH = 1e-6
@@ -26,23 +20,11 @@ _RIDGE = 1e-10
 # Blocks are left out in this many turns.
 _FOLDS = 10
 
+# Columns chosen on each half sample, and pairs of complementary ones that are drawn.
+_DRAWN, _PAIRS = 40, 25
 
-def replay_blocks(
-    problem: Problem, model: DampingModel, around: Damping, length: float
-) -> tuple[FloatArray, int]:
-    """Linearise the replay in the coefficients of a large model around a small one.
-
-    Normal matrices of the blocks, shape (n, p + 1, p + 1), and how many blocks cannot be replayed.
-    """
-    search = searching(problem, model)
-    windows = search.windows(min(length, problem.duration / _LEAST))
-    guessed = around.onto(model)
-    spread = np.sqrt(np.maximum(np.mean(windows.errors(guessed) ** 2, axis=0), search.noise**2))
-    turn = np.eye(len(guessed) + 1)
-    turn[:-1, -1] = guessed
-    found = windows.normals(guessed, spread)
-    whole = found[:, -1, -1] > 0.0
-    return turn.T @ found[whole] @ turn, int(np.sum(~whole))
+# Share of the leftovers that a column takes that moves an axis: a correlation of 0.3.
+_MOVED = 0.09
 
 
 def forward(normal: FloatArray, most: int, first: Sequence[int] = ()) -> IntArray:
@@ -76,18 +58,26 @@ def forward(normal: FloatArray, most: int, first: Sequence[int] = ()) -> IntArra
     return np.array(order, dtype=np.int64)
 
 
-def frequencies(
-    blocks: FloatArray, most: int, pairs: int, seed: int = 0, first: Sequence[int] = ()
-) -> FloatArray:
+def frequencies(blocks: FloatArray, first: Sequence[int] = ()) -> FloatArray:
     """Return the share of complementary half samples on which each column is chosen."""
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(0)
     count = np.zeros(blocks.shape[1] - 1)
-    half = len(blocks) // 2
-    for _ in range(pairs):
+    for _ in range(_PAIRS):
         drawn = rng.permutation(len(blocks))
-        for part in (drawn[:half], drawn[half:]):
-            count[forward(blocks[part].sum(axis=0), most, first)] += 1.0
-    return count / (2.0 * pairs)
+        for part in np.split(drawn, [len(blocks) // 2]):
+            count[forward(blocks[part].sum(axis=0), _DRAWN, first)] += 1.0
+    return count / (2.0 * _PAIRS)
+
+
+def moving(normal: FloatArray, known: int) -> IntArray:
+    """Choose columns after the known ones while each takes its share of what is left over."""
+    order = forward(normal, len(normal), range(known))
+    start = int(np.sum(order < known))
+    left = [
+        error(normal, order[:n], solved(normal, order[:n])) for n in range(start, len(order) + 1)
+    ]
+    enough = [after <= (1.0 - _MOVED) * before for before, after in pairwise(left)]
+    return order[start : start + [*enough, False].index(False)]
 
 
 def nested(

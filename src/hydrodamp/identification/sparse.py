@@ -4,21 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
-from hydrodamp.arrays import BoolArray, FloatArray, IntArray
+from hydrodamp.arrays import FloatArray
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.candidates import candidates, distinct, drag, kept, moved, picked
-from hydrodamp.identification.elimination import (
-    forward,
-    frequencies,
-    nested,
-    replay_blocks,
-    sized,
-    solved,
-)
+from hydrodamp.identification.elimination import forward, frequencies, nested, sized, solved
 from hydrodamp.identification.power import PowerRows, operating_box, spread, worst_power
 from hydrodamp.identification.search import ladder, searching, starts, within
 from hydrodamp.identification.weak import WeakEquations
@@ -38,15 +32,17 @@ _NEAR = 1.1
 # Blocks below which nothing can be left out.
 _FEWEST = 4
 
-# Terms chosen on each half sample.
-_DRAWN = 40
+# A log is cut into this many windows at least.
+_LEAST = 16
+
+# Terms that forward selection takes before elimination, and the share of the half samples on which
+# one must be chosen.
+_MOST, _OFTEN = 60, 0.5
 
 
-@dataclass(frozen=True)
-class Round:
+class Round(NamedTuple):
     """One round: selection around a model, and the replay of what was selected."""
 
-    window: float
     model: DampingModel
     words: str
     rms: float | None
@@ -61,42 +57,24 @@ class Sparse:
     ----------
     windows : tuple of float
         Length of the windows that are replayed, round by round [s].
-    most : int
-        How many terms forward selection takes before elimination.
-    frequency : float
-        A term must be chosen on this share of the half samples, above 0 and at most 1.
-    pairs : int
-        Pairs of complementary half samples that are drawn.
-    seed : int
-        Of the draw.
 
     Raises
     ------
     MethodError
-        If a setting is out of range.
+        If a length is not positive.
 
     Examples
     --------
-    >>> Sparse(frequency=0.6).frequency
-    0.6
+    >>> Sparse().windows
+    (10.0, 30.0, 30.0)
     """
 
     windows: tuple[float, ...] = (10.0, 30.0, 30.0)
-    most: int = 60
-    frequency: float = 0.5
-    pairs: int = 25
-    seed: int = 0
 
     def __post_init__(self) -> None:
-        """Check the settings."""
+        """Check the lengths."""
         if not self.windows or not all(0.0 < window < np.inf for window in self.windows):
             raise MethodError(f"`windows` must be positive lengths [s]; got {self.windows}")
-        if self.most < 1 or self.pairs < 1:
-            raise MethodError(
-                f"`most` and `pairs` must be at least 1; got {self.most} and {self.pairs}"
-            )
-        if not 0.0 < self.frequency <= 1.0:
-            raise MethodError(f"`frequency` must be above 0 and at most 1; got {self.frequency:g}")
 
     def select(
         self,
@@ -141,7 +119,7 @@ class Sparse:
         damping, _ = refit(problem, first, (), (_SHORT,))
         rounds: list[Round] = []
         for window in self.windows:
-            made, damping = self.round(problem, offered, damping, window)
+            made, damping = select_around(problem, offered, damping, window)
             rounds.append(made)
             if done is not None:
                 done(made)
@@ -153,56 +131,64 @@ class Sparse:
             note += f" No axis follows the command {' '.join(sorted(idle))}."
         return replace(best.model, source=source, note=note)
 
-    def round(
-        self, problem: Problem, offered: DampingModel, around: Damping, window: float
-    ) -> tuple[Round, Damping]:
-        """Select around a small model, and fit what was selected."""
-        blocks, lost = replay_blocks(problem, offered, around, window)
-        if len(blocks) < _FEWEST:
-            raise MethodError(
-                f"only {len(blocks)} of {len(blocks) + lost} blocks of the log can be replayed, "
-                f"and a selection needs {_FEWEST}: give a longer log, or check its signs and the "
-                "vehicle's mass and actuators."
-            )
-        held, groups, box = np.flatnonzero(kept(offered)), drag(offered), operating_box(problem)
-        total = blocks.sum(axis=0)
-        order = forward(total, self.most, held.tolist())
-        often = frequencies(blocks, _DRAWN, self.pairs, self.seed, held.tolist())
-        pool = _pool(order, often >= self.frequency, held, groups)
-        sets = nested(total, pool, held, groups)
-        place, words = sized(blocks, sets, PowerRows(offered).rows(spread(box)))
-        model = picked(offered, sets[place])
-        damping, rms = refit(problem, model, [solved(total, sets[place])], (_SHORT, window))
-        return Round(window, model, words, rms, worst_power(damping, box).power), damping
+
+def select_around(
+    problem: Problem, offered: DampingModel, around: Damping, window: float
+) -> tuple[Round, Damping]:
+    """Select around a small model, and fit what was selected."""
+    blocks, lost = replay_blocks(problem, offered, around, window)
+    if len(blocks) < _FEWEST:
+        raise MethodError(
+            f"only {len(blocks)} of {len(blocks) + lost} blocks of the log can be replayed, "
+            f"and a selection needs {_FEWEST}: give a longer log, or check its signs and the "
+            "vehicle's mass and actuators."
+        )
+    held, groups, box = np.flatnonzero(kept(offered)), drag(offered), operating_box(problem)
+    total = blocks.sum(axis=0)
+    order = forward(total, _MOST, held.tolist())
+    stable = order[frequencies(blocks, held.tolist())[order] >= _OFTEN]
+    pool = [*stable.tolist(), *held.tolist()]
+    for group in groups:  # a term that brakes each axis
+        if len(group) and not np.isin(group, pool).any():
+            pool.append(int([*order[np.isin(order, group)], *group][0]))
+    sets = nested(total, np.unique(np.array(pool, dtype=np.int64)), held, groups)
+    place, words = sized(blocks, sets, PowerRows(offered).rows(spread(box)))
+    model = picked(offered, sets[place])
+    damping, rms = refit(problem, model, [solved(total, sets[place])], (_SHORT, window))
+    return Round(model, words, rms, worst_power(damping, box).power), damping
+
+
+def replay_blocks(
+    problem: Problem, model: DampingModel, around: Damping, length: float
+) -> tuple[FloatArray, int]:
+    """Linearise the replay in the coefficients of a large model around a small one.
+
+    Normal matrices of the blocks, shape (n, p + 1, p + 1), and how many blocks cannot be replayed.
+    """
+    search = searching(problem, model)
+    windows = search.windows(min(length, problem.duration / _LEAST))
+    guessed = around.onto(model)
+    spread = np.sqrt(np.maximum(np.mean(windows.errors(guessed) ** 2, axis=0), search.noise**2))
+    turn = np.eye(len(guessed) + 1)
+    turn[:-1, -1] = guessed
+    found = windows.normals(guessed, spread)
+    whole = found[:, -1, -1] > 0.0
+    return turn.T @ found[whole] @ turn, int(np.sum(~whole))
 
 
 def _first(problem: Problem, offered: DampingModel) -> DampingModel:
     """Choose a few terms of each axis from the rows of the regression."""
     triangle = WeakEquations().rows(problem).triangle()
-    fixed, brakes = kept(offered), drag(offered)
+    fixed, brakes, start = kept(offered), drag(offered), 0
     chosen: list[int] = []
-    start = 0
     for axis, terms in enumerate(offered.terms):
-        columns = [triangle.basis.index(term) for term in terms]
-        part = triangle.r[:, [*columns, len(triangle.basis) + axis]]
+        part = np.column_stack([triangle.columns(terms), triangle.target(axis)])
         first = np.flatnonzero(fixed[start : start + len(terms)])
         order = forward(part.T @ part, len(terms), first.tolist()) + start
         braking = [*order[np.isin(order, brakes[axis])], *brakes[axis]]
         chosen += [*(first + start), *order[: len(first) + _FIRST], *braking[:1]]
         start += len(terms)
     return picked(offered, np.unique(np.array(chosen, dtype=np.int64)))
-
-
-def _pool(
-    order: IntArray, stable: BoolArray, held: IntArray, groups: Sequence[IntArray]
-) -> IntArray:
-    """Return what is chosen stably, what is held, and a term that brakes each axis."""
-    pool = [*order[stable[order]].tolist(), *held.tolist()]
-    for group in groups:
-        if len(group) and not np.isin(group, pool).any():
-            met = order[np.isin(order, group)]
-            pool.append(int((met if len(met) else group)[0]))
-    return np.unique(np.array(pool, dtype=np.int64))
 
 
 def refit(
@@ -217,16 +203,15 @@ def refit(
 
 def best_round(rounds: Sequence[Round]) -> tuple[Round, str]:
     """Choose among rounds: dissipation first, then the replay, then the size."""
-    finished = [(made.rms, made) for made in rounds if made.rms is not None]
+    finished = [(one.rms, one) for one in rounds if one.rms is not None]
     if not finished:
         return rounds[-1], "No selected model replays the training data; this is the last."
-    braking = [(rms, made) for rms, made in finished if made.push <= 0.0]
+    braking = [(rms, one) for rms, one in finished if one.push <= 0.0]
     ranked = braking or finished
     least = min(rms for rms, _ in ranked)
-    near = [(rms, made) for rms, made in ranked if rms <= _NEAR * least]
-    best = min(near, key=lambda each: (each[1].model.n_coefficients, each[0]))[1]
+    near = [(one.model.n_coefficients, rms, one) for rms, one in ranked if rms <= _NEAR * least]
     what = "takes power on the whole operating box" if braking else "replays the training data"
-    return best, (
+    return min(near, key=lambda each: each[:2])[-1], (
         f"{len(ranked)} of {len(rounds)} rounds gave a model that {what} when fitted to it; this "
         f"one has the fewest coefficients within {100.0 * (_NEAR - 1.0):.0f} % of their lowest "
         f"RMS on the training data, {least:.3g}."
