@@ -9,12 +9,13 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrodamp import kernels
-from hydrodamp.arrays import FloatArray, IndexArray, IntArray, frozen
+from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.differences import mean_square, signal_to_noise
 from hydrodamp.identification.fit import Fit, empty_fit, fitted
 from hydrodamp.identification.online import first_guess, with_log
 from hydrodamp.identification.triangle import BLOCK, Triangle
+from hydrodamp.identification.weak import steps_between
 from hydrodamp.kernels.plant import Sample
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
@@ -88,31 +89,6 @@ def per_axis(gain: Numbers, name: str) -> FloatArray:
             f"`{name}` must be one positive number or six, one an axis X Y Z K M N; got {gain!r}"
         )
     return np.broadcast_to(gains, (6,)).copy()
-
-
-def error_gains(a: Numbers | ByNoise, source: Problem | Columns) -> FloatArray:
-    """Return the error gain of each axis."""
-    if not isinstance(a, ByNoise):
-        return per_axis(a, "a")
-    problem = with_log(source, "noise of each velocity")
-    return a.share * signal_to_noise(problem) * np.diag(problem.vehicle.mass_matrix)
-
-
-def adaptation_gains(
-    gamma: Numbers | ByTerm,
-    source: Problem | Columns,
-    entries: tuple[IndexArray | IntArray, IndexArray | IntArray],
-    a: FloatArray,
-) -> FloatArray:
-    """Return the adaptation gain of each coefficient."""
-    rows, axes = entries
-    if not isinstance(gamma, ByTerm):
-        return per_axis(gamma, "gamma")[axes]
-    problem = with_log(source, "size of each term")
-    size = mean_square(problem)[rows - problem.columns.n_known]
-    terms = np.bincount(axes, minlength=6)[axes]
-    seen = size > 0.0
-    return np.where(seen, a[axes] / (gamma.settling * terms * np.where(seen, size, 1.0)), 0.0)
 
 
 #: Share of an axis's damping wrench that may still be missing from settled coefficients.
@@ -256,9 +232,20 @@ class AdaptiveIdentifier:
         """Bind the gains to a plant and a model."""
         columns = source if isinstance(source, Columns) else source.columns
         free = model.restricted_to(columns.vehicle.axes)
-        entries, a = columns.entries(free), error_gains(self.a, source)
-        gamma = columns.scattered(entries, adaptation_gains(self.gamma, source, entries, a))
-        return Adaptation(columns, free, entries, kernels.Gains(columns.plant, a, gamma))
+        rows, axes = entries = columns.entries(free)
+        if isinstance(self.a, ByNoise):
+            problem = with_log(source, "noise of each velocity")
+            a = self.a.share * signal_to_noise(problem) * np.diag(problem.vehicle.mass_matrix)
+        else:
+            a = per_axis(self.a, "a")
+        if isinstance(self.gamma, ByTerm):
+            size = mean_square(with_log(source, "size of each term"))[rows - columns.n_known]
+            time = self.gamma.settling * np.bincount(axes, minlength=6)[axes] * size
+            gamma = np.divide(a[axes], time, out=np.zeros(len(rows)), where=size > 0.0)
+        else:
+            gamma = per_axis(self.gamma, "gamma")[axes]
+        gains = kernels.Gains(columns.plant, a, columns.scattered(entries, gamma))
+        return Adaptation(columns, free, entries, gains)
 
     def init(self, source: Problem | Columns, model: DampingModel, sample: Sample) -> State:
         """Start online at the first sample of a run.
@@ -327,14 +314,9 @@ class AdaptiveIdentifier:
         coefficients = matrix[bound.entries]
         if not np.all(np.isfinite(coefficients)):
             return empty_fit(problem, bound.model, self.key, Status.FAILED)
-        settled = bool(np.all(_missing_share(problem, bound, matrix) <= SETTLED))
-        return fitted(
-            problem,
-            bound.model,
-            self,
-            coefficients,
-            status=Status.SETTLED if settled else Status.NOT_SETTLED,
-        )
+        settled = np.all(_missing_share(problem, bound, matrix) <= SETTLED)
+        status = Status.SETTLED if settled else Status.NOT_SETTLED
+        return fitted(problem, bound.model, self, coefficients, status=status)
 
     def history(self, problem: Problem, model: DampingModel, every: int = 1) -> History:
         """Go through the log and return how the estimate came about.
@@ -371,13 +353,9 @@ class AdaptiveIdentifier:
         )
 
     def _run(self, problem: Problem, bound: Adaptation, every: int = 0) -> kernels.Adapted:
+        inputs, segments, passes = problem.inputs, problem.segments, self.passes
         return kernels.adapt(
-            bound.gains,
-            bound.start(),
-            problem.inputs,
-            problem.segments,
-            passes=self.passes,
-            every=every,
+            bound.gains, bound.start(), inputs, segments, passes=passes, every=every
         )
 
 
@@ -388,36 +366,18 @@ def scaled() -> AdaptiveIdentifier:
 
 def _missing_share(problem: Problem, bound: Adaptation, matrix: FloatArray) -> FloatArray:
     """Return the share of each axis's damping wrench that the terms find in the step residuals."""
-    triangle = Triangle.of(problem.columns.basis, _residual_rows(problem, matrix))
     unknown, share = matrix[problem.columns.n_known :], np.zeros(6)
+
+    def left() -> Iterator[FloatArray]:
+        for start, stop in problem.segments.tolist():
+            for first in range(start, stop - 1, BLOCK):
+                end = min(first + BLOCK, stop - 1) + 1
+                design, target = steps_between(problem, first, end, problem.inputs.velocity)
+                yield np.hstack([design, target - design @ unknown])
+
+    triangle = Triangle.of(problem.columns.basis, left())
     for axis, terms in enumerate(bound.model.terms):
         missing = np.linalg.norm(triangle.span(terms).directions.T @ triangle.target(axis))
         size = np.linalg.norm(triangle.r[:, :-6] @ unknown[:, axis])
         share[axis] = missing / size if size > 0.0 else missing > 0.0
     return share
-
-
-def _residual_rows(problem: Problem, matrix: FloatArray) -> Iterator[FloatArray]:
-    """Yield the terms over each step, and what the coefficients leave of equation 1 there."""
-    inputs, mass = problem.inputs, problem.vehicle.mass_matrix
-    for start, stop in problem.segments.tolist():
-        for first in range(start, stop - 1, BLOCK):
-            begins = slice(first, min(first + BLOCK, stop - 1))
-            ends = slice(begins.start + 1, begins.stop + 1)
-            terms, rest = np.zeros((2, 1))
-            for part, turning in ((begins, 0), (ends, 1)):  # channels are held over the step
-                velocity = inputs.velocity[part]
-                terms = terms + kernels.regressor(
-                    problem.columns.plant.factors,
-                    velocity,
-                    inputs.down[part],
-                    inputs.channels[begins],
-                    inputs.propulsion[part, turning],
-                )
-                rest = rest + kernels.coriolis(mass, velocity) + inputs.wrench[part]
-            slope = np.diff(inputs.velocity[first : ends.stop], axis=0)
-            slope /= np.diff(inputs.time[first : ends.stop])[:, None]
-            left = (terms @ matrix + rest) / 2.0 - slope @ mass
-            yield np.hstack(
-                [terms[:, problem.columns.n_known :] / 2.0, left * problem.vehicle.free]
-            )

@@ -122,10 +122,7 @@ class RecursiveLeastSquares:
                 f"`memory` must be at least one block of {self.block} s; got {self.memory}"
             )
 
-    @property
-    def key(self) -> str:
-        """The key on the command line."""
-        return "rls"
+    key = "rls"
 
     def bind(self, source: Problem | Columns, model: DampingModel) -> RecursiveAdaptation:
         """Bind the settings to a plant and a model; the prior follows the problem's log."""
