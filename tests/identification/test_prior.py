@@ -1,4 +1,4 @@
-"""Priors: the conjugate posterior, what a set lacks, what a fit could not determine."""
+"""Priors: the conjugate posterior, what a set lacks, what the data do not determine."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.errors import MethodError
-from hydrodamp.identification.prior import Belief, Prior, PriorLeastSquares, posterior
+from hydrodamp.identification.prior import PriorLeastSquares, posterior
 from hydrodamp.identification.rows import Differenced
 
 RECORDED = Differenced()
@@ -40,14 +40,17 @@ def around(truth: hd.Damping, factor: float = 1.1) -> hd.Damping:
     return hd.Damping(truth.model, factor * truth.coefficients)
 
 
+def by(known: hd.Damping, relative: float, **more: float) -> PriorLeastSquares:
+    """Return the method with a prior and a row a sample."""
+    return PriorLeastSquares(known, relative, equations=RECORDED, **more)
+
+
 def test_rows_update_as_the_conjugate_posterior():
     rng = np.random.default_rng(2)
     design, target = rng.normal(size=(20, 5)), rng.normal(size=20)
-    mean, factor = rng.normal(size=5), rng.normal(size=(5, 5))
-    covariance = factor @ factor.T + np.eye(5)
-    root = np.linalg.cholesky(np.linalg.inv(covariance)).T
-    found, spread = posterior(design, target, Belief(mean, np.ones(5), root))
-    expected = posterior_by_the_book(design, target, mean, covariance)
+    mean, deviation = rng.normal(size=5), rng.uniform(0.1, 10.0, 5)
+    found, spread = posterior(design, target, mean, deviation)
+    expected = posterior_by_the_book(design, target, mean, np.diag(deviation**2))
     np.testing.assert_allclose(found, expected[0], rtol=1e-10)
     np.testing.assert_allclose(spread, expected[1], rtol=1e-10)
 
@@ -56,7 +59,7 @@ def test_a_fit_is_the_posterior_of_each_axis(prestero):
     """Noise of each axis by ordinary least squares, the rest by the book, on all rows."""
     truth, _, problem = prestero
     known = around(truth)
-    fit = PriorLeastSquares(Prior(known, relative=0.2), RECORDED).identify(problem, truth.model)
+    fit = by(known, 0.2).identify(problem, truth.model)
     rows, first = RECORDED.rows(problem), 0
     for axis, terms in enumerate(truth.model.terms):
         design = rows.design[:, [rows.basis.index(term) for term in terms]]
@@ -74,76 +77,37 @@ def test_a_fit_is_the_posterior_of_each_axis(prestero):
         )
 
 
-def test_two_logs_in_turn_are_both_at_once():
-    """The posterior of the first half is the prior of the second, cross terms and all."""
-    rng = np.random.default_rng(6)
-    model = hd.DampingModel.from_table({"Y": "v r", "N": "v"}, key="three")
-    design, target = rng.normal(size=(30, 3)), rng.normal(size=30)
-    start = Belief(np.zeros(3), np.ones(3), np.eye(3))
-    mean, covariance = posterior(design[:15], target[:15], start)
-    between = Prior(hd.Damping(model, mean, covariance)).belief(model.labels, np.ones(3))
-    np.testing.assert_allclose(between.deviation, np.sqrt(np.diag(covariance)), rtol=1e-10)
-    in_turn = posterior(design[15:], target[15:], between)
-    at_once = posterior(design, target, start)
-    np.testing.assert_allclose(in_turn[0], at_once[0], rtol=1e-9)
-    np.testing.assert_allclose(in_turn[1], at_once[1], rtol=1e-9)
-
-
 def test_a_sure_prior_stays_and_a_wide_one_is_least_squares(prestero):
     truth, _, problem = prestero
     known = around(truth, 3.0)
-    sure, wide = (
-        PriorLeastSquares(Prior(known, relative=share), RECORDED).identify(problem, truth.model)
-        for share in (1e-9, 1e6)
-    )
+    sure, wide = (by(known, share).identify(problem, truth.model) for share in (1e-9, 1e6))
     np.testing.assert_allclose(sure.damping.coefficients, known.coefficients, rtol=1e-6)
     plain = hd.LeastSquares().identify(problem, truth.model)
     np.testing.assert_allclose(wide.damping.coefficients, plain.damping.coefficients, rtol=1e-6)
     assert wide.rank == plain.rank == 30
 
 
-def test_rotary_terms_have_their_own_share():
-    known = hd.Damping.from_dict(None, {"Y_v": -20.0, "Y_ur": 10.0, "N_|r|V_v": 2.0, "N_uv": -4.0})
-    labels, none = ("Y_v", "Y_ur", "N_|r|V_v", "N_uv"), np.full(4, np.inf)
-    both = Prior(known, relative=0.05, rotary=0.1).belief(labels, none)
-    np.testing.assert_allclose(both.deviation, [1.0, 1.0, 0.2, 0.2])
-    one = Prior(known, relative=0.05).belief(labels, none)
-    np.testing.assert_allclose(one.deviation, [1.0, 0.5, 0.1, 0.2])
-
-
-def test_what_a_set_lacks_is_wide_around_zero():
-    """Zero and NaN count as lacking; a column without size is left free."""
-    known = hd.Damping.from_dict(None, {"X_u": -2.0, "X_u|u|": 0.0, "X_u^2": np.nan, "X_v": 1.0})
-    sizes = np.array([5.0, 7.0, 9.0, np.inf])
-    prior = Prior(known, relative=0.5, wide=0.1)
-    belief = prior.belief(("X_u", "X_u|u|", "X_u^2", "X_w"), sizes)
-    np.testing.assert_allclose(belief.mean, [-2.0, 0.0, 0.0, 0.0])
-    np.testing.assert_allclose(belief.deviation, [1.0, 0.7, 0.9, np.inf])
-    nothing = prior.belief(("X_w",), sizes[3:])
-    assert nothing.root.shape == (0, 1)
-    np.testing.assert_array_equal(nothing.deviation, [np.inf])
-
-
-def test_what_an_earlier_fit_could_not_determine_is_left_free(vehicle, exact_log, true_damping):
-    """Its covariance is zero along u - |u|, which is ignorance and not certainty."""
-    truth = true_damping(hd.catalog["uncoupled"])
-    ahead = noisy(exact_log(truth, n=600, forward=3.0), 0.5)
-    earlier = hd.identify(truth.model, vehicle, ahead, hd.LeastSquares())
-    assert earlier.rank == 22
-    both_ways = noisy(exact_log(truth, n=600), 0.5, seed=5)
-    fit = hd.identify(
-        truth.model, vehicle, both_ways, PriorLeastSquares(Prior(earlier.damping), RECORDED)
-    )
-    error = fit.damping.coefficients - truth.coefficients
-    assert np.all(np.abs(error) < 5 * np.sqrt(np.diag(fit.damping.covariance)))
+def test_what_is_known_and_what_a_set_lacks(vehicle, exact_log, true_damping):
+    """Zero and NaN count as lacking; rotary terms have their own share; no data, no spread."""
+    known = hd.Damping.from_dict(None, {"Y_v": -20.0, "Y_r": 10.0, "Y_w": 0.0, "Y_p": np.nan})
+    model = hd.DampingModel.from_table({"Y": "v w p r u^2(eta-1)"}, key="five")
+    log = exact_log(true_damping(hd.catalog["linear"]), n=300)
+    with pytest.warns(hd.PropulsionWarning):
+        problem = hd.prepare(vehicle, replace(log, propulsion_ratio=None), model)
+    rows = RECORDED.rows(problem)
+    prior = by(known, 0.05, rotary=0.1, wide=0.5)
+    mean, deviation = prior._belief(rows.triangle(), 1, model.terms[1])
+    np.testing.assert_allclose(mean, [-20.0, 0.0, 0.0, 10.0, 0.0])
+    wrench = np.linalg.norm(rows.target[:, 1])
+    lacking = [0.5 * wrench / np.linalg.norm(log.velocity[:, place]) for place in (2, 3)]
+    np.testing.assert_allclose(deviation, [1.0, *lacking, 1.0, 0.0])
+    assert by(known, 0.2)._belief(rows.triangle(), 1, model.terms[1])[1][3] == pytest.approx(2.0)
 
 
 def test_what_the_data_do_not_determine_the_prior_does(vehicle, exact_log, true_damping):
     truth = true_damping(hd.catalog["uncoupled"])
     log = noisy(exact_log(truth, n=600, forward=3.0), 0.5)
-    fit = hd.identify(
-        truth.model, vehicle, log, PriorLeastSquares(Prior(truth, relative=0.1), RECORDED)
-    )
+    fit = hd.identify(truth.model, vehicle, log, by(truth, 0.1))
     assert fit.rank == 22
     assert ("X_u", "X_|u|") in fit.aliased
     for label in ("X_u", "X_|u|"):  # not the even split of the smallest norm
@@ -156,7 +120,7 @@ def test_remarks_tell_what_moved_and_what_stayed(vehicle, exact_log, true_dampin
     model = truth.model.with_terms({"X Y Z K M N": "u^2(eta-1)"}, key="more")
     values = truth.as_dict()
     known = hd.Damping.from_dict(None, {**values, "Y_v": 3.0 * values["Y_v"], "Z_u^2(eta-1)": 1e-9})
-    fit = hd.identify(model, vehicle, log, PriorLeastSquares(Prior(known, relative=0.05), RECORDED))
+    fit = hd.identify(model, vehicle, log, by(known, 0.05))
     assert fit.remarks[0] == ("Prior 'custom' has 13 of 18 coefficients; the others start at zero.")
     moved, stayed = fit.remarks[1:]
     assert moved.startswith("Moved by more than 2 prior deviations: ")
@@ -167,15 +131,13 @@ def test_remarks_tell_what_moved_and_what_stayed(vehicle, exact_log, true_dampin
 
 def test_many_labels_are_counted(prestero):
     truth, _, problem = prestero
-    fit = PriorLeastSquares(Prior(around(truth), relative=1e-9), RECORDED).identify(
-        problem, truth.model
-    )
+    fit = by(around(truth), 1e-9).identify(problem, truth.model)
     assert fit.remarks[-1].endswith("and 22 more.")
 
 
 def test_outcomes_that_are_no_numbers(prestero):
     truth, _, problem = prestero
-    method = PriorLeastSquares(Prior(truth, relative=0.1), RECORDED)
+    method = by(truth, 0.1)
     triangle = RECORDED.rows(problem).triangle()
     absurd = replace(triangle, r=np.full_like(triangle.r, np.nan))
     assert method.solve(absurd, problem, truth.model).status is hd.Status.FAILED
@@ -196,7 +158,7 @@ def test_locked_axes_are_left_out(vehicle):
         acceleration=np.zeros((400, 6)),
     )
     known = hd.published["vt690-sname2022"]
-    method = PriorLeastSquares(Prior(known, relative=0.3), RECORDED)
+    method = by(known, 0.3)
     fit = hd.identify(hd.catalog["prestero"], planar, log, method)
     assert {label[0] for label in fit.model.labels} == set("XYN")
     assert fit.status is hd.Status.OK
@@ -206,19 +168,10 @@ def test_a_set_of_another_vehicle_warns(prestero):
     truth, _, problem = prestero
     known = hd.published["remus100-prestero-theory"]
     with pytest.warns(hd.ForeignVehicleWarning, match="remus100"):
-        PriorLeastSquares(Prior(known, relative=0.3), RECORDED).identify(problem, truth.model)
+        by(known, 0.3).identify(problem, truth.model)
 
 
-def test_a_prior_that_says_nothing_is_a_sentence():
-    known = hd.Damping.from_dict(None, {"Y_v": -20.0})
-    sure = hd.Damping(known.model, known.coefficients, covariance=[[1.0]])
-    for damping, shares, message in (
-        (known, {}, "have no covariance: state how sure"),
-        (known, {"relative": 0.0}, "`relative` must be a positive share"),
-        (known, {"relative": 0.1, "wide": np.inf}, "`wide` must be a positive share"),
-        (sure, {"rotary": 0.1}, "`rotary` goes with `relative`"),
-    ):
-        with pytest.raises(MethodError, match=message):
-            Prior(damping, **shares)
-    with pytest.raises(MethodError, match="got Damping"):
-        PriorLeastSquares(known)
+@pytest.mark.parametrize("shares", [{"relative": 0.0}, {"relative": 0.1, "wide": np.inf}])
+def test_a_prior_that_says_nothing_is_a_sentence(shares):
+    with pytest.raises(MethodError, match="must be a positive share"):
+        PriorLeastSquares(hd.published["vt690-sname2022"], **shares)
