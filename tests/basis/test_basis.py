@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hydrodamp.basis.basis import UNION, Basis, canonical_key
+import oracle
+from hydrodamp.basis.basis import SLOWEST, UNION, Basis, canonical_key, guarded_speed
 from hydrodamp.basis.term import Term
 from hydrodamp.errors import TermError
 
@@ -145,3 +146,12 @@ def test_wrong_arrays_are_refused(arguments, says):
     good = {"velocity": np.zeros((4, 6)), "commands": {"rudder": 0.1}}
     with pytest.raises(TermError, match=says):
         Basis.of("u*rudder").evaluate(**{**good, **arguments})
+
+
+def test_the_speed_a_ratio_divides_by_is_the_kernels_to_the_bit(velocity):
+    """One by one or in a batch, and guarded where the kernels guard it."""
+    batch = guarded_speed(velocity)
+    assert [float(guarded_speed(row)) for row in velocity] == batch.tolist()
+    np.testing.assert_array_equal(Basis.of("U").evaluate(velocity)[:, 0], batch)
+    assert not Basis.of("u(eta-1)").evaluate(velocity).any()
+    assert guarded_speed(np.zeros(6)) == SLOWEST == oracle.SLOWEST

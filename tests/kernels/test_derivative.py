@@ -63,20 +63,6 @@ def test_on_the_initial_velocity(case, component):
     np.testing.assert_allclose(jacobian[:, :, 1 + component], expected, rtol=0, atol=TOLERANCE)
 
 
-def test_a_linear_decay_in_closed_form():
-    """u = exp(k t): du/dk = t exp(k t), du/du0 = exp(k t); RK4 at 1 ms is exact to 1e-12."""
-    plant = Plant(np.eye(6), (True,) * 6, [[1, 0, 0, 0]], 0)
-    matrix = np.zeros((1, 6))
-    matrix[0, 0] = -0.8
-    time = np.arange(11) / 10
-    rest = [np.zeros((11, width)) for width in (3, 6, 0, 2)]
-    inputs = Inputs(time, np.eye(6)[np.zeros(11, dtype=int)], *rest)
-    arguments = (plant, matrix, [[0, 0]], inputs, np.array([[0, 11]]))
-    _, jacobian, _ = kernels.sensitivities(*arguments, max_step=0.001)
-    np.testing.assert_allclose(jacobian[:, 0, 0], time * np.exp(-0.8 * time), atol=1e-12)
-    np.testing.assert_allclose(jacobian[:, 0, 1], np.exp(-0.8 * time), atol=1e-12)
-
-
 def test_at_rest_every_derivative_is_finite(make):
     """U = V = 0 and every |.| at its kink: the derivative there is taken as 0."""
     rng = np.random.default_rng(22)

@@ -1,3 +1,5 @@
+"""The tables that C reads: plants, records, samples; what cannot be is refused."""
+
 from __future__ import annotations
 
 import pickle
@@ -6,7 +8,7 @@ import numpy as np
 import pytest
 
 from hydrodamp.errors import ProblemError
-from hydrodamp.kernels.plant import Plant
+from hydrodamp.kernels.plant import Inputs, Plant, Sample
 
 FREE = (True,) * 6
 
@@ -29,21 +31,43 @@ def test_locked_rows_need_not_be_symmetric_or_positive():
 
 def test_survives_pickling_for_a_process_pool():
     plant = pickle.loads(pickle.dumps(Plant(np.eye(6), FREE, [[1, 22, 0, 0]], 1)))
-    assert plant.n_terms == 1
-    assert plant.n_channels == 1
+    assert (plant.n_terms, plant.n_channels) == (1, 1)
 
 
 @pytest.mark.parametrize(
-    ("change", "message"),
+    ("factors", "message"),
     [
-        ({"factors": [[1, 2]]}, r"shape \(n_terms, 4\).*; got \(1, 2\)"),
-        ({"factors": [[1, 21, 0, 0]]}, r"0\.\.20 with 0 channels; got \(1, 4\), 0\.\.21"),
-        ({"factors": np.array([[2**32 + 1, 0, 0, 0]])}, r"0\.\.4294967297"),
-        ({"factors": [[1.7, 0, 0, 0]]}, "must be whole numbers; got float64"),
-        ({"factors": [[-1, 0, 0, 0]]}, r"-1\.\.0"),
+        ([[1, 2]], r"shape \(n_terms, 4\).*; got \(1, 2\)"),
+        ([[1, 21, 0, 0]], r"0\.\.20 with 0 channels; got \(1, 4\), 0\.\.21"),
+        (np.array([[2**32 + 1, 0, 0, 0]]), r"0\.\.4294967297"),
+        ([[1.7, 0, 0, 0]], "must be whole numbers; got float64"),
+        ([[-1, 0, 0, 0]], r"-1\.\.0"),
     ],
 )
-def test_what_cannot_be_is_refused(change, message):
-    good = {"mass_matrix": np.eye(6), "free": FREE, "factors": [[1, 0, 0, 0]], "n_channels": 0}
+def test_factors_that_cannot_be_are_refused(factors, message):
     with pytest.raises(ProblemError, match=message):
-        Plant(**(good | change))
+        Plant(np.eye(6), FREE, factors, 0)
+
+
+def test_a_sample_holds_its_row(make):
+    inputs = make.inputs(np.random.default_rng(0), n=5)
+    sample = inputs.sample(3)
+    assert sample.time == inputs.time[3]
+    np.testing.assert_array_equal(sample.velocity, inputs.velocity[3])
+    np.testing.assert_array_equal(sample.propulsion, inputs.propulsion[3])
+    np.testing.assert_array_equal(sample.values[7:10], inputs.down[3])
+    np.testing.assert_array_equal(sample.values[10:16], inputs.wrench[3])
+    np.testing.assert_array_equal(sample.values[18:], inputs.channels[3])
+    assert not sample.values.flags.writeable
+    alone = Sample.of(time=1.0, velocity=np.ones(6))  # level and unforced
+    np.testing.assert_array_equal(alone.values, [1] * 7 + [0, 0, 1] + [0] * 8)
+    with pytest.raises(ProblemError, match="shapes required"):
+        Sample.of(time=1.0, velocity=np.ones(5))
+
+
+@pytest.mark.parametrize("name", ["velocity", "down", "wrench", "channels", "propulsion"])
+def test_every_array_must_have_a_row_a_sample(name):
+    widths = {"velocity": 6, "down": 3, "wrench": 6, "channels": 1, "propulsion": 2}
+    arrays = {key: np.zeros((4 - (key == name), width)) for key, width in widths.items()}
+    with pytest.raises(ValueError, match=rf"`{name}` must have shape \(4, .*got \(3, "):
+        Inputs(time=np.arange(4), **arrays)

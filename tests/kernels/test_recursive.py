@@ -63,30 +63,6 @@ def test_a_row_is_the_sum_under_a_hat(make):
         np.testing.assert_allclose(row[-6:], gained - known, rtol=1e-9, atol=1e-9)
 
 
-def test_data_that_obey_the_steps_obey_the_rows(make):
-    rng = np.random.default_rng(2)
-    plant, inputs = make.plant(rng, n_channels=2), make.inputs(rng, n=60)
-    entries = listed(rng, plant.n_terms)
-    truth = rng.standard_normal(entries.n)
-    steps = oracle.steps_between(plant, inputs)
-    table = entries.known.copy()
-    table[entries.rows, entries.axes] = truth
-    # the wrench that is the mean of both ends and makes each step exact
-    need = steps.gain / steps.h[:, None] - steps.forcing - steps.xi @ table
-    wrench = inputs.wrench.copy()
-    for k, gap in enumerate(need):
-        wrench[k + 1] += 2.0 * gap - (wrench[k] - inputs.wrench[k])
-    rows = rows_of(plant, entries, replace(inputs, wrench=wrench), 0.5)
-    for axis in range(6):
-        part = entries.of(axis)
-        explained = rows[:, entries.rows[part]] @ truth[part]
-        size = np.abs(rows[:, plant.n_terms + axis]).max() + 1.0
-        if entries.n and part.stop > part.start:
-            np.testing.assert_allclose(
-                rows[:, plant.n_terms + axis], explained, rtol=0, atol=1e-9 * size
-            )
-
-
 def absorbed(recursion, estimate, rows):
     for row in rows:
         estimate = kernels.absorb(recursion, estimate, row)

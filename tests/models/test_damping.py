@@ -66,24 +66,6 @@ def test_from_dict_wants_every_label_of_the_model():
         Damping.from_dict(model, {**values, "N_q": 1.0})
 
 
-def test_wrong_shapes_are_refused():
-    model = catalog["fossen"]
-    with pytest.raises(ModelError, match=r"`coefficients` must have shape \(12\)"):
-        Damping(model, np.zeros(11))
-    with pytest.raises(ModelError, match=r"`covariance` must have shape \(12, 12\)"):
-        Damping(model, np.zeros(12), np.zeros((12, 11)))
-
-
-def test_arrays_are_copied_and_cannot_be_written():
-    values = np.zeros(12)
-    damping = Damping(catalog["fossen"], values)
-    values[0] = 1.0
-    assert damping["X_u"] == 0.0
-    for array in (damping.coefficients, damping.matrix):
-        with pytest.raises(ValueError, match="read-only"):
-            array[0] = 1.0
-
-
 def test_a_damping_prints_itself():
     damping = Damping.from_dict(
         None,
@@ -100,3 +82,16 @@ def test_a_damping_prints_itself():
         "  source: here",
         "  note: there",
     ]
+
+
+def test_arrays_fit_the_model_are_copied_and_cannot_be_written():
+    model, values = catalog["fossen"], np.zeros(12)
+    damping = Damping(model, values)
+    values[0] = 1.0
+    assert damping["X_u"] == 0.0
+    assert not damping.coefficients.flags.writeable
+    assert not damping.matrix.flags.writeable
+    with pytest.raises(ModelError, match=r"`coefficients` must have shape \(12\)"):
+        Damping(model, np.zeros(11))
+    with pytest.raises(ModelError, match=r"`covariance` must have shape \(12, 12\)"):
+        Damping(model, np.zeros(12), np.zeros((12, 11)))

@@ -75,16 +75,6 @@ def test_each_window_is_a_replay_of_its_own(vehicle, log, problem, attitude):
     np.testing.assert_allclose(list(found.score.rms_by_axis.values()), expected, rtol=1e-9)
 
 
-def test_errors_grow_with_the_horizon_where_the_damping_is_wrong(vehicle, log):
-    found = horizon_scores(vehicle, SOFT, log)
-    for errors in (
-        [entry.score.rms for entry in found.scores],
-        [entry.score.rms_by_axis["u"] for entry in found.scores],
-    ):
-        assert errors == sorted(errors)
-        assert errors[0] < errors[-1]
-
-
 def test_windows_that_diverge_are_counted(vehicle):
     """From u = 1 m/s to the limit of 50 by exp(300/m t), m = 60 kg: log(50) m/300 = 0.78 s."""
     n = 100
@@ -137,9 +127,3 @@ def test_a_table_prints_every_horizon(vehicle, log):
 def test_a_horizon_that_is_none_is_refused(vehicle, log, horizon):
     with pytest.raises(hd.MethodError, match="positive number of seconds, 'step' or 'run'"):
         horizon_scores(vehicle, SOFT, log, [horizon])
-
-
-def test_a_foreign_damping_warns(vehicle, log):
-    fit = hd.identify(LINEAR, replace(vehicle, weight=500.0), log, hd.LeastSquares())
-    with pytest.warns(hd.ForeignVehicleWarning, match="weight"):
-        horizon_scores(vehicle, fit.damping, log, ["run"])

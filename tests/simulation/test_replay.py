@@ -121,3 +121,11 @@ def test_settings_are_checked(vehicle):
     )
     turning = hd.simulate(planar, nothing, bare, attitude="simulated")
     assert turning.status is hd.Status.OK
+
+
+@pytest.mark.parametrize("use", [hd.simulate, hd.horizon_scores])
+def test_a_foreign_damping_warns(vehicle, use):
+    stamp = hd.VehicleStamp("other", weight=500.0, buoyancy=466.5)
+    foreign = hd.Damping(hd.catalog["linear"], np.zeros(36), vehicle=stamp)
+    with pytest.warns(hd.ForeignVehicleWarning, match="weight"):
+        use(vehicle, foreign, quiet_log(20, wrench=np.zeros((20, 6))))

@@ -28,6 +28,8 @@ def test_estimate_is_the_hull_estimate():
     np.testing.assert_allclose(vehicle.mass_matrix, hull.mass_matrix, rtol=1e-5)
     assert vehicle.name == "mine"
     assert "estimate" in vehicle.source
+    with pytest.raises(VehicleError, match="together, or none"):
+        vehicle_template(length=1.0)
 
 
 @pytest.mark.parametrize("name", ["a: b", "yes", "#1", 'quo"te', "ä"])
@@ -80,8 +82,3 @@ def test_a_planar_template_needs_little():
     for row in ("[null, 0, 0, 0, 0, 0]", "[0, null, 0, 0, 0, 0]", "[0, 0, 0, 0, 0, null]"):
         text = text.replace(row, row.replace("null", "1"))
     assert parse_vehicle(text).mass_matrix.diagonal()[[0, 1, 5]].tolist() == [10, 10, 5]
-
-
-def test_sizes_come_together():
-    with pytest.raises(VehicleError, match="together, or none"):
-        vehicle_template(length=1.0)

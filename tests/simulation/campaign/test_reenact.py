@@ -32,21 +32,9 @@ def test_logs_have_a_segment_a_run_and_three_commands(campaign: Campaign) -> Non
     assert "K_up" in campaign.note
 
 
-def test_exact_log_satisfies_equation_1(campaign: Campaign) -> None:
-    """M dnu/dt = H(M nu) nu + tau + known, the four parts by the project's own means."""
-    log, vehicle = campaign.exact_train, campaign.vehicle
-    assert log.acceleration is not None
-    commands = {name: log.command(name) for name in log.command_names}
-    expected = momentum_wrench(log.velocity @ vehicle.mass_matrix, log.velocity)
-    expected += true_damping().wrench(log.velocity)
-    expected += vehicle.known_wrench(log.velocity, log.down, commands)
-    np.testing.assert_allclose(log.acceleration @ vehicle.mass_matrix, expected, atol=1e-9)
-
-
 def test_exact_acceleration_is_the_slope_of_the_velocity(campaign: Campaign) -> None:
     """Between commands: the mean of two accelerations, to the order of the step."""
     log = campaign.exact_test
-    assert log.acceleration is not None
     run = slice(log.segments[1].start, log.segments[1].start + 40)
     slope = np.diff(log.velocity[run], axis=0) / 0.1
     np.testing.assert_allclose(slope[:, 5], log.acceleration[run][:-1, 5], atol=0.02)
@@ -84,7 +72,6 @@ def test_same_arguments_same_campaign(campaign: Campaign) -> None:
     for name in ("train", "test", "exact_train", "exact_test"):
         one, two = getattr(campaign, name), getattr(again, name)
         np.testing.assert_array_equal(one.velocity, two.velocity)
-        np.testing.assert_array_equal(one.commands, two.commands)
     assert not np.array_equal(campaign.train.commands, other.train.commands)
 
 
@@ -134,24 +121,11 @@ def test_side_by_side_or_one_by_one() -> None:
         np.testing.assert_array_equal(one.train_pushes, alone.train_pushes)
 
 
-def test_pushes_enter_equation_1() -> None:
-    """Equation 1 with the pushes added; without pushes they are zero."""
-    campaign = reenact(5, duration=10.0, conditions=COLOURED)
-    log, vehicle = campaign.exact_test, campaign.vehicle
-    commands = {name: log.command(name) for name in log.command_names}
-    expected = momentum_wrench(log.velocity @ vehicle.mass_matrix, log.velocity)
-    expected += true_damping().wrench(log.velocity) + campaign.test_pushes
-    expected += vehicle.known_wrench(log.velocity, log.down, commands)
-    np.testing.assert_allclose(log.acceleration @ vehicle.mass_matrix, expected, atol=1e-9)
-    assert campaign.train_pushes.any()
-
-
 def test_in_silence_the_autopilot_sees_the_truth() -> None:
     """Measured and exact logs are the same; the seed no longer matters."""
     one, other = (reenact(seed, duration=5.0, conditions=SILENT) for seed in (0, 1))
     np.testing.assert_array_equal(one.train.velocity, one.exact_train.velocity)
     np.testing.assert_array_equal(one.train.velocity, other.train.velocity)
-    assert not one.train_pushes.any()
 
 
 def test_a_plan_sails_at_the_rate_of_its_autopilot() -> None:
@@ -164,3 +138,16 @@ def test_a_plan_sails_at_the_rate_of_its_autopilot() -> None:
     np.testing.assert_allclose(np.diff(fifty.train.time), 0.02)
     same = ten.exact_train.select("yaw-1800").velocity
     np.testing.assert_allclose(fifty.exact_train.velocity[::5], same, atol=0.01)
+
+
+@pytest.mark.parametrize("conditions", [WHITE, COLOURED])
+def test_exact_log_satisfies_equation_1(conditions: Conditions) -> None:
+    """M dnu/dt = H(M nu) nu + tau + known + pushes, each part by the project's own means."""
+    campaign = reenact(5, duration=10.0, conditions=conditions)
+    log, vehicle = campaign.exact_test, campaign.vehicle
+    commands = {name: log.command(name) for name in log.command_names}
+    expected = momentum_wrench(log.velocity @ vehicle.mass_matrix, log.velocity)
+    expected += true_damping().wrench(log.velocity) + campaign.test_pushes
+    expected += vehicle.known_wrench(log.velocity, log.down, commands)
+    np.testing.assert_allclose(log.acceleration @ vehicle.mass_matrix, expected, atol=1e-9)
+    assert campaign.train_pushes.any() == (conditions is COLOURED)

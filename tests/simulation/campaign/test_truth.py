@@ -27,13 +27,6 @@ def test_published_truth_is_the_published_damping(
     )
 
 
-def test_one_velocity_by_hand(coefficients: dict[str, float]) -> None:
-    """K = K_up u p + K_p|p| p|p| with the published -0.53 and -2.64."""
-    velocity = np.array([[2.0, 0.0, 0.0, 0.5, 0.0, 0.0]])
-    wrench = sname(coefficients).hull_wrench(velocity)[0]
-    np.testing.assert_allclose(wrench, [-3.244 * 4.0, 0, 0, -0.53 - 2.64 * 0.25, 0, 0])
-
-
 def test_straight_drift_and_each_rate_are_damped(truth: Truth) -> None:
     """Motion ahead with one other velocity at a time loses power."""
     rng = np.random.default_rng(2)
@@ -58,11 +51,6 @@ def test_port_and_starboard_alike(truth: Truth, velocities: FloatArray) -> None:
     np.testing.assert_allclose(mirrored, wrench * mirror, atol=1e-12)
 
 
-def test_at_rest_the_water_does_nothing(truth: Truth) -> None:
-    """No velocity, no wrench."""
-    np.testing.assert_array_equal(truth.hull_wrench(np.zeros((1, 6))), np.zeros((1, 6)))
-
-
 def test_fins_meet_the_drift_as_published(coefficients: dict[str, float], body: Body) -> None:
     """rudder - 0.178 atan2(-v, u); the elevator by turning 90 degrees about x."""
     truth = crossflow(coefficients, body.fins_at)
@@ -70,15 +58,9 @@ def test_fins_meet_the_drift_as_published(coefficients: dict[str, float], body: 
     angles = truth.effective_fins(velocity, np.array([[0.1, -0.05]]))[0]
     expected = [0.1 - 0.178 * np.arctan2(-0.2, 2.0), -0.05 - 0.178 * np.arctan2(0.1, 2.0)]
     np.testing.assert_allclose(angles, expected)
-
-
-def test_published_truth_takes_fins_as_they_are(
-    coefficients: dict[str, float], velocities: FloatArray
-) -> None:
-    """No drift at the fins, no lag."""
-    truth, fins = sname(coefficients), np.ones((len(velocities), 2))
-    assert truth.effective_fins(velocities, fins) is fins
-    assert truth.fin_lag == 0.0
+    published, fins = sname(coefficients), np.ones((1, 2))
+    assert published.effective_fins(velocity, fins) is fins
+    assert published.fin_lag == 0.0
 
 
 def test_what_it_cannot_represent_is_refused(coefficients: dict[str, float], body: Body) -> None:
