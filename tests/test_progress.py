@@ -37,15 +37,12 @@ def test_nothing_is_shown_where_there_is_no_terminal(
     assert capsys.readouterr() == ("", "")
 
 
-def test_nothing_is_shown_to_a_program(monkeypatch: pytest.MonkeyPatch) -> None:
-    with on_terminal(monkeypatch) as screen:
-        assert [*counted("abc", "reading", 3)] == ["a", "b", "c"]
-    assert screen.getvalue() == ""
-
-
 def test_steps_are_counted_with_their_rate_and_the_time_left(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    with on_terminal(monkeypatch) as screen:
+        assert [*counted("abc", "reading", 3)] == ["a", "b", "c"]
+    assert screen.getvalue() == ""  # to a program that watches nothing
     with on_terminal(monkeypatch) as screen, watched(), progress("[identifying]", 9) as step:
         step()
         step(6)
