@@ -55,9 +55,8 @@ from hydrodamp import (
 )
 from hydrodamp.arrays import BoolArray, FloatArray
 from hydrodamp.files import replacing
-from hydrodamp.identification.excitation import excitation
 from hydrodamp.identification.fit import Uncertainty, reach
-from hydrodamp.identification.grades import Grade, graded_by, identifiability
+from hydrodamp.identification.grades import Grade, excitation, graded_by, identifiability
 from hydrodamp.simulation.campaign.conditions import COLOURED
 from hydrodamp.simulation.campaign.reenact import reenact_all
 

@@ -101,7 +101,7 @@ from .identification.recursive import (
     RecursiveLeastSquares as RecursiveLeastSquares,
     RecursiveState as RecursiveState,
 )
-from .identification.residuals import Diagnostics as Diagnostics, diagnose as diagnose
+from .identification.residuals import diagnose as diagnose
 from .identification.rows import (
     Differenced as Differenced,
     Equations as Equations,

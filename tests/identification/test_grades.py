@@ -1,4 +1,4 @@
-"""Grades: of the rule, of columns that look alike, of campaigns, of fits, and of a field log."""
+"""Grades: of the rule, of campaigns, of fits, and of a field log."""
 
 from __future__ import annotations
 
@@ -10,11 +10,9 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.errors import MethodError
-from hydrodamp.identification.excitation import excitation
 from hydrodamp.identification.grades import (
-    HIGH,
     Grade,
-    collinearity,
+    excitation,
     graded,
     graded_by,
     identifiability,
@@ -57,38 +55,6 @@ def grade(*, excited: bool = True, **more: float) -> Grade:
 )
 def test_the_rule(values, expected):
     assert grade(**values) is expected
-
-
-def test_condition_is_that_of_unit_columns():
-    design = np.random.default_rng(1).normal(size=(30, 3)) * [1.0, 1e4, 1e-4]
-    unit = design / np.linalg.norm(design, axis=0)
-    assert collinearity(design, "abc").condition == pytest.approx(np.linalg.cond(unit), rel=1e-9)
-
-
-def test_two_near_dependencies_are_two_groups():
-    rng = np.random.default_rng(2)
-    a, b, c = rng.normal(size=(3, 200))
-    noise = 1e-3 * rng.normal(size=(2, 200))
-    found = collinearity(np.column_stack([a, b, a + noise[0], b + noise[1], c]), "abxyc")
-    assert found.condition > HIGH
-    assert sorted(found.groups) == [("a", "x"), ("b", "y")]
-
-
-def test_exact_aliases_come_first():
-    rng = np.random.default_rng(3)
-    a, b = rng.normal(size=(2, 100))
-    design = np.column_stack([a, 2 * a, np.zeros(100), b, b + 1e-3 * rng.normal(size=100)])
-    found = collinearity(design, "apzbq")
-    assert found.groups == (("a", "p"), ("z",), ("b", "q"))
-    assert found.condition == np.inf
-    np.testing.assert_array_equal(found.aliased, [True, True, True, False, False])
-
-
-@pytest.mark.parametrize("columns", [0, 2])
-def test_nothing_to_examine(columns):
-    found = collinearity(np.zeros((5, columns)), "ab"[:columns])
-    assert found.span.rank == 0
-    assert len(found.groups) == columns
 
 
 @pytest.fixture(scope="module")
@@ -169,9 +135,9 @@ def test_printed_on_one_screen(by_log):
 
 
 def test_long_lists_are_cut(campaign):
-    model = hd.catalog["gertler-hagen"]
+    model = hd.catalog["gertler-hagen"].with_terms({"X Y Z K M": "u^2 u|u|"}, key="long")
     text = str(identifiability(hd.prepare(campaign.vehicle, campaign.train, model), model))
-    assert "more groups" in text
+    assert "and 1 more groups" in text
     assert " more\n" in text
 
 

@@ -100,7 +100,7 @@ def trust(
 
     questions: dict[str, Callable[[], str]] = {
         "what the log determines": determined,
-        "the residuals": lambda: "\n".join(hd.diagnose(problem, fit.damping).remarks),
+        "the residuals": lambda: "\n".join(hd.diagnose(problem, fit.damping)),
         # By a quick method, whatever the fit is by.
         "a wrong vehicle": lambda: str(hd.vehicle_doubt(vehicle, log, log, model, hd.WeakForm())),
     }

@@ -1,76 +1,123 @@
-"""Which coefficients a log determines: rank, condition, groups and a grade each."""
+"""What a log determines: axes that respond to motion, rank and condition, a grade a coefficient."""
 
 from __future__ import annotations
 
 import itertools
 from collections import Counter
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import Generic
 
 import numpy as np
-from scipy.sparse.csgraph import connected_components
 
-from hydrodamp.arrays import BoolArray, FloatArray
+from hydrodamp import kernels
+from hydrodamp.arrays import BoolArray, FloatArray, frozen
 from hydrodamp.basis.atoms import AXES
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.covariance import BlockGrams, reference
-from hydrodamp.identification.excitation import Excitation, excitation
 from hydrodamp.identification.fit import Fit, Uncertainty
-from hydrodamp.identification.triangle import Name, Span, solve_axis, spanned
+from hydrodamp.identification.rows import Rows, Split, folds
+from hydrodamp.identification.triangle import solve_axis, spanned
+from hydrodamp.identification.weak import WeakEquations
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
 
-#: Condition index from which a dependency counts as strong (Belsley, Kuh and Welsch).
-HIGH = 30.0
+#: Least share of the response that must be predicted: a correlation of one half between the
+#: response predicted and the response seen.
+EXCITED = 0.25
 
-# Share of its variance that makes a coefficient part of dependencies (the same), and correlation
-# of the estimates that puts two coefficients into the same group.
-_MOST, _LINKED = 0.5, 0.5
+#: Length of the test functions [s]: some time constants of a small vehicle, so that noise of the
+#: velocities, which dominates accelerations from sample to sample, is averaged out.
+SPAN = 8.0
+
+#: Shortest fold, in test functions.
+_FOLD = 5.0
+
+#: Test functions over an instant.
+_OVERLAP = 4
+
+#: Folds a long log is divided into.
+_MOST_FOLDS = 10
 
 
 @dataclass(frozen=True, eq=False)
-class Collinearity(Generic[Name]):
-    """How far the log can distinguish the columns of one axis."""
+class Excitation:
+    """What the motion of a log tells, axis by axis."""
 
-    span: Span[Name]
-    condition: float
-    aliased: BoolArray
-    groups: tuple[tuple[Name, ...], ...]
+    model: DampingModel
+    axes: tuple[str, ...]
+    rows: Rows
+    quiet: FloatArray
+    share: FloatArray
+    response: FloatArray
+
+    @property
+    def excited(self) -> BoolArray:
+        """On which axes enough of the response is predicted; shape (6,)."""
+        return self.share >= EXCITED
 
 
-def collinearity(design: FloatArray, names: Sequence[Name]) -> Collinearity[Name]:
-    """Examine the columns of a design, scaled to unit length."""
-    span = spanned(design, names)
-    lost = {name for group in span.aliased for name in group}
-    aliased = np.array([name in lost for name in names], dtype=bool)
-    length = np.linalg.norm(design, axis=0)
-    parts = (span.coefficients * length[:, None]) ** 2
-    condition = float(span.singular[0] / span.singular[-1]) if span.rank else 1.0
-    return Collinearity(
-        span=span,
-        condition=condition if span.rank == len(names) else float("inf"),
-        aliased=aliased,
-        groups=span.aliased + _near(span, parts, aliased, names),
+def excitation(problem: Problem, model: DampingModel) -> Excitation:
+    """Find how much of the motion on each axis equation 1 accounts for."""
+    free = model.restricted_to(problem.vehicle.axes)
+    rich = zip(AXES, reference(problem.vehicle.axes).terms, strict=True)
+    both = free.with_terms({axis: " ".join(map(str, terms)) for axis, terms in rich if terms})
+    wide = problem.covering(both)
+    equations = WeakEquations(min(SPAN, _longest(wide)), _OVERLAP, windows=())
+    rows = equations.rows(wide)
+    response = equations.rows(_without_momentum(wide)).target
+    variance = response.var(axis=0)
+    share = _share(rows, (free, both), variance)
+    quiet = equations.rows(_held(wide, share < EXCITED)).design
+    return Excitation(
+        model=free,
+        axes=problem.vehicle.axes,
+        rows=rows,
+        quiet=quiet,
+        share=frozen(share),
+        response=frozen(np.sqrt(share * variance)),
     )
 
 
-def _near(
-    span: Span[Name], parts: FloatArray, aliased: BoolArray, names: Sequence[Name]
-) -> tuple[tuple[Name, ...], ...]:
-    """Group coefficients whose variance comes from strong dependencies."""
-    if not span.rank:
-        return ()
-    strong = span.singular[0] > HIGH * span.singular
-    whole = parts.sum(axis=1)
-    share = parts[:, strong].sum(axis=1) / np.where(whole > 0.0, whole, 1.0)
-    members = np.flatnonzero((share > _MOST) & ~aliased)
-    deviation = np.sqrt(np.sum(span.coefficients[members] ** 2, axis=1))
-    scaled = span.coefficients[members] / deviation[:, None]
-    count, label = connected_components(np.abs(scaled @ scaled.T) > _LINKED, directed=False)
-    groups = [members[label == one] for one in range(count)]
-    return tuple(tuple(names[i] for i in group) for group in groups if len(group) > 1)
+def _longest(problem: Problem) -> float:
+    time, last = problem.inputs.time, problem.segments[:, 1] - 1
+    return float(np.max(time[last] - time[problem.segments[:, 0]]))
+
+
+def _without_momentum(problem: Problem) -> Problem:
+    """Cancel the momentum term by a wrench, so that targets are responses."""
+    inputs = problem.inputs
+    momentum = kernels.coriolis(problem.vehicle.mass_matrix, inputs.velocity)
+    wrench = (inputs.wrench - momentum) * problem.vehicle.free
+    return replace(problem, inputs=replace(inputs, wrench=wrench))
+
+
+def _held(problem: Problem, held: BoolArray) -> Problem:
+    """Hold some velocities at their mean."""
+    velocity = problem.inputs.velocity
+    quiet = np.where(held, velocity.mean(axis=0), velocity)
+    return replace(problem, inputs=replace(problem.inputs, velocity=quiet))
+
+
+def _share(rows: Rows, models: tuple[DampingModel, ...], variance: FloatArray) -> FloatArray:
+    """Cross-validate each axis of each model, and take the better model."""
+    length = sum(np.ptp(rows.time[rows.segment == one]) for one in np.unique(rows.segment))
+    wanted = int(np.clip(length / (_FOLD * SPAN), 2, _MOST_FOLDS))
+    splits = folds(rows, wanted, gap=SPAN).splits(rows)
+    error = np.min([_missed(splits, model) for model in models], axis=0)
+    moved = variance > 0.0
+    return np.where(moved, np.clip(1.0 - error / np.where(moved, variance, 1.0), 0.0, 1.0), 0.0)
+
+
+def _missed(splits: tuple[Split, ...], model: DampingModel) -> FloatArray:
+    """Return the mean square of what each axis leaves of the folds held out."""
+    squares = np.zeros(6)
+    for split in splits:
+        for axis, terms in enumerate(model.terms):
+            found = solve_axis(split.train, terms, axis).coefficients
+            columns = [split.test.basis.index(term) for term in terms]
+            target = split.test.r[:, len(split.test.basis) + axis]
+            squares[axis] += np.sum((target - split.test.r[:, columns] @ found) ** 2)
+    return squares / sum(split.test.n_samples for split in splits)
 
 
 #: A 95 % interval of at most this share of the coefficient to either side determines it: the least
@@ -164,7 +211,7 @@ class Identifiability:
 
     @property
     def groups(self) -> tuple[tuple[str, ...], ...]:
-        """Labels that the data cannot distinguish, exactly or nearly, group by group."""
+        """Labels that the data cannot distinguish, group by group."""
         return tuple(group for one in self.axes for group in one.groups)
 
     def labelled(self, grade: Grade) -> tuple[str, ...]:
@@ -200,12 +247,11 @@ class Identifiability:
 def identifiability(problem: Problem, model: DampingModel) -> Identifiability:
     """Grade how well a log determines each coefficient of a model, whatever the method.
 
-    A coefficient is *not determined* where it is aliased, where its axis is not excited
-    (:mod:`hydrodamp.identification.excitation`), where its column lives on velocities
-    that are not, or where its interval tells nothing. It is *determined* where the
-    interval is narrow against the coefficient or against what matters on the axis, and
-    *weak* between the two. Coefficients and intervals are those of the weak form, from the
-    noise that the model and the terms of Gertler and Hagen together leave over.
+    A coefficient is *not determined* where it is aliased, where its axis is not excited, where
+    its column lives on velocities that are not, or where its interval tells nothing. It is
+    *determined* where the interval is narrow against the coefficient or against what matters on
+    the axis, and *weak* between the two. Coefficients and intervals are those of the weak form,
+    from the noise that the model and the terms of Gertler and Hagen together leave over.
 
     Parameters
     ----------
@@ -309,8 +355,9 @@ def graded_by(
         labels, part = model.labels[start:stop], slice(start, stop)
         columns = [rows.basis.index(term) for term in model.terms[axis]]
         design = rows.design[:, columns]
-        alike = collinearity(design, labels)
-        weights = alike.span.coefficients @ alike.span.directions.T
+        span = spanned(design, labels)
+        lost = {label for group in span.aliased for label in group}
+        weights = span.coefficients @ span.directions.T
         known = weights @ rows.target[:, axis] if coefficients is None else coefficients[part]
         excited = bool(seen.excited[axis])
         axes.append(
@@ -322,15 +369,15 @@ def graded_by(
                     half=half[part],
                     size=np.sqrt(np.mean(design**2, axis=0)),
                     sound=np.einsum("mn,nm->m", weights, seen.quiet[:, columns]),
-                    aliased=alike.aliased,
+                    aliased=np.array([label in lost for label in labels]),
                     response=float(seen.response[axis]),
                     excited=excited,
                 ),
-                rank=alike.span.rank,
-                condition=alike.condition,
+                rank=span.rank,
+                condition=np.inf if lost else float(span.singular[0] / span.singular[-1]),
                 share=float(seen.share[axis]),
                 excited=excited,
-                groups=alike.groups,
+                groups=span.aliased,
             )
         )
     return Identifiability(model, tuple(axes))

@@ -48,76 +48,7 @@ class ResidualSeries:
     white: float
 
 
-@dataclass(frozen=True)
-class AxisDiagnostics:
-    """What the residuals of one axis say.
-
-    ``p`` is that of a test for whiteness; neighbours are correlated so much, all over so long [s].
-    """
-
-    axis: str
-    rms: float
-    p: float | None
-    neighbours: float
-    time: float
-    outliers: float
-
-    def __str__(self) -> str:
-        """Return a line for the table."""
-        p = "–" if self.p is None else f"{self.p:.3f}"
-        return (
-            f"{self.axis:<5}{self.rms:>10.3g}{p:>9}{self.neighbours:>8.2f}"
-            f"{self.time:>8.2g} s{100.0 * self.outliers:>9.2f} %"
-        )
-
-
-@dataclass(frozen=True)
-class Diagnostics:
-    """What the residuals of a model say, axis by axis.
-
-    Attributes
-    ----------
-    model : str
-        Key of the model.
-    axes : tuple of AxisDiagnostics
-        Those on which the model has terms.
-    spacing : float
-        Length of the test functions, which follow each other without overlap [s].
-    """
-
-    model: str
-    axes: tuple[AxisDiagnostics, ...]
-    spacing: float
-
-    @property
-    def remarks(self) -> tuple[str, ...]:
-        """What to know and to do, a sentence a kind of trouble."""
-        coloured = [
-            f"{one.axis} (over {one.time:.2g} s, neighbours {one.neighbours:.2f})"
-            for one in self.axes
-            if one.p is not None and one.p < REJECTED
-        ]
-        spiked = [
-            f"{one.axis} ({100.0 * one.outliers:.1f} %)" for one in self.axes if one.outliers > MANY
-        ]
-        white = (
-            f"Residuals are correlated in time on {', '.join(coloured)} (Ljung-Box, "
-            f"p < {REJECTED:g}): intervals for white residuals would be wrong."
-        )
-        near = (
-            f"Many residuals are beyond {FAR:g} robust standard deviations on "
-            f"{', '.join(spiked)}: look at the log there and remove its spikes."
-        )
-        return (*([white] if coloured else []), *([near] if spiked else []))
-
-    def __str__(self) -> str:
-        """Return a table of the axes, then the sentences."""
-        head = f"{'axis':<5}{'rms':>10}{'white p':>9}{'lag 1':>8}{'time':>10}{'outliers':>11}"
-        title = f"{self.model}: residuals under test functions of {self.spacing:.3g} s"
-        return "\n".join([title, head, *map(str, self.axes), *self.remarks])
-
-
-def diagnose(problem: Problem, damping: Damping) -> Diagnostics:
+def diagnose(problem: Problem, damping: Damping) -> tuple[str, ...]:
     """Examine what a damping leaves of a log.
 
     Residuals are those of the weak form under test functions that follow each other and
@@ -132,8 +63,8 @@ def diagnose(problem: Problem, damping: Damping) -> Diagnostics:
 
     Returns
     -------
-    diagnostics : Diagnostics
-        Axis by axis, with sentences.
+    remarks : tuple of str
+        What to know and to do, a sentence a kind of trouble: correlation, outliers.
 
     Examples
     --------
@@ -142,27 +73,27 @@ def diagnose(problem: Problem, damping: Damping) -> Diagnostics:
     >>> from hydrodamp.simulation.problem import prepare
     >>> campaign = reenact(duration=60.0)
     >>> problem = prepare(campaign.vehicle, campaign.train, catalog["fossen"])
-    >>> found = diagnose(problem, Damping(catalog["fossen"], [-1.0] * 12))
-    >>> [one.axis for one in found.axes]
-    ['X', 'Y', 'Z', 'K', 'M', 'N']
+    >>> print(diagnose(problem, Damping(catalog["fossen"], [-1.0] * 12))[0][:39])
+    Residuals are correlated in time on X (
     """
     free = damping.model.restricted_to(problem.vehicle.axes)
     rows, length = residual_rows(problem)
-    left = left_over(rows, Damping(free, damping.onto(free)))
-    return Diagnostics(
-        model=free.key,
-        axes=tuple(
-            AxisDiagnostics(
-                axis,
-                float(np.sqrt(np.mean(left[:, place] ** 2))),
-                *whiteness(left[:, place], rows.segment, length),
-                outlier_share(left[:, place]),
-            )
-            for place, (axis, terms) in enumerate(zip(AXES, free.terms, strict=True))
-            if terms
-        ),
-        spacing=length,
+    left, coloured, spiked = left_over(rows, Damping(free, damping.onto(free))), [], []
+    for axis, terms, values in zip(AXES, free.terms, left.T, strict=True):
+        p, neighbours, time = whiteness(values, rows.segment, length)
+        if terms and p < REJECTED:
+            coloured.append(f"{axis} (over {time:.2g} s, neighbours {neighbours:.2f})")
+        if terms and (share := outlier_share(values)) > MANY:
+            spiked.append(f"{axis} ({100.0 * share:.1f} %)")
+    white = (
+        f"Residuals are correlated in time on {', '.join(coloured)} (Ljung-Box, "
+        f"p < {REJECTED:g}): intervals for white residuals would be wrong."
     )
+    near = (
+        f"Many residuals are beyond {FAR:g} robust standard deviations on "
+        f"{', '.join(spiked)}: look at the log there and remove its spikes."
+    )
+    return (*([white] if coloured else []), *([near] if spiked else []))
 
 
 def residual_rows(problem: Problem, support: float | None = None) -> tuple[Rows, float]:
@@ -179,13 +110,11 @@ def left_over(rows: Rows, damping: Damping) -> FloatArray:
     return rest
 
 
-def whiteness(
-    series: FloatArray, segment: IntArray, spacing: float
-) -> tuple[float | None, float, float]:
+def whiteness(series: FloatArray, segment: IntArray, spacing: float) -> tuple[float, float, float]:
     """Test residuals for correlation: p-value (Ljung-Box), that of neighbours, its time [s]."""
     lags, power = min(_TESTED, len(series) // _PER_LAG), float(series @ series)
     if lags < 1 or power <= 0.0:
-        return None, 0.0, spacing
+        return 1.0, 0.0, spacing
     pairs, products = lagged_products(series, segment, lags)
     correlation, n = products[1:] / power, len(series)
     statistic = n * (n + 2.0) * np.sum(correlation**2 / np.maximum(pairs[1:], 1))

@@ -11,9 +11,8 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES, VELOCITIES
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.adaptive import History
-from hydrodamp.identification.excitation import EXCITED
 from hydrodamp.identification.fit import Fit
-from hydrodamp.identification.grades import Grade, Identifiability
+from hydrodamp.identification.grades import EXCITED, Grade, Identifiability
 from hydrodamp.identification.power import OperatingBox, power_range, worst_power
 from hydrodamp.identification.residuals import residual_series
 from hydrodamp.models.damping import Damping
