@@ -9,7 +9,7 @@ import pytest
 
 from hydrodamp.basis.term import Term
 from hydrodamp.data.log import Log
-from hydrodamp.identification.candidates import (
+from hydrodamp.identification.sparse import (
     brakes,
     candidates,
     degree,

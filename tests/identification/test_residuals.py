@@ -73,7 +73,7 @@ def test_a_poor_model_leaves_correlated_residuals_and_spikes_are_told(problem):
     wrench = problem.inputs.wrench.copy()
     wrench[::200, 5] += 1e4
     spiked = replace(problem, inputs=replace(problem.inputs, wrench=wrench))
-    assert re.match(r"Many residuals .* deviations on N \(\d", diagnose(spiked, damping)[-1])
+    assert re.match(r"Many residuals .* deviations on .*N \(\d", diagnose(spiked, damping)[-1])
 
 
 def test_locked_axes_and_empty_rows_are_not_told_of(campaign):

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from hydrodamp.errors import MethodError
-from hydrodamp.identification.candidates import brakes
 from hydrodamp.identification.fit import identify
 from hydrodamp.identification.grades import graded
 from hydrodamp.identification.linear import WeakForm
@@ -17,6 +16,7 @@ from hydrodamp.identification.sparse import (
     Round,
     Sparse,
     best_round,
+    brakes,
     replay_blocks,
     select_around,
 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 import numpy as np
 from scipy.special import stdtrit
@@ -76,14 +76,10 @@ class Uncertainty:
 
     def __post_init__(self) -> None:
         """Copy the arrays and check them."""
-        n = len(np.atleast_1d(self.covariance))
+        n = len(self.covariance)
         for name in ("covariance", "noise"):
-            if getattr(self, name) is not None:
-                try:
-                    values = frozen(getattr(self, name), (n, n), name)
-                except ValueError as error:
-                    raise MethodError(f"{error}; give one row and column a coefficient") from error
-                object.__setattr__(self, name, values)
+            if (given := getattr(self, name)) is not None:
+                object.__setattr__(self, name, frozen(given, (n, n), name, MethodError))
         if not self.degrees_of_freedom > 0.0:
             raise MethodError(
                 f"`degrees_of_freedom` must be positive; got {self.degrees_of_freedom}"
@@ -210,14 +206,6 @@ def _with_room(covariance: FloatArray, shift: FloatArray) -> FloatArray:
 CORRELATED = 0.9
 
 
-class Pair(NamedTuple):
-    """Two coefficients, by their places in the model, and the correlation of their errors."""
-
-    first: int
-    second: int
-    correlation: float
-
-
 def correlation(covariance: FloatArray) -> FloatArray:
     """Return the correlation of estimates."""
     deviation = np.sqrt(np.maximum(np.diag(covariance), 0.0))
@@ -226,14 +214,11 @@ def correlation(covariance: FloatArray) -> FloatArray:
     return found
 
 
-def correlated_pairs(covariance: FloatArray) -> list[Pair]:
-    """Return the pairs of coefficients whose errors are correlated, the most correlated first."""
+def correlated_pairs(covariance: FloatArray) -> list[tuple[int, int, float]]:
+    """Return places and correlation of pairs of coefficients, the most correlated first."""
     found = np.nan_to_num(np.triu(correlation(covariance), 1))
-    first, second = np.nonzero(found)
-    values = found[first, second]
-    order = np.argsort(-np.abs(values), kind="stable")
-    places = zip(first[order].tolist(), second[order].tolist(), strict=True)
-    return [Pair(i, j, value) for (i, j), value in zip(places, values[order].tolist(), strict=True)]
+    pairs = [(i, j, float(found[i, j])) for i, j in np.argwhere(found).tolist()]
+    return sorted(pairs, key=lambda pair: -abs(pair[2]))
 
 
 @dataclass(frozen=True)
@@ -359,19 +344,6 @@ def digest(problem: Problem, model: DampingModel, method: object) -> str:
     return hashlib.sha256(repr(asked).encode()).hexdigest()[:16]
 
 
-def provenance(problem: Problem, model: DampingModel, method: object) -> dict[str, str]:
-    """Return log, vehicle and settings of a fit, in words."""
-    log = problem.log
-    return {
-        "log": log.source or "in memory",
-        "segments": " ".join(segment.name for segment in log.segments),
-        "samples": str(problem.n_samples),
-        "vehicle": problem.vehicle.name,
-        "settings": repr(method),
-        "digest": digest(problem, model, method),
-    }
-
-
 def fitted(
     problem: Problem,
     model: DampingModel,
@@ -432,7 +404,14 @@ def fitted(
         rank=rank,
         aliased=aliased,
         n_samples=problem.n_samples if n_samples is None else n_samples,
-        provenance=provenance(problem, model, method),
+        provenance={
+            "log": problem.log.source or "in memory",
+            "segments": " ".join(segment.name for segment in problem.log.segments),
+            "samples": str(problem.n_samples),
+            "vehicle": problem.vehicle.name,
+            "settings": repr(method),
+            "digest": digest(problem, model, method),
+        },
         remarks=remarks,
         uncertainty=uncertainty,
         sailed=sailed(problem.inputs.velocity, problem.vehicle.axes),

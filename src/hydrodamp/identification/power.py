@@ -64,11 +64,7 @@ class OperatingBox:
     def __post_init__(self) -> None:
         """Copy the bounds and check them."""
         for name in ("low", "high"):
-            try:
-                bound = frozen(getattr(self, name), (6,), name)
-            except ValueError as error:
-                raise MethodError(f"{error}: one bound each for u v w p q r.") from error
-            object.__setattr__(self, name, bound)
+            object.__setattr__(self, name, frozen(getattr(self, name), (6,), name, MethodError))
         wrong = ~(np.isfinite(self.low) & np.isfinite(self.high) & (self.low <= self.high))
         if wrong.any():
             first = int(np.argmax(wrong))

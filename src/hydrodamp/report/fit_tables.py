@@ -9,9 +9,9 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES
-from hydrodamp.identification.candidates import KEY
 from hydrodamp.identification.fit import Fit, reach
 from hydrodamp.identification.grades import CONTRIBUTION, RELATIVE, Grade, Identifiability
+from hydrodamp.identification.sparse import KEY
 from hydrodamp.models.model import DampingModel, coefficient_unit
 from hydrodamp.report.grid import Column, Grid, coefficient
 

@@ -210,7 +210,7 @@ def _list_pairs(panel: Axes, model: DampingModel, covariance: FloatArray, most: 
         f"{coefficient_symbol(model.labels[other])}  ${value:+.2f}$"
         for one, other, value in listed
     ]
-    more = sum(abs(pair.correlation) >= CORRELATED for pair in pairs[len(listed) :])
+    more = sum(abs(value) >= CORRELATED for *_, value in pairs[len(listed) :])
     head = ["most correlated"] if said else []
     tail = [f"and {more} more beyond {CORRELATED:g}"] if more else []
     words = "\n".join([*head, *said, *tail])
