@@ -305,8 +305,8 @@ def acceleration_from_accelerometer(
         raise LogError(f"{error}", source=log.source) from error
     rates = log.velocity[:, 3:]
     fit, window = slopes(log.time, log.bounds, relative(rates), seconds)
-    linear = moved(log.specific_force + gravity * log.down, rates, fit.slope, arm)
-    linear -= np.cross(rates, log.velocity[:, :3])
+    linear = log.specific_force + gravity * log.down - np.cross(rates, log.velocity[:, :3])
+    linear -= np.cross(fit.slope, arm) + np.cross(rates, np.cross(rates, arm))  # of the arm
     both = np.column_stack((linear, fit.slope))
     absent = [k for k, name in enumerate(VELOCITIES) if name not in log.velocity_names]
     both[:, absent] = 0.0
@@ -316,10 +316,3 @@ def acceleration_from_accelerometer(
         f" quadratics over {window} samples"
     )
     return dataclasses.replace(log, acceleration=both).noted(note)
-
-
-def moved(
-    acceleration: FloatArray, rates: FloatArray, slopes: FloatArray, arm: FloatArray
-) -> FloatArray:
-    """Return the acceleration of the reference point from that of a point beside it."""
-    return acceleration - np.cross(slopes, arm) - np.cross(rates, np.cross(rates, arm))

@@ -60,29 +60,6 @@ ROTATION = Mixing()
 AVL_690 = Mixing(cosine=((1.0, 0.0), (0.0, -1.0)), sine=((0.0, -1.0), (1.0, 0.0)))
 
 
-@dataclass(frozen=True, eq=False)
-class _Sums:
-    """What the squared distance of equation 1 consists of, at each sample."""
-
-    fins: FloatArray  # (n, 2): fins along C d and S d
-    square: FloatArray  # (n, 3): |C d|^2, C d . S d, |S d|^2
-
-    def distance(self, roll: FloatArray) -> FloatArray:
-        """Return the squared distance, less that of no fins at all."""
-        c, s = np.cos(roll), np.sin(roll)
-        (first, both, second), (along, across) = self.square.T, self.fins.T
-        size = c * c * first + 2 * c * s * both + s * s * second
-        return np.asarray(size - 2 * (c * along + s * across))
-
-    def slopes(self, roll: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the first and second derivative of half the distance on roll."""
-        c, s = np.cos(roll), np.sin(roll)
-        (first, both, second), (along, across) = self.square.T, self.fins.T
-        slope = c * s * (second - first) + (c * c - s * s) * both + s * along - c * across
-        bend = (c * c - s * s) * (second - first) - 4 * c * s * both + c * along + s * across
-        return slope, bend
-
-
 def roll_from_mixing(
     log: Log,
     demanded: tuple[str, str],
@@ -146,8 +123,9 @@ def roll_from_mixing(
     if _unsteadiness(good, alone) > _STEADIER * _unsteadiness(*mirrored):
         fault = f"roll would be steadier with the other sign of `{demanded[1]}`; turn one sign"
         raise LogError(fault, source=log.source)
+    sums = np.where(good[:, np.newaxis], _sums(wanted, actual, mixing), 0.0)
     euler = euler_from_quaternion(log.attitude)
-    euler[:, 0] = _angles(log, _sums(wanted, actual, mixing, good), seconds)
+    euler[:, 0] = _angles(log, sums, seconds)
     note = (
         f"derived: roll from the mixing of `{' '.join(fins)}`; interpolated in"
         f" {int((~good).sum())} of {log.n} samples"
@@ -155,35 +133,45 @@ def roll_from_mixing(
     return dataclasses.replace(log, attitude=quaternion_from_euler(euler)).noted(note)
 
 
-def _sums(wanted: FloatArray, actual: FloatArray, mixing: Mixing, good: BoolArray) -> _Sums:
+def _sums(wanted: FloatArray, actual: FloatArray, mixing: Mixing) -> FloatArray:
+    """Return the products that the squared distance of equation 1 consists of, shape (n, 5)."""
     first = wanted @ np.asarray(mixing.cosine).T
     second = wanted @ np.asarray(mixing.sine).T
     pairs = ((actual, first), (actual, second), (first, first), (first, second), (second, second))
-    products = [np.where(good, np.sum(one * other, axis=1), 0.0) for one, other in pairs]
-    return _Sums(np.column_stack(products[:2]), np.column_stack(products[2:]))
+    return np.column_stack([np.sum(one * other, axis=1) for one, other in pairs])
+
+
+def _distance(sums: FloatArray, roll: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the squared distance, less that of no fins; half its first and second derivative."""
+    c, s = np.cos(roll), np.sin(roll)
+    along, across, first, both, second = sums.T
+    size = c * c * first + 2 * c * s * both + s * s * second
+    slope = c * s * (second - first) + (c * c - s * s) * both + s * along - c * across
+    bend = (c * c - s * s) * (second - first) - 4 * c * s * both + c * along + s * across
+    return size - 2 * (c * along + s * across), slope, bend
 
 
 def _telling(
     wanted: FloatArray, actual: FloatArray, mixing: Mixing
 ) -> tuple[BoolArray, FloatArray]:
     """Return where equation 1 holds and shows an angle, and the angle sample by sample."""
-    sums = _sums(wanted, actual, mixing, np.ones(len(wanted), dtype=np.bool_))
+    sums = _sums(wanted, actual, mixing)
     roll = _nearest(sums)
-    rest = np.sqrt(np.maximum(sums.distance(roll) + np.sum(actual**2, axis=1), 0.0))
-    holds = rest <= _AGREES * np.sqrt(sums.square[:, 0]) + _ROUNDING
-    return holds & (sums.slopes(roll)[1] > _LEAST**2), roll
+    distance, _, bend = _distance(sums, roll)
+    rest = np.sqrt(np.maximum(distance + np.sum(actual**2, axis=1), 0.0))
+    return (rest <= _AGREES * np.sqrt(sums[:, 2]) + _ROUNDING) & (bend > _LEAST**2), roll
 
 
-def _nearest(sums: _Sums) -> FloatArray:
+def _nearest(sums: FloatArray) -> FloatArray:
     """Return the angle of the least distance, from the best of several starts."""
-    roll = np.zeros(len(sums.fins))
-    least = sums.distance(roll)
+    roll = np.zeros(len(sums))
+    least = _distance(sums, roll)[0]
     for start in _STARTS:
-        trial = sums.distance(np.full(len(roll), start))
+        trial = _distance(sums, np.full(len(roll), start))[0]
         better = trial < least
         roll[better], least[better] = start, trial[better]
     for _ in range(_STEPS):
-        slope, bend = sums.slopes(roll)
+        _, slope, bend = _distance(sums, roll)
         roll -= np.clip(np.divide(slope, bend, out=np.zeros_like(roll), where=bend > 0), -0.2, 0.2)
     return np.asarray(np.clip(roll, -_LARGEST, _LARGEST))
 
@@ -196,15 +184,14 @@ def _unsteadiness(good: BoolArray, roll: FloatArray) -> float:
     return float(np.median(np.abs(np.diff(roll)[pairs])))
 
 
-def _angles(log: Log, sums: _Sums, seconds: float) -> FloatArray:
+def _angles(log: Log, sums: FloatArray, seconds: float) -> FloatArray:
     """Return the angle that suits the samples about each one, interpolated over none."""
     roll = np.empty(log.n)
     for start, stop in log.bounds.tolist():
         time = log.time[start:stop]
-        part = _Sums(sums.fins[start:stop], sums.square[start:stop])
-        total = _Sums(_about(time, part.fins, seconds), _about(time, part.square, seconds))
+        total = _about(time, sums[start:stop], seconds)
         angle = _nearest(total)
-        known = np.flatnonzero(total.slopes(angle)[1] > _LEAST**2)
+        known = np.flatnonzero(_distance(total, angle)[2] > _LEAST**2)
         if len(known) == 0:
             fault = f"nothing shows the roll from {time[0]:g} s to {time[-1]:g} s"
             raise LogError(fault, source=log.source)

@@ -100,7 +100,9 @@ def spikes(
 ) -> BoolArray:
     """Return which samples of a channel are spikes."""
     distance = np.abs(values - running_median(values, bounds, window))
-    least = max(threshold * _usual(time, values, bounds, window), _small(values))
+    low, high = np.quantile(values, (0.05, 0.95))
+    small = _HARMLESS * float(high - low)  # too small to matter, of motion without noise above all
+    least = max(threshold * _usual(time, values, bounds, window), small, _rounding(values))
     return _standing_out(
         time, values, bounds, distance > least, _off_line, window, threshold, least
     )
@@ -164,12 +166,6 @@ def _usual(time: FloatArray, values: FloatArray, bounds: IntArray, window: int) 
     if middle <= _rounding(values) and np.mean(rest > _rounding(values)) > _FLICKER:
         middle = float(np.median(rest[rest > _rounding(values)]))
     return _NORMAL * middle
-
-
-def _small(values: FloatArray) -> float:
-    """Return what is too small to matter, of motion without noise above all."""
-    low, high = np.quantile(values, (0.05, 0.95))
-    return max(_rounding(values), _HARMLESS * float(high - low))
 
 
 def _rounding(values: FloatArray) -> float:

@@ -3,9 +3,19 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Mapping, Sequence
-from functools import cache, partial
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Annotated, Any, Literal
+
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    FiniteFloat,
+    ValidationError,
+    create_model,
+)
 
 from hydrodamp.conditioning.actuators import beyond_dead_zone, delayed, lagged
 from hydrodamp.conditioning.current import without_current
@@ -22,9 +32,6 @@ from hydrodamp.data.log import Log
 from hydrodamp.errors import did_you_mean
 from hydrodamp.faults import faults_in
 
-if TYPE_CHECKING:
-    from pydantic import BaseModel
-
 Step = Callable[[Log], Log]
 
 #: The steps of :func:`clean`. Numbers that stand for none first: others take them for spikes.
@@ -37,8 +44,31 @@ CLEANING_STEPS: tuple[Step, ...] = (
 )
 
 _MIXINGS = {"rotation": ROTATION, "avl690": AVL_690}
-# What takes a table of commands, by the name of that setting.
-_BY_COMMAND = {"delayed": "seconds", "lagged": "seconds", "beyond_dead_zone": "zones"}
+
+
+def _odd(window: int) -> int:
+    if window % 2 == 0:
+        raise ValueError(f"must be odd; got {window}")
+    return window
+
+
+_STRICT = ConfigDict(extra="forbid")
+_Positive = Annotated[FiniteFloat, Field(gt=0)]
+_LATE = dict[str, Annotated[FiniteFloat, Field(ge=0)]]
+
+# The kinds of all settings that a file can hold, by their names; of steps that take a table of
+# commands, by the name of the step.
+_KINDS: dict[str, Any] = {
+    "names": tuple[str, ...],
+    "window": Annotated[int, Field(ge=LEAST_WINDOW), AfterValidator(_odd)],
+    **dict.fromkeys(("threshold", "seconds", "fastest", "gravity"), _Positive),
+    "flag": str,
+    "lever_arm": tuple[FiniteFloat, FiniteFloat, FiniteFloat],
+    **dict.fromkeys(("demanded", "fins"), tuple[str, str]),
+    "mixing": Literal[tuple(_MIXINGS)],
+    **dict.fromkeys(("delayed", "lagged"), _LATE),
+    "beyond_dead_zone": dict[str, tuple[FiniteFloat, FiniteFloat]],
+}
 
 
 def clean(log: Log, steps: Sequence[Step] = CLEANING_STEPS) -> Log:
@@ -119,66 +149,29 @@ def steps_of(content: object) -> tuple[tuple[Step, ...], list[str]]:
 
 def _step(name: str, settings: object) -> tuple[Step | None, list[str]]:
     """Return a step with its settings checked, or what is wrong with them."""
-    from pydantic import ValidationError
-
-    if name in _BY_COMMAND and settings == {}:
+    function, by_command = _FUNCTIONS[name], name in _KINDS
+    if by_command and settings == {}:
         return None, [f"`{name}` needs commands and their numbers, such as {{rudder: 0.2}}"]
-    form = _form(name)
+    kind = _KINDS[name] if by_command else _form(name)
+    entry: dict[str, Any] = {name: (kind, ...)}
+    form = create_model("Step", __config__=_STRICT, **entry)
     try:
         checked = form.model_validate({name: settings}).model_dump(exclude_unset=True)[name]
     except ValidationError as error:
         return None, faults_in(error, {name: settings}, form)
+    if by_command:
+        return lambda log: function(log, checked), []
     if "mixing" in checked:
         checked["mixing"] = _MIXINGS[checked["mixing"]]
-    given = {_BY_COMMAND[name]: checked} if name in _BY_COMMAND else checked
-    return partial(_FUNCTIONS[name], **given), []
+    return partial(function, **checked), []
 
 
-@cache
 def _form(name: str) -> type[BaseModel]:
-    """Return the form of a step in a file: its name, then the settings its function takes."""
-    from pydantic import ConfigDict, create_model
-
-    kinds, strict = _kinds(), ConfigDict(extra="forbid")
-    if name in _BY_COMMAND:
-        settings = kinds[name]
-    else:
-        taken = inspect.signature(_FUNCTIONS[name]).parameters
-        fields: dict[str, Any] = {
-            key: (kinds[key], ... if one.default is one.empty else None)
-            for key, one in taken.items()
-            if key in kinds
-        }
-        settings = create_model(name, __config__=strict, **fields)
-    entry: dict[str, Any] = {name: (settings, ...)}
-    return create_model("Step", __config__=strict, **entry)
-
-
-@cache
-def _kinds() -> Mapping[str, Any]:
-    """Return the kinds of all settings that a file can hold, by their names."""
-    from pydantic import AfterValidator, Field, FiniteFloat
-
-    positive = Annotated[FiniteFloat, Field(gt=0)]
-    window = Annotated[int, Field(ge=LEAST_WINDOW), AfterValidator(_odd)]
-    return {
-        "names": tuple[str, ...],
-        "window": window,
-        "threshold": positive,
-        "seconds": positive,
-        "flag": str,
-        "fastest": positive,
-        "gravity": positive,
-        "lever_arm": tuple[FiniteFloat, FiniteFloat, FiniteFloat],
-        "demanded": tuple[str, str],
-        "fins": tuple[str, str],
-        "mixing": Literal[tuple(_MIXINGS)],
-        **dict.fromkeys(("delayed", "lagged"), dict[str, Annotated[FiniteFloat, Field(ge=0)]]),
-        "beyond_dead_zone": dict[str, tuple[FiniteFloat, FiniteFloat]],
+    """Return the form of the settings that the function of a step takes."""
+    taken = inspect.signature(_FUNCTIONS[name]).parameters
+    fields: dict[str, Any] = {
+        key: (_KINDS[key], ... if one.default is one.empty else None)
+        for key, one in taken.items()
+        if key in _KINDS
     }
-
-
-def _odd(window: int) -> int:
-    if window % 2 == 0:
-        raise ValueError(f"must be odd; got {window}")
-    return window
+    return create_model(name, __config__=_STRICT, **fields)
