@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from hydrodamp.conditioning.actuators import beyond_dead_zone, delayed, lagged
-from hydrodamp.data.log import Log, concatenate
+from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError
 
 
@@ -54,29 +54,6 @@ def test_a_lag_solves_its_equation(seed: int, seconds: float) -> None:
     mean = values[0] + answers @ np.diff(values, prepend=values[0])
     made = lagged(log_of(values, time), {"rudder": seconds}).command("rudder")
     np.testing.assert_allclose(made, mean, atol=1e-9)
-
-
-@pytest.mark.parametrize("seconds", [1e-4, 1e-2, 1.0, 1e5])
-def test_very_quick_and_very_slow_actuators(seconds: float) -> None:
-    values = wave(3)
-    made = lagged(log_of(values), {"rudder": seconds}).command("rudder")
-    assert np.isfinite(made).all()
-    assert values.min() - 1e-9 <= made.min()
-    assert made.max() <= values.max() + 1e-9
-    if seconds < 1e-3:
-        np.testing.assert_allclose(made, values, atol=1e-2)
-    if seconds > 1e4:
-        np.testing.assert_allclose(made, values[0], atol=1e-2)
-
-
-def test_nothing_is_handed_on_at_a_join() -> None:
-    log = log_of(wave(4))
-    pair = concatenate([log, log])
-    for step in (delayed, lagged):
-        alone = step(log, {"rudder": 0.7}).command("rudder")
-        np.testing.assert_array_equal(
-            step(pair, {"rudder": 0.7}).command("rudder"), np.concatenate((alone, alone))
-        )
 
 
 def test_what_was_done_is_told_and_zero_does_nothing() -> None:

@@ -2,12 +2,10 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
-from functools import partial
 
 import numpy as np
 
-from hydrodamp.conditioning.spikes import remove_spikes
-from hydrodamp.conditioning.steps import CLEANING_STEPS, clean
+from hydrodamp.conditioning.steps import clean
 from hydrodamp.data.log import Log
 
 Counts = Callable[[Log, str], dict[str, int]]
@@ -39,11 +37,3 @@ def test_a_clean_log_stays_as_it_is_and_clean(swim: Log) -> None:
     once = clean(spoilt(swim))
     twice = clean(once)
     assert twice.notes == once.notes
-
-
-def test_steps_are_chosen_and_set(swim: Log) -> None:
-    log = spoilt(swim)
-    assert clean(log, ()) is log
-    only = clean(log, [partial(remove_spikes, names=["r"])])
-    assert [note.split(":")[0] for note in only.notes] == ["spikes"]
-    assert len(CLEANING_STEPS) == 5

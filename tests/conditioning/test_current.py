@@ -13,7 +13,6 @@ from hydrodamp.conditioning.current import Current, estimate_current, without_cu
 from hydrodamp.data.attitude import euler_from_quaternion, quaternion_from_euler, rotation
 from hydrodamp.data.log import Log, concatenate
 from hydrodamp.errors import LogError
-from hydrodamp.simulation.campaign.reenact import reenact
 
 SPEEDS = {1500.0: 1.5, 1000.0: 1.0}
 
@@ -43,11 +42,6 @@ def survey(seed: int = 0, legs: int = 8) -> Log:
     )
 
 
-@cache
-def campaign() -> Log:
-    return reenact(seed=0, duration=60.0).train
-
-
 def in_current(log: Log, current: np.ndarray) -> Log:
     """Add a current, north and east at each sample, to what is seen through the water."""
     flow = np.column_stack((current, np.zeros(log.n)))
@@ -72,16 +66,6 @@ def test_a_tide_that_turns_comes_back() -> None:
     found = estimate_current(in_current(log, true), spacing=300.0, drift=0.1)
     np.testing.assert_allclose(found.at(log.elapsed), true, atol=0.05)
     assert found.standard_error.max() < 0.03
-
-
-def test_standard_errors_are_as_large_as_the_errors() -> None:
-    """Over seeds, errors over standard errors have a spread about one."""
-    scores = []
-    for seed in range(8):
-        log = in_current(survey(seed), np.tile((0.2, -0.1), (survey(seed).n, 1)))
-        found = estimate_current(log, drift=0.0)
-        scores.append((found.velocity - (0.2, -0.1)) / found.standard_error)
-    assert 0.3 < np.std(scores) < 2.0
 
 
 def test_what_is_removed_is_what_was_added() -> None:
@@ -144,29 +128,6 @@ def test_lacking_and_impossible_are_named_at_once() -> None:
     still = dataclasses.replace(survey(), velocity=np.zeros((survey().n, 6)))
     with pytest.raises(LogError, match="not under way: its median surge is 0 m/s"):
         estimate_current(still)
-
-
-def test_chosen_commands_and_those_that_do_not_vary() -> None:
-    log = in_current(survey(), np.tile((0.2, -0.1), (survey().n, 1)))
-    constant = dataclasses.replace(
-        log,
-        command_names=("rpm", "trim"),
-        commands=np.column_stack((log.commands, np.ones(log.n))),
-    )
-    every = estimate_current(constant, drift=0.0)
-    named = estimate_current(constant, commands=["rpm"], drift=0.0)
-    np.testing.assert_allclose(every.velocity, named.velocity, atol=1e-12)
-    with pytest.raises(LogError, match="no command 'rp'"):
-        estimate_current(log, commands=["rp"])
-
-
-@pytest.mark.parametrize("flow", [(0.2, -0.1), (-0.3, 0.3)])
-def test_a_known_current_in_the_reenacted_campaign(flow: tuple[float, float]) -> None:
-    """Whole six-degree-of-freedom dynamics, sensor noise and an autopilot in the loop."""
-    log = campaign()
-    found = estimate_current(in_current(log, np.tile(flow, (log.n, 1))), drift=0.0)
-    np.testing.assert_allclose(found.velocity[0], flow, atol=0.015)
-    assert found.determined
 
 
 def test_the_field_log_of_the_690(measured_logs: Callable[[str], Path]) -> None:

@@ -12,11 +12,9 @@ from hydrodamp.conditioning.derived import (
     GRAVITY,
     Around,
     acceleration_from_accelerometer,
-    best_window,
     fitted,
     rates_from_attitude,
     relative,
-    slopes,
     velocity_from_position,
 )
 from hydrodamp.data.attitude import quaternion_from_euler, rotation
@@ -57,19 +55,6 @@ def test_a_tumbling_vehicle(irregular: bool) -> None:
     assert made.notes == ("derived: `p q r` from attitude, by local quadratics over 5 samples",)
 
 
-def test_noise_is_smoothed_away() -> None:
-    rng = np.random.default_rng(2)
-    time = np.arange(0, 60, 0.1)
-    yaw = 0.5 * np.sin(0.5 * time) + 5e-3 * rng.normal(size=600)
-    log = Log.from_arrays(time, {"u": np.ones(600)}, attitude=np.outer(yaw, (0, 0, 1)))
-    made = rates_from_attitude(log)
-    true = 0.25 * np.cos(0.5 * time)
-    differences = np.gradient(yaw, time)
-    error = np.std(made.velocity[:, 5] - true)
-    assert made.velocity_names == ("u", "r")
-    assert error < 0.35 * np.std(differences - true)
-
-
 def test_what_is_recorded_stays_unless_named() -> None:
     time = np.arange(0, 10, 0.1)
     attitude, _ = motion(time)
@@ -79,15 +64,6 @@ def test_what_is_recorded_stays_unless_named() -> None:
     made = rates_from_attitude(log, ["q"])
     assert (made.velocity[:, 3] == 7).all()
     assert np.ptp(made.velocity[:, 4]) > 0.1
-
-
-def test_recorded_accelerations_do_not_outlive_their_velocities() -> None:
-    time = np.arange(0, 10, 0.1)
-    attitude, _ = motion(time)
-    log = Log.from_arrays(time, {"u": time}, attitude=attitude, acceleration=np.ones((100, 6)))
-    made = rates_from_attitude(log)
-    assert made.acceleration is None
-    assert "left out: recorded accelerations, which `p q r` lack" in made.notes
 
 
 def helix(seed: int | None = None) -> tuple[Log, np.ndarray]:
@@ -165,20 +141,6 @@ def test_equation_1_gives_the_derivative_at_the_reference_point(arm) -> None:
     np.testing.assert_allclose(made.acceleration[5:-5], true[5:-5], atol=2e-3)
 
 
-def test_velocities_that_were_not_recorded_get_none() -> None:
-    log, _ = swinging((0.0, 0.0, 0.0))
-    planar = Log.from_arrays(
-        log.time,
-        {name: log.velocity[:, "uvwpqr".index(name)] for name in "uvr"},
-        attitude=log.attitude,
-        specific_force=log.specific_force,
-    )
-    made = acceleration_from_accelerometer(planar)
-    assert (made.acceleration[:, 2:5] == 0).all()
-    assert made.acceleration[:, [0, 1, 5]].any()
-    assert made.notes[0].startswith("derived: accelerations from an accelerometer at (0, 0, 0) m")
-
-
 @pytest.mark.parametrize(
     ("step", "lacking", "says"),
     [
@@ -235,42 +197,3 @@ def test_an_even_clock_gives_savitzky_and_golay() -> None:
     np.testing.assert_allclose(fit.slope[:, 0], oracle, atol=1e-9)
     oracle = savgol_filter(values, 9, 2)
     np.testing.assert_allclose(fit.value[:, 0] + values, oracle, atol=1e-9)
-
-
-def test_windows_end_at_joins_and_are_no_longer_than_the_longest_segment() -> None:
-    values = np.random.default_rng(4).normal(size=80)
-    bounds = np.array([[0, 30], [30, 80]])
-    both = fitted(CLOCK, bounds, column(values), 9).slope
-    alone = fitted(CLOCK[30:], np.array([[0, 50]]), column(values[30:]), 9).slope
-    np.testing.assert_array_equal(both[30:], alone)
-    assert best_window(CLOCK, np.array([[0, 10], [10, 20]]), column(values)) <= 9
-    assert best_window(CLOCK, np.array([[0, 3]]), column(values)) == 5
-
-
-@pytest.mark.parametrize(("n", "slope"), [(1, 0.0), (2, 3.0), (3, 3.0)])
-def test_short_segments_have_less_than_a_parabola(n: int, slope: float) -> None:
-    time = CLOCK[:n]
-    fit = fitted(time, np.array([[0, n]]), column(3 * time), 9)
-    np.testing.assert_allclose(fit.slope, slope, atol=1e-9)
-
-
-def test_the_window_grows_with_the_noise() -> None:
-    time = np.arange(2000) / 10
-    rng = np.random.default_rng(3)
-    whole = np.array([[0, 2000]])
-    windows = [
-        best_window(time, whole, column(np.sin(time) + noise * rng.normal(size=2000)))
-        for noise in (1e-5, 1e-2, 0.3)
-    ]
-    assert windows == sorted(windows)
-    assert windows[0] < windows[2]
-
-
-def test_the_window_may_be_given_in_seconds() -> None:
-    time = np.r_[np.arange(10.0), np.arange(10.0)]
-    line = np.r_[0.1 * np.arange(10), 0.2 * np.arange(10)]
-    bounds = np.array([[0, 10], [10, 20]])
-    for seconds, samples in ((0.1, 5), (4.0, 5), (8.0, 9)):
-        fit, window = slopes(time, bounds, column(line), seconds)
-        assert window == samples
-        np.testing.assert_allclose(fit.slope[:, 0], np.repeat([0.1, 0.2], 10), atol=1e-12)

@@ -35,16 +35,6 @@ def test_all_but_the_first_sample_of_a_frozen_run_go(
     assert made.n == (600 if length <= 10 else 600 - length + 1)
 
 
-def test_a_short_stop_is_interpolated(counts: Counts) -> None:
-    log = moving()
-    velocity = log.velocity.copy()
-    velocity[100:106, 0] = velocity[100, 0]
-    made = mask_frozen(dataclasses.replace(log, velocity=velocity), seconds=0.3)
-    assert counts(made, "frozen") == {"u": 5}
-    assert made.n == 600
-    np.testing.assert_allclose(made.velocity[:, 0], log.velocity[:, 0], atol=0.1)
-
-
 def test_a_slow_sensor_is_not_frozen() -> None:
     log = moving()
     held = log.velocity[np.arange(600) // 15 * 15]
@@ -77,16 +67,6 @@ def test_attitude_tells_that_the_vehicle_moves(counts: Counts) -> None:
     assert counts(beside, "frozen") == {"u": 99}
 
 
-def test_runs_end_at_joins(counts: Counts) -> None:
-    log = moving()
-    velocity = log.velocity.copy()
-    velocity[295:305, 0] = velocity[295, 0]
-    segments = Log.from_arrays(TIME, velocity, segment=["a"] * 300 + ["b"] * 300)
-    assert mask_frozen(segments, seconds=0.6).notes == ()
-    whole = mask_frozen(Log(time=TIME, velocity=velocity), seconds=0.6)
-    assert sum(counts(whole, "frozen").values()) == 9
-
-
 Counts = Callable[[Log, str], dict[str, int]]
 
 
@@ -114,18 +94,6 @@ def test_zeros_between_samples_under_way(swim: Log, counts: Counts) -> None:
     made = mask_bottom_lock(dataclasses.replace(swim, velocity=velocity))
     assert counts(made, "no bottom lock") == {"u": 20, "v": 20, "w": 20}
     assert [part.name for part in made.segments] == ["swim.1", "swim.2"]
-
-
-def test_a_vehicle_that_stops_stands(swim: Log) -> None:
-    velocity = swim.velocity.copy()
-    velocity[:, 0] *= np.clip(np.abs(np.arange(100) - 50) / 10 - 1, 0, 1)
-    stopped = dataclasses.replace(swim, velocity=velocity)
-    assert (stopped.velocity[:, 0] == 0).sum() > 10
-    assert mask_bottom_lock(stopped).notes == ()
-    velocity = swim.velocity.copy()
-    velocity[:10, :3] = 0.0
-    velocity[90:, :3] = 0.0
-    assert mask_bottom_lock(dataclasses.replace(swim, velocity=velocity)).notes == ()
 
 
 def test_a_flag_speaks_for_the_instrument(counts: Counts) -> None:

@@ -1,13 +1,12 @@
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable
 
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from hydrodamp.conditioning.gaps import measured, without_samples
+from hydrodamp.conditioning.gaps import without_samples
 from hydrodamp.data.attitude import quaternion_from_euler, turn
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError
@@ -84,26 +83,6 @@ def test_no_bridge_across_a_join() -> None:
     assert [part.name for part in made.segments] == ["a", "b"]
 
 
-def test_a_sample_left_alone_leaves_too() -> None:
-    log = straight()
-    lost = np.zeros(60, dtype=bool)
-    lost[1] = True
-    made = without_samples(log, {"r": lost}, "gone", longest=0.0)
-    assert made.n == 58
-    assert made.time[0] == log.time[2]
-
-
 def test_nothing_left_is_a_fault() -> None:
     with pytest.raises(LogError, match="gone: no two neighbouring samples are left; all 60"):
         without_samples(straight(), {"u": np.ones(60, dtype=bool)}, "gone")
-
-
-def test_nothing_lost_is_the_same_log() -> None:
-    log = straight()
-    made = without_samples(log, {"u": np.zeros(60, dtype=bool)}, "gone")
-    assert made is log
-
-
-def test_sensed_columns_by_name() -> None:
-    log = dataclasses.replace(straight(), position=np.ones((60, 3)), acceleration=np.ones((60, 6)))
-    assert list(measured(log)) == ["u", "r", "du", "dr", "north", "east", "down"]

@@ -1,13 +1,11 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from hydrodamp.conditioning.mixing import AVL_690, Mixing, roll_from_mixing
+from hydrodamp.conditioning.mixing import roll_from_mixing
 from hydrodamp.data.attitude import euler_from_quaternion
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError
@@ -43,56 +41,6 @@ def test_the_roll_that_was_mixed_in_comes_back() -> None:
     assert made.notes == (
         "derived: roll from the mixing of `elevator rudder`; interpolated in 0 of 600 samples",
     )
-
-
-def test_another_mixing() -> None:
-    """One that does not turn the demand, as the field vehicle of the tests' data does."""
-    own = Mixing(sine=((0, 1), (1, 0)))
-    log = mixed()
-    climb, turn = log.command("climb"), 3 * log.command("turn")
-    c, s = np.cos(ROLL), np.sin(ROLL)
-    fins = (c * climb + s * turn, c * turn + s * climb)
-    commands = np.column_stack((climb, turn, *fins))
-    made = roll_from_mixing(dataclasses.replace(log, commands=commands), DEMANDED, FINS, own)
-    np.testing.assert_allclose(angles(made)[3:-3, 0], ROLL[3:-3], atol=5e-3)
-
-
-def test_a_table_that_is_none() -> None:
-    with pytest.raises(LogError, match=r"`sine` must have shape \(2, 2\); got \(2,\)"):
-        Mixing(sine=(1, 0))
-
-
-def test_the_field_log_of_the_690(measured_logs: Callable[[str], Path]) -> None:
-    """Oracle: the roll of the derived file, recovered from the same fins by other means."""
-    folder = measured_logs("vt690_field")
-    fins, climb, turn = (
-        np.genfromtxt(
-            folder / f"share_pid_attitude_control_node.{name}.dat",
-            delimiter=",",
-            skip_header=3,
-            max_rows=6000,
-        )
-        for name in ("fins", "pitch_pid", "yaw_pid")
-    )
-    commands = {
-        "elevator": (fins[:, 1] - fins[:, 2]) / 2,
-        "rudder": (fins[:, 4] - fins[:, 3]) / 2,
-        "climb": climb[:, 3],
-        "turn": turn[:, 3],
-    }
-    rows = slice(500, None)
-    log = Log.from_arrays(
-        fins[rows, 0],
-        {"u": np.ones(5500)},
-        attitude=np.column_stack((0 * turn[rows, 1], climb[rows, 1], turn[rows, 1])),
-        commands={name: values[rows] for name, values in commands.items()},
-    )
-    made = roll_from_mixing(log, DEMANDED, FINS, AVL_690)
-    assert made.notes[-1].endswith("interpolated in 0 of 5500 samples")
-    derived = np.genfromtxt(folder / "derived_10hz.csv", delimiter=",", names=True, max_rows=5000)
-    inside = (made.time > derived["time_s"][0]) & (made.time < derived["time_s"][-1])
-    roll = np.interp(made.time[inside], derived["time_s"], derived["roll_rad"])
-    assert np.median(np.abs(angles(made)[inside, 0] - roll)) < 0.004
 
 
 def test_fins_at_their_stops_are_bridged() -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.conditioning.steps import STEPS, clean, steps_of
+from hydrodamp.conditioning.steps import clean, steps_of
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError
@@ -68,12 +68,6 @@ def test_what_is_wrong_is_said(content: object, said: str) -> None:
     assert said in faults[0]
 
 
-def test_all_faults_at_once_with_those_of_the_mapping() -> None:
-    with pytest.raises(LogError) as raised:
-        hd.LogMapping.from_dict({"time": "t", "velocity": {"x": "y"}, "steps": ["polish"]})
-    assert len(raised.value.faults) >= 2
-
-
 @pytest.mark.parametrize(
     ("settings", "said"),
     [
@@ -116,7 +110,3 @@ def test_settings_reach_the_function(turning: Log) -> None:
         [{"roll_from_mixing": {"demanded": ["a", "b"], "fins": ["c", "d"], "mixing": "avl690"}}]
     )
     assert mixed.keywords["mixing"] is hd.AVL_690
-
-
-def test_every_step_is_a_public_function() -> None:
-    assert all(callable(getattr(hd, name)) for name in STEPS)

@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import dataclasses
-import itertools
 from collections.abc import Callable
 
 import numpy as np
@@ -119,24 +118,11 @@ def test_wrong_units_and_signs_are_suspected(change: Change, found: dict[str, st
     assert [(one.channel, one.looks) for one in wrong] == [*found.items()]
 
 
-def test_a_suspicion_gives_the_number_it_rests_on() -> None:
-    (one,) = suspicions(dataclasses.replace(sound(), **rates(180 / np.pi)(sound())))
-    assert one.evidence == "it is 57.3 times the attitude's rate"
-
-
 def test_suspicions_are_told_and_nothing_is_changed() -> None:
     log = dataclasses.replace(sound(), time=1000 * TIME, attitude=None, position=None)
     made = note_suspicions(log)
     np.testing.assert_array_equal(made.time, log.time)
     assert made.notes == ("suspicion: `time` may be in ms, not s: the median step is 100",)
-
-
-def test_fewer_velocities_have_fewer_suspicions() -> None:
-    for names in itertools.chain.from_iterable(itertools.combinations("uvr", k) for k in (1, 2, 3)):
-        log = sound()
-        kept = {name: log.velocity[:, "uvwpqr".index(name)] for name in names}
-        few = Log.from_arrays(TIME, kept, attitude=log.attitude, position=log.position)
-        assert suspicions(few) == ()
 
 
 def swaying(**wrong: float) -> Log:

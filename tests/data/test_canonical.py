@@ -12,11 +12,10 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from hypothesis.extra.numpy import arrays
 
-from hydrodamp.data.attitude import euler_from_quaternion
 from hydrodamp.data.canonical import write_log
 from hydrodamp.data.channels import BLOCKS, RESERVED
 from hydrodamp.data.log import Log, Segment, concatenate
-from hydrodamp.errors import FileError, GapWarning, LogError
+from hydrodamp.errors import FileError, LogError
 from hydrodamp.ingest.mapping import LogMapping
 from hydrodamp.ingest.read import read_log
 
@@ -87,28 +86,6 @@ def test_any_numbers_and_names_come_back(block: np.ndarray, names: list[str]) ->
     assert_same(again, log)
 
 
-def test_fewer_velocities_stay_fewer(tmp_path: Path) -> None:
-    log = Log.from_arrays([0, 1], {"u": [1, 2], "r": [3, 4]}, source="x.csv")
-    write_log(log, tmp_path / "x.csv")
-    assert (tmp_path / "x.csv").read_text().startswith("time,u,r,segment\n")
-    assert_same(read_log(tmp_path / "x.csv"), log)
-
-
-def test_all_columns_find_their_place(csv_file: Write) -> None:
-    names = [name for name in RESERVED if name not in ("qw", "qx", "qy", "qz", "segment")]
-    rows = [",".join(str(k + 0.01 * j) for j in range(len(names))) for k in range(2)]
-    log = read_log(csv_file(",".join(names) + ",fin\n" + "".join(f"{r},7\n" for r in rows)))
-    blocks = (log.velocity[0], log.acceleration[0], log.propulsion_ratio[:1], log.wrench[0])
-    np.testing.assert_allclose(np.concatenate(blocks), 0.01 * np.arange(4, 23), atol=1e-12)
-    assert log.command("fin").tolist() == [7, 7]
-
-
-def test_a_wrench_may_lack_axes(csv_file: Write) -> None:
-    log = read_log(csv_file("time,u,X\n0,1,5\n1,1,6\n"))
-    assert log.wrench is not None
-    assert log.wrench.tolist() == [[5, 0, 0, 0, 0, 0], [6, 0, 0, 0, 0, 0]]
-
-
 @pytest.mark.parametrize("clean", [True, False], ids=["fast", "careful"])
 @pytest.mark.parametrize(
     ("cells", "names"),
@@ -135,14 +112,6 @@ def test_a_segment_of_numbers_may_be_asked_for_by_a_mapping(csv_file: Write) -> 
     only = {"column": "u", "where": {"segment": 2}}
     asked = LogMapping.from_dict({"time": "time", "velocity": {"u": only}})
     assert read_log(path, asked).velocity[:, 0].tolist() == [3, 4]
-
-
-def test_a_stretch_without_values_splits_with_one_warning(csv_file: Write) -> None:
-    rows = "".join(row(k, u="" if k in (4, 5) else "1") for k in range(10))
-    with pytest.warns(GapWarning, match="log.csv: split into 2 segments: 2 samples") as caught:
-        log = read_log(csv_file(HEADER + rows))
-    assert len(caught) == 1
-    assert [part.name for part in log.segments] == ["log.1", "log.2"]
 
 
 @pytest.mark.parametrize(
@@ -181,32 +150,6 @@ def test_what_cannot_be_read_says_why(csv_file: Write, text: str, says: str) -> 
         read_log(csv_file(text))
     assert says in str(caught.value)
     assert "log.csv" in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    ("text", "fault"),
-    [
-        ("0,1,2\n1,2,3\n2,3,4\n", "there is no line of column names; write one above"),
-        ("time,u,u\n0,1,1\n1,1,1\n", "column `u` stands 2 times in the header; keep one"),
-        ("time,u,fin\n0,1,up\n1,1,up\n", "'up' in row 1 (line 2)"),
-        ("time,u,Segment\n0,1,a\n1,1,a\n", "column `Segment` must be spelt `segment`"),
-    ],
-)
-def test_what_is_wrong_is_said_once(csv_file: Write, text: str, fault: str) -> None:
-    with pytest.raises(LogError) as caught:
-        read_log(csv_file(text))
-    said = [one for one in caught.value.faults if fault in one]
-    assert len(said) == 1
-    assert not any("must be letters" in one or "has no name" in one for one in caught.value.faults)
-
-
-def test_a_planar_log_may_have_its_heading_alone(csv_file: Write) -> None:
-    log = read_log(csv_file("time,u,v,r,yaw\n0,1,0,0,0.5\n1,1,0,0,0.6\n"))
-    assert log.attitude is not None
-    np.testing.assert_allclose(
-        euler_from_quaternion(log.attitude), [[0, 0, 0.5], [0, 0, 0.6]], atol=1e-15
-    )
-    np.testing.assert_allclose(log.down, [[0, 0, 1], [0, 0, 1]], atol=1e-15)
 
 
 def test_all_faults_of_a_file_are_told_at_once(csv_file: Write) -> None:

@@ -5,14 +5,13 @@ import pytest
 from hypothesis import given, strategies as st
 
 from hydrodamp.data.attitude import (
-    angle_ratio,
     path_ratios,
     quaternion_from_euler,
     rate_slopes,
     rotation,
 )
 from hydrodamp.data.log import Log
-from hydrodamp.errors import GapWarning, LogError
+from hydrodamp.errors import LogError
 
 DEGREE = 180 / np.pi
 
@@ -54,38 +53,6 @@ def test_a_log_in_degrees_names_its_rates() -> None:
         Log.from_arrays(time, velocity, attitude=attitude)
 
 
-def test_missing_samples_do_not_hide_degrees() -> None:
-    time, attitude, rates = tumble(0.5, 7)
-    velocity = np.concatenate((np.ones((300, 3)), DEGREE * rates), axis=1)
-    velocity[100:120] = np.nan
-    attitude[200] = np.nan
-    with pytest.raises(LogError, match="in deg/s"):
-        Log.from_arrays(time, velocity, attitude=attitude)
-    velocity[:, 3:] /= DEGREE
-    with pytest.warns(GapWarning):
-        assert len(Log.from_arrays(time, velocity, attitude=attitude).segments) == 3
-
-
-@pytest.mark.parametrize(
-    ("time", "says"),
-    [
-        ([0, 1, 1, 2], "`time` must increase; it repeats 1 s in row 3"),
-        ([0, 2, 1, 3], "runs backwards from 2 s to 1 s in row 3"),
-        ([0, np.nan, 1, 2], "`time` has no value in row 2"),
-        ([], "there are no samples"),
-    ],
-)
-def test_clocks_that_cannot_be(time: list[float], says: str) -> None:
-    with pytest.raises(LogError, match=says):
-        Log.from_arrays(time, np.zeros((len(time), 6)))
-
-
-def test_faults_of_one_kind_are_counted() -> None:
-    with pytest.raises(LogError, match="and 6 more steps of the clock") as caught:
-        Log.from_arrays(np.zeros(10), np.zeros((10, 6)))
-    assert len(caught.value.faults) == 4
-
-
 def test_infinite_values_and_bad_quaternions_are_faults() -> None:
     velocity = np.zeros((3, 6))
     velocity[1, 2] = np.inf
@@ -120,28 +87,9 @@ def test_a_speed_beyond_any_vehicle_names_column_value_and_row() -> None:
         Log(time=np.arange(5.0), velocity=velocity)
 
 
-def test_rates_in_degrees_are_said_once_beside_a_spike() -> None:
-    time, attitude, rates = tumble(3.0, 7)
-    velocity = np.concatenate((np.ones((300, 3)), DEGREE * rates), axis=1)
-    velocity[10, 0] = 99.0
-    with pytest.raises(LogError) as caught:
-        Log.from_arrays(time, velocity, attitude=attitude)
-    assert ["rates `p q r`" in caught.value.faults[0], "`u`" in caught.value.faults[1]] == [
-        True
-    ] * 2
-    assert len(caught.value.faults) == 2
-
-
 def slopes_of(time: np.ndarray, attitude: np.ndarray, rates: np.ndarray) -> np.ndarray:
     """Return the slopes over one segment."""
     return rate_slopes(time, attitude, rates, np.array([[0, len(time)]]))
-
-
-@given(st.floats(0.05, 3.0), st.integers(0, 99), st.sampled_from([1.0, -1.0, DEGREE]))
-def test_slopes_are_the_factor_of_the_rates(rate: float, seed: int, factor: float) -> None:
-    time, attitude, rates = tumble(rate, seed)
-    slopes = slopes_of(time, attitude, factor * rates)
-    np.testing.assert_allclose(slopes[np.isfinite(slopes)], factor, rtol=1e-6)
 
 
 def test_a_few_stray_attitudes_do_not_hide_it() -> None:
@@ -165,14 +113,6 @@ def test_no_motion_unrelated_motion_and_few_samples_say_nothing() -> None:
     assert np.isnan(slopes_of(*(part[:1] for part in few))).all()
 
 
-def test_attitude_is_not_differenced_across_a_break() -> None:
-    time, attitude, rates = tumble(0.5, 7)
-    joined = np.concatenate((time[:150], time[:150])), attitude.copy()
-    joined[1][150:] = joined[1][:150]
-    slopes = rate_slopes(joined[0], joined[1], rates, np.array([[0, 150], [150, 300]]))
-    np.testing.assert_allclose(slopes, 1, rtol=1e-6)
-
-
 def circling(n: int = 1200) -> tuple[np.ndarray, ...]:
     """Return the time, velocity, attitude and position of a vehicle that circles without drift."""
     time = np.arange(n) / 10
@@ -182,14 +122,6 @@ def circling(n: int = 1200) -> tuple[np.ndarray, ...]:
     velocity[:, 0] = 1.5 + 0.1 * np.sin(time)
     world = np.einsum("nij,nj->ni", rotation(attitude), velocity[:, :3])
     return time, velocity, attitude, np.cumsum(world, axis=0) / 10
-
-
-def test_angles_that_are_unrelated_to_rates_have_no_ratio() -> None:
-    rng, time, whole = np.random.default_rng(0), np.arange(1200) / 10, np.array([[0, 1200]])
-    assert np.isnan(angle_ratio(time, rng.normal(size=1200), rng.normal(size=1200), whole))
-    assert np.isnan(angle_ratio(time, 0 * time, 0 * time, whole))
-    angle = np.sin(time)
-    assert angle_ratio(time, 3 * angle, np.cos(time), whole) == pytest.approx(3.0, rel=1e-3)
 
 
 def test_a_velocity_that_is_zero_has_no_ratio_of_its_own() -> None:

@@ -5,10 +5,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from hydrodamp.data.attitude import down, quaternion_from_euler
 from hydrodamp.data.channels import BLOCKS
 from hydrodamp.data.log import Log, Segment, concatenate
-from hydrodamp.errors import GapWarning, LogError
+from hydrodamp.errors import LogError
 
 STILL = np.zeros((4, 6))
 
@@ -21,21 +20,6 @@ def test_arrays_are_copied_and_read_only(swim: Log) -> None:
     for array in (swim.time, swim.velocity, swim.attitude, swim.commands, swim.down):
         assert array is not None
         assert not array.flags.writeable
-
-
-def test_down_follows_the_attitude_and_is_level_without_one() -> None:
-    q = quaternion_from_euler(np.array([[0.3, -0.2, 1.0], [0.0, 0.0, 0.0]]))
-    log = Log(time=[0.0, 1.0], velocity=np.zeros((2, 6)), attitude=q)
-    np.testing.assert_array_equal(log.down, down(q))
-    assert dataclasses.replace(log, attitude=None).down.tolist() == [[0, 0, 1], [0, 0, 1]]
-
-
-def test_a_quaternion_that_is_nearly_unit_is_made_so() -> None:
-    log = Log(time=[0.0, 1.0], velocity=np.zeros((2, 6)), attitude=[[1.0005, 0, 0, 0]] * 2)
-    assert log.attitude is not None
-    np.testing.assert_array_equal(log.attitude[:, 0], 1.0)
-    again = dataclasses.replace(log)
-    np.testing.assert_array_equal(again.attitude, log.attitude)
 
 
 def test_euler_angles_and_dicts_will_do() -> None:
@@ -113,14 +97,6 @@ def test_a_clock_may_restart_at_a_segment() -> None:
     assert on_one_clock.duration == 2.0
 
 
-def test_slices_are_half_open_and_share_nothing(swim: Log) -> None:
-    first, second = swim.between(0, 5), swim.between(5, 100)
-    assert first.n + second.n == swim.n
-    assert first.time[-1] < 5 <= second.time[0]
-    np.testing.assert_array_equal(second.command("rudder"), swim.command("rudder")[50:])
-    assert first.source == "swim.csv"
-
-
 def test_a_slice_across_segments_keeps_their_names() -> None:
     log = Log.from_arrays([0, 1, 2, 0, 1, 2], np.zeros((6, 6)), segment="aaabbb")
     part = log.between(1, 5)
@@ -128,33 +104,10 @@ def test_a_slice_across_segments_keeps_their_names() -> None:
     assert log.between(2, 5).segments == (Segment("b", 0, 2),)
 
 
-def test_seconds_count_from_the_first_sample_whatever_the_clock_says() -> None:
-    log = Log(time=1.7e9 + np.arange(10), velocity=np.zeros((10, 6)))
-    assert log.between(2, 5).n == 3
-
-
 @pytest.mark.parametrize("span", [(20, 30), (5, 5), (7, 3), (-9, 0), (0, 0.05)])
 def test_an_empty_slice_says_the_span(swim: Log, span: tuple[float, float]) -> None:
     with pytest.raises(LogError, match=r"swim.csv: no two samples .* spans 0 s to 9.9 s"):
         swim.between(*span)
-
-
-def test_segments_are_selected_in_the_order_asked() -> None:
-    log = Log.from_arrays([0, 1] * 3, {"u": [1, 1, 2, 2, 3, 3]}, segment="aabbcc")
-    part = log.select("c", "a")
-    assert part.velocity[:, 0].tolist() == [3, 3, 1, 1]
-    assert [piece.name for piece in part.segments] == ["c", "a"]
-    assert log.select("a", "a").n == 2
-
-
-def test_pieces_answer_to_the_name_of_their_label() -> None:
-    with pytest.warns(GapWarning):
-        log = Log.from_arrays(
-            [0, 1, 20, 21, 0, 1], np.zeros((6, 6)), segment=["dive"] * 4 + ["turn"] * 2
-        )
-    assert [piece.name for piece in log.segments] == ["dive.1", "dive.2", "turn"]
-    assert log.select("dive").n == 4
-    assert log.select("dive.2").n == 2
 
 
 def test_unknown_segments_are_all_named() -> None:
@@ -184,12 +137,6 @@ def test_notes_are_kept_in_order_through_every_cut(swim: Log) -> None:
     assert concatenate([log, swim.noted("fourth"), log]).notes == (*log.notes, "fourth")
 
 
-def test_what_a_log_was_split_at_is_among_its_notes() -> None:
-    with pytest.warns(GapWarning):
-        log = Log.from_arrays([0, 1, 2, 20, 21], {"u": np.ones(5)})
-    assert log.notes == ("split into 2 segments: no samples from 2 s to 20 s",)
-
-
 def test_each_log_becomes_a_segment(swim: Log) -> None:
     both = concatenate([swim.between(0, 4), swim.between(4, 10)])
     assert both.segments == (Segment("swim", 0, 40), Segment("swim-2", 40, 100))
@@ -211,37 +158,6 @@ def test_other_columns_are_refused_both_ways(swim: Log) -> None:
         "bare.csv lacks attitude rpm rudder, which the others have",
         "swim.csv lacks fin, which the others have",
     )
-
-
-def test_no_log_is_a_fault() -> None:
-    with pytest.raises(LogError, match="there is no log"):
-        concatenate([])
-
-
-def test_what_is_there(swim: Log) -> None:
-    text = str(swim)
-    assert "100 samples, 9.9 s in 1 segment, median step 0.1 s" in text
-    assert "with attitude, velocity\n" in text
-    assert "m/s" in text
-    assert "rudder" in text
-    assert "more" not in text
-
-
-def test_a_crowded_log_fits_on_one_screen() -> None:
-    names = tuple(f"c{index}" for index in range(40))
-    log = Log(
-        time=np.tile([0.0, 1.0], 30),
-        velocity=np.zeros((60, 6)),
-        velocity_names=("u", "r"),
-        command_names=names,
-        commands=np.zeros((60, 40)),
-        segments=tuple(Segment(f"s{k}", 2 * k, 2 * k + 2) for k in range(30)),
-    )
-    text = str(log)
-    assert len(text.splitlines()) < 45
-    assert "... and 28 more commands" in text
-    assert "... and 18 more segments" in text
-    assert "with velocity\n" in text
 
 
 def test_what_was_done_is_told_at_the_end(swim: Log) -> None:

@@ -5,7 +5,7 @@ import pytest
 
 from hydrodamp.data.channels import BLOCKS, Block
 from hydrodamp.data.log import Log
-from hydrodamp.data.record import Segment, unique_names
+from hydrodamp.data.record import Segment
 from hydrodamp.errors import GapWarning, LogError
 
 
@@ -25,21 +25,6 @@ def test_a_step_of_more_than_a_second_and_five_medians_is_a_gap() -> None:
 @pytest.mark.parametrize("time", [[0, 0.1, 0.2, 1.2, 1.3], [0, 2, 4, 14, 16]])
 def test_a_step_just_as_long_is_none(time: list[float]) -> None:
     assert len(Log.from_arrays(time, speeds(5)).segments) == 1
-
-
-def test_one_missing_sample_splits() -> None:
-    with pytest.warns(GapWarning, match="1 sample with missing values at 3 s to 3 s"):
-        log = Log.from_arrays(np.arange(7.0), speeds(7, (3,)))
-    assert log.velocity[:, 0].tolist() == [0, 1, 2, 4, 5, 6]
-    assert [(part.start, part.stop) for part in log.segments] == [(0, 3), (3, 6)]
-
-
-@pytest.mark.parametrize("missing", [(0,), (6,), (0, 1, 6)])
-def test_missing_ends_are_cut_off(missing: tuple[int, ...]) -> None:
-    with pytest.warns(GapWarning):
-        log = Log.from_arrays(np.arange(7.0), speeds(7, missing))
-    assert log.n == 7 - len(missing)
-    assert [part.name for part in log.segments] == ["1"]
 
 
 @pytest.mark.parametrize("block", BLOCKS[3:], ids=lambda block: block.name)
@@ -86,13 +71,3 @@ def test_no_label_changes_no_warning() -> None:
 def test_a_log_with_nothing_left_is_a_fault() -> None:
     with pytest.raises(LogError, match="no two neighbouring samples have all their values"):
         Log.from_arrays(np.arange(6.0), speeds(6, (1, 3, 5)))
-
-
-def test_the_name_is_that_of_the_file() -> None:
-    log = Log.from_arrays([0, 1], speeds(2), source="runs/dive_3.csv")
-    assert log.segments[0].name == "dive_3"
-
-
-def test_lengths_and_names() -> None:
-    assert len(Segment("a", 3, 7)) == 4
-    assert unique_names(["a", "a-2", "a", "a"]) == ("a", "a-2", "a-3", "a-4")

@@ -43,14 +43,6 @@ def test_between_messages_values_lie_on_a_line(steps: list[float], asked: list[f
     np.testing.assert_allclose(got[inside], np.interp(wanted, time, values)[inside], atol=1e-12)
 
 
-def test_a_message_is_taken_to_the_bit() -> None:
-    time = np.cumsum(np.random.default_rng(0).uniform(0.01, 0.3, 200))
-    values = np.random.default_rng(1).normal(size=200)
-    found = brackets(stamps(time), ticks(time))
-    assert interpolated(values, found).tolist() == values.tolist()
-    assert held(values, found).tolist() == values.tolist()
-
-
 def test_nothing_is_interpolated_over_a_gap() -> None:
     """Five median steps of 0.1 s are less than 1 s, which therefore counts."""
     time = np.concatenate((np.arange(0, 2.05, 0.1), np.arange(3.5, 5.05, 0.1)))
@@ -60,12 +52,6 @@ def test_nothing_is_interpolated_over_a_gap() -> None:
     np.testing.assert_allclose(held(time, found), [1.9, 2.0, np.nan, np.nan, 3.5, 3.5])
     kept = held(time, found, until_next=True)
     np.testing.assert_allclose(kept, [1.9, 2.0, 2.0, 2.0, 3.5, 3.5])
-
-
-def test_a_command_holds_one_step_after_the_last() -> None:
-    found = brackets(stamps([0, 1, 2]), ticks([-0.1, 2.9, 3.1]))
-    np.testing.assert_allclose(held(np.array([5.0, 6, 7]), found), [np.nan, 7, np.nan])
-    np.testing.assert_allclose(held(np.array([5.0, 6, 7]), found, until_next=True), [np.nan, 7, 7])
 
 
 def test_runs_know_nothing_of_one_another() -> None:
@@ -88,12 +74,6 @@ def test_attitude_turns_as_scipy_turns_it() -> None:
     apart = (Rotation.from_quat(got, scalar_first=True) * expected.inv()).magnitude()
     np.testing.assert_allclose(apart, 0, atol=1e-7)
     np.testing.assert_allclose(np.linalg.norm(got, axis=1), 1, atol=1e-12)
-
-
-def test_even_ticks_cover_each_run() -> None:
-    even = at_rate(stamps([50, 50.4, 51.0, 5, 5.5]), 4.0)
-    assert even.time.tolist() == [50, 50.25, 50.5, 50.75, 51, 5, 5.25, 5.5]
-    assert even.run.tolist() == [0, 0, 0, 0, 0, 1, 1, 1]
 
 
 @pytest.mark.parametrize("rate", [3.0, 7.0, 10.0, 50.0])

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis.extra.numpy import arrays
-from hypothesis.strategies import floats, integers, lists
+from hypothesis.strategies import floats, integers
 
 from hydrodamp.errors import LogError
-from hydrodamp.ingest.clock import Clock, Irregularity, Oddity, Stamps, set_right
+from hydrodamp.ingest.clock import Clock, Oddity, Stamps, set_right
 
 
 def right(time: list[float] | np.ndarray, labels: list[str] | None = None) -> Stamps:
@@ -18,15 +18,6 @@ def right(time: list[float] | np.ndarray, labels: list[str] | None = None) -> St
 
 def oddities(stamps: Stamps) -> dict[Oddity, int]:
     return {one.oddity: one.count for one in stamps.irregularities}
-
-
-def test_a_sound_clock_is_taken_as_it_is() -> None:
-    time = np.arange(0, 10, 0.1)
-    stamps = right(time)
-    assert np.shares_memory(stamps.time, time)
-    assert stamps.irregularities == ()
-    assert stamps.step == pytest.approx(0.1)
-    assert stamps.limit == 1.0
 
 
 NAN, INF = np.nan, np.inf
@@ -66,26 +57,6 @@ def test_odd_stamps_are_dropped_or_begin_a_run(
     assert oddities(stamps) == odd
 
 
-def test_an_epoch_learnt_on_the_way_is_one_for_all_topics() -> None:
-    """The clock counts from boot, then from 1970: three seconds before, all topics alike."""
-    now = 1.7e9
-    fast = np.array([1, 1.5, 2, 2.5, now + 3, now + 3.5, now + 4])
-    slow = np.array([1.2, 2.2, now + 3.2])
-    one, other = set_right([Clock("imu", fast), Clock("dvl", slow)])
-    assert oddities(one)[Oddity.LEAP] == oddities(other)[Oddity.LEAP] == 1
-    assert one.run.tolist() == [0, 0, 0, 0, 1, 1, 1]
-    assert other.run.tolist() == [0, 0, 1]
-    assert one.time[3] == pytest.approx(now + 2)
-    np.testing.assert_allclose(other.time[:2] - one.time[0], [0.2, 1.2], atol=1e-6)
-
-
-def test_drop_outs_are_told_with_what_counts_as_one() -> None:
-    stamps = right([0, 1, 2, 3, 9, 10, 11, 30, 31])
-    (pause,) = stamps.irregularities
-    assert (pause.oddity, pause.count, pause.at, pause.limit) == (Oddity.DROPOUT, 2, 3.0, 5.0)
-    assert str(pause) == "`dvl`: 2 times no message for longer than 5 s (first after 3 s)"
-
-
 def test_a_clock_set_back_all_the_time_is_none() -> None:
     with pytest.raises(LogError, match="clock of `dvl` is set back 250 times; it is no clock"):
         right(np.tile(np.arange(10.0), 251))
@@ -98,11 +69,6 @@ def test_a_topic_of_one_message_or_none(time: list[float]) -> None:
     assert stamps.step == 0.0
 
 
-def test_sentences_name_a_table_by_nothing() -> None:
-    pause = Irregularity("", Oddity.REPEATED, 1, 2.0)
-    assert str(pause) == "1 row with a repeated time stamp, dropped (first at 2 s)"
-
-
 @given(arrays(float, integers(0, 60), elements=floats(-1e7, 1e7, width=32)))
 def test_whatever_the_stamps_time_increases_within_runs(time: np.ndarray) -> None:
     stamps = right(time)
@@ -110,14 +76,6 @@ def test_whatever_the_stamps_time_increases_within_runs(time: np.ndarray) -> Non
     assert (np.diff(stamps.time)[inside] > 0).all()
     assert (np.diff(stamps.run) >= 0).all()
     assert (np.diff(stamps.rows) > 0).all()
-
-
-@given(lists(floats(1e-3, 100), min_size=1, max_size=50))
-def test_a_clock_that_increases_loses_nothing(steps: list[float]) -> None:
-    time = np.cumsum([0.0, *steps])
-    stamps = right(time)
-    assert stamps.rows.tolist() == list(range(len(time)))
-    assert set(oddities(stamps)) <= {Oddity.DROPOUT}
 
 
 def test_three_epochs_stand_side_by_side() -> None:

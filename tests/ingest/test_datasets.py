@@ -119,15 +119,3 @@ def test_a_file_that_is_not_whole_is_not_kept(
     with pytest.raises(FileError, match=says):
         fetch(dataclasses.replace(served, files=(served.files[0], wrong)), tmp_path / "x")
     assert [path.name for path in (tmp_path / "x").iterdir()] == ["a.dat"]
-
-
-def test_a_folder_that_cannot_be_made(served: Dataset, tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("", encoding="utf-8")
-    with pytest.raises(FileError, match="cannot be made"):
-        fetch(served, tmp_path / "file" / "below")
-
-
-def test_a_file_that_cannot_be_read(served: Dataset, tmp_path: Path) -> None:
-    (tmp_path / "a.dat").mkdir()
-    with pytest.raises(FileError, match="cannot be read"):
-        look(served, tmp_path)

@@ -14,7 +14,6 @@ import scipy.io
 
 from hydrodamp.errors import LogError
 from hydrodamp.ingest.formats import arrays, files, parquet
-from hydrodamp.ingest.formats.files import parts
 
 TIME = np.arange(5.0)
 
@@ -67,16 +66,6 @@ def test_parquet_of_every_type(tmp_path: Path) -> None:
     assert [note.split("`")[1] for note in recording.notes] == ["blob", "names", "cloud"]
 
 
-def test_parquet_in_parts(tmp_path: Path) -> None:
-    arrow = pytest.importorskip("pyarrow")
-    writer = pytest.importorskip("pyarrow.parquet")
-    path = tmp_path / "run.parquet"
-    writer.write_table(arrow.table({"t": np.arange(1000.0)}), path, row_group_size=300)
-    found = [part.topics[0].fields["t"] for part in parts(path, 128)]
-    assert max(map(len, found)) <= 128
-    np.testing.assert_array_equal(np.concatenate(found), np.arange(1000))
-
-
 def test_npz(tmp_path: Path) -> None:
     path = tmp_path / "run.npz"
     nu = np.arange(10.0).reshape(5, 2)
@@ -94,16 +83,6 @@ def test_npz(tmp_path: Path) -> None:
     assert topic.units == {"u": "m/s"}
     assert topic.texts == {"mode": tuple("abcde")}
     assert [note.split("`")[1] for note in recording.notes] == ["mass", "cube", "wide"]
-
-
-def test_npy_with_named_columns(tmp_path: Path) -> None:
-    rows = np.array([(0.0, 1), (0.5, 2)], dtype=[("time", "f8"), ("rpm", "i4")])
-    np.save(tmp_path / "run.npy", rows)
-    assert arrays.read(tmp_path / "run.npy").topics[0].fields["rpm"].tolist() == [1, 2]
-    np.savez(tmp_path / "run.npz", log=rows)
-    assert list(arrays.read(tmp_path / "run.npz").topics[0].fields) == ["log.time", "log.rpm"]
-    np.save(tmp_path / "plain.npy", np.ones((4, 2)))
-    assert list(arrays.read(tmp_path / "plain.npy").topics[0].fields) == ["array[0]", "array[1]"]
 
 
 def test_mat_with_structures(tmp_path: Path) -> None:
@@ -128,16 +107,6 @@ def test_mat_with_sensors_of_their_own_rate(tmp_path: Path) -> None:
     assert {topic.name: topic.n for topic in recording.topics} == {"dvl": 3, "imu": 30}
     with pytest.raises(LogError, match="`odd` has 7 values where `time` has 30"):
         recording.topic("imu").numbers("odd")
-
-
-def test_mat_with_an_array_of_structures_and_a_cell(tmp_path: Path) -> None:
-    scipy = pytest.importorskip("scipy.io")
-    rows = np.array([(0.0, 1.0), (0.5, 2.0)], dtype=[("t", object), ("u", object)])
-    cell = np.array(["a", 1.0, np.ones(3)], dtype=object)
-    scipy.savemat(tmp_path / "run.mat", {"log": rows, "things": cell})
-    recording = arrays.read(tmp_path / "run.mat")
-    assert recording.topics[0].fields["log.u"].tolist() == [1, 2]
-    assert "`things`" in recording.notes[0]
 
 
 @pytest.mark.parametrize("userblock", [0, 512])

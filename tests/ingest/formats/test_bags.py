@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from hydrodamp.ingest.formats import files, message_layout, rosbag
+from hydrodamp.ingest.formats import message_layout, rosbag
 
 TWIST = "geometry_msgs/msg/TwistStamped"
 JOINTS = "sensor_msgs/msg/JointState"
@@ -45,14 +45,6 @@ def test_fields_are_those_of_rosbags(tmp_path: Path, bag: Any, kind: str) -> Non
     assert topic.fields["header.stamp"].tolist() == stamps
     assert topic.units == {"header.stamp": "s"}
     assert topic.texts["header.frame_id"] == tuple(it.header.frame_id for it in messages)
-
-
-@pytest.mark.parametrize("kind", ["MCAP", "SQLITE3"])
-def test_a_storage_file_needs_no_folder(tmp_path: Path, bag: Any, kind: str) -> None:
-    folder = bag.ros2(tmp_path / "dive", bag.twists(3), kind)
-    (file,) = [*folder.glob("*.mcap"), *folder.glob("*.db3")]
-    assert files.read(file).topics[0].n == files.read(folder).topics[0].n == 3
-    assert {"MCAP": "MCAP", "SQLITE3": "SQLite"}[kind] in files.read(file).format
 
 
 def test_messages_of_changing_shape(tmp_path: Path, bag: Any) -> None:
@@ -177,48 +169,6 @@ def test_big_endian_messages(bag: Any) -> None:
     columns = message_layout.columns_of(raw, TWIST, bag.modern.fielddefs, aligned=True)
     assert columns.numbers["twist.linear.x"].tolist() == [0, 1, 2, 3]
     assert columns.texts["header.frame_id"] == ["base"] * 4
-
-
-def test_types_nobody_defines_are_noted(tmp_path: Path, bag: Any, monkeypatch: Any) -> None:
-    path = bag.ros2(tmp_path / "dive", bag.twists(3))
-
-    def unknown(*_: Any, **__: Any) -> None:
-        raise KeyError("a/msg/Secret")
-
-    monkeypatch.setattr(rosbag, "columns_of", unknown)
-    with pytest.raises(ValueError, match="the bag does not define a/msg/Secret"):
-        rosbag.read(path)
-
-
-def test_definitions_missing_in_the_bag_come_from_the_distribution(
-    tmp_path: Path, bag: Any
-) -> None:
-    """Bags of SQLite written before ROS 2 Iron carry none."""
-    import sqlite3
-
-    folder = bag.ros2(tmp_path / "dive", bag.twists(3), "SQLITE3")
-    (file,) = folder.glob("*.db3")
-    with sqlite3.connect(file) as store:
-        store.execute("DELETE FROM message_definitions")
-    store.close()
-    assert rosbag.read(folder).topics[0].fields["twist.linear.y"].tolist() == [0, -0.01, -0.02]
-
-
-def test_topics_without_messages_or_fields(tmp_path: Path, bag: Any) -> None:
-    from rosbags.rosbag2 import Writer
-
-    folder = tmp_path / "dive"
-    empty = bag.modern.types["std_msgs/msg/Empty"]()
-    with Writer(folder, version=9) as writer:
-        silent = writer.add_connection("/silent", TWIST, typestore=bag.modern)
-        beat = writer.add_connection("/beat", "std_msgs/msg/Empty", typestore=bag.modern)
-        for k in range(3):
-            writer.write(beat, k, bag.modern.serialize_cdr(empty, "std_msgs/msg/Empty"))
-    recording = rosbag.read(folder)
-    assert silent.topic == "/silent"
-    assert {topic.name: topic.n for topic in recording.topics} == {"/beat": 3}
-    assert recording.topics[0].fields == {}
-    assert recording.notes == (f"topic `/silent` ({TWIST}) holds no message",)
 
 
 def test_broken_messages_are_noted_and_left_out(tmp_path: Path, bag: Any, monkeypatch: Any) -> None:

@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import gzip
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -9,7 +8,6 @@ import numpy as np
 import pytest
 
 from hydrodamp.data.recording import Recording
-from hydrodamp.errors import FileError, LogError
 from hydrodamp.ingest.formats import delimited
 
 TABLE = {"t": [0.0, 0.5, 1.0], "u": [1.5, -2.25, 3.0]}
@@ -83,13 +81,6 @@ def test_any_spelling_gives_the_same_numbers(
     assert topic.texts == {}
 
 
-def test_clean_text_goes_through_arrow(read: Read, only_fast: None) -> None:
-    for text in ("t,u\n0,1.5\n0.5, -2.25\n1,3\n", " t  u\n 0 1.5 \n .5  -2.25\n 1 3\n"):
-        topic = read(text).topics[0]
-        assert {name: values.tolist() for name, values in topic.fields.items()} == TABLE
-        assert not topic.fields["u"].flags.writeable
-
-
 @pytest.mark.parametrize(
     ("head", "names", "units"),
     [
@@ -122,12 +113,6 @@ def test_names_and_units_of_columns(
     assert list(topic.lines) == [above + 1, above + 2]
 
 
-def test_marks_of_comments_within_a_line_are_letters(read: Read, reader: str) -> None:
-    topic = read("t,load [%],run # 2\n0,50,a//b\n1,60,c#d\n").topics[0]
-    assert list(topic.fields) == ["t", "load"]
-    assert topic.texts == {"run # 2": ("a//b", "c#d")}
-
-
 def test_words_truths_dates_and_gaps(read: Read, reader: str) -> None:
     recording = read(
         "t,mode,good,when,none,u\n"
@@ -143,11 +128,6 @@ def test_words_truths_dates_and_gaps(read: Read, reader: str) -> None:
     assert np.isnan(topic.fields["none"]).all()
     np.testing.assert_array_equal(topic.fields["u"], [1, np.nan, 3])
     assert recording.notes == ("column `when` holds dates, read in seconds since 1970",)
-
-
-def test_dates_that_are_none_are_words(read: Read, reader: str) -> None:
-    topic = read("t,when\n0,2022-13-28\n1,2022-07-99\n").topics[0]
-    assert topic.texts == {"when": ("2022-13-28", "2022-07-99")}
 
 
 def test_numbers_spelt_in_ways_of_other_tongues_are_refused(read: Read, reader: str) -> None:
@@ -166,16 +146,6 @@ def test_a_bad_column_keeps_its_cells_across_blocks(
     assert topic.texts["u"] == ("1.5", "2.0", "x", "4", "y", "6", "7.0")
     assert "'x' in row 3 (line 4), 'y' in row 5 (line 6)" in topic.faults["u"]
     assert topic.fields["t"].tolist() == [0, 1, 2, 3, 4, 5, 6]
-
-
-def test_a_header_alone_has_no_rows(read: Read, reader: str) -> None:
-    topic = read("time,u\n").topics[0]
-    assert list(topic.fields) == ["time", "u"]
-    assert topic.n == 0
-
-
-def test_compressed_text(read: Read, reader: str) -> None:
-    assert read(gzip.compress(b"t,u\n0,1\n1,2\n")).topics[0].fields["u"].tolist() == [1, 2]
 
 
 @pytest.mark.parametrize("rows", [1, 7, 100, 1000])
@@ -209,13 +179,6 @@ def test_parts_turn_careful_where_the_text_turns_odd(tmp_path: Path) -> None:
     assert parts[4].fields["u"][-1] == 99_999 / 2
 
 
-def test_parts_tell_the_faults_of_a_part(tmp_path: Path) -> None:
-    path = tmp_path / "log.csv"
-    path.write_text("t,u\n0,1\n1,2\n2,3,4\n3,4\n")
-    with pytest.raises(LogError, match="line 4 has 3 cells"):
-        list(delimited.parts(path, 10))
-
-
 def test_letters_that_are_no_unicode_far_down(read: Read) -> None:
     rows = "".join(f"{k},calm\n" for k in range(60_000))
     recording = read(("t,sea\n" + rows + "60000,müde\n").encode("cp1252"))
@@ -237,35 +200,8 @@ def test_the_topics_of_virginia_tech(read: Read, reader: str) -> None:
     assert list(topic.lines) == [4, 5]
 
 
-@pytest.mark.parametrize("tail", ["", "\n"])
-def test_words_gaps_and_numbers_stay_in_their_rows(read: Read, only_fast: None, tail: str) -> None:
-    """The text is longer than the blocks that Arrow parses side by side."""
-    table = np.random.default_rng(3).standard_normal((20_000, 2))
-    rows = [f"{k},w{k % 7},{a!r},{b!r}" for k, (a, b) in enumerate(table.tolist())]
-    rows[200] = "200,w4,,1.5"
-    topic = read("Log\nt,mode,a,b\n" + "\n".join(rows) + tail).topics[0]
-    table[200] = np.nan, 1.5
-    assert topic.fields["t"].tolist() == list(range(20_000))
-    assert topic.texts["mode"] == tuple(f"w{k % 7}" for k in range(20_000))
-    np.testing.assert_array_equal(topic.fields["a"], table[:, 0])
-    np.testing.assert_array_equal(topic.fields["b"], table[:, 1])
-    assert topic.lines == range(3, 20_003)
-
-
-def test_lines_that_end_the_old_way_are_counted(read: Read) -> None:
-    """Arrow sees more rows than there are line feeds; the careful reader takes over."""
-    topic = read(b"t,u\r0,1\r1,2\n2,3\r3,4\n").topics[0]
-    assert topic.fields["u"].tolist() == [1, 2, 3, 4]
-    assert list(topic.lines) == [2, 3, 4, 5]
-
-
 def test_a_file_of_words_only(tmp_path: Path, reader: str) -> None:
     path = tmp_path / "log.csv"
     path.write_text("event,who\ndive,crew\nrise,crew\n")
     assert delimited.read(path).topics[0].texts["event"] == ("dive", "rise")
     assert [part.topics[0].n for part in delimited.parts(path, 1)] == [1, 1]
-
-
-def test_a_file_nobody_may_read(tmp_path: Path) -> None:
-    with pytest.raises(FileError, match="cannot be read: Is a directory"):
-        delimited.read(tmp_path)

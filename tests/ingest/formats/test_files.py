@@ -15,7 +15,6 @@ import pytest
 from hydrodamp.data.recording import Topic
 from hydrodamp.errors import FileError, LogError
 from hydrodamp.ingest.formats import content, files, rosbag
-from hydrodamp.ingest.formats.cells import unique_names
 
 TABLE = "t,u\n0,1\n1,2\n"
 
@@ -47,20 +46,6 @@ def test_content_comes_before_the_name(tmp_path: Path, begin: bytes, name: str, 
     path = tmp_path / name
     path.write_bytes(begin)
     assert files.format_of(path).name == form
-
-
-def test_archives_of_arrays_are_known_inside(tmp_path: Path) -> None:
-    np.savez(tmp_path / "run", t=np.arange(3.0))
-    path = (tmp_path / "run.npz").rename(tmp_path / "run")
-    assert files.read(path).topics[0].n == 3
-    path.write_bytes(b"PK\x03\x04 but no archive")
-    with pytest.raises(LogError, match="read as NumPy arrays: File is not a zip"):
-        files.read(path)
-
-
-def test_a_folder_is_no_file(tmp_path: Path) -> None:
-    with pytest.raises(FileError, match="is a folder"):
-        files.format_of(tmp_path)
 
 
 def test_a_file_comes_in_parts_where_it_can(tmp_path: Path) -> None:
@@ -117,23 +102,6 @@ def test_several_files_are_one_recording(tmp_path: Path) -> None:
     assert files.read([tmp_path / "dvl.csv"]).topics[0].name == ""
 
 
-def test_nothing_and_nowhere(tmp_path: Path) -> None:
-    with pytest.raises(FileError, match="no file was given"):
-        files.read([])
-    with pytest.raises(FileError, match="No such file"):
-        files.read(tmp_path / "absent.csv")
-
-
-def test_topics_keep_frozen_arrays_and_copy_others() -> None:
-    values = np.arange(3.0)
-    topic = Topic("a", None, {"x": values})
-    assert topic.fields["x"] is not values
-    assert not topic.fields["x"].flags.writeable
-    values.setflags(write=False)
-    assert Topic("a", None, {"x": values}).fields["x"] is values
-    assert Topic("a", None, {"x": np.arange(6.0)[::2]}).fields["x"].flags.owndata
-
-
 def test_topics_of_unequal_fields_cannot_be() -> None:
     with pytest.raises(LogError, match=r"topic `a` must have 3 values a field; got `x` 2"):
         Topic("a", [0.0, 1.0, 2.0], {"x": [1.0, 2.0]})
@@ -148,19 +116,6 @@ def test_asking_a_topic_for_numbers() -> None:
         topic.numbers("z")
     with pytest.raises(LogError, match="there is no field `y` in topic `a`"):
         topic.numbers("y")
-
-
-def test_asking_a_recording_for_a_topic(tmp_path: Path) -> None:
-    (tmp_path / "dvl.csv").write_text(TABLE)
-    (tmp_path / "imu.csv").write_text(TABLE)
-    recording = files.read(tmp_path)
-    assert recording.topic("imu").n == 2
-    with pytest.raises(LogError, match=r"no topic `imo`\. Did you mean 'imu'"):
-        recording.topic("imo")
-
-
-def test_doubles_never_take_a_name_that_is_there() -> None:
-    assert unique_names(["u", "u (1)", "u"]) == ("u (2)", "u (1)", "u (3)")
 
 
 @pytest.fixture
@@ -197,32 +152,3 @@ def test_a_bar_counts_the_bytes_of_a_file(tmp_path: Path, bars: list[Any], name:
     assert len(steps) > 1
     # Who seeks reads some bytes again.
     assert total <= sum(steps) <= (1.5 * total if name[-1] in "t5" else total)
-
-
-def test_a_bar_counts_the_messages_of_a_bag(
-    tmp_path: Path, bars: list[Any], bag: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(rosbag, "_AT_ONCE", 10)
-    files.read(bag.ros2(tmp_path / "dive", bag.twists(35)))
-    assert bars == [("reading dive", 35, [10, 10, 10])]
-
-
-def test_the_690_in_the_field(measured_logs: Callable[[str], Path]) -> None:
-    """The commonest kind of file is read: five topics at about 10 Hz, not the derived table."""
-    recording = files.read(measured_logs("vt690_field"))
-    assert len(recording.topics) == 5
-    dvl = recording.topic("share_pathfinder_dvl_node.velocity")
-    assert np.median(np.diff(dvl.fields["time"])) == pytest.approx(1 / 10.4, rel=0.15)
-    assert dvl.units["v_x"] == "m/s"
-    assert set(dvl.fields) == {"time", "v_x", "v_y", "v_z", "data_good"}
-    pitch = recording.topic("share_pid_attitude_control_node.pitch_pid")
-    assert np.isnan(pitch.fields["pitch_setpoint"]).any()
-
-
-def test_the_tanker_has_no_names(measured_logs: Callable[[str], Path]) -> None:
-    for path in sorted(measured_logs("kvlcc2_hsva").glob("*.dat")):
-        recording = files.read(path)
-        topic = recording.topics[0]
-        assert list(topic.fields) == [f"column {k}" for k in range(1, 13)]
-        assert topic.lines[0] == 5
-        np.testing.assert_allclose(np.diff(topic.fields["column 1"]), 0.05, atol=1e-6)

@@ -32,14 +32,6 @@ def test_dataflash_is_what_pymavlink_reads(tmp_path: Path, dive: Any) -> None:
         }
 
 
-def test_arrays_in_dataflash(tmp_path: Path, dataflash: Any) -> None:
-    dataflash.define(150, "ISBD", "Qa", "TimeUS,x")
-    dataflash.content += b"\xa3\x95\x96" + (5_000_000).to_bytes(8, "little")
-    dataflash.content += np.arange(32, dtype="<i2").tobytes()
-    topic = ardupilot.read(dataflash.save(tmp_path / "dive.bin")).topics[0]
-    assert [topic.fields[f"x[{k}]"].item() for k in range(32)] == list(range(32))
-
-
 @pytest.mark.parametrize(
     ("letters", "columns", "length"),
     [("Qf", "TimeUS", 15), ("Q?", "TimeUS,x", 12), ("Qf", "TimeUS,x", 99), ("ff", "x,x", 11)],

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 from pathlib import Path
 
@@ -141,17 +140,3 @@ def test_parts_in_which_nothing_is_known_are_left_out(csv_file: Write, given: ob
     assert [str(one.message).split(":")[-1] for one in told] == [
         f" part {number} has no two samples with all their values; left out" for number in (2, 3)
     ]
-
-
-def test_several_files_of_one_dive_make_one_log(tmp_path: Path, csv_file: Write) -> None:
-    """A table a topic, put together on the clock of the faster one."""
-    for name, step, column in (("gyro", 0.1, "r"), ("dvl", 0.5, "u")):
-        rows = (f"{time},{0.1 * time}\n" for time in np.arange(0, 5, step).tolist())
-        csv_file(f"t,{column}\n{''.join(rows)}", f"{name}.csv")
-    mapping = LogMapping.from_dict({"time": "t", "velocity": {"u": "dvl.u", "r": "gyro.r"}})
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", GapWarning)
-        log = read_log([tmp_path / "gyro.csv", tmp_path / "dvl.csv"], mapping)
-        again = read_log(tmp_path, mapping)
-    np.testing.assert_allclose(log.velocity[:, 0], 0.1 * log.time)
-    assert again.velocity.tolist() == log.velocity.tolist()

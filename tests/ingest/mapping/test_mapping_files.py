@@ -60,13 +60,6 @@ def test_a_file_changes_what_it_extends(tmp_path: Path) -> None:
     assert not any(entry.group == "position" for entry in yours.entries)
 
 
-def test_a_later_preset_lies_over_an_earlier_one() -> None:
-    content = composed({"extends": ["bluerov2-kth", "kvlcc2-hsva"], "velocity": None})
-    assert content["time"] == "column 1"
-    assert "ch_yaw" in content["commands"]
-    assert content["frame"] == "FLU"
-
-
 def test_a_ring_of_files_is_refused(tmp_path: Path) -> None:
     (tmp_path / "a.yaml").write_text("extends: b.yaml\n", encoding="utf-8")
     (tmp_path / "b.yaml").write_text("extends: a.yaml\n", encoding="utf-8")

@@ -137,28 +137,3 @@ def test_mountings_are_given_in_the_axes_of_the_mapping() -> None:
     ahead = np.array([np.cos(np.pi / 6), -0.5, 0])
     moved = np.cross([0, 0, -0.5], [0.5, -0.2, -0.1])
     np.testing.assert_allclose(turning.velocity[0, :3], ahead - moved)
-
-
-def test_a_sensor_may_have_axes_of_its_own() -> None:
-    """A Doppler log forward-starboard-down on a vehicle whose gyroscope is z up."""
-    own = {"velocity": {"axes": "FRD"}}
-    content = {"frame": "FLU", "velocity": by_name("v r"), "sensors": own}
-    record = made(content, v=np.ones(2), r=np.ones(2))
-    assert record.velocity[0].tolist() == [0, 1, 0, 0, 0, -1]
-
-
-def test_an_accelerometer_at_rest_feels_the_ground_push_up() -> None:
-    still = np.zeros(2)
-    record = made(
-        {
-            "frame": "FLU",
-            "velocity": {"u": "u"},
-            "specific_force": {"fx": "u", "fy": "u", "fz": {"column": "z", "unit": "g"}},
-            "position": {"north": "u", "depth": "d"},
-        },
-        u=still,
-        z=np.ones(2),
-        d=still + 7,
-    )
-    np.testing.assert_allclose(record.blocks["specific_force"][0], [0, 0, -9.80665])
-    assert record.blocks["position"][0].tolist() == [0, 0, 7]

@@ -133,7 +133,8 @@ def test_the_690_becomes_one_log_of_many_topics(measured_logs) -> None:
     assert log.position is not None
     columns = {"u": log.velocity[:, 0], "v": log.velocity[:, 1], "w": log.velocity[:, 2]}
     columns |= {"rudder_rad": log.command("rudder"), "elevator_rad": log.command("elevator")}
-    columns |= {"depth_m": log.position[:, 2]}
+    roll = euler_from_quaternion(log.attitude)[:, 0]  # from the same fins by other means
+    columns |= {"depth_m": log.position[:, 2], "roll_rad": roll}
     for name, column in columns.items():
         other = np.interp(log.time, derived["time_s"], derived[name])
         assert np.corrcoef(other[inside], column[inside])[0, 1] > 0.97, name

@@ -8,7 +8,7 @@ import pytest
 
 from hydrodamp.data.attitude import down, rate_slopes, turn
 from hydrodamp.errors import LogError
-from hydrodamp.ingest.mapping import LogMapping, read_mapping
+from hydrodamp.ingest.mapping import LogMapping
 from hydrodamp.ingest.read import read_log
 
 Write = Callable[..., Path]
@@ -110,17 +110,6 @@ def test_columns_the_log_lacks_are_named_with_the_nearest(csv_file: Write) -> No
         read_log(csv_file(""), mapping)
 
 
-def test_a_value_is_not_held_before_the_first(csv_file: Write) -> None:
-    content = {
-        "time": "t",
-        "velocity": {"u": "u"},
-        "commands": {"fin": {"column": "f", "hold": True}},
-    }
-    with pytest.warns(Warning, match="1 sample with missing values"):
-        log = read_log(csv_file("t,u,f\n0,1,\n1,1,5\n2,1,\n3,1,\n"), LogMapping.from_dict(content))
-    assert log.command("fin").tolist() == [5, 5, 5]
-
-
 def test_the_bluerov2_moves_as_its_rates_and_depth_say(bluerov2_runs: list[Path]) -> None:
     for path in bluerov2_runs:
         log = read_log(path, EXAMPLE)
@@ -139,9 +128,3 @@ def test_the_bluerov2_moves_as_its_rates_and_depth_say(bluerov2_runs: list[Path]
         heave = log.command("ch_heave")
         if heave.any():
             assert np.corrcoef(heave, log.velocity[:, 2])[0, 1] < -0.4
-
-
-def test_a_mapping_is_a_value() -> None:
-    content = {"time": "t", "velocity": {"u": "s"}}
-    assert LogMapping.from_dict(content) == LogMapping.from_dict(content)
-    assert isinstance(read_mapping(EXAMPLE), LogMapping)

@@ -186,25 +186,6 @@ def test_quaternions_come_in_either_order_or_by_name(order: str | None) -> None:
     )
 
 
-def test_angles_of_a_turned_sensor_on_several_clocks() -> None:
-    """A sensor upside down: its roll is half a turn when the vehicle is level."""
-    time = np.arange(0.02, 20, 0.1)
-    level = Topic("/tilt", time, {"roll": np.pi + 0 * time, "pitch": 0 * time})
-    attitude = {"roll": "/tilt.roll", "pitch": "/tilt.pitch", "yaw": "/imu.yaw"}
-    turned = {"attitude": {"rotation": {"roll": 180}}}
-    log = read(dive(level), mapping(attitude=attitude, sensors=turned))
-    assert log.attitude is not None
-    roll, _, yaw = euler_from_quaternion(log.attitude).T
-    np.testing.assert_allclose(roll, 0, atol=1e-12)
-    np.testing.assert_allclose(yaw, 0.5 * np.sin(log.time), atol=1e-9)
-
-
-def test_a_message_stamp_is_used_where_the_topic_has_one() -> None:
-    late = Topic("/dvl", SLOW + 0.2, {"v.x": 1 + 0.1 * SLOW, "stamp": SLOW * 1e3})
-    log = read(dive(late), mapping(time=[{"column": "stamp", "unit": "ms"}, "recorded"]))
-    np.testing.assert_allclose(log.velocity[:, 0], 1 + 0.1 * log.time)
-
-
 def test_the_first_choice_that_a_log_has_is_taken_in_its_unit() -> None:
     choices = [{"column": "/gyro.r", "unit": "deg/s"}, {"column": "/imu.r", "unit": "rad/s"}]
     velocity = {"u": "/dvl.v.x", "r": choices}
@@ -261,13 +242,6 @@ def test_where_the_clock_of_all_topics_runs_anew_a_segment_begins(
     assert [part.name for part in log.segments] == ["dive7.1", "dive7.2"]
     after = slice(log.segments[1].start, None)
     np.testing.assert_allclose(log.velocity[after, 0], 1 + 0.1 * (log.time[after] + back))
-
-
-def test_segments_may_be_named_by_a_field_of_the_clock() -> None:
-    run = np.where(FAST < 10, 1.0, 2.0)
-    imu = Topic("/imu", FAST, {"r": 0.5 * np.cos(FAST), "yaw": 0 * FAST, "run": run})
-    log = read(dive(imu), mapping(segment="/imu.run"))
-    assert [part.name for part in log.segments] == ["1", "2"]
 
 
 def test_all_that_a_log_lacks_is_told_at_once() -> None:
@@ -340,12 +314,3 @@ def test_topics_without_a_message_are_refused_unless_they_are_optional() -> None
         mapping(commands={"a": "/empty.a"}).log(dive(empty))
     commands = {"a": {"column": "/empty.a", "optional": True}}
     assert read(dive(empty), mapping(commands=commands)).command_names == ()
-
-
-def test_infinite_numbers_are_missing() -> None:
-    time = np.arange(0, 5, 0.1)
-    speed = np.where(time == 2.0, np.inf, 1.0)
-    table = Recording((Topic("", None, {"t": time, "u": speed}),), "log.csv", "a test")
-    given = LogMapping.from_dict({"time": "t", "velocity": {"u": "u"}})
-    with pytest.warns(GapWarning, match="1 sample with missing values at 2 s"):
-        assert given.log(table).n == 49

@@ -4,22 +4,11 @@ import numpy as np
 import pytest
 
 from hydrodamp.data.log import Log
-from hydrodamp.data.recording import Recording, Topic
+from hydrodamp.data.recording import Topic
 from hydrodamp.ingest.mapping import LogMapping
 from hydrodamp.ingest.probing.columns import ticking
 from hydrodamp.ingest.probing.delay import delays
 from hydrodamp.ingest.probing.draft import command_names
-from hydrodamp.ingest.probing.probe import probe
-
-
-def test_topics_in_numbers() -> None:
-    time = np.concatenate((np.arange(0, 10, 0.1), np.arange(15, 20, 0.1), [3.0]))
-    topic = Topic("imu", time, {"a": time}, units={"a": "deg"}, faults={"b": "`b` is broken"})
-    facts = probe(Recording((topic, Topic("once", [1.0], {"a": [1.0]})), "x", "bag")).topics
-    assert facts[0].rate == pytest.approx(10.0)
-    assert facts[0].longest_gap == pytest.approx(5.1)
-    assert (facts[0].backward, facts[0].faults) == (1, ("`b` is broken",))
-    assert facts[1].rate is None
 
 
 @pytest.mark.parametrize(
@@ -73,13 +62,6 @@ def test_a_command_that_does_nothing_has_no_delay() -> None:
     command = np.repeat(rng.choice([0.0, 1.0], 40), 50)
     log = Log.from_arrays(time, {"u": rng.standard_normal(2000)}, commands={"lamp": command})
     assert delays(log) == ()
-
-
-def test_short_and_slow_logs_have_no_delay() -> None:
-    step = {"a": np.tile([0.0, 1.0], 6)}
-    for time in (np.arange(12.0), 0.1 * np.arange(12.0), 10 * np.arange(12.0)):
-        assert delays(Log.from_arrays(time, {"u": np.sin(time)}, commands=step)) == ()
-    assert delays(Log.from_arrays([0.0, 1.0], {"u": [1.0, 2.0]})) == ()
 
 
 def test_command_names_are_short_legal_and_unlike() -> None:

@@ -7,7 +7,7 @@ import pytest
 
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError
-from hydrodamp.ingest.probing.columns import hint, parted
+from hydrodamp.ingest.probing.columns import hint
 from hydrodamp.ingest.probing.probe import probe
 
 Table = Callable[..., Recording]
@@ -38,11 +38,6 @@ Table = Callable[..., Recording]
 def test_names(topic: str, field: str, unit: str | None, role: str | None) -> None:
     found = hint(topic, field, unit)
     assert (found and found[0]) == role
-
-
-def test_units_in_names() -> None:
-    assert parted("gyro_x_deg_s") == (("gyro", "x"), "deg/s")
-    assert parted("u_mps")[1] == "m/s"
 
 
 def test_px4_is_earth_fixed_and_comes_back(px4: Recording, dive) -> None:
@@ -153,20 +148,6 @@ def test_bad_rows_are_left_out_and_flagged(dive) -> None:
     text = probe(recording).draft.text
     assert "u: {column: dvl.velocity.v_x, where: data_good}" in text
     assert "roll: {value: 0.0}" in text
-
-
-def test_speeds_too_large_are_doubted(table: Table, dive) -> None:
-    found = probe(table(time_s=dive.time, u=900 + 100 * dive.body[:, 0], v=30 * dive.body[:, 1]))
-    guess = found.roles.chosen("velocity.u")
-    assert guess is not None
-    assert guess.confidence < 50
-    assert "cm/s or mm/s?" in guess.evidence[-1]
-
-
-def test_nothing_known_is_no_error() -> None:
-    for topic in (Topic("", None, {}), Topic("", None, {"a": [1.0]}), Topic("x", [], {"u": []})):
-        found = probe(Recording((topic,), "x", "text in columns"))
-        assert found.draft.confidence == 0
 
 
 def test_preset_with_another_topic(odometry: Callable[[str], Recording], dive) -> None:

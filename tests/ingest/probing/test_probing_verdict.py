@@ -55,14 +55,6 @@ def test_the_draft_is_tried_before_a_preset() -> None:
     assert judge(found, [recording]).made == "by the draft"
 
 
-def test_without_a_log_the_reason_is_what_is_missing() -> None:
-    table = Topic("", None, {"t": TIME, "u": 100 + 50 * np.sin(TIME), "v": 99 * np.cos(TIME)})
-    recording = Recording((table,), "run.csv", "text in columns")
-    judged = judge(probe(recording), [recording])
-    assert judged.verdict is None
-    assert judged.missing[0].startswith("a log: the roles of its columns are too unsure")
-
-
 def test_a_current_is_minded() -> None:
     """Through the water 1 m/s straight ahead on turning headings, 0.3 m/s of tide to the east."""
     rng = np.random.default_rng(2)
