@@ -35,7 +35,7 @@ def progress(label: str, total: float | None = None) -> Iterator[Step]:
     if bars is None:
         yield lambda steps=1: None
         return
-    task = bars.add_task(label, total=total)
+    task = bars.add_task(label.replace("[", r"\["), total=total)
     bars.start()
     try:
         yield lambda steps=1: bars.advance(task, steps)
@@ -56,23 +56,11 @@ def counted(items: Iterable[Item], label: str, total: int) -> Iterator[Item]:
 
 def _new_bars() -> Progress:
     from rich.console import Console
-    from rich.progress import (
-        BarColumn,
-        Progress,
-        SpinnerColumn,
-        TaskProgressColumn,
-        TextColumn,
-        TimeElapsedColumn,
-        TimeRemainingColumn,
-    )
+    from rich.progress import Progress, TimeElapsedColumn
 
     return Progress(
-        SpinnerColumn(),
-        TextColumn("{task.description}", markup=False),
-        BarColumn(20),
-        TaskProgressColumn(),
+        *Progress.get_default_columns(),
         TimeElapsedColumn(),
-        TimeRemainingColumn(compact=True),
         console=Console(stderr=True, highlight=False, emoji=False),
         transient=True,
         redirect_stdout=False,

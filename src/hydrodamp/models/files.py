@@ -7,7 +7,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import numpy as np
 from pydantic import (
@@ -32,7 +32,7 @@ from hydrodamp.models.model import (
     read_label,
 )
 
-FORMAT = "hydrodamp-damping"
+FORMAT, VERSION = "hydrodamp-damping", 1
 
 
 def _spellings(given: object) -> object:
@@ -115,8 +115,8 @@ class CovarianceDocument(BaseModel):
 class DampingDocument(BaseModel):
     """A damping file: the numbers, and what they mean."""
 
-    format: Literal["hydrodamp-damping"]
-    version: Literal[1]
+    format: str = FORMAT
+    version: int = VERSION
     frame: str = "FRD body axes: x forward, y starboard, z down; SI units, radians."
     reference_point: str = "Origin of the body frame of the vehicle file."
     sign_convention: str = (
@@ -308,8 +308,6 @@ def damping_document(damping: Damping) -> dict[str, Any]:
     model, covariance = damping.model, damping.covariance
     terms = {axis: [*map(str, row)] for axis, row in zip(AXES, model.terms, strict=True)}
     return DampingDocument(
-        format=FORMAT,
-        version=1,
         model=ModelDocument(
             key=model.key, title=model.title, source=model.source, note=model.note, terms=terms
         ),
@@ -336,10 +334,10 @@ def damping_from_document(document: object, source: str = "damping") -> Damping:
             f"{source}: `format` must be '{FORMAT}': a damping file is written by hydrodamp "
             "identify --out, or by write_damping."
         )
-    if document.get("version") != 1:
+    if document.get("version") != VERSION:
         raise ModelError(
-            f"{source}: `version` must be 1; got {document.get('version')!r}. Read it with the "
-            "release that wrote it."
+            f"{source}: `version` must be {VERSION}; got {document.get('version')!r}. Read it with "
+            "the release that wrote it."
         )
     try:
         found = DampingDocument.model_validate(document)
