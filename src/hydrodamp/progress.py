@@ -56,11 +56,12 @@ def counted(items: Iterable[Item], label: str, total: int) -> Iterator[Item]:
 
 def _new_bars() -> Progress:
     from rich.console import Console
-    from rich.progress import Progress, TimeElapsedColumn
+    from rich.progress import Progress, TimeElapsedColumn, TimeRemainingColumn
 
     return Progress(
-        *Progress.get_default_columns(),
+        *Progress.get_default_columns()[:3],
         TimeElapsedColumn(),
+        TimeRemainingColumn(compact=True),
         console=Console(stderr=True, highlight=False, emoji=False),
         transient=True,
         redirect_stdout=False,

@@ -79,7 +79,7 @@ def test_at_rest_every_derivative_is_finite(make):
 def test_from_divergence_on_and_outside_segments_nothing_is_known():
     plant = Plant(np.eye(6), (True,) * 6, [[1, 0, 0, 0]], 0)
     rest = [np.zeros((60, width)) for width in (3, 6, 0, 2)]
-    inputs = Inputs(np.arange(60) / 10, np.eye(6)[np.zeros(60, dtype=int)], *rest)
+    inputs = Inputs(np.arange(60) / 10, np.tile(np.eye(6)[0], (60, 1)), *rest)
     matrix = np.eye(1, 6)
     velocity, jacobian, _ = kernels.sensitivities(plant, matrix, [[0, 0]], inputs, [[0, 50]])
     assert np.all(np.isfinite(jacobian[:40]))

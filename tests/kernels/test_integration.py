@@ -14,17 +14,9 @@ FREE = (True,) * 6
 WHOLE = np.array([[0, 2]])
 
 
-def constant_inputs(time, velocity, *, wrench=(0.0,) * 6, channels=None, speed=0.0):
-    n = len(time)
-    held = np.zeros((n, 0)) if channels is None else np.asarray(channels, dtype=float)
-    return Inputs(
-        time,
-        np.tile(np.asarray(velocity, dtype=float), (n, 1)),
-        np.tile([0.0, 0.0, 1.0], (n, 1)),
-        np.tile(np.asarray(wrench, dtype=float), (n, 1)),
-        held,
-        np.full((n, 2), speed),
-    )
+def constant_inputs(time, velocity):
+    rest = [np.zeros((len(time), width)) for width in (3, 6, 0, 2)]
+    return Inputs(time, np.tile(velocity, (len(time), 1)), *rest)
 
 
 def solved(plant, matrix, inputs, k, state):
@@ -60,23 +52,6 @@ def test_agrees_with_an_adaptive_solver(make, simulated):
         np.testing.assert_allclose(found[k + 1], state[:6], rtol=0, atol=1e-8)
 
 
-def test_is_of_fourth_order(make):
-    """Half the step, a sixteenth of the error; smooth terms only, for kinks cost order."""
-    rng = np.random.default_rng(8)
-    plant, matrix = make.linear_plant(rng)
-    smooth = Plant(plant.mass_matrix, FREE, plant.factors[:6], 2)
-    inputs = make.inputs(rng, n=2, step=1.0)
-    attitude = make.attitude(rng, 2)
-
-    def at(step):
-        found = kernels.replay(smooth, matrix[:6], inputs, WHOLE, attitude, max_step=step)
-        return found[0][-1]
-
-    exact = at(1 / 512)
-    coarse, fine = (np.linalg.norm(at(step) - exact) for step in (1 / 16, 1 / 32))
-    assert 12.0 < coarse / fine < 22.0
-
-
 @pytest.mark.parametrize(("length", "steps"), [(0.1, 2), (0.3 - 0.2, 2), (0.11, 3), (0.02, 1)])
 def test_sub_steps_are_equal_and_no_longer_than_asked(length, steps):
     """One linear RK4 step multiplies by 1 - z + z^2/2 - z^3/6 + z^4/24, z = rate * step."""
@@ -87,44 +62,6 @@ def test_sub_steps_are_equal_and_no_longer_than_asked(length, steps):
     found, _ = kernels.replay(plant, matrix, inputs, WHOLE)
     once = 1 - z + z**2 / 2 - z**3 / 6 + z**4 / 24
     assert found[1, 0] == pytest.approx(once**steps, rel=1e-14)
-
-
-def test_wrench_is_interpolated_and_command_held():
-    """Under a ramp of 0 to 1 N for 1 s, 1 kg gains 1/2 m/s; under a held 0 N, nothing."""
-    plant = Plant(np.eye(6), FREE, [[21, 0, 0, 0]], 1)
-    inputs = Inputs(
-        [0.0, 1.0],
-        np.zeros((2, 6)),
-        np.zeros((2, 3)),
-        [[0.0] * 6, [1.0, 0, 0, 0, 0, 0]],
-        [[0.0], [1.0]],
-        np.zeros((2, 2)),
-    )
-    matrix = np.array([[0.0, 1.0, 0, 0, 0, 0]])
-    found, _ = kernels.replay(plant, matrix, inputs, WHOLE)
-    np.testing.assert_allclose(found[1], [0.5, 0, 0, 0, 0, 0], atol=1e-14)
-
-
-def test_propulsion_is_held_over_the_simulated_speed():
-    """With X = U (eta - 1) = u_c - U, surge goes to u_c as 1 - exp(-t)."""
-    plant = Plant(np.eye(6), FREE, [[13, 17, 0, 0]], 0)
-    inputs = constant_inputs([0.0, 1.0], [1.0, 0, 0, 0, 0, 0], speed=2.0)
-    matrix = np.array([[1.0, 0, 0, 0, 0, 0]])
-    found, _ = kernels.replay(plant, matrix, inputs, WHOLE, max_step=0.001)
-    assert found[1, 0] == pytest.approx(2.0 - np.exp(-1.0), abs=1e-9)
-
-
-def test_a_spinning_body_sees_gravity_turn():
-    """Rolling at p, force along down_y: dv/dt = sin(p t) in the rolling frame."""
-    plant = Plant(np.diag([1.0, 1, 1, 1e9, 1, 1]), FREE, [[19, 0, 0, 0]], 0)
-    matrix = np.zeros((1, 6))
-    matrix[0, 0] = 1.0
-    inputs = constant_inputs(np.linspace(0, 2, 21), [0, 0, 0, 0.7, 0, 0])
-    level = np.tile([1.0, 0, 0, 0], (21, 1))
-    segments = np.array([[0, 21]])
-    found, _ = kernels.replay(plant, matrix, inputs, segments, level, max_step=0.01)
-    expected = (1 - np.cos(0.7 * inputs.time)) / 0.7
-    np.testing.assert_allclose(found[:, 0], expected, atol=1e-9)
 
 
 def test_each_segment_restarts_and_the_rest_is_not_a_number(make):

@@ -25,22 +25,15 @@ def test_round_trip(equipped, tmp_path):
     assert [entry.name for entry in tmp_path.iterdir()] == ["vehicle.yaml"]
 
 
-@pytest.mark.parametrize(
-    "actuator",
-    [
-        Thruster(
-            *("port", (-0.1, -0.2, 1 / 3), (1, 1, 0)),
-            curve=[(-1, -30), (1, 1e-7)],
-            dead_zone=(-0.1, 0.1),
-            limit=0.9,
-            name="port_aft",
-        ),
+def test_round_trip_of_every_setting():
+    curve, dead_zone = [(-1, -30), (1, 1e-7)], (-0.1, 0.1)
+    more = {"curve": curve, "dead_zone": dead_zone, "limit": 0.9, "name": "port_aft"}
+    actuators = (
+        Thruster("port", (-0.1, -0.2, 1 / 3), (1, 1, 0), **more),
         Fin("rudder", {"Y": 9.0}, dead_zone=(-0.01, 0.02)),
         Propeller("rpm", 3e-6, dead_zone=(-50, 50), limit=1500),
-    ],
-)
-def test_round_trip_of_every_setting(actuator):
-    ship = Vehicle("s", np.eye(3), 0.0, 0.0, axes=("X", "Y", "N"), actuators=(actuator,))
+    )
+    ship = Vehicle("s", np.eye(3), 0.0, 0.0, axes=("X", "Y", "N"), actuators=actuators)
     assert parse_vehicle(format_vehicle(ship)) == ship
 
 
@@ -145,19 +138,10 @@ def test_a_body_that_only_moves_along_needs_no_inertia():
             REST + RIGID + ADDED + "actuators: [{kind: fin, command: a1, force: {Q: 1}}]\n",
             ["`actuators[0]`: `force` must name axes of X Y Z K M N; got 'Q'"],
         ),
-        (REST + RIGID + ADDED + "actuators: [{command: a1}]\n", ["`actuators[0]` needs a `kind`"]),
         (REST + RIGID + ADDED + "actuators: [fin]\n", ["`actuators[0]` must be a table"]),
         (
             REST + RIGID + "added_mass: [[1, 2, 3]]\n",
             ["`added_mass[0]` must be a list of 6; got [1, 2, 3]"],
-        ),
-        (
-            REST + RIGID + "added_mass: [[1, 0, 0, 0, 0, 0]]\n",
-            ["`added_mass` must be a list of 6; got"],
-        ),
-        (
-            REST + ADDED + "rigid_body: {mass: 10, inertia: [20, null, 70]}\n",
-            [": `rigid_body.inertia[1]` is still empty: fill it in"],
         ),
         (
             REST + ADDED + "rigid_body: {mass: 10, inertia: [[1, 0, 0], [0, x, 0], [0, 0, 1]]}\n",
@@ -170,7 +154,6 @@ def test_a_body_that_only_moves_along_needs_no_inertia():
                 "`axes` must be a list; got 'X'",
             ],
         ),
-        (REST + RIGID + ADDED + "actuators: {}\n", ["`actuators` must be a list; got {}"]),
         (REST + "mass_matrix: [[1, 2], [3, 4]]\n", ["`mass_matrix` must have shape (6, 6)"]),
         (
             REST.replace("98", "98\naxes: [N, X]")

@@ -44,13 +44,6 @@ def motion_of(body: Body, truth: Truth, rpm: list[float]) -> Motion:
     return Motion(body, truth, body.propulsion(np.array(rpm)))
 
 
-def test_at_rest_it_stays_at_rest(body: Body, truth: Truth) -> None:
-    """W = B, level, propeller stopped."""
-    motion = motion_of(body, truth, [0.0])
-    after = motion.advance(states(1), np.zeros((1, 2)), 10.0)
-    np.testing.assert_allclose(after, states(1), atol=1e-12)
-
-
 def test_straight_ahead_the_speed_is_a_thousandth_of_the_rpm(body: Body, truth: Truth) -> None:
     """Published u_c = 0.001 rpm is the equilibrium of thrust and drag."""
     motion = motion_of(body, truth, [1800.0, 2600.0])

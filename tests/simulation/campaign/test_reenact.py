@@ -32,14 +32,6 @@ def test_logs_have_a_segment_a_run_and_three_commands(campaign: Campaign) -> Non
     assert "K_up" in campaign.note
 
 
-def test_exact_acceleration_is_the_slope_of_the_velocity(campaign: Campaign) -> None:
-    """Between commands: the mean of two accelerations, to the order of the step."""
-    log = campaign.exact_test
-    run = slice(log.segments[1].start, log.segments[1].start + 40)
-    slope = np.diff(log.velocity[run], axis=0) / 0.1
-    np.testing.assert_allclose(slope[:, 5], log.acceleration[run][:-1, 5], atol=0.02)
-
-
 def test_measured_log_is_the_exact_one_with_published_noise(campaign: Campaign) -> None:
     """0.0133 m/s of the DVL, 8.7e-4 rad/s of the gyro; each run has its own errors."""
     noise = campaign.train.velocity - campaign.exact_train.velocity
@@ -66,13 +58,13 @@ def test_accelerometers_change_nothing_else(campaign: Campaign) -> None:
     np.testing.assert_allclose(still.train.acceleration[:, :3], exact[:, :3], atol=1e-12)
 
 
-def test_same_arguments_same_campaign(campaign: Campaign) -> None:
+def test_same_arguments_same_campaign() -> None:
     """Determinism by seed, bit for bit; another seed is another campaign."""
-    again, other = reenact(seed=3, duration=30.0), reenact(seed=4, duration=30.0)
+    first, again, other = (reenact(seed, duration=5.0) for seed in (3, 3, 4))
     for name in ("train", "test", "exact_train", "exact_test"):
-        one, two = getattr(campaign, name), getattr(again, name)
+        one, two = getattr(first, name), getattr(again, name)
         np.testing.assert_array_equal(one.velocity, two.velocity)
-    assert not np.array_equal(campaign.train.commands, other.train.commands)
+    assert not np.array_equal(first.train.commands, other.train.commands)
 
 
 @pytest.mark.parametrize("truth", ["sname", "crossflow"])
@@ -132,8 +124,8 @@ def test_a_plan_sails_at_the_rate_of_its_autopilot() -> None:
     """Commands five times as often, samples likewise; the motion is nearly the same."""
     plan = Plan.of("sname")
     fast = replace(plan, autopilot=replace(PUBLISHED, period=0.02), training=plan.training[1:2])
-    (ten,), (fifty,) = (one.sail((0,), 20.0, SILENT) for one in (plan, fast))
-    assert fifty.train.n == 1001
+    (ten,), (fifty,) = (one.sail((0,), 8.0, SILENT) for one in (plan, fast))
+    assert fifty.train.n == 401
     assert [segment.name for segment in fifty.train.segments] == ["yaw-1800"]
     np.testing.assert_allclose(np.diff(fifty.train.time), 0.02)
     same = ten.exact_train.select("yaw-1800").velocity
