@@ -40,8 +40,6 @@ def test_rigid_body_kinetic_energy(center, linear, angular):
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: rigid_body_mass_matrix(1.0, (1, 1)), "`inertia` must be three moments"),
-        (lambda: rigid_body_mass_matrix(1.0, np.triu(np.ones((3, 3)))), "symmetric 3 x 3"),
         (lambda: rigid_body_mass_matrix(1.0, (1, 1, 1), (0, 0)), "`center_of_gravity`"),
         (lambda: checked_mass_matrix([["a"]]), "`mass_matrix` must be numbers"),
         (lambda: checked_mass_matrix(np.eye(3)), r"shape \(6, 6\); got \(3, 3\)"),

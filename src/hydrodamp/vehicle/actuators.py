@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TypeAlias
 
 import numpy as np
@@ -25,13 +25,14 @@ Rows: TypeAlias = Sequence[Sequence[float]]
 Columns: TypeAlias = tuple[tuple[Term, FloatArray], ...]
 
 
+@dataclass(frozen=True)
 class Limited:
     """What actuators share that use one command as it is, or within a limit."""
 
     command: str
-    limit: float | None
-    dead_zone: Sequence[float] | None
-    name: str
+    limit: float | None = field(default=None, kw_only=True)
+    dead_zone: Sequence[float] | None = field(default=None, kw_only=True)
+    name: str = field(default="", kw_only=True)
 
     def __post_init__(self) -> None:
         """Check the command, its limit and its dead zone."""
@@ -159,12 +160,8 @@ class Fin(Limited):
     ('u|u|*rudder_limited', [0.0, 9.64, 0.0, 0.0, 0.0, -6.15])
     """
 
-    command: str
     force: Gains
     drag: Gains = ()
-    limit: float | None = None
-    name: str = ""
-    dead_zone: Sequence[float] | None = None
 
     def __post_init__(self) -> None:
         """Check and freeze the fields."""
@@ -219,21 +216,17 @@ class Propeller(Limited):
     [1.5]
     """
 
-    command: str
     thrust: float
     advance: float = 0.0
     torque: float = 0.0
     speed_slope: float | None = None
     speed_offset: float = 0.0
-    limit: float | None = None
-    name: str = ""
-    dead_zone: Sequence[float] | None = None
 
     def __post_init__(self) -> None:
         """Check and freeze the fields."""
         super().__post_init__()
-        for field in ("thrust", "advance", "torque", "speed_offset"):
-            checked_number(getattr(self, field), field)
+        for name in ("thrust", "advance", "torque", "speed_offset"):
+            checked_number(getattr(self, name), name)
         if self.speed_slope is not None:
             checked_number(self.speed_slope, "speed_slope", positive=True)
 
@@ -308,14 +301,10 @@ class Thruster(Limited):
     [('port_thrust', 1.0)]
     """
 
-    command: str
     position: Sequence[float]
     direction: Sequence[float]
     gain: float | None = None
     curve: Rows | None = None
-    dead_zone: Sequence[float] | None = None
-    limit: float | None = None
-    name: str = ""
 
     def __post_init__(self) -> None:
         """Check and freeze the fields."""

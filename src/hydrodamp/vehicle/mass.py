@@ -35,12 +35,13 @@ def rigid_body_mass_matrix(
 ) -> FloatArray:
     """Return the mass matrix of a rigid body about the origin of the body frame."""
     arm = cross_matrix(checked_array(center_of_gravity, (3,), "center_of_gravity"))
+    given = np.asarray(inertia, dtype=np.float64)
     steiner = -mass * arm @ arm if inertia_about == "center_of_gravity" else 0.0
     matrix = np.zeros((6, 6))
     matrix[:3, :3] = mass * np.eye(3)
     matrix[:3, 3:] = -mass * arm
     matrix[3:, :3] = mass * arm
-    matrix[3:, 3:] = _tensor(inertia) + steiner
+    matrix[3:, 3:] = (np.diag(given) if given.ndim == 1 else given) + steiner
     return frozen(matrix)
 
 
@@ -81,17 +82,6 @@ def _six_by_six(matrix: npt.ArrayLike, free: npt.NDArray[np.int_]) -> FloatArray
     full = np.zeros((6, 6))
     full[np.ix_(free, free)] = given
     return full
-
-
-def _tensor(inertia: npt.ArrayLike) -> FloatArray:
-    given = np.asarray(inertia, dtype=np.float64)
-    tensor = np.diag(given) if given.shape == (3,) else given
-    if tensor.shape != (3, 3) or not np.allclose(tensor, tensor.T, rtol=1e-9, atol=0.0):
-        raise VehicleError(
-            "`inertia` must be three moments Ixx Iyy Izz or a symmetric 3 x 3 tensor [kg m^2]; "
-            f"got {given.tolist()}"
-        )
-    return tensor
 
 
 ROLL_FRACTION = 0.3

@@ -70,6 +70,17 @@ actuators: []
 """
 
 
+_NOTHING = {
+    **dict.fromkeys(("mass", "weight", "buoyancy", "gravity", "lift"), ""),
+    "source": '""',
+    "inertia": "[null, null, null]",
+    "about": "origin",
+    "added": "\n".join(
+        f"  - [{', '.join('null' if i == j else '0' for i in range(6))}]" for j in range(6)
+    ),
+}
+
+
 def vehicle_template(
     name: str = "my-vehicle",
     *,
@@ -78,13 +89,12 @@ def vehicle_template(
     mass: float | None = None,
 ) -> str:
     """Return the text of a vehicle file."""
-    if length is None and diameter is None and mass is None:
-        return _TEXT.format(**_empty(name)) + _ACTUATORS
-    if length is None or diameter is None or mass is None:
+    numbers = _NOTHING
+    if length is not None and diameter is not None and mass is not None:
+        numbers = _estimate(length, diameter, mass)
+    elif (length, diameter, mass) != (None, None, None):
         raise VehicleError("an estimate needs `length`, `diameter` and `mass` together, or none")
-    vehicle = Vehicle.from_hull(length, diameter, mass, name=name)
-    _check_floats(length, diameter, mass)
-    return _TEXT.format(**_estimate(vehicle, mass)) + _ACTUATORS
+    return _TEXT.format(name=json.dumps(name), **numbers) + _ACTUATORS
 
 
 def copied(text: str, name: str) -> str:
@@ -95,8 +105,9 @@ def copied(text: str, name: str) -> str:
     return f"{renamed.rstrip()}\n\n{_ACTUATORS}"
 
 
-def _check_floats(length: float, diameter: float, mass: float) -> None:
-    """Refuse sizes in other units: what dives displaces about its own mass."""
+def _estimate(length: float, diameter: float, mass: float) -> dict[str, str]:
+    """Return the numbers of a hull of this size, refused in other units: what dives floats."""
+    vehicle = Vehicle.from_hull(length, diameter, mass)
     cylinder = WATER_DENSITY * np.pi / 4.0 * diameter**2 * length
     spheroid = cylinder * 2.0 / 3.0
     if not spheroid / UNLIKELY <= mass <= cylinder * UNLIKELY:
@@ -105,29 +116,11 @@ def _check_floats(length: float, diameter: float, mass: float) -> None:
             f"{cylinder:.3g} kg of water, which does not fit a `mass` of {mass:g} kg: give metres "
             "and kilograms, flooded spaces included"
         )
-
-
-def _empty(name: str) -> dict[str, str]:
-    fields = ("mass", "weight", "buoyancy", "gravity", "lift")
-    rows = (["null" if i == j else "0" for i in range(6)] for j in range(6))
-    return {
-        **dict.fromkeys(fields, ""),
-        "name": json.dumps(name),
-        "source": '""',
-        "inertia": "[null, null, null]",
-        "about": "origin",
-        "added": "\n".join(f"  - [{', '.join(row)}]" for row in rows),
-    }
-
-
-def _estimate(vehicle: Vehicle, mass: float) -> dict[str, str]:
     added = np.zeros((6, 6)) if vehicle.added_mass is None else vehicle.added_mass
-    inertia = (vehicle.mass_matrix - added).diagonal()[3:]
     return {
-        "name": json.dumps(vehicle.name),
         "source": json.dumps(f"{vehicle.source}: {vehicle.note}"),
         "mass": repr(float(mass)),
-        "inertia": _list(inertia),
+        "inertia": _list((vehicle.mass_matrix - added).diagonal()[3:]),
         "about": "center_of_gravity",
         "added": "\n".join(f"  - {_list(row)}" for row in added),
         "weight": f"{vehicle.weight:.6g}",
