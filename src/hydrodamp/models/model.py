@@ -13,13 +13,12 @@ import numpy as np
 import numpy.typing as npt
 
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray, frozen
-from hydrodamp.basis.atoms import AXES, VELOCITY_OF
+from hydrodamp.basis.atoms import AXES, SPEEDS, VELOCITY_OF
 from hydrodamp.basis.basis import Basis, canonical_key
 from hydrodamp.basis.term import Term
 from hydrodamp.errors import ModelError, TermError, did_you_mean
 
-_LINEAR = ("u", "v", "w", "U", "V", "V_v", "V_w")
-_ANGULAR = ("p", "q", "r")
+_UNITS = {**dict.fromkeys((*"uvw", *SPEEDS), "(m/s)"), **dict.fromkeys("pqr", "(rad/s)")}
 
 
 def spell_label(axis: str, term: Term) -> str:
@@ -57,20 +56,12 @@ def latex_label(axis: str, term: Term) -> str:
 def coefficient_unit(axis: str, term: Term) -> str:
     """Return the unit of a coefficient."""
     wrench = "N" if axis in "XYZ" else "N m"
-    powers = Counter(filter(None, (_factor_unit(factor) for factor in term.factors)))
+    units = _UNITS | {name: f"[{name}]" for name in term.commands}
+    powers = Counter(units[name] for each in term.factors if (name := each.strip("|")) in units)
     parts = [unit if power == 1 else f"{unit}^{power}" for unit, power in powers.items()]
     if not parts:
         return wrench
     return f"{wrench}/{parts[0]}" if len(parts) == 1 else f"{wrench}/({' '.join(parts)})"
-
-
-def _factor_unit(factor: str) -> str:
-    name = factor.strip("|")
-    if name in _LINEAR:
-        return "(m/s)"
-    if name in _ANGULAR:
-        return "(rad/s)"
-    return f"[{name}]" if name in Term((factor,)).commands else ""
 
 
 #: Axes, separated by blanks, to terms: one text separated by blanks, or a list.
@@ -94,7 +85,7 @@ class DampingModel:
     title : str
         The name it is printed with.
     terms : tuple of 6 tuples of Term
-        The terms of X Y Z K M N; put into canonical order. An axis may be empty.
+        The terms of X Y Z K M N; put into canonical order, each once. An axis may be empty.
     source : str, optional
         Where the model comes from.
     note : str, optional
@@ -103,7 +94,7 @@ class DampingModel:
     Raises
     ------
     ModelError
-        If the key is not usable, there are not six axes, or an axis holds a term twice.
+        If the key is not usable or there are not six axes.
 
     Examples
     --------
@@ -129,11 +120,7 @@ class DampingModel:
             raise ModelError(
                 f"`terms` must have one entry for each of {' '.join(AXES)}; got {len(self.terms)}."
             )
-        for axis, row in zip(AXES, self.terms, strict=True):
-            twice = [str(term) for term in dict.fromkeys(row) if row.count(term) > 1]
-            if twice:
-                raise ModelError(f"Axis {axis} of model '{self.key}' holds {twice[0]} twice.")
-        ordered = tuple(tuple(sorted(row, key=canonical_key)) for row in self.terms)
+        ordered = tuple(tuple(sorted(set(row), key=canonical_key)) for row in self.terms)
         object.__setattr__(self, "terms", ordered)
 
     @classmethod
@@ -169,10 +156,7 @@ class DampingModel:
         >>> DampingModel.from_table({"Y N": "u|u|*rudder"}, key="fin").labels
         ('Y_u|u|*rudder', 'N_u|u|*rudder')
         """
-        rows, faults = read_table(table)
-        if faults:
-            raise ModelError(f"Model '{key}': " + " ".join(faults))
-        return cls(key, title or key, rows, source, note)
+        return cls(key, title or key, read_table(table, f"Model '{key}'"), source, note)
 
     @cached_property
     def basis(self) -> Basis:
@@ -332,12 +316,8 @@ class DampingModel:
         >>> DampingModel.from_table({"X": "u"}, key="mine").with_terms({"X": "1"}).labels
         ('X_u', 'X_1')
         """
-        more, faults = read_table(table)
-        if faults:
-            raise ModelError(f"Terms added to model '{self.key}': " + " ".join(faults))
-        rows = tuple(
-            tuple(dict.fromkeys((*old, *new))) for old, new in zip(self.terms, more, strict=True)
-        )
+        more = read_table(table, f"Terms added to model '{self.key}'")
+        rows = tuple((*old, *new) for old, new in zip(self.terms, more, strict=True))
         return replace(
             self,
             key=key or f"{self.key}-extended",
@@ -416,18 +396,20 @@ def one_screen(head: str, *lines: str, **remarks: str) -> str:
     return "\n".join([head, *wrapped])
 
 
-def read_table(table: Table) -> tuple[Rows, list[str]]:
-    """Return the six rows of a table and every fault found in it."""
-    rows: dict[str, dict[Term, None]] = {axis: {} for axis in AXES}
+def read_table(table: Table, what: str) -> Rows:
+    """Return the six rows of a table; every fault found in it is told at once."""
+    rows: dict[str, list[Term]] = {axis: [] for axis in AXES}
     faults: list[str] = []
     for axes, spellings in table.items():
         terms = _read_terms(axes, spellings, faults)
         for axis in axes.split():
             if axis in rows:
-                rows[axis].update(dict.fromkeys(terms))
+                rows[axis] += terms
             else:
                 faults.append(f"`{axis}` is not an axis; the axes are {' '.join(AXES)}.")
-    return tuple(tuple(row) for row in rows.values()), faults
+    if faults:
+        raise ModelError(f"{what}: {' '.join(faults)}")
+    return tuple(tuple(row) for row in rows.values())
 
 
 def _read_terms(axes: str, spellings: str | Iterable[str | Term], faults: list[str]) -> list[Term]:

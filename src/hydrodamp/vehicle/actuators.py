@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.basis.atoms import AXES
+from hydrodamp.basis.atoms import AXES, check_command_name
 from hydrodamp.basis.term import Term
-from hydrodamp.errors import VehicleError, did_you_mean
-from hydrodamp.vehicle.checks import checked_name, checked_number, checked_table
+from hydrodamp.errors import TermError, VehicleError, did_you_mean
+from hydrodamp.vehicle.mass import checked_array
 
 #: Axis -> number, given as a mapping and kept as pairs in the order of the axes.
 Gains: TypeAlias = Mapping[str, float] | tuple[tuple[str, float], ...]
@@ -354,6 +355,32 @@ def wrench_of(gains: Gains) -> FloatArray:
     """Return numbers by axis as a whole wrench."""
     given = dict(gains)
     return np.array([given.get(axis, 0.0) for axis in AXES])
+
+
+def checked_name(name: str, what: str) -> str:
+    """Return ``name`` if a command or channel may be called so."""
+    try:
+        check_command_name(name)
+    except TermError as error:
+        raise VehicleError(f"`{what}`: {error}") from error
+    return name
+
+
+def checked_number(value: float, what: str, *, positive: bool = False) -> float:
+    """Return ``value`` as a finite float."""
+    if not math.isfinite(value) or (positive and value <= 0.0):
+        wanted = "a positive number" if positive else "a finite number"
+        raise VehicleError(f"`{what}` must be {wanted}; got {value}")
+    return float(value)
+
+
+def checked_table(values: Any, shape: tuple[int | None, ...], what: str) -> Any:
+    """Return a small array of finite numbers as nested tuples."""
+    return _nested(checked_array(values, shape, what).tolist())
+
+
+def _nested(values: Any) -> Any:
+    return tuple(_nested(value) for value in values) if isinstance(values, list) else values
 
 
 def _unit(direction: Sequence[float]) -> tuple[float, ...]:

@@ -26,9 +26,8 @@ from hydrodamp.errors import VehicleError, did_you_mean, list_faults
 from hydrodamp.faults import faults_in
 from hydrodamp.files import load_text, mistaken, parse_yaml, save_text
 from hydrodamp.vehicle.actuators import Actuator
-from hydrodamp.vehicle.checks import checked_axes
 from hydrodamp.vehicle.mass import rigid_body_mass_matrix
-from hydrodamp.vehicle.vehicle import Vehicle
+from hydrodamp.vehicle.vehicle import Vehicle, checked_axes
 
 KINDS: Mapping[str, type] = {kind.__name__.lower(): kind for kind in get_args(Actuator)}
 _OPTIONAL = ("source", "note", "actuators")

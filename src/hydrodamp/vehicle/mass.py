@@ -12,13 +12,20 @@ import numpy.typing as npt
 from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.basis.atoms import AXES, VELOCITIES
 from hydrodamp.errors import VehicleError
-from hydrodamp.vehicle.checks import checked_array
 
 SYMMETRY_TOLERANCE = 1e-9
 """Largest asymmetry accepted, relative to the largest entry."""
 
 InertiaPoint = Literal["origin", "center_of_gravity"]
 """The point that moments of inertia are taken about."""
+
+
+def checked_array(values: npt.ArrayLike, shape: tuple[int | None, ...], what: str) -> FloatArray:
+    """Return a read-only array of finite numbers."""
+    array = frozen(values, shape, what, VehicleError)
+    if not np.isfinite(array).all():
+        raise VehicleError(f"`{what}` must be finite; got {array.tolist()}")
+    return array
 
 
 def cross_matrix(vector: npt.ArrayLike) -> FloatArray:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 from typing import Any
@@ -17,10 +17,10 @@ from hydrodamp.basis.atoms import AXES, DOWN, VELOCITIES
 from hydrodamp.basis.basis import Basis
 from hydrodamp.basis.term import Term
 from hydrodamp.errors import VehicleError
-from hydrodamp.vehicle.actuators import Actuator, Propeller
-from hydrodamp.vehicle.checks import checked_array, checked_axes, checked_number
+from hydrodamp.vehicle.actuators import Actuator, Propeller, checked_number
 from hydrodamp.vehicle.mass import (
     STANDARD_GRAVITY,
+    checked_array,
     checked_mass_matrix,
     cross_matrix,
     hull_added_mass,
@@ -336,6 +336,15 @@ class Vehicle:
             parts.append("no known actuators")
         origins = (("source", self.source), ("note", self.note))
         return "\n".join([*parts, *(f"{what}: {text}" for what, text in origins if text)])
+
+
+def checked_axes(axes: Iterable[str]) -> tuple[str, ...]:
+    """Return the free axes if they are some of the six, in order."""
+    given = tuple(axes)
+    if not given or given != tuple(axis for axis in AXES if axis in given):
+        got = " ".join(given) or "none"
+        raise VehicleError(f"`axes` must be some of {' '.join(AXES)}, in this order; got {got}")
+    return given
 
 
 def _values(vehicle: Vehicle) -> list[Any]:
