@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable
 from contextlib import suppress
 from dataclasses import dataclass
 from importlib import import_module
-from typing import TYPE_CHECKING, Protocol, runtime_checkable
+from typing import TYPE_CHECKING
 
 from hydrodamp.errors import MethodError, did_you_mean
 
@@ -121,15 +121,6 @@ METHODS = {
 }
 
 
-@runtime_checkable
-class Shared(Protocol):
-    """A method that shares work between models."""
-
-    def identify_all(self, problem: Problem, models: Iterable[DampingModel]) -> tuple[Fit, ...]:
-        """Identify several models at once."""
-        ...
-
-
 def find_method(key: str) -> Method:
     """Return the method of a key.
 
@@ -192,9 +183,10 @@ def identify_all(
     from hydrodamp.simulation.parallel import each
 
     asked = tuple(models)
-    if isinstance(method, Shared):
+    together = getattr(method, "identify_all", None)
+    if together is not None:
         with suppress(*REFUSALS):  # then one by one, to find which
-            fits = method.identify_all(problem, asked)
+            fits: tuple[Fit, ...] = together(problem, asked)
             for fit in fits:
                 done(fit)
             return fits

@@ -98,7 +98,7 @@ def diagnose(problem: Problem, damping: Damping) -> tuple[str, ...]:
 
 def residual_rows(problem: Problem, support: float | None = None) -> tuple[Rows, float]:
     """Return rows of the weak form that share no sample, and how far apart they are [s]."""
-    length = chosen_support(problem).length if support is None else support
+    length = chosen_support(problem)[0] if support is None else support
     return WeakEquations(length, overlap=1, windows=()).rows(problem), length
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -41,11 +41,6 @@ class Rows:
         How many neighbouring rows count as one where their noise is white.
     remarks : tuple of str
         How they were made, in sentences.
-
-    Raises
-    ------
-    ProblemError
-        If a shape does not agree with the others.
     """
 
     basis: Basis
@@ -56,17 +51,6 @@ class Rows:
     n_samples: int = 0
     likeness: float = 1.0
     remarks: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        """Check the shapes and freeze the arrays."""
-        length = len(self.time)
-        shapes = ((length, len(self.basis)), (length, 6), (length,), (length,))
-        for one, shape in zip(fields(self)[1:5], shapes, strict=True):
-            array = np.asarray(getattr(self, one.name))
-            if array.shape != shape:
-                raise ProblemError(f"`{one.name}` must have shape {shape}; got {array.shape}")
-            array.setflags(write=False)
-            object.__setattr__(self, one.name, array)
 
     @property
     def n(self) -> int:
@@ -86,8 +70,8 @@ class Rows:
         rows : Rows
             In the order given.
         """
-        part = {one.name: getattr(self, one.name)[chosen] for one in fields(self)[1:5]}
-        return replace(self, **part)
+        names = ("design", "target", "segment", "time")
+        return replace(self, **{name: getattr(self, name)[chosen] for name in names})
 
     def triangle(self) -> Triangle:
         """Return the triangle of these rows: enough to solve any model.
@@ -97,15 +81,9 @@ class Rows:
         triangle : Triangle
             As from :func:`accumulate`.
         """
-
-        def blocks() -> Iterator[FloatArray]:
-            for start in range(0, self.n, BLOCK):
-                part = slice(start, min(start + BLOCK, self.n))
-                rows = np.empty((part.stop - start, len(self.basis) + 6), order="F")
-                rows[:, :-6], rows[:, -6:] = self.design[part], self.target[part]
-                yield rows
-
-        return Triangle.of(self.basis, blocks())
+        parts = (slice(first, first + BLOCK) for first in range(0, self.n, BLOCK))
+        blocks = (np.hstack([self.design[part], self.target[part]]) for part in parts)
+        return Triangle.of(self.basis, blocks)
 
 
 class Equations(Protocol):
@@ -197,21 +175,17 @@ def accumulate(
     known = problem.columns.n_known
 
     def blocks() -> Iterator[FloatArray]:
-        for start, stop in _joined(bounds):
+        for start, stop in bounds.tolist():
             for first in range(start, stop, BLOCK):
                 part = slice(first, min(first + BLOCK, stop))
-                size = (part.stop - first, known + len(problem.columns.basis) + 6)
-                rows = np.empty(size, order="F")
-                regressor = seen.regressor(first, part.stop, out=rows[:, :-6])
-                rows[:, -6:] = _remainder(seen, acceleration, regressor, part)
-                yield rows[:, known:]
+                regressor = seen.regressor(part.start, part.stop)
+                left = _remainder(seen, acceleration, regressor, part)
+                yield np.hstack([regressor[:, known:], left])
 
     return Triangle.of(problem.columns.basis, blocks())
 
 
-def damping_wrench(
-    problem: Problem, acceleration: FloatArray, start: int = 0, stop: int | None = None
-) -> FloatArray:
+def damping_wrench(problem: Problem, acceleration: FloatArray) -> FloatArray:
     """Return the wrench left over when everything known is subtracted.
 
     Equation 3 of the paper: ``τ = M ν̇ − H(Mν)ν − G − u``. What remains is
@@ -223,17 +197,14 @@ def damping_wrench(
         Equation 1 filled with a log.
     acceleration : ndarray, shape (n, 6)
         Of all samples of the problem, linear [m/s^2] and angular [rad/s^2].
-    start, stop : int, optional
-        First sample and one past the last; all by default.
 
     Returns
     -------
-    wrench : ndarray, shape (stop - start, 6)
+    wrench : ndarray, shape (n, 6)
         Force X Y Z [N] and moment K M N [N m], body frame, on the right-hand
         side of equation 1: against the motion. Zero on locked axes.
     """
-    regressor = problem.regressor(start, stop)
-    return _remainder(problem, acceleration, regressor, slice(start, stop))
+    return _remainder(problem, acceleration, problem.regressor(), slice(None))
 
 
 def _remainder(
@@ -244,17 +215,6 @@ def _remainder(
     inertial = acceleration[part] @ mass
     coriolis = kernels.coriolis(mass, problem.inputs.velocity[part])
     return (inertial - coriolis - known - problem.inputs.wrench[part]) * problem.vehicle.free
-
-
-def _joined(bounds: IntArray) -> list[tuple[int, int]]:
-    """Return neighbouring segments as one stretch: rows of a triangle know no join."""
-    stretches: list[tuple[int, int]] = []
-    for start, stop in bounds.tolist():
-        if stretches and stretches[-1][1] == start:
-            stretches[-1] = (stretches[-1][0], stop)
-        else:
-            stretches.append((start, stop))
-    return stretches
 
 
 # Folds made of several segments, and of a single one, unless asked for.

@@ -91,9 +91,9 @@ class WeakEquations:
             Weighted means of equation 1 under each function, at the time of its middle. The
             remarks say which test functions and smoothed velocities were used.
         """
-        support = Support(self.support, "as asked") if self.support else chosen_support(problem)
+        support, heard = (self.support, np.nan) if self.support else chosen_support(problem)
         clocks = [problem.inputs.time[start:stop] for start, stop in problem.segments.tolist()]
-        used = [len(time) for time in clocks if _covered(time, support.length)]
+        used = [len(time) for time in clocks if _covered(time, support)]
         if self.support and not used:
             raise MethodError(
                 f"no segment of the log is as long as the test functions, {self.support:g} s: "
@@ -103,7 +103,7 @@ class WeakEquations:
         n_terms = len(problem.columns.basis)
         parts = [(np.zeros((0, n_terms)), np.zeros((0, 6)), np.zeros(0), np.zeros(0, dtype=int))]
         for number, (start, time) in enumerate(zip(problem.segments[:, 0], clocks, strict=True)):
-            for some in bumps(time, support.length, self.overlap):
+            for some in bumps(time, support, self.overlap):
                 first, last = int(start) + some.start, int(start) + some.stop
                 design, target = steps_between(problem, first, last, velocity)
                 where = np.full(len(some.centres), number)
@@ -119,16 +119,8 @@ class WeakEquations:
             time=time,
             n_samples=sum(used),
             likeness=likeness(self.overlap),
-            remarks=_remarks(problem, support, len(clocks) - len(used), windows),
+            remarks=_remarks(problem, support, heard, len(clocks) - len(used), windows),
         )
-
-
-@dataclass(frozen=True)
-class Support:
-    """The length of a test function and how it was come by."""
-
-    length: float
-    reason: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,21 +180,19 @@ def steps_between(
     return regressor[:, n_known:], (gained - known) * problem.vehicle.free
 
 
-def chosen_support(problem: Problem) -> Support:
-    """Choose one length for all axes from the velocities of a log."""
+def chosen_support(problem: Problem) -> tuple[float, float]:
+    """Return one length for all axes and the share of noise: the shortest with little, or least."""
     lengths, ratio = _lengths(problem), signal_to_noise(problem)
     moving = ratio > _HEARD
     if not moving.any():
-        return Support(lengths[-1], "the longest that segments allow; nothing stands out of noise")
+        return lengths[-1], 1.0
     noise = problem.inputs.velocity.var(axis=0) / ratio
-    names = " ".join(np.array(VELOCITIES)[moving])
     shares: list[float] = []
     for length in lengths:
         shares.append(float(noise_share(problem, length, noise)[moving].mean()))
         if shares[-1] <= _NOISE:
-            return Support(length, f"the shortest with little noise; {_words(shares[-1], names)}")
-    least = int(np.argmin(shares))
-    return Support(lengths[least], f"the one with the least noise; {_words(shares[least], names)}")
+            return length, shares[-1]
+    return lengths[int(np.argmin(shares))], min(shares)
 
 
 def noise_share(problem: Problem, support: float, noise: FloatArray) -> FloatArray:
@@ -269,19 +259,16 @@ def _covered(time: FloatArray, support: float) -> bool:
     return bool(time[-1] - time[0] >= support * (1.0 - _ROUNDING))
 
 
-def _words(share: float, names: str) -> str:
-    return (
-        f"noise is {100.0 * share:.0f} % of the mean square acceleration that they see, "
-        f"averaged over {names}"
-    )
-
-
 def _remarks(
-    problem: Problem, support: Support, n_short: int, windows: tuple[int, ...]
+    problem: Problem, support: float, heard: float, n_short: int, windows: tuple[int, ...]
 ) -> tuple[str, ...]:
-    samples = round(support.length / median_step(problem))
+    samples = round(support / median_step(problem))
     spans = ", ".join(f"{v} {w}" for v, w in zip(VELOCITIES, windows, strict=True) if w > 1)
-    functions = f"Test functions span {support.length:.3g} s ({samples} samples): {support.reason}."
+    functions = f"Test functions span {support:.3g} s ({samples} samples)"
+    noise = f"; {100.0 * heard:.0f} % of the mean square acceleration that they see is noise"
     short = f" {n_short} shorter segments are left out." if n_short else ""
     smooth = f"Terms are taken at smoothed velocities, over samples: {spans}."
-    return (functions + short, *([smooth] if spans else []))
+    return (
+        functions + ("" if np.isnan(heard) else noise) + "." + short,
+        *([smooth] if spans else []),
+    )
