@@ -43,6 +43,11 @@ def rows_of(n: int = 600, seed: int = 0, a: float = 0.7, columns_seed: int = 99)
     return Rows(basis, columns, noise, segment, 0.1 * np.arange(n))
 
 
+def summed(scores, segment, time):
+    bins = Bins.of(segment, time)
+    return long_run(bins, bins.sums(scores))
+
+
 def solutions(rows, model=MODEL, strength=0.0):
     triangle = rows.triangle()
     solved = [solve_axis(triangle, row, axis, strength) for axis, row in enumerate(model.terms)]
@@ -61,7 +66,7 @@ def coefficients(rows, model=MODEL):
 @pytest.mark.parametrize("a", [0.0, 0.6, 0.9])
 def test_first_order_noise_has_the_variance_of_theory(a):
     """Var of a sum of n is n / (1 - a)^2 for long sums: Hamilton (1994), equation 7.2.8."""
-    found = long_run(first_order(4000, a, seed=4, columns=40), *clock(4000))
+    found = summed(first_order(4000, a, seed=4, columns=40), *clock(4000))
     ratio = np.diag(found.covariance) / 4000.0 * (1.0 - a) ** 2
     chance = np.sqrt(2.0 / found.degrees_of_freedom / 40)
     assert abs(ratio.mean() - 1.0) < 3.0 * chance + 0.05
@@ -77,9 +82,9 @@ def test_the_correlation_time_is_that_of_theory():
 
 
 def test_blocks_grow_with_the_correlation_and_the_log():
-    lengths = [long_run(first_order(4000, a, 6), *clock(4000)).block for a in (0.0, 0.9, 0.98)]
+    lengths = [summed(first_order(4000, a, 6), *clock(4000)).block for a in (0.0, 0.9, 0.98)]
     assert lengths[0] < lengths[1] < lengths[2]
-    assert long_run(first_order(16000, 0.9, 6), *clock(16000)).block > lengths[1]
+    assert summed(first_order(16000, 0.9, 6), *clock(16000)).block > lengths[1]
 
 
 def test_errors_of_a_derivative_cancel_within_a_block():
@@ -87,7 +92,7 @@ def test_errors_of_a_derivative_cancel_within_a_block():
     segment, time = clock(4000)
     slow = np.sin(time)[:, None]
     noise = np.random.default_rng(5).normal(size=(4001, 200))
-    found = np.diag(long_run(slow * np.diff(noise, axis=0), segment, time).covariance)
+    found = np.diag(summed(slow * np.diff(noise, axis=0), segment, time).covariance)
     truth = np.sum(np.diff(slow[:, 0]) ** 2) + slow[0, 0] ** 2 + slow[-1, 0] ** 2
     assert 2.0 * np.sum(slow**2) > 100.0 * truth  # what white noise would have
     assert 0.8 < found.mean() / truth < 1.8
@@ -117,7 +122,7 @@ def test_sums_over_bins_are_those_over_rows_on_any_clock():
 
 @pytest.mark.parametrize("scores", [np.zeros((100, 2)), np.ones((1, 2))])
 def test_nothing_left_over_and_a_single_row(scores):
-    found = long_run(scores, *clock(len(scores)))
+    found = summed(scores, *clock(len(scores)))
     assert found.block > 0.0
     assert found.n_blocks >= 1
     assert np.all(np.diag(found.covariance) == scores[0] ** 2)

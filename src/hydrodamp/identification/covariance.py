@@ -140,38 +140,24 @@ class Bins:
         return made
 
 
-@dataclass(frozen=True, eq=False)
-class LongRun:
-    """The covariance of a sum of correlated scores."""
-
-    covariance: FloatArray
-    degrees_of_freedom: float
-    n_blocks: int
-    block: float
-
-
 def correlation_time(scores: FloatArray, segment: IntArray, time: FloatArray) -> float:
     """Return the time over which scores are correlated [s]."""
     bins = Bins.of(segment, time, 2048)
     return bins.correlation_time(bins.sums(scores))
 
 
-def long_run(scores: FloatArray, segment: IntArray, time: FloatArray) -> LongRun:
-    """Return the covariance of the sum of correlated scores, a row a score."""
-    bins = Bins.of(segment, time)
-    return _long_run(bins, bins.sums(scores))
-
-
-def _long_run(bins: Bins, sums: FloatArray, hop: int | None = None) -> LongRun:
+def long_run(bins: Bins, sums: FloatArray, hop: int | None = None) -> Uncertainty:
+    """Return the covariance of the sum of correlated scores from their sums over bins."""
     coarse = bins.merged(hop or bins.hop(sums))
     tapers = coarse.tapers()
     blocks, overlaps = tapers @ coarse.sums(sums), tapers @ tapers.T
     length = bins.duration / coarse.n * _OVERLAP
-    return LongRun(
+    return Uncertainty(
         covariance=blocks.T @ blocks,
         degrees_of_freedom=float(np.trace(overlaps) ** 2 / np.sum(overlaps**2)),
-        n_blocks=max(round(bins.duration / length), 1),
+        method="the scores of the model's residuals",
         block=length,
+        n_blocks=max(round(bins.duration / length), 1),
     )
 
 
@@ -247,14 +233,7 @@ class BlockGrams:
             self._covariance(*each, made, blocks, hop)
             for each in zip(scores, (own, wide), strict=True)
         )
-        uncertainty = Uncertainty(
-            covariance=whole.covariance,
-            noise=noise.covariance,
-            degrees_of_freedom=whole.degrees_of_freedom,
-            method="the scores of the model's residuals",
-            block=whole.block,
-            n_blocks=whole.n_blocks,
-        )
+        uncertainty = replace(whole, noise=noise.covariance)
         if not noisy_terms:
             return uncertainty
         moves = {key: spans[key].coefficients @ self._two_stage(one) for key, one in found.items()}
@@ -298,7 +277,7 @@ class BlockGrams:
 
     def _covariance(
         self, scores: Fits, fitted: Fits, made: Fits, blocks: Fits, hop: int
-    ) -> LongRun:
+    ) -> Uncertainty:
         """Return that of coefficients; a fit takes some variance from its residuals' scores."""
         sums = []
         for z, one, back, shares in zip(scores, fitted, made, blocks, strict=True):
@@ -306,7 +285,7 @@ class BlockGrams:
             lost, axes = np.linalg.eigh(taken @ taken.T)
             left = np.sqrt(np.maximum(1.0 - lost, _LEAST_LEFT))
             sums.append(z @ (back @ (axes / left) @ axes.T).T)
-        return _long_run(self.bins, np.hstack(sums), hop)
+        return long_run(self.bins, np.hstack(sums), hop)
 
     def _two_stage(self, own: FloatArray) -> FloatArray:
         """Return what takes moments with a target to two-stage less ordinary least squares."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
@@ -79,12 +78,11 @@ def _unrecorded(problem: Problem) -> BoolArray:
     return unrecorded("acceleration", problem.log.acceleration) & problem.vehicle.free
 
 
-class _Differentiated(ABC):
+class _Differentiated:
     """Slopes of the velocities, segment by segment."""
 
-    @abstractmethod
     def _slopes(self, time: FloatArray, values: FloatArray) -> FloatArray:
-        """Return the slopes of the values of one segment."""
+        raise NotImplementedError
 
     def acceleration(self, problem: Problem) -> FloatArray:
         """Return the slopes of the velocities.
