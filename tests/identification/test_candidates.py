@@ -17,7 +17,6 @@ from hydrodamp.identification.sparse import (
     drag,
     kept,
     moved,
-    picked,
     under_way,
 )
 from hydrodamp.models.catalog import find_model
@@ -53,13 +52,6 @@ def test_terms_are_added(campaign: Campaign) -> None:
     assert {"X_1", "X_u^2|u|", "Y_v|v|"} <= set(offered.labels)
     assert "Y_v" not in offered.labels
     assert [offered.labels[place] for place in np.flatnonzero(kept(offered))] == ["X_1"]
-
-
-def test_locked_axes_have_no_candidates(campaign: Campaign) -> None:
-    flat = replace(campaign.vehicle, axes=("X", "Y", "N"))
-    offered = candidates(flat, campaign.train)
-    assert {label[0] for label in offered.labels} == {"X", "Y", "N"}
-    assert not any({"w", "p", "q"} & set(term.velocities) - {"w"} for term in offered.basis)
 
 
 def test_of_equal_columns_the_one_that_reverses_with_the_motion_stays(
@@ -115,11 +107,6 @@ def test_commands_that_something_takes_are_not_offered(campaign: Campaign) -> No
     assert moved(campaign.vehicle, campaign.train, []) is None
     recorded = replace(campaign.train, wrench=np.zeros((campaign.train.n, 6)))
     assert moved(replace(campaign.vehicle, actuators=()), recorded, []) is None
-
-
-def test_picking_all_gives_the_model_back() -> None:
-    model = find_model("prestero")
-    assert picked(model, np.arange(model.n_coefficients)) == model
 
 
 @pytest.mark.parametrize(

@@ -54,12 +54,6 @@ def test_savitzky_golay_is_exact_on_its_own_polynomials_on_any_clock(vehicle, ir
     np.testing.assert_allclose(estimate, slope, rtol=1e-9, atol=1e-8)
 
 
-def test_central_differences_are_exact_on_parabolas_on_any_clock(vehicle, irregular):
-    velocity = np.outer(irregular**2 / 10, np.ones(6))
-    estimate = hd.FiniteDifference().acceleration(problem_of(vehicle, irregular, velocity))
-    np.testing.assert_allclose(estimate, np.outer(irregular / 5, np.ones(6)), rtol=1e-9)
-
-
 def test_finite_differences_by_hand(vehicle):
     """Inside: slope of the parabola through three samples; two samples: their slope."""
     velocity = np.outer([0.0, 1.0, 4.0], np.ones(6))
@@ -83,25 +77,6 @@ def test_short_segments_take_what_there_is(vehicle, length):
     velocity = np.outer(3.0 * time, np.ones(6))
     estimate = hd.SavitzkyGolay(window=2.0).acceleration(problem_of(vehicle, time, velocity))
     np.testing.assert_allclose(estimate, 3.0, rtol=1e-9)
-
-
-def test_savitzky_golay_beats_differences_on_noise(vehicle):
-    rng = np.random.default_rng(5)
-    time = np.arange(2000) / 10
-    velocity = np.outer(np.sin(0.5 * time), np.ones(6)) + rng.normal(0, 0.0133, (2000, 6))
-    truth = 0.5 * np.cos(0.5 * time)[:, None]
-    problem = problem_of(vehicle, time, velocity)
-    differences = hd.FiniteDifference().acceleration(problem) - truth
-    filtered = hd.SavitzkyGolay(window=2.0).acceleration(problem) - truth
-    assert filtered.std() < 0.3 * differences.std()
-
-
-def test_blocks_of_an_irregular_clock_join_without_a_seam(vehicle):
-    rng = np.random.default_rng(2)
-    time = np.cumsum(rng.uniform(0.08, 0.12, 5000))
-    velocity, slope = cubic(time / 100)
-    estimate = hd.SavitzkyGolay(window=1.0).acceleration(problem_of(vehicle, time, velocity))
-    np.testing.assert_allclose(estimate, slope / 100, rtol=1e-6, atol=1e-8)
 
 
 def test_the_record_is_preferred_where_there_is_one(vehicle, exact_log, true_damping):

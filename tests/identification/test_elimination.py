@@ -9,7 +9,6 @@ from scipy.optimize import LinearConstraint, minimize
 from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.identification import elimination
 from hydrodamp.identification.elimination import (
-    error,
     forward,
     frequencies,
     left_out,
@@ -65,13 +64,6 @@ def test_the_true_columns_come_out() -> None:
     assert [len(chosen) for chosen in sets] == list(range(8, -1, -1))
     assert sets[-4].tolist() == [2, 7, 9]
     assert solved(normal, sets[-4]) == pytest.approx([3.0, -2.0, 1.0], abs=0.05)
-
-
-def test_the_error_is_that_of_least_squares() -> None:
-    design, target, normal = problem()
-    chosen = np.array([1, 2, 7])
-    expected = residual(design, target, chosen)
-    assert error(normal, chosen, solved(normal, chosen)) == pytest.approx(expected, rel=1e-6)
 
 
 def test_elimination_drops_what_costs_least() -> None:

@@ -118,15 +118,6 @@ def test_aliased_columns_are_named(problem, campaign):
     assert found.labelled(Grade.NOT_DETERMINED) == ("X_u^2", "X_u|u|")
 
 
-def test_fewer_axes(exact_log, vehicle, true_damping):
-    planar = replace(vehicle, axes=("X", "Y", "N"))
-    log = exact_log(true_damping(LINEAR), forward=1.5)
-    found = identifiability(hd.prepare(planar, log, LINEAR), LINEAR)
-    assert [one.axis for one in found.axes] == ["X", "Y", "N"]
-    assert len(found.grades) == 9
-    assert "more groups" not in str(found)
-
-
 def test_printed_on_one_screen(by_log):
     text = str(by_log)
     assert len(text.splitlines()) <= 16

@@ -147,23 +147,6 @@ def test_outcomes_that_are_no_numbers(prestero):
     assert method.solve(triangle, problem, nothing).status is hd.Status.EMPTY
 
 
-def test_locked_axes_are_left_out(vehicle):
-    planar = replace(vehicle, axes=("X", "Y", "N"))
-    rng = np.random.default_rng(5)
-    motion = {name: rng.normal(size=400) for name in "uvr"}
-    log = hd.Log.from_arrays(
-        np.arange(400) / 10,
-        motion,
-        wrench=rng.normal(size=(400, 6)),
-        acceleration=np.zeros((400, 6)),
-    )
-    known = hd.published["vt690-sname2022"]
-    method = by(known, 0.3)
-    fit = hd.identify(hd.catalog["prestero"], planar, log, method)
-    assert {label[0] for label in fit.model.labels} == set("XYN")
-    assert fit.status is hd.Status.OK
-
-
 def test_a_set_of_another_vehicle_warns(prestero):
     truth, _, problem = prestero
     known = hd.published["remus100-prestero-theory"]

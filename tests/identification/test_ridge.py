@@ -119,25 +119,6 @@ def test_the_choice_is_that_of_refitting_without_each_fold(linear):
         assert found == pytest.approx(min(lost), rel=6e-3)  # three digits are printed
 
 
-def test_it_beats_least_squares_where_terms_are_many_and_noise_large(
-    vehicle, exact_log, true_damping
-):
-    truth = true_damping(hd.catalog["linear"])
-    model = hd.catalog["mcfarland-whitcomb"]
-    log = noisy(exact_log(truth, n=600), 20.0)
-    problem, clean = (
-        hd.prepare(vehicle, each, (model, truth.model))
-        for each in (log, exact_log(truth, n=600, seed=9))
-    )
-    rows = RECORDED.rows(clean)
-    lost = []
-    for method in (Ridge(RECORDED), hd.LeastSquares()):
-        table = problem.matrix(method.identify(problem, model).damping)
-        unknown = table[problem.columns.n_known :]
-        lost.append(np.mean((rows.target - rows.design @ unknown) ** 2))
-    assert lost[0] < 0.5 * lost[1]
-
-
 def test_remarks_tell_the_choice(linear):
     truth, _, problem = linear
     fit = Ridge(RECORDED).identify(problem, truth.model)
@@ -173,28 +154,6 @@ def test_a_single_segment_is_cut_into_blocks(vehicle, exact_log, true_damping):
     assert "5 folds, blocks of one segment" in fit.remarks[0]
 
 
-def test_a_model_with_an_empty_axis(vehicle, exact_log, true_damping):
-    truth = true_damping(hd.catalog["pitch-yaw"])
-    log = noisy(exact_log(truth, n=900), 0.1)
-    fit = hd.identify(truth.model, vehicle, log, Ridge(RECORDED))
-    assert fit.status is hd.Status.OK
-    assert not any(said.startswith("K:") for said in fit.remarks)
-
-
-def test_columns_that_are_zero_throughout(vehicle):
-    still = hd.Log.from_arrays(
-        np.arange(300) / 10,
-        {"u": np.random.default_rng(0).normal(size=300), "v": np.zeros(300), "r": np.zeros(300)},
-        wrench=np.random.default_rng(1).normal(size=(300, 6)),
-        acceleration=np.zeros((300, 6)),
-    )
-    planar = replace(vehicle, axes=("X", "Y", "N"))
-    fit = hd.identify(hd.catalog["linear"], planar, still, Ridge(RECORDED))
-    assert fit.status is hd.Status.RANK_DEFICIENT
-    assert ("Y_v",) in fit.aliased
-    assert fit.damping["Y_v"] == 0.0
-
-
 def test_too_few_rows_for_the_folds_are_a_sentence(vehicle, exact_log, true_damping):
     model = hd.catalog["mcfarland-whitcomb"]
     log = exact_log(true_damping(hd.catalog["linear"]), n=42)
@@ -202,12 +161,6 @@ def test_too_few_rows_for_the_folds_are_a_sentence(vehicle, exact_log, true_damp
         MethodError, match="leaves 28 rows to learn from where axis X of model 'mcfarland-w"
     ):
         hd.identify(model, vehicle, log, Ridge(RECORDED))
-
-
-def test_too_few_samples_is_a_status(vehicle, exact_log, true_damping):
-    log = exact_log(true_damping(hd.catalog["linear"]), n=30)
-    fit = hd.identify(hd.catalog["mcfarland-whitcomb"], vehicle, log, Ridge(RECORDED))
-    assert fit.status is hd.Status.TOO_FEW_SAMPLES
 
 
 def test_settings_that_are_none_are_a_sentence():

@@ -11,7 +11,6 @@ import hydrodamp as hd
 import oracle
 from hydrodamp.identification.differences import median_step, smoothed
 from hydrodamp.identification.linear import WeakForm
-from hydrodamp.identification.rows import Equations
 from hydrodamp.identification.weak import (
     WeakEquations,
     bumps,
@@ -64,15 +63,6 @@ def pushed_problem(vehicle, seed=3, n=600, **more):
 class TestSteps:
     """Equation 1 from sample to sample."""
 
-    def test_a_constant_force_and_a_straight_velocity_leave_nothing(self, bare):
-        time = jerky_clock(200, 1)
-        force, mass = 12.0, bare.mass_matrix[0, 0]
-        wrench = np.outer(np.full(200, force), [1, 0, 0, 0, 0, 0])
-        log = surge_log(force / mass * time, time, wrench=wrench)
-        problem = hd.prepare(bare, log, LINEAR)
-        _, target = steps_between(problem, 0, 200, problem.inputs.velocity)
-        np.testing.assert_allclose(target[:, 0], 0.0, atol=1e-9)
-
     def test_the_rule_is_the_adaptive_identifiers(self):
         """Held fins and propeller, term by term, as the NumPy reference of the core takes them."""
         campaign = hd.reenact(duration=3.0)
@@ -103,22 +93,11 @@ class TestBumps:
             found = some.weights.toarray()[middle]
             np.testing.assert_allclose(found, expected, atol=2e-4)
 
-    def test_by_parts_no_weight_is_left_at_either_end(self):
-        """sum w_k (v_{k+1} - v_k)/h_k holds v only inside the support."""
-        time = np.arange(400) / 10
-        some = next(bumps(time, 2.0, 4))
-        reach = some.weights.toarray() > 0
-        assert reach.sum(axis=1).max() <= 21
-        assert not reach[0, 21:].any()
-
     def test_blocks_join_without_a_seam(self):
         time = np.arange(30_000) / 10
         centres = np.concatenate([some.centres for some in bumps(time, 2.0, 4)])
         np.testing.assert_allclose(np.diff(centres), 0.5, rtol=1e-9)
         assert centres[0] - 1.0 == pytest.approx(time[-1] - centres[-1] - 1.0, abs=1e-6)
-
-    def test_rows_are_no_closer_than_samples(self):
-        assert len(next(bumps(np.arange(100) / 10, 0.2, 8)).centres) <= 100
 
     def test_short_segments_get_none(self):
         assert not list(bumps(np.arange(5.0), 5.0, 4))
@@ -134,11 +113,6 @@ class TestBumps:
 
 class TestWeakForm:
     """What comes out."""
-
-    def test_it_is_a_method_and_its_equations_are_equations(self):
-        equations: Equations = WeakForm().equations
-        assert WeakForm().key == "weak"
-        assert equations == WeakEquations()
 
     def test_held_commands_on_an_irregular_clock_are_exact(self, bare):
         """The plant of the rule itself: coefficients to rounding."""
@@ -198,35 +172,6 @@ class TestWeakForm:
         for fit, model in zip(together, models, strict=True):
             alone = WeakForm().identify(problem, model)
             np.testing.assert_array_equal(fit.damping.coefficients, alone.damping.coefficients)
-
-    def test_three_axes(self, vehicle, exact_log, true_damping):
-        free = replace(vehicle, axes=("X", "Y", "N"))
-        problem = hd.prepare(free, exact_log(true_damping(LINEAR)), LINEAR)
-        fit = WeakForm().identify(problem, LINEAR)
-        assert fit.model.n_coefficients == 9
-        assert fit.status is hd.Status.OK
-        assert "they see is noise" in fit.remarks[0]
-
-    def test_aliased_columns_are_named(self, bare):
-        """Surge alone: what belongs to sway is zero throughout."""
-        model = hd.DampingModel.from_table({"X": "u v push"}, key="both")
-        problem = hd.prepare(bare, pushed_problem(bare).log, model)
-        fit = WeakForm().identify(problem, model)
-        assert fit.aliased == (("X_v",),)
-        assert fit.status is hd.Status.RANK_DEFICIENT
-
-    def test_an_empty_model_has_nothing_to_identify(self, vehicle, exact_log, true_damping):
-        free = replace(vehicle, axes=("X", "Y", "N"))
-        rolling = hd.DampingModel.from_table({"K": "p"}, key="rolling")
-        problem = hd.prepare(free, exact_log(true_damping(LINEAR), n=300), LINEAR)
-        assert WeakForm().identify(problem, rolling).status is hd.Status.EMPTY
-
-    @pytest.mark.parametrize("n", [2, 4])
-    def test_too_few_samples(self, bare, n):
-        problem = hd.prepare(bare, surge_log(np.ones(n), wrench=np.zeros((n, 6))), LINEAR)
-        fit = WeakForm().identify(problem, LINEAR)
-        assert fit.status is hd.Status.TOO_FEW_SAMPLES
-        assert WeakEquations().rows(problem).n == 0
 
     def test_the_covariance_counts_overlap(self, linear_problem):
         """Twice the functions are no more information: the intervals hardly change."""
