@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from hydrodamp.arrays import BoolArray, FloatArray, frozen
+from hydrodamp.arrays import BoolArray, FloatArray, IntArray, frozen
 from hydrodamp.basis.atoms import VELOCITIES, check_command_name
 from hydrodamp.data.attitude import quaternion_from_euler
 from hydrodamp.data.channels import ACCELERATION, BLOCKS
@@ -161,7 +161,7 @@ def side_by_side(columns: Mapping[str, FloatArray], names: Sequence[str], n: int
     return np.column_stack([columns.get(name, np.zeros(n)) for name in names])
 
 
-def changes(labels: Sequence[str] | None, n: int) -> BoolArray:
+def changes(labels: Sequence[object] | IntArray | None, n: int) -> BoolArray:
     """Return which of n samples have another label than the one before."""
     changed = np.zeros(n, dtype=np.bool_)
     if labels is not None:

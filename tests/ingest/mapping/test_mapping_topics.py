@@ -314,3 +314,11 @@ def test_topics_without_a_message_are_refused_unless_they_are_optional() -> None
         mapping(commands={"a": "/empty.a"}).log(dive(empty))
     commands = {"a": {"column": "/empty.a", "optional": True}}
     assert read(dive(empty), mapping(commands=commands)).command_names == ()
+
+
+def test_infinite_numbers_are_missing() -> None:
+    time = np.arange(0, 5, 0.1)
+    speed = np.where(time == 2.0, np.inf, 1.0)
+    table = Recording((Topic("", None, {"t": time, "u": speed}),), "log.csv", "a test")
+    with pytest.warns(GapWarning, match="1 sample with missing values at 2 s"):
+        assert LogMapping.from_dict({"time": "t", "velocity": {"u": "u"}}).log(table).n == 49

@@ -33,10 +33,8 @@ def read(path: str | Path) -> Recording:
     columns = _columns(arrays, notes)
     if not columns:
         kinds = ", ".join(f"`{name}`" for name in list(arrays)[:5]) or "nothing"
-        raise LogError(
-            [f"there is no array with a value a sample; there is {kinds}", *notes],
-            source=str(path),
-        )
+        fault = f"there is no array with a value a sample; there is {kinds}"
+        raise LogError([fault, *notes], source=str(path))
     whole = len({len(column) for column in columns.values()}) == 1
     groups = {"": columns} if whole else _by_structure(columns)
     topics = tuple(_topic(name, group, notes) for name, group in groups.items())
@@ -134,10 +132,8 @@ def _columns(arrays: Mapping[str, Any], notes: list[str]) -> dict[str, Any]:
 def _usual_length(arrays: Mapping[str, Any]) -> int:
     """Return the length most vectors have, the clock's where there is one."""
     lengths = {name: len(array) for name, array in arrays.items() if array.ndim == 1}
-    for clock in _CLOCKS:
-        if clock in lengths:
-            return lengths[clock]
-    return Counter(lengths.values()).most_common(1)[0][0] if lengths else 0
+    clocks = [lengths[clock] for clock in _CLOCKS if clock in lengths]
+    return (clocks or [n for n, _ in Counter(lengths.values()).most_common(1)] or [0])[0]
 
 
 def _by_structure(columns: Mapping[str, Any]) -> dict[str, dict[str, Any]]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
@@ -17,9 +17,10 @@ from typing import TypeVar
 
 import numpy as np
 
+from hydrodamp.data.record import name_after
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import FileError, HydrodampError, LogError
-from hydrodamp.files import absent, load_json, load_yaml, mistaken
+from hydrodamp.files import absent, load_yaml, mistaken
 from hydrodamp.ingest.formats.content import head
 
 Item = TypeVar("Item")
@@ -29,6 +30,7 @@ _HUGE = 1e300
 
 
 _HEAD = 4096
+_OURS = (".yaml", ".yml", ".json")  # of a vehicle, a mapping or a result given as a log
 _LARGEST_OF_OURS = 1 << 18  # bytes; parsing a file takes a while, and only to refuse it
 
 
@@ -46,6 +48,11 @@ class Format:
     mark: bytes = b""
     axes: str = ""
     cure: str = ""
+
+    @property
+    def reader(self) -> ModuleType:
+        """The module, loaded when it is first asked for."""
+        return import_module(f"hydrodamp.ingest.formats.{self.module}")
 
 
 _ROS, _AUTOPILOT = "FLU over ENU", "FRD over NED"
@@ -100,25 +107,20 @@ def _single(path: str | Path) -> Recording:
     """Read one file, or one bag, of any format."""
     form = format_of(path)
     with _failures_named(form, path):
-        recording: Recording = _reader(form).read(path)
+        recording: Recording = form.reader.read(path)
     return recording
 
 
 def parts(path: str | Path, rows: int) -> Iterator[Recording]:
     """Read one file part by part, for files larger than the memory."""
     form = format_of(path)
-    reader = _reader(form)
-    if not hasattr(reader, "parts"):
+    if not hasattr(form.reader, "parts"):
         raise FileError(
             f"{path}: {form.name} cannot be read in parts; only text in columns and Parquet can."
             " Save the table as Parquet"
         )
     with _failures_named(form, path):
-        yield from reader.parts(path, rows)
-
-
-def _reader(form: Format) -> ModuleType:
-    return import_module(f"hydrodamp.ingest.formats.{form.module}")
+        yield from form.reader.parts(path, rows)
 
 
 @contextmanager
@@ -165,7 +167,7 @@ def format_of(path: str | Path) -> Format:
     if not path.exists():
         raise FileError(absent(path))
     if is_bag(path):
-        return next(form for form in FORMATS if form.cure == _REPAIR)
+        return FORMATS[2]
     if path.is_dir():
         raise FileError(f"{path}: is a folder; give the files in it")
     begin, suffix = head(path, _HEAD), suffix_of(path)
@@ -173,8 +175,10 @@ def format_of(path: str | Path) -> Format:
         what = "holds only zero bytes or blanks" if begin else "is empty"
         raise LogError(f"the file {what}; copy it from the vehicle again", source=str(path))
     if suffix in _FOREIGN:
-        if suffix in (".yaml", ".yml", ".json") and (other := _of_ours(path, suffix)):
-            raise LogError(other)
+        if suffix in _OURS and path.stat().st_size < _LARGEST_OF_OURS:
+            with suppress(FileError):
+                if other := mistaken(load_yaml(path), str(path), "log"):
+                    raise LogError(other)
         raise LogError(f"this is {_FOREIGN[suffix]}", source=str(path))
     for form in FORMATS:
         if form.mark and re.match(form.mark, begin, re.DOTALL):
@@ -193,17 +197,6 @@ def format_of(path: str | Path) -> Format:
             source=str(path),
         )
     return FORMATS[-1]
-
-
-def _of_ours(path: Path, suffix: str) -> str:
-    """Return what to say of a vehicle, a mapping or a result that is given as a log."""
-    if path.stat().st_size > _LARGEST_OF_OURS:
-        return ""
-    try:
-        held = load_json(path) if suffix == ".json" else load_yaml(path)
-    except FileError:
-        return ""
-    return mistaken(held, str(path), "log")
 
 
 def _is_binary(begin: bytes) -> bool:
@@ -267,7 +260,7 @@ def _together(files: Sequence[Path], source: str) -> Recording:
     read = each(files, _single)
     pairs = [*zip(read, files, strict=True)]
     topics = tuple(
-        topic if topic.name else replace(topic, name=_stem(file))
+        topic if topic.name else replace(topic, name=name_after(file.name))
         for one, file in pairs
         for topic in one.topics
     )
@@ -281,10 +274,6 @@ def _together(files: Sequence[Path], source: str) -> Recording:
     notes = tuple(f"{file.name}: {note}" for one, file in pairs for note in one.notes)
     forms = " and ".join(dict.fromkeys(one.format for one in read))
     return Recording(topics, source, forms, notes)
-
-
-def _stem(file: Path) -> str:
-    return file.name.removesuffix(".gz").rpartition(".")[0] or file.name
 
 
 def _oddities(topic: Topic) -> Iterator[str]:

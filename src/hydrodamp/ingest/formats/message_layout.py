@@ -59,10 +59,10 @@ class _Walk:
 
     def _message(self, name: str, path: str) -> None:
         for part, kind in self.definitions[name][1]:
-            if part != _FILLER:
-                self._field(kind, f"{path}.{part}" if path else part)
-            else:
+            if part == _FILLER:
                 self.place += 1
+            else:
+                self._field(kind, f"{path}.{part}" if path else part)
 
     def _field(self, kind: Any, path: str) -> None:
         node, detail = int(kind[0]), kind[1]

@@ -40,11 +40,9 @@ def read(path: str | Path) -> Recording:
             source=str(path),
         )
     fallback = typesys.get_typestore(typesys.Stores.LATEST)
-    if path.suffix == ".bag":
-        form = "ROS 1 bag"
-    else:
-        mcap = path.suffix == ".mcap" or any(path.glob("*.mcap*"))
-        form = "ROS 2 bag (MCAP)" if mcap else "ROS 2 bag (SQLite)"
+    mcap = path.suffix == ".mcap" or any(path.glob("*.mcap*"))
+    form = "ROS 2 bag (MCAP)" if mcap else "ROS 2 bag (SQLite)"
+    form = "ROS 1 bag" if path.suffix == ".bag" else form
     notes: list[str] = []
     with (
         highlevel.AnyReader([path], default_typestore=fallback) as reader,
@@ -66,10 +64,8 @@ def _stored(reader: Any, step: Step, notes: list[str]) -> _Stored:
         package, _, name = it.msgtype.replace("/msg/", "/").partition("/")
         if name in _PASSED_OVER.get(package, ()):
             notes.append(f"topic `{it.topic}` ({it.msgtype}) was left out")
-            continue
-        wanted.append(it)
-        if it.msgcount == 0:
-            notes.append(f"topic `{it.topic}` ({it.msgtype}) holds no message")
+        elif it.msgcount:
+            wanted.append(it)
     count, large = 0, {}
     try:
         for connection, time, raw in reader.messages(wanted) if wanted else ():

@@ -43,12 +43,10 @@ class Found:
             values = np.array([source.value or 0.0])
         else:
             values = topic.fields[self.field]
-            if source.scale != 1.0:
-                values = values * source.scale
+            if source.scale != 1.0 or source.offset != 0.0:
+                values = values * source.scale + source.offset
             for name, weight in source.plus.items():
                 values = values + weight * topic.fields[beside(topic, name) or name]
-            if source.offset != 0.0:
-                values = values + source.offset
         unit = source.unit or self.stated()
         scale = source.sign * self.entry.sign * (factor(unit) if unit else 1.0)
         return values if scale == 1.0 else values * scale
@@ -90,17 +88,13 @@ def find(
 ) -> tuple[list[Found], list[str]]:
     """Return the channels that a recording has, and what is wrong with the others."""
     names = meant(topics, recording)
-    sought = [
-        entry._replace(choices=tuple(_renamed(one, names) for one in entry.choices))
-        for entry in entries
-    ]
-    found = [(entry, _first(entry, recording)) for entry in sought]
-    there = [one for _, one in found if one is not None]
-    absent = [
-        entry
-        for entry, one in found
-        if one is None and not any(source.optional for source in entry.choices)
-    ]
+    there, absent = [], []
+    for entry in entries:
+        sought = entry._replace(choices=tuple(_renamed(one, names) for one in entry.choices))
+        if (one := _first(sought, recording)) is not None:
+            there.append(one)
+        elif not any(source.optional for source in entry.choices):
+            absent.append(sought)
     faults = [fault for one in there for fault in one.faults()]
     faults += _absences(absent, recording, called, [*topics])
     return there, list(dict.fromkeys(faults))
@@ -122,13 +116,11 @@ def renamed(column: str, names: Mapping[str, str]) -> str:
 
 
 def _renamed(source: Source, names: Mapping[str, str]) -> Source:
-    return source.model_copy(
-        update={
-            "column": renamed(source.column, names),
-            "where": {renamed(name, names): wanted for name, wanted in source.where.items()},
-            "plus": {renamed(name, names): weight for name, weight in source.plus.items()},
-        }
-    )
+    beside = {
+        key: {renamed(name, names): value for name, value in getattr(source, key).items()}
+        for key in ("where", "plus")
+    }
+    return source.model_copy(update={"column": renamed(source.column, names), **beside})
 
 
 def _first(entry: Entry, recording: Recording) -> Found | None:

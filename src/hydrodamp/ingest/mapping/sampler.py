@@ -10,6 +10,7 @@ import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray
 from hydrodamp.conditioning.dropouts import lost_lock
+from hydrodamp.data.record import changes
 from hydrodamp.data.recording import Topic
 from hydrodamp.errors import LogError, did_you_mean
 from hydrodamp.ingest.clock import (
@@ -31,6 +32,7 @@ from hydrodamp.ingest.clock import (
 from hydrodamp.ingest.mapping.finding import Found, beside, labels_of
 from hydrodamp.ingest.mapping.schema import RECORDED, Entry, Source
 
+_LARGEST = np.finfo(np.float64).max
 _LINEAR = tuple(f"velocity.{name}" for name in "uvw")
 
 
@@ -49,18 +51,12 @@ class Stream:
         """Whether it holds a velocity, so that its clock may be followed."""
         return any(place.startswith("velocity.") for place in self.channels)
 
-    @property
-    def is_optional(self) -> bool:
-        """Whether a log may do without it."""
-        return all(one.source.optional for one in self.channels.values())
-
     def values(self, place: str) -> FloatArray:
         """Return the numbers of a channel at the usable messages, in SI units."""
         values = self.channels[place].values()
-        if np.isinf(values).any():
-            values = np.where(np.isinf(values), np.nan, values)
-        if place in _LINEAR:
-            values = np.where(lost_lock(values, np.inf), np.nan, values)
+        lost = lost_lock(values, _LARGEST) if place in _LINEAR else np.isinf(values)
+        if lost.any():
+            values = np.where(lost, np.nan, values)
         if self.rows is not None:
             values = values[self.rows]
         return values if len(self.stamps.rows) == len(values) else values[self.stamps.rows]
@@ -88,7 +84,10 @@ def streams_of(
     there = list(streams.values())
     for stream, stamps in zip(there, set_right([one.clock for one in there]), strict=True):
         stream.stamps = stamps
-    return [one for one in there if len(one.stamps.rows) or not one.is_optional], []
+    needed = [not all(it.source.optional for it in one.channels.values()) for one in there]
+    return [
+        one for one, is_so in zip(there, needed, strict=True) if is_so or len(one.stamps.rows)
+    ], []
 
 
 def _stream(
@@ -174,8 +173,7 @@ class Sampler:
         if labels is not None:
             at = brackets(stamps, self.ticks).before if self.is_even else np.arange(self.n)
             named = np.array(labels, dtype=object)[stamps.rows][at]
-        changes = (named[1:] != named[:-1]) | (run[1:] != run[:-1])
-        starts = np.append(0, np.flatnonzero(changes) + 1)
+        starts = np.append(0, np.flatnonzero(changes(named, self.n) | changes(run, self.n)))
         names = named[starts].tolist()
         told = [
             f"{name}.{names[: place + 1].count(name)}"

@@ -44,6 +44,12 @@ _RATE_OF = {"roll": "p", "pitch": "q", "yaw": "r", "heading": "r"}
 _LETTERS = {"n": "north", "e": "east", "d": "down"}
 _COMPASS = {word: word for word in ("north", "east", "down", "up")} | _LETTERS
 _AXES = {"x": 0, "y": 1, "z": 2, "0": 0, "1": 1, "2": 2}
+_VECTORS = (
+    (_FORCE, tuple(f"specific_force.f{axis}" for axis in "xyz"), 85),
+    (_ANGULAR, tuple(f"velocity.{rate}" for rate in "pqr"), 85),
+    (_SPEED, tuple(f"velocity.{speed}" for speed in "uvw"), 80),
+    (_PLACE, tuple(f"position.{axis}" for axis in "xyz"), 75),
+)
 
 
 def _fused() -> Iterator[tuple[str, str]]:
@@ -88,14 +94,11 @@ def hint(topic: str, field: str, unit: str | None) -> Hint | None:
     around = {*words(topic), *name}
     if around & NOISE or field.startswith("header."):
         return None
-    found = next(_hints(name, around), None)
-    if found is None:
-        return None
-    role, confidence = found
-    quantity = quantity_of_role(role)
-    if unit is None or quantity is None:
-        return role, confidence
-    return (role, min(95, confidence + 10)) if unit in UNITS[quantity] else None
+    found = _role(name, around)
+    quantity = None if found is None else quantity_of_role(found[0])
+    if found is None or unit is None or quantity is None:
+        return found
+    return (found[0], min(95, found[1] + 10)) if unit in UNITS[quantity] else None
 
 
 def quantity_of_role(role: str) -> str | None:
@@ -106,62 +109,42 @@ def quantity_of_role(role: str) -> str | None:
     return quantity_of(group, channel) if channel else None
 
 
-def _hints(name: tuple[str, ...], around: set[str]) -> Iterator[Hint]:
-    """Yield what words say, the surest first."""
-    own, last = set(name), name[-1] if name else ""
-    if own & _FLAGS and not own & set(_ANGLES):
-        yield "flag", 80
-        return
+def _role(name: tuple[str, ...], around: set[str]) -> Hint | None:
+    """Return what words say."""
+    own, last, is_alone = set(name), name[-1] if name else "", len(name) == 1
+    angle = next((_ANGLES[word] for word in name if word in _ANGLES), None)
+    if own & _FLAGS and angle is None:
+        return "flag", 80
     if own & _COMMANDS:
-        yield "commands", 85
-    elif around & (_COMMANDS - {"control"}) and not own & {*_ANGLES, *_WANTED}:
-        yield "commands", 75
+        return "commands", 85
+    if around & (_COMMANDS - {"control"}) and angle is None and not own & _WANTED:
+        return "commands", 75
     if around & _WANTED:
-        return
-    for angle in (_ANGLES[word] for word in name if word in _ANGLES):
+        return None
+    if angle is not None:
         is_rate = bool(own & (_ANGULAR | {"speed"}))
-        yield (f"velocity.{_RATE_OF[angle]}", 80) if is_rate else (f"attitude.{angle}", 85)
-    if "rate" in around and len(name) == 1 and last in "rpy":
-        yield f"velocity.{dict(zip('rpy', 'pqr', strict=True))[last]}", 75
-    yield from _vectors(name, around, last)
-    yield from _single(name, around, last)
-
-
-def _vectors(name: tuple[str, ...], around: set[str], last: str) -> Iterator[Hint]:
+        return (f"velocity.{_RATE_OF[angle]}", 80) if is_rate else (f"attitude.{angle}", 85)
+    if "rate" in around and is_alone and last in "rpy":
+        return f"velocity.{'pqr'['rpy'.index(last)]}", 75
     if around & _TURNED and last in ("w", "x", "y", "z"):
-        yield f"attitude.q{last}", 85
-        return
+        return f"attitude.q{last}", 85
     if name[:1] == ("q",) and last in ("0", "1", "2", "3"):
-        yield f"attitude.q[{last}]", 80
-        return
-    axis = _AXES.get(last)
-    if axis is not None and len(around) > 1:
-        for kind, role, sure in (
-            (_FORCE, f"specific_force.f{'xyz'[axis]}", 85),
-            (_ANGULAR, f"velocity.{'pqr'[axis]}", 85),
-            (_SPEED, f"velocity.{'uvw'[axis]}", 80),
-            (_PLACE, f"position.{'xyz'[axis]}", 75),
-        ):
+        return f"attitude.q[{last}]", 80
+    if last in _AXES and len(around) > 1:
+        for kind, role, sure in _VECTORS:
             if around & kind:
-                yield role, sure
-                return
-    if last in _COMPASS and len(name) > 1:
-        group = "velocity" if set(name) & _SPEED else "position"
-        yield f"{group}.{_COMPASS[last]}", 80
-
-
-def _single(name: tuple[str, ...], around: set[str], last: str) -> Iterator[Hint]:
-    is_alone = len(name) == 1
-    if "depth" in name:
-        yield "position.depth", 75 if set(name) & {"raw", "sensor", "setpoint"} else 85
-    elif is_alone and last in "uvwpqr":
-        yield f"velocity.{last}", 85
-    elif last in _FUSED and not (last[0] == "a" and around & _PLACE):
-        yield _FUSED[last], 80  # but not the world's acceleration beside a position
-    elif is_alone and last in "xyz" and around:
-        yield f"position.{last}", 60
-    elif last in ("north", "east"):
-        yield f"position.{last}", 75
+                return role[_AXES[last]], sure
+    if last in _COMPASS and not is_alone:
+        return f"{'velocity' if own & _SPEED else 'position'}.{_COMPASS[last]}", 80
+    if "depth" in own:
+        return "position.depth", 75 if own & {"raw", "sensor", "setpoint"} else 85
+    if is_alone and last in "uvwpqr":
+        return f"velocity.{last}", 85
+    if last in _FUSED and not (last[0] == "a" and around & _PLACE):
+        return _FUSED[last], 80  # but not the world's acceleration beside a position
+    if is_alone and last in "xyz":
+        return f"position.{last}", 60
+    return (f"position.{last}", 75) if last in ("north", "east") else None
 
 
 _TIMES = {"time", "timestamp", "t", "stamp", "secs", "seconds", "clock", "elapsed", "timeus"}
