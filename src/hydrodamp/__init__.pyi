@@ -18,7 +18,7 @@ from .conditioning.derived import (
     rates_from_attitude as rates_from_attitude,
     velocity_from_position as velocity_from_position,
 )
-from .conditioning.dropouts import mask_bottom_lock as mask_bottom_lock, mask_frozen as mask_frozen
+from .conditioning.gaps import mask_bottom_lock as mask_bottom_lock, mask_frozen as mask_frozen
 from .conditioning.mixing import (
     AVL_690 as AVL_690,
     Mixing as Mixing,

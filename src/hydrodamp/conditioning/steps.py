@@ -24,7 +24,7 @@ from hydrodamp.conditioning.derived import (
     rates_from_attitude,
     velocity_from_position,
 )
-from hydrodamp.conditioning.dropouts import mask_bottom_lock, mask_frozen
+from hydrodamp.conditioning.gaps import mask_bottom_lock, mask_frozen
 from hydrodamp.conditioning.mixing import AVL_690, ROTATION, roll_from_mixing
 from hydrodamp.conditioning.spikes import LEAST_WINDOW, remove_spikes, steady_attitude
 from hydrodamp.conditioning.suspicions import note_suspicions

@@ -21,11 +21,10 @@ def quaternion_from_euler(euler: FloatArray) -> FloatArray:
 
 def euler_from_quaternion(quaternion: FloatArray) -> FloatArray:
     """Return roll, pitch and yaw of unit quaternions."""
-    w, x, y, z = quaternion.T
-    roll = np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
-    pitch = np.arcsin(np.clip(2 * (w * y - z * x), -1, 1))
-    yaw = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
-    return np.stack((roll, pitch, yaw), axis=-1)
+    turned = rotation(quaternion)
+    (north, _, _), (east, _, _), (down_x, down_y, down_z) = np.moveaxis(turned, 0, -1)
+    pitch = np.arcsin(np.clip(-down_x, -1, 1))
+    return np.stack((np.arctan2(down_y, down_z), pitch, np.arctan2(east, north)), axis=-1)
 
 
 def rotation(quaternion: FloatArray) -> FloatArray:
@@ -66,8 +65,7 @@ def turn(first: FloatArray, second: FloatArray) -> FloatArray:
     sine = np.linalg.norm(vector, axis=1, keepdims=True)
     angle = 2 * np.arctan2(sine, np.abs(scalar))
     scale = np.divide(angle, sine, out=np.full_like(sine, 2.0), where=sine > 0)
-    turned: FloatArray = vector * scale
-    return turned
+    return np.asarray(vector * scale)
 
 
 _CLOSE = 1e-6  # rad; below it sines are angles to all digits
@@ -90,8 +88,7 @@ def between(first: FloatArray, second: FloatArray, share: FloatArray) -> FloatAr
     sine[close] = 1.0
     near = np.where(close, 1 - share, np.sin((1 - share) * angle) / sine)
     far = np.where(close, share, np.sin(share * angle) / sine) * np.where(cosine < 0, -1.0, 1.0)
-    turned: FloatArray = first * near[:, np.newaxis] + second * far[:, np.newaxis]
-    return turned
+    return np.asarray(first * near[:, np.newaxis] + second * far[:, np.newaxis])
 
 
 def rate_slopes(

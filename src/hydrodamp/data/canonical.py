@@ -18,7 +18,6 @@ from hydrodamp.errors import FileError, did_you_mean
 from hydrodamp.files import replacing
 from hydrodamp.progress import progress
 
-_QUATERNION, _ACCELERATIONS = ATTITUDE.columns, ACCELERATION.columns
 _TURN = 2 * np.pi
 _CONVERT = "Convert, or give a mapping with unit: deg"
 _CHUNK = 8192
@@ -164,7 +163,9 @@ def _nearest(name: str, numbers: Collection[str]) -> str:
 
 
 def _attitude_faults(numbers: Mapping[str, FloatArray]) -> Iterator[str]:
-    angles, parts = ([name for name in group if name in numbers] for group in (EULER, _QUATERNION))
+    angles, parts = (
+        [name for name in group if name in numbers] for group in (EULER, ATTITUDE.columns)
+    )
     if angles and parts:
         yield (
             f"attitude must be given once; got both `{' '.join(angles)}` and `{' '.join(parts)}`."
@@ -198,7 +199,7 @@ def runs_in_degrees(name: str, angle: FloatArray) -> bool:
 
 def _column_faults(numbers: Mapping[str, FloatArray]) -> Iterator[str]:
     moving = {f"d{name}" for name in VELOCITIES if name in numbers}
-    if surplus := [name for name in _ACCELERATIONS if name in numbers and name not in moving]:
+    if surplus := [name for name in ACCELERATION.columns if name in numbers and name not in moving]:
         yield f"accelerations `{' '.join(surplus)}` have no velocity column; add it or drop them"
     for name, column in numbers.items():
         if name != "time" and len(column) and np.isnan(column).all():

@@ -112,10 +112,10 @@ def record_of_arrays(
         names = tuple(name for name in VELOCITIES if name in velocity)
         columns, wrong = copied({name: (velocity[name], ()) for name in velocity}, n)
         velocity = side_by_side(columns, VELOCITIES, n)
-        unknown = [name for name in columns if name not in VELOCITIES]
         faults += wrong + [
             f"velocity names are u v w p q r; got '{name}'.{did_you_mean(name, VELOCITIES)}"
-            for name in unknown
+            for name in columns
+            if name not in VELOCITIES
         ]
     if attitude is not None and np.shape(attitude) == (n, 3):
         euler, wrong = copied({"attitude": (attitude, (3,))}, n)
@@ -240,14 +240,14 @@ def elapsed(time: FloatArray, segments: Sequence[Segment]) -> FloatArray:
 def named(segments: Sequence[Segment], names: Sequence[str]) -> tuple[list[Segment], list[str]]:
     """Return the segments that answer to some names, in that order, and what is wrong."""
     pieces: dict[str, Segment] = {}
-    known = " ".join(part.name for part in segments)
-    faults = [] if names else [f"name at least one segment of: {known}"]
+    known = [part.name for part in segments]
+    faults = [] if names else [f"name at least one segment of: {' '.join(known)}"]
     for name in names:
         found = {part.name: part for part in segments if goes_by(part.name, name)}
-        if not found:
-            near = did_you_mean(name, known.split(" "))
-            faults.append(f"there is no segment '{name}'.{near} The segments are: {known}")
         pieces |= found
+        if not found:
+            what = f"there is no segment '{name}'.{did_you_mean(name, known)}"
+            faults.append(f"{what} The segments are: {' '.join(known)}")
     return list(pieces.values()), faults
 
 

@@ -115,7 +115,7 @@ def spelt(text: str, quantity: str | None = None) -> str | None:
         return plain
     if len(plain) == 1 and plain != "°":  # one letter counts as it stands: v is no volt
         return None
-    parts = "/".join(_part(part) for part in re.split("/| per ", _spelling(plain.casefold())))
+    parts = "/".join(map(_spelling, re.split("/| per ", _spelling(plain.casefold()))))
     squared = re.sub(r"/s(/s|2|²|\*\*2)$", "/s^2", parts)
     return {name.casefold(): name for name in reversed(known)}.get(squared.casefold())
 
@@ -133,12 +133,10 @@ def unit_at_end(words: Sequence[str]) -> tuple[int, str] | None:
     """Return how many words at the end of a name are its unit, and the unit."""
     for count in (2, 1):
         tail = words[len(words) - count :]
-        if len(words) <= count or tail[0] in _NOT_IN_NAMES:
-            continue
-        rate = count == 1 and tail[0] in ("rads", "degs")  # as in `gyro_rads`
-        unit = spelt(f"{tail[0][:-1]}/s" if rate else "/".join(tail))
-        if unit is not None:
-            return count, unit
+        if len(words) > count and tail[0] not in _NOT_IN_NAMES:
+            rate = count == 1 and tail[0] in ("rads", "degs")  # as in `gyro_rads`
+            if unit := spelt(f"{tail[0][:-1]}/s" if rate else "/".join(tail)):
+                return count, unit
     return None
 
 
@@ -151,9 +149,6 @@ def _bare(text: str) -> str:
     return text.strip().strip("[]()").strip()
 
 
-def _spelling(folded: str) -> str:
+def _spelling(part: str) -> str:
+    folded = part.strip()
     return _SPELLINGS.get(folded, _SPELLINGS.get(folded.removesuffix("s"), folded))
-
-
-def _part(part: str) -> str:
-    return _spelling(part.strip())

@@ -6,10 +6,9 @@ import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from importlib.resources import as_file, files
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, cast
+from typing import Any
 
 from hydrodamp.errors import FileError, did_you_mean, list_faults
 from hydrodamp.files import load_yaml, save_all
@@ -74,16 +73,15 @@ class Fetched:
 @lru_cache(maxsize=1)
 def datasets() -> Mapping[str, Dataset]:
     """Return all public logs that are known."""
-    with as_file(files(__package__) / "datasets.yaml") as path:
-        content = cast("dict[str, Any]", load_yaml(path))
+    content: Any = load_yaml(Path(__file__).with_name("datasets.yaml"))
     return MappingProxyType({name: _dataset(name, entry) for name, entry in content.items()})
 
 
 def _dataset(name: str, entry: Mapping[str, Any]) -> Dataset:
-    words = {key: value for key, value in entry.items() if key != "sources"}
+    words = dict(entry)
     found = [
         DataFile(file, f"{source['base']}{file}" if source["base"] else "", checksum or "")
-        for source in entry["sources"]
+        for source in words.pop("sources")
         for file, checksum in source["files"].items()
     ]
     return Dataset(name, **words, files=tuple(sorted(found, key=lambda file: file.name)))
@@ -114,10 +112,8 @@ def find_dataset(name: str) -> Dataset:
     """
     known = datasets()
     if name not in known:
-        listed = ", ".join(known)
-        raise FileError(
-            f"no dataset is called '{name}'.{did_you_mean(name, known)} Known: {listed}."
-        )
+        near = did_you_mean(name, known)
+        raise FileError(f"no dataset is called '{name}'.{near} Known: {', '.join(known)}.")
     return known[name]
 
 

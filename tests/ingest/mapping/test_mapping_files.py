@@ -157,7 +157,7 @@ BASE = {"time": "t", "velocity": {"u": "u", "v": "v", "w": "w", "p": "p", "q": "
         ({"attitude": {"yaw": "a", "heading": "b"}}, "takes `yaw` or `heading`, not both"),
         (
             {"attitude": {"quaternion": {"column": "q"}, "qw": "w"}},
-            "takes `quaternion` or its four parts, not both",
+            "must be given once; got both `qw` and `quaternion`",
         ),
         ({"attitude": {"quaternion": {"column": 3}}}, "`attitude.quaternion.column` must be text"),
         ({"velocity": {"u": "u", "north": "n"}}, "got both `u` and `north`"),

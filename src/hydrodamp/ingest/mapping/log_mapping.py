@@ -65,22 +65,17 @@ def _table(content: Mapping[Any, Any], key: str) -> dict[Any, Any]:
 
 
 def _attitude(given: Mapping[Any, Any]) -> Iterator[str]:
-    euler = [name for name in (*EULER, "heading") if name in given]
-    quaternion = [name for name in (*ATTITUDE.columns, "quaternion") if name in given]
-    if euler and quaternion:
-        yield (
-            f"`attitude` must be given once; got both `{' '.join(euler)}` and"
-            f" `{' '.join(quaternion)}`. Set one of them to null"
-        )
+    ways = ((*EULER, "heading"), ATTITUDE.columns, ("quaternion",))
+    told = [" ".join(name for name in way if name in given) for way in ways]
+    if len(told := [f"`{names}`" for names in told if names]) > 1:
+        both = " and ".join(told)
+        yield f"`attitude` must be given once; got both {both}. Set one of them to null"
     if {"yaw", "heading"} <= set(given):
         yield "`attitude` takes `yaw` or `heading`, not both. Set one of them to null"
-    if "quaternion" in given and len(quaternion) > 1:
-        yield "`attitude` takes `quaternion` or its four parts, not both"
 
 
 def _velocity(given: Mapping[Any, Any], attitude: Mapping[Any, Any]) -> Iterator[str]:
-    body = [name for name in _LINEAR if name in given]
-    world = [name for name in COMPASS if name in given]
+    body, world = ([name for name in names if name in given] for names in (_LINEAR, COMPASS))
     if not world:
         return
     if body:
@@ -347,13 +342,10 @@ def load(place: str | Path, beside: Path | None = None) -> tuple[object, Path | 
 def composed(content: dict[Any, Any], path: Path | None = None) -> dict[Any, Any]:
     """Return a mapping with everything it extends filled in, without what is null."""
     whole = _merged(content, path, (str(path),) if path else ())
-    return {
-        key: {name: one for name, one in given.items() if one is not None}
-        if _is_group(key, given)
-        else given
-        for key, given in whole.items()
-        if given is not None
-    }
+    for key, given in whole.items():
+        if _is_group(key, given):
+            whole[key] = {name: one for name, one in given.items() if one is not None}
+    return {key: given for key, given in whole.items() if given is not None}
 
 
 def _merged(content: dict[Any, Any], path: Path | None, seen: tuple[str, ...]) -> dict[Any, Any]:

@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray
-from hydrodamp.conditioning.dropouts import lost_lock
+from hydrodamp.conditioning.gaps import lost_lock
 from hydrodamp.data.record import changes
 from hydrodamp.data.recording import Topic
 from hydrodamp.errors import LogError, did_you_mean
@@ -25,7 +25,6 @@ from hydrodamp.ingest.clock import (
     held,
     interpolated,
     matched,
-    parts_of,
     set_right,
     turned,
 )
@@ -167,11 +166,11 @@ class Sampler:
     def labels(self, stem: str) -> tuple[str, ...] | None:
         """Return the segment of each tick; None where there is one run without a name."""
         labels, stamps, run = self.base.clock.labels, self.base.stamps, self.ticks.run
-        if labels is None and len(parts_of(run)) == 1:
+        if labels is None and run[0] == run[-1]:
             return None
         named = np.full(self.n, stem, dtype=object)
         if labels is not None:
-            at = brackets(stamps, self.ticks).before if self.is_even else np.arange(self.n)
+            at = brackets(stamps, self.ticks).before if self.is_even else slice(None)
             named = np.array(labels, dtype=object)[stamps.rows][at]
         starts = np.append(0, np.flatnonzero(changes(named, self.n) | changes(run, self.n)))
         names = named[starts].tolist()
@@ -243,13 +242,12 @@ class Sampler:
         is_whole = bool(known.all())
         key = (id(stream), b"" if is_whole else known.tobytes())
         if key not in self._found:
-            stamps = stream.stamps
+            stamps, name = stream.stamps, stream.topic.name
             if not is_whole:
                 what = place.partition(".")[2] if values.ndim == 1 else "attitude"
                 first, count = float(stamps.time[np.argmin(known)]), int(np.sum(~known))
-                self.irregularities.append(
-                    Irregularity(stream.topic.name, Oddity.EMPTY, count, first, what=what)
-                )
+                odd = Irregularity(name, Oddity.EMPTY, count, first, what=what)
+                self.irregularities.append(odd)
             self._found[key] = brackets(stamps.kept(known), self.ticks)
         return way(values if is_whole else values[known], self._found[key])
 
@@ -261,10 +259,10 @@ def _followed(streams: Sequence[Stream], topic: str | None) -> Stream:
         named = [one for one in streams if one.topic.name == topic]
         choice = [one for one in named if one.moves] or named
     if not choice:
-        names = [one.topic.name for one in streams]
+        names = dict.fromkeys(one.topic.name for one in streams)
         raise LogError(
             f"`clock` names the topic `{topic}`, of which the mapping takes nothing."
-            f"{did_you_mean(topic or '', names)} It takes: {', '.join(dict.fromkeys(names))}"
+            f"{did_you_mean(topic or '', names)} It takes: {', '.join(names)}"
         )
     base = min(choice, key=lambda one: one.stamps.step or np.inf)
     if (count := len(base.stamps.rows)) < 2:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from hydrodamp.basis.atoms import check_command_name
-from hydrodamp.data.channels import RESERVED
+from hydrodamp.data.channels import ATTITUDE, EULER, RESERVED
 from hydrodamp.data.recording import Recording
 from hydrodamp.data.units import UNITS
 from hydrodamp.errors import HydrodampError
@@ -25,7 +25,6 @@ _COMMANDS = 24  # more are no draft, but a list
 _WIDTH = 86
 _PLAIN = re.compile(r"[A-Za-z_/][\w./ -]*\w|[A-Za-z_]")
 _WORDS = frozenset(("y", "n", "yes", "no", "on", "off", "true", "false", "null", "none"))
-_SENSORS = {"FRD": "FLU", "FLU": "FRD"}
 _GENERIC = frozenset(["data", "value", "x", "y", "z", "output", "input", "xyz", "channels"])
 
 
@@ -69,14 +68,11 @@ def _sure(one: Guess) -> str:
 
 def _used(roles: Roles) -> list[Guess]:
     """Return the channels of the draft: one way to say each thing."""
-    there = [
-        one for one in roles.guesses if one.chosen and one.confidence >= LEAST and "." in one.role
-    ]
+    sure = [one for one in roles.guesses if one.chosen and one.confidence >= LEAST]
+    there = [one for one in sure if "." in one.role]
     names = {one.role for one in there}
-    whole = {f"attitude.q{part}" for part in "wxyz"} <= names
-    out = set() if whole else {f"attitude.q{part}" for part in "wxyz"}
-    if whole:
-        out |= {f"attitude.{name}" for name in ("roll", "pitch", "yaw", "heading")}
+    parts = {f"attitude.{name}" for name in ATTITUDE.columns}
+    out = {f"attitude.{name}" for name in (*EULER, "heading")} if parts <= names else parts
     if "attitude.yaw" in names:
         out.add("attitude.heading")
     lone = len(names & {"velocity.north", "velocity.east"}) < 2
@@ -99,16 +95,13 @@ def _axes(roles: Roles) -> Iterator[str]:
 
 
 def _time(recording: Recording, roles: Roles, used: Sequence[Guess]) -> Iterator[str]:
-    given = roles.all_of("time")
-    if given:
+    if given := roles.all_of("time"):
         first = given[0]
-        column = first.column
-        if len(given) > 1:
-            column = roles.clocks[first.topic].column or column
+        own = roles.clocks[first.topic].column if len(given) > 1 else None
+        column = own or first.column
         yield f"time: {{column: {_quoted(column)}, unit: {first.unit}}}{_sure(first)}"
         return
-    topics = {one.topic for one in used}
-    stamped = [name for name in topics if "header.stamp" in recording.topic(name).fields]
+    stamped = any("header.stamp" in recording.topic(one.topic).fields for one in used)
     yield "time: [header.stamp, recorded]" if stamped else "time: recorded"
 
 
@@ -174,13 +167,10 @@ def _allowed(text: str) -> str:
 
 
 def _sensors(roles: Roles) -> Iterator[str]:
-    other = _SENSORS[roles.upright.body]
-    turned = {"rates": roles.rates.mirrored, "velocity": roles.way.mirrored}
-    if any(turned.values()):
-        yield "sensors:    # in other axes than the attitude"
-        for name, is_turned in turned.items():
-            if is_turned:
-                yield f"  {name}: {{axes: {other}}}"
+    other = "FLU" if roles.upright.body == "FRD" else "FRD"
+    turned = (("rates", roles.rates.mirrored), ("velocity", roles.way.mirrored))
+    lines = [f"  {name}: {{axes: {other}}}" for name, is_turned in turned if is_turned]
+    yield from ("sensors:    # in other axes than the attitude", *lines) if lines else ()
 
 
 def _steps(used: Sequence[Guess]) -> Iterator[str]:

@@ -235,13 +235,7 @@ class Upright:
 
 def weigh(form: str, roles: Roles) -> Upright:
     """Return the axes of body and attitude that the signs speak for."""
-    signs = (
-        *_custom(form),
-        *_gravity(roles),
-        *_depth(roles),
-        *_pose(roles),
-        *_surface(roles),
-    )
+    signs = (*_custom(form), *_gravity(roles), *_depth(roles), *_surface(roles))
     total = USUAL + sum(sign.weight for sign in signs)
     sure = 100 / (1 + math.exp(-abs(total)))
     return Upright("FRD" if total > 0 else "FLU", min(_MOST, round(sure)), signs)
@@ -289,15 +283,12 @@ def _depth(roles: Roles) -> Iterator[Sign]:
         yield Sign(math.copysign(_DEPTH * abs(likeness), likeness), told)
 
 
-def _pose(roles: Roles) -> Iterator[Sign]:
-    if "position.z" in roles and "position.depth" not in roles:
-        yield Sign(-_POSE, "a pose called x y z, as of motion capture, mostly has z up")
-
-
 def _surface(roles: Roles) -> Iterator[Sign]:
     """See to which side of its start a vehicle goes: it starts near the surface."""
     if "position.z" not in roles:
         return
+    if "position.depth" not in roles:
+        yield Sign(-_POSE, "a pose called x y z, as of motion capture, mostly has z up")
     place = roles["position.z"].values
     place = place[np.isfinite(place)] - place[np.isfinite(place)][0]
     low, high = (float(edge) for edge in np.quantile(place, (0.02, 0.98)))

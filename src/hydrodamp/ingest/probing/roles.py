@@ -30,6 +30,8 @@ from hydrodamp.ingest.probing.frames import (
 
 _ODD = 15.0  # m/s, beyond the speed of nearly all craft
 _SIBLINGS = 3  # points for each role that the same message fills
+_SPEEDS = tuple(f"velocity.{name}" for name in "uvw")
+_PLACES = tuple(f"position.{name}" for name in "xyz")
 _COMPASS = {
     "NED": (("north", 1), ("east", 1), ("down", 1)),
     "NWU": (("north", 1), ("east", -1), ("up", 1)),
@@ -99,12 +101,11 @@ def _world(form: str, body: str) -> str:
 def _placed(one: Guess, world: str, way: WayMatch) -> Guess:
     """Name the axes of the world that a position, or an earth-fixed velocity, is along."""
     group, _, channel = one.role.partition(".")
-    if group == "velocity" and channel in "uvw" and channel and way.earth_fixed:
+    if one.role in _SPEEDS and way.earth_fixed:
         one = _with(one, "along the axes of the position: earth-fixed")
-        channel = "xyz"["uvw".index(channel)]
-    elif group != "position" or channel not in ("x", "y", "z"):
+    elif one.role not in _PLACES:
         return one
-    name, sign = _COMPASS[world]["xyz".index(channel)]
+    name, sign = _COMPASS[world]["uvwxyz".index(channel) % 3]
     return replace(one, role=f"{group}.{name}", sign=sign)
 
 
@@ -123,14 +124,13 @@ def _times(clocks: Mapping[str, Ticking]) -> Iterator[Guess]:
 
 def _named(series: Iterable[Series]) -> Iterator[Guess]:
     for one in series:
-        told = hint(one.topic, one.field, one.unit)
-        if told is not None:
-            role, confidence = told
-            evidence = ["name and unit" if one.unit and quantity_of_role(role) else "name"]
-            if role.startswith("attitude.q["):  # parts of an array: w first, as most write them
-                role = f"attitude.q{'wxyz'[int(role[-2])]}"
-                evidence.append("w first")
-            yield Guess(one.column, role, confidence, one.unit, 1, tuple(evidence), topic=one.topic)
+        if (told := hint(one.topic, one.field, one.unit)) is None:
+            continue
+        role, sure = told
+        why: tuple[str, ...] = ("name and unit" if one.unit and quantity_of_role(role) else "name",)
+        if role.startswith("attitude.q["):  # parts of an array: w first, as most write them
+            role, why = f"attitude.q{'wxyz'[int(role[-2])]}", (*why, "w first")
+        yield Guess(one.column, role, sure, one.unit, 1, why, topic=one.topic)
 
 
 def _best(guesses: list[Guess], series: Mapping[str, Series]) -> list[Guess]:
@@ -147,9 +147,8 @@ def _best(guesses: list[Guess], series: Mapping[str, Series]) -> list[Guess]:
         return one.confidence + siblings, len(series[one.column].seconds)
 
     best: dict[str, Guess] = {}
-    for one in guesses:
-        if one.role not in best or merit(one) > merit(best[one.role]):
-            best[one.role] = one
+    for one in sorted(guesses, key=merit, reverse=True):
+        best.setdefault(one.role, one)
     many = {"commands", "flag"}
     return [replace(one, chosen=one.role in many or best[one.role] is one) for one in guesses]
 
@@ -168,18 +167,15 @@ def _weighed(one: Guess, series: Series, rates: RateMatch, way: WayMatch) -> Gue
         likeness = dict(rates.axes)[channel]
         told = f"turns as the attitude does ({likeness:.2f}), in {rates.unit}"
         return _surer(_with(one, told, rates.unit), likeness)
-    if way.agreement.agrees() and (group, channel) in _WAY:
+    if way.agreement.agrees() and one.role in (*_SPEEDS, *_PLACES):
         likeness = way.agreement.correlation
         return _surer(_with(one, f"velocity and position agree ({likeness:.2f})"), likeness)
-    if group == "velocity" and channel in "uvw":
+    if one.role in _SPEEDS:
         usual = float(np.nanmedian(np.abs(series.values)))
         if usual > _ODD:
             doubted = _with(one, f"its median size is {usual:.3g}: cm/s or mm/s?")
             return replace(doubted, confidence=one.confidence // 2)
     return one
-
-
-_WAY = {("velocity", name) for name in "uvw"} | {("position", name) for name in "xyz"}
 
 
 def _with(one: Guess, told: str, unit: str | None = None) -> Guess:
