@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from interleaving import interleaved, on_all_cores
 
-from hydrodamp.ingest.formats import delimited, files, parquet
+from hydrodamp.ingest.formats import files, parquet
 
 ROWS, COLUMNS = 1_000_000, 20
 
@@ -63,17 +63,6 @@ def test_csv_on_the_wall(benchmark, ledger, csv_file):
         benchmark, lambda: files.read(csv_file), lambda: _polars(csv_file), rounds=7
     )
     ledger.within("CSV, 1e6 x 20, wall time: polars alone", mine.best, theirs.best)
-
-
-def test_csv_in_parts(benchmark, ledger, csv_file):
-    """All parts of the same file, against reading it whole."""
-    mine, theirs = on_all_cores(
-        benchmark,
-        lambda: sum(part.topics[0].n for part in delimited.parts(csv_file, 100_000)),
-        lambda: delimited.read(csv_file),
-        rounds=3,
-    )
-    ledger.within("CSV in parts of 1e5 rows: whole", mine.best, theirs.best)
 
 
 def test_csv_without_arrow(benchmark, ledger, csv_file, tmp_path, monkeypatch):

@@ -31,9 +31,8 @@ class Topic:
     units : mapping of str to str
         Units that the file states, spelt as there.
     faults : mapping of str to str
-        What is wrong with a field, a sentence each. Such a field is not among
-        ``fields``; :meth:`numbers` raises its fault, so that a column that nobody needs
-        does not refuse the log.
+        What is wrong with a field, a sentence each. Such a field is not among ``fields``; a
+        column that nobody needs does not refuse the log.
     lines : sequence of int
         The line of the file of each row; empty where the file has no lines.
 
@@ -77,42 +76,6 @@ class Topic:
             return len(self.time)
         lengths = [*map(len, self.fields.values()), *map(len, self.texts.values())]
         return max(lengths, default=0)
-
-    def numbers(self, name: str) -> FloatArray:
-        """Return a field of numbers by its name.
-
-        Parameters
-        ----------
-        name : str
-            The path of the field.
-
-        Returns
-        -------
-        values : ndarray, shape (n,)
-            As they stand in the file.
-
-        Raises
-        ------
-        LogError
-            If there is no such field, it is words, or something is wrong with it.
-
-        Examples
-        --------
-        >>> Topic("", None, {"speed": [1.0, 2.0]}).numbers("speeds")
-        Traceback (most recent call last):
-        ...
-        hydrodamp.errors.LogError: there is no field `speeds`. Did you mean 'speed'?
-        """
-        inside = f" in topic `{self.name}`" if self.name else ""
-        if name in self.faults:
-            raise LogError(f"{self.faults[name]}{inside}")
-        if name in self.fields:
-            return self.fields[name]
-        if name in self.texts:
-            words = ", ".join(repr(word) for word in self.texts[name][:3])
-            raise LogError(f"field `{name}`{inside} must hold numbers; it holds words: {words}")
-        known = (*self.fields, *self.texts)
-        raise LogError(f"there is no field `{name}`{inside}.{did_you_mean(name, known)}")
 
 
 @dataclass(frozen=True, eq=False)

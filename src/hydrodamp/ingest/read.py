@@ -138,7 +138,7 @@ def read_parts(
     Parameters
     ----------
     path : str or Path
-        A table: text in columns or Parquet.
+        A table of Parquet.
     mapping : LogMapping, str or Path, optional
         As for :func:`read_log`.
     rows : int, optional

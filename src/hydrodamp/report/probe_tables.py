@@ -165,10 +165,7 @@ def _presets(found: Probe) -> Iterator[str]:
     for one in found.presets:
         topics = ", ".join(f"{name}: {topic}" for name, topic in one.topics)
         extra = f", given `topics: {{{topics}}}` in a mapping that extends it" if topics else ""
-        yield (
-            f"Preset `{one.name}` fits{extra}: {one.channels} channels found, "
-            f"{one.agreeing} of {one.guessed} as guessed."
-        )
+        yield (f"Preset `{one.name}` fits{extra}: {one.channels} channels found.")
     if not found.presets:
         yield "No shipped preset fits."
 

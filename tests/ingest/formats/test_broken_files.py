@@ -302,6 +302,5 @@ def test_corpus(
         assert any(re.search(says, f"{name}: {told}") for name, told in faults.items()), faults
     for topic in recording.topics:
         assert not set(topic.faults) & set(topic.fields)
-        for name in topic.faults:
-            with pytest.raises(LogError, match=r"must hold numbers|keep one|values where"):
-                topic.numbers(name)
+        for told in topic.faults.values():
+            assert re.search("must hold numbers|keep one|values where", told)

@@ -148,37 +148,6 @@ def test_a_bad_column_keeps_its_cells_across_blocks(
     assert topic.fields["t"].tolist() == [0, 1, 2, 3, 4, 5, 6]
 
 
-@pytest.mark.parametrize("rows", [1, 7, 100, 1000])
-def test_parts_join_to_the_whole(tmp_path: Path, rows: int, reader: str) -> None:
-    rng = np.random.default_rng(rows)
-    table = rng.standard_normal((500, 3))
-    path = tmp_path / "log.csv"
-    np.savetxt(path, table, delimiter=",", header="t,u,r", comments="", fmt="%.17g")
-    whole = delimited.read(path).topics[0]
-    parts = [part.topics[0] for part in delimited.parts(path, rows)]
-    assert max(part.n for part in parts) <= rows
-    for place, name in enumerate("tur"):
-        joined = np.concatenate([part.fields[name] for part in parts])
-        np.testing.assert_array_equal(joined, whole.fields[name])
-        np.testing.assert_array_equal(joined, table[:, place])
-    assert [line for part in parts for line in part.lines] == list(whole.lines)
-
-
-def test_parts_turn_careful_where_the_text_turns_odd(tmp_path: Path) -> None:
-    lines = [f"{k},{k / 2}" for k in range(100_000)]
-    lines[75_000] = "75000,oops"
-    path = tmp_path / "log.csv"
-    path.write_text("t,u\n" + "\n".join(lines) + "\n")
-    parts = [part.topics[0] for part in delimited.parts(path, 20_000)]
-    assert [part.n for part in parts] == [20_000] * 5
-    np.testing.assert_array_equal(
-        np.concatenate([part.fields["t"] for part in parts]), np.arange(100_000)
-    )
-    assert [bool(part.faults) for part in parts] == [False, False, False, True, False]
-    assert "'oops' in row 75001 (line 75002)" in parts[3].faults["u"]
-    assert parts[4].fields["u"][-1] == 99_999 / 2
-
-
 def test_letters_that_are_no_unicode_far_down(read: Read) -> None:
     rows = "".join(f"{k},calm\n" for k in range(60_000))
     recording = read(("t,sea\n" + rows + "60000,müde\n").encode("cp1252"))
@@ -204,4 +173,3 @@ def test_a_file_of_words_only(tmp_path: Path, reader: str) -> None:
     path = tmp_path / "log.csv"
     path.write_text("event,who\ndive,crew\nrise,crew\n")
     assert delimited.read(path).topics[0].texts["event"] == ("dive", "rise")
-    assert [part.topics[0].n for part in delimited.parts(path, 1)] == [1, 1]

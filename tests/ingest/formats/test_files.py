@@ -50,10 +50,8 @@ def test_content_comes_before_the_name(tmp_path: Path, begin: bytes, name: str, 
 
 def test_a_file_comes_in_parts_where_it_can(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text(TABLE)
-    assert [part.topics[0].n for part in files.parts(tmp_path / "a.csv", 1)] == [1, 1]
-    np.savez(tmp_path / "b.npz", t=np.arange(3.0))
-    with pytest.raises(FileError, match="NumPy arrays cannot be read in parts"):
-        next(files.parts(tmp_path / "b.npz", 1))
+    with pytest.raises(FileError, match="text in columns cannot be read in parts; only Parquet"):
+        next(files.parts(tmp_path / "a.csv", 1))
 
 
 @pytest.mark.parametrize(
@@ -105,17 +103,6 @@ def test_several_files_are_one_recording(tmp_path: Path) -> None:
 def test_topics_of_unequal_fields_cannot_be() -> None:
     with pytest.raises(LogError, match=r"topic `a` must have 3 values a field; got `x` 2"):
         Topic("a", [0.0, 1.0, 2.0], {"x": [1.0, 2.0]})
-
-
-def test_asking_a_topic_for_numbers() -> None:
-    topic = Topic("a", None, {"x": [1.0]}, {"m": ("p",)}, faults={"z": "`z` is spoilt"})
-    assert topic.numbers("x").tolist() == [1]
-    with pytest.raises(LogError, match="field `m` in topic `a` must hold numbers; it holds words"):
-        topic.numbers("m")
-    with pytest.raises(LogError, match="`z` is spoilt in topic `a`"):
-        topic.numbers("z")
-    with pytest.raises(LogError, match="there is no field `y` in topic `a`"):
-        topic.numbers("y")
 
 
 @pytest.fixture

@@ -117,12 +117,11 @@ def test_two_whole_runs_are_sent_to_read_logs(tmp_path: Path) -> None:
     assert "`read_logs`" in fault
 
 
-@pytest.mark.parametrize("suffix", [".csv", ".parquet"])
 @pytest.mark.parametrize(
     "given", [None, {"time": "time", "velocity": {"u": "u", "r": "r"}, "commands": ["rudder"]}]
 )
-def test_parts_of_a_table_make_up_the_whole(tmp_path: Path, suffix: str, given: object) -> None:
-    path = write(tmp_path / f"dive{suffix}")
+def test_parts_of_a_table_make_up_the_whole(tmp_path: Path, given: object) -> None:
+    path = write(tmp_path / "dive.parquet")
     mapping = None if given is None else LogMapping.from_dict(given)
     parts = list(read_parts(path, mapping, rows=20))
     assert [part.n for part in parts] == [20, 20, 10]
@@ -131,9 +130,12 @@ def test_parts_of_a_table_make_up_the_whole(tmp_path: Path, suffix: str, given: 
 
 
 @pytest.mark.parametrize("given", [None, {"time": "time", "velocity": {"u": "u"}}])
-def test_parts_in_which_nothing_is_known_are_left_out(csv_file: Write, given: object) -> None:
-    rows = [f"{k},{'' if 4 <= k < 8 or 9 <= k < 12 else 1}" for k in range(16)]
-    path = csv_file("\n".join(["time,u", *rows]))
+def test_parts_in_which_nothing_is_known_are_left_out(tmp_path: Path, given: object) -> None:
+    arrow = pytest.importorskip("pyarrow", reason="pyarrow is not installed")
+    path, speed = tmp_path / "dive.parquet", np.ones(16)
+    speed[[4, 5, 6, 7, 9, 10, 11]] = np.nan
+    columns = arrow.table({"time": np.arange(16.0), "u": speed})
+    pytest.importorskip("pyarrow.parquet").write_table(columns, path)
     mapping = None if given is None else LogMapping.from_dict(given)
     with pytest.warns(GapWarning) as told:
         assert [part.n for part in read_parts(path, mapping, rows=4)] == [4, 4]

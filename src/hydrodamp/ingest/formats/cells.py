@@ -41,11 +41,10 @@ class Column:
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """Columns of some rows of a text, with the line of each row."""
+    """Columns of a text, with the line of each row."""
 
     columns: tuple[Column, ...]
     lines: Sequence[int]
-    skipped: int = 0
     notes: tuple[str, ...] = ()
 
 
@@ -56,13 +55,12 @@ def topic_of(
     *,
     time: FloatArray | None = None,
     units: Mapping[str, str] | None = None,
-    skipped: int = 0,
 ) -> Topic:
     """Return columns as a topic; those with cells that are no numbers are among its faults."""
     faults = {
         key: fault
         for key, column in columns.items()
-        for fault in bad_cells(f"{name}.{key}" if name else key, column.bad, lines, skipped)
+        for fault in bad_cells(f"{name}.{key}" if name else key, column.bad, lines)
     }
     fields = {
         key: column.numbers
@@ -73,13 +71,11 @@ def topic_of(
     return Topic(name, time, fields, words, units or {}, faults, lines)
 
 
-def bad_cells(
-    called: str, bad: Sequence[tuple[int, str]], lines: Sequence[int], skipped: int = 0
-) -> Iterator[str]:
+def bad_cells(called: str, bad: Sequence[tuple[int, str]], lines: Sequence[int]) -> Iterator[str]:
     """Name the cells of a column, if any, that are no numbers."""
     if bad:
         told = [
-            f"{cell!r} in row {skipped + row + 1}" + (f" (line {lines[row]})" if lines else "")
+            f"{cell!r} in row {row + 1}" + (f" (line {lines[row]})" if lines else "")
             for row, cell in bad[:_LISTED]
         ]
         more = f" and {len(bad) - _LISTED} more" if len(bad) > _LISTED else ""

@@ -1,4 +1,4 @@
-"""Text in columns: CSV, TSV and what else lies between spaces, whole or part by part.
+"""Text in columns: CSV, TSV and what else lies between spaces.
 
 Arrow reads what is clean; what is odd is read here row by row, and named with its line.
 """
@@ -32,19 +32,7 @@ def read(path: str | Path) -> Recording:
     try:
         return _recording(fast_text.read(path, dialect), path, dialect)
     except fast_text.OddTextError:
-        return _recording(next(_careful(path, dialect, None)), path, dialect)
-
-
-def parts(path: str | Path, rows: int) -> Iterator[Recording]:
-    """Read text in columns part by part, for files larger than the memory."""
-    dialect, done = find_dialect(path), 0
-    try:
-        for part in fast_text.parts(path, dialect, rows):
-            yield _recording(part, path, dialect)
-            done += len(part.lines)
-    except fast_text.OddTextError:
-        for part in _careful(path, dialect, rows, skip=done):
-            yield _recording(part, path, dialect)
+        return _recording(_careful(path, dialect), path, dialect)
 
 
 def _recording(part: Part, path: str | Path, dialect: Dialect) -> Recording:
@@ -52,34 +40,25 @@ def _recording(part: Part, path: str | Path, dialect: Dialect) -> Recording:
     named = dict(zip(dialect.header.names, part.columns, strict=True))
     dated = {name: column.unit for name, column in named.items() if column.unit}
     units = {**dialect.header.units, **dated}
-    topic = topic_of("", named, part.lines, units=units, skipped=part.skipped)
+    topic = topic_of("", named, part.lines, units=units)
     notes = [*dialect.header.notes, *part.notes, *topic.faults.values()]
     notes += [f"column `{name}` holds dates, read in seconds since 1970" for name in dated]
     topic = replace(topic, faults={**topic.faults, **dialect.header.faults})
     return Recording((topic,), str(path), "text in columns", tuple(notes))
 
 
-def _careful(path: str | Path, dialect: Dialect, rows: int | None, skip: int = 0) -> Iterator[Part]:
-    """Read rows part by part, or all at once where no number of rows is given."""
+def _careful(path: str | Path, dialect: Dialect) -> Part:
+    """Read row by row."""
     read = _Rows(path, dialect)
-    following = islice(read, skip, None)
-    while True:
-        lines: list[int] = []
-        blocks: list[list[Column]] = []
-        while size := min(_BLOCK, _BLOCK if rows is None else rows - len(lines)):
-            block = [*islice(following, size)]
-            if not block:
-                break
-            lines += [line for line, _ in block]
-            blocks.append(_columns([cells for _, cells in block], dialect))
-        read.check()
-        if lines or rows is None:
-            pieces = [*zip(*blocks, strict=True)] or [()] * len(dialect.header.names)
-            columns = tuple(_joined(dialect, *piece) for piece in enumerate(pieces))
-            yield Part(columns, lines, skip, tuple(read.notes()))
-        if rows is None or len(lines) < rows:
-            return
-        skip += len(lines)
+    rows, lines = iter(read), list[int]()
+    blocks: list[list[Column]] = []
+    while block := [*islice(rows, _BLOCK)]:
+        lines += [line for line, _ in block]
+        blocks.append(_columns([cells for _, cells in block], dialect))
+    read.check()
+    pieces = [*zip(*blocks, strict=True)] or [()] * len(dialect.header.names)
+    columns = tuple(_joined(dialect, *piece) for piece in enumerate(pieces))
+    return Part(columns, lines, tuple(read.notes()))
 
 
 def _columns(block: Sequence[Sequence[str]], dialect: Dialect) -> list[Column]:
@@ -194,10 +173,9 @@ class _Rows:
         raise LogError(told, source=str(self.path))
 
     def notes(self) -> Iterator[str]:
-        """Say once what was passed over."""
+        """Say what was passed over."""
         if cut := self.cut():
             yield f"the last line ({cut}) is cut off; it was left out"
         for what, lines in self.passed.items():
             more = f", as do {len(lines) - 1} more lines" if len(lines) > 1 else ""
             yield f"line {lines[0]} {what}{more}; passed over"
-        self.passed.clear()

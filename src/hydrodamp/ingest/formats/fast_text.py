@@ -31,34 +31,16 @@ def read(path: str | Path, dialect: Dialect) -> Part:
     with _arrow_text(path, dialect) as (csv, text, options):
         table = csv.read_csv(text, **options)
         _check(table, dialect)
-    return _part(table, dialect, 0)
-
-
-def parts(path: str | Path, dialect: Dialect, rows: int) -> Iterator[Part]:
-    """Read the rows of a clean file part by part."""
-    with _arrow_text(path, dialect) as (csv, text, options):
-        waiting, done = [], 0
-        from pyarrow import Table
-
-        for batch in csv.open_csv(text, **options):
-            _check(batch, dialect)
-            waiting.append(batch)
-            while sum(map(len, waiting)) >= rows:
-                table = Table.from_batches(waiting)
-                yield _part(table.slice(0, rows), dialect, done)
-                done += rows
-                waiting = table.slice(rows).to_batches()
-        if any(map(len, waiting)):
-            yield _part(Table.from_batches(waiting), dialect, done)
+    columns = tuple(
+        Column(numbers_of(column)) if numeric else dialect.column(place, column.to_pylist())
+        for place, (column, numeric) in enumerate(zip(table.columns, dialect.numeric, strict=False))
+    )
+    return Part(columns, range(dialect.first, dialect.first + len(table)))
 
 
 def numbers_of(column: Any) -> FloatArray:
     """Return the numbers of a column of Arrow in an array that nobody writes; NaN for none."""
-    values = np.empty(len(column), dtype=np.float64)
-    start = 0
-    for chunk in column.chunks:
-        values[start : start + len(chunk)] = chunk.to_numpy(zero_copy_only=False)
-        start += len(chunk)
+    values = np.array(column.to_numpy(), dtype=np.float64)
     values.setflags(write=False)
     return values
 
@@ -108,16 +90,6 @@ def _options(csv: Any, dialect: Dialect) -> dict[str, Any]:
             decimal_point=dialect.decimal,
         ),
     }
-
-
-def _part(table: Any, dialect: Dialect, skipped: int) -> Part:
-    """Return the columns of some rows."""
-    columns = tuple(
-        Column(numbers_of(column)) if numeric else dialect.column(place, column.to_pylist())
-        for place, (column, numeric) in enumerate(zip(table.columns, dialect.numeric, strict=False))
-    )
-    begin = dialect.first + skipped
-    return Part(columns, range(begin, begin + len(table)), skipped)
 
 
 def _check(table: Any, dialect: Dialect) -> None:

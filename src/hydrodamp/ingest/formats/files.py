@@ -116,8 +116,8 @@ def parts(path: str | Path, rows: int) -> Iterator[Recording]:
     form = format_of(path)
     if not hasattr(form.reader, "parts"):
         raise FileError(
-            f"{path}: {form.name} cannot be read in parts; only text in columns and Parquet can."
-            " Save the table as Parquet"
+            f"{path}: {form.name} cannot be read in parts; only Parquet can. Save the table as"
+            " Parquet"
         )
     with _failures_named(form, path):
         yield from form.reader.parts(path, rows)

@@ -13,7 +13,7 @@ from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import HydrodampError, HydrodampWarning
 from hydrodamp.files import parse_yaml
 from hydrodamp.ingest.mapping import LogMapping, presets, read_mapping
-from hydrodamp.ingest.mapping.finding import Found, find
+from hydrodamp.ingest.mapping.finding import find
 from hydrodamp.ingest.probing.columns import NOISE, Ticking, series_of, words
 from hydrodamp.ingest.probing.draft import Draft, draft
 from hydrodamp.ingest.probing.roles import Roles, guess_roles
@@ -22,9 +22,6 @@ from hydrodamp.ingest.read import is_canonical, logs_of
 
 #: Confidence [%] from which a draft is worth making a log of.
 SUFFICES = 60
-
-_AGREES = 0.75  # share of the channels with a guess
-_SURE = 60  # %, a guess that may speak against a preset
 
 #: Returns what a vehicle needs of a log.
 AskNeeds = Callable[[Log], Needs]
@@ -76,8 +73,6 @@ class Fitting:
 
     name: str
     channels: int
-    agreeing: int
-    guessed: int
     topics: tuple[tuple[str, str], ...] = ()
 
 
@@ -161,7 +156,7 @@ def probe(recording: Recording) -> Probe:
         topics=tuple(facts_of(one, roles.clocks.get(one.name)) for one in recording.topics),
         roles=roles,
         without_role=_silent(recording, roles),
-        presets=fitting(recording, roles),
+        presets=fitting(recording),
         draft=draft(recording, roles),
     )
 
@@ -172,35 +167,22 @@ def _silent(recording: Recording, roles: Roles) -> tuple[str, ...]:
     return tuple(name for name in columns if name not in told and not NOISE & set(words(name)))
 
 
-def fitting(recording: Recording, roles: Roles) -> tuple[Fitting, ...]:
+def fitting(recording: Recording) -> tuple[Fitting, ...]:
     """Return the presets that fit."""
-    found = [one for name in presets() for one in _fits(name, recording, roles)]
-    return tuple(sorted(found, key=lambda one: -one.agreeing))
+    found = [one for name in presets() for one in _fits(name, recording)]
+    return tuple(sorted(found, key=lambda one: -one.channels))
 
 
-def _fits(name: str, recording: Recording, roles: Roles) -> Iterator[Fitting]:
+def _fits(name: str, recording: Recording) -> Iterator[Fitting]:
     mapping = read_mapping(name)
     changed = dict(_other_topics(mapping, recording))
     topics = mapping.topics | {one: (topic,) for one, topic in changed.items()}
     timeless = [entry for entry in mapping.entries if entry.group != "time"]
     found, faults = find(timeless, recording, name, topics)
-    if faults or not any(one.entry.group == "velocity" and one.topic for one in found):
-        return
-    guesses = {one.column: one for one in roles.guesses if one.confidence >= _SURE and one.chosen}
-    told = [one for one in found if one.source.column in guesses]
-    agreeing = sum(_agrees(one, guesses[one.source.column].role) for one in told)
-    moves = any(one.entry.group == "velocity" for one in told)
-    if moves and agreeing >= _AGREES * len(told):
-        yield Fitting(name, len(found), agreeing, len(told), tuple(changed.items()))
-
-
-def _agrees(found: Found, role: str) -> bool:
-    group, _, channel = role.partition(".")
-    if found.entry.group == "commands":
-        return group == found.entry.group
-    same = {"up": "down", "depth": "down", "heading": "yaw"}
-    names = (same.get(channel, channel), same.get(found.entry.name, found.entry.name))
-    return group == found.entry.group and names[0] == names[1]
+    moves = [one.field for one in found if one.entry.group == "velocity" and one.topic]
+    # Columns without names fit any preset that goes by their place.
+    if not faults and any(not field.startswith("column ") for field in moves):
+        yield Fitting(name, len(found), tuple(changed.items()))
 
 
 def _other_topics(mapping: LogMapping, recording: Recording) -> Iterator[tuple[str, str]]:
