@@ -44,12 +44,6 @@ def attitude(rng, n):
     return q / np.linalg.norm(q, axis=1, keepdims=True)
 
 
-def damped(rng, a_plant):
-    """Small coefficients with linear drag added, so that a replay stays put."""
-    matrix = 0.02 * rng.standard_normal((a_plant.n_terms, 6))
-    return matrix * np.diag(a_plant.mass_matrix)
-
-
 def linear_plant(rng, free=(True,) * 6):
     """The six linear terms with drag, and products that bring every atom in."""
     factors = [[i, 0, 0, 0] for i in range(1, 7)]
@@ -70,6 +64,5 @@ def make() -> SimpleNamespace:
         plant=plant,
         inputs=inputs,
         attitude=attitude,
-        damped=damped,
         linear_plant=linear_plant,
     )

@@ -7,8 +7,9 @@ import pytest
 
 from hydrodamp.errors import ModelError
 from hydrodamp.files import parse_yaml
+from hydrodamp.kernels import coriolis
 from hydrodamp.models.catalog import catalog
-from hydrodamp.models.damping import cite
+from hydrodamp.models.damping import Damping, cite
 from hydrodamp.models.published import (
     added_mass_matrix,
     coriolis_coefficients,
@@ -19,15 +20,6 @@ from hydrodamp.models.published import (
 def added_mass_of(name):
     """Return the added mass matrix that a set goes with."""
     return added_mass_matrix(parse_yaml(published.text(name), name)["added_mass"])
-
-
-def workless(matrix, velocity):
-    """H(p) nu = [p1 x omega ; p1 x nu1 + p2 x omega] with p = A nu, section II.A."""
-    momentum = velocity @ np.asarray(matrix).T
-    p1, p2 = momentum[:, :3], momentum[:, 3:]
-    linear, angular = velocity[:, :3], velocity[:, 3:]
-    force = np.cross(p1, angular)
-    return np.concatenate([force, np.cross(p1, linear) + np.cross(p2, angular)], axis=1)
 
 
 @pytest.fixture
@@ -79,15 +71,16 @@ def test_derivatives_are_negated_and_symmetrised():
     assert matrix[3, 3] == 0.5
 
 
-# Prestero 2001, REMUS 100: the products that carry added mass, as the source has them.
+# Prestero 2001, REMUS 100, as the source has them, added mass in the products.
 PRESTERO = {
-    "X": {"wq": -35.5, "qq": -1.93, "vr": 35.5, "rr": -1.93},
-    "Y": {"ur": 5.22, "wp": 35.5, "pq": 1.93, "uv": -28.6},
-    "Z": {"uq": -5.22, "vp": -35.5, "pr": 1.93, "uw": -28.6},
-    "K": {},
-    "M": {"uw": 24.0, "uq": -2.0, "vp": -1.93, "pr": 4.86},
-    "N": {"uv": -24.0, "ur": -2.0, "wp": -1.93, "pq": -4.86},
+    "X": {"wq": -35.5, "qq": -1.93, "vr": 35.5, "rr": -1.93, "u|u|": -1.62},
+    "Y": {"ur": 5.22, "wp": 35.5, "pq": 1.93, "uv": -28.6, "v|v|": -131.0, "r|r|": 0.632},
+    "Z": {"uq": -5.22, "vp": -35.5, "pr": 1.93, "uw": -28.6, "w|w|": -131.0, "q|q|": -0.632},
+    "K": {"p|p|": -0.13},
+    "M": {"uw": 24.0, "uq": -2.0, "vp": -1.93, "pr": 4.86, "w|w|": 3.18, "q|q|": -9.4},
+    "N": {"uv": -24.0, "ur": -2.0, "wp": -1.93, "pq": -4.86, "v|v|": -3.18, "r|r|": -9.4},
 }
+ADJUSTED = {"Y_v|v|": -1310.0, "M_q|q|": -188.0, "N_r|r|": -94.0}
 
 # SNAME T&R Bulletin 1-45 set, the starred coefficients of the source and the plain lift ones.
 # Products that it leaves in its added-mass Coriolis matrix are written as A, symmetrised.
@@ -95,70 +88,30 @@ A11, A22, A33, A44, A55, A66 = 13.047, 48.238, 51.7901, 0.741, 14.5177, 14.5316
 A26 = -(2.6899 + 3.67588) / 2
 A35 = -(0.67173 - 0.776908) / 2
 SNAME = {
-    "X": {},  # the source zeroes this row
-    "Y": {"ur": 23.6598, "uv": -34.5946, "wp": A33, "pq": A35},
-    "Z": {"uq": -13.0932, "uw": -36.4678, "vp": -A22, "pr": -A26},
-    "K": {
-        "up": -0.53,
-        "vw": A22 - A33,
-        "wr": A26 + A35,
-        "vq": -(A26 + A35),
-        "qr": A55 - A66,
-    },
-    "M": {"uw": 26.0741, "uq": -22.3806, "vp": A26, "pr": A66 - A44},
-    "N": {"uv": -13.0885, "ur": -24.2459, "wp": -A35, "pq": A44 - A55},
+    "X": {"u|u|": -3.244},  # the source zeroes the products of this row
+    "Y": {"ur": 23.6598, "uv": -34.5946, "wp": A33, "pq": A35, "v|v|": -171.825, "r|r|": 45.2878},
+    "Z": {"uq": -13.0932, "uw": -36.4678, "vp": -A22, "pr": -A26, "w|w|": -72.497, "q|q|": -11.824},
+    "K": {"up": -0.53, "vw": A22 - A33, "wr": A26 + A35, "qr": A55 - A66, "p|p|": -2.64},
+    "M": {"uw": 26.0741, "uq": -22.3806, "vp": A26, "w|w|": -3.68259, "q|q|": -25.6784},
+    "N": {"uv": -13.0885, "ur": -24.2459, "wp": -A35, "v|v|": 34.1192, "r|r|": -46.5715},
 }
-
-QUADRATIC = {
-    "remus100-prestero-theory": (
-        *(-1.62, -131.0, 0.632, -131.0, -0.632, 3.18, -9.4, -3.18, -9.4, -0.13),
-    ),
-    "remus100-prestero-adjusted": (
-        *(-1.62, -1310.0, 0.632, -131.0, -0.632, 3.18, -188.0, -3.18, -94.0, -0.13),
-    ),
-    "vt690-sname2022": (
-        *(-3.244, -171.825, 45.2878, -72.497, -11.824, -3.68259, -25.6784, 34.1192, -46.5715),
-        -2.64,
-    ),
-}
-
-
-def source_total(products, quadratic, velocity):
-    """The whole hydrodynamic wrench of the source: its products and its quadratic drag."""
-    xuu, yvv, yrr, zww, zqq, mww, mqq, nvv, nrr, kpp = quadratic
-    square = {name: s * np.abs(s) for name, s in zip("uvwpqr", velocity.T, strict=True)}
-    total = np.stack(
-        [
-            xuu * square["u"],
-            yvv * square["v"] + yrr * square["r"],
-            zww * square["w"] + zqq * square["q"],
-            kpp * square["p"],
-            mww * square["w"] + mqq * square["q"],
-            nvv * square["v"] + nrr * square["r"],
-        ],
-        axis=1,
-    )
-    for row, axis in enumerate("XYZKMN"):
-        for (one, other), value in products[axis].items():
-            columns = velocity[:, "uvwpqr".index(one)], velocity[:, "uvwpqr".index(other)]
-            total[:, row] += value * columns[0] * columns[1]
-    return total
+MOMENTS = {"K_vq": -(A26 + A35), "M_pr": A66 - A44, "N_pq": A44 - A55}
 
 
 @pytest.mark.parametrize(
-    ("name", "products"),
+    ("name", "rows", "more"),
     [
-        ("remus100-prestero-theory", PRESTERO),
-        ("remus100-prestero-adjusted", PRESTERO),
-        ("vt690-sname2022", SNAME),
+        ("remus100-prestero-theory", PRESTERO, {}),
+        ("remus100-prestero-adjusted", PRESTERO, ADJUSTED),
+        ("vt690-sname2022", SNAME, MOMENTS),
     ],
 )
-def test_viscous_remainder_and_added_mass_give_the_sources_total(name, products, velocity):
+def test_viscous_remainder_and_added_mass_give_the_sources_total(name, rows, more, velocity):
     """K xi + H(A nu) nu equals what the source itself computes at random velocities."""
-    total = published[name].wrench(velocity) + workless(added_mass_of(name), velocity)
-    np.testing.assert_allclose(
-        total, source_total(products, QUADRATIC[name], velocity), rtol=1e-11, atol=1e-11
-    )
+    total = published[name].wrench(velocity) + coriolis(added_mass_of(name), velocity)
+    source = {f"{axis}_{term}": row[term] for axis, row in rows.items() for term in row}
+    expected = Damping.from_dict(None, source | more).wrench(velocity)
+    np.testing.assert_allclose(total, expected, rtol=1e-11, atol=1e-11)
 
 
 def test_vt690_is_prestero_and_one_more_and_belongs_to_the_vehicle():

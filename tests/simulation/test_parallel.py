@@ -18,21 +18,6 @@ def test_results_come_in_order_and_each_is_handed_out_once() -> None:
     assert sorted(told) == [k * k for k in range(20)]
 
 
-def test_after_an_error_no_more_is_begun() -> None:
-    begun: list[int] = []
-
-    def work(number: int) -> None:
-        begun.append(number)
-        if number == 3:
-            raise ZeroDivisionError
-        if number > 3:
-            time.sleep(0.05)
-
-    with pytest.raises(ZeroDivisionError):
-        each(work, [(k,) for k in range(1000)])
-    assert len(begun) < 1000
-
-
 def test_after_an_interruption_all_finished_work_is_handed_out_and_none_begun() -> None:
     told: list[int] = []
     begun: list[int] = []

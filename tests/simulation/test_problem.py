@@ -88,16 +88,6 @@ def test_locked_axes_are_zero_and_leave_the_table():
     )  # fmt: skip
 
 
-def test_a_planar_vehicle_needs_no_attitude():
-    planar = replace(hd.fleet["vt690"], axes=("X", "Y", "N"), actuators=())
-    log = hd.Log.from_arrays(
-        [0.0, 0.1, 0.2],
-        {"u": [1, 1, 1], "v": [0, 0, 0], "r": [0, 0, 0]},
-        wrench=np.zeros((3, 6)),
-    )
-    assert hd.prepare(planar, log, LINEAR).n_samples == 3
-
-
 def test_missing_attitude_matters_where_weight_acts_along_it():
     log = log_of(attitude=None, wrench=np.zeros((20, 6)))
     vehicle = replace(hd.fleet["vt690"], actuators=())
