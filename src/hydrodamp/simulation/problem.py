@@ -26,12 +26,8 @@ from hydrodamp.vehicle.vehicle import Vehicle, mass_matrix_digest
 
 def stamp(vehicle: Vehicle) -> VehicleStamp:
     """Return what a damping file says of the vehicle it belongs to."""
-    return VehicleStamp(
-        name=vehicle.name,
-        weight=vehicle.weight,
-        buoyancy=vehicle.buoyancy,
-        mass_matrix_digest=mass_matrix_digest(vehicle.mass_matrix),
-    )
+    digest = mass_matrix_digest(vehicle.mass_matrix)
+    return VehicleStamp(vehicle.name, vehicle.weight, vehicle.buoyancy, digest)
 
 
 # A channel that is always zero; no command can have this name.
@@ -171,12 +167,7 @@ def columns(
         vehicle=vehicle,
         basis=basis,
         channels=channels,
-        plant=Plant(
-            mass_matrix=vehicle.mass_matrix,
-            free=vehicle.free,
-            factors=table,
-            n_channels=len(channels),
-        ),
+        plant=Plant(vehicle.mass_matrix, vehicle.free, table, len(channels)),
         known=frozen(np.reshape([*known.values()], (-1, 6)) * vehicle.free),
         actuators=actuators,
     )
@@ -376,14 +367,7 @@ def _filled(vehicle: Vehicle, log: Log, models: tuple[DampingModel, ...]) -> Pro
         channels=held_channels(table, commands, log.n),
         propulsion=_propulsion(log, velocity, held),
     )
-    return Problem(
-        log=log,
-        models=models,
-        columns=table,
-        inputs=inputs,
-        segments=log.bounds,
-        propulsion_known=known,
-    )
+    return Problem(log, models, table, inputs, log.bounds, propulsion_known=known)
 
 
 def _propulsion(log: Log, velocity: FloatArray, held: FloatArray | None) -> FloatArray:

@@ -116,13 +116,16 @@ def replay(
     """Replay segments or other stretches; where two share a sample, the one given later stays."""
     if not 1e-5 <= max_step <= 0.05:
         raise MethodError(f"`max_step` must be between 1e-5 and 0.05 s, got {max_step}")
-    log = problem.log
+    if attitude not in ("measured", "simulated"):
+        raise MethodError(f"`attitude` must be 'measured' or 'simulated', got {attitude!r}")
+    log, recorded = problem.log, problem.log.attitude
+    start = np.tile(_LEVEL, (log.n, 1)) if recorded is None else recorded
     velocity, diverged_at = kernels.replay(
         problem.columns.plant,
         problem.matrix(damping),
         problem.inputs,
         problem.segments if spans is None else spans,
-        _initial_attitude(log, attitude),
+        start if attitude == "simulated" else None,
         max_step=max_step,
         limit=LIMIT,
     )
@@ -131,12 +134,3 @@ def replay(
         segment = next(part for part in log.segments if index < part.stop)
         diverged.append((segment.name, float(log.time[index] - log.time[segment.start])))
     return Trajectory(log, velocity, tuple(diverged), attitude, problem.vehicle.axes)
-
-
-def _initial_attitude(log: Log, attitude: AttitudeSource) -> FloatArray | None:
-    """Return the attitudes a replay that simulates its own starts from."""
-    if attitude == "measured":
-        return None
-    if attitude != "simulated":
-        raise MethodError(f"`attitude` must be 'measured' or 'simulated', got {attitude!r}")
-    return np.tile(_LEVEL, (log.n, 1)) if log.attitude is None else log.attitude

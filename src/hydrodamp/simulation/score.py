@@ -223,23 +223,24 @@ def horizon_scores(
     asked = [_checked(horizon) for horizon in horizons]
     problem = prepare(vehicle, log, damping.model)
     warn_if_foreign(damping, stamp(vehicle))
-    return HorizonScores(
-        tuple(_scored(problem, damping, horizon, attitude, rate_unit) for horizon in asked)
-    )
+    scores = []
+    for horizon in asked:
+        # The last window first: where one ends the next begins, and the end, which is a
+        # prediction, is to stay.
+        spans = windows(problem, horizon)[::-1]
+        found = replay(problem, damping, attitude, spans=spans)
+        errors = score(found, rate_unit)
+        scores.append(HorizonScore(horizon, errors, len(spans), len(found.diverged)))
+    return HorizonScores(tuple(scores))
 
 
 def windows(problem: Problem, horizon: Horizon) -> IntArray:
     """Return the stretches that are replayed, each from its own measured state."""
-    time = problem.inputs.time
-    return np.concatenate(
-        [_cut(time, start, stop, horizon) for start, stop in problem.segments.tolist()]
-    )
-
-
-def _cut(time: FloatArray, start: int, stop: int, horizon: Horizon) -> IntArray:
-    """Return the windows of one segment; none begins at its last sample."""
-    begins = start + _restarts(time[start : stop - 1], horizon)
-    return np.column_stack([begins, np.append(begins[1:] + 1, stop)])
+    time, found = problem.inputs.time, []
+    for start, stop in problem.segments.tolist():
+        begins = start + _restarts(time[start : stop - 1], horizon)  # none at the last sample
+        found.append(np.column_stack([begins, np.append(begins[1:] + 1, stop)]))
+    return np.concatenate(found)
 
 
 def _restarts(time: FloatArray, horizon: Horizon) -> IntArray:
@@ -249,21 +250,6 @@ def _restarts(time: FloatArray, horizon: Horizon) -> IntArray:
         return np.arange(len(time))
     number = np.floor((time - time[0]) / horizon + _SLACK)
     return np.flatnonzero(np.diff(number, prepend=-1.0) > 0.0)
-
-
-def _scored(
-    problem: Problem,
-    damping: Damping,
-    horizon: Horizon,
-    attitude: AttitudeSource,
-    rate_unit: RateUnit,
-) -> HorizonScore:
-    # The last window first: where one ends the next begins, and the end, which is a
-    # prediction, is to stay.
-    spans = windows(problem, horizon)[::-1]
-    found = replay(problem, damping, attitude, spans=spans)
-    n_diverged = len(found.diverged)
-    return HorizonScore(horizon, score(found, rate_unit=rate_unit), len(spans), n_diverged)
 
 
 def _checked(horizon: Horizon) -> Horizon:

@@ -49,30 +49,6 @@ class Voyage(NamedTuple):
     pushes: FloatArray
 
 
-def sail(
-    runs: Sequence[Run],
-    motion: Motion,
-    errors: FloatArray,
-    pushes: FloatArray,
-    autopilot: Autopilot = PUBLISHED,
-) -> Voyage:
-    """Return the voyage of every run, one sample each period of the autopilot."""
-    time = np.arange(len(errors), dtype=np.float64) * autopilot.period
-    heading = np.radians(np.transpose([run.heading.at(time) for run in runs]))
-    depth = STARTING_DEPTH + np.transpose([run.depth.at(time) for run in runs])
-    state, memory = np.zeros((len(runs), N_STATES)), Memory.blank(len(runs))
-    state[:, 0], state[:, DEPTH] = motion.steady_surge, STARTING_DEPTH
-    samples = []
-    driven = zip(errors, pushes, heading, depth, strict=True)
-    for error, push, course, level in counted(driven, "sailing the campaign", len(errors)):
-        measured, pushed = state[:, MEASURED] + error, motion.pushed(push)
-        commands, memory = autopilot.steer(measured, course, level, memory)
-        state = pushed.receive(state, commands)
-        samples.append((state, pushed.acceleration(state), measured, commands, push))
-        state = pushed.advance(state, commands, autopilot.period)
-    return Voyage(*map(np.array, zip(*samples, strict=True)))
-
-
 TRUTHS = ("sname", "crossflow")
 """The truths to choose from."""
 
@@ -140,14 +116,10 @@ class Plan:
         """Return the campaign of each seed, all vehicles sailing side by side."""
         runs, period = self.training + self.testing, self.autopilot.period
         size = len(runs), round(duration / period) + 1, period
-        body = Body.of(self.vehicle)
-        rpm = np.array([run.rpm for run in runs * len(seeds)])
-        voyage = sail(
+        voyage = self._voyage(
             runs * len(seeds),
-            Motion(body, self.water, body.propulsion(rpm)),
             np.hstack([conditions.draw_errors(seed, *size) for seed in seeds]),
             np.hstack([conditions.draw_pushes(seed, *size) for seed in seeds]),
-            self.autopilot,
         )
         return tuple(
             self._campaign(
@@ -158,6 +130,23 @@ class Plan:
             )
             for k, seed in enumerate(seeds)
         )
+
+    def _voyage(self, runs: Sequence[Run], errors: FloatArray, pushes: FloatArray) -> Voyage:
+        body, period, n = Body.of(self.vehicle), self.autopilot.period, len(runs)
+        motion = Motion(body, self.water, body.propulsion(np.array([run.rpm for run in runs])))
+        time = np.arange(len(errors), dtype=np.float64) * period
+        heading = np.radians(np.transpose([run.heading.at(time) for run in runs]))
+        depth = STARTING_DEPTH + np.transpose([run.depth.at(time) for run in runs])
+        state, memory, samples = np.zeros((n, N_STATES)), Memory.blank(n), []
+        state[:, 0], state[:, DEPTH] = motion.steady_surge, STARTING_DEPTH
+        driven = zip(errors, pushes, heading, depth, strict=True)
+        for error, push, course, level in counted(driven, "sailing the campaign", len(errors)):
+            measured, pushed = state[:, MEASURED] + error, motion.pushed(push)
+            commands, memory = self.autopilot.steer(measured, course, level, memory)
+            state = pushed.receive(state, commands)
+            samples.append((state, pushed.acceleration(state), measured, commands, push))
+            state = pushed.advance(state, commands, period)
+        return Voyage(*map(np.array, zip(*samples, strict=True)))
 
     def _campaign(self, voyage: Voyage, specific_force_errors: FloatArray | None) -> Campaign:
         parts: dict[str, Any] = {}
