@@ -151,7 +151,6 @@ from .report.figures.coefficients import (
 )
 from .report.figures.diagnostics import (
     excitation_figure as excitation_figure,
-    history_figure as history_figure,
     power_figure as power_figure,
     residuals_figure as residuals_figure,
 )

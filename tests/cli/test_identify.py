@@ -107,7 +107,7 @@ def test_nothing_of_an_earlier_fit_stays_beside_a_new_one(
     mine = folder / "d.figures" / "mine.svg"
     for name in ("d.json", "d.report.html", "d.figures/power.svg", "d.figures/mine.svg"):
         (folder / name).write_text("old", "utf-8")
-    words = {"name": "power", "title": "", "caption": "", "width": 1, "height": 1}
+    words = {"name": "power", "caption": "", "width": 1, "height": 1}
     (folder / "d.figures" / "index.json").write_text(json.dumps({"pictures": [words]}), "utf-8")
 
     def fail(*args: object) -> None:

@@ -58,7 +58,7 @@ def test_a_page_elsewhere_names_a_lost_picture(results: Path, call: Call, folder
     assert done.exit_code == 0, done.output
     text = (folder / "elsewhere.html").read_text("utf-8")
     assert "The run wrote its pictures as SVG files for print" in text
-    assert "Power over the operating box: power.svg is not there" in text
+    assert "power.svg is not there" in text
     assert "beside this report" not in text
 
 

@@ -76,10 +76,9 @@ def test_a_bare_grid_has_neither_title_nor_notes() -> None:
     assert to_markdown(bare) == "| a |\n| :--- |\n| 1 |"
 
 
-def shown(*grids: Grid, width: int = 80, color: bool = False) -> str:
+def shown(*grids: Grid, width: int = 80) -> str:
     stream = io.StringIO()
-    system = "standard" if color else None
-    show(Console(file=stream, width=width, force_terminal=color, color_system=system), *grids)
+    show(Console(file=stream, width=width), *grids)
     return stream.getvalue()
 
 
@@ -96,15 +95,6 @@ def test_a_terminal_shows_every_word_whole(comparison: Comparison, width: int) -
 def test_a_time_between_colons_is_no_emoji() -> None:
     grid = Grid.of_words("50:100:", ("a",), "l", (), ("They share 50:100: all.",))
     assert shown(grid).count("50:100:") == 2
-
-
-def test_outcomes_have_colours() -> None:
-    rows = (("a", "diverged"), ("b", "~1.0"), ("c", 0.5))
-    columns = (Column("model", number=False), Column("ls"))
-    text = shown(Grid("", columns, rows, best=frozenset({(2, 1)})), color=True)
-    assert "\x1b[31mdiverged" in text
-    assert "\x1b[33m" in text.split("~1.0")[0].splitlines()[-1]
-    assert "\x1b[1;32m" in text.split("0.5")[0].splitlines()[-1]
 
 
 @pytest.mark.parametrize(

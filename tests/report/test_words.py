@@ -20,9 +20,7 @@ def graded(grades: str, *, excited: bool = True) -> Identifiability:
         labels = model.labels[6 * k : 6 * k + 6]
         sure = tuple(words[letter] for letter in grades)
         share = 0.9 if excited or axis != "K" else 0.1
-        axes.append(
-            AxisIdentifiability(axis, labels, sure, (1.0,) * 6, 6, 3.0, share, share > 0.25, ())
-        )
+        axes.append(AxisIdentifiability(axis, labels, sure, 6, 3.0, share, share > 0.25, ()))
     return Identifiability(model, tuple(axes))
 
 

@@ -100,25 +100,6 @@ def test_units_do_not_change_differences():
         np.testing.assert_allclose(np.diff(values[0]), np.diff(values[1]), rtol=1e-9)
 
 
-def test_correlated_residuals_count_as_fewer():
-    """Each row ten times over: ten times as many rows that say no more. Sokal's window
-    scatters by sqrt(2 (2 M + 1)/n) with M of five times ten rows; three of that."""
-    n = 20_000
-    rows = noisy_rows(n=n)
-    tenfold = Rows(
-        rows.basis,
-        np.repeat(rows.design, 10, axis=0),
-        np.repeat(rows.target, 10, axis=0),
-        np.repeat(rows.segment, 10),
-        np.arange(10 * n) / 100,
-    )
-    found = criteria(tenfold, nested(tenfold))
-    assert found.n_rows == 10 * n
-    scatter = np.sqrt(2 * 101 / (10 * n))
-    assert list(found.n_effective.values()) == pytest.approx([n] * 6, rel=3 * scatter)
-    assert lowest(found, "bic") == "m2"
-
-
 def test_equal_columns_are_counted_once():
     rows = noisy_rows()
     twice = np.column_stack([rows.design[:, :2], rows.design[:, 1], rows.design[:, 3]])
@@ -129,10 +110,7 @@ def test_equal_columns_are_counted_once():
 
 def test_only_axes_with_a_target_count():
     rows = noisy_rows(axes="XYN")
-    found = criteria(rows, nested(rows, "XYN"))
-    assert list(found.n_effective) == ["X", "Y", "N"]
-    counts = np.array(list(found.n_effective.values()))
-    assert found.rows[1].bic - found.rows[1].aic == pytest.approx((3 * (np.log(counts) - 2)).sum())
+    assert list(criteria(rows, nested(rows, "XYN")).n_effective) == ["X", "Y", "N"]
 
 
 def test_more_coefficients_than_effective_samples_is_infinite():
@@ -193,12 +171,6 @@ def test_pairs_do_not_cross_joins():
     assert effective_samples(series, segment) == pytest.approx(200_000 / 19, rel=0.15)
 
 
-def test_a_series_that_swings_back_counts_as_n_at_most():
-    n = 1000
-    swinging = np.diff(np.random.default_rng(1).normal(size=n + 1))
-    assert effective_samples(swinging, np.zeros(n, dtype=int)) == n
-
-
 def test_a_series_slower_than_its_record_is_summed_to_half_of_it():
     """A single step: rho_k = (n - 3k)/(n - k), and twice its sum up to n/2 tends to
     2 n (3/2 - 2 log 2), which no lag up to there is five times as long as."""
@@ -208,6 +180,9 @@ def test_a_series_slower_than_its_record_is_summed_to_half_of_it():
     assert found == pytest.approx(1 / (2 * (1.5 - 2 * np.log(2))), rel=1e-3)
 
 
-@pytest.mark.parametrize("series", [[], [1.0], [2.0, 2.0, 2.0]])
-def test_nothing_to_correlate(series):
+SWINGING = np.diff(np.random.default_rng(1).normal(size=1001))
+
+
+@pytest.mark.parametrize("series", [[], [1.0], [2.0, 2.0, 2.0], SWINGING])
+def test_no_series_counts_as_more_than_it_has(series):
     assert effective_samples(np.array(series), np.zeros(len(series), dtype=int)) == len(series)

@@ -81,14 +81,6 @@ def campaign():
     return hd.reenact(duration=20.0)
 
 
-def test_one_line_each_and_a_sentence(campaign):
-    logs = campaign.train, campaign.test
-    doubt = vehicle_doubt(campaign.vehicle, *logs, hd.catalog["prestero"], hd.LeastSquares())
-    text = str(doubt)
-    assert len(text.splitlines()) == 5
-    assert "standard errors" in text
-
-
 class Blind:
     """A method that finds no number, or none that it can vouch for."""
 
@@ -102,22 +94,18 @@ class Blind:
         return empty_fit(problem, model.restricted_to(problem.vehicle.axes), self.key, status)
 
 
-def test_a_method_that_fails(campaign):
+def test_a_method_that_fails_or_knows_no_covariance(campaign):
     logs = campaign.train, campaign.test
     doubt = vehicle_doubt(campaign.vehicle, *logs, LINEAR, Blind(usable=False))
     assert str(doubt).count("nothing could be identified") == 4
-
-
-def test_without_covariance(campaign):
-    logs = campaign.train, campaign.test
     doubt = vehicle_doubt(campaign.vehicle, *logs, LINEAR, Blind(usable=True))
     assert {effect.errors for effect in doubt.effects} == {None}
     assert {effect.share for effect in doubt.effects} == {0.0}
 
 
 def test_words_for_a_replay_that_diverges():
-    effect = Effect("mass ±10 %", "X_u", 0.031)
+    effect = Effect("mass ±10 %", "X_u", 0.031, 2.0)
     assert effect.line(0.5) == (
-        "mass ±10 %: X_u moves by 3.1 % of the damping on its axis; "
+        "mass ±10 %: X_u moves by 3.1 % of the damping on its axis, 2.0 standard errors; "
         "RMS of the replay 0.5 -> diverged"
     )

@@ -68,12 +68,13 @@ def illustrate(comparison: hd.Comparison, vehicle: hd.Vehicle, train: hd.Log, ho
 
 
 def look_closer(comparison: hd.Comparison, vehicle: hd.Vehicle, train: hd.Log) -> Findings:
-    """Grade and draw the chosen row; say how to get pictures where there are none."""
-    from hydrodamp.report.examine import MISSING, drawable, examine
+    """Grade and draw the chosen row, and say which pictures there are not."""
+    from hydrodamp.report.examine import examine
 
-    if not drawable():
-        note(MISSING)
-    return examine(comparison, vehicle, train)
+    findings = examine(comparison, vehicle, train)
+    for sentence in findings.not_shown:
+        note(sentence)
+    return findings
 
 
 def beside(damping: Path) -> tuple[Path, Path]:

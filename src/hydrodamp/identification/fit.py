@@ -202,10 +202,6 @@ def _with_room(covariance: FloatArray, shift: FloatArray) -> FloatArray:
     return covariance + np.outer(beyond, beyond)
 
 
-#: Correlation from which two coefficients are known better together than each alone.
-CORRELATED = 0.9
-
-
 def correlation(covariance: FloatArray) -> FloatArray:
     """Return the correlation of estimates."""
     deviation = np.sqrt(np.maximum(np.diag(covariance), 0.0))

@@ -8,9 +8,12 @@ from dataclasses import replace
 from functools import partial
 from itertools import chain
 
+import numpy as np
+
 from hydrodamp.basis.atoms import VELOCITIES
 from hydrodamp.identification.extrapolation import fed
 from hydrodamp.identification.fit import Fit
+from hydrodamp.report.documents import finite
 from hydrodamp.report.grid import Column, Grid, error_size, percent
 from hydrodamp.report.words import remarks
 from hydrodamp.simulation.score import HorizonScore, HorizonScores, Score
@@ -32,21 +35,19 @@ def comparison_grids(comparison: Comparison) -> tuple[Grid, ...]:
 def summary_grids(comparison: Comparison) -> tuple[Grid, ...]:
     """Return the errors of models (down) by methods (across), a few methods to a table."""
     methods = comparison.methods
-    pages = max(math.ceil(len(methods) / _ABREAST), 1)
-    share = math.ceil(len(methods) / pages)
-    parts = [methods[k * share : (k + 1) * share] for k in range(pages)]
+    pages = math.ceil(len(methods) / _ABREAST) or 1
+    parts = np.array_split(np.array(methods, dtype=object), pages)
+    *grids, last = (_summary(comparison, part.tolist()) for part in parts)
     chosen = any(row.rms is not None for row in comparison.rows)
     choice = (str(comparison.choice()),) if chosen else ()
-    notes = [()] * (pages - 1) + [(*choice, *remarks(comparison))]
-    return tuple(_summary(comparison, *each) for each in zip(parts, notes, strict=True))
+    return (*grids, replace(last, notes=(*choice, *remarks(comparison))))
 
 
-def _summary(comparison: Comparison, methods: tuple[str, ...], notes: tuple[str, ...]) -> Grid:
+def _summary(comparison: Comparison, methods: Sequence[str]) -> Grid:
     found = {(row.model, row.method): row for row in reversed(comparison.rows)}
     sizes = {row.model: row.n_coefficients for row in comparison.rows}
-    printed: list[str] = []
-    if beside_paper(comparison):
-        printed = [*dict.fromkeys(PRINTED_COLUMN[m] for m in methods if m in PRINTED_COLUMN)]
+    known = [PRINTED_COLUMN[m] for m in methods if m in PRINTED_COLUMN]
+    printed = list(dict.fromkeys(known)) if beside_paper(comparison) else []
     columns = [Column("model", number=False), Column("n"), Column("rank")]
     columns += [Column(method, form=error_size) for method in methods]
     columns += [Column(_PRINTED[name], form=partial(error_size, decimals=2)) for name in printed]
@@ -65,7 +66,6 @@ def _summary(comparison: Comparison, methods: tuple[str, ...], notes: tuple[str,
         title=f"RMS velocity error on the test data, m/s and {comparison.rate_unit}/s mixed",
         columns=tuple(columns),
         rows=tuple(rows),
-        notes=notes,
         best=frozenset(best),
     )
 
@@ -147,12 +147,10 @@ def axis_grids(comparison: Comparison) -> tuple[Grid, ...]:
 def replay_grid(title: str, score: Score) -> Grid:
     """Return the score of one replay: error and fit of each velocity, then of all together."""
     rate = f"{score.rate_unit}/s"
-    rows = [
-        (name, error_size(rmse), "m/s" if name in VELOCITIES[:3] else rate, percent(share))
-        for (name, rmse), share in zip(
-            score.rms_by_axis.items(), score.fit_by_axis.values(), strict=True
-        )
-    ]
+    rows = []
+    for name, error in score.rms_by_axis.items():
+        unit = "m/s" if name in VELOCITIES[:3] else rate
+        rows.append((name, error_size(error), unit, percent(score.fit_by_axis[name])))
     rows.append(("all", error_size(score.rms), f"m/s, {rate}", "-"))
     notes = (score.status.value,) if score.diverged else ()
     return Grid.of_words(title, ("velocity", "RMS error", "unit", "fit %"), "lrlr", rows, notes)
@@ -161,12 +159,6 @@ def replay_grid(title: str, score: Score) -> Grid:
 def fold_grid(table: CrossValidation) -> Grid:
     """Return the errors on held-out folds, a row for each model and method."""
     best = [f"{row.model} by {row.method}" for row in front(table)]
-    rows = []
-    for row in table.rows:
-        lost = row.rms_by_fold.count(None)
-        errors = error_size(row.rms_of_finished), error_size(row.spread)
-        without = f"{lost} of {len(row.folds)}" if lost else ""
-        rows.append((row.model, row.n_coefficients, row.method, *errors, without))
     notes = [
         "RMS is the mean over the folds that have one; a row with folds without is not chosen."
     ]
@@ -175,9 +167,16 @@ def fold_grid(table: CrossValidation) -> Grid:
             str(table.choice()),
             f"No row has both a lower error and fewer coefficients than: {', '.join(best)}.",
         ]
+    columns = {
+        "model": ("model", "s"),
+        "n": ("n_coefficients", "d"),
+        "method": ("method", "s"),
+        "RMS": ("rms_of_finished", ".3f"),
+        "spread": ("spread", ".3f"),
+        "no error": ("n_lost", "d"),
+    }
     title = f"Held out in turn: {len(table.held_out)} folds, RMS in m/s and {table.rate_unit}/s"
-    header = ("model", "n", "method", "RMS", "spread", "no error")
-    return Grid.of_words(title, header, "lrlrrr", rows, notes)
+    return Grid.of_items(title, table.rows, columns, notes)
 
 
 def horizon_grid(
@@ -208,13 +207,9 @@ def horizon_grid(
     return Grid.of_words(title, header, "ll" + "r" * (len(names) + 2), rows, notes)
 
 
-def _finite(value: float | None) -> float | None:
-    return value if value is not None and math.isfinite(value) else None
-
-
 def _above(values: Iterable[float | None]) -> list[str | None]:
     """Return how far finite values lie above the lowest of them."""
-    known = [_finite(value) for value in values]
+    known = [finite(value) for value in values]
     least = min((value for value in known if value is not None), default=0.0)
     return [None if value is None else f"{value - least:.0f}" for value in known]
 
@@ -233,28 +228,18 @@ def validation_document(
     found: Criteria,
 ) -> dict[str, object]:
     """Return all of it as strict JSON."""
-    chosen = table.choice() if front(table) else None
+    of_row = ("model", "method", "n_coefficients", "rms", "rms_by_fold")
     return {
-        "held_out": [list(names) for names in table.held_out],
-        "folds": [
-            {
-                "model": row.model,
-                "method": row.method,
-                "n_coefficients": row.n_coefficients,
-                "rms": row.rms,
-                "rms_by_fold": list(row.rms_by_fold),
-                "diverged_share": row.diverged_share,
-            }
-            for row in table.rows
-        ],
+        "held_out": table.held_out,
+        "folds": [{key: getattr(row, key) for key in of_row} for row in table.rows],
         "whole": [
             {
                 "model": fit.model.key,
                 "method": fit.method,
                 "rms_by_horizon": {one.name: one.score.rms for one in some.scores} if some else {},
-                **{key: _finite(getattr(row, key)) for key in CRITERIA},
+                **{key: finite(getattr(row, key)) for key in CRITERIA},
             }
             for fit, some, row in zip(fits, scores, found.rows, strict=True)
         ],
-        "choice": None if chosen is None else str(chosen),
+        "choice": str(table.choice()) if front(table) else None,
     }

@@ -33,7 +33,8 @@ _STATUS = {status.word: status for status in Status}
 _FAULTS = 5  # of a file that are named
 
 
-def _finite(value: float | None) -> float | None:
+def finite(value: float | None) -> float | None:
+    """Return a number that strict JSON can hold."""
     return value if value is None or math.isfinite(value) else None
 
 
@@ -52,7 +53,7 @@ def _status(value: object) -> Status:
 
 
 #: A number that strict JSON can hold; null stands for what is not finite.
-Number = Annotated[float | None, AfterValidator(_finite)]
+Number = Annotated[float | None, AfterValidator(finite)]
 
 #: A status as its word.
 Outcome = Annotated[Status, BeforeValidator(_status), PlainSerializer(lambda status: status.word)]
@@ -116,9 +117,7 @@ def comparison_document(comparison: Comparison) -> dict[str, Any]:
 def _row(row: Row, name: str) -> dict[str, Any]:
     values = row.fit.damping.as_dict()
     return {
-        "model": row.model,
-        "method": row.method,
-        "n_coefficients": row.n_coefficients,
+        **{key: getattr(row, key) for key in ("model", "method", "n_coefficients")},
         "rank": row.fit.rank,
         **score_fields(row.score),
         "status": row.status.word,
@@ -147,13 +146,8 @@ def score_fields(score: Score) -> dict[str, Any]:
     """Return what documents say of a score."""
     # To the nanosecond: without the rounding of a difference of clocks.
     places = [{"segment": name, "time": round(float(t), 9)} for name, t in score.diverged]
-    return {
-        "rms": score.rms,
-        "rms_by_axis": dict(score.rms_by_axis),
-        "fit_by_axis": dict(score.fit_by_axis),
-        "status": score.status.word,
-        "diverged_at": places or None,
-    }
+    errors = {key: getattr(score, key) for key in ("rms", "rms_by_axis", "fit_by_axis")}
+    return {**errors, "status": score.status.word, "diverged_at": places or None}
 
 
 def error_units(rate_unit: str) -> dict[str, str | dict[str, str]]:
@@ -229,17 +223,15 @@ def read_fit(path: Path) -> Fit:
     """Return the fit of a file."""
     content = load_json(path)
     damping = damping_from_document(content, str(path))
-    return validated(FitDocument, _facts(content), f"{path}, `fit`").fit(damping)
+    facts = content.get("fit") if isinstance(content, dict) else None
+    return validated(FitDocument, facts, f"{path}, `fit`").fit(damping)
 
 
 def trained_on(path: Path) -> dict[str, tuple[float, float]]:
     """Return the ranges that a damping file was trained on; none where they are not known."""
-    facts = _facts(load_json(path))
-    return {} if facts is None else validated(FitDocument, facts, f"{path}, `fit`").sailed
-
-
-def _facts(content: object) -> object:
-    return content.get("fit") if isinstance(content, dict) else None
+    content = load_json(path)
+    is_fit = isinstance(content, dict) and "fit" in content
+    return read_fit(path).sailed if is_fit else {}
 
 
 def validated(kind: type[Some], content: object, source: str) -> Some:

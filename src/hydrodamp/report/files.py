@@ -49,7 +49,6 @@ class Picture:
     """A drawing with its words and its size in a page [px]; it is a file of its own."""
 
     name: Annotated[str, Field(pattern="^[a-z0-9-]+$")]
-    title: str
     caption: str
     width: int
     height: int
@@ -231,13 +230,8 @@ def write_findings(findings: Findings, home: Path) -> None:
         grades = _Grades(model=found.model.key, axes=found.axes)
         contents[home / GRADES] = grades.model_dump_json(indent=2).encode("utf-8")
     if (band := findings.band) is not None:
-        contents[home / BAND] = _npz(
-            {
-                "lower": band.lower,
-                "upper": band.upper,
-                "level_diverged": np.array([band.level, band.diverged]),
-            }
-        )
+        ends = {"lower": band.lower, "upper": band.upper, "level": np.array(band.level)}
+        contents[home / BAND] = _npz(ends)
     save_all(contents)
     write_pictures(findings, home / FIGURES)
 
@@ -271,14 +265,14 @@ def read_findings(home: Path, comparison: Comparison) -> Findings:
             if path.is_file():
                 pictures.append(replace(one, svg=path.read_bytes()))
             else:
-                not_shown.append(f"{one.title}: {path.name} is not there any more.")
+                not_shown.append(f"{path.name} is not there any more.")
     if row is not None and (home / GRADES).is_file():
         found = validated(_Grades, load_json(home / GRADES), str(home / GRADES))
         grades = Identifiability(row.fit.model, found.axes)
     if row is not None and row.trajectory is not None and (home / BAND).is_file():
         run, ends = row.trajectory, _read_npz(home / BAND)
-        shares = ends["level_diverged"].tolist()
-        band = PredictionBand(run.log, run.velocity, ends["lower"], ends["upper"], *shares)
+        level = float(ends["level"])
+        band = PredictionBand(run.log, run.velocity, ends["lower"], ends["upper"], level)
     return Findings(grades, band, tuple(pictures), tuple(not_shown))
 
 

@@ -8,11 +8,11 @@ import math
 import textwrap
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from rich.console import Console
-    from rich.text import Text
 
 NOTHING = "-"  # where there is no number
 
@@ -20,7 +20,6 @@ NOTHING = "-"  # where there is no number
 WIDTH = 80
 
 _CROWDED = 10  # columns, beyond which they stand closer together
-_ALARMS = ("diverged", "failed", "refused", "too few")
 _LATEX = {
     "\\": r"\textbackslash{}",
     **{mark: f"\\{mark}" for mark in "&%$#_{}"},
@@ -126,44 +125,20 @@ def _cells(grid: Grid) -> list[list[str]]:
     ]
 
 
-def to_text(grid: Grid) -> str:
-    """Return a table as plain text."""
-    return _text(grid, WIDTH).plain
-
-
 def show(console: Console, *grids: Grid) -> None:
-    """Print tables with their notes on a terminal, in colours where it has them."""
-    for place, grid in enumerate(grids):
-        console.print(
-            "\n" * (place > 0), _text(grid, min(console.width, 100)), sep="", soft_wrap=True
-        )
+    """Print tables with their notes on a terminal."""
+    texts = (to_text(grid, min(console.width, 100)) for grid in grids)
+    console.print("\n\n".join(texts), markup=False, emoji=False, soft_wrap=True)
 
 
-def _text(grid: Grid, width: int) -> Text:
-    """Return a table and its notes, which are wrapped."""
-    from rich.text import Text
-
+def to_text(grid: Grid, width: int = WIDTH) -> str:
+    """Return a table as plain text, and its notes, which are wrapped."""
     gap = " " * (2 if len(grid.columns) <= _CROWDED else 1)
-    lines = [Text(grid.title, "bold"), Text()] if grid.title else []
-    for i, row in enumerate(_cells(grid), start=-2):
-        words = ((word, _style(word.strip(), (i, j) in grid.best)) for j, word in enumerate(row))
-        lines.append(Text(gap).join(Text(*each) for each in words))
-        lines[-1].rstrip()
-    notes = [line for note in grid.notes for line in wrapped(note, width)]
-    return Text("\n").join([*lines, *map(Text, ["", *notes] if notes else [])])
-
-
-def _style(word: str, best: bool) -> str:
-    if best:
-        return "bold green"
-    return "yellow" if word.startswith("~") else "red" if word in _ALARMS else ""
-
-
-def wrapped(note: str, width: int) -> list[str]:
-    """Return a note in lines, each but the first indented."""
-    return textwrap.wrap(
-        note, width, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False
-    )
+    title = [grid.title, ""] if grid.title else []
+    wrap = partial(textwrap.fill, subsequent_indent="  ", break_long_words=False)
+    notes = [wrap(note, width, break_on_hyphens=False) for note in grid.notes]
+    rows = (gap.join(row).rstrip() for row in _cells(grid))
+    return "\n".join([*title, *rows, *([""] if notes else []), *notes])
 
 
 def to_markdown(grid: Grid) -> str:

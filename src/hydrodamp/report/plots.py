@@ -37,8 +37,7 @@ def series(
     def packed(velocity: FloatArray) -> list[dict[str, object]]:
         return [_pack(bins.values(shown(velocity, name, unit))) for name in names]
 
-    models = comparison.models if chosen is None else (chosen.model, *comparison.models)
-    looks = looks_of([(row.model, row.method) for row, _ in drawn], models)
+    looks = looks_of([(row.model, row.method) for row, _ in drawn])
     around, said, edges = None, "", []
     if band is not None and chosen is not None:
         around = {

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from typing import Any
 
 from hydrodamp.ingest.probing.delay import Delay
@@ -28,26 +28,28 @@ _MIRROR = (
 _WORLDS = {"NED": "north-east-down", "NWU": "z up (NWU)", "ENU": "east-north-up"}
 
 
-def probe_grids(found: Probe, judged: Judged) -> tuple[Grid, ...]:
-    """Return the tables of a probed recording and its log."""
-    guesses = (_draft(found),) if judged.guessed else ()
-    read = (_topics(found), *guesses) if judged.made or judged.guessed else ()
+def probe_grids(found: Probe, judged: Judged) -> Iterator[Grid]:
+    """Yield the tables of a probed recording and its log."""
+    if judged.made or judged.guessed:
+        yield _topics(found)
+    if judged.guessed:
+        yield _draft(found)
     if judged.verdict is None:
         missing = (f"missing: {each}" for each in judged.missing)
-        return (*read, Grid.of_words("No log", ("",), "l", (), (*missing, f"Verdict: {_NO_LOG}")))
-    segments = _segments(judged.verdict)
+        yield Grid.of_words("No log", ("",), "l", (), (*missing, f"Verdict: {_NO_LOG}"))
+        return
     made = (f"Made {judged.made}.",) if judged.made else ()
-    segments = replace(segments, notes=(*segments.notes, *made, *judged.notes))
-    late = (_delays(judged.verdict.delays),) if judged.verdict.delays else ()
-    return (*read, segments, *late, _columns(judged.verdict))
+    yield _segments(judged.verdict, (*made, *judged.notes))
+    if judged.verdict.delays:
+        yield _delays(judged.verdict.delays)
+    yield _columns(judged.verdict)
 
 
 def probe_document(found: Probe, judged: Judged) -> dict[str, Any]:
     """Return what ``probe --json`` prints."""
     roles, verdict = found.roles, judged.verdict
     nothing = ("doubts", "delays", "suspicions", "reservations", "promises")
-    facts: dict[str, Any] = {"source": found.source, "verdict": _NO_LOG, "fit": False}
-    facts |= dict.fromkeys(nothing, ())
+    facts: dict[str, Any] = {**dict.fromkeys(nothing, ()), "verdict": _NO_LOG, "fit": False}
     if verdict is not None:
         facts = {**asdict(verdict), "doubts": verdict.doubts}
         facts |= {"verdict": verdict.sentence, "fit": verdict.fit}
@@ -56,16 +58,12 @@ def probe_document(found: Probe, judged: Judged) -> dict[str, Any]:
         "missing": judged.missing,
         "log": judged.made or (None if verdict is None else "canonical"),
         "log_notes": judged.notes,
-        "format": found.format,
-        "notes": found.notes,
+        **{key: getattr(found, key) for key in ("source", "format", "notes", "without_role")},
         "topics": [{**asdict(one), "units": dict(one.units)} for one in found.topics],
         "guesses": [{**asdict(one), "role": one.role or None} for one in roles.guesses],
-        "without_role": found.without_role,
         "axes": {
-            "body": roles.upright.body,
+            **asdict(roles.upright),
             "world": roles.world,
-            "confidence": roles.upright.confidence,
-            "evidence": [sign.told for sign in roles.upright.signs],
             "velocity": {True: "earth-fixed", False: "body", None: None}[_earth_fixed(found)],
             "velocity_mirrored": roles.way.mirrored,
             "rates_mirrored": roles.rates.mirrored,
@@ -125,15 +123,13 @@ def _axes(found: Probe) -> Iterator[str]:
         yield f"- for {'FRD' if sign.weight > 0 else 'FLU'}: {sign.told}."
     if upright.confidence < _SURE:
         yield _MIRROR
-    if way.earth_fixed is not None:
-        turned = "as they stand" if way.earth_fixed else "turned by the attitude"
-        kind = "earth-fixed" if way.earth_fixed else "along body axes"
-        yield (
-            f"Velocities are {kind}: {turned} they make the way of the position (correlation "
-            f"{way.agreement.correlation:.3f}; otherwise {way.other.correlation:.2f} at best)."
+    if (earth := _earth_fixed(found)) is not None:
+        kind = "earth-fixed" if earth else "along body axes"
+        seen = (
+            f", as the way of the position says (correlation {way.agreement.correlation:.3f}; "
+            f"otherwise {way.other.correlation:.2f} at best)"
         )
-    elif _earth_fixed(found):
-        yield "Velocities are earth-fixed: they are turned into the body by the attitude."
+        yield f"Velocities are {kind}{seen if way.earth_fixed is not None else ''}."
     if roles.rates.unit:
         axes = ", ".join(f"{name} {likeness:.2f}" for name, likeness in roles.rates.axes)
         yield f"Rates turn as the attitude does, in {roles.rates.unit} (correlation {axes})."
@@ -175,8 +171,7 @@ def _delays(found: tuple[Delay, ...]) -> Grid:
         "Sense: the sign of the change that follows. Explains: share of the growth of the "
         "velocity, beyond what velocities explain."
     ]
-    early = [one.command for one in found if one.seconds + (one.spread or 0.0) < _EARLY]
-    if early:
+    if early := [one.command for one in found if one.seconds + (one.spread or 0.0) < _EARLY]:
         notes.append(
             f"The answer comes before {' '.join(early)}: the clocks differ, a filter without phase "
             "smoothed the velocity, or a loop is closed and the command follows the motion."
@@ -194,7 +189,7 @@ def _delays(found: tuple[Delay, ...]) -> Grid:
     return Grid.of_items(title, found, columns, notes)
 
 
-def _segments(found: Verdict) -> Grid:
+def _segments(found: Verdict, notes: tuple[str, ...]) -> Grid:
     n = len(found.segments)
     columns = {
         "segment": ("name", "s"),
@@ -208,7 +203,7 @@ def _segments(found: Verdict) -> Grid:
         f"{found.source}: {found.n_samples} samples, {found.duration:.1f} s in {n} "
         f"segment{'s' if n != 1 else ''}"
     )
-    return Grid.of_items(title, found.segments[:LISTED], columns, _more(n, "segments"))
+    return Grid.of_items(title, found.segments[:LISTED], columns, (*_more(n, "segments"), *notes))
 
 
 def _columns(judged: Verdict) -> Grid:

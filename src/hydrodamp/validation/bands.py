@@ -32,8 +32,6 @@ class PredictionBand:
         NaN where there is no replay.
     level : float
         Share that the band is to hold.
-    diverged : float
-        Share of the segments that diverged.
     """
 
     log: Log
@@ -41,7 +39,6 @@ class PredictionBand:
     lower: FloatArray
     upper: FloatArray
     level: float
-    diverged: float
 
     def __post_init__(self) -> None:
         """Copy and freeze the arrays."""
@@ -98,7 +95,7 @@ def prediction_band(
     places = np.column_stack(problem.columns.entries(free)).astype(np.int32)
     matrix, length = problem.matrix(damping), max(_CHUNK // (6 * (len(places) + 6)), 2)
     velocity = np.full((problem.n_samples, 6), np.nan)
-    width, lost = velocity.copy(), 0
+    width = velocity.copy()
     for start, stop in problem.segments.tolist():
         here, spread = problem.inputs.velocity[start], np.zeros((6, root.shape[1]))
         for first in range(start, stop - 1, length - 1):
@@ -119,10 +116,8 @@ def prediction_band(
             width[part] = half * np.sqrt((total**2).sum(axis=2))
             here, spread = velocity[part][-1], total[-1]
             if not np.isfinite(here).all():
-                lost += 1
                 break
-    share = lost / len(problem.segments)
-    return PredictionBand(problem.log, velocity, velocity - width, velocity + width, level, share)
+    return PredictionBand(problem.log, velocity, velocity - width, velocity + width, level)
 
 
 def _root(covariance: FloatArray) -> FloatArray:

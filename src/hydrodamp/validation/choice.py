@@ -15,27 +15,22 @@ class Ranked(Protocol):
     @property
     def model(self) -> str:
         """Key of the model."""
-        ...
 
     @property
     def method(self) -> str:
         """Key of the method."""
-        ...
 
     @property
     def n_coefficients(self) -> int:
         """How many coefficients the model has."""
-        ...
 
     @property
     def rms(self) -> float | None:
         """The error; None where there is none that can be trusted."""
-        ...
 
     @property
     def settled(self) -> bool:
         """Whether there is an error, and it is that of a fit that has settled."""
-        ...
 
 
 Candidate = TypeVar("Candidate", bound=Ranked)
@@ -135,7 +130,6 @@ class Table(Protocol[Candidate_co]):
     @property
     def rows(self) -> tuple[Candidate_co, ...]:
         """Its rows."""
-        ...
 
 
 def front(table: Table[Candidate]) -> tuple[Candidate, ...]:

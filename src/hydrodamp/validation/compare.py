@@ -15,7 +15,7 @@ from hydrodamp.simulation.problem import Problem, prepare, stamp
 from hydrodamp.simulation.replay import AttitudeSource, Trajectory, replay
 from hydrodamp.simulation.score import RateUnit, Score, no_score, score
 from hydrodamp.simulation.status import Status
-from hydrodamp.validation.choice import Choice, choose
+from hydrodamp.validation.choice import Choice, Ranked, choose
 from hydrodamp.vehicle.vehicle import Vehicle
 
 
@@ -169,13 +169,16 @@ class Comparison:
 
     def __str__(self) -> str:
         """Return the table as plain text."""
-        lines = [f"{'model':<20}{'n':>5}  {'method':<11}{f'RMS ({self.rate_unit}/s)':>13}  status"]
-        lines += [
-            f"{row.model:<20}{row.n_coefficients:>5}  {row.method:<11}"
-            f"{'–' if row.rms is None else format(row.rms, '.3f'):>13}  {row.status.word}"
-            for row in self.rows
-        ]
-        return "\n".join(lines)
+        return listed(self.rate_unit, ((row, row.rms, row.status.word) for row in self.rows))
+
+
+def listed(unit: RateUnit, rows: Iterable[tuple[Ranked, float | None, str]]) -> str:
+    """Return rows as plain text, each with an error and what is said of it."""
+    lines = [f"{'model':<20}{'n':>5}  {'method':<11}{f'RMS ({unit}/s)':>13}"]
+    for row, rms, said in rows:
+        error = "–" if rms is None else f"{rms:.3f}"
+        lines.append(f"{row.model:<20}{row.n_coefficients:>5}  {row.method:<11}{error:>13}  {said}")
+    return "\n".join(lines)
 
 
 def compare(

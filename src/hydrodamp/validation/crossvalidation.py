@@ -21,7 +21,7 @@ from hydrodamp.simulation.problem import prepare
 from hydrodamp.simulation.replay import AttitudeSource
 from hydrodamp.simulation.score import RateUnit
 from hydrodamp.validation.choice import Choice, choose
-from hydrodamp.validation.compare import Comparison, Row, compare
+from hydrodamp.validation.compare import Comparison, Row, compare, listed
 from hydrodamp.vehicle.vehicle import Vehicle
 
 
@@ -58,7 +58,7 @@ class ValidatedRow:
 
     @property
     def rms_of_finished(self) -> float | None:
-        """Mean over the folds that have an error, to be read beside the diverged share."""
+        """Mean over the folds that have an error, to be read beside how many have none."""
         finished = self._finished
         return statistics.fmean(finished) if finished else None
 
@@ -69,9 +69,9 @@ class ValidatedRow:
         return statistics.stdev(finished) if len(finished) > 1 else None
 
     @property
-    def diverged_share(self) -> float:
-        """Share of the folds whose replay diverged, 0 to 1."""
-        return sum(bool(row.score.diverged) for row in self.folds) / len(self.folds)
+    def n_lost(self) -> int:
+        """How many folds have no error."""
+        return self.rms_by_fold.count(None)
 
     @property
     def settled(self) -> bool:
@@ -123,10 +123,15 @@ class CrossValidation:
 
     def __str__(self) -> str:
         """Return the table as plain text."""
-        unit = f"RMS ({self.rate_unit}/s)"
-        head = f"{'model':<20}{'n':>5}  {'method':<11}{unit:>13}{'spread':>9}  without error"
-        count = f"{len(self.held_out)} folds, mean over those with an error"
-        return "\n".join([head, *map(_line, self.rows), count])
+        said = (
+            (
+                row,
+                row.rms_of_finished,
+                f"{row.n_lost} of {len(row.folds)} folds lost",
+            )
+            for row in self.rows
+        )
+        return listed(self.rate_unit, said)
 
 
 def cross_validate(
@@ -225,18 +230,6 @@ def _joined(
         ),
         rate_unit=rate_unit,
     )
-
-
-def _line(row: ValidatedRow) -> str:
-    rms, spread = (
-        "–" if value is None else format(value, ".3f")
-        for value in (row.rms_of_finished, row.spread)
-    )
-    lost = row.rms_by_fold.count(None)
-    return (
-        f"{row.model:<20}{row.n_coefficients:>5}  {row.method:<11}{rms:>13}{spread:>9}"
-        f"  {f'{lost} of {len(row.folds)}' if lost else ''}"
-    ).rstrip()
 
 
 def holdouts(log: Log, n: int | None = None, gap: float = 5.0) -> tuple[tuple[Log, Log], ...]:

@@ -16,6 +16,10 @@ from .conftest import legend, lost, made_up, tied, words_in
 
 def test_every_coefficient_stands_at_its_value_with_its_interval(sailed, on_sheet):
     fit = sailed.fit("fossen", "weak")
+    both = hd.coefficients_figure([fit, sailed.fit("fossen", "ai")])
+    colours = {line.get_color() for line, *_ in both.axes[0].containers}
+    assert colours == {colour_of("weak"), colour_of("ai")}
+    assert legend(both)[1] == "fossen by ai, no intervals"
     figure = hd.coefficients_figure([fit])
     assert [panel.get_title("left")[:3] for panel in figure.axes] == [f"${x}$" for x in "XYZKMN"]
     drawn = [one for panel in figure.axes for one in panel.containers]
@@ -26,13 +30,6 @@ def test_every_coefficient_stands_at_its_value_with_its_interval(sailed, on_shee
     assert legend(figure) == ["fossen by weak, 95 % intervals"]
     assert figure.axes[3].get_title("left").endswith("[N m per unit of the term]")
     on_sheet(figure)
-
-
-def test_methods_stand_beside_each_other_in_their_colours(sailed):
-    figure = hd.coefficients_figure([sailed.fit("fossen", key) for key in ("weak", "ai")])
-    colours = {line.get_color() for line, *_ in figure.axes[0].containers}
-    assert colours == {colour_of("weak"), colour_of("ai")}
-    assert legend(figure)[1] == "fossen by ai, no intervals"
 
 
 def test_aliased_coefficients_are_hollow():
@@ -51,17 +48,14 @@ def test_a_covariance_alone_is_said_to_be_for_white_residuals():
     assert high - low == pytest.approx(2.0 * 1.959964, rel=1e-6)
 
 
-def test_many_coefficients_by_many_methods_stay_on_the_sheet(on_sheet):
-    fits = [made_up("gertler-hagen", key) for key in ("ls", "weak", "oe", "ai")]
-    on_sheet(hd.coefficients_figure(fits))
-
-
 @pytest.mark.parametrize(("axes", "methods"), [(("X",), 1), (("X", "Y", "Z", "N"), 6)])
-def test_axes_without_coefficients_have_no_panel(axes, methods):
+def test_axes_without_coefficients_have_no_panel(axes, methods, on_sheet):
     model = hd.catalog["linear"].restricted_to(axes)
     fit = hd.Fit(hd.Damping(model, -np.ones(model.n_coefficients)), "ls", hd.Status.OK)
     fits = [replace(fit, method=key) for key in list(hd.METHODS)[:methods]]
-    assert len(hd.coefficients_figure(fits).axes) == len(axes)
+    figure = hd.coefficients_figure(fits)
+    assert len(figure.axes) == len(axes)
+    on_sheet(figure)
 
 
 def test_fits_that_cannot_share_a_figure_are_refused():
@@ -73,18 +67,15 @@ def test_fits_that_cannot_share_a_figure_are_refused():
         hd.coefficients_figure([made_up("linear"), made_up("fossen")])
 
 
-@pytest.mark.parametrize("side", ["x", "y"])
 @pytest.mark.parametrize("seed", range(3))
-def test_a_signed_scale_holds_zero_and_every_number(side, seed):
+def test_a_signed_scale_holds_zero_and_every_number(seed):
     values = np.random.default_rng(seed).standard_normal(20) * 10.0 ** np.arange(-10, 10)
     panel = sheet(2.0, 1.0).subplots()
-    signed_scale(panel, side, values, beyond=1.5, decades=4, ticks=2)
-    low, high = getattr(panel, f"get_{side}lim")()
+    signed_scale(panel, values, beyond=1.5, decades=4)
+    low, high = panel.get_xlim()
     assert low < min(values.min(), 0.0) <= max(values.max(), 0.0) < high
-    ticks = getattr(panel, f"get_{side}ticks")()
-    assert 0.0 in ticks
-    assert low <= ticks.min() <= ticks.max() <= high
-    assert len(ticks) <= 5
+    assert 0.0 in panel.get_xticks()
+    assert len(panel.get_xticks()) == 3
 
 
 def test_correlation_is_that_of_the_covariance_each_pair_once(sailed, on_sheet):
@@ -105,11 +96,8 @@ def test_correlation_is_that_of_the_covariance_each_pair_once(sailed, on_sheet):
 def test_the_most_correlated_pairs_are_listed():
     said = words_in(hd.correlation_figure(tied("linear", 0.95)).axes[0])
     pairs = [one for one in said if " with " in one]
-    assert len(pairs) == 12
+    assert len(pairs) == 36 // 4
     assert pairs[0] == "$X_{u}$ with $X_{v}$  $+0.95$"
-    assert f"and {35 + 34 - 12} more beyond 0.9" in said
-    few = words_in(hd.correlation_figure(tied("fossen", -0.95)).axes[0])
-    assert 2 < sum(" with " in one for one in few) < 6, "a list beside the small triangle"
 
 
 @pytest.mark.parametrize("key", ["fossen", "linear", "gertler-hagen", "mcfarland-whitcomb"])

@@ -63,7 +63,7 @@ def scores(errors, lost=()):
 
 
 def test_horizons_rise_and_divergence_is_marked(on_sheet):
-    good = scores({"run": 0.9, 10.0: 0.5, "step": 0.1, 1.0: 0.2})
+    good = scores({"step": 0.1, 1.0: 0.2, 10.0: 0.5, "run": 0.9})
     bad = scores({"step": 0.1, 1.0: 0.3, 10.0: 0.0, "run": 0.0}, lost=(10.0, "run"))
     figure = hd.horizons_figure({("linear", "ls"): good, ("fossen", "ls"): bad})
     (panel,) = figure.axes

@@ -37,7 +37,7 @@ def test_everything_is_drawn_with_its_words(examined):
     found = examined.findings
     assert names(found) == [
         *("front", "horizons", "replays", "excitation", "coefficients"),
-        *("correlation", "residuals", "power", *OF_LOGS, "history-ai"),
+        *("correlation", "residuals", "power", *OF_LOGS),
     ]
     assert found.not_shown == ()
     assert found.identifiability.model.labels == examined.table.best().fit.model.labels
@@ -49,6 +49,25 @@ def test_everything_is_drawn_with_its_words(examined):
         )
         assert picture.caption.endswith(".")
         assert "  " not in picture.caption
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_captions_say_where_residuals_are_coloured_and_where_damping_drives(examined, monkeypatch):
+    row = examined.table.row("fossen", "weak")
+    problem = hd.prepare(examined.vehicle, examined.train, row.fit.model)
+    wrong = {label: 50.0 * (label == "Y_v") for label in row.fit.model.labels}
+    bad = replace(row.fit, damping=hd.Damping.from_dict(row.fit.model, wrong))
+    for fit, driven in ((row.fit, False), (bad, True)):
+        found = examine(with_row(examined.table, row, fit=fit), examined.vehicle, examined.train)
+        said = {one.name: one.caption for one in found.pictures}
+        assert said["residuals"].startswith(hd.diagnose(problem, fit.damping)[0])
+        assert ("The damping drives the vehicle above zero" in said["power"]) == driven
+        power, velocity = hd.worst_power(fit.damping, hd.operating_box(problem))
+        assert (f"{power:.3g} W at most" in said["power"]) == driven
+        assert (f"v {velocity[1]:.2g}" in said["power"]) == driven
+    monkeypatch.setattr(examining, "diagnose", lambda *_: ("Many residuals are spikes.",))
+    said = examining._said_of_residuals(problem, row.fit)
+    assert said.startswith("Residuals are white, as far as a test sees. Many residuals")
 
 
 def test_the_band_is_that_of_the_covariance_with_its_degrees_of_freedom(examined):
@@ -69,7 +88,7 @@ def test_without_covariance_or_time_there_is_no_band(examined, monkeypatch):
     own = replace(row.trajectory, attitude="simulated")
     for changes in ({"fit": bare}, {"trajectory": own}, {"trajectory": None}):
         assert examining._band(examined.vehicle, replace(row, **changes)) is None
-    monkeypatch.setattr(examining, "_WORK_OF_BAND", 1.0)
+    monkeypatch.setattr(examining, "_WORK", 1.0)
     assert examining._band(examined.vehicle, row) is None
 
 
@@ -101,24 +120,9 @@ def test_what_cannot_be_graded_or_drawn_says_why(examined):
     assert found.identifiability is None
     assert "estimation-velocities" in names(found)
     said = "\n".join(found.not_shown)
-    assert "Correlation of coefficients: 'linear' by 'ai' has no covariance" in said
+    assert "Correlation: 'linear' by 'ai' has no covariance" in said
     assert "use a method that gives one.\n" in said
     assert "What the log determines is not known: " in said
-
-
-@pytest.mark.parametrize(
-    ("work", "settings", "words"),
-    [
-        (1.0, None, "take too long to be repeated here; draw it with `hd.history_figure("),
-        (1e9, "AdaptiveIdentifier(a=1.0)", "other settings than 'ai' has"),
-    ],
-)
-def test_a_history_that_is_not_to_hand_says_why(examined, monkeypatch, work, settings, words):
-    monkeypatch.setattr(examining, "_WORK_OF_HISTORY", work)
-    fit = examined.table.row("fossen", "ai").fit
-    fit = replace(fit, provenance={} if settings is None else {"settings": settings})
-    with pytest.raises(hd.MethodError, match=re.escape(words)):
-        examining._history(hd.AdaptiveIdentifier(), examined.vehicle, examined.train, fit)
 
 
 def test_each_method_is_there_once_the_chosen_first(examined):

@@ -114,4 +114,4 @@ def make_band(comparison: Comparison, half: float = 0.2) -> PredictionBand:
     width = np.full_like(run.velocity, half)
     width[[segment.start + len(segment) // 3 for segment in run.log.segments]] *= 10.0
     ends = run.velocity - width, run.velocity + width
-    return PredictionBand(run.log, run.velocity, *ends, 0.95, 0.0)
+    return PredictionBand(run.log, run.velocity, *ends, 0.95)

@@ -12,7 +12,7 @@ from .conftest import take_apart
 
 HOSTILE = "</script><script>alert('1')</script><img src=x onerror=\"alert(2)\">&amp;"
 SVG = b'<svg width="252pt" height="180pt" onload="alert(1)"><script>alert(1)</script></svg>'
-PLAIN = Picture("power", "Power", "Takes power.", 336, 240, SVG)
+PLAIN = Picture("power", "Takes power.", 336, 240, SVG)
 
 
 def test_a_picture_is_an_image_with_words_and_a_size(comparison):
@@ -36,7 +36,7 @@ def test_a_picture_is_an_image_with_words_and_a_size(comparison):
 
 
 def test_hostile_words_stay_text(comparison):
-    picture = replace(PLAIN, title=HOSTILE, caption=HOSTILE)
+    picture = replace(PLAIN, name=HOSTILE, caption=HOSTILE)
     text = page(comparison, Findings(pictures=(picture,), not_shown=(HOSTILE,)))
     found = take_apart(text)
     assert HOSTILE in found.one("img").attributes["alt"]

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -42,9 +43,7 @@ def wrench_unit(axis: str) -> str:
 
 def coefficient_symbol(label: str) -> str:
     r"""Return the symbol of a coefficient as matplotlib's mathematics."""
-    spelt = latex_label(*read_label(label))
-    for bar in (r"\lvert ", r"\lvert", r"\rvert ", r"\rvert"):
-        spelt = spelt.replace(bar, "|")
+    spelt = re.sub(r"\\[lr]vert ?", "|", latex_label(*read_label(label)))
     return f"${spelt}$"
 
 
@@ -53,52 +52,30 @@ def error_scale(panel: Axes) -> None:
     from matplotlib.ticker import LogLocator, NullLocator
 
     panel.set_yscale("log")
-    low, high = panel.get_ylim()
-    few = high < 1000.0 * low
-    panel.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if few else (1.0,), numticks=9))
+    panel.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0), numticks=9))
     panel.yaxis.set_minor_locator(NullLocator())
     panel.yaxis.set_major_formatter("{x:g}")
 
 
-def signed_scale(
-    panel: Axes,
-    side: Literal["x", "y"],
-    values: FloatArray,
-    *,
-    beyond: float,
-    decades: int,
-    ticks: int,
-) -> None:
-    """Put a scale for numbers of either sign along a panel, linear in a stretch about zero."""
-    from matplotlib.ticker import NullLocator
-
+def signed_scale(panel: Axes, values: FloatArray, beyond: float, decades: int) -> None:
+    """Put a scale for numbers of either sign below a panel, linear in a stretch about zero."""
     finite = values[np.isfinite(values)]
     sizes = np.abs(finite[finite != 0.0])
     powers = np.floor(np.log10(sizes)) if sizes.size else np.zeros(1)
     # The linear stretch holds a quarter of the numbers.
-    first = float(max(np.floor(np.quantile(powers, 0.25)), powers.max() - decades))
-    low, high = (
-        beyond * finite.min(initial=-(10.0**first)),
-        beyond * finite.max(initial=10.0**first),
-    )
-    places = [0.0]
-    for sign, end in ((-1.0, -low), (1.0, high)):
-        outward = np.arange(first, np.floor(np.log10(end)) + 1.0)
-        places += (sign * 10.0 ** outward[::-1][:: -(-len(outward) // ticks)]).tolist()
-    set_scale = panel.set_xscale if side == "x" else panel.set_yscale
-    set_scale("symlog", linthresh=10.0**first)
-    panel.set(**{f"{side}lim": (low, high), f"{side}ticks": sorted(places)})
-    (panel.xaxis if side == "x" else panel.yaxis).set_minor_locator(NullLocator())
+    first = 10.0 ** max(np.floor(np.quantile(powers, 0.25)), powers.max() - decades)
+    panel.set_xscale("asinh", linear_width=first)
+    ends = beyond * finite.min(initial=-first), beyond * finite.max(initial=first)
+    last = 10.0 ** np.floor(np.log10(np.abs(ends).max()))
+    panel.set_xticks([-last, 0.0, last])
+    panel.set_xlim(*ends)
 
 
 # Points of a line: more than twice as many as fit beside each other across a column.
 POINTS = 1600
 
-# Segments whose names are written; of more, the number is.
-MOST_NAMED = 8
-
-# Letters of the names that fit above a panel.
-_LETTERS = 56
+# Segments whose names are written, and letters of them that fit above a panel.
+_NAMED, _LETTERS = 8, 56
 
 
 @dataclass(frozen=True)
@@ -171,22 +148,14 @@ def mark_segments(panels: Sequence[Axes], log: Log) -> None:
     time, segments = clock(log), log.segments
     end = max(float(time[-1]), 1e-9)
     panels[-1].set_xlim(0.0, end)
-    number = f"{len(segments)} " if len(segments) > MOST_NAMED else ""
-    several = f"recorded time, {number}segments end to end [s]"
+    several = f"recorded time, {len(segments)} segments end to end [s]"
     panels[-1].set_xlabel(several if len(segments) > 1 else "time [s]")
     for segment in segments[1:]:
         for panel in panels:
             panel.axvline(float(time[segment.start]), color=FAINT, linewidth=0.6, linestyle=":")
-    for segment in segments if 1 < len(segments) <= MOST_NAMED else ():
+    for segment in segments if 1 < len(segments) <= _NAMED else ():
         start, stop = float(time[segment.start]), float(time[segment.stop - 1])
         room = int(_LETTERS * (stop - start) / end)
-        panels[0].annotate(
-            plain(segment.name, room) if room > 2 else "",
-            (0.5 * (start + stop), 1.0),
-            xycoords=("data", "axes fraction"),
-            xytext=(0.0, 2.0),
-            textcoords="offset points",
-            ha="center",
-            fontsize=6.5,
-            color=FAINT,
-        )
+        words = plain(segment.name, room) if room > 2 else ""
+        name = panels[0].text(0.5 * (start + stop), 1.02, words, ha="center", color=FAINT)
+        name.set(transform=panels[0].get_xaxis_transform(), fontsize=6.5)

@@ -11,7 +11,7 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES
 from hydrodamp.errors import MethodError
-from hydrodamp.identification.fit import CORRELATED, Fit, correlated_pairs, correlation
+from hydrodamp.identification.fit import Fit, correlated_pairs, correlation
 from hydrodamp.models.model import DampingModel
 from hydrodamp.report.figures.axes import coefficient_symbol, signed_scale, wrench_unit
 from hydrodamp.report.figures.look import (
@@ -19,9 +19,10 @@ from hydrodamp.report.figures.look import (
     FAINT,
     PAGE,
     Look,
+    abreast,
+    drawn_fits,
     in_our_look,
     legend,
-    looks_of,
     plain,
     sheet,
 )
@@ -66,34 +67,33 @@ def coefficients_figure(fits: Iterable[Fit]) -> Figure:
         If no fit has numbers, fits are of different models, or matplotlib is not
         installed.
     """
-    usable = [fit for fit in fits if fit.status.usable]
-    if not usable:
+    drawn = drawn_fits(fits)
+    if not drawn:
         raise MethodError("no fit has coefficients to draw: give at least one that was identified")
-    model = usable[0].model
-    if any(fit.model.labels != model.labels for fit in usable):
-        keys = ", ".join(dict.fromkeys(fit.model.key for fit in usable))
+    model, n = drawn[0][1].model, len(drawn)
+    if any(fit.model.labels != model.labels for _, fit, _ in drawn):
+        keys = ", ".join(dict.fromkeys(fit.model.key for _, fit, _ in drawn))
         raise MethodError(f"all fits of one figure must be of one model; got {keys}")
-    looks = looks_of([("", fit.method) for fit in usable])
-    figure, panels = _panels(model, len(usable))
+    figure, panels = _panels(model, n)
     ends = np.cumsum([0, *map(len, model.terms)]).tolist()
     for axis, panel in panels.items():
         part = slice(ends[axis], ends[axis + 1])
         symbols = [coefficient_symbol(label) for label in model.labels[part]]
-        for place, (fit, look) in enumerate(zip(usable, looks, strict=True)):
-            offset = (place - 0.5 * (len(usable) - 1)) * min(0.8 / len(usable), 0.28)
+        for place, (_, fit, look) in enumerate(drawn):
+            offset = (place - 0.5 * (n - 1)) * min(0.8 / n, 0.28)
             values, across = fit.damping.coefficients[part], offset + np.arange(len(symbols))
             half = half_widths(fit)[part]
             panel.errorbar(values, across, xerr=half, linewidth=1.1, markersize=3.2, **look.points)
             tied = np.isin(model.labels[part], list(chain.from_iterable(fit.aliased)))
             panel.plot(values[tied], across[tied], **look.points, **_HOLLOW)
-        values = np.concatenate([fit.damping.coefficients[part] for fit in usable])
-        signed_scale(panel, "x", values, beyond=_BEYOND, decades=_DECADES, ticks=1)
+        values = np.concatenate([fit.damping.coefficients[part] for _, fit, _ in drawn])
+        signed_scale(panel, values, _BEYOND, _DECADES)
         panel.set_yticks(range(len(symbols)), symbols)
         panel.set_ylim(len(symbols) - 0.4, -0.6)
         panel.tick_params(axis="y", length=0.0)
         panel.axvline(0.0, color=FAINT, linewidth=0.8)
         panel.set_title(f"${AXES[axis]}$ [{wrench_unit(AXES[axis])} per unit of the term]")
-    legend(figure, [_entry(fit, look) for fit, look in zip(usable, looks, strict=True)])
+    legend(figure, [_entry(*one) for one in drawn])
     return figure
 
 
@@ -105,15 +105,12 @@ def _panels(model: DampingModel, methods: int) -> tuple[Figure, dict[int, Axes]]
     line = _LINE * max(1.0, 0.5 * methods)
     height = line * sum(heights) + 0.3 * len(heights) + 0.4 + 0.13 * methods
     figure = sheet(max(COLUMN, PAGE * columns / 3), height)
-    grid = figure.subplots(len(heights), columns, squeeze=False, height_ratios=heights).ravel()
-    for empty in grid[len(counts) :]:
-        empty.remove()
-    return figure, dict(zip(counts, grid, strict=False))
+    panels = abreast(figure, len(counts), columns, height_ratios=heights)
+    return figure, dict(zip(counts, panels, strict=True))
 
 
-def _entry(fit: Fit, look: Look) -> tuple[str, dict[str, Any]]:
+def _entry(name: str, fit: Fit, look: Look) -> tuple[str, dict[str, Any]]:
     """Return what the legend says of a fit, and how."""
-    name = f"{fit.model.key} by {fit.method}"
     if fit.damping.covariance is None:
         return f"{name}, no intervals", look.points
     white = "" if fit.uncertainty is not None else " for white residuals"
@@ -123,10 +120,6 @@ def _entry(fit: Fit, look: Look) -> tuple[str, dict[str, Any]]:
 # Side of a square whose name can be written beside it, and room for the names [in].
 _CELL = 0.125
 _BESIDE = 0.75
-
-# Width of the list of pairs with its head and foot, and height of a line of it [in].
-_LIST = 2.0
-_ROW = 0.16
 
 # Coefficients beyond which the names do not fit the page.
 _MOST_NAMED = int((PAGE - _BESIDE) / _CELL)
@@ -179,7 +172,7 @@ def correlation_figure(fit: Fit) -> Figure:
         symbols = [coefficient_symbol(label) for label in model.labels]
         panel.set_xticks(range(n), symbols, rotation=90.0)
         panel.set_yticks(range(n), symbols)
-    _list_pairs(panel, model, covariance, int((width - _BESIDE - _LIST) / _ROW))
+    _list_pairs(panel, model, covariance)
     bar = figure.colorbar(image, ax=panel, location="bottom", shrink=0.7, aspect=35, pad=0.02)
     bar.set_ticks([-1.0, -0.5, 0.0, 0.5, 1.0])
     bar.set_label("correlation of errors [1]")
@@ -201,17 +194,12 @@ def _divide(panel: Axes, model: DampingModel) -> None:
     panel.set_yticks([])
 
 
-def _list_pairs(panel: Axes, model: DampingModel, covariance: FloatArray, most: int) -> None:
+def _list_pairs(panel: Axes, model: DampingModel, covariance: FloatArray) -> None:
     """Write the most correlated pairs into the empty half."""
-    pairs = correlated_pairs(covariance)
-    listed = pairs[: min(most, _PAIRS)]
-    said = [
-        f"{coefficient_symbol(model.labels[one])} with "
-        f"{coefficient_symbol(model.labels[other])}  ${value:+.2f}$"
-        for one, other, value in listed
+    symbols = [coefficient_symbol(label) for label in model.labels]
+    words = ["most correlated"] + [
+        f"{symbols[one]} with {symbols[other]}  ${value:+.2f}$"
+        for one, other, value in correlated_pairs(covariance)[: min(len(symbols) // 4, _PAIRS)]
     ]
-    more = sum(abs(value) >= CORRELATED for *_, value in pairs[len(listed) :])
-    head = ["most correlated"] if said else []
-    tail = [f"and {more} more beyond {CORRELATED:g}"] if more else []
-    words = "\n".join([*head, *said, *tail])
-    panel.text(1.0, 1.0, words, transform=panel.transAxes, ha="right", va="top", color=FAINT)
+    said = panel.text(1.0, 1.0, "\n".join(words), ha="right", va="top", color=FAINT)
+    said.set_transform(panel.transAxes)

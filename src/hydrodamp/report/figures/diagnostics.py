@@ -1,4 +1,4 @@
-"""What a log determines of a model, what fits leave over, their power, and adaptive histories."""
+"""What a log determines of a model, what fits leave over, and their power."""
 
 from __future__ import annotations
 
@@ -7,41 +7,29 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES, VELOCITIES
 from hydrodamp.errors import MethodError
-from hydrodamp.identification.adaptive import History
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.grades import EXCITED, Grade, Identifiability
 from hydrodamp.identification.power import OperatingBox, power_range, worst_power
 from hydrodamp.identification.residuals import residual_series
-from hydrodamp.models.damping import Damping
-from hydrodamp.report.figures.axes import (
-    Bins,
-    coefficient_symbol,
-    shown,
-    signed_scale,
-    velocity_label,
-    velocity_unit,
-)
+from hydrodamp.report.figures.axes import velocity_label, velocity_unit
 from hydrodamp.report.figures.look import (
     BAND,
     COLUMN,
     FAINT,
-    SERIES,
     SHADE,
+    abreast,
+    drawn_fits,
     in_our_look,
     legend,
-    looks_of,
     plain,
     sheet,
-    stacked,
 )
 from hydrodamp.simulation.problem import Problem
 from hydrodamp.simulation.score import RateUnit
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 # Colour and hatching: dark to light, as what is known grows less.
@@ -136,18 +124,17 @@ def residuals_figure(problem: Problem, fits: Iterable[Fit], support: float | Non
     """
     from matplotlib.ticker import LogLocator, NullLocator
 
-    usable = [fit for fit in fits if fit.status.usable and fit.model.n_coefficients]
-    if not usable:
+    drawn = drawn_fits(fits)
+    if not drawn:
         raise MethodError("no fit has coefficients, so there are no residuals to draw")
-    found = residual_series(problem, [fit.damping for fit in usable], support)
-    looks = looks_of([(fit.model.key, fit.method) for fit in usable])
+    found = residual_series(problem, [fit.damping for _, fit, _ in drawn], support)
     axes = [axis for axis in AXES if any(axis in one for one in found)]
-    figure = sheet(COLUMN, 0.72 * len(axes) + 0.9 + 0.13 * len(usable))
+    figure = sheet(COLUMN, 0.72 * len(axes) + 0.9 + 0.13 * len(drawn))
     panels = figure.subplots(len(axes), 2, sharex="col", squeeze=False)
     for axis, (lags, spectrum) in zip(axes, panels, strict=True):
         spectrum.set_yscale("log")
         spectrum.margins(y=0.0)
-        for one, look in zip(found, looks, strict=True):
+        for one, (_, _, look) in zip(found, drawn, strict=True):
             if axis in one:
                 lags.plot(one[axis].lag, one[axis].correlation, **look.line)
                 density = np.where(one[axis].density > 0.0, one[axis].density, np.nan)
@@ -164,15 +151,9 @@ def residuals_figure(problem: Problem, fits: Iterable[Fit], support: float | Non
     panels[-1, 1].set_xlabel("frequency [Hz]")
     panels[0, 0].set_title("autocorrelation\n[1]")
     panels[0, 1].set_title("power density\n[N²/Hz, (N m)²/Hz]")
-    named = [
-        (f"{fit.model.key} by {fit.method}", look.line)
-        for fit, look in zip(usable, looks, strict=True)
-    ]
-    legend(figure, [*named, ("white residuals, 95 %", {"color": SHADE, "linewidth": 5.0})])
+    entries = [(name, look.line) for name, _, look in drawn]
+    legend(figure, [*entries, ("white residuals, 95 %", {"color": SHADE, "linewidth": 5.0})])
     return figure
-
-
-MINUS = "\N{MINUS SIGN}"
 
 
 @in_our_look
@@ -201,146 +182,39 @@ def power_figure(fits: Iterable[Fit], box: OperatingBox, rate_unit: RateUnit = "
     MethodError
         If no fit has numbers, the box has no extent, or matplotlib is not installed.
     """
-    usable = [fit for fit in fits if fit.status.usable and fit.model.n_coefficients]
+    drawn = drawn_fits(fits)
     names = [
         name for name, low, high in zip(VELOCITIES, box.low, box.high, strict=True) if low < high
     ]
-    if not usable or not names:
+    if not drawn or not names:
         raise MethodError(
             "power is drawn for fits with coefficients on a box with an extent; got "
-            f"{len(usable)} such fits and the box {box or 'of one point'}"
+            f"{len(drawn)} such fits and the box {box or 'of one point'}"
         )
-    rows, columns = -(-len(names) // 2), min(2, len(names))
-    figure = sheet(COLUMN, 1.05 * rows + 0.5 + 0.13 * len(usable))
-    grid = figure.subplots(rows, columns, squeeze=False, sharey=True).ravel()
-    for empty in grid[len(names) :]:
-        empty.remove()
-    looks = looks_of([(fit.model.key, fit.method) for fit in usable])
-    for name, panel in zip(names, grid, strict=False):
-        for fit, look in zip(usable, looks, strict=True):
+    figure = sheet(COLUMN, 1.05 * -(-len(names) // 2) + 0.5 + 0.13 * len(drawn))
+    panels = abreast(figure, len(names), min(2, len(names)), sharey=True)
+    for name, panel in zip(names, panels, strict=True):
+        for _, fit, look in drawn:
             velocity, power = power_range(fit.damping, box, name)
             if velocity_unit(name, rate_unit) == "deg/s":
                 velocity = np.degrees(velocity)
             least, greatest = power.min(axis=1), power.max(axis=1)
-            panel.fill_between(
-                velocity, least, greatest, color=look.colour, alpha=BAND, linewidth=0.0
-            )
+            panel.fill_between(velocity, least, greatest, color=(look.colour, BAND), linewidth=0.0)
             panel.plot(velocity, greatest, linewidth=0.6, **look.line)
             panel.plot(velocity, np.median(power, axis=1), linewidth=1.1, **look.line)
         panel.axhline(0.0, color=FAINT)
         panel.margins(x=0.0)
         panel.set_xlabel(velocity_label(name, rate_unit))
-    low, high = grid[0].get_ylim()
+    low, high = panels[0].get_ylim()
     high = max(high, 0.12 * (high - low))
-    for panel in grid[: len(names)]:
-        panel.axhspan(0.0, high, color=SHADE, linewidth=0.0, zorder=0.5)
-    grid[0].set_ylim(low, high)
-    figure.supylabel("power into the motion [W]", fontsize=7.5)
-    most = [f"{worst_power(fit.damping, box).power:.3g} W" for fit in usable]
-    named = [
-        (f"{fit.model.key} by {fit.method}: at most {watts.replace('-', MINUS)}", look.line)
-        for fit, watts, look in zip(usable, most, looks, strict=True)
-    ]
-    legend(figure, named)
-    return figure
-
-
-# A step longer than this many usual ones leads to another segment.
-_LEAP = 5.0
-
-# Share of the velocity errors within the panel: what is beyond is the start.
-_USUAL = 0.995
-
-# Points of a line, of which a panel has many.
-_POINTS = 500
-
-
-@in_our_look
-def history_figure(history: History, reference: Damping | None = None) -> Figure:
-    """Draw coefficients and velocity errors of an adaptive identifier over its steps.
-
-    Parameters
-    ----------
-    history : History
-        Of :meth:`hydrodamp.AdaptiveIdentifier.history`.
-    reference : Damping, optional
-        Values to compare with, such as those of least squares or the true ones: a point at
-        the right end for every coefficient that is named.
-
-    Returns
-    -------
-    figure : Figure
-        One column wide: a panel for each axis with coefficients, at most six that moved
-        farthest in colour, the others grey; below them the velocity errors, estimated
-        minus measured. Coefficients stand on a logarithmic scale to both sides of a
-        linear stretch about zero.
-
-    Raises
-    ------
-    MethodError
-        If the history is empty, or matplotlib is not installed.
-    """
-    if not len(history.time) or not history.labels:
-        raise MethodError("the history has no step or no coefficient, so there is nothing to draw")
-    time = _clock(history.time)
-    places = {
-        axis: [k for k, label in enumerate(history.labels) if label.startswith(f"{axis}_")]
-        for axis in AXES
-    }
-    axes = [axis for axis in AXES if places[axis]]
-    figure, panels = stacked(len(axes) + 2, each=1.0)
-    known = {} if reference is None else reference.as_dict()
-    for axis, panel in zip(axes, panels, strict=False):
-        _coefficients(panel, time, history, places[axis], known)
-        panel.set_ylabel(f"${axis}$\ncoefficients [SI]")
-    _errors(panels[-2], time, history.velocity_error, VELOCITIES[:3])
-    _errors(panels[-1], time, history.velocity_error, VELOCITIES[3:])
     for panel in panels:
-        if panel.get_legend_handles_labels()[0]:
-            panel.legend(loc="upper left", bbox_to_anchor=(1.02, 1.05), handlelength=0.8)
-    panels[-1].set_xlim(0.0, max(float(time[-1]), 1e-9))
-    panels[-1].set_xlabel("time adapted, segments and passes end to end [s]")
-    figure.align_ylabels(panels)
+        panel.axhspan(0.0, high, color=SHADE, linewidth=0.0, zorder=0.5)
+    panels[0].set_ylim(low, high)
+    figure.supylabel("power into the motion [W]", fontsize=7.5)
+    most = [f"{worst_power(fit.damping, box).power:.3g} W" for _, fit, _ in drawn]
+    entries = [
+        (f"{name}: at most {watts}", look.line)
+        for (name, _, look), watts in zip(drawn, most, strict=True)
+    ]
+    legend(figure, entries)
     return figure
-
-
-def _clock(time: FloatArray) -> FloatArray:
-    """Return a clock that only runs on, where a pass or a segment sets it back or lets it leap."""
-    steps = np.diff(time, prepend=time[0])
-    usual = float(np.median(steps[1:])) if len(steps) > 1 else 1.0
-    return np.cumsum(np.where((steps < 0.0) | (steps > _LEAP * usual), usual, steps))
-
-
-def _coefficients(
-    panel: Axes, time: FloatArray, history: History, places: list[int], known: dict[str, float]
-) -> None:
-    values = history.coefficients[:, places]
-    # More powers of ten about zero would make much of small swings.
-    signed_scale(panel, "y", values, beyond=1.5, decades=1, ticks=2)
-    low, high = panel.get_ylim()
-    order = np.argsort(np.ptp(values, axis=0))[::-1].tolist()
-    for place in order[len(SERIES) :]:
-        (line,) = panel.plot(*_line(time, values[:, place]), color="#c4c4c4", linewidth=0.5)
-        line.set(zorder=1.5, rasterized=True)  # hundreds of these would make a file of megabytes
-    for place, colour in zip(sorted(order[: len(SERIES)]), SERIES, strict=False):
-        label = history.labels[places[place]]
-        panel.plot(*_line(time, values[:, place]), color=colour, label=coefficient_symbol(label))
-        if low <= known.get(label, np.inf) <= high:
-            panel.plot(time[-1:], [known[label]], "<", color=colour, clip_on=False)
-
-
-def _errors(panel: Axes, time: FloatArray, errors: FloatArray, names: tuple[str, ...]) -> None:
-    columns = {
-        name: shown(errors, name) for name in names if errors[:, VELOCITIES.index(name)].any()
-    }
-    for (name, values), colour in zip(columns.items(), SERIES, strict=False):
-        panel.plot(*_line(time, values), color=colour, linewidth=0.6, label=f"${name}$")
-    panel.set_ylabel(f"error\n[{velocity_unit(names[0])}]")
-    if columns:
-        reach = 1.2 * float(np.quantile(np.abs(list(columns.values())), _USUAL))
-        panel.set_ylim(-max(reach, 1e-12), max(reach, 1e-12))
-
-
-def _line(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    bins = Bins.over(np.array([[0, len(time)]]), _POINTS)
-    return bins.times(time), bins.values(values)

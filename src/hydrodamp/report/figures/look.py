@@ -5,13 +5,14 @@ from __future__ import annotations
 import functools
 import io
 import os
-import warnings
 from collections.abc import Callable, Iterable, Sequence
+from itertools import cycle
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, ParamSpec
 
 from hydrodamp.errors import FileError, MethodError
 from hydrodamp.files import save_bytes
+from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.methods import METHODS
 
 if TYPE_CHECKING:
@@ -118,20 +119,25 @@ class Look(NamedTuple):
         return {"color": self.colour, "marker": self.marker, "linestyle": "none"}
 
 
-def looks_of(rows: Sequence[tuple[str, str]], models: Iterable[str] = ()) -> list[Look]:
-    """Return how rows of (model, method) are drawn; models take dashes in the order given."""
-    order = list(dict.fromkeys((*models, *(model for model, _ in rows))))
-    dashes = {model: _DASHES[place % len(_DASHES)] for place, model in enumerate(order)}
-    return [Look(*_method_look(method), dashes[model]) for model, method in rows]
+def looks_of(rows: Sequence[tuple[str, str]]) -> list[Look]:
+    """Return how rows of (model, method) are drawn; models take dashes as they come."""
+    models = list(dict.fromkeys(model for model, _ in rows))
+    dashes = dict(zip(models, cycle(_DASHES), strict=False))
+    places = [([*METHODS, method].index(method), dashes[model]) for model, method in rows]
+    return [Look(*_METHODS[place], dash) for place, dash in places]
 
 
 def colour_of(method: str) -> str:
     """Return the colour of a method, the same in every figure and in the report."""
-    return _method_look(method)[0]
+    return looks_of([("", method)])[0].colour
 
 
-def _method_look(method: str) -> tuple[str, str]:
-    return dict(zip(METHODS, _METHODS, strict=False)).get(method, _METHODS[-1])
+def drawn_fits(fits: Iterable[Fit]) -> list[tuple[str, Fit, Look]]:
+    """Return the fits that have numbers, each with its name and how it is drawn."""
+    usable = [fit for fit in fits if fit.status.usable and fit.model.n_coefficients]
+    pairs = [(fit.model.key, fit.method) for fit in usable]
+    names = [f"{model} by {method}" for model, method in pairs]
+    return list(zip(names, usable, looks_of(pairs), strict=True))
 
 
 def in_our_look(draw: Callable[Given, Figure]) -> Callable[Given, Figure]:
@@ -170,6 +176,14 @@ def stacked(panels: int, *, each: float, extra: float = 0.7) -> tuple[Figure, li
     """Return a figure of panels above each other that share their horizontal axis."""
     figure = sheet(COLUMN, panels * each + extra)
     return figure, list(figure.subplots(panels, 1, sharex=True, squeeze=False)[:, 0])
+
+
+def abreast(figure: Figure, count: int, columns: int, **layout: Any) -> list[Axes]:
+    """Return panels of a figure in rows, so many beside each other."""
+    grid = figure.subplots(-(-count // columns), columns, squeeze=False, **layout).ravel()
+    for empty in grid[count:]:
+        empty.remove()
+    return list(grid[:count])
 
 
 def legend(figure: Figure, entries: Iterable[tuple[str, dict[str, Any]]], columns: int = 1) -> None:
@@ -211,8 +225,6 @@ def save_figure(figure: Figure, path: str | os.PathLike[str]) -> None:
 def figure_bytes(figure: Figure, kind: str) -> bytes:
     """Return a figure as the content of a file."""
     stream = io.BytesIO()
-    with our_look(), warnings.catch_warnings():
-        # A name in a script the font lacks prints as boxes: no reason to refuse the figure.
-        warnings.filterwarnings("ignore", message="Glyph .* missing from")
+    with our_look():
         figure.savefig(stream, format=kind, metadata=_METADATA[kind])
     return stream.getvalue()

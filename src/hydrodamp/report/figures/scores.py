@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from hydrodamp.errors import MethodError
 from hydrodamp.report.figures.axes import error_scale
@@ -17,7 +19,7 @@ from hydrodamp.report.figures.look import (
     plain,
     sheet,
 )
-from hydrodamp.simulation.score import Horizon, HorizonScores, RateUnit
+from hydrodamp.simulation.score import HorizonScores, RateUnit
 from hydrodamp.validation.choice import error_of, front
 from hydrodamp.validation.compare import Comparison
 
@@ -60,8 +62,7 @@ def front_figure(comparison: Comparison) -> Figure:
     def place(model: str, method: str) -> float:
         return models.index(model) + step * (methods.index(method) - 0.5 * (len(methods) - 1))
 
-    height = 3.3 + 0.05 * len(methods)
-    figure = sheet(COLUMN if len(models) <= _NARROW else PAGE, height)
+    figure = sheet(COLUMN if len(models) <= _NARROW else PAGE, 3.3 + 0.05 * len(methods))
     panel = figure.subplots()
     best = [row for row in front(comparison) if row.n_coefficients]
     across = [place(row.model, row.method) for row in best]
@@ -85,19 +86,14 @@ def front_figure(comparison: Comparison) -> Figure:
 
 
 @in_our_look
-def horizons_figure(
-    scores: Mapping[tuple[str, str], HorizonScores], models: Sequence[str] = ()
-) -> Figure:
+def horizons_figure(scores: Mapping[tuple[str, str], HorizonScores]) -> Figure:
     """Draw the RMS error at each horizon.
 
     Parameters
     ----------
     scores : mapping of (model, method) to HorizonScores
-        All on the same log. Horizons stand at equal distances, the shortest first. Where
+        All on the same log. Horizons stand at equal distances, in the order asked for. Where
         a window diverged there is no error; the legend says how many did.
-    models : sequence of str, optional
-        The models that take dashes first, in this order; by default they take them as they
-        come, the first a solid line.
 
     Returns
     -------
@@ -115,31 +111,21 @@ def horizons_figure(
         raise MethodError("there is no score at any horizon to draw")
     if len({one.score.rate_unit for one in found}) > 1:
         raise MethodError("all scores of one figure must have the same `rate_unit`")
-    names = {one.horizon: one.name for one in sorted(found, key=lambda one: _length(one.horizon))}
-    horizons = list(names)
     figure = sheet(COLUMN, 2.4 + 0.13 * len(scores))
     panel = figure.subplots()
     entries = []
-    for pair, look in zip(scores, looks_of(list(scores), models), strict=True):
-        ordered = sorted(scores[pair].scores, key=lambda one: _length(one.horizon))
-        places = [horizons.index(one.horizon) for one in ordered]
-        errors = [float("nan") if one.score.rms is None else one.score.rms for one in ordered]
-        panel.plot(places, errors, marker=look.marker, **look.line)
-        most = max(one.diverged_share for one in ordered)
+    for (pair, several), look in zip(scores.items(), looks_of(list(scores)), strict=True):
+        errors = [one.score.rms or np.nan for one in several.scores]
+        drawn = {**look.line, "marker": look.marker}
+        panel.plot([one.name for one in several.scores], errors, **drawn)
+        most = max(one.diverged_share for one in several.scores)
         said = f", up to {100.0 * most:.2g} % of windows diverged" if most else ""
-        entries.append((f"{' by '.join(pair)}{said}", {**look.line, "marker": look.marker}))
+        entries.append((f"{' by '.join(pair)}{said}", drawn))
     error_scale(panel)
-    panel.set_xticks(range(len(horizons)), names.values())
-    panel.set_xlim(-0.3, len(horizons) - 0.5)
     panel.set_xlabel("replayed without a measurement for")
     panel.set_ylabel(_error_label(found[0].score.rate_unit))
     legend(figure, entries)
     return figure
-
-
-def _length(horizon: Horizon) -> float:
-    words = {"step": 0.0, "run": float("inf")}
-    return words[horizon] if isinstance(horizon, str) else float(horizon)
 
 
 def _error_label(rate_unit: RateUnit) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from itertools import cycle
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -151,12 +151,10 @@ def _drawn(log: Log, contents: list[_Panel], each: float) -> Figure:
 # How far beyond the range of the measurements a panel reaches, at most, in such ranges.
 _ROOM = 0.4
 
-Bands = Mapping[tuple[str, str], PredictionBand]
-
 
 @in_our_look
 def replays_figure(
-    rows: Iterable[Row], bands: Bands | None = None, models: Sequence[str] = ()
+    rows: Iterable[Row], bands: Mapping[tuple[str, str], PredictionBand] | None = None
 ) -> Figure:
     """Draw measured velocities and replays of chosen rows: figures 4 and 5 of the paper.
 
@@ -168,9 +166,6 @@ def replays_figure(
         out. Angular rates have the unit of the scores.
     bands : mapping of (model, method) to PredictionBand, optional
         Of some of them, on the same log.
-    models : sequence of str, optional
-        The models that take dashes first, in this order; by default they take them as they
-        come, the first a solid line.
 
     Returns
     -------
@@ -199,7 +194,12 @@ def replays_figure(
                 f"all replays and bands in one figure must be of the same log; got {log.n} and "
                 f"{other.n} samples"
             )
-    looks = looks_of([(row.model, row.method) for row, _ in replayed], models)
+    looks = looks_of([(row.model, row.method) for row, _ in replayed])
+    shades = [known.get((row.model, row.method)) for row, _ in replayed]
+    entries = [
+        (_said(row, band), look.line)
+        for (row, _), band, look in zip(replayed, shades, looks, strict=True)
+    ]
     figure, panels = stacked(len(first.axes), each=0.78, extra=0.75 + 0.13 * len(replayed))
     for panel, axis in zip(panels, first.axes, strict=True):
         name = VELOCITY_OF[axis]
@@ -207,21 +207,18 @@ def replays_figure(
         panel.plot(*trace(log, measured), color=MEASURED, linewidth=1.1, zorder=2.5)
         replays = [shown(run.velocity, name, unit) for _, run in replayed]
         panel.set_ylim(*_limits(measured, np.concatenate(replays)))
-        for place, ((row, _), look, values) in enumerate(
-            zip(replayed, looks, replays, strict=True)
-        ):
-            if band := known.get((row.model, row.method)):
-                ends = shown(band.lower, name, unit), shown(band.upper, name, unit)
+        # The first lies on top.
+        for values, band, look in [*zip(replays, shades, looks, strict=True)][::-1]:
+            if band is not None:
+                ends = (shown(end, name, unit) for end in (band.lower, band.upper))
                 time, lower, upper = trace(log, *ends)
                 area = panel.fill_between(time, lower, upper, facecolor=(look.colour, BAND))
                 area.set(edgecolor=(look.colour, 0.6), linewidth=0.4)
-            (line,) = panel.plot(*trace(log, values), linewidth=0.8, **look.line)
-            line.set_zorder(3.5 - 0.5 * place / len(replayed))
+            panel.plot(*trace(log, values), linewidth=0.8, zorder=3.0, **look.line)
         panel.set_ylabel(velocity_label(name, unit))
     mark_segments(panels, log)
     figure.align_ylabels(panels)
-    named = [(_said(row, known), look.line) for (row, _), look in zip(replayed, looks, strict=True)]
-    legend(figure, [("measured", {"color": MEASURED, "linewidth": 1.1}), *named])
+    legend(figure, [("measured", {"color": MEASURED, "linewidth": 1.1}), *entries])
     return figure
 
 
@@ -235,11 +232,10 @@ def _limits(measured: FloatArray, replayed: FloatArray) -> tuple[float, float]:
     return float(near.min(initial=low)) - edge, float(near.max(initial=high)) + edge
 
 
-def _said(row: Row, bands: Bands) -> str:
+def _said(row: Row, band: PredictionBand | None) -> str:
     """Return what the legend says of a row."""
     name = f"{row.model} by {row.method}"
     if row.rms is None:
         return f"{name}: diverged in {', '.join(segment for segment, _ in row.score.diverged)}"
-    band = bands.get((row.model, row.method))
     held = f", {100.0 * band.level:.0f} % band" if band is not None else ""
     return f"{name}, RMS {error_size(row.rms)}{held}"
