@@ -20,6 +20,12 @@ def rows_of(problem):
     return np.hstack([xi, hd.damping_wrench(problem, problem.log.acceleration)])
 
 
+def segments_of(problem):
+    for segment in problem.log.segments:
+        part = hd.prepare(problem.vehicle, problem.log.select(segment.name), problem.models)
+        yield hd.accumulate(part)
+
+
 def test_it_is_the_triangle_of_all_rows(problem):
     triangle = hd.accumulate(problem)
     rows = rows_of(problem)
@@ -33,7 +39,7 @@ def test_it_is_the_triangle_of_all_rows(problem):
 def test_merged_segments_give_the_coefficients_of_the_whole(problem):
     model = hd.catalog["linear"]
     method = hd.LeastSquares()
-    parts = hd.merge(hd.accumulate(problem, segments=[k]) for k in range(3))
+    parts = hd.merge(segments_of(problem))
     assert parts.n_samples == problem.n_samples
     whole = method.solve(hd.accumulate(problem), problem, model)
     merged = method.solve(parts, problem, model)
@@ -43,7 +49,7 @@ def test_merged_segments_give_the_coefficients_of_the_whole(problem):
 
 
 def test_order_of_merging_does_not_matter(problem):
-    a, b, c = (hd.accumulate(problem, segments=[k]) for k in range(3))
+    a, b, c = segments_of(problem)
     model, method = hd.catalog["prestero"], hd.LeastSquares()
     one = method.solve(a.merge(b).merge(c), problem, model)
     other = method.solve(c.merge(a.merge(b)), problem, model)
@@ -73,13 +79,6 @@ def test_near_collinear_columns_keep_their_coefficients(vehicle, exact_log):
     error = fit.damping.coefficients / truth.coefficients - 1
     gram = np.linalg.solve(design.T @ design, design.T @ triangle.r[:, 4])
     assert np.abs(error).max() < 1e-3 * np.abs(gram / truth.coefficients - 1).max()
-
-
-def test_a_segment_that_is_not_there_is_named(vehicle, exact_log, true_damping):
-    log = exact_log(true_damping(hd.catalog["linear"]), n=30)
-    problem = hd.prepare(vehicle, log, hd.catalog["linear"])
-    with pytest.raises(hd.ProblemError, match="there are 3 segments"):
-        hd.accumulate(problem, segments=[5])
 
 
 def test_a_column_of_zeros_has_a_coefficient_of_exactly_zero():

@@ -194,7 +194,7 @@ def signal_to_noise(problem: Problem) -> FloatArray:
     noise = np.mean(differences**2, axis=0) / 70.0  # 70 = 1 + 16 + 36 + 16 + 1
     signal = velocity.var(axis=0)
     floor = np.maximum(noise, 1e-6 * signal)
-    ratio = np.where(floor > 0.0, signal / np.where(floor > 0.0, floor, 1.0), 1.0)
+    ratio: FloatArray = np.divide(signal, floor, out=np.ones(6), where=floor > 0.0)
     return np.maximum(ratio, 1.0)
 
 

@@ -131,7 +131,7 @@ class Dissipative:
             self,
             found,
             rank=sum(one.span.rank for one in plain),
-            aliased=group_labels(enumerate(one.span.aliased for one in plain)),
+            aliased=group_labels(one.span.aliased for one in plain),
             n_samples=triangle.n_samples,
             remarks=remarks,
         )

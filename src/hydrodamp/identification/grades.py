@@ -114,9 +114,8 @@ def _missed(splits: tuple[Split, ...], model: DampingModel) -> FloatArray:
     for split in splits:
         for axis, terms in enumerate(model.terms):
             found = solve_axis(split.train, terms, axis).coefficients
-            columns = [split.test.basis.index(term) for term in terms]
-            target = split.test.r[:, len(split.test.basis) + axis]
-            squares[axis] += np.sum((target - split.test.r[:, columns] @ found) ** 2)
+            left = split.test.target(axis) - split.test.columns(terms) @ found
+            squares[axis] += np.sum(left**2)
     return squares / sum(split.test.n_samples for split in splits)
 
 

@@ -86,7 +86,7 @@ class Regression:
             covariance=white * (1.0 if rows is None else rows.likeness),
             uncertainty=uncertainty,
             rank=sum(one.span.rank for one in solved),
-            aliased=group_labels(enumerate(one.span.aliased for one in solved)),
+            aliased=group_labels(one.span.aliased for one in solved),
             n_samples=self.triangle.n_samples if rows is None else rows.n_samples,
             remarks=(() if rows is None else rows.remarks) + remarks,
         )

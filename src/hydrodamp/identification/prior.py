@@ -106,7 +106,7 @@ class PriorLeastSquares(LinearEstimator):
             coefficients,
             covariance=covariance,
             rank=sum(one.span.rank for one in solved),
-            aliased=group_labels(enumerate(one.span.aliased for one in solved)),
+            aliased=group_labels(one.span.aliased for one in solved),
             n_samples=triangle.n_samples,
             remarks=(
                 f"Prior '{self.damping.model.key}' has {known.sum()} of {len(labels)} "

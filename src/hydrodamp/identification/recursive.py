@@ -136,7 +136,7 @@ class RecursiveLeastSquares:
                 "a term's mean square is not finite: look for absurd numbers in the log."
             )
         entries = Entries(rows, axes, columns.with_unknown((rows, axes), np.zeros(len(rows))))
-        unit = np.where(size > 0.0, 1.0 / np.where(size > 0.0, size, 1.0), 0.0)
+        unit = np.divide(1.0, size, out=np.zeros(len(size)), where=size > 0.0)
         forgetting = -float(np.expm1(-self.block / self.memory))
         return RecursiveAdaptation(
             columns=columns,

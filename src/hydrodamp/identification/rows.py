@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -11,7 +11,7 @@ import numpy as np
 from hydrodamp import kernels
 from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.basis.basis import Basis
-from hydrodamp.errors import MethodError, ProblemError
+from hydrodamp.errors import MethodError
 from hydrodamp.identification.differences import Derivative, default_derivative
 from hydrodamp.identification.triangle import BLOCK, Triangle, merge
 from hydrodamp.simulation.problem import Problem
@@ -137,11 +137,7 @@ class Differenced:
         )
 
 
-def accumulate(
-    problem: Problem,
-    derivative: Derivative | None = None,
-    segments: Iterable[int] | None = None,
-) -> Triangle:
+def accumulate(problem: Problem, derivative: Derivative | None = None) -> Triangle:
     """Fold a problem into its triangle, without keeping the rows.
 
     Parameters
@@ -151,8 +147,6 @@ def accumulate(
     derivative : Derivative, optional
         Where the acceleration comes from; the record where there is one, else
         finite differences.
-    segments : iterable of int, optional
-        Which segments, by number; all by default.
 
     Returns
     -------
@@ -160,27 +154,19 @@ def accumulate(
         Held inputs enter as the derivative sees them. Needs 8 (n_terms + 6)^2 bytes whatever
         the length of the log; an estimated acceleration takes 48 bytes a sample
         while it is folded in.
-
-    Raises
-    ------
-    ProblemError
-        If there is no such segment.
     """
     estimator = derivative or default_derivative(problem)
     acceleration, seen = estimator.acceleration(problem), estimator.seen(problem)
-    try:
-        bounds = problem.segments if segments is None else problem.segments[list(segments)]
-    except IndexError as error:
-        raise ProblemError(f"there are {len(problem.segments)} segments: {error}") from error
-    known = problem.columns.n_known
+    known, n = problem.columns.n_known, problem.n_samples
 
     def blocks() -> Iterator[FloatArray]:
-        for start, stop in bounds.tolist():
-            for first in range(start, stop, BLOCK):
-                part = slice(first, min(first + BLOCK, stop))
-                regressor = seen.regressor(part.start, part.stop)
-                left = _remainder(seen, acceleration, regressor, part)
-                yield np.hstack([regressor[:, known:], left])
+        for first in range(0, n, BLOCK):
+            part = slice(first, min(first + BLOCK, n))
+            size = (part.stop - first, known + len(problem.columns.basis) + 6)
+            rows = np.empty(size, order="F")
+            regressor = seen.regressor(first, part.stop, out=rows[:, :-6])
+            rows[:, -6:] = _remainder(seen, acceleration, regressor, part)
+            yield rows[:, known:]
 
     return Triangle.of(problem.columns.basis, blocks())
 

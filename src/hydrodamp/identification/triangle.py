@@ -226,13 +226,11 @@ def solve_axis(
     )
 
 
-def group_labels(
-    by_axis: Iterable[tuple[int, Iterable[Sequence[Term | str]]]],
-) -> tuple[tuple[str, ...], ...]:
-    """Return groups of terms as groups of labels."""
+def group_labels(by_axis: Iterable[Iterable[Sequence[Term]]]) -> tuple[tuple[str, ...], ...]:
+    """Return groups of terms, axis by axis, as groups of labels."""
     return tuple(
-        tuple(f"{AXES[axis]}_{term}" for term in group)
-        for axis, groups in by_axis
+        tuple(f"{axis}_{term}" for term in group)
+        for axis, groups in zip(AXES, by_axis, strict=True)
         for group in groups
     )
 
