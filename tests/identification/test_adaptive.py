@@ -159,10 +159,10 @@ def test_scales_must_be_positive(gain):
         gain(0.0)
 
 
-def test_gains_by_term_need_a_log(prepared):
-    problem = prepared(LINEAR, n=30)
+@pytest.mark.parametrize("method", [SCALED, hd.RecursiveLeastSquares()])
+def test_settings_by_term_need_a_log(method, prepared):
     with pytest.raises(hd.MethodError, match="from a log"):
-        SCALED.bind(problem.columns, LINEAR)
+        method.bind(prepared(LINEAR, n=30).columns, LINEAR)
 
 
 def test_any_positive_gain_is_stable(prepared):
@@ -173,7 +173,9 @@ def test_any_positive_gain_is_stable(prepared):
     assert np.isfinite(fit.damping.coefficients).all()
 
 
-@pytest.mark.parametrize("method", [hd.AdaptiveIdentifier(), hd.LeastSquares()])
+@pytest.mark.parametrize(
+    "method", [hd.AdaptiveIdentifier(), hd.LeastSquares(), hd.RecursiveLeastSquares(block=0.2)]
+)
 def test_numbers_beyond_float64_are_a_status(method, vehicle):
     """The sum of two wrenches of 1.5e308 N overflows: the outcome is a status, not a crash."""
     wrench = np.zeros((20, 6))

@@ -161,12 +161,6 @@ def test_white_noise_gives_the_white_formula():
     np.testing.assert_allclose(ratio, 1.0, atol=4.0 * np.sqrt(2.0 / found.degrees_of_freedom))
 
 
-def test_a_ridge_shrinks_its_scatter_too():
-    rows = rows_of()
-    plain, ridged = uncertainty(rows), uncertainty(rows, strength=1.0)
-    assert np.all(ridged.standard_errors < 0.6 * plain.standard_errors)
-
-
 def test_misfit_is_no_noise():
     """A missing term enters the covariance, not the part of noise."""
     rows = rows_of(seed=5)

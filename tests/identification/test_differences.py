@@ -161,10 +161,3 @@ def test_constant_inputs_are_seen_as_they_are():
     seen = hd.SavitzkyGolay().seen(problem).inputs
     np.testing.assert_allclose(seen.channels, problem.inputs.channels, rtol=1e-10, atol=1e-12)
     np.testing.assert_allclose(seen.propulsion, problem.inputs.propulsion, rtol=1e-10)
-
-
-def test_nothing_held_leaves_the_problem_itself(vehicle, exact_log, true_damping):
-    log = exact_log(true_damping(hd.catalog["linear"]), n=30)
-    problem = hd.prepare(vehicle, log, hd.catalog["linear"])
-    assert hd.FiniteDifference().seen(problem) is problem
-    assert hd.RecordedAcceleration().seen(problem) is problem

@@ -84,13 +84,6 @@ def test_a_box_away_from_rest_costs_less():
     assert abs(nearest(damping, around)[1]) < 1e-2
 
 
-def test_the_metric_says_which_coefficient_gives_way():
-    """u v (X_v + Y_u) = 0 around rest: the dear one stays."""
-    damping = hd.Damping.from_dict(None, {"X_v": 1.0, "Y_u": 1.0})
-    found = nearest(damping, UNIT, np.diag([1.0, 1e2]))
-    np.testing.assert_allclose(found, [-1.0, 1.0], atol=1e-2)
-
-
 def test_a_set_without_interior_gives_the_last_coefficients_that_make_sense():
     """Around rest N_v alone must vanish: no tightening can be met."""
     found = nearest(hd.Damping.from_dict(None, {"X_u": -1.0, "N_v": 1.0}), UNIT)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -18,7 +17,6 @@ from hydrodamp.identification.grades import (
     identifiability,
     rated,
 )
-from hydrodamp.ingest.mapping import LogMapping
 
 PRESTERO, LINEAR = hd.catalog["prestero"], hd.catalog["linear"]
 ORDER = tuple(Grade)
@@ -79,11 +77,6 @@ def test_the_campaign_determines_the_main_coefficients(by_log):
     assert by_log.grades["Z_w|w|"] is Grade.NOT_DETERMINED
 
 
-def test_every_coefficient_has_one_grade(by_log):
-    assert tuple(by_log.grades) == PRESTERO.labels
-    assert sum(one.count(grade) for one in by_log.axes for grade in Grade) == 30
-
-
 def test_noise_makes_grades_worse(campaign, by_log):
     """Ten times the noise of the DVL."""
     log = campaign.train
@@ -137,39 +130,6 @@ def test_a_log_that_is_too_short_is_refused(campaign):
     short = hd.prepare(campaign.vehicle, campaign.train.select(first).between(0.0, 6.0), LINEAR)
     with pytest.raises(MethodError, match="longer log"):
         identifiability(short, LINEAR)
-
-
-@pytest.fixture(scope="module")
-def field_log(measured_logs):
-    """The field log of a 690: turns at constant depth, in a current."""
-    file = measured_logs("vt690_field") / "derived_10hz.csv"
-    mapping = {
-        "time": "time_s",
-        "attitude": {name: f"{name}_rad" for name in ("roll", "pitch", "yaw")},
-        "velocity": {name: name for name in "uvwpqr"},
-        "commands": {name: f"{name}_rad" for name in ("rudder", "elevator")},
-    }
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", hd.HydrodampWarning)
-        return hd.read_log(file, LogMapping.from_dict(mapping))
-
-
-@pytest.mark.parametrize("key", ["prestero", "linear"])
-def test_the_field_log_determines_yaw_and_roll_alone(field_log, key):
-    """Rudder steps excite yaw and roll; the rest follows waves, the current and noise."""
-    fins = {"X": "1", "Y N": "u|u|*rudder", "Z M": "u|u|*elevator"}
-    model = hd.catalog[key].with_terms(fins)
-    vehicle = replace(hd.fleet["vt690"], actuators=())
-    found = identifiability(hd.prepare(vehicle, field_log, model), model)
-    excited = {one.axis for one in found.axes if one.excited}
-    assert excited == {"K", "N"}
-    for label, grade in found.grades.items():
-        if label[0] in "YZM":
-            assert grade is Grade.NOT_DETERMINED, label
-    determined = found.labelled(Grade.DETERMINED)
-    assert "N_u|u|*rudder" in determined
-    assert {label[0] for label in determined} <= {"K", "N"}
-    assert not any("v" in label or "w" in label for label in determined)
 
 
 @pytest.fixture(scope="module")

@@ -81,11 +81,6 @@ def test_the_worst_power_inside_the_box():
     assert abs(worst.velocity[5]) == pytest.approx(1.0, abs=1e-3)
 
 
-def test_nothing_is_worse_than_rest_for_damping_that_dissipates():
-    worst = worst_power(hd.Damping.from_dict(None, {"X_u": -1, "N_r|r|": -2}), HOVERING)
-    assert worst.power == pytest.approx(0.0, abs=1e-6)
-
-
 def test_the_search_finds_what_dense_sampling_finds(true_damping):
     damping = true_damping(hd.catalog["gertler-hagen"])
     worst = worst_power(damping, UNDER_WAY)
@@ -123,11 +118,6 @@ def test_astern_is_under_way_too(boxed):
     assert box.low[0] < box.high[0] < 0.0
     assert box.nearest[0] == -box.high[0]
     assert box.extent[0] == -box.low[0]
-
-
-def test_all_but_surge_are_symmetric(boxed):
-    _, box = boxed(3.0)
-    np.testing.assert_array_equal(box.low[1:], -box.high[1:])
 
 
 def test_an_outlier_does_not_set_the_box(vehicle, exact_log, true_damping, boxed):

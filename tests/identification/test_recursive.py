@@ -199,30 +199,6 @@ def test_outcomes_that_are_no_numbers(voyage):
     rolling = hd.DampingModel.from_table({"K": "p"}, key="roll")
     locked = hd.prepare(voyage.vehicle, voyage.log.between(0.0, 60.0), rolling)
     assert METHOD.identify(locked, rolling).status is hd.Status.EMPTY
-    absurd = voyage.log.between(0.0, 60.0)
-    wrench = np.full_like(absurd.wrench, 1.5e308)
-    problem = hd.prepare(voyage.vehicle, replace(absurd, wrench=wrench), MODEL)
-    with np.errstate(all="ignore"):
-        assert METHOD.identify(problem, MODEL).status is hd.Status.FAILED
-
-
-def test_absurd_commands_are_said_to_be_absurd(vehicle):
-    n = 20
-    log = hd.Log.from_arrays(
-        np.arange(n) / 10,
-        np.ones((n, 6)),
-        attitude=np.zeros((n, 3)),
-        wrench=np.zeros((n, 6)),
-        commands={"fin": np.full(n, 1e200)},
-    )
-    model = hd.DampingModel.from_table({"X": "u", "N": "u|u|*fin"}, key="mine")
-    with np.errstate(all="ignore"), pytest.raises(hd.MethodError, match="not finite"):
-        hd.identify(model, vehicle, log, METHOD)
-
-
-def test_columns_alone_give_no_prior(voyage):
-    with pytest.raises(hd.MethodError, match="from a log"):
-        METHOD.bind(voyage.problem(0, 50).columns, MODEL)
 
 
 @pytest.mark.parametrize(

@@ -147,13 +147,6 @@ def test_ends_of_the_grid_are_said(vehicle, exact_log, true_damping):
     assert all("the largest tried" in said for said in strongest)
 
 
-def test_a_single_segment_is_cut_into_blocks(vehicle, exact_log, true_damping):
-    truth = true_damping(hd.catalog["linear"])
-    log = noisy(exact_log(truth, n=900)).between(0.0, 29.95)
-    fit = hd.identify(truth.model, vehicle, log, Ridge(RECORDED))
-    assert "5 folds, blocks of one segment" in fit.remarks[0]
-
-
 def test_too_few_rows_for_the_folds_are_a_sentence(vehicle, exact_log, true_damping):
     model = hd.catalog["mcfarland-whitcomb"]
     log = exact_log(true_damping(hd.catalog["linear"]), n=42)

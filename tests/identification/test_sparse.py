@@ -147,8 +147,3 @@ def test_without_one_that_dissipates_the_replay_counts() -> None:
     best, why = best_round(rounds)
     assert best is rounds[0]
     assert "replays the training data" in why
-
-
-def test_without_any_replay_the_last_round_is_given() -> None:
-    rounds = [made(2, None, 3.0), made(1, None, -1.0)]
-    assert best_round(rounds)[0] is rounds[1]
