@@ -166,15 +166,6 @@ class Current:
         times: FloatArray = np.asarray(elapsed, dtype=np.float64)
         return np.column_stack([np.interp(times, self.time, part) for part in self.velocity.T])
 
-    def __str__(self) -> str:
-        """Return a line a knot, twelve at most."""
-        lines = ["    time [s]  north [m/s]   east [m/s]"]
-        for row in np.unique(np.linspace(0, len(self.time) - 1, 12).astype(int)).tolist():
-            pairs = zip(self.velocity[row], self.standard_error[row], strict=True)
-            numbers = "  ".join(f"{value:6.3f}±{error:.3f}" for value, error in pairs)
-            lines.append(f"{self.time[row]:12.6g} {numbers}")
-        return "\n".join(lines)
-
 
 def estimate_current(
     log: Log,

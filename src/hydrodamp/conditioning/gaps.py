@@ -232,18 +232,16 @@ def mask_bottom_lock(log: Log, *, flag: str | None = None, fastest: float = 30.0
     >>> mask_bottom_lock(log).velocity[:, 0].tolist()
     [1.0, 1.0, 1.0, 1.0, 1.0, 1.0]
     """
-    columns = measured(log)
-    linear = [columns[name] for name in _LINEAR if name in log.velocity_names]
+    linear = {name: one for name, one in measured(log).items() if name in _LINEAR}
     if not linear:
         return log
-    values = np.column_stack(linear)
+    values = np.column_stack([*linear.values()])
     usual = float(np.median(np.abs(values).max(axis=1)))
     lost = lost_lock(values, fastest if usual <= fastest else np.inf).any(axis=1)
     lost |= _dropped_to_zero(values, log.bounds)
     if flag is not None:
         lost |= log.command(flag) == 0.0
-    names = (name for name in _LINEAR if name in log.velocity_names)
-    return without_samples(log, dict.fromkeys(names, lost), "no bottom lock")
+    return without_samples(log, dict.fromkeys(linear, lost), "no bottom lock")
 
 
 def lost_lock(values: FloatArray, fastest: float = 30.0) -> BoolArray:

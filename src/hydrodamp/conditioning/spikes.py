@@ -161,11 +161,10 @@ def _usual(time: FloatArray, values: FloatArray, bounds: IntArray, window: int) 
             rows = np.arange(0, stop - start, -(-len(values) // _SAMPLED))
             part = time[start:stop], values[start:stop]
             parts.append(_distance(*part, rows, _off_line, window)[0])
-    rest = np.concatenate(parts) if parts else np.zeros(1)
-    middle = float(np.median(rest))
-    if middle <= _rounding(values) and np.mean(rest > _rounding(values)) > _FLICKER:
-        middle = float(np.median(rest[rest > _rounding(values)]))
-    return _NORMAL * middle
+    rest = np.concatenate([*parts, np.zeros(1 - min(len(parts), 1))])
+    moved = rest > _rounding(values)
+    flickers = np.median(rest) <= _rounding(values) and np.mean(moved) > _FLICKER
+    return _NORMAL * float(np.median(rest[moved] if flickers else rest))
 
 
 def _rounding(values: FloatArray) -> float:

@@ -38,7 +38,6 @@ class Layout:
     stamps: dict[str, int] = field(default_factory=dict)
     words: dict[str, tuple[int, int]] = field(default_factory=dict)
     counts: set[int] = field(default_factory=set)
-    long: dict[str, int] = field(default_factory=dict)
 
 
 class _Walk:
@@ -91,7 +90,6 @@ class _Walk:
             for index in range(length):
                 self._field(kind, f"{path}[{index}]")
             return
-        self.layout.long[path] = length
         if int(kind[0]) == _BASE and kind[1][0] != "string":
             size = np.dtype(_TYPES[kind[1][0]]).itemsize
             self._align(size)
@@ -127,7 +125,6 @@ class Columns:
     numbers: dict[str, FloatArray] = field(default_factory=dict)
     texts: dict[str, list[str]] = field(default_factory=dict)
     seconds: set[str] = field(default_factory=set)
-    long: dict[str, int] = field(default_factory=dict)
     broken: list[int] = field(default_factory=list)
 
 
@@ -164,7 +161,6 @@ def _of_shape(block: Any, layout: Layout) -> Any:
 
 def _fill(columns: Columns, n: int, layout: Layout, rows: Any, block: Any) -> None:
     """Put the fields of messages of one shape into their columns."""
-    columns.long |= layout.long
     columns.seconds |= set(layout.stamps)
     for path, (offset, kind) in layout.numbers.items():
         column = columns.numbers.setdefault(path, np.full(n, np.nan))

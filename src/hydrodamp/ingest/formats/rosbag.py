@@ -96,8 +96,6 @@ def _topics(stored: _Stored, definitions: Any, aligned: bool, notes: list[str]) 
             notes.append(f"topic `{name}` was left out: the bag does not define {error.args[0]}")
             continue
         called = name if names.count(name) == 1 else f"{name} ({kind})"
-        for path, length in columns.long.items():
-            notes.append(f"topic `{called}`: `{path}` of {length} values was left out")
         if broken := columns.broken:
             notes.append(
                 f"topic `{called}`: {len(broken)} messages end before their fields do and were"

@@ -241,21 +241,13 @@ def _is_stamp(name: str) -> bool:
     return parted(name)[0][-1:] in (("time",), ("timestamp",), ("stamp",)) or "stamp." in name
 
 
-@dataclass(frozen=True, eq=False)
-class Together:
-    """Several series on one clock; a row of NaN where it begins anew."""
-
-    elapsed: FloatArray
-    values: FloatArray
-
-
-def together(series: Sequence[Series]) -> Together:
-    """Bring series to the clock of the slowest of them, NaN over gaps."""
+def together(series: Sequence[Series]) -> tuple[FloatArray, FloatArray]:
+    """Bring series to the clock of the slowest: elapsed time and columns, a row of NaN at gaps."""
     clocks = {one.topic: Clock(one.topic, one.seconds) for one in series}
     try:
         stamps = dict(zip(clocks, set_right(list(clocks.values())), strict=True))
     except LogError:  # what seemed a clock is none
-        return Together(np.empty(0), np.empty((0, len(series))))
+        return np.empty(0), np.empty((0, len(series)))
     base = max(stamps.values(), key=lambda one: one.step)
     thin = slice(None, None, 1 + len(base.time) // _MANY)
     ticks = Ticks(base.time[thin], base.run[thin])
@@ -263,7 +255,7 @@ def together(series: Sequence[Series]) -> Together:
     steps = np.diff(ticks.time, prepend=ticks.time[:1])
     broken = (np.diff(ticks.run, prepend=ticks.run[:1]) != 0) | (steps > base.limit)
     values[broken] = np.nan
-    return Together(np.cumsum(np.where(broken, base.step, steps)), values)
+    return np.cumsum(np.where(broken, base.step, steps)), values
 
 
 def _at(ticks: Ticks, base: Stamps, stamps: Stamps, values: FloatArray) -> FloatArray:

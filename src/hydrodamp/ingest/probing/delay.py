@@ -115,7 +115,10 @@ def _best(
     if np.count_nonzero(np.diff(known)) < _LEAST_CHANGES:
         return None
     lags = np.arange(round(_EARLIEST / step), round(_LATEST / step) + 1)
-    moved = _moved(command, lags)
+    # The command at every lag; NaN beyond the ends.
+    places = np.arange(len(command))[:, np.newaxis] - lags
+    inside = (places >= 0) & (places < len(command))
+    moved = np.where(inside, command[np.clip(places, 0, len(command) - 1)], np.nan)
     growth = np.diff(velocity[:, axes], axis=0, append=np.nan) / step
     state = _state(velocity, axes)
     fine = np.isfinite(np.column_stack((growth, moved, state))).all(axis=1)
@@ -133,9 +136,9 @@ def _best(
     parts = []
     for part in np.array_split(np.arange(len(wanted)), _PARTS):
         usual = totals[axis] * len(part) / len(wanted)
-        inside = _along(wanted[part][:, [axis]], given[part])[0] ** 2 / max(usual, 1e-30)
-        if inside.max() > _LEAST_SHARE:
-            parts.append(step * _peak(inside, lags))
+        shares = _along(wanted[part][:, [axis]], given[part])[0] ** 2 / max(usual, 1e-30)
+        if shares.max() > _LEAST_SHARE:
+            parts.append(step * _peak(shares, lags))
     allowed = max(2 * step, _NEAR)
     near = float(np.mean(np.abs(np.array(parts) - seconds) <= allowed)) if len(parts) > 1 else 0.5
     sure = near * min(1.0, share / _SURE_SHARE) if 0 < place < len(lags) - 1 else 0.0
@@ -160,13 +163,6 @@ def _state(velocity: FloatArray, axes: list[int]) -> FloatArray:
     spread = np.column_stack((ones, own, own * np.abs(own), *with_speed))
     size = np.nanstd(spread, axis=0)
     return spread[:, (size > 0.0) | (np.arange(len(size)) == 0)]
-
-
-def _moved(command: FloatArray, lags: IntArray) -> FloatArray:
-    """Return the command at every lag, shape (n, lags); NaN beyond the ends."""
-    rows = np.arange(len(command))[:, np.newaxis] - lags
-    inside = (rows >= 0) & (rows < len(command))
-    return np.where(inside, command[np.clip(rows, 0, len(command) - 1)], np.nan)
 
 
 def _along(wanted: FloatArray, given: FloatArray) -> FloatArray:

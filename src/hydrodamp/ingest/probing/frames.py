@@ -104,12 +104,12 @@ def match_rates(roles: Roles) -> RateMatch:
     names = [name for name in "pqr" if f"velocity.{name}" in roles]
     if not attitude or not names:
         return RateMatch()
-    joined = together([*(roles[f"velocity.{name}"] for name in names), *attitude])
-    turned = _turned(quaternions(roles, joined.values[:, len(names) :]))
+    elapsed, joined = together([*(roles[f"velocity.{name}"] for name in names), *attitude])
+    turned = _turned(quaternions(roles, joined[:, len(names) :]))
     good = {}
     for place, name in enumerate(names):
         axis = "pqr".index(name)
-        one = compared(*changes(joined.elapsed, joined.values[:, [place]], turned[:, [axis]]))
+        one = compared(*changes(elapsed, joined[:, [place]], turned[:, [axis]]))
         if one.agrees():
             good[name] = one
     unit = _unit(float(np.median([abs(one.ratio) for one in good.values()]))) if good else None
@@ -142,14 +142,14 @@ def match_way(roles: Roles) -> WayMatch:
     if not attitude or len(axes) < 2:
         return WayMatch()
     paired = [roles[pairs[axis][kind]] for kind in (0, 1) for axis in axes]
-    joined = together([*paired, *attitude])
+    elapsed, joined = together([*paired, *attitude])
     n = len(axes)
-    body = np.zeros((len(joined.elapsed), 3))
-    body[:, axes] = joined.values[:, :n]
-    turning = rotation(quaternions(roles, joined.values[:, 2 * n :]))
+    body = np.zeros((len(elapsed), 3))
+    body[:, axes] = joined[:, :n]
+    turning = rotation(quaternions(roles, joined[:, 2 * n :]))
     ways = [body, *(np.einsum("nij,nj->ni", turning, one) for one in (body, body * _MIRROR))]
     added, moved = changes(
-        joined.elapsed, np.column_stack([way[:, axes] for way in ways]), joined.values[:, n : 2 * n]
+        elapsed, np.column_stack([way[:, axes] for way in ways]), joined[:, n : 2 * n]
     )
     fixed, plain, mirrored = (compared(added[:, k * n : (k + 1) * n], moved) for k in range(3))
     flipped = _better(mirrored, plain)
@@ -268,12 +268,14 @@ def _depth(roles: Roles) -> Iterator[Sign]:
     if not attitude or any(name not in roles for name in needed):
         return
     names = [name for name in ("velocity.u", "velocity.v", "velocity.w") if name in roles]
-    joined = together([roles["position.depth"], *(roles[name] for name in names), *attitude])
+    elapsed, joined = together(
+        [roles["position.depth"], *(roles[name] for name in names), *attitude]
+    )
     n = 1 + len(names)
-    third = rotation(quaternions(roles, joined.values[:, n:]))[:, 2]
+    third = rotation(quaternions(roles, joined[:, n:]))[:, 2]
     columns = ["uvw".index(name[-1]) for name in names]
-    rise = np.sum(third[:, columns] * joined.values[:, 1:n], axis=1)
-    added, moved = changes(joined.elapsed, rise[:, np.newaxis], joined.values[:, :1], _LONG)
+    rise = np.sum(third[:, columns] * joined[:, 1:n], axis=1)
+    added, moved = changes(elapsed, rise[:, np.newaxis], joined[:, :1], _LONG)
     if not len(added):
         return
     # A tilted Doppler log adds a constant.
