@@ -122,8 +122,6 @@ def test_lacking_and_impossible_are_named_at_once() -> None:
     assert len(caught.value.faults) == 4
     with pytest.raises(LogError, match="there is no attitude"):
         without_current(log, Current([0.0], [[0, 0]], [[0, 0]]))
-    with pytest.raises(LogError, match="makes 1601 knots; at most 300 will do"):
-        estimate_current(survey(), spacing=1.0)
     still = dataclasses.replace(survey(), velocity=np.zeros((survey().n, 6)))
     with pytest.raises(LogError, match="not under way: its median surge is 0 m/s"):
         estimate_current(still)

@@ -24,7 +24,6 @@ _LIKELY = 1.0  # m/s, a priori standard deviation of the current
 _SIDESLIP = 0.03  # of the median surge, a priori standard deviation of the steady drift
 _LONGEST = 40000  # samples; more are thinned out
 _LEAST = 10  # samples
-_MOST_KNOTS = 300
 
 
 def _under_way(log: Log) -> IntArray:
@@ -44,11 +43,6 @@ def _placed_knots(log: Log, spacing: float) -> FloatArray:
     count = max(1, round(log.elapsed[-1] / spacing))
     place = log.elapsed * (count / log.elapsed[-1])
     near = np.union1d(np.floor(place), np.minimum(np.ceil(place), count))
-    if len(near) > _MOST_KNOTS:
-        fault = (
-            f"a `spacing` of {spacing:g} s makes {len(near)} knots; at most {_MOST_KNOTS} will do"
-        )
-        raise LogError(fault, source=log.source)
     return np.asarray(near * (log.elapsed[-1] / count))
 
 

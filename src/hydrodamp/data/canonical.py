@@ -151,9 +151,6 @@ def _missing_faults(numbers: Mapping[str, FloatArray]) -> Iterator[str]:
             f"column `time` is missing.{_nearest('time', numbers)} Rename it, or give a mapping: "
             "`hydrodamp probe LOG --draft mapping.yaml` writes one"
         )
-    if not any(name in numbers for name in VELOCITIES):
-        listed = " ".join(numbers)
-        yield f"there is no velocity column: none of u v w p q r among {listed or 'no columns'}"
 
 
 def _nearest(name: str, numbers: Collection[str]) -> str:

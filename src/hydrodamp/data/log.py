@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import textwrap
 import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -20,10 +21,9 @@ from hydrodamp.data.checks import checked_blocks, name_faults, record_faults, se
 from hydrodamp.data.record import (
     Record,
     Segment as Segment,
-    elapsed,
     first_few,
+    goes_by,
     laid_out,
-    named,
     record_of_arrays,
     split,
 )
@@ -235,7 +235,12 @@ class Log:
     @cached_property
     def elapsed(self) -> FloatArray:
         """Time since the first sample [s], shape (n,); runs on where a clock restarts."""
-        return frozen(elapsed(self.time, self.segments))
+        count = self.time - self.time[0]
+        for before, part in itertools.pairwise(self.segments):
+            if self.time[part.start] <= self.time[part.start - 1]:
+                step = np.median(np.diff(self.time[before.start : before.stop]))
+                count[part.start :] += count[part.start - 1] + step - count[part.start]
+        return frozen(count)
 
     def command(self, name: str) -> FloatArray:
         """Return one command channel.
@@ -322,10 +327,18 @@ class Log:
         >>> log.select("b").velocity[:, 0].tolist()
         [2.0, 2.0]
         """
-        pieces, faults = named(self.segments, names)
+        known = [part.name for part in self.segments]
+        faults = [] if names else [f"name at least one segment of: {' '.join(known)}"]
+        pieces: dict[str, Segment] = {}
+        for name in names:
+            found = {part.name: part for part in self.segments if goes_by(part.name, name)}
+            pieces |= found
+            if not found:
+                what = f"there is no segment '{name}'.{did_you_mean(name, known)}"
+                faults.append(f"{what} The segments are: {' '.join(known)}")
         if faults:
             raise LogError(faults, source=self.source)
-        return take(self, pieces)
+        return take(self, [*pieces.values()])
 
     def __repr__(self) -> str:
         """Return one line."""

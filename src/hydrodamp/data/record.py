@@ -227,30 +227,6 @@ def laid_out(names: Iterable[str], lengths: Iterable[int]) -> tuple[Segment, ...
     return tuple(Segment(name, start, stop) for name, (start, stop) in pairs)
 
 
-def elapsed(time: FloatArray, segments: Sequence[Segment]) -> FloatArray:
-    """Return the time since the first sample, running on where a clock restarts."""
-    count: FloatArray = time - time[0]
-    for before, part in itertools.pairwise(segments):
-        if time[part.start] <= time[part.start - 1]:
-            step = np.median(np.diff(time[before.start : before.stop]))
-            count[part.start :] += count[part.start - 1] + step - count[part.start]
-    return count
-
-
-def named(segments: Sequence[Segment], names: Sequence[str]) -> tuple[list[Segment], list[str]]:
-    """Return the segments that answer to some names, in that order, and what is wrong."""
-    pieces: dict[str, Segment] = {}
-    known = [part.name for part in segments]
-    faults = [] if names else [f"name at least one segment of: {' '.join(known)}"]
-    for name in names:
-        found = {part.name: part for part in segments if goes_by(part.name, name)}
-        pieces |= found
-        if not found:
-            what = f"there is no segment '{name}'.{did_you_mean(name, known)}"
-            faults.append(f"{what} The segments are: {' '.join(known)}")
-    return list(pieces.values()), faults
-
-
 def goes_by(segment: str, name: str) -> bool:
     """Return whether a segment answers to a name: its own, or that of its label."""
     label, _, piece = segment.rpartition(".")

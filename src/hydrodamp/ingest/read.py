@@ -201,6 +201,8 @@ def canonical_record(recording: Recording) -> Record:
         recording.source,
     )
     told = [fault for each in faults.values() for fault in each]
+    if not any(name in numbers for name in VELOCITIES):
+        told.append(f"there is no velocity column: none of u v w p q r among {' '.join(numbers)}")
     told += [*wrong, *_name_faults((*table.fields, *table.texts))]
     if told and record is not None and not any(faults.values()):
         told += record_faults(record)

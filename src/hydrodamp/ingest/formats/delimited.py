@@ -98,14 +98,13 @@ class _Rows:
         header = () if all(map(is_number, header)) else header
         try:
             for line, cells in self._split():
-                if len(cells) == width and cells[0][:1] in _PLAIN:
-                    yield line, cells
-                    continue
-                if not any(map(str.strip, cells)):
-                    continue
                 if len(cells) > width and not any(map(str.strip, cells[width:])):
                     del cells[width:]
-                if cells[0].lstrip().startswith(COMMENTS):
+                if len(cells) == width and cells[0][:1] in _PLAIN:
+                    yield line, cells
+                elif not any(map(str.strip, cells)):
+                    continue
+                elif cells[0].lstrip().startswith(COMMENTS):
                     self._pass_over(line, "is a comment")
                 elif header and tuple(map(str.strip, cells)) == header:
                     self._pass_over(line, "repeats the header")
@@ -130,12 +129,10 @@ class _Rows:
             )
             lines = islice(self._lines(text), above, None)
             if not delimiter:
-                for line in lines:
-                    yield self.line, line.split()
+                yield from ((self.line, line.split()) for line in lines)
                 return
             rows = csv.reader(lines, delimiter=delimiter, skipinitialspace=True)
-            for cells in rows:
-                yield above + rows.line_num, cells
+            yield from ((above + rows.line_num, cells) for cells in rows)
 
     def _lines(self, text: io.TextIOWrapper) -> Iterator[str]:
         for line in text:
@@ -152,9 +149,9 @@ class _Rows:
 
     def cut(self) -> int:
         """Return the last line where it lacks both its end and cells; else 0."""
-        if self.ended or not self.ragged or self.ragged[-1][0] != self.line:
-            return 0
-        return self.line if self.ragged[-1][1] < len(self.dialect.header.names) else 0
+        line, cells = self.ragged[-1] if self.ragged else (0, 0)
+        is_last = line == self.line and not self.ended
+        return line if is_last and cells < len(self.dialect.header.names) else 0
 
     def check(self) -> None:
         """Raise the faults so far."""

@@ -139,15 +139,11 @@ def _rows(lines: Sequence[str], delimiter: str) -> list[_Row]:
     rows = []
     for line, text in enumerate(lines, start=1):
         mark = _COMMENT.match(text)
-        bare = text[mark.end() :] if mark else text
+        bare, cells = text[mark.end() :] if mark else text, list[str]()
         if delimiter:
-            cells = next(csv.reader([bare], delimiter=delimiter, skipinitialspace=True), [])
-        else:
-            cells = bare.split()
-        row = _Row(line, tuple(cells), mark is not None)
-        if row.filled:
-            rows.append(row)
-    return rows
+            cells = next(csv.reader([bare], delimiter=delimiter, skipinitialspace=True), cells)
+        rows.append(_Row(line, tuple(cells if delimiter else bare.split()), mark is not None))
+    return [row for row in rows if row.filled]
 
 
 def _later(rows: Sequence[_Row]) -> list[_Row]:
@@ -247,10 +243,7 @@ class Header:
         self.cells = tuple(cell.strip() for cell in row.cells[: row.filled])
         # Quotation marks, padding and the escapes of typesetting are no part of a name.
         called = Names([cell.strip('"').strip().replace("\\_", "_") for cell in self.cells])
-        below = {
-            name: unit.strip().strip("[]()")
-            for name, unit in zip(called.names, units, strict=False)
-        }
+        below = zip(called.names, (unit.strip().strip("[]()") for unit in units), strict=False)
         self.names, self.faults = called.names, called.faults
-        self.units = called.units | {name: unit for name, unit in below.items() if unit}
+        self.units = called.units | {name: unit for name, unit in below if unit}
         self.notes += self.faults.values()

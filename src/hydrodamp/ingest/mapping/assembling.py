@@ -42,12 +42,9 @@ def record_of(mapping: MappingFile, recording: Recording) -> Record:
     except LogError as error:
         raise LogError(error.faults, source=recording.source) from error
     made = Assembly(mapping, sampler)
-    moves = any(name in made.numbers for name in VELOCITIES)
-    # Columns without a velocity make no log; a position may yet give one.
-    numbers = made.numbers if moves else {**made.numbers, "u": np.zeros(sampler.n)}
     record, faults = record_of_columns(
-        numbers,
-        tuple(name for name in mapping.commands if name in numbers),
+        made.numbers,
+        tuple(name for name in mapping.commands if name in made.numbers),
         sampler.labels(name_after(recording.source)),
         sampler.lines(),
         recording.source,
@@ -57,11 +54,8 @@ def record_of(mapping: MappingFile, recording: Recording) -> Record:
         raise LogError(faults or ["there are no samples"], source=recording.source)
     if told := [str(one) for one in sampler.irregularities if one.oddity not in _EXPECTED]:
         warnings.warn(f"{recording.source}: {'; '.join(told)}", ClockWarning, stacklevel=3)
-    return dataclasses.replace(
-        record,
-        velocity_names=record.velocity_names if moves else (),
-        notes=(*recording.notes, *_summary(mapping, sampler), *map(str, sampler.irregularities)),
-    )
+    notes = (*recording.notes, *_summary(mapping, sampler), *map(str, sampler.irregularities))
+    return dataclasses.replace(record, notes=notes)
 
 
 def _sampler(mapping: MappingFile, recording: Recording) -> Sampler:

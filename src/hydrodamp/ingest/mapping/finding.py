@@ -140,8 +140,8 @@ def locate(column: str, recording: Recording) -> tuple[Topic, str] | None:
     """Return the topic and field that a mapping means."""
     for topic in sorted(recording.topics, key=lambda topic: -len(topic.name)):
         field = column.removeprefix(f"{topic.name}.") if topic.name else column
-        known = (topic.fields, topic.texts, topic.faults)
-        if (not topic.name or field != column) and any(field in names for names in known):
+        is_meant = not topic.name or field != column
+        if is_meant and field in {**topic.fields, **topic.texts, **topic.faults}:
             return topic, field
     return None
 
@@ -156,11 +156,10 @@ def beside(topic: Topic, column: str) -> str | None:
 
 def labels_of(table: Topic, name: str) -> tuple[str, ...] | None:
     """Return a column as labels, one a row."""
-    if name in table.texts:
-        return table.texts[name]
-    if name in table.fields:
-        return tuple(f"{number:.15g}" for number in table.fields[name].tolist())
-    return None
+    numbers = table.fields.get(name)
+    if name in table.texts or numbers is None:
+        return table.texts.get(name)
+    return tuple(f"{number:.15g}" for number in numbers.tolist())
 
 
 def listed(names: Sequence[str], most: int) -> str:

@@ -268,10 +268,9 @@ def _depth(roles: Roles) -> Iterator[Sign]:
     if not attitude or any(name not in roles for name in needed):
         return
     names = [name for name in ("velocity.u", "velocity.v", "velocity.w") if name in roles]
-    elapsed, joined = together(
-        [roles["position.depth"], *(roles[name] for name in names), *attitude]
-    )
-    n = 1 + len(names)
+    moving = [roles["position.depth"], *(roles[name] for name in names)]
+    elapsed, joined = together([*moving, *attitude])
+    n = len(moving)
     third = rotation(quaternions(roles, joined[:, n:]))[:, 2]
     columns = ["uvw".index(name[-1]) for name in names]
     rise = np.sum(third[:, columns] * joined[:, 1:n], axis=1)
