@@ -38,13 +38,6 @@ def read(tmp_path: Path) -> Read:
     return read_text
 
 
-@pytest.fixture
-def only_fast(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let the careful reader fail, so that Arrow must do."""
-    pytest.importorskip("pyarrow")
-    monkeypatch.setattr(delimited, "_careful", None)
-
-
 @pytest.mark.parametrize(
     "text",
     [

@@ -12,7 +12,7 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.ingest.formats.cells import Names
 from hydrodamp.ingest.formats.content import seekable
-from hydrodamp.ingest.formats.fast_text import numbers_of
+from hydrodamp.ingest.formats.delimited import arrow_numbers
 
 _LONGEST = 64  # values of a list
 _PARTS = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
@@ -60,7 +60,7 @@ def _recording(table: Any, path: str | Path) -> Recording:
         if types.is_temporal(kind):
             found, unit = {name: _seconds(column)}, stated or "s"
         elif _is_number(kind):
-            found = {name: numbers_of(column.cast("float64", safe=False))}
+            found = {name: arrow_numbers(column.cast("float64", safe=False))}
         elif types.is_list(kind) or types.is_large_list(kind) or types.is_fixed_size_list(kind):
             found = _places(name, column) if _is_number(kind.value_type) else {}
         else:
@@ -85,7 +85,7 @@ def _seconds(column: Any) -> FloatArray:
     if str(column.type).startswith("date"):
         column = column.cast("timestamp[ms]")
     kind = column.type
-    return numbers_of(column.cast(f"int{kind.bit_width}")) / _PARTS[kind.unit]
+    return arrow_numbers(column.cast(f"int{kind.bit_width}")) / _PARTS[kind.unit]
 
 
 def _places(name: str, column: Any) -> dict[str, FloatArray]:
