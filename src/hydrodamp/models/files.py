@@ -16,9 +16,9 @@ from pydantic import (
     ConfigDict,
     Field,
     ValidationError,
-    model_validator,
 )
 
+from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES
 from hydrodamp.errors import ModelError, did_you_mean, list_faults
 from hydrodamp.faults import faults_in
@@ -95,21 +95,21 @@ class ModelDocument(BaseModel):
     note: Text = ""
     terms: Terms
 
-    @model_validator(mode="after")
-    def _terms_can_be(self) -> ModelDocument:
-        self.build()
-        return self
-
-    def build(self) -> DampingModel:
-        """Return the model."""
-        return DampingModel.from_table(self.terms, **self.model_dump(exclude={"terms"}))
-
 
 class CovarianceDocument(BaseModel):
     """The covariance of the coefficients, rows and columns in the order of their labels."""
 
     order: list[str]
     matrix: list[list[Number]]
+
+    def of(self, labels: tuple[str, ...]) -> FloatArray:
+        """Return the matrix in the order of the labels."""
+        if sorted(self.order) != sorted(labels):
+            raise ModelError("covariance.order must hold the labels of coefficients")
+        n, places = len(labels), [self.order.index(label) for label in labels]
+        if [len(row) for row in self.matrix] != [n] * n:
+            raise ModelError(f"covariance.matrix must be {n} rows of {n} numbers")
+        return np.array(self.matrix, dtype=np.float64).reshape(n, n)[np.ix_(places, places)]
 
 
 class DampingDocument(BaseModel):
@@ -138,17 +138,16 @@ class DampingDocument(BaseModel):
     source: Text = ""
     note: Text = ""
 
-    @model_validator(mode="after")
-    def _numbers_fit_the_model(self) -> DampingDocument:
-        model = self.model.build()
+    def damping(self) -> Damping:
+        """Return the numbers with their model."""
+        model = DampingModel.from_table(
+            self.model.terms, **self.model.model_dump(exclude={"terms"})
+        )
         model.check_labels(self.coefficients)
-        if self.covariance is not None:
-            n = model.n_coefficients
-            if sorted(self.covariance.order) != sorted(model.labels):
-                raise ValueError("covariance.order must hold the labels of coefficients")
-            if [len(row) for row in self.covariance.matrix] != [n] * n:
-                raise ValueError(f"covariance.matrix must be {n} rows of {n} numbers")
-        return self
+        values = [self.coefficients[label] for label in model.labels]
+        covariance = None if self.covariance is None else self.covariance.of(model.labels)
+        numbers = np.array(values, dtype=np.float64)
+        return Damping(model, numbers, covariance, self.vehicle, self.source, self.note)
 
 
 def read_models(path: str | os.PathLike[str]) -> tuple[DampingModel, ...]:
@@ -340,19 +339,12 @@ def damping_from_document(document: object, source: str = "damping") -> Damping:
             "the release that wrote it."
         )
     try:
-        found = DampingDocument.model_validate(document)
+        return DampingDocument.model_validate(document).damping()
     except ValidationError as error:
         faults = faults_in(error, document, DampingDocument)
         raise ModelError(list_faults(source, faults)) from error
-    model = found.model.build()
-    covariance = None
-    if found.covariance is not None:
-        order = [found.covariance.order.index(label) for label in model.labels]
-        rows = np.array(found.covariance.matrix, dtype=np.float64).reshape(len(order), len(order))
-        covariance = rows[np.ix_(order, order)]
-    values = [found.coefficients[label] for label in model.labels]
-    numbers = np.array(values, dtype=np.float64)
-    return Damping(model, numbers, covariance, found.vehicle, found.source, found.note)
+    except ModelError as error:
+        raise ModelError(f"{source}: {error}") from error
 
 
 def _finite(value: float) -> float | None:
