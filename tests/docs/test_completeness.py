@@ -79,18 +79,6 @@ def test_every_model_is_documented(built: Any) -> None:
     assert not {f"model-{key}" for key in hd.catalog} - built.labels
 
 
-def test_every_layer_with_public_names_has_a_page() -> None:
-    """Needs no Sphinx: what the stub names and what the pages ask for."""
-    stub = Path(hd.__file__ or "").with_suffix(".pyi").read_text(encoding="utf-8")
-    layers = set(re.findall(r"^from \.(\w+)", stub, flags=re.MULTILINE))
-    asked = {
-        name
-        for page in (DOCS / "api").glob("*.rst")
-        for name in re.findall(r"^\.\. public-names:: (\w+)", page.read_text(), flags=re.MULTILINE)
-    }
-    assert asked == layers
-
-
 def test_every_method_has_a_line_in_how_to_choose_one() -> None:
     page = (DOCS / "choosing-a-method.md").read_text(encoding="utf-8")
     assert not [key for key in hd.METHODS if f"`{key}`" not in page]

@@ -21,7 +21,7 @@ class Plant:
     The order of atoms that ``factors`` (n_terms, 4) points into, for m channels, is: 0 the
     constant one, 1-6 u v w p q r, 7-12 their absolute values, 13 U, 14 V, 15 V_v, 16 V_w,
     17 (eta-1), 18-20 the down vector in the body frame, then m channels, then their m absolute
-    values. The mass matrix is rigid body plus added mass, symmetric (but for rounding) and
+    values. The mass matrix is rigid body plus added mass, symmetric and
     positive definite on the ``free`` axes; the velocity of a locked one stays zero.
     """
 
@@ -32,11 +32,10 @@ class Plant:
     mass_columns: FloatArray = field(init=False, repr=False)  # the transpose, as C reads it
 
     def __post_init__(self) -> None:
-        """Copy and freeze the arrays, the mass matrix made symmetric."""
+        """Copy, check and freeze the arrays."""
         free = np.array(self.free, dtype=np.bool_).reshape(6)
         free.setflags(write=False)
         mass = frozen(self.mass_matrix, (6, 6), "mass_matrix")
-        mass = frozen(np.where(np.logical_and.outer(free, free), 0.5 * (mass + mass.T), mass))
         object.__setattr__(self, "mass_matrix", mass)
         object.__setattr__(self, "mass_columns", frozen(mass.T))
         object.__setattr__(self, "free", free)
@@ -63,19 +62,13 @@ class Entries:
     starts: IndexArray = field(init=False)
 
     def __post_init__(self) -> None:
-        """Copy, check and freeze the arrays."""
-        rows, axes = whole_numbers(self.rows, "rows"), whole_numbers(self.axes, "axes")
-        known = frozen(self.known, (None, 6), "known")
-        if np.any((rows < 0) | (rows >= len(known)) | (axes < 0) | (axes > 5)):
-            raise ProblemError(f"`rows` must lie in 0..{len(known) - 1} and `axes` in 0..5")
-        if rows.shape != axes.shape or np.any(np.diff(axes) < 0):
-            raise ProblemError("`axes` must not fall, one a row: list coefficients axis by axis")
-        starts = np.concatenate([[0], np.cumsum(np.bincount(axes, minlength=6))])
-        for name, array in {"rows": rows, "axes": axes, "starts": starts}.items():
-            narrow = array.astype(np.int32)
+        """Copy and freeze the arrays."""
+        starts = np.concatenate([[0], np.cumsum(np.bincount(self.axes, minlength=6))])
+        for name, array in {"rows": self.rows, "axes": self.axes, "starts": starts}.items():
+            narrow = np.array(array, dtype=np.int32)
             narrow.setflags(write=False)
             object.__setattr__(self, name, narrow)
-        object.__setattr__(self, "known", known)
+        object.__setattr__(self, "known", frozen(self.known, (None, 6), "known"))
 
     @property
     def n(self) -> int:
