@@ -29,26 +29,23 @@ def selects(listed: str | None) -> bool:
     return listed is not None and SPARSE in names(listed)
 
 
-def with_selected(
-    listed: str | None, vehicle: hd.Vehicle, log: hd.Log, models: tuple[hd.DampingModel, ...]
+def for_log(
+    listed: str | None,
+    vehicle: hd.Vehicle,
+    log: hd.Log,
+    models: tuple[hd.DampingModel, ...],
+    free_gains: bool = False,
 ) -> tuple[hd.DampingModel, ...]:
-    """Return the models, and the one selected from a log where the list asks for it."""
-    if not selects(listed):
-        return models
-    way = hd.Sparse()
-    with progress("selecting terms", len(way.windows)) as step:
-        selected = way.select(vehicle, log, models, lambda *_: step())
-    note(f"sparse: {selected.n_coefficients} coefficients. {selected.note}")
-    return (*models, selected)
-
-
-def with_free_gains(
-    asked: bool, vehicle: hd.Vehicle, log: hd.Log, models: tuple[hd.DampingModel, ...]
-) -> tuple[hd.DampingModel, ...]:
-    """Return the models, with gains of the known wrench as unknowns where that is asked for."""
+    """Return models with the one selected from a log and gains of its wrench, where asked for."""
     from hydrodamp.simulation.actuation import with_gains
 
-    return tuple(with_gains(vehicle, log, model) for model in models) if asked else models
+    if selects(listed):
+        way = hd.Sparse()
+        with progress("selecting terms", len(way.windows)) as step:
+            selected = way.select(vehicle, log, models, lambda *_: step())
+        note(f"sparse: {selected.n_coefficients} coefficients. {selected.note}")
+        models = (*models, selected)
+    return tuple(with_gains(vehicle, log, one) for one in models) if free_gains else models
 
 
 def choose_models(listed: str | None) -> tuple[hd.DampingModel, ...]:

@@ -15,7 +15,7 @@ from hydrodamp.cli.parts import read
 
 def convert(
     logs: options.SomeLogs,
-    out: Annotated[Path, typer.Option("--out", metavar="FILE", help="A .csv or .parquet file.")],
+    out: Annotated[Path, typer.Option(metavar="FILE", help="A .csv or .parquet file.")],
     mapping: options.MappingFile = None,
 ) -> None:
     """Bring a log of any format onto one clock, do the mapping's steps, and write it."""

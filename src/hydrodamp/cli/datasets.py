@@ -20,11 +20,7 @@ def datasets(
     ] = None,
     folder: Annotated[
         Path | None,
-        typer.Option(
-            "--folder",
-            metavar="DIR",
-            help="Where its files lie, or shall lie. [default: datasets/NAME]",
-        ),
+        typer.Option(metavar="DIR", help="Where its files are kept. [default: datasets/NAME]"),
     ] = None,
     yes: Annotated[
         bool, typer.Option("--yes", help="Accept the licence, and download what is not there.")

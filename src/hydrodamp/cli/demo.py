@@ -11,19 +11,16 @@ from hydrodamp.cli import options
 from hydrodamp.cli.choose import choose_methods, choose_models
 from hydrodamp.cli.output import results
 
+_TRUTH = (
+    "The simulated vehicle's hydrodynamics: as published, or with strip-theory crossflow, farther "
+    "from all eight models."
+)
+
 
 def demo(
     out: options.OutFolder = None,
-    seed: Annotated[int, typer.Option("--seed", metavar="N", help="Of the sensor noise.")] = 0,
-    truth: Annotated[
-        str,
-        typer.Option(
-            "--truth",
-            metavar="[sname|crossflow]",
-            help="The simulated vehicle's hydrodynamics: as published, or with strip-theory "
-            "crossflow, farther from all eight models.",
-        ),
-    ] = "sname",
+    seed: Annotated[int, typer.Option(metavar="N", help="Of the sensor noise.")] = 0,
+    truth: Annotated[str, typer.Option(metavar="[sname|crossflow]", help=_TRUTH)] = "sname",
     resume: options.Resume = False,
     json: options.Json = False,
 ) -> None:

@@ -16,33 +16,25 @@ from hydrodamp.cli.parts import train_alone
 from hydrodamp.cli.report import beside, illustrate_fit
 from hydrodamp.progress import counted
 
+_MODEL = (
+    "A model by name, a YAML file of one, or FILE:NAME; `sparse` selects one from the log. "
+    "[required]"
+)
+
 
 def identify(
     vehicle: options.VehicleName = "",
-    model: Annotated[
-        str,
-        typer.Option(
-            "--model",
-            metavar="M",
-            help="A model by name, a YAML file of one, or FILE:NAME; `sparse` selects one from the "
-            "log. [required]",
-            show_default=False,
-        ),
-    ] = "",
+    model: Annotated[str, typer.Option(metavar="M", help=_MODEL, show_default=False)] = "",
     logs: options.Logs = None,
     method: Annotated[
-        str, typer.Option("--method", metavar="KEY", help=f"How: {options.KEYS}.")
+        str, typer.Option(metavar="KEY", help=f"How: {options.KEYS}.")
     ] = options.DEFAULT_METHOD,
     train: options.Train = None,
     mapping: options.MappingFile = None,
     free_gains: options.FreeGains = False,
     out: Annotated[
         Path | None,
-        typer.Option(
-            "--out",
-            metavar="FILE",
-            help="Write a damping file, and beside it pictures and a report.",
-        ),
+        typer.Option(metavar="FILE", help="Write a damping file, pictures and a report beside it."),
     ] = None,
     json: options.Json = False,
 ) -> None:
@@ -64,8 +56,7 @@ def identify(
     craft, named = choose.choose_vehicle(vehicle), choose.choose_model(model)
     way, said = hd.find_method(method), record(inputs)
     log = train_alone(logs or (), train or (), mapping)
-    chosen = choose.with_selected(model, craft, log, named)
-    chosen = choose.with_free_gains(free_gains, craft, log, chosen)
+    chosen = choose.for_log(model, craft, log, named, free_gains)
     check_training(craft, log, chosen)
     fits: list[hd.Fit] = []
     fit_all(hd.prepare(craft, log, chosen), chosen, (way,), fits.append)

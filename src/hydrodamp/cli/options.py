@@ -32,82 +32,35 @@ SomeLogs = Annotated[
     list[str],
     typer.Argument(metavar="LOG", help="Logs: files or folders of any format, one after another."),
 ]
-VehicleName = Annotated[
-    str,
-    typer.Option(
-        "--vehicle",
-        metavar="V",
-        help=f"A vehicle of the fleet ({FLEET}) or a YAML file. [required]",
-        show_default=False,
-    ),
-]
-Train = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--train",
-        metavar="PART",
-        help="Identify on this: files, START:END seconds of LOG, or segment names. Repeatable.",
-    ),
-]
-Test = Annotated[
-    list[str] | None,
-    typer.Option("--test", metavar="PART", help="Replay on this; said like --train. Repeatable."),
-]
-Models = Annotated[
-    str | None,
-    typer.Option(
-        "--models",
-        metavar="LIST",
-        help="Models by name and YAML files of models, or FILE:NAME, with commas; `sparse` selects "
-        "one from the training data. [default: the paper's eight]",
-    ),
-]
-Methods = Annotated[
-    str,
-    typer.Option("--methods", metavar="LIST", help=f"Methods by name, with commas, of {KEYS}."),
-]
-MappingFile = Annotated[
-    str | None,
-    typer.Option(
-        "--mapping",
-        metavar="M",
-        help="Names, units, frames and steps of a log: a YAML file, or a preset such as mavros.",
-    ),
-]
+_WHICH = f"A vehicle of the fleet ({FLEET}) or a YAML file. [required]"
+VehicleName = Annotated[str, typer.Option(metavar="V", help=_WHICH, show_default=False)]
+_PART = "Identify on this: files, START:END seconds of LOG, or segment names. Repeatable."
+Train = Annotated[list[str] | None, typer.Option(metavar="PART", help=_PART)]
+_OTHER_PART = "Replay on this; said like --train. Repeatable."
+Test = Annotated[list[str] | None, typer.Option(metavar="PART", help=_OTHER_PART)]
+_MODELS = (
+    "Models by name and YAML files of models, or FILE:NAME, with commas; `sparse` selects one from "
+    "the training data. [default: the paper's eight]"
+)
+Models = Annotated[str | None, typer.Option(metavar="LIST", help=_MODELS)]
+_METHODS = f"Methods by name, with commas, of {KEYS}."
+Methods = Annotated[str, typer.Option(metavar="LIST", help=_METHODS)]
+_MAPPING = "Names, units, frames and steps of a log: a YAML file, or a preset such as mavros."
+MappingFile = Annotated[str | None, typer.Option(metavar="M", help=_MAPPING)]
 Attitude = Annotated[
     Literal["measured", "simulated"],
-    typer.Option(
-        "--attitude",
-        metavar="[measured|simulated]",
-        help="In replays, the attitude as measured or simulated too.",
-    ),
+    typer.Option(help="In replays, the attitude as measured or simulated too."),
 ]
-Rates = Annotated[
-    Literal["deg", "rad"],
-    typer.Option("--rate-unit", metavar="[deg|rad]", help="Unit of angular rates in RMS errors."),
-]
-OutFolder = Annotated[
-    Path | None,
-    typer.Option(
-        "--out",
-        metavar="DIR",
-        help="Write comparison.json, tables, fits, replays, pictures and report.html.",
-    ),
-]
-Resume = Annotated[
-    bool,
-    typer.Option(
-        "--resume", help="Go on with what the same command left in --out when it was interrupted."
-    ),
-]
-FreeGains = Annotated[
-    bool,
-    typer.Option(
-        "--free-gains",
-        help="Identify a gain of the known wrench on each axis too: `X_actuation_X` is what it is "
-        "more than one.",
-    ),
-]
+Rates = Annotated[Literal["deg", "rad"], typer.Option(help="Unit of angular rates in RMS errors.")]
+_FOLDER = "Write comparison.json, tables, fits, replays, pictures and report.html."
+OutFolder = Annotated[Path | None, typer.Option(metavar="DIR", help=_FOLDER)]
+_RESUME = "Go on with what the same command left in --out when it was interrupted."
+Resume = Annotated[bool, typer.Option("--resume", help=_RESUME)]
+_GAINS = (
+    "Identify a gain of the known wrench on each axis too: `X_actuation_X` is what it is more than "
+    "one."
+)
+FreeGains = Annotated[bool, typer.Option("--free-gains", help=_GAINS)]
 Force = Annotated[bool, typer.Option("--force", help="Replace a file that is there.")]
 Json = Annotated[
     bool, typer.Option("--json", help="Print machine-readable results on standard output.")

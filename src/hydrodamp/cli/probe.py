@@ -18,16 +18,11 @@ def probe(
     logs: options.SomeLogs,
     vehicle: Annotated[
         str | None,
-        typer.Option(
-            "--vehicle",
-            metavar="V",
-            help=f"Judge the log for this vehicle: one of {options.FLEET}, or a YAML file.",
-        ),
+        typer.Option(metavar="V", help=f"Judge the log for it: {options.FLEET}, or a YAML file."),
     ] = None,
     mapping: options.MappingFile = None,
     draft: Annotated[
-        Path | None,
-        typer.Option("--draft", metavar="FILE", help="Save the draft of a mapping file."),
+        Path | None, typer.Option(metavar="FILE", help="Save the draft of a mapping file.")
     ] = None,
     force: options.Force = False,
     json: options.Json = False,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -23,7 +22,7 @@ def report(
     ],
     out: Annotated[
         Path | None,
-        typer.Option("--out", metavar="FILE", help="The file to write. [default: DIR/report.html]"),
+        typer.Option(metavar="FILE", help="The file to write. [default: DIR/report.html]"),
     ] = None,
 ) -> None:
     """Make the report of a folder of results again, without fitting again."""
@@ -40,12 +39,7 @@ def report(
     offer(folder, out or own)
 
 
-def offer(
-    results: hd.Comparison | Path,
-    path: Path,
-    findings: Findings | None = None,
-    then: str = "run the command again",
-) -> None:
+def offer(results: hd.Comparison | Path, path: Path, findings: Findings | None = None) -> None:
     """Write a report, or say how to get it where what it needs is not installed."""
     from hydrodamp.report.page import MISSING, installed
 
@@ -53,7 +47,7 @@ def offer(
         hd.write_report(results, path, findings)
         note(f"written to {path}")
     else:
-        note(f"{MISSING}, then {then}.")
+        note(f"{MISSING}, then run the command again; for a folder, `hydrodamp report DIR`.")
 
 
 def illustrate(comparison: hd.Comparison, vehicle: hd.Vehicle, train: hd.Log, home: Path) -> None:
@@ -63,8 +57,7 @@ def illustrate(comparison: hd.Comparison, vehicle: hd.Vehicle, train: hd.Log, ho
     findings = look_closer(comparison, vehicle, train)
     write_findings(findings, home)
     note(f"written to {home}")
-    again = f"`{shlex.join(('hydrodamp', 'report', str(home)))}` makes it"
-    offer(comparison, home / REPORT, findings, again)
+    offer(comparison, home / REPORT, findings)
 
 
 def look_closer(comparison: hd.Comparison, vehicle: hd.Vehicle, train: hd.Log) -> Findings:

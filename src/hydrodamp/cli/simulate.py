@@ -19,7 +19,7 @@ from hydrodamp.progress import progress
 def simulate(
     logs: options.SomeLogs,
     damping: Annotated[
-        str, typer.Option("--damping", metavar="JSON", help="A damping file, as identify writes.")
+        str, typer.Option(metavar="JSON", help="A damping file, as identify writes.")
     ],
     vehicle: options.VehicleName = "",
     mapping: options.MappingFile = None,
@@ -27,7 +27,7 @@ def simulate(
     rate_unit: options.Rates = "deg",
     out: Annotated[
         Path | None,
-        typer.Option("--out", metavar="CSV", help="Write the simulated log in canonical form."),
+        typer.Option(metavar="CSV", help="Write the simulated log in canonical form."),
     ] = None,
     json: options.Json = False,
 ) -> None:

@@ -21,9 +21,7 @@ def validate(
     mapping: options.MappingFile = None,
     folds: Annotated[
         int | None,
-        typer.Option(
-            "--folds", min=2, help="How many. [default: one a segment, ten at most; five blocks]"
-        ),
+        typer.Option(min=2, help="How many. [default: one a segment, ten at most; five blocks]"),
     ] = None,
     attitude: options.Attitude = "measured",
     rate_unit: options.Rates = "deg",
@@ -38,7 +36,7 @@ def validate(
     craft, given = choose.choose_vehicle(vehicle), choose.choose_models(models)
     ways, log = choose.choose_methods(methods), read(logs, mapping)
     selected = (hd.Sparse(),) if choose.selects(models) else ()
-    chosen = choose.with_selected(models, craft, log, given)
+    chosen = choose.for_log(models, craft, log, given)
     check_training(craft, log, chosen)
     count, tables = len(holdouts(log, folds)), list[hd.CrossValidation]()
     whole: tuple[Any, ...] = ((), (), hd.Criteria((), 0, {}))

@@ -18,14 +18,10 @@ def new(
     length: Size = None,
     diameter: Size = None,
     mass: Annotated[
-        float | None,
-        typer.Option("--mass", metavar="KG", help="With flooded spaces [kg]."),
+        float | None, typer.Option(metavar="KG", help="With flooded spaces [kg].")
     ] = None,
     like: Annotated[
-        str | None,
-        typer.Option(
-            "--like", metavar="V", help=f"Start from a vehicle of the fleet: {options.FLEET}."
-        ),
+        str | None, typer.Option(metavar="V", help=f"Start from one of the fleet: {options.FLEET}.")
     ] = None,
     force: options.Force = False,
     json: options.Json = False,

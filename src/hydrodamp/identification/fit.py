@@ -210,13 +210,6 @@ def correlation(covariance: FloatArray) -> FloatArray:
     return found
 
 
-def correlated_pairs(covariance: FloatArray) -> list[tuple[int, int, float]]:
-    """Return places and correlation of pairs of coefficients, the most correlated first."""
-    found = np.nan_to_num(np.triu(correlation(covariance), 1))
-    pairs = [(i, j, float(found[i, j])) for i, j in np.argwhere(found).tolist()]
-    return sorted(pairs, key=lambda pair: -abs(pair[2]))
-
-
 @dataclass(frozen=True)
 class Fit:
     """An identified damping model.

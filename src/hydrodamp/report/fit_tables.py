@@ -12,7 +12,7 @@ from hydrodamp.basis.atoms import AXES
 from hydrodamp.identification.fit import Fit, reach
 from hydrodamp.identification.grades import CONTRIBUTION, RELATIVE, Grade, Identifiability
 from hydrodamp.identification.sparse import KEY
-from hydrodamp.models.model import DampingModel, coefficient_unit
+from hydrodamp.models.model import DampingModel, coefficient_unit, read_label
 from hydrodamp.report.grid import Column, Grid, coefficient
 
 _GROUPS = 12  # groups of aliased coefficients that are spelt out; the file has them all
@@ -57,20 +57,11 @@ def fit_grid(fit: Fit, grades: Identifiability | None = None) -> Grid:
     ]
     if known:
         columns.append(Column("aliased" if grades is None else "grade", number=False))
-    units = (
-        coefficient_unit(axis, term)
-        for axis, terms in zip(AXES, model.terms, strict=True)
-        for term in terms
-    )
-    values = fit.damping.as_dict().items()
-    rows = [
-        (label, value, error, half, unit, *((known[label],) if label in known else ()))
-        for (label, value), error, half, unit in zip(
-            values, standard_errors(fit), half_widths(fit), units, strict=True
-        )
-    ]
+    units = [coefficient_unit(*read_label(label)) for label in model.labels]
+    numbers = fit.damping.coefficients.tolist(), standard_errors(fit), half_widths(fit)
+    rows = zip(model.labels, *numbers, units, *([known] if known else []), strict=True)
     rank = "" if fit.rank is None else f", rank {fit.rank}"
-    rule = (() if grades is None else (_RULE,)) + (_LITTLE_MEANING,) * (_LITTLE in known.values())
+    rule = (() if grades is None else (_RULE,)) + (_LITTLE_MEANING,) * (_LITTLE in known)
     return Grid(
         title=f"{model.title} by {fit.method}: {model.n_coefficients} coefficients{rank}, "
         f"{fit.n_samples} samples",
@@ -95,18 +86,17 @@ def half_widths(fit: Fit) -> FloatArray:
     return times * standard_errors(fit)
 
 
-def _known(fit: Fit, grades: Identifiability | None) -> dict[str, str]:
-    """Return the grade of each coefficient, or else whether it is aliased."""
+def _known(fit: Fit, grades: Identifiability | None) -> list[str]:
+    """Return the grade of each coefficient, or else whether it is aliased; none if unknown."""
     if grades is None:
         aliased = {label for group in fit.aliased for label in group}
         labels = () if fit.rank is None else fit.model.labels
-        return {label: "yes" if label in aliased else "no" for label in labels}
+        return ["yes" if label in aliased else "no" for label in labels]
     wide = half_widths(fit) > RELATIVE * np.abs(fit.damping.coefficients)
-    vague = {label for label, is_wide in zip(fit.model.labels, wide, strict=True) if is_wide}
-    return {
-        label: _LITTLE if grade is Grade.DETERMINED and label in vague else grade.word
-        for label, grade in grades.grades.items()
-    }
+    return [
+        _LITTLE if is_wide and grade is Grade.DETERMINED else grade.word
+        for grade, is_wide in zip(grades.grades.values(), wide, strict=True)
+    ]
 
 
 def _aliased(fit: Fit) -> list[str]:

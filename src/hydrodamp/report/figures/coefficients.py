@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES
 from hydrodamp.errors import MethodError
-from hydrodamp.identification.fit import Fit, correlated_pairs, correlation
+from hydrodamp.identification.fit import Fit, correlation
 from hydrodamp.models.model import DampingModel
 from hydrodamp.report.figures.axes import coefficient_symbol, signed_scale, wrench_unit
 from hydrodamp.report.figures.look import (
@@ -124,9 +123,6 @@ _BESIDE = 0.75
 # Coefficients beyond which the names do not fit the page.
 _MOST_NAMED = int((PAGE - _BESIDE) / _CELL)
 
-# Pairs in the list, at most.
-_PAIRS = 12
-
 
 @in_our_look
 def correlation_figure(fit: Fit) -> Figure:
@@ -140,10 +136,10 @@ def correlation_figure(fit: Fit) -> Figure:
     Returns
     -------
     figure : Figure
-        A triangle with a square a pair, in the order of the model, axes divided by lines; the
-        most correlated pairs stand in a list. It grows with the model until it takes the page;
-        beyond, only axes are named. Squares of coefficients without an error of their own,
-        such as those of columns that are zero, are grey.
+        A triangle with a square a pair, in the order of the model, axes divided by lines. It
+        grows with the model until it takes the page; beyond, only axes are named.
+        Squares of coefficients without an error of their own, such as those of columns that
+        are zero, are grey.
 
     Raises
     ------
@@ -172,7 +168,6 @@ def correlation_figure(fit: Fit) -> Figure:
         symbols = [coefficient_symbol(label) for label in model.labels]
         panel.set_xticks(range(n), symbols, rotation=90.0)
         panel.set_yticks(range(n), symbols)
-    _list_pairs(panel, model, covariance)
     bar = figure.colorbar(image, ax=panel, location="bottom", shrink=0.7, aspect=35, pad=0.02)
     bar.set_ticks([-1.0, -0.5, 0.0, 0.5, 1.0])
     bar.set_label("correlation of errors [1]")
@@ -192,14 +187,3 @@ def _divide(panel: Axes, model: DampingModel) -> None:
         start += len(terms)
     panel.set_xticks([])
     panel.set_yticks([])
-
-
-def _list_pairs(panel: Axes, model: DampingModel, covariance: FloatArray) -> None:
-    """Write the most correlated pairs into the empty half."""
-    symbols = [coefficient_symbol(label) for label in model.labels]
-    words = ["most correlated"] + [
-        f"{symbols[one]} with {symbols[other]}  ${value:+.2f}$"
-        for one, other, value in correlated_pairs(covariance)[: min(len(symbols) // 4, _PAIRS)]
-    ]
-    said = panel.text(1.0, 1.0, "\n".join(words), ha="right", va="top", color=FAINT)
-    said.set_transform(panel.transAxes)
