@@ -85,7 +85,7 @@ def test_without_a_ratio_a_sample_is_that_of_the_log_bit_for_bit(live):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"velocity": 1.0}, r"`velocity` must have shape \(6,\); got \(\)"),
+        ({"velocity": 1.0}, r"`velocity` must have shape \(6\); got \(\)"),
         ({"velocity": [np.nan] * 6}, "finite; at 2.0 s"),
         ({"time": np.inf}, "finite"),
         ({"attitude": [0.0, 0.0, np.nan, 0.0]}, "finite"),

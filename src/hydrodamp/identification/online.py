@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 import numpy.typing as npt
 
-from hydrodamp.arrays import FloatArray
+from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.basis.atoms import AXES, VELOCITY_OF
 from hydrodamp.basis.basis import guarded_speed
 from hydrodamp.data.attitude import down, quaternion_from_euler
@@ -75,11 +75,8 @@ def observe(
             "columns from a log that has the wrench itself."
         )
     turned = np.asarray(attitude, dtype=np.float64)
-    moving = np.asarray(velocity, dtype=np.float64)
-    force = np.zeros(6) if wrench is None else np.asarray(wrench, dtype=np.float64)
-    for what, given in (("velocity", moving), ("wrench", force)):
-        if given.shape != (6,):
-            raise ProblemError(f"`{what}` must have shape (6,); got {given.shape}")
+    moving = frozen(velocity, (6,), "velocity", ProblemError)
+    force = frozen(np.zeros(6) if wrench is None else wrench, (6,), "wrench", ProblemError)
     if turned.shape not in ((3,), (4,)):
         raise ProblemError(f"`attitude` must have shape (3,) or (4,); got {turned.shape}")
     held = vehicle.propulsion_speed(recorded)

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
-from scipy.linalg import block_diag
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES
 from hydrodamp.basis.term import Term
 from hydrodamp.errors import MethodError
-from hydrodamp.identification.fit import Fit, fitted
+from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.linear import LinearEstimator, Regression
 from hydrodamp.identification.rows import Equations
-from hydrodamp.identification.triangle import Triangle, group_labels, solve_axis, spanned
+from hydrodamp.identification.triangle import Triangle, solve_axis, spanned
 from hydrodamp.identification.weak import WeakEquations
 from hydrodamp.models.damping import Damping, warn_if_foreign
 from hydrodamp.models.model import DampingModel
@@ -82,39 +81,31 @@ class PriorLeastSquares(LinearEstimator):
         """Return the posterior; rank and aliases are those of the data alone."""
         triangle = regression.triangle
         warn_if_foreign(self.damping, stamp(regression.problem.vehicle))
-        solved = [solve_axis(triangle, terms, axis) for axis, terms in enumerate(model.terms)]
         priors = [self._belief(triangle, axis, terms) for axis, terms in enumerate(model.terms)]
         found = []
-        for axis, (terms, one, prior) in enumerate(zip(model.terms, solved, priors, strict=True)):
+        for axis, (terms, prior) in enumerate(zip(model.terms, priors, strict=True)):
+            one = solve_axis(triangle, terms, axis)
             # What the data say as white rows, one for each direction they determine.
             target, back = triangle.target(axis), one.span.directions.T
             size = np.linalg.norm(target)
             left_over = max(np.linalg.norm(target - back.T @ (back @ target)), _ROUNDING * size)
             weight = np.sqrt(max(triangle.n_samples - one.span.rank, 1.0)) / (left_over or 1.0)
             design = weight * (back @ triangle.columns(terms))
-            found.append(posterior(design, weight * (back @ target), *prior))
+            after = posterior(design, weight * (back @ target), *prior)
+            found.append(replace(one, coefficients=after[0], covariance=after[1]))
         mean, deviation = (np.concatenate(part) for part in zip(*priors, strict=True))
-        coefficients = np.concatenate([one for one, _ in found])
-        covariance = block_diag(*[one for _, one in found])
-        moved = np.abs(coefficients - mean) > _FAR * deviation
-        kept = (np.sqrt(np.diag(covariance)) > _UNTOUCHED * deviation) & ~moved
+        moved = np.abs(np.concatenate([one.coefficients for one in found]) - mean)
+        moved = moved > _FAR * deviation
+        errors = np.concatenate([np.sqrt(np.diag(one.covariance)) for one in found])
         labels, known = np.array(model.labels), mean != 0.0
-        return fitted(
-            regression.problem,
-            model,
-            self,
-            coefficients,
-            covariance=covariance,
-            rank=sum(one.span.rank for one in solved),
-            aliased=group_labels(one.span.aliased for one in solved),
-            n_samples=triangle.n_samples,
-            remarks=(
-                f"Prior '{self.damping.model.key}' has {known.sum()} of {len(labels)} "
-                "coefficients; the others start at zero.",
-                *_listed(f"Moved by more than {_FAR:g} prior deviations", labels[moved & known]),
-                *_listed("The data say next to nothing about", labels[kept]),
-            ),
+        kept = (errors > _UNTOUCHED * deviation) & ~moved
+        remarks = (
+            f"Prior '{self.damping.model.key}' has {known.sum()} of {len(labels)} "
+            "coefficients; the others start at zero.",
+            *_listed(f"Moved by more than {_FAR:g} prior deviations", labels[moved & known]),
+            *_listed("The data say next to nothing about", labels[kept]),
         )
+        return Regression(regression.problem, triangle).fit(self, model, found, remarks)
 
     def _belief(
         self, triangle: Triangle, axis: int, terms: tuple[Term, ...]
