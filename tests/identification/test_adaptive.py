@@ -55,13 +55,6 @@ def test_a_step_leaves_its_state_alone(prepared):
             held.matrix[0, 0] = 1.0
 
 
-def test_start_is_minus_one_on_the_diagonal_linear_terms(prepared):
-    """The paper: the first six columns of K-hat are -I, the remaining elements zero."""
-    problem = prepared(LINEAR, n=30)
-    start = hd.AdaptiveIdentifier().init(problem, LINEAR, problem.inputs.sample(0)).damping
-    np.testing.assert_array_equal(start.matrix, -np.eye(6))
-
-
 @pytest.mark.parametrize("key", ["linear", "fossen", "prestero"])
 def test_it_finds_the_truth_where_the_data_excite_it(key, driven, discrete_log, true_damping):
     truth = true_damping(hd.catalog[key])

@@ -114,11 +114,6 @@ class TestBumps:
 class TestWeakForm:
     """What comes out."""
 
-    def test_held_commands_on_an_irregular_clock_are_exact(self, bare):
-        """The plant of the rule itself: coefficients to rounding."""
-        fit = WeakForm(AS_MEASURED).identify(pushed_problem(bare), PUSHED)
-        np.testing.assert_allclose(fit.damping.coefficients, [-30.0, 1.0], rtol=1e-9)
-
     def test_quadrature_is_of_second_order_and_half_the_error_of_differences(self, linear_problem):
         """The mean of both ends errs by (w h)^2 / 12, a central difference by (w h)^2 / 6."""
         problem, damping = linear_problem
@@ -210,7 +205,7 @@ class TestChoice:
         assert chosen_support(problem)[1] == 1.0
 
     def test_short_segments_bound_the_support(self, bare):
-        """Ten seconds of strong noise: a quarter of that at most, ."""
+        """Ten seconds of strong noise: a quarter of that at most."""
         length, noise = chosen_support(hd.prepare(bare, self.noisy(0.5, n=101, rate=0.5), LINEAR))
         assert length <= 2.5 * (1 + 1e-12)
         assert noise > 0.1

@@ -147,11 +147,8 @@ def folded_rows(r: FloatArray, rows: FloatArray) -> FloatArray:
 
 def _fold(r: FloatArray, rows: FloatArray, *, upper: int = 0) -> FloatArray:
     """Return the triangle of one stacked on some rows; both are overwritten."""
-    folded: FloatArray
     panel = min(_PANEL, len(r))
-    folded, _, _, info = lapack.dtpqrt(upper, panel, r, rows, overwrite_a=True, overwrite_b=True)
-    if info != 0:
-        raise ProblemError(f"LAPACK dtpqrt refused argument {-info}")
+    folded: FloatArray = lapack.dtpqrt(upper, panel, r, rows, overwrite_a=True, overwrite_b=True)[0]
     return folded
 
 
