@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -166,12 +166,20 @@ class Term:
 
     def __str__(self) -> str:
         """Return the canonical spelling."""
-        return spell(self.factors)
+        counts = Counter(self.factors)
+        powers = {atom: atom if n == 1 else f"{atom}^{n}" for atom, n in counts.items()}
+        reserved = "".join(text for atom, text in powers.items() if atom in ATOM_PLACE)
+        commands = [text for atom, text in powers.items() if atom not in ATOM_PLACE]
+        return "*".join([reserved, *commands] if reserved else commands) or "1"
 
 
 @lru_cache(maxsize=4096)
 def _parse(text: str) -> Term:
-    return Term(tuple(read_atoms(text)))
+    whole = text.strip()
+    if not whole:
+        raise TermError(f"A term must not be empty. {_ADVICE}")
+    pieces = (_read_piece(piece.strip(), whole) for piece in whole.split("*"))
+    return Term(tuple(atom for piece in pieces for atom in piece))
 
 
 def _latex_atom(atom: str) -> str:
@@ -192,16 +200,6 @@ def atom_key(atom: str) -> tuple[int, str, bool]:
     return ATOM_PLACE.get(atom, FIRST_CHANNEL), atom.strip("|"), is_absolute(atom)
 
 
-def read_atoms(text: str) -> list[str]:
-    """Return the atoms a spelling names, as many times as it names them."""
-    if not text.strip():
-        raise TermError(f"A term must not be empty. {_ADVICE}")
-    atoms: list[str] = []
-    for piece in text.strip().split("*"):
-        atoms.extend(_read_piece(piece.strip(), text.strip()))
-    return atoms
-
-
 def canonical(atoms: Iterable[str]) -> tuple[str, ...]:
     """Return atoms in canonical order: ones dropped, pairs of absolute values squared."""
     counts = Counter(atom for atom in atoms if atom != "1")
@@ -209,17 +207,6 @@ def canonical(atoms: Iterable[str]) -> tuple[str, ...]:
         pairs, counts[atom] = divmod(counts[atom], 2)
         counts[atom.strip("|")] += 2 * pairs
     return tuple(sorted(counts.elements(), key=atom_key))
-
-
-def spell(factors: Sequence[str]) -> str:
-    """Return the spelling of factors in canonical order."""
-    powers = [
-        (atom, atom if count == 1 else f"{atom}^{count}")
-        for atom, count in Counter(factors).items()
-    ]
-    reserved = "".join(text for atom, text in powers if atom in ATOM_PLACE)
-    commands = [text for atom, text in powers if atom not in ATOM_PLACE]
-    return "*".join([reserved, *commands] if reserved else commands) or "1"
 
 
 def _read_piece(piece: str, text: str) -> list[str]:
