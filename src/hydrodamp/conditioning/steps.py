@@ -123,12 +123,8 @@ _FUNCTIONS = {step.__name__: step for step in _ALL}
 STEPS = tuple(_FUNCTIONS)
 
 
-def steps_of(content: object) -> tuple[tuple[Step, ...], list[str]]:
+def steps_of(content: Sequence[object]) -> tuple[tuple[Step, ...], list[str]]:
     """Return the steps that a mapping file asks for, and everything wrong with them."""
-    if content is None:
-        return (), []
-    if not isinstance(content, list):
-        return (), [f"`steps` must be a list; got {type(content).__name__}"]
     found: list[Step] = []
     faults: list[str] = []
     for given in content:

@@ -177,16 +177,9 @@ class Log:
         >>> [segment.name for segment in log.segments], log.velocity_names
         (['a', 'b'], ('u',))
         """
-        given = {
-            "time": time,
-            "velocity": velocity,
-            "attitude": attitude,
-            "wrench": wrench,
-            "acceleration": acceleration,
-            "propulsion_ratio": propulsion_ratio,
-            "position": position,
-            "specific_force": specific_force,
-        }
+        others = (acceleration, propulsion_ratio, wrench, position, specific_force)
+        names = (block.name for block in BLOCKS)
+        given = dict(zip(names, (time, attitude, velocity, *others), strict=True))
         return cls.from_record(record_of_arrays(given, commands or {}, segment, source))
 
     @classmethod

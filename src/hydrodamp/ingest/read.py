@@ -16,18 +16,17 @@ from hydrodamp.data.canonical import record_of_columns
 from hydrodamp.data.channels import QUANTITIES, RESERVED, SEGMENT
 from hydrodamp.data.checks import record_faults
 from hydrodamp.data.log import Log, concatenate
-from hydrodamp.data.record import Record
+from hydrodamp.data.record import Record, first_few
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import GapWarning, LogError
 from hydrodamp.ingest.formats import files
 from hydrodamp.ingest.mapping import LogMapping, presets, read_mapping
-from hydrodamp.ingest.mapping.finding import Found, labels_of, listed
+from hydrodamp.ingest.mapping.finding import Found, labels_of
 from hydrodamp.ingest.mapping.schema import Entry, Source
 
 #: A file or a folder.
 Place = str | Path
 
-_LISTED = 8
 _UNNAMED = re.compile(r"column \d+")  # how readers call a column without a name
 _TWICE = re.compile(r"(.*) \(\d+\)")  # and one whose name another has too
 
@@ -245,9 +244,10 @@ def _no_table(recording: Recording) -> str:
             f"each of {', '.join(names)} is a whole log in the canonical form. Read them one after"
             " another by `read_logs`; `read_log` takes several files as the topics of one recording"
         )
+    told = ", ".join(first_few(names, 8, "topics"))
     return (
-        f"it holds the topics {listed(names, _LISTED) or 'none'}; a mapping must say which is"
-        f" what. Give a mapping file, or a preset: {', '.join(presets())}"
+        f"it holds the topics {told or 'none'}; a mapping must say which is what. Give a mapping"
+        f" file, or a preset: {', '.join(presets())}"
     )
 
 

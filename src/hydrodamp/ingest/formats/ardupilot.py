@@ -171,14 +171,10 @@ class _Stated:
             if table is not None and set(columns) <= set(table.dtype.names):
                 yield from zip(*(table[column].tolist() for column in columns), strict=True)
 
-        self.labels = {
-            chr(key % 256): _decoded(label) for key, label in rows("UNIT", "Id", "Label")
-        }
+        self.labels = {chr(key % 256): _decoded(one) for key, one in rows("UNIT", "Id", "Label")}
         self.multipliers = {chr(key % 256): float(by) for key, by in rows("MULT", "Id", "Mult")}
-        self.by_type = {
-            int(kind): (_decoded(units), _decoded(scales))
-            for kind, units, scales in rows("FMTU", "FmtType", "UnitIds", "MultIds")
-        }
+        about = rows("FMTU", "FmtType", "UnitIds", "MultIds")
+        self.by_type = {int(kind): (_decoded(units), _decoded(by)) for kind, units, by in about}
 
     def instance(self, form: _Format) -> str:
         """Return the field that numbers the sensors of one kind; empty for none."""
@@ -197,8 +193,7 @@ class _Stated:
                 continue
             scaled = form.letters[place] in _DIVISORS or place >= len(scales)
             by = (1.0 if scaled else self.multipliers.get(scales[place], 1.0)) or 1.0
-            near = (mark for one, mark in _PREFIXES.items() if abs(one / by - 1) < 1e-6)
-            units[name] = next(near, f"{by:.4g} ") + label
+            units[name] = _PREFIXES.get(by, f"{by:.4g} ") + label
         return units
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
+from hydrodamp.data.record import first_few
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.data.units import UNITS, factor, spelt
 from hydrodamp.errors import did_you_mean
@@ -21,7 +22,7 @@ ned enu nwu map odom sensor dvl imu ins ahrs ekf raw filtered filt est measured 
 """
 _NO_UNIT = frozenset(("", *_NO_UNITS.split()))
 
-_LISTED_TOPICS = 12
+_LISTED = 12
 
 #: For every name that a mapping gives to topics those it may stand for.
 Topics = Mapping[str, Sequence[str]]
@@ -162,12 +163,6 @@ def labels_of(table: Topic, name: str) -> tuple[str, ...] | None:
     return tuple(f"{number:.15g}" for number in numbers.tolist())
 
 
-def listed(names: Sequence[str], most: int) -> str:
-    """Return the first of many names, and how many more there are."""
-    more = len(names) - most
-    return ", ".join(names[:most]) + (f" and {more} more" if more > 0 else "")
-
-
 def _absences(
     entries: Sequence[Entry], recording: Recording, called: str, names: Sequence[str]
 ) -> Iterator[str]:
@@ -188,10 +183,11 @@ def _absences(
             given = [name for name in names if entry.column.startswith(f"{name}.")]
             topic = max(given, key=len, default=entry.column.partition(".")[0])
             topics.setdefault(topic, []).append(entry.name)
+    there = ", ".join(first_few(known, _LISTED, "topics"))
     for name, channels in topics.items():
         yield (
             f"there is no topic `{name}`, which {called} takes for `{' '.join(channels)}`."
-            f"{did_you_mean(name, known)} There are: {listed(known, _LISTED_TOPICS) or 'none'}."
+            f"{did_you_mean(name, known)} There are: {there or 'none'}."
             f" If it is called otherwise, say so: `topics: {{{name}: ITS NAME}}`"
         )
 

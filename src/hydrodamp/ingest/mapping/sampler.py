@@ -71,13 +71,12 @@ def streams_of(
         if one.topic is None:
             continue
         key = (one.topic.name, one.source.delay, *one.source.where.items())
-        if key not in streams:
-            try:
-                streams[key] = _stream(one.topic, one.source, time, segment)
-            except LogError as error:
-                faults += error.faults
-                continue
-        streams[key].channels[one.entry.place] = one
+        try:
+            streams[key] = streams.get(key) or _stream(one.topic, one.source, time, segment)
+        except LogError as error:
+            faults += error.faults
+        else:
+            streams[key].channels[one.entry.place] = one
     if faults:
         return [], list(dict.fromkeys(faults))
     there = list(streams.values())

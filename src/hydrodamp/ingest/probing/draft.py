@@ -147,8 +147,8 @@ def command_names(columns: Sequence[str]) -> list[str]:
     names: list[str] = []
     for column in columns:
         topic, _, last = column.rpartition(".")
-        inside = last if last.partition("[")[0].lower() not in _GENERIC else f".{last}"
-        short = "/".join(topic.split("/")[-2:]) + inside if inside[0] == "." else last
+        is_generic = last.partition("[")[0].lower() in _GENERIC
+        short = "/".join(topic.split("/")[-2:]) + f".{last}" if is_generic else last
         short = short.removesuffix(".data") if topic else short
         tries = (short, column, *(f"{column}_{k}" for k in range(2, 99)))
         names.append(next(name for one in tries if (name := _allowed(one)) not in names))
