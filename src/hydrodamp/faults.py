@@ -21,11 +21,7 @@ _WANTED = {
 _LONGEST = 60
 
 
-def faults_in(
-    error: ValidationError,
-    content: object,
-    form: type[BaseModel],
-) -> list[str]:
+def faults_in(error: ValidationError, content: object, form: type[BaseModel]) -> list[str]:
     """Return the faults of a file's content as sentences.
 
     A validator that raises ValueError gives the rest of a sentence that begins with the place

@@ -27,11 +27,7 @@ KINDS = {
     "vehicle": ("a vehicle", "give it as `--vehicle`", "mass_matrix rigid_body added_mass"),
     "mapping": ("a mapping of a log", "give it as `--mapping`", "velocity topics"),
     "models": ("a file of models", "give it as `--models` or `--model`", "terms models"),
-    "damping": (
-        "a damping file",
-        "give it as `--damping` to `hydrodamp simulate`",
-        "coefficients",
-    ),
+    "damping": ("a damping file", "give it as `--damping` to `hydrodamp simulate`", "coefficients"),
     "comparison": (
         "the result of a comparison",
         "look at it with `hydrodamp report` and its folder",

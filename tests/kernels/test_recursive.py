@@ -176,9 +176,7 @@ def test_a_coefficient_without_unit_is_held():
     entries = Entries([0, 1], [0, 0], np.zeros((2, 6)))
     estimate = Estimate.before(entries, np.array([0.7, 0.0]))
     found = absorbed(
-        Recursion(entries, np.array([0.0, 1.0]), 1.0, 0.1),
-        estimate,
-        rng.standard_normal((20, 8)),
+        Recursion(entries, np.array([0.0, 1.0]), 1.0, 0.1), estimate, rng.standard_normal((20, 8))
     )
     assert found.coefficients[0] == 0.7
     assert found.coefficients[1] != 0.0

@@ -34,14 +34,7 @@ def pitch_yaw(u, v, w, p, q, r, h):
     pitch = q + w + q**2 + abs(q) + w**2 + abs(w)
     pitch = pitch + u * abs(q) + q * abs(w) + w * abs(q) + u * abs(w) + w * abs(w) + q * abs(q)
     pitch = pitch + u * q + w * q + u * w
-    return [
-        shared + yaw + pitch,
-        shared + yaw,
-        shared + pitch,
-        0 * u,
-        shared + pitch,
-        shared + yaw,
-    ]
+    return [shared + yaw + pitch, shared + yaw, shared + pitch, 0 * u, shared + pitch, shared + yaw]
 
 
 def gertler_hagen(u, v, w, p, q, r, h):

@@ -10,11 +10,7 @@ from hydrodamp.files import parse_yaml
 from hydrodamp.kernels import coriolis
 from hydrodamp.models.catalog import catalog
 from hydrodamp.models.damping import Damping, cite
-from hydrodamp.models.published import (
-    added_mass_matrix,
-    coriolis_coefficients,
-    published,
-)
+from hydrodamp.models.published import added_mass_matrix, coriolis_coefficients, published
 
 
 def added_mass_of(name):

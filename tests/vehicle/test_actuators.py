@@ -67,10 +67,7 @@ def test_matrix_columns():
 
 
 def test_fin_columns():
-    assert columns_of(ALL[2]) == [
-        ("Y", "u|u|*aft_limited", 9.0),
-        ("X", "u|u|*aft_limited^2", -4.0),
-    ]
+    assert columns_of(ALL[2]) == [("Y", "u|u|*aft_limited", 9.0), ("X", "u|u|*aft_limited^2", -4.0)]
 
 
 def test_fin_limit():

@@ -5,12 +5,7 @@ import pytest
 
 from hydrodamp.errors import VehicleError
 from hydrodamp.vehicle.actuators import Fin, Propeller, Thruster
-from hydrodamp.vehicle.file import (
-    format_vehicle,
-    parse_vehicle,
-    read_vehicle,
-    write_vehicle,
-)
+from hydrodamp.vehicle.file import format_vehicle, parse_vehicle, read_vehicle, write_vehicle
 from hydrodamp.vehicle.vehicle import Vehicle
 
 RIGID = "rigid_body: {mass: 10, inertia: [1, 2, 2]}\n"

@@ -183,11 +183,7 @@ class _Desk:
 
 
 def _stepped(
-    desk: _Desk,
-    advance: Callable[[Any], int],
-    state: FloatArray,
-    previous: Sample,
-    current: Sample,
+    desk: _Desk, advance: Callable[[Any], int], state: FloatArray, previous: Sample, current: Sample
 ) -> tuple[FloatArray, FloatArray | None]:
     """Return the next state, which cannot be written, and the row that a full block leaves."""
     if state is not desk.left or previous is not desk.sample:

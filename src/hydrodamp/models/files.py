@@ -10,13 +10,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import (
-    BaseModel,
-    BeforeValidator,
-    ConfigDict,
-    Field,
-    ValidationError,
-)
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES
@@ -25,12 +19,7 @@ from hydrodamp.faults import faults_in
 from hydrodamp.files import load_json, load_yaml, mistaken, save_json, save_text
 from hydrodamp.models.catalog import catalog
 from hydrodamp.models.damping import Damping, VehicleStamp
-from hydrodamp.models.model import (
-    DampingModel,
-    coefficient_unit,
-    group_axes,
-    read_label,
-)
+from hydrodamp.models.model import DampingModel, coefficient_unit, group_axes, read_label
 
 FORMAT, VERSION = "hydrodamp-damping", 1
 

@@ -185,10 +185,7 @@ class Plan:
 
 
 def reenact(
-    seed: int = 0,
-    truth: str = "sname",
-    duration: float = DURATION,
-    conditions: Conditions = WHITE,
+    seed: int = 0, truth: str = "sname", duration: float = DURATION, conditions: Conditions = WHITE
 ) -> Campaign:
     """Return the logs of the paper's campaign, sailed by a simulated VT 690.
 
