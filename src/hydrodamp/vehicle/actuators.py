@@ -21,7 +21,6 @@ Gains: TypeAlias = Mapping[str, float] | tuple[tuple[str, float], ...]
 #: A small table of numbers, kept as tuples.
 Rows: TypeAlias = Sequence[Sequence[float]]
 
-
 #: Terms, each with the wrench X Y Z K M N that it makes per unit, shape (6,).
 Columns: TypeAlias = tuple[tuple[Term, FloatArray], ...]
 
