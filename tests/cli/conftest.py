@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner, Result
+from typer.testing import CliRunner
 
 import hydrodamp as hd
 from hydrodamp.cli.main import app
@@ -26,7 +24,7 @@ actuators:
 TRUTH = {"X_u": -8.0, "Y_v": -40.0, "Y_r": 3.0, "N_v": 2.0, "N_r": -6.0}
 
 
-def motion(vehicle: hd.Vehicle, seed: int, name: str = "1", n: int = 400) -> hd.Log:
+def motion(vehicle, seed, name="1", n=400):
     """Return a run at 10 Hz under commands that are held for 2 s."""
     held = np.random.default_rng(seed).uniform([0.2, -1.0], [1.0, 1.0], (n // 20, 2))
     log = hd.Log(
@@ -43,7 +41,7 @@ def motion(vehicle: hd.Vehicle, seed: int, name: str = "1", n: int = 400) -> hd.
 
 
 @pytest.fixture(scope="session")
-def planar(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def planar(tmp_path_factory):
     """A folder with `planar.yaml`, `a.csv`, `b.csv` and the joined `ab.csv`."""
     home = tmp_path_factory.mktemp("planar")
     (home / "planar.yaml").write_text(VEHICLE, encoding="utf-8")
@@ -55,7 +53,7 @@ def planar(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def folder(planar: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def folder(planar, tmp_path, monkeypatch):
     """A copy of that folder to be in."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "80")
@@ -64,13 +62,13 @@ def folder(planar: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Pat
 
 
 @pytest.fixture
-def call() -> Callable[..., Result]:
+def call():
     """Return a function that calls the command line as a shell would split its line."""
     return lambda line: CliRunner().invoke(app, line.split())
 
 
 @pytest.fixture
-def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+def undrawn(monkeypatch):
     """No pictures and no report: they take longer than all the rest."""
     monkeypatch.setattr("hydrodamp.cli.work.illustrate", lambda *_: None)
     monkeypatch.setattr("hydrodamp.cli.identify.illustrate_fit", lambda *_: None)

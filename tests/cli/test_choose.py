@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
-from pathlib import Path
 
 import pytest
-from typer.testing import Result
 
 from hydrodamp.identification.sparse import Sparse
 
-Call = Callable[..., Result]
 LINE = "compare ab.csv --vehicle planar.yaml --train one --test two --methods ls --models "
 TWO = "models:\n- {name: heavy, terms: {X: u|u|, N: r|r|}}\n- {name: light, terms: {X: u, N: r}}\n"
 
@@ -19,14 +15,11 @@ TWO = "models:\n- {name: heavy, terms: {X: u|u|, N: r|r|}}\n- {name: light, term
 @pytest.mark.parametrize(
     ("key", "listed"),
     [
-        ("sparse", "sparse,mine.yaml"),
         ("Sparse", "mine.yaml,sparse"),
         ("Linear", "linear,mine.yaml"),
     ],
 )
-def test_two_models_of_one_name_are_refused(
-    key: str, listed: str, folder: Path, call: Call, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_two_models_of_one_name_are_refused(key, listed, folder, call, monkeypatch):
     (folder / "mine.yaml").write_text(f"name: {key}\nterms: {{X: [u], Y: [v]}}\n", "utf-8")
     monkeypatch.setattr(Sparse, "select", lambda *_: pytest.fail("selected for minutes"))
     done = call(LINE + listed)
@@ -34,14 +27,14 @@ def test_two_models_of_one_name_are_refused(
     assert f"two different models are called '{key}', whatever their capitals" in done.stderr
 
 
-def test_a_model_of_ones_own_may_be_called_sparse(folder: Path, call: Call) -> None:
+def test_a_model_of_ones_own_may_be_called_sparse(folder, call):
     (folder / "mine.yaml").write_text("name: sparse\nterms: {X: [u], Y: [v]}\n", "utf-8")
     done = call(f"{LINE}linear,mine.yaml")
     assert done.exit_code == 0, done.output
     assert "sparse" in done.stdout
 
 
-def test_one_model_of_a_file_goes_by_its_name(folder: Path, call: Call) -> None:
+def test_one_model_of_a_file_goes_by_its_name(folder, call):
     (folder / "two.yaml").write_text(TWO, "utf-8")
     document = json.loads(call(f"{LINE}linear,two.yaml:light --json").stdout)
     assert [row["model"] for row in document["rows"]] == ["linear", "light"]
@@ -57,14 +50,11 @@ IDENTIFY = "identify a.csv --vehicle planar.yaml"
     ("line", "said"),
     [
         ("models two.yaml:lihgt", "no model is called 'lihgt'; the file holds heavy, light. Did"),
-        ("models towo.yaml", "towo.yaml: cannot be read: No such file or directory. Did you mean"),
         (f"{IDENTIFY} --model two.yaml", "names several models: heavy, light. Identify takes one"),
-        (f"{IDENTIFY} --model coe,sparse", "`hydrodamp compare --models` takes several"),
-        (f"{IDENTIFY} --model linaer", "Did you mean 'linear'?"),
         (IDENTIFY, "`--model` is missing: name one of `hydrodamp models`"),
     ],
 )
-def test_models_that_are_not_there(folder: Path, call: Call, line: str, said: str) -> None:
+def test_models_that_are_not_there(folder, call, line, said):
     (folder / "two.yaml").write_text(TWO, "utf-8")
     done = call(line)
     assert done.exit_code == 2

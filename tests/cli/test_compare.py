@@ -1,17 +1,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import Result
 
 import hydrodamp as hd
 from hydrodamp.data.attitude import quaternion_from_euler
 
-Call = Callable[..., Result]
 ROW = {
     *("model", "method", "n_coefficients", "rank", "rms", "rms_by_axis", "fit_by_axis"),
     *("status", "diverged_at", "coefficients", "fit"),
@@ -21,8 +17,8 @@ ONE = "compare a.csv --vehicle planar.yaml"
 
 
 def test_the_papers_models_by_the_usual_method_without_the_papers_numbers(
-    folder: Path, call: Call, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    folder, call, monkeypatch
+):
     monkeypatch.setattr("hydrodamp.identification.methods.MethodEntry.value", usual)
     done = call(f"{ONE} --train 0:20 --test 20:40")
     assert done.exit_code == 0, done.output
@@ -32,14 +28,14 @@ def test_the_papers_models_by_the_usual_method_without_the_papers_numbers(
     assert max(map(len, done.stdout.splitlines())) <= 80
 
 
-def usual(entry: object) -> hd.Method:
+def usual(entry):
     """A quick method in the place of the one that is recommended."""
     assert entry is hd.METHODS["recommended"]
     return hd.LeastSquares()
 
 
 @pytest.mark.usefixtures("undrawn")
-def test_json_is_the_comparison_file_and_the_folder_reads_back(folder: Path, call: Call) -> None:
+def test_json_is_the_comparison_file_and_the_folder_reads_back(folder, call):
     done = call(f"{PARTS} --models linear,fossen --methods ls,ai --json --out out")
     assert done.exit_code == 0, done.output
     document = json.loads(done.stdout)
@@ -68,9 +64,7 @@ def test_json_is_the_comparison_file_and_the_folder_reads_back(folder: Path, cal
         ("0:5", "ls,ridge", ("refused", "mcfarland-whitcomb by ridge: ")),
     ],
 )
-def test_a_model_that_is_too_large_is_a_row_that_says_why(
-    folder: Path, call: Call, train: str, method: str, words: tuple[str, ...]
-) -> None:
+def test_a_model_that_is_too_large_is_a_row_that_says_why(folder, call, train, method, words):
     models = "--models mcfarland-whitcomb,linear"
     done = call(f"{ONE} --train {train} --test 20:40 {models} --methods {method}")
     assert done.exit_code == 0, done.output
@@ -79,7 +73,7 @@ def test_a_model_that_is_too_large_is_a_row_that_says_why(
 
 
 @pytest.mark.usefixtures("undrawn")
-def test_without_any_score_the_work_failed(folder: Path, call: Call) -> None:
+def test_without_any_score_the_work_failed(folder, call):
     (folder / "wild.yaml").write_text("{name: wild, terms: {X Y N: 'u^2 v^2 r^2 uv ur vr'}}")
     line = f"{ONE} --train 0:1.4 --test 2:40 --models wild.yaml --methods ls --out out"
     done = call(line)
@@ -91,7 +85,7 @@ def test_without_any_score_the_work_failed(folder: Path, call: Call) -> None:
     assert row["diverged_at"][0]["segment"] == "1"
 
 
-def test_settings_reach_the_score(folder: Path, call: Call) -> None:
+def test_settings_reach_the_score(folder, call):
     degrees, radians = (
         json.loads(call(f"{PARTS} --models fossen --methods ls --json --rate-unit {unit}").stdout)
         for unit in ("deg", "rad")
@@ -102,7 +96,7 @@ def test_settings_reach_the_score(folder: Path, call: Call) -> None:
 
 
 @pytest.mark.usefixtures("undrawn")
-def test_an_earlier_comparison_is_named_before_it_goes(folder: Path, call: Call) -> None:
+def test_an_earlier_comparison_is_named_before_it_goes(folder, call):
     line = f"{PARTS} --methods ls --out out --models"
     assert "earlier comparison" not in call(f"{line} linear").stderr
     (old,) = (folder / "out" / "fits").iterdir()
@@ -112,7 +106,7 @@ def test_an_earlier_comparison_is_named_before_it_goes(folder: Path, call: Call)
     assert [row.model for row in hd.read_comparison("out").rows] == ["fossen"]
 
 
-def test_a_rate_in_the_wrong_unit_is_told_before_it_is_fitted(folder: Path, call: Call) -> None:
+def test_a_rate_in_the_wrong_unit_is_told_before_it_is_fitted(folder, call):
     time = np.arange(0.0, 60.0, 0.1)
     log = hd.Log.from_arrays(
         time,

@@ -1,17 +1,11 @@
 from __future__ import annotations
 
-from collections.abc import Callable
-from pathlib import Path
-
 import numpy as np
-from typer.testing import Result
 
 from hydrodamp.ingest.read import read_log
 
-Call = Callable[..., Result]
 
-
-def test_a_log_through_a_mapping_becomes_canonical(folder: Path, call: Call) -> None:
+def test_a_log_through_a_mapping_becomes_canonical(folder, call):
     (folder / "m.yaml").write_text(
         "time: time\nvelocity: {u: u, v: v, r: {column: r, unit: deg/s}}\n"
         "commands: [ahead, turn]\nsteps: [note_suspicions]\n"

@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from typer.testing import Result
 
 from hydrodamp.ingest import datasets as registry
 from hydrodamp.ingest.datasets import DataFile, Dataset
 
-Call = Callable[..., Result]
 CONTENT = {"a.dat": "time,u\n", "b.dat": "time,v\n"}
 
 
 @pytest.fixture
-def mine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def mine(tmp_path, monkeypatch):
     """The only dataset there is: two files to download, from this machine."""
     monkeypatch.chdir(tmp_path)
     source = tmp_path / "source"
@@ -30,7 +27,7 @@ def mine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(registry, "datasets", lambda: {"mine": dataset})
 
 
-def test_lists_what_is_known(call: Call) -> None:
+def test_lists_what_is_known(call):
     done = call("datasets")
     for word in ("kvlcc2-hsva", "vt690-field", "bluerov2-kth", "licences"):
         assert word in done.stdout
@@ -41,7 +38,7 @@ def test_lists_what_is_known(call: Call) -> None:
 
 
 @pytest.mark.usefixtures("mine")
-def test_nothing_is_downloaded_without_consent(call: Call) -> None:
+def test_nothing_is_downloaded_without_consent(call):
     done = call("datasets mine")
     assert done.exit_code == 2
     assert "Licence: MIT" in done.stderr
@@ -51,7 +48,7 @@ def test_nothing_is_downloaded_without_consent(call: Call) -> None:
 
 
 @pytest.mark.usefixtures("mine")
-def test_yes_downloads_what_is_not_there(call: Call) -> None:
+def test_yes_downloads_what_is_not_there(call):
     told = json.loads(call("datasets mine --yes --json --folder here").stdout)
     assert told["downloaded"] == told["unchecked"] == ["a.dat", "b.dat"]
     assert (told["folder"], told["mapping"], told["lacking"]) == ("here", "avl690", [])
@@ -65,7 +62,7 @@ def test_yes_downloads_what_is_not_there(call: Call) -> None:
     assert Path("here/b.dat").read_text(encoding="utf-8") == CONTENT["b.dat"]
 
 
-def test_measured_logs_offline(call: Call, measured_logs: Callable[[str], Path]) -> None:
+def test_measured_logs_offline(call, measured_logs):
     done = call(f"datasets vt690-field --folder {measured_logs('vt690_field')}")
     assert done.exit_code == 0
     assert "do not pass the files on" in done.stderr
@@ -80,7 +77,7 @@ def test_measured_logs_offline(call: Call, measured_logs: Callable[[str], Path])
         ("bluerov2-kth --yes", "They come from https://github.com/SAABmarine-MEX"),
     ],
 )
-def test_a_log_that_cannot_be_had(call: Call, folder: Path, line: str, said: str) -> None:
+def test_a_log_that_cannot_be_had(call, folder, line, said):
     done = call(f"datasets {line}")
     assert done.exit_code == 2
     assert said in done.stderr

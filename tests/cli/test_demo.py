@@ -2,21 +2,14 @@ from __future__ import annotations
 
 import functools
 import json
-from collections.abc import Callable
-from pathlib import Path
 
 import pytest
-from typer.testing import Result
 
 import hydrodamp as hd
 
-Call = Callable[..., Result]
-
 
 @pytest.mark.usefixtures("undrawn")
-def test_our_table_stands_beside_the_papers(
-    folder: Path, call: Call, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_our_table_stands_beside_the_papers(folder, call, monkeypatch):
     monkeypatch.setattr(hd, "reenact", functools.partial(hd.reenact, duration=5.0))
     monkeypatch.setattr("hydrodamp.cli.options.DEMO_METHODS", "ls,ai")
     done = call("demo --out out --truth crossflow --seed 3 --json")

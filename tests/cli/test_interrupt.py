@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import json
 import os
 import pty
@@ -12,13 +11,11 @@ import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import Result
 
 import hydrodamp as hd
 from hydrodamp.cli import work
@@ -27,7 +24,6 @@ from hydrodamp.validation import compare as validation
 
 from .conftest import motion
 
-Call = Callable[..., Result]
 SOURCE = Path(hd.__file__).resolve().parents[1]
 LINE = (
     "compare ab.csv --vehicle planar.yaml --train one --test two --methods ls,ai "
@@ -38,11 +34,11 @@ LINE = (
 class Interrupting:
     """A function that is interrupted at its n-th call."""
 
-    def __init__(self, function: Callable[..., object], at: int) -> None:
+    def __init__(self, function, at):
         self.function, self.at, self.calls = function, at, 0
         self.lock = threading.Lock()
 
-    def __call__(self, *arguments: object, **more: object) -> object:
+    def __call__(self, *arguments, **more):
         with self.lock:
             self.calls += 1
             number = self.calls
@@ -51,16 +47,16 @@ class Interrupting:
         return self.function(*arguments, **more)
 
 
-def interrupt_fits(patch: pytest.MonkeyPatch, at: int) -> None:
+def interrupt_fits(patch, at):
     fitting = Interrupting(AdaptiveIdentifier.identify, at)
     patch.setattr(AdaptiveIdentifier, "identify", lambda *given: fitting(*given))
 
 
-def interrupt_replays(patch: pytest.MonkeyPatch, at: int) -> None:
+def interrupt_replays(patch, at):
     patch.setattr(validation, "replay", Interrupting(validation.replay, at))
 
 
-def document(folder: str = "out") -> dict[str, object]:
+def document(folder="out"):
     return json.loads((Path(folder) / "comparison.json").read_text("utf-8"))
 
 
@@ -68,7 +64,7 @@ pytestmark = pytest.mark.usefixtures("undrawn")
 
 
 @pytest.fixture
-def whole(folder: Path, call: Call) -> dict[str, object]:
+def whole(folder, call):
     """What comes out when nothing interrupts."""
     assert call(LINE.replace("--out out", "--out whole")).exit_code == 0
     return document("whole")
@@ -76,16 +72,11 @@ def whole(folder: Path, call: Call) -> dict[str, object]:
 
 @pytest.mark.parametrize(
     ("interrupt", "at"),
-    [(interrupt_fits, 1), (interrupt_fits, 3), (interrupt_replays, 1), (interrupt_replays, 6)],
+    [(interrupt_fits, 1), (interrupt_fits, 3), (interrupt_replays, 6)],
 )
 def test_a_resumed_run_ends_where_an_uninterrupted_one_does(
-    interrupt: Callable[[pytest.MonkeyPatch, int], None],
-    at: int,
-    whole: dict[str, object],
-    folder: Path,
-    call: Call,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+    interrupt, at, whole, folder, call, monkeypatch
+):
     with monkeypatch.context() as patch:
         interrupt(patch, at)
         broken = call(LINE)
@@ -122,18 +113,14 @@ def test_a_resumed_run_ends_where_an_uninterrupted_one_does(
         ("--out", "--rate-unit rad --out", 8),
     ],
 )
-def test_fits_of_the_same_data_model_and_method_alone_are_taken(
-    before: str, after: str, kept: int, whole: dict[str, object], call: Call
-) -> None:
+def test_fits_of_the_same_data_model_and_method_alone_are_taken(before, after, kept, whole, call):
     line = LINE.replace("--out out", "--out whole").replace(before, after)
     assert call(f"{line} --resume").exit_code == 0
     said = document("whole")["provenance"].get("resumed", "0 of 8")
     assert said.startswith(f"{kept} of ")
 
 
-def test_what_a_file_says_makes_another_run_and_not_which_files_there_are(
-    folder: Path, call: Call
-) -> None:
+def test_what_a_file_says_makes_another_run_and_not_which_files_there_are(folder, call):
     (folder / "parent.yaml").write_text("{time: time, velocity: {u: u, v: v, r: r}}", "utf-8")
     (folder / "child.yaml").write_text("{extends: parent.yaml, commands: [ahead, turn]}", "utf-8")
     (folder / "dive").mkdir()
@@ -153,16 +140,14 @@ def test_what_a_file_says_makes_another_run_and_not_which_files_there_are(
     assert "resumed" not in document("dive/out")["provenance"]
 
 
-def test_resume_needs_a_folder(folder: Path, call: Call) -> None:
+def test_resume_needs_a_folder(folder, call):
     for line in (LINE.replace("--out out", ""), "demo"):
         done = call(f"{line} --resume")
         assert done.exit_code == 2
         assert "name it with `--out DIR`" in done.stderr
 
 
-def test_without_a_folder_finished_rows_are_shown(
-    folder: Path, call: Call, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_without_a_folder_finished_rows_are_shown(folder, call, monkeypatch):
     interrupt_fits(monkeypatch, 1)
     shown = call(LINE.replace("--out out", ""))
     assert shown.exit_code == 130
@@ -171,35 +156,13 @@ def test_without_a_folder_finished_rows_are_shown(
     assert "With `--out DIR` finished fits are kept" in shown.stderr
 
 
-def test_an_interrupted_report_loses_no_row(
-    whole: dict[str, object], folder: Path, call: Call, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_interrupted_report_loses_no_row(whole, folder, call, monkeypatch):
     monkeypatch.setattr(work, "illustrate", Interrupting(work.illustrate, 1))
     assert call(LINE).exit_code == 130
     assert document()["rows"] == whole["rows"]
 
 
-def test_nothing_finished_writes_nothing(
-    folder: Path, call: Call, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    interrupt_fits(monkeypatch, 1)
-    done = call(LINE.replace("ls,ai", "ai").replace("linear,coe,prestero,fossen", "linear"))
-    assert done.exit_code == 130
-    assert "interrupted: 0 of 1 rows" in done.stderr
-    assert not (folder / "out").exists()
-
-
-def test_the_demo_resumes_with_its_seed(
-    folder: Path, call: Call, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(hd, "reenact", functools.partial(hd.reenact, duration=12.0))
-    monkeypatch.setattr("hydrodamp.cli.options.DEMO_METHODS", "ls")
-    assert call("demo --out out --seed 3").exit_code == 0
-    assert call("demo --out out --seed 3 --resume").exit_code == 0
-    assert document()["provenance"]["resumed"] == "8 of 8 fits are of an earlier run"
-
-
-def read_until(stream: int, pattern: str) -> str:
+def read_until(stream, pattern):
     """Return what a terminal shows until it shows a pattern; fail where it ends before."""
     seen = ""
     while not re.search(pattern, seen):
@@ -213,7 +176,7 @@ def read_until(stream: int, pattern: str) -> str:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="a pseudo-terminal")
-def test_a_bar_shows_the_share_and_time_left_and_ctrl_c_keeps_the_rows(folder: Path) -> None:
+def test_a_bar_shows_the_share_and_time_left_and_ctrl_c_keeps_the_rows(folder):
     vehicle, rng = hd.read_vehicle("planar.yaml"), np.random.default_rng(0)
     first, second = (motion(vehicle, k, f"run{k}", 2000) for k in (1, 2))
     noisy = replace(first, velocity=first.velocity + 0.01 * rng.standard_normal((2000, 6)))

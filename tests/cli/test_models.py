@@ -2,15 +2,9 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable
-from pathlib import Path
-
-from typer.testing import Result
-
-Call = Callable[..., Result]
 
 
-def test_lists_the_catalogue_with_the_counts_of_table_1(call: Call) -> None:
+def test_lists_the_catalogue_with_the_counts_of_table_1(call):
     document = json.loads(call("models --json").stdout)
     listed = document["models"]
     counts = {model["model"]: model["n_coefficients"] for model in listed}
@@ -20,7 +14,7 @@ def test_lists_the_catalogue_with_the_counts_of_table_1(call: Call) -> None:
     assert (selected["model"], selected["n_coefficients"]) == ("sparse", None)
 
 
-def test_the_model_of_a_log_is_listed_and_explained(call: Call) -> None:
+def test_the_model_of_a_log_is_listed_and_explained(call):
     assert re.search(r"^sparse[ -]+Selected from a log", call("models").stdout, re.MULTILINE)
     for line in ("models", "models sparse"):
         said = " ".join(call(line).stdout.split())
@@ -29,7 +23,7 @@ def test_the_model_of_a_log_is_listed_and_explained(call: Call) -> None:
     assert json.loads(call("models sparse --json").stdout)["terms"] is None
 
 
-def test_shows_one_with_terms_source_and_note(call: Call) -> None:
+def test_shows_one_with_terms_source_and_note(call):
     done = call("models coe")
     assert done.exit_code == 0
     for word in ("X Z M", "w|w|", "Source:", "Note:"):
@@ -37,7 +31,7 @@ def test_shows_one_with_terms_source_and_note(call: Call) -> None:
     assert json.loads(call("models coe --json").stdout)["terms"]["K"] == ["v|v|", "p|p|", "r|r|"]
 
 
-def test_shows_those_of_a_file_or_one_of_them(folder: Path, call: Call) -> None:
+def test_shows_those_of_a_file_or_one_of_them(folder, call):
     (folder / "two.yaml").write_text(
         "models: [{name: a, terms: {X: u}}, {name: b, terms: {X: u*rpm}}]", "utf-8"
     )

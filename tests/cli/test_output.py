@@ -9,8 +9,8 @@ from hydrodamp.cli.output import guarded
 from hydrodamp.errors import GapWarning, LogError
 
 
-def status(error: BaseException) -> int:
-    def command() -> None:
+def status(error):
+    def command():
         raise error
 
     with pytest.raises(typer.Exit) as caught:
@@ -28,23 +28,21 @@ def status(error: BaseException) -> int:
         (KeyboardInterrupt(), 130, "interrupted"),
     ],
 )
-def test_errors_become_a_sentence_and_a_status(
-    error: BaseException, code: int, words: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_errors_become_a_sentence_and_a_status(error, code, words, capsys):
     assert status(error) == code
     out, err = capsys.readouterr()
     assert out == ""
     assert err.startswith(words)
 
 
-def test_what_typer_raises_passes() -> None:
+def test_what_typer_raises_passes():
     assert status(typer.Exit(5)) == 5
     with pytest.raises(BrokenPipeError):  # a closed pipe is left to typer
         status(BrokenPipeError())
 
 
-def test_warnings_are_one_line_each_and_come_once(capsys: pytest.CaptureFixture[str]) -> None:
-    def command() -> None:
+def test_warnings_are_one_line_each_and_come_once(capsys):
+    def command():
         for _ in range(2):
             warnings.warn("split\n  in two", GapWarning, stacklevel=2)
 

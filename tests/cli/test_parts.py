@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
-from pathlib import Path
 
 import pytest
-from typer.testing import Result
 
-Call = Callable[..., Result]
 pytestmark = pytest.mark.usefixtures("undrawn")
 LINE = "compare --vehicle planar.yaml --models linear --methods ls"
 
@@ -27,9 +23,7 @@ LINE = "compare --vehicle planar.yaml --models linear --methods ls"
         ("--train a.csv --test b.csv", ""),
     ],
 )
-def test_shared_data_are_warned_of_and_written_down(
-    folder: Path, call: Call, parts: str, shared: str
-) -> None:
+def test_shared_data_are_warned_of_and_written_down(folder, call, parts, shared):
     done = call(f"{LINE} {parts} --out out")
     assert done.exit_code == 0, done.output
     said = f"training and test data share {shared}:" if shared else "data share"

@@ -1,20 +1,15 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import Result
 
 import hydrodamp as hd
 
-Call = Callable[..., Result]
-
 
 @pytest.fixture
-def damping(folder: Path) -> str:
+def damping(folder):
     vehicle, log = hd.read_vehicle("planar.yaml"), hd.read_log("a.csv")
     hd.write_damping(
         hd.identify(hd.catalog["linear"], vehicle, log, hd.LeastSquares()).damping, "d.json"
@@ -22,9 +17,7 @@ def damping(folder: Path) -> str:
     return "d.json"
 
 
-def test_prints_the_score_and_writes_the_simulated_log(
-    folder: Path, call: Call, damping: str
-) -> None:
+def test_prints_the_score_and_writes_the_simulated_log(folder, call, damping):
     line = f"simulate b.csv --vehicle planar.yaml --damping {damping} --attitude simulated"
     done = call(line)
     assert done.exit_code == 0, done.output
@@ -38,7 +31,7 @@ def test_prints_the_score_and_writes_the_simulated_log(
     assert simulated.command_names == measured.command_names
 
 
-def test_another_vehicle_is_warned_of(folder: Path, call: Call, damping: str) -> None:
+def test_another_vehicle_is_warned_of(folder, call, damping):
     text = (folder / "planar.yaml").read_text("utf-8")
     (folder / "heavy.yaml").write_text(text.replace("[20, 0, 0]", "[25, 0, 0]"), "utf-8")
     done = call(f"simulate b.csv --vehicle heavy.yaml --damping {damping}")
@@ -47,7 +40,7 @@ def test_another_vehicle_is_warned_of(folder: Path, call: Call, damping: str) ->
     assert len(done.stderr.splitlines()) == 1
 
 
-def test_a_diverged_replay_failed(folder: Path, call: Call, damping: str) -> None:
+def test_a_diverged_replay_failed(folder, call, damping):
     document = json.loads((folder / damping).read_text("utf-8"))
     document["coefficients"]["X_u"] = 300.0
     (folder / "wild.json").write_text(json.dumps(document), "utf-8")
@@ -59,7 +52,7 @@ def test_a_diverged_replay_failed(folder: Path, call: Call, damping: str) -> Non
     assert not (folder / "t.csv").exists()
 
 
-def test_a_replay_beyond_the_training_is_told(folder: Path, call: Call) -> None:
+def test_a_replay_beyond_the_training_is_told(folder, call):
     done = call("identify a.csv --vehicle planar.yaml --model fossen --method ls --json")
     document = json.loads(done.stdout)
     assert document["fit"]["sailed"].keys() == {"u", "v", "r"}
@@ -72,10 +65,3 @@ def test_a_replay_beyond_the_training_is_told(folder: Path, call: Call) -> None:
     assert told[0].endswith(" in the test, 0.1 in training.")
     assert "feeds energy into r beyond 0.1 rad/s" in told[1]
     assert "error: the replay diverged in 1 after" in told[-1]
-
-
-def test_a_damping_file_that_is_none(folder: Path, call: Call) -> None:
-    (folder / "bad.json").write_text("{", "utf-8")
-    done = call("simulate b.csv --vehicle planar.yaml --damping bad.json")
-    assert done.exit_code == 2
-    assert "bad.json, line 1: cannot be read as JSON" in done.stderr

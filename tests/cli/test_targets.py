@@ -5,17 +5,13 @@ from __future__ import annotations
 import hashlib
 import os
 import warnings
-from collections.abc import Callable
-from pathlib import Path
 
 import pytest
-from typer.testing import Result
 
 import hydrodamp as hd
 from hydrodamp.cli.output import warned, warnings_as_notes
 from hydrodamp.cli.targets import record
 
-Call = Callable[..., Result]
 ALONE = "--vehicle planar.yaml --model mine.yaml --mapping map.yaml"
 
 
@@ -37,7 +33,7 @@ IN_THE_WAY = [
 
 
 @pytest.mark.parametrize(("line", "said"), IN_THE_WAY)
-def test_inputs_are_kept(folder: Path, call: Call, line: str, said: str) -> None:
+def test_inputs_are_kept(folder, call, line, said):
     (folder / "sub").mkdir()
     (folder / "out" / "fits").mkdir(parents=True)
     (folder / "map.yaml").write_text("{time: time, velocity: {u: u}}", "utf-8")
@@ -53,15 +49,13 @@ def test_inputs_are_kept(folder: Path, call: Call, line: str, said: str) -> None
 
 
 @pytest.mark.usefixtures("undrawn")
-def test_a_folder_may_hold_its_log(folder: Path, call: Call) -> None:
+def test_a_folder_may_hold_its_log(folder, call):
     (folder / "out").mkdir()
     (folder / "a.csv").rename(folder / "out" / "a.csv")
     assert call(f"compare out/a.csv {PARTS}").exit_code == 0
 
 
-def test_a_run_says_what_it_read_and_was_warned_of(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_run_says_what_it_read_and_was_warned_of(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("sys.argv", ["x", "compare", "a b.csv"])
     (tmp_path / "a b.csv").write_bytes(b"1")

@@ -1,21 +1,16 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
-from pathlib import Path
-from types import ModuleType
 
 import pytest
-from typer.testing import Result
 
 import hydrodamp as hd
 from hydrodamp.validation import crossvalidation
 
-Call = Callable[..., Result]
 LINE = "validate a.csv --vehicle planar.yaml --models linear,fossen --methods ls"
 
 
-def test_tables_say_which_model_and_why(folder: Path, call: Call) -> None:
+def test_tables_say_which_model_and_why(folder, call):
     done = call(LINE)
     assert done.exit_code == 0, done.output
     assert "5 folds" in done.stdout
@@ -25,7 +20,7 @@ def test_tables_say_which_model_and_why(folder: Path, call: Call) -> None:
         assert column in done.stdout
 
 
-def test_json_holds_every_fold_and_horizon(folder: Path, call: Call) -> None:
+def test_json_holds_every_fold_and_horizon(folder, call):
     document = json.loads(call(f"{LINE} --folds 3 --json").stdout)
     assert len(document["held_out"]) == 3
     linear, fossen = document["folds"]
@@ -45,9 +40,7 @@ def test_json_holds_every_fold_and_horizon(folder: Path, call: Call) -> None:
         ("short.csv --models wild.yaml", 1, "no model has an error on any fold"),
     ],
 )
-def test_what_cannot_be_validated(
-    folder: Path, call: Call, more: str, status: int, words: str
-) -> None:
+def test_what_cannot_be_validated(folder, call, more, status, words):
     terms = "u v r u^2 v^2 r^2 uv ur vr u|u| v|v| r|r|"
     (folder / "wild.yaml").write_text(f"{{name: wild, terms: {{X: '{terms}'}}}}", "utf-8")
     log = hd.read_log("ab.csv")
@@ -58,12 +51,10 @@ def test_what_cannot_be_validated(
     assert words in done.stderr
 
 
-def test_a_selection_is_repeated_in_each_fold(
-    folder: Path, call: Call, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_selection_is_repeated_in_each_fold(folder, call, monkeypatch):
     seen: list[int] = []
 
-    def select(self: object, vehicle: hd.Vehicle, log: hd.Log, *more: object) -> hd.DampingModel:
+    def select(self, vehicle, log, *more):
         seen.append(log.n)
         return hd.DampingModel.from_table({"X": "u", "Y": "v", "N": "r"}, key="sparse")
 
@@ -76,11 +67,11 @@ def test_a_selection_is_repeated_in_each_fold(
     assert [row["model"] for row in json.loads(done.stdout)["folds"]] == ["fossen", "sparse"]
 
 
-def interrupted_at(number: int, function: Callable[..., object]) -> Callable[..., object]:
+def interrupted_at(number, function):
     """Return a function that is interrupted at its n-th call."""
     calls: list[None] = []
 
-    def run(*given: object, **more: object) -> object:
+    def run(*given, **more):
         calls.append(None)
         if len(calls) == number:
             raise KeyboardInterrupt
@@ -89,9 +80,7 @@ def interrupted_at(number: int, function: Callable[..., object]) -> Callable[...
     return run
 
 
-def test_ctrl_c_shows_the_folds_that_are_finished(
-    folder: Path, call: Call, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_ctrl_c_shows_the_folds_that_are_finished(folder, call, monkeypatch):
     whole = json.loads(call(f"{LINE} --json").stdout)
     for more in ("", " --json"):
         with monkeypatch.context() as patch:
@@ -115,14 +104,8 @@ def test_ctrl_c_shows_the_folds_that_are_finished(
     ],
 )
 def test_ctrl_c_at_once_or_after_the_last_fold(
-    folder: Path,
-    call: Call,
-    monkeypatch: pytest.MonkeyPatch,
-    module: ModuleType,
-    name: str,
-    said: str,
-    shown: str,
-) -> None:
+    folder, call, monkeypatch, module, name, said, shown
+):
     monkeypatch.setattr(module, name, interrupted_at(1, getattr(module, name)))
     done = call(LINE)
     assert done.exit_code == 130

@@ -2,34 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from pathlib import Path
-
 import pytest
-from typer.testing import Result
-
-Call = Callable[..., Result]
 
 
 @pytest.mark.parametrize(
     ("line", "said"),
     [
-        (
-            "probe a.csv --vehicle map.yaml",
-            "map.yaml is a mapping of a log (it has velocity)",
-        ),
+        ("probe a.csv --vehicle map.yaml", "map.yaml is a mapping of a log (it has velocity)"),
         ("probe a.csv --mapping planar.yaml", "planar.yaml is a vehicle (it has mass_matrix)"),
         ("probe planar.yaml", "planar.yaml is a vehicle"),
         ("models planar.yaml", "not a file of models: give it as `--vehicle`"),
-        ("models map.yaml", "not a file of models: give it as `--mapping`"),
-        (
-            "compare a.csv --vehicle planar.yaml --models map.yaml --train 0:9 --test 9:20",
-            "map.yaml is a mapping of a log",
-        ),
         ("simulate a.csv --vehicle planar.yaml --damping planar.yaml", "not a damping file"),
     ],
 )
-def test_one_file_for_another(folder: Path, call: Call, line: str, said: str) -> None:
+def test_one_file_for_another(folder, call, line, said):
     (folder / "map.yaml").write_text("time: t\nvelocity: {u: speed}\n", "utf-8")
     done = call(line)
     assert done.exit_code == 2
@@ -42,14 +28,12 @@ def test_one_file_for_another(folder: Path, call: Call, line: str, said: str) ->
     [
         ("probe abb.csv", "ab.csv"),
         ("probe a.csv --vehicle plannar.yaml", "planar.yaml"),
-        ("probe a.csv --vehicle planar", "planar.yaml"),
-        ("probe a.csv --mapping planar.yml", "planar.yaml"),
         ("probe a.csv --mapping planar", "planar.yaml"),
         ("models planr.yaml", "planar.yaml"),
         ("simulate a.csv --vehicle planar.yaml --damping damping.jsn", "damping.json"),
     ],
 )
-def test_a_file_that_is_not_there(folder: Path, call: Call, line: str, near: str) -> None:
+def test_a_file_that_is_not_there(folder, call, line, near):
     (folder / "damping.json").write_text("{}", "utf-8")
     done = call(line)
     assert done.exit_code == 2
@@ -64,16 +48,11 @@ def test_a_file_that_is_not_there(folder: Path, call: Call, line: str, near: str
         "validate a.csv",
         "identify a.csv --model linear --out d.json",
         "simulate a.csv --damping d.json",
-        "compare a.csv --vehicle= --train 0:9 --test 9:20",
     ],
 )
-def test_a_vehicle_that_is_forgotten(folder: Path, call: Call, line: str) -> None:
+def test_a_vehicle_that_is_forgotten(folder, call, line):
     done = call(line)
     assert done.exit_code == 2
     assert done.stderr.startswith("error: `--vehicle` is missing: name one of the fleet (bluerov2")
     assert "`hydrodamp vehicle new`" in done.stderr
     assert not (folder / "d.json").exists()
-
-
-def test_help_still_says_that_a_vehicle_is_required(call: Call) -> None:
-    assert "or a YAML file. [required]" in " ".join(call("compare --help").stdout.split())

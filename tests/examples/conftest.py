@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from types import SimpleNamespace
@@ -14,12 +13,10 @@ EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 
 
 @pytest.fixture
-def run(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> Callable[..., SimpleNamespace]:
+def run(monkeypatch, capsys):
     """Return a function that runs an example; a warning is an error."""
 
-    def call(name: str, *arguments: object) -> SimpleNamespace:
+    def call(name, *arguments):
         spec = spec_from_file_location(f"example_{name}", EXAMPLES / name / "compare.py")
         assert spec is not None
         assert spec.loader is not None

@@ -25,9 +25,7 @@ EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
         ("vt690", ("ECE-MDE/AUV-Fault-Detection",)),
     ],
 )
-def test_a_folder_without_the_log_is_named(
-    run: Run, tmp_path: Path, name: str, words: tuple[str, ...]
-) -> None:
+def test_a_folder_without_the_log_is_named(run, tmp_path, name, words):
     ended = run(name, tmp_path)
     assert ended.status == 2
     for word in (str(tmp_path), *words):
@@ -41,9 +39,7 @@ def test_a_folder_without_the_log_is_named(
         ("kvlcc2", "+rp", "tanker", "thrust rudder"),
     ],
 )
-def test_every_model_of_the_paper_is_extended_alike(
-    name: str, suffix: str, own: str, commands: str
-) -> None:
+def test_every_model_of_the_paper_is_extended_alike(name, suffix, own, commands):
     models = hd.read_models(EXAMPLES / name / "models.yaml")
     assert [model.key for model in models] == [*(f"{k}{suffix}" for k in hd.PAPER_MODELS), own]
     for key, model in zip(hd.PAPER_MODELS, models, strict=False):
@@ -52,7 +48,7 @@ def test_every_model_of_the_paper_is_extended_alike(
         assert set(model.commands) == set(commands.split())
 
 
-def test_the_rov_beats_a_decoupled_fit(run: Run, measured_logs: Find, tmp_path: Path) -> None:
+def test_the_rov_beats_a_decoupled_fit(run, measured_logs, tmp_path):
     assert hd.read_vehicle(EXAMPLES / "bluerov2" / "vehicle.yaml").actuators == ()
     ended = run("bluerov2", measured_logs("bluerov2_kth"), "--out", tmp_path / "out")
     assert ended.status == 0, ended.stderr
@@ -66,7 +62,7 @@ def test_the_rov_beats_a_decoupled_fit(run: Run, measured_logs: Find, tmp_path: 
     assert min(fit["p"], fit["q"], fit["r"]) > 45.0
 
 
-def test_the_tanker_has_the_added_mass_its_comment_works_out() -> None:
+def test_the_tanker_has_the_added_mass_its_comment_works_out():
     vehicle = hd.read_vehicle(EXAMPLES / "kvlcc2" / "vehicle.yaml")
     assert vehicle.axes == ("X", "Y", "N")
     sway, yaw = 0.5 * 1000 * 7.0**2 * 0.455, 0.5 * 1000 * 7.0**4 * 0.455
@@ -78,7 +74,7 @@ def test_the_tanker_has_the_added_mass_its_comment_works_out() -> None:
     assert mass[1, 5] == pytest.approx(3272 * 0.2436)
 
 
-def test_whole_zigzags_that_were_held_out(run: Run, measured_logs: Find, tmp_path: Path) -> None:
+def test_whole_zigzags_that_were_held_out(run, measured_logs, tmp_path):
     """At or above 82 % everywhere: what an independent fit of the same terms reaches, at least."""
     asked = ("--models", "tanker", "--methods", "weak,recommended", "--out", tmp_path / "out")
     ended = run("kvlcc2", measured_logs("kvlcc2_hsva"), *asked)
@@ -89,7 +85,7 @@ def test_whole_zigzags_that_were_held_out(run: Run, measured_logs: Find, tmp_pat
         assert recommended[axis] > max(82.0, weak[axis])
 
 
-def test_held_out_turns_from_the_raw_topics(run: Run, measured_logs: Find, tmp_path: Path) -> None:
+def test_held_out_turns_from_the_raw_topics(run, measured_logs, tmp_path):
     models = {model.key: model for model in hd.read_models(EXAMPLES / "vt690" / "models.yaml")}
     assert list(models) == ["yaw", "steering", "whole"]
     assert models["steering"].commands == ("rudder", "speed")

@@ -21,7 +21,7 @@ NAMES = ("u", "v", "w", "p", "q", "r")
 STAMP = VehicleStamp("vt690", 466.5, 466.5, "0123456789abcdef")
 
 
-def make_fit(model: str, method: str, status: Status = Status.OK, rank: int | None = None) -> Fit:
+def make_fit(model, method, status=Status.OK, rank=None):
     """Return a fit whose coefficients count down from -1."""
     n = catalog[model].n_coefficients
     covariance = None if rank is None else np.diag(np.arange(1.0, n + 1))
@@ -30,7 +30,7 @@ def make_fit(model: str, method: str, status: Status = Status.OK, rank: int | No
     return Fit(damping, method, status, rank, tied, 1200, {"settings": method})
 
 
-def make_row(fit: Fit, rms: float | None, diverged: tuple[tuple[str, float], ...] = ()) -> Row:
+def make_row(fit, rms, diverged=()):
     """Return a row whose by-axis numbers are its error times 1, 2, ... 6."""
     errors = {name: None if rms is None else rms * (k + 1) for k, name in enumerate(NAMES)}
     fits = {name: None if rms is None else 90.0 - 40.0 * k for k, name in enumerate(NAMES)}
@@ -48,7 +48,7 @@ def make_row(fit: Fit, rms: float | None, diverged: tuple[tuple[str, float], ...
 
 
 @pytest.fixture
-def comparison() -> Comparison:
+def comparison():
     """One row of every outcome, by two methods."""
     rows = (
         make_row(make_fit("linear", "ls", rank=36), 0.46),
@@ -72,12 +72,12 @@ class Sailed:
     problem: hd.Problem
     table: hd.Comparison
 
-    def fit(self, model: str, method: str) -> hd.Fit:
+    def fit(self, model, method):
         return self.table.row(model, method).fit
 
 
 @pytest.fixture(scope="session")
-def sailed() -> Sailed:
+def sailed():
     """Three models by two methods, on runs of 20 s."""
     campaign = hd.reenact(seed=0, duration=20.0)
     models = tuple(hd.catalog[key] for key in ("linear", "prestero", "fossen"))

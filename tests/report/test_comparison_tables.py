@@ -15,7 +15,7 @@ from hydrodamp.simulation.status import Status
 from hydrodamp.validation.compare import Comparison, Row, rank_correlation
 
 
-def test_models_stand_against_methods_and_the_paper(comparison: Comparison) -> None:
+def test_models_stand_against_methods_and_the_paper(comparison):
     (grid,) = summary_grids(comparison)
     assert grid.header == ("model", "n", "rank", "ls", "ai", "paper LS", "paper AI")
     # The printed columns are those of Table I.
@@ -28,7 +28,7 @@ def test_models_stand_against_methods_and_the_paper(comparison: Comparison) -> N
     assert grid.best == {(0, 3)}  # no error of a fit that has not settled
 
 
-def test_remarks_say_what_happened_where(comparison: Comparison) -> None:
+def test_remarks_say_what_happened_where(comparison):
     notes = " ".join(summary_grids(comparison)[-1].notes)
     rho = rank_correlation(comparison, "ls")
     assert f"ls {rho:+.2f}" in notes
@@ -39,7 +39,7 @@ def test_remarks_say_what_happened_where(comparison: Comparison) -> None:
     assert "[ai: linear, fossen]" in notes
 
 
-def test_a_fit_that_was_refused_has_its_reason_among_the_remarks(comparison: Comparison) -> None:
+def test_a_fit_that_was_refused_has_its_reason_among_the_remarks(comparison):
     row = comparison.rows[3]
     fit = replace(row.fit, status=Status.REFUSED, remarks=("The log is too short.",))
     (grid,) = summary_grids(replace(comparison, rows=(comparison.rows[0], replace(row, fit=fit))))
@@ -47,7 +47,7 @@ def test_a_fit_that_was_refused_has_its_reason_among_the_remarks(comparison: Com
     assert "coe by ls: The log is too short." in grid.notes
 
 
-def test_axes_have_error_and_fit(comparison: Comparison) -> None:
+def test_axes_have_error_and_fit(comparison):
     first, second = axis_grids(comparison)
     assert first.title == "ls by axis: RMS error (m/s, deg/s), fit in %"
     assert first.words[0][:5] == ["linear", "0.460", "90", "0.920", "50"]
@@ -55,7 +55,7 @@ def test_axes_have_error_and_fit(comparison: Comparison) -> None:
     assert second.column("model") == ("linear", "fossen")
 
 
-def test_locked_axes_are_left_out(comparison: Comparison) -> None:
+def test_locked_axes_are_left_out(comparison):
     score = Score(0.1, {"u": 0.1, "r": 0.02}, {"u": None, "r": 5.0}, "rad", ())
     planar = Comparison((Row(comparison.rows[0].fit, score),), "rad")
     (grid,) = axis_grids(planar)
@@ -63,7 +63,7 @@ def test_locked_axes_are_left_out(comparison: Comparison) -> None:
     assert grid.words == [["linear", "0.100", "-", "0.0200", "5"]]
 
 
-def test_many_methods_go_on_several_tables(comparison: Comparison) -> None:
+def test_many_methods_go_on_several_tables(comparison):
     row = comparison.rows[0]
     rows = [replace(row, fit=replace(row.fit, method=f"method-{k}")) for k in range(5)]
     grids = summary_grids(Comparison(tuple(rows)))
@@ -72,7 +72,7 @@ def test_many_methods_go_on_several_tables(comparison: Comparison) -> None:
     assert grids[1].notes
 
 
-def test_other_models_stand_beside_nothing(comparison: Comparison) -> None:
+def test_other_models_stand_beside_nothing(comparison):
     fit = comparison.rows[0].fit
     mine = replace(fit.damping, model=replace(fit.model, key="mine"))
     row = Row(replace(fit, damping=mine), comparison.rows[0].score)
@@ -82,12 +82,12 @@ def test_other_models_stand_beside_nothing(comparison: Comparison) -> None:
     assert beside.words[0][-1] == "-"
 
 
-def test_all_is_legible_in_80_columns(comparison: Comparison) -> None:
+def test_all_is_legible_in_80_columns(comparison):
     for grid in comparison_grids(comparison):
         assert max(map(len, to_text(grid).splitlines())) <= 80
 
 
-def test_rows_have_names_for_programs_and_full_precision(comparison: Comparison) -> None:
+def test_rows_have_names_for_programs_and_full_precision(comparison):
     grid = score_grid(comparison, comparison.rows)
     keys = [column.key or column.name for column in grid.columns]
     rows = [dict(zip(keys, row, strict=True)) for row in grid.rows]
@@ -100,7 +100,7 @@ def test_rows_have_names_for_programs_and_full_precision(comparison: Comparison)
     assert all(column.meaning for column in grid.columns)
 
 
-def test_the_score_of_one_replay_ends_with_all_velocities_together() -> None:
+def test_the_score_of_one_replay_ends_with_all_velocities_together():
     score = Score(0.25, {"u": 0.1, "r": 2.0}, {"u": 90.0, "r": -5.0}, "deg", ())
     assert replay_grid("Replay", score).words == [
         ["u", "0.100", "m/s", "90"],

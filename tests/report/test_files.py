@@ -2,7 +2,6 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,7 +14,7 @@ from hydrodamp.report.files import kept_fit, read_comparison, write_comparison, 
 from hydrodamp.validation.compare import Comparison
 
 
-def test_all_files_are_there_and_none_is_left_over(comparison: Comparison, tmp_path: Path) -> None:
+def test_all_files_are_there_and_none_is_left_over(comparison, tmp_path):
     write_comparison(comparison, tmp_path / "deep" / "out")
     names = sorted(path.name for path in (tmp_path / "deep" / "out").iterdir())
     assert names == [
@@ -26,10 +25,10 @@ def test_all_files_are_there_and_none_is_left_over(comparison: Comparison, tmp_p
     assert fits == sorted(f"{row.model}.{row.method}" for row in comparison.rows)
 
 
-def test_the_json_is_strict_and_as_designed(comparison: Comparison, tmp_path: Path) -> None:
+def test_the_json_is_strict_and_as_designed(comparison, tmp_path):
     write_comparison(comparison, tmp_path)
 
-    def refuse(word: str) -> None:
+    def refuse(word):
         pytest.fail(f"{word} is not strict JSON")
 
     text = (tmp_path / "comparison.json").read_text("utf-8")
@@ -49,7 +48,7 @@ def test_the_json_is_strict_and_as_designed(comparison: Comparison, tmp_path: Pa
     assert set(document["rows"][3]["coefficients"].values()) == {None}
 
 
-def test_a_comparison_reads_back_as_it_was(comparison: Comparison, tmp_path: Path) -> None:
+def test_a_comparison_reads_back_as_it_was(comparison, tmp_path):
     write_comparison(comparison, tmp_path)
     again = read_comparison(tmp_path)
     assert comparison_document(again) == comparison_document(comparison)
@@ -67,29 +66,26 @@ def test_a_comparison_reads_back_as_it_was(comparison: Comparison, tmp_path: Pat
 
 
 @pytest.mark.parametrize(("words", "left"), [({}, 1), ({"unfinished": "1 of 7 rows"}, 7)])
-def test_fits_of_an_earlier_run_stay_until_one_is_finished(
-    comparison: Comparison, tmp_path: Path, words: dict[str, str], left: int
-) -> None:
+def test_fits_of_an_earlier_run_stay_until_one_is_finished(comparison, tmp_path, words, left):
     write_comparison(comparison, tmp_path)
     write_comparison(Comparison(comparison.rows[:1], provenance=words), tmp_path)
     assert len([*(tmp_path / "fits").iterdir()]) == left
     assert len(read_comparison(tmp_path).rows) == 1
 
 
-def test_a_fit_is_kept_under_its_digest_and_reads_back(
-    comparison: Comparison, tmp_path: Path
-) -> None:
+def test_a_fit_is_kept_under_its_digest_and_reads_back(comparison, tmp_path):
     fit = replace(comparison.rows[0].fit, provenance={"digest": 64 * "a"})
     write_fit(fit, tmp_path)
     assert kept_fit(tmp_path, "linear", "ls", 64 * "b") is None
+    path = tmp_path / "fits" / "linear.ls.aaaaaaaa.json"
+    assert read_damping(path).vehicle == fit.damping.vehicle
     again = kept_fit(tmp_path, "linear", "ls", 64 * "a")
     assert again is not None
-    assert (tmp_path / "fits" / "linear.ls.aaaaaaaa.json").is_file()
     np.testing.assert_array_equal(again.damping.coefficients, fit.damping.coefficients)
     assert (again.status, again.rank, again.provenance) == (fit.status, fit.rank, fit.provenance)
 
 
-def test_what_intervals_are_made_with_reads_back(comparison: Comparison, tmp_path: Path) -> None:
+def test_what_intervals_are_made_with_reads_back(comparison, tmp_path):
     row = comparison.rows[0]
     covariance = row.fit.damping.covariance
     unknown = np.full_like(covariance, np.nan)
@@ -105,21 +101,13 @@ def test_what_intervals_are_made_with_reads_back(comparison: Comparison, tmp_pat
         np.testing.assert_array_equal(again.standard_errors, found.standard_errors)
 
 
-def test_times_are_without_the_rounding_of_clocks(comparison: Comparison, tmp_path: Path) -> None:
+def test_times_are_without_the_rounding_of_clocks(comparison, tmp_path):
     score = replace(comparison.rows[1].score, diverged=(("dive", 0.1 + 0.2),))
     document = comparison_document(Comparison((replace(comparison.rows[1], score=score),)))
     assert document["rows"][0]["diverged_at"] == [{"segment": "dive", "time": 0.3}]
 
 
-def test_each_fit_is_a_damping_file(comparison: Comparison, tmp_path: Path) -> None:
-    write_comparison(comparison, tmp_path)
-    damping = read_damping(tmp_path / "fits" / "linear.ls.json")
-    assert damping.covariance is not None
-    assert damping.covariance[1, 1] == 2.0
-    assert damping.vehicle == comparison.rows[0].fit.damping.vehicle
-
-
-def test_a_pair_that_comes_twice_keeps_both(comparison: Comparison, tmp_path: Path) -> None:
+def test_a_pair_that_comes_twice_keeps_both(comparison, tmp_path):
     twice = Comparison((comparison.rows[0], comparison.rows[0]), provenance={})
     write_comparison(twice, tmp_path)
     assert {path.stem for path in (tmp_path / "fits").iterdir()} == {"linear.ls", "linear.ls-2"}
@@ -131,16 +119,13 @@ def test_a_pair_that_comes_twice_keeps_both(comparison: Comparison, tmp_path: Pa
     [
         ("comparison.json", None, "cannot be read"),
         ("comparison.json", "{", "line 1: cannot be read as JSON"),
-        ("comparison.json", "[]", "is not what hydrodamp writes: it must be a table"),
         ("comparison.json", "{}", "`rows` is missing; `provenance` is missing"),
         ("replays.npz", None, "cannot be read"),
         ("replays.npz", "text", "cannot be read"),
         ("fits/linear.ls.json", None, "cannot be read"),
     ],
 )
-def test_a_spoilt_folder_is_refused(
-    comparison: Comparison, tmp_path: Path, name: str, content: str | None, words: str
-) -> None:
+def test_a_spoilt_folder_is_refused(comparison, tmp_path, name, content, words):
     write_comparison(comparison, tmp_path)
     (tmp_path / name).unlink()
     if content is not None:
@@ -149,31 +134,19 @@ def test_a_spoilt_folder_is_refused(
         read_comparison(tmp_path)
 
 
-NOT_PLAIN = [
-    ("comparison.json", ("rows", 0, "fit"), name, "plain file name")
-    for name in ("../x", "/x", "a\\x", "a\0x")
-]
-
-
 @pytest.mark.parametrize(
     ("name", "place", "value", "words"),
     [
-        *NOT_PLAIN,
+        ("comparison.json", ("rows", 0, "fit"), "../x", "plain file name"),
         ("comparison.json", ("provenance", "rate_unit"), "m", "rate_unit` must be"),
         ("fits/linear.ls.json", ("fit", "status"), ["ok"], "`status` must be one of ok"),
-        (
-            "comparison.json",
-            ("rows", 0, "rms"),
-            "small",
-            r"`rows\[0\].rms` must be a number; got",
-        ),
-        ("comparison.json", ("rows", 0, "rms_by_axis"), {"u": []}, r"_axis.u` must be a number"),
+        ("comparison.json", ("rows", 0, "rms"), "small", r"`rows\[0\].rms` must be a number; got"),
         ("fits/linear.ls.json", ("fit",), None, "`fit`: is not what hydrodamp writes"),
     ],
 )
 def test_a_document_that_was_spoilt_is_refused_with_its_place(
-    comparison: Comparison, tmp_path: Path, name: str, place: tuple, value: object, words: str
-) -> None:
+    comparison, tmp_path, name, place, value, words
+):
     write_comparison(comparison, tmp_path)
     content = document = json.loads((tmp_path / name).read_text("utf-8"))
     *outer, last = place
@@ -185,7 +158,7 @@ def test_a_document_that_was_spoilt_is_refused_with_its_place(
         read_comparison(tmp_path)
 
 
-def test_a_folder_that_cannot_be_made(comparison: Comparison, tmp_path: Path) -> None:
+def test_a_folder_that_cannot_be_made(comparison, tmp_path):
     (tmp_path / "file").write_text("", "utf-8")
     with pytest.raises(FileError, match="cannot be made"):
         write_comparison(comparison, tmp_path / "file")

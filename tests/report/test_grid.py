@@ -19,7 +19,6 @@ from hydrodamp.report.grid import (
     to_markdown,
     to_text,
 )
-from hydrodamp.validation.compare import Comparison
 
 GRID = Grid(
     "Errors & more",
@@ -30,7 +29,7 @@ GRID = Grid(
 )
 
 
-def test_text_is_aligned() -> None:
+def test_text_is_aligned():
     assert to_text(GRID).splitlines() == [
         *("Errors & more", ""),
         "model_a  rms",
@@ -42,7 +41,7 @@ def test_text_is_aligned() -> None:
     ]
 
 
-def test_markdown_escapes_its_marks() -> None:
+def test_markdown_escapes_its_marks():
     text = to_markdown(GRID)
     assert text.startswith("**Errors & more**\n\n| model_a | rms |\n| :--- | ---: |\n")
     assert r"| u\|u\| | \~1 |" in text
@@ -51,7 +50,7 @@ def test_markdown_escapes_its_marks() -> None:
     assert text.endswith("- first note\n- second &lt;note>")
 
 
-def test_latex_escapes_its_marks() -> None:
+def test_latex_escapes_its_marks():
     text = to_latex(GRID)
     assert r"\caption{Errors \& more}" in text
     assert r"\begin{tabular}{lr}" in text
@@ -61,7 +60,7 @@ def test_latex_escapes_its_marks() -> None:
     assert text.startswith("% first note\n% second <note>\n")
 
 
-def test_csv_has_names_for_programs_and_full_precision() -> None:
+def test_csv_has_names_for_programs_and_full_precision():
     assert [*csv.reader(io.StringIO(to_csv(GRID)))] == [
         ["model_a", "rms_deg"],
         ["u|u|", "~1"],
@@ -70,20 +69,14 @@ def test_csv_has_names_for_programs_and_full_precision() -> None:
     ]
 
 
-def test_a_bare_grid_has_neither_title_nor_notes() -> None:
-    bare = Grid.of_words("", ("a",), "l", (("1",),))
-    assert to_text(bare) == "a\n-\n1"
-    assert to_markdown(bare) == "| a |\n| :--- |\n| 1 |"
-
-
-def shown(*grids: Grid, width: int = 80) -> str:
+def shown(*grids, width=80):
     stream = io.StringIO()
     show(Console(file=stream, width=width), *grids)
     return stream.getvalue()
 
 
 @pytest.mark.parametrize("width", [80, 20])
-def test_a_terminal_shows_every_word_whole(comparison: Comparison, width: int) -> None:
+def test_a_terminal_shows_every_word_whole(comparison, width):
     grids = comparison_grids(comparison)
     text = shown(*grids, width=width)
     assert all(word in text for grid in grids for row in grid.words for word in row)
@@ -92,7 +85,7 @@ def test_a_terminal_shows_every_word_whole(comparison: Comparison, width: int) -
         assert all(grid.title in text for grid in grids)
 
 
-def test_a_time_between_colons_is_no_emoji() -> None:
+def test_a_time_between_colons_is_no_emoji():
     grid = Grid.of_words("50:100:", ("a",), "l", (), ("They share 50:100: all.",))
     assert shown(grid).count("50:100:") == 2
 
@@ -110,10 +103,10 @@ def test_a_time_between_colons_is_no_emoji() -> None:
         (1.3e7, "1e+07"),
     ],
 )
-def test_errors_stand_in_line_and_stay_short(value: float | None, word: str) -> None:
+def test_errors_stand_in_line_and_stay_short(value, word):
     assert error_size(value) == word
 
 
-def test_shares_and_coefficients_are_short() -> None:
+def test_shares_and_coefficients_are_short():
     assert [percent(value) for value in (None, -3.0, 99.6)] == ["-", "<0", "100"]
     assert [coefficient(value) for value in (None, float("inf"), -123.456)] == ["-", "-", "-123.5"]

@@ -9,14 +9,13 @@ from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.ingest.probing.delay import Delay
 from hydrodamp.ingest.probing.probe import Judged, judge, probe
 from hydrodamp.ingest.probing.verdict import verdict
-from hydrodamp.report.grid import Grid
 from hydrodamp.report.probe_tables import LISTED, probe_grids
 
 TIME = np.arange(0.0, 60.0, 0.1)
 CANONICAL = Recording((Topic("", None, {"time": TIME, "u": TIME}),), "dive.csv", "text in columns")
 
 
-def notes(*topics: Topic, form: str = "text in columns") -> str:
+def notes(*topics, form="text in columns"):
     recording = Recording(topics, "dive.csv", form)
     found = probe(recording)
     return "\n".join(
@@ -24,12 +23,12 @@ def notes(*topics: Topic, form: str = "text in columns") -> str:
     )
 
 
-def grids_of(log: Log, *delays: Delay) -> tuple[Grid, ...]:
+def grids_of(log, *delays):
     judged = replace(verdict(log), delays=delays)
     return probe_grids(probe(CANONICAL), Judged("", judged))
 
 
-def test_topics_are_counted_and_their_clocks_told() -> None:
+def test_topics_are_counted_and_their_clocks_told():
     back = np.concatenate((TIME, TIME[:5]))
     many = [Topic(f"t{k:02}", TIME, {"a": TIME}) for k in range(LISTED + 2)]
     told = notes(*many, Topic("back", back, {"a": back}, faults={"b": "`b` is broken"}))
@@ -40,7 +39,7 @@ def test_topics_are_counted_and_their_clocks_told() -> None:
     assert "Units the file states: m." in told
 
 
-def test_rates_in_other_axes_are_told() -> None:
+def test_rates_in_other_axes_are_told():
     angles = np.column_stack((np.sin(TIME), 0.3 * np.sin(0.7 * TIME), np.sin(0.5 * TIME)))
     rate = np.gradient(angles[:, 2], TIME)
     told = notes(Topic("", None, {"t": TIME, "yaw": angles[:, 2], "q": -np.cos(TIME), "r": -rate}))
@@ -48,14 +47,14 @@ def test_rates_in_other_axes_are_told() -> None:
     assert "Motion alone cannot distinguish" in told
 
 
-def test_a_column_too_unsure_for_the_draft_is_named() -> None:
+def test_a_column_too_unsure_for_the_draft_is_named():
     told = notes(Topic("", None, {"t": TIME, "u": 100 + 50 * np.sin(TIME), "v": 99 * np.cos(TIME)}))
     assert "No shipped preset fits." in told
     assert "too unsure (" in told
     assert "missing: a log: the roles of its columns are too unsure" in told
 
 
-def test_an_answer_before_its_command_is_told() -> None:
+def test_an_answer_before_its_command_is_told():
     log = Log(TIME, np.ones((len(TIME), 6)))
     early = Delay("rudder", "r", -0.3, 0.05, 0.4, -1, 40)
     _, grid, _ = grids_of(log, early, Delay("rpm", "u", 0.2, None, 0.4, 1, 50))
@@ -64,7 +63,7 @@ def test_an_answer_before_its_command_is_told() -> None:
     assert any("before rudder:" in note for note in grid.notes)
 
 
-def test_many_segments_are_counted() -> None:
+def test_many_segments_are_counted():
     n = LISTED + 3
     names = np.repeat([f"run{k}" for k in range(n)], 3).tolist()
     log = Log.from_arrays(np.tile([0.0, 0.1, 0.3], n), np.ones((3 * n, 6)), segment=names)

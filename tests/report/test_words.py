@@ -11,7 +11,7 @@ from hydrodamp.report.words import remarks, verdict
 from hydrodamp.validation.compare import Comparison
 
 
-def graded(grades: str, *, excited: bool = True) -> Identifiability:
+def graded(grades, *, excited=True):
     """Return grades of 'linear': a letter d, w or n for each coefficient of every axis."""
     words = {"d": Grade.DETERMINED, "w": Grade.WEAK, "n": Grade.NOT_DETERMINED}
     model = hd.catalog["linear"]

@@ -22,14 +22,14 @@ import hydrodamp as hd
 from .conftest import made_up, tied
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    pass
 
 pytest.importorskip("matplotlib", reason="figures need the extra hydrodamp[report]")
 
 pictured = pytest.mark.mpl_image_compare(baseline_dir="baseline", savefig_kwargs={"dpi": 72})
 
 
-def shapes(figure: Figure) -> Figure:
+def shapes(figure):
     """Return a figure without its letters, panels where matplotlib puts them."""
     from matplotlib.text import Text
 
@@ -39,7 +39,7 @@ def shapes(figure: Figure) -> Figure:
     return figure
 
 
-def wavy() -> hd.Log:
+def wavy():
     """Two segments of sines, long enough to be drawn by extremes."""
     time = 0.1 * np.arange(4000)
     velocity = {name: np.sin((k + 1) * time / 40.0) for k, name in enumerate("uvwpqr")}
@@ -47,33 +47,33 @@ def wavy() -> hd.Log:
 
 
 @pictured
-def test_velocities() -> Figure:
+def test_velocities():
     return shapes(hd.velocities_figure(wavy()))
 
 
 @pictured
-def test_front(comparison: hd.Comparison) -> Figure:
+def test_front(comparison):
     return shapes(hd.front_figure(comparison))
 
 
 @pictured
-def test_replays(comparison: hd.Comparison) -> Figure:
+def test_replays(comparison):
     return shapes(hd.replays_figure(comparison.rows[:2]))
 
 
 @pictured
-def test_coefficients() -> Figure:
+def test_coefficients():
     online = made_up("fossen", "ai")
     return shapes(hd.coefficients_figure([tied("fossen", -0.9), online]))
 
 
 @pictured
-def test_correlation() -> Figure:
+def test_correlation():
     return shapes(hd.correlation_figure(tied("fossen", -0.9)))
 
 
 @pictured
-def test_power() -> Figure:
+def test_power():
     box = hd.OperatingBox([0.5, -0.4, 0.0, 0.0, 0.0, -0.3], [2.0, 0.4, 0.0, 0.0, 0.0, 0.3])
     damping = hd.Damping.from_dict(None, {"X_u": -3.0, "Y_v": 8.0, "N_r": -10.0})
     return shapes(hd.power_figure([hd.Fit(damping, "weak", hd.Status.OK)], box))

@@ -61,15 +61,6 @@ def test_a_diverged_replay_is_drawn_as_far_as_it_went_and_said(sailed):
         assert high - low < 2.0 * (np.nanmax(measured) - np.nanmin(measured))
 
 
-def test_all_that_was_measured_is_within_the_panels(sailed):
-    figure = hd.replays_figure([sailed.table.row("linear", "ai")])
-    for axis, panel in enumerate(figure.axes):
-        scale = 1.0 if axis < 3 else np.degrees(1.0)
-        low, high = panel.get_ylim()
-        assert low < scale * sailed.test.velocity[:, axis].min()
-        assert high > scale * sailed.test.velocity[:, axis].max()
-
-
 def test_a_band_is_drawn_behind_its_replay(sailed):
     row = sailed.table.row("linear", "weak")
     problem = hd.prepare(sailed.vehicle, sailed.test, row.fit.model)

@@ -32,15 +32,6 @@ def test_every_row_is_there_and_the_front_joins_the_best(comparison, on_sheet):
     on_sheet(figure)
 
 
-def test_models_of_one_size_stand_side_by_side(comparison):
-    row = comparison.rows[0]
-    model = replace(row.fit.model, key="twin")
-    twin = replace(row, fit=replace(row.fit, damping=replace(row.fit.damping, model=model)))
-    panel = hd.front_figure(hd.Comparison((row, twin))).axes[0]
-    assert [text.get_text() for text in panel.get_xticklabels()] == ["linear, 36", "twin, 36"]
-    assert [line.get_xdata()[0] for line in points(panel)] == [0.0, 1.0]
-
-
 def test_many_models_take_the_page(comparison, on_sheet):
     first = comparison.rows[0].fit
     rows = []

@@ -25,7 +25,7 @@ class Examined:
 
 
 @pytest.fixture(scope="session")
-def examined(sailed) -> Examined:
+def examined(sailed):
     """Three models by two methods on runs of 20 s."""
     findings = examine(sailed.table, sailed.vehicle, sailed.train)
     return Examined(sailed.vehicle, sailed.train, sailed.table, findings)

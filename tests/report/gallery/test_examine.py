@@ -11,7 +11,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.report import examine as examining
-from hydrodamp.report.examine import best_of_each_method, examine
+from hydrodamp.report.examine import examine
 from hydrodamp.report.files import chosen_row
 
 HOSTILE = "</script><script>alert('1')</script><img src=x onerror=\"alert(2)\">&amp;$x$-->]]>"
@@ -125,15 +125,6 @@ def test_what_cannot_be_graded_or_drawn_says_why(examined):
     assert "What the log determines is not known: " in said
 
 
-def test_each_method_is_there_once_the_chosen_first(examined):
-    chosen = examined.table.rows[1]
-    rows = best_of_each_method(examined.table, chosen)
-    assert rows[0] is chosen
-    assert [row.method for row in rows] == ["weak", "ai"]
-    scored = [row.rms for row in examined.table.rows if row.method == "ai" and row.rms is not None]
-    assert rows[1].rms == min(scored)
-
-
 def test_names_from_files_stay_text_in_words_and_drawings(examined):
     row = examined.table.row("fossen", "weak")
     log = examined.train
@@ -148,7 +139,7 @@ def test_names_from_files_stay_text_in_words_and_drawings(examined):
         _is_harmless(one.svg)
 
 
-def _is_harmless(drawing: bytes) -> None:
+def _is_harmless(drawing):
     """A drawing of shapes: no script, no handler, nothing from elsewhere."""
     for element in ElementTree.fromstring(drawing).iter():
         if not isinstance(element.tag, str):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -22,7 +21,7 @@ from hydrodamp.report.words import verdict
 
 
 @pytest.fixture
-def home(examined, tmp_path) -> Path:
+def home(examined, tmp_path):
     """A folder of results with findings."""
     hd.write_comparison(examined.table, tmp_path)
     write_findings(examined.findings, tmp_path)
@@ -51,14 +50,6 @@ def test_the_report_made_again_is_the_same_file(examined, home):
     assert "The log determined " in text
     row = examined.table.best()
     assert f"95 % band of {row.model} by {row.method}" in text
-
-
-def test_without_findings_a_folder_makes_a_report_as_before(examined, tmp_path):
-    hd.write_comparison(examined.table, tmp_path)
-    assert read_findings(tmp_path, examined.table) == Findings()
-    text = hd.write_report(tmp_path, tmp_path / "report.html").read_text("utf-8")
-    assert "<img" not in text
-    assert 'id="pictures"' not in text
 
 
 def test_stale_findings_go_and_pictures_of_others_stay(examined, home):
@@ -120,13 +111,6 @@ def test_a_damaged_band_is_refused(home, content):
     (home / "band.npz").write_bytes(content)
     with pytest.raises(hd.FileError, match=r"band\.npz: cannot be read"):
         read_findings(home, hd.read_comparison(home))
-
-
-def test_what_is_not_shown_reads_back(examined, tmp_path):
-    hd.write_comparison(examined.table, tmp_path)
-    found = Findings(not_shown=("What the log determines is not known: too short.",))
-    write_findings(found, tmp_path)
-    assert read_findings(tmp_path, examined.table) == found
 
 
 def test_an_index_that_names_files_elsewhere_removes_none_of_them(tmp_path):

@@ -37,27 +37,27 @@ class Page(HTMLParser):
     elements: list[Element] = field(default_factory=list)
     open: list[Element] = field(default_factory=list)
 
-    def __post_init__(self) -> None:
+    def __post_init__(self):
         super().__init__(convert_charrefs=True)
 
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+    def handle_starttag(self, tag, attrs):
         inside = tuple(each.name for each in self.open)
         element = Element(tag, {name: value or "" for name, value in attrs}, inside)
         self.elements.append(element)
         if tag not in VOID and not self.get_starttag_text().endswith("/>"):
             self.open.append(element)
 
-    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+    def handle_startendtag(self, tag, attrs):
         self.handle_starttag(tag, attrs)
 
-    def handle_endtag(self, tag: str) -> None:
+    def handle_endtag(self, tag):
         assert self.open.pop().name == tag
 
-    def handle_data(self, data: str) -> None:
+    def handle_data(self, data):
         for element in self.open:
             element.text += data
 
-    def all(self, name: str, **attributes: str) -> list[Element]:
+    def all(self, name, **attributes):
         """Return the elements of a name with these attributes."""
         return [
             each
@@ -66,13 +66,13 @@ class Page(HTMLParser):
             and all(each.attributes.get(key.rstrip("_")) == v for key, v in attributes.items())
         ]
 
-    def one(self, name: str, **attributes: str) -> Element:
+    def one(self, name, **attributes):
         """Return the only such element."""
         (found,) = self.all(name, **attributes)
         return found
 
 
-def take_apart(text: str) -> Page:
+def take_apart(text):
     """Return a document taken apart."""
     page = Page()
     page.feed(text)
@@ -81,7 +81,7 @@ def take_apart(text: str) -> Page:
     return page
 
 
-def make_log(seconds: float, rate: float, names: tuple[str, ...] = ("dive", "turn")) -> Log:
+def make_log(seconds, rate, names=("dive", "turn")):
     """Return a log of several segments of equal length, each with a clock of its own."""
     n = int(seconds * rate / len(names))
     time = np.tile(np.arange(n) / rate, len(names))
@@ -92,7 +92,7 @@ def make_log(seconds: float, rate: float, names: tuple[str, ...] = ("dive", "tur
     return Log(time, velocity, segments=segments, source="long.csv")
 
 
-def make_comparison(log: Log, models: tuple[str, ...], methods: tuple[str, ...]) -> Comparison:
+def make_comparison(log, models, methods):
     """Return replays that err by noise, the later the more."""
     rng = np.random.default_rng(6)
     rows = []
@@ -107,7 +107,7 @@ def make_comparison(log: Log, models: tuple[str, ...], methods: tuple[str, ...])
     return Comparison(tuple(rows), provenance={"vehicle": "vt690", "test": log.source})
 
 
-def make_band(comparison: Comparison, half: float = 0.2) -> PredictionBand:
+def make_band(comparison, half=0.2):
     """Return a band about the chosen replay, ten times as wide at one sample in each segment."""
     run = comparison.best().trajectory
     assert run is not None

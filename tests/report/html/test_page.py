@@ -7,7 +7,6 @@ import re
 from dataclasses import replace
 from itertools import pairwise
 
-import numpy as np
 import pytest
 
 from hydrodamp.data.log import Segment
@@ -23,7 +22,7 @@ from .conftest import make_band, make_comparison, make_log, take_apart
 HOSTILE = "</script><script>alert('1')</script><img src=x onerror=\"alert(2)\">&amp;"
 
 
-def made(comparison: Comparison, **provenance: str) -> str:
+def made(comparison, **provenance):
     return page(replace(comparison, provenance={**comparison.provenance, **provenance}))
 
 
@@ -54,7 +53,7 @@ def test_the_policy_names_every_script_by_its_digest(comparison):
     assert policy.count("sha256-") == len(scripts)
 
 
-def hostile(comparison: Comparison) -> Comparison:
+def hostile(comparison):
     rows = []
     for row in comparison.rows:
         fit = replace(
@@ -198,16 +197,11 @@ def test_coefficients_without_numbers_or_errors_are_not_drawn(comparison):
     assert not any(text.startswith("coe by ls") for text in summaries)
 
 
-def test_a_report_is_made_again_from_the_folder(comparison, tmp_path):
+def test_a_report_is_made_again_with_what_the_run_wrote_of_itself(comparison, tmp_path):
     write_comparison(comparison, tmp_path)
-    path = write_report(tmp_path, tmp_path / "report.html")
+    first = write_report(tmp_path, tmp_path / "report.html").read_bytes()
     again = write_report(read_comparison(tmp_path), tmp_path / "again.html")
-    assert path.read_bytes() == again.read_bytes()
-    assert [each.name for each in tmp_path.glob(".hydrodamp-*")] == []
-
-
-def test_what_the_run_wrote_of_itself_stays(comparison, tmp_path):
-    write_comparison(comparison, tmp_path)
+    assert first == again.read_bytes()
     path = tmp_path / "comparison.json"
     path.write_text(path.read_text("utf-8").replace('"hydrodamp": "', '"hydrodamp": "9.'), "utf-8")
     assert "<dd>9." in write_report(tmp_path, tmp_path / "report.html").read_text("utf-8")
@@ -223,12 +217,3 @@ def test_without_jinja2_the_error_says_what_to_install(comparison, monkeypatch):
     monkeypatch.setattr(pages, "find_spec", lambda _: None)
     with pytest.raises(MethodError, match=r'pip install "hydrodamp\[report\]"'):
         made(comparison)
-
-
-def test_everything_drawn_is_finite(comparison):
-    found = take_apart(made(comparison))
-    data = json.loads(found.one("script", id="data").text)
-    assert [each["name"] for each in data["velocities"]] == list("uvwpqr")
-    packed = data["series"]
-    assert len(packed) == 1 + len(data["replays"])
-    assert np.isfinite([[each["low"], each["step"]] for row in packed for each in row]).all()
