@@ -144,7 +144,7 @@ def test_equation_1_gives_the_derivative_at_the_reference_point(arm) -> None:
 @pytest.mark.parametrize(
     ("step", "lacking", "says"),
     [
-        (rates_from_attitude, "attitude", "no attitude to derive rates from"),
+        (rates_from_attitude, "attitude", "there is no attitude, which `rates_from"),
         (velocity_from_position, "position", "there is no position"),
         (velocity_from_position, "attitude", "there is no attitude"),
         (acceleration_from_accelerometer, "specific_force", "there is no specific force"),

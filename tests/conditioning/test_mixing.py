@@ -66,7 +66,7 @@ def test_wrong_signs_and_fins_amidships_are_refused() -> None:
 def test_what_is_lacking_is_named() -> None:
     with pytest.raises(LogError, match="no command 'clim'"):
         roll_from_mixing(mixed(), ("clim", "turn"), FINS)
-    with pytest.raises(LogError, match="roll from mixing needs pitch and yaw"):
+    with pytest.raises(LogError, match="no attitude, which `roll_from_mixing` needs"):
         roll_from_mixing(dataclasses.replace(mixed(), attitude=None), DEMANDED, FINS)
 
 

@@ -12,6 +12,7 @@ from scipy import sparse
 
 from hydrodamp.arrays import FloatArray, IntArray, frozen
 from hydrodamp.basis.atoms import VELOCITIES
+from hydrodamp.conditioning.derived import required
 from hydrodamp.data.attitude import euler_from_quaternion, in_body, rotation
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError
@@ -259,9 +260,7 @@ def without_current(log: Log, current: Current | None = None) -> Log:
     >>> without_current(log, current).velocity[0, :1].round(9).tolist()
     [1.2]
     """
-    if log.attitude is None:
-        fault = "there is no attitude; a current cannot be turned into the body"
-        raise LogError(fault, source=log.source)
+    (attitude,) = required(log, "without_current", "attitude")
     given = estimate_current(log) if current is None else current
     if current is None and not given.determined:
         worst = float(given.standard_error.max())
@@ -272,24 +271,19 @@ def without_current(log: Log, current: Current | None = None) -> Log:
             " Give a `current`, or a log with courses on several headings"
         )
         raise LogError(fault, source=log.source)
-    return _relative(log, given, "estimated" if current is None else "given")
-
-
-def _relative(log: Log, current: Current, known: str) -> Log:
-    assert log.attitude is not None
-    seen = in_body(log.attitude, current.at(log.elapsed))
+    seen = in_body(attitude, given.at(log.elapsed))
     recorded = [name in log.velocity_names for name in VELOCITIES[:3]]
     velocity = log.velocity.copy()
     velocity[:, :3] -= np.where(recorded, seen, 0.0)
     acceleration = log.acceleration
     if acceleration is not None:
-        change = in_body(log.attitude, _slope(log, current)) - np.cross(log.velocity[:, 3:], seen)
+        change = in_body(attitude, _slope(log, given)) - np.cross(log.velocity[:, 3:], seen)
         acceleration = acceleration.copy()
         acceleration[:, :3] -= np.where(recorded, change, 0.0)
-    sizes = np.linalg.norm(current.velocity, axis=1)
+    sizes, known = np.linalg.norm(given.velocity, axis=1), "given" if current else "estimated"
     note = (
         f"derived: velocities through the water, less a current {known} of {sizes.min():.3g} to"
-        f" {sizes.max():.3g} m/s (standard error up to {current.standard_error.max():.2g} m/s)"
+        f" {sizes.max():.3g} m/s (standard error up to {given.standard_error.max():.2g} m/s)"
     )
     return dataclasses.replace(log, velocity=velocity, acceleration=acceleration).noted(note)
 
@@ -303,12 +297,10 @@ def _slope(log: Log, current: Current) -> FloatArray:
 
 
 def _refuse(log: Log, spacing: float, drift: float) -> None:
-    lacking = [f"no velocity `{name}`" for name in ("u", "v") if name not in log.velocity_names]
-    lacking += [] if log.attitude is not None else ["no attitude"]
-    faults = [
-        f"there is {what}; a current is estimated from u and v on several headings"
-        for what in lacking
-    ]
+    lacking = [f"velocity `{name}`" for name in ("u", "v") if name not in log.velocity_names]
+    lacking += [] if log.attitude is not None else ["attitude"]
+    why = "a current is estimated from u and v on several headings"
+    faults = [f"there is no {what}; {why}" for what in lacking]
     if not (spacing > 0 and np.isfinite(drift) and drift >= 0):
         faults.append(
             f"`spacing` must be positive [s] and `drift` zero or positive [m/s]; got {spacing:g}"

@@ -105,6 +105,15 @@ def best_window(time: FloatArray, bounds: IntArray, around: Around) -> int:
     return usable[int(np.argmin(errors))]
 
 
+def required(log: Log, step: str, *names: str) -> list[FloatArray]:
+    """Return what a step needs of a log, or say what is lacking."""
+    found = {name: getattr(log, name) for name in names}
+    if lacking := [name.replace("_", " ") for name, block in found.items() if block is None]:
+        fault = f"there is no {' and no '.join(lacking)}, which `{step}` needs"
+        raise LogError(fault, source=log.source)
+    return [*found.values()]
+
+
 _LINEAR, _RATES = VELOCITIES[:3], VELOCITIES[3:]
 _LEVEL = 1e-9  # off the vertical; a planar log has no more
 
@@ -143,13 +152,12 @@ def rates_from_attitude(
     >>> log.velocity_names, log.velocity[:, 5].min().round(9).item()
     (('u', 'r'), 0.3)
     """
-    if log.attitude is None:
-        raise LogError("there is no attitude to derive rates from", source=log.source)
-    level = bool((np.abs(down(log.attitude)[:, :2]) < _LEVEL).all())
+    (attitude,) = required(log, "rates_from_attitude", "attitude")
+    level = bool((np.abs(down(attitude)[:, :2]) < _LEVEL).all())
     chosen = _chosen(log, names, _RATES, _RATES[2:] if level else _RATES)
     if not chosen:
         return log
-    fit, window = slopes(log.time, log.bounds, _turns(log.attitude), seconds)
+    fit, window = slopes(log.time, log.bounds, _turns(attitude), seconds)
     rates = fit.slope - np.cross(fit.value, fit.slope) / 2
     columns = {name: rates[:, _RATES.index(name)] for name in chosen}
     note = f"derived: `{' '.join(chosen)}` from attitude, by local quadratics over {window} samples"
@@ -193,11 +201,7 @@ def velocity_from_position(
     >>> done.velocity_names, done.velocity[:, 0].max().round(9).item()
     (('u', 'v', 'r'), 2.0)
     """
-    position, attitude = log.position, log.attitude
-    if position is None or attitude is None:
-        lacking = "position" if position is None else "attitude"
-        fault = f"there is no {lacking}; velocity from position needs both position and attitude"
-        raise LogError(fault, source=log.source)
+    position, attitude = required(log, "velocity_from_position", "position", "attitude")
     planar = bool((position[:, 2] == position[0, 2]).all())
     chosen = _chosen(log, names, _LINEAR, _LINEAR[: 2 if planar else 3])
     if not chosen:
@@ -295,17 +299,15 @@ def acceleration_from_accelerometer(
     >>> acceleration_from_accelerometer(still).acceleration[4, :3].round(9).tolist()
     [0.5, 0.0, 0.0]
     """
-    if log.specific_force is None or log.attitude is None:
-        lacking = "specific force" if log.specific_force is None else "attitude"
-        fault = f"there is no {lacking}; accelerations need both specific force and attitude"
-        raise LogError(fault, source=log.source)
+    what = "acceleration_from_accelerometer"
+    force, _ = required(log, what, "specific_force", "attitude")
     try:
         arm = frozen(lever_arm, (3,), "lever_arm")
     except ValueError as error:
         raise LogError(f"{error}", source=log.source) from error
     rates = log.velocity[:, 3:]
     fit, window = slopes(log.time, log.bounds, relative(rates), seconds)
-    linear = log.specific_force + gravity * log.down - np.cross(rates, log.velocity[:, :3])
+    linear = force + gravity * log.down - np.cross(rates, log.velocity[:, :3])
     linear -= np.cross(fit.slope, arm) + np.cross(rates, np.cross(rates, arm))  # of the arm
     both = np.column_stack((linear, fit.slope))
     absent = [k for k, name in enumerate(VELOCITIES) if name not in log.velocity_names]

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray, frozen
+from hydrodamp.conditioning.derived import required
 from hydrodamp.data.attitude import euler_from_quaternion, quaternion_from_euler
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError
@@ -108,9 +109,7 @@ def roll_from_mixing(
     >>> bool(np.abs(euler_from_quaternion(made.attitude)[:, 0] - roll).max() < 1e-9)
     True
     """
-    if log.attitude is None:
-        fault = "there is no attitude; roll from mixing needs pitch and yaw"
-        raise LogError(fault, source=log.source)
+    (attitude,) = required(log, "roll_from_mixing", "attitude")
     wanted, actual = (np.column_stack([*map(log.command, names)]) for names in (demanded, fins))
     good, alone = _telling(wanted, actual, mixing)
     if good.mean() < _LEAST_SHARE:
@@ -124,7 +123,7 @@ def roll_from_mixing(
         fault = f"roll would be steadier with the other sign of `{demanded[1]}`; turn one sign"
         raise LogError(fault, source=log.source)
     sums = np.where(good[:, np.newaxis], _sums(wanted, actual, mixing), 0.0)
-    euler = euler_from_quaternion(log.attitude)
+    euler = euler_from_quaternion(attitude)
     euler[:, 0] = _angles(log, sums, seconds)
     note = (
         f"derived: roll from the mixing of `{' '.join(fins)}`; interpolated in"
