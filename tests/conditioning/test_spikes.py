@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 from collections.abc import Callable
 from typing import Any
 
@@ -9,7 +10,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from hydrodamp.conditioning.spikes import remove_spikes, running_median, spikes
-from hydrodamp.data.log import Log
+from hydrodamp.data.log import Log, Segment
 from hydrodamp.errors import LogError
 
 Counts = Callable[[Log, str], dict[str, int]]
@@ -25,7 +26,13 @@ def whole(values: np.ndarray) -> np.ndarray:
 
 
 def found_in(values: np.ndarray) -> np.ndarray:
-    return spikes(1.0 * np.arange(len(values)), values, whole(values))
+    return spikes(still([0, len(values)]), values)
+
+
+def still(edges: list[int]) -> Log:
+    """A log of nothing but segments between some edges."""
+    parts = tuple(Segment(str(a), a, b) for a, b in itertools.pairwise(edges))
+    return Log(np.arange(1.0 * edges[-1]), np.zeros((edges[-1], 6)), segments=parts)
 
 
 @settings(max_examples=60, deadline=None)
@@ -66,8 +73,8 @@ def test_nothing_is_compared_across_a_join() -> None:
     low, high = noisy(), 30 + noisy(seed=1)
     both = np.concatenate((low, high))
     bounds = np.array([[0, 400], [400, 800]])
-    assert not spikes(1.0 * np.arange(800), both, bounds).any()
-    assert not spikes(1.0 * np.arange(10), both[396:406], np.array([[0, 4], [4, 10]])).any()
+    assert not spikes(still([0, 400, 800]), both).any()
+    assert not spikes(still([0, 4, 10]), both[396:406]).any()
     joined = running_median(both, bounds, 7)
     np.testing.assert_array_equal(joined[:400], running_median(low, whole(low), 7))
 

@@ -9,7 +9,7 @@ from hypothesis import given, settings, strategies as st
 
 from hydrodamp.conditioning.spikes import leaps, steady_attitude
 from hydrodamp.data.attitude import quaternion_from_euler, turn
-from hydrodamp.data.log import Log
+from hydrodamp.data.log import Log, Segment
 
 Counts = Callable[[Log, str], dict[str, int]]
 
@@ -30,7 +30,7 @@ def log_of(attitude: np.ndarray) -> Log:
 @pytest.mark.parametrize("rate", [0.0, 0.3, 1.0, 2.0])
 def test_a_tumbling_vehicle_does_not_leap(rate: float) -> None:
     attitude = tumbling(rate=rate)
-    assert not leaps(np.arange(len(attitude)) / 10, attitude, np.array([[0, 200]])).any()
+    assert not leaps(log_of(attitude), attitude).any()
 
 
 @settings(max_examples=25, deadline=None)
@@ -65,13 +65,14 @@ def test_small_noise_is_left_alone() -> None:
     rng = np.random.default_rng(3)
     attitude = quaternion_from_euler(1e-4 * rng.normal(size=(500, 3)))
     attitude[100] = quaternion_from_euler(np.full((1, 3), np.radians(0.5)))
-    assert not leaps(np.arange(len(attitude)) / 10, attitude, np.array([[0, 500]])).any()
+    assert not leaps(log_of(attitude), attitude).any()
 
 
 def test_short_segments_and_no_attitude(counts: Counts) -> None:
     attitude = tumbling(8)
     attitude[2] = -attitude[2][[1, 0, 3, 2]]
-    assert not leaps(np.arange(len(attitude)) / 10, attitude, np.array([[0, 4], [4, 8]])).any()
+    halves = (Segment("a", 0, 4), Segment("b", 4, 8))
+    assert not leaps(dataclasses.replace(log_of(attitude), segments=halves), attitude).any()
     log = Log(time=[0.0, 1.0], velocity=np.ones((2, 6)))
     assert steady_attitude(log) is log
     still = dataclasses.replace(log, attitude=[[1, 0, 0, 0], [-1, 0, 0, 0]])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
@@ -84,62 +84,37 @@ def remove_spikes(
             raise LogError(fault, source=log.source)
     usual = [name for name in columns if name not in ACCELERATION.columns]
     lost = {
-        name: spikes(log.time, columns[name], log.bounds, window=window, threshold=threshold)
+        name: spikes(log, columns[name], window, threshold)
         for name in (usual if names is None else names)
     }
     return without_samples(log, lost, "spikes")
 
 
-def spikes(
-    time: FloatArray,
-    values: FloatArray,
-    bounds: IntArray,
-    *,
-    window: int = 7,
-    threshold: float = 6.0,
-) -> BoolArray:
+def spikes(log: Log, values: FloatArray, window: int = 7, threshold: float = 6.0) -> BoolArray:
     """Return which samples of a channel are spikes."""
-    distance = np.abs(values - running_median(values, bounds, window))
+    distance = np.abs(values - running_median(values, log.bounds, window))
     low, high = np.quantile(values, (0.05, 0.95))
     small = _HARMLESS * float(high - low)  # too small to matter, of motion without noise above all
-    least = max(threshold * _usual(time, values, bounds, window), small, _rounding(values))
-    return _standing_out(
-        time, values, bounds, distance > least, _off_line, window, threshold, least
-    )
-
-
-def _standing_out(
-    time: FloatArray,
-    values: FloatArray,
-    bounds: IntArray,
-    candidates: BoolArray,
-    off: Off,
-    window: int,
-    threshold: float,
-    least: float,
-) -> BoolArray:
-    """Return which candidates are farther off than their neighbours, each segment by itself."""
-    found = np.zeros(len(values), dtype=np.bool_)
-    for start, stop in bounds.tolist():
-        if stop - start < LEAST_WINDOW:
-            continue
-        rows = np.flatnonzero(candidates[start:stop])
-        for low in range(0, len(rows), _CHUNK):
-            part = rows[low : low + _CHUNK]
-            own, spread = _distance(time[start:stop], values[start:stop], part, off, window)
-            found[start + part] = own > np.maximum(threshold * spread, least)
+    least = max(threshold * _usual(log, values, window), small, _rounding(values))
+    found = np.zeros(log.n, dtype=np.bool_)
+    for rows, own, spread in _distances(log, values, distance > least, _off_line, window):
+        found[rows] = own > np.maximum(threshold * spread, least)
     return found
 
 
-def _distance(
-    time: FloatArray, values: FloatArray, rows: IntArray, off: Off, window: int
-) -> tuple[FloatArray, FloatArray]:
-    """Return how far samples of a segment are off their window, and how far most about them."""
-    width = min(window, len(values))
-    first = np.clip(rows - width // 2, 0, len(values) - width)
-    around = first[:, np.newaxis] + np.arange(width)
-    rest = off(time[around], values[around])
-    return rest[np.arange(len(rows)), rows - first], _NORMAL * np.median(rest, axis=1)
+def _distances(
+    log: Log, values: FloatArray, candidates: BoolArray, off: Off, window: int
+) -> Iterator[tuple[IntArray, FloatArray, FloatArray]]:
+    """Yield candidates, how far each is off its window, and how far most about it."""
+    for start, stop in log.bounds.tolist():
+        width = min(window, stop - start)
+        rows = np.flatnonzero(candidates[start:stop] & (stop - start >= LEAST_WINDOW))
+        for low in range(0, len(rows), _CHUNK):
+            part = start + rows[low : low + _CHUNK]
+            first = np.clip(part - width // 2, start, stop - width)
+            around = first[:, np.newaxis] + np.arange(width)
+            rest = off(log.time[around], values[around])
+            yield part, rest[np.arange(len(part)), part - first], _NORMAL * np.median(rest, axis=1)
 
 
 def _off_line(time: FloatArray, around: FloatArray) -> FloatArray:
@@ -153,15 +128,13 @@ def _off_line(time: FloatArray, around: FloatArray) -> FloatArray:
     return np.abs(level - np.median(level, axis=1, keepdims=True))
 
 
-def _usual(time: FloatArray, values: FloatArray, bounds: IntArray, window: int) -> float:
+def _usual(log: Log, values: FloatArray, window: int) -> float:
     """Return the usual spread; of a coarse sensor, which mostly stands still, its flicker."""
-    parts = []
-    for start, stop in bounds.tolist():
-        if stop - start >= LEAST_WINDOW:
-            rows = np.arange(0, stop - start, -(-len(values) // _SAMPLED))
-            part = time[start:stop], values[start:stop]
-            parts.append(_distance(*part, rows, _off_line, window)[0])
-    rest = np.concatenate([*parts, np.zeros(1 - min(len(parts), 1))])
+    some = np.zeros(log.n, dtype=np.bool_)
+    for start, stop in log.bounds.tolist():
+        some[start : stop : -(-log.n // _SAMPLED)] = True
+    parts = [own for _, own, _ in _distances(log, values, some, _off_line, window)]
+    rest = np.concatenate(parts) if parts else np.zeros(1)
     moved = rest > _rounding(values)
     flickers = np.median(rest) <= _rounding(values) and np.mean(moved) > _FLICKER
     return _NORMAL * float(np.median(rest[moved] if flickers else rest))
@@ -212,7 +185,7 @@ def steady_attitude(log: Log, *, window: int = 7, threshold: float = 6.0) -> Log
     """
     if log.attitude is None:
         return log
-    found = leaps(log.time, log.attitude, log.bounds, window=window, threshold=threshold)
+    found = leaps(log, log.attitude, window, threshold)
     made = without_samples(log, {ATTITUDE: found}, "attitude leaps")
     attitude = made.attitude
     assert attitude is not None
@@ -236,19 +209,14 @@ def following(attitude: FloatArray, bounds: IntArray) -> FloatArray:
     return attitude * (product * start)[:, np.newaxis]
 
 
-def leaps(
-    time: FloatArray,
-    attitude: FloatArray,
-    bounds: IntArray,
-    *,
-    window: int = 7,
-    threshold: float = 6.0,
-) -> BoolArray:
+def leaps(log: Log, attitude: FloatArray, window: int = 7, threshold: float = 6.0) -> BoolArray:
     """Return which samples of attitude leap there and back."""
-    few = np.zeros(len(attitude), dtype=np.bool_)
-    for start, stop in bounds.tolist():
+    few, found = np.zeros((2, log.n), dtype=np.bool_)
+    for start, stop in log.bounds.tolist():
         few[start:stop] = _jolts(attitude[start:stop]) > _LEAST_LEAP / 2
-    return _standing_out(time, attitude, bounds, few, _off_turn, window, threshold, _LEAST_LEAP)
+    for rows, own, spread in _distances(log, attitude, few, _off_turn, window):
+        found[rows] = own > np.maximum(threshold * spread, _LEAST_LEAP)
+    return found
 
 
 def _jolts(attitude: FloatArray) -> FloatArray:

@@ -228,7 +228,7 @@ def _leaps(log: Log) -> Iterator[str]:
     """Yield where the attitude leaps there and back."""
     if log.attitude is None:
         return
-    places = np.flatnonzero(leaps(log.time, log.attitude, log.bounds))
+    places = np.flatnonzero(leaps(log, log.attitude))
     if places.size:
         where = "one sample," if places.size == 1 else f"{places.size} samples, the first"
         of = next(part.name for part in log.segments if places[0] < part.stop)
