@@ -162,9 +162,8 @@ def _slope(differenced: FloatArray, recorded: FloatArray) -> float:
     weight = np.abs(differenced)
     if weight.mean() < _LEAST_RATE:
         return float("nan")
-    agreeing = float(weight[differenced * recorded > 0].sum() / weight.sum())
-    opposing = float(weight[differenced * recorded < 0].sum() / weight.sum())
-    if max(agreeing, opposing) < _LEAST_SHARE:
+    along = np.sign(differenced * recorded)
+    if max(weight[along > 0].sum(), weight[along < 0].sum()) < _LEAST_SHARE * weight.sum():
         return float("nan")
     turning = weight > 0
     with np.errstate(over="ignore"):  # beside hardly any rate

@@ -34,14 +34,16 @@ def record_of_columns(
 ) -> tuple[Record | None, list[str]]:
     """Return the record of named columns in SI units and our axes, and all that is wrong."""
     faults = [
-        *_missing_faults(numbers),
         *_attitude_faults(numbers),
         *_whole_faults(numbers),
         *_column_faults(numbers),
         *command_faults(commands),
     ]
-    time = numbers.get("time")
-    if time is None or len(time) == 0:
+    if (time := numbers.get("time")) is None:
+        missing = f"column `time` is missing.{_nearest('time', numbers)} Rename it, or give a"
+        draft = "mapping: `hydrodamp probe LOG --draft mapping.yaml` writes one"
+        return None, [f"{missing} {draft}", *faults]
+    if len(time) == 0:
         return None, faults
     blocks = {}
     absent = {f"d{name}": np.full(len(time), np.nan) for name in VELOCITIES if name in numbers}
@@ -143,14 +145,6 @@ def columns_of(log: Log) -> dict[str, FloatArray]:
         elif np.isnan(columns.get(f"d{name}", 0.0)).all():
             columns.pop(f"d{name}", None)
     return columns | dict(zip(log.command_names, log.commands.T, strict=True))
-
-
-def _missing_faults(numbers: Mapping[str, FloatArray]) -> Iterator[str]:
-    if "time" not in numbers:
-        yield (
-            f"column `time` is missing.{_nearest('time', numbers)} Rename it, or give a mapping: "
-            "`hydrodamp probe LOG --draft mapping.yaml` writes one"
-        )
 
 
 def _nearest(name: str, numbers: Collection[str]) -> str:

@@ -44,8 +44,6 @@ _ENCODINGS = {
     rb"([^\0]\0){4}": "utf-16-le",
     rb"(\0[^\0]){4}": "utf-16-be",
 }
-_CONTROL = re.compile(rb"[\x01-\x08\x0e-\x1a\x1c-\x1f]")
-_NOISE = 0.003  # share of control characters above which a file is no text
 _BEGIN = 1 << 18  # bytes
 _LINE = re.compile("\r\n|\n|\r")
 
@@ -82,7 +80,7 @@ class Dialect:
 def find_dialect(path: str | Path) -> Dialect:
     """Find how a file is written from its first lines."""
     begin = head(path, _BEGIN)
-    encoding = _encoding_of(begin, str(path))
+    encoding = next((one for mark, one in _ENCODINGS.items() if re.match(mark, begin)), "utf-8")
     lines = _LINE.split(begin.rstrip(b"\0").decode(encoding, errors=WESTERN))
     if len(begin) == _BEGIN and len(lines) > 1:
         lines.pop()
@@ -102,24 +100,6 @@ def find_dialect(path: str | Path) -> Dialect:
         split = (mark for mark in tables if mark and tables[mark][0].filled > 1)
         delimiter = next(split, next(iter(tables)))
     return _described(tables[delimiter], encoding, '"' in "".join(lines), delimiter, decimal)
-
-
-def _encoding_of(begin: bytes, source: str) -> str:
-    """Find the encoding of a text from its first bytes; refuse what is no text."""
-    for mark, encoding in _ENCODINGS.items():
-        if re.match(mark, begin):
-            return encoding
-    begin = begin.rstrip(b"\0")
-    controls = [*_CONTROL.finditer(begin)]
-    if len(controls) > max(2, _NOISE * len(begin)):
-        first = controls[0].start()
-        raise LogError(
-            f"this is no text: byte {first} (line {begin.count(bytes([10]), 0, first) + 1}) is"
-            f" 0x{begin[first]:02x}. If the file is a log of another format, give it the name"
-            " that format has; if a fault has overwritten part of a text file, cut that part out",
-            source=source,
-        )
-    return "utf-8"
 
 
 @dataclass(frozen=True)

@@ -164,12 +164,8 @@ def suffix_of(path: str | Path) -> str:
 def format_of(path: str | Path) -> Format:
     """Return the format of a file, or of a bag in a folder."""
     path = Path(path)
-    if not path.exists():
-        raise FileError(absent(path))
     if is_bag(path):
         return FORMATS[2]
-    if path.is_dir():
-        raise FileError(f"{path}: is a folder; give the files in it")
     begin, suffix = head(path, _HEAD), suffix_of(path)
     if not begin.strip(b"\0\r\n\t "):
         what = "holds only zero bytes or blanks" if begin else "is empty"
@@ -184,7 +180,7 @@ def format_of(path: str | Path) -> Format:
         if form.mark and re.match(form.mark, begin, re.DOTALL):
             return form
     named = next((form for form in FORMATS if suffix in form.suffixes), None)
-    if named is not None and not named.mark:
+    if named is not None and not named.mark and not _is_binary(begin):
         return named
     if _is_binary(begin):
         says = "it" if named is None else f"its name says {named.name}, but it"
@@ -200,9 +196,8 @@ def format_of(path: str | Path) -> Format:
 
 
 def _is_binary(begin: bytes) -> bool:
-    """Tell noise from text by control characters; text in UTF-16 has its mark."""
-    control = sum(byte < 9 or 13 < byte < 27 for byte in begin.rstrip(b"\0"))
-    return control > 0.01 * len(begin) and not begin.startswith((b"\xff\xfe", b"\xfe\xff"))
+    """Tell noise from text by control characters; UTF-16 has zero bytes."""
+    return sum(0 < byte < 9 or 13 < byte < 27 for byte in begin) > 0.01 * len(begin)
 
 
 def read(paths: str | Path | Iterable[str | Path]) -> Recording:

@@ -175,8 +175,8 @@ def ticking(topic: Topic) -> Ticking | None:
     if not rising:
         return None
     named = [name for name in rising if _TIMES & set(words(name))]
-    name = named[0] if named else min(rising, key=lambda name: _unevenness(fields[name]))
-    sure, why = (95, "its name, and it increases") if named else (70, "it has the most even steps")
+    name = (named or rising)[0]
+    sure, why = (95, "its name, and it increases") if named else (70, "it increases")
     stated = unit_of(topic, name)
     is_stated = stated in UNITS["time"]
     unit = stated if stated and is_stated else _unit_by_size(fields[name])
@@ -204,11 +204,6 @@ def _share_rising(values: FloatArray) -> float:
     if len(finite) < max(2, len(values) // 2):
         return 0.0
     return float(np.mean(np.diff(finite) > 0.0))
-
-
-def _unevenness(values: FloatArray) -> float:
-    steps = np.diff(values[np.isfinite(values)])
-    return float(np.std(steps) / np.mean(steps))
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,6 @@ from pathlib import Path
 from hydrodamp.basis.atoms import check_command_name
 from hydrodamp.data.channels import ATTITUDE, EULER, RESERVED
 from hydrodamp.data.recording import Recording
-from hydrodamp.data.units import UNITS
 from hydrodamp.errors import HydrodampError
 from hydrodamp.ingest.probing.roles import Guess, Roles
 
@@ -122,7 +121,7 @@ def _group(used: Sequence[Guess], group: str, roles: Roles) -> Iterator[str]:
 
 def _entry(one: Guess, flag: str | None = None) -> str:
     said = [f"column: {_quoted(one.column)}"]
-    if one.unit is not None and any(one.unit in units for units in UNITS.values()):
+    if one.unit is not None:
         said.append(f"unit: {one.unit}")
     if one.sign < 0:
         said.append("sign: -1")

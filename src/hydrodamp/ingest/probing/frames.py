@@ -148,9 +148,8 @@ def match_way(roles: Roles) -> WayMatch:
     body[:, axes] = joined[:, :n]
     turning = rotation(quaternions(roles, joined[:, 2 * n :]))
     ways = [body, *(np.einsum("nij,nj->ni", turning, one) for one in (body, body * _MIRROR))]
-    added, moved = changes(
-        elapsed, np.column_stack([way[:, axes] for way in ways]), joined[:, n : 2 * n]
-    )
+    rates = np.column_stack([way[:, axes] for way in ways])
+    added, moved = changes(elapsed, rates, joined[:, n : 2 * n])
     fixed, plain, mirrored = (compared(added[:, k * n : (k + 1) * n], moved) for k in range(3))
     flipped = _better(mirrored, plain)
     turned = mirrored if flipped else plain
@@ -292,7 +291,7 @@ def _surface(roles: Roles) -> Iterator[Sign]:
         yield Sign(-_POSE, "a pose called x y z, as of motion capture, mostly has z up")
     place = roles["position.z"].values
     place = place[np.isfinite(place)] - place[np.isfinite(place)][0]
-    low, high = (float(edge) for edge in np.quantile(place, (0.02, 0.98)))
+    low, high = np.quantile(place, (0.02, 0.98)).tolist()
     if high - low > _DIVE and abs(high + low) > 0.4 * (high - low):
         told = f"from its start it goes {-low:.2g} m towards -z, {max(high, 0.0):.2g} m towards +z"
         yield Sign(math.copysign(_SURFACE, high + low), f"{told}: it starts near the surface")
