@@ -162,21 +162,20 @@ class Names:
 def _split(name: str) -> tuple[str, str]:
     """Split what stands in brackets off a name, and return it where it is a unit."""
     found = _BRACKETED.fullmatch(name)
-    if found is None or _ELEMENT.fullmatch(found[2] or found[3] or "0"):
+    inside = "0" if found is None else (found[2] or found[3] or "0").strip()
+    if found is None or _ELEMENT.fullmatch(inside) or not (found[2] or is_unit(inside)):
         return name, ""
-    if found[2] is None:
-        return (found[1], found[3].strip()) if is_unit(found[3]) else (name, "")
-    return found[1], found[2].strip()
+    return found[1], inside
 
 
 def unique_names(names: Sequence[str]) -> tuple[str, ...]:
     """Return names with a number where they repeat, and with their place where there is none."""
     given = [name or f"column {place}" for place, name in enumerate(names, start=1)]
     counts, taken = Counter(given), set(given)
-    unique = []
-    for name in given:
-        if counts[name] > 1:
-            name = next(new for k in count(1) if (new := f"{name} ({k})") not in taken)
-            taken.add(name)
-        unique.append(name)
-    return tuple(unique)
+
+    def new(name: str) -> str:
+        name = next(one for k in count(1) if (one := f"{name} ({k})") not in taken)
+        taken.add(name)
+        return name
+
+    return tuple(new(name) if counts[name] > 1 else name for name in given)

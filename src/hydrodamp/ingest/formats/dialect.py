@@ -215,11 +215,8 @@ class Header:
             self.notes.append("no line of column names; the columns are called by their place")
             return
         units = full.pop().cells if len(full) > 1 and _are_units(full[-1]) else ()
-        self._name(full[-1], units)
-        for row in full[:-1]:
-            self.notes.append(f"line {row.line} above the column names was passed over")
-
-    def _name(self, row: _Row, units: tuple[str, ...]) -> None:
+        *above, row = full
+        self.notes += [f"line {one.line} above the column names was passed over" for one in above]
         self.cells = tuple(cell.strip() for cell in row.cells[: row.filled])
         # Quotation marks, padding and the escapes of typesetting are no part of a name.
         called = Names([cell.strip('"').strip().replace("\\_", "_") for cell in self.cells])
