@@ -151,14 +151,12 @@ from .report.figures.coefficients import (
 )
 from .report.figures.diagnostics import (
     excitation_figure as excitation_figure,
+    front_figure as front_figure,
+    horizons_figure as horizons_figure,
     power_figure as power_figure,
     residuals_figure as residuals_figure,
 )
 from .report.figures.look import save_figure as save_figure
-from .report.figures.scores import (
-    front_figure as front_figure,
-    horizons_figure as horizons_figure,
-)
 from .report.figures.series import (
     commands_figure as commands_figure,
     replays_figure as replays_figure,

@@ -63,8 +63,14 @@ def folder(planar, tmp_path, monkeypatch):
 
 @pytest.fixture
 def call():
-    """Return a function that calls the command line as a shell would split its line."""
-    return lambda line: CliRunner().invoke(app, line.split())
+    """Return a function that calls the command line as a shell would, and checks the status."""
+
+    def invoke(line, status=0):
+        done = CliRunner().invoke(app, line.split())
+        assert done.exit_code == status, done.output
+        return done
+
+    return invoke
 
 
 @pytest.fixture

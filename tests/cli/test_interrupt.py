@@ -66,7 +66,7 @@ pytestmark = pytest.mark.usefixtures("undrawn")
 @pytest.fixture
 def whole(folder, call):
     """What comes out when nothing interrupts."""
-    assert call(LINE.replace("--out out", "--out whole")).exit_code == 0
+    call(LINE.replace("--out out", "--out whole"))
     return document("whole")
 
 
@@ -79,8 +79,7 @@ def test_a_resumed_run_ends_where_an_uninterrupted_one_does(
 ):
     with monkeypatch.context() as patch:
         interrupt(patch, at)
-        broken = call(LINE)
-    assert broken.exit_code == 130, broken.output
+        broken = call(LINE, 130)
     kept = len(list((folder / "out" / "fits").iterdir()))
     assert kept >= 4  # all of ls at least
     if (folder / "out" / "comparison.json").exists():
@@ -90,8 +89,7 @@ def test_a_resumed_run_ends_where_an_uninterrupted_one_does(
         assert "Unfinished" in (folder / "out" / "table.txt").read_text("utf-8")
     assert re.search(r"interrupted: \d of 8 rows. In out/fits finished fits are", broken.stderr)
 
-    done = call(f"{LINE} --resume")
-    assert done.exit_code == 0, done.output
+    call(f"{LINE} --resume")
     again = document()
     assert again["rows"] == whole["rows"]
     assert again["provenance"]["resumed"] == f"{kept} of 8 fits are of an earlier run"
@@ -115,7 +113,7 @@ def test_a_resumed_run_ends_where_an_uninterrupted_one_does(
 )
 def test_fits_of_the_same_data_model_and_method_alone_are_taken(before, after, kept, whole, call):
     line = LINE.replace("--out out", "--out whole").replace(before, after)
-    assert call(f"{line} --resume").exit_code == 0
+    call(f"{line} --resume")
     said = document("whole")["provenance"].get("resumed", "0 of 8")
     assert said.startswith(f"{kept} of ")
 
@@ -129,28 +127,25 @@ def test_what_a_file_says_makes_another_run_and_not_which_files_there_are(folder
         "compare dive/a.csv --mapping child.yaml --vehicle planar.yaml --train 0:20 --test 20:40 "
         "--models linear --methods ls --out dive/out --resume"
     )
-    assert call(line).exit_code == 0
+    call(line)
     (folder / "dive" / "notes.txt").write_text("calm", "utf-8")
-    assert call(line).exit_code == 0
+    call(line)
     assert document("dive/out")["provenance"]["resumed"] == "1 of 1 fits are of an earlier run"
     scaled = "{time: time, velocity: {u: {column: u, unit: km/h}, v: v, r: r}}"
     (folder / "parent.yaml").write_text(scaled, "utf-8")
-    done = call(line)
-    assert done.exit_code == 0, done.output
+    call(line)
     assert "resumed" not in document("dive/out")["provenance"]
 
 
 def test_resume_needs_a_folder(folder, call):
     for line in (LINE.replace("--out out", ""), "demo"):
-        done = call(f"{line} --resume")
-        assert done.exit_code == 2
+        done = call(f"{line} --resume", 2)
         assert "name it with `--out DIR`" in done.stderr
 
 
 def test_without_a_folder_finished_rows_are_shown(folder, call, monkeypatch):
     interrupt_fits(monkeypatch, 1)
-    shown = call(LINE.replace("--out out", ""))
-    assert shown.exit_code == 130
+    shown = call(LINE.replace("--out out", ""), 130)
     assert "Unfinished, " in shown.stdout
     assert re.search(r"\w+ by ls \(", shown.stdout)
     assert "With `--out DIR` finished fits are kept" in shown.stderr
@@ -158,7 +153,7 @@ def test_without_a_folder_finished_rows_are_shown(folder, call, monkeypatch):
 
 def test_an_interrupted_report_loses_no_row(whole, folder, call, monkeypatch):
     monkeypatch.setattr(work, "illustrate", Interrupting(work.illustrate, 1))
-    assert call(LINE).exit_code == 130
+    call(LINE, 130)
     assert document()["rows"] == whole["rows"]
 
 

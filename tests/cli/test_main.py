@@ -14,7 +14,6 @@ def test_version(call):
 
 def test_help_names_every_command(call):
     done = call("--help")
-    assert done.exit_code == 0
     for command in ("demo", "models", "probe", "compare", "identify", "simulate", "vehicle"):
         assert f"\n  {command} " in done.stdout
 

@@ -17,8 +17,7 @@ import pytest
 )
 def test_one_file_for_another(folder, call, line, said):
     (folder / "map.yaml").write_text("time: t\nvelocity: {u: speed}\n", "utf-8")
-    done = call(line)
-    assert done.exit_code == 2
+    done = call(line, 2)
     assert said in done.stderr
     assert len(done.stderr.splitlines()) == 1
 
@@ -35,8 +34,7 @@ def test_one_file_for_another(folder, call, line, said):
 )
 def test_a_file_that_is_not_there(folder, call, line, near):
     (folder / "damping.json").write_text("{}", "utf-8")
-    done = call(line)
-    assert done.exit_code == 2
+    done = call(line, 2)
     assert f"Did you mean '{near}'?" in done.stderr
     assert done.stdout == ""
 
@@ -51,8 +49,7 @@ def test_a_file_that_is_not_there(folder, call, line, near):
     ],
 )
 def test_a_vehicle_that_is_forgotten(folder, call, line):
-    done = call(line)
-    assert done.exit_code == 2
+    done = call(line, 2)
     assert done.stderr.startswith("error: `--vehicle` is missing: name one of the fleet (bluerov2")
     assert "`hydrodamp vehicle new`" in done.stderr
     assert not (folder / "d.json").exists()

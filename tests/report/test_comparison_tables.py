@@ -63,27 +63,14 @@ def test_locked_axes_are_left_out(comparison):
     assert grid.words == [["linear", "0.100", "-", "0.0200", "5"]]
 
 
-def test_many_methods_go_on_several_tables(comparison):
+def test_many_methods_go_on_several_tables_that_are_legible_in_80_columns(comparison):
     row = comparison.rows[0]
-    rows = [replace(row, fit=replace(row.fit, method=f"method-{k}")) for k in range(5)]
-    grids = summary_grids(Comparison(tuple(rows)))
+    more = [replace(row, fit=replace(row.fit, method=f"method-{k}")) for k in range(3)]
+    many = Comparison((*comparison.rows, *more))
+    grids = summary_grids(many)
     assert [len(grid.header) for grid in grids] == [6, 5]
-    assert not grids[0].notes
-    assert grids[1].notes
-
-
-def test_other_models_stand_beside_nothing(comparison):
-    fit = comparison.rows[0].fit
-    mine = replace(fit.damping, model=replace(fit.model, key="mine"))
-    row = Row(replace(fit, damping=mine), comparison.rows[0].score)
-    (alone,) = summary_grids(Comparison((row,)))
-    assert alone.header == ("model", "n", "rank", "ls")
-    (beside,) = summary_grids(replace(comparison, rows=(row, comparison.rows[0])))
-    assert beside.words[0][-1] == "-"
-
-
-def test_all_is_legible_in_80_columns(comparison):
-    for grid in comparison_grids(comparison):
+    assert [bool(grid.notes) for grid in grids] == [False, True]
+    for grid in (*comparison_grids(comparison), *comparison_grids(many)):
         assert max(map(len, to_text(grid).splitlines())) <= 80
 
 

@@ -101,12 +101,6 @@ def test_what_intervals_are_made_with_reads_back(comparison, tmp_path):
         np.testing.assert_array_equal(again.standard_errors, found.standard_errors)
 
 
-def test_times_are_without_the_rounding_of_clocks(comparison, tmp_path):
-    score = replace(comparison.rows[1].score, diverged=(("dive", 0.1 + 0.2),))
-    document = comparison_document(Comparison((replace(comparison.rows[1], score=score),)))
-    assert document["rows"][0]["diverged_at"] == [{"segment": "dive", "time": 0.3}]
-
-
 def test_a_pair_that_comes_twice_keeps_both(comparison, tmp_path):
     twice = Comparison((comparison.rows[0], comparison.rows[0]), provenance={})
     write_comparison(twice, tmp_path)

@@ -46,12 +46,6 @@ def test_without_covariance_there_is_no_error(comparison):
     assert "aliased" not in grid.header  # a method without ranks cannot know
 
 
-def test_many_groups_are_counted(comparison):
-    fit = comparison.rows[0].fit
-    many = replace(fit, aliased=tuple((label,) for label in fit.model.labels))
-    assert fit_grid(many).notes[-1] == "and 24 more such groups"
-
-
 def test_a_determined_number_is_within_a_quarter_of_itself(fit):
     grid = fit_grid(fit, grades(fit, Grade.DETERMINED))
     assert grid.column("grade")[:3] == ("determined", "matters little", "determined")

@@ -33,17 +33,14 @@ def test_the_verdict_is_three_sentences(comparison):
     assert all(each.endswith(".") for each in (which, how_good, unknown))
 
 
-def test_a_score_on_fitted_data_says_so(comparison):
+def test_scores_on_fitted_data_and_unfinished_runs_say_so(comparison):
+    lacking = replace(comparison, provenance={"unfinished": "7 of 9 rows: interrupted"})
+    assert remarks(lacking)[0].startswith("Unfinished, 7 of 9 rows: interrupted.")
     shared = replace(comparison, provenance={"overlap": "all 5 samples"})
     assert "data that share all 5 samples with the training data" in verdict(shared)[1]
     first = comparison.rows[0]
     flat = replace(first, score=replace(first.score, fit_by_axis=dict.fromkeys("uvwpqr")))
     assert verdict(Comparison((flat,)))[1].endswith("together).")
-
-
-def test_an_unfinished_run_says_so(comparison):
-    lacking = replace(comparison, provenance={"unfinished": "7 of 9 rows: interrupted"})
-    assert remarks(lacking)[0].startswith("Unfinished, 7 of 9 rows: interrupted.")
 
 
 def test_beyond_the_training_and_feeding_are_told_of_chosen_and_lost_rows(comparison):

@@ -35,7 +35,7 @@ LARGE, LINEAR, SMALL, TINY, WILD = ROWS = (
 )
 
 
-def test_the_lowest_error_names_its_rule_and_runner_up():
+def test_the_lowest_error_names_its_runner_up():
     choice = choose(ROWS)
     assert (choice.row, choice.runner_up) == (LARGE, LINEAR)
     assert str(choice) == (
@@ -44,27 +44,11 @@ def test_the_lowest_error_names_its_rule_and_runner_up():
     )
 
 
-def test_parsimony_takes_the_smallest_near_the_lowest():
-    choice = choose(ROWS, "parsimony")
-    assert (choice.row, choice.runner_up) == (LINEAR, LARGE)
-    assert str(choice).startswith(
-        "linear by ls (36 coefficients, 0.51): fewest coefficients of 2 replays within 10 % of "
-        "the lowest RMS error, 0.5; runner-up large by ls (216 coefficients, 0.5), -2 %."
-    )
-
-
-def test_parsimony_says_where_only_one_row_is_near():
-    alone = choose([TINY, SMALL], "parsimony")
-    assert (alone.row, alone.runner_up) == (SMALL, TINY)
-    assert "the only replay within 10 % of the lowest RMS error, 0.62" in str(alone)
-
-
 def test_ties_go_to_fewer_coefficients_then_to_the_earlier_row():
     equal = [Entry("b", 30, 0.5), Entry("a", 30, 0.5), Entry("few", 12, 0.5)]
-    for rule in ("rms", "parsimony"):
-        choice = choose(equal, rule)
-        assert (choice.row.model, choice.runner_up.model) == ("few", "b")
-        assert ", +0 %." in str(choice)
+    choice = choose(equal)
+    assert (choice.row.model, choice.runner_up.model) == ("few", "b")
+    assert ", +0 %." in str(choice)
 
 
 def test_how_far_behind_an_exact_fit_the_next_is_says_its_error():
@@ -79,11 +63,9 @@ def test_fits_that_have_not_settled_are_left_out_unless_none_has():
     assert str(only) == ("loose by ai (0.1), which was compared with no other. No fit has settled.")
 
 
-def test_no_error_and_no_rule_are_refused():
+def test_without_an_error_there_is_no_choice():
     with pytest.raises(hd.MethodError, match="every replay diverged"):
         choose([WILD])
-    with pytest.raises(hd.MethodError, match="Did you mean 'parsimony'"):
-        choose(ROWS, "parsimonious")
 
 
 def test_the_front_buys_error_with_coefficients():

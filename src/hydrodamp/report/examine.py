@@ -17,9 +17,14 @@ from hydrodamp.identification.grades import Identifiability, graded
 from hydrodamp.identification.power import TAIL, operating_box, worst_power
 from hydrodamp.identification.residuals import diagnose
 from hydrodamp.report.figures.coefficients import coefficients_figure, correlation_figure
-from hydrodamp.report.figures.diagnostics import excitation_figure, power_figure, residuals_figure
+from hydrodamp.report.figures.diagnostics import (
+    excitation_figure,
+    front_figure,
+    horizons_figure,
+    power_figure,
+    residuals_figure,
+)
 from hydrodamp.report.figures.look import figure_bytes
-from hydrodamp.report.figures.scores import front_figure, horizons_figure
 from hydrodamp.report.figures.series import commands_figure, replays_figure, velocities_figure
 from hydrodamp.report.files import Findings, Picture, chosen_row
 from hydrodamp.simulation.problem import Problem, prepare

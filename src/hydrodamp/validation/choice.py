@@ -1,4 +1,4 @@
-"""Which row to take, by a rule that is said in words, which one came second, and the front."""
+"""Which row to take, said in words, which one came second, and the front."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Generic, Protocol, TypeVar
 
-from hydrodamp.errors import MethodError, did_you_mean
+from hydrodamp.errors import MethodError
 
 
 class Ranked(Protocol):
@@ -48,7 +48,7 @@ class Choice(Generic[Candidate]):
     runner_up : Row or None
         The second; None where no other can be ranked.
     sentence : str
-        The rule, what it chose and how far the second is behind.
+        What was chosen, why, and how far the second is behind.
     reservation : str
         What was left out of the choice; empty where nothing was.
     """
@@ -63,65 +63,37 @@ class Choice(Generic[Candidate]):
         return f"{self.sentence} {self.reservation}".rstrip()
 
 
-#: The lowest error, where ties go to fewer coefficients, then to the earlier row; and the fewest
-#: coefficients among the rows near the lowest error, where ties go to the lower error.
-RULES = ("rms", "parsimony")
-
-#: How far above the lowest error a row may be to be near it, as a share.
-NEAR = 0.10
-
-
-def choose(rows: Iterable[Candidate], rule: str = "rms") -> Choice[Candidate]:
-    """Choose a row by a rule."""
-    if rule not in RULES:
-        raise MethodError(
-            f"unknown rule '{rule}'.{did_you_mean(rule, RULES)} Known: {', '.join(RULES)}."
-        )
-    small, asked = rule == "parsimony", list(rows)
+def choose(rows: Iterable[Candidate]) -> Choice[Candidate]:
+    """Choose the row of the lowest error; ties go to fewer coefficients, then the earlier row."""
+    asked = list(rows)
     scored = [row for row in asked if row.rms is not None]
     if not scored:
         raise MethodError("no row has an RMS error: every replay diverged or nothing was fitted")
     candidates = [row for row in scored if row.settled] or scored
-    limit = (1.0 + NEAR) * min(map(error_of, candidates))
-    near = [row for row in candidates if small and error_of(row) <= limit]
-    ranked = sorted(near, key=lambda row: (row.n_coefficients, error_of(row)))
-    others = [row for row in candidates if row not in near]
-    ranked += sorted(others, key=lambda row: (error_of(row), row.n_coefficients))
-    best, second = ranked[0], ranked[1] if len(ranked) > 1 else None
+    ranked = sorted(candidates, key=lambda row: (error_of(row), row.n_coefficients))
     left = len(asked) - len(candidates)
-    reservation = [] if best.settled else ["No fit has settled."]
+    reservation = [] if ranked[0].settled else ["No fit has settled."]
     if left:
         reservation.append(f"Left out: {_replays(left)} that diverged, failed or did not settle.")
     return Choice(
-        row=best,
-        runner_up=second,
-        sentence=_sentence(small, ranked, len(near), len(asked)),
+        row=ranked[0],
+        runner_up=ranked[1] if len(ranked) > 1 else None,
+        sentence=_sentence(ranked, len(asked)),
         reservation=" ".join(reservation),
     )
 
 
-def _sentence(small: bool, ranked: Sequence[Ranked], near: int, asked: int) -> str:
+def _sentence(ranked: Sequence[Ranked], asked: int) -> str:
     """Say which row is first, by what, and how far the second is behind."""
-    best = ranked[0]
+    named = [f"{row.model} by {row.method} ({error_of(row):.3g})" for row in ranked[:2]]
     if asked == 1:
-        return f"{_named(small, best)}, which was compared with no other."
-    if not small:
-        why = f"lowest RMS error of {_replays(len(ranked))}"
-    else:
-        lowest = min(map(error_of, ranked))
-        which = "the only replay" if near == 1 else f"fewest coefficients of {near} replays"
-        why = f"{which} within {100.0 * NEAR:g} % of the lowest RMS error, {lowest:.3g}"
+        return f"{named[0]}, which was compared with no other."
     behind = "there is no runner-up"
     if len(ranked) > 1:
         error, other = map(error_of, ranked[:2])
         more = f", {100.0 * (other / error - 1.0):+.0f} %" if error else ""
-        behind = f"runner-up {_named(small, ranked[1])}{more}"
-    return f"{_named(small, best)}: {why}; {behind}."
-
-
-def _named(small: bool, row: Ranked) -> str:
-    size = f"{row.n_coefficients} coefficients, " if small else ""
-    return f"{row.model} by {row.method} ({size}{error_of(row):.3g})"
+        behind = f"runner-up {named[1]}{more}"
+    return f"{named[0]}: lowest RMS error of {_replays(len(ranked))}; {behind}."
 
 
 class Table(Protocol[Candidate_co]):

@@ -126,14 +126,10 @@ class Comparison:
             f"{', '.join(self.models)}, methods {', '.join(self.methods)}."
         )
 
-    def choice(self, rule: str = "rms") -> Choice[Row]:
-        """Choose a row; printed, the choice says its rule and its runner-up.
+    def choice(self) -> Choice[Row]:
+        """Choose the row of the lowest RMS error; printed, the choice says its runner-up.
 
-        Parameters
-        ----------
-        rule : {"rms", "parsimony"}
-            The lowest RMS error, or the fewest coefficients within 10 % of it. Rows
-            that have not settled are left out unless none has.
+        Rows that have not settled are left out unless none has. Ties go to fewer coefficients.
 
         Returns
         -------
@@ -143,17 +139,12 @@ class Comparison:
         Raises
         ------
         MethodError
-            If no row has an RMS error, or the rule is unknown.
+            If no row has an RMS error.
         """
-        return choose(self.rows, rule)
+        return choose(self.rows)
 
-    def best(self, rule: str = "rms") -> Row:
+    def best(self) -> Row:
         """Return the row of :meth:`choice`.
-
-        Parameters
-        ----------
-        rule : {"rms", "parsimony"}
-            The lowest RMS error by default; ties go to fewer coefficients.
 
         Returns
         -------
@@ -163,9 +154,9 @@ class Comparison:
         Raises
         ------
         MethodError
-            If no row has an RMS error, or the rule is unknown.
+            If no row has an RMS error.
         """
-        return self.choice(rule).row
+        return self.choice().row
 
     def __str__(self) -> str:
         """Return the table as plain text."""

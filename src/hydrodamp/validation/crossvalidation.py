@@ -101,13 +101,8 @@ class CrossValidation:
     held_out: tuple[tuple[str, ...], ...]
     rate_unit: RateUnit = "deg"
 
-    def choice(self, rule: str = "rms") -> Choice[ValidatedRow]:
-        """Choose a row; printed, the choice says its rule and its runner-up.
-
-        Parameters
-        ----------
-        rule : {"rms", "parsimony"}
-            As in a comparison, by the mean RMS error over the folds.
+    def choice(self) -> Choice[ValidatedRow]:
+        """Choose the row of the lowest mean error; printed, the choice says its runner-up.
 
         Returns
         -------
@@ -117,9 +112,9 @@ class CrossValidation:
         Raises
         ------
         MethodError
-            If there is no such row, or the rule is unknown.
+            If there is no such row.
         """
-        return choose(self.rows, rule)
+        return choose(self.rows)
 
     def __str__(self) -> str:
         """Return the table as plain text."""

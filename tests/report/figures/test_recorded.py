@@ -91,15 +91,6 @@ def test_wrench_ratio_and_depth_are_drawn_where_recorded():
     assert len(figure.axes[1].lines) == 2
 
 
-def test_angles_run_on_where_they_wrap():
-    yaw = np.linspace(0.0, 3.0 * np.pi, 100)
-    log = hd.Log.from_arrays(
-        np.arange(100), {"u": np.ones(100)}, attitude=np.column_stack([0 * yaw, 0 * yaw, yaw])
-    )
-    line = np.asarray(hd.commands_figure(log).axes[-1].lines[0].get_ydata())
-    assert np.nanmax(line) == pytest.approx(540.0)
-
-
 def test_a_log_with_nothing_to_draw_is_refused():
     with pytest.raises(hd.MethodError, match="nothing to draw"):
         hd.commands_figure(hd.Log.from_arrays(np.arange(5), {"u": np.ones(5)}))

@@ -96,19 +96,6 @@ def test_dragging_zooms_all_plots_and_the_button_goes_back(report):
     assert view.inner_text() == whole
 
 
-def test_the_button_turns_the_page_dark(report):
-    page = report.page
-
-    def lightness():
-        colour = page.evaluate("getComputedStyle(document.body).backgroundColor")
-        return sum(int(part) for part in colour.strip("rgb()").split(",")[:3])
-
-    before = lightness()
-    page.locator("#theme").click()
-    assert lightness() < 200 < before
-    assert page.locator("#theme").get_attribute("aria-pressed") == "true"
-
-
 def test_names_from_a_file_stay_text(report):
     page = report.page
     assert page.evaluate("window.stolen === undefined")

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from hydrodamp.report.figures.axes import Bins
-from hydrodamp.report.plots import series
+from hydrodamp.report.page import series
 
 from .conftest import make_band, make_comparison, make_log
 
