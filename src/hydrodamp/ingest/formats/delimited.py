@@ -206,7 +206,8 @@ def _by_arrow(path: str | Path, dialect: Dialect) -> Part | None:
 
 def arrow_numbers(column: Any) -> FloatArray:
     """Return the numbers of a column of Arrow in an array that nobody writes; NaN for none."""
-    values = np.require(column.to_numpy(), np.float64, "O")
+    parts = (chunk.to_numpy(zero_copy_only=False) for chunk in column.chunks)
+    values = np.concatenate([np.empty(0), *parts])
     values.setflags(write=False)
     return values
 
