@@ -118,25 +118,6 @@ def test_fits_of_the_same_data_model_and_method_alone_are_taken(before, after, k
     assert said.startswith(f"{kept} of ")
 
 
-def test_what_a_file_says_makes_another_run_and_not_which_files_there_are(folder, call):
-    (folder / "parent.yaml").write_text("{time: time, velocity: {u: u, v: v, r: r}}", "utf-8")
-    (folder / "child.yaml").write_text("{extends: parent.yaml, commands: [ahead, turn]}", "utf-8")
-    (folder / "dive").mkdir()
-    (folder / "a.csv").rename(folder / "dive" / "a.csv")
-    line = (
-        "compare dive/a.csv --mapping child.yaml --vehicle planar.yaml --train 0:20 --test 20:40 "
-        "--models linear --methods ls --out dive/out --resume"
-    )
-    call(line)
-    (folder / "dive" / "notes.txt").write_text("calm", "utf-8")
-    call(line)
-    assert document("dive/out")["provenance"]["resumed"] == "1 of 1 fits are of an earlier run"
-    scaled = "{time: time, velocity: {u: {column: u, unit: km/h}, v: v, r: r}}"
-    (folder / "parent.yaml").write_text(scaled, "utf-8")
-    call(line)
-    assert "resumed" not in document("dive/out")["provenance"]
-
-
 def test_resume_needs_a_folder(folder, call):
     for line in (LINE.replace("--out out", ""), "demo"):
         done = call(f"{line} --resume", 2)

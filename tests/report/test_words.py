@@ -35,7 +35,7 @@ def test_the_verdict_is_three_sentences(comparison):
 
 def test_scores_on_fitted_data_and_unfinished_runs_say_so(comparison):
     lacking = replace(comparison, provenance={"unfinished": "7 of 9 rows: interrupted"})
-    assert remarks(lacking)[0].startswith("Unfinished, 7 of 9 rows: interrupted.")
+    assert next(remarks(lacking)).startswith("Unfinished, 7 of 9 rows: interrupted.")
     shared = replace(comparison, provenance={"overlap": "all 5 samples"})
     assert "data that share all 5 samples with the training data" in verdict(shared)[1]
     first = comparison.rows[0]
@@ -54,13 +54,13 @@ def test_beyond_the_training_and_feeding_are_told_of_chosen_and_lost_rows(compar
         replace(other.fit, damping=hd.Damping(other.fit.model, np.ones(24))),
     )
     rows = (replace(row, fit=fit) for row, fit in zip((chosen, lost, other), fits, strict=True))
-    said = remarks(Comparison(tuple(rows)))
+    said = [*remarks(Comparison(tuple(rows)))]
     assert "Beyond the training data: q reaches 28 rad/s in the test, 2 in training." in said
     assert [sentence for sentence in said if "feeds" in sentence] == [
         "fossen by ls diverged in dive after 12.3 s, turn after 0.1 s. Its damping feeds energy "
         "into q beyond 9 rad/s: a replay may run away there."
     ]
-    alone = remarks(Comparison((replace(other, fit=fits[2]),)))
+    alone = [*remarks(Comparison((replace(other, fit=fits[2]),)))]
     assert alone[0].startswith("uncoupled by ls: its damping feeds energy into u ")
 
 

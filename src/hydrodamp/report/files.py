@@ -211,10 +211,8 @@ def _read_replays(path: Path, source: str) -> tuple[Log | None, dict[str, np.nda
     found = _read_npz(path)
     if "time" not in found:
         return None, {}
-    segments = tuple(
-        Segment(str(name), int(start), int(stop))
-        for name, (start, stop) in zip(found["segment_names"], found["segment_bounds"], strict=True)
-    )
+    named = zip(found["segment_names"], found["segment_bounds"].tolist(), strict=True)
+    segments = tuple(Segment(str(name), *bounds) for name, bounds in named)
     log = Log(found["time"], found["measured"], segments=segments, source=source)
     return log, {
         name.removeprefix(_SIMULATED): values

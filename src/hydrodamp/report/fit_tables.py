@@ -35,13 +35,11 @@ SPARSE: dict[str, Any] = {
     "n_coefficients": None,
     "terms": None,
     "commands": [],
-    "source": "Selection by the simulated output: Piroddi and Spinelli (2003), "
-    "doi:10.1080/00207170310001635419",
-    "note": f"{KEY} comes with a log: its terms are selected from the training data, axis by axis "
-    "from those of the paper's models and by what they do to the replay, with dissipation kept. "
-    "Commands that no actuator takes are offered on the axes that they move. Ask for it by "
-    f"`hydrodamp identify LOG --model {KEY}`, or by `hydrodamp compare LOG ... --models {KEY}` and "
-    "`validate`, alone or beside others whose terms it is offered too.",
+    "source": "Selection by simulation: Piroddi and Spinelli, doi:10.1080/00207170310001635419",
+    "note": f"{KEY} comes with a log: its terms are selected from the training data by what they "
+    "do to the replay, out of those of the paper's models, of models beside it, and of commands "
+    f"that no actuator takes. Ask for it by `hydrodamp identify LOG --model {KEY}`, or by "
+    f"`hydrodamp compare LOG ... --models {KEY}` and `validate`.",
 }
 
 

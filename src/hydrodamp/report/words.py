@@ -7,7 +7,6 @@ from collections.abc import Iterator
 
 from hydrodamp.basis.atoms import AXES
 from hydrodamp.identification.extrapolation import fed, joined, outreached, sailed
-from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.grades import Grade, Identifiability
 from hydrodamp.simulation.status import Status
 from hydrodamp.validation.compare import Comparison, Row, beside_paper, rank_correlation
@@ -25,19 +24,21 @@ _MEANING = {
 def verdict(comparison: Comparison, grades: Identifiability | None = None) -> tuple[str, ...]:
     """Return which fit to take, how good it is, and which coefficients are not known."""
     if all(row.rms is None for row in comparison.rows):
-        return _no_verdict(comparison)
+        outcomes = ", ".join(dict.fromkeys(row.status.word for row in comparison.rows)) or "no rows"
+        return (
+            f"No model can be recommended: none of {len(comparison.rows)} fits has an RMS error; "
+            f"the outcomes are: {outcomes}.",
+            "Try models with fewer terms, another method, or a log with richer manoeuvres.",
+        )
     choice = comparison.choice()
     which = str(choice) if len(comparison.rows) == 1 else f"Take {choice}"
-    return (which, _how_good(comparison, choice.row), _how_known(choice.row.fit, grades))
-
-
-def _no_verdict(comparison: Comparison) -> tuple[str, ...]:
-    outcomes = ", ".join(dict.fromkeys(row.status.word for row in comparison.rows)) or "no rows"
-    return (
-        f"No model can be recommended: none of {len(comparison.rows)} fits has an RMS error; the "
-        f"outcomes are: {outcomes}.",
-        "Try models with fewer terms, another method, or a log with richer manoeuvres.",
+    how_known = (
+        f"How well the log determines the {choice.row.n_coefficients} coefficients was not graded; "
+        "the tables have their standard errors, where there are any."
     )
+    if grades is not None:
+        how_known = f"{'; '.join(_graded(grades))}."
+    return (which, _how_good(comparison, choice.row), how_known)
 
 
 def _how_good(comparison: Comparison, row: Row) -> str:
@@ -56,16 +57,6 @@ def _how_good(comparison: Comparison, row: Row) -> str:
     return (
         f"{words}; its fit is {shares[worst]:.0f} % for {worst} at worst and {shares[best]:.0f} % "
         f"for {best} at best, where 100 % is exact and 0 % no better than the mean."
-    )
-
-
-def _how_known(fit: Fit, grades: Identifiability | None) -> str:
-    """Say which coefficients are not known."""
-    if grades is not None:
-        return f"{'; '.join(_graded(grades))}."
-    return (
-        f"How well the log determines the {fit.model.n_coefficients} coefficients was not graded; "
-        "the tables have their standard errors, where there are any."
     )
 
 
@@ -96,29 +87,22 @@ def _listed(labels: list[str]) -> str:
     return f" ({', '.join(f'{axis} {count[axis]}' for axis in AXES if count[axis])})"
 
 
-def remarks(comparison: Comparison) -> tuple[str, ...]:
-    """Return the sentences that stand below the table of a comparison."""
+def remarks(comparison: Comparison) -> Iterator[str]:
+    """Yield the sentences that stand below the table of a comparison."""
     given = comparison.provenance
-    said = []
     if lacking := given.get(UNFINISHED):
-        said.append(f"Unfinished, {lacking}. What is missing may be better than what is here.")
+        yield f"Unfinished, {lacking}. What is missing may be better than what is here."
     if shared := given.get("overlap"):
-        said.append(
-            f"Training and test data share {shared}: errors on data that were fitted say little."
-        )
-    return (
-        *said,
-        *_order_of_paper(comparison),
-        *_replays(comparison),
-        *_outcomes(comparison),
-        f"Open-loop replay, eq. 24; lower is better. Attitude {comparison.attitude}.",
-    )
+        yield f"Training and test data share {shared}: errors on data that were fitted say little."
+    if beside_paper(comparison):
+        yield from _order_of_paper(comparison)
+    yield from _replays(comparison)
+    yield from _outcomes(comparison)
+    yield f"Open-loop replay, eq. 24; lower is better. Attitude {comparison.attitude}."
 
 
 def _order_of_paper(comparison: Comparison) -> Iterator[str]:
     """Say how similar to Table I each method orders the models."""
-    if not beside_paper(comparison):
-        return
     found = [(method, rank_correlation(comparison, method)) for method in comparison.methods]
     words = [f"{method} {rho:+.2f}" for method, rho in found if rho is not None]
     if words:

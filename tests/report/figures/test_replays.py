@@ -72,14 +72,6 @@ def test_a_band_is_drawn_behind_its_replay(sailed):
     assert outline.max() >= np.nanmax(band.upper[: sailed.test.segments[0].stop, 0])
 
 
-def test_fewer_axes_have_fewer_panels_and_the_unit_of_the_score(sailed):
-    row = sailed.table.row("linear", "weak")
-    score = replace(row.score, rate_unit="rad")
-    run = replace(row.trajectory, axes=("X", "Y", "N"))
-    figure = hd.replays_figure([replace(row, trajectory=run, score=score)])
-    assert labels(figure) == ["$u$ [m/s]", "$v$ [m/s]", "$r$ [rad/s]"]
-
-
 def test_rows_without_a_replay_are_left_out_and_of_other_logs_refused(sailed):
     row = sailed.table.row("linear", "weak")
     lost = replace(row, trajectory=None)

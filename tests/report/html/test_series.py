@@ -9,7 +9,7 @@ from hypothesis import given, settings, strategies as st
 from hydrodamp.report.figures.axes import Bins
 from hydrodamp.report.page import series
 
-from .conftest import make_band, make_comparison, make_log
+from .conftest import make_comparison, make_log
 
 
 def unpacked(packed):
@@ -95,32 +95,3 @@ def test_a_long_log_is_thinned_to_what_a_page_can_carry():
     methods = tuple(f"m{k}" for k in range(17))
     many = drawn_of(make_comparison(make_log(20.0, 10.0), ("linear", "fossen"), methods))
     assert (len(many["document"]["replays"]), many["left_out"]) == (32, 2)
-
-
-def test_the_edges_of_a_band_keep_their_extremes():
-    comparison = make_comparison(make_log(1000.0, 40.0), ("linear", "fossen"), ("ls", "weak"))
-    band = make_band(comparison)
-    drawn = drawn_of(comparison, band)
-    assert drawn["is_thinned"]
-    turn = np.degrees(1.0)
-    lower, upper = (unpacked(edges[3]) for edges in drawn["document"]["edges"])
-    line = unpacked(drawn["document"]["series"][1][3])
-    assert np.array_equal(np.isfinite(line), np.isfinite(lower))
-    assert np.nanmax(upper) == pytest.approx(turn * np.max(band.upper[:, 3]), rel=1e-3)
-    assert np.nanmin(lower) == pytest.approx(turn * np.min(band.lower[:, 3]), rel=1e-3)
-    assert np.nanmedian(upper - lower) == pytest.approx(0.4 * turn, rel=0.05)
-
-
-def test_colour_is_the_method_and_dashes_are_the_model():
-    names = ("linear", "prestero", "fossen"), ("ls", "weak")
-    comparison = make_comparison(make_log(60.0, 10.0), *names)
-    drawn = drawn_of(comparison)
-    lines = drawn["document"]["replays"]
-    looks = {line["name"]: (line["colour"], tuple(line["dashes"])) for line in lines}
-    assert len(set(looks.values())) == 6
-    for method in names[1]:
-        assert len({looks[f"{model} by {method}"][0] for model in names[0]}) == 1
-    for model in names[0]:
-        assert len({looks[f"{model} by {method}"][1] for method in names[1]}) == 1
-    chosen = comparison.best()
-    assert looks[f"{chosen.model} by {chosen.method}"][1] == ()
