@@ -9,7 +9,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.identification.output_error import jackknifed
-from hydrodamp.identification.search import Place, searching, starts
+from hydrodamp.identification.search import searching, starts
 
 
 @pytest.fixture(scope="module")
@@ -21,14 +21,14 @@ def test_without_a_prior_it_is_the_delete_one_jackknife(campaign):
     """R. G. Miller (1974), doi:10.1093/biomet/61.1.1, section 4, of the linearised problem."""
     model = hd.catalog["fossen"]
     problem = hd.prepare(campaign.vehicle, campaign.train, model)
-    search, spread = searching(problem, model), np.full(6, 0.1)
+    search = searching(problem, model)
     windows = search.windows(4.0)
-    place = Place(starts(problem, model)[0], spread, length=4.0, strength=0.0)
-    normals = windows.normals(place.coefficients, spread)
+    place = replace(search.place(starts(search, model)[0], [windows]), strength=0.0)
+    normals = windows.normals(place.coefficients, place.spreads[0], 32)
     total = normals.sum(axis=0)
     ends = [np.linalg.solve((total - one)[:-1, :-1], (total - one)[:-1, -1]) for one in normals]
     away, n = np.array(ends) - np.mean(ends, axis=0), len(ends)
-    found = jackknifed(search, windows, place)
+    found = jackknifed(search, place)
     assert found is not None
     assert found.degrees_of_freedom == found.n_blocks - 1 == n - 1
     np.testing.assert_allclose(found.covariance, (n - 1) / n * away.T @ away, rtol=1e-6)
@@ -41,8 +41,8 @@ def test_what_no_data_tell_may_be_all_that_the_prior_allows(campaign):
     still = replace(campaign.train, commands=campaign.train.commands * kept)
     problem = hd.prepare(campaign.vehicle, still, model)
     search = searching(problem, model)
-    place = Place(np.zeros(13), np.full(6, 0.1), length=4.0, strength=0.1, size=4.0)
-    found = jackknifed(search, search.windows(4.0), place)
+    place = search.place(np.zeros(13), [search.windows(4.0)])
+    found = jackknifed(search, replace(place, strength=0.1, size=4.0))
     assert found is not None
     assert found.standard_errors[-1] == pytest.approx(2.0 * search.unit[-1])
     assert found.of_noise.standard_errors[-1] == pytest.approx(0.0, abs=1e-12)
@@ -68,5 +68,4 @@ def test_too_few_windows_leave_nothing_out(campaign):
     model = hd.catalog["fossen"]
     problem = hd.prepare(campaign.vehicle, campaign.train.between(0.0, 5.0), model)
     search = searching(problem, model)
-    place = Place(np.zeros(12), np.full(6, 0.1), length=4.0)
-    assert jackknifed(search, search.windows(4.0), place) is None
+    assert jackknifed(search, search.place(np.zeros(12), [search.windows(4.0)])) is None

@@ -22,27 +22,25 @@ def problem_of(campaign, key="fossen"):
 
 
 def test_the_windows_that_do_best_on_the_other_half_are_taken(campaign, monkeypatch):
-    for best, words in ((1, "2 s, 4 s;"), (4, "whole segments;")):
-        missed = np.tile(np.abs(np.arange(5.0) - best), (4, 1))
+    for best, words in ((2, "were 2 s, 4 s;"), (5, "whole segments;")):
+        missed = np.tile(np.abs(np.arange(6.0) - best), (4, 1))
         monkeypatch.setattr(module, "_unseen", lambda *_, missed=missed: missed)
         fit = hd.Recommended().identify(problem_of(campaign), hd.catalog["fossen"])
         assert words in fit.remarks[0]
         assert fit.method == "recommended"
 
 
-def test_the_longest_windows_are_taken_where_another_is_better_by_chance_alone():
-    lengths, level = (2.0, 4.0, 16.0, np.inf), [0, 0, 0, 0]
-    missed = np.array([[1.0, 1.0, 0.0, 1.0], [0.0, 1.0, 1.5, 1.0]])
-    assert _chosen(lengths, missed, level) == 2
-    assert _chosen(lengths, missed, [0, 0, 1, 1]) == 1
-    assert _chosen(lengths, missed - [[4.0, 0.0, 0.0, 0.0]], level) == 0
-
-
-def test_windows_whose_replay_runs_away_come_last(campaign, monkeypatch):
-    monkeypatch.setattr(module, "_unseen", lambda *_: np.tile(np.arange(5.0), (4, 1)))
-    monkeypatch.setattr(module, "_lost", lambda _, place: int(place.length < 8.0))
+def test_a_start_that_does_better_on_the_other_half_is_what_is_returned(campaign, monkeypatch):
+    monkeypatch.setattr(module, "_unseen", lambda *_: np.tile(np.arange(6.0), (4, 1)))
     fit = hd.Recommended().identify(problem_of(campaign), hd.catalog["fossen"])
-    assert "2 s, 4 s, 8 s;" in fit.remarks[0]
+    assert "no search did better" in fit.remarks[0]
+    assert fit.uncertainty is not None
+
+
+def test_the_last_stage_is_taken_where_another_is_better_by_chance_alone():
+    missed = np.array([[1.0, 1.0, 0.0, 1.0], [0.0, 1.0, 1.5, 1.0]])
+    assert _chosen(missed) == 3
+    assert _chosen(missed - [[4.0, 0.0, 0.0, 0.0]]) == 0
 
 
 @pytest.mark.parametrize("duration", [12.0, 40.0])

@@ -187,11 +187,15 @@ def median_step(problem: Problem) -> float:
 
 
 def signal_to_noise(problem: Problem) -> FloatArray:
-    """Return variance over white noise of each velocity, from its fourth differences."""
+    """Return variance over white noise of each velocity, from its fourth differences.
+
+    Their median counts, not their mean square: it takes no turn of a fin for noise.
+    """
     velocity = problem.inputs.velocity
     left = [np.diff(velocity[start:stop], n=4, axis=0) for start, stop in problem.segments]
     differences = np.concatenate([part for part in left if len(part)] or [np.zeros((1, 6))])
-    noise = np.mean(differences**2, axis=0) / 70.0  # 70 = 1 + 16 + 36 + 16 + 1
+    deviation = np.median(np.abs(differences), axis=0) / 0.6745  # of a normal distribution
+    noise = deviation**2 / 70.0  # 70 = 1 + 16 + 36 + 16 + 1
     signal = velocity.var(axis=0)
     floor = np.maximum(noise, 1e-6 * signal)
     ratio: FloatArray = np.divide(signal, floor, out=np.ones(6), where=floor > 0.0)

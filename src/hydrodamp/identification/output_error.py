@@ -12,7 +12,6 @@ from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Fit, Method, Uncertainty, empty_fit, fitted
 from hydrodamp.identification.search import Place, Search, ladder, searching, starts, within
 from hydrodamp.identification.triangle import spanned
-from hydrodamp.identification.windows import Windows
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
 from hydrodamp.simulation.status import Status
@@ -25,12 +24,14 @@ _PUSHES = "how far the shortest windows disagree with the longest"
 class OutputError:
     """Fit the open-loop replay of windows that grow: truncated simulation error.
 
-    Windows begin every half of their length, each at the smoothed measured velocity, which is
-    not adjusted: a first state that may move absorbs the slow modes that tell a stable hull
-    from an unstable one. Damped Gauss-Newton steps use the sensitivities of exactly the
-    Runge-Kutta steps that a replay takes. Each velocity is divided by the spread of the errors
-    that the start has over the shortest windows, and small coefficients are preferred with a
-    strength that the data set (evidence, MacKay 1992). After Farina and Piroddi (2010).
+    Windows begin at the smoothed measured velocity, which is not adjusted: a first state that may
+    move absorbs the slow modes that tell a stable hull from an unstable one. The search goes
+    through windows of one length, then of one more each time, by damped Gauss-Newton steps with
+    the sensitivities of exactly the Runge-Kutta steps that a replay takes. Errors of each
+    velocity over each length have an unknown variance of their own (concentrated likelihood).
+    Small coefficients are preferred with a strength that the data set (evidence, MacKay 1992),
+    and damping that feeds no power to the motion up to one and a half times the velocities of
+    the log. After Farina and Piroddi (2010).
 
     Parameters
     ----------
@@ -81,7 +82,7 @@ class OutputError:
         problem.columns.require(free)
         if not free.n_coefficients:
             return empty_fit(problem, free, self.key, Status.EMPTY)
-        return self._searched(problem, free, starts(problem, free), "the weak form")
+        return self._searched(problem, free, (), "the weak form")
 
     def refined(self, problem: Problem, *fits: Fit) -> Fit:
         """Fit the replay, starting from other fits of one model.
@@ -109,17 +110,20 @@ class OutputError:
         self, problem: Problem, model: DampingModel, first: Sequence[FloatArray], names: str
     ) -> Fit:
         search = searching(problem, model)
-        places = ladder(search, first, within(problem, self.windows))
+        places = ladder(search, first or starts(search, model), within(problem, self.windows))
         return told(search, model, self, places, names)
 
 
 def _walked(names: str, places: Sequence[Place]) -> str:
     """Say where a search started, which windows it went through, and what prior the data set."""
-    seconds = [f"{place.length:g} s" for place in places if np.isfinite(place.length)]
-    windows = ", ".join([*seconds, *(["whole segments"] if len(seconds) < len(places) else [])])
+    if len(places) == 1:
+        return f"This is {names}: no search did better on parts of the log that it had not seen."
+    place = places[-1]
+    lengths = [one.length for one in place.windows]
+    words = ", ".join("whole segments" if np.isinf(one) else f"{one:g} s" for one in lengths)
     return (
-        f"The search started from {names}; windows were {windows}; the prior has "
-        f"{places[-1].strength:.2g} of the weight of the errors."
+        f"The search started from {names}; windows were {words}; the prior has "
+        f"{place.strength:.2g} of the weight of the errors."
     )
 
 
@@ -130,11 +134,11 @@ def told(
     places: Sequence[Place],
     names: str,
 ) -> Fit:
-    """Return the fit at the end of a search that went through some places."""
-    problem, short, place = search.problem, places[0], places[-1]
-    seen = search.windows(short.length).triangle(place.coefficients, place.spread)
+    """Return the fit at the end of a search that went through some places, from its start on."""
+    problem, short, place = search.problem, places[:2][-1], places[-1]
+    seen = place.windows[0].triangle(place.coefficients, place.spreads[0])
     span = spanned(seen[:, :-1], model.labels)
-    uncertainty = jackknifed(search, search.windows(place.length), place)
+    uncertainty = jackknifed(search, place)
     if uncertainty is not None and short is not place:
         uncertainty = uncertainty.widened(place.coefficients - short.coefficients, _PUSHES)
     idle = {label for group in problem.undetermined(model) for label in group}
@@ -148,29 +152,35 @@ def told(
         uncertainty=uncertainty,
         rank=span.rank,
         aliased=span.aliased,
-        status=status if place.settled else Status.STOPPED,
+        status=status if place.settled or place is places[0] else Status.STOPPED,
         remarks=(_walked(names, places),),
     )
 
 
-#: Parts that must be there to leave one out.
-_FEWEST = 4
+#: Parts that must be there to leave one out, and parts at most.
+_FEWEST, _MOST = 4, 32
 
 
-def jackknifed(search: Search, windows: Windows, place: Place) -> Uncertainty | None:
-    """Return how far to trust the end of a search: one part after another left out.
+def jackknifed(search: Search, place: Place) -> Uncertainty | None:
+    """Return how far to trust the end of a search: one part of the log after another left out.
 
     Each time one Gauss-Newton step is taken from the end, all from the same linearisation. To
     that comes what the prior hides: along directions of which the data tell nothing a
-    coefficient may be anything that the prior allows.
+    coefficient may be anything that the prior allows. Whole segments are left aside where there
+    are shorter windows: those are what can be left out.
     """
-    normals = windows.normals(place.coefficients, place.spread)
-    n, unit = len(normals), search.unit
+    kinds = list(zip(place.windows, place.spreads, strict=True))
+    kinds = [kind for kind in kinds if np.isfinite(kind[0].length)] or kinds
+    n, unit = min(_MOST, len(kinds[0][0].bounds)), search.unit
     if n < _FEWEST:
         return None
     p, scale = len(unit), np.append(unit, 1.0)
-    prior = place.strength / p * len(windows.samples) * len(place.spread)
-    normals = normals * scale[:, None] * scale
+    normals: FloatArray = np.zeros((n, p + 1, p + 1))
+    for one, spread in kinds:
+        share = len(kinds) * len(one.samples) * len(spread)
+        normals += one.normals(place.coefficients, spread, n) / share
+    normals *= scale[:, None] * scale
+    prior = place.strength / p
     normals[:, :-1, :-1] += prior / n * np.eye(p)
     normals[:, :-1, -1] -= prior / n * place.coefficients / unit
     before, after = np.cumsum(normals, axis=0), np.cumsum(normals[::-1], axis=0)[::-1]

@@ -122,9 +122,9 @@ def operating_box(problem: Problem) -> OperatingBox:
     return box_of(problem.inputs.velocity, _WIDENING)
 
 
-def box_of(velocity: FloatArray, widening: float = 0.0) -> OperatingBox:
+def box_of(velocity: FloatArray, widening: float = 0.0, tail: float = TAIL) -> OperatingBox:
     """Return the box of some velocities, shape (n, 6)."""
-    low, high = np.quantile(velocity, [TAIL, 1.0 - TAIL], axis=0)
+    low, high = np.quantile(velocity, [tail, 1.0 - tail], axis=0)
     reach = (1.0 + widening) * np.maximum(np.abs(low), np.abs(high))
     below, above = -reach, reach.copy()
     if low[0] > SLOWEST_UNDER_WAY * high[0]:

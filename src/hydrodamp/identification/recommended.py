@@ -10,7 +10,7 @@ import numpy as np
 from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.output_error import OutputError, told
-from hydrodamp.identification.search import Place, Search, ladder, searching, starts, within
+from hydrodamp.identification.search import ladder, searching, starts, within
 from hydrodamp.identification.windows import covered, laid
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
@@ -18,20 +18,16 @@ from hydrodamp.simulation.problem import Problem
 #: Length of the pieces that a log is cut into, by turns searched and judged on [s].
 _PIECE = 100.0
 
-#: Commands, recorded wrench and velocities are multiplied by these before a replay may run away.
-_SHARES = (0.8, 1.0)
-
 
 @dataclass(frozen=True)
 class Recommended(OutputError):  # noqa: N818 (output error is a method, not an exception)
     """Truncated simulation error over windows that are judged where they were not fitted.
 
     The search of :class:`OutputError` goes through windows of 2, 4, 8 and 16 s and whole
-    segments, first on either half of the log, cut into pieces that take turns. How well each
-    stage replays the other half, whole pieces from their first sample, says where the search on
-    all of the log ends: at 16 s, but where other windows do better by more than chance. A model
-    whose form is a little wrong may be best fitted to short windows, a hull that is nearly
-    unstable to whole runs. A stage whose replay runs away on the log itself comes last.
+    segments, on all of the log and on either half of it, cut into pieces that take turns. How
+    well the start and each stage replay the other half, whole pieces from their first sample,
+    says where the search ends: at the last stage, but where an earlier one, or the start, does
+    better by more than chance.
 
     Parameters
     ----------
@@ -60,53 +56,43 @@ class Recommended(OutputError):  # noqa: N818 (output error is a method, not an 
         self, problem: Problem, model: DampingModel, first: Sequence[FloatArray], names: str
     ) -> Fit:
         search, lengths = searching(problem, model), within(problem, self.windows)
-        places = ladder(search, first, lengths)
-        lost = [_lost(search, one) for one in places]
-        stage = _chosen(lengths, _unseen(problem, model, lengths), lost)
+        places = ladder(search, first or starts(search, model), lengths)
+        stage = _chosen(_unseen(problem, model, lengths))
         return told(search, model, self, places[: stage + 1], names)
 
 
-def _chosen(lengths: Sequence[float], missed: FloatArray, lost: Sequence[int]) -> int:
-    """Return the stage that does best, but the longest windows where that is not for certain.
+def _chosen(missed: FloatArray) -> int:
+    """Return the stage that does best, but the last where that is not for certain.
 
-    Certain is a mean difference over pieces of more than two standard errors. Of stages whose
-    replay runs away only those are left that do so least.
+    Certain is a mean difference over pieces of more than three standard errors.
     """
-    kept = np.flatnonzero(np.array(lost) == min(lost))
-    best = int(kept[np.argmin(missed[:, kept].mean(axis=0))])
-    usual = max((stage for stage in kept.tolist() if np.isfinite(lengths[stage])), default=best)
-    more = missed[:, usual] - missed[:, best]
-    certain = more.mean() > 2.0 * np.std(more, ddof=1) / np.sqrt(len(more))
-    return best if certain else usual
+    best = int(np.argmin(missed.mean(axis=0)))
+    more = missed[:, -1] - missed[:, best]
+    certain = more.mean() > 3.0 * np.std(more, ddof=1) / np.sqrt(len(more))
+    return best if certain else missed.shape[1] - 1
 
 
 def _unseen(problem: Problem, model: DampingModel, lengths: Sequence[float]) -> FloatArray:
     """Return how each stage of a search through half of the log misses the pieces of the other.
 
-    Shape (n_pieces, n_stages): the mean square error of the replay of a whole piece as a share of
-    the variance of each velocity, the mean over velocities; no error counts for more than saying
-    nothing would.
+    Shape (n_pieces, 1 + n_lengths), the start first: the mean square error of the replay of a
+    whole piece as a share of the variance of each velocity, the mean over velocities; no error
+    counts for more than saying nothing would.
     """
     pieces, found = _pieces(problem), []
     turn = np.arange(len(pieces)) % 2
     for half in (0, 1):
         seen, other = (_of(problem, pieces[turn == which]) for which in (half, 1 - half))
-        judged = searching(other, model).windows(np.inf)
+        search, judged = searching(seen, model), searching(other, model).windows(np.inf)
         most = np.std(problem.inputs.velocity[:, judged.free], axis=0)
         most[most == 0.0] = 1.0
         stages = []
-        for place in ladder(searching(seen, model), starts(seen, model), lengths):
+        for place in ladder(search, starts(search, model), lengths):
             errors = np.clip(judged.errors(place.coefficients) / most, -1.0, 1.0)
             square = np.add.reduceat(np.mean(errors**2, axis=1), judged.spans[:, 0])
             stages.append(square / np.diff(judged.spans, axis=1).ravel())
         found.append(np.column_stack(stages))
     return np.concatenate(found)
-
-
-def _lost(search: Search, place: Place) -> int:
-    """Return how many segments run away, replayed whole as sailed and as driven more softly."""
-    whole = search.windows(np.inf)
-    return sum(whole.runaways(place.coefficients, share) for share in _SHARES)
 
 
 def _pieces(problem: Problem) -> IntArray:

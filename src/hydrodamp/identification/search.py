@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.conditioning.derived import fitted, relative
@@ -16,40 +17,49 @@ from hydrodamp.identification.differences import (
     noise_variance,
     smoothed,
 )
+from hydrodamp.identification.power import PowerRows, box_of, spread as spread_over
 from hydrodamp.identification.triangle import solve_axis
 from hydrodamp.identification.weak import WeakEquations
 from hydrodamp.identification.windows import Windows, cut
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
 
-#: A standard deviation below this is rounding [m/s, rad/s].
-_FLOOR = 1e-9
+#: A standard deviation below this is rounding [m/s, rad/s]; share of the noise that always
+#: counts, for its estimate takes fast motion for noise.
+_FLOOR, _NOISE = 1e-9, 0.5
 
-#: Errors are divided by so many of their 68 % quantiles, at least by so many of the noise.
-_WIDE = 2.0
-
-#: Steps before the data set the prior, and steps in all; one that gains less than this share ends
-#: either.
-_EARLY, ROUNDS, REST = 2, 6, 1e-2
+#: Steps of a stage; one that takes less than this share off the errors' variance ends it.
+ROUNDS, REST = 6, 1e-2
 
 #: Damping of the first step, its factor, and how often a step is damped more.
 _DAMPING, _FACTOR, _TRIALS = 1e-3, 8.0, 8
 
 #: Strength of the prior before the data have set it, and its bounds.
-_FIRST, _BOUNDS = 0.1, (1e-4, 10.0)
+_FIRST, _BOUNDS = 0.1, (1e-6, 10.0)
+
+#: How far beyond the log damping is to take power, and what weight power fed to the motion has
+#: against errors, both as shares of what is usual in the log.
+_BEYOND, _FED = 0.5, 10.0
+
+#: Strengths of the prior in the regressions that a search may start from, and their steps.
+_PRIORS, _ACTIVE = (1e-6, 1e-4, 1e-2, 1.0), 20
+
+#: Residuals of those regressions below this share of the force tell of few data, not of good ones.
+_EXACT = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
 class Place:
-    """Where a stage ended.
+    """Where a stage ended, over windows of several lengths.
 
-    ``strength`` is that of the prior against the mean square of the errors over ``spread``,
-    ``size`` the mean square of coefficients that it stands for; both per coefficient, in units.
+    ``spreads`` are standard deviations of the errors of each velocity, a length each. ``strength``
+    is that of the prior against the mean square of the errors over them, ``size`` the mean square
+    of coefficients that it stands for; both per coefficient, in units.
     """
 
     coefficients: FloatArray
-    spread: FloatArray
-    length: float = 0.0
+    windows: tuple[Windows, ...]
+    spreads: tuple[FloatArray, ...]
     strength: float = _FIRST
     size: float = 1.0
     settled: bool = False
@@ -59,7 +69,8 @@ class Place:
 class Search:
     """What stays the same from stage to stage.
 
-    ``unit`` of a coefficient is what makes the RMS inertial force of its axis.
+    ``unit`` of a coefficient is what makes the RMS inertial force of its axis. ``power`` has the
+    power fed to the motion at velocities all over a box, for coefficients in units.
     """
 
     problem: Problem
@@ -67,11 +78,38 @@ class Search:
     velocity: FloatArray
     noise: FloatArray
     unit: FloatArray
+    power: FloatArray
 
     def windows(self, length: float) -> Windows:
         """Return windows of a length [s], each from the smoothed velocity."""
         bounds = cut(self.problem, length)
-        return Windows(self.problem, self.entries, bounds, self.velocity[bounds[:, 0]])
+        starts = self.velocity[bounds[:, 0]]
+        return Windows(length, self.problem, self.entries, bounds, starts)
+
+    def place(self, coefficients: FloatArray, windows: Sequence[Windows]) -> Place:
+        """Return the place of coefficients, with the prior that comes before the data."""
+        return Place(coefficients, tuple(windows), self.spreads(coefficients, windows))
+
+    def spreads(
+        self, coefficients: FloatArray, windows: Sequence[Windows]
+    ) -> tuple[FloatArray, ...]:
+        """Return the standard deviation of the errors of each velocity, a kind of windows each.
+
+        Noise counts besides, so that little is gained where errors come below it.
+        """
+        return tuple(
+            np.sqrt(np.mean(one.errors(coefficients) ** 2, axis=0) + self.noise**2)
+            for one in windows
+        )
+
+    def fed(self, x: FloatArray) -> float:
+        """Return the mean square of the power that coefficients in units feed to the motion."""
+        return _FED * float(np.mean(np.maximum(self.power @ x, 0.0) ** 2))
+
+    def feeding(self, x: FloatArray) -> FloatArray:
+        """Return the curvature of half of that, where coefficients in units are."""
+        rows = self.power[self.power @ x > 0.0]
+        return np.asarray(_FED / len(self.power) * (rows.T @ rows))
 
 
 def searching(problem: Problem, model: DampingModel) -> Search:
@@ -80,44 +118,53 @@ def searching(problem: Problem, model: DampingModel) -> Search:
     rows, axes = entries
     inputs, free = problem.inputs, problem.vehicle.free
     velocity, _ = smoothed(problem)
+    noise = np.maximum(_NOISE * np.sqrt(noise_variance(problem))[free], _FLOOR)
     slopes = fitted(inputs.time, problem.segments, relative(inputs.velocity), 15, degree=3).slope
-    force = np.sqrt(np.mean((slopes @ problem.vehicle.mass_matrix.T) ** 2, axis=0))[axes]
+    forces = np.sqrt(np.mean((slopes @ problem.vehicle.mass_matrix.T) ** 2, axis=0))
+    force = forces[axes]
     size = np.sqrt(mean_square(problem))[rows - problem.columns.n_known]
     unit = np.where((size > 0.0) & (force > 0.0), force / np.where(size > 0.0, size, 1.0), 1.0)
-    noise = np.maximum(np.sqrt(noise_variance(problem))[free], _FLOOR)
-    return Search(problem, entries, velocity, noise, unit)
+    box = box_of(velocity, _BEYOND, 0.0).restricted(free)
+    usual = float(np.linalg.norm(box.extent * forces * free)) or 1.0
+    power = PowerRows(model).rows(spread_over(box)) * unit / usual
+    return Search(problem, entries, velocity, noise, unit, power)
 
 
-#: Strengths of the ridge in the regressions that a search may start from.
-_RIDGES = (0.0, 1e-5, 1e-3, 1e-1)
-
-
-def starts(problem: Problem, model: DampingModel) -> list[FloatArray]:
-    """Return coefficients of the weak form, plain and with small ones preferred."""
-    triangle = WeakEquations().rows(problem).triangle()
-    return [
-        np.concatenate(
-            [
-                solve_axis(triangle, terms, axis, strength).coefficients
-                for axis, terms in enumerate(model.terms)
-            ]
-        )
-        for strength in _RIDGES
-    ]
+def starts(search: Search, model: DampingModel) -> list[FloatArray]:
+    """Return coefficients of the weak form, more or less small, that hardly feed the motion."""
+    triangle = WeakEquations().rows(search.problem).triangle()
+    blocks, targets = [], []
+    for axis, terms in enumerate(model.terms):
+        target = triangle.target(axis)
+        least = _EXACT * float(np.linalg.norm(target)) / np.sqrt(triangle.n_samples)
+        deviation = max(solve_axis(triangle, terms, axis).residual, least) or 1.0
+        blocks.append(triangle.columns(terms) / deviation)
+        targets.append(target / deviation)
+    design = block_diag(*blocks) * search.unit / np.sqrt(triangle.n_samples)
+    target = np.concatenate(targets) / np.sqrt(triangle.n_samples)
+    curvature, slope, p = design.T @ design, design.T @ target, len(search.unit)
+    found = []
+    for strength in _PRIORS:
+        x = np.zeros(p)
+        for _ in range(_ACTIVE):
+            before, fed = x, search.feeding(x)
+            x = np.linalg.solve(curvature + strength / p * np.eye(p) + fed, slope)
+            if np.allclose(x, before, rtol=1e-6):
+                break
+        found.append(x * search.unit)
+    return found
 
 
 def ladder(search: Search, first: Sequence[FloatArray], lengths: Sequence[float]) -> list[Place]:
-    """Search from the best of several starts through growing windows; return every stage."""
-    windows = search.windows(lengths[0])
-    spreads = [spread_of(search, windows.errors(each)) for each in first]
-    best = int(np.argmin([np.log(spread).sum() for spread in spreads]))
-    place, places = Place(first[best], spreads[best]), []
-    for length in lengths:
-        windows = search.windows(length)
-        if np.isinf(length):  # over whole segments errors grow beyond what short windows say
-            place = replace(place, spread=spread_of(search, windows.errors(place.coefficients)))
-        place = descend(search, windows, replace(place, length=length))
-        places.append(place)
+    """Search from the best start over windows of one length, then of one length more each time.
+
+    Return the start and every stage.
+    """
+    windows = [search.windows(length) for length in lengths]
+    found = [search.place(one, windows[:1]) for one in first]
+    places = [min(found, key=lambda one: float(np.log(one.spreads).mean()))]
+    for stage in range(len(lengths)):
+        places.append(descend(search, replace(places[-1], windows=tuple(windows[: stage + 1]))))
     return places
 
 
@@ -129,63 +176,67 @@ def within(problem: Problem, lengths: Sequence[float]) -> list[float]:
     return shorter if len(shorter) == len(lengths) else [*shorter, np.inf]
 
 
-def spread_of(search: Search, errors: FloatArray) -> FloatArray:
-    """Return what to divide the errors of each velocity by."""
-    quantile = np.quantile(np.abs(errors), 0.68, axis=0)
-    return np.asarray(_WIDE * np.maximum(quantile, search.noise))
+def descend(search: Search, start: Place) -> Place:
+    """Take damped Gauss-Newton steps to the likeliest errors; the data set the prior.
 
+    Errors of each velocity over windows of each length have a variance of their own, unknown: the
+    logarithm of their mean square counts, which asks for no weights.
+    """
 
-def descend(search: Search, windows: Windows, start: Place, rounds: int = ROUNDS) -> Place:
-    """Take damped Gauss-Newton steps on windows of one length; the data set the prior early on."""
-    place, x, p = start, start.coefficients / search.unit, len(search.unit)
-    damping, known, resting, settled = _DAMPING, False, False, False
+    def at(x: FloatArray, place: Place) -> Place:
+        there = x * search.unit
+        return replace(place, coefficients=there, spreads=search.spreads(there, place.windows))
 
-    def cost(x: FloatArray) -> float:
-        errors = windows.errors(x * search.unit) / place.spread
-        return float(np.mean(errors**2) + place.strength * np.mean(x**2))
+    def cost(x: FloatArray, place: Place) -> float:
+        misfit = 2.0 * float(np.mean(np.log(place.spreads)))
+        return misfit + place.strength * float(np.mean(x**2)) + search.fed(x)
 
-    before = cost(x)
-    for number in range(rounds):
-        curvature, slope = _quadratic(search, windows, place)
-        if not known and (resting or number == _EARLY):
-            place, known = _evidence(search, windows, place, curvature), True
-            before = cost(x)
-        curvature = curvature + place.strength / p * np.eye(p)
-        slope = slope - place.strength / p * x
+    x, p, damping, settled = start.coefficients / search.unit, len(search.unit), _DAMPING, False
+    place = at(x, start)
+    before = cost(x, place)
+    for number in range(ROUNDS):
+        curvature, slope = _quadratic(search, place)
+        if number == 1:
+            place = _evidence(search, place, curvature)
+            before = cost(x, place)
+        rest = place.strength / p * np.eye(p) + search.feeding(x)
+        curvature, slope = curvature + rest, slope - rest @ x
         for _ in range(_TRIALS):
             tried = x + np.linalg.solve(curvature + damping * np.diag(np.diag(curvature)), slope)
-            after = cost(tried)
+            new = at(tried, place)
+            after = cost(tried, new)
             if after < before:
                 break
             damping *= _FACTOR
         else:
             settled = True
             break
-        place = replace(place, coefficients=tried * search.unit)
-        resting = (before - after) / before < REST
-        x, before, damping = tried, after, max(damping / _FACTOR, 1e-9)
-        settled = resting and known
+        settled = before - after < REST and number > 0
+        place, x, before, damping = new, tried, after, max(damping / _FACTOR, 1e-9)
         if settled:
             break
     return replace(place, settled=settled)
 
 
-def _quadratic(search: Search, windows: Windows, place: Place) -> tuple[FloatArray, FloatArray]:
+def _quadratic(search: Search, place: Place) -> tuple[FloatArray, FloatArray]:
     """Return curvature and downward slope of half the mean square error, in units."""
-    total = windows.normal(place.coefficients, place.spread)
-    total /= len(windows.samples) * len(place.spread)
+    total: FloatArray = np.zeros((len(search.unit) + 1,) * 2)
+    for one, spread in zip(place.windows, place.spreads, strict=True):
+        share = len(place.windows) * len(one.samples) * len(spread)
+        total += one.normal(place.coefficients, spread) / share
     unit = search.unit
     return total[:-1, :-1] * unit[:, None] * unit, total[:-1, -1] * unit
 
 
-def _evidence(search: Search, windows: Windows, place: Place, curvature: FloatArray) -> Place:
-    """Return the place with the prior that the data speak for (MacKay 1992).
+def _evidence(search: Search, place: Place, curvature: FloatArray) -> Place:
+    """Return the place with the strength of the prior that the data ask for (MacKay 1992).
 
     Errors of a replay are alike for seconds: they count as often as they are independent.
     """
-    errors = windows.errors(place.coefficients) / place.spread
+    windows = place.windows[-1]
+    errors = windows.errors(place.coefficients) / place.spreads[-1]
     number = np.repeat(np.arange(len(windows.spans)), np.diff(windows.spans, axis=1).ravel())
-    time, step = windows.problem.inputs.time[windows.samples], median_step(search.problem)
+    time, step = search.problem.inputs.time[windows.samples], median_step(search.problem)
     alike = [max(correlation_time(one[:, None], number, time) / step, 1.0) for one in errors.T]
     independent = search.problem.n_samples * float(np.sum(1.0 / np.array(alike)))
     told = np.maximum(np.linalg.eigvalsh(curvature), 0.0)

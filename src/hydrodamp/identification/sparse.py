@@ -66,8 +66,8 @@ _FIRST, _SHORT = 4, 5.0
 # A round with fewer coefficients may be this much worse on the training data.
 _NEAR = 1.1
 
-# Blocks below which nothing can be left out.
-_FEWEST = 4
+# Blocks below which nothing can be left out, and blocks at most.
+_FEWEST, _PARTS = 4, 32
 
 # A log is cut into this many windows at least.
 _LEAST = 16
@@ -205,10 +205,10 @@ def replay_blocks(
     search = searching(problem, model)
     windows = search.windows(min(length, problem.duration / _LEAST))
     guessed = around.onto(model)
-    spread = np.sqrt(np.maximum(np.mean(windows.errors(guessed) ** 2, axis=0), search.noise**2))
+    (spread,) = search.spreads(guessed, [windows])
     turn = np.eye(len(guessed) + 1)
     turn[:-1, -1] = guessed
-    found = windows.normals(guessed, spread)
+    found = windows.normals(guessed, spread, min(_PARTS, len(windows.bounds)))
     whole = found[:, -1, -1] > 0.0
     return turn.T @ found[whole] @ turn, int(np.sum(~whole))
 
@@ -233,7 +233,7 @@ def refit(
 ) -> tuple[Damping, float | None]:
     """Fit the replay on windows of some lengths, and score that of the whole log."""
     search = searching(problem, model)
-    places = ladder(search, [*first, *starts(problem, model)], within(problem, lengths))
+    places = ladder(search, [*first, *starts(search, model)], within(problem, lengths))
     damping = Damping(model, places[-1].coefficients)
     return damping, score(replay(problem, damping)).rms
 

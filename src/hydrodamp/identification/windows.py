@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
@@ -26,18 +27,16 @@ _LEAST = 4
 #: Jacobian held at once: 32 MB.
 _MEANS, _ENTRIES = 10, 4_000_000
 
-#: Numbered parts that normal matrices are summed over, at most.
-_PARTS = 32
-
 #: Errors of a window whose replay has no end count as this many times the largest velocity
-#: recorded; one beyond the other many times has run away.
-_LOST, _BEYOND = 5.0, 2.0
+#: recorded.
+_LOST = 5.0
 
 
 @dataclass(frozen=True, eq=False)
 class Windows:
-    """Stretches of a log, rows (first, one past the last) that may overlap, behind each other."""
+    """Stretches of a log of a length [s], rows (first, one past the last), behind each other."""
 
+    length: float
     problem: Problem
     entries: tuple[np.ndarray, np.ndarray]
     bounds: IntArray
@@ -83,30 +82,17 @@ class Windows:
         errors = recorded[self.samples] - simulated[:, self.free]
         return np.where(np.isnan(errors), _LOST * np.abs(recorded).max(axis=0), errors)
 
-    def runaways(self, coefficients: FloatArray, share: float) -> int:
-        """Count the windows that run away when all that drives them is multiplied by a share."""
-        inputs, table = self.inputs, self.problem.columns
-        driven = replace(
-            inputs,
-            velocity=share * inputs.velocity,
-            wrench=share**2 * inputs.wrench,
-            channels=share * inputs.channels,
-            propulsion=share * inputs.propulsion,
-        )
-        matrix = table.with_unknown(self.entries, coefficients)
-        velocity, _ = kernels.replay(table.plant, matrix, driven, self.spans, max_step=MAX_STEP)
-        largest = _BEYOND * np.abs(inputs.velocity[:, self.free]).max(axis=0)
-        inside = np.all(np.abs(velocity[:, self.free]) <= largest, axis=1)  # NaN is not
-        return int(np.sum(~np.logical_and.reduceat(inside, self.spans[:, 0])))
-
-    def normals(self, coefficients: FloatArray, spread: FloatArray) -> FloatArray:
+    def normals(self, coefficients: FloatArray, spread: FloatArray, parts: int) -> FloatArray:
         """Return normal matrices of errors linearised in the coefficients, a part each.
 
-        With slopes A and errors e, over ``spread``, [A e]ᵀ[A e], shape (n, p + 1, p + 1). Both
+        With slopes A and errors e, over ``spread``, [A e]ᵀ[A e], shape (parts, p + 1, p + 1). Both
         are averaged over a tenth of a window. Windows that run away tell no direction.
         """
-        parts = np.array_split(np.arange(len(self.bounds)), min(_PARTS, len(self.bounds)))
-        return np.array([self.some(part).normal(coefficients, spread) for part in parts])
+        n = len(self.bounds)
+        ends = np.arange(parts + 1) * n // parts
+        return np.array(
+            [self.some(slice(a, b)).normal(coefficients, spread) for a, b in pairwise(ends)]
+        )
 
     def normal(self, coefficients: FloatArray, spread: FloatArray) -> FloatArray:
         """Return the normal matrix of all windows."""
@@ -156,7 +142,10 @@ class Windows:
 
 
 def cut(problem: Problem, length: float) -> IntArray:
-    """Return windows of a length [s] that begin every half of it, none across a join."""
+    """Return windows of a length [s] that hold every sample, none across a join.
+
+    They overlap as little as the length of each segment lets them.
+    """
     windows, length = [], max(length, _LEAST * median_step(problem))
     for start, stop in problem.segments.tolist():
         time = problem.inputs.time[start:stop]
@@ -164,7 +153,7 @@ def cut(problem: Problem, length: float) -> IntArray:
         if not room > 0.0:
             windows.append((start, stop))
             continue
-        begins = time[0] + np.linspace(0.0, room, int(np.ceil(2.0 * room / length)) + 1)
+        begins = time[0] + np.linspace(0.0, room, int(np.ceil(room / length - 1e-6)) + 1)
         slack = 1e-6 * length  # clocks round
         first = start + np.searchsorted(time, begins - slack)
         last = start + np.searchsorted(time, begins + length + slack, side="right")
