@@ -190,10 +190,6 @@ SEEN: dict[str, Callable[[], Logs]] = {
     "tanker/150s/silent": SHIP(191, 150.0, SILENT),
     "tanker/150s/coloured-pushed": SHIP(192, 150.0, waves(1.0, coloured=True)),
     "tanker/100s/3x/accelerations": SHIP(193, 100.0, noise(3.0), recording=EXACT),
-}
-"""Those that methods may be made on."""
-
-UNSEEN: dict[str, Callable[[], Logs]] = {
     "sname/130s/2x/20Hz": Sail(published, 901, 130.0, noise(2.0), 20.0),
     "sname2022/70s/1.5x/coloured-pushed": Sail(marginal, 902, 70.0, noise(1.5, 2.0, coloured=True)),
     "sname2022/50s/wrench+20%/strapdown": Sail(
@@ -209,6 +205,25 @@ UNSEEN: dict[str, Callable[[], Logs]] = {
     "rov/90s/2x/coloured-tether": ROV(909, 90.0, tether(2.0, coloured=True)),
     "heavy-rov/250s/0.5x": HEAVY(910, 250.0, noise(0.5)),
     "tanker/180s/2x/10Hz": SHIP(911, 180.0, waves(2.0), rate=10.0),
+}
+"""Those that methods may be made on."""
+
+UNSEEN: dict[str, Callable[[], Logs]] = {
+    "sname/90s/1.5x/coloured": Sail(published, 931, 90.0, noise(1.5, coloured=True)),
+    "sname2022/150s": Sail(marginal, 932, 150.0),
+    "sname2022/90s/2x/20Hz": Sail(marginal, 933, 90.0, noise(2.0), 20.0),
+    "crossflow/100s/2x/coloured-pushed": Sail(
+        crossflow, 934, 100.0, noise(2.0, 1.0, coloured=True)
+    ),
+    "lag-0.25s/150s/wrench-20%": Sail(
+        lagging(published, 0.25), 935, 150.0, recording=Recording(wrench=0.8)
+    ),
+    "drifting/60s/2x": Sail(drifting, 936, 60.0, noise(2.0)),
+    "remus/90s/coloured-pushed": Sail(remus, 937, 90.0, noise(1.0, 1.0, coloured=True)),
+    "remus-theory/60s/2x": Sail(remus_by_theory, 938, 60.0, noise(2.0)),
+    "rov/150s/0.5x": ROV(939, 150.0, noise(0.5)),
+    "heavy-rov/100s/2x/tether": HEAVY(940, 100.0, tether(2.0)),
+    "tanker/120s/0.5x": SHIP(941, 120.0, waves(0.5)),
 }
 """Those that nobody looks at while making a method."""
 
