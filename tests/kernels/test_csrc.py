@@ -58,8 +58,8 @@ def compiler() -> str:
 
 
 SAME_BITS = {
-    "-DNDEBUG": "b02afeaaeead1365ca6b410df59b3c1e",
-    "-DHD_FLOAT": "1c8be7502e5d234095049b9661f3f764",
+    "-DNDEBUG": "dd1e504ce74897928f48ba6d2b6e5463",
+    "-DHD_FLOAT": "2db232e11558f2e12c806530573680ae",
 }
 
 

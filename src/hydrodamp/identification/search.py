@@ -37,6 +37,9 @@ _DAMPING, _FACTOR, _TRIALS = 1e-3, 8.0, 8
 #: Strength of the prior before the data have set it, and its bounds.
 _FIRST, _BOUNDS = 0.1, (1e-6, 10.0)
 
+#: Windows that tell for how long errors are alike.
+_LOOKED_AT = 32
+
 #: How far beyond the log damping is to take power, and what weight power fed to the motion has
 #: against errors, both as shares of what is usual in the log.
 _BEYOND, _FED = 0.5, 10.0
@@ -233,15 +236,17 @@ def _evidence(search: Search, place: Place, curvature: FloatArray) -> Place:
 
     Errors of a replay are alike for seconds: they count as often as they are independent.
     """
-    windows = place.windows[-1]
-    errors = windows.errors(place.coefficients) / place.spreads[-1]
-    number = np.repeat(np.arange(len(windows.spans)), np.diff(windows.spans, axis=1).ravel())
-    time, step = search.problem.inputs.time[windows.samples], median_step(search.problem)
+    windows, spread = place.windows[-1], place.spreads[-1]
+    some = windows.some(slice(None, None, -(-len(windows.bounds) // _LOOKED_AT)))
+    errors = some.errors(place.coefficients)
+    number = np.repeat(np.arange(len(some.spans)), np.diff(some.spans, axis=1).ravel())
+    time, step = search.problem.inputs.time[some.samples], median_step(search.problem)
     alike = [max(correlation_time(one[:, None], number, time) / step, 1.0) for one in errors.T]
     independent = search.problem.n_samples * float(np.sum(1.0 / np.array(alike)))
+    misfit = float(np.mean(1.0 - (search.noise / spread) ** 2))
     told = np.maximum(np.linalg.eigvalsh(curvature), 0.0)
     square = float(np.sum((place.coefficients / search.unit) ** 2))
-    misfit, p, strength, size = float(np.mean(errors**2)), len(told), place.strength, place.size
+    p, strength, size = len(told), place.strength, place.size
     for _ in range(5):
         determined = float(np.sum(told / (told + strength / p)))
         if not (determined > 0.0 and square > 0.0):

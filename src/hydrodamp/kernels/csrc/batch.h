@@ -36,11 +36,11 @@ void hd_coriolis_rows(const hd_real mass[36], const hd_real *velocity, size_t n,
 void hd_atom_weights(const int32_t *factors, size_t n_terms, const hd_real *atoms,
                      size_t n_atoms, const hd_real *matrix, hd_real *weights);
 
-/* slope[6][6] = sum over atoms of weights[atom][axis] * d atom / d velocity. */
+/* slope[velocity][axis] = sum over atoms of weights[atom][axis] * d atom / d velocity. */
 void hd_atom_slopes(const hd_real velocity[6], hd_real propulsion_speed, const hd_real *weights,
                     hd_real slope[36]);
 
-/* slope[6][6] = d H(M nu) nu / d nu. */
+/* slope[velocity][axis] = d H(M nu) nu / d nu, linear in nu. */
 void hd_coriolis_slope(const hd_real mass[36], const hd_real velocity[6], hd_real slope[36]);
 
 /* attitude.c --------------------------------------------------------------- */

@@ -31,6 +31,8 @@ typedef struct {
     const int32_t *parameters;
     size_t n_parameters;
     hd_real *atoms, *xi, *weights; /* xi: 4 x n_terms, one a stage */
+    hd_real *moved;                /* n_terms x 6: inverse mass times each term's coefficients */
+    hd_real turning[6][36];        /* inverse mass times the slope of H at each unit velocity */
     hd_real *rows; /* (p + 6) x n: d state / d parameter; NULL without derivatives */
     hd_real *sum;  /* (p + 6) x n: of the rows of a block of samples */
     size_t block;  /* samples */
@@ -38,7 +40,8 @@ typedef struct {
 
 size_t hd_replay_work(const hd_plant *plant, size_t n_parameters)
 {
-    return 7 * hd_atom_count(plant->n_channels) + 4 * plant->n_terms + 2 * MOST * (n_parameters + 6);
+    return 7 * hd_atom_count(plant->n_channels) + 10 * plant->n_terms
+           + 2 * MOST * (n_parameters + 6);
 }
 
 static interval interval_after(const hd_motion *motion, size_t k)
@@ -101,25 +104,26 @@ static void state_slope(const drive *d, const interval *at, const hd_real *state
 {
     const hd_plant *plant = d->motion->plant;
     const size_t n = d->n;
-    hd_real damping[36], force[36], down[12], lift[24], by_omega[12], by_itself[16];
+    hd_real columns[36], down[12], by_omega[12], by_itself[16];
 
     hd_atom_weights(plant->factors, plant->n_terms, d->atoms, hd_atom_count(plant->n_channels),
-                    d->motion->matrix, d->weights);
-    hd_atom_slopes(state, at->propulsion_speed, d->weights, damping);
-    hd_coriolis_slope(plant->mass, state, force);
-    for (size_t i = 0; i < 36; ++i)
-        force[i] += damping[i];
-    product(d->inverse, 6, force, 6, 6, 6, slope, n);
+                    d->moved, d->weights);
+    hd_atom_slopes(state, at->propulsion_speed, d->weights, columns);
+    for (size_t l = 0; l < 6; ++l)
+        for (size_t i = 0; i < 36; ++i)
+            columns[i] += state[l] * d->turning[l][i];
+    for (size_t i = 0; i < 6; ++i)
+        for (size_t k = 0; k < 6; ++k)
+            slope[n * i + k] = columns[6 * k + i];
     if (n == 6)
         return;
     hd_down_slope(state + 6, down);
     for (size_t i = 0; i < 6; ++i)
         for (size_t k = 0; k < 4; ++k) {
-            lift[4 * i + k] = 0;
+            slope[n * i + 6 + k] = 0;
             for (size_t l = 0; l < 3; ++l)
-                lift[4 * i + k] += d->weights[6 * (18 + l) + i] * down[4 * l + k];
+                slope[n * i + 6 + k] += d->weights[6 * (18 + l) + i] * down[4 * l + k];
         }
-    product(d->inverse, 6, lift, 6, 6, 4, slope + 6, n);
     hd_quaternion_by_omega(state + 6, by_omega);
     hd_quaternion_by_itself(state + 3, by_itself);
     for (size_t i = 0; i < 4; ++i)
@@ -177,14 +181,19 @@ static inline void move_rows(const drive *d, size_t n, const hd_real *transition
 static inline void differentiate(const drive *d, size_t n, hd_real h,
                                  hd_real slopes[4][MOST * MOST], const hd_real *q, hd_real length)
 {
-    static const hd_real share[4] = {1, 2, 2, 1};                          /* sixths */
-    static const hd_real ahead[4] = {(hd_real)0.5, (hd_real)0.5, 1, 0};
-    hd_real weight[MOST * MOST], acted[MOST * MOST] = {0}, transition[MOST * MOST];
+    static const hd_real share[3] = {1, 2, 2}; /* sixths */
+    static const hd_real ahead[3] = {(hd_real)0.5, (hd_real)0.5, 1};
+    hd_real weight[MOST * MOST], acted[MOST * MOST], transition[MOST * MOST];
     hd_real reach[4][6 * MOST];
 
-    for (size_t i = 0; i < n * n; ++i)
-        transition[i] = i % (n + 1) == 0;
-    for (size_t s = 4; s-- > 0;) {
+    for (size_t i = 0; i < n * n; ++i) { /* W_4 is h/6 times the unit matrix */
+        acted[i] = h / 6 * slopes[3][i];
+        transition[i] = (hd_real)(i % (n + 1) == 0) + acted[i];
+    }
+    for (size_t i = 0; i < n; ++i)
+        for (size_t k = 0; k < 6; ++k)
+            reach[3][6 * i + k] = i < 6 ? h / 6 * d->inverse[6 * i + k] : 0;
+    for (size_t s = 3; s-- > 0;) {
         for (size_t i = 0; i < n * n; ++i)
             weight[i] = h * (ahead[s] * acted[i]) + (i % (n + 1) == 0 ? h / 6 * share[s] : 0);
         product(weight, n, slopes[s], n, n, n, acted, n);
@@ -311,9 +320,19 @@ void hd_replay(const hd_motion *motion, const int64_t *segments, size_t n_segmen
     d.atoms = work;
     d.xi = d.atoms + n_atoms;
     d.weights = d.xi + 4 * motion->plant->n_terms;
-    d.rows = jacobian ? d.weights + 6 * n_atoms : NULL;
+    d.moved = d.weights + 6 * n_atoms;
+    d.rows = jacobian ? d.moved + 6 * motion->plant->n_terms : NULL;
     d.sum = jacobian ? d.rows + d.n * (n_parameters + 6) : NULL;
     d.block = block;
+    for (size_t j = 0; jacobian && j < motion->plant->n_terms; ++j)
+        hd_momentum(d.inverse, motion->matrix + 6 * j, d.moved + 6 * j);
+    for (size_t l = 0; jacobian && l < 6; ++l) {
+        hd_real unit[6] = {0}, slope[36];
+        unit[l] = 1;
+        hd_coriolis_slope(motion->plant->mass, unit, slope);
+        for (size_t k = 0; k < 6; ++k)
+            hd_momentum(d.inverse, slope + 6 * k, d.turning[l] + 6 * k);
+    }
     for (size_t i = 0; i < 6 * motion->record->n; ++i)
         velocity[i] = (hd_real)NAN;
     for (size_t s = 0; s < n_segments; ++s) {

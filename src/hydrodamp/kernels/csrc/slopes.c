@@ -5,11 +5,15 @@ static const hd_real slowest = (hd_real)1e-6; /* m/s; guards the propulsion rati
 
 static hd_real sign(hd_real x) { return (hd_real)((x > 0) - (x < 0)); }
 
-/* slope[axis][k] += factor * weight[axis] for all axes. */
-static void add(const hd_real weight[6], hd_real factor, size_t k, hd_real slope[36])
+/* to += factor * from, six axes */
+static inline void add_row(hd_real factor, const hd_real *from, hd_real *to)
 {
+    hd_real row[6];
+
     for (size_t i = 0; i < 6; ++i)
-        slope[6 * i + k] += factor * weight[i];
+        row[i] = to[i] + factor * from[i];
+    for (size_t i = 0; i < 6; ++i)
+        to[i] = row[i];
 }
 
 void hd_atom_slopes(const hd_real velocity[6], hd_real propulsion_speed, const hd_real *weights,
@@ -22,34 +26,23 @@ void hd_atom_slopes(const hd_real velocity[6], hd_real propulsion_speed, const h
     for (size_t i = 0; i < 36; ++i)
         slope[i] = 0;
     for (size_t k = 0; k < 6; ++k) { /* d nu = 1, d |nu| = sign(nu), 0 at the kink */
-        add(weights + 6 * (1 + k), 1, k, slope);
-        add(weights + 6 * (7 + k), sign(velocity[k]), k, slope);
+        add_row(1, weights + 6 * (1 + k), slope + 6 * k);
+        add_row(sign(velocity[k]), weights + 6 * (7 + k), slope + 6 * k);
     }
     if (speed > 0) { /* dU = nu_1 / U; d(eta-1) = -u_c / U^2 dU */
         const hd_real ratio = speed > slowest ? -propulsion_speed / (speed * speed) : 0;
         for (size_t k = 0; k < 3; ++k) {
-            add(weights + 6 * 13, velocity[k] / speed, k, slope);
-            add(weights + 6 * 17, ratio * (velocity[k] / speed), k, slope);
+            add_row(velocity[k] / speed, weights + 6 * 13, slope + 6 * k);
+            add_row(ratio * (velocity[k] / speed), weights + 6 * 17, slope + 6 * k);
         }
     }
     if (crossflow > 0) /* dV = (v, w) / V; V_v and V_w carry their sign */
         for (size_t k = 1; k < 3; ++k) {
             const hd_real d = velocity[k] / crossflow;
-            add(weights + 6 * 14, d, k, slope);
-            add(weights + 6 * 15, sign(v) * d, k, slope);
-            add(weights + 6 * 16, sign(w) * d, k, slope);
+            add_row(d, weights + 6 * 14, slope + 6 * k);
+            add_row(sign(v) * d, weights + 6 * 15, slope + 6 * k);
+            add_row(sign(w) * d, weights + 6 * 16, slope + 6 * k);
         }
-}
-
-/* to += factor * from, six axes */
-static inline void add_row(hd_real factor, const hd_real *from, hd_real *to)
-{
-    hd_real row[6];
-
-    for (size_t i = 0; i < 6; ++i)
-        row[i] = to[i] + factor * from[i];
-    for (size_t i = 0; i < 6; ++i)
-        to[i] = row[i];
 }
 
 void hd_atom_weights(const int32_t *factors, size_t n_terms, const hd_real *atoms,
@@ -75,11 +68,11 @@ void hd_coriolis_slope(const hd_real mass[36], const hd_real velocity[6], hd_rea
 
     hd_momentum(mass, velocity, p);
     for (size_t k = 0; k < 6; ++k) { /* H(M e_k) nu + H(M nu) e_k */
-        hd_real unit[6] = {0}, column[6] = {0};
+        hd_real unit[6] = {0};
         unit[k] = 1;
-        hd_add_moving_frame(mass + 6 * k, velocity, column);
-        hd_add_moving_frame(p, unit, column);
         for (size_t i = 0; i < 6; ++i)
-            slope[6 * i + k] = column[i];
+            slope[6 * k + i] = 0;
+        hd_add_moving_frame(mass + 6 * k, velocity, slope + 6 * k);
+        hd_add_moving_frame(p, unit, slope + 6 * k);
     }
 }
