@@ -211,8 +211,8 @@ def descend(search: Search, start: Place) -> Place:
             if after < before:
                 break
             damping *= _FACTOR
-        else:
-            settled = True
+        else:  # stuck, unless the whole step promised next to nothing
+            settled = float(slope @ np.linalg.solve(curvature, slope)) < REST
             break
         settled = before - after < REST and number > 0
         place, x, before, damping = new, tried, after, max(damping / _FACTOR, 1e-9)
