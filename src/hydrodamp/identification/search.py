@@ -105,12 +105,15 @@ class Search:
             for one in windows
         )
 
-    def fed(self, x: FloatArray) -> float:
-        """Return the mean square of the power that coefficients in units feed to the motion."""
-        return _FED * float(np.mean(np.maximum(self.power @ x, 0.0) ** 2))
+    def cost(self, place: Place) -> float:
+        """Return what a search makes small: errors, coefficients, and power fed to the motion."""
+        x = place.coefficients / self.unit
+        misfit = 2.0 * float(np.mean(np.log(place.spreads)))
+        fed = _FED * float(np.mean(np.maximum(self.power @ x, 0.0) ** 2))
+        return misfit + place.strength * float(np.mean(x**2)) + fed
 
     def feeding(self, x: FloatArray) -> FloatArray:
-        """Return the curvature of half of that, where coefficients in units are."""
+        """Return the curvature of half the cost of feeding, where coefficients in units are."""
         rows = self.power[self.power @ x > 0.0]
         return np.asarray(_FED / len(self.power) * (rows.T @ rows))
 
@@ -165,7 +168,7 @@ def ladder(search: Search, first: Sequence[FloatArray], lengths: Sequence[float]
     """
     windows = [search.windows(length) for length in lengths]
     found = [search.place(one, windows[:1]) for one in first]
-    places = [min(found, key=lambda one: float(np.log(one.spreads).mean()))]
+    places = [min(found, key=search.cost)]
     for stage in range(len(lengths)):
         places.append(descend(search, replace(places[-1], windows=tuple(windows[: stage + 1]))))
     return places
@@ -190,24 +193,20 @@ def descend(search: Search, start: Place) -> Place:
         there = x * search.unit
         return replace(place, coefficients=there, spreads=search.spreads(there, place.windows))
 
-    def cost(x: FloatArray, place: Place) -> float:
-        misfit = 2.0 * float(np.mean(np.log(place.spreads)))
-        return misfit + place.strength * float(np.mean(x**2)) + search.fed(x)
-
     x, p, damping, settled = start.coefficients / search.unit, len(search.unit), _DAMPING, False
     place = at(x, start)
-    before = cost(x, place)
+    before = search.cost(place)
     for number in range(ROUNDS):
         curvature, slope = _quadratic(search, place)
         if number == 1:
             place = _evidence(search, place, curvature)
-            before = cost(x, place)
+            before = search.cost(place)
         rest = place.strength / p * np.eye(p) + search.feeding(x)
         curvature, slope = curvature + rest, slope - rest @ x
         for _ in range(_TRIALS):
             tried = x + np.linalg.solve(curvature + damping * np.diag(np.diag(curvature)), slope)
             new = at(tried, place)
-            after = cost(tried, new)
+            after = search.cost(new)
             if after < before:
                 break
             damping *= _FACTOR
