@@ -68,7 +68,7 @@ _REPAIR = (
     " folder"
 )
 
-#: All formats, those with a mark first.
+#: All formats, those with a mark first; the last takes any text that no other does.
 FORMATS = (
     Format("rosbag", "ROS 1 bag", (".bag",), b"#ROSBAG", _ROS, _REINDEX),
     Format("rosbag", "ROS 2 bag (MCAP)", (".mcap",), rb"\x89MCAP", _ROS, _RECOVER),
@@ -165,7 +165,7 @@ def format_of(path: str | Path) -> Format:
     """Return the format of a file, or of a bag in a folder."""
     path = Path(path)
     if is_bag(path):
-        return FORMATS[2]
+        return next(form for form in FORMATS if ".db3" in form.suffixes)
     begin, suffix = head(path, _HEAD), suffix_of(path)
     if not begin.strip(b"\0\r\n\t "):
         what = "holds only zero bytes or blanks" if begin else "is empty"

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple, ParamSpec
 from hydrodamp.errors import FileError, MethodError
 from hydrodamp.files import save_bytes
 from hydrodamp.identification.fit import Fit
-from hydrodamp.identification.methods import METHODS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -36,19 +35,19 @@ SERIES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 BAND = 0.22
 SHADE = "#e2e2e2"
 
-# Colour and marker of each method in the order of METHODS; the last is for other keys.
-_METHODS = (
-    ("#D55E00", "o"),
-    ("#0072B2", "s"),
-    ("#56B4E9", "P"),
-    ("#999933", "<"),
-    ("#882255", ">"),
-    ("#009E73", "D"),
-    ("#E69F00", "^"),
-    ("#CC79A7", "v"),
-    ("#8C510A", "8"),
-    ("#4D4D4D", "d"),
-)
+# Colour and marker of each method, and those that all other methods share.
+_METHODS = {
+    "recommended": ("#D55E00", "o"),
+    "ls": ("#0072B2", "s"),
+    "weak": ("#56B4E9", "P"),
+    "ridge": ("#999933", "<"),
+    "dissipative": ("#882255", ">"),
+    "oe": ("#009E73", "D"),
+    "ai": ("#E69F00", "^"),
+    "ai-scaled": ("#CC79A7", "v"),
+    "rls": ("#8C510A", "8"),
+}
+_OTHERS = ("#4D4D4D", "d")
 
 # Dashes of each model: lengths on and off, in widths of the line; solid for the first.
 _DASHES: tuple[tuple[float, ...], ...] = (
@@ -123,8 +122,7 @@ def looks_of(rows: Sequence[tuple[str, str]]) -> list[Look]:
     """Return how rows of (model, method) are drawn; models take dashes as they come."""
     models = list(dict.fromkeys(model for model, _ in rows))
     dashes = dict(zip(models, cycle(_DASHES), strict=False))
-    places = [([*METHODS, method].index(method), dashes[model]) for model, method in rows]
-    return [Look(*_METHODS[place], dash) for place, dash in places]
+    return [Look(*_METHODS.get(method, _OTHERS), dashes[model]) for model, method in rows]
 
 
 def colour_of(method: str) -> str:
