@@ -32,8 +32,7 @@ from hydrodamp.ingest.mapping import read_mapping
 from hydrodamp.models.catalog import catalog
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.files import read_damping, read_models, write_damping, write_model
-from hydrodamp.vehicle.file import read_vehicle, write_vehicle
-from hydrodamp.vehicle.fleet import fleet
+from hydrodamp.vehicle.file import fleet, read_vehicle, write_vehicle
 
 
 def test_a_file_is_replaced_and_nothing_else_is_left(tmp_path: Path) -> None:

@@ -217,8 +217,12 @@ from .vehicle.actuators import (
     Propeller as Propeller,
     Thruster as Thruster,
 )
-from .vehicle.file import read_vehicle as read_vehicle, write_vehicle as write_vehicle
-from .vehicle.fleet import find_vehicle as find_vehicle, fleet as fleet
+from .vehicle.file import (
+    find_vehicle as find_vehicle,
+    fleet as fleet,
+    read_vehicle as read_vehicle,
+    write_vehicle as write_vehicle,
+)
 from .vehicle.vehicle import Vehicle as Vehicle
 
 __version__: str

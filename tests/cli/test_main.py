@@ -5,7 +5,7 @@ import sys
 
 import hydrodamp
 from hydrodamp.cli import options
-from hydrodamp.vehicle.fleet import fleet
+from hydrodamp.vehicle.file import fleet
 
 
 def test_version(call):

@@ -5,8 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from hydrodamp.vehicle.file import read_vehicle
-from hydrodamp.vehicle.fleet import fleet
+from hydrodamp.vehicle.file import fleet, read_vehicle
 
 SIZES = "--length 1.6 --diameter 0.19 --mass 40"
 

@@ -11,7 +11,7 @@ from hydrodamp.data.log import Log
 from hydrodamp.errors import ProblemError
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.checks import check_log, nothing_drives, unused
-from hydrodamp.vehicle.fleet import fleet
+from hydrodamp.vehicle.file import fleet
 
 TIME = np.arange(20) / 10
 LEVEL = np.tile([1.0, 0.0, 0.0, 0.0], (20, 1))

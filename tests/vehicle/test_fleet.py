@@ -8,8 +8,14 @@ import numpy as np
 import pytest
 
 from hydrodamp.errors import FileError, HydrodampWarning, VehicleError
-from hydrodamp.vehicle.file import format_vehicle, parse_vehicle, write_vehicle
-from hydrodamp.vehicle.fleet import find_vehicle, fleet, without_righting
+from hydrodamp.vehicle.file import (
+    find_vehicle,
+    fleet,
+    format_vehicle,
+    parse_vehicle,
+    without_righting,
+    write_vehicle,
+)
 from hydrodamp.vehicle.vehicle import Vehicle
 
 

@@ -7,8 +7,7 @@ import pytest
 import yaml
 
 from hydrodamp.errors import VehicleError
-from hydrodamp.vehicle.file import parse_vehicle
-from hydrodamp.vehicle.fleet import fleet, fleet_text, without_righting
+from hydrodamp.vehicle.file import fleet, fleet_text, parse_vehicle, without_righting
 from hydrodamp.vehicle.template import copied, vehicle_template
 from hydrodamp.vehicle.vehicle import Vehicle
 

@@ -10,7 +10,7 @@ import typer
 from hydrodamp.identification.methods import METHODS
 
 FLEET = "bluerov2, bluerov2-heavy, lauv, remus100, vt690"
-"""All vehicles of the fleet, for help; those of ``vehicle.fleet``."""
+"""All vehicles of the fleet, for help; those of ``vehicle.file.fleet``."""
 
 #: All methods, for help.
 KEYS = ", ".join(METHODS)

@@ -30,7 +30,7 @@ def new(
     from hydrodamp.cli.targets import check_new_file
     from hydrodamp.errors import VehicleError
     from hydrodamp.files import save_text
-    from hydrodamp.vehicle.fleet import fleet_text
+    from hydrodamp.vehicle.file import fleet_text
     from hydrodamp.vehicle.template import copied, vehicle_template
 
     sizes = {"length": length, "diameter": diameter, "mass": mass}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.special import chdtrc
@@ -31,21 +30,8 @@ _NORMAL = 1.482602218505602
 # Lags that the test of Ljung and Box asks about, and samples for each on short series.
 _TESTED, _PER_LAG = 10, 5
 
-# Lags of a drawn correlation at most, the share of a segment that they reach to, and the
-# frequencies of a spectrum.
-_LAGS, _SHARE, _FREQUENCIES = 40, 4, 129
-
-
-@dataclass(frozen=True, eq=False)
-class ResidualSeries:
-    """Correlation over lag [s] and power density over frequency [Hz] of one axis."""
-
-    lag: FloatArray
-    correlation: FloatArray
-    frequency: FloatArray
-    density: FloatArray
-    #: How large a correlation of white residuals gets, at nineteen lags of twenty.
-    white: float
+# Lags of a drawn correlation at most, and the share of a segment that they reach to.
+_LAGS, _SHARE = 40, 4
 
 
 def diagnose(problem: Problem, damping: Damping) -> tuple[str, ...]:
@@ -96,9 +82,9 @@ def diagnose(problem: Problem, damping: Damping) -> tuple[str, ...]:
     return (*([white] if coloured else []), *([near] if spiked else []))
 
 
-def residual_rows(problem: Problem, support: float | None = None) -> tuple[Rows, float]:
+def residual_rows(problem: Problem) -> tuple[Rows, float]:
     """Return rows of the weak form that share no sample, and how far apart they are [s]."""
-    length = chosen_support(problem)[0] if support is None else support
+    length = chosen_support(problem)[0]
     return WeakEquations(length, overlap=1, windows=()).rows(problem), length
 
 
@@ -112,12 +98,12 @@ def left_over(rows: Rows, damping: Damping) -> FloatArray:
 
 def whiteness(series: FloatArray, segment: IntArray, spacing: float) -> tuple[float, float, float]:
     """Test residuals for correlation: p-value (Ljung-Box), that of neighbours, its time [s]."""
-    lags, power = min(_TESTED, len(series) // _PER_LAG), float(series @ series)
-    if lags < 1 or power <= 0.0:
+    lags = min(_TESTED, len(series) // _PER_LAG)
+    if lags < 1 or not series.any():
         return 1.0, 0.0, spacing
-    pairs, products = lagged_products(series, segment, lags)
-    correlation, n = products[1:] / power, len(series)
-    statistic = n * (n + 2.0) * np.sum(correlation**2 / np.maximum(pairs[1:], 1))
+    pairs, correlation = correlated(series, segment, lags)
+    pairs, correlation, n = pairs[1:], correlation[1:], len(series)
+    statistic = n * (n + 2.0) * np.sum(correlation**2 / np.maximum(pairs, 1))
     positive = correlation[: np.argmax(np.append(correlation, -1.0) <= 0.0)]
     time = spacing * (1.0 + 2.0 * float(positive.sum()))
     return float(chdtrc(lags, statistic)), float(correlation[0]), time
@@ -131,54 +117,37 @@ def outlier_share(series: FloatArray) -> float:
     return float(np.mean(distance > FAR * _NORMAL * np.median(distance)))
 
 
-def residual_series(
-    problem: Problem, dampings: Sequence[Damping], support: float | None = None
-) -> list[dict[str, ResidualSeries]]:
-    """Return what each damping leaves over on the axes of its terms, under test functions."""
-    rows, length = residual_rows(problem, support)
-    return [
-        {
-            axis: series(left, rows.segment, length)
-            for axis, terms, left in zip(AXES, one.model.terms, left_over(rows, one).T, strict=True)
-            if terms
-        }
-        for one in dampings
-    ]
+def autocorrelations(
+    problem: Problem, dampings: Sequence[Damping]
+) -> tuple[FloatArray, float, list[dict[str, FloatArray]]]:
+    """Return lags [s], how large a correlation white residuals reach, and those of each damping.
 
-
-def series(residuals: FloatArray, segment: IntArray, spacing: float) -> ResidualSeries:
-    """Return correlation and spectrum (Parzen's window) of residuals, never across a join."""
-    longest = int(np.bincount(segment).max(initial=0)) if len(segment) else 0
+    By axes of its terms. White residuals stay below at nineteen lags of twenty.
+    """
+    rows, length = residual_rows(problem)
+    longest = int(np.bincount(rows.segment).max(initial=0))
     if longest < _SHARE:
         raise MethodError(
             f"at least {_SHARE} residuals of one segment are needed for a correlation; got "
             f"{longest}: give a longer log"
         )
     most = min(_LAGS, longest // _SHARE)
-    covariance = lagged_products(residuals, segment, most)[1] / len(residuals)
-    share = np.arange(most + 1) / (most + 1.0)
-    inner = 1.0 - 6.0 * share**2 * (1.0 - share)
-    window = np.where(share <= 0.5, inner, 2.0 * (1.0 - share) ** 3)
-    weights = np.where(share == 0.0, 1.0, 2.0) * window * covariance
-    lag = spacing * np.arange(most + 1.0)
-    frequency = np.linspace(0.0, 0.5 / spacing, _FREQUENCIES)
-    waves = np.cos(2.0 * np.pi * np.outer(frequency, lag))
-    return ResidualSeries(
-        lag=lag,
-        correlation=covariance / covariance[0] if covariance[0] > 0.0 else 0.0 * covariance,
-        frequency=frequency,
-        density=np.maximum(2.0 * spacing * waves @ weights, 0.0),
-        white=1.96 / float(np.sqrt(len(residuals))),
-    )
+    found = [
+        {
+            axis: correlated(left, rows.segment, most)[1]
+            for axis, terms, left in zip(AXES, one.model.terms, left_over(rows, one).T, strict=True)
+            if terms
+        }
+        for one in dampings
+    ]
+    return length * np.arange(most + 1.0), 1.96 / float(np.sqrt(rows.n)), found
 
 
-def lagged_products(
-    series: FloatArray, segment: IntArray, most: int
-) -> tuple[IntArray, FloatArray]:
-    """Return pairs and sums of products at lags 0 to ``most``, never across a join."""
+def correlated(series: FloatArray, segment: IntArray, most: int) -> tuple[IntArray, FloatArray]:
+    """Return pairs and autocorrelation at lags 0 to ``most``, never across a join."""
     pairs, products = np.zeros(most + 1, dtype=np.int64), np.zeros(most + 1)
     for part in np.split(series, np.flatnonzero(np.diff(segment)) + 1):
         for lag in range(min(most + 1, len(part))):
             pairs[lag] += len(part) - lag
             products[lag] += part[lag:] @ part[: len(part) - lag]
-    return pairs, products
+    return pairs, products / (products[0] or 1.0)

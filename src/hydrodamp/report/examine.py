@@ -192,10 +192,7 @@ def _said_of_residuals(problem: Problem, fit: Fit) -> str:
     said = diagnose(problem, fit.damping)
     if not any("correlated in time" in one for one in said):
         said = ("Residuals are white, as far as a test sees.", *said)
-    seen = (
-        "White ones stay in the grey band; where they leave it, the model lacks something, and a "
-        "peak in the spectrum (right) is motion that it does not follow."
-    )
+    seen = "White ones stay in the grey band; where they leave it, the model lacks something."
     return " ".join((*said, seen))
 
 

@@ -12,7 +12,7 @@ from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.basis.atoms import AXES
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Fit
-from hydrodamp.identification.residuals import lagged_products, left_over
+from hydrodamp.identification.residuals import correlated, left_over
 from hydrodamp.identification.rows import Rows
 from hydrodamp.identification.triangle import solve_axis
 
@@ -146,11 +146,8 @@ def effective_samples(series: FloatArray, segment: IntArray) -> float:
     centred, lags, time = series - series.mean(), 0, 1.0
     while lags < last:
         lags = min(max(2 * lags, 32), last)
-        count, products = lagged_products(centred, segment, lags)
-        if not products[0] > 0.0:
-            break
-        covariance = products / count
-        times = 1.0 + 2.0 * np.cumsum(covariance[1:] / covariance[0])
+        count, correlation = correlated(centred, segment, lags)
+        times = 1.0 + 2.0 * np.cumsum(n * correlation[1:] / count[1:])
         enough = np.flatnonzero(np.arange(1, lags + 1) >= _TIMES * times)
         time = float(times[enough[0]] if len(enough) else times[-1])
         if len(enough):

@@ -9,7 +9,7 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.simulation.campaign.motion import Body
 from hydrodamp.simulation.campaign.reenact import Campaign, reenact
 from hydrodamp.simulation.campaign.truth import Truth, crossflow, sname, true_damping
-from hydrodamp.vehicle.fleet import fleet
+from hydrodamp.vehicle.file import fleet
 
 
 @pytest.fixture(scope="session")

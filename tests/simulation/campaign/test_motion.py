@@ -16,7 +16,7 @@ from hydrodamp.simulation.campaign.motion import (
     momentum_wrench,
 )
 from hydrodamp.simulation.campaign.truth import Truth, sname
-from hydrodamp.vehicle.fleet import fleet
+from hydrodamp.vehicle.file import fleet
 
 
 def test_known_wrench_is_the_fleets(body: Body, velocities: FloatArray) -> None:

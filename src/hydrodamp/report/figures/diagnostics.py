@@ -12,7 +12,7 @@ from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.grades import EXCITED, Grade, Identifiability
 from hydrodamp.identification.power import OperatingBox, power_range, worst_power
-from hydrodamp.identification.residuals import residual_series
+from hydrodamp.identification.residuals import autocorrelations
 from hydrodamp.report.figures.axes import error_scale, velocity_label, velocity_unit
 from hydrodamp.report.figures.look import (
     BAND,
@@ -206,8 +206,8 @@ def excitation_figure(found: Identifiability) -> Figure:
 
 
 @in_our_look
-def residuals_figure(problem: Problem, fits: Iterable[Fit], support: float | None = None) -> Figure:
-    """Draw autocorrelation and spectrum of what fits leave over, axis by axis.
+def residuals_figure(problem: Problem, fits: Iterable[Fit]) -> Figure:
+    """Draw the autocorrelation of what fits leave over, axis by axis.
 
     Residuals are those that :func:`hydrodamp.diagnose` examines: of the weak form, under test
     functions that follow each other and share no sample.
@@ -218,8 +218,6 @@ def residuals_figure(problem: Problem, fits: Iterable[Fit], support: float | Non
         Prepared for the terms of all fits.
     fits : iterable of Fit
         Those without numbers are left out.
-    support : float, optional
-        Length of the test functions [s]; by default as :class:`WeakEquations` chooses it.
 
     Returns
     -------
@@ -232,35 +230,19 @@ def residuals_figure(problem: Problem, fits: Iterable[Fit], support: float | Non
     MethodError
         If no fit has numbers, the log is too short, or matplotlib is not installed.
     """
-    from matplotlib.ticker import LogLocator, NullLocator
-
     drawn = drawn_fits(fits)
     if not drawn:
         raise MethodError("no fit has coefficients, so there are no residuals to draw")
-    found = residual_series(problem, [fit.damping for _, fit, _ in drawn], support)
+    lag, white, found = autocorrelations(problem, [fit.damping for _, fit, _ in drawn])
     axes = [axis for axis in AXES if any(axis in one for one in found)]
-    figure = sheet(COLUMN, 0.72 * len(axes) + 0.9 + 0.13 * len(drawn))
-    panels = figure.subplots(len(axes), 2, sharex="col", squeeze=False)
-    for axis, (lags, spectrum) in zip(axes, panels, strict=True):
-        spectrum.set_yscale("log")
-        spectrum.margins(y=0.0)
+    figure = sheet(COLUMN, 1.05 * -(-len(axes) // 2) + 0.5 + 0.13 * len(drawn))
+    for axis, panel in zip(axes, abreast(figure, len(axes), min(2, len(axes))), strict=True):
         for one, (_, _, look) in zip(found, drawn, strict=True):
             if axis in one:
-                lags.plot(one[axis].lag, one[axis].correlation, **look.line)
-                density = np.where(one[axis].density > 0.0, one[axis].density, np.nan)
-                spectrum.plot(one[axis].frequency, density, **look.line)
-                lags.axhspan(-one[axis].white, one[axis].white, color=SHADE, linewidth=0.0)
-        lags.set(xlim=(0.0, None), ylim=(-1.05, 1.05))
-        lags.set_ylabel(f"${axis}$", rotation=0, va="center", labelpad=8.0)
-        spectrum.set_xlim(0.0, None)
-        low, high = np.log10(spectrum.get_ylim())
-        spectrum.set_ylim(10.0 ** np.floor(low), 10.0 ** np.ceil(high))
-        spectrum.yaxis.set_major_locator(LogLocator(numticks=4))
-        spectrum.yaxis.set_minor_locator(NullLocator())
-    panels[-1, 0].set_xlabel("lag [s]")
-    panels[-1, 1].set_xlabel("frequency [Hz]")
-    panels[0, 0].set_title("autocorrelation\n[1]")
-    panels[0, 1].set_title("power density\n[N²/Hz, (N m)²/Hz]")
+                panel.plot(lag, one[axis], **look.line)
+        panel.axhspan(-white, white, color=SHADE, linewidth=0.0)
+        panel.set(xlim=(0.0, None), ylim=(-1.05, 1.05), xlabel="lag [s]")
+        panel.set_ylabel(f"${axis}$", rotation=0, va="center", labelpad=8.0)
     entries = [(name, look.line) for name, _, look in drawn]
     legend(figure, [*entries, ("white residuals, 95 %", {"color": SHADE, "linewidth": 5.0})])
     return figure

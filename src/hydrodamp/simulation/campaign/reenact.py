@@ -32,7 +32,7 @@ from hydrodamp.simulation.campaign.motion import (
     Motion,
 )
 from hydrodamp.simulation.campaign.truth import Truth, crossflow, sname, true_damping
-from hydrodamp.vehicle.fleet import fleet
+from hydrodamp.vehicle.file import fleet
 from hydrodamp.vehicle.vehicle import Vehicle
 
 STARTING_DEPTH = 10.0
