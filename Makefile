@@ -29,7 +29,8 @@ test:
 	pytest -n auto --cov --cov-report=term-missing
 
 bench:
-	pytest benchmarks -o python_files="bench_*.py" --benchmark-only --benchmark-columns=min,median,max
+	pytest benchmarks -o python_files="bench_*.py" --benchmark-only --benchmark-columns=min,median,max \
+		--page docs/performance.md
 
 smoke:            ## the headline ratios at reduced size, a minute at most
 	python benchmarks/smoke.py

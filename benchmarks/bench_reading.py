@@ -6,7 +6,6 @@ The other side reads the same file and hands over its own objects; ours returns 
 from __future__ import annotations
 
 import struct
-import subprocess
 import sys
 from pathlib import Path
 
@@ -188,44 +187,6 @@ def test_px4(benchmark, ledger, tmp_path):
         benchmark, lambda: files.read(path), lambda: pyulog.ULog(str(path)), rounds=5
     )
     ledger.within("PX4 .ulg, 2e4 messages: pyulog alone", ours, other)
-
-
-STREAM = r"""
-import re, sys
-from pathlib import Path
-from hydrodamp.ingest.formats.parquet import parts
-rows = sum(part.topics[0].n for part in parts(sys.argv[1], 100_000))
-print(rows, re.search(r"VmHWM:\s+(\d+) kB", Path("/proc/self/status").read_text())[1])
-"""
-
-
-def test_memory_of_a_parquet_stream(benchmark, ledger, tmp_path, table):
-    """1 GB of Parquet, part by part in a process of its own: its peak against the file."""
-    if not Path("/proc/self/status").exists():
-        pytest.skip("the peak is read from /proc")
-    arrow = pytest.importorskip("pyarrow")
-    writer = pytest.importorskip("pyarrow.parquet")
-    path = tmp_path / "log.parquet"
-    columns = arrow.table({f"c{k}": table[:, k] for k in range(COLUMNS)})
-    with writer.ParquetWriter(path, columns.schema, use_dictionary=False) as file:
-        for _ in range(7):
-            file.write_table(columns, row_group_size=100_000)
-    told: list[str] = []
-
-    def stream() -> None:
-        run = [sys.executable, "-c", STREAM, str(path)]
-        told[:] = subprocess.run(run, capture_output=True, text=True, check=True).stdout.split()
-
-    benchmark.pedantic(stream, rounds=1)
-    assert int(told[0]) == 7 * ROWS
-    size = path.stat().st_size / 1e6
-    ledger.within(
-        "Parquet stream, peak memory: size of the file",
-        float(told[1]) / 1e3,
-        size,
-        unit="MB",
-        target=1.0,
-    )
 
 
 def test_parquet(benchmark, ledger, tmp_path, table):

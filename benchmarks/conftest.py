@@ -16,6 +16,10 @@ from ledger import Ledger  # noqa: E402
 LEDGER = pytest.StashKey[Ledger]()
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--page", type=Path, help="a page whose table, its last part, is replaced")
+
+
 def pytest_configure(config: pytest.Config) -> None:
     config.stash[LEDGER] = Ledger()
 
@@ -44,3 +48,7 @@ def pytest_terminal_summary(terminalreporter, config: pytest.Config) -> None:
         terminalreporter.section("ratios, each measured in this run")
         for row in rows:
             terminalreporter.write_line(row)
+    page = config.getoption("--page")
+    if page:
+        head, mark, _ = page.read_text("utf-8").partition("<!-- ratios -->\n")
+        page.write_text(f"{head}{mark}\n{config.stash[LEDGER].markdown()}", "utf-8")

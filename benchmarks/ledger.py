@@ -60,6 +60,11 @@ class Ledger:
         met = None if target is None else ratio >= target
         self.entries.append(Entry(what, unit, ours, other, ratio, wanted, met))
 
+    def markdown(self) -> str:
+        """Return the table for a page."""
+        rows = [HEADINGS, ("---",) * len(HEADINGS), *(entry.cells() for entry in self.entries)]
+        return "".join(f"| {' | '.join(row)} |\n" for row in rows)
+
     def lines(self) -> list[str]:
         """Return the table, and how busy the machine was."""
         if not self.entries:
