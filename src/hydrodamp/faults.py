@@ -80,7 +80,8 @@ def _unknown(place: list[str | int], form: type[BaseModel]) -> str:
     near = did_you_mean(key, known)
     if len(place) == 1:
         return f"unknown key `{key}`.{near} Keys are: {' '.join(known)}"
-    return f"`{spelt_path(place[:-1])}` has no `{key}`.{near} It takes: {' '.join(known)}"
+    takes = " ".join(known) or "nothing"
+    return f"`{spelt_path(place[:-1])}` has no `{key}`.{near} It takes: {takes}"
 
 
 def _keys_at(place: list[str | int], form: type[BaseModel]) -> dict[str, None]:

@@ -58,7 +58,7 @@ def test_a_mapping_does_its_steps(turning: Log) -> None:
         ([{"clean": 3}], "must be a table"),
         (["lagged"], "`lagged` needs commands"),
         ([{"remove_spikes": {"treshold": 3}}], "Did you mean 'threshold'"),
-        ([{"clean": {"window": 7}}], "`clean` has no `window`"),
+        ([{"clean": {"window": 7}}], "`clean` has no `window`. It takes: nothing"),
     ],
 )
 def test_what_is_wrong_is_said(content: object, said: str) -> None:
