@@ -181,13 +181,14 @@ from .simulation.problem import (
     columns as columns,
     prepare as prepare,
 )
-from .simulation.replay import Trajectory as Trajectory, simulate as simulate
-from .simulation.score import (
+from .simulation.replay import (
     HorizonScore as HorizonScore,
     HorizonScores as HorizonScores,
     Score as Score,
+    Trajectory as Trajectory,
     horizon_scores as horizon_scores,
     score as score,
+    simulate as simulate,
 )
 from .simulation.status import Status as Status
 from .validation.bands import (

@@ -34,8 +34,7 @@ from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.campaign.reenact import Campaign, reenact
 from hydrodamp.simulation.problem import prepare
-from hydrodamp.simulation.replay import simulate
-from hydrodamp.simulation.score import score
+from hydrodamp.simulation.replay import score, simulate
 from hydrodamp.vehicle.vehicle import Vehicle
 
 QUICK = Sparse(windows=(10.0,))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.simulation.score import score
+from hydrodamp.simulation.replay import score
 
 
 def trajectory(error: np.ndarray, axes: tuple[str, ...] = hd.AXES) -> hd.Trajectory:

@@ -12,8 +12,7 @@ from hydrodamp.data.log import Log, Segment
 from hydrodamp.identification.fit import Fit
 from hydrodamp.models.catalog import catalog
 from hydrodamp.models.damping import Damping, VehicleStamp
-from hydrodamp.simulation.replay import Trajectory
-from hydrodamp.simulation.score import Score
+from hydrodamp.simulation.replay import Score, Trajectory
 from hydrodamp.simulation.status import Status
 from hydrodamp.validation.compare import Comparison, Row
 

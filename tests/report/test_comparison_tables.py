@@ -10,7 +10,7 @@ from hydrodamp.report.comparison_tables import (
     summary_grids,
 )
 from hydrodamp.report.grid import to_text
-from hydrodamp.simulation.score import Score
+from hydrodamp.simulation.replay import Score
 from hydrodamp.simulation.status import Status
 from hydrodamp.validation.compare import Comparison, Row, rank_correlation
 

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.simulation.replay import replay
-from hydrodamp.simulation.score import horizon_scores, score, windows
+from hydrodamp.simulation.replay import horizon_scores, replay, score, windows
 
 LINEAR = hd.catalog["linear"]
 SOFT = hd.Damping(LINEAR, (-20 * np.eye(6) + 0.1).ravel())

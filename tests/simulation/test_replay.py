@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import hydrodamp as hd
-from hydrodamp.simulation.score import score
+from hydrodamp.simulation.replay import score
 
 COMMANDS = ("fx", "fy", "fz", "mx", "my", "mz")
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.simulation.score import Score
+from hydrodamp.simulation.replay import Score
 from hydrodamp.validation.choice import front
 from hydrodamp.validation.compare import beside_paper
 

@@ -37,8 +37,7 @@ from hydrodamp.models.catalog import PAPER_MODELS, catalog
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem, prepare
-from hydrodamp.simulation.replay import replay
-from hydrodamp.simulation.score import score
+from hydrodamp.simulation.replay import replay, score
 from hydrodamp.vehicle.vehicle import Vehicle
 
 #: Key of the model that a selection makes.

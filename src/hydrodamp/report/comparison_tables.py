@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import chain
@@ -16,7 +16,7 @@ from hydrodamp.identification.fit import Fit
 from hydrodamp.report.documents import finite
 from hydrodamp.report.grid import Column, Grid, error_size, percent
 from hydrodamp.report.words import remarks
-from hydrodamp.simulation.score import HorizonScore, HorizonScores, Score
+from hydrodamp.simulation.replay import HorizonScore, HorizonScores, Score
 from hydrodamp.simulation.status import Status
 from hydrodamp.validation.choice import choose, front
 from hydrodamp.validation.compare import PRINTED_COLUMN, TABLE_I, Comparison, Row, beside_paper
@@ -117,30 +117,32 @@ def _axis_columns(name: str, unit: str) -> tuple[Column, Column]:
 
 
 def _numbers(row: Row, names: Sequence[str], printed: bool) -> tuple[object, ...]:
-    by_axis = ((row.score.rms_by_axis.get(k), row.score.fit_by_axis.get(k)) for k in names)
     paper = getattr(TABLE_I.get(row.model), PRINTED_COLUMN.get(row.method, ""), None)
     return (
         *(row.model, row.method, row.n_coefficients, row.fit.rank, row.rms, row.status.word),
         *((paper,) if printed else ()),
-        *chain.from_iterable(by_axis),
+        *_by_axis(row, names),
     )
+
+
+def _by_axis(row: Row, names: Iterable[str]) -> Iterator[float | None]:
+    for name in names:
+        yield row.score.rms_by_axis.get(name)
+        yield row.score.fit_by_axis.get(name)
 
 
 def axis_grids(comparison: Comparison) -> tuple[Grid, ...]:
     """Return error and fit by velocity, a table a method."""
-    unit = f"{comparison.rate_unit}/s"
-    grids = []
+    unit, grids = f"{comparison.rate_unit}/s", []
     for method in comparison.methods:
         rows = [row for row in comparison.rows if row.method == method and row.rms is not None]
-        whole = score_grid(comparison, rows, f"{method} by axis: RMS error (m/s, {unit}), fit in %")
-        first = 6 + beside_paper(comparison)
-        columns = [
-            replace(column, name="%") if column.name.endswith("%") else column
-            for column in (whole.columns[0], *whole.columns[first:])
-        ]
         if rows:
-            cells = tuple((row[0], *row[first:]) for row in whole.rows)
-            grids.append(Grid(whole.title, tuple(columns), cells))
+            names = list(rows[0].score.rms_by_axis)
+            by_axis = [_axis_columns(name, unit) for name in names]
+            columns = chain.from_iterable((error, replace(fit, name="%")) for error, fit in by_axis)
+            title = f"{method} by axis: RMS error (m/s, {unit}), fit in %"
+            cells = tuple((row.model, *_by_axis(row, names)) for row in rows)
+            grids.append(Grid(title, (Column("model", number=False), *columns), cells))
     return tuple(grids)
 
 

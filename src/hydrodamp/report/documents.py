@@ -24,8 +24,7 @@ from hydrodamp.files import load_json
 from hydrodamp.identification.fit import Fit, Uncertainty
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.files import damping_document, damping_from_document
-from hydrodamp.simulation.replay import AttitudeSource
-from hydrodamp.simulation.score import RateUnit, Score
+from hydrodamp.simulation.replay import AttitudeSource, RateUnit, Score
 from hydrodamp.simulation.status import Status
 from hydrodamp.validation.compare import Comparison, Row
 

@@ -28,7 +28,7 @@ from hydrodamp.report.figures.look import figure_bytes
 from hydrodamp.report.figures.series import commands_figure, replays_figure, velocities_figure
 from hydrodamp.report.files import Findings, Picture, chosen_row
 from hydrodamp.simulation.problem import Problem, prepare
-from hydrodamp.simulation.score import horizon_scores
+from hydrodamp.simulation.replay import horizon_scores
 from hydrodamp.validation.bands import PredictionBand, prediction_band
 from hydrodamp.validation.choice import error_of
 from hydrodamp.validation.compare import Comparison, Row

@@ -1,7 +1,8 @@
-"""Open-loop replay: equation 1 driven by the recorded actuation (section V)."""
+"""Open-loop replay (section V), and how far it is from the log: equation 24, also by horizon."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -9,7 +10,7 @@ import numpy as np
 
 from hydrodamp import kernels
 from hydrodamp.arrays import FloatArray, IntArray, frozen
-from hydrodamp.basis.atoms import AXES
+from hydrodamp.basis.atoms import AXES, VELOCITIES, VELOCITY_OF
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
 from hydrodamp.models.damping import Damping, warn_if_foreign
@@ -17,6 +18,7 @@ from hydrodamp.simulation.problem import Problem, prepare, stamp
 from hydrodamp.simulation.status import Status
 from hydrodamp.vehicle.vehicle import Vehicle
 
+RateUnit = Literal["deg", "rad"]
 AttitudeSource = Literal["measured", "simulated"]
 LIMIT = 50.0
 """A velocity component [m/s or rad/s] beyond which a replay has diverged."""
@@ -134,3 +136,250 @@ def replay(
         segment = next(part for part in log.segments if index < part.stop)
         diverged.append((segment.name, float(log.time[index] - log.time[segment.start])))
     return Trajectory(log, velocity, tuple(diverged), attitude, problem.vehicle.axes)
+
+
+@dataclass(frozen=True)
+class Score:
+    """The distance between a replay and the log.
+
+    Attributes
+    ----------
+    rms : float or None
+        Equation 24 over all samples and free axes, linear velocity in m/s and
+        rates in ``rate_unit``/s; None where a segment diverged.
+    rms_by_axis : dict of str to float or None
+        RMS of each free velocity, u v w [m/s], p q r [``rate_unit``/s].
+    fit_by_axis : dict of str to float or None
+        ``100 (1 - rmse / std)`` of each free velocity [%]; None where the log
+        does not vary.
+    rate_unit : {"deg", "rad"}
+        Unit of the rates; the paper does not state its own.
+    diverged : tuple of (str, float)
+        Segment and time [s] of every divergence.
+    """
+
+    rms: float | None
+    rms_by_axis: dict[str, float | None]
+    fit_by_axis: dict[str, float | None]
+    rate_unit: RateUnit
+    diverged: tuple[tuple[str, float], ...]
+
+    @property
+    def status(self) -> Status:
+        """``OK`` or ``DIVERGED``."""
+        return Status.DIVERGED if self.diverged else Status.OK
+
+
+def score(trajectory: Trajectory, rate_unit: RateUnit = "deg") -> Score:
+    """Compare a replay with its log.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+        What was simulated.
+    rate_unit : {"deg", "rad"}
+        Unit of the rates in the mixed number and in their RMS.
+
+    Returns
+    -------
+    score : Score
+        Equation 24 and its parts.
+
+    Raises
+    ------
+    MethodError
+        If the unit is neither.
+    """
+    if rate_unit not in ("deg", "rad"):
+        raise MethodError(f"`rate_unit` must be 'deg' or 'rad', got {rate_unit!r}")
+    free = [AXES.index(axis) for axis in trajectory.axes]
+    unit = np.array([1.0] * 3 + [np.degrees(1.0) if rate_unit == "deg" else 1.0] * 3)[free]
+    measured = trajectory.log.velocity[:, free] * unit
+    error = trajectory.velocity[:, free] * unit - measured
+    names = [VELOCITIES[axis] for axis in free]
+    if trajectory.diverged:
+        return no_score(trajectory.axes, rate_unit, trajectory.diverged)
+    by_axis = np.sqrt(np.mean(error**2, axis=0))
+    spread = measured.std(axis=0)
+    return Score(
+        rms=float(np.sqrt(np.mean(error**2))),
+        rms_by_axis=dict(zip(names, by_axis.tolist(), strict=True)),
+        fit_by_axis={
+            name: 100.0 * (1.0 - float(rmse / std)) if std > 0.0 else None
+            for name, rmse, std in zip(names, by_axis, spread, strict=True)
+        },
+        rate_unit=rate_unit,
+        diverged=(),
+    )
+
+
+def no_score(
+    axes: tuple[str, ...], rate_unit: RateUnit, diverged: tuple[tuple[str, float], ...] = ()
+) -> Score:
+    """Return the score of a replay that diverged, or was none."""
+    nothing: dict[str, float | None] = dict.fromkeys(VELOCITY_OF[axis] for axis in axes)
+    return Score(None, nothing, nothing, rate_unit, diverged)
+
+
+Horizon = float | Literal["step", "run"]
+HORIZONS: tuple[Horizon, ...] = ("step", 1.0, 10.0, "run")
+"""One step, 1 s, 10 s, and each segment as a whole."""
+
+_SLACK = 1e-6
+"""Share of a horizon by which a clock may round."""
+
+
+@dataclass(frozen=True)
+class HorizonScore:
+    """How far replays of one horizon are from the log.
+
+    Attributes
+    ----------
+    horizon : float, "step" or "run"
+        Seconds between restarts; every sample, or none within a segment.
+    score : Score
+        Equation 24 and its parts over all samples. Every sample but the first of
+        a segment is a prediction, so horizons compare. Of a divergence it has the
+        segment and the time since that segment's start [s].
+    n_windows : int
+        How many replays.
+    n_diverged : int
+        How many of them diverged.
+    """
+
+    horizon: Horizon
+    score: Score
+    n_windows: int
+    n_diverged: int
+
+    @property
+    def diverged_share(self) -> float:
+        """Share of the windows that diverged, 0 to 1."""
+        return self.n_diverged / self.n_windows
+
+    @property
+    def name(self) -> str:
+        """The horizon in words."""
+        names = {"step": "one step", "run": "whole run"}
+        return names.get(str(self.horizon)) or f"{self.horizon:g} s"
+
+
+@dataclass(frozen=True)
+class HorizonScores:
+    """Scores of one damping at several horizons.
+
+    Attributes
+    ----------
+    scores : tuple of HorizonScore
+        In the order asked for.
+    """
+
+    scores: tuple[HorizonScore, ...]
+
+    def __str__(self) -> str:
+        """Return a line a horizon."""
+        velocities = tuple(self.scores[0].score.rms_by_axis) if self.scores else ()
+        head = f"{'horizon':<10}{'RMS':>9}" + "".join(f"{name:>9}" for name in velocities)
+        return "\n".join([f"{head}  diverged", *map(_line, self.scores)])
+
+
+def horizon_scores(
+    vehicle: Vehicle,
+    damping: Damping,
+    log: Log,
+    horizons: Iterable[Horizon] = HORIZONS,
+    *,
+    attitude: AttitudeSource = "measured",
+    rate_unit: RateUnit = "deg",
+) -> HorizonScores:
+    """Replay a log with restarts every so many seconds, and score each horizon.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        Mass, restoring forces and actuators.
+    damping : Damping
+        The model with its numbers.
+    log : Log
+        Gives the states to start from, the actuation and the attitude.
+    horizons : iterable of float, "step" or "run"
+        Seconds between restarts; ``"step"`` restarts at every sample, ``"run"``
+        at the first sample of each segment only.
+    attitude : {"measured", "simulated"}
+        As in a replay; a simulated one restarts from the recorded one too.
+    rate_unit : {"deg", "rad"}
+        Unit of angular rates in equation 24.
+
+    Returns
+    -------
+    scores : HorizonScores
+        One a horizon.
+
+    Raises
+    ------
+    MethodError
+        If a horizon is neither a positive number of seconds nor one of the two words.
+    ProblemError
+        If the log lacks what the vehicle or a term needs.
+
+    Warns
+    -----
+    ForeignVehicleWarning
+        If the coefficients belong to a vehicle of another mass matrix, weight or buoyancy.
+
+    Examples
+    --------
+    >>> from hydrodamp.models.published import published
+    >>> from hydrodamp.simulation.campaign.reenact import reenact
+    >>> campaign = reenact(duration=5.0)
+    >>> damping = published["vt690-sname2022"]
+    >>> scores = horizon_scores(campaign.vehicle, damping, campaign.test, ["step", 1.0, "run"])
+    >>> [found.n_windows for found in scores.scores]
+    [100, 10, 2]
+    """
+    asked = [_checked(horizon) for horizon in horizons]
+    problem = prepare(vehicle, log, damping.model)
+    warn_if_foreign(damping, stamp(vehicle))
+    scores = []
+    for horizon in asked:
+        # The last window first: where one ends the next begins, and the end, which is a
+        # prediction, is to stay.
+        spans = windows(problem, horizon)[::-1]
+        found = replay(problem, damping, attitude, spans=spans)
+        errors = score(found, rate_unit)
+        scores.append(HorizonScore(horizon, errors, len(spans), len(found.diverged)))
+    return HorizonScores(tuple(scores))
+
+
+def windows(problem: Problem, horizon: Horizon) -> IntArray:
+    """Return the stretches that are replayed, each from its own measured state."""
+    time, found = problem.inputs.time, []
+    for start, stop in problem.segments.tolist():
+        begins = start + _restarts(time[start : stop - 1], horizon)  # none at the last sample
+        found.append(np.column_stack([begins, np.append(begins[1:] + 1, stop)]))
+    return np.concatenate(found)
+
+
+def _restarts(time: FloatArray, horizon: Horizon) -> IntArray:
+    if horizon == "run":
+        return np.zeros(1, dtype=np.int64)
+    if isinstance(horizon, str):
+        return np.arange(len(time))
+    number = np.floor((time - time[0]) / horizon + _SLACK)
+    return np.flatnonzero(np.diff(number, prepend=-1.0) > 0.0)
+
+
+def _checked(horizon: Horizon) -> Horizon:
+    words = isinstance(horizon, str) and horizon in ("step", "run")
+    if words or (not isinstance(horizon, str) and 0.0 < horizon < np.inf):
+        return horizon
+    raise MethodError(
+        f"a horizon must be a positive number of seconds, 'step' or 'run'; got {horizon!r}"
+    )
+
+
+def _line(found: HorizonScore) -> str:
+    errors = (found.score.rms, *found.score.rms_by_axis.values())
+    cells = ("–" if error is None else format(error, ".4g") for error in errors)
+    share = f"{found.n_diverged} of {found.n_windows}"
+    return f"{found.name:<10}" + "".join(f"{cell:>9}" for cell in cells) + f"  {share}"

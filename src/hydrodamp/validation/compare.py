@@ -12,8 +12,15 @@ from hydrodamp.identification.methods import METHODS
 from hydrodamp.models.damping import warn_if_foreign
 from hydrodamp.simulation.parallel import each
 from hydrodamp.simulation.problem import Problem, prepare, stamp
-from hydrodamp.simulation.replay import AttitudeSource, Trajectory, replay
-from hydrodamp.simulation.score import RateUnit, Score, no_score, score
+from hydrodamp.simulation.replay import (
+    AttitudeSource,
+    RateUnit,
+    Score,
+    Trajectory,
+    no_score,
+    replay,
+    score,
+)
 from hydrodamp.simulation.status import Status
 from hydrodamp.validation.choice import Choice, Ranked, choose
 from hydrodamp.vehicle.vehicle import Vehicle

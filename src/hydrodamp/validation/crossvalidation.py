@@ -18,8 +18,7 @@ from hydrodamp.identification.rows import Folds, Rows, folds
 from hydrodamp.identification.sparse import Sparse
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import prepare
-from hydrodamp.simulation.replay import AttitudeSource
-from hydrodamp.simulation.score import RateUnit
+from hydrodamp.simulation.replay import AttitudeSource, RateUnit
 from hydrodamp.validation.choice import Choice, choose
 from hydrodamp.validation.compare import Comparison, Row, compare, listed
 from hydrodamp.vehicle.vehicle import Vehicle

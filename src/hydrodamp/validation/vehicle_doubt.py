@@ -13,8 +13,7 @@ from hydrodamp.identification.fit import Fit, Method
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.parallel import each
 from hydrodamp.simulation.problem import Problem, prepare
-from hydrodamp.simulation.replay import replay
-from hydrodamp.simulation.score import score
+from hydrodamp.simulation.replay import replay, score
 from hydrodamp.vehicle.vehicle import Vehicle
 
 #: How far each number is moved, as a share of it.
@@ -136,13 +135,13 @@ def _fitted(
 def _sizes(problem: Problem, fit: Fit) -> tuple[FloatArray, FloatArray]:
     """Root mean square of each coefficient's column, and of the wrench on its axis."""
     rows, axes = problem.columns.entries(fit.model)
-    columns = problem.regressor()[:, rows]
-    wrench = np.zeros(6)
-    for axis in range(6):
-        here = axes == axis
-        explained = columns[:, here] @ fit.damping.coefficients[here]
-        wrench[axis] = np.sqrt(np.mean(explained**2))
-    return np.sqrt(np.mean(columns**2, axis=0)), wrench[axes]
+    columns, n_known = problem.regressor(), problem.columns.n_known
+    wrench = columns[:, n_known:] @ problem.matrix(fit.damping)[n_known:]
+    return _rms(columns[:, rows]), _rms(wrench)[axes]
+
+
+def _rms(values: FloatArray) -> FloatArray:
+    return np.asarray(np.sqrt(np.mean(values**2, axis=0)))
 
 
 def _effect(

@@ -11,8 +11,7 @@ from hydrodamp.data.log import Log, Segment
 from hydrodamp.identification.fit import Fit
 from hydrodamp.models.catalog import catalog
 from hydrodamp.models.damping import Damping
-from hydrodamp.simulation.replay import Trajectory
-from hydrodamp.simulation.score import score
+from hydrodamp.simulation.replay import Trajectory, score
 from hydrodamp.simulation.status import Status
 from hydrodamp.validation.bands import PredictionBand
 from hydrodamp.validation.compare import Comparison, Row

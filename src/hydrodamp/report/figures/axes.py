@@ -14,7 +14,7 @@ from hydrodamp.basis.atoms import VELOCITIES
 from hydrodamp.data.log import Log
 from hydrodamp.models.model import latex_label, read_label
 from hydrodamp.report.figures.look import FAINT, plain
-from hydrodamp.simulation.score import RateUnit
+from hydrodamp.simulation.replay import RateUnit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -29,7 +29,7 @@ from hydrodamp.report.figures.look import (
     sheet,
 )
 from hydrodamp.simulation.problem import Problem
-from hydrodamp.simulation.score import HorizonScores, RateUnit
+from hydrodamp.simulation.replay import HorizonScores, RateUnit
 from hydrodamp.validation.choice import error_of, front
 from hydrodamp.validation.compare import Comparison
 

@@ -25,7 +25,7 @@ from hydrodamp.report.figures.look import (
     stacked,
 )
 from hydrodamp.report.grid import error_size
-from hydrodamp.simulation.score import RateUnit
+from hydrodamp.simulation.replay import RateUnit
 from hydrodamp.validation.bands import PredictionBand
 from hydrodamp.validation.compare import Row
 
