@@ -31,6 +31,7 @@ def test_residuals_by_axis(sailed, on_sheet):
     figure = hd.residuals_figure(sailed.problem, fits)
     assert labels(figure, "y") == [f"${x}$" for x in "XYZKMN"]
     assert figure.axes[-1].get_xlabel() == "lag [s]"
+    assert figure.get_supylabel() == "autocorrelation [1]"
     assert len(figure.axes[1].lines) == 2
     assert legend(figure)[-1] == "white residuals, 95 %"
     on_sheet(figure)

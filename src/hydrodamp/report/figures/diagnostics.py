@@ -236,13 +236,16 @@ def residuals_figure(problem: Problem, fits: Iterable[Fit]) -> Figure:
     lag, white, found = autocorrelations(problem, [fit.damping for _, fit, _ in drawn])
     axes = [axis for axis in AXES if any(axis in one for one in found)]
     figure = sheet(COLUMN, 1.05 * -(-len(axes) // 2) + 0.5 + 0.13 * len(drawn))
-    for axis, panel in zip(axes, abreast(figure, len(axes), min(2, len(axes))), strict=True):
+    for axis, panel in zip(
+        axes, abreast(figure, len(axes), min(2, len(axes)), sharey=True), strict=True
+    ):
         for one, (_, _, look) in zip(found, drawn, strict=True):
             if axis in one:
                 panel.plot(lag, one[axis], **look.line)
         panel.axhspan(-white, white, color=SHADE, linewidth=0.0)
         panel.set(xlim=(0.0, None), ylim=(-1.05, 1.05), xlabel="lag [s]")
         panel.set_ylabel(f"${axis}$", rotation=0, va="center", labelpad=8.0)
+    figure.supylabel("autocorrelation [1]", fontsize=7.5)
     entries = [(name, look.line) for name, _, look in drawn]
     legend(figure, [*entries, ("white residuals, 95 %", {"color": SHADE, "linewidth": 5.0})])
     return figure
