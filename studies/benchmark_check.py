@@ -22,8 +22,7 @@ from benchmark_campaign import Campaign, Logs
 from benchmark_campaigns import campaigns
 from benchmark_tables import table
 from hydrodamp.simulation.campaign.motion import momentum_wrench
-from hydrodamp.simulation.replay import AttitudeSource
-from hydrodamp.simulation.score import Horizon
+from hydrodamp.simulation.replay import AttitudeSource, Horizon
 
 
 @dataclass(frozen=True)

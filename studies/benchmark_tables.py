@@ -10,7 +10,7 @@ from statistics import median
 
 import numpy as np
 
-from hydrodamp.simulation.score import Horizon
+from hydrodamp.simulation.replay import Horizon
 
 HORIZONS: dict[str, Horizon] = {"1 s": 1.0, "10 s": 10.0, "run": "run"}
 """How long each replay lasts: from one measured state to the next, or a whole run."""
