@@ -6,11 +6,13 @@ import re
 from pathlib import Path
 
 import pytest
+import yaml
 
 import hydrodamp as hd
 from hydrodamp.cli.main import app
 
-README = (Path(__file__).parents[1] / "README.md").read_text()
+ROOT = Path(__file__).parents[1]
+README = (ROOT / "README.md").read_text()
 SHELL = "".join(re.findall(r"```sh\n(.*?)```", README, flags=re.DOTALL))
 
 
@@ -27,7 +29,14 @@ def test_the_model_file_can_be_read(tmp_path):
     (block,) = re.findall(r"```yaml\n(.*?)```", README, flags=re.DOTALL)
     (tmp_path / "my-rov.yaml").write_text(block, encoding="utf-8")
     model = hd.read_model(tmp_path / "my-rov.yaml")
-    assert model.commands == ("ch_forward", "ch_lateral", "rudder")
+    mapping = yaml.safe_load((ROOT / "examples/bluerov2/mapping.yaml").read_text("utf-8"))
+    assert set(model.commands) == set(mapping["commands"])
+    assert all(any(term.commands for term in terms) for terms in model.terms)
+
+
+def test_a_shell_finds_the_commands_of_an_environment():
+    first = SHELL.index("\nhydrodamp ")
+    assert "\n. .venv/bin/activate" in SHELL[:first]
 
 
 @pytest.mark.parametrize("command", sorted(set(re.findall(r"\bhydrodamp (\w+)", SHELL))))

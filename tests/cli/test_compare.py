@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -67,6 +68,39 @@ def test_a_model_that_is_too_large_is_a_row_that_says_why(folder, call, train, m
     done = call(f"{ONE} --train {train} --test 20:40 {models} --methods {method}")
     for word in words:
         assert word in " ".join(done.stdout.split())
+
+
+@pytest.mark.usefixtures("undrawn")
+@pytest.mark.parametrize("method", ["ls", "ai"])
+def test_a_model_that_nothing_drives_is_refused_beside_one_with_gains(folder, call, method):
+    bare = (folder / "planar.yaml").read_text("utf-8").split("actuators:")[0]
+    (folder / "bare.yaml").write_text(bare, "utf-8")
+    (folder / "mine.yaml").write_text("{name: mine, terms: {X: u ahead, Y: v turn, N: r turn}}")
+    line = f"{PARTS.replace('planar', 'bare')} --methods {method} --out out --models linear"
+    alone = " ".join(call(line, 2).stderr.split())
+    done = call(f"{line},mine.yaml")
+    assert f"mine by {method} (" in " ".join(done.stdout.split())
+    assert "'linear' is refused: vehicle 'planar' has no actuators" in done.stderr
+    comparison = hd.read_comparison("out")
+    assert [row.status.word for row in comparison.rows][:1] == ["refused"]
+    (reason,) = comparison.row("linear", method).fit.remarks
+    assert reason in alone
+    assert comparison.best().model == "mine"
+    assert comparison.provenance["train_segments"] == "one"
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_a_command_that_nothing_uses_is_told_and_no_fault(folder, call):
+    log = hd.read_log("ab.csv")
+    more = {name: log.command(name) for name in log.command_names}
+    more |= {"battery_V": np.full(log.n, 15.0), "turns": np.zeros(log.n)}
+    wide = replace(log, commands=np.column_stack(list(more.values())), command_names=tuple(more))
+    hd.write_log(wide, folder / "wide.csv")
+    done = call(f"{PARTS.replace('ab.csv', 'wide.csv')} --models linear --methods ls --out out")
+    (line,) = (line for line in done.stderr.splitlines() if "nothing uses" in line)
+    assert "'battery_V', 'turns'" in line
+    assert "Did you mean" not in line
+    assert line.removeprefix("warning: ") in hd.read_comparison("out").provenance["warnings"]
 
 
 @pytest.mark.usefixtures("undrawn")

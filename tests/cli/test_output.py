@@ -1,10 +1,14 @@
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 import warnings
 
 import pytest
 import typer
 
+import hydrodamp as hd
 from hydrodamp.cli.output import guarded
 from hydrodamp.errors import GapWarning, LogError
 
@@ -48,3 +52,29 @@ def test_warnings_are_one_line_each_and_come_once(capsys):
 
     guarded(command)()
     assert capsys.readouterr().err == "warning: split in two\n"
+
+
+@pytest.mark.parametrize(
+    ("line", "file"),
+    [
+        ("convert a.csv --out c.csv", "c.csv"),
+        ("identify a.csv --vehicle planar.yaml --model fossen --method ls --out d.json", "d.json"),
+        ("simulate a.csv --vehicle planar.yaml --damping d.json --out s.csv", "s.csv"),
+        (
+            "compare ab.csv --vehicle planar.yaml --train one --test two --models fossen "
+            "--methods ls --out out",
+            "out/comparison.json",
+        ),
+    ],
+)
+def test_results_are_written_though_nobody_reads_what_is_printed(folder, line, file):
+    fit = hd.Damping.from_dict(None, {"X_u": -8.0, "Y_v": -40.0, "N_r": -6.0})
+    hd.write_damping(fit, folder / "d.json")
+    before = (folder / "d.json").read_bytes()
+    reader, writer = os.pipe()
+    os.close(reader)
+    done = subprocess.run([sys.executable, "-m", "hydrodamp", *line.split()], stdout=writer)
+    os.close(writer)
+    assert done.returncode == 1
+    assert (folder / file).is_file()
+    assert file != "d.json" or (folder / file).read_bytes() != before

@@ -83,6 +83,7 @@ def test_a_selection_says_what_it_did_and_is_the_same_again(
     assert {label[0] for label in first.labels} == {"X", "Y", "N"}
     assert [made.model.terms for made in rounds] == [first.terms]
     assert "one standard error of the difference" in first.note
+    assert "operating box" not in first.note
     assert "selected by hydrodamp from" in first.source
 
 

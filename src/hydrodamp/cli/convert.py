@@ -23,6 +23,6 @@ def convert(
 
     check_out_log(out, (*logs, mapping))
     log = read(logs, mapping)
-    results().print(str(log), markup=False, highlight=False)
     hd.write_log(log, out)
     note(f"written to {out}")
+    results().print(str(log), markup=False, highlight=False)

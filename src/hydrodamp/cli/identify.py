@@ -62,6 +62,11 @@ def identify(
     fit_all(hd.prepare(craft, log, chosen), chosen, (way,), fits.append)
     (fit,) = fits
     grades, words = (None, ()) if json or not fit.status.usable else trust(craft, log, fit)
+    if out is not None and fit.status.usable:
+        for path in (page, *earlier_pictures(figures)):
+            path.unlink(missing_ok=True)
+        save_json(fit_document(fit), out)
+        note(f"written to {out}")
     if json:
         emit(fit_document(fit))
     else:
@@ -71,10 +76,6 @@ def identify(
     if not fit.status.usable:
         fail(" ".join((fit.status.value, *fit.remarks)))
     if out is not None:
-        for path in (page, *earlier_pictures(figures)):
-            path.unlink(missing_ok=True)
-        save_json(fit_document(fit), out)
-        note(f"written to {out}")
         illustrate_fit(replace(fit, remarks=(*fit.remarks, *words)), craft, log, said, out)
 
 

@@ -45,6 +45,9 @@ def simulate(
     with progress("replaying"):
         trajectory = hd.simulate(craft, numbers, log, attitude=attitude)
     scored = hd.score(trajectory, rate_unit=rate_unit)
+    if out is not None and not scored.diverged:
+        hd.write_log(simulated_log(trajectory), out)
+        note(f"written to {out}")
     if json:
         emit({"model": numbers.model.key, **score_document(scored, trajectory.attitude)})
     else:
@@ -56,9 +59,6 @@ def simulate(
     if scored.diverged:
         places = ", ".join(f"{name} after {time:.1f} s" for name, time in scored.diverged)
         fail(f"the replay diverged in {places}; there is no RMS error, and nothing is written.")
-    if out is not None:
-        hd.write_log(simulated_log(trajectory), out)
-        note(f"written to {out}")
 
 
 def simulated_log(trajectory: hd.Trajectory) -> hd.Log:

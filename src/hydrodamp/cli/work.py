@@ -12,10 +12,9 @@ from typing import Literal
 import typer
 
 import hydrodamp as hd
-from hydrodamp.cli.choose import SPARSE
 from hydrodamp.cli.output import INTERRUPTED, emit, fail, note, results, warned
 from hydrodamp.cli.report import illustrate
-from hydrodamp.errors import HydrodampWarning, ProblemError, list_faults
+from hydrodamp.errors import HydrodampWarning, ProblemError
 from hydrodamp.progress import progress
 
 Models = Sequence[hd.DampingModel]
@@ -42,24 +41,26 @@ class Task:
 
 
 def check_log(vehicle: hd.Vehicle, log: hd.Log, models: Models) -> None:
-    """Refuse a log that cannot serve, or has a column that nothing uses; say what looks wrong."""
-    from hydrodamp.simulation.checks import lacks, unused
+    """Refuse a log that cannot serve; say what nothing uses and what looks wrong."""
+    from hydrodamp.simulation import checks
 
-    free = tuple(model.restricted_to(vehicle.axes) for model in models)
-    # A selection was offered every command, and may have found that one moves nothing.
-    selected = log.wrench is None and any(model.key == SPARSE for model in models)
-    idle = () if selected else unused(vehicle, log, models)
-    if faults := [*lacks(vehicle, log, free), *idle]:
-        raise ProblemError(list_faults(log.source or "log", faults))
-    for one in hd.suspicions(log):
-        if one.channel not in log.command_names:  # the vehicle says what its commands are
-            warnings.warn(f"{log.source or 'log'}: {one}", HydrodampWarning, stacklevel=2)
+    checks.check_log(vehicle, log, [model.restricted_to(vehicle.axes) for model in models])
+    # Of commands, the vehicle says what they are.
+    odd = (one for one in hd.suspicions(log) if one.channel not in log.command_names)
+    for one in (*checks.unused(vehicle, log, models), *odd):
+        warnings.warn(f"{log.source or 'log'}: {one}", HydrodampWarning, stacklevel=2)
 
 
 def check_training(vehicle: hd.Vehicle, log: hd.Log, models: Models) -> None:
-    """Refuse what :func:`check_log` does, and fewer samples than every model needs."""
+    """Check a log as any, name models that nothing drives, refuse too few samples for all."""
+    from hydrodamp.simulation.checks import nothing_drives
+
     check_log(vehicle, log, models)
-    needed = [max(map(len, model.restricted_to(vehicle.axes).terms), default=0) for model in models]
+    free = [model.restricted_to(vehicle.axes) for model in models]
+    for model in free:
+        if told := nothing_drives(vehicle, log, (model,)):
+            warnings.warn(f"'{model.key}' is refused: {told}", HydrodampWarning, stacklevel=2)
+    needed = [max(map(len, model.terms), default=0) for model in free]
     if log.n < min(needed):
         raise ProblemError(
             f"{log.source or 'log'}: {log.n} samples are fewer than the largest axis of every "
@@ -99,17 +100,18 @@ def carry_out(task: Task, said: dict[str, str], resume: bool, json: bool) -> Non
     from hydrodamp.report.documents import comparison_document
     from hydrodamp.report.grid import show
 
-    if task.out is not None and not resume and (task.out / "comparison.json").is_file():
-        note(f"{task.out} holds an earlier comparison, which this one replaces.")
+    if task.out is not None and (task.out / "comparison.json").is_file():
+        kept = "; finished fits stay" if resume else ""
+        note(f"{task.out} holds an earlier comparison, which this one replaces{kept}.")
     comparison = _compared(task, said, resume)
     found, asked = len(comparison.rows), len(task.rows)
     if found:
+        if task.out is not None:
+            hd.write_comparison(comparison, task.out)
         if json:
             emit(comparison_document(comparison))
         else:
             show(results(), *comparison_grids(comparison))
-        if task.out is not None:
-            hd.write_comparison(comparison, task.out)
     if found < asked:
         kept = "With `--out DIR`" if task.out is None else f"In {task.out / 'fits'}"
         note(
@@ -130,14 +132,15 @@ def carry_out(task: Task, said: dict[str, str], resume: bool, json: bool) -> Non
 
 def _compared(task: Task, said: dict[str, str], resume: bool) -> hd.Comparison:
     """Return the comparison, or after Ctrl-C the rows that are finished."""
-    from hydrodamp.report.words import UNFINISHED
+    from hydrodamp.report.words import RESUMED, UNFINISHED
     from hydrodamp.validation.compare import origin
 
     made: dict[Key, hd.Fit] = {}
     replayed: dict[Key, hd.Row] = {}
     try:
-        if earlier := _fit(task, made, resume):
-            said["resumed"] = f"{earlier} of {len(task.rows)} fits are of an earlier run"
+        earlier = _fit(task, made, resume)
+        if resume:
+            said[RESUMED] = f"{earlier} of {len(task.rows)} fits are of an earlier run"
     except KeyboardInterrupt:
         note(f"interrupted with {len(made)} of {len(task.rows)} fits: replaying those.")
     fits = [made[key] for key in task.rows if key in made]

@@ -121,12 +121,10 @@ def sized(blocks: FloatArray, sets: Sequence[IntArray], power: FloatArray) -> tu
     # Blocks are hard or easy for all sets alike, so each is compared with itself.
     allowed = (rows - rows[best]).std(axis=1, ddof=1) * np.sqrt(len(blocks))
     place = int(np.flatnonzero(errors - errors[best] <= allowed)[-1])
-    share = 100.0 * prices[place] / max(errors[place], np.finfo(np.float64).tiny)
     return place, (
         f"{len(sets[place])} coefficients, the smallest of {len(sets)} nested models whose error "
         f"on blocks left out, block by block, exceeds the lowest (that of {len(sets[best])}) by "
-        f"no more than one standard error of the difference. {share:.2g} % of its error is the "
-        "price of damping that takes power on the whole operating box."
+        "no more than one standard error of the difference."
     )
 
 

@@ -15,6 +15,7 @@ from hydrodamp.errors import MethodError
 from hydrodamp.identification.extrapolation import fed, sailed
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
+from hydrodamp.simulation.checks import nothing_drives
 from hydrodamp.simulation.problem import Problem, prepare, stamp
 from hydrodamp.simulation.status import Status
 from hydrodamp.vehicle.vehicle import Vehicle
@@ -429,9 +430,17 @@ def empty_fit(
 REFUSALS = (MethodError, np.linalg.LinAlgError, ArithmeticError)
 
 
+def check_drive(problem: Problem, model: DampingModel) -> None:
+    """Refuse a model that nothing drives, though terms of others the problem is for may."""
+    free = model.restricted_to(problem.vehicle.axes)
+    if told := nothing_drives(problem.vehicle, problem.log, (free,)):
+        raise MethodError(told)
+
+
 def attempted(method: Method, problem: Problem, model: DampingModel) -> Fit:
     """Return a method's fit; where it raises, a fit whose status and remark say so."""
     try:
+        check_drive(problem, model)
         return method.identify(problem, model)
     except REFUSALS as error:
         free = model.restricted_to(problem.vehicle.axes)

@@ -159,8 +159,9 @@ def identify_all(
     """Identify several models by one method, on all cores.
 
     A method that shares work between models does it once, such as the triangle of least
-    squares. Where a method cannot identify one of the models from this log, that fit has the
-    status ``REFUSED`` and the reason among its remarks; the others are not lost with it.
+    squares. Where a method cannot identify one of the models from this log, or nothing says what
+    force drives the vehicle but the terms of another model, that fit has the status ``REFUSED``
+    and the reason among its remarks; the others are not lost with it.
 
     Parameters
     ----------
@@ -179,13 +180,15 @@ def identify_all(
     fits : tuple of Fit
         In the order of the models.
     """
-    from hydrodamp.identification.fit import REFUSALS, attempted
+    from hydrodamp.identification.fit import REFUSALS, attempted, check_drive
     from hydrodamp.simulation.parallel import each
 
     asked = tuple(models)
     together = getattr(method, "identify_all", None)
     if together is not None:
         with suppress(*REFUSALS):  # then one by one, to find which
+            for model in asked:
+                check_drive(problem, model)
             fits: tuple[Fit, ...] = together(problem, asked)
             for fit in fits:
                 done(fit)

@@ -246,11 +246,12 @@ def best_round(rounds: Sequence[Round]) -> tuple[Round, str]:
     ranked = braking or finished
     least = min(rms for rms, _ in ranked)
     near = [(one.model.n_coefficients, rms, one) for rms, one in ranked if rms <= _NEAR * least]
-    what = "takes power on the whole operating box" if braking else "replays the training data"
+    brakes = "whose damping brakes at all velocities of the log"
+    what = brakes if braking else "that replays the training data"
     return min(near, key=lambda each: each[:2])[-1], (
-        f"{len(ranked)} of {len(rounds)} rounds gave a model that {what} when fitted to it; this "
-        f"one has the fewest coefficients within {100.0 * (_NEAR - 1.0):.0f} % of their lowest "
-        f"RMS on the training data, {least:.3g}."
+        f"{len(ranked)} of {len(rounds)} rounds gave a model {what}; this one has the fewest "
+        f"coefficients within {100.0 * (_NEAR - 1.0):.0f} % of their lowest RMS on the training "
+        f"data, {least:.3g}."
     )
 
 

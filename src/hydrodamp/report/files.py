@@ -29,7 +29,7 @@ from hydrodamp.report.documents import (
     validated,
 )
 from hydrodamp.report.grid import to_csv, to_latex, to_markdown, to_text
-from hydrodamp.report.words import UNFINISHED
+from hydrodamp.report.words import RESUMED, UNFINISHED
 from hydrodamp.simulation.replay import Trajectory
 from hydrodamp.validation.bands import PredictionBand
 from hydrodamp.validation.compare import Comparison, Row
@@ -97,8 +97,9 @@ def write_comparison(comparison: Comparison, folder: str | os.PathLike[str]) -> 
     comparison : Comparison
         What to write.
     folder : str or path
-        Each file is written whole or not at all, ``comparison.json`` last. Report, grades,
-        pictures and other fits of an earlier comparison in the folder are removed.
+        Each file is written whole or not at all, ``comparison.json`` last. Report, grades and
+        pictures of an earlier comparison in the folder are removed, and its other fits too
+        where this one is whole and was made in one go.
 
     Raises
     ------
@@ -109,7 +110,7 @@ def write_comparison(comparison: Comparison, folder: str | os.PathLike[str]) -> 
     fits = {home / "fits" / f"{name}.json": fit for name, fit in _named_fits(comparison).items()}
     earlier = [home / name for name in (COMPARISON, REPORT, GRADES, BAND)]
     earlier += earlier_pictures(home / FIGURES)
-    if UNFINISHED not in comparison.provenance:
+    if comparison.provenance.keys().isdisjoint((RESUMED, UNFINISHED)):
         earlier += (path for path in (home / "fits").glob("*.json") if path not in fits)
     for path in filter(Path.is_file, earlier):
         path.unlink()

@@ -14,6 +14,9 @@ from hydrodamp.validation.compare import Comparison, Row, beside_paper, rank_cor
 #: Key in the provenance of a comparison that lacks rows; its value says how many.
 UNFINISHED = "unfinished"
 
+#: Key in the provenance of a comparison that goes on with fits of an earlier run; how many.
+RESUMED = "resumed"
+
 _NAMED = 8  # coefficients that are named; of more, the number by axis
 _MEANING = {
     Grade.WEAK: "weak, to be used with the whole model only",

@@ -38,12 +38,11 @@ def unused(vehicle: Vehicle, log: Log, models: Iterable[DampingModel]) -> Iterat
     idle = [name for name in log.command_names if name not in used]
     if idle and (log.wrench is not None or len(idle) < len(log.command_names)):
         # A column is taken for a misspelt reserved name only where it is very much alike.
-        alike = {name: get_close_matches(name, RESERVED, n=1, cutoff=0.8) for name in idle}
-        near = "".join(did_you_mean(name, [*sorted(used), *alike[name]]) for name in idle)
+        alike = [(name, get_close_matches(name, RESERVED, n=1, cutoff=0.8)) for name in idle]
+        near = "".join(did_you_mean(name, reserved) for name, reserved in alike)
         yield (
-            f"{_quoted(idle)}: used by nothing, for it is no reserved name, no actuator of "
-            f"'{vehicle.name}' takes it and no term of the models has it.{near} Drop or rename "
-            "such a column, or add terms with it to a model of yours."
+            f"nothing uses {_quoted(idle)}: no actuator of '{vehicle.name}' and no term of the "
+            f"models has such a command.{near}"
         )
 
 

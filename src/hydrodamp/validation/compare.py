@@ -235,7 +235,7 @@ def compare(
 
 def origin(fits: Sequence[Fit], vehicle: Vehicle, test: Log) -> dict[str, str]:
     """Return what a comparison was made from, in words."""
-    train = fits[0].provenance if fits else {}
+    train = next((fit.provenance for fit in fits if fit.provenance), {})  # none where refused
     return {
         "vehicle": vehicle.name,
         "train": train.get("log", ""),
