@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
@@ -78,11 +79,12 @@ def _unrecorded(problem: Problem) -> BoolArray:
     return unrecorded("acceleration", problem.log.acceleration) & problem.vehicle.free
 
 
-class _Differentiated:
+class _Differentiated(ABC):
     """Slopes of the velocities, segment by segment."""
 
+    @abstractmethod
     def _slopes(self, time: FloatArray, values: FloatArray) -> FloatArray:
-        raise NotImplementedError
+        """Return the slopes of the values of one segment."""
 
     def acceleration(self, problem: Problem) -> FloatArray:
         """Return the slopes of the velocities.

@@ -80,14 +80,12 @@ def _unseen(problem: Problem, model: DampingModel, lengths: Sequence[float]) -> 
     counts for more than saying nothing would.
     """
     pieces, found = _pieces(problem), []
-    turn = np.arange(len(pieces)) % 2
-    for half in (0, 1):
-        seen, other = (_of(problem, pieces[turn == which]) for which in (half, 1 - half))
-        search, judged = searching(seen, model), searching(other, model).windows(np.inf)
-        most = np.std(problem.inputs.velocity[:, judged.free], axis=0)
-        most[most == 0.0] = 1.0
-        stages = []
-        for place in ladder(search, starts(search, model), lengths):
+    most = np.std(problem.inputs.velocity[:, problem.vehicle.free], axis=0)
+    most[most == 0.0] = 1.0
+    halves = [searching(_of(problem, pieces[half::2]), model) for half in (0, 1)]
+    for seen, other in (halves, halves[::-1]):
+        judged, stages = other.windows(np.inf), []
+        for place in ladder(seen, starts(seen, model), lengths):
             errors = np.clip(judged.errors(place.coefficients) / most, -1.0, 1.0)
             square = np.add.reduceat(np.mean(errors**2, axis=1), judged.spans[:, 0])
             stages.append(square / np.diff(judged.spans, axis=1).ravel())
