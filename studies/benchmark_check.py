@@ -21,7 +21,7 @@ import hydrodamp as hd
 from benchmark_campaign import Campaign, Logs
 from benchmark_campaigns import campaigns
 from benchmark_tables import table
-from hydrodamp.simulation.campaign.motion import momentum_wrench
+from hydrodamp.kernels import coriolis
 from hydrodamp.simulation.replay import AttitudeSource, Horizon
 
 
@@ -82,7 +82,7 @@ def exact_floor(logs: Logs) -> float | None:
         return _error(body, logs.true, exact, attitude="simulated")
     assert exact.acceleration is not None
     mass = np.nan_to_num(body.mass_matrix)
-    wrench = exact.acceleration @ mass - momentum_wrench(exact.velocity @ mass, exact.velocity)
+    wrench = exact.acceleration @ mass - coriolis(mass, exact.velocity)
     wrench -= body.restoring_wrench(exact.down)
     log = replace(exact, wrench=wrench, command_names=(), commands=np.empty((exact.n, 0)))
     nothing = hd.Damping(hd.DampingModel.from_table({"X": "u"}, key="nothing"), np.zeros(1))

@@ -15,7 +15,7 @@ import hydrodamp as hd
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import VELOCITY_OF
 from hydrodamp.simulation.campaign.conditions import Conditions
-from hydrodamp.simulation.campaign.motion import down_direction, euler_rates, momentum_wrench
+from hydrodamp.simulation.campaign.motion import down_direction, euler_rates
 
 STEP = 0.05
 """Longest step of the Runge-Kutta integration [s]."""
@@ -25,6 +25,15 @@ STARTING_DEPTH = 10.0
 
 Steered = Callable[[int, FloatArray, FloatArray], FloatArray]
 """From the number of a sample, what is measured and the last commands to new commands."""
+
+
+def momentum_wrench(momentum: FloatArray, velocity: FloatArray) -> FloatArray:
+    """Return ``H(p) nu = [p1 x w ; p1 x v1 + p2 x w]`` of equation 1."""
+    linear, angular = momentum[:, :3], momentum[:, 3:]
+    moving, turning = velocity[:, :3], velocity[:, 3:]
+    force = np.cross(linear, turning)
+    moment = np.cross(linear, moving) + np.cross(angular, turning)
+    return np.concatenate((force, moment), axis=1)
 
 
 @dataclass(frozen=True)

@@ -48,7 +48,7 @@ def published() -> Sea:
 def marginal() -> Sea:
     """Return the SNAME-2022 set with its own heave and pitch: marginal in open loop."""
     plan, found = Plan.of("sname"), hd.published["vt690-sname2022"]
-    return Sea(replace(plan, water=replace(sname(found.as_dict()), name="sname2022")), found)
+    return Sea(replace(plan, water=replace(sname(found), name="sname2022")), found)
 
 
 def crossflow() -> Sea:
@@ -117,7 +117,7 @@ def _remus(key: str) -> Sea:
     speeds = (nominal, 1000.0, 1250.0, nominal, 1250.0, 1350.0)
     runs = [_at(*pair) for pair in zip(TRAINING + TESTING, speeds, strict=True)]
     n = len(TRAINING)
-    plan = Plan(vehicle, sname(found.as_dict()), REMUS_PILOT, tuple(runs[:n]), tuple(runs[n:]))
+    plan = Plan(vehicle, sname(found), REMUS_PILOT, tuple(runs[:n]), tuple(runs[n:]))
     return Sea(replace(plan, water=replace(plan.water, name=key)), found)
 
 

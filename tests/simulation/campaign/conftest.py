@@ -6,30 +6,17 @@ import numpy as np
 import pytest
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.simulation.campaign.motion import Body
 from hydrodamp.simulation.campaign.reenact import Campaign, reenact
-from hydrodamp.simulation.campaign.truth import Truth, crossflow, sname, true_damping
+from hydrodamp.simulation.campaign.truth import Truth, crossflow, sname, tail_of, true_damping
 from hydrodamp.vehicle.file import fleet
 
 
-@pytest.fixture(scope="session")
-def body() -> Body:
-    """The known part of the VT 690."""
-    return Body.of(fleet["vt690"])
-
-
-@pytest.fixture(scope="session")
-def coefficients() -> dict[str, float]:
-    """The published coefficients by label."""
-    return dict(true_damping().as_dict())
-
-
 @pytest.fixture(scope="session", params=["sname", "crossflow"])
-def truth(request: pytest.FixtureRequest, coefficients: dict[str, float], body: Body) -> Truth:
+def truth(request: pytest.FixtureRequest) -> Truth:
     """Each of the two truths in turn."""
     if request.param == "sname":
-        return sname(coefficients)
-    return crossflow(coefficients, body.fins_at)
+        return sname(true_damping())
+    return crossflow(true_damping(), tail_of(fleet["vt690"]))
 
 
 @pytest.fixture(scope="session")

@@ -1,4 +1,4 @@
-"""The body is the fleet's vehicle; its motion keeps equilibria, energy, the Bulletin's turns."""
+"""The motion keeps equilibria, energy, the Bulletin's turns."""
 
 from __future__ import annotations
 
@@ -7,29 +7,15 @@ import pytest
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.data.attitude import down, quaternion_from_euler
-from hydrodamp.kernels import coriolis
 from hydrodamp.simulation.campaign.motion import (
-    Body,
     Motion,
     down_direction,
     euler_rates,
-    momentum_wrench,
 )
-from hydrodamp.simulation.campaign.truth import Truth, sname
+from hydrodamp.simulation.campaign.truth import Truth, sname, true_damping
 from hydrodamp.vehicle.file import fleet
 
-
-def test_known_wrench_is_the_fleets(body: Body, velocities: FloatArray) -> None:
-    """Restoring, fins and propeller together, through two independent programs."""
-    rng = np.random.default_rng(4)
-    n = len(velocities)
-    down = rng.normal(size=(n, 3))
-    down /= np.linalg.norm(down, axis=1, keepdims=True)
-    angles, rpm = rng.uniform(-0.34, 0.34, (n, 2)), rng.uniform(0.0, 2600.0, n)
-    commands = {"rudder": angles[:, 0], "elevator": angles[:, 1], "rpm": rpm}
-    ours = body.restoring_wrench(down) + body.fin_wrench(velocities, angles) + body.propulsion(rpm)
-    expected = fleet["vt690"].known_wrench(velocities, down, commands)
-    np.testing.assert_allclose(ours, expected, rtol=1e-12, atol=1e-10)
+VEHICLE = fleet["vt690"]
 
 
 def states(n: int, surge: float = 0.0) -> FloatArray:
@@ -39,14 +25,14 @@ def states(n: int, surge: float = 0.0) -> FloatArray:
     return level
 
 
-def motion_of(body: Body, truth: Truth, rpm: list[float]) -> Motion:
+def motion_of(truth: Truth, rpm: list[float]) -> Motion:
     """Vehicles with the propeller speeds given."""
-    return Motion(body, truth, body.propulsion(np.array(rpm)))
+    return Motion.of(VEHICLE, truth, np.array(rpm))
 
 
-def test_straight_ahead_the_speed_is_a_thousandth_of_the_rpm(body: Body, truth: Truth) -> None:
+def test_straight_ahead_the_speed_is_a_thousandth_of_the_rpm(truth: Truth) -> None:
     """Published u_c = 0.001 rpm is the equilibrium of thrust and drag."""
-    motion = motion_of(body, truth, [1800.0, 2600.0])
+    motion = motion_of(truth, [1800.0, 2600.0])
     np.testing.assert_allclose(motion.steady_surge, [1.8, 2.6])
     sailing = states(2)
     sailing[:, 0] = motion.steady_surge
@@ -54,31 +40,31 @@ def test_straight_ahead_the_speed_is_a_thousandth_of_the_rpm(body: Body, truth: 
 
 
 @pytest.mark.parametrize(("plane", "axis"), [(0, 5), (1, 4)])
-def test_signs_of_the_fins(body: Body, truth: Truth, plane: int, axis: int) -> None:
+def test_signs_of_the_fins(truth: Truth, plane: int, axis: int) -> None:
     """+rudder turns to port (negative r), +elevator raises the bow (positive q)."""
     commands = np.zeros((1, 2))
     commands[0, plane] = 0.1
-    motion = motion_of(body, truth, [2000.0])
+    motion = motion_of(truth, [2000.0])
     state = motion.receive(states(1, 2.0), commands)
     turned = motion.advance(state, commands, 1.0)[0, axis]
     assert turned < 0.0 if axis == 5 else turned > 0.0
 
 
-def test_energy_only_falls_without_propeller(body: Body, truth: Truth) -> None:
+def test_energy_only_falls_without_propeller(truth: Truth) -> None:
     """Kinetic plus potential energy of a vehicle coasting with roll and rates."""
-    motion = motion_of(body, truth, [0.0])
+    motion = motion_of(truth, [0.0])
     state = states(1, 2.0)
     state[0, [1, 3, 5, 6]] = 0.1, 0.3, 0.1, 0.2
     energies = []
     for _ in range(100):
         nu = state[0, :6]
-        righting = -body.restoring[1, 3] * down_direction(state[:, 6:9])[0, 2]
-        energies.append(0.5 * nu @ body.mass_matrix @ nu - righting)
+        righting = -VEHICLE.restoring_matrix[3, 1] * down_direction(state[:, 6:9])[0, 2]
+        energies.append(0.5 * nu @ VEHICLE.mass_matrix @ nu - righting)
         state = motion.advance(state, np.zeros((1, 2)), 0.1)
     assert np.all(np.diff(energies) < 0.0)
 
 
-def test_steady_turns_of_the_bulletin(coefficients: dict[str, float], body: Body) -> None:
+def test_steady_turns_of_the_bulletin() -> None:
     """SNAME T&R Bulletin 1-45, tables 8.1-8.2, six degrees of freedom, 2.06 m/s.
 
     Rudder 10, 15, 20 degrees: radius 5.43, 3.96, 3.16 lengths of 2.194 m, drift
@@ -87,7 +73,7 @@ def test_steady_turns_of_the_bulletin(coefficients: dict[str, float], body: Body
     """
     commands = np.zeros((3, 2))
     commands[:, 0] = np.radians([10.0, 15.0, 20.0])
-    motion = motion_of(body, sname(coefficients), [2060.0] * 3)
+    motion = motion_of(sname(true_damping()), [2060.0] * 3)
     state = motion.advance(motion.receive(states(3, 2.06), commands), commands, 40.0)
     u, v, r = state[:, 0], state[:, 1], state[:, 5]
     radius = np.hypot(u, v) / np.abs(r) / 2.194
@@ -96,9 +82,9 @@ def test_steady_turns_of_the_bulletin(coefficients: dict[str, float], body: Body
     np.testing.assert_allclose(100.0 * (1.0 - u / 2.06), [5.92, 10.43, 15.17], atol=0.03)
 
 
-def test_fins_lag_as_stated(body: Body, truth: Truth) -> None:
+def test_fins_lag_as_stated(truth: Truth) -> None:
     """First order towards the command, or at once."""
-    motion = motion_of(body, truth, [2000.0])
+    motion = motion_of(truth, [2000.0])
     commands = np.array([[0.2, -0.1]])
     state = motion.receive(states(1, 2.0), commands)
     after = motion.advance(state, commands, 0.1)[:, 10:]
@@ -106,12 +92,10 @@ def test_fins_lag_as_stated(body: Body, truth: Truth) -> None:
     np.testing.assert_allclose(after, share * commands, rtol=1e-3)
 
 
-def test_halving_the_step_changes_nothing(
-    body: Body, truth: Truth, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_halving_the_step_changes_nothing(truth: Truth, monkeypatch: pytest.MonkeyPatch) -> None:
     """The integration is exact to far below the noise of any sensor."""
     commands = np.array([[0.2, -0.1]])
-    motion = motion_of(body, truth, [2000.0])
+    motion = motion_of(truth, [2000.0])
     start = motion.receive(states(1, 2.0), commands)
     coarse = motion.advance(start, commands, 2.0)
     monkeypatch.setattr("hydrodamp.simulation.campaign.motion.STEP", 0.01)
@@ -139,18 +123,10 @@ def test_euler_rates_by_differencing() -> None:
     np.testing.assert_allclose((ahead - behind) / (2 * step), expected, atol=1e-8)
 
 
-def test_a_push_accelerates_by_the_inverse_mass(body: Body, truth: Truth) -> None:
+def test_a_push_accelerates_by_the_inverse_mass(truth: Truth) -> None:
     """At rest, with nothing else acting."""
     push = np.array([[1.0, -2.0, 3.0, 0.1, 0.2, -0.3]])
-    motion = motion_of(body, truth, [0.0])
+    motion = motion_of(truth, [0.0])
     acceleration = motion.pushed(push).acceleration(states(1))
-    np.testing.assert_allclose(acceleration @ body.mass_matrix, push, atol=1e-12)
+    np.testing.assert_allclose(acceleration @ VEHICLE.mass_matrix, push, atol=1e-12)
     np.testing.assert_array_equal(motion.acceleration(states(1)), 0.0)
-
-
-def test_coriolis_is_that_of_the_core(body: Body, velocities: FloatArray) -> None:
-    """The table of products, and p = M nu put into H(p) nu."""
-    expected = coriolis(body.mass_matrix, velocities)
-    np.testing.assert_allclose(body.coriolis_wrench(velocities), expected, atol=1e-10)
-    momentum = momentum_wrench(velocities @ body.mass_matrix, velocities)
-    np.testing.assert_allclose(momentum, expected, atol=1e-10)

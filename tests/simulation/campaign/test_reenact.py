@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import oracle
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
 from hydrodamp.simulation.campaign.autopilot import PUBLISHED
 from hydrodamp.simulation.campaign.conditions import COLOURED, SILENT, WHITE, Conditions
-from hydrodamp.simulation.campaign.motion import momentum_wrench
 from hydrodamp.simulation.campaign.reenact import Campaign, Plan, reenact, reenact_all
 from hydrodamp.simulation.campaign.truth import true_damping
 
@@ -138,7 +138,7 @@ def test_exact_log_satisfies_equation_1(conditions: Conditions) -> None:
     campaign = reenact(5, duration=10.0, conditions=conditions)
     log, vehicle = campaign.exact_test, campaign.vehicle
     commands = {name: log.command(name) for name in log.command_names}
-    expected = momentum_wrench(log.velocity @ vehicle.mass_matrix, log.velocity)
+    expected = oracle.coriolis(vehicle.mass_matrix, log.velocity)
     expected += true_damping().wrench(log.velocity) + campaign.test_pushes
     expected += vehicle.known_wrench(log.velocity, log.down, commands)
     np.testing.assert_allclose(log.acceleration @ vehicle.mass_matrix, expected, atol=1e-9)

@@ -6,25 +6,22 @@ import numpy as np
 import pytest
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.simulation.campaign.motion import Body
 from hydrodamp.simulation.campaign.truth import (
     HULL_LENGTH,
     Strips,
     Truth,
     crossflow,
     sname,
+    tail_of,
     true_damping,
 )
+from hydrodamp.vehicle.file import fleet
 
 
-def test_published_truth_is_the_published_damping(
-    coefficients: dict[str, float], velocities: FloatArray
-) -> None:
-    """The closed formula equals the damping model's own evaluation."""
-    expected = true_damping().wrench(velocities)
-    np.testing.assert_allclose(
-        sname(coefficients).hull_wrench(velocities), expected, rtol=1e-12, atol=1e-12
-    )
+def hull_wrench(truth: Truth, velocity: FloatArray) -> FloatArray:
+    """What the water does to the hull, fins and propeller apart."""
+    wrench = truth.damping.wrench(velocity)
+    return wrench if truth.strips is None else wrench + truth.strips.wrench(velocity)
 
 
 def test_straight_drift_and_each_rate_are_damped(truth: Truth) -> None:
@@ -34,52 +31,45 @@ def test_straight_drift_and_each_rate_are_damped(truth: Truth) -> None:
         velocity = np.zeros((200, 6))
         velocity[:, 0] = rng.uniform(0.5, 2.7, 200)
         velocity[:, axis] = rng.uniform(-0.4, 0.4, 200)
-        power = np.sum(velocity * truth.hull_wrench(velocity), axis=1)
+        power = np.sum(velocity * hull_wrench(truth, velocity), axis=1)
         assert np.max(power) < 0.0
 
 
 def test_whole_wrench_dissipates_under_way(truth: Truth, velocities: FloatArray) -> None:
     """Nearly everywhere in the box that the campaign sails in."""
-    power = np.sum(velocities * truth.hull_wrench(velocities), axis=1)
+    power = np.sum(velocities * hull_wrench(truth, velocities), axis=1)
     assert np.mean(power < 0.0) > 0.9
 
 
 def test_port_and_starboard_alike(truth: Truth, velocities: FloatArray) -> None:
     """Reversing v, p and r reverses Y, K and N and leaves X, Z and M."""
     mirror = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
-    wrench, mirrored = truth.hull_wrench(velocities), truth.hull_wrench(velocities * mirror)
+    wrench, mirrored = hull_wrench(truth, velocities), hull_wrench(truth, velocities * mirror)
     np.testing.assert_allclose(mirrored, wrench * mirror, atol=1e-12)
 
 
-def test_fins_meet_the_drift_as_published(coefficients: dict[str, float], body: Body) -> None:
+def test_fins_meet_the_drift_as_published() -> None:
     """rudder - 0.178 atan2(-v, u); the elevator by turning 90 degrees about x."""
-    truth = crossflow(coefficients, body.fins_at)
+    truth = crossflow(true_damping(), TAIL)
     velocity = np.array([[2.0, 0.2, -0.1, 0.0, 0.0, 0.0]])
     angles = truth.effective_fins(velocity, np.array([[0.1, -0.05]]))[0]
     expected = [0.1 - 0.178 * np.arctan2(-0.2, 2.0), -0.05 - 0.178 * np.arctan2(0.1, 2.0)]
     np.testing.assert_allclose(angles, expected)
-    published, fins = sname(coefficients), np.ones((1, 2))
+    published, fins = sname(true_damping()), np.ones((1, 2))
     assert published.effective_fins(velocity, fins) is fins
     assert published.fin_lag == 0.0
 
 
-def test_what_it_cannot_represent_is_refused(coefficients: dict[str, float], body: Body) -> None:
-    """Rather than left out."""
-    with pytest.raises(ValueError, match="not in tuple"):
-        sname({"Y_v|r|": -1.0})
-    lacking = {label: value for label, value in coefficients.items() if label != "N_v|v|"}
-    with pytest.raises(KeyError, match="N_v"):
-        crossflow(lacking, body.fins_at)
-
+TAIL = tail_of(fleet["vt690"])
 
 SIDE, DOWN = (171.825, -34.1192), (72.497, -3.68259)
 """Drag and its first moment: -Y_v|v|, -N_v|v| and -Z_w|w|, M_w|w| of the published set."""
 
 
 @pytest.fixture
-def strips(body: Body) -> Strips:
+def strips() -> Strips:
     """The strips of the crossflow truth."""
-    return Strips.calibrated((SIDE[0], DOWN[0]), (SIDE[1], DOWN[1]), body.fins_at)
+    return Strips.calibrated((SIDE[0], DOWN[0]), (SIDE[1], DOWN[1]), TAIL)
 
 
 def test_pure_drift_gives_the_published_coefficients(strips: Strips) -> None:
@@ -97,19 +87,19 @@ def test_no_strip_ever_drives(strips: Strips, velocities: FloatArray) -> None:
     assert np.max(power) <= 0.0
 
 
-def test_turning_in_place_agrees_with_the_integral(strips: Strips, body: Body) -> None:
+def test_turning_in_place_agrees_with_the_integral(strips: Strips) -> None:
     """N_r|r| = -c L^4/32 - c_f |x_f|^3 for a uniform hull and fins at x_f."""
-    fins = SIDE[1] / body.fins_at
+    fins = SIDE[1] / TAIL
     hull = (SIDE[0] - fins) / HULL_LENGTH
-    exact = -hull * HULL_LENGTH**4 / 32 - fins * abs(body.fins_at) ** 3
+    exact = -hull * HULL_LENGTH**4 / 32 - fins * abs(TAIL) ** 3
     turning = np.zeros((1, 6))
     turning[0, 5] = 1.0
     assert strips.wrench(turning)[0, 5] == pytest.approx(exact, rel=2e-3)
 
 
-def test_both_planes_obey_one_law(body: Body) -> None:
+def test_both_planes_obey_one_law() -> None:
     """With equal drag, turning by 90 degrees about x changes nothing."""
-    alike = Strips.calibrated((100.0, 100.0), (-20.0, -20.0), body.fins_at)
+    alike = Strips.calibrated((100.0, 100.0), (-20.0, -20.0), TAIL)
     flat, upright = np.zeros((1, 6)), np.zeros((1, 6))
     flat[0, [1, 5]] = 0.3, 0.2
     upright[0, [2, 4]] = 0.3, -0.2

@@ -1,86 +1,18 @@
-"""Vehicles in motion side by side: equation 1 of the paper, in plain NumPy."""
+"""Vehicles in motion side by side: equation 1 of the paper, and Runge and Kutta."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
+from hydrodamp import kernels
 from hydrodamp.arrays import FloatArray, frozen
+from hydrodamp.kernels.plant import Plant
 from hydrodamp.simulation.campaign.truth import Truth
-from hydrodamp.vehicle.actuators import Fin, Propeller, wrench_of
+from hydrodamp.simulation.problem import columns, held_channels
+from hydrodamp.vehicle.actuators import Fin, Propeller
 from hydrodamp.vehicle.vehicle import Vehicle
-
-
-@dataclass(frozen=True)
-class Body:
-    """Inertia, weight, fins and propeller of a vehicle with two pairs of fins."""
-
-    mass_matrix: FloatArray
-    restoring: FloatArray
-    lift: FloatArray
-    drag: FloatArray
-    thrust: FloatArray
-
-    @classmethod
-    def of(cls, vehicle: Vehicle) -> Body:
-        """Return the matrices of a vehicle with rudder, elevator and propeller."""
-        fins = {one.command: one for one in vehicle.actuators if isinstance(one, Fin)}
-        pair = (fins["rudder"], fins["elevator"])
-        propeller = next(one for one in vehicle.actuators if isinstance(one, Propeller))
-        return cls(
-            mass_matrix=vehicle.mass_matrix,
-            restoring=frozen(vehicle.restoring_matrix.T),
-            lift=frozen([wrench_of(fin.force) for fin in pair]),
-            drag=frozen([wrench_of(fin.drag) for fin in pair]),
-            thrust=wrench_of({"X": propeller.thrust, "K": propeller.torque}),
-        )
-
-    @property
-    def fins_at(self) -> float:
-        """Position of the rudders, forward of the origin [m]."""
-        return float(self.lift[0, 5] / self.lift[0, 1])
-
-    @cached_property
-    def inverse_mass(self) -> FloatArray:
-        """Inverse of the mass matrix, shape (6, 6), symmetric."""
-        return frozen(np.linalg.inv(self.mass_matrix))
-
-    @cached_property
-    def coriolis_table(self) -> FloatArray:
-        """``H(M e_j) e_k`` in row ``6 j + k``, shape (36, 6)."""
-        momenta = np.repeat(self.mass_matrix.T, 6, axis=0)
-        return frozen(momentum_wrench(momenta, np.tile(np.eye(6), (6, 1))))
-
-    def coriolis_wrench(self, velocity: FloatArray) -> FloatArray:
-        """Return ``H(M nu) nu``, which does no work."""
-        products = velocity[:, :, np.newaxis] * velocity[:, np.newaxis, :]
-        return products.reshape(-1, 36) @ self.coriolis_table
-
-    def restoring_wrench(self, down: FloatArray) -> FloatArray:
-        """Return the wrench of weight and buoyancy."""
-        return down @ self.restoring
-
-    def fin_wrench(self, velocity: FloatArray, angles: FloatArray) -> FloatArray:
-        """Return lift and drag of the fins."""
-        surge = velocity[:, :1]
-        per_flow = angles @ self.lift + angles**2 @ self.drag
-        return surge * np.abs(surge) * per_flow
-
-    def propulsion(self, rpm: FloatArray) -> FloatArray:
-        """Return the wrench of the propeller."""
-        return np.outer(rpm * np.abs(rpm), self.thrust)
-
-
-def momentum_wrench(momentum: FloatArray, velocity: FloatArray) -> FloatArray:
-    """Return ``H(p) nu = [p1 x w ; p1 x v1 + p2 x w]`` of equation 1."""
-    linear, angular = momentum[:, :3], momentum[:, 3:]
-    moving, turning = velocity[:, :3], velocity[:, 3:]
-    force = np.cross(linear, turning)
-    moment = np.cross(linear, moving) + np.cross(angular, turning)
-    return np.concatenate((force, moment), axis=1)
-
 
 STEP = 0.02
 """Step of the Runge-Kutta integration [s]."""
@@ -97,34 +29,62 @@ N_STATES = 12
 
 @dataclass(frozen=True)
 class Motion:
-    """The equation of motion of one body in one kind of water."""
+    """Equation 1 in one kind of water; columns ``fins`` of the channels are rudder and elevator."""
 
-    body: Body
     truth: Truth
-    propulsion: FloatArray
+    plant: Plant
+    matrix: FloatArray
+    inverse_mass: FloatArray
+    channels: FloatArray
+    fins: list[int]
+    thrust: FloatArray
+    push: FloatArray
+
+    @classmethod
+    def of(cls, vehicle: Vehicle, truth: Truth, rpm: FloatArray) -> Motion:
+        """Return the motion of a vehicle with rudder, elevator and propeller at some speeds."""
+        model, n = truth.damping.model, len(rpm)
+        table = columns(vehicle, (model,), actuators=True)
+        fins = {one.command: one.channel for one in vehicle.actuators if isinstance(one, Fin)}
+        propeller = next(one for one in vehicle.actuators if isinstance(one, Propeller))
+        commands = {**dict.fromkeys(fins, np.zeros(n)), propeller.command: rpm}
+        return cls(
+            truth=truth,
+            plant=table.plant,
+            matrix=table.with_unknown(table.entries(model), truth.damping.coefficients),
+            inverse_mass=frozen(np.linalg.inv(vehicle.mass_matrix)),
+            channels=held_channels(table, commands, n),
+            fins=[table.channels.index(fins[name]) for name in ("rudder", "elevator")],
+            thrust=propeller.thrust * rpm * np.abs(rpm),
+            push=np.zeros(6),
+        )
 
     @property
     def steady_surge(self) -> FloatArray:
         """Surge speed of each vehicle, level and straight, shape (n,) [m/s]."""
-        speed: FloatArray = np.sqrt(-self.propulsion[:, 0] / self.truth.quadratic[0, 0])
+        speed: FloatArray = np.sqrt(-self.thrust / self.truth.damping["X_u|u|"])
         return speed
 
     def pushed(self, wrench: FloatArray) -> Motion:
         """Return the same motion with a constant wrench added."""
-        return replace(self, propulsion=self.propulsion + wrench)
+        return replace(self, push=wrench)
 
     def acceleration(self, state: FloatArray) -> FloatArray:
         """Return the body acceleration."""
-        velocity, body = state[:, VELOCITY], self.body
-        fins = self.truth.effective_fins(velocity, state[:, FINS])
-        wrench = (
-            body.coriolis_wrench(velocity)
-            + self.truth.hull_wrench(velocity)
-            + body.restoring_wrench(down_direction(state[:, EULER]))
-            + body.fin_wrench(velocity, fins)
-            + self.propulsion
+        velocity, channels = state[:, VELOCITY], self.channels.copy()
+        channels[:, self.fins] = self.truth.effective_fins(velocity, state[:, FINS])
+        terms = kernels.regressor(
+            self.plant.factors,
+            velocity,
+            down_direction(state[:, EULER]),
+            channels,
+            np.zeros(len(state)),
         )
-        return wrench @ body.inverse_mass
+        wrench = kernels.coriolis(self.plant.mass_matrix, velocity) + terms @ self.matrix
+        wrench += self.push
+        if self.truth.strips is not None:
+            wrench += self.truth.strips.wrench(velocity)
+        return wrench @ self.inverse_mass
 
     def rate(self, state: FloatArray, commands: FloatArray) -> FloatArray:
         """Return the time derivative of the state."""

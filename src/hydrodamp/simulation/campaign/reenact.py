@@ -28,10 +28,9 @@ from hydrodamp.simulation.campaign.motion import (
     MEASURED,
     N_STATES,
     VELOCITY,
-    Body,
     Motion,
 )
-from hydrodamp.simulation.campaign.truth import Truth, crossflow, sname, true_damping
+from hydrodamp.simulation.campaign.truth import Truth, crossflow, sname, tail_of, true_damping
 from hydrodamp.vehicle.file import fleet
 from hydrodamp.vehicle.vehicle import Vehicle
 
@@ -105,10 +104,10 @@ class Plan:
     @classmethod
     def of(cls, truth: str) -> Plan:
         """Return the plan of the paper on one of the truths."""
-        vehicle, known = fleet["vt690"], true_damping().as_dict()
+        vehicle, known = fleet["vt690"], true_damping()
         if truth == "sname":
             return cls(vehicle, sname(known))
-        return cls(vehicle, crossflow(known, Body.of(vehicle).fins_at))
+        return cls(vehicle, crossflow(known, tail_of(vehicle)))
 
     def sail(
         self, seeds: Sequence[int], duration: float, conditions: Conditions
@@ -132,8 +131,8 @@ class Plan:
         )
 
     def _voyage(self, runs: Sequence[Run], errors: FloatArray, pushes: FloatArray) -> Voyage:
-        body, period, n = Body.of(self.vehicle), self.autopilot.period, len(runs)
-        motion = Motion(body, self.water, body.propulsion(np.array([run.rpm for run in runs])))
+        period, n = self.autopilot.period, len(runs)
+        motion = Motion.of(self.vehicle, self.water, np.array([run.rpm for run in runs]))
         time = np.arange(len(errors), dtype=np.float64) * period
         heading = np.radians(np.transpose([run.heading.at(time) for run in runs]))
         depth = STARTING_DEPTH + np.transpose([run.depth.at(time) for run in runs])

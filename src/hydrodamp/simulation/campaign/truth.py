@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, frozen
-from hydrodamp.basis.atoms import AXES, VELOCITIES
-from hydrodamp.basis.term import Term
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.published import published
+from hydrodamp.vehicle.vehicle import Vehicle
 
 DRIFT_FACTOR = 0.178
 """Share of the drift angle that the fins see; published for the rudder."""
@@ -45,20 +43,10 @@ class Truth:
 
     name: str
     note: str
-    products: FloatArray
-    quadratic: FloatArray
+    damping: Damping
     strips: Strips | None = None
     drift_factor: float = 0.0
     fin_lag: float = 0.0
-
-    def hull_wrench(self, velocity: FloatArray) -> FloatArray:
-        """Return the viscous wrench of the hull, fins and propeller apart."""
-        pairs = (velocity[:, :, np.newaxis] * velocity[:, np.newaxis, :]).reshape(-1, 36)
-        wrench: FloatArray = pairs @ self.products
-        wrench += (velocity * np.abs(velocity)) @ self.quadratic
-        if self.strips is not None:
-            wrench += self.strips.wrench(velocity)
-        return wrench
 
     def effective_fins(self, velocity: FloatArray, fins: FloatArray) -> FloatArray:
         """Return the fin angles that act, given the drift of the vehicle."""
@@ -68,34 +56,21 @@ class Truth:
         return fins - self.drift_factor * drift
 
 
-def _tables(coefficients: Mapping[str, float]) -> tuple[FloatArray, FloatArray]:
-    products, quadratic = np.zeros((6, 6, 6)), np.zeros((6, 6))
-    for label, value in coefficients.items():
-        axis, term = label.split("_")
-        first, second = Term.parse(term).factors
-        if second == f"|{first}|":
-            quadratic[VELOCITIES.index(first), AXES.index(axis)] = value
-        else:
-            place = VELOCITIES.index(first), VELOCITIES.index(second), AXES.index(axis)
-            products[place] = value
-    return frozen(products.reshape(36, 6)), frozen(quadratic)
+def sname(damping: Damping) -> Truth:
+    """Return published hydrodynamics as they are."""
+    return Truth("sname", SNAME_NOTE, damping)
 
 
-def sname(coefficients: Mapping[str, float]) -> Truth:
-    """Return the published hydrodynamics as they are."""
-    return Truth("sname", SNAME_NOTE, *_tables(coefficients))
-
-
-def crossflow(coefficients: Mapping[str, float], fins_at: float) -> Truth:
+def crossflow(damping: Damping, fins_at: float) -> Truth:
     """Return the truth with crossflow strips, drift at the fins, and fin lag."""
-    known = coefficients
+    known = damping.as_dict()
     kept = {label: value for label, value in known.items() if label not in CROSSFLOW_DRAG}
     totals = (-known["Y_v|v|"], -known["Z_w|w|"])
     moments = (-known["N_v|v|"], known["M_w|w|"])
     return Truth(
         "crossflow",
         CROSSFLOW_NOTE,
-        *_tables(kept),
+        Damping.from_dict(None, kept),
         Strips.calibrated(totals, moments, fins_at),
         DRIFT_FACTOR,
         FIN_LAG,
@@ -159,3 +134,10 @@ def true_damping() -> Damping:
     return Damping.from_dict(
         horizontal.model, values, source=f"{HORIZONTAL} on X Y K N, {VERTICAL} on Z M"
     )
+
+
+def tail_of(vehicle: Vehicle) -> float:
+    """Return the position of the rudders, forward of the origin [m]."""
+    rudder = next(one for one in vehicle.actuators if "rudder" in one.commands)
+    wrench = rudder.columns()[0][1]
+    return float(wrench[5] / wrench[1])
