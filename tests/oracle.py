@@ -169,9 +169,11 @@ class Motion:
         return state, slope
 
 
-def replayed(plant, matrix, parameters, inputs, segments, attitude=None, max_step=0.05, limit=50.0):
-    """Velocity, its derivative, and where each segment diverged."""
-    chosen = np.asarray(parameters, dtype=int).reshape(-1, 2)
+def replay(
+    plant, matrix, inputs, segments, entries=((), ()), attitude=None, max_step=0.05, limit=50.0
+):
+    """Velocity, where each segment diverged, and the derivative of the velocity."""
+    chosen = np.transpose(entries).astype(int)
     motion, p = Motion(plant, matrix, inputs, chosen), len(chosen)
     velocity = np.full((inputs.n, 6), np.nan)
     jacobian = np.full((inputs.n, 6, p + 6), np.nan)
@@ -192,18 +194,7 @@ def replayed(plant, matrix, parameters, inputs, segments, attitude=None, max_ste
                 diverged_at[s] = k
                 break
             velocity[k], jacobian[k] = state[:6], slope[:6]
-    return velocity, jacobian, diverged_at
-
-
-def replay(plant, matrix, inputs, segments, attitude=None, max_step=0.05, limit=50.0):
-    """Open loop from the first sample of every segment."""
-    found = replayed(plant, matrix, (), inputs, segments, attitude, max_step, limit)
-    return found[0], found[2]
-
-
-def sensitivities(*arguments, **settings):
-    """Replay and its derivative."""
-    return replayed(*arguments, **settings)[:2]
+    return velocity, diverged_at, jacobian
 
 
 def down_of(q):

@@ -30,14 +30,20 @@ def case(request, make):
 
 def centred(plant, changed, attitude):
     """(replay(+) - replay(-)) / 2 STEP for ``changed(size) -> (matrix, inputs)``."""
-    ends = [kernels.replay(plant, *changed(sign * STEP), SEGMENTS, attitude)[0] for sign in (1, -1)]
+    runs = (
+        kernels.replay(plant, *changed(sign * STEP), SEGMENTS, attitude=attitude)
+        for sign in (1, -1)
+    )
+    ends = [velocity for velocity, *_ in runs]
     return (ends[0] - ends[1])[INSIDE] / (2 * STEP)
 
 
 def test_on_every_coefficient(case):
     plant, matrix, inputs, attitude = case
-    places = np.array([(j, i) for j in range(plant.n_terms) for i in range(0, 6, 2)])
-    _, jacobian, _ = kernels.sensitivities(plant, matrix, places, inputs, SEGMENTS, attitude)
+    places = [(j, i) for j in range(plant.n_terms) for i in range(0, 6, 2)]
+    *_, jacobian = kernels.replay(
+        plant, matrix, inputs, SEGMENTS, tuple(np.transpose(places)), attitude=attitude
+    )
     for column, (term, axis) in enumerate(places):
 
         def changed(size, term=term, axis=axis):
@@ -52,7 +58,7 @@ def test_on_every_coefficient(case):
 @pytest.mark.parametrize("component", range(6))
 def test_on_the_initial_velocity(case, component):
     plant, matrix, inputs, attitude = case
-    _, jacobian, _ = kernels.sensitivities(plant, matrix, [[0, 0]], inputs, SEGMENTS, attitude)
+    *_, jacobian = kernels.replay(plant, matrix, inputs, SEGMENTS, ([0], [0]), attitude=attitude)
 
     def changed(size):
         velocity = inputs.velocity.copy()
@@ -70,7 +76,7 @@ def test_at_rest_every_derivative_is_finite(make):
     still = replace(make.inputs(rng, n=4), velocity=np.zeros((4, 6)), wrench=np.zeros((4, 6)))
     still = replace(still, channels=np.zeros((4, 2)), down=np.zeros((4, 3)))
     segments = np.array([[0, 4]])
-    velocity, jacobian, _ = kernels.sensitivities(plant, matrix, [[8, 1]], still, segments)
+    velocity, _, jacobian = kernels.replay(plant, matrix, still, segments, ([8], [1]))
     np.testing.assert_array_equal(velocity, 0.0)
     assert np.all(np.isfinite(jacobian))
     np.testing.assert_array_equal(jacobian[0, :, 1:], np.eye(6))
@@ -81,7 +87,7 @@ def test_from_divergence_on_and_outside_segments_nothing_is_known():
     rest = [np.zeros((60, width)) for width in (3, 6, 0, 2)]
     inputs = Inputs(np.arange(60) / 10, np.tile(np.eye(6)[0], (60, 1)), *rest)
     matrix = np.eye(1, 6)
-    velocity, jacobian, _ = kernels.sensitivities(plant, matrix, [[0, 0]], inputs, [[0, 50]])
+    velocity, _, jacobian = kernels.replay(plant, matrix, inputs, [[0, 50]], ([0], [0]))
     assert np.all(np.isfinite(jacobian[:40]))
     assert np.all(np.isnan(jacobian[40:]))
     np.testing.assert_array_equal(np.isnan(velocity[:50, 0]), np.isnan(jacobian[:, 0, 0]))

@@ -24,7 +24,7 @@ def test_sub_steps_are_equal_and_no_longer_than_asked(length, steps):
     matrix = np.array([[-3.0, 0, 0, 0, 0, 0]])
     z = 3.0 * length / steps
     inputs = constant_inputs([0.0, length], [1, 0, 0, 0, 0, 0])
-    found, _ = kernels.replay(plant, matrix, inputs, WHOLE)
+    found, *_ = kernels.replay(plant, matrix, inputs, WHOLE)
     once = 1 - z + z**2 / 2 - z**3 / 6 + z**4 / 24
     assert found[1, 0] == pytest.approx(once**steps, rel=1e-14)
 
@@ -33,10 +33,10 @@ def test_each_segment_restarts_and_the_rest_is_not_a_number(make):
     rng = np.random.default_rng(9)
     plant, matrix = make.linear_plant(rng)
     inputs = make.inputs(rng, n=20)
-    found, _ = kernels.replay(plant, matrix, inputs, np.array([[2, 8], [10, 20]]))
+    found, *_ = kernels.replay(plant, matrix, inputs, np.array([[2, 8], [10, 20]]))
     for start in (2, 10):
         np.testing.assert_array_equal(found[start], inputs.velocity[start])
-    alone, _ = kernels.replay(plant, matrix, inputs, np.array([[10, 20]]))
+    alone, *_ = kernels.replay(plant, matrix, inputs, np.array([[10, 20]]))
     np.testing.assert_array_equal(found[10:], alone[10:])
     assert np.all(np.isnan(found[[0, 1, 8, 9]]))
 
@@ -47,7 +47,7 @@ def test_a_diverged_segment_is_flagged_at_its_first_bad_sample():
     matrix = np.array([[1.0, 0, 0, 0, 0, 0]])
     inputs = constant_inputs(np.arange(60) / 10, [1.0, 0, 0, 0, 0, 0])
     segments = np.array([[0, 50], [50, 60]])
-    found, diverged_at = kernels.replay(plant, matrix, inputs, segments)
+    found, diverged_at, _ = kernels.replay(plant, matrix, inputs, segments)
     np.testing.assert_array_equal(diverged_at, [40, -1])
     assert np.all(np.isfinite(found[:40]))
     assert np.all(np.isnan(found[40:50]))

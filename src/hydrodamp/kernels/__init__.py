@@ -8,7 +8,6 @@ from hydrodamp.kernels.core import (
     coriolis as coriolis,
     regressor as regressor,
     replay as replay,
-    sensitivities as sensitivities,
 )
 from hydrodamp.kernels.estimators import (
     Adapted as Adapted,

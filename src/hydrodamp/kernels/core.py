@@ -18,7 +18,7 @@ from cffi import FFI
 
 from hydrodamp.arrays import FloatArray, IndexArray, IntArray
 from hydrodamp.errors import ProblemError
-from hydrodamp.kernels.plant import Inputs, Plant, checked_factors, whole_numbers
+from hydrodamp.kernels.plant import Inputs, Plant
 
 _HERE = Path(__file__).parent
 
@@ -58,16 +58,10 @@ def regressor(
     propulsion_speed: FloatArray,
     out: FloatArray | None = None,
 ) -> FloatArray:
-    """Return every term at every sample, shape (n, n_terms), in ``out`` where given."""
+    """Return every term at every sample, shape (n, n_terms), in float64 ``out`` where given."""
+    table = np.ascontiguousarray(factors, dtype=np.int32)
     n, m = len(velocity), np.shape(channels)[-1]
-    table = checked_factors(factors, m)
     xi = np.empty((n, len(table)), order="F") if out is None else out
-    whole = xi.flags.writeable and not any(stride % 8 for stride in xi.strides)
-    if xi.shape != (n, len(table)) or xi.dtype != np.float64 or not whole:
-        raise ProblemError(
-            f"`out` must be writable float64 of shape ({n}, {len(table)}), its strides whole "
-            f"numbers of entries; got {xi.dtype} {xi.shape} with strides {xi.strides} bytes"
-        )
     nu, south = floats(velocity, (n, 6), "velocity"), floats(down, (n, 3), "down")
     held = floats(channels, (n, m), "channels")
     speed = floats(propulsion_speed, (n,), "propulsion_speed")
@@ -75,9 +69,8 @@ def regressor(
     record = ffi.new("hd_record *", {"n": n, "n_channels": m, **moving})
     to, (row, column) = ffi.cast("double *", xi.ctypes.data), xi.strides
     work = ffi.new(ROOM, C.hd_atom_count(m) * C.HD_BLOCK)
-    C.hd_regressor(
-        pointer(table), len(table), record, pointer(speed), to, row // 8, column // 8, work
-    )
+    atoms, places = pointer(table), (to, row // 8, column // 8)
+    C.hd_regressor(atoms, len(table), record, pointer(speed), *places, work)
     return xi
 
 
@@ -98,63 +91,36 @@ def replay(
     matrix: FloatArray,
     inputs: Inputs,
     segments: IntArray,
-    attitude: FloatArray | None = None,
-    max_step: float = 0.05,
-    limit: float = 50.0,
-) -> tuple[FloatArray, IntArray]:
-    """Integrate eq. 1 open loop by RK4 from the first sample of every segment.
-
-    Wrench and recorded down vector are interpolated linearly, channels and u_c held; with
-    quaternions (n, 4) in ``attitude`` the attitude is integrated too. No sub-step is longer than
-    ``max_step`` [s]. Velocity (n, 6) is NaN outside the segments and from where one passed
-    ``limit``; that sample, or -1, is the second result.
-    """
-    run = plant, matrix, None, inputs, segments, attitude, max_step, limit
-    velocity, _, diverged_at = sensitivities(*run)
-    return velocity, diverged_at
-
-
-def sensitivities(
-    plant: Plant,
-    matrix: FloatArray,
-    parameters: IndexArray | None,
-    inputs: Inputs,
-    segments: IntArray,
+    entries: tuple[np.ndarray, np.ndarray] | None = None,
+    *,
     attitude: FloatArray | None = None,
     max_step: float = 0.05,
     limit: float = 50.0,
     block: int = 1,
-) -> tuple[FloatArray, FloatArray, IntArray]:
-    """Replay, and differentiate the velocity on coefficients and initial velocity.
+) -> tuple[FloatArray, IntArray, FloatArray]:
+    """Integrate eq. 1 open loop by RK4 from the first sample of every segment, and differentiate.
 
-    ``parameters`` are p places (row, column) in ``matrix``. The Jacobian, between the results
-    of :func:`replay`, has a row (6, p + 6) a block of samples, segment by segment: their sum
-    over the root of their number. It has no rows where there are no parameters.
+    Wrench and recorded down vector are interpolated linearly, channels and u_c held; with
+    quaternions (n, 4) in ``attitude`` the attitude is integrated too. No sub-step is longer than
+    ``max_step`` [s]. Velocity (n, 6) is NaN outside the segments and from where one passed
+    ``limit``; that sample, or -1, is the second result. The third are slopes on coefficients at
+    p ``entries`` (rows, columns) of ``matrix`` and on the initial velocity: a row (6, p + 6) a
+    block of samples, segment by segment, their sum over the root of their number.
     """
-    for name, value in (("max_step", max_step), ("limit", limit)):
-        if not value > 0.0:
-            raise ProblemError(f"`{name}` must be positive; got {value}")
     rows, n, null = spans(segments, inputs.n), inputs.n, ffi.NULL
     table = floats(matrix, (plant.n_terms, 6), "matrix")
     poses = None if attitude is None else floats(attitude, (n, 4), "attitude")
-    given = np.zeros((0, 2), np.int64) if parameters is None else parameters
-    places = whole_numbers(given, "parameters").reshape(-1, 2)
-    if np.any((places < 0) | (places >= [plant.n_terms, 6])):
-        raise ProblemError(
-            f"`parameters` must name terms below {plant.n_terms} and axes below 6; "
-            f"got {places.min(axis=0).tolist()} to {places.max(axis=0).tolist()}"
-        )
-    chosen = places.astype(np.int32)
-    blocks = 0 if parameters is None else int(np.sum(-(-np.diff(rows) // block)))
+    chosen = np.column_stack(entries or ((), ())).astype(np.int32)
+    blocks = 0 if entries is None else int(np.sum(-(-np.diff(rows) // block)))
     jacobian = np.empty((blocks, 6, len(chosen) + 6))
     velocity, diverged_at = np.empty((n, 6)), np.empty(len(rows), dtype=np.int64)
     system, pose = plant_of(plant), null if poses is None else pointer(poses)
     fields = [system, pointer(table), record_of(plant, inputs), pose, max_step, limit]
     motion, work = ffi.new("hd_motion *", fields), C.hd_replay_work(system, len(chosen))
-    slopes = null if parameters is None else pointer(jacobian)
+    slopes = null if entries is None else pointer(jacobian)
     to = block, pointer(velocity), slopes, pointer(diverged_at), ffi.new(ROOM, work)
     C.hd_replay(motion, pointer(rows), len(rows), pointer(chosen), len(chosen), *to)
-    return velocity, jacobian, diverged_at
+    return velocity, diverged_at, jacobian
 
 
 def pointer(array: npt.NDArray[Any]) -> Any:
@@ -172,7 +138,7 @@ def floats(values: npt.ArrayLike, shape: tuple[int, ...], name: str) -> FloatArr
 
 def spans(segments: npt.ArrayLike, n: int) -> IntArray:
     """Return segments as int64 rows (start, stop) inside ``n`` samples."""
-    rows = whole_numbers(segments, "segments").reshape(-1, 2)
+    rows = np.ascontiguousarray(segments, dtype=np.int64)
     wrong = (rows[:, 0] < 0) | (rows[:, 0] >= rows[:, 1]) | (rows[:, 1] > n)
     if wrong.any():
         raise ProblemError(

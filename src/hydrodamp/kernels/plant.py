@@ -39,7 +39,11 @@ class Plant:
         object.__setattr__(self, "mass_matrix", mass)
         object.__setattr__(self, "mass_columns", frozen(mass.T))
         object.__setattr__(self, "free", free)
-        object.__setattr__(self, "factors", checked_factors(self.factors, self.n_channels))
+        factors, n_atoms = np.array(self.factors, dtype=np.int32), FIXED_ATOMS + 2 * self.n_channels
+        if factors.shape[1:] != (4,) or np.any((factors < 0) | (factors >= n_atoms)):
+            raise ProblemError(f"`factors` must have four columns of atoms in 0..{n_atoms - 1}")
+        factors.setflags(write=False)
+        object.__setattr__(self, "factors", factors)
 
     @property
     def n_terms(self) -> int:
@@ -222,25 +226,3 @@ class Sample:
             raise ProblemError(f"a sample does not have the shapes required: {error}") from error
         values.setflags(write=False)
         return cls(values)
-
-
-def checked_factors(factors: npt.ArrayLike, n_channels: int) -> IndexArray:
-    """Return ``factors`` as a read-only int32 table whose atoms all exist."""
-    table = whole_numbers(factors, "factors")
-    n_atoms = FIXED_ATOMS + 2 * n_channels
-    if table.ndim != 2 or table.shape[1] != 4 or np.any((table < 0) | (table >= n_atoms)):
-        raise ProblemError(
-            f"`factors` must have shape (n_terms, 4) and lie in 0..{n_atoms - 1} with {n_channels} "
-            f"channels; got {table.shape}, {table.min(initial=0)}..{table.max(initial=0)}"
-        )
-    narrow = table.astype(np.int32)
-    narrow.setflags(write=False)
-    return narrow
-
-
-def whole_numbers(values: npt.ArrayLike, name: str) -> IntArray:
-    """Return ``values`` as C-contiguous int64; nothing is cut off or wrapped round."""
-    given = np.asarray(values)
-    if given.size and given.dtype.kind not in "iu":
-        raise ProblemError(f"`{name}` must be whole numbers; got {given.dtype}")
-    return np.ascontiguousarray(given, dtype=np.int64)

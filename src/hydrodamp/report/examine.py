@@ -93,7 +93,7 @@ def _band(vehicle: Vehicle, row: Row) -> PredictionBand | None:
     freedom = np.inf if known is None else known.degrees_of_freedom
     problem = prepare(vehicle, run.log, row.fit.model)
     with np.errstate(over="ignore", invalid="ignore"):  # a replay that runs away has no band
-        return prediction_band(problem, row.fit.damping, degrees_of_freedom=freedom, max_step=_STEP)
+        return prediction_band(problem, row.fit.damping, degrees_of_freedom=freedom)
 
 
 def painted(sketches: Iterable[Sketch]) -> tuple[tuple[Picture, ...], tuple[str, ...]]:

@@ -122,12 +122,12 @@ def replay(
         raise MethodError(f"`attitude` must be 'measured' or 'simulated', got {attitude!r}")
     log, recorded = problem.log, problem.log.attitude
     start = np.tile(_LEVEL, (log.n, 1)) if recorded is None else recorded
-    velocity, diverged_at = kernels.replay(
+    velocity, diverged_at, _ = kernels.replay(
         problem.columns.plant,
         problem.matrix(damping),
         problem.inputs,
         problem.segments if spans is None else spans,
-        start if attitude == "simulated" else None,
+        attitude=start if attitude == "simulated" else None,
         max_step=max_step,
         limit=LIMIT,
     )

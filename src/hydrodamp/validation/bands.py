@@ -52,7 +52,6 @@ def prediction_band(
     level: float = 0.95,
     *,
     degrees_of_freedom: float = np.inf,
-    max_step: float = 0.05,
 ) -> PredictionBand:
     """Return the band of a replay, to first order in the coefficients.
 
@@ -69,8 +68,6 @@ def prediction_band(
         Share that the band is to hold, at each sample alone.
     degrees_of_freedom : float
         Of the covariance.
-    max_step : float
-        Longest Runge-Kutta step [s].
 
     Returns
     -------
@@ -92,8 +89,8 @@ def prediction_band(
     free = damping.model.restricted_to(problem.vehicle.axes)
     kept = [damping.model.index(label) for label in free.labels]
     root = _root(damping.covariance[np.ix_(kept, kept)])
-    places = np.column_stack(problem.columns.entries(free)).astype(np.int32)
-    matrix, length = problem.matrix(damping), max(_CHUNK // (6 * (len(places) + 6)), 2)
+    entries, n = problem.columns.entries(free), free.n_coefficients
+    matrix, length = problem.matrix(damping), max(_CHUNK // (6 * (n + 6)), 2)
     velocity = np.full((problem.n_samples, 6), np.nan)
     width = velocity.copy()
     for start, stop in problem.segments.tolist():
@@ -102,16 +99,15 @@ def prediction_band(
             part = slice(first, min(first + length, stop))
             begun = problem.inputs.velocity[part].copy()
             begun[0] = here
-            velocity[part], slope, _ = kernels.sensitivities(
+            velocity[part], _, slope = kernels.replay(
                 problem.columns.plant,
                 matrix,
-                places,
                 problem.inputs.part(part, begun),
                 np.array([[0, len(begun)]]),
-                max_step=max_step,
+                entries,
                 limit=LIMIT,
             )
-            on_coefficients, on_initial = np.split(slope, [len(places)], axis=2)
+            on_coefficients, on_initial = np.split(slope, [n], axis=2)
             total = on_initial @ spread + on_coefficients @ root
             width[part] = half * np.sqrt((total**2).sum(axis=2))
             here, spread = velocity[part][-1], total[-1]
