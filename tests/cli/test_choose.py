@@ -56,3 +56,21 @@ def test_models_that_are_not_there(folder, call, line, said):
     (folder / "two.yaml").write_text(TWO, "utf-8")
     done = call(line, 2)
     assert said in " ".join(done.stderr.split())
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "compare lamp.csv --train one --test two --models linear,sparse",
+        "identify lamp.csv --model sparse",
+        "validate lamp.csv --models sparse",
+    ],
+)
+def test_a_command_that_is_missed_is_told_before_terms_are_selected(
+    folder, call, monkeypatch, line
+):
+    text = (folder / "ab.csv").read_text("utf-8")
+    (folder / "lamp.csv").write_text(text.replace("turn", "lamp", 1), "utf-8")
+    monkeypatch.setattr(Sparse, "select", lambda *_: pytest.fail("selected for minutes"))
+    said = " ".join(call(f"{line} --vehicle planar.yaml", 2).output.split())
+    assert "command column 'turn' is missing: an actuator of 'planar' uses it" in said

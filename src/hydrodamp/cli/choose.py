@@ -29,6 +29,17 @@ def selects(listed: str | None) -> bool:
     return listed is not None and SPARSE in names(listed)
 
 
+def asked(
+    listed: str | None, vehicle: hd.Vehicle, log: hd.Log, models: tuple[hd.DampingModel, ...]
+) -> tuple[hd.DampingModel, ...]:
+    """Return models, and for the one to be selected one with every command it may take."""
+    if not selects(listed):
+        return models
+    strange = [name for name in log.command_names if name not in vehicle.commands]
+    offered = hd.DampingModel.from_table({vehicle.axes[0]: " ".join(strange)}, key=SPARSE)
+    return (*models, offered)
+
+
 def for_log(
     listed: str | None,
     vehicle: hd.Vehicle,

@@ -56,8 +56,8 @@ def identify(
     craft, named = choose.choose_vehicle(vehicle), choose.choose_model(model)
     way, said = hd.find_method(method), record(inputs)
     log = train_alone(logs or (), train or (), mapping)
+    check_training(craft, log, choose.asked(model, craft, log, named))
     chosen = choose.for_log(model, craft, log, named, free_gains)
-    check_training(craft, log, chosen)
     fits: list[hd.Fit] = []
     fit_all(hd.prepare(craft, log, chosen), chosen, (way,), fits.append)
     (fit,) = fits

@@ -36,8 +36,8 @@ def validate(
     craft, given = choose.choose_vehicle(vehicle), choose.choose_models(models)
     ways, log = choose.choose_methods(methods), read(logs, mapping)
     selected = (hd.Sparse(),) if choose.selects(models) else ()
+    check_training(craft, log, choose.asked(models, craft, log, given))
     chosen = choose.for_log(models, craft, log, given)
-    check_training(craft, log, chosen)
     count, tables = len(holdouts(log, folds)), list[hd.CrossValidation]()
     whole: tuple[Any, ...] = ((), (), hd.Criteria((), 0, {}))
     try:
