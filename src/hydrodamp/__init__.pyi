@@ -49,6 +49,9 @@ from .errors import (
     TermError as TermError,
     VehicleError as VehicleError,
 )
+from .export.export import export as export
+from .export.fidelity import Fidelity as Fidelity, Replays as Replays
+from .export.targets import TARGETS as TARGETS, find_target as find_target
 from .identification.adaptive import (
     AdaptiveIdentifier as AdaptiveIdentifier,
     ByNoise as ByNoise,

@@ -12,6 +12,7 @@ from hydrodamp.cli.compare import compare
 from hydrodamp.cli.convert import convert
 from hydrodamp.cli.datasets import datasets
 from hydrodamp.cli.demo import demo
+from hydrodamp.cli.export import export
 from hydrodamp.cli.identify import identify
 from hydrodamp.cli.models import models
 from hydrodamp.cli.output import INTERRUPTED, guarded
@@ -33,7 +34,10 @@ app = typer.Typer(
 )
 vehicle_app = typer.Typer(help="Vehicle files.", no_args_is_help=True, rich_markup_mode=None)
 
-COMMANDS = (demo, models, datasets, probe, convert, compare, validate, identify, simulate, report)
+COMMANDS = (
+    *(demo, models, datasets, probe, convert, compare, validate, identify, simulate, report),
+    export,
+)
 for command in COMMANDS:
     app.command()(guarded(command))
 vehicle_app.command()(guarded(new))

@@ -275,16 +275,21 @@ def cite(subject: DampingModel | Damping) -> str:
 
 def warn_if_foreign(damping: Damping, stamp: VehicleStamp) -> None:
     """Warn when coefficients are used with a vehicle they do not belong to."""
+    if told := foreign_to(damping, stamp):
+        warnings.warn(told, ForeignVehicleWarning, stacklevel=2)
+
+
+def foreign_to(damping: Damping, stamp: VehicleStamp) -> str:
+    """Return why coefficients do not belong to a vehicle; nothing where they do."""
     own = damping.vehicle
     differences = [] if own is None else list(_differences(own, stamp))
-    if own is not None and differences:
-        warnings.warn(
-            f"These coefficients belong to vehicle '{own.name}', used with '{stamp.name}': "
-            f"{'; '.join(differences)}. The same forces have other coefficients under another "
-            "mass matrix: identify them again, or use the vehicle they belong to.",
-            ForeignVehicleWarning,
-            stacklevel=2,
-        )
+    if own is None or not differences:
+        return ""
+    return (
+        f"These coefficients belong to vehicle '{own.name}', used with '{stamp.name}': "
+        f"{'; '.join(differences)}. The same forces have other coefficients under another "
+        "mass matrix: identify them again, or use the vehicle they belong to."
+    )
 
 
 def _differences(own: VehicleStamp, other: VehicleStamp) -> Iterator[str]:

@@ -1,0 +1,73 @@
+"""``hydrodamp export``: damping into files that a simulator or a controller reads."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+import hydrodamp as hd
+from hydrodamp.cli import options
+from hydrodamp.cli.choose import choose_vehicle
+from hydrodamp.cli.output import emit, note, results
+from hydrodamp.cli.parts import read
+from hydrodamp.errors import MethodError
+
+_TARGET = f"What to write for: {options.TARGETS}."
+_SET = "A setting of the target, such as precision=float. Repeatable."
+
+
+def export(
+    target: Annotated[str, typer.Argument(metavar="TARGET", help=_TARGET)],
+    damping: Annotated[str, typer.Argument(metavar="JSON", help="A damping file.")],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="The folder to write.")],
+    vehicle: options.VehicleName = "",
+    log: Annotated[
+        list[str] | None,
+        typer.Option(metavar="LOG", help="Run what was written with this log. Repeatable."),
+    ] = None,
+    mapping: options.MappingFile = None,
+    settings: Annotated[
+        list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help=_SET)
+    ] = None,
+    force: Annotated[
+        bool,
+        typer.Option("--force", help="Replace an earlier export; keep one whose replay diverges."),
+    ] = False,
+    json: options.Json = False,
+) -> None:
+    """Write damping for a simulator or a controller, run it, and say how faithful it is."""
+    from hydrodamp.export.documents import fidelity_document
+    from hydrodamp.export.export import check_export, with_settings
+
+    form = with_settings(hd.find_target(target), dict(map(_pair, settings or ())))
+    check_export(out, force)
+    craft, numbers = choose_vehicle(vehicle), hd.read_damping(damping)
+    driven = read(log, mapping) if log else None
+    card = hd.export(numbers, craft, form, out, log=driven, box=_sailed(Path(damping)), force=force)
+    note(f"written to {out}")
+    if json:
+        emit(fidelity_document(card))
+    else:
+        results().print(str(card), markup=False, highlight=False)
+
+
+def _pair(text: str) -> tuple[str, str]:
+    name, equals, value = text.partition("=")
+    if not equals:
+        raise MethodError(f"`--set` must be NAME=VALUE, such as precision=float; got '{text}'.")
+    return name.strip(), value.strip()
+
+
+def _sailed(damping: Path) -> hd.OperatingBox | None:
+    """Return the velocities that the coefficients were identified at, where a file says them."""
+    import numpy as np
+
+    from hydrodamp.report.documents import trained_on
+
+    ranges = trained_on(damping)
+    if not any(name in ranges for name in hd.VELOCITIES):
+        return None
+    low, high = np.array([ranges.get(name, (0.0, 0.0)) for name in hd.VELOCITIES]).T
+    return hd.OperatingBox(low, high)

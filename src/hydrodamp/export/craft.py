@@ -1,0 +1,155 @@
+"""What is exported: a vehicle with its damping, as the one table of equation 1."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from hydrodamp import kernels
+from hydrodamp.arrays import FloatArray, frozen
+from hydrodamp.basis.basis import Basis
+from hydrodamp.data.log import Log
+from hydrodamp.errors import ModelError
+from hydrodamp.kernels import coriolis
+from hydrodamp.models.damping import Damping, foreign_to
+from hydrodamp.models.model import DampingModel, read_label, table_of
+from hydrodamp.simulation.actuation import CHANNELS
+from hydrodamp.simulation.problem import Columns, columns, held_channels, stamp
+from hydrodamp.vehicle.actuators import Propeller
+from hydrodamp.vehicle.vehicle import Vehicle
+
+_GAINS = {name for both in CHANNELS.values() for name in both}
+
+
+@dataclass(frozen=True, eq=False)
+class States:
+    """Where a craft is asked for its acceleration, arrays of one row a sample.
+
+    The wrench is what acts besides the craft's own actuators.
+    """
+
+    velocity: FloatArray  # (n, 6) [m/s, rad/s]
+    down: FloatArray  # (n, 3)
+    wrench: FloatArray  # (n, 6) [N, N m]
+    inputs: FloatArray  # (n, m), as the craft's ``inputs``
+
+
+@dataclass(frozen=True, eq=False)
+class Craft:
+    """A vehicle and a damping on its free axes: M dnu/dt = H(M nu) nu + K xi + wrench.
+
+    Frame FRD, reference point the origin of the vehicle's body frame, SI. A coefficient that is
+    zero is none: its term asks for no command and no propulsion ratio.
+    """
+
+    vehicle: Vehicle
+    damping: Damping
+
+    @classmethod
+    def of(cls, vehicle: Vehicle, damping: Damping, log: Log | None = None) -> Craft:
+        """Return the craft that a log drives: by a wrench where it has one, else by commands."""
+        if told := foreign_to(damping, stamp(vehicle)):
+            raise ModelError(told)
+        driven = log is not None and log.wrench is not None
+        craft = replace(vehicle, actuators=()) if driven else vehicle
+        free = damping.model.restricted_to(vehicle.axes)
+        values = dict(zip(free.labels, damping.onto(free).tolist(), strict=True))
+        if faults := list(_unfit(values)):
+            raise ModelError(f"'{free.key}' cannot be exported: {'; '.join(faults)}.")
+        acting = {label: value for label, value in values.items() if value != 0.0}
+        model = replace(
+            DampingModel.from_table(table_of(acting), key=free.key, title=free.title),
+            source=free.source,
+        )
+        told_of = damping.vehicle, damping.source, damping.note
+        return cls(craft, Damping(model, np.array([*acting.values()]), None, *told_of))
+
+    @cached_property
+    def columns(self) -> Columns:
+        """Equation 1 as a table: restoring and actuators first, then damping."""
+        return columns(self.vehicle, (self.damping.model,), actuators=True)
+
+    @cached_property
+    def matrix(self) -> FloatArray:
+        """Coefficients of that table, shape (n_terms, 6)."""
+        entries = self.columns.entries(self.damping.model)
+        return frozen(self.columns.with_unknown(entries, self.damping.coefficients))
+
+    @cached_property
+    def known(self) -> Basis:
+        """The terms of restoring and actuators, in the order of the table."""
+        return Basis(tuple(self.vehicle.known_columns()))
+
+    @cached_property
+    def inverse(self) -> FloatArray:
+        """The inverse of the mass matrix on the free axes, zero on the locked ones."""
+        free = np.ix_(self.vehicle.free, self.vehicle.free)
+        inverse = np.zeros((6, 6))
+        inverse[free] = np.linalg.inv(self.vehicle.mass_matrix[free])
+        return frozen(inverse)
+
+    @cached_property
+    def commands(self) -> tuple[str, ...]:
+        """What it listens to: commands of actuators, then those of terms alone."""
+        derived = {name for actuator in self.vehicle.actuators for name in actuator.derived}
+        of_terms = (name for name in self.damping.model.commands if name not in derived)
+        return tuple(dict.fromkeys((*self.vehicle.commands, *of_terms)))
+
+    @property
+    def propellers(self) -> tuple[Propeller, ...]:
+        """Those that know the surge speed they sustain."""
+        own = (one for one in self.vehicle.actuators if isinstance(one, Propeller))
+        return tuple(one for one in own if one.speed_slope is not None)
+
+    @property
+    def needs_speed(self) -> bool:
+        """Whether u_c is an input: a term has (eta-1), and no propeller knows it."""
+        asked = any(term.needs_propulsion for term in self.damping.model.basis)
+        return asked and not self.propellers
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """The commands, and last u_c [m/s] where it is needed and no propeller knows it."""
+        return (*self.commands, *(("u_c",) if self.needs_speed else ()))
+
+    def _wrenches(self, at: States) -> tuple[FloatArray, FloatArray]:
+        """Return what is known of the wrench, and damping, each of shape (n, 6)."""
+        named = dict(zip(self.commands, at.inputs.T, strict=False))
+        known = self.vehicle.propulsion_speed(named)
+        given = at.inputs[:, -1] if self.needs_speed else np.zeros(len(at.velocity))
+        velocity = np.ascontiguousarray(at.velocity * self.vehicle.free)
+        regressor = kernels.regressor(
+            self.columns.plant.factors,
+            velocity,
+            at.down,
+            held_channels(self.columns, named, len(velocity)),
+            given if known is None else known,
+        )
+        n = self.columns.n_known
+        return regressor[:, :n] @ self.matrix[:n] + at.wrench, regressor[:, n:] @ self.matrix[n:]
+
+    def damping_wrench(self, at: States) -> FloatArray:
+        """Return the damping alone, shape (n, 6)."""
+        return self._wrenches(at)[1]
+
+    def acceleration(self, at: States) -> FloatArray:
+        """Return equation 1 solved, shape (n, 6)."""
+        velocity = at.velocity * self.vehicle.free
+        moving = coriolis(self.vehicle.mass_matrix, velocity)
+        return np.asarray((moving + sum(self._wrenches(at))) @ self.inverse)
+
+
+def _unfit(values: dict[str, float]) -> Iterator[str]:
+    """Say which coefficients cannot leave the house."""
+    lost = [label for label, value in values.items() if not np.isfinite(value)]
+    if lost:
+        yield f"{', '.join(lost)} could not be determined; identify a model without, or by `ridge`"
+    gains = [label for label in values if _GAINS & set(read_label(label)[1].commands)]
+    if gains:
+        yield (
+            f"{', '.join(gains)} are gains of a recorded wrench; scale the vehicle's actuators by "
+            "them instead"
+        )

@@ -1,0 +1,248 @@
+"""The verb: a vehicle's damping into files of a target, with the card of how faithful they are."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import tempfile
+from collections.abc import Mapping
+from dataclasses import fields, replace
+from pathlib import Path
+
+import numpy as np
+
+from hydrodamp.data.log import Log
+from hydrodamp.errors import FileError, MethodError
+from hydrodamp.export.craft import Craft
+from hydrodamp.export.documents import fidelity_document
+from hydrodamp.export.drive import Drive, scattered
+from hydrodamp.export.fidelity import Fidelity, mass_ratio, powers, replays_of, wrench_errors
+from hydrodamp.export.projection import left_out, projected
+from hydrodamp.export.target import Engine, Files, NotRun, Target
+from hydrodamp.export.targets import find_target
+from hydrodamp.files import as_json, check_folder, save_all
+from hydrodamp.identification.power import OperatingBox, operating_box
+from hydrodamp.models.damping import Damping
+from hydrodamp.vehicle.vehicle import Vehicle
+
+CARD = "fidelity.json"
+"""The card's name in the folder of an export."""
+
+_BOX = OperatingBox(np.full(6, -1.0), np.full(6, 1.0))
+
+
+def export(
+    damping: Damping,
+    vehicle: Vehicle,
+    target: str | Target,
+    out: str | os.PathLike[str],
+    *,
+    log: Log | None = None,
+    box: OperatingBox | None = None,
+    force: bool = False,
+) -> Fidelity:
+    """Write a damping and its vehicle as files that a simulator or a controller reads.
+
+    What was written is read back and run, and a card says how faithful it is; it lies beside the
+    files as ``fidelity.json``.
+
+    Parameters
+    ----------
+    damping : Damping
+        Coefficients that belong to the vehicle.
+    vehicle : Vehicle
+        Mass, restoring forces and actuators. A log with a recorded wrench takes the place of
+        the actuators: what is written is driven by a wrench then.
+    target : str or Target
+        A key of :data:`TARGETS`, or one of its values with other settings.
+    out : str or path
+        The folder; written whole or not at all.
+    log : Log, optional
+        What the written model is driven with, and where terms are fitted that the target cannot
+        hold.
+    box : OperatingBox, optional
+        Where they are fitted without a log.
+    force : bool, optional
+        Replace an earlier export, and keep one whose replay diverges though that of its source
+        does not.
+
+    Returns
+    -------
+    fidelity : Fidelity
+        The card.
+
+    Raises
+    ------
+    ModelError
+        If the coefficients belong to another vehicle, or cannot be exported.
+    MethodError
+        If there is no such target, terms would have to be fitted without any velocities, or the
+        replay diverges.
+    FileError
+        If the folder is there already.
+    ProblemError
+        If the log lacks what the model needs.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from hydrodamp.models.published import published
+    >>> from hydrodamp.vehicle.file import fleet
+    >>> folder = tempfile.mkdtemp()
+    >>> card = export(published["vt690-sname2022"], fleet["vt690"], "python", folder + "/sim")
+    >>> card.exact
+    True
+    """
+    form = find_target(target) if isinstance(target, str) else target
+    folder = Path(out)
+    check_export(folder, force)
+    craft = Craft.of(vehicle, damping, log)
+    drive = None if log is None else Drive.of(craft, log)
+    where = box or (_BOX if drive is None else operating_box(drive.problem))
+    held, lost = _held(form, craft, drive, where if box or drive else None)
+    with tempfile.TemporaryDirectory(prefix=".hydrodamp-", dir=_parent(folder)) as place:
+        made = Path(place, "export")
+        _save(form.write(held), made)
+        card = _card(form, craft, held, drive, where, lost, made)
+        _check_replay(card, force)
+        _save({CARD: as_json(fidelity_document(card))}, made)
+        _move(made, folder, Path(place, "earlier"))
+    return card
+
+
+def check_export(folder: Path, force: bool) -> None:
+    """Refuse a folder that cannot be written, or that holds anything but an earlier export."""
+    check_folder(folder)
+    if folder.exists() and any(folder.iterdir()):
+        if not (folder / CARD).is_file():
+            raise FileError(
+                f"{folder}: holds files that are no export of hydrodamp; name a new folder."
+            )
+        if not force:
+            raise FileError(
+                f"{folder}: holds an earlier export; name another folder, or say --force."
+            )
+
+
+def _held(
+    form: Target, craft: Craft, drive: Drive | None, box: OperatingBox | None
+) -> tuple[Craft, tuple[str, ...]]:
+    """Return the craft in the terms that a target has, and the coefficients it has not."""
+    model = form.holds(craft)
+    lost = () if model is None else left_out(craft, model)
+    if model is None or not lost:
+        return craft, ()
+    if drive is not None:
+        return projected(craft, model, drive.states), lost
+    if box is None:
+        raise MethodError(
+            f"'{form.key}' cannot hold {', '.join(lost)}: their wrench is to be fitted at "
+            "velocities, and there are none. Give a log."
+        )
+    return projected(craft, model, scattered(craft, box)), lost
+
+
+def _card(
+    form: Target,
+    craft: Craft,
+    held: Craft,
+    drive: Drive | None,
+    box: OperatingBox,
+    lost: tuple[str, ...],
+    made: Path,
+) -> Fidelity:
+    at = scattered(craft, box) if drive is None else drive.states
+    engine, reason = _read(form, made, held)
+    runs = None if drive is None else (drive, Drive.of(held, drive.log))
+    own = scattered(held, box) if runs is None else runs[1].states
+    acceleration = held.acceleration(own) if engine is None else engine.rates(own)
+    return Fidelity(
+        target=form.key,
+        meant=form.meant,
+        settings=settings_of(form),
+        vehicle=craft.vehicle.name,
+        model=craft.damping.model.title,
+        inputs=(*held.inputs, "wrench"),
+        projected=lost,
+        ignores=form.ignores,
+        run_by=engine.name if engine else "",
+        not_run=reason,
+        wrench_error=wrench_errors(craft, at, acceleration),
+        asked_at="velocities all over the operating box" if drive is None else "the log's samples",
+        replays=replays_of(*runs, engine) if runs and engine else None,
+        power=powers(craft, held, box),
+        box=str(box),
+        mass_ratio=mass_ratio(craft.vehicle),
+    )
+
+
+def _read(form: Target, made: Path, held: Craft) -> tuple[Engine | None, str]:
+    try:
+        return form.read(made, held), ""
+    except NotRun as reason:
+        return None, str(reason)
+
+
+def _check_replay(card: Fidelity, force: bool) -> None:
+    """Refuse a projection whose replay diverges where that of its source does not."""
+    if card.exact or card.replays is None or force:
+        return
+    found = card.replays
+    if found.target_to_log.diverged and not found.source_to_log.diverged:
+        name, time = found.target_to_log.diverged[0]
+        worst = max(card.wrench_error.values())
+        raise MethodError(
+            f"'{card.target}' cannot hold {', '.join(card.projected)}, and with what takes their "
+            f"place the replay diverges {time:.1f} s into segment '{name}' (wrench error up to "
+            f"{worst:.3g} %); the source's does not. Nothing is written: identify a model that the "
+            "target can hold, or say --force."
+        )
+
+
+def settings_of(form: Target) -> dict[str, str]:
+    """Return the settings of a target by their names."""
+    return {each.name: str(getattr(form, each.name)) for each in fields(form)}
+
+
+def with_settings(form: Target, given: Mapping[str, str]) -> Target:
+    """Return a target with some settings as a user spells them."""
+    kinds = {each.name: type(getattr(form, each.name)) for each in fields(form)}
+    values = {}
+    for name, text in given.items():
+        if name not in kinds:
+            has = ", ".join(kinds) or "none"
+            raise MethodError(f"'{form.key}' has no setting '{name}'; it has: {has}.")
+        try:
+            values[name] = kinds[name](text)
+        except ValueError as error:
+            raise MethodError(
+                f"setting '{name}' of '{form.key}' must be like "
+                f"{getattr(form, name)!r}; got '{text}'."
+            ) from error
+    return replace(form, **values)
+
+
+def _parent(folder: Path) -> Path:
+    try:
+        folder.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise FileError(f"{folder.parent}: cannot be made: {error.strerror}.") from error
+    return folder.parent
+
+
+def _save(files: Files, folder: Path) -> None:
+    save_all(
+        {
+            folder / path: content.encode("utf-8") if isinstance(content, str) else content
+            for path, content in files.items()
+        }
+    )
+
+
+def _move(made: Path, folder: Path, earlier: Path) -> None:
+    try:
+        if folder.exists():
+            folder.rename(earlier)
+        shutil.move(made, folder)
+    except OSError as error:
+        raise FileError(f"{folder}: cannot be written: {error.strerror}.") from error

@@ -1,0 +1,199 @@
+"""The fidelity card: what was lost between a damping and what a target makes of it, measured."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hydrodamp.arrays import FloatArray
+from hydrodamp.basis.atoms import AXES
+from hydrodamp.export.craft import Craft, States
+from hydrodamp.export.drive import Drive
+from hydrodamp.export.target import Engine
+from hydrodamp.identification.power import OperatingBox, worst_power
+from hydrodamp.simulation.replay import Score, Trajectory, no_score, score
+from hydrodamp.vehicle.vehicle import Vehicle
+
+#: Relative error of a wrench that is rounding.
+ROUNDING = 1e-9
+
+
+@dataclass(frozen=True)
+class Replays:
+    """Replays of a log, its attitude integrated too, each against another.
+
+    Attributes
+    ----------
+    source_to_target : Score
+        What the written file made of the log's commands, against equation 1: the error of eq. 24.
+    source_to_log, target_to_log : Score
+        Both against what was measured.
+    step : str
+        How the target was stepped.
+    """
+
+    source_to_target: Score
+    source_to_log: Score
+    target_to_log: Score
+    step: str
+
+
+@dataclass(frozen=True)
+class Fidelity:
+    """How faithful an export is.
+
+    Attributes
+    ----------
+    target, meant : str
+        Its key, and the program and version it is for.
+    settings : dict of str to str
+        Of the target.
+    vehicle, model : str
+        What was exported.
+    inputs : tuple of str
+        What drives the written model.
+    projected : tuple of str
+        Coefficients that the target cannot hold: their wrench was fitted with terms that it can.
+        Empty where the export is exact.
+    ignores : str
+        What of equation 1 the target leaves out.
+    run_by : str
+        What ran the written file; empty where nothing could.
+    not_run : str
+        Why it was not run.
+    wrench_error : dict of str to float
+        By axis, RMS difference between the wrenches of source and target [% of the rms of the
+        damping].
+    asked_at : str
+        At which velocities.
+    replays : Replays or None
+        None without a log, or where nothing could run.
+    power : dict of str to float
+        Greatest power that the damping of source and of target puts into the motion within
+        ``box`` [W]; negative where it dissipates everywhere that was looked at.
+    box : str
+        The velocities, in words.
+    mass_ratio : dict of str to float
+        Added mass over that of the rigid body, by axis, where both are known.
+    """
+
+    target: str
+    meant: str
+    settings: dict[str, str]
+    vehicle: str
+    model: str
+    inputs: tuple[str, ...]
+    projected: tuple[str, ...]
+    ignores: str
+    run_by: str
+    not_run: str
+    wrench_error: dict[str, float]
+    asked_at: str
+    replays: Replays | None
+    power: dict[str, float]
+    box: str
+    mass_ratio: dict[str, float]
+
+    @property
+    def exact(self) -> bool:
+        """Whether the target has every term."""
+        return not self.projected
+
+    def __str__(self) -> str:
+        """Return the card as a paragraph."""
+        return " ".join(_sentences(self))
+
+
+def _sentences(card: Fidelity) -> Iterator[str]:
+    worst = max(card.wrench_error.values(), default=0.0)
+    if card.exact:
+        yield f"{card.model} is exact for {card.meant}."
+    else:
+        names = ", ".join(card.projected)
+        yield f"{card.meant} cannot hold {names}: their wrench is fitted with terms that it has."
+    if card.run_by:
+        yield f"Read back and run by {card.run_by}."
+    else:
+        yield f"Not run here: {card.not_run}."
+    found = ", ".join(f"{axis} {error:.2g}" for axis, error in card.wrench_error.items())
+    small = worst < 100.0 * ROUNDING
+    yield (
+        f"Wrench at {card.asked_at}: the same but for rounding ({worst:.1g} %)."
+        if small
+        else f"Wrench error at {card.asked_at} [% of the damping's rms]: {found}."
+    )
+    if card.replays is not None:
+        yield from _told(card.replays)
+    target = card.power["target"]
+    yield (
+        f"Its damping takes power everywhere looked at in {card.box}."
+        if target <= 0.0
+        else f"Its damping gives up to {target:.3g} W to the motion in {card.box}"
+        f" (before export {card.power['source']:.3g} W)."
+    )
+    heavy = [axis for axis, ratio in card.mass_ratio.items() if ratio > 1.0]
+    if heavy:
+        yield f"Added mass is above the rigid body's on {' '.join(heavy)}."
+    if card.ignores:
+        yield f"It leaves out {card.ignores}."
+
+
+def _told(found: Replays) -> Iterator[str]:
+    errors = {
+        "between source and target": found.source_to_target,
+        "of the source against the log": found.source_to_log,
+        "of the target against the log": found.target_to_log,
+    }
+    words = ", ".join(f"{name} {_error(each)}" for name, each in errors.items())
+    yield f"Replay error (eq. 24, {found.step}): {words}."
+
+
+def _error(found: Score) -> str:
+    if found.rms is not None:
+        return f"{found.rms:.3g}"
+    return f"none, diverged after {found.diverged[0][1]:.1f} s" if found.diverged else "none"
+
+
+def replays_of(source: Drive, held: Drive, engine: Engine) -> Replays:
+    """Run what was written with the log's commands, and score it."""
+    original = source.source(source.craft)
+    made = held.trajectory(engine.replay(held))
+    return Replays(_between(original, made), score(original), score(made), engine.step)
+
+
+def _between(first: Trajectory, second: Trajectory) -> Score:
+    if first.diverged or second.diverged:
+        return no_score(first.axes, "deg", second.diverged or first.diverged)
+    log = replace(second.log, velocity=first.velocity, acceleration=None)
+    return score(replace(second, log=log))
+
+
+def wrench_errors(craft: Craft, at: States, acceleration: FloatArray) -> dict[str, float]:
+    """Return by axis how far the wrench of a target is from that of its source [%]."""
+    missing = (acceleration - craft.acceleration(at)) @ craft.vehicle.mass_matrix
+    size = np.sqrt(np.mean(craft.damping_wrench(at) ** 2, axis=0))
+    error = np.sqrt(np.mean(missing**2, axis=0))
+    return {
+        axis: 100.0 * float(error[row] / size[row])
+        for row, axis in enumerate(AXES)
+        if axis in craft.vehicle.axes and size[row] > 0.0
+    }
+
+
+def powers(source: Craft, held: Craft, box: OperatingBox) -> dict[str, float]:
+    """Return the greatest power of the damping before and after."""
+    return {
+        name: worst_power(craft.damping, box).power
+        for name, craft in (("source", source), ("target", held))
+    }
+
+
+def mass_ratio(vehicle: Vehicle) -> dict[str, float]:
+    """Return added mass over the rigid body's by axis, where both are known."""
+    if vehicle.added_mass is None:
+        return {}
+    added = vehicle.added_mass.diagonal()
+    rigid = vehicle.mass_matrix.diagonal() - added
+    return {axis: float(added[AXES.index(axis)] / rigid[AXES.index(axis)]) for axis in vehicle.axes}

@@ -1,0 +1,176 @@
+"""Equation 1's terms, printed in a language: one visitor, a small table of syntax a language."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+from hydrodamp.arrays import FloatArray
+from hydrodamp.basis.atoms import ABSOLUTES, ATOM_PLACE, AXES, PROPULSION, is_absolute
+from hydrodamp.basis.basis import SLOWEST
+from hydrodamp.basis.term import Term
+from hydrodamp.export.craft import Craft
+from hydrodamp.vehicle.actuators import Limited, Thruster
+
+#: What u_c and the propulsion ratio less one are called in every language.
+SPEED, RATIO = "u_c", "eta_1"
+
+
+@dataclass(frozen=True)
+class Syntax:
+    """How a language spells what terms and actuators need."""
+
+    absolute: str = "abs({x})"
+    root: str = "sqrt({x})"
+    sign: str = "sign({x})"
+    larger: str = "max({x}, {y})"
+    smaller: str = "min({x}, {y})"
+    outside: str = "({x} < {low} | {x} > {high})"
+    table: str = "interp({x}, {at}, {values})"
+    row: str = "[{}]"
+    assign: str = "{name} = {value}"
+    sum: str = "(\n        {}\n    )"
+    plus: str = "\n        "
+
+
+PYTHON = Syntax(
+    absolute="np.abs({x})",
+    root="np.sqrt({x})",
+    sign="np.sign({x})",
+    larger="np.maximum({x}, {y})",
+    smaller="np.minimum({x}, {y})",
+    outside="(({x} < {low}) | ({x} > {high}))",
+    table="np.interp({x}, {at}, {values})",
+)
+OCTAVE = Syntax(
+    table="interp1({at}, {values}, min(max({x}, {first}), {last}))",
+    assign="{name} = {value};",
+    sum="{}",
+    plus=" ...\n        ",
+)
+CASADI = Syntax(
+    absolute="absolute({x})",
+    root="root({x})",
+    sign="sign({x})",
+    larger="ca.fmax({x}, {y})",
+    smaller="ca.fmin({x}, {y})",
+    outside="ca.logic_or({x} < {low}, {x} > {high})",
+    table="ca.pw_lin(ca.fmin(ca.fmax({x}, {first}), {last}), {at}, {values})",
+)
+C99 = Syntax(
+    larger="larger({x}, {y})",
+    smaller="smaller({x}, {y})",
+    outside="(hd_real)({x} < {low} || {x} > {high})",
+    table="along({x}, {n}, (const hd_real[]){at}, (const hd_real[]){values})",
+    row="{{{}}}",
+    assign="const hd_real {name} = {value};",
+)
+
+
+def number(value: float) -> str:
+    """Return the shortest decimal that is read back as the same double."""
+    return repr(float(value))
+
+
+def matrix(rows: Iterable[Iterable[float]], between: str, row: str = "[{}]") -> str:
+    """Return a table of numbers, one row a line."""
+    return between.join(row.format(", ".join(map(number, each))) for each in rows)
+
+
+def inputs(craft: Craft) -> list[str]:
+    """Return the names of the inputs as they are printed; no language has them as words."""
+    return [*map(command, craft.commands), *([SPEED] if craft.needs_speed else [])]
+
+
+def command(name: str) -> str:
+    """Return what a command or a channel is called in every language."""
+    return f"cmd_{name}"
+
+
+def actuation(craft: Craft, syntax: Syntax) -> Iterator[str]:
+    """Yield the lines that make the actuators' channels, and u_c, of commands."""
+    for actuator in craft.vehicle.actuators:
+        if isinstance(actuator, Limited) and actuator.derived:
+            name = command(actuator.channel)
+            yield syntax.assign.format(name=name, value=_channel(actuator, syntax))
+    asked = any(term.needs_propulsion for term in craft.damping.model.basis)
+    known = [
+        f"({number(one.speed_slope or 0.0)} * {command(one.channel)} + {number(one.speed_offset)})"
+        for one in craft.propellers
+    ]
+    if known and asked:
+        value = known[0] if len(known) == 1 else f"({' + '.join(known)}) / {len(known)}"
+        yield syntax.assign.format(name=SPEED, value=value)
+
+
+def _channel(actuator: Limited, syntax: Syntax) -> str:
+    """Return what a command does within its limit, nothing in its dead zone."""
+    given = command(actuator.command)
+    if actuator.limit is not None:
+        most = number(actuator.limit)
+        lower = syntax.larger.format(x=given, y=f"-{most}")
+        given = syntax.smaller.format(x=lower, y=most)
+    acting = given
+    if isinstance(actuator, Thruster):
+        acting = _thrust(actuator, given, syntax)
+    if actuator.dead_zone is None:
+        return acting
+    low, high = map(number, actuator.dead_zone)
+    return f"{acting} * {syntax.outside.format(x=given, low=low, high=high)}"
+
+
+def _thrust(thruster: Thruster, given: str, syntax: Syntax) -> str:
+    if thruster.curve is None:
+        return f"{number(thruster.gain or 0.0)} * {given}"
+    at, values = (
+        [number(value) for value in column] for column in zip(*thruster.curve, strict=True)
+    )
+    rows = (syntax.row.format(", ".join(column)) for column in (at, values))
+    names = dict(zip(("at", "values"), rows, strict=True))
+    return syntax.table.format(x=given, n=len(at), first=at[0], last=at[-1], **names)
+
+
+def speeds(terms: Iterable[Term], syntax: Syntax) -> Iterator[str]:
+    """Yield the lines that make the speeds and the propulsion ratio that terms contain."""
+    used = {factor for term in terms for factor in term.factors}
+    across = syntax.root.format(x="v*v + w*w")
+    values = {
+        "U": syntax.root.format(x="u*u + v*v + w*w"),
+        "V": across,
+        "V_v": f"{syntax.sign.format(x='v')} * {across}",
+        "V_w": f"{syntax.sign.format(x='w')} * {across}",
+    }
+    for name, value in values.items():
+        if name in used or (name == "U" and PROPULSION in used):
+            yield syntax.assign.format(name=name, value=value)
+    if PROPULSION in used:
+        slow = syntax.larger.format(x="U", y=number(SLOWEST))
+        yield syntax.assign.format(name=RATIO, value=f"{SPEED} / {slow} - 1.0")
+
+
+def sums(
+    name: str, terms: Iterable[Term], coefficients: FloatArray, syntax: Syntax
+) -> Iterator[str]:
+    """Yield a line an axis: what its coefficients, a row a term, make of the terms."""
+    products = [product(term, syntax) for term in terms]
+    for axis, column in zip(AXES, coefficients.T.tolist(), strict=True):
+        parts = [
+            f"{'-' if value < 0 else '+'} {number(abs(value))}{each}"
+            for value, each in zip(column, products, strict=True)
+            if value != 0.0
+        ]
+        value = syntax.sum.format(syntax.plus.join(parts)) if parts else "0.0"
+        yield syntax.assign.format(name=f"{name}_{axis}", value=value)
+
+
+def product(term: Term, syntax: Syntax) -> str:
+    """Return a term as factors that follow a number."""
+    return "".join(f" * {_factor(factor, syntax)}" for factor in term.factors)
+
+
+def _factor(factor: str, syntax: Syntax) -> str:
+    if factor == PROPULSION:
+        return RATIO
+    if factor in ABSOLUTES or (factor not in ATOM_PLACE and is_absolute(factor)):
+        return syntax.absolute.format(x=_factor(factor.strip("|"), syntax))
+    return factor if factor in ATOM_PLACE else command(factor)

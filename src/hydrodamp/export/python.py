@@ -1,0 +1,63 @@
+"""Python: one file without dependencies but NumPy."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+from typing import ClassVar
+
+import numpy as np
+
+from hydrodamp.arrays import FloatArray
+from hydrodamp.export.craft import Craft, States
+from hydrodamp.export.printer import PYTHON, actuation, speeds, sums
+from hydrodamp.export.target import Engine, Files, by_rate, rendered
+from hydrodamp.export.words import name_of, said_of
+from hydrodamp.files import load_text
+
+
+@dataclass(frozen=True)
+class Python:
+    """One Python file that needs NumPy alone, with the forms of two simulators.
+
+    Functions of the wrench and the acceleration, a vehicle class of the Python Vehicle Simulator,
+    and HoloOcean's six accelerations.
+    """
+
+    key: ClassVar[str] = "python"
+    meant: ClassVar[str] = "Python with NumPy, PythonVehicleSimulator and HoloOcean 2"
+    ignores: ClassVar[str] = ""
+
+    def holds(self, craft: Craft) -> None:
+        """Return None: it can hold all terms."""
+
+    def write(self, craft: Craft) -> Files:
+        """Return the file."""
+        terms, n = craft.damping.model.basis.terms, craft.columns.n_known
+        text = rendered(
+            "python.py.j2",
+            **said_of(craft, ",\n    "),
+            actuation=actuation(craft, PYTHON),
+            speeds=speeds(terms, PYTHON),
+            damping=sums("damping", terms, craft.matrix[n:], PYTHON),
+            known=sums("known", craft.known, craft.matrix[:n], PYTHON),
+        )
+        return {f"{name_of(craft)}.py": text}
+
+    def read(self, folder: Path, craft: Craft) -> Engine:
+        """Run the file, and return its accelerations."""
+        path = folder / f"{name_of(craft)}.py"
+        module = ModuleType(name_of(craft))
+        exec(compile(load_text(path), str(path), "exec"), module.__dict__)
+
+        def rates(at: States) -> FloatArray:
+            parts = at.velocity.T, at.down.T, at.inputs.T, at.wrench.T
+            return np.asarray(module.acceleration(*parts).T)
+
+        def rate(
+            nu: FloatArray, down: FloatArray, other: FloatArray, given: FloatArray
+        ) -> FloatArray:
+            return np.asarray(module.acceleration(nu, down, given, other))
+
+        return by_rate(f"NumPy {np.__version__}", rates, rate)

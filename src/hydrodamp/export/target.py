@@ -1,0 +1,95 @@
+"""What a target is: how its files are written, read back and run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+
+import numpy as np
+
+from hydrodamp.arrays import FloatArray
+from hydrodamp.errors import MethodError
+from hydrodamp.export.craft import Craft, States
+from hydrodamp.export.drive import LONGEST_STEP, Drive, Rate, integrate
+from hydrodamp.models.model import DampingModel
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
+
+#: The files of an export by their paths in its folder.
+Files = Mapping[str, str | bytes]
+
+
+class NotRun(Exception):  # noqa: N818 - an outcome, caught where the card is made
+    """Why what was written could not be run here, as the rest of a sentence."""
+
+
+@dataclass(frozen=True)
+class Engine:
+    """What was written, parsed back and ready to run."""
+
+    name: str
+    step: str
+    rates: Callable[[States], FloatArray]
+    replay: Callable[[Drive], FloatArray]
+
+
+class Target(Protocol):
+    """A form that another program reads. A frozen dataclass; its fields are settings."""
+
+    __dataclass_fields__: ClassVar[dict[str, Any]]
+    key: ClassVar[str]
+    meant: ClassVar[str]
+    """The program and version that is meant."""
+    ignores: ClassVar[str]
+    """What of equation 1 it leaves out; empty where nothing."""
+
+    def holds(self, craft: Craft) -> DampingModel | None:
+        """Return the terms it can hold; None where it can hold all."""
+
+    def write(self, craft: Craft) -> Files:
+        """Return its files. The craft has no other terms than it can hold."""
+
+    def read(self, folder: Path, craft: Craft) -> Engine:
+        """Read the files back, and return what runs them; NotRun where nothing can here."""
+
+
+def by_rate(name: str, rates: Callable[[States], FloatArray], rate: Rate) -> Engine:
+    """Return the engine of a target that gives accelerations: the steps are ours."""
+    step = f"Runge-Kutta, at most {LONGEST_STEP:g} s"
+    return Engine(name, step, rates, lambda drive: integrate(rate, drive))
+
+
+def one_by_one(rate: Rate) -> Callable[[States], FloatArray]:
+    """Return the accelerations at many states of a rate that takes one."""
+
+    def rates(at: States) -> FloatArray:
+        rows = (getattr(at, each.name) for each in fields(at))
+        return np.array([rate(*each) for each in zip(*rows, strict=True)])
+
+    return rates
+
+
+def rendered(template: str, /, **values: object) -> str:
+    """Return the text of a template."""
+    return _environment().get_template(template).render(values)
+
+
+@cache
+def _environment() -> Environment:
+    try:
+        from jinja2 import Environment, PackageLoader, StrictUndefined
+    except ImportError as error:
+        raise MethodError(
+            'export needs the package jinja2: pip install "hydrodamp[export]"'
+        ) from error
+    return Environment(
+        loader=PackageLoader("hydrodamp.export", "assets"),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )

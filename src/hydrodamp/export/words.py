@@ -1,0 +1,47 @@
+"""What the files of every target say of the craft in them, and what they call it."""
+
+from __future__ import annotations
+
+import keyword
+import re
+
+from hydrodamp.export.craft import Craft
+from hydrodamp.export.printer import inputs, matrix
+
+_TAKEN = {*keyword.kwlist, *keyword.softkwlist, "end", "function", "global", "persistent", "np"}
+
+
+def name_of(craft: Craft) -> str:
+    """Return the vehicle's name as an identifier of every language."""
+    plain = re.sub(r"[^A-Za-z0-9]+", "_", craft.vehicle.name).strip("_") or "vehicle"
+    return f"auv_{plain}" if plain[0].isdigit() or plain.casefold() in _TAKEN else plain
+
+
+def said_of(craft: Craft, between: str) -> dict[str, object]:
+    """Return the words and the two mass matrices that the templates of all languages take."""
+    vehicle, damping = craft.vehicle, craft.damping
+    locked = [axis for axis in "XYZKMN" if axis not in vehicle.axes]
+    return {
+        "name": name_of(craft),
+        "title": f"{vehicle.name} with damping after {damping.model.title}.".replace("\\", "/"),
+        "about": " ".join(
+            part.replace("\\", "/").replace('"""', "'''")
+            for part in (
+                f"Written by hydrodamp {_version()}.",
+                f"Vehicle: {vehicle.source}." if vehicle.source else "",
+                f"Coefficients: {damping.source}." if damping.source else "",
+            )
+            if part
+        ),
+        "inputs": craft.inputs,
+        "variables": inputs(craft),
+        "mass": matrix(vehicle.mass_matrix.tolist(), between),
+        "inverse": matrix(craft.inverse.tolist(), between),
+        "locked": f" (zero on the locked axes {' '.join(locked)})" if locked else "",
+    }
+
+
+def _version() -> str:
+    import hydrodamp
+
+    return hydrodamp.__version__

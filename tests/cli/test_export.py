@@ -1,0 +1,49 @@
+"""``hydrodamp export``."""
+
+from __future__ import annotations
+
+import json
+import re
+
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.cli import options
+
+from .conftest import TRUTH
+
+
+@pytest.fixture
+def damping(folder):
+    hd.write_damping(hd.Damping.from_dict(None, TRUTH), "d.json")
+
+
+def test_writes_runs_and_tells(folder, call, damping):
+    line = "export python d.json --vehicle planar.yaml --log b.csv --out sim"
+    told = re.sub(r"\s+", " ", call(line).stdout)
+    assert "is exact for Python" in told
+    assert "Replay error" in told
+    assert sorted(path.name for path in (folder / "sim").iterdir()) == [
+        "fidelity.json",
+        "planar.py",
+    ]
+    call(line, status=2)
+    document = json.loads(call(f"{line} --force --json").stdout)
+    assert document == json.loads((folder / "sim" / "fidelity.json").read_text("utf-8"))
+
+
+def test_settings_are_those_of_the_target(folder, call, damping):
+    line = "export python d.json --vehicle planar.yaml --out sim"
+    assert "has no setting 'precision'" in call(f"{line} --set precision=float", 2).stderr
+    assert "must be NAME=VALUE" in call(f"{line} --set precision", 2).stderr
+
+
+def test_a_fit_says_where_it_sailed(folder, call):
+    call("identify a.csv --vehicle planar.yaml --model linear --method ls --out fit.json")
+    done = call("export python fit.json --vehicle planar.yaml --out sim --json")
+    assert "rad/s" in json.loads(done.stdout)["box"]
+    assert "v" in json.loads(done.stdout)["box"]
+
+
+def test_the_help_names_all_targets():
+    assert ", ".join(hd.TARGETS) == options.TARGETS

@@ -1,0 +1,125 @@
+"""Vehicles, coefficients and short logs that the targets are tried with."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.export.craft import Craft, States
+from hydrodamp.kernels.core import C, ffi, plant_of, pointer
+
+RICH = hd.Vehicle(
+    "rich-3",
+    hd.fleet["vt690"].mass_matrix,
+    480.0,
+    500.0,
+    np.array([0.02, -0.01, 0.03]),
+    np.array([0.0, 0.01, -0.02]),
+    (
+        hd.Fin("rudder", {"Y": 9.0, "N": -9.2}, {"X": -4.7}, limit=0.3, dead_zone=(-0.02, 0.01)),
+        hd.Propeller("rpm", 3e-6, advance=-1e-4, torque=-1e-7, speed_slope=0.001),
+        hd.Thruster(
+            "lambda",
+            (0.3, 0.1, -0.2),
+            (0.0, 1.0, 1.0),
+            curve=((-1.0, -30.0), (0.0, -2.0), (0.5, 12.0), (2.0, 40.0)),
+            limit=1.5,
+        ),
+        hd.Matrix(("lift",), ((0.0, 0.0, 1.0, 0.0, 0.2, 0.0),)),
+    ),
+)
+"""One of each actuator, heavy centres, a command that is a word of several languages."""
+
+MODELS = tuple(hd.catalog[key] for key in hd.PAPER_MODELS)
+
+ALL_ATOMS = hd.DampingModel.from_table(
+    {
+        "X": "1 u u|u| u^2(eta-1) down_x",
+        "Y": "v|r| vV |r|V_v down_y v*lift",
+        "Z": "wV |q|V_w wU down_z",
+        "K": "p|p|",
+        "M": "q w|w| u|u|*lift u|u|*|gain|",
+        "N": "r uv r^2(eta-1)",
+    },
+    key="all-atoms",
+)
+
+
+def coefficients(model: hd.DampingModel, seed: int = 0) -> hd.Damping:
+    """Return random coefficients that more or less damp."""
+    values = np.random.default_rng(seed).normal(size=model.n_coefficients) - 1.0
+    return hd.Damping(model, values)
+
+
+def states(craft: Craft, n: int = 50, seed: int = 1) -> States:
+    """Return random states; commands within and beyond their limits."""
+    random = np.random.default_rng(seed)
+    down = random.normal(size=(n, 3))
+    return States(
+        random.normal(size=(n, 6)),
+        down / np.linalg.norm(down, axis=1, keepdims=True),
+        random.normal(size=(n, 6)),
+        random.normal(size=(n, len(craft.inputs))),
+    )
+
+
+def core(craft: Craft, at: States) -> np.ndarray:
+    """Return the accelerations of the C core, called by itself."""
+    columns, null = craft.columns, np.zeros(0)
+    from hydrodamp.simulation.problem import held_channels
+
+    named = dict(zip(craft.commands, at.inputs.T, strict=False))
+    channels = held_channels(columns, named, len(at.velocity))
+    known = craft.vehicle.propulsion_speed(named)
+    speed = at.inputs[:, -1] if known is None and len(at.inputs.T) else known
+    plant, inverse = plant_of(columns.plant), np.empty(36)
+    C.hd_mass_inverse(plant, pointer(inverse))
+    table, rates = np.ascontiguousarray(craft.matrix), []
+    work = ffi.new("double[]", C.hd_atom_count(channels.shape[1]) + len(table))
+    for k in range(len(at.velocity)):
+        rate, row = np.empty(6), np.ascontiguousarray(channels[k])
+        nu = np.ascontiguousarray(at.velocity[k] * craft.vehicle.free)
+        C.hd_acceleration(
+            *(plant, pointer(inverse), pointer(table), pointer(nu), pointer(at.down[k].copy())),
+            *(pointer(at.wrench[k].copy()), pointer(row if row.size else null)),
+            *(0.0 if speed is None else float(speed[k]), pointer(rate), work),
+            work + C.hd_atom_count(channels.shape[1]),
+        )
+        rates.append(rate)
+    return np.array(rates)
+
+
+@pytest.fixture(scope="session")
+def sailed() -> hd.Campaign:
+    """A short campaign of the paper's vehicle."""
+    return hd.reenact(duration=20.0, seed=3)
+
+
+@pytest.fixture(scope="session")
+def planar() -> tuple[hd.Vehicle, hd.Damping, hd.Log]:
+    """A boat of three degrees of freedom, and a log of it."""
+    boat = hd.Vehicle(
+        "boat",
+        np.array([[20.0, 0.0, 0.0], [0.0, 30.0, 1.0], [0.0, 1.0, 5.0]]),
+        100.0,
+        100.0,
+        axes=("X", "Y", "N"),
+        actuators=(
+            hd.Matrix(("ahead", "turn"), ((10.0, 0, 0, 0, 0, 0), (0.0, 2.0, 0, 0, 0, 4.0))),
+        ),
+    )
+    values = {"X_u": -8.0, "Y_v": -40.0, "Y_r": 3.0, "N_v": 2.0, "N_r|r|": -6.0}
+    damping, n = hd.Damping.from_dict(None, values), 80
+    held = np.random.default_rng(0).uniform([0.2, -1.0], [1.0, 1.0], (n // 10, 2))
+    log = hd.Log(
+        0.1 * np.arange(n),
+        np.eye(n, 6) * 0.5,
+        ("u", "v", "r"),
+        commands=np.repeat(held, 10, axis=0),
+        command_names=("ahead", "turn"),
+    )
+    moved = hd.simulate(boat, damping, log).velocity
+    return boat, damping, replace(log, velocity=moved)

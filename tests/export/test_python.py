@@ -1,0 +1,90 @@
+"""The Python file: the same accelerations, and the forms of two simulators."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.data.attitude import euler_from_quaternion, quaternion_from_euler, rotation
+from hydrodamp.export.craft import Craft
+from hydrodamp.export.python import Python
+
+from .conftest import ALL_ATOMS, MODELS, RICH, coefficients, core, states
+
+
+def module_of(craft, folder):
+    for name, text in Python().write(craft).items():
+        (folder / name).write_text(text, encoding="utf-8")
+    names = {}
+    exec(next(folder.glob("*.py")).read_text(encoding="utf-8"), names)
+    return names
+
+
+@pytest.mark.parametrize("model", [*MODELS, ALL_ATOMS], ids=lambda model: model.key)
+@pytest.mark.parametrize("vehicle", [RICH, hd.fleet["remus100"]], ids=lambda v: v.name)
+def test_accelerations_are_those_of_the_core(vehicle, model, tmp_path):
+    craft = Craft.of(vehicle, coefficients(model))
+    module_of(craft, tmp_path)
+    at = states(craft)
+    found, wanted = Python().read(tmp_path, craft).rates(at), core(craft, at)
+    np.testing.assert_allclose(found, wanted, rtol=1e-12, atol=1e-12)
+
+
+def test_the_simulators_euler_step_converges_to_the_replay(sailed, tmp_path):
+    log, vehicle = sailed.exact_test.between(0.0, 5.0), sailed.vehicle
+    damping = hd.published["vt690-sname2022"]
+    names = module_of(Craft.of(vehicle, damping, log), tmp_path)
+    wanted = hd.simulate(vehicle, damping, log, attitude="simulated").velocity[-1]
+    errors = []
+    for step in (0.02, 0.01):
+        boat = names[vehicle.name]()
+        nu, actual = log.velocity[0], boat.u_actual
+        eta = np.concatenate([np.zeros(3), euler_from_quaternion(log.attitude[:1])[0]])
+        for time in np.arange(log.time[0], log.time[-1] - 1e-9, step):
+            held = log.commands[np.searchsorted(log.time, time + 1e-9) - 1]
+            command = [held[log.command_names.index(name)] for name in boat.controls]
+            nu, actual = boat.dynamics(eta, nu, actual, np.array(command), step)
+            phi, theta, _ = eta[3:]
+            p, q, r = nu[3:]
+            turn = q * np.sin(phi) + r * np.cos(phi)
+            eta[3] += step * (p + np.tan(theta) * turn)
+            eta[4] += step * (q * np.cos(phi) - r * np.sin(phi))
+            eta[5] += step * turn / np.cos(theta)
+        errors.append(np.abs(nu - wanted).max())
+    assert errors[1] < 0.6 * errors[0] < 0.01
+
+
+def test_a_current_carries_the_vehicle_along(tmp_path):
+    craft = Craft.of(hd.fleet["vt690"], hd.published["vt690-sname2022"])
+    boat = module_of(craft, tmp_path)["vt690"](0.5, np.pi / 2)
+    nu = np.array([0.0, 0.5, 0.0, 0.0, 0.0, 0.0])  # with the water, heading north
+    still, _ = boat.dynamics(np.zeros(6), nu, boat.u_actual, np.zeros(3), 0.1)
+    np.testing.assert_allclose(still, nu, atol=1e-15)
+
+
+def test_holoocean_is_asked_in_its_own_world(tmp_path):
+    craft = Craft.of(RICH, coefficients(ALL_ATOMS))
+    names = module_of(craft, tmp_path)
+    quaternion = quaternion_from_euler(np.array([[0.3, -0.4, 2.0]]))[0]
+    nu, given = np.array([1.0, 0.2, -0.3, 0.1, 0.2, -0.1]), np.full(len(craft.inputs), 0.2)
+    turn, turned = rotation(quaternion[None])[0], np.array([1.0, -1.0, -1.0])
+    w, x, y, z = quaternion
+    state = np.concatenate(
+        [
+            np.zeros(3),
+            turned * (turn @ nu[:3]),
+            np.zeros(6),
+            turned * (turn @ nu[3:]),
+            [x, -y, -z, w],
+        ]
+    )
+    found, step = names["holoocean"](state, given), 1e-6
+    # The same by differences: move the vehicle for a moment, and look at it from the world.
+    at = np.concatenate([nu, np.zeros(3), quaternion])
+    rate = names["derivative"](at, given)
+    later = at + step * rate
+    moved = rotation(later[None, 9:] / np.linalg.norm(later[9:]))[0]
+    before, after = turn @ nu.reshape(2, 3).T, moved @ later[:6].reshape(2, 3).T
+    wanted = ((after - before).T * turned / step).ravel()
+    np.testing.assert_allclose(found, wanted, atol=1e-4 * np.abs(wanted).max())
