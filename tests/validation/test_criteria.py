@@ -11,7 +11,7 @@ from scipy.signal import lfilter
 import hydrodamp as hd
 from hydrodamp.basis.basis import Basis
 from hydrodamp.identification.rows import Rows
-from hydrodamp.validation.criteria import criteria, effective_samples
+from hydrodamp.validation.criteria import criteria
 
 AXIS = "XYZKMN"
 TERMS = ("u", "v", "w", "p")
@@ -147,42 +147,14 @@ def test_what_cannot_be_compared_is_refused():
         criteria(nothing, nested(rows))
 
 
-def ar1(phi, n, seed):
-    noise = np.random.default_rng(seed).normal(size=n)
-    noise[0] /= np.sqrt(1 - phi**2)
-    return lfilter([1.0], [1.0, -phi], noise)
-
-
-@pytest.mark.parametrize("phi", [0.0, 0.5, 0.9, 0.97])
-def test_ar1_counts_as_theory_says(phi):
-    """n (1 - phi)/(1 + phi); Sokal's window leaves out exp(-5) and scatters by
-    sqrt(2 (2 M + 1)/n), M of five correlation times: three of that are allowed."""
-    n = 400_000
-    time = (1 + phi) / (1 - phi)
-    scatter = np.sqrt(2 * (2 * 5 * time + 1) / n)
-    found = effective_samples(ar1(phi, n, 3), np.zeros(n, dtype=int))
-    assert found == pytest.approx(n / time, rel=3 * scatter + 2 * np.exp(-5))
-
-
-def test_pairs_do_not_cross_joins():
-    """Segments of AR(1) put together count as many as the theory says, too."""
-    parts = [ar1(0.9, 2000, seed) for seed in range(100)]
-    series, segment = np.concatenate(parts), np.repeat(np.arange(100), 2000)
-    assert effective_samples(series, segment) == pytest.approx(200_000 / 19, rel=0.15)
-
-
-def test_a_series_slower_than_its_record_is_summed_to_half_of_it():
-    """A single step: rho_k = (n - 3k)/(n - k), and twice its sum up to n/2 tends to
-    2 n (3/2 - 2 log 2), which no lag up to there is five times as long as."""
-    n = 20_000
-    step = np.repeat([1.0, -1.0], n // 2)
-    found = effective_samples(step, np.zeros(n, dtype=int))
-    assert found == pytest.approx(1 / (2 * (1.5 - 2 * np.log(2))), rel=1e-3)
-
-
-SWINGING = np.diff(np.random.default_rng(1).normal(size=1001))
-
-
-@pytest.mark.parametrize("series", [[], [1.0], [2.0, 2.0, 2.0], SWINGING])
-def test_no_series_counts_as_more_than_it_has(series):
-    assert effective_samples(np.array(series), np.zeros(len(series), dtype=int)) == len(series)
+def test_coloured_residuals_count_as_theory_says():
+    """Those of AR(1) noise as n (1 - phi)/(1 + phi), in segments put together too."""
+    rows = noisy_rows(n=100_000, axes="X")
+    noise = lfilter([1.0], [1.0, -0.9], np.random.default_rng(3).normal(size=rows.n))
+    found = [
+        criteria(replace(rows, target=noise[:, None] * [1, 0, 0, 0, 0, 0], segment=segment), fits)
+        for segment in (rows.segment, np.arange(rows.n) // 2000)
+        for fits in [nested(rows, "X")]
+    ]
+    for one in found:
+        assert one.n_effective["X"] == pytest.approx(rows.n / 19, rel=0.15)

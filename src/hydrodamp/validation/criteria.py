@@ -8,23 +8,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hydrodamp.arrays import FloatArray, IntArray
+from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES
 from hydrodamp.errors import MethodError
+from hydrodamp.identification.covariance import Bins
 from hydrodamp.identification.fit import Fit
-from hydrodamp.identification.residuals import correlated, left_over
+from hydrodamp.identification.residuals import left_over
 from hydrodamp.identification.rows import Rows
 from hydrodamp.identification.triangle import solve_axis
 
 #: Akaike's, the same corrected for few samples, and Schwarz's.
 CRITERIA = ("aic", "aicc", "bic")
-
-# Lags are summed up to this many correlation times: A. Sokal, "Monte Carlo Methods in Statistical
-# Mechanics" (1997), doi:10.1007/978-1-4899-0319-8_6, section 3.
-_TIMES = 5.0
-
-# Lags with fewer pairs than this share of the samples are too uncertain to sum.
-_PAIRS = 0.5
 
 #: Residual below which a fit is exact, as a share of the target.
 _SMALLEST = np.finfo(np.float64).eps
@@ -101,7 +95,9 @@ def criteria(rows: Rows, fits: Iterable[Fit]) -> Criteria:
         key=lambda rest: _deviance(rest, scale, even),
         default=target,
     )
-    count = np.array([effective_samples(column, rows.segment) for column in smallest.T])
+    bins = Bins.of(rows.segment, rows.time, rows.n)
+    sums = bins.sums(smallest - smallest.mean(axis=0))
+    count = bins.duration / np.array([bins.correlation_time(one[:, None]) for one in sums.T])
     triangle, found = rows.triangle(), []
     for fit, rest in zip(asked, left, strict=True):
         values: tuple[float | None, ...] = (None, None, None)
@@ -133,23 +129,3 @@ def _criteria(
         deviance + 2.0 * corrected,
         deviance + float(parameters @ np.log(count)),
     )
-
-
-def effective_samples(series: FloatArray, segment: IntArray) -> float:
-    """Return the number of independent samples with the same information on a mean."""
-    n = len(series)
-    if n < 2:
-        return float(n)
-    lengths = np.bincount(segment - segment[0])
-    pairs = np.maximum(lengths[:, None] - np.arange(lengths.max()), 0).sum(axis=0)
-    last = int(np.count_nonzero(pairs >= _PAIRS * n)) - 1
-    centred, lags, time = series - series.mean(), 0, 1.0
-    while lags < last:
-        lags = min(max(2 * lags, 32), last)
-        count, correlation = correlated(centred, segment, lags)
-        times = 1.0 + 2.0 * np.cumsum(n * correlation[1:] / count[1:])
-        enough = np.flatnonzero(np.arange(1, lags + 1) >= _TIMES * times)
-        time = float(times[enough[0]] if len(enough) else times[-1])
-        if len(enough):
-            break
-    return n / min(max(time, 1.0), n)
