@@ -107,24 +107,6 @@ def test_windows_that_make_no_ladder_are_refused(windows):
         hd.OutputError(windows=windows)
 
 
-def test_a_start_without_numbers_is_no_fit(campaign):
-    problem = hd.prepare(campaign.vehicle, campaign.train, hd.catalog["fossen"])
-    fit = hd.LeastSquares().identify(problem, hd.catalog["fossen"])
-    failed = replace(fit, status=hd.Status.FAILED)
-    assert hd.OutputError().refined(problem, failed).status is hd.Status.FAILED
-
-
-def test_a_fit_of_ones_own_is_a_start(campaign):
-    """From the truth on exact runs there is nothing to gain but the pull of the prior."""
-    log = replace(campaign.exact_train, acceleration=None)
-    problem = hd.prepare(campaign.vehicle, log, TRUE_TERMS)
-    damping = hd.Damping.from_dict(TRUE_TERMS, true_damping().as_dict())
-    start = replace(hd.WeakForm().identify(problem, TRUE_TERMS), damping=damping, method="mine")
-    fit = hd.OutputError().refined(problem, start)
-    assert wrong(campaign, fit.damping) < 0.1
-    assert "started from mine" in fit.remarks[0]
-
-
 @pytest.mark.parametrize("method", [hd.OutputError(), hd.Recommended()])
 def test_a_model_without_terms_is_told(campaign, method):
     model = replace(hd.catalog["fossen"], terms=((),) * 6)

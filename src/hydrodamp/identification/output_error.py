@@ -82,47 +82,25 @@ class OutputError:
         problem.columns.require(free)
         if not free.n_coefficients:
             return empty_fit(problem, free, self.key, Status.EMPTY)
-        return self._searched(problem, free, (), "the weak form")
+        return self._searched(problem, free)
 
-    def refined(self, problem: Problem, *fits: Fit) -> Fit:
-        """Fit the replay, starting from other fits of one model.
-
-        Parameters
-        ----------
-        problem : Problem
-            Prepared for (at least) the model's terms.
-        *fits : Fit
-            Give the first coefficients; the best of them is used.
-
-        Returns
-        -------
-        fit : Fit
-            As :meth:`identify`; without numbers where no start has any.
-        """
-        usable = [fit for fit in fits if fit.status.usable]
-        if not usable:
-            return empty_fit(problem, fits[0].model, self.key, fits[0].status, fits[0].remarks)
-        first = [np.array(fit.damping.coefficients) for fit in usable]
-        names = " and ".join(fit.method for fit in usable)
-        return self._searched(problem, usable[0].model, first, names)
-
-    def _searched(
-        self, problem: Problem, model: DampingModel, first: Sequence[FloatArray], names: str
-    ) -> Fit:
+    def _searched(self, problem: Problem, model: DampingModel) -> Fit:
         search = searching(problem, model)
-        places = ladder(search, first or starts(search, model), within(problem, self.windows))
-        return told(search, model, self, places, names)
+        places = ladder(search, starts(search, model), within(problem, self.windows))
+        return told(search, model, self, places)
 
 
-def _walked(names: str, places: Sequence[Place]) -> str:
+def _walked(places: Sequence[Place]) -> str:
     """Say where a search started, which windows it went through, and what prior the data set."""
     if len(places) == 1:
-        return f"This is {names}: no search did better on parts of the log that it had not seen."
+        return (
+            "This is the weak form: no search did better on parts of the log that were not fitted."
+        )
     place = places[-1]
     lengths = [one.length for one in place.windows]
     words = ", ".join("whole segments" if np.isinf(one) else f"{one:g} s" for one in lengths)
     return (
-        f"The search started from {names}; windows were {words}; the prior has "
+        f"The search started from the weak form; windows were {words}; the prior has "
         f"{place.strength:.2g} of the weight of the errors."
     )
 
@@ -132,7 +110,6 @@ def told(
     model: DampingModel,
     method: Method,
     places: Sequence[Place],
-    names: str,
 ) -> Fit:
     """Return the fit at the end of a search that went through some places, from its start on."""
     problem, short, place = search.problem, places[:2][-1], places[-1]
@@ -153,7 +130,7 @@ def told(
         rank=span.rank,
         aliased=span.aliased,
         status=status if place.settled or place is places[0] else Status.STOPPED,
-        remarks=(_walked(names, places),),
+        remarks=(_walked(places),),
     )
 
 

@@ -52,13 +52,11 @@ class Recommended(OutputError):  # noqa: N818 (output error is a method, not an 
         """The key on the command line."""
         return "recommended"
 
-    def _searched(
-        self, problem: Problem, model: DampingModel, first: Sequence[FloatArray], names: str
-    ) -> Fit:
+    def _searched(self, problem: Problem, model: DampingModel) -> Fit:
         search, lengths = searching(problem, model), within(problem, self.windows)
-        places = ladder(search, first or starts(search, model), lengths)
+        places = ladder(search, starts(search, model), lengths)
         stage = _chosen(_unseen(problem, model, lengths))
-        return told(search, model, self, places[: stage + 1], names)
+        return told(search, model, self, places[: stage + 1])
 
 
 def _chosen(missed: FloatArray) -> int:
