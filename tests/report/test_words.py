@@ -71,13 +71,12 @@ def test_beyond_the_training_and_feeding_are_told_of_chosen_and_lost_rows(compar
         (
             "dddddw",
             True,
-            "The log determined 30 of its 36 coefficients; 6 are weak, to be used with the "
-            "whole model only (X_r, Y_r, Z_r, K_r, M_r, N_r)",
+            "The log determined 30 of its 36 coefficients; 6 weak (X_r, Y_r, Z_r, K_r, M_r, N_r)",
         ),
         (
             "nnnnnn",
             False,
-            "The log determined none of its 36 coefficients; 36 are not determined (X 6, Y 6, "
+            "The log determined none of its 36 coefficients; 36 not determined (X 6, Y 6, "
             "Z 6, K 6, M 6, N 6); axes whose response is not predicted, for want of "
             "motion or of the right terms (share): K 10 %",
         ),

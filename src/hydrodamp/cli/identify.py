@@ -88,7 +88,7 @@ def trust(
 
     def determined() -> str:
         grades.append(hd.graded(problem, fit))
-        return grades[0].summary
+        return str(grades[0])
 
     questions: dict[str, Callable[[], str]] = {
         "what the log determines": determined,

@@ -137,9 +137,6 @@ UNKNOWN = 0.5
 #: doi:10.1002/9780470316665, section 1.1).
 SOUND = 0.5
 
-# Groups and labels of a grade that are printed, for one screen.
-_MOST_GROUPS, _MOST_LABELS = 4, 36
-
 _STAR = "* the response is not predicted, for want of motion or of the right terms"
 
 
@@ -208,38 +205,19 @@ class Identifiability:
         """The grade of every coefficient, by label."""
         return {k: v for one in self.axes for k, v in zip(one.labels, one.grades, strict=True)}
 
-    @property
-    def groups(self) -> tuple[tuple[str, ...], ...]:
-        """Labels that the data cannot distinguish, group by group."""
-        return tuple(group for one in self.axes for group in one.groups)
-
     def labelled(self, grade: Grade) -> tuple[str, ...]:
         """Return the labels of a grade, in the model's order."""
         return tuple(label for label, given in self.grades.items() if given is grade)
 
-    @property
-    def summary(self) -> str:
-        """A table of the axes, then the groups."""
+    def __str__(self) -> str:
+        """Return a table of the axes."""
         counts = Counter(self.grades.values())
         total = ", ".join(f"{counts[grade]} {grade.word}" for grade in Grade)
         head = f"{'axis':<5}{'rank':>4}{'':<8}{'condition':>10}{'predicted':>12}"
         head += "".join(f"{word:>8}" for word in ("det.", "weak", "not"))
         lines = [f"{self.model.key}: {total}", head, *map(str, self.axes)]
-        lines += [f"aliased: {' '.join(group)}" for group in self.groups[:_MOST_GROUPS]]
-        if (more := len(self.groups) - _MOST_GROUPS) > 0:
-            lines.append(f"and {more} more groups")
         if any(not one.excited for one in self.axes):
             lines.append(_STAR)
-        return "\n".join(lines)
-
-    def __str__(self) -> str:
-        """Return the summary, then the labels by grade."""
-        lines = [self.summary]
-        for grade in Grade:
-            if labels := self.labelled(grade):
-                shown = " ".join(labels[:_MOST_LABELS])
-                left = len(labels) - _MOST_LABELS
-                lines.append(f"{grade.word}: {shown}" + (f" and {left} more" if left > 0 else ""))
         return "\n".join(lines)
 
 

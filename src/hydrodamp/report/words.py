@@ -18,10 +18,6 @@ UNFINISHED = "unfinished"
 RESUMED = "resumed"
 
 _NAMED = 8  # coefficients that are named; of more, the number by axis
-_MEANING = {
-    Grade.WEAK: "weak, to be used with the whole model only",
-    Grade.NOT_DETERMINED: "not determined",
-}
 
 
 def verdict(comparison: Comparison, grades: Identifiability | None = None) -> tuple[str, ...]:
@@ -70,10 +66,9 @@ def _graded(found: Identifiability) -> Iterator[str]:
         yield f"The log determined all {n} coefficients of this model"
         return
     yield f"The log determined {sure or 'none'} of its {n} coefficients"
-    for grade, meaning in _MEANING.items():
+    for grade in (Grade.WEAK, Grade.NOT_DETERMINED):
         if labels := list(found.labelled(grade)):
-            verb = "is" if len(labels) == 1 else "are"
-            yield f"{len(labels)} {verb} {meaning}{_listed(labels)}"
+            yield f"{len(labels)} {grade.word}{_listed(labels)}"
     quiet = [f"{one.axis} {100.0 * one.share:.0f} %" for one in found.axes if not one.excited]
     if quiet:
         yield (

@@ -47,23 +47,15 @@ def unused(vehicle: Vehicle, log: Log, models: Iterable[DampingModel]) -> Iterat
 
 
 def needs_of(vehicle: Vehicle, log: Log) -> Needs:
-    """Return what a vehicle needs of a log, with a term for every command no actuator takes."""
+    """Return what a vehicle needs of a log; models may yet have terms for its commands."""
     from hydrodamp.ingest.probing.verdict import Needs
 
-    strange = [name for name in log.command_names if name not in vehicle.commands]
     told = nothing_drives(vehicle, log)
-    terms = {vehicle.axes[0]: " ".join(strange)}
-    models = () if vehicle.commands and told else (DampingModel.from_table(terms, key="probe"),)
-    if strange and not told:
-        told = (
-            f"commands that no actuator of '{vehicle.name}' takes: {' '.join(strange)}; use models "
-            f"with terms for them, such as `terms: {{X: {strange[0]}}}` in a model file, or leave "
-            "them out."
-        )
+    reserved = told if log.command_names and not vehicle.commands else ""
     return Needs(
         velocities=tuple(VELOCITY_OF[axis] for axis in vehicle.axes),
-        missing=tuple(lacks(vehicle, log, models)),
-        reservations=(told,) if strange and models else (),
+        missing=tuple(lack for lack in lacks(vehicle, log, ()) if lack != reserved),
+        reservations=(*unused(vehicle, log, ()), *filter(None, [reserved])),
     )
 
 
