@@ -33,7 +33,10 @@ Logs = Annotated[
 ]
 SomeLogs = Annotated[
     list[str],
-    typer.Argument(metavar="LOG", help="Logs: files or folders of any format, one after another."),
+    typer.Argument(
+        metavar="LOG",
+        help="Logs, one after another: files or folders of any format; `a+b` are one recording.",
+    ),
 ]
 _WHICH = f"A vehicle of the fleet ({FLEET}) or a YAML file. [required]"
 VehicleName = Annotated[str, typer.Option(metavar="V", help=_WHICH, show_default=False)]

@@ -38,7 +38,7 @@ def probe(
     needs = None if vehicle is None else partial(needs_of, hd.find_vehicle(vehicle))
     if draft is not None:
         check_new_file(draft, force)
-    recordings = [hd.read_recording(path) for path in dict.fromkeys(logs)]
+    recordings = [hd.read_recording(path, mapping) for path in dict.fromkeys(logs)]
     with progress("looking through it"):
         found = hd.probe(recordings[0])
         judged = judge(found, recordings, mapping, needs)

@@ -12,6 +12,7 @@ from pathlib import Path
 from hydrodamp.data.canonical import check_log_file
 from hydrodamp.errors import FileError, ProblemError
 from hydrodamp.files import check_file, check_folder
+from hydrodamp.ingest.formats.parties import apart
 from hydrodamp.report.files import is_result
 
 Inputs = Iterable[str | None]
@@ -72,11 +73,16 @@ def record(inputs: Inputs) -> dict[str, str]:
 
 
 def _files(inputs: Inputs) -> list[Path]:
-    return [Path(name) for name in inputs if name and Path(name).is_file()]
+    return [path for path in _paths(inputs) if path.is_file()]
+
+
+def _paths(inputs: Inputs) -> list[Path]:
+    """Return the files and folders that a command names, each once."""
+    return [*dict.fromkeys(path for name in inputs if name for path in apart(name))]
 
 
 def _all_files(inputs: Inputs) -> Iterator[Path]:
-    for path in dict.fromkeys(Path(name) for name in inputs if name):
+    for path in _paths(inputs):
         if path.is_dir():
             yield from sorted(each for each in path.rglob("*") if each.is_file())
         elif path.is_file():

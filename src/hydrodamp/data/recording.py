@@ -92,6 +92,8 @@ class Recording:
         Which format it was read as, such as ``"ROS 2 bag (MCAP)"``.
     notes : tuple of str
         What the reader found odd and tolerated, a sentence each.
+    files : mapping of str to str
+        For every topic its file, where each has one of its own; a star stands for the run.
 
     Examples
     --------
@@ -105,6 +107,7 @@ class Recording:
     source: str
     format: str
     notes: tuple[str, ...] = ()
+    files: Mapping[str, str] = field(default_factory=dict)
 
     def topic(self, name: str) -> Topic:
         """Return a topic by its name.

@@ -37,7 +37,8 @@ def read_log(path: Place | Sequence[Place], mapping: LogMapping | str | Path | N
     Parameters
     ----------
     path : str or Path, or sequence of them
-        A file, the files or the folder of one recording, in any format that can be read.
+        A file, the files or the folder of one recording, in any format that can be read;
+        ``pose.csv+pwm.csv`` joins two.
     mapping : LogMapping, str or Path, optional
         How its topics and columns are called and measured: a mapping, its YAML file, or the name
         of a preset; without one the file must be a table in the canonical form.
@@ -62,16 +63,21 @@ def read_log(path: Place | Sequence[Place], mapping: LogMapping | str | Path | N
         Once, if a clock repeats, runs backwards or leaps.
     """
     given = _mapping(mapping)
-    return _log(read_recording(path), given)
+    return _log(read_recording(path, given), given)
 
 
-def read_recording(path: Place | Sequence[Place]) -> Recording:
+def read_recording(
+    path: Place | Sequence[Place], mapping: LogMapping | str | Path | None = None
+) -> Recording:
     """Read all topics of one recording, as they stand in the file.
 
     Parameters
     ----------
     path : str or Path, or sequence of them
-        A file, the files or the folder of one recording.
+        A file, the files or the folder of one recording; ``pose.csv+pwm.csv`` joins two.
+        Files beside others that cannot be read are left out, with a note.
+    mapping : LogMapping, str or Path, optional
+        Its ``files`` say which others belong to a file.
 
     Returns
     -------
@@ -85,7 +91,8 @@ def read_recording(path: Place | Sequence[Place]) -> Recording:
     LogError
         With every fault of the file.
     """
-    return files.read(path)
+    given = _mapping(mapping)
+    return files.read(path, None if given is None else given.files)
 
 
 def read_logs(

@@ -265,7 +265,7 @@ CORPUS = [
     ("long-cell-late", text("a.csv", LONG), refused, "line 70002: .*mark missing"),
     ("bin-empty", cut(dataflash, 0.05), refused, "no message with a value"),
     ("ulg-empty", raw("a.ulg", b"ULog\x01\x12\x35\x01" + bytes(8)), refused, "no message with"),
-    ("folder-one", folder_of(a__csv="t,u\n0,1\n", b__csv="t,u\n1\n"), refused, r"b\.csv: line 2"),
+    ("folder-one", folder_of(a__csv="t,u\n0,1\n", b__csv="t,u\n1\n"), noted, r"b\.csv: line 2"),
     ("folder-empty", folder_of(readme__md="x"), refused, "the folder holds no log"),
     ("folder-mixed", folder_of(a__csv=TABLE, b__tsv=TABLE), refused, "logs of several kinds"),
     ("folder-bad", folder_of(a__csv="t,u\n1\n", b__csv="t,u\n1\n"), refused, "2 faults"),

@@ -220,6 +220,6 @@ def test_the_mappings_of_the_documentation_are_sound() -> None:
         LogMapping.from_dict(parse_yaml(block.partition("```")[0], "mapping.md"))
         for block in blocks
     ]
-    assert [mapping.world for mapping in mappings] == ["ENU", "ENU"]
-    assert tuple(mappings[0].commands) == (*(f"servo{k}" for k in (1, 2, 3, 4, 5, 6, 8)), "lights")
-    assert mappings[1].clock.rate == 20
+    assert [mapping.world for mapping in mappings[1:3]] == ["ENU", "ENU"]
+    assert tuple(mappings[1].commands) == (*(f"servo{k}" for k in (1, 2, 3, 4, 5, 6, 8)), "lights")
+    assert mappings[2].clock.rate == 20

@@ -36,7 +36,7 @@ def read(path: str | Path) -> Recording:
         fault = f"there is no array with a value a sample; there is {kinds}"
         raise LogError([fault, *notes], source=str(path))
     whole = len({len(column) for column in columns.values()}) == 1
-    groups = {"": columns} if whole else _by_structure(columns)
+    groups = {"": columns} if whole else _by_clock(columns)
     topics = tuple(_topic(name, group, notes) for name, group in groups.items())
     return Recording(topics, str(path), form, tuple(notes))
 
@@ -121,7 +121,8 @@ def _columns(arrays: Mapping[str, Any], notes: list[str]) -> dict[str, Any]:
         elif block.ndim == 1:
             found[name] = block
         else:
-            tall = block.T if len(block) != rows and block.shape[1] == rows else block
+            is_flat = rows not in block.shape and block.shape[1] > _LONGEST
+            tall = block.T if block.shape[1] == rows != len(block) or is_flat else block
             if tall.shape[1] > _LONGEST:
                 notes.append(f"`{name}` ({shape}) is too wide for samples; left out")
             else:
@@ -136,13 +137,28 @@ def _usual_length(arrays: Mapping[str, Any]) -> int:
     return (clocks or [n for n, _ in Counter(lengths.values()).most_common(1)] or [0])[0]
 
 
-def _by_structure(columns: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    """Group columns by the structure they stand in."""
+def _by_clock(columns: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Group columns by the structure they stand in, and by their length where it has a clock."""
     groups: dict[str, dict[str, Any]] = defaultdict(dict)
     for name, column in columns.items():
         stem, _, field = name.rpartition(".")
         groups[stem][field] = column
-    return groups
+    whole: dict[str, dict[str, Any]] = {}
+    for stem, inside in groups.items():
+        usual = _usual_length(inside)
+        clocks = {
+            len(column): name
+            for name, column in reversed(inside.items())
+            if len(column) != usual and len(column) > 2 and _rises(column)
+        }
+        for name, column in inside.items():
+            clock = clocks.get(len(column), "")
+            whole.setdefault(".".join(filter(None, (stem, clock))), {})[name] = column
+    return whole
+
+
+def _rises(column: Any) -> bool:
+    return column.dtype.kind in "iuf" and bool((np.diff(column.astype(np.float64)) > 0).all())
 
 
 def _topic(name: str, columns: Mapping[str, Any], notes: list[str]) -> Topic:

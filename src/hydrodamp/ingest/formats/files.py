@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from importlib import import_module
@@ -22,12 +22,15 @@ from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import FileError, HydrodampError, LogError
 from hydrodamp.files import absent, load_yaml, mistaken
 from hydrodamp.ingest.formats.content import head
+from hydrodamp.ingest.formats.parties import apart, called, patterns
 
 Item = TypeVar("Item")
 Made = TypeVar("Made")
 
-_HUGE = 1e300
+#: How the note begins on a file, beside others, that cannot be read.
+LEFT_OUT = "left out:"
 
+_HUGE = 1e300
 
 _HEAD = 4096
 _OURS = (".yaml", ".yml", ".json")  # of a vehicle, a mapping or a result given as a log
@@ -200,16 +203,22 @@ def _is_binary(begin: bytes) -> bool:
     return sum(0 < byte < 9 or 13 < byte < 27 for byte in begin) > 0.01 * len(begin)
 
 
-def read(paths: str | Path | Iterable[str | Path]) -> Recording:
-    """Read a file, a folder or several of them as one recording."""
-    given = [Path(path) for path in ([paths] if isinstance(paths, (str, Path)) else paths)]
+def read(
+    paths: str | Path | Iterable[str | Path], named: Mapping[str, str] | None = None
+) -> Recording:
+    """Read a file, a folder or several of them as one recording; patterns name their topics."""
+    listed = [paths] if isinstance(paths, (str, Path)) else paths
+    given = [one for path in listed for one in apart(path)]
     if not given:
         raise FileError("no file was given; give at least one")
     files = [file for path in given for file in _expanded(path)]
-    if files == given and len(files) == 1:
-        recording = _single(files[0])
+    if len(given) > 1 and files == given:
+        named = named or patterns(given)
+    topics = called(files, named or {})
+    if len(topics) == 1 and topics == {given[0]: ""}:
+        recording = _single(given[0])
     else:
-        recording = _together(files, ", ".join(map(str, given)))
+        recording = replace(_together(topics, ", ".join(map(str, given))), files=named or {})
     odd = [note for topic in recording.topics for note in _oddities(topic)]
     return replace(recording, notes=(*recording.notes, *odd))
 
@@ -251,11 +260,19 @@ def each(items: Iterable[Item], made_of: Callable[[Item], Made]) -> list[Made]:
     return made
 
 
-def _together(files: Sequence[Path], source: str) -> Recording:
-    read = each(files, _single)
-    pairs = [*zip(read, files, strict=True)]
+def _together(files: Mapping[Path, str], source: str) -> Recording:
+    """Read the files of one recording; those that cannot be read are left out, with a note."""
+    pairs: list[tuple[Recording, Path]] = []
+    errors: list[LogError] = []
+    for file in files:
+        try:
+            pairs.append((_single(file), file))
+        except LogError as error:
+            errors.append(error)
+    if not pairs:
+        raise LogError([fault for error in errors for fault in error.faults], source=source)
     topics = tuple(
-        topic if topic.name else replace(topic, name=name_after(file.name))
+        topic if topic.name else replace(topic, name=files[file] or name_after(file.name))
         for one, file in pairs
         for topic in one.topics
     )
@@ -266,9 +283,10 @@ def _together(files: Sequence[Path], source: str) -> Recording:
         if count > 1
     ]:
         raise LogError(faults, source=source)
-    notes = tuple(f"{file.name}: {note}" for one, file in pairs for note in one.notes)
-    forms = " and ".join(dict.fromkeys(one.format for one in read))
-    return Recording(topics, source, forms, notes)
+    notes = [f"{LEFT_OUT} {error}" for error in errors]
+    notes += [f"{file.name}: {note}" for one, file in pairs for note in one.notes]
+    forms = " and ".join(dict.fromkeys(one.format for one, _ in pairs))
+    return Recording(topics, source, forms, tuple(notes))
 
 
 def _oddities(topic: Topic) -> Iterator[str]:

@@ -19,6 +19,7 @@ from hydrodamp.data.recording import Recording
 from hydrodamp.data.units import factor
 from hydrodamp.errors import ClockWarning, LogError
 from hydrodamp.ingest.clock import Oddity
+from hydrodamp.ingest.formats.files import LEFT_OUT
 from hydrodamp.ingest.mapping.finding import find, locate, meant, renamed
 from hydrodamp.ingest.mapping.sampler import Sampler, streams_of
 from hydrodamp.ingest.mapping.schema import RECORDED, SINGLE, Entry, MappingFile, Source
@@ -66,14 +67,14 @@ def _sampler(mapping: MappingFile, recording: Recording) -> Sampler:
     labelled = None if segment is None else locate(segment, recording)
     if segment is not None and labelled is None:
         wanted.append(Entry("segment", "segment", (Source(column=segment),)))
-    is_table = any(not topic.name and topic.time is None for topic in recording.topics)
+    is_table = all(not one.name and one.time is None for one in recording.topics)
     if is_table and mapping.time[0].column != RECORDED:
         wanted.insert(0, Entry("time", "time", mapping.time, "time"))
     found, faults = find(wanted, recording, mapping.name, mapping.topics)
     found = [one for one in found if one.entry.group != "time"]
     streams, untimed = streams_of(found, mapping.time, labelled)
     if faults := [*faults, *(() if is_table and faults else untimed)]:
-        raise LogError(faults)
+        raise LogError([*faults, *(one for one in recording.notes if one.startswith(LEFT_OUT))])
     clock = mapping.clock.topic
     return Sampler(found, streams, names.get(clock or "", clock), mapping.clock.rate)
 

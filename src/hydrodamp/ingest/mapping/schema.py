@@ -291,6 +291,9 @@ class MappingFile(_Channels):
             ),
         ],
     ] = Field({}, description="names used in this file, and the topics that each may stand for")
+    files: dict[str, StrictStr] = Field(
+        {}, description="topics with a file each, by its name; a star stands for what names the run"
+    )
     frame: Axes = Field("FRD", description="FRD: world north-east-down; FLU: world z up")
     world: Literal["NED", "NWU", "ENU"] = Field(
         "NED",

@@ -42,6 +42,7 @@ def draft(recording: Recording, roles: Roles) -> Draft:
     has_velocity = any(one.role.startswith("velocity.") for one in motion)
     lines = [
         *_told(f"Drafted by `hydrodamp probe` from {name or 'a recording'}; check every line."),
+        *_files(recording),
         *_axes(roles),
         *_time(recording, roles, used),
         *(line for group in _GROUPS for line in _group(used, group, roles)),
@@ -82,6 +83,13 @@ def _used(roles: Roles) -> list[Guess]:
     if names & {"position.up", "position.down"}:
         out.add("position.depth")
     return [one for one in there if one.role not in out]
+
+
+def _files(recording: Recording) -> Iterator[str]:
+    """Say which files make one recording, so that any of them stands for all."""
+    if recording.files:
+        yield "files:    # read together; * is what names the run"
+        yield from (f"  {_quoted(name)}: {_quoted(file)}" for name, file in recording.files.items())
 
 
 def _axes(roles: Roles) -> Iterator[str]:
