@@ -209,7 +209,6 @@ from .validation.compare import (
     compare as compare,
     rank_correlation as rank_correlation,
 )
-from .validation.criteria import Criteria as Criteria, criteria as criteria
 from .validation.crossvalidation import (
     CrossValidation as CrossValidation,
     cross_validate as cross_validate,

@@ -39,7 +39,7 @@ def validate(
     check_training(craft, log, choose.asked(models, craft, log, given))
     chosen = choose.for_log(models, craft, log, given)
     count, tables = len(holdouts(log, folds)), list[hd.CrossValidation]()
-    whole: tuple[Any, ...] = ((), (), hd.Criteria((), 0, {}))
+    whole: tuple[Any, ...] = ((), ())
     try:
         with progress("leaving out in turn", count * len(ways) * len(chosen)) as done:
             hd.cross_validate(
@@ -61,7 +61,7 @@ def validate(
             else None
             for fit in counted(fits, "replaying from many places", len(fits))
         ]
-        whole = fits, scores, hd.criteria(hd.WeakEquations().rows(problem), fits)
+        whole = fits, scores
     except KeyboardInterrupt:
         if not tables:
             raise

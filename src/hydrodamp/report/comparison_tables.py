@@ -13,14 +13,12 @@ import numpy as np
 from hydrodamp.basis.atoms import VELOCITIES
 from hydrodamp.identification.extrapolation import fed
 from hydrodamp.identification.fit import Fit
-from hydrodamp.report.documents import finite
 from hydrodamp.report.grid import Column, Grid, error_size, percent
 from hydrodamp.report.words import remarks
 from hydrodamp.simulation.replay import HorizonScore, HorizonScores, Score
 from hydrodamp.simulation.status import Status
 from hydrodamp.validation.choice import choose, front
 from hydrodamp.validation.compare import PRINTED_COLUMN, TABLE_I, Comparison, Row, beside_paper
-from hydrodamp.validation.criteria import CRITERIA, Criteria
 from hydrodamp.validation.crossvalidation import CrossValidation
 
 _ABREAST = 3  # methods side by side in a table of 80 columns
@@ -181,22 +179,16 @@ def fold_grid(table: CrossValidation) -> Grid:
     return Grid.of_items(title, table.rows, columns, notes)
 
 
-def horizon_grid(
-    fits: Sequence[Fit], scores: Sequence[HorizonScores | None], found: Criteria
-) -> Grid:
-    """Return the errors by horizon of fits to the whole log, and the criteria."""
+def horizon_grid(fits: Sequence[Fit], scores: Sequence[HorizonScores | None]) -> Grid:
+    """Return the errors by horizon of fits to the whole log."""
     names = next(([one.name for one in some.scores] for some in scores if some), [])
-    above = (_above([getattr(row, key) for row in found.rows]) for key in ("aicc", "bic"))
     rows = []
-    for fit, some, *beyond in zip(fits, scores, *above, strict=True):
+    for fit, some in zip(fits, scores, strict=True):
         errors = [None] * len(names) if some is None else map(_restarted, some.scores)
-        rows.append((fit.model.key, fit.method, *errors, *beyond))
-    counts = ", ".join(f"{axis} {count:.0f}" for axis, count in found.n_effective.items())
+        rows.append((fit.model.key, fit.method, *errors))
     notes = (
         "These errors are those of the log fitted to; what generalises stands above. Where "
         "windows diverged, their share stands in place of the error.",
-        f"Criteria are of the weak form, lower is better; its {found.n_rows} rows count as "
-        f"independent ones: {counts}.",
         *(
             said
             for fit, some in zip(fits, scores, strict=True)
@@ -204,16 +196,8 @@ def horizon_grid(
             for said in fed(fit.damping, fit.sailed, f"{fit.model.key} by {fit.method}: its")
         ),
     )
-    title = "Fitted to the whole log: RMS when restarted every so often, and criteria"
-    header = ("model", "method", *names, "AICc +", "BIC +")
-    return Grid.of_words(title, header, "ll" + "r" * (len(names) + 2), rows, notes)
-
-
-def _above(values: Iterable[float | None]) -> list[str | None]:
-    """Return how far finite values lie above the lowest of them."""
-    known = [finite(value) for value in values]
-    least = min((value for value in known if value is not None), default=0.0)
-    return [None if value is None else f"{value - least:.0f}" for value in known]
+    title = "Fitted to the whole log: RMS when restarted every so often"
+    return Grid.of_words(title, ("model", "method", *names), "ll" + "r" * len(names), rows, notes)
 
 
 def _restarted(found: HorizonScore) -> str:
@@ -224,10 +208,7 @@ def _restarted(found: HorizonScore) -> str:
 
 
 def validation_document(
-    table: CrossValidation,
-    fits: Sequence[Fit],
-    scores: Sequence[HorizonScores | None],
-    found: Criteria,
+    table: CrossValidation, fits: Sequence[Fit], scores: Sequence[HorizonScores | None]
 ) -> dict[str, object]:
     """Return all of it as strict JSON."""
     of_row = ("model", "method", "n_coefficients", "rms", "rms_by_fold")
@@ -239,9 +220,8 @@ def validation_document(
                 "model": fit.model.key,
                 "method": fit.method,
                 "rms_by_horizon": {one.name: one.score.rms for one in some.scores} if some else {},
-                **{key: finite(getattr(row, key)) for key in CRITERIA},
             }
-            for fit, some, row in zip(fits, scores, found.rows, strict=True)
+            for fit, some in zip(fits, scores, strict=True)
         ],
         "choice": str(table.choice()) if front(table) else None,
     }
