@@ -9,7 +9,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.export.craft import Craft, States
-from hydrodamp.kernels.core import C, ffi, plant_of, pointer
+from hydrodamp.kernels.core import C, ffi, mass_inverse, plant_of, pointer
 
 RICH = hd.Vehicle(
     "rich-3",
@@ -75,8 +75,7 @@ def core(craft: Craft, at: States) -> np.ndarray:
     channels = held_channels(columns, named, len(at.velocity))
     known = craft.vehicle.propulsion_speed(named)
     speed = at.inputs[:, -1] if known is None and len(at.inputs.T) else known
-    plant, inverse = plant_of(columns.plant), np.empty(36)
-    C.hd_mass_inverse(plant, pointer(inverse))
+    plant, inverse = plant_of(columns.plant), mass_inverse(columns.plant)
     table, rates = np.ascontiguousarray(craft.matrix), []
     work = ffi.new("double[]", C.hd_atom_count(channels.shape[1]) + len(table))
     for k in range(len(at.velocity)):

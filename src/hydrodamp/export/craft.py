@@ -86,10 +86,7 @@ class Craft:
     @cached_property
     def inverse(self) -> FloatArray:
         """The inverse of the mass matrix on the free axes, zero on the locked ones."""
-        free = np.ix_(self.vehicle.free, self.vehicle.free)
-        inverse = np.zeros((6, 6))
-        inverse[free] = np.linalg.inv(self.vehicle.mass_matrix[free])
-        return frozen(inverse)
+        return frozen(kernels.mass_inverse(self.columns.plant))
 
     @cached_property
     def commands(self) -> tuple[str, ...]:

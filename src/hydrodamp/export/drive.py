@@ -59,10 +59,9 @@ class Drive:
         """The log."""
         return self.problem.log
 
-    def source(self, craft: Craft) -> Trajectory:
-        """Return what equation 1 gives for a craft, by hydrodamp's own core."""
-        problem = self.problem.covering(craft.damping.model)
-        return replay(problem, craft.damping, "simulated")
+    def source(self) -> Trajectory:
+        """Return what equation 1 gives, by hydrodamp's own core."""
+        return replay(self.problem, self.craft.damping, "simulated")
 
     def trajectory(self, velocity: FloatArray) -> Trajectory:
         """Return what a target made of the log as a trajectory; beyond the limit it diverged."""

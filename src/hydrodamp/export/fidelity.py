@@ -158,7 +158,7 @@ def _error(found: Score) -> str:
 
 def replays_of(source: Drive, held: Drive, engine: Engine) -> Replays:
     """Run what was written with the log's commands, and score it."""
-    original = source.source(source.craft)
+    original = source.source()
     made = held.trajectory(engine.replay(held))
     return Replays(_between(original, made), score(original), score(made), engine.step)
 

@@ -28,9 +28,14 @@ class Syntax:
     outside: str = "({x} < {low} | {x} > {high})"
     table: str = "interp({x}, {at}, {values})"
     row: str = "[{}]"
+    constant: str = "{}"
     assign: str = "{name} = {value}"
     sum: str = "(\n        {}\n    )"
     plus: str = "\n        "
+
+    def number(self, value: float) -> str:
+        """Return a number in the middle of a formula."""
+        return self.constant.format(number(value))
 
 
 PYTHON = Syntax(
@@ -63,6 +68,7 @@ C99 = Syntax(
     outside="(hd_real)({x} < {low} || {x} > {high})",
     table="along({x}, {n}, (const hd_real[]){at}, (const hd_real[]){values})",
     row="{{{}}}",
+    constant="(hd_real){}",
     assign="const hd_real {name} = {value};",
 )
 
@@ -95,7 +101,8 @@ def actuation(craft: Craft, syntax: Syntax) -> Iterator[str]:
             yield syntax.assign.format(name=name, value=_channel(actuator, syntax))
     asked = any(term.needs_propulsion for term in craft.damping.model.basis)
     known = [
-        f"({number(one.speed_slope or 0.0)} * {command(one.channel)} + {number(one.speed_offset)})"
+        f"({syntax.number(one.speed_slope or 0.0)} * {command(one.channel)} "
+        f"+ {syntax.number(one.speed_offset)})"
         for one in craft.propellers
     ]
     if known and asked:
@@ -107,7 +114,7 @@ def _channel(actuator: Limited, syntax: Syntax) -> str:
     """Return what a command does within its limit, nothing in its dead zone."""
     given = command(actuator.command)
     if actuator.limit is not None:
-        most = number(actuator.limit)
+        most = syntax.number(actuator.limit)
         lower = syntax.larger.format(x=given, y=f"-{most}")
         given = syntax.smaller.format(x=lower, y=most)
     acting = given
@@ -115,13 +122,13 @@ def _channel(actuator: Limited, syntax: Syntax) -> str:
         acting = _thrust(actuator, given, syntax)
     if actuator.dead_zone is None:
         return acting
-    low, high = map(number, actuator.dead_zone)
+    low, high = map(syntax.number, actuator.dead_zone)
     return f"{acting} * {syntax.outside.format(x=given, low=low, high=high)}"
 
 
 def _thrust(thruster: Thruster, given: str, syntax: Syntax) -> str:
     if thruster.curve is None:
-        return f"{number(thruster.gain or 0.0)} * {given}"
+        return f"{syntax.number(thruster.gain or 0.0)} * {given}"
     at, values = (
         [number(value) for value in column] for column in zip(*thruster.curve, strict=True)
     )

@@ -63,6 +63,16 @@ def by_rate(name: str, rates: Callable[[States], FloatArray], rate: Rate) -> Eng
     return Engine(name, step, rates, lambda drive: integrate(rate, drive))
 
 
+def by_core(name: str, craft: Craft) -> Engine:
+    """Return the engine of a target whose numbers were read back, and its formula is equation 1."""
+    step = f"{name}, Runge-Kutta, at most {LONGEST_STEP:g} s"
+
+    def replay(drive: Drive) -> FloatArray:
+        return Drive.of(craft, drive.log).source().velocity
+
+    return Engine(name, step, craft.acceleration, replay)
+
+
 def one_by_one(rate: Rate) -> Callable[[States], FloatArray]:
     """Return the accelerations at many states of a rate that takes one."""
 

@@ -17,7 +17,7 @@ def name_of(craft: Craft) -> str:
     return f"auv_{plain}" if plain[0].isdigit() or plain.casefold() in _TAKEN else plain
 
 
-def said_of(craft: Craft, between: str) -> dict[str, object]:
+def said_of(craft: Craft, between: str, row: str = "[{}]") -> dict[str, object]:
     """Return the words and the two mass matrices that the templates of all languages take."""
     vehicle, damping = craft.vehicle, craft.damping
     locked = [axis for axis in "XYZKMN" if axis not in vehicle.axes]
@@ -25,7 +25,7 @@ def said_of(craft: Craft, between: str) -> dict[str, object]:
         "name": name_of(craft),
         "title": f"{vehicle.name} with damping after {damping.model.title}.".replace("\\", "/"),
         "about": " ".join(
-            part.replace("\\", "/").replace('"""', "'''")
+            part.replace("\\", "/").replace('"""', "'''").replace("*/", "* /")
             for part in (
                 f"Written by hydrodamp {_version()}.",
                 f"Vehicle: {vehicle.source}." if vehicle.source else "",
@@ -35,8 +35,8 @@ def said_of(craft: Craft, between: str) -> dict[str, object]:
         ),
         "inputs": craft.inputs,
         "variables": inputs(craft),
-        "mass": matrix(vehicle.mass_matrix.tolist(), between),
-        "inverse": matrix(craft.inverse.tolist(), between),
+        "mass": matrix(vehicle.mass_matrix.tolist(), between, row),
+        "inverse": matrix(craft.inverse.tolist(), between, row),
         "locked": f" (zero on the locked axes {' '.join(locked)})" if locked else "",
     }
 

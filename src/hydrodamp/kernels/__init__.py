@@ -6,6 +6,7 @@ A plant and a model are tables here, so a new model compiles nothing. Read plant
 
 from hydrodamp.kernels.core import (
     coriolis as coriolis,
+    mass_inverse as mass_inverse,
     regressor as regressor,
     replay as replay,
 )

@@ -86,6 +86,13 @@ def coriolis(mass_matrix: FloatArray, velocity: FloatArray) -> FloatArray:
     return wrench
 
 
+def mass_inverse(plant: Plant) -> FloatArray:
+    """Return the inverse of the mass matrix on the free axes, zero on the locked ones."""
+    inverse = np.empty((6, 6))
+    C.hd_mass_inverse(plant_of(plant), pointer(inverse))
+    return inverse
+
+
 def replay(
     plant: Plant,
     matrix: FloatArray,

@@ -1,0 +1,125 @@
+"""C99: hydrodamp's own files, unchanged, and one header of a vehicle and its model."""
+
+from __future__ import annotations
+
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+from cffi import FFI
+
+from hydrodamp.arrays import FloatArray
+from hydrodamp.errors import MethodError
+from hydrodamp.export.compiling import HEADERS, ON_BOARD, SOURCES, own_files, shared, size_of
+from hydrodamp.export.craft import Craft
+from hydrodamp.export.printer import C99, SPEED, actuation, command, matrix
+from hydrodamp.export.target import Engine, Files, by_rate, one_by_one, rendered
+from hydrodamp.export.words import name_of, said_of
+
+_CALL = "void acceleration(const {0} *, const {0} *, const {0} *, const {0} *, {0} *)"
+_PASSED = """
+#include "{name}.h"
+{call};
+void acceleration(const hd_real *velocity, const hd_real *down, const hd_real *inputs,
+                  const hd_real *other, hd_real *rate)
+{{ {name}_acceleration(velocity, down, inputs, other, rate); }}
+"""
+_STEP = """
+#include "{name}.h"
+void step(hd_real *state, const hd_real *inputs);
+void step(hd_real *state, const hd_real *inputs) {{ {name}_step(state, inputs, inputs, 1); }}
+"""
+
+
+@dataclass(frozen=True)
+class C:
+    """A C99 library: no allocation, no input or output, no state between calls.
+
+    Parameters
+    ----------
+    precision : str
+        ``double`` or ``float``: what is run, and what CMake builds unless told otherwise.
+    """
+
+    key: ClassVar[str] = "c"
+    meant: ClassVar[str] = "C99"
+    ignores: ClassVar[str] = ""
+    precision: str = "double"
+
+    def __post_init__(self) -> None:
+        """Refuse what is no type of numbers."""
+        if self.precision not in ("double", "float"):
+            raise MethodError(f"`precision` must be double or float; got '{self.precision}'.")
+
+    @property
+    def flags(self) -> tuple[str, ...]:
+        """What the compiler is told of it."""
+        return ("-DHD_FLOAT",) if self.precision == "float" else ()
+
+    def holds(self, craft: Craft) -> None:
+        """Return None: it can hold all terms."""
+
+    def write(self, craft: Craft) -> Files:
+        """Return the header, an example and hydrodamp's own files."""
+        said = said_of(craft, ",\n    ")
+        name, header = name_of(craft), header_of(craft)
+        own = own_files((*HEADERS, *SOURCES, *ON_BOARD))
+        step = _STEP.format(name=name).encode()
+        needed = {part: own[part] for part in (*HEADERS, *SOURCES)}
+        size = size_of({**needed, f"{name}.h": header.encode(), "step.c": step}, self.flags)
+        said |= {"precision": self.precision, "sources": (*SOURCES, *ON_BOARD), "size": size}
+        return {
+            f"{name}.h": header,
+            "main.c": rendered("main.c.j2", **said),
+            "CMakeLists.txt": rendered("CMakeLists.txt.j2", **said),
+            "README.md": rendered("readme_c.md.j2", **said),
+            **own,
+        }
+
+    def read(self, folder: Path, craft: Craft) -> Engine:
+        """Compile the files, and return the accelerations of the library."""
+        name = name_of(craft)
+        ffi: Any = FFI()
+        with tempfile.TemporaryDirectory() as place:
+            library, passed = Path(place, "vehicle.so"), Path(place, "passed.c")
+            passed.write_text(_PASSED.format(name=name, call=_CALL.format("hd_real")))
+            sources = (*SOURCES, *ON_BOARD, str(passed))
+            by = shared(folder, sources, (*self.flags, f"-I{folder}"), library)
+            ffi.cdef(_CALL.format(self.precision) + ";")
+            loaded = ffi.dlopen(str(library))
+        real = np.float64 if self.precision == "double" else np.float32
+        out, pointed = np.empty(6, real), ffi.typeof(f"{self.precision}[]")
+
+        def rate(
+            nu: FloatArray, down: FloatArray, other: FloatArray, given: FloatArray
+        ) -> FloatArray:
+            parts = (np.array(each, real) for each in (nu, down, given, other))
+            loaded.acceleration(*(ffi.from_buffer(pointed, each) for each in (*parts, out)))
+            return out.astype(np.float64)
+
+        return by_rate(f"{by}, {self.precision}", one_by_one(rate), rate)
+
+
+def header_of(craft: Craft) -> str:
+    """Return the header of constants and functions of a vehicle."""
+    table, lines = craft.columns, [*actuation(craft, C99)]
+    terms = (*craft.known, *craft.damping.model.basis)
+    said = said_of(craft, ",\n    ", "{}")
+    name, text = said["name"], "\n".join(f"    {line}" for line in lines)
+    for function in ("larger", "smaller", "along"):
+        text = text.replace(f"{function}(", f"{name}_{function}(")
+    channels = [command(channel) for channel in table.channels]
+    return rendered(
+        "vehicle.h.j2",
+        **said,
+        n_known=table.n_known,
+        factors=table.plant.factors.tolist(),
+        terms=[str(term) for term in terms],
+        matrix=matrix(craft.matrix.tolist(), ",\n    ", "{}"),
+        free=[int(free) for free in craft.vehicle.free],
+        channels=channels,
+        lines=text,
+        speed=SPEED if craft.needs_speed or f" {SPEED} =" in text else "0",
+    )

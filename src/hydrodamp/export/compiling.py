@@ -1,0 +1,88 @@
+"""hydrodamp's own C files beside an export, and the compilers that may be here."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Mapping, Sequence
+from importlib.resources import files
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from hydrodamp.export.target import NotRun
+from hydrodamp.files import save_all
+
+#: What a vehicle's header stands on, and what is there for the estimators on board.
+SOURCES = ("atoms.c", "attitude.c", "cholesky.c", "motion.c")
+HEADERS = ("batch.h", "onboard.h")
+ON_BOARD = ("adaptive.c", "blocks.c", "recursive.c", "steps.c")
+
+#: The same bits everywhere: no contraction to fused multiply-add, no reordered sums.
+STRICT = ("-std=c99", "-O2", "-ffp-contract=off", "-Wall", "-Wextra", "-Wpedantic", "-Werror")
+
+_CORTEX_M7 = ("-mcpu=cortex-m7", "-mthumb", "-mfpu=fpv5-d16", "-mfloat-abi=hard")
+
+
+class Size(NamedTuple):
+    """What a library takes on a processor [bytes]."""
+
+    by: str
+    code: int
+    data: int
+    stack: int
+
+
+def own_files(names: Sequence[str]) -> dict[str, bytes]:
+    """Return some of hydrodamp's own C files, unchanged."""
+    folder = files("hydrodamp.kernels").joinpath("csrc")
+    return {name: folder.joinpath(name).read_bytes() for name in names}
+
+
+def compiler() -> str:
+    """Return the C compiler that is here, or say that there is none."""
+    found = next((name for name in ("cc", "gcc", "clang") if shutil.which(name)), None)
+    if found is None:
+        raise NotRun("no C compiler (cc, gcc or clang) is installed")
+    return found
+
+
+def shared(folder: Path, sources: Sequence[str], flags: Sequence[str], library: Path) -> str:
+    """Compile a shared library, every warning an error; return what compiled it."""
+    call = [compiler(), *STRICT, "-fPIC", "-shared", *flags, *sources, "-lm", "-o", str(library)]
+    done = subprocess.run(call, cwd=folder, capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise NotRun(f"{call[0]} refused it: {done.stderr.strip()}")
+    return version_of(call[0])
+
+
+def version_of(command: str) -> str:
+    """Return the first line of what a program says of itself."""
+    return _said([command, "--version"]).splitlines()[0]
+
+
+def size_of(contents: Mapping[str, bytes], flags: Sequence[str]) -> Size | None:
+    """Return what sources take on a Cortex-M7, else on this machine; None where no gcc is."""
+    kits = {"arm-none-eabi-": _CORTEX_M7, "": ()}
+    prefix = next((each for each in kits if shutil.which(f"{each}gcc")), None)
+    if prefix is None:
+        return None
+    with tempfile.TemporaryDirectory() as place:
+        save_all({Path(place, name): content for name, content in contents.items()})
+        sources = [name for name in contents if name.endswith(".c")]
+        call = [f"{prefix}gcc", *STRICT, "-Os", "-fstack-usage", *kits[prefix], *flags, "-c"]
+        subprocess.run([*call, *sources], cwd=place, check=True)
+        told = _said([f"{prefix}size", *(f"{Path(name).stem}.o" for name in sources)], place)
+        rows = np.array([line.split()[:3] for line in told.splitlines()[1:]], dtype=int)
+        frames = " ".join(each.read_text() for each in Path(place).glob("*.su"))
+    code, data, unset = rows.sum(axis=0).tolist()
+    by = f"{prefix}gcc {'for a Cortex-M7' if prefix else 'for this machine'}"
+    # No function calls itself, so that all frames together are more than there ever are.
+    return Size(by, code, data + unset, sum(map(int, re.findall(r"\t(\d+)\t", frames))))
+
+
+def _said(call: Sequence[str], place: str = ".") -> str:
+    return subprocess.run(call, cwd=place, capture_output=True, text=True, check=True).stdout

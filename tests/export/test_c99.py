@@ -1,0 +1,175 @@
+"""The C library: the core's bits in double, near it in float, on small processors too."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.export.c99 import C
+from hydrodamp.export.compiling import SOURCES, STRICT
+from hydrodamp.export.craft import Craft
+from hydrodamp.export.export import with_settings
+
+from .conftest import ALL_ATOMS, MODELS, RICH, coefficients, core, states
+
+pytestmark = pytest.mark.skipif(
+    not any(map(shutil.which, ("cc", "gcc", "clang"))), reason="no C compiler is installed"
+)
+
+DOUBLE = C()
+
+
+def written(craft, folder, form=DOUBLE):
+    for name, content in form.write(craft).items():
+        data = content if isinstance(content, bytes) else content.encode("utf-8")
+        (folder / name).write_bytes(data)
+    return folder
+
+
+@pytest.mark.parametrize("model", [*MODELS, ALL_ATOMS], ids=lambda model: model.key)
+def test_double_is_the_core_to_the_last_bit(model, tmp_path):
+    craft = Craft.of(RICH, coefficients(model))
+    at = states(craft)
+    found = C().read(written(craft, tmp_path), craft).rates(at)
+    np.testing.assert_array_equal(found, core(craft, at))
+
+
+def test_float_is_near(tmp_path):
+    craft, form = Craft.of(RICH, coefficients(ALL_ATOMS)), C(precision="float")
+    at = states(craft)
+    found, wanted = form.read(written(craft, tmp_path, form), craft).rates(at), core(craft, at)
+    assert np.abs(found - wanted).max() < 1e-5 * np.abs(wanted).max()
+    assert np.abs(found - wanted).max() > 0.0
+
+
+def test_inputs_that_a_model_alone_has(tmp_path):
+    craft = Craft.of(hd.fleet["remus100"], coefficients(ALL_ATOMS))
+    at = states(craft)
+    assert craft.inputs[-1] == "u_c"
+    found = C().read(written(craft, tmp_path), craft).rates(at)
+    np.testing.assert_array_equal(found, core(craft, at))
+
+
+def test_a_vehicle_of_three_degrees_of_freedom(planar, tmp_path):
+    boat, damping, log = planar
+    card = hd.export(damping, boat, "c", tmp_path / "a", log=log)
+    assert card.replays.source_to_target.rms < 1e-15
+
+
+PROGRAM = """
+#include "rich_3.h"
+#include <stdio.h>
+int main(void)
+{
+    hd_real state[rich_3_STATES] = {(hd_real)1.5, 0, (hd_real)0.1, 0, 0, 0, 0, 0, 0, 1};
+    const hd_real inputs[rich_3_INPUTS] = {(hd_real)0.1, 1500, (hd_real)0.4, 2}, none[6] = {0};
+    for (int k = 0; k < 100; ++k)
+        rich_3_step(state, inputs, none, (hd_real)0.05);
+    for (size_t i = 0; i < sizeof state; ++i) /* no small printf has %a */
+        printf("%02x", ((const unsigned char *)state)[i]);
+    return 0;
+}
+"""
+
+
+@pytest.fixture(scope="module")
+def rich(tmp_path_factory):
+    """A folder with the library of a vehicle, and a program that sails five seconds."""
+    damping = hd.Damping(hd.catalog["fossen"], -np.linspace(2.0, 30.0, 12))
+    folder = written(Craft.of(RICH, damping), tmp_path_factory.mktemp("rich"))
+    (folder / "sail.c").write_text(PROGRAM)
+    return folder, damping
+
+
+def run(folder, compiler, *flags):
+    call = [compiler, *STRICT, *flags, "sail.c", *SOURCES, "-lm", "-o", f"sail{compiler}"]
+    subprocess.run(call, cwd=folder, check=True)
+    return subprocess.run([folder / call[-1]], capture_output=True, text=True, check=True).stdout
+
+
+def test_its_step_is_that_of_a_replay(rich):
+    folder, damping = rich
+    compiler = next(name for name in ("cc", "gcc", "clang") if shutil.which(name))
+    state = np.frombuffer(bytes.fromhex(run(folder, compiler)))
+    n = 101
+    log = hd.Log(
+        np.arange(n) * 0.05,
+        np.tile([1.5, 0.0, 0.1, 0.0, 0.0, 0.0], (n, 1)),
+        attitude=np.tile([1.0, 0.0, 0.0, 0.0], (n, 1)),
+        commands=np.tile([0.1, 1500.0, 0.4, 2.0], (n, 1)),
+        command_names=Craft.of(RICH, damping).inputs,
+    )
+    wanted = hd.simulate(RICH, damping, log, attitude="simulated").velocity[-1]
+    np.testing.assert_allclose(state[:6], wanted, rtol=1e-12)
+
+
+@pytest.mark.parametrize("compiler", ["gcc", "clang"])
+@pytest.mark.parametrize("flags", [(), ("-DHD_FLOAT",)], ids=["double", "float"])
+def test_compilers_agree_to_the_last_bit(rich, compiler, flags):
+    if not shutil.which(compiler):
+        pytest.skip(f"{compiler} is not installed")
+    assert run(rich[0], compiler, *flags) == run(rich[0], "cc", *flags)
+
+
+def test_cmake_builds_the_example(rich, tmp_path):
+    if not shutil.which("cmake"):
+        pytest.skip("cmake is not installed")
+    for call in (["cmake", "-S", rich[0], "-B", tmp_path], ["cmake", "--build", tmp_path]):
+        subprocess.run(call, capture_output=True, check=True)
+    sailed = subprocess.run([tmp_path / "example"], capture_output=True, text=True, check=True)
+    assert len(sailed.stdout.split()) == 13
+
+
+START = """
+#include <stdint.h>
+extern int main(void);
+extern void initialise_monitor_handles(void);
+extern void exit(int);
+void _init(void) {}
+void _fini(void) {}
+void reset(void)
+{
+    *(volatile uint32_t *)0xE000ED88 |= 0xFu << 20; /* the FPU */
+    __asm volatile("dsb\\n isb");
+    initialise_monitor_handles();
+    exit(main());
+}
+__attribute__((section(".vectors"), used)) static const struct {
+    uint32_t stack;
+    void (*reset)(void);
+} vectors = {0x20400000, reset};
+"""
+LAYOUT = """
+SECTIONS {
+  . = 0; .text : { KEEP(*(.vectors)) *(.text*) *(.rodata*) *(.ARM*) }
+  . = 0x20000000; .data : { *(.data*) } .bss : { *(.bss*) *(COMMON) }
+  end = .;
+}
+"""
+CORTEX = ("-mcpu=cortex-m7", "-mthumb", "-mfpu=fpv5-d16", "-mfloat-abi=hard")
+
+
+@pytest.mark.parametrize("flags", [(), ("-DHD_FLOAT",)], ids=["double", "float"])
+def test_a_cortex_m7_gives_the_same_bits(rich, tmp_path, flags):
+    tools = "arm-none-eabi-gcc", "qemu-system-arm"
+    if missing := [name for name in tools if not shutil.which(name)]:
+        pytest.skip(f"{', '.join(missing)} not installed")
+    (tmp_path / "start.c").write_text(START)
+    (tmp_path / "layout.ld").write_text(LAYOUT)
+    sources = [*SOURCES, "sail.c", tmp_path / "start.c"]
+    call = [tools[0], *STRICT, *CORTEX, *flags, "--specs=rdimon.specs", "-nostartfiles", *sources]
+    call += ["-T", tmp_path / "layout.ld", "-lm", "-o", tmp_path / "sail.elf"]
+    subprocess.run(call, cwd=rich[0], check=True)
+    machine = [tools[1], "-M", "mps2-an500", "-cpu", "cortex-m7", "-nographic", "-semihosting"]
+    machine += ["-monitor", "none", "-serial", "none", "-kernel", tmp_path / "sail.elf"]
+    told = subprocess.run(machine, capture_output=True, text=True, check=True, timeout=60)
+    assert (told.stdout + told.stderr) == run(rich[0], "cc", *flags)
+
+
+def test_the_precision_is_one_of_two():
+    with pytest.raises(hd.MethodError, match="double or float; got 'half'"):
+        with_settings(C(), {"precision": "half"})
