@@ -82,3 +82,23 @@ def test_three_epochs_stand_side_by_side() -> None:
     stamps = right([0, 1, 5e6, 5e6 + 1, 9e8, 9e8 + 1])
     assert stamps.run.tolist() == [0, 0, 1, 1, 2, 2]
     np.testing.assert_allclose(np.diff(stamps.time), 1)
+
+
+def test_a_coarse_clock_is_spread_and_copies_are_not() -> None:
+    """Stamps of whole seconds at 10 Hz; rows that say the same again are dropped."""
+    time = np.arange(0.0, 30.0, 0.1)
+    stamps = right(np.floor(time + 1e-9))
+    np.testing.assert_allclose(stamps.time, time, atol=1e-9)
+    assert oddities(stamps) == {Oddity.COARSE: 270}
+    copies = np.arange(300) % 2 == 0
+    (stamps,) = set_right([Clock("dvl", np.repeat(time[:150], 2), None, copies)])
+    assert stamps.rows.tolist() == np.flatnonzero(copies).tolist()
+    assert oddities(stamps) == {Oddity.REPEATED: 150}
+
+
+def test_a_clock_that_stops_says_what_counts_on() -> None:
+    stamps = right(np.minimum(np.arange(0.0, 30.0, 0.1), 20.0))
+    assert len(stamps.rows) == 201
+    (odd,) = stamps.irregularities
+    assert odd.oddity is Oddity.STOPPED
+    assert "`time: {rate: HERTZ}`" in str(odd)

@@ -15,11 +15,15 @@ from hydrodamp.data.attitude import between
 from hydrodamp.data.record import GAP_SECONDS, GAP_STEPS, changes
 from hydrodamp.errors import LogError
 
+#: Share of rows with the stamp of the one before, from which a clock is a coarse one.
+COARSE = 0.25
+
 #: Stamps further apart than this, 11 days, belong to two epochs [s].
 EPOCH = 1e6
 
 _PAUSE = 1.0  # s, between two epochs put side by side
 _MOST_RUNS = 200
+_STOPPED = 20  # rows, and times the usual number, with the last stamp of all
 
 
 class Oddity(Enum):
@@ -28,6 +32,14 @@ class Oddity(Enum):
     ABSENT = "{count} without a time stamp, dropped"
     STRAY = "{count} with a stray time stamp, dropped (first at {at:.10g} s)"
     REPEATED = "{count} with a repeated time stamp, dropped (first at {at:.10g} s)"
+    COARSE = (
+        "{count} with the stamp of the one before, though they say something new: the clock is"
+        " coarse, and they were spread evenly up to the next stamp (first at {at:.10g} s)"
+    )
+    STOPPED = (
+        "the clock stands still at {at:.10g} s, and {count} after it were dropped. If they came"
+        " evenly, `time: {{rate: HERTZ}}` in the mapping counts them"
+    )
     LATE = "{count} out of order, dropped (first at {at:.10g} s)"
     SET_BACK = "the clock was set back {times}, where a segment begins (first at {at:.10g} s)"
     LEAP = (
@@ -69,6 +81,7 @@ class Clock:
     topic: str
     time: FloatArray
     labels: Sequence[str] | None = None
+    fresh: BoolArray | None = None  # which rows are no copies of the one before
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,6 +119,28 @@ class _Draft:
         self.time, self.joins = clock.time, changes(clock.labels, len(clock.time))
         self._keep(np.isfinite(clock.time), Oddity.ABSENT)
         self._keep(~_strays(self.time, self.joins), Oddity.STRAY)
+        self._spread(clock.fresh)
+
+    def _spread(self, fresh: BoolArray | None) -> None:
+        """Spread rows that share a coarse stamp evenly up to the next stamp."""
+        repeats = np.append(False, np.diff(self.time) == 0)[: len(self.time)]
+        if fresh is not None:
+            self._keep(fresh[self.rows] | ~repeats, Oddity.REPEATED)
+            repeats = np.append(False, np.diff(self.time) == 0)[: len(self.time)]
+        starts = np.flatnonzero(~repeats)
+        counts = np.diff(np.append(starts, len(self.time)))
+        if len(counts) and counts[-1] > _STOPPED * np.median(counts):
+            counts[-1] = 1  # no coarse stamp, but the last of all
+        if len(counts) < 2 or sum(counts - 1) < COARSE * len(self.time):
+            return
+        until = np.diff(self.time[starts])
+        until = np.append(until, np.median(until))
+        until[until < 0] = 0.0
+        block = np.repeat(np.arange(len(starts)), counts)
+        rest = len(self.time) - len(block)
+        share = (np.arange(len(block)) - starts[block]) / counts[block]
+        self._note(Oddity.COARSE, len(block) - len(starts), int(np.argmax(repeats)))
+        self.time = self.time + np.append(until[block] * share, np.zeros(rest))
 
     def _keep(self, keep: BoolArray, oddity: Oddity) -> None:
         """Drop what is not kept, and say so."""
@@ -169,7 +204,14 @@ class _Draft:
         latest = np.concatenate([np.maximum.accumulate(part) for part in np.split(time, edges)])
         before = np.append(-np.inf, latest[:-1])
         before[edges] = -np.inf
-        for oddity, odd in ((Oddity.REPEATED, time == before), (Oddity.LATE, time < before)):
+        repeated = time == before
+        tail = len(time) - int(np.flatnonzero(~repeated)[-1]) - 1 if len(time) else 0
+        stopped = np.arange(len(time)) >= len(time) - (tail if tail > _STOPPED else 0)
+        for oddity, odd in (
+            (Oddity.REPEATED, repeated & ~stopped),
+            (Oddity.STOPPED, stopped),
+            (Oddity.LATE, time < before),
+        ):
             if odd.any():
                 self._note(oddity, int(np.count_nonzero(odd)), int(np.argmax(odd)))
         return np.asarray(time > before)

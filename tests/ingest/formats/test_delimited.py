@@ -120,7 +120,7 @@ def test_words_truths_dates_and_gaps(read: Read, reader: str) -> None:
     assert topic.units == {"when": "s"}
     assert np.isnan(topic.fields["none"]).all()
     np.testing.assert_array_equal(topic.fields["u"], [1, np.nan, 3])
-    assert recording.notes == ("column `when` holds dates, read in seconds since 1970",)
+    assert recording.notes == ("column `when` holds dates or times of day, read in seconds",)
 
 
 def test_numbers_spelt_in_ways_of_other_tongues_are_refused(read: Read, reader: str) -> None:

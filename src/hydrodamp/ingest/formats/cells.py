@@ -22,7 +22,12 @@ MISSING = frozenset(
 )
 
 _TRUTH = {"true": 1.0, "false": 0.0}
-_DATE = re.compile(r"\s*\d{4}-\d\d-\d\d([T ]\d\d:\d\d.*)?$")
+_DATE = re.compile(
+    r"\s*(?:(\d{4})[-/.](\d\d?)[-/.](\d\d?)|(\d\d?)[-/.](\d\d?)[-/.](\d{4}))?(?:^|[T ]+|$)"
+    r"(?:(\d\d?):(\d\d)(?::(\d\d(?:[.,]\d*)?))?\s*([ap]m)?)?\s*(?:z|utc|([+-]\d\d):?(\d\d))?\s*$",
+    re.IGNORECASE,
+)
+_DAY = 86400.0  # s
 _NAN = float("nan")
 _LISTED = 3
 _BRACKETED = re.compile(r"(.*?\S)[ _]*(?:\[([^\[\]]*)\]|\(([^()]*)\))$")
@@ -96,7 +101,13 @@ def is_number(cell: str, decimal: str = ".") -> bool:
     """Return whether a cell holds a number or a date."""
     if is_missing(cell):
         return False
-    return number(cell, decimal) is not None or _DATE.match(cell) is not None
+    return number(cell, decimal) is not None or is_date(cell)
+
+
+def is_date(cell: str) -> bool:
+    """Return whether a cell holds a date, or a time of day to the second."""
+    found = _DATE.match(cell)
+    return found is not None and (found[1] or found[6] or found[9]) is not None
 
 
 def is_missing(cell: str) -> bool:
@@ -124,20 +135,39 @@ def column_of(cells: Sequence[str], decimal: str = ".") -> Column:
     plain = [cell.strip().lower() for cell in cells]
     if there and {*plain} <= {*_TRUTH, *MISSING}:
         return Column(np.array([_TRUTH.get(cell, _NAN) for cell in plain]))
-    if there and all(map(_DATE.match, there)):
+    if there and all(map(is_date, there)):
         with suppress(ValueError):
-            seconds = [_NAN if is_missing(cell) else _second(cell) for cell in cells]
-            return Column(np.array(seconds), unit="s")
+            return Column(_seconds(cells), unit="s")
     column = numbers_of(cells, decimal)
     if 2 * len(column.bad) <= len(there):
         return column
     return Column(None, tuple(map(str.strip, cells)))
 
 
-def _second(cell: str) -> float:
-    """Return a date in seconds since 1970."""
-    date = datetime.fromisoformat(cell.strip())
-    return (date if date.tzinfo else date.replace(tzinfo=UTC)).timestamp()
+def _seconds(cells: Sequence[str]) -> FloatArray:
+    """Return dates in seconds since 1970, and times of day since midnight, running on over it."""
+    found = [None if is_missing(cell) else _DATE.match(cell) for cell in cells]
+    is_day_first = any(int(one[4]) > 12 for one in found if one and one[4])
+    days: dict[tuple[str | None, ...], float] = {(None,) * 6: 0.0}
+    seconds = np.full(len(cells), _NAN)
+    for row, one in enumerate(found):
+        if one is None:
+            continue
+        if (date := one.groups()[:6]) not in days:
+            first, second = (4, 5) if is_day_first else (5, 4)
+            day, month = (3, 2) if one[1] else (first, second)
+            given = datetime(int(one[1] or one[6]), int(one[month]), int(one[day]), tzinfo=UTC)
+            days[date] = given.timestamp()
+        hour = int(one[7] or 0)
+        if one[10]:
+            hour = hour % 12 + 12 * (one[10].lower() == "pm")
+        zone = (int(one[11]) * 60 + int(one[11][0] + one[12])) * 60 if one[11] else 0
+        rest = float((one[9] or "0").replace(",", "."))
+        seconds[row] = days[date] + hour * 3600 + int(one[8] or 0) * 60 + rest - zone
+    known = ~np.isnan(seconds)
+    if seconds[known].max(initial=0.0) <= _DAY:
+        seconds[known] = np.unwrap(seconds[known], period=_DAY)
+    return seconds
 
 
 class Names:

@@ -46,7 +46,7 @@ def _recording(part: Part, path: str | Path, dialect: Dialect) -> Recording:
     units = {**dialect.header.units, **dated}
     topic = topic_of("", named, part.lines, units=units)
     notes = [*dialect.header.notes, *part.notes, *topic.faults.values()]
-    notes += [f"column `{name}` holds dates, read in seconds since 1970" for name in dated]
+    notes += [f"column `{name}` holds dates or times of day, read in seconds" for name in dated]
     topic = replace(topic, faults={**topic.faults, **dialect.header.faults})
     return Recording((topic,), str(path), "text in columns", tuple(notes))
 

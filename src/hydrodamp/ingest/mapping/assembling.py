@@ -68,7 +68,7 @@ def _sampler(mapping: MappingFile, recording: Recording) -> Sampler:
     if segment is not None and labelled is None:
         wanted.append(Entry("segment", "segment", (Source(column=segment),)))
     is_table = all(not one.name and one.time is None for one in recording.topics)
-    if is_table and mapping.time[0].column != RECORDED:
+    if is_table and not any(one.rate or one.column == RECORDED for one in mapping.time):
         wanted.insert(0, Entry("time", "time", mapping.time, "time"))
     found, faults = find(wanted, recording, mapping.name, mapping.topics)
     found = [one for one in found if one.entry.group != "time"]

@@ -147,6 +147,14 @@ def locate(column: str, recording: Recording) -> tuple[Topic, str] | None:
     return None
 
 
+def column_of(topic: Topic, column: str) -> str | None:
+    """Return the column of a topic that a mapping means, of numbers or not."""
+    there = {**topic.fields, **topic.texts, **topic.faults}
+    return next(
+        (one for one in (column, column.removeprefix(f"{topic.name}.")) if one in there), None
+    )
+
+
 def beside(topic: Topic, column: str) -> str | None:
     """Return the field of a topic that a condition means; None where it has none such."""
     for field in (column, column.removeprefix(f"{topic.name}.")):

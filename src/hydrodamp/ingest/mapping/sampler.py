@@ -14,6 +14,7 @@ from hydrodamp.data.record import changes
 from hydrodamp.data.recording import Topic
 from hydrodamp.errors import LogError, did_you_mean
 from hydrodamp.ingest.clock import (
+    COARSE,
     Brackets,
     Clock,
     Irregularity,
@@ -28,7 +29,7 @@ from hydrodamp.ingest.clock import (
     set_right,
     turned,
 )
-from hydrodamp.ingest.mapping.finding import Found, beside, labels_of
+from hydrodamp.ingest.mapping.finding import Found, beside, column_of, labels_of
 from hydrodamp.ingest.mapping.schema import RECORDED, Entry, Source
 
 _LARGEST = np.finfo(np.float64).max
@@ -102,22 +103,42 @@ def _stream(
     if rows is not None:
         stamps = stamps[rows]
         labels = None if labels is None else tuple(np.array(labels, dtype=object)[rows])
-    return Stream(topic, Clock(topic.name, stamps, labels), rows)
+    fresh = _fresh(topic, stamps) if rows is None else None
+    return Stream(topic, Clock(topic.name, stamps, labels, fresh), rows)
+
+
+def _fresh(topic: Topic, stamps: FloatArray) -> BoolArray | None:
+    """Return which rows hold other numbers than the one before, if many have its stamp."""
+    if 2 * np.count_nonzero(np.diff(stamps) == 0) < len(stamps) * COARSE:
+        return None
+    fresh = np.zeros(len(stamps), np.bool_)
+    for values in topic.fields.values():
+        fresh[1:] |= np.diff(np.nan_to_num(values)) != 0
+    fresh[:1] = True
+    return fresh
 
 
 def _time(topic: Topic, time: Sequence[Source]) -> FloatArray:
     """Return the stamps of a topic in seconds, or say that it has none."""
     called = _called(topic)
+    dead: FloatArray | None = None
     for source in time:
-        name = beside(topic, source.column)
-        if name is not None:
-            found = Found(Entry("time", "time", (source,), "time"), source, topic, name)
-            if faults := [*found.faults()]:
-                raise LogError(faults)
-            return found.values()
+        if source.rate is not None:
+            return np.arange(topic.n) / source.rate
+        if source.column == RECORDED and topic.time is not None:
+            return topic.time
+        if (name := column_of(topic, source.column)) is None:
+            continue
+        found = Found(Entry("time", "time", (source,), "time"), source, topic, name)
+        if faults := [*found.faults()]:
+            raise LogError(faults)
+        stamps = found.values()
+        if len(stamps) == 0 or np.nanmin(stamps) < np.nanmax(stamps):
+            return stamps
+        dead = stamps  # as of a header that nobody fills
+    if dead is not None:
+        return dead
     columns = [source.column for source in time]
-    if RECORDED in columns and topic.time is not None:
-        return topic.time
     if columns == [RECORDED]:
         raise LogError(f"{called} has no clock of its own; name its column in `time`")
     near = did_you_mean(columns[0], (*topic.fields, *topic.texts))

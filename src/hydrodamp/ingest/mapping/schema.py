@@ -88,6 +88,9 @@ class Source(_Strict):
         "", description="its name in the log: topic.field, or the column of a table"
     )
     value: FiniteFloat | None = Field(None, description="in place of a column: the same throughout")
+    rate: Annotated[FiniteFloat, Field(gt=0)] | None = Field(
+        None, description="of `time`, in place of a column: rows follow one another so often [Hz]"
+    )
     unit: str | None = Field(None, description="of the value after scale and offset")
     sign: Literal[1, -1] = Field(1, description="applied before axes are turned")
     scale: FiniteFloat = Field(1.0, description="value = scale times number plus offset")
@@ -111,8 +114,10 @@ class Source(_Strict):
 
     @model_validator(mode="after")
     def _one_place(self) -> Self:
-        if self.value is None and not self.column:
+        if self.value is None and not self.column and self.rate is None:
             raise ValueError("must name a `column`, or give a `value`")
+        if self.rate is not None and self.model_fields_set != {"rate"}:
+            raise ValueError("takes nothing beside `rate`")
         if self.value is not None and not self.model_fields_set <= {"value", "unit", "sign"}:
             raise ValueError("takes `unit` and `sign` alone beside `value`")
         return self
