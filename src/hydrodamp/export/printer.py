@@ -93,6 +93,17 @@ def command(name: str) -> str:
     return f"cmd_{name}"
 
 
+def printed(craft: Craft, syntax: Syntax) -> list[str]:
+    """Return the lines that make `damping_X` to `known_N` of velocities, directions and inputs."""
+    terms, n = craft.damping.model.basis.terms, craft.columns.n_known
+    return [
+        *actuation(craft, syntax),
+        *speeds(terms, syntax),
+        *sums("damping", terms, craft.matrix[n:], syntax),
+        *sums("known", craft.known, craft.matrix[:n], syntax),
+    ]
+
+
 def actuation(craft: Craft, syntax: Syntax) -> Iterator[str]:
     """Yield the lines that make the actuators' channels, and u_c, of commands."""
     for actuator in craft.vehicle.actuators:

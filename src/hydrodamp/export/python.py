@@ -11,7 +11,7 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.export.craft import Craft, States
-from hydrodamp.export.printer import PYTHON, actuation, speeds, sums
+from hydrodamp.export.printer import PYTHON, printed
 from hydrodamp.export.target import Engine, Files, by_rate, rendered
 from hydrodamp.export.words import name_of, said_of
 from hydrodamp.files import load_text
@@ -34,14 +34,10 @@ class Python:
 
     def write(self, craft: Craft) -> Files:
         """Return the file."""
-        terms, n = craft.damping.model.basis.terms, craft.columns.n_known
         text = rendered(
             "python.py.j2",
             **said_of(craft, ",\n    "),
-            actuation=actuation(craft, PYTHON),
-            speeds=speeds(terms, PYTHON),
-            damping=sums("damping", terms, craft.matrix[n:], PYTHON),
-            known=sums("known", craft.known, craft.matrix[:n], PYTHON),
+            lines=printed(craft, PYTHON),
         )
         return {f"{name_of(craft)}.py": text}
 

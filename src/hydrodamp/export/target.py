@@ -19,6 +19,9 @@ from hydrodamp.models.model import DampingModel
 if TYPE_CHECKING:
     from jinja2 import Environment
 
+#: How most targets are stepped: as a replay is.
+RUNGE_KUTTA = f"Runge-Kutta, at most {LONGEST_STEP:g} s"
+
 #: The files of an export by their paths in its folder.
 Files = Mapping[str, str | bytes]
 
@@ -59,18 +62,16 @@ class Target(Protocol):
 
 def by_rate(name: str, rates: Callable[[States], FloatArray], rate: Rate) -> Engine:
     """Return the engine of a target that gives accelerations: the steps are ours."""
-    step = f"Runge-Kutta, at most {LONGEST_STEP:g} s"
-    return Engine(name, step, rates, lambda drive: integrate(rate, drive))
+    return Engine(name, RUNGE_KUTTA, rates, lambda drive: integrate(rate, drive))
 
 
 def by_core(name: str, craft: Craft) -> Engine:
     """Return the engine of a target whose numbers were read back, and its formula is equation 1."""
-    step = f"{name}, Runge-Kutta, at most {LONGEST_STEP:g} s"
 
     def replay(drive: Drive) -> FloatArray:
         return Drive.of(craft, drive.log).source().velocity
 
-    return Engine(name, step, craft.acceleration, replay)
+    return Engine(name, RUNGE_KUTTA, craft.acceleration, replay)
 
 
 def one_by_one(rate: Rate) -> Callable[[States], FloatArray]:

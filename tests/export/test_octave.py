@@ -1,0 +1,73 @@
+"""The functions for Octave: the core's accelerations, states with angles and a current."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.data.attitude import down, euler_from_quaternion
+from hydrodamp.export.craft import Craft
+from hydrodamp.export.octave import Octave, upright
+
+from .conftest import ALL_ATOMS, MODELS, RICH, coefficients, core, states
+
+here = pytest.mark.skipif(
+    not (shutil.which("octave-cli") or shutil.which("octave")), reason="Octave is not installed"
+)
+
+
+def written(craft, folder):
+    for name, text in Octave().write(craft).items():
+        (folder / name).write_text(text, encoding="utf-8")
+    return folder
+
+
+@here
+@pytest.mark.parametrize("model", [MODELS[-1], ALL_ATOMS], ids=lambda model: model.key)
+def test_accelerations_are_those_of_the_core(model, tmp_path):
+    craft = Craft.of(RICH, coefficients(model))
+    at = states(craft, 12)
+    found = Octave().read(written(craft, tmp_path), craft).rates(at)
+    np.testing.assert_allclose(found, core(craft, at), rtol=1e-12, atol=1e-12)
+
+
+@here
+def test_it_sails_as_the_core_does(sailed, tmp_path):
+    log = sailed.test.between(0.0, 5.0)
+    damping = hd.published["vt690-sname2022"]
+    card = hd.export(damping, sailed.vehicle, "octave", tmp_path / "a", log=log)
+    assert card.replays.source_to_target.rms < 1e-12
+    assert "Octave" in card.run_by
+
+
+@here
+def test_angles_and_a_current(tmp_path):
+    craft = Craft.of(hd.fleet["vt690"], hd.published["vt690-sname2022"])
+    written(craft, tmp_path)
+    # With the current, heading north: still in the water, whatever the state is written in.
+    lines = (
+        "x = [0 0.5 0 0 0 0.2 0 0 0 0.1 0.3 0]';",
+        "cr = cos(0.05); sr = sin(0.05); cp = cos(0.15); sp = sin(0.15);",
+        "q = [cr*cp; sr*cp; cr*sp; -sr*sp];",
+        "a = vt690(x, [0 0 0]', 0.5, pi/2); b = vt690([x(1:9); q], [0 0 0]', 0.5, pi/2);",
+        "assert(a(1:9), b(1:9), 1e-14);",
+        "c = vt690([0 0.5 zeros(1, 10)]', [0 0 0]', 0.5, pi/2);",
+        "assert(c(1:6), zeros(6, 1), 1e-30); assert(c(8), 0.5);",
+        "[~, U, M] = vt690(x); assert(U, 0.5); assert(rows(M), 6);",
+    )
+    program = shutil.which("octave-cli") or shutil.which("octave")
+    call = [program, "--no-init-file", "--quiet", "--path", tmp_path, "--eval", " ".join(lines)]
+    subprocess.run(call, check=True)
+
+
+def test_a_down_direction_has_an_attitude():
+    directions = np.random.default_rng(0).normal(size=(50, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    directions[:3] = [0, 0, 1], [0, 0, -1], [1, 0, 0]
+    found = upright(directions)
+    np.testing.assert_allclose(down(found), directions, atol=1e-15)
+    assert np.isfinite(euler_from_quaternion(found)).all()
