@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -170,6 +171,24 @@ def test_a_draft_that_was_corrected_is_kept_unless_forced(folder, call, draft, w
     assert words in done.stderr
     assert (folder / "mine.yaml").read_text("utf-8") == "# corrected by hand\n"
     call("probe dive.csv --draft mine.yaml --force")
+
+
+def test_times_copied_from_probe_are_taken(folder, call):
+    """Epoch stamps: what is printed by the clock is the same span as seconds from the start."""
+    log = hd.read_log("ab.csv")
+    time = log.elapsed + 1459776213.25
+    hd.write_log(replace(log, time=time, segments=()), folder / "epoch.csv")
+    said = " ".join(call("probe epoch.csv --vehicle planar.yaml").stdout.split())
+    assert "1459776213.250" in said
+    line = "compare epoch.csv --vehicle planar.yaml --models linear --methods ls --json"
+    fits = [
+        json.loads(call(f"{line} --train {train} --test 40:79").stdout)["rows"][0]["coefficients"]
+        for train in ("0:40", "1459776213.25:1459776253.25")
+    ]
+    assert fits[0] == fits[1]
+    done = call(f"{line} --train 1459776213:1459776253 --test 90:95", 2)
+    assert "by the clock of the log: -0.25:39.75 in seconds" in done.stderr
+    assert "first sample at 1459776213.250 s by its clock" in " ".join(done.stderr.split())
 
 
 def test_measured_logs(folder, call, measured_logs):

@@ -9,9 +9,11 @@ from dataclasses import replace
 from pathlib import Path
 
 import hydrodamp as hd
+from hydrodamp.cli.output import note
 from hydrodamp.errors import HydrodampWarning, ProblemError
 
 _NUMBER = r"[0-9]+(?:\.[0-9]*)?(?:[eE][+-]?[0-9]+)?|\.[0-9]+"
+_ROUNDED = 1.0  # s, by which the ends of a clock may be copied wrongly
 _SPAN = re.compile(rf"({_NUMBER}):({_NUMBER})")
 
 
@@ -77,10 +79,32 @@ def _piece(option: str, value: str, whole: hd.Log) -> hd.Log:
     found = _SPAN.fullmatch(value.strip())
     if not found or not float(found[1]) < float(found[2]):
         raise ProblemError(
-            f"a span must be START:END in seconds from the first sample of LOG, with START before "
-            f"END and neither negative, such as 0:900; got '{value}'."
+            "a span must be START:END in seconds from the first sample of LOG, or by its clock, "
+            f"with START before END and neither negative, such as 0:900; got '{value}'."
         )
-    return whole.between(float(found[1]), float(found[2]))
+    start, end = float(found[1]), float(found[2])
+    shift = _shift(start, end, whole)
+    if shift:
+        start, end = start + shift, end + shift
+        note(
+            f"`{option} {value}` is by the clock of the log: {start:.10g}:{end:.10g} in seconds "
+            "from its first sample."
+        )
+    return whole.between(start, end)
+
+
+def _shift(start: float, end: float, whole: hd.Log) -> float:
+    """Return what turns a span into seconds from the first sample, where it is by the clock."""
+    if end <= whole.elapsed[-1] + _ROUNDED:
+        return 0.0
+    shifts = (whole.elapsed - whole.time).round(3)
+    runs = {one: whole.time[shifts == one] for one in dict.fromkeys(shifts.tolist())}
+    fit = [
+        one
+        for one, time in runs.items()
+        if time[0] - _ROUNDED <= start and end <= time[-1] + _ROUNDED
+    ]
+    return float(fit[0]) if len(fit) == 1 else 0.0
 
 
 def _is_file(value: str) -> bool:
@@ -104,4 +128,4 @@ def _shared_time(train: Sequence[str], test: Sequence[str], whole: hd.Log) -> st
     learnt, held_out = (part("", each, numbered, None).commands for each in (train, test))
     both = np.isin(place, learnt) & np.isin(place, held_out)
     edges = np.flatnonzero(np.diff(both, prepend=False, append=False)).reshape(-1, 2)
-    return ", ".join(f"{whole.elapsed[a]:.6g}:{whole.elapsed[b - 1]:.6g}" for a, b in edges)
+    return ", ".join(f"{whole.elapsed[a]:.10g}:{whole.elapsed[b - 1]:.10g}" for a, b in edges)

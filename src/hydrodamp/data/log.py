@@ -194,8 +194,9 @@ class Log:
         log = cls(**record.log_fields(keep), segments=segments)
         if not notes:
             return log
-        many = f"{len(segments)} segment{'s' if len(segments) > 1 else ''}"
-        cut = f"split into {many}: {'; '.join(notes)}"
+        cut = "; ".join(notes)
+        if len(segments) > np.count_nonzero(record.joins):
+            cut = f"split into {len(segments)} segments: {cut}"
         warnings.warn(f"{record.source or 'log'}: {cut}", GapWarning, stacklevel=3)
         return log.noted(cut)
 
@@ -291,7 +292,8 @@ class Log:
             return take(self, pieces)
         fault = (
             f"no two samples lie between {start:g} s and {end:g} s; the log spans 0 s to"
-            f" {self.elapsed[-1]:g} s, counted from its first sample"
+            f" {self.elapsed[-1]:.6g} s, counted from its first sample at {self.time[0]:.3f} s by"
+            " its clock"
         )
         raise LogError(fault, source=self.source)
 
@@ -345,8 +347,12 @@ class Log:
         more = [block.name.replace("_", " ") for block in BLOCKS[1:] if block.name in held]
         velocities = ((name, VELOCITIES.index(name)) for name in self.velocity_names)
         commands = zip(self.command_names, self.commands.T, strict=True)
-        spans = [(part, time[part.start], time[part.stop - 1]) for part in self.segments]
-        parts = [f"{part.name:<18} {len(part):>7} {a:>9.6g} {b:>9.6g}" for part, a, b in spans]
+        spans = [(part, part.start, part.stop - 1) for part in self.segments]
+        parts = [
+            f"{part.name:<18} {len(part):>7} {self.elapsed[a]:>9.2f} {self.elapsed[b]:>9.2f}"
+            f" {time[a]:>16.3f}"
+            for part, a, b in spans
+        ]
         lines = [
             f"Log {self.source or 'of arrays'}",
             f"{self.n} samples, {steps.sum():.6g} s in {len(self.segments)} segment{several},"
@@ -354,7 +360,7 @@ class Log:
             f"with {', '.join(more)}",
             *(_range(name, self.velocity[:, k], f" {unit_of(name)}") for name, k in velocities),
             *first_few([_range(name, values) for name, values in commands], _LISTED, "commands"),
-            "segment            samples  from [s]    to [s]",
+            "segment            samples  from [s]    to [s]  by the clock [s]",
             *first_few(parts, _LISTED, "segments"),
             *(["what was done to it:"] if self.notes else []),
             *first_few([textwrap.shorten(n, _WIDTH) for n in self.notes], _LISTED, "notes"),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,8 @@ from hydrodamp.errors import LogError, TermError, did_you_mean
 
 #: A step longer than this many median steps, and than GAP_SECONDS, is a gap.
 GAP_STEPS = 5.0
+
+_CENTISECOND = 0.005  # s, what two digits round to
 
 #: No step up to this long is a gap [s].
 GAP_SECONDS = 1.0
@@ -187,6 +189,12 @@ def longest_step(time: FloatArray, joins: BoolArray) -> float:
     return max(GAP_STEPS * float(np.median(steps)), GAP_SECONDS) if len(steps) else GAP_SECONDS
 
 
+def moment(time: float, first: float) -> str:
+    """Return how messages call a time: from the first sample on, the clock's own beside it."""
+    own = f" (by the clock {time:.3f} s)" if abs(first) >= _CENTISECOND else ""
+    return f"{time - first:.2f} s{own}"
+
+
 def split(record: Record) -> tuple[BoolArray, tuple[Segment, ...], tuple[str, ...]]:
     """Return which samples to keep, their segments, and a sentence on every cut but joins."""
     joins, missing = record.joins, record.missing
@@ -199,7 +207,7 @@ def split(record: Record) -> tuple[BoolArray, tuple[Segment, ...], tuple[str, ..
     keep = np.zeros(record.n, dtype=np.bool_)
     for a, b in kept:
         keep[a:b] = True
-    return keep, _segments(record, kept), _notes(record, gaps, missing, edges)
+    return keep, _segments(record, kept), (*_notes(record, gaps, missing, edges, kept),)
 
 
 def name_after(source: str) -> str:
@@ -247,23 +255,29 @@ def _segments(record: Record, pieces: list[tuple[int, int]]) -> tuple[Segment, .
 
 
 def _notes(
-    record: Record, gaps: BoolArray, missing: BoolArray, edges: list[int]
-) -> tuple[str, ...]:
+    record: Record,
+    gaps: BoolArray,
+    missing: BoolArray,
+    edges: list[int],
+    kept: list[tuple[int, int]],
+) -> Iterator[str]:
     """Say where a recording is cut, and what is dropped."""
-    time, pieces = record.time, [*itertools.pairwise(edges)]
+    time, pieces = record.time.tolist(), [*itertools.pairwise(edges)]
+    first = time[kept[0][0]] if kept else time[0]
     pauses = [
-        f"no samples from {time[row - 1]:g} s to {time[row]:g} s"
+        f"no samples for {time[row] - time[row - 1]:.3g} s from {moment(time[row - 1], first)}"
         for row in np.flatnonzero(gaps).tolist()
     ]
     left_out = [
         f"{b - a} sample{'s' if b - a > 1 else ''}"
         f" {'with missing values' if missing[a] else 'alone, left out'}"
-        f" at {time[a]:g} s to {time[b - 1]:g} s"
+        f" at {moment(time[a], first)}"
         + ("" if record.labels is None else f" (segment '{record.labels[a]}')")
         for a, b in pieces
         if missing[a] or b - a == 1
     ]
-    return *first_few(pauses, 5, "gaps"), *first_few(left_out, 5, "stretches left out")
+    yield from first_few(pauses, 5, "gaps")
+    yield from first_few(left_out, 5, "stretches left out")
 
 
 def first_few(sentences: list[str], most: int, what: str) -> list[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import Any
 
 from hydrodamp.ingest.probing.delay import Delay
@@ -84,6 +84,14 @@ def _topics(found: Probe) -> Grid:
             notes.append(f"{name}: no column increases; there is no clock.")
         if topic.backward:
             notes.append(f"{name}: {topic.backward} times the clock stands still or goes back.")
+    first = min((one.start for one in found.topics if one.start is not None), default=0.0)
+    notes.append(f"Times count from the first sample of all, {first:.3f} s by its clock.")
+    topics = [
+        replace(one, start=one.start - first, end=one.end - first)
+        if one.start is not None and one.end is not None
+        else one
+        for one in found.topics[:LISTED]
+    ]
     units = sorted({unit for topic in found.topics for _, unit in topic.units})
     notes.append(f"Units the file states: {', '.join(units) or 'none'}.")
     columns = {
@@ -96,7 +104,7 @@ def _topics(found: Probe) -> Grid:
         "from [s]": ("start", ".2f"),
         "to [s]": ("end", ".2f"),
     }
-    return Grid.of_items(f"{found.source}: {found.format}", found.topics[:LISTED], columns, notes)
+    return Grid.of_items(f"{found.source}: {found.format}", topics, columns, notes)
 
 
 def _more(count: int, what: str) -> tuple[str, ...]:
@@ -196,6 +204,7 @@ def _segments(found: Verdict, notes: tuple[str, ...]) -> Grid:
         "samples": ("n_samples", "d"),
         "from [s]": ("start", ".2f"),
         "to [s]": ("end", ".2f"),
+        "by the clock [s]": ("clock", ".3f"),
         "median step [s]": ("step", ".3g"),
         "longest step [s]": ("longest_step", ".3g"),
     }

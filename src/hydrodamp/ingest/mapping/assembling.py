@@ -53,9 +53,10 @@ def record_of(mapping: MappingFile, recording: Recording) -> Record:
     faults = [*made.faults, *faults]
     if faults or record is None:
         raise LogError(faults or ["there are no samples"], source=recording.source)
-    if told := [str(one) for one in sampler.irregularities if one.oddity not in _EXPECTED]:
+    odd = [(one.oddity, one.told(float(record.time[0]))) for one in sampler.irregularities]
+    if told := [sentence for oddity, sentence in odd if oddity not in _EXPECTED]:
         warnings.warn(f"{recording.source}: {'; '.join(told)}", ClockWarning, stacklevel=3)
-    notes = (*recording.notes, *_summary(mapping, sampler), *map(str, sampler.irregularities))
+    notes = (*recording.notes, *_summary(mapping, sampler), *(sentence for _, sentence in odd))
     return dataclasses.replace(record, notes=notes)
 
 

@@ -317,7 +317,7 @@ def _called(topic: Topic) -> str:
 
 def _span(stream: Stream) -> str:
     time = stream.clock.time[np.isfinite(stream.clock.time)]
-    return f"from {time.min():.10g} s to {time.max():.10g} s"
+    return f"from {time.min():.3f} s to {time.max():.3f} s"
 
 
 def _filled(values: FloatArray) -> FloatArray:

@@ -38,6 +38,7 @@ class SegmentFacts:
     n_samples: int
     start: float
     end: float
+    clock: float
     step: float
     longest_step: float
 
@@ -132,7 +133,8 @@ def _segments(log: Log) -> Iterator[SegmentFacts]:
     for segment in log.segments:
         time = log.time[segment.start : segment.stop]
         steps = np.diff(time)
-        numbers = (time[0], time[-1], np.median(steps), steps.max())
+        ends = log.elapsed[[segment.start, segment.stop - 1]]
+        numbers = (*ends, time[0], np.median(steps), steps.max())
         yield SegmentFacts(segment.name, len(time), *map(float, numbers))
 
 
