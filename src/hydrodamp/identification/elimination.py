@@ -6,8 +6,6 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
-from scipy.linalg import solve_triangular
-from scipy.optimize import nnls
 
 from hydrodamp.arrays import FloatArray, IntArray
 
@@ -111,12 +109,10 @@ def error(normal: FloatArray, chosen: IntArray, coefficients: FloatArray) -> flo
     return float(normal[-1, -1] + coefficients @ inner)
 
 
-def sized(blocks: FloatArray, sets: Sequence[IntArray], power: FloatArray) -> tuple[int, str]:
+def sized(blocks: FloatArray, sets: Sequence[IntArray]) -> tuple[int, str]:
     """Choose the smallest set whose paired excess over the best is within its standard error."""
-    total = blocks.sum(axis=0)
     rows = left_out(blocks, sets)
-    prices = np.array([price(total, chosen, power[:, chosen]) for chosen in sets])
-    errors = rows.sum(axis=1) + prices
+    errors = rows.sum(axis=1)
     best = int(np.argmin(errors))
     # Blocks are hard or easy for all sets alike, so each is compared with itself.
     allowed = (rows - rows[best]).std(axis=1, ddof=1) * np.sqrt(len(blocks))
@@ -141,22 +137,6 @@ def left_out(blocks: FloatArray, sets: Sequence[IntArray]) -> FloatArray:
             coefficients = solved(rest, chosen)
             errors[number, out] = [error(blocks[place], chosen, coefficients) for place in out]
     return errors
-
-
-def price(normal: FloatArray, chosen: IntArray, power: FloatArray) -> float:
-    """Return by how much the least error rises where the power must not be positive."""
-    part = normal[np.ix_(chosen, chosen)]
-    scale = _scale(np.diag(part))
-    root = np.linalg.cholesky(part / (scale[:, None] * scale) + _RIDGE * np.eye(len(chosen))).T
-    normals = solve_triangular(root, (power / scale).T, trans="T")
-    length = np.linalg.norm(normals, axis=0)
-    normals = normals[:, length > 0.0] / length[length > 0.0]
-    wished = root @ (scale * solved(normal, chosen))
-    if not normals.shape[1] or np.all(wished @ normals <= 0.0):
-        return 0.0
-    size = float(np.linalg.norm(wished))
-    kept = float(nnls(normals, wished / size)[1])
-    return round(size**2 * (1.0 - kept**2), 9)
 
 
 def _inverse(normal: FloatArray, chosen: IntArray) -> tuple[FloatArray, FloatArray]:

@@ -25,10 +25,8 @@ from hydrodamp.identification.elimination import (
 from hydrodamp.identification.power import (
     SLOWEST_UNDER_WAY,
     TAIL,
-    PowerRows,
     dissipates,
     operating_box,
-    spread,
     worst_power,
 )
 from hydrodamp.identification.search import ladder, searching, starts, within
@@ -179,7 +177,7 @@ def select_around(
             f"and a selection needs {_FEWEST}: give a longer log, or check its signs and the "
             "vehicle's mass and actuators."
         )
-    held, groups, box = np.flatnonzero(kept(offered)), drag(offered), operating_box(problem)
+    held, groups = np.flatnonzero(kept(offered)), drag(offered)
     total = blocks.sum(axis=0)
     order = forward(total, _MOST, held.tolist())
     stable = order[frequencies(blocks, held.tolist())[order] >= _OFTEN]
@@ -188,10 +186,10 @@ def select_around(
         if len(group) and not np.isin(group, pool).any():
             pool.append(int([*order[np.isin(order, group)], *group][0]))
     sets = nested(total, np.unique(np.array(pool, dtype=np.int64)), held, groups)
-    place, words = sized(blocks, sets, PowerRows(offered).rows(spread(box)))
+    place, words = sized(blocks, sets)
     model = picked(offered, sets[place])
     damping, rms = refit(problem, model, [solved(total, sets[place])], (_SHORT, window))
-    return Round(model, words, rms, worst_power(damping, box).power), damping
+    return Round(model, words, rms, worst_power(damping, operating_box(problem)).power), damping
 
 
 def replay_blocks(
