@@ -95,11 +95,11 @@ def test_what_is_known_and_what_a_set_lacks(vehicle, exact_log, true_damping):
     with pytest.warns(hd.PropulsionWarning):
         problem = hd.prepare(vehicle, replace(log, propulsion_ratio=None), model)
     rows = RECORDED.rows(problem)
-    prior = by(known, 0.05, rotary=0.1, wide=0.5)
+    prior = by(known, 0.05, rotary=0.1)
     mean, deviation = prior._belief(rows.triangle(), 1, model.terms[1])
     np.testing.assert_allclose(mean, [-20.0, 0.0, 0.0, 10.0, 0.0])
     wrench = np.linalg.norm(rows.target[:, 1])
-    lacking = [0.5 * wrench / np.linalg.norm(log.velocity[:, place]) for place in (2, 3)]
+    lacking = [wrench / np.linalg.norm(log.velocity[:, place]) for place in (2, 3)]
     np.testing.assert_allclose(deviation, [1.0, *lacking, 1.0, 0.0])
     assert by(known, 0.2)._belief(rows.triangle(), 1, model.terms[1])[1][3] == pytest.approx(2.0)
 
@@ -154,7 +154,7 @@ def test_a_set_of_another_vehicle_warns(prestero):
         by(known, 0.3).identify(problem, truth.model)
 
 
-@pytest.mark.parametrize("shares", [{"relative": 0.0}, {"relative": 0.1, "wide": np.inf}])
+@pytest.mark.parametrize("shares", [{"relative": 0.0}, {"relative": 0.1, "rotary": np.inf}])
 def test_a_prior_that_says_nothing_is_a_sentence(shares):
     with pytest.raises(MethodError, match="must be a positive share"):
         PriorLeastSquares(hd.published["vt690-sname2022"], **shares)

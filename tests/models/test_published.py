@@ -7,9 +7,10 @@ import pytest
 
 from hydrodamp.errors import ModelError
 from hydrodamp.files import parse_yaml
+from hydrodamp.identification.methods import cite
 from hydrodamp.kernels import coriolis
 from hydrodamp.models.catalog import catalog
-from hydrodamp.models.damping import Damping, cite
+from hydrodamp.models.damping import Damping
 from hydrodamp.models.published import added_mass_matrix, coriolis_coefficients, published
 
 

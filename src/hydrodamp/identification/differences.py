@@ -5,7 +5,6 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import numpy as np
 
@@ -19,68 +18,8 @@ from hydrodamp.simulation.problem import Problem
 Slopes = Callable[[FloatArray, FloatArray], FloatArray]
 
 
-class Derivative(Protocol):
-    """A way to an acceleration."""
-
-    def acceleration(self, problem: Problem) -> FloatArray:
-        """Return the acceleration (n, 6), linear [m/s^2] and angular [rad/s^2]."""
-        ...
-
-    def seen(self, problem: Problem) -> Problem:
-        """Return the problem with held inputs as this acceleration sees them."""
-        ...
-
-
-@dataclass(frozen=True)
-class RecordedAcceleration:
-    """The acceleration columns ``du … dr`` of the log; differences where one is absent."""
-
-    def acceleration(self, problem: Problem) -> FloatArray:
-        """Return what was recorded, and differences of the velocities for the rest.
-
-        Parameters
-        ----------
-        problem : Problem
-            Its log must carry accelerations.
-
-        Returns
-        -------
-        acceleration : ndarray, shape (n, 6)
-            Time derivative of the body velocity's components, linear [m/s^2]
-            and angular [rad/s^2].
-
-        Raises
-        ------
-        MethodError
-            If the log has none.
-        """
-        if problem.log.acceleration is None:
-            raise MethodError(
-                "the log has no acceleration columns du dv dw dp dq dr: use "
-                "FiniteDifference() or SavitzkyGolay(), or a method that needs none."
-            )
-        recorded, free = problem.log.acceleration, problem.vehicle.free
-        if (absent := _unrecorded(problem)).any():
-            recorded = np.where(absent, FiniteDifference().acceleration(problem), recorded)
-        return recorded if free.all() else np.where(free, recorded, 0.0)  # a long log is not copied
-
-    def seen(self, problem: Problem) -> Problem:
-        """Return the problem itself, but for axes that are differenced as differences see it."""
-        if not (absent := _unrecorded(problem)).any():
-            return problem
-        seen, known = FiniteDifference().seen(problem), slice(problem.columns.n_known)
-        held = (problem.regressor() - seen.regressor())[:, known] @ problem.columns.known
-        wrench = problem.inputs.wrench + np.where(absent, 0.0, held)
-        return replace(seen, inputs=replace(seen.inputs, wrench=wrench))
-
-
-def _unrecorded(problem: Problem) -> BoolArray:
-    assert problem.log.acceleration is not None
-    return unrecorded("acceleration", problem.log.acceleration) & problem.vehicle.free
-
-
-class _Differentiated(ABC):
-    """Slopes of the velocities, segment by segment."""
+class Derivative(ABC):
+    """A way to an acceleration: slopes of the velocities, segment by segment."""
 
     @abstractmethod
     def _slopes(self, time: FloatArray, values: FloatArray) -> FloatArray:
@@ -117,7 +56,7 @@ class _Differentiated(ABC):
 
 
 @dataclass(frozen=True)
-class FiniteDifference(_Differentiated):
+class FiniteDifference(Derivative):
     """Central differences of second order, as in the paper; one-sided at a segment's ends."""
 
     def _slopes(self, time: FloatArray, values: FloatArray) -> FloatArray:
@@ -125,7 +64,55 @@ class FiniteDifference(_Differentiated):
 
 
 @dataclass(frozen=True)
-class SavitzkyGolay(_Differentiated):
+class RecordedAcceleration(FiniteDifference):
+    """The acceleration columns ``du … dr`` of the log; differences where one is absent."""
+
+    def acceleration(self, problem: Problem) -> FloatArray:
+        """Return what was recorded, and differences of the velocities for the rest.
+
+        Parameters
+        ----------
+        problem : Problem
+            Its log must carry accelerations.
+
+        Returns
+        -------
+        acceleration : ndarray, shape (n, 6)
+            Time derivative of the body velocity's components, linear [m/s^2]
+            and angular [rad/s^2].
+
+        Raises
+        ------
+        MethodError
+            If the log has none.
+        """
+        if problem.log.acceleration is None:
+            raise MethodError(
+                "the log has no acceleration columns du dv dw dp dq dr: use "
+                "FiniteDifference() or SavitzkyGolay(), or a method that needs none."
+            )
+        recorded, free = problem.log.acceleration, problem.vehicle.free
+        if (absent := _unrecorded(problem)).any():
+            recorded = np.where(absent, super().acceleration(problem), recorded)
+        return recorded if free.all() else np.where(free, recorded, 0.0)  # a long log is not copied
+
+    def seen(self, problem: Problem) -> Problem:
+        """Return the problem itself, but for axes that are differenced as differences see it."""
+        if not (absent := _unrecorded(problem)).any():
+            return problem
+        seen, known = super().seen(problem), slice(problem.columns.n_known)
+        held = (problem.regressor() - seen.regressor())[:, known] @ problem.columns.known
+        wrench = problem.inputs.wrench + np.where(absent, 0.0, held)
+        return replace(seen, inputs=replace(seen.inputs, wrench=wrench))
+
+
+def _unrecorded(problem: Problem) -> BoolArray:
+    assert problem.log.acceleration is not None
+    return unrecorded("acceleration", problem.log.acceleration) & problem.vehicle.free
+
+
+@dataclass(frozen=True)
+class SavitzkyGolay(Derivative):
     """The slope of a polynomial fitted to a window around each sample.
 
     Parameters

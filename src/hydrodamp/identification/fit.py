@@ -11,6 +11,7 @@ from scipy.special import stdtrit
 
 from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.data.log import Log
+from hydrodamp.data.record import first_few
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.extrapolation import fed, sailed
 from hydrodamp.models.damping import Damping
@@ -273,10 +274,9 @@ class Fit:
         """Return the outcome and the coefficients, one screen."""
         rank = "" if self.rank is None else f", rank {self.rank}"
         head = f"{self.model.key} by {self.method}: {self.model.n_coefficients} coefficients{rank}"
-        groups = "".join(f"\n  aliased: {' '.join(group)}" for group in self.aliased[:8])
-        more = f"\n  and {len(self.aliased) - 8} more groups" if len(self.aliased) > 8 else ""
-        said = "".join(f"\n{remark}" for remark in self.sentences)
-        return f"{head}\n{self.status.value}{groups}{more}{said}\n{self.damping}"
+        groups = first_few([f"  aliased: {' '.join(one)}" for one in self.aliased], 8, "groups")
+        said = [head, self.status.value, *groups, *self.sentences, str(self.damping)]
+        return "\n".join(said)
 
 
 #: What is said of a covariance that does not allow for coloured noise.

@@ -216,14 +216,19 @@ def cite(subject: DampingModel | Damping | Fit) -> str:
     Linear: Gibson, McCarter, Stilwell, Neu: A Compari
     """
     from hydrodamp.identification.fit import Fit
-    from hydrodamp.models.catalog import BIBTEX
-    from hydrodamp.models.damping import cite as cite_model
+    from hydrodamp.models.catalog import BIBTEX, PAPER
+    from hydrodamp.models.damping import Damping
 
-    if not isinstance(subject, Fit):
-        return cite_model(subject)
-    said, known = cite_model(subject.damping), METHODS.get(subject.method.partition("-")[0])
-    entries: tuple[str, ...] = ()
-    if known is not None:
-        entries = (BIBTEX, *known.references) if known.printed else known.references
-    added = [entry for entry in entries if entry not in said]
-    return "\n\n".join([f"Method: {subject.method} of hydrodamp.", said, *added])
+    lines: list[str] = []
+    entries: list[str] = []
+    if isinstance(subject, Fit):
+        lines += [f"Method: {subject.method} of hydrodamp.", ""]
+        known = METHODS.get(subject.method.partition("-")[0], MethodEntry("", ""))
+        entries += [*known.references, *([BIBTEX] if known.printed else [])]
+        subject = subject.damping
+    if isinstance(subject, Damping):
+        lines += [f"Coefficients: {subject.source}"] if subject.source else []
+        subject = subject.model
+    lines.append(f"{subject.title}: {subject.source or 'no source given'}")
+    first = [BIBTEX] if PAPER in subject.source else []
+    return "\n\n".join(["\n".join(lines), *dict.fromkeys([*first, *entries])])

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.basis.atoms import AXES
+from hydrodamp.basis.atoms import AXES, VELOCITIES
 from hydrodamp.basis.term import Term
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Fit
@@ -38,16 +38,14 @@ class PriorLeastSquares(LinearEstimator):
     Parameters
     ----------
     damping : Damping
-        Its coefficients are the mean. One that is zero or not finite counts as lacking.
+        Its coefficients are the mean. One that is zero or not finite counts as lacking: it is
+        zero but for a part of the wrench as large as the root mean square on its axis.
     relative : float
         Standard deviation as a share of each coefficient, such as 0.05.
     rotary : float, optional
         The same for terms with an angular velocity in them, ``relative`` by default.
         Roddy (1990, DTRC/SHD-1298-08, appendix C) states 4 to 5 % for the static and
         10 % for the rotary coefficients of a captive model test.
-    wide : float
-        Standard deviation of a coefficient that the set lacks, around zero: how large
-        its part of the wrench may be, as a share of the root mean square on its axis.
     equations : Equations, optional
         Where the rows come from.
 
@@ -66,14 +64,12 @@ class PriorLeastSquares(LinearEstimator):
     damping: Damping
     relative: float
     rotary: float | None = None
-    wide: float = 1.0
     equations: Equations = field(default_factory=WeakEquations)
     key = "prior"
 
     def __post_init__(self) -> None:
         """Refuse a prior that says nothing or is absurdly sure."""
-        shares = {"relative": self.relative, "rotary": self.rotary, "wide": self.wide}
-        for name, share in shares.items():
+        for name, share in (("relative", self.relative), ("rotary", self.rotary)):
             if share is not None and not (np.isfinite(share) and share > 0.0):
                 raise MethodError(f"`{name}` must be a positive share, such as 0.1; got {share}")
 
@@ -111,18 +107,14 @@ class PriorLeastSquares(LinearEstimator):
         self, triangle: Triangle, axis: int, terms: tuple[Term, ...]
     ) -> tuple[FloatArray, FloatArray]:
         """Return mean and deviation of each coefficient of an axis."""
-        known, wrench = self.damping.as_dict(), np.linalg.norm(triangle.target(axis))
-        sizes = np.linalg.norm(triangle.columns(terms), axis=0).tolist()
-        mean, deviation = np.zeros(len(terms)), np.zeros(len(terms))
-        for place, (term, size) in enumerate(zip(terms, sizes, strict=True)):
-            value = known.get(f"{AXES[axis]}_{term}", 0.0)
-            if value != 0.0 and np.isfinite(value):
-                turns = any(factor.strip("|") in ("p", "q", "r") for factor in term.factors)
-                share = self.rotary if turns and self.rotary is not None else self.relative
-                mean[place], deviation[place] = value, share * abs(value)
-            elif size > 0.0:
-                deviation[place] = self.wide * wrench / size
-        return mean, deviation
+        known, size = self.damping.as_dict(), np.linalg.norm(triangle.columns(terms), axis=0)
+        mean = np.array([known.get(f"{AXES[axis]}_{term}", 0.0) for term in terms])
+        mean = np.where(np.isfinite(mean), mean, 0.0)
+        turns = [any(atom.strip("|") in VELOCITIES[3:] for atom in term.factors) for term in terms]
+        share = np.where(turns, self.rotary or self.relative, self.relative)
+        wrench, seen = np.linalg.norm(triangle.target(axis)), size > 0.0
+        lacking = np.divide(wrench, size, out=np.zeros(len(terms)), where=seen)
+        return mean, np.where(mean != 0.0, share * np.abs(mean), lacking)
 
 
 def posterior(

@@ -14,7 +14,6 @@ import numpy.typing as npt
 from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.basis.atoms import AXES
 from hydrodamp.errors import ForeignVehicleWarning, ModelError
-from hydrodamp.models.catalog import BIBTEX, PAPER
 from hydrodamp.models.model import DampingModel, one_screen, read_label, spell_label, table_of
 
 
@@ -262,15 +261,6 @@ class Damping:
             source=self.source,
             note=self.note,
         )
-
-
-def cite(subject: DampingModel | Damping) -> str:
-    """Return the references of a model, or of coefficients and their model."""
-    model = subject.model if isinstance(subject, Damping) else subject
-    lines = [f"{model.title}: {model.source or 'no source given'}"]
-    if isinstance(subject, Damping) and subject.source:
-        lines.insert(0, f"Coefficients: {subject.source}")
-    return "\n".join([*lines, "", BIBTEX] if PAPER in model.source else lines)
 
 
 def warn_if_foreign(damping: Damping, stamp: VehicleStamp) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES
+from hydrodamp.data.record import first_few
 from hydrodamp.identification.fit import Fit, reach
 from hydrodamp.identification.grades import CONTRIBUTION, RELATIVE, Grade, Identifiability
 from hydrodamp.identification.sparse import KEY
@@ -104,8 +105,7 @@ def _aliased(fit: Fit) -> list[str]:
         else f"aliased, so that only a combination is determined: {' '.join(group)}"
         for group in fit.aliased
     ]
-    more = len(groups) - _GROUPS
-    return groups if more <= 0 else [*groups[:_GROUPS], f"and {more} more such groups"]
+    return first_few(groups, _GROUPS, "such groups")
 
 
 def model_document(model: DampingModel) -> dict[str, Any]:

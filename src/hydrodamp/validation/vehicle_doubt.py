@@ -13,7 +13,7 @@ from hydrodamp.identification.fit import Fit, Method
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.parallel import each
 from hydrodamp.simulation.problem import Problem, prepare
-from hydrodamp.simulation.replay import replay, score
+from hydrodamp.validation.compare import Row, compare
 from hydrodamp.vehicle.vehicle import Vehicle
 
 #: How far each number is moved, as a share of it.
@@ -114,58 +114,43 @@ def vehicle_doubt(
     """
     wrong = tuple(variants(vehicle))
     vehicles = [vehicle, *(one for _, moved in wrong for one in moved)]
-    (fit, rms), *others = each(_fitted, [(one, train, test, model, method) for one in vehicles])
-    size, wrench = _sizes(prepare(vehicle, train, model), fit)
+    first, *others = each(_row, [(one, train, test, model, method) for one in vehicles])
+    share = _shares(prepare(vehicle, train, model), first.fit)
     pairs = zip(wrong, zip(others[::2], others[1::2], strict=True), strict=True)
-    effects = tuple(_effect(what, fit, pair, size, wrench) for (what, _), pair in pairs)
-    return VehicleDoubt(fit.model.key, fit.method, rms, effects)
+    effects = tuple(_effect(what, first.fit, pair, share) for (what, _), pair in pairs)
+    return VehicleDoubt(first.model, first.method, first.rms, effects)
 
 
-def _fitted(
-    vehicle: Vehicle, train: Log, test: Log, model: DampingModel, method: Method
-) -> tuple[Fit, float | None]:
-    """Return a fit and the RMS error of its replay."""
+def _row(vehicle: Vehicle, train: Log, test: Log, model: DampingModel, method: Method) -> Row:
+    """Return a fit and its replay."""
     fit = method.identify(prepare(vehicle, train, model), model)
-    if not fit.status.usable:
-        return fit, None
-    trajectory = replay(prepare(vehicle, test, model), fit.damping)
-    return fit, score(trajectory).rms
+    return compare((fit,), vehicle, test).rows[0]
 
 
-def _sizes(problem: Problem, fit: Fit) -> tuple[FloatArray, FloatArray]:
-    """Root mean square of each coefficient's column, and of the wrench on its axis."""
+def _shares(problem: Problem, fit: Fit) -> FloatArray:
+    """Return what share of the damping on its axis one unit of each coefficient makes."""
     rows, axes = problem.columns.entries(fit.model)
     columns, n_known = problem.regressor(), problem.columns.n_known
     wrench = columns[:, n_known:] @ problem.matrix(fit.damping)[n_known:]
-    return _rms(columns[:, rows]), _rms(wrench)[axes]
+    whole, own = np.linalg.norm(wrench, axis=0)[axes], np.linalg.norm(columns[:, rows], axis=0)
+    share: FloatArray = np.divide(own, whole, out=np.zeros(len(own)), where=whole > 0.0)
+    return share
 
 
-def _rms(values: FloatArray) -> FloatArray:
-    return np.asarray(np.sqrt(np.mean(values**2, axis=0)))
-
-
-def _effect(
-    what: str,
-    fit: Fit,
-    found: tuple[tuple[Fit, float | None], ...],
-    size: FloatArray,
-    wrench: FloatArray,
-) -> Effect:
-    usable = fit.status.usable and all(other.status.usable for other, _ in found)
-    if not usable or not fit.model.n_coefficients:
+def _effect(what: str, fit: Fit, found: tuple[Row, ...], share: FloatArray) -> Effect:
+    fits, errors = [fit, *(row.fit for row in found)], [row.rms for row in found]
+    if not fit.model.n_coefficients or not all(one.status.usable for one in fits):
         return Effect(what)
-    ways = [np.abs(other.damping.coefficients - fit.damping.coefficients) for other, _ in found]
+    ways = [np.abs(one.damping.coefficients - fit.damping.coefficients) for one in fits[1:]]
     move = np.max(ways, axis=0)
-    share = move * size / np.where(wrench > 0.0, wrench, np.inf)
-    worst, covariance = int(np.argmax(share)), fit.damping.covariance
+    worst, covariance = int(np.argmax(move * share)), fit.damping.covariance
     variance = 0.0 if covariance is None else float(covariance[worst, worst])
-    scores = [rms for _, rms in found if rms is not None]
     return Effect(
         what=what,
         label=fit.model.labels[worst],
-        share=float(share[worst]),
+        share=float(move[worst] * share[worst]),
         errors=float(move[worst]) / variance**0.5 if variance > 0.0 else None,
-        rms=max(scores) if len(scores) == len(found) else None,
+        rms=None if None in errors else max(filter(None, errors), default=0.0),
     )
 
 

@@ -71,8 +71,8 @@ BARE = hd.Identifiability(hd.catalog["linear"].restricted_to(()), ())
 @pytest.mark.parametrize(
     ("draw", "words"),
     [
-        (lambda sailed: hd.residuals_figure(sailed.problem, []), "no residuals"),
-        (lambda _: hd.power_figure([], BOX), "box with an extent"),
+        (lambda sailed: hd.residuals_figure(sailed.problem, []), "no fit has coefficients"),
+        (lambda _: hd.power_figure([], BOX), "no fit has coefficients"),
         (lambda _: hd.power_figure([ONE], POINT), "box with an extent"),
         (lambda _: hd.excitation_figure(BARE), "has no coefficient"),
         (lambda _: hd.front_figure(hd.Comparison(())), "no row with coefficients has an error"),

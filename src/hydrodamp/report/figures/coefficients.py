@@ -67,8 +67,6 @@ def coefficients_figure(fits: Iterable[Fit]) -> Figure:
         installed.
     """
     drawn = drawn_fits(fits)
-    if not drawn:
-        raise MethodError("no fit has coefficients to draw: give at least one that was identified")
     model, n = drawn[0][1].model, len(drawn)
     if any(fit.model.labels != model.labels for _, fit, _ in drawn):
         keys = ", ".join(dict.fromkeys(fit.model.key for _, fit, _ in drawn))

@@ -231,8 +231,6 @@ def residuals_figure(problem: Problem, fits: Iterable[Fit]) -> Figure:
         If no fit has numbers, the log is too short, or matplotlib is not installed.
     """
     drawn = drawn_fits(fits)
-    if not drawn:
-        raise MethodError("no fit has coefficients, so there are no residuals to draw")
     lag, white, found = autocorrelations(problem, [fit.damping for _, fit, _ in drawn])
     axes = [axis for axis in AXES if any(axis in one for one in found)]
     figure = sheet(COLUMN, 1.05 * -(-len(axes) // 2) + 0.5 + 0.13 * len(drawn))
@@ -281,11 +279,8 @@ def power_figure(fits: Iterable[Fit], box: OperatingBox, rate_unit: RateUnit = "
     names = [
         name for name, low, high in zip(VELOCITIES, box.low, box.high, strict=True) if low < high
     ]
-    if not drawn or not names:
-        raise MethodError(
-            "power is drawn for fits with coefficients on a box with an extent; got "
-            f"{len(drawn)} such fits and the box {box or 'of one point'}"
-        )
+    if not names:
+        raise MethodError("power is drawn on a box with an extent; got a box of one point")
     figure = sheet(COLUMN, 1.05 * -(-len(names) // 2) + 0.5 + 0.13 * len(drawn))
     panels = abreast(figure, len(names), min(2, len(names)), sharey=True)
     for name, panel in zip(names, panels, strict=True):

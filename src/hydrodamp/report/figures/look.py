@@ -133,6 +133,8 @@ def colour_of(method: str) -> str:
 def drawn_fits(fits: Iterable[Fit]) -> list[tuple[str, Fit, Look]]:
     """Return the fits that have numbers, each with its name and how it is drawn."""
     usable = [fit for fit in fits if fit.status.usable and fit.model.n_coefficients]
+    if not usable:
+        raise MethodError("no fit has coefficients to draw: give at least one that was identified")
     pairs = [(fit.model.key, fit.method) for fit in usable]
     names = [f"{model} by {method}" for model, method in pairs]
     return list(zip(names, usable, looks_of(pairs), strict=True))
