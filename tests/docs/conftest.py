@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from functools import cache
 from pathlib import Path
 
@@ -40,6 +41,10 @@ def _sailed(**arguments: object) -> hd.Campaign:
 def dive(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder with the logs that pages about logs read, as the working directory."""
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    monkeypatch.delitem(
+        sys.modules, "vt690", raising=False
+    )  # a page may export, and import, its own
     log = _dive()
     hd.write_log(log, "dive.csv")
     _write_tables(log)

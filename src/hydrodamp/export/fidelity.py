@@ -109,7 +109,7 @@ class Fidelity:
 def _sentences(card: Fidelity) -> Iterator[str]:
     worst = max(card.wrench_error.values(), default=0.0)
     if card.exact:
-        yield f"{card.model} is exact for {card.meant}."
+        yield f"{card.meant} has every term of {card.model}."
     else:
         names = ", ".join(card.projected)
         yield f"{card.meant} cannot hold {names}: their wrench is fitted with terms that it has."

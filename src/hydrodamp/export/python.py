@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from types import ModuleType
 from typing import ClassVar
 
 import numpy as np
@@ -12,9 +11,8 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.export.craft import Craft, States
 from hydrodamp.export.printer import PYTHON, printed
-from hydrodamp.export.target import Engine, Files, by_rate, rendered
+from hydrodamp.export.target import Engine, Files, by_rate, executed, rendered
 from hydrodamp.export.words import name_of, said_of
-from hydrodamp.files import load_text
 
 
 @dataclass(frozen=True)
@@ -43,9 +41,7 @@ class Python:
 
     def read(self, folder: Path, craft: Craft) -> Engine:
         """Run the file, and return its accelerations."""
-        path = folder / f"{name_of(craft)}.py"
-        module = ModuleType(name_of(craft))
-        exec(compile(load_text(path), str(path), "exec"), module.__dict__)
+        module = executed(folder / f"{name_of(craft)}.py")
 
         def rates(at: States) -> FloatArray:
             parts = at.velocity.T, at.down.T, at.inputs.T, at.wrench.T

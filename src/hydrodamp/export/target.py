@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from functools import cache
 from pathlib import Path
+from types import ModuleType
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 import numpy as np
@@ -14,6 +15,7 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.errors import MethodError
 from hydrodamp.export.craft import Craft, States
 from hydrodamp.export.drive import LONGEST_STEP, Drive, Rate, integrate
+from hydrodamp.files import load_text
 from hydrodamp.models.model import DampingModel
 
 if TYPE_CHECKING:
@@ -47,8 +49,10 @@ class Target(Protocol):
     key: ClassVar[str]
     meant: ClassVar[str]
     """The program and version that is meant."""
-    ignores: ClassVar[str]
-    """What of equation 1 it leaves out; empty where nothing."""
+
+    @property
+    def ignores(self) -> str:
+        """What of equation 1 it leaves out; empty where nothing."""
 
     def holds(self, craft: Craft) -> DampingModel | None:
         """Return the terms it can hold; None where it can hold all."""
@@ -82,6 +86,13 @@ def one_by_one(rate: Rate) -> Callable[[States], FloatArray]:
         return np.array([rate(*each) for each in zip(*rows, strict=True)])
 
     return rates
+
+
+def executed(path: Path) -> ModuleType:
+    """Return a written Python file as a module."""
+    module = ModuleType(path.stem)
+    exec(compile(load_text(path), str(path), "exec"), module.__dict__)
+    return module
 
 
 def rendered(template: str, /, **values: object) -> str:

@@ -1,0 +1,73 @@
+"""CasADi: functions with derivatives, for optimal control and estimation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from importlib.metadata import version
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+
+from hydrodamp.arrays import FloatArray
+from hydrodamp.errors import MethodError
+from hydrodamp.export.craft import Craft, States
+from hydrodamp.export.printer import CASADI, number, printed
+from hydrodamp.export.target import Engine, Files, NotRun, by_rate, executed, rendered
+from hydrodamp.export.words import name_of, said_of
+
+
+@dataclass(frozen=True)
+class CasADi:
+    """A Python module of CasADi functions of wrench, acceleration, state derivative and step.
+
+    Parameters
+    ----------
+    smooth : float
+        Where |x|, sign(x) and speeds are rounded off, so that they have derivatives at rest
+        [m/s, rad/s or the unit of a command]; 0 leaves them as they are.
+    """
+
+    key: ClassVar[str] = "casadi"
+    meant: ClassVar[str] = "CasADi 3.6 or newer"
+    smooth: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse what rounds nothing off."""
+        if not 0.0 <= self.smooth < np.inf:
+            raise MethodError(f"`smooth` must be zero or positive; got {self.smooth:g}.")
+
+    @property
+    def ignores(self) -> str:
+        """The corners that are rounded off."""
+        return f"corners of |x|, rounded off over {self.smooth:g}" if self.smooth else ""
+
+    def holds(self, craft: Craft) -> None:
+        """Return None: it can hold all terms."""
+
+    def write(self, craft: Craft) -> Files:
+        """Return the module, and an example of predictive control."""
+        said, name = said_of(craft, ",\n    "), name_of(craft)
+        said |= {"smooth": number(self.smooth), "lines": printed(craft, CASADI)}
+        return {
+            f"{name}.py": rendered("casadi.py.j2", **said),
+            "mpc.py": rendered("mpc.py.j2", name=name, free=craft.vehicle.free.astype(int)),
+        }
+
+    def read(self, folder: Path, craft: Craft) -> Engine:
+        """Run the module, and return its accelerations."""
+        if find_spec("casadi") is None:
+            raise NotRun('casadi is not installed (pip install "hydrodamp[export]")')
+        function: Any = executed(folder / f"{name_of(craft)}.py").acceleration
+
+        def rates(at: States) -> FloatArray:
+            parts = at.velocity.T, at.down.T, at.inputs.T, at.wrench.T
+            return np.array(function.map(len(at.velocity))(*parts)).T
+
+        def rate(
+            nu: FloatArray, down: FloatArray, other: FloatArray, given: FloatArray
+        ) -> FloatArray:
+            return np.array(function(nu, down, given, other)).ravel()
+
+        return by_rate(f"CasADi {version('casadi')}", rates, rate)

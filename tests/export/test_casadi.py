@@ -1,0 +1,112 @@
+"""CasADi's functions: the core's accelerations, derivatives, code, and an example that runs."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.export.casadi import CasADi
+from hydrodamp.export.craft import Craft
+from hydrodamp.export.target import executed
+
+from .conftest import ALL_ATOMS, MODELS, RICH, coefficients, core, states
+
+ca = pytest.importorskip("casadi")
+
+
+def written(craft, folder, form=None):
+    for name, text in (form or CasADi()).write(craft).items():
+        (folder / name).write_text(text, encoding="utf-8")
+    return folder
+
+
+@pytest.mark.parametrize("model", [*MODELS, ALL_ATOMS], ids=lambda model: model.key)
+def test_accelerations_are_those_of_the_core(model, tmp_path):
+    craft = Craft.of(RICH, coefficients(model))
+    at = states(craft)
+    found = CasADi().read(written(craft, tmp_path), craft).rates(at)
+    np.testing.assert_allclose(found, core(craft, at), rtol=1e-12, atol=1e-12)
+
+
+def test_its_jacobian_is_that_of_differences(tmp_path):
+    craft = Craft.of(RICH, coefficients(ALL_ATOMS))
+    function = executed(written(craft, tmp_path) / "rich_3.py").acceleration
+    at, step = states(craft, 5), 1e-6
+    nu = ca.SX.sym("nu", 6)
+    other = [ca.SX.sym("x", len(part.T)) for part in (at.down, at.inputs, at.wrench)]
+    slope = ca.Function("slope", [nu, *other], [ca.jacobian(function(nu, *other), nu)])
+    for k in range(5):
+        rest = at.down[k], at.inputs[k], at.wrench[k]
+        found = np.array(slope(at.velocity[k], *rest))
+        for axis, unit in enumerate(step * np.eye(6)):
+            ahead, behind = (function(at.velocity[k] + s * unit, *rest) for s in (1.0, -1.0))
+            wanted = np.array(ahead - behind).ravel() / (2.0 * step)
+            np.testing.assert_allclose(found[:, axis], wanted, rtol=1e-6, atol=1e-5)
+
+
+def test_rounded_off_it_has_derivatives_at_rest_and_says_what_they_cost(tmp_path, sailed):
+    damping = hd.Damping.from_dict(None, {"X_u|u|": -3.0, "Y_vV": -9.0, "Z_|w|": -0.1})
+    slopes = []
+    for smooth in (0.0, 0.01):
+        craft = Craft.of(hd.fleet["remus100"], damping)
+        folder = tmp_path / str(smooth)
+        folder.mkdir()
+        module = executed(written(craft, folder, CasADi(smooth=smooth)) / "remus100.py")
+        nu = ca.SX.sym("nu", 6)
+        wrench = module.damping(nu, [0, 0, 1], [0] * len(module.INPUTS))
+        slopes.append(np.array(ca.Function("f", [nu], [ca.jacobian(wrench, nu)])(np.zeros(6))))
+    assert not np.isfinite(slopes[0]).all()
+    assert np.isfinite(slopes[1]).all()
+    published, vehicle = hd.published["vt690-sname2022"], sailed.vehicle
+    log = sailed.test.between(0.0, 3.0)
+    card = hd.export(published, vehicle, CasADi(smooth=1e-3), tmp_path / "card", log=log)
+    assert 1e-4 < card.wrench_error["N"] < 5.0
+    assert "rounded off over 0.001" in str(card)
+    with pytest.raises(hd.MethodError, match="zero or positive; got -1"):
+        CasADi(smooth=-1.0)
+
+
+def test_its_step_is_that_of_a_replay(tmp_path, sailed):
+    log = sailed.exact_test.between(0.0, 3.0)
+    damping = hd.published["vt690-sname2022"]
+    craft = Craft.of(sailed.vehicle, damping)
+    module = executed(written(craft, tmp_path) / "vt690.py")
+    state = np.concatenate([log.velocity[0], np.zeros(3), log.attitude[0]])
+    for k, length in enumerate(np.diff(log.time)):
+        for _ in range(2):
+            given = [log.command(name)[k] for name in module.INPUTS]
+            state = np.array(module.step(state, given, np.zeros(6), length / 2.0)).ravel()
+    wanted = hd.simulate(sailed.vehicle, damping, log, attitude="simulated")
+    np.testing.assert_allclose(state[:6], wanted.velocity[-1], rtol=1e-12)
+
+
+def test_the_code_it_generates_is_the_same(tmp_path):
+    compiler = next((name for name in ("cc", "gcc", "clang") if shutil.which(name)), None)
+    if compiler is None:
+        pytest.skip("no C compiler is installed")
+    craft = Craft.of(RICH, coefficients(MODELS[0]))
+    function = executed(written(craft, tmp_path) / "rich_3.py").acceleration
+    (tmp_path / "code").mkdir()
+    made = function.generate("code.c")
+    shutil.move(made, tmp_path / "code" / "code.c")
+    call = [compiler, "-O1", "-fPIC", "-shared", "code.c", "-o", "code.so", "-lm"]
+    subprocess.run(call, cwd=tmp_path / "code", check=True)
+    at = states(craft, 9)
+    parts = at.velocity.T, at.down.T, at.inputs.T, at.wrench.T
+    found = ca.external("acceleration", str(tmp_path / "code" / "code.so")).map(9)(*parts)
+    np.testing.assert_allclose(np.array(found).T, core(craft, at), rtol=1e-12, atol=1e-12)
+
+
+def test_the_example_of_predictive_control_runs(tmp_path):
+    craft = Craft.of(hd.fleet["vt690"], hd.published["vt690-sname2022"])
+    written(craft, tmp_path, CasADi(smooth=1e-3))
+    call = [sys.executable, "mpc.py"]
+    done = subprocess.run(call, cwd=tmp_path, capture_output=True, text=True, check=True)
+    surges = [float(line.split()[3]) for line in done.stdout.splitlines() if "surge" in line]
+    assert len(surges) == 5
+    assert surges[-1] > 0.3
