@@ -18,7 +18,12 @@ from .conditioning.derived import (
     rates_from_attitude as rates_from_attitude,
     velocity_from_position as velocity_from_position,
 )
-from .conditioning.gaps import mask_bottom_lock as mask_bottom_lock, mask_frozen as mask_frozen
+from .conditioning.dropouts import (
+    fill_held as fill_held,
+    mask_bottom_lock as mask_bottom_lock,
+    mask_frozen as mask_frozen,
+    mask_lost_frames as mask_lost_frames,
+)
 from .conditioning.mixing import (
     AVL_690 as AVL_690,
     Mixing as Mixing,

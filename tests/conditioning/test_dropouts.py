@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from hydrodamp.conditioning.gaps import SENTINELS, mask_bottom_lock, mask_frozen
+from hydrodamp.conditioning.dropouts import SENTINELS, mask_bottom_lock, mask_frozen
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError
 

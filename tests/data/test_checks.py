@@ -4,12 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from hydrodamp.data.attitude import (
-    path_ratios,
-    quaternion_from_euler,
-    rate_slopes,
-    rotation,
-)
+from hydrodamp.data.agreement import agreement, turned
+from hydrodamp.data.attitude import quaternion_from_euler
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError
 
@@ -89,7 +85,10 @@ def test_a_speed_beyond_any_vehicle_names_column_value_and_row() -> None:
 
 def slopes_of(time: np.ndarray, attitude: np.ndarray, rates: np.ndarray) -> np.ndarray:
     """Return the slopes over one segment."""
-    return rate_slopes(time, attitude, rates, np.array([[0, len(time)]]))
+    bounds = np.array([[0, len(time)]])
+    turns = turned(attitude, bounds)
+    each = [agreement(time, bounds, rates[:, [k]], turns[:, [k]]) for k in range(3)]
+    return np.array([one.ratio if one.agrees() else np.nan for one in each])
 
 
 def test_a_few_stray_attitudes_do_not_hide_it() -> None:
@@ -111,27 +110,3 @@ def test_no_motion_unrelated_motion_and_few_samples_say_nothing() -> None:
     few = tumble(1.0, 1, n=5)
     assert np.isnan(slopes_of(*few)).all()
     assert np.isnan(slopes_of(*(part[:1] for part in few))).all()
-
-
-def circling(n: int = 1200) -> tuple[np.ndarray, ...]:
-    """Return the time, velocity, attitude and position of a vehicle that circles without drift."""
-    time = np.arange(n) / 10
-    yaw = 0.2 * time + 0.3 * np.sin(0.5 * time)
-    attitude = quaternion_from_euler(np.outer(yaw, (0, 0, 1)))
-    velocity = np.zeros((n, 6))
-    velocity[:, 0] = 1.5 + 0.1 * np.sin(time)
-    world = np.einsum("nij,nj->ni", rotation(attitude), velocity[:, :3])
-    return time, velocity, attitude, np.cumsum(world, axis=0) / 10
-
-
-def test_a_velocity_that_is_zero_has_no_ratio_of_its_own() -> None:
-    each = path_ratios(*circling(), np.array([[0, 1200]]))
-    assert each[0] == pytest.approx(1.0, abs=0.01)
-    assert np.isnan(each[1:]).all()
-
-
-def test_no_path_is_taken_across_a_join() -> None:
-    time, velocity, attitude, position = circling()
-    position[600:] += 500.0
-    bounds = np.array([[0, 600], [600, 1200]])
-    assert path_ratios(time, velocity, attitude, position, bounds)[0] == pytest.approx(1, abs=0.01)

@@ -10,7 +10,7 @@ import typer
 import hydrodamp as hd
 from hydrodamp.cli import options
 from hydrodamp.cli.output import note, results
-from hydrodamp.cli.parts import read
+from hydrodamp.cli.parts import read, suspect
 
 
 def convert(
@@ -23,6 +23,7 @@ def convert(
 
     check_out_log(out, (*logs, mapping))
     log = read(logs, mapping)
+    suspect(log)
     hd.write_log(log, out)
     note(f"written to {out}")
     results().print(str(log), markup=False, highlight=False)

@@ -23,6 +23,13 @@ def read(paths: Sequence[str], mapping: str | None) -> hd.Log:
     return hd.read_log(once[0], mapping) if len(once) == 1 else hd.read_logs(once, mapping)
 
 
+def suspect(log: hd.Log, length: float | None = None) -> None:
+    """Say what looks wrong about a log; of commands, the vehicle says what they are."""
+    for one in hd.suspicions(log, length):
+        if one.channel not in log.command_names:
+            warnings.warn(f"{log.source or 'log'}: {one}", HydrodampWarning, stacklevel=2)
+
+
 def train_alone(logs: Sequence[str], train: Sequence[str], mapping: str | None) -> hd.Log:
     """Return the log to identify on: all of LOG unless --train says less."""
     if not logs and not train:

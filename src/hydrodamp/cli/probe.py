@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -12,6 +13,9 @@ import hydrodamp as hd
 from hydrodamp.cli import options
 from hydrodamp.cli.output import emit, note, results
 from hydrodamp.progress import progress
+
+if TYPE_CHECKING:
+    from hydrodamp.ingest.probing.verdict import Needs
 
 
 def probe(
@@ -33,9 +37,8 @@ def probe(
     from hydrodamp.ingest.probing.probe import judge
     from hydrodamp.report.grid import show
     from hydrodamp.report.probe_tables import probe_document, probe_grids
-    from hydrodamp.simulation.checks import needs_of
 
-    needs = None if vehicle is None else partial(needs_of, hd.find_vehicle(vehicle))
+    needs = None if vehicle is None else partial(_needs, hd.find_vehicle(vehicle))
     if draft is not None:
         check_new_file(draft, force)
     recordings = [hd.read_recording(path, mapping) for path in dict.fromkeys(logs)]
@@ -49,3 +52,14 @@ def probe(
         emit(probe_document(found, judged))
     else:
         show(results(), *probe_grids(found, judged))
+
+
+def _needs(vehicle: hd.Vehicle, log: hd.Log) -> Needs:
+    """Return what a vehicle needs of a log, and which wrench of its the motion contradicts."""
+    from hydrodamp.identification.actuation import doubts
+    from hydrodamp.simulation.checks import needs_of, nothing_drives
+
+    needs, model = needs_of(vehicle, log), hd.catalog["fossen"]
+    if needs.missing or nothing_drives(vehicle, log):
+        return needs
+    return replace(needs, suspicions=tuple(doubts(hd.prepare(vehicle, log, model), [model])))

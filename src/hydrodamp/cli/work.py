@@ -42,13 +42,13 @@ class Task:
 
 def check_log(vehicle: hd.Vehicle, log: hd.Log, models: Models) -> None:
     """Refuse a log that cannot serve; say what nothing uses and what looks wrong."""
+    from hydrodamp.cli.parts import suspect
     from hydrodamp.simulation import checks
 
     checks.check_log(vehicle, log, [model.restricted_to(vehicle.axes) for model in models])
-    # Of commands, the vehicle says what they are.
-    odd = (one for one in hd.suspicions(log) if one.channel not in log.command_names)
-    for one in (*checks.unused(vehicle, log, models), *odd):
+    for one in checks.unused(vehicle, log, models):
         warnings.warn(f"{log.source or 'log'}: {one}", HydrodampWarning, stacklevel=2)
+    suspect(log, checks.length_of(vehicle))
 
 
 def check_training(vehicle: hd.Vehicle, log: hd.Log, models: Models) -> None:
@@ -79,7 +79,7 @@ def fit_all(
     from hydrodamp.identification.actuation import doubts
 
     for doubt in doubts(problem, models):
-        warnings.warn(doubt, HydrodampWarning, stacklevel=2)
+        warnings.warn(str(doubt), HydrodampWarning, stacklevel=2)
     fits: tuple[hd.Fit, ...] = ()
     for place, method in enumerate(methods, start=1):
         missing = [model for model in models if (model.key, method.key) not in there]

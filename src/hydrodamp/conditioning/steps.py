@@ -24,7 +24,12 @@ from hydrodamp.conditioning.derived import (
     rates_from_attitude,
     velocity_from_position,
 )
-from hydrodamp.conditioning.gaps import mask_bottom_lock, mask_frozen
+from hydrodamp.conditioning.dropouts import (
+    fill_held,
+    mask_bottom_lock,
+    mask_frozen,
+    mask_lost_frames,
+)
 from hydrodamp.conditioning.mixing import AVL_690, ROTATION, roll_from_mixing
 from hydrodamp.conditioning.spikes import LEAST_WINDOW, remove_spikes, steady_attitude
 from hydrodamp.conditioning.suspicions import note_suspicions
@@ -37,6 +42,7 @@ Step = Callable[[Log], Log]
 #: The steps of :func:`clean`. Numbers that stand for none first: others take them for spikes.
 CLEANING_STEPS: tuple[Step, ...] = (
     mask_bottom_lock,
+    mask_lost_frames,
     mask_frozen,
     steady_attitude,
     remove_spikes,
@@ -108,6 +114,7 @@ def clean(log: Log, steps: Sequence[Step] = CLEANING_STEPS) -> Log:
 _ALL: tuple[Callable[..., Log], ...] = (
     clean,
     *CLEANING_STEPS,
+    fill_held,
     velocity_from_position,
     rates_from_attitude,
     acceleration_from_accelerometer,

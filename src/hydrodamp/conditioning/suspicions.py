@@ -1,85 +1,40 @@
-"""Suspicions about units and signs, each with its evidence; nothing is changed."""
+"""Suspicions about a log as it will be fitted, each with number, place and cure."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Container, Iterator
 
 import numpy as np
 
+from hydrodamp.arrays import BoolArray
 from hydrodamp.basis.atoms import AXES, VELOCITIES
-from hydrodamp.data.attitude import (
-    angle_ratio,
-    down as down_in_body,
-    euler_from_quaternion,
-    path_ratios,
-    rate_slopes,
-)
-from hydrodamp.data.channels import EULER
+from hydrodamp.conditioning.agreement import Size, Suspicion as Suspicion, disagreements
+from hydrodamp.conditioning.dropouts import Lost, frozen, held, lost_frames, without_lock
+from hydrodamp.conditioning.gaps import ATTITUDE, runs
+from hydrodamp.conditioning.spikes import leaps, spikes
+from hydrodamp.data.attitude import down as down_in_body
+from hydrodamp.data.channels import unit_of
 from hydrodamp.data.log import Log
-from hydrodamp.data.units import UNITS, si_unit
 
-_TOLERANCE = 0.08  # of a ratio, about that of a unit
+_TOLERANCE = 0.08  # of the size of gravity
 _PULSE = (800.0, 2200.0)  # us, servo and ESC signals
 _NEUTRAL = (1300.0, 1700.0)  # us
 _FAST = 15.0  # m/s, the usual speed of hardly any craft with a log like this
 _SLOW_CLOCK = 20.0  # s, a step of hardly any log
+_LEAP, _PART = 10.0, 0.1  # times the usual step of a position, and of the vehicle's length
+_FEW = 0.01  # of the samples
 _ANGLE_NAMES = ("rudder", "fin", "elevator", "delta", "stern", "plane", "aileron")
 
 
-def _mistaken(quantity: str, other: str) -> dict[float, str]:
-    """Return what a ratio to another channel means, by the units of a quantity."""
-    unit = si_unit(quantity)
-    units = {factor: name for name, factor in reversed(UNITS[quantity].items()) if name != unit}
-    return {
-        -1.0: f"of the other sign, or of another frame than the {other}",
-        **{
-            factor: f"{unit} taken for {name} and converted once too often"
-            for factor, name in units.items()
-        },
-        **{1 / factor: f"{name} taken for {unit}" for factor, name in units.items()},
-    }
-
-
-_RATES = _mistaken("angular rate", "attitude")
-_SPEEDS = _mistaken("speed", "position") | {0.001: "m/s beside a position in mm"}
-
-
-@dataclass(frozen=True)
-class Suspicion:
-    """Something about a channel that does not look right.
-
-    Attributes
-    ----------
-    channel : str
-        Which one.
-    looks : str
-        What it looks like.
-    evidence : str
-        Why, with the number it rests on.
-
-    Examples
-    --------
-    >>> print(Suspicion("r", "is deg/s taken for rad/s", "it is 57.3 times the attitude's"))
-    suspicion: `r` is deg/s taken for rad/s: it is 57.3 times the attitude's
-    """
-
-    channel: str
-    looks: str
-    evidence: str
-
-    def __str__(self) -> str:
-        """Return one sentence."""
-        return f"suspicion: `{self.channel}` {self.looks}: {self.evidence}"
-
-
-def suspicions(log: Log) -> tuple[Suspicion, ...]:
-    """Return what looks wrong about the units and signs of a log.
+def suspicions(log: Log, length: float | None = None) -> tuple[Suspicion, ...]:
+    """Return what looks wrong about a log: units, signs, clock, dead and lost channels.
 
     Parameters
     ----------
     log : Log
-        Any log.
+        Any log, as it will be fitted.
+    length : float, optional
+        Of the vehicle [m]; taken from its usual speed by Froude's law where not given.
 
     Returns
     -------
@@ -92,10 +47,14 @@ def suspicions(log: Log) -> tuple[Suspicion, ...]:
     >>> print(suspicions(log)[0])  # doctest: +ELLIPSIS
     suspicion: `m1` looks like a pulse width [us], not a force: it lies between 1500 and 1700...
     """
+    size = Size.of(log) if length is None else Size(length)
+    found = [*_clock(log), *disagreements(log, size), *_speeds(log)]
+    told = {name for one in found for name in one.channel.split()}
     return (
-        *_clock(log),
-        *_turning(log),
-        *_speeds(log),
+        *found,
+        *_beyond(log, size, told),
+        *_leaps(log, size),
+        *_samples(log),
         *_accelerometer(log),
         *_pulses(log),
         *_angles(log),
@@ -131,41 +90,98 @@ def _clock(log: Log) -> Iterator[Suspicion]:
         yield Suspicion("time", "may be in ms, not s", f"the median step is {usual:.4g}")
 
 
-def _turning(log: Log) -> Iterator[Suspicion]:
-    """Compare rates and attitude: rates of another unit or sign, angles in degrees."""
-    if log.attitude is None:
-        return
-    with np.errstate(over="ignore"):  # an axis that does not turn has any ratio
-        slopes = rate_slopes(log.time, log.attitude, log.velocity[:, 3:], log.bounds)
-    angles = euler_from_quaternion(log.attitude)
-    for k, (rate, angle) in enumerate(zip("pqr", EULER, strict=True)):
-        if rate not in log.velocity_names:
-            continue
-        if looks := _unit(float(slopes[k]), _RATES):
-            evidence = f"it is {slopes[k]:.3g} times the attitude's rate"
-            yield Suspicion(rate, f"is {looks}", evidence)
-        ratio = angle_ratio(log.time, angles[:, k], log.velocity[:, 3 + k], log.bounds)
-        if abs(ratio * np.pi / 180 - 1) < _TOLERANCE:
-            evidence = f"it turns {ratio:.3g} times as fast as `{rate}` says"
-            yield Suspicion(angle, "is degrees taken for radians", evidence)
-
-
 def _speeds(log: Log) -> Iterator[Suspicion]:
     recorded = [VELOCITIES.index(name) for name in log.velocity_names if name in VELOCITIES[:3]]
-    if not recorded:
-        return
-    if log.position is not None and log.attitude is not None:
-        ratios = path_ratios(log.time, log.velocity, log.attitude, log.position, log.bounds)
-        mistaken = [k for k in recorded if _unit(float(ratios[k]), _SPEEDS)]
-        for k in mistaken:
-            evidence = f"its path is {ratios[k]:.3g} times its part of the position's"
-            yield Suspicion(VELOCITIES[k], f"is {_unit(float(ratios[k]), _SPEEDS)}", evidence)
-        if mistaken:
-            return
     speed = np.linalg.norm(log.velocity[:, recorded], axis=1)
     if (usual := float(np.median(speed))) > _FAST:
         called, told = " ".join(VELOCITIES[k] for k in recorded), f"{usual:.3g} m/s"
         yield Suspicion(called, "may be cm/s or mm/s, not m/s", f"the median speed is {told}")
+
+
+def _beyond(log: Log, size: Size, told: Container[str]) -> Iterator[Suspicion]:
+    """Yield velocities that no vehicle of this size reaches."""
+    for name in log.velocity_names:
+        values, most = log.velocity[:, VELOCITIES.index(name)], size.most(unit_of(name))
+        rows = np.abs(values) > most
+        if name not in told and rows.any() and np.median(np.abs(values)) < most:
+            unit = unit_of(name)
+            yield Suspicion(
+                name,
+                f"is beyond what a vehicle of {size.length:.2g} m reaches",
+                f"it is up to {np.abs(values).max():.3g} {unit}, and {most:.2g} {unit} is much",
+                _where(log, rows),
+                "check its unit, and where positions make it let the mapping's `steps` begin with "
+                "`clean`",
+            )
+
+
+def _leaps(log: Log, size: Size) -> Iterator[Suspicion]:
+    """Yield where a position leaps faster than any vehicle of this size."""
+    if log.position is None:
+        return
+    lost = [found for detect in (lost_frames, frozen) for found in detect(log).values()]
+    there = np.flatnonzero(~np.logical_or.reduce(lost))
+    steps = np.linalg.norm(np.diff(log.position[there], axis=0), axis=1)
+    usual = max(_LEAP * float(np.median(steps)), _PART * size.length)
+    far = steps > np.maximum(usual, size.most("m/s") * np.diff(log.elapsed[there]))
+    far[np.isin(there[1:], log.bounds[:, 0])] = False
+    if far.any():
+        rows = np.zeros(log.n, dtype=np.bool_)
+        rows[there[1:][far]] = True
+        yield Suspicion(
+            "position",
+            f"leaps faster than a vehicle of {size.length:.2g} m moves",
+            f"by up to {steps[far].max():.3g} m in a step",
+            _where(log, rows),
+            "cut the log there with `segment` in the mapping, or `steps: [remove_spikes]` before "
+            "velocities are derived",
+        )
+
+
+def _leaping(log: Log) -> Lost:
+    return {} if log.attitude is None else {ATTITUDE: leaps(log, log.attitude)}
+
+
+def _spiked(log: Log) -> Lost:
+    """Return the spikes of velocities that are as large as all their motion."""
+    lost = {}
+    for name in log.velocity_names:
+        values = log.velocity[:, VELOCITIES.index(name)]
+        low, middle, high = np.quantile(values, (0.05, 0.5, 0.95)).tolist()
+        if (far := np.abs(values - middle) > high - low).any():
+            lost[name] = far & spikes(log, values)
+    return lost
+
+
+_DETECTED: dict[str, tuple[Callable[[Log], Lost], str]] = {
+    "mask_bottom_lock": (without_lock, "was written without bottom lock"),
+    "mask_lost_frames": (lost_frames, "is all zeros, as where motion capture lost the vehicle"),
+    "mask_frozen": (frozen, "stands still to the last bit while others move"),
+    "fill_held": (held, "repeats what a slower sensor sent"),
+    "steady_attitude": (_leaping, "leaps there and back"),
+    "remove_spikes": (_spiked, "has spikes"),
+}
+
+
+def _samples(log: Log) -> Iterator[Suspicion]:
+    """Yield what the steps that clean a log would take out of it."""
+    for step, (detect, looks) in _DETECTED.items():
+        lost = {name: rows for name, rows in detect(log).items() if rows.any()}
+        if lost:
+            rows = np.logical_or.reduce([*lost.values()])
+            told = f"{rows.sum()} of {log.n} samples"
+            cure = f"write `steps: [{step}]` in the mapping"
+            few = float(rows.mean()) < _FEW
+            yield Suspicion(" ".join(lost), looks, told, _where(log, rows), cure, few)
+
+
+def _where(log: Log, rows: BoolArray) -> str:
+    """Return the time of samples, counted from the first of the log."""
+    places, when = runs(rows), log.elapsed
+    first, last = when[places[0][0]], when[places[-1][1] - 1]
+    if len(places) == 1:
+        return f"at {first:.6g} s" if first == last else f"from {first:.6g} to {last:.6g} s"
+    return f"in {len(places)} places from {first:.6g} to {last:.6g} s"
 
 
 def _accelerometer(log: Log) -> Iterator[Suspicion]:
@@ -208,11 +224,3 @@ def _constant(log: Log) -> Iterator[Suspicion]:
         if values[0] != 0.0 and (values == values[0]).all():
             told = f"it is {values[0]:.4g} throughout; leave it out"
             yield Suspicion(name, "was not measured", told)
-
-
-def _unit(ratio: float, units: dict[float, str]) -> str:
-    """Return what a ratio means, or nothing."""
-    if not np.isfinite(ratio):
-        return ""
-    unit = min(units, key=lambda unit: abs(ratio / unit - 1))
-    return units[unit] if abs(ratio / unit - 1) < _TOLERANCE else ""

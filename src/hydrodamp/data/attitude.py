@@ -1,10 +1,10 @@
-"""Attitude as quaternions and Euler angles, and how well other channels agree with it."""
+"""Attitude as quaternions and Euler angles."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from hydrodamp.arrays import FloatArray, IntArray
+from hydrodamp.arrays import FloatArray
 
 
 def quaternion_from_euler(euler: FloatArray) -> FloatArray:
@@ -69,14 +69,6 @@ def turn(first: FloatArray, second: FloatArray) -> FloatArray:
 
 
 _CLOSE = 1e-6  # rad; below it sines are angles to all digits
-_RATE_WINDOW = 0.5  # s, over which attitude is differenced: longer than its noise
-_PATH_WINDOW = 5.0  # s, over which paths are compared: long against the noise of a position
-_LEAST_PAIRS = 8
-_LEAST_RATE = 1e-3  # rad/s; below it an axis says nothing
-_LEAST_SHARE = 0.7  # of the motion that has one sign in both; 0.5 is what unrelated signs reach
-_LEAST_CORRELATION = 0.8  # below it two channels do not measure the same motion
-_LEAST_PART = 1e-4  # of the path, that a velocity must have; one in km/s beside others in m/s has
-_TINY = 1e-9  # of any unit; less is no motion
 
 
 def between(first: FloatArray, second: FloatArray, share: FloatArray) -> FloatArray:
@@ -89,95 +81,3 @@ def between(first: FloatArray, second: FloatArray, share: FloatArray) -> FloatAr
     near = np.where(close, 1 - share, np.sin((1 - share) * angle) / sine)
     far = np.where(close, share, np.sin(share * angle) / sine) * np.where(cosine < 0, -1.0, 1.0)
     return np.asarray(first * near[:, np.newaxis] + second * far[:, np.newaxis])
-
-
-def rate_slopes(
-    time: FloatArray, attitude: FloatArray, rates: FloatArray, bounds: IntArray
-) -> FloatArray:
-    """Return recorded body rates over the rates of the attitude, axis by axis; NaN if unknown."""
-    first, last = pairs(time, bounds, _RATE_WINDOW)
-    if len(first) < _LEAST_PAIRS:
-        return np.full(3, np.nan)
-    span = (time[last] - time[first])[:, np.newaxis]
-    differenced = turn(attitude[first], attitude[last]) / span
-    area = integral(time, rates)
-    recorded = (area[last] - area[first]) / span
-    return np.array([_slope(x, y) for x, y in zip(differenced.T, recorded.T, strict=True)])
-
-
-def angle_ratio(time: FloatArray, angle: FloatArray, rate: FloatArray, bounds: IntArray) -> float:
-    """Return how many times faster an angle turns than a recorded rate says."""
-    inner = np.ones(len(time) - 1, dtype=np.bool_)
-    inner[bounds[1:, 0] - 1] = False
-    steps = np.diff(angle)[inner]
-    wrapped = steps - 2 * np.pi * np.round(steps / (2 * np.pi))
-    return _ratio(wrapped / np.diff(time)[inner], ((rate[1:] + rate[:-1]) / 2)[inner])
-
-
-def path_ratios(
-    time: FloatArray,
-    velocity: FloatArray,
-    attitude: FloatArray,
-    position: FloatArray,
-    bounds: IntArray,
-) -> FloatArray:
-    """Return how many times longer the path of each of u v w is than its part of the position's."""
-    first, last = pairs(time, bounds, _PATH_WINDOW)
-    area = integral(time, (rotation(attitude) * velocity[:, np.newaxis, :3]).reshape(-1, 9))
-    made = (area[last] - area[first]).reshape(-1, 3, 3)  # world axes, then u v w
-    gone = (position[last] - position[first]).ravel()
-    parts = made.reshape(-1, 3)
-    sizes = np.linalg.norm(parts, axis=0)
-    there = np.flatnonzero(sizes > _LEAST_PART * np.linalg.norm(sizes))
-    shares = np.zeros(3)
-    shares[there] = np.linalg.lstsq(parts[:, there] / sizes[there], gone)[0] / sizes[there]
-    each = np.full(3, np.nan)
-    for axis in there.tolist():
-        rest = gone - parts @ shares + parts[:, axis] * shares[axis]
-        each[axis] = _ratio(parts[:, axis], rest)
-    return each
-
-
-def pairs(time: FloatArray, bounds: IntArray, seconds: float) -> tuple[IntArray, IntArray]:
-    """Return pairs of samples about some seconds apart, both in one segment."""
-    firsts, lasts = [bounds[:0, 0]], [bounds[:0, 0]]
-    for start, stop in bounds.tolist():
-        part = time[start:stop]
-        first = np.arange(stop - start)
-        last = np.minimum(np.searchsorted(part, part + seconds), stop - start - 1)
-        far = part[last] - part >= seconds / 2  # the end of a segment leaves less
-        firsts.append(first[far] + start)
-        lasts.append(last[far] + start)
-    return np.concatenate(firsts), np.concatenate(lasts)
-
-
-def integral(time: FloatArray, values: FloatArray) -> FloatArray:
-    """Return the running trapezoidal integral of columns."""
-    strips = np.diff(time)[:, np.newaxis] * (values[1:] + values[:-1]) / 2
-    return np.concatenate((np.zeros((1, values.shape[1])), np.cumsum(strips, axis=0)))
-
-
-def _slope(differenced: FloatArray, recorded: FloatArray) -> float:
-    """Return the slope that least absolute deviations give."""
-    weight = np.abs(differenced)
-    if weight.mean() < _LEAST_RATE:
-        return float("nan")
-    along = np.sign(differenced * recorded)
-    if max(weight[along > 0].sum(), weight[along < 0].sum()) < _LEAST_SHARE * weight.sum():
-        return float("nan")
-    turning = weight > 0
-    with np.errstate(over="ignore"):  # beside hardly any rate
-        ratio, weight = recorded[turning] / differenced[turning], weight[turning]
-    order = np.argsort(ratio)
-    middle = np.searchsorted(np.cumsum(weight[order]), weight.sum() / 2)
-    return float(ratio[order[middle]])
-
-
-def _ratio(first: FloatArray, second: FloatArray) -> float:
-    """Return the size of one against another, with the sign of their correlation."""
-    one, other = float(np.linalg.norm(first)), float(np.linalg.norm(second))
-    if len(first) < _LEAST_PAIRS or min(one, other) < _TINY:
-        return float("nan")
-    correlation = float((first / one) @ (second / other))
-    far = abs(correlation) <= _LEAST_CORRELATION
-    return float("nan") if far else float(np.sign(correlation)) * one / other

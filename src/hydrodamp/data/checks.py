@@ -9,7 +9,7 @@ import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray, frozen
 from hydrodamp.basis.atoms import VELOCITIES
-from hydrodamp.data.attitude import rate_slopes
+from hydrodamp.data.agreement import agreement, turned
 from hydrodamp.data.channels import BLOCKS, unit_of
 from hydrodamp.data.record import Record, Segment, copied, first_few, unrecorded
 
@@ -167,7 +167,10 @@ def _rates_in_degrees(record: Record) -> dict[str, float]:
     bounds = np.column_stack((edges, [*edges[1:], record.n]))
     rates = np.where(missing[:, np.newaxis], 0.0, record.velocity[:, 3:])
     level = np.where(missing[:, np.newaxis], (1.0, 0.0, 0.0, 0.0), attitude)
-    slopes = rate_slopes(record.time, level, rates, bounds)
-    low, high = _DEGREES_SLOPE
-    found = zip(VELOCITIES[3:], slopes.tolist(), strict=True)
-    return {name: slope for name, slope in found if low <= slope <= high}
+    turns, (low, high) = turned(level, bounds), _DEGREES_SLOPE
+    both = {
+        name: agreement(record.time, bounds, rates[:, [k]], turns[:, [k]])
+        for k, name in enumerate(VELOCITIES[3:])
+    }
+    agreed = {name: one.ratio for name, one in both.items() if one.agrees()}
+    return {name: slope for name, slope in agreed.items() if low <= slope <= high}

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from hydrodamp.basis.atoms import AXES
+from hydrodamp.conditioning.agreement import Suspicion
 from hydrodamp.errors import ProblemError
 from hydrodamp.identification.covariance import reference
 from hydrodamp.identification.fit import attempted
@@ -60,7 +61,7 @@ def gains(problem: Problem, models: Sequence[DampingModel]) -> tuple[Gain, ...]:
     )
 
 
-def doubts(problem: Problem, models: Sequence[DampingModel]) -> Iterator[str]:
+def doubts(problem: Problem, models: Sequence[DampingModel]) -> Iterator[Suspicion]:
     """Say which known wrenches the motion contradicts."""
     freed = {name for channels in CHANNELS.values() for name in channels}
     if any(name in freed for model in models for name in model.commands):
@@ -69,9 +70,12 @@ def doubts(problem: Problem, models: Sequence[DampingModel]) -> Iterator[str]:
     what = "recorded wrench" if recorded else f"wrench of the actuators of '{problem.vehicle.name}'"
     for one in gains(problem, models):
         if one.doubtful:
-            yield (
-                f"on {one.axis} the motion asks for {one.value:.2f} times the {what} "
-                f"({one.low:.2f} to {one.high:.2f} with 95 %), where 1 is right, and the damping "
-                "takes up the difference. Check units and the thrust of the actuators, or let the "
-                "gains be identified too with `--free-gains`."
+            yield Suspicion(
+                one.axis,
+                "is not what acts",
+                f"the motion asks for {one.value:.2f} times the {what} ({one.low:.2f} to "
+                f"{one.high:.2f} with 95 %), where 1 is right, and the damping takes up the "
+                "difference",
+                cure="check units and the thrust of the actuators, or let the gains be identified "
+                "too with `--free-gains`",
             )

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrodamp.basis.atoms import RESERVED, VELOCITY_OF
+from hydrodamp.basis.atoms import AXES, RESERVED, VELOCITY_OF
 from hydrodamp.data.log import Log
 from hydrodamp.errors import ProblemError, did_you_mean, list_faults
 from hydrodamp.models.model import DampingModel
@@ -17,6 +17,9 @@ from hydrodamp.vehicle.vehicle import Vehicle
 
 if TYPE_CHECKING:
     from hydrodamp.ingest.probing.verdict import Needs
+
+
+_RADII = 4.0  # in the length of a hull
 
 
 def check_log(vehicle: Vehicle, log: Log, models: Sequence[DampingModel]) -> None:
@@ -56,7 +59,18 @@ def needs_of(vehicle: Vehicle, log: Log) -> Needs:
         velocities=tuple(VELOCITY_OF[axis] for axis in vehicle.axes),
         missing=tuple(lack for lack in lacks(vehicle, log, ()) if lack != reserved),
         reservations=(*unused(vehicle, log, ()), *filter(None, [reserved])),
+        length=length_of(vehicle),
     )
+
+
+def length_of(vehicle: Vehicle) -> float | None:
+    """Return about how long a vehicle is [m]: four radii of gyration about the axis it turns on."""
+    inertia = vehicle.mass_matrix.diagonal()
+    for turns, shifts in (("N", "Y"), ("M", "Z")):
+        if {turns, shifts} <= set(vehicle.axes):
+            moment, mass = inertia[AXES.index(turns)], inertia[AXES.index(shifts)]
+            return _RADII * float(np.sqrt(moment / mass))
+    return None
 
 
 def nothing_drives(vehicle: Vehicle, log: Log, models: Iterable[DampingModel] = ()) -> str:

@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hydrodamp.data.attitude import down, rate_slopes, turn
+from hydrodamp.data.agreement import agreement, turned
+from hydrodamp.data.attitude import down, turn
 from hydrodamp.errors import LogError
 from hydrodamp.ingest.mapping import LogMapping
 from hydrodamp.ingest.read import read_log
@@ -114,8 +115,10 @@ def test_the_bluerov2_moves_as_its_rates_and_depth_say(bluerov2_runs: list[Path]
     for path in bluerov2_runs:
         log = read_log(path, EXAMPLE)
         assert log.attitude is not None
-        slopes = rate_slopes(log.time, log.attitude, log.velocity[:, 3:], log.bounds)
-        np.testing.assert_allclose(slopes, 1, atol=0.1)
+        turns, rates = turned(log.attitude, log.bounds), log.velocity[:, 3:]
+        for k in range(3):
+            both = agreement(log.time, log.bounds, rates[:, [k]], turns[:, [k]])
+            assert both.ratio == pytest.approx(1, abs=0.1)
         steps = np.diff(log.time)
         differenced = turn(log.attitude[:-1], log.attitude[1:]) / steps[:, np.newaxis]
         recorded = (log.velocity[1:, 3:] + log.velocity[:-1, 3:]) / 2

@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray
-from hydrodamp.conditioning.gaps import lost_lock
+from hydrodamp.conditioning.dropouts import lost_lock
 from hydrodamp.data.record import changes
 from hydrodamp.data.recording import Topic
 from hydrodamp.errors import LogError, did_you_mean

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
-from hydrodamp.arrays import BoolArray, FloatArray
+from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.conditioning.gaps import runs
-from hydrodamp.data.attitude import integral, pairs, quaternion_from_euler, rotation, turn
+from hydrodamp.data.agreement import NONE, Agreement, agreement, changes, compared, turned
+from hydrodamp.data.attitude import quaternion_from_euler, rotation
 from hydrodamp.data.channels import ATTITUDE, EULER, SPECIFIC_FORCE
 from hydrodamp.data.units import UNITS
 from hydrodamp.ingest.formats.files import usual_axes
@@ -20,33 +20,11 @@ from hydrodamp.ingest.probing.columns import Series, together
 _MIRROR = np.array([1.0, -1.0, -1.0])  # turns FRD components into FLU and back
 _RATE_UNITS = ("rad/s", "deg/s", "rpm", "rev/s")
 _NEAR = 0.25  # of a ratio, about that of a unit
-_MARGIN = 0.03  # of a correlation, over the next best
 _TURNS = 6.5  # rad; an angle beyond is in degrees
 _UNIT_NORM = 0.1
-_SHORTEST = 1.0  # s, over which sums and moves are compared
-_STEPS = 10  # in that time, at least
-_LEAST_PAIRS = 60
-_KEPT = 0.97  # of the pairs
-_LEAST_CORRELATION = 0.8
-_TINY = 1e-9  # of any unit; less is no motion
 
 #: For every role the series that plays it.
 Roles = Mapping[str, Series]
-
-
-class Agreement(NamedTuple):
-    """How two channels go together."""
-
-    ratio: float
-    correlation: float
-
-    def agrees(self) -> bool:
-        """Return whether they measure one motion, of either sign."""
-        return abs(self.correlation) >= _LEAST_CORRELATION
-
-
-#: Of channels that cannot be compared.
-NONE = Agreement(float("nan"), float("nan"))
 
 
 @dataclass(frozen=True)
@@ -105,11 +83,13 @@ def match_rates(roles: Roles) -> RateMatch:
     if not attitude or not names:
         return RateMatch()
     elapsed, joined = together([*(roles[f"velocity.{name}"] for name in names), *attitude])
-    turned = _turned(quaternions(roles, joined[:, len(names) :]))
+    attitudes = quaternions(roles, joined[:, len(names) :])
+    turns = turned(attitudes, _whole(attitudes))
+    turns[np.isnan(attitudes).any(axis=1)] = np.nan
     good = {}
     for place, name in enumerate(names):
         axis = "pqr".index(name)
-        one = compared(*changes(elapsed, joined[:, [place]], turned[:, [axis]]))
+        one = _compared(elapsed, joined[:, [place]], turns[:, [axis]])
         if one.agrees():
             good[name] = one
     unit = _unit(float(np.median([abs(one.ratio) for one in good.values()]))) if good else None
@@ -118,20 +98,11 @@ def match_rates(roles: Roles) -> RateMatch:
     return RateMatch(unit, bool(flipped) and all(flipped), axes)
 
 
-def _turned(attitude: FloatArray) -> FloatArray:
-    """Return the turns about body axes, added up; NaN where the attitude is none."""
-    fine = whole_rows(attitude)
-    whole = np.where(fine[:, np.newaxis], attitude, (1.0, 0.0, 0.0, 0.0))
-    added = np.concatenate((np.zeros((1, 3)), np.cumsum(turn(whole[:-1], whole[1:]), axis=0)))
-    added[~fine] = np.nan
-    return added
-
-
 def _unit(ratio: float) -> str | None:
     """Return the unit whose factor a ratio is."""
     known = {unit: UNITS["angular rate"][unit] for unit in _RATE_UNITS}
-    unit = min(known, key=lambda unit: abs(np.log(ratio / known[unit])))
-    return unit if abs(ratio / known[unit] - 1) < _NEAR else None
+    unit = min(known, key=lambda unit: abs(np.log(ratio * known[unit])))
+    return unit if abs(ratio * known[unit] - 1) < _NEAR else None
 
 
 def match_way(roles: Roles) -> WayMatch:
@@ -146,64 +117,26 @@ def match_way(roles: Roles) -> WayMatch:
     n = len(axes)
     body = np.zeros((len(elapsed), 3))
     body[:, axes] = joined[:, :n]
-    turning = rotation(quaternions(roles, joined[:, 2 * n :]))
-    ways = [body, *(np.einsum("nij,nj->ni", turning, one) for one in (body, body * _MIRROR))]
-    rates = np.column_stack([way[:, axes] for way in ways])
-    added, moved = changes(elapsed, rates, joined[:, n : 2 * n])
-    fixed, plain, mirrored = (compared(added[:, k * n : (k + 1) * n], moved) for k in range(3))
-    flipped = _better(mirrored, plain)
-    turned = mirrored if flipped else plain
-    if _better(fixed, turned):
-        return WayMatch(True, False, fixed, turned)
-    return WayMatch(False if _better(turned, fixed) else None, flipped, turned, fixed)
+    axes_of = rotation(quaternions(roles, joined[:, 2 * n :]))
+    ways = [body, *(np.einsum("nij,nj->ni", axes_of, one) for one in (body, body * _MIRROR))]
+    moved = joined[:, n : 2 * n]
+    fixed, plain, mirrored = (_compared(elapsed, way[:, axes], moved) for way in ways)
+    flipped = mirrored.beats(plain)
+    turning = mirrored if flipped else plain
+    if fixed.beats(turning):
+        return WayMatch(True, False, fixed, turning)
+    return WayMatch(False if turning.beats(fixed) else None, flipped, turning, fixed)
 
 
-def _better(one: Agreement, other: Agreement) -> bool:
-    """Return whether one agreement is clearly better than another."""
-    known = -1.0 if np.isnan(other.correlation) else other.correlation
-    return one.agrees() and one.correlation - known > _MARGIN
+def _compared(elapsed: FloatArray, rate: FloatArray, value: FloatArray) -> Agreement:
+    """Compare where nothing is missing."""
+    return agreement(elapsed, _whole(rate, value), np.nan_to_num(rate), value)
 
 
-def changes(
-    elapsed: FloatArray, rate: FloatArray, value: FloatArray, seconds: float = _SHORTEST
-) -> tuple[FloatArray, FloatArray]:
-    """Return what rates add up to over some seconds, and how far values move meanwhile."""
-    known = whole_rows(np.column_stack((rate, value)))
-    bounds = np.array(runs(known), dtype=np.int64).reshape(-1, 2)
-    long = max(_STEPS * float(np.median(np.diff(elapsed))), seconds) if len(elapsed) > 1 else 0.0
-    first, last = pairs(elapsed, bounds, long)
-    way = integral(elapsed, np.nan_to_num(rate))
-    return way[last] - way[first], value[last] - value[first]
-
-
-def whole_rows(values: FloatArray) -> BoolArray:
-    """Return which rows have no NaN."""
-    return np.asarray(np.isfinite(values).all(axis=1))
-
-
-def compared(added: FloatArray, moved: FloatArray) -> Agreement:
-    """Return how sums and moves go together."""
-    if len(added) < _LEAST_PAIRS:
-        return NONE
-    kept = _usual(added.reshape(len(added), -1), moved.reshape(len(moved), -1))
-    added, moved = added[kept], moved[kept]
-    one, other = float(np.linalg.norm(added)), float(np.linalg.norm(moved))
-    if min(one, other) < _TINY:
-        return NONE
-    correlation = float(np.sum((added / one) * (moved / other)))
-    return Agreement(float(np.sign(correlation)) * other / one, correlation)
-
-
-def _usual(added: FloatArray, moved: FloatArray) -> BoolArray:
-    """Leave out the few that agree least: spikes, and averages across a wrap."""
-    sizes = [float(np.median(np.linalg.norm(one, axis=1))) for one in (added, moved)]
-    if min(sizes) < _TINY:
-        return np.ones(len(added), dtype=np.bool_)
-    one, other = added / sizes[0], moved / sizes[1]
-    sign = np.sign(np.sum(np.clip(one, -3, 3) * np.clip(other, -3, 3)))
-    size = 1.0 + np.linalg.norm(one, axis=1) + np.linalg.norm(other, axis=1)
-    apart = np.linalg.norm(other - sign * one, axis=1) / size
-    return np.asarray(apart <= np.quantile(apart, _KEPT))
+def _whole(*columns: FloatArray) -> IntArray:
+    """Return the stretches of rows without NaN."""
+    known = np.isfinite(np.column_stack(columns)).all(axis=1)
+    return np.array(runs(np.asarray(known)), dtype=np.int64).reshape(-1, 2)
 
 
 #: Marine craft are recorded forward-starboard-down unless something speaks against it.
@@ -273,7 +206,8 @@ def _depth(roles: Roles) -> Iterator[Sign]:
     third = rotation(quaternions(roles, joined[:, n:]))[:, 2]
     columns = ["uvw".index(name[-1]) for name in names]
     rise = np.sum(third[:, columns] * joined[:, 1:n], axis=1)
-    added, moved = changes(elapsed, rise[:, np.newaxis], joined[:, :1], _LONG)
+    rise, depth = rise[:, np.newaxis], joined[:, :1]
+    added, moved = changes(elapsed, _whole(rise, depth), np.nan_to_num(rise), depth, _LONG)
     if not len(added):
         return
     # A tilted Doppler log adds a constant.

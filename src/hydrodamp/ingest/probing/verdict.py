@@ -3,23 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import VELOCITIES
+from hydrodamp.conditioning.agreement import Size
 from hydrodamp.conditioning.current import estimate_current
 from hydrodamp.conditioning.derived import rates_from_attitude
-from hydrodamp.conditioning.spikes import leaps
 from hydrodamp.conditioning.suspicions import Suspicion, suspicions
+from hydrodamp.data.agreement import roughness
 from hydrodamp.data.channels import BLOCKS, unit_of
 from hydrodamp.data.log import Log
 from hydrodamp.errors import HydrodampError
 from hydrodamp.ingest.probing.delay import Delay, delays
 
-_STILL = {"m/s": 0.02, "rad/s": 0.01}  # standard deviation of a velocity that hardly varies
-_WELL = 2.0  # times that deviation is excitation worth speaking of
+_WELL = 2.0  # times the deviation that is hardly any is excitation worth speaking of
+_NOISE = 2.0  # times the noise of a channel, that hardly is any
+_FEWEST = 60  # samples, of which coefficients can be made
 _SEEN = 0.05  # of the growth of a velocity, from which a command is seen to act
 _MOTIONS = {"u": "surge", "v": "sway", "w": "heave", "p": "roll", "q": "pitch", "r": "yaw"}
 _SHIP = {"u", "v", "r"}
@@ -54,6 +56,7 @@ class Channel:
     low: float
     high: float
     n_changes: int
+    excitation: float = 0.0  # its deviation over one that is hardly any
 
 
 @dataclass(frozen=True)
@@ -63,6 +66,8 @@ class Needs:
     velocities: tuple[str, ...]
     missing: tuple[str, ...] = ()
     reservations: tuple[str, ...] = ()
+    suspicions: tuple[Suspicion, ...] = ()
+    length: float | None = None  # of the vehicle [m]
 
 
 @dataclass(frozen=True)
@@ -81,6 +86,7 @@ class Verdict:
     suspicions: tuple[Suspicion, ...]
     reservations: tuple[str, ...]
     promises: tuple[str, ...]
+    wanted: tuple[str, ...]
 
     @property
     def doubts(self) -> tuple[str, ...]:
@@ -90,25 +96,37 @@ class Verdict:
     @property
     def fit(self) -> bool:
         """Whether the log can be used as it is."""
-        return not (self.missing or self.suspicions)
+        grave = [one for one in self.suspicions if not one.minor]
+        return not (self.missing or grave)
 
     @property
     def sentence(self) -> str:
         """The verdict itself."""
         if self.missing:
             return "Not fit for the job as it is: see what is missing."
-        if self.suspicions:
+        if any(not one.minor for one in self.suspicions):
             return "Not fit for the job yet: correct what looks wrong first."
-        if self.reservations:
-            return "Fit for the job, with reservations."
-        return "Fit for the job."
+        grades = {c.name: c.excitation for c in self.velocities if c.name in self.wanted}
+        well = [name for name, much in grades.items() if much >= _WELL]
+        little = [name for name, much in grades.items() if 1.0 <= much < _WELL]
+        poor = [name for name, much in grades.items() if much < 1.0]
+        fit = "Fit for the job" if len(well) == len(grades) else f"Fit for {_named(well)}"
+        parts = [fit if well else "Fit for little" if little else "Not fit for the job"]
+        parts += [f"{_named(little)} varies little"] if little else []
+        parts += [f"{_named(poor)} hardly varies"] if poor else []
+        return f"{'; '.join(parts)}.{' Clean it first.' if self.suspicions else ''}"
+
+
+def _named(velocities: Sequence[str]) -> str:
+    return ", ".join(f"{_MOTIONS[name]} ({name})" for name in velocities)
 
 
 def verdict(log: Log, needs: Needs | None = None) -> Verdict:
     """Judge a log; without the needs of a vehicle all velocities are asked for."""
     needs = needs or Needs(VELOCITIES, tuple(_missing(log)))
     whole = log if log.attitude is None else rates_from_attitude(log)
-    late, velocities, segments = delays(whole), _velocities(log), tuple(_segments(log))
+    size = Size.of(log) if needs.length is None else Size(needs.length)
+    late, velocities, segments = delays(whole), _velocities(log, size), tuple(_segments(log))
     commands = tuple(_channel(log, name, "", log.command(name)) for name in log.command_names)
     wanted = tuple(one for one in velocities if one.name in needs.velocities)
     reservations = _reservations(log, segments, wanted, commands)
@@ -122,10 +140,11 @@ def verdict(log: Log, needs: Needs | None = None) -> Verdict:
         commands=commands,
         has=tuple(name for name in has if name not in ("time", "velocity")),
         delays=late,
-        missing=needs.missing,
-        suspicions=suspicions(log),
+        missing=(*needs.missing, *_few(log)),
+        suspicions=(*suspicions(log, needs.length), *needs.suspicions),
         reservations=(*reservations, *needs.reservations),
-        promises=tuple(_promises(_velocities(whole), needs.velocities, late)),
+        promises=tuple(_promises(_velocities(whole, size), needs.velocities, late)),
+        wanted=needs.velocities,
     )
 
 
@@ -138,12 +157,14 @@ def _segments(log: Log) -> Iterator[SegmentFacts]:
         yield SegmentFacts(segment.name, len(time), *map(float, numbers))
 
 
-def _velocities(log: Log) -> tuple[Channel, ...]:
-    return tuple(
-        _channel(log, name, unit_of(name), log.velocity[:, place])
-        for place, name in enumerate(VELOCITIES)
-        if name in log.velocity_names
-    )
+def _velocities(log: Log, size: Size) -> tuple[Channel, ...]:
+    found = []
+    for name in log.velocity_names:
+        unit, values = unit_of(name), log.velocity[:, VELOCITIES.index(name)]
+        least = max(size.little(unit), _NOISE * roughness(values, log.bounds))
+        channel = _channel(log, name, unit, values)
+        found.append(replace(channel, excitation=channel.std / least))
+    return tuple(found)
 
 
 def _channel(log: Log, name: str, unit: str, values: FloatArray) -> Channel:
@@ -159,7 +180,7 @@ def _promises(
 ) -> Iterator[str]:
     """Yield what can be identified: excited axes, and gains of commands that were seen to act."""
     known = {channel.name: channel for channel in channels}
-    fine = [one for one in known.values() if one.std >= _WELL * _STILL[one.unit]]
+    fine = [one for one in known.values() if one.excitation >= _WELL]
     if well := [one for one in fine if one.name in wanted]:
         told = ", ".join(f"{_MOTIONS[c.name]} (std {c.std:.2g} {c.unit})" for c in well)
         yield f"it can identify damping in {told}."
@@ -183,6 +204,14 @@ def _missing(log: Log) -> Iterator[str]:
         yield "actuation: the wrench X Y Z K M N, or command columns."
 
 
+def _few(log: Log) -> Iterator[str]:
+    if log.n < _FEWEST:
+        yield (
+            f"samples: {log.n} are too few to determine coefficients; record minutes, several "
+            "a second."
+        )
+
+
 def _derivable(log: Log, absent: Sequence[str]) -> str:
     """Return how absent velocities can be derived from what is there."""
     ways = (
@@ -204,10 +233,9 @@ def _reservations(
     if max(segment.step for segment in segments) > _SLOW:
         yield f"samples are more than {_SLOW:g} s apart; ten a second are better."
     for channel in channels:
-        excitation = channel.std / _STILL[channel.unit]
-        if excitation < _WELL:
+        if channel.excitation < _WELL:
             little = ("varies little", "uncertain")
-            varies, so = ("hardly varies", "not determined") if excitation < 1.0 else little
+            varies, so = ("hardly varies", "not determined") if channel.excitation < 1.0 else little
             yield (
                 f"{channel.name} {varies} (std {channel.std:.2g} {channel.unit}): "
                 f"coefficients with {channel.name} will be {so}."
@@ -220,25 +248,9 @@ def _reservations(
     constant = [channel.name for channel in commands if channel.low == channel.high]
     if constant:
         yield f"commands that never change: {' '.join(constant)}."
-    yield from _leaps(log)
     yield from _current(log)
     if log.acceleration is None:
         yield "no recorded acceleration: least squares differentiates the velocities."
-
-
-def _leaps(log: Log) -> Iterator[str]:
-    """Yield where the attitude leaps there and back."""
-    if log.attitude is None:
-        return
-    places = np.flatnonzero(leaps(log, log.attitude))
-    if places.size:
-        where = "one sample," if places.size == 1 else f"{places.size} samples, the first"
-        of = next(part.name for part in log.segments if places[0] < part.stop)
-        yield (
-            f"the attitude leaps there and back at {where} at {log.time[places[0]]:.2f} s of {of}, "
-            "as where angles were averaged across a wrap: the step `steady_attitude` takes that "
-            "out."
-        )
 
 
 def _current(log: Log) -> Iterator[str]:

@@ -1,0 +1,283 @@
+"""Dropouts of sensors: what is frozen, held, lost, or stands for no measurement."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from hydrodamp.arrays import BoolArray, FloatArray, IntArray
+from hydrodamp.conditioning.gaps import ATTITUDE, measured, runs, without_samples
+from hydrodamp.data.channels import POSITION
+from hydrodamp.data.log import Log
+
+#: Channels, and which samples of each are to be taken out.
+Lost = dict[str, BoolArray]
+
+_TIMES_USUAL = 3.0
+_USUAL = 0.9  # quantile of the lengths of a channel's runs
+_LEAST_STEPS = 3
+_HELD = 0.4  # share of samples that repeat the one before, from which a channel is held
+_SENT = 10  # times at least
+_EVEN = 0.6  # of the usual number of rows; a coarse sensor repeats itself any number of times
+_LEAP = 3.0  # times the usual step
+_CARRIED = 0.3  # of a usual step of a pose
+_MOVING = 0.5  # of the steps of a run, on which something else must change
+
+
+def mask_frozen(log: Log, *, seconds: float = 1.0) -> Log:
+    """Take out what a frozen sensor of velocity, attitude or position repeats.
+
+    Parameters
+    ----------
+    log : Log
+        Any log.
+    seconds : float, optional
+        No run of one value up to this long is taken for frozen [s].
+
+    Returns
+    -------
+    log : Log
+        The first sample of a run is kept. A channel that never changes at all is left
+        alone: :func:`~hydrodamp.conditioning.suspicions.suspicions` reports it.
+
+    Examples
+    --------
+    >>> time = np.arange(0.0, 10.0, 0.1)
+    >>> surge, rate = np.sin(time), np.cos(time)
+    >>> surge[40:60] = surge[40]
+    >>> mask_frozen(Log.from_arrays(time, {"u": surge, "r": rate})).notes
+    ('frozen: 19 of 100 samples of `u` (19 %) cut out',)
+    """
+    return without_samples(log, frozen(log, seconds), "frozen")
+
+
+def frozen(log: Log, seconds: float = 1.0) -> Lost:
+    """Return what a frozen sensor repeats: of a velocity, of the attitude, of the position."""
+    columns, lost = measured(log), Lost()
+    steady = {name: _steady(columns[name], log.bounds) for name in log.velocity_names}
+    turns = None if log.attitude is None else _steady(log.attitude, log.bounds)
+    for name, same in steady.items():
+        rest = [other for one, other in steady.items() if one != name]
+        rest += [] if turns is None else [turns]
+        moving = ~np.logical_and.reduce(rest) if rest else np.zeros(log.n, dtype=np.bool_)
+        lost[name] = _frozen(log, columns[name], same, moving, seconds)
+    turning = None if log.attitude is None else log.attitude[:, 1:]
+    poses = (((ATTITUDE,), turning, 3), (POSITION.columns, log.position, 0))
+    for names, pose, first in poses:
+        if pose is not None:
+            same = _steady(pose, log.bounds)
+            moving = _carried(log, pose, same, log.velocity[:, first : first + 3])
+            lost |= dict.fromkeys(names, _frozen(log, pose, same, moving, seconds))
+    return lost
+
+
+def _carried(log: Log, pose: FloatArray, same: BoolArray, velocity: FloatArray) -> BoolArray:
+    """Return where velocities would change a pose by as much as it usually does in a step."""
+    steps = np.linalg.norm(np.diff(pose, axis=0), axis=1)[~same[1:]]
+    usual = float(np.median(steps)) if len(steps) else np.inf
+    step = float(np.median(np.diff(log.time)))
+    return np.asarray(np.linalg.norm(velocity, axis=1) * step > _CARRIED * usual)
+
+
+class _Runs(NamedTuple):
+    """The first and the last sample of each run of one value, and how long it lasted."""
+
+    first: IntArray
+    last: IntArray
+    lasted: FloatArray
+
+
+def _runs(log: Log, same: BoolArray) -> _Runs:
+    first = np.flatnonzero(~same)
+    last = np.append(first[1:], log.n) - 1
+    return _Runs(first, last, log.time[last] - log.time[first])
+
+
+def fill_held(log: Log) -> Log:
+    """Interpolate velocities that a slower sensor sent and that were held from row to row.
+
+    Parameters
+    ----------
+    log : Log
+        Any log.
+
+    Returns
+    -------
+    log : Log
+        Its notes count the samples that repeated the one before.
+
+    Examples
+    --------
+    >>> time = np.arange(0.0, 20.0, 0.2)
+    >>> surge = np.repeat(np.sin(time[::5]), 5)
+    >>> fill_held(Log.from_arrays(time, {"u": surge, "r": np.cos(time)})).notes[0]
+    'held: 76 of 100 samples of `u` (76 %) interpolated'
+    """
+    lost = held(log)
+    spans = [_runs(log, rows).lasted.max() for rows in lost.values()]
+    step = float(np.median(np.diff(log.time)))
+    return without_samples(log, lost, "held", max(spans, default=0.0) + 2 * step)
+
+
+def held(log: Log) -> Lost:
+    """Return the samples of velocities that repeat a slower sensor's last."""
+    columns = measured(log)
+    steady = {name: _steady(columns[name], log.bounds) for name in log.velocity_names}
+    fresh = [float(same.mean()) for same in steady.values()]
+    fresh += [] if log.attitude is None else [float(_steady(log.attitude, log.bounds).mean())]
+    lost = Lost()
+    for name, same in steady.items():
+        found = _runs(log, same)
+        if same.mean() < max(_HELD, _TIMES_USUAL * min(fresh)) or len(found.first) < _SENT:
+            continue
+        short, usual, long = np.quantile(found.last - found.first + 1, (0.1, 0.5, 0.75)).tolist()
+        if usual > 1.0 and short > _EVEN * usual and long < usual / _EVEN:
+            lost[name] = same
+    return lost
+
+
+def _steady(values: FloatArray, bounds: IntArray) -> BoolArray:
+    """Tell which samples repeat the one before in the same segment."""
+    flat = values.reshape(len(values), -1)
+    same = np.zeros(len(values), dtype=np.bool_)
+    same[1:] = (flat[1:] == flat[:-1]).all(axis=1)
+    same[bounds[:, 0]] = False
+    return same
+
+
+def _frozen(
+    log: Log, values: FloatArray, same: BoolArray, moving: BoolArray, seconds: float
+) -> BoolArray:
+    first, last, lasted = _runs(log, same)
+    found = np.zeros(log.n, dtype=np.bool_)
+    if len(first) <= len(log.segments):  # one run a segment: it never changes
+        return found
+    limit = max(seconds, _TIMES_USUAL * float(np.quantile(lasted, _USUAL)))
+    steps = last - first
+    count = np.concatenate(([0], np.cumsum(moving)))
+    moved = count[last + 1] - count[first + 1]
+    long = (
+        (lasted > limit)
+        & (steps >= _LEAST_STEPS)
+        & values[first].reshape(len(first), -1).any(axis=1)
+    )
+    for run in np.flatnonzero(long & (moved >= _MOVING * steps)).tolist():
+        found[first[run] + 1 : last[run] + 1] = True
+    return found
+
+
+#: Velocities that stand for none [m/s]: the ends of a 16-bit count of mm/s.
+SENTINELS = (-32.768, 32.768, 32.767, -32.767)
+
+_NEAR = 1e-6  # m/s, about a sentinel
+_LINEAR = ("u", "v", "w")
+_BREAK = 0.1  # m/s; from this speed no vehicle stands still within a sample
+
+
+def mask_bottom_lock(log: Log, *, flag: str | None = None, fastest: float = 30.0) -> Log:
+    """Take out linear velocities that were written without bottom lock.
+
+    Parameters
+    ----------
+    log : Log
+        Any log.
+    flag : str, optional
+        A command channel that is zero where the velocity is not good.
+    fastest : float, optional
+        Size of a velocity that no craft of this log reaches [m/s]; where most do, their
+        unit is to blame, and they stay.
+
+    Returns
+    -------
+    log : Log
+        Without the samples that are :data:`SENTINELS`, too fast, flagged, or zero in all
+        linear velocities at once between samples under way.
+
+    Raises
+    ------
+    LogError
+        If there is no such flag, or nothing is left.
+
+    Examples
+    --------
+    >>> log = Log.from_arrays(np.arange(6) / 5, {"u": [1, 1, 1, -32.768, 1, 1]})
+    >>> mask_bottom_lock(log).velocity[:, 0].tolist()
+    [1.0, 1.0, 1.0, 1.0, 1.0, 1.0]
+    """
+    return without_samples(log, without_lock(log, flag, fastest), "no bottom lock")
+
+
+def without_lock(log: Log, flag: str | None = None, fastest: float = 30.0) -> Lost:
+    """Return the linear velocities that were written without bottom lock."""
+    linear = {name: one for name, one in measured(log).items() if name in _LINEAR}
+    if not linear:
+        return {}
+    values = np.column_stack([*linear.values()])
+    usual = float(np.median(np.abs(values).max(axis=1)))
+    lost = lost_lock(values, fastest if usual <= fastest else np.inf).any(axis=1)
+    lost |= _dropped_to_zero(values, log.bounds, _BREAK)
+    if flag is not None:
+        lost |= log.command(flag) == 0.0
+    return dict.fromkeys(linear, lost)
+
+
+def lost_lock(values: FloatArray, fastest: float = 30.0) -> BoolArray:
+    """Return which numbers of a velocity sensor stand for none."""
+    sentinel = np.abs(values[..., np.newaxis] - np.array(SENTINELS)).min(axis=-1) < _NEAR
+    return np.asarray(sentinel | ~(np.abs(values) <= fastest))
+
+
+def _dropped_to_zero(values: FloatArray, bounds: IntArray, least: float) -> BoolArray:
+    """Return zeros in two or more velocities at once that begin and end with a jump."""
+    found = np.zeros(len(values), dtype=np.bool_)
+    if values.shape[1] < 2:
+        return found
+    size = np.linalg.norm(values, axis=1)
+    for start, stop in bounds.tolist():
+        part = size[start:stop]
+        for a, b in runs(part == 0.0):
+            inside = a > 0 and b < len(part)
+            found[start + a : start + b] = inside and min(part[a - 1], part[b]) > least
+    return found
+
+
+def mask_lost_frames(log: Log) -> Log:
+    """Take out poses that motion capture wrote as zeros where it lost the vehicle.
+
+    Parameters
+    ----------
+    log : Log
+        Any log; derive velocities from its position after this.
+
+    Returns
+    -------
+    log : Log
+        Without positions and attitudes that are zero in all components between samples that
+        are not.
+
+    Examples
+    --------
+    >>> place = np.outer(np.arange(9.0), (1.0, 0.5, 0.1)) + 1.0
+    >>> place[4] = 0.0
+    >>> log = Log.from_arrays(np.arange(9.0), {"u": np.ones(9)}, position=place)
+    >>> mask_lost_frames(log).position[4].round(9).tolist()
+    [5.0, 3.0, 1.4]
+    """
+    return without_samples(log, lost_frames(log), "lost frames")
+
+
+def lost_frames(log: Log) -> Lost:
+    """Return the poses that are zero between samples that are not."""
+    lost = Lost()
+    if log.position is not None:
+        lost |= dict.fromkeys(POSITION.columns, _leapt_to_zero(log.position, log.bounds))
+    if log.attitude is not None:
+        lost[ATTITUDE] = _leapt_to_zero(log.attitude[:, 1:], log.bounds)
+    return lost
+
+
+def _leapt_to_zero(values: FloatArray, bounds: IntArray) -> BoolArray:
+    """Return zeros that are much farther from their neighbours than these mostly are."""
+    steps = np.linalg.norm(np.diff(values, axis=0), axis=1)
+    return _dropped_to_zero(values, bounds, _LEAP * float(np.median(steps)))

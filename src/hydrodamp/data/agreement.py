@@ -1,0 +1,129 @@
+"""How well two channels that measure one motion go together, over windows longer than noise."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from hydrodamp.arrays import BoolArray, FloatArray, IntArray
+from hydrodamp.data.attitude import turn
+
+_SHORTEST, _STEPS = 1.0, 10  # s, and steps: the shortest window
+_TIMES = (1, 4, 16)
+_LEAST_SPANS = 8  # in a log; fewer agree by chance
+_LEAST_PAIRS = 20
+_LEAST_CORRELATION = 0.8
+_FAR_LESS = 0.25  # of what others leave
+_KEPT = 0.97  # of the pairs
+_TINY = 1e-9  # of any unit; less is no motion
+
+
+class Agreement(NamedTuple):
+    """How the sum of a rate goes with the moves of what it is the rate of."""
+
+    ratio: float  # of the sums over the moves, with the sign of the correlation
+    correlation: float
+    added: float = 0.0  # usual size of the sums
+    moved: float = 0.0  # usual size of the moves
+    span: float = 0.0  # time that both are taken over [s]
+
+    def agrees(self) -> bool:
+        """Return whether they measure one motion, of either sign."""
+        return abs(self.correlation) >= _LEAST_CORRELATION
+
+    def beats(self, other: Agreement) -> bool:
+        """Return whether they agree and leave far less unexplained than others do."""
+        left, usual = (1.0 - np.nan_to_num(one.correlation) ** 2 for one in (self, other))
+        likely = self.correlation > max(_LEAST_CORRELATION, np.nan_to_num(other.correlation))
+        return bool(likely and (left < _FAR_LESS * usual or other.correlation < 0.0))
+
+
+#: Of channels that cannot be compared.
+NONE = Agreement(float("nan"), float("nan"))
+
+
+def turned(attitude: FloatArray, bounds: IntArray) -> FloatArray:
+    """Return the turns about body axes, added up from the first sample of each segment."""
+    steps = np.concatenate((np.zeros((1, 3)), turn(attitude[:-1], attitude[1:])))
+    steps[bounds[:, 0]] = 0.0
+    steps[~np.isfinite(steps).all(axis=1)] = 0.0
+    return np.asarray(np.cumsum(steps, axis=0))
+
+
+def integral(time: FloatArray, values: FloatArray) -> FloatArray:
+    """Return the running trapezoidal integral of columns."""
+    strips = np.diff(time)[:, np.newaxis] * (values[1:] + values[:-1]) / 2
+    return np.concatenate((np.zeros((1, values.shape[1])), np.cumsum(strips, axis=0)))
+
+
+def agreement(time: FloatArray, bounds: IntArray, rate: FloatArray, value: FloatArray) -> Agreement:
+    """Compare over the windows that two channels agree best in; if in none, over the longest."""
+    steps = np.concatenate([np.diff(time[:0]), *(np.diff(time[a:b]) for a, b in bounds.tolist())])
+    if not len(steps):
+        return NONE
+    shortest = max(_SHORTEST, _STEPS * float(np.median(steps)))
+    spans = [times * shortest for times in _TIMES if times * shortest * _LEAST_SPANS < steps.sum()]
+    found = [
+        compared(*changes(time, bounds, rate, value, span))._replace(span=span)
+        for span in spans or [shortest]
+    ]
+    known = [one for one in found if one.moved > 0.0 or one.added > 0.0]
+    best = max(known, key=lambda one: abs(one.correlation), default=NONE)
+    return best if best.agrees() else (known or [NONE])[-1]
+
+
+def changes(
+    time: FloatArray, bounds: IntArray, rate: FloatArray, value: FloatArray, seconds: float
+) -> tuple[FloatArray, FloatArray]:
+    """Return what rates add up to over some seconds, and how far values move meanwhile."""
+    first, last = pairs(time, bounds, seconds)
+    way = integral(time, rate)
+    return way[last] - way[first], value[last] - value[first]
+
+
+def pairs(time: FloatArray, bounds: IntArray, seconds: float) -> tuple[IntArray, IntArray]:
+    """Return pairs of samples about some seconds apart, both in one segment."""
+    firsts, lasts = [bounds[:0, 0]], [bounds[:0, 0]]
+    for start, stop in bounds.tolist():
+        part = time[start:stop]
+        first = np.arange(stop - start)
+        last = np.minimum(np.searchsorted(part, part + seconds), stop - start - 1)
+        far = part[last] - part >= seconds / 2  # the end of a segment leaves less
+        firsts.append(first[far] + start)
+        lasts.append(last[far] + start)
+    return np.concatenate(firsts), np.concatenate(lasts)
+
+
+def compared(added: FloatArray, moved: FloatArray) -> Agreement:
+    """Return how sums and moves go together."""
+    if len(added) < _LEAST_PAIRS:
+        return NONE
+    kept = _usual(added.reshape(len(added), -1), moved.reshape(len(moved), -1))
+    added, moved = added[kept], moved[kept]
+    one, other = float(np.linalg.norm(added)), float(np.linalg.norm(moved))
+    sizes = one / len(added) ** 0.5, other / len(added) ** 0.5
+    if min(one, other) < _TINY:
+        return Agreement(float("nan"), 0.0, *sizes)
+    correlation = float(np.sum((added / one) * (moved / other)))
+    return Agreement(float(np.sign(correlation)) * one / other, correlation, *sizes)
+
+
+def _usual(added: FloatArray, moved: FloatArray) -> BoolArray:
+    """Leave out the few that agree least: spikes, and averages across a wrap."""
+    sizes = [float(np.median(np.linalg.norm(one, axis=1))) for one in (added, moved)]
+    if min(sizes) < _TINY:
+        return np.ones(len(added), dtype=np.bool_)
+    one, other = added / sizes[0], moved / sizes[1]
+    sign = np.sign(np.sum(np.clip(one, -3, 3) * np.clip(other, -3, 3)))
+    size = 1.0 + np.linalg.norm(one, axis=1) + np.linalg.norm(other, axis=1)
+    apart = np.linalg.norm(other - sign * one, axis=1) / size
+    return np.asarray(apart <= np.quantile(apart, _KEPT))
+
+
+def roughness(values: FloatArray, bounds: IntArray) -> float:
+    """Return the noise of a channel, as its bends from sample to sample have it."""
+    bends = [np.abs(np.diff(values[a:b], 2, axis=0)).ravel() for a, b in bounds.tolist()]
+    every = np.concatenate(bends)
+    few = every[every <= np.quantile(every, _KEPT)] if len(every) else np.zeros(1)
+    return float(np.sqrt(np.mean(few**2) / 6.0))
