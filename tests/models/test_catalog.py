@@ -95,7 +95,7 @@ def test_coe_under_way_ahead_has_the_rank_of_table_1():
     for key, rank in (("coe", 33), ("coe-as-printed", 33)):
         model = catalog[key]
         xi = model.basis.evaluate(velocity)
-        assert sum(np.linalg.matrix_rank(xi[:, r]) for r in model.rows) == rank
+        assert sum(np.linalg.matrix_rank(xi[:, line]) for line in model.mask) == rank
 
 
 @pytest.mark.parametrize("key", COUNTS)

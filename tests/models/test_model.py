@@ -50,9 +50,8 @@ def test_labels_rows_and_mask_agree(key):
         assert list(terms) == sorted(terms, key=canonical_key)
     assert model.mask.shape == (6, len(model.basis))
     assert int(model.mask.sum()) == model.n_coefficients
-    for axis, places in enumerate(model.rows):
-        assert [model.basis.terms[place] for place in places] == list(model.terms[axis])
-        assert np.flatnonzero(model.mask[axis]).tolist() == places.tolist()
+    for terms, line in zip(model.terms, model.mask, strict=True):
+        assert [model.basis.terms[place] for place in np.flatnonzero(line)] == list(terms)
 
 
 @settings(max_examples=25)

@@ -1,4 +1,4 @@
-"""The methods: key, value, what it asks for, references; and several models by one method.
+"""The methods: key, value, references; and several models by one method.
 
 Only names are here, so that the command line lists methods without importing any.
 """
@@ -19,30 +19,19 @@ if TYPE_CHECKING:
     from hydrodamp.models.model import DampingModel
     from hydrodamp.simulation.problem import Problem
 
-_WEAK = """@article{messenger-bortz-2021,
-  author  = {Messenger, Daniel A. and Bortz, David M.},
-  title   = {Weak {SINDy}: {Galerkin}-Based Data-Driven Model Selection},
-  journal = {Multiscale Modeling \\& Simulation},
-  year    = {2021},
-  doi     = {10.1137/20M1343166}
-}"""
-
-_TRUNCATED = """@article{farina-piroddi-2010,
-  author  = {Farina, Marcello and Piroddi, Luigi},
-  title   = {An Iterative Algorithm for Simulation Error Based Identification of Polynomial
-             Input-Output Models Using Multi-Step Prediction},
-  journal = {International Journal of Control},
-  year    = {2010},
-  doi     = {10.1080/00207171003793262}
-}"""
-
-_RIDGE = """@article{hoerl-kennard-1970,
-  author  = {Hoerl, Arthur E. and Kennard, Robert W.},
-  title   = {Ridge Regression: Biased Estimation for Nonorthogonal Problems},
-  journal = {Technometrics},
-  year    = {1970},
-  doi     = {10.1080/00401706.1970.10488634}
-}"""
+_WEAK = (
+    "D. A. Messenger, D. M. Bortz: Weak SINDy: Galerkin-Based Data-Driven Model Selection. "
+    "Multiscale Modeling & Simulation, 2021. doi:10.1137/20M1343166"
+)
+_TRUNCATED = (
+    "M. Farina, L. Piroddi: An Iterative Algorithm for Simulation Error Based Identification of "
+    "Polynomial Input-Output Models Using Multi-Step Prediction. International Journal of "
+    "Control, 2010. doi:10.1080/00207171003793262"
+)
+_RIDGE = (
+    "A. E. Hoerl, R. W. Kennard: Ridge Regression: Biased Estimation for Nonorthogonal Problems. "
+    "Technometrics, 1970. doi:10.1080/00401706.1970.10488634"
+)
 
 
 @dataclass(frozen=True)
@@ -53,16 +42,13 @@ class MethodEntry:
     ----------
     makes : str
         What makes the value, as module and name in ``hydrodamp.identification``.
-    says : str
-        What the method asks for, in one line.
     references : tuple of str
-        BibTeX entries beside those of the models.
+        Papers beside those of the models, a line each.
     printed : str
         The column of the paper's Table I that it stands beside; empty where none.
     """
 
     makes: str
-    says: str
     references: tuple[str, ...] = ()
     printed: str = ""
 
@@ -75,49 +61,15 @@ class MethodEntry:
 
 #: The methods by the keys they have on the command line.
 METHODS = {
-    "recommended": MethodEntry(
-        "recommended.Recommended",
-        "the replay of windows that do best on parts of the log that were not fitted",
-        (_WEAK, _TRUNCATED),
-    ),
-    "ls": MethodEntry(
-        "linear.LeastSquares",
-        "the acceleration at each sample, recorded or by differences: the paper's least squares",
-        printed="ls",
-    ),
-    "weak": MethodEntry(
-        "linear.WeakForm",
-        "the change of momentum over test functions of a second or two",
-        (_WEAK,),
-    ),
-    "ridge": MethodEntry(
-        "linear.Ridge",
-        "the weak form with small coefficients preferred, strength by cross-validation",
-        (_RIDGE,),
-    ),
-    "dissipative": MethodEntry(
-        "dissipative.Dissipative",
-        "the weak form among coefficients that take power everywhere in the operating box",
-        (_WEAK,),
-    ),
-    "oe": MethodEntry(
-        "output_error.OutputError",
-        "the replay of windows of 2, 4, 8 and then 16 s",
-        (_WEAK, _TRUNCATED),
-    ),
-    "ai": MethodEntry(
-        "adaptive.AdaptiveIdentifier",
-        "a simulated plant with feedback, sample by sample: the paper's adaptive identifier",
-        printed="ai",
-    ),
-    "ai-scaled": MethodEntry(
-        "adaptive.scaled",
-        "the same with gains by axis and term from the whole log, in thirty passes",
-    ),
-    "rls": MethodEntry(
-        "recursive.RecursiveLeastSquares",
-        "the integrated equation, sample by sample, forgetting only where there is news",
-    ),
+    "recommended": MethodEntry("recommended.Recommended", (_WEAK, _TRUNCATED)),
+    "ls": MethodEntry("linear.LeastSquares", printed="ls"),
+    "weak": MethodEntry("linear.WeakForm", (_WEAK,)),
+    "ridge": MethodEntry("linear.Ridge", (_WEAK, _RIDGE)),
+    "dissipative": MethodEntry("dissipative.Dissipative", (_WEAK,)),
+    "oe": MethodEntry("output_error.OutputError", (_WEAK, _TRUNCATED)),
+    "ai": MethodEntry("adaptive.AdaptiveIdentifier", printed="ai"),
+    "ai-scaled": MethodEntry("adaptive.scaled"),
+    "rls": MethodEntry("recursive.RecursiveLeastSquares"),
 }
 
 
@@ -207,7 +159,7 @@ def cite(subject: DampingModel | Damping | Fit) -> str:
     Returns
     -------
     references : str
-        One line a source, then BibTeX entries, each once.
+        One line a source, then the paper's BibTeX entry where it is among them.
 
     Examples
     --------
@@ -220,15 +172,14 @@ def cite(subject: DampingModel | Damping | Fit) -> str:
     from hydrodamp.models.damping import Damping
 
     lines: list[str] = []
-    entries: list[str] = []
     if isinstance(subject, Fit):
-        lines += [f"Method: {subject.method} of hydrodamp.", ""]
-        known = METHODS.get(subject.method.partition("-")[0], MethodEntry("", ""))
-        entries += [*known.references, *([BIBTEX] if known.printed else [])]
+        known = METHODS.get(subject.method.partition("-")[0], MethodEntry(""))
+        lines += [f"Method: {subject.method} of hydrodamp", *known.references]
+        lines += [PAPER] if known.printed else []
         subject = subject.damping
     if isinstance(subject, Damping):
         lines += [f"Coefficients: {subject.source}"] if subject.source else []
         subject = subject.model
     lines.append(f"{subject.title}: {subject.source or 'no source given'}")
-    first = [BIBTEX] if PAPER in subject.source else []
-    return "\n\n".join(["\n".join(lines), *dict.fromkeys([*first, *entries])])
+    text = "\n".join(lines)
+    return f"{text}\n\n{BIBTEX}" if PAPER in text else text

@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from hydrodamp.arrays import BoolArray, FloatArray, IntArray, frozen
+from hydrodamp.arrays import BoolArray, FloatArray, frozen
 from hydrodamp.basis.atoms import AXES, SPEEDS, VELOCITY_OF
 from hydrodamp.basis.basis import Basis, canonical_key
 from hydrodamp.basis.term import Term
@@ -181,11 +181,6 @@ class DampingModel:
     def commands(self) -> tuple[str, ...]:
         """The commands its terms contain, each once, sorted by name."""
         return self.basis.commands
-
-    @cached_property
-    def rows(self) -> tuple[IntArray, ...]:
-        """For each of the six axes the places of its terms in :attr:`basis`."""
-        return tuple(np.flatnonzero(line) for line in self.mask)
 
     @cached_property
     def mask(self) -> BoolArray:
