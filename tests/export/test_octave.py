@@ -11,7 +11,8 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.data.attitude import down, euler_from_quaternion
 from hydrodamp.export.craft import Craft
-from hydrodamp.export.octave import Octave, upright
+from hydrodamp.export.frames import upright
+from hydrodamp.export.octave import Octave
 
 from .conftest import ALL_ATOMS, MODELS, RICH, coefficients, core, states
 

@@ -41,3 +41,12 @@ def about(matrix: FloatArray, point: npt.ArrayLike) -> FloatArray:
     """Return a mass or linear damping matrix about another point than the origin."""
     shift = to_origin(point)
     return np.asarray(shift.T @ matrix @ shift)
+
+
+def upright(down: FloatArray) -> FloatArray:
+    """Return quaternions, shape (n, 4), of which the world's down direction is as given."""
+    x, y, z = down.T
+    half = np.sqrt((1.0 + np.abs(z)) / 2.0)
+    across, along, none = y / (2.0 * half), x / (2.0 * half), np.zeros(len(z))
+    upwards = np.column_stack([half, across, -along, none])
+    return np.where(z[:, None] < 0.0, np.column_stack([across, half, none, along]), upwards)

@@ -16,6 +16,7 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.export.compiling import version_of
 from hydrodamp.export.craft import Craft, States
 from hydrodamp.export.drive import LONGEST_STEP, Drive
+from hydrodamp.export.frames import upright
 from hydrodamp.export.printer import OCTAVE, printed
 from hydrodamp.export.target import RUNGE_KUTTA, Engine, Files, NotRun, rendered
 from hydrodamp.export.words import name_of, said_of
@@ -81,12 +82,3 @@ class Octave:
             )
 
         return Engine(version_of(program), RUNGE_KUTTA, rates, replay)
-
-
-def upright(down: FloatArray) -> FloatArray:
-    """Return quaternions, shape (n, 4), of which the world's down direction is as given."""
-    x, y, z = down.T
-    half = np.sqrt((1.0 + np.abs(z)) / 2.0)
-    across, along, none = y / (2.0 * half), x / (2.0 * half), np.zeros(len(z))
-    upwards = np.column_stack([half, across, -along, none])
-    return np.where(z[:, None] < 0.0, np.column_stack([across, half, none, along]), upwards)
