@@ -35,6 +35,10 @@ def test_writes_runs_and_tells(folder, call, damping):
 def test_settings_are_those_of_the_target(folder, call, damping):
     line = "export python d.json --vehicle planar.yaml --out sim"
     assert "has no setting 'precision'" in call(f"{line} --set precision=float", 2).stderr
+    line = line.replace("python", "randomisation")
+    assert "must be like 100; got 'many'" in call(f"{line} --set draws=many", 2).stderr
+    assert "must be like False" in call(f"{line} --set dissipative=perhaps", 2).stderr
+    assert "no covariance" in call(f"{line} --set dissipative=true --set draws=3", 2).stderr
     assert "must be NAME=VALUE" in call(f"{line} --set precision", 2).stderr
 
 

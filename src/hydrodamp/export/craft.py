@@ -13,6 +13,7 @@ from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.basis.basis import Basis
 from hydrodamp.data.log import Log
 from hydrodamp.errors import ModelError
+from hydrodamp.identification.power import OperatingBox
 from hydrodamp.kernels import coriolis
 from hydrodamp.models.damping import Damping, foreign_to
 from hydrodamp.models.model import DampingModel, read_label, table_of
@@ -20,6 +21,9 @@ from hydrodamp.simulation.actuation import CHANNELS
 from hydrodamp.simulation.problem import Columns, columns, held_channels, stamp
 from hydrodamp.vehicle.actuators import Propeller
 from hydrodamp.vehicle.vehicle import Vehicle
+
+WITHIN_ONE = OperatingBox(np.full(6, -1.0), np.full(6, 1.0))
+"""A metre and a radian a second either way: where nothing says how a vehicle moves."""
 
 _GAINS = {name for both in CHANNELS.values() for name in both}
 
@@ -47,6 +51,7 @@ class Craft:
 
     vehicle: Vehicle
     damping: Damping
+    box: OperatingBox = WITHIN_ONE  # the velocities it is used at
 
     @classmethod
     def of(cls, vehicle: Vehicle, damping: Damping, log: Log | None = None) -> Craft:
@@ -65,7 +70,10 @@ class Craft:
             source=free.source,
         )
         told_of = damping.vehicle, damping.source, damping.note
-        return cls(craft, Damping(model, np.array([*acting.values()]), None, *told_of))
+        places = [damping.model.index(label) for label in acting]
+        whole = damping.covariance
+        covariance = None if whole is None else whole[np.ix_(places, places)]
+        return cls(craft, Damping(model, damping.coefficients[places], covariance, *told_of))
 
     @cached_property
     def columns(self) -> Columns:

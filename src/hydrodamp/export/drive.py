@@ -12,7 +12,7 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.data.log import Log
 from hydrodamp.errors import ProblemError
 from hydrodamp.export.craft import Craft, States
-from hydrodamp.identification.power import OperatingBox, spread
+from hydrodamp.identification.power import spread
 from hydrodamp.progress import progress
 from hydrodamp.simulation.problem import Problem, prepare
 from hydrodamp.simulation.replay import LIMIT, Trajectory, replay
@@ -75,9 +75,9 @@ class Drive:
         return Trajectory(self.log, kept, tuple(ended), "simulated", self.craft.vehicle.axes)
 
 
-def scattered(craft: Craft, box: OperatingBox) -> States:
-    """Return states all over a box, upright and not, without commands."""
-    velocity = spread(box.restricted(craft.vehicle.free))
+def scattered(craft: Craft) -> States:
+    """Return states all over the craft's box, upright and not, without commands."""
+    velocity = spread(craft.box.restricted(craft.vehicle.free))
     n, random = len(velocity), np.random.default_rng(0)
     directions = random.normal(size=(n, 3))
     return States(

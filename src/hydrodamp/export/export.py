@@ -8,12 +8,11 @@ import tempfile
 from collections.abc import Mapping
 from dataclasses import fields, replace
 from pathlib import Path
-
-import numpy as np
+from typing import Any
 
 from hydrodamp.data.log import Log
 from hydrodamp.errors import FileError, MethodError
-from hydrodamp.export.craft import Craft
+from hydrodamp.export.craft import WITHIN_ONE, Craft, States
 from hydrodamp.export.documents import fidelity_document
 from hydrodamp.export.drive import Drive, scattered
 from hydrodamp.export.fidelity import Fidelity, mass_ratio, powers, replays_of, wrench_errors
@@ -27,8 +26,6 @@ from hydrodamp.vehicle.vehicle import Vehicle
 
 CARD = "fidelity.json"
 """The card's name in the folder of an export."""
-
-_BOX = OperatingBox(np.full(6, -1.0), np.full(6, 1.0))
 
 
 def export(
@@ -98,12 +95,14 @@ def export(
     check_export(folder, force)
     craft = Craft.of(vehicle, damping, log)
     drive = None if log is None else Drive.of(craft, log)
-    where = box or (_BOX if drive is None else operating_box(drive.problem))
-    held, lost = _held(form, craft, drive, where if box or drive else None)
+    where = box or (WITHIN_ONE if drive is None else operating_box(drive.problem))
+    craft = replace(craft, box=where)
+    at = scattered(craft) if drive is None else drive.states
+    held, lost = _held(form, craft, at, known=log is not None or box is not None)
     with tempfile.TemporaryDirectory(prefix=".hydrodamp-", dir=_parent(folder)) as place:
         made = Path(place, "export")
         _save(form.write(held), made)
-        card = _card(form, craft, held, drive, where, lost, made)
+        card = _card(form, craft, held, at, drive, lost, made)
         _check_replay(card, force)
         _save({CARD: as_json(fidelity_document(card))}, made)
         _move(made, folder, Path(place, "earlier"))
@@ -124,37 +123,32 @@ def check_export(folder: Path, force: bool) -> None:
             )
 
 
-def _held(
-    form: Target, craft: Craft, drive: Drive | None, box: OperatingBox | None
-) -> tuple[Craft, tuple[str, ...]]:
+def _held(form: Target, craft: Craft, at: States, known: bool) -> tuple[Craft, tuple[str, ...]]:
     """Return the craft in the terms that a target has, and the coefficients it has not."""
     model = form.holds(craft)
     lost = () if model is None else left_out(craft, model)
     if model is None or not lost:
         return craft, ()
-    if drive is not None:
-        return projected(craft, model, drive.states), lost
-    if box is None:
+    if not known:
         raise MethodError(
             f"'{form.key}' cannot hold {', '.join(lost)}: their wrench is to be fitted at "
             "velocities, and there are none. Give a log."
         )
-    return projected(craft, model, scattered(craft, box)), lost
+    return projected(craft, model, at), lost
 
 
 def _card(
     form: Target,
     craft: Craft,
     held: Craft,
+    at: States,
     drive: Drive | None,
-    box: OperatingBox,
     lost: tuple[str, ...],
     made: Path,
 ) -> Fidelity:
-    at = scattered(craft, box) if drive is None else drive.states
     engine, reason = _read(form, made, held)
     runs = None if drive is None else (drive, Drive.of(held, drive.log))
-    own = scattered(held, box) if runs is None else runs[1].states
+    own = scattered(held) if runs is None else runs[1].states
     acceleration = held.acceleration(own) if engine is None else engine.rates(own)
     return Fidelity(
         target=form.key,
@@ -170,8 +164,8 @@ def _card(
         wrench_error=wrench_errors(craft, at, acceleration),
         asked_at="velocities all over the operating box" if drive is None else "the log's samples",
         replays=replays_of(*runs, engine) if runs and engine else None,
-        power=powers(craft, held, box),
-        box=str(box),
+        power=powers(craft, held),
+        box=str(craft.box),
         mass_ratio=mass_ratio(craft.vehicle),
     )
 
@@ -204,9 +198,13 @@ def settings_of(form: Target) -> dict[str, str]:
     return {each.name: str(getattr(form, each.name)) for each in fields(form)}
 
 
+_SPELT: dict[type, Any] = {bool: {"true": True, "false": False}.__getitem__}
+
+
 def with_settings(form: Target, given: Mapping[str, str]) -> Target:
     """Return a target with some settings as a user spells them."""
-    kinds = {each.name: type(getattr(form, each.name)) for each in fields(form)}
+    kinds: dict[str, Any] = {each.name: type(getattr(form, each.name)) for each in fields(form)}
+    kinds = {name: _SPELT.get(kind, kind) for name, kind in kinds.items()}
     values = {}
     for name, text in given.items():
         if name not in kinds:
@@ -214,7 +212,7 @@ def with_settings(form: Target, given: Mapping[str, str]) -> Target:
             raise MethodError(f"'{form.key}' has no setting '{name}'; it has: {has}.")
         try:
             values[name] = kinds[name](text)
-        except ValueError as error:
+        except (KeyError, ValueError) as error:
             raise MethodError(
                 f"setting '{name}' of '{form.key}' must be like "
                 f"{getattr(form, name)!r}; got '{text}'."

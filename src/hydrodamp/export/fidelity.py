@@ -12,7 +12,7 @@ from hydrodamp.basis.atoms import AXES
 from hydrodamp.export.craft import Craft, States
 from hydrodamp.export.drive import Drive
 from hydrodamp.export.target import Engine
-from hydrodamp.identification.power import OperatingBox, worst_power
+from hydrodamp.identification.power import worst_power
 from hydrodamp.simulation.replay import Score, Trajectory, no_score, score
 from hydrodamp.vehicle.vehicle import Vehicle
 
@@ -182,10 +182,10 @@ def wrench_errors(craft: Craft, at: States, acceleration: FloatArray) -> dict[st
     }
 
 
-def powers(source: Craft, held: Craft, box: OperatingBox) -> dict[str, float]:
+def powers(source: Craft, held: Craft) -> dict[str, float]:
     """Return the greatest power of the damping before and after."""
     return {
-        name: worst_power(craft.damping, box).power
+        name: worst_power(craft.damping, source.box).power
         for name, craft in (("source", source), ("target", held))
     }
 

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from hydrodamp.errors import MethodError, did_you_mean
-from hydrodamp.export.c99 import C
-from hydrodamp.export.casadi import CasADi
-from hydrodamp.export.fmu import FMU
-from hydrodamp.export.octave import Octave
-from hydrodamp.export.python import Python
+from hydrodamp.export.forms import FORMS
+from hydrodamp.export.randomisation import Randomisation
 from hydrodamp.export.target import Target
 
-TARGETS: dict[str, Target] = {form.key: form for form in (Python(), C(), Octave(), CasADi(), FMU())}
+TARGETS: dict[str, Target] = {**FORMS, Randomisation.key: Randomisation()}
 """The targets by their keys, with their usual settings."""
 
 

@@ -1,0 +1,14 @@
+"""The targets that write one craft."""
+
+from __future__ import annotations
+
+from hydrodamp.export.c99 import C
+from hydrodamp.export.casadi import CasADi
+from hydrodamp.export.fmu import FMU
+from hydrodamp.export.octave import Octave
+from hydrodamp.export.python import Python
+from hydrodamp.export.target import Target
+
+_ALL: tuple[Target, ...] = (Python(), C(), Octave(), CasADi(), FMU())
+FORMS = {form.key: form for form in _ALL}
+"""By their keys, with their usual settings."""

@@ -1,0 +1,78 @@
+"""Draws of coefficients: the covariance they come from, dissipative ones, files of each."""
+
+from __future__ import annotations
+
+import csv
+
+import numpy as np
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.export.randomisation import Randomisation
+
+LABELS = {"X_u|u|": -3.0, "Y_v": -2.0, "N_v": 0.5, "N_r": -4.0}
+COVARIANCE = np.array([[0.01, 0, 0, 0], [0, 1.0, 0.3, 0], [0, 0.3, 0.2, 0], [0, 0, 0, 0.0]])
+
+
+@pytest.fixture(scope="module")
+def damping():
+    model = hd.Damping.from_dict(None, LABELS).model
+    return hd.Damping(model, np.array([*LABELS.values()]), COVARIANCE)
+
+
+def drawn(folder):
+    head, estimate, *rows = csv.reader((folder / "draws.csv").read_text("utf-8").splitlines())
+    assert head == ["draw", *LABELS]
+    assert [float(cell) for cell in estimate[1:]] == [*LABELS.values()]
+    return np.array([[float(cell) for cell in row[1:]] for row in rows])
+
+
+def test_draws_have_the_covariance_of_the_fit(damping, tmp_path):
+    form = Randomisation(draws=4000)
+    card = hd.export(damping, hd.fleet["vt690"], form, tmp_path / "a")
+    assert max(card.wrench_error.values()) < 1e-10
+    rows = drawn(tmp_path / "a")
+    np.testing.assert_allclose(rows.mean(axis=0), [*LABELS.values()], atol=0.06)
+    np.testing.assert_allclose(np.cov(rows.T), COVARIANCE, atol=0.06)
+    again = hd.export(damping, hd.fleet["vt690"], form, tmp_path / "b")
+    assert again == card
+    np.testing.assert_array_equal(drawn(tmp_path / "b"), rows)
+
+
+def test_draws_that_feed_the_motion_are_drawn_again(damping, tmp_path):
+    box = hd.OperatingBox(np.full(6, -1.0), np.full(6, 1.0))
+    for asked, worst in ((False, True), (True, False)):
+        form = Randomisation(draws=40, dissipative=asked)
+        hd.export(damping, hd.fleet["vt690"], form, tmp_path / str(asked))
+        powers = [
+            hd.worst_power(hd.Damping(damping.model, row), box).power
+            for row in drawn(tmp_path / str(asked))
+        ]
+        assert (max(powers) > 0.0) == worst
+    feeding = hd.Damping(damping.model, -damping.coefficients, COVARIANCE)
+    with pytest.raises(hd.MethodError, match="only 0 of 100 draws dissipate"):
+        hd.export(
+            *(feeding, hd.fleet["vt690"], Randomisation(draws=5, dissipative=True)),
+            tmp_path / "none",
+        )
+
+
+def test_each_draw_is_written_for_another_target(damping, tmp_path):
+    form = Randomisation(draws=3, form="python")
+    hd.export(damping, hd.fleet["vt690"], form, tmp_path / "a")
+    rows, found = drawn(tmp_path / "a"), []
+    for path in sorted((tmp_path / "a").glob("*/vt690.py")):
+        names = {}
+        exec(path.read_text("utf-8"), names)
+        found.append(names["damping"]([0, 1.0, 0, 0, 0, 0], inputs=[0, 0, 0])[1])
+    np.testing.assert_allclose(found, rows[:, 1])
+
+
+def test_what_cannot_be_drawn_is_told(damping, tmp_path):
+    bare = hd.Damping.from_dict(None, LABELS)
+    with pytest.raises(hd.ModelError, match="no covariance to draw from"):
+        hd.export(bare, hd.fleet["vt690"], "randomisation", tmp_path / "a")
+    with pytest.raises(hd.MethodError, match="must be one of python"):
+        Randomisation(form="randomisation")
+    with pytest.raises(hd.MethodError, match="at least 1; got 0"):
+        Randomisation(draws=0)
