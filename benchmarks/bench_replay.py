@@ -20,7 +20,8 @@ OPTIONS = {
     "steps up to a sample": {"max_step": 0.1},
     "equal accuracy": {"rtol": 1e-6, "atol": 1e-8},
 }
-"""Left to itself RK45 steps over samples of the input and errs by centimetres a second."""
+"""Left to itself RK45 steps over samples of the input and errs by centimetres a second: there the
+ratio has no target, which asks for errors of one size."""
 
 
 @pytest.mark.parametrize("how", OPTIONS)
@@ -44,7 +45,8 @@ def test_against_solve_ivp(benchmark, ledger, how):
     off = [np.abs(v - exact).max() for v in (replay(short, damping).velocity, by_scipy())]
     what = f"replay: solve_ivp, {how} (errors {off[0]:.0e}, {off[1]:.0e})"
     per_sample = fast / long.n_samples * 1e6, slow / few * 1e6
-    ledger.faster(what, *per_sample, unit="us/sample", target=300.0)
+    target = 300.0 if off[1] < 10.0 * off[0] else None
+    ledger.faster(what, *per_sample, unit="us/sample", target=target)
 
 
 def test_simulated_attitude(benchmark, ledger):

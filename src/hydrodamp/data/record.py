@@ -154,8 +154,9 @@ def copied(
 
 def unrecorded(name: str, block: FloatArray) -> BoolArray:
     """Return which columns of a block hold nothing: accelerations may be recorded in part."""
-    absent = np.isnan(block).all(axis=0) if name == ACCELERATION.name else False
-    return np.broadcast_to(absent, block.shape[1:])
+    if name != ACCELERATION.name:
+        return np.zeros(block.shape[1:], dtype=np.bool_)
+    return np.isnan(np.fmax.reduce(block, axis=0, initial=np.nan))  # no mask as long as the log
 
 
 def side_by_side(columns: Mapping[str, FloatArray], names: Sequence[str], n: int) -> FloatArray:
