@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.identification.output_error import jackknifed
-from hydrodamp.identification.search import searching, starts
+from hydrodamp.identification.output_error import jackknifed, told
+from hydrodamp.identification.search import ladder, searching, starts
 
 
 @pytest.fixture(scope="module")
@@ -56,10 +56,12 @@ def test_standard_errors_are_the_scatter_of_repetitions(campaign):
     for seed in range(10):
         noise = size * np.random.default_rng(seed).standard_normal((campaign.train.n, 6))
         log = replace(campaign.train, velocity=campaign.exact_train.velocity + noise)
-        fit = hd.identify(model, campaign.vehicle, log, hd.OutputError(windows=(4.0, 8.0)))
-        assert fit.uncertainty is not None
-        found.append(fit.damping.coefficients)
-        errors.append(fit.uncertainty.standard_errors)
+        search = searching(hd.prepare(campaign.vehicle, log, model), model)
+        place = ladder(search, starts(search, model), (4.0, 8.0))[-1]
+        uncertainty = jackknifed(search, place)
+        assert uncertainty is not None
+        found.append(place.coefficients)
+        errors.append(uncertainty.standard_errors)
     ratio = np.mean(errors, axis=0) / np.std(found, axis=0, ddof=1)
     assert 0.75 < np.median(ratio) < 2.0
 
@@ -69,3 +71,21 @@ def test_too_few_windows_leave_nothing_out(campaign):
     problem = hd.prepare(campaign.vehicle, campaign.train.between(0.0, 5.0), model)
     search = searching(problem, model)
     assert jackknifed(search, search.place(np.zeros(12), [search.windows(4.0)])) is None
+
+
+def test_intervals_reach_back_to_the_start_and_as_far_as_halves_differ(campaign):
+    """Each variance is at least the square of how far the search moved from its start."""
+    model = hd.catalog["linear"]
+    problem = hd.prepare(campaign.vehicle, campaign.train, model)
+    search = searching(problem, model)
+    places = ladder(search, starts(search, model), (2.0, 4.0))
+    moved = np.abs(places[-1].coefficients - places[0].coefficients)
+    alone = told(search, model, hd.OutputError(), places)
+    assert alone.uncertainty is not None
+    assert np.all(alone.uncertainty.standard_errors >= moved * (1.0 - 1e-9))
+    plain = jackknifed(search, places[-1])
+    assert plain is not None
+    apart = 3.0 * plain.of_noise.standard_errors
+    wider = told(search, model, hd.OutputError(), [places[-1]], apart).uncertainty
+    assert wider is not None
+    np.testing.assert_allclose(wider.standard_errors, 3.0 * plain.standard_errors)

@@ -156,7 +156,8 @@ def unrecorded(name: str, block: FloatArray) -> BoolArray:
     """Return which columns of a block hold nothing: accelerations may be recorded in part."""
     if name != ACCELERATION.name:
         return np.zeros(block.shape[1:], dtype=np.bool_)
-    return np.isnan(np.fmax.reduce(block, axis=0, initial=np.nan))  # no mask as long as the log
+    largest: FloatArray = np.fmax.reduce(block, axis=0, initial=np.nan)  # no mask of a long log
+    return np.isnan(largest)
 
 
 def side_by_side(columns: Mapping[str, FloatArray], names: Sequence[str], n: int) -> FloatArray:

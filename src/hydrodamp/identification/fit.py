@@ -92,6 +92,12 @@ class Uncertainty:
         """Standard error of each coefficient, shape (n,)."""
         return np.sqrt(np.diag(self.covariance))
 
+    def scaled(self, factors: FloatArray) -> Uncertainty:
+        """Return the same with every standard error larger by a factor, correlations kept."""
+        by = factors[:, None] * factors
+        noise = None if self.noise is None else self.noise * by
+        return replace(self, covariance=self.covariance * by, noise=noise)
+
     def widened(self, shift: FloatArray, allowance: str) -> Uncertainty:
         """Return the same with room for a shift of all coefficients together.
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hydrodamp.arrays import FloatArray
+from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Fit, Method, Uncertainty, empty_fit, fitted
 from hydrodamp.identification.search import Place, Search, ladder, searching, starts, within
@@ -17,7 +17,7 @@ from hydrodamp.simulation.problem import Problem
 from hydrodamp.simulation.status import Status
 
 #: What the intervals make room for besides noise.
-_PUSHES = "how far the shortest windows disagree with the longest"
+_MOVED = "how far the search moved from its start, an estimate with another bias"
 
 
 @dataclass(frozen=True)
@@ -110,14 +110,20 @@ def told(
     model: DampingModel,
     method: Method,
     places: Sequence[Place],
+    apart: FloatArray | None = None,
 ) -> Fit:
-    """Return the fit at the end of a search that went through some places, from its start on."""
-    problem, short, place = search.problem, places[:2][-1], places[-1]
+    """Return the fit at the end of a search that went through some places, from its start on.
+
+    ``apart`` is half of what searches through two halves of the log differ by.
+    """
+    problem, start, place = search.problem, places[0], places[-1]
     seen = place.windows[0].triangle(place.coefficients, place.spreads[0])
     span = spanned(seen[:, :-1], model.labels)
     uncertainty = jackknifed(search, place)
-    if uncertainty is not None and short is not place:
-        uncertainty = uncertainty.widened(place.coefficients - short.coefficients, _PUSHES)
+    if uncertainty is not None and apart is not None:
+        uncertainty = uncertainty.scaled(_beyond_linear(uncertainty, apart, search.entries[1]))
+    if uncertainty is not None and start is not place:
+        uncertainty = uncertainty.widened(place.coefficients - start.coefficients, _MOVED)
     idle = {label for group in problem.undetermined(model) for label in group}
     status = Status.RANK_DEFICIENT if span.aliased else Status.OK
     return fitted(
@@ -132,6 +138,18 @@ def told(
         status=status if place.settled or place is places[0] else Status.STOPPED,
         remarks=(_walked(places),),
     )
+
+
+def _beyond_linear(uncertainty: Uncertainty, apart: FloatArray, axes: IntArray) -> FloatArray:
+    """Return by what factor two searches differ more than standard errors say, each axis alike.
+
+    One linearisation does not see that far from its place errors bend.
+    """
+    error = uncertainty.of_noise.standard_errors
+    share = np.divide(apart, error, out=np.zeros_like(apart), where=error > 0.0) ** 2
+    count = np.bincount(axes, minlength=6)
+    square = np.bincount(axes, share, minlength=6) / np.maximum(count, 1)
+    return np.sqrt(np.maximum(square, 1.0))[axes]
 
 
 #: Parts that must be there to leave one out, and parts at most.

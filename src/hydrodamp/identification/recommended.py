@@ -27,7 +27,7 @@ class Recommended(OutputError):  # noqa: N818 (output error is a method, not an 
     segments, on all of the log and on either half of it, cut into pieces that take turns. How
     well the start and each stage replay the other half, whole pieces from their first sample,
     says where the search ends: at the last stage, but where an earlier one, or the start, does
-    better by more than chance.
+    better by more than chance. How far the ends of both searches differ widens the intervals.
 
     Parameters
     ----------
@@ -55,8 +55,8 @@ class Recommended(OutputError):  # noqa: N818 (output error is a method, not an 
     def _searched(self, problem: Problem, model: DampingModel) -> Fit:
         search, lengths = searching(problem, model), within(problem, self.windows)
         places = ladder(search, starts(search, model), lengths)
-        stage = _chosen(_unseen(problem, model, lengths))
-        return told(search, model, self, places[: stage + 1])
+        missed, apart = _halves(problem, model, lengths)
+        return told(search, model, self, places[: _chosen(missed) + 1], apart)
 
 
 def _chosen(missed: FloatArray) -> int:
@@ -70,14 +70,16 @@ def _chosen(missed: FloatArray) -> int:
     return best if certain else missed.shape[1] - 1
 
 
-def _unseen(problem: Problem, model: DampingModel, lengths: Sequence[float]) -> FloatArray:
-    """Return how each stage of a search through half of the log misses the pieces of the other.
+def _halves(
+    problem: Problem, model: DampingModel, lengths: Sequence[float]
+) -> tuple[FloatArray, FloatArray]:
+    """Search each half of the log; return how the stages miss the other, and how far ends differ.
 
-    Shape (n_pieces, 1 + n_lengths), the start first: the mean square error of the replay of a
-    whole piece as a share of the variance of each velocity, the mean over velocities; no error
-    counts for more than saying nothing would.
+    The first has shape (n_pieces, 1 + n_lengths), the start first: the mean square error of the
+    replay of a whole piece as a share of the variance of each velocity, the mean over velocities;
+    no error counts for more than saying nothing would. The second is half the difference.
     """
-    pieces, found = _pieces(problem), []
+    pieces, found, ends = _pieces(problem), [], []
     most = np.std(problem.inputs.velocity[:, problem.vehicle.free], axis=0)
     most[most == 0.0] = 1.0
     halves = [searching(_of(problem, pieces[half::2]), model) for half in (0, 1)]
@@ -88,7 +90,8 @@ def _unseen(problem: Problem, model: DampingModel, lengths: Sequence[float]) -> 
             square = np.add.reduceat(np.mean(errors**2, axis=1), judged.spans[:, 0])
             stages.append(square / np.diff(judged.spans, axis=1).ravel())
         found.append(np.column_stack(stages))
-    return np.concatenate(found)
+        ends.append(place.coefficients)
+    return np.concatenate(found), (ends[0] - ends[1]) / 2.0
 
 
 def _pieces(problem: Problem) -> IntArray:
