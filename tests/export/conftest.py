@@ -61,8 +61,8 @@ def states(craft: Craft, n: int = 50, seed: int = 1) -> States:
     return States(
         random.normal(size=(n, 6)),
         down / np.linalg.norm(down, axis=1, keepdims=True),
-        random.normal(size=(n, 6)),
         random.normal(size=(n, len(craft.inputs))),
+        random.normal(size=(n, 6)),
     )
 
 

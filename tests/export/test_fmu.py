@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import hydrodamp as hd
 from hydrodamp.data.attitude import quaternion_from_euler
-from hydrodamp.export.craft import Craft, States
-from hydrodamp.export.fmu import FMU, loaded
+from hydrodamp.export.craft import Craft
+from hydrodamp.export.fmu import FMU, INPUTS, RATES, STATES, loaded
 
 from .conftest import ALL_ATOMS, MODELS, RICH, coefficients, core, states
 
@@ -39,26 +40,27 @@ def test_its_rates_are_the_cores_to_the_last_bit(model, tmp_path):
     turned = quaternion_from_euler(np.random.default_rng(0).normal(size=(n, 3)))
     w, x, y, z = turned.T  # as attitude.c has it
     down = 2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z
-    wanted = core(craft, States(at.velocity, np.column_stack(down), at.wrench, at.inputs))
+    wanted = core(craft, replace(at, down=np.column_stack(down)))
     rates = []
     for k in range(n):
         inputs = [*at.wrench[k], *at.inputs[k]]
-        unit.setReal([*range(26, 26 + len(inputs))], inputs)
-        unit.setReal([*range(13)], [*at.velocity[k], 0.0, 0.0, 0.0, *turned[k]])
-        rates.append(unit.getReal([*range(13, 19)]))
+        unit.setReal(range(INPUTS, INPUTS + len(inputs)), inputs)
+        unit.setReal(range(STATES, RATES), [*at.velocity[k], 0.0, 0.0, 0.0, *turned[k]])
+        rates.append(unit.getReal(range(RATES, RATES + 6)))
     np.testing.assert_array_equal(rates, wanted)
 
 
 def test_co_simulation_is_a_replay_to_the_last_bit(sailed, tmp_path):
     log, damping = sailed.exact_test.between(0.0, 5.0), hd.published["vt690-sname2022"]
     craft = Craft.of(sailed.vehicle, damping)
-    unit = loaded(written(craft, tmp_path), exchange=False)
+    unit = loaded(written(craft, tmp_path))
     velocity = [log.velocity[0]]
-    unit.setReal([*range(13)], [*log.velocity[0], 0.0, 0.0, 0.0, *unit_quaternion(log)])
+    unit.setReal(range(STATES, RATES), [*log.velocity[0], 0.0, 0.0, 0.0, *unit_quaternion(log)])
+    unit.exitInitializationMode()
     for k, length in enumerate(np.diff(log.time).tolist()):
-        unit.setReal([*range(32, 35)], [log.command(name)[k] for name in craft.inputs])
+        unit.setReal(range(INPUTS + 6, INPUTS + 9), [log.command(name)[k] for name in craft.inputs])
         unit.doStep(float(log.time[k]), length)
-        velocity.append(unit.getReal([*range(6)]))
+        velocity.append(unit.getReal(range(6)))
     wanted = hd.simulate(sailed.vehicle, damping, log, attitude="simulated").velocity
     np.testing.assert_array_equal(velocity, wanted)
 

@@ -38,7 +38,6 @@ def export(
     json: options.Json = False,
 ) -> None:
     """Write damping for a simulator or a controller, run it, and say how faithful it is."""
-    from hydrodamp.export.documents import fidelity_document
     from hydrodamp.export.export import check_export, with_settings
 
     form = with_settings(hd.find_target(target), dict(map(_pair, settings or ())))
@@ -48,7 +47,7 @@ def export(
     card = hd.export(numbers, craft, form, out, log=driven, box=_sailed(Path(damping)), force=force)
     note(f"written to {out}")
     if json:
-        emit(fidelity_document(card))
+        emit(card.document())
     else:
         results().print(str(card), markup=False, highlight=False)
 

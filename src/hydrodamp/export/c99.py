@@ -15,7 +15,7 @@ from hydrodamp.errors import MethodError
 from hydrodamp.export.compiling import HEADERS, ON_BOARD, SOURCES, own_files, shared, size_of
 from hydrodamp.export.craft import Craft
 from hydrodamp.export.printer import C99, SPEED, actuation, command, matrix
-from hydrodamp.export.target import Engine, Files, by_rate, one_by_one, rendered
+from hydrodamp.export.target import Engine, Files, Target, by_rate, rendered
 from hydrodamp.export.words import name_of, said_of
 
 _CALL = "void acceleration(const {0} *, const {0} *, const {0} *, const {0} *, {0} *)"
@@ -34,7 +34,7 @@ void step(hd_real *state, const hd_real *inputs) {{ {name}_step(state, inputs, i
 
 
 @dataclass(frozen=True)
-class C:
+class C(Target):
     """A C99 library: no allocation, no input or output, no state between calls.
 
     Parameters
@@ -45,7 +45,6 @@ class C:
 
     key: ClassVar[str] = "c"
     meant: ClassVar[str] = "C99"
-    ignores: ClassVar[str] = ""
     precision: str = "double"
 
     def __post_init__(self) -> None:
@@ -57,9 +56,6 @@ class C:
     def flags(self) -> tuple[str, ...]:
         """What the compiler is told of it."""
         return ("-DHD_FLOAT",) if self.precision == "float" else ()
-
-    def holds(self, craft: Craft) -> None:
-        """Return None: it can hold all terms."""
 
     def write(self, craft: Craft) -> Files:
         """Return the header, an example and hydrodamp's own files."""
@@ -92,14 +88,12 @@ class C:
         real = np.float64 if self.precision == "double" else np.float32
         out, pointed = np.empty(6, real), ffi.typeof(f"{self.precision}[]")
 
-        def rate(
-            nu: FloatArray, down: FloatArray, other: FloatArray, given: FloatArray
-        ) -> FloatArray:
-            parts = (np.array(each, real) for each in (nu, down, given, other))
-            loaded.acceleration(*(ffi.from_buffer(pointed, each) for each in (*parts, out)))
+        def rate(*given: FloatArray) -> FloatArray:
+            arrays = (*(np.array(each, real) for each in given), out)
+            loaded.acceleration(*(ffi.from_buffer(pointed, each) for each in arrays))
             return out.astype(np.float64)
 
-        return by_rate(f"{by}, {self.precision}", one_by_one(rate), rate)
+        return by_rate(f"{by}, {self.precision}", rate)
 
 
 def header_of(craft: Craft) -> str:

@@ -14,12 +14,21 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.errors import MethodError
 from hydrodamp.export.craft import Craft, States
 from hydrodamp.export.printer import CASADI, number, printed
-from hydrodamp.export.target import Engine, Files, NotRun, by_rate, executed, rendered
+from hydrodamp.export.target import (
+    Engine,
+    Files,
+    NotRun,
+    Target,
+    by_rate,
+    executed,
+    parts,
+    rendered,
+)
 from hydrodamp.export.words import name_of, said_of
 
 
 @dataclass(frozen=True)
-class CasADi:
+class CasADi(Target):
     """A Python module of CasADi functions of wrench, acceleration, state derivative and step.
 
     Parameters
@@ -43,9 +52,6 @@ class CasADi:
         """The corners that are rounded off."""
         return f"corners of |x|, rounded off over {self.smooth:g}" if self.smooth else ""
 
-    def holds(self, craft: Craft) -> None:
-        """Return None: it can hold all terms."""
-
     def write(self, craft: Craft) -> Files:
         """Return the module, and an example of predictive control."""
         said, name = said_of(craft, ",\n    "), name_of(craft)
@@ -61,13 +67,10 @@ class CasADi:
             raise NotRun('casadi is not installed (pip install "hydrodamp[export]")')
         function: Any = executed(folder / f"{name_of(craft)}.py").acceleration
 
+        def rate(*given: FloatArray) -> FloatArray:
+            return np.array(function(*given)).ravel()
+
         def rates(at: States) -> FloatArray:
-            parts = at.velocity.T, at.down.T, at.inputs.T, at.wrench.T
-            return np.array(function.map(len(at.velocity))(*parts)).T
+            return np.array(function.map(len(at.velocity))(*(part.T for part in parts(at)))).T
 
-        def rate(
-            nu: FloatArray, down: FloatArray, other: FloatArray, given: FloatArray
-        ) -> FloatArray:
-            return np.array(function(nu, down, given, other)).ravel()
-
-        return by_rate(f"CasADi {version('casadi')}", rates, rate)
+        return by_rate(f"CasADi {version('casadi')}", rate, rates)

@@ -37,8 +37,8 @@ class States:
 
     velocity: FloatArray  # (n, 6) [m/s, rad/s]
     down: FloatArray  # (n, 3)
-    wrench: FloatArray  # (n, 6) [N, N m]
     inputs: FloatArray  # (n, m), as the craft's ``inputs``
+    wrench: FloatArray  # (n, 6) [N, N m]
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,7 +17,7 @@ from hydrodamp.progress import progress
 from hydrodamp.simulation.problem import Problem, prepare
 from hydrodamp.simulation.replay import LIMIT, Trajectory, replay
 
-#: Of one state: velocity, down, wrench and inputs; its acceleration.
+#: Of one state: velocity, down, inputs and wrench; its acceleration.
 Rate = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
 
 LONGEST_STEP = 0.05
@@ -51,7 +51,7 @@ class Drive:
         held = [log.command(name) for name in craft.commands]
         inputs = np.column_stack([*held, given.propulsion[:, : craft.needs_speed]])
         recorded = np.tile(_LEVEL, (log.n, 1)) if log.attitude is None else log.attitude
-        states = States(given.velocity, given.down, given.wrench, inputs)
+        states = States(given.velocity, given.down, inputs, given.wrench)
         return cls(craft, problem, states, recorded)
 
     @property
@@ -83,8 +83,8 @@ def scattered(craft: Craft) -> States:
     return States(
         velocity,
         directions / np.linalg.norm(directions, axis=1, keepdims=True),
-        np.zeros((n, 6)),
         np.tile([*[0.0] * len(craft.commands), *[1.0] * craft.needs_speed], (n, 1)),
+        np.zeros((n, 6)),
     )
 
 
@@ -118,7 +118,7 @@ def _between(rate: Rate, drive: Drive, k: int, state: FloatArray) -> FloatArray:
         south = np.array([2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z])
         turning = -x * p - y * q - z * r, w * p - z * q + y * r, z * p + w * q - x * r
         rolling = np.array([*turning, -y * p + x * q + w * r])
-        acceleration = rate(state[:6], south, wrench + share * rise, held)
+        acceleration = rate(state[:6], south, held, wrench + share * rise)
         return np.concatenate([acceleration, 0.5 * rolling])
 
     for index in range(steps):

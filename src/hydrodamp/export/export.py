@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 import tempfile
 from collections.abc import Mapping
 from dataclasses import fields, replace
@@ -13,7 +12,6 @@ from typing import Any
 from hydrodamp.data.log import Log
 from hydrodamp.errors import FileError, MethodError
 from hydrodamp.export.craft import WITHIN_ONE, Craft, States
-from hydrodamp.export.documents import fidelity_document
 from hydrodamp.export.drive import Drive, scattered
 from hydrodamp.export.fidelity import Fidelity, mass_ratio, powers, replays_of, wrench_errors
 from hydrodamp.export.projection import left_out, projected
@@ -99,13 +97,16 @@ def export(
     craft = replace(craft, box=where)
     at = scattered(craft) if drive is None else drive.states
     held, lost = _held(form, craft, at, known=log is not None or box is not None)
-    with tempfile.TemporaryDirectory(prefix=".hydrodamp-", dir=_parent(folder)) as place:
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix=".hydrodamp-", dir=folder.parent) as place:
         made = Path(place, "export")
         _save(form.write(held), made)
         card = _card(form, craft, held, at, drive, lost, made)
         _check_replay(card, force)
-        _save({CARD: as_json(fidelity_document(card))}, made)
-        _move(made, folder, Path(place, "earlier"))
+        _save({CARD: as_json(card.document())}, made)
+        if folder.exists():
+            folder.rename(Path(place, "earlier"))
+        made.rename(folder)
     return card
 
 
@@ -220,14 +221,6 @@ def with_settings(form: Target, given: Mapping[str, str]) -> Target:
     return replace(form, **values)
 
 
-def _parent(folder: Path) -> Path:
-    try:
-        folder.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise FileError(f"{folder.parent}: cannot be made: {error.strerror}.") from error
-    return folder.parent
-
-
 def _save(files: Files, folder: Path) -> None:
     save_all(
         {
@@ -235,12 +228,3 @@ def _save(files: Files, folder: Path) -> None:
             for path, content in files.items()
         }
     )
-
-
-def _move(made: Path, folder: Path, earlier: Path) -> None:
-    try:
-        if folder.exists():
-            folder.rename(earlier)
-        shutil.move(made, folder)
-    except OSError as error:
-        raise FileError(f"{folder}: cannot be written: {error.strerror}.") from error

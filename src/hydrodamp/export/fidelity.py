@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -15,6 +16,14 @@ from hydrodamp.export.target import Engine
 from hydrodamp.identification.power import worst_power
 from hydrodamp.simulation.replay import Score, Trajectory, no_score, score
 from hydrodamp.vehicle.vehicle import Vehicle
+
+FORMAT, VERSION = "hydrodamp-fidelity", 1
+UNITS = {
+    "wrench_error": "% of the rms of the damping on that axis",
+    "rms": "m/s and deg/s mixed (eq. 24)",
+    "power": "W, negative where damping dissipates",
+    "mass_ratio": "added mass over the rigid body's",
+}
 
 #: Relative error of a wrench that is rounding.
 ROUNDING = 1e-9
@@ -100,6 +109,13 @@ class Fidelity:
     def exact(self) -> bool:
         """Whether the target has every term."""
         return not self.projected
+
+    def document(self) -> dict[str, Any]:
+        """Return what ``fidelity.json`` holds."""
+        import hydrodamp
+
+        said = {"format": FORMAT, "version": VERSION, "hydrodamp": hydrodamp.__version__}
+        return {**said, "exact": self.exact, **asdict(self), "units": UNITS}
 
     def __str__(self) -> str:
         """Return the card as a paragraph."""

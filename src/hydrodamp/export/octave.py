@@ -18,21 +18,17 @@ from hydrodamp.export.craft import Craft, States
 from hydrodamp.export.drive import LONGEST_STEP, Drive
 from hydrodamp.export.frames import upright
 from hydrodamp.export.printer import OCTAVE, printed
-from hydrodamp.export.target import RUNGE_KUTTA, Engine, Files, NotRun, rendered
+from hydrodamp.export.target import RUNGE_KUTTA, Engine, Files, NotRun, Target, rendered
 from hydrodamp.export.words import name_of, said_of
 from hydrodamp.simulation.replay import LIMIT
 
 
 @dataclass(frozen=True)
-class Octave:
+class Octave(Target):
     """Two functions for GNU Octave and MATLAB, in the form of the Marine Systems Simulator."""
 
     key: ClassVar[str] = "octave"
     meant: ClassVar[str] = "GNU Octave, MATLAB and the Marine Systems Simulator"
-    ignores: ClassVar[str] = ""
-
-    def holds(self, craft: Craft) -> None:
-        """Return None: it can hold all terms."""
 
     def write(self, craft: Craft) -> Files:
         """Return the function of the state's rate, and that of the wrench."""

@@ -20,13 +20,13 @@ SPEED, RATIO = "u_c", "eta_1"
 class Syntax:
     """How a language spells what terms and actuators need."""
 
-    absolute: str = "abs({x})"
-    root: str = "sqrt({x})"
-    sign: str = "sign({x})"
-    larger: str = "max({x}, {y})"
-    smaller: str = "min({x}, {y})"
-    outside: str = "({x} < {low} | {x} > {high})"
-    table: str = "interp({x}, {at}, {values})"
+    absolute: str = "np.abs({x})"
+    root: str = "np.sqrt({x})"
+    sign: str = "np.sign({x})"
+    larger: str = "np.maximum({x}, {y})"
+    smaller: str = "np.minimum({x}, {y})"
+    outside: str = "(({x} < {low}) | ({x} > {high}))"
+    table: str = "np.interp({x}, {at}, {values})"
     row: str = "[{}]"
     constant: str = "{}"
     assign: str = "{name} = {value}"
@@ -38,16 +38,14 @@ class Syntax:
         return self.constant.format(number(value))
 
 
-PYTHON = Syntax(
-    absolute="np.abs({x})",
-    root="np.sqrt({x})",
-    sign="np.sign({x})",
-    larger="np.maximum({x}, {y})",
-    smaller="np.minimum({x}, {y})",
-    outside="(({x} < {low}) | ({x} > {high}))",
-    table="np.interp({x}, {at}, {values})",
-)
+PYTHON = Syntax()
 OCTAVE = Syntax(
+    absolute="abs({x})",
+    root="sqrt({x})",
+    sign="sign({x})",
+    larger="max({x}, {y})",
+    smaller="min({x}, {y})",
+    outside="({x} < {low} | {x} > {high})",
     table="interp1({at}, {values}, min(max({x}, {first}), {last}))",
     assign="{name} = {value};",
     sum="{}",

@@ -11,12 +11,12 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.export.craft import Craft, States
 from hydrodamp.export.printer import PYTHON, printed
-from hydrodamp.export.target import Engine, Files, by_rate, executed, rendered
+from hydrodamp.export.target import Engine, Files, Target, by_rate, executed, parts, rendered
 from hydrodamp.export.words import name_of, said_of
 
 
 @dataclass(frozen=True)
-class Python:
+class Python(Target):
     """One Python file that needs NumPy alone, with the forms of two simulators.
 
     Functions of the wrench and the acceleration, a vehicle class of the Python Vehicle Simulator,
@@ -25,10 +25,6 @@ class Python:
 
     key: ClassVar[str] = "python"
     meant: ClassVar[str] = "Python with NumPy, PythonVehicleSimulator and HoloOcean 2"
-    ignores: ClassVar[str] = ""
-
-    def holds(self, craft: Craft) -> None:
-        """Return None: it can hold all terms."""
 
     def write(self, craft: Craft) -> Files:
         """Return the file."""
@@ -44,12 +40,6 @@ class Python:
         module = executed(folder / f"{name_of(craft)}.py")
 
         def rates(at: States) -> FloatArray:
-            parts = at.velocity.T, at.down.T, at.inputs.T, at.wrench.T
-            return np.asarray(module.acceleration(*parts).T)
+            return np.asarray(module.acceleration(*(part.T for part in parts(at))).T)
 
-        def rate(
-            nu: FloatArray, down: FloatArray, other: FloatArray, given: FloatArray
-        ) -> FloatArray:
-            return np.asarray(module.acceleration(nu, down, given, other))
-
-        return by_rate(f"NumPy {np.__version__}", rates, rate)
+        return by_rate(f"NumPy {np.__version__}", module.acceleration, rates)

@@ -15,7 +15,7 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.errors import MethodError, ModelError
 from hydrodamp.export.craft import Craft
 from hydrodamp.export.forms import FORMS
-from hydrodamp.export.target import Engine, Files, by_core
+from hydrodamp.export.target import Engine, Files, Target, by_core
 from hydrodamp.files import load_text
 from hydrodamp.identification.power import worst_power
 from hydrodamp.models.damping import Damping
@@ -25,7 +25,7 @@ _TRIES = 20  # of each draw that is to dissipate
 
 
 @dataclass(frozen=True)
-class Randomisation:
+class Randomisation(Target):
     """Draws of the coefficients, as a table and as files of another target.
 
     Parameters
@@ -42,7 +42,6 @@ class Randomisation:
 
     key: ClassVar[str] = "randomisation"
     meant: ClassVar[str] = "domain randomisation"
-    ignores: ClassVar[str] = ""
     draws: int = 100
     form: str = ""
     dissipative: bool = False
@@ -54,9 +53,6 @@ class Randomisation:
             raise MethodError(f"`draws` must be at least 1; got {self.draws}.")
         if self.form and self.form not in FORMS:
             raise MethodError(f"`form` must be one of {', '.join(FORMS)}; got '{self.form}'.")
-
-    def holds(self, craft: Craft) -> None:
-        """Return None: it can hold all terms."""
 
     def write(self, craft: Craft) -> Files:
         """Return the table, the estimate first, and the files of each draw."""

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -28,6 +29,9 @@ RUNGE_KUTTA = f"Runge-Kutta, at most {LONGEST_STEP:g} s"
 Files = Mapping[str, str | bytes]
 
 
+Rates = Callable[[States], FloatArray]
+
+
 class NotRun(Exception):  # noqa: N818 - an outcome, caught where the card is made
     """Why what was written could not be run here, as the rest of a sentence."""
 
@@ -38,14 +42,14 @@ class Engine:
 
     name: str
     step: str
-    rates: Callable[[States], FloatArray]
+    rates: Rates
     replay: Callable[[Drive], FloatArray]
 
 
-class Target(Protocol):
+@dataclass(frozen=True)
+class Target:
     """A form that another program reads. A frozen dataclass; its fields are settings."""
 
-    __dataclass_fields__: ClassVar[dict[str, Any]]
     key: ClassVar[str]
     meant: ClassVar[str]
     """The program and version that is meant."""
@@ -53,20 +57,33 @@ class Target(Protocol):
     @property
     def ignores(self) -> str:
         """What of equation 1 it leaves out; empty where nothing."""
+        return ""
 
     def holds(self, craft: Craft) -> DampingModel | None:
         """Return the terms it can hold; None where it can hold all."""
+        return None
 
+    @abstractmethod
     def write(self, craft: Craft) -> Files:
         """Return its files. The craft has no other terms than it can hold."""
 
+    @abstractmethod
     def read(self, folder: Path, craft: Craft) -> Engine:
         """Read the files back, and return what runs them; NotRun where nothing can here."""
 
 
-def by_rate(name: str, rates: Callable[[States], FloatArray], rate: Rate) -> Engine:
+def by_rate(name: str, rate: Rate, rates: Rates | None = None) -> Engine:
     """Return the engine of a target that gives accelerations: the steps are ours."""
-    return Engine(name, RUNGE_KUTTA, rates, lambda drive: integrate(rate, drive))
+
+    def one_by_one(at: States) -> FloatArray:
+        return np.array([rate(*each) for each in zip(*parts(at), strict=True)])
+
+    return Engine(name, RUNGE_KUTTA, rates or one_by_one, lambda drive: integrate(rate, drive))
+
+
+def parts(at: States) -> tuple[FloatArray, ...]:
+    """Return the arrays of states in the order in which all targets take them."""
+    return at.velocity, at.down, at.inputs, at.wrench
 
 
 def by_core(name: str, craft: Craft) -> Engine:
@@ -76,16 +93,6 @@ def by_core(name: str, craft: Craft) -> Engine:
         return Drive.of(craft, drive.log).source().velocity
 
     return Engine(name, RUNGE_KUTTA, craft.acceleration, replay)
-
-
-def one_by_one(rate: Rate) -> Callable[[States], FloatArray]:
-    """Return the accelerations at many states of a rate that takes one."""
-
-    def rates(at: States) -> FloatArray:
-        rows = (getattr(at, each.name) for each in fields(at))
-        return np.array([rate(*each) for each in zip(*rows, strict=True)])
-
-    return rates
 
 
 def executed(path: Path) -> ModuleType:
