@@ -212,7 +212,6 @@ from .validation.compare import (
     Comparison as Comparison,
     Row as Row,
     compare as compare,
-    rank_correlation as rank_correlation,
 )
 from .validation.crossvalidation import (
     CrossValidation as CrossValidation,

@@ -14,6 +14,7 @@ _TABLES = ("dataclass_type", "dict_type", "model_attributes_type", "model_type")
 _WANTED = {
     **dict.fromkeys(_TABLES, "a table"),
     **dict.fromkeys(("float_parsing", "float_type"), "a number"),
+    **dict.fromkeys(("int_from_float", "int_parsing", "int_type"), "a whole number"),
     **dict.fromkeys(("list_type", "tuple_type"), "a list"),
     "bool_type": "true or false",
     "string_type": "text",

@@ -9,7 +9,7 @@ from hydrodamp.basis.atoms import AXES
 from hydrodamp.identification.extrapolation import fed, joined, outreached, sailed
 from hydrodamp.identification.grades import Grade, Identifiability
 from hydrodamp.simulation.status import Status
-from hydrodamp.validation.compare import Comparison, Row, beside_paper, rank_correlation
+from hydrodamp.validation.compare import Comparison, Row, beside_paper
 
 #: Key in the provenance of a comparison that lacks rows; its value says how many.
 UNFINISHED = "unfinished"
@@ -93,22 +93,10 @@ def remarks(comparison: Comparison) -> Iterator[str]:
     if shared := given.get("overlap"):
         yield f"Training and test data share {shared}: errors on data that were fitted say little."
     if beside_paper(comparison):
-        yield from _order_of_paper(comparison)
+        yield "paper: Table I as printed; the paper's own log was never published."
     yield from _replays(comparison)
     yield from _outcomes(comparison)
     yield f"Open-loop replay, eq. 24; lower is better. Attitude {comparison.attitude}."
-
-
-def _order_of_paper(comparison: Comparison) -> Iterator[str]:
-    """Say how similar to Table I each method orders the models."""
-    found = [(method, rank_correlation(comparison, method)) for method in comparison.methods]
-    words = [f"{method} {rho:+.2f}" for method, rho in found if rho is not None]
-    if words:
-        yield (
-            f"Rank correlation with the paper's order: {', '.join(words)} "
-            "(+1 same order, 0 none, -1 reversed; diverged ranks last)."
-        )
-    yield "paper: Table I as printed; the paper's own log was never published."
 
 
 def _replays(comparison: Comparison) -> Iterator[str]:

@@ -280,33 +280,3 @@ PRINTED_COLUMN = {key: entry.printed for key, entry in METHODS.items() if entry.
 def beside_paper(comparison: Comparison) -> bool:
     """Tell whether Table I may stand beside a comparison."""
     return "truth" in comparison.provenance and any(key in TABLE_I for key in comparison.models)
-
-
-def rank_correlation(comparison: Comparison, method: str) -> float | None:
-    """Return how like Table I a method orders the models.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        Rows of the method; a diverged row ranks last.
-    method : str
-        Key of a method that Table I has a column for.
-
-    Returns
-    -------
-    rho : float or None
-        Spearman's rank correlation over the models both have; None where
-        there are fewer than three or all are tied.
-    """
-    column = PRINTED_COLUMN.get(method)
-    pairs = [
-        (row.rms, getattr(TABLE_I[row.model], column))
-        for row in comparison.rows
-        if column and row.method == method and row.model in TABLE_I
-    ]
-    ours = [float("inf") if rms is None else rms for rms, _ in pairs]
-    if len(pairs) < 3 or len(set(ours)) < 2:
-        return None
-    from scipy.stats import spearmanr
-
-    return float(spearmanr(ours, [printed for _, printed in pairs]).statistic)
