@@ -32,7 +32,7 @@ def compare(
     ways, said = choose.choose_methods(methods), record(inputs)
     learn, held_out, shared = train_and_test(logs or (), train or (), test or (), mapping)
     check_training(craft, learn, choose.asked(models, craft, learn, chosen))
-    check_log(craft, held_out, choose.asked(models, craft, held_out, chosen))
+    check_log(craft, held_out, choose.asked(models, craft, held_out, chosen), learn)
     chosen = choose.for_log(models, craft, learn, chosen, free_gains)
     task = Task(craft, learn, held_out, chosen, ways, out, attitude, rate_unit)
     carry_out(task, shared | said, resume, json)

@@ -23,10 +23,14 @@ def read(paths: Sequence[str], mapping: str | None) -> hd.Log:
     return hd.read_log(once[0], mapping) if len(once) == 1 else hd.read_logs(once, mapping)
 
 
-def suspect(log: hd.Log, length: float | None = None) -> None:
-    """Say what looks wrong about a log; of commands, the vehicle says what they are."""
+def suspect(log: hd.Log, length: float | None = None, after: hd.Log | None = None) -> None:
+    """Say what looks wrong about a log, and was not said of the one before it."""
+    said = () if after is None else hd.suspicions(after, length)
+    known = {(one.channel, one.looks) for one in said}
     for one in hd.suspicions(log, length):
-        if one.channel not in log.command_names:
+        # Of commands, the vehicle says what they are.
+        is_new = one.where or (one.channel, one.looks) not in known
+        if is_new and one.channel not in log.command_names:
             warnings.warn(f"{log.source or 'log'}: {one}", HydrodampWarning, stacklevel=2)
 
 

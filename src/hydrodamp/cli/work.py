@@ -40,7 +40,9 @@ class Task:
         return [(model.key, method.key) for method in self.methods for model in self.models]
 
 
-def check_log(vehicle: hd.Vehicle, log: hd.Log, models: Models) -> None:
+def check_log(
+    vehicle: hd.Vehicle, log: hd.Log, models: Models, after: hd.Log | None = None
+) -> None:
     """Refuse a log that cannot serve; say what nothing uses and what looks wrong."""
     from hydrodamp.cli.parts import suspect
     from hydrodamp.simulation import checks
@@ -48,7 +50,7 @@ def check_log(vehicle: hd.Vehicle, log: hd.Log, models: Models) -> None:
     checks.check_log(vehicle, log, [model.restricted_to(vehicle.axes) for model in models])
     for one in checks.unused(vehicle, log, models):
         warnings.warn(f"{log.source or 'log'}: {one}", HydrodampWarning, stacklevel=2)
-    suspect(log, checks.length_of(vehicle))
+    suspect(log, checks.length_of(vehicle), after)
 
 
 def check_training(vehicle: hd.Vehicle, log: hd.Log, models: Models) -> None:

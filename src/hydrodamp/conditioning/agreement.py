@@ -11,14 +11,15 @@ import numpy as np
 from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.basis.atoms import VELOCITIES
 from hydrodamp.conditioning.derived import GRAVITY
+from hydrodamp.conditioning.spikes import leaps
 from hydrodamp.data.agreement import Agreement, agreement, changes, compared, roughness, turned
 from hydrodamp.data.attitude import rotation
 from hydrodamp.data.log import Log
 from hydrodamp.data.units import UNITS, si_unit
 
-_TOLERANCE = 0.08  # of a ratio, about that of a unit
-_SCALE = 1.3  # times too large or too small, of no unit
-_SURE = 0.9  # correlation from which a ratio of no unit is told
+_TOLERANCE, _OTHER_SIGN = 0.08, 0.3  # of a ratio, about that of a unit, or about -1
+_SCALE = 1.5  # times too large or too small, of no unit
+_SURE = 0.95  # correlation from which a ratio of no unit is told
 _UNLIKE = 0.5  # correlation below which two channels do not measure one motion
 _DEAD = 0.2  # of the other's motion; less is none
 _DEAD_RATIO = 1e-4  # of any two units of a rate or a speed
@@ -28,8 +29,8 @@ _WAY, _STEPS = 5.0, 10  # s, or steps, over which paths are compared: longer tha
 _LEAST_PART = 1e-4  # of the path, that a velocity must have; one in km/s beside others in m/s has
 _USUAL = 0.95  # of the samples; the rest are spikes
 _JITTER = 0.2  # of a step, from which a clock is asked
-_EVEN = 2.0  # times smoother by row than by clock
-_FEWEST = 60  # steps of a clock that is asked
+_EVEN = 3.0  # times smoother by row than by clock
+_FEWEST = 200  # samples; in fewer, chance and spikes speak
 _BURST = 0.01  # of the mean step
 
 
@@ -136,6 +137,7 @@ def disagreements(log: Log, size: Size) -> Iterator[Suspicion]:
 
 def _turning(log: Log, attitude: FloatArray, size: Size) -> Iterator[Suspicion]:
     """Compare rates and attitude: dead rates, another unit or sign."""
+    attitude = np.where(leaps(log, attitude)[:, np.newaxis], np.nan, attitude)
     turns = turned(attitude, log.bounds)
     cases: list[_Case] = []
     for k, rate in enumerate(VELOCITIES[3:]):
@@ -143,7 +145,8 @@ def _turning(log: Log, attitude: FloatArray, size: Size) -> Iterator[Suspicion]:
             values, own = log.velocity[:, [3 + k]], turns[:, [k]]
             both = agreement(log.time, log.bounds, values, own)
             noise = _NOISE * roughness(own, log.bounds)
-            looks = _looks(both, _RATES, max(noise, size.little("rad/s") * both.span))
+            least = max(noise, size.little("rad/s") * both.span)
+            looks = _looks(both, _RATES, least if log.n >= _FEWEST else np.inf)
             cases.append((rate, both, looks))
     yield from _told(cases, "attitude's rate", "rates_from_attitude")
 
@@ -163,8 +166,8 @@ def _looks(both: Agreement, units: dict[float, str], least: float) -> str:
     if dead or (both.moved > least and both.added < _DEAD * both.moved):
         return _NOTHING
     if both.agrees():
-        far = not 1 / _SCALE < both.ratio < _SCALE and abs(both.correlation) > _SURE
-        return _RESCALED if far else ""
+        fits = 1 / _SCALE < both.ratio < _SCALE or abs(both.correlation) < _SURE
+        return "" if fits or both.moved <= least else _RESCALED
     return _UNRELATED if both.moved > least and abs(both.correlation) < _UNLIKE else ""
 
 
@@ -202,7 +205,7 @@ def _unit(ratio: float, units: dict[float, str]) -> str:
     if not np.isfinite(ratio):
         return ""
     unit = min(units, key=lambda unit: abs(ratio / unit - 1))
-    allowed = _TOLERANCE if unit > 0.0 else _SCALE - 1
+    allowed = _TOLERANCE if unit > 0.0 else _OTHER_SIGN
     return units[unit] if abs(ratio / unit - 1) < allowed else ""
 
 
@@ -220,7 +223,7 @@ def _way(log: Log, attitude: FloatArray, position: FloatArray) -> Iterator[Suspi
         yield other
         return
     each = zip(VELOCITIES[:3], path_agreements(made, axes, gone), strict=True)
-    least = max(noise, _PART * whole.moved)
+    least = max(noise, _PART * whole.moved) if log.n >= _FEWEST else np.inf
     cases = [(name, both._replace(span=span), _looks(both, _SPEEDS, least)) for name, both in each]
     yield from _told(
         [case for case in cases if case[0] in names],
@@ -282,7 +285,7 @@ def _clock(log: Log) -> Iterator[Suspicion]:
     """Ask whether samples follow each other more evenly than their clock says."""
     steps = np.concatenate([np.diff(log.time[a:b]) for a, b in log.bounds.tolist()])
     few, low, step, high = np.quantile(steps, (0.1, 0.05, 0.5, 0.95)).tolist()
-    if len(steps) < _FEWEST or high - low < 2 * _JITTER * step:
+    if log.n < _FEWEST or high - low < 2 * _JITTER * step:
         return
     columns = [log.velocity[:, VELOCITIES.index(name)] for name in log.velocity_names]
     columns += [] if log.position is None else [*log.position.T]

@@ -272,7 +272,8 @@ def lost_frames(log: Log) -> Lost:
     lost = Lost()
     if log.position is not None:
         lost |= dict.fromkeys(POSITION.columns, _leapt_to_zero(log.position, log.bounds))
-    if log.attitude is not None:
+    # A heading alone is averaged to zero where it wraps, too.
+    if log.attitude is not None and log.attitude[:, 1:3].any():
         lost[ATTITUDE] = _leapt_to_zero(log.attitude[:, 1:], log.bounds)
     return lost
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Container, Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,12 +18,14 @@ from hydrodamp.data.channels import unit_of
 from hydrodamp.data.log import Log
 
 _TOLERANCE = 0.08  # of the size of gravity
+_LINEAR = VELOCITIES[:3]
 _PULSE = (800.0, 2200.0)  # us, servo and ESC signals
 _NEUTRAL = (1300.0, 1700.0)  # us
 _FAST = 15.0  # m/s, the usual speed of hardly any craft with a log like this
 _SLOW_CLOCK = 20.0  # s, a step of hardly any log
 _LEAP, _PART = 10.0, 0.1  # times the usual step of a position, and of the vehicle's length
-_FEW = 0.01  # of the samples
+_FEW = 0.05  # of the samples
+_SPIKE = 2.0  # times the range of most samples
 _ANGLE_NAMES = ("rudder", "fin", "elevator", "delta", "stern", "plane", "aileron")
 
 
@@ -52,9 +55,7 @@ def suspicions(log: Log, length: float | None = None) -> tuple[Suspicion, ...]:
     told = {name for one in found for name in one.channel.split()}
     return (
         *found,
-        *_beyond(log, size, told),
-        *_leaps(log, size),
-        *_samples(log),
+        *_placed(log, size, told),
         *_accelerometer(log),
         *_pulses(log),
         *_angles(log),
@@ -98,24 +99,43 @@ def _speeds(log: Log) -> Iterator[Suspicion]:
         yield Suspicion(called, "may be cm/s or mm/s, not m/s", f"the median speed is {told}")
 
 
-def _beyond(log: Log, size: Size, told: Container[str]) -> Iterator[Suspicion]:
+def _placed(log: Log, size: Size, told: Container[str]) -> Iterator[Suspicion]:
+    """Yield what is wrong with some samples, each sample once for channels of a kind."""
+    seen: dict[str, BoolArray] = {}
+    for one, rows in (*_beyond(log, size, told), *_leaps(log, size), *_detected(log)):
+        kinds = {"u v w" if name in _LINEAR else name for name in one.channel.split()}
+        news = [rows & ~seen.get(kind, _none(log)) for kind in kinds]
+        for kind in kinds:
+            seen[kind] = seen.get(kind, _none(log)) | rows
+        if (new := np.logical_or.reduce(news)).any():
+            yield replace(one, where=_where(log, new))
+
+
+def _none(log: Log) -> BoolArray:
+    return np.zeros(log.n, dtype=np.bool_)
+
+
+#: What is wrong, and which samples are.
+_Found = Iterator[tuple[Suspicion, BoolArray]]
+
+
+def _beyond(log: Log, size: Size, told: Container[str]) -> _Found:
     """Yield velocities that no vehicle of this size reaches."""
     for name in log.velocity_names:
-        values, most = log.velocity[:, VELOCITIES.index(name)], size.most(unit_of(name))
-        rows = np.abs(values) > most
-        if name not in told and rows.any() and np.median(np.abs(values)) < most:
-            unit = unit_of(name)
-            yield Suspicion(
+        unit, values = unit_of(name), np.abs(log.velocity[:, VELOCITIES.index(name)])
+        rows = values > (most := size.most(unit))
+        if name not in told and rows.any() and np.median(values) < most:
+            one = Suspicion(
                 name,
                 f"is beyond what a vehicle of {size.length:.2g} m reaches",
-                f"it is up to {np.abs(values).max():.3g} {unit}, and {most:.2g} {unit} is much",
-                _where(log, rows),
-                "check its unit, and where positions make it let the mapping's `steps` begin with "
-                "`clean`",
+                f"it is up to {values.max():.3g} {unit}, and {most:.2g} {unit} is much",
+                cure="check its unit, and where positions make it let the mapping's `steps` begin "
+                "with `clean`",
             )
+            yield one, rows
 
 
-def _leaps(log: Log, size: Size) -> Iterator[Suspicion]:
+def _leaps(log: Log, size: Size) -> _Found:
     """Yield where a position leaps faster than any vehicle of this size."""
     if log.position is None:
         return
@@ -126,16 +146,16 @@ def _leaps(log: Log, size: Size) -> Iterator[Suspicion]:
     far = steps > np.maximum(usual, size.most("m/s") * np.diff(log.elapsed[there]))
     far[np.isin(there[1:], log.bounds[:, 0])] = False
     if far.any():
-        rows = np.zeros(log.n, dtype=np.bool_)
+        rows = _none(log)
         rows[there[1:][far]] = True
-        yield Suspicion(
+        one = Suspicion(
             "position",
             f"leaps faster than a vehicle of {size.length:.2g} m moves",
             f"by up to {steps[far].max():.3g} m in a step",
-            _where(log, rows),
-            "cut the log there with `segment` in the mapping, or `steps: [remove_spikes]` before "
-            "velocities are derived",
+            cure="cut the log there with `segment` in the mapping, or `steps: [remove_spikes]` "
+            "before velocities are derived",
         )
+        yield one, rows
 
 
 def _leaping(log: Log) -> Lost:
@@ -143,12 +163,12 @@ def _leaping(log: Log) -> Lost:
 
 
 def _spiked(log: Log) -> Lost:
-    """Return the spikes of velocities that are as large as all their motion."""
+    """Return the spikes of velocities that are larger than all their motion."""
     lost = {}
     for name in log.velocity_names:
         values = log.velocity[:, VELOCITIES.index(name)]
         low, middle, high = np.quantile(values, (0.05, 0.5, 0.95)).tolist()
-        if (far := np.abs(values - middle) > high - low).any():
+        if (far := np.abs(values - middle) > _SPIKE * (high - low)).any():
             lost[name] = far & spikes(log, values)
     return lost
 
@@ -163,7 +183,7 @@ _DETECTED: dict[str, tuple[Callable[[Log], Lost], str]] = {
 }
 
 
-def _samples(log: Log) -> Iterator[Suspicion]:
+def _detected(log: Log) -> _Found:
     """Yield what the steps that clean a log would take out of it."""
     for step, (detect, looks) in _DETECTED.items():
         lost = {name: rows for name, rows in detect(log).items() if rows.any()}
@@ -172,7 +192,7 @@ def _samples(log: Log) -> Iterator[Suspicion]:
             told = f"{rows.sum()} of {log.n} samples"
             cure = f"write `steps: [{step}]` in the mapping"
             few = float(rows.mean()) < _FEW
-            yield Suspicion(" ".join(lost), looks, told, _where(log, rows), cure, few)
+            yield Suspicion(" ".join(lost), looks, told, cure=cure, minor=few), rows
 
 
 def _where(log: Log, rows: BoolArray) -> str:

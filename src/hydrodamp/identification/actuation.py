@@ -68,14 +68,14 @@ def doubts(problem: Problem, models: Sequence[DampingModel]) -> Iterator[Suspici
         return  # the fits identify them
     recorded = problem.log.wrench is not None
     what = "recorded wrench" if recorded else f"wrench of the actuators of '{problem.vehicle.name}'"
-    for one in gains(problem, models):
-        if one.doubtful:
-            yield Suspicion(
-                one.axis,
-                "is not what acts",
-                f"the motion asks for {one.value:.2f} times the {what} ({one.low:.2f} to "
-                f"{one.high:.2f} with 95 %), where 1 is right, and the damping takes up the "
-                "difference",
-                cure="check units and the thrust of the actuators, or let the gains be identified "
-                "too with `--free-gains`",
-            )
+    wrong = [one for one in gains(problem, models) if one.doubtful]
+    if wrong:
+        spans = ", ".join(f"{one.value:.2f} ({one.low:.2f} to {one.high:.2f})" for one in wrong)
+        yield Suspicion(
+            " ".join(one.axis for one in wrong),
+            "is not what acts",
+            f"the motion asks for {spans} times the {what}, with 95 %, where 1 is right, and the "
+            "damping takes up the difference",
+            cure="check units and the thrust of the actuators, or let the gains be identified "
+            "too with `--free-gains`",
+        )

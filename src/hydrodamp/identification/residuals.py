@@ -77,7 +77,7 @@ def diagnose(problem: Problem, damping: Damping) -> tuple[str, ...]:
     )
     near = (
         f"Many residuals are beyond {FAR:g} robust standard deviations on "
-        f"{', '.join(spiked)}: look at the log there and remove its spikes."
+        f"{', '.join(spiked)}: what the model lacks shows there, or what the log has wrong."
     )
     return (*([white] if coloured else []), *([near] if spiked else []))
 

@@ -23,7 +23,7 @@ _SAVED = "draft, and how sure each line is (--draft FILE saves it)"
 _MIRROR = (
     "Motion alone cannot distinguish FRD over NED from FLU over a world with z up: each is the "
     "other turned half about the forward axis. An accelerometer, a depth or whoever wrote the log "
-    "can."
+    "can: then write `frame: FRD`, or `frame: FLU` with `world: NWU` (z up) or `world: ENU`."
 )
 _WORLDS = {"NED": "north-east-down", "NWU": "z up (NWU)", "ENU": "east-north-up"}
 

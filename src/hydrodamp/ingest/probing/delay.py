@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray
-from hydrodamp.basis.atoms import VELOCITIES
+from hydrodamp.basis.atoms import AXES, VELOCITIES
 from hydrodamp.data.log import Log
 from hydrodamp.progress import counted
 
@@ -61,12 +61,13 @@ def delays(log: Log) -> tuple[Delay, ...]:
     Parameters
     ----------
     log : Log
-        With commands.
+        With commands or a wrench.
 
     Returns
     -------
     delays : tuple of Delay
-        For every command that moves an axis, the axis of which it explains most.
+        For every command, or axis of the wrench, that moves a velocity, the one of which it
+        explains most.
 
     Examples
     --------
@@ -77,17 +78,19 @@ def delays(log: Log) -> tuple[Delay, ...]:
     >>> found[0].command, found[0].velocity, round(found[0].seconds, 1)
     ('rpm', 'u', 0.5)
     """
-    if not log.command_names:
+    names, given = log.command_names, log.commands
+    if log.wrench is not None:
+        names, given = (*names, *AXES), np.column_stack((given, log.wrench))
+    if not names:
         return ()
-    step, velocity, commands = _even(log)
+    step, velocity, commands = _even(log, given)
     axes = [VELOCITIES.index(name) for name in log.velocity_names]
-    names = log.command_names
     columns = counted(enumerate(names), "comparing delays", len(names))
     found = [_best(name, commands[:, k], step, velocity, axes) for k, name in columns]
     return tuple(one for one in found if one is not None)
 
 
-def _even(log: Log) -> tuple[float, FloatArray, FloatArray]:
+def _even(log: Log, given: FloatArray) -> tuple[float, FloatArray, FloatArray]:
     """Return step, velocities and commands on an even clock, a row of NaN between segments."""
     steps = np.concatenate([np.diff(log.time[a:b]) for a, b in log.bounds])
     step = max(float(np.median(steps)), _FINEST)
@@ -99,7 +102,7 @@ def _even(log: Log) -> tuple[float, FloatArray, FloatArray]:
         before = np.searchsorted(time, even + _ROUND * step, side="right") - 1
         columns = [np.interp(even, time, log.velocity[start:stop, k]) for k in range(6)]
         velocities += [np.column_stack(columns), np.full((1, 6), np.nan)]
-        held = log.commands[start:stop][before]
+        held = given[start:stop][before]
         commands += [held, np.full((1, held.shape[1]), np.nan)]
         left -= len(even)
         if left <= 0:

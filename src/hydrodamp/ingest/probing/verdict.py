@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.basis.atoms import VELOCITIES
+from hydrodamp.basis.atoms import AXES, VELOCITIES
 from hydrodamp.conditioning.agreement import Size
 from hydrodamp.conditioning.current import estimate_current
 from hydrodamp.conditioning.derived import rates_from_attitude
@@ -142,7 +142,7 @@ def verdict(log: Log, needs: Needs | None = None) -> Verdict:
         delays=late,
         missing=(*needs.missing, *_few(log)),
         suspicions=(*suspicions(log, needs.length), *needs.suspicions),
-        reservations=(*reservations, *needs.reservations),
+        reservations=(*reservations, *_unseen(log, late), *needs.reservations),
         promises=tuple(_promises(_velocities(whole, size), needs.velocities, late)),
         wanted=needs.velocities,
     )
@@ -251,6 +251,13 @@ def _reservations(
     yield from _current(log)
     if log.acceleration is None:
         yield "no recorded acceleration: least squares differentiates the velocities."
+
+
+def _unseen(log: Log, late: Sequence[Delay]) -> Iterator[str]:
+    """Yield whether no velocity follows a recorded wrench."""
+    driven = log.wrench is not None and bool(np.ptp(log.wrench, axis=0).any())
+    if driven and not any(one.command in AXES and one.share >= _SEEN for one in late):
+        yield "no axis of the recorded wrench is seen to move the vehicle."
 
 
 def _current(log: Log) -> Iterator[str]:

@@ -1,0 +1,196 @@
+"""Each fault in the logs of an ROV, an AUV and a tanker is told once, a sound log never."""
+
+from __future__ import annotations
+
+import dataclasses
+import warnings
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.cli.work import check_log
+from hydrodamp.data.agreement import integral
+from hydrodamp.data.attitude import quaternion_from_euler, rotation
+from hydrodamp.errors import HydrodampWarning
+
+#: Length [m], speed [m/s] and step of the clock [s].
+CRAFT = {"rov": (0.5, 0.4, 0.1), "auv": (2.0, 1.5, 0.1), "tanker": (320.0, 8.0, 1.0)}
+SEEDS = (1, 2)
+
+
+@cache
+def voyage(craft: str, seed: int) -> hd.Log:
+    """A voyage by Froude's law, everything measured with noise and in accord."""
+    length, speed, step = CRAFT[craft]
+    rng = np.random.default_rng(seed)
+    time = step * np.arange(3000.0)
+    pace = rng.uniform(0.1, 0.3, 6) * speed / length
+    waves = np.sin(np.outer(time, pace) + rng.uniform(0, 6, 6))
+    swing = np.cos(np.outer(time, pace) + rng.uniform(0, 6, 6))
+    angles = waves[:, :3] * (0.2, 0.15, 1.2)
+    slopes = np.gradient(angles, time, axis=0)
+    (cr, cp), (sr, sp) = np.cos(angles[:, :2].T), np.sin(angles[:, :2].T)
+    rates = np.column_stack(  # Fossen (2021), eq. 2.41
+        (
+            slopes[:, 0] - sp * slopes[:, 2],
+            cr * slopes[:, 1] + sr * cp * slopes[:, 2],
+            cr * cp * slopes[:, 2] - sr * slopes[:, 1],
+        )
+    )
+    linear = speed * (swing[:, :3] * (0.4, 0.2, 0.1) + (0.8, 0.0, 0.0))
+    world = np.einsum("nij,nj->ni", rotation(quaternion_from_euler(angles)), linear)
+    sizes = (2e-4, 0.01 * speed, 0.02 * speed / length, 2e-3 * length)
+    a, v, w, p = (size * rng.standard_normal((3000, 3)) for size in sizes)
+    return hd.Log(
+        time=time,
+        velocity=np.column_stack((linear + v, rates + w)),
+        attitude=quaternion_from_euler(angles + a),
+        position=integral(time, world) + p,
+        wrench=waves,
+    )
+
+
+def told(craft: str, log: hd.Log) -> list[str]:
+    """Return what `compare` and `identify` say before they work."""
+    length = CRAFT[craft][0]
+    vehicle = hd.Vehicle.from_hull(length, 0.3 * length, 50 * length**3)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", HydrodampWarning)
+        check_log(vehicle, log, [hd.catalog["linear"]])
+    return [str(one.message).removeprefix("log: suspicion: ") for one in caught]
+
+
+Fault = Callable[[hd.Log], dict[str, object]]
+
+
+def times(**factors: float) -> Fault:
+    """Velocities times factors."""
+    return lambda log: {"velocity": log.velocity * [factors.get(name, 1.0) for name in "uvwpqr"]}
+
+
+def replaced(name: str, rows: slice, value: Callable[[np.ndarray], object]) -> Fault:
+    """Some rows of an array made of the array."""
+
+    def fault(log: hd.Log) -> dict[str, object]:
+        values = getattr(log, name).copy()
+        values[rows] = value(values)
+        return {name: values}
+
+    return fault
+
+
+def shuffled(log: hd.Log) -> dict[str, object]:
+    """A yaw rate that is noise."""
+    velocity = log.velocity.copy()
+    np.random.default_rng(0).shuffle(velocity[:, 5])
+    return {"velocity": velocity}
+
+
+def earth_fixed(log: hd.Log) -> dict[str, object]:
+    """Velocities along the axes of the world."""
+    world = np.einsum("nij,nj->ni", rotation(log.attitude), log.velocity[:, :3])
+    return {"velocity": np.column_stack((world, log.velocity[:, 3:]))}
+
+
+def held(log: hd.Log) -> dict[str, object]:
+    """A Doppler log of a sixth of the rate, held."""
+    velocity = log.velocity.copy()
+    velocity[:, :3] = velocity[np.arange(log.n) // 6 * 6, :3]
+    return {"velocity": velocity}
+
+
+def arrived(log: hd.Log) -> dict[str, object]:
+    """Times of arrival: late by up to a step and more."""
+    step = log.time[1]
+    late = np.random.default_rng(0).exponential(0.8 * step, log.n)
+    return {"time": np.maximum.accumulate(log.time + late) + 1e-4 * step * np.arange(log.n)}
+
+
+def derived(log: hd.Log) -> dict[str, object]:
+    """A surge that was differenced over a frame that motion capture lost."""
+    velocity = log.velocity.copy()
+    velocity[[700, 710], 0] = (25.0, -25.0)
+    return {"velocity": velocity}
+
+
+FAULTS: dict[str, tuple[Fault, str, str]] = {
+    "dead gyro": (times(p=1e-7, q=1e-7, r=1e-7), "p q r", "`steps: [rates_from_attitude: {names"),
+    "noise": (shuffled, "r", "over "),
+    "degrees": (times(p=0.01745, q=0.01745, r=0.01745), "p q r", "taken for deg/s"),
+    "rpm": (times(r=9.549), "r", "write `unit: rpm`"),
+    "other axes": (times(q=-1.0, r=-1.0), "q r", "of the other sign"),
+    "knots": (times(u=1.944), "u", "write `unit: knots`"),
+    "sway reversed": (times(v=-1.0), "v", "`sign: -1`"),
+    "no surge": (times(u=0.0), "u", "`steps: [velocity_from_position: {names: [u]}]`"),
+    "earth-fixed": (earth_fixed, "u v w", "name them `north`, `east` and `down`"),
+    "east and north": (
+        lambda log: {"position": log.position[:, (1, 0, 2)] * (1.0, 1.0, -1.0)},
+        "u v w",
+        "name the axes of the position `east`, `north`, `up`",
+    ),
+    "lost frames": (
+        replaced("position", np.s_[900:940], lambda _: 0.0),
+        "north east down",
+        "[mask_lost_frames]",
+    ),
+    "leap": (
+        replaced("position", np.s_[1500:], lambda p: p[1500:] + 5 * np.ptp(p, axis=0)),
+        "position",
+        "`segment`",
+    ),
+    "frozen pose": (
+        replaced("position", np.s_[900:1500], lambda p: p[900]),
+        "north east down",
+        "[mask_frozen]",
+    ),
+    "frozen": (
+        replaced("velocity", np.s_[900:1500, :3], lambda v: v[900, :3]),
+        "u v w",
+        "[mask_frozen]",
+    ),
+    "held": (held, "u v w", "2500 of 3000 samples"),
+    "arrival": (arrived, "time", "`time: header.stamp`"),
+    "impossible": (derived, "u", "in 2 places"),
+}
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("craft", CRAFT)
+def test_a_sound_log_is_left_alone(craft: str, seed: int) -> None:
+    assert told(craft, voyage(craft, seed)) == []
+    assert hd.suspicions(voyage(craft, seed)) == ()
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("craft", CRAFT)
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_fault_is_told_in_one_sentence_with_its_cure(fault: str, craft: str, seed: int) -> None:
+    change, channel, words = FAULTS[fault]
+    log = voyage(craft, seed)
+    said = told(craft, dataclasses.replace(log, **change(log)))
+    assert [one for one in said if one.startswith(f"`{channel}` ") and words in one], said
+    assert len(said) == 1, said
+
+
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize(
+    ("folder", "files", "mapping"),
+    [
+        ("bluerov2_kth", "*.csv", "bluerov2-kth"),
+        ("kvlcc2_hsva", "*_Z_*.dat", "kvlcc2-hsva"),
+        ("vt690_field", "", "avl690"),
+        ("campaigns", "*/*.csv", None),
+    ],
+)
+def test_measured_logs_are_sound_but_for_single_samples(
+    folder: str, files: str, mapping: str | None, measured_logs: Callable[[str], Path]
+) -> None:
+    home = measured_logs(folder)
+    for path in home.glob(files) if files else (home,):
+        log = hd.read_log(path, mapping)
+        parts = [log, *(log.between(start, start + 40.0) for start in (0.0, 20.0))]
+        assert [one for part in parts for one in hd.suspicions(part) if not one.minor] == []
