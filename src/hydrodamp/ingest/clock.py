@@ -123,24 +123,20 @@ class _Draft:
 
     def _spread(self, fresh: BoolArray | None) -> None:
         """Spread rows that share a coarse stamp evenly up to the next stamp."""
-        repeats = np.append(False, np.diff(self.time) == 0)[: len(self.time)]
         if fresh is not None:
-            self._keep(fresh[self.rows] | ~repeats, Oddity.REPEATED)
-            repeats = np.append(False, np.diff(self.time) == 0)[: len(self.time)]
-        starts = np.flatnonzero(~repeats)
+            self._keep(fresh[self.rows] | ~_repeats(self.time), Oddity.REPEATED)
+        starts = np.flatnonzero(~_repeats(self.time))
         counts = np.diff(np.append(starts, len(self.time)))
         if len(counts) and counts[-1] > _STOPPED * np.median(counts):
             counts[-1] = 1  # no coarse stamp, but the last of all
         if len(counts) < 2 or sum(counts - 1) < COARSE * len(self.time):
             return
-        until = np.diff(self.time[starts])
-        until = np.append(until, np.median(until))
-        until[until < 0] = 0.0
+        steps = np.maximum(np.diff(self.time[starts]), 0.0)
+        steps = np.append(steps, np.median(steps))
         block = np.repeat(np.arange(len(starts)), counts)
-        rest = len(self.time) - len(block)
-        share = (np.arange(len(block)) - starts[block]) / counts[block]
-        self._note(Oddity.COARSE, len(block) - len(starts), int(np.argmax(repeats)))
-        self.time = self.time + np.append(until[block] * share, np.zeros(rest))
+        self._note(Oddity.COARSE, len(block) - len(starts), int(np.argmax(_repeats(self.time))))
+        moved = steps[block] * (np.arange(len(block)) - starts[block]) / counts[block]
+        self.time = self.time + np.pad(moved, (0, len(self.time) - len(block)))
 
     def _keep(self, keep: BoolArray, oddity: Oddity) -> None:
         """Drop what is not kept, and say so."""
@@ -215,6 +211,10 @@ class _Draft:
             if odd.any():
                 self._note(oddity, int(np.count_nonzero(odd)), int(np.argmax(odd)))
         return np.asarray(time > before)
+
+
+def _repeats(time: FloatArray) -> BoolArray:
+    return np.append(False, np.diff(time) == 0)[: len(time)]
 
 
 def _strays(time: FloatArray, joins: BoolArray) -> BoolArray:

@@ -7,7 +7,7 @@ import pytest
 
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError
-from hydrodamp.ingest.probing.columns import hint
+from hydrodamp.ingest.probing.names import hint
 from hydrodamp.ingest.probing.probe import probe
 
 Table = Callable[..., Recording]
@@ -33,11 +33,21 @@ Table = Callable[..., Recording]
         ("dvl", "data_good", "bool", "flag"),
         ("", "ch_yaw", None, "commands"),
         ("", "temperature", None, None),
+        ("", "log.vel.u", None, "velocity.u"),
+        ("", "nu[4]", None, "velocity.q"),
+        ("/rov/tau", "wrench.torque.z", None, "wrench.N"),
+        ("", "mag.x", None, None),
+        ("", "u_sim", None, None),
+        ("", "Surge", "kn", "velocity.u"),
+        ("/euler", "vector.z", None, "attitude.yaw"),
     ],
 )
 def test_names(topic: str, field: str, unit: str | None, role: str | None) -> None:
-    found = hint(topic, field, unit)
-    assert (found and found[0]) == role
+    beside = (
+        {f"{field[:-1]}w"} if "orientation" in field else {field, *(f"nu[{k}]" for k in range(6))}
+    )
+    said, sure = hint(topic, field, unit, beside)
+    assert (said if sure else None) == role
 
 
 def test_px4_is_earth_fixed_and_comes_back(px4: Recording, dive) -> None:

@@ -151,7 +151,8 @@ def _failures_named(form: Format, path: str | Path) -> Iterator[None]:
 
 def usual_axes(form: str) -> str:
     """Return the axes that a recording's formats have by custom: ``FLU over ENU`` or the like."""
-    return next((one.axes for one in FORMATS if one.axes and one.name in form), "")
+    known = (one.axes for one in FORMATS if one.axes and one.name in form)
+    return next(known, _ROS if "ROS messages" in form else "")
 
 
 def is_bag(path: Path) -> bool:

@@ -21,8 +21,9 @@ from hydrodamp.errors import ClockWarning, LogError
 from hydrodamp.ingest.clock import Oddity
 from hydrodamp.ingest.formats.files import LEFT_OUT
 from hydrodamp.ingest.mapping.finding import find, locate, meant, renamed
-from hydrodamp.ingest.mapping.sampler import Sampler, streams_of
+from hydrodamp.ingest.mapping.sampler import Sampler
 from hydrodamp.ingest.mapping.schema import RECORDED, SINGLE, Entry, MappingFile, Source
+from hydrodamp.ingest.mapping.streams import streams_of
 
 _LINEAR, _ANGULAR = VELOCITIES[:3], VELOCITIES[3:]
 _FLIPPED = np.array([1.0, -1.0, -1.0])

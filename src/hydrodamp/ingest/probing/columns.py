@@ -1,154 +1,25 @@
-"""The columns of a recording: what their names, units and clocks say, and several on one clock."""
+"""The columns of a recording: the clocks among them, the others as series, several on one clock."""
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.data.recording import Topic
-from hydrodamp.data.units import UNITS, spelt, unit_at_end
+from hydrodamp.data.units import UNITS
 from hydrodamp.errors import LogError
 from hydrodamp.ingest.clock import Clock, Stamps, Ticks, brackets, interpolated, matched, set_right
-from hydrodamp.ingest.mapping.schema import quantity_of
-
-
-def _set(listed: str) -> frozenset[str]:
-    return frozenset(listed.split())
-
-
-#: Words of fields that are about others, and measure nothing themselves.
-NOISE = _set(
-    "covariance cov cova var variance std sigma error err bias innov innovation integral reset "
-    "derivative counter dop"
-)
-_COMMANDS = _set(
-    "cmd command commands thruster thrusters thrust rpm rudder fin fins flaps elevator pwm servo "
-    "rcout rcou ch chan channel channels motor motors propeller prop screw delta stern "
-    "aileron actuator actuators torque throttle force wrench output outputs control voltage "
-    "esc joystick plane planes"
-)
-_WANTED = _set("setpoint sp target desired ref reference goal des wanted")
-_FLAGS = _set("good valid ok lock flag status quality is healthy")
-_ANGULAR = _set("angular gyro gyr gyroscope omega rate rates angvel pqr dot")
-_FORCE = _set("accel acceleration acc accelerometer accelerations")
-_TURNED = _set("orientation quaternion quat attitude q")
-_SPEED = _set("velocity velocities vel twist linear v speed dvl nu vbody")
-_PLACE = _set("position pose pos translation location point")
-_ANGLES = {name: name for name in ("roll", "pitch", "yaw", "heading")}
-_ANGLES |= {"phi": "roll", "theta": "pitch", "psi": "yaw", "hdg": "heading", "compass": "heading"}
-_RATE_OF = {"roll": "p", "pitch": "q", "yaw": "r", "heading": "r"}
-_LETTERS = {"n": "north", "e": "east", "d": "down"}
-_COMPASS = {word: word for word in ("north", "east", "down", "up")} | _LETTERS
-_AXES = {"x": 0, "y": 1, "z": 2, "0": 0, "1": 1, "2": 2}
-_VECTORS = (
-    (_FORCE, tuple(f"specific_force.f{axis}" for axis in "xyz"), 85),
-    (_ANGULAR, tuple(f"velocity.{rate}" for rate in "pqr"), 85),
-    (_SPEED, tuple(f"velocity.{speed}" for speed in "uvw"), 80),
-    (_PLACE, tuple(f"position.{axis}" for axis in "xyz"), 75),
-)
-
-
-def _fused() -> Iterator[tuple[str, str]]:
-    """Yield names of which the first letters say what is measured, and their roles."""
-    for axis, speed, rate in zip("xyz", "uvw", "pqr", strict=True):
-        yield f"v{axis}", f"velocity.{speed}"
-        yield from ((f"{kind}{axis}", f"velocity.{rate}") for kind in ("w", "g", "gyr"))
-        yield from ((f"{kind}{axis}", f"specific_force.f{axis}") for kind in ("a", "acc"))
-    yield from ((f"q{part}", f"attitude.q{part}") for part in "wxyz")
-    for letter, way in _LETTERS.items():
-        yield f"v{letter}", f"velocity.{way}"
-        yield f"p{letter}", f"position.{way}"
-
-
-_FUSED = dict(_fused())
-
-#: A role, and how sure the name is of it [%].
-Hint = tuple[str, int]
-
-
-def words(name: str) -> tuple[str, ...]:
-    """Return the words of a name, small."""
-    apart = re.sub(r"([a-z0-9])([A-Z])", r"\1 \2", name)
-    return tuple(word for word in re.split(r"[^A-Za-z0-9]+", apart.lower()) if word)
-
-
-def parted(name: str) -> tuple[tuple[str, ...], str | None]:
-    """Return the words of a name without its unit, and the unit."""
-    whole = words(name)
-    found = unit_at_end(whole)
-    return (whole, None) if found is None else (whole[: -found[0]], found[1])
-
-
-def unit_of(topic: Topic, field: str) -> str | None:
-    """Return the unit that the file states for a field, or that its name carries."""
-    return spelt(topic.units.get(field, "")) or parted(field)[1]
-
-
-def hint(topic: str, field: str, unit: str | None) -> Hint | None:
-    """Return the role that a name and a unit speak for."""
-    name = parted(field)[0]
-    around = {*words(topic), *name}
-    if around & NOISE or field.startswith("header."):
-        return None
-    found = _role(name, around)
-    quantity = None if found is None else quantity_of_role(found[0])
-    if found is None or unit is None or quantity is None:
-        return found
-    return (found[0], min(95, found[1] + 10)) if unit in UNITS[quantity] else None
-
-
-def quantity_of_role(role: str) -> str | None:
-    """Return the quantity of a role; None where it may be any."""
-    group, _, channel = role.partition(".")
-    if group == "position":
-        return "length"
-    return quantity_of(group, channel) if channel else None
-
-
-def _role(name: tuple[str, ...], around: set[str]) -> Hint | None:
-    """Return what words say."""
-    own, last, is_alone = set(name), name[-1] if name else "", len(name) == 1
-    angle = next((_ANGLES[word] for word in name if word in _ANGLES), None)
-    if own & _FLAGS and angle is None:
-        return "flag", 80
-    if own & _COMMANDS:
-        return "commands", 85
-    if around & (_COMMANDS - {"control"}) and angle is None and not own & _WANTED:
-        return "commands", 75
-    if around & _WANTED:
-        return None
-    if angle is not None:
-        is_rate = bool(own & (_ANGULAR | {"speed"}))
-        return (f"velocity.{_RATE_OF[angle]}", 80) if is_rate else (f"attitude.{angle}", 85)
-    if "rate" in around and is_alone and last in "rpy":
-        return f"velocity.{'pqr'['rpy'.index(last)]}", 75
-    if around & _TURNED and last in ("w", "x", "y", "z"):
-        return f"attitude.q{last}", 85
-    if name[:1] == ("q",) and last in ("0", "1", "2", "3"):
-        return f"attitude.q[{last}]", 80
-    if last in _AXES and len(around) > 1:
-        for kind, role, sure in _VECTORS:
-            if around & kind:
-                return role[_AXES[last]], sure
-    if last in _COMPASS and not is_alone:
-        return f"{'velocity' if own & _SPEED else 'position'}.{_COMPASS[last]}", 80
-    if "depth" in own:
-        return "position.depth", 75 if own & {"raw", "sensor", "setpoint"} else 85
-    if is_alone and last in "uvwpqr":
-        return f"velocity.{last}", 85
-    if last in _FUSED and not (last[0] == "a" and around & _PLACE):
-        return _FUSED[last], 80  # but not the world's acceleration beside a position
-    if is_alone and last in "xyz":
-        return f"position.{last}", 60
-    return (f"position.{last}", 75) if last in ("north", "east") else None
-
+from hydrodamp.ingest.probing.names import parted, unit_of, words
 
 _TIMES = {"time", "timestamp", "t", "stamp", "secs", "seconds", "clock", "elapsed", "timeus"}
-_INCREASES = 0.98  # share of steps; the rest are repeats and joins
+_WHOLE = {"sec", "secs", "s"}
+_NANO = {"nsec", "nsecs", "nanosec", "nanosecs", "nanoseconds"}
+_INCREASES = 0.98  # share of steps; the rest are joins
+_STOPPED = 20  # rows, and times the usual number, that the last stamp of a clock which stops has
+_EVEN = 0.05  # jitter of a clock that rows at a rate can stand for
 _EPOCHS = {"ns": 1e17, "us": 1e14, "ms": 1e11}  # 1973 and later, counted from 1970
 _LARGEST = 1e30  # of any unit; more was not measured
 _SLOW = 5.0  # s, a median step longer than that of any log
@@ -159,29 +30,71 @@ _MANY = 60_000  # samples; a longer clock is thinned, as motion is slower than t
 class Ticking:
     """The clock of a topic."""
 
-    column: str | None
+    column: str | None  # None for what the file itself says of arrival
     seconds: FloatArray
     unit: str
     confidence: int
     evidence: str
+    fraction: str = ""  # the column of nanoseconds beside that of seconds
+    rate: float | None = None  # of rows, where no column counts on
 
 
 def ticking(topic: Topic) -> Ticking | None:
-    """Return the clock of a topic, or None where no column increases."""
-    if topic.time is not None and np.isfinite(_measured(topic.time)).any():
-        return Ticking(None, _measured(topic.time), "s", 100, "stamped by the file")
+    """Return the clock of a topic, a sensor's before that of arrival; None where there is none."""
     fields = {name: _measured(values) for name, values in topic.fields.items()}
-    rising = [name for name, values in fields.items() if _share_rising(values) >= _INCREASES]
-    if not rising:
+    halves = _halves(topic)
+    rising = [name for name, values in fields.items() if _rises(values)]
+    named = [name for name in rising if _TIMES & {*words(name)} or name in halves]
+    stamped = [name for name in named if "header" in words(name) or name in halves]
+    is_recorded = topic.time is not None and bool(np.isfinite(_measured(topic.time)).any())
+    if topic.time is not None and is_recorded and not stamped:
+        return Ticking(None, _measured(topic.time), "s", 100, "when it was recorded, by the file")
+    plain = (name for name in rising if _is_plain_clock(fields[name]))
+    name = next(iter((*stamped, *named, *plain)), None)
+    if name is None:
         return None
-    named = [name for name in rising if _TIMES & set(words(name))]
-    name = (named or rising)[0]
     sure, why = (95, "its name, and it increases") if named else (70, "it increases")
-    stated = unit_of(topic, name)
-    is_stated = stated in UNITS["time"]
-    unit = stated if stated and is_stated else _unit_by_size(fields[name])
-    told = f"{why}; {unit} by its {'file or name' if is_stated else 'size'}"
-    return Ticking(name, fields[name] * UNITS["time"][unit], unit, sure, told)
+    why = "the sensor's own stamp, before that of arrival" if is_recorded else why
+    stated = "s" if name in halves else unit_of(topic, name)
+    unit = stated if stated in UNITS["time"] else _unit_by_size(fields[name])
+    seconds = fields[name] * UNITS["time"][unit]
+    if name in halves:
+        seconds = seconds + 1e-9 * fields[halves[name]]
+    told = f"{why}; {unit} by its {'file or name' if unit == stated else 'size'}"
+    if rate := _rate_before_stop(seconds):
+        told = f"`{name}` stands still before the rows end: they are counted at its rate"
+        seconds = np.arange(len(seconds)) / rate
+    return Ticking(name, seconds, unit, sure, told, halves.get(name, ""), rate)
+
+
+def _halves(topic: Topic) -> dict[str, str]:
+    """Return for columns of whole seconds those of nanoseconds beside them."""
+    split = {name: words(name) for name in topic.fields}
+    nanos = {its[:-1]: name for name, its in split.items() if {*its[-1:]} & _NANO}
+    return {
+        name: nanos[its[:-1]]
+        for name, its in split.items()
+        if {*its[-1:]} & _WHOLE and its[:-1] in nanos
+    }
+
+
+def _is_plain_clock(values: FloatArray) -> bool:
+    """Return whether values without a telling name increase always, and do not number the rows."""
+    steps = np.diff(values[np.isfinite(values)])
+    numbers_rows = bool((steps == 1.0).all()) and values[0] in (0.0, 1.0)
+    return bool(np.mean(steps > 0.0) >= _INCREASES) and not numbers_rows
+
+
+def _rate_before_stop(seconds: FloatArray) -> float | None:
+    """Return the rate of an even clock that stands still at its end."""
+    moves = np.flatnonzero(np.diff(seconds) > 0)
+    still = len(seconds) - 2 - moves[-1] if len(moves) else 0
+    if still < _STOPPED * max(1.0, len(seconds) / (len(moves) + 1)):
+        return None
+    steps = np.diff(seconds[: moves[-1] + 2])
+    step = float(np.median(steps))
+    is_even = step > 0 and float(np.quantile(np.abs(steps - step), 0.95)) < _EVEN * step
+    return float(f"{1 / step:.6g}") if is_even else None
 
 
 def _measured(values: FloatArray) -> FloatArray:
@@ -199,11 +112,14 @@ def _unit_by_size(values: FloatArray) -> str:
     return next((unit for unit, most in units.items() if step < most), "ns")
 
 
-def _share_rising(values: FloatArray) -> float:
+def _rises(values: FloatArray) -> bool:
+    """Return whether values increase, but for repeats, as a clock does, be it a coarse one."""
     finite = values[np.isfinite(values)]
-    if len(finite) < max(2, len(values) // 2):
-        return 0.0
-    return float(np.mean(np.diff(finite) > 0.0))
+    steps = np.diff(finite)
+    moving = steps[steps != 0.0]
+    if len(finite) < max(2, len(values) // 2) or len(moving) < max(1, len(steps) // 100):
+        return False
+    return bool(np.mean(moving > 0.0) >= _INCREASES)
 
 
 @dataclass(frozen=True, eq=False)
@@ -228,11 +144,12 @@ def series_of(topic: Topic, clock: Ticking | None) -> list[Series]:
     return [
         Series(topic.name, name, unit_of(topic, name), seconds, values)
         for name, values in ((name, _measured(values)) for name, values in topic.fields.items())
-        if name != column and not _is_stamp(name) and bool(np.isfinite(values).any())
+        if name != column and not is_stamp(name) and bool(np.isfinite(values).any())
     ]
 
 
-def _is_stamp(name: str) -> bool:
+def is_stamp(name: str) -> bool:
+    """Return whether a name is that of a time."""
     return parted(name)[0][-1:] in (("time",), ("timestamp",), ("stamp",)) or "stamp." in name
 
 

@@ -5,21 +5,24 @@ from __future__ import annotations
 import json
 import re
 import textwrap
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from hydrodamp.basis.atoms import check_command_name
-from hydrodamp.data.channels import ATTITUDE, EULER, RESERVED
+from hydrodamp.data.channels import ATTITUDE, EULER, RESERVED, WRENCH
 from hydrodamp.data.recording import Recording
 from hydrodamp.errors import HydrodampError
+from hydrodamp.ingest.probing.columns import Ticking, is_stamp
 from hydrodamp.ingest.probing.roles import Guess, Roles
 
 #: Confidence [%] below which a guess is left out.
 LEAST = 40
 
 _PLAIN_REASONS = ("name", "name and unit")  # go without saying
-_GROUPS = ("attitude", "velocity", "position", "specific_force")
+_GROUPS = ("attitude", "velocity", "position", "specific_force", "wrench")
+_SPEEDS = ("u", "v", "w", "north", "east", "down", "up")
+_NAMES = 12  # columns of one message and reason that are named
 _COMMANDS = 24  # more are no draft, but a list
 _WIDTH = 86
 _PLAIN = re.compile(r"[A-Za-z_/][\w./ -]*\w|[A-Za-z_]")
@@ -36,22 +39,26 @@ class Draft:
 
 
 def draft(recording: Recording, roles: Roles) -> Draft:
-    """Write a mapping file from guesses."""
+    """Write a mapping file from guesses, and list what is not in it."""
     used, name = _used(roles), Path(recording.source).name
+    driven, idle = _commands_of(roles)
     motion = [one for one in used if one.role.startswith(("velocity.", "attitude."))]
-    has_velocity = any(one.role.startswith("velocity.") for one in motion)
+    groups = {one.role.partition(".")[0] for one in used}
+    is_whole = "velocity" in groups or {"attitude", "position"} <= groups
     lines = [
         *_told(f"Drafted by `hydrodamp probe` from {name or 'a recording'}; check every line."),
         *_files(recording),
         *_axes(roles),
-        *_time(recording, roles, used),
+        *_time(recording, roles, (*used, *driven)),
         *(line for group in _GROUPS for line in _group(used, group, roles)),
-        *_commands(roles),
+        *_commands(driven),
         *_sensors(roles),
         *_steps(used),
+        *_lacking(roles, groups),
+        *_left_out(recording, roles, {one.column for one in (*used, *driven)}, idle),
     ]
     least = min((one.confidence for one in motion), default=0)
-    return Draft("\n".join(lines) + "\n", least if has_velocity else 0)
+    return Draft("\n".join(lines) + "\n", least if is_whole and roles.clocks else 0)
 
 
 def _told(text: str) -> list[str]:
@@ -102,14 +109,43 @@ def _axes(roles: Roles) -> Iterator[str]:
 
 
 def _time(recording: Recording, roles: Roles, used: Sequence[Guess]) -> Iterator[str]:
-    if given := roles.all_of("time"):
-        first = given[0]
-        own = roles.clocks[first.topic].column if len(given) > 1 else None
-        column = own or first.column
-        yield f"time: {{column: {_quoted(column)}, unit: {first.unit}}}{_sure(first)}"
+    """Name the clocks of the topics that are used, those of sensors before that of arrival."""
+    if not roles.clocks:
+        yield "time: {rate: HERTZ}    # no column counts the time: write how often the rows come"
         return
-    stamped = any("header.stamp" in recording.topic(one.topic).fields for one in used)
-    yield "time: [header.stamp, recorded]" if stamped else "time: recorded"
+    there = {one.topic: roles.clocks[one.topic] for one in used if one.topic in roles.clocks}
+    there = there or dict(roles.clocks)
+    choices: dict[str, str] = {}
+    for topic, clock in sorted(there.items(), key=lambda pair: pair[1].column is None):
+        is_shared = any(
+            clock.column in recording.topic(name).fields and other.column != clock.column
+            for name, other in there.items()
+        )
+        choices.setdefault(_choice(topic if is_shared else "", clock), _because(clock))
+    if any(
+        clock.column and recording.topic(name).time is not None for name, clock in there.items()
+    ):
+        choices.setdefault("recorded", "")
+    first, *others = choices
+    said = f"[{', '.join(choices)}]" if others else first
+    yield f"time: {said}{choices[first]}{'; of each topic the first that it has' if others else ''}"
+
+
+def _choice(topic: str, clock: Ticking) -> str:
+    """Return a clock as a mapping says it."""
+    if clock.rate is not None:
+        return f"{{rate: {clock.rate:g}}}"
+    if clock.column is None:
+        return "recorded"
+    stem = f"{topic}." if topic else ""
+    column = _quoted(stem + clock.column)
+    if clock.fraction:
+        return f"{{column: {column}, plus: {{{_quoted(stem + clock.fraction)}: 1.0e-9}}}}"
+    return column if clock.unit == "s" else f"{{column: {column}, unit: {clock.unit}}}"
+
+
+def _because(clock: Ticking) -> str:
+    return f"    # {clock.confidence} %: {clock.evidence}" if clock.column else ""
 
 
 def _group(used: Sequence[Guess], group: str, roles: Roles) -> Iterator[str]:
@@ -125,6 +161,11 @@ def _group(used: Sequence[Guess], group: str, roles: Roles) -> Iterator[str]:
         for name in ("roll", "pitch", "yaw"):
             if name not in names and not (name == "yaw" and "heading" in names):
                 yield f"  {name}: {{value: 0.0}}    # not recorded: taken as level"
+    if group == "velocity" and "north" in names and not {"down", "up"} & set(names):
+        yield "  down: {value: 0.0}    # not recorded: taken as level"
+    if group == WRENCH.name:
+        absent = (name for name in WRENCH.columns if name not in names)
+        yield from (f"  {name}: {{value: 0.0}}    # not recorded: taken as none" for name in absent)
 
 
 def _entry(one: Guess, flag: str | None = None) -> str:
@@ -133,13 +174,22 @@ def _entry(one: Guess, flag: str | None = None) -> str:
         said.append(f"unit: {one.unit}")
     if one.sign < 0:
         said.append("sign: -1")
+    if one.is_pulse:
+        said.append("scale: 0.0025, offset: -3.75")
     if flag is not None:
         said.append(f"where: {_quoted(flag)}")
     return _quoted(one.column) if len(said) == 1 else f"{{{', '.join(said)}}}"
 
 
-def _commands(roles: Roles) -> Iterator[str]:
-    found = [one for one in roles.all_of("commands") if one.confidence >= LEAST][:_COMMANDS]
+def _commands_of(roles: Roles) -> tuple[list[Guess], dict[str, str]]:
+    """Return the commands of the draft, and for those that are none of it why."""
+    found = [one for one in roles.all_of("commands") if one.confidence >= LEAST]
+    return found[:_COMMANDS], {
+        one.column: "more commands than a draft lists" for one in found[_COMMANDS:]
+    }
+
+
+def _commands(found: Sequence[Guess]) -> Iterator[str]:
     if not found:
         return
     yield "commands:"
@@ -181,13 +231,74 @@ def _sensors(roles: Roles) -> Iterator[str]:
 
 
 def _steps(used: Sequence[Guess]) -> Iterator[str]:
-    """Ask for rates that were not recorded, where there is an attitude."""
-    names = {one.role for one in used}
+    """Ask for velocities and rates that were not recorded, where there is a pose."""
+    names, steps = {one.role for one in used}, list[str]()
+    is_placed = {"position.north", "position.east"} <= names
+    if is_placed and names.isdisjoint(f"velocity.{speed}" for speed in _SPEEDS):
+        steps.append("velocity_from_position")
     angles = {"attitude.roll", "attitude.pitch", "attitude.qw"}
     wanted = {"r", "p", "q"} if names & angles else {"r"}
     there = any(name.startswith("attitude.") for name in names)
     if there and not {f"velocity.{rate}" for rate in wanted} <= names:
-        yield "steps: [rates_from_attitude]    # rates were not recorded"
+        steps.append("rates_from_attitude")
+    if steps:
+        yield f"steps: [{', '.join(steps)}]    # not recorded, derived"
+
+
+def _lacking(roles: Roles, groups: Collection[str]) -> Iterator[str]:
+    """Say what no log can do without."""
+    if "velocity" not in groups and not {"attitude", "position"} <= {*groups}:
+        yield "# No velocity was found, nor a pose to derive one from. Name its columns:"
+        yield "# velocity: {u: COLUMN, v: COLUMN, w: COLUMN, p: COLUMN, q: COLUMN, r: COLUMN}"
+
+
+def _left_out(
+    recording: Recording, roles: Roles, used: Collection[str], idle: Mapping[str, str]
+) -> Iterator[str]:
+    """List every column that is not in the draft, with why."""
+    reasons: dict[tuple[str, str], list[str]] = {}
+    guessed = {one.column: one for one in roles.guesses}
+    for topic in recording.topics:
+        stem = f"{topic.name}." if topic.name else ""
+        clock = roles.clocks.get(topic.name)
+        own = (clock.column, clock.fraction) if clock else ()
+        for field in dict.fromkeys((*topic.fields, *topic.texts, *topic.faults)):
+            column = f"{stem}{field}"
+            if column in used or field in own:
+                continue
+            if field in topic.faults:
+                why = topic.faults[field]
+            elif field not in topic.fields:
+                why = "words"
+            elif column in idle or column in roles.silent:
+                why = idle.get(column) or roles.silent[column]
+            elif one := guessed.get(column):
+                why = _instead(one, roles)
+            elif is_stamp(field) or not clock:
+                why = "a time" if clock else "no clock beside it"
+            else:
+                why = "holds no number"
+            message, _, last = field.rpartition("[" if field.endswith("]") else ".")
+            reasons.setdefault((f"{stem}{message}".rstrip("."), why), []).append(last.rstrip("]"))
+    if reasons:
+        yield "# Left out:"
+    for (message, why), names in reasons.items():
+        more = f" and {len(names) - _NAMES} more" if len(names) > _NAMES else ""
+        yield from _told(
+            f"{message}{': ' if message else ''}{' '.join(names[:_NAMES])}{more} - {why}"
+        )
+
+
+def _instead(one: Guess, roles: Roles) -> str:
+    """Return why a guess is not in the draft."""
+    if one.role == "flag":
+        return "tells good rows from bad"
+    best = roles.chosen(one.role)
+    if best is not None and best.column != one.column:
+        return f"{one.role} is {best.column}"
+    if one.confidence < LEAST:
+        return f"{one.role} perhaps, {one.confidence} %"
+    return f"{one.role} is given in another way"
 
 
 def _quoted(text: str) -> str:

@@ -14,8 +14,9 @@ from hydrodamp.errors import HydrodampError, HydrodampWarning
 from hydrodamp.files import parse_yaml
 from hydrodamp.ingest.mapping import LogMapping, presets, read_mapping
 from hydrodamp.ingest.mapping.finding import find
-from hydrodamp.ingest.probing.columns import NOISE, Ticking, series_of, words
+from hydrodamp.ingest.probing.columns import Ticking
 from hydrodamp.ingest.probing.draft import Draft, draft
+from hydrodamp.ingest.probing.names import NO_ROLE
 from hydrodamp.ingest.probing.roles import Roles, guess_roles
 from hydrodamp.ingest.probing.verdict import Needs, Verdict, verdict
 from hydrodamp.ingest.read import is_canonical, logs_of
@@ -155,16 +156,10 @@ def probe(recording: Recording) -> Probe:
         notes=recording.notes,
         topics=tuple(facts_of(one, roles.clocks.get(one.name)) for one in recording.topics),
         roles=roles,
-        without_role=_silent(recording, roles),
+        without_role=tuple(name for name, why in roles.silent.items() if why == NO_ROLE),
         presets=fitting(recording),
         draft=draft(recording, roles),
     )
-
-
-def _silent(recording: Recording, roles: Roles) -> tuple[str, ...]:
-    told = {one.column for one in roles.guesses}
-    columns = [one.column for topic in recording.topics for one in series_of(topic, None)]
-    return tuple(name for name in columns if name not in told and not NOISE & set(words(name)))
 
 
 def fitting(recording: Recording) -> tuple[Fitting, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -9,17 +10,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hydrodamp.data.recording import Recording
+from hydrodamp.data.units import UNITS
 from hydrodamp.ingest.formats.files import usual_axes
-from hydrodamp.ingest.probing.columns import (
-    Series,
-    Ticking,
-    hint,
-    quantity_of_role,
-    series_of,
-    ticking,
-)
+from hydrodamp.ingest.probing.columns import Series, Ticking, series_of, ticking
 from hydrodamp.ingest.probing.frames import (
     RateMatch,
+    Sign,
     Upright,
     WayMatch,
     angle_unit,
@@ -27,7 +23,24 @@ from hydrodamp.ingest.probing.frames import (
     match_way,
     weigh,
 )
+from hydrodamp.ingest.probing.names import hint, quantity_of_role, words
 
+_PULSES = (800.0, 2200.0)  # us, of a servo
+_SERVO = frozenset(("pwm", "servo", "rc", "rcou", "rcout", "ch", "channel", "channels", "esc"))
+_SNAME = 1.4  # weight of a notation
+_UNSTATED = 68  # %, of a unit that nothing but its size speaks for
+_SPIN = 3.5  # rad/s, faster than nearly all craft turn
+_USUAL_RATES = ("rad/s", "deg/s")
+_STILL = ("commands", "wrench", "velocity.p", "velocity.q", "velocity.r", "flag")
+_ROS_FIELD = re.compile(r"\b(pose|twist)[./](pose|twist|position|linear)\b")
+
+#: For every angle the largest that it may be in radians; one beyond is in degrees.
+_ANGLES = {
+    "attitude.roll": 3.3,
+    "attitude.pitch": 1.65,
+    "attitude.yaw": 6.5,
+    "attitude.heading": 6.5,
+}
 _ODD = 15.0  # m/s, beyond the speed of nearly all craft
 _SIBLINGS = 3  # points for each role that the same message fills
 _SPEEDS = tuple(f"velocity.{name}" for name in "uvw")
@@ -51,6 +64,7 @@ class Guess:
     evidence: tuple[str, ...] = ()
     chosen: bool = True
     topic: str = ""
+    is_pulse: bool = False  # the width of one, in microseconds
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,6 +78,7 @@ class Roles:
     way: WayMatch
     upright: Upright
     world: str
+    silent: Mapping[str, str]  # for columns without a role, why
 
     def chosen(self, role: str) -> Guess | None:
         """Return the best guess for a role."""
@@ -77,21 +92,87 @@ class Roles:
 def guess_roles(recording: Recording) -> Roles:
     """Guess what every column of a recording is."""
     clocks = {topic.name: clock for topic in recording.topics if (clock := ticking(topic))}
+    is_timed = bool(clocks)
+    if not is_timed:  # names say something all the same
+        rows = ((topic.name, np.arange(float(topic.n))) for topic in recording.topics if topic.n)
+        clocks = {name: Ticking(None, row, "s", 0, "rows") for name, row in rows}
     series = {
         one.column: one
         for topic in recording.topics
         if topic.name in clocks
         for one in series_of(topic, clocks[topic.name])
     }
-    found = _best([*_named(series.values())], series)
+    named, silent = _named(recording, series)
+    found = _best(named, series)
     flags = _flags(series, found)
-    playing = {one.role: series[one.column] for one in found if one.chosen}
-    rates, way = match_rates(playing), match_way(playing)
-    weighed = [_weighed(one, series[one.column], rates, way) for one in found]
-    upright = weigh(recording.format, playing)
-    world = _world(recording.format, upright.body)
+    playing = _in_units({one.role: series[one.column] for one in found if one.chosen})
+    units = {one.column: one.unit for one in playing.values()}
+    rates = match_rates(playing) if is_timed else RateMatch()
+    if is_timed and not rates.unit and any(not _is_stated(one) for one in _angles(playing)):
+        other = _in_degrees(playing)
+        if (again := match_rates(other)).unit in (*_USUAL_RATES, None) and again.unit:
+            rates, playing = again, other
+            units |= {one.column: "deg" for one in _angles(other)}
+    way = match_way(playing) if is_timed else WayMatch()
+    weighed = [
+        _weighed(replace(one, unit=units.get(one.column, one.unit)), series[one.column], rates, way)
+        for one in found
+    ]
+    form = _customary(recording)
+    upright = weigh(form, playing, (*_notation(playing),))
+    world = _world(form, upright.body)
     placed = [_placed(one, world, way) for one in weighed]
-    return Roles((*_times(clocks), *placed), clocks, flags, rates, way, upright, world)
+    guesses = (*(_times(clocks) if is_timed else ()), *placed)
+    return Roles(guesses, clocks if is_timed else {}, flags, rates, way, upright, world, silent)
+
+
+def _customary(recording: Recording) -> str:
+    """Return the format of a recording, and whose messages a table of it holds."""
+    names = (name for topic in recording.topics for name in topic.fields)
+    if "ROS" not in recording.format and any(map(_ROS_FIELD.search, names)):
+        return f"{recording.format} of ROS messages"
+    return recording.format
+
+
+def _notation(playing: Mapping[str, Series]) -> Iterator[Sign]:
+    """See how the angles are written: Greek letters and vectors eta and nu are of ships."""
+    names = {words(one.field)[0] for one in playing.values() if words(one.field)}
+    if {"phi", "theta", "psi"} <= names or {"eta", "nu"} <= names:
+        yield Sign(_SNAME, "eta, nu, phi, theta, psi: notation of ships, where z is down")
+
+
+def _angles(playing: Mapping[str, Series]) -> list[Series]:
+    return [playing[role] for role in _ANGLES if role in playing]
+
+
+def _is_stated(one: Series) -> bool:
+    return one.unit in UNITS["angle"]
+
+
+def _in_units(playing: Mapping[str, Series]) -> dict[str, Series]:
+    """Return angles of one message in one unit, and positions in metres."""
+    made = dict(playing)
+    open_ones = [one for one in _angles(playing) if not _is_stated(one)]
+    for topic in {one.topic for one in open_ones}:
+        roles = [role for role in _ANGLES if role in made and made[role].topic == topic]
+        beyond = any(
+            float(np.nanmax(np.abs(made[role].values))) > _ANGLES[role]
+            for role in roles
+            if not _is_stated(made[role])
+        )
+        unit = "deg" if beyond else "rad"
+        made |= {r: replace(made[r], unit=unit) for r in roles if not _is_stated(playing[r])}
+    for role in {*_PLACES, "position.depth"} & made.keys():
+        one = made[role]
+        scale = UNITS["length"].get(one.unit or "m", 1.0)
+        made[role] = replace(one, values=one.values * scale)
+    return made
+
+
+def _in_degrees(playing: Mapping[str, Series]) -> dict[str, Series]:
+    return {
+        role: replace(one, unit="deg") if role in _ANGLES else one for role, one in playing.items()
+    }
 
 
 def _world(form: str, body: str) -> str:
@@ -122,15 +203,36 @@ def _times(clocks: Mapping[str, Ticking]) -> Iterator[Guess]:
             yield Guess(column, "time", clock.confidence, clock.unit, 1, why, topic=topic)
 
 
-def _named(series: Iterable[Series]) -> Iterator[Guess]:
-    for one in series:
-        if (told := hint(one.topic, one.field, one.unit)) is None:
+def _named(
+    recording: Recording, series: Mapping[str, Series]
+) -> tuple[list[Guess], dict[str, str]]:
+    """Return what names say of columns, and of those that they say nothing of why."""
+    beside = {topic.name: frozenset(topic.fields) for topic in recording.topics}
+    guesses: list[Guess] = []
+    silent: dict[str, str] = {}
+    for column, one in series.items():
+        role, sure = hint(one.topic, one.field, one.unit, beside[one.topic])
+        known = one.values[np.isfinite(one.values)]
+        still, largest = bool(np.ptp(known) == 0.0), float(np.abs(known).max())
+        if sure == 0:
+            silent[column] = role
             continue
-        role, sure = told
+        if still and role.startswith(_STILL):
+            silent[column] = f"never changes from {known[0]:g}"
+            continue
         why: tuple[str, ...] = ("name and unit" if one.unit and quantity_of_role(role) else "name",)
         if role.startswith("attitude.q["):  # parts of an array: w first, as most write them
             role, why = f"attitude.q{'wxyz'[int(role[-2])]}", (*why, "w first")
-        yield Guess(one.column, role, sure, one.unit, 1, why, topic=one.topic)
+        if role.startswith("wrench.") and largest <= 1.0 and one.unit is None:
+            role, why = "commands", (*why, "no larger than one: no newtons")
+        low, high = float(known.min()), float(known.max())
+        is_pulse = role == "commands" and _PULSES[0] <= low and high <= _PULSES[1]
+        is_pulse = is_pulse and bool({*words(one.column)} & _SERVO) and one.unit is None
+        why = (*why, "a pulse width: -1 at 1100, 1 at 1900 us") if is_pulse else why
+        guesses.append(
+            Guess(column, role, sure, one.unit, 1, why, topic=one.topic, is_pulse=is_pulse)
+        )
+    return guesses, silent
 
 
 def _best(guesses: list[Guess], series: Mapping[str, Series]) -> list[Guess]:
@@ -156,17 +258,23 @@ def _best(guesses: list[Guess], series: Mapping[str, Series]) -> list[Guess]:
 def _weighed(one: Guess, series: Series, rates: RateMatch, way: WayMatch) -> Guess:
     """Return a guess with what its numbers and its motion say."""
     group, _, channel = one.role.partition(".")
-    if channel in ("roll", "pitch", "yaw", "heading"):
-        unit = angle_unit(series)
+    if f"attitude.{channel}" in _ANGLES:
+        unit = one.unit or angle_unit(series)
         one = replace(one, unit=unit) if series.unit else _with(one, f"{unit} by its size", unit)
     if not one.chosen:
         return one
+    if group == "attitude" and not rates.unit and not series.unit and one.unit == "rad":
+        one = replace(one, confidence=min(one.confidence, _UNSTATED))
     if group == "attitude" and rates.unit:
         return _surer(_with(one, "turns as the rates say"), min(dict(rates.axes).values()))
-    if group == "velocity" and channel in dict(rates.axes) and rates.unit:
-        likeness = dict(rates.axes)[channel]
-        told = f"turns as the attitude does ({likeness:.2f}), in {rates.unit}"
-        return _surer(_with(one, told, rates.unit), likeness)
+    if group == "velocity" and channel in tuple("pqr") and rates.unit:
+        likeness = dict(rates.axes).get(channel, 0.0)
+        does = f"turns as the attitude does ({likeness:.2f})" if likeness else "beside others"
+        return _surer(_with(one, f"{does}, in {rates.unit}", rates.unit), likeness)
+    if group == "velocity" and channel in tuple("pqr") and series.unit is None:
+        size = float(np.nanquantile(np.abs(series.values), 0.99))
+        unit = "deg/s" if size > _SPIN else "rad/s"
+        one = replace(_with(one, f"{unit} by its size", unit), confidence=_UNSTATED)
     if way.agreement.agrees() and one.role in (*_SPEEDS, *_PLACES):
         likeness = way.agreement.correlation
         return _surer(_with(one, f"velocity and position agree ({likeness:.2f})"), likeness)

@@ -1,0 +1,200 @@
+"""What the names of columns say: roles by words, units at the end, vectors by their elements."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Iterator
+
+from hydrodamp.data.channels import WRENCH
+from hydrodamp.data.recording import Topic
+from hydrodamp.data.units import UNITS, spelt, unit_at_end
+from hydrodamp.ingest.mapping.schema import quantity_of
+
+
+def _set(listed: str) -> frozenset[str]:
+    return frozenset(listed.split())
+
+
+#: Words of fields that are about others, and measure nothing themselves.
+NOISE = _set(
+    "covariance cov cova var variance std sigma error err bias innov innovation integral reset "
+    "derivative counter dop seq layout sim simulated simulation pred predicted"
+)
+_COMMANDS = _set(
+    "cmd command commands thruster thrusters thrust rpm rudder fin fins flaps elevator pwm servo "
+    "rcout rcou ch chan channel channels motor motors propeller prop screw delta stern "
+    "aileron actuator actuators torque throttle force wrench output outputs control voltage "
+    "esc joystick joy stick sticks lever manual rc axes plane planes"
+)
+_WANTED = _set("setpoint sp target desired ref reference goal des wanted")
+_WRENCH = _set("wrench tau")
+_PUSH, _TWIST = _set("force forces"), _set("torque torques moment moments")
+_LOADS = _WRENCH | _PUSH | _TWIST
+_EULER = _set("rpy euler attitude angles")
+_FLAGS = _set("good valid ok lock flag status quality is healthy")
+_ANGULAR = _set("angular gyro gyr gyroscope omega rate rates angvel pqr dot")
+_FORCE = _set("accel acceleration acc accelerometer accelerations")
+_TURNED = _set("orientation quaternion quat attitude q")
+_SPEED = _set("velocity velocities vel twist linear v speed dvl nu vbody")
+_PLACE = _set("position pose pos translation location point eta")
+_MOTIONS = {"surge": "u", "sway": "v", "heave": "w"}
+_ANGLES = {name: name for name in ("roll", "pitch", "yaw", "heading")}
+_ANGLES |= {"phi": "roll", "theta": "pitch", "psi": "yaw", "hdg": "heading", "compass": "heading"}
+_RATE_OF = {"roll": "p", "pitch": "q", "yaw": "r", "heading": "r"}
+_LETTERS = {"n": "north", "e": "east", "d": "down"}
+_COMPASS = {word: word for word in ("north", "east", "down", "up")} | _LETTERS
+_AXES = {"x": 0, "y": 1, "z": 2} | {str(place): place for place in range(6)}
+_TURN = ("attitude.roll", "attitude.pitch", "attitude.yaw")
+
+
+def _along(group: str, names: str) -> tuple[str, ...]:
+    return tuple(f"{group}.{name}" for name in names.split())
+
+
+# What words say of vectors, of three components or of six, the likeliest first; and how surely [%].
+_VECTORS = (
+    (_FORCE, _along("specific_force", "fx fy fz"), 85),
+    (_PUSH, _along("wrench", "X Y Z"), 80),
+    (_TWIST, _along("wrench", "K M N"), 80),
+    (_WRENCH, _along("wrench", "X Y Z K M N"), 85),
+    (_ANGULAR, _along("velocity", "p q r"), 85),
+    (_SPEED, _along("velocity", "u v w p q r"), 80),
+    (_EULER, _TURN, 80),
+    (_PLACE, (*_along("position", "x y z"), *_TURN), 75),
+)
+
+
+def _fused() -> Iterator[tuple[str, str]]:
+    """Yield names of which the first letters say what is measured, and their roles."""
+    for axis, speed, rate in zip("xyz", "uvw", "pqr", strict=True):
+        yield f"v{axis}", f"velocity.{speed}"
+        yield from ((f"{kind}{axis}", f"velocity.{rate}") for kind in ("w", "g", "gyr"))
+        yield from ((f"{kind}{axis}", f"specific_force.f{axis}") for kind in ("a", "acc"))
+    yield from ((f"q{part}", f"attitude.q{part}") for part in "wxyz")
+    for letter, way in _LETTERS.items():
+        yield f"v{letter}", f"velocity.{way}"
+        yield f"p{letter}", f"position.{way}"
+
+
+_FUSED = dict(_fused())
+
+_PATH = re.compile(r"[./]")  # between messages within messages
+
+#: Why a column has no role, where nothing else is to be said.
+NO_ROLE = "no role found"
+
+#: A role, and how sure the name is of it [%].
+Hint = tuple[str, int]
+
+
+def words(name: str) -> tuple[str, ...]:
+    """Return the words of a name, small."""
+    apart = re.sub(r"([a-z0-9])([A-Z])", r"\1 \2", name)
+    return tuple(word for word in re.split(r"[^A-Za-z0-9]+", apart.lower()) if word)
+
+
+def parted(name: str) -> tuple[tuple[str, ...], str | None]:
+    """Return the words of a name without its unit, and the unit."""
+    whole = words(name)
+    found = unit_at_end(whole)
+    return (whole, None) if found is None else (whole[: -found[0]], found[1])
+
+
+def unit_of(topic: Topic, field: str) -> str | None:
+    """Return the unit that the file states for a field, or that its name carries."""
+    return spelt(topic.units.get(field, "")) or parted(field)[1]
+
+
+def hint(topic: str, field: str, unit: str | None, beside: Collection[str] = ()) -> Hint:
+    """Return the role that a name and a unit speak for; without one, why."""
+    name = parted(field)[0]
+    around = {*words(topic), *name}
+    if told := around & NOISE:
+        return f"not a measurement itself: {min(told)}", 0
+    if "header" in name:
+        return "of the header", 0
+    is_wrench = {"K", "M", "N"} <= {*beside} or {"X", "Y", "N"} <= {*beside}
+    if field in WRENCH.columns and is_wrench:
+        return f"wrench.{field}", 85
+    is_alone = len(parted(_PATH.split(field)[-1])[0]) == 1
+    size = _siblings(field, beside)
+    found = _role(name, around, size, is_alone=is_alone, has_w=f"{field[:-1]}w" in beside)
+    if found is None and parted(field)[1] == "rpm":
+        return "commands", 80
+    if found is None:
+        asked = sorted({*name} & _WANTED)
+        return f"asked for, not measured: {asked[0]}" if asked else NO_ROLE, 0
+    quantity = quantity_of_role(found[0])
+    if unit is None or quantity is None:
+        return found
+    return (found[0], min(95, found[1] + 10)) if unit in UNITS[quantity] else (f"in {unit}", 0)
+
+
+def _siblings(field: str, beside: Collection[str]) -> int:
+    """Return how many elements the array of a field has; three for a vector with axes."""
+    stem, bracket, _ = field.rpartition("[")
+    return sum(one.startswith(f"{stem}[") for one in beside) if bracket else 3
+
+
+def quantity_of_role(role: str) -> str | None:
+    """Return the quantity of a role; None where it may be any."""
+    group, _, channel = role.partition(".")
+    if group == "position":
+        return "length"
+    return quantity_of(group, channel) if channel else None
+
+
+def _role(
+    name: tuple[str, ...], around: set[str], size: int, *, is_alone: bool, has_w: bool
+) -> Hint | None:
+    """Return what words say of a field, by itself or in an array of some size."""
+    own, last = set(name), name[-1] if name else ""
+    angle = next((_ANGLES[word] for word in name if word in _ANGLES), None)
+    if own & _FLAGS and angle is None:
+        return "flag", 80
+    is_load = last in _AXES and not around & _WANTED and (own | around & _WRENCH) & _LOADS
+    if is_load and (found := _component(around - _SPEED, _AXES[last], size)):
+        return found
+    if own & _COMMANDS:
+        return "commands", 85
+    if around & (_COMMANDS - {"control"}) and angle is None and not own & _WANTED:
+        return "commands", 75
+    if around & _WANTED:
+        return None
+    if angle is not None:
+        is_rate = bool(own & (_ANGULAR | {"speed"}))
+        return (f"velocity.{_RATE_OF[angle]}", 80) if is_rate else (f"attitude.{angle}", 85)
+    if own & _MOTIONS.keys() and not own & _PLACE:
+        return f"velocity.{next(_MOTIONS[word] for word in name if word in _MOTIONS)}", 80
+    if "rate" in around and is_alone and last in "rpy":
+        return f"velocity.{'pqr'['rpy'.index(last)]}", 75
+    if around & _TURNED and last in ("w", "x", "y", "z") and has_w:
+        return f"attitude.q{last}", 85
+    if around & _TURNED and size == 4 and last in ("0", "1", "2", "3"):
+        return f"attitude.q[{last}]", 60
+    if name[:1] == ("q",) and last in ("0", "1", "2", "3"):
+        return f"attitude.q[{last}]", 80
+    if last in _AXES and len(around) > 1 and (found := _component(around, _AXES[last], size)):
+        return found
+    if last in _COMPASS and not is_alone:
+        return f"{'velocity' if own & _SPEED else 'position'}.{_COMPASS[last]}", 80
+    if "depth" in own:
+        return "position.depth", 75 if own & {"raw", "sensor", "setpoint"} else 85
+    if is_alone and last in "uvwpqr" and not around & _TURNED - {"q"}:
+        return f"velocity.{last}", 85
+    if last in _FUSED and not (last[0] == "a" and around & _PLACE):
+        return _FUSED[last], 80  # but not the world's acceleration beside a position
+    if len(name) == 1 and last in "xyz":
+        return f"position.{last}", 60
+    if is_alone and last == "n":  # of the propeller, as ships have it
+        return "commands", 60
+    return (f"position.{last}", 75) if last in ("north", "east") else None
+
+
+def _component(around: set[str], place: int, size: int) -> Hint | None:
+    """Return what a component of a vector is."""
+    for kind, roles, sure in _VECTORS:
+        if around & kind:
+            is_one = place < min(len(roles), size) and size in (2, 3, 6)
+            return (roles[place], sure) if is_one else None
+    return None

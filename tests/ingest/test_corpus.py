@@ -1,0 +1,93 @@
+"""Logs of strangers, from thirty writers, through the draft alone; against the truth in them."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from hydrodamp.data.log import Log
+from hydrodamp.files import parse_yaml
+from hydrodamp.ingest.mapping import LogMapping
+from hydrodamp.ingest.probing.probe import SUFFICES, probe
+from hydrodamp.ingest.read import read_recording
+from strangers import CASES, EPOCH, Case, Truth
+
+TRUTH = Truth()
+SURE = 70  # %, above which no channel may be wrong
+SPEEDS = dict(zip("uvwpqr", np.hstack((TRUTH.body, TRUTH.rates)).T, strict=True))
+
+
+def wrong(log: Log, case: Case) -> Iterator[str]:
+    """Yield what a log lacks of the truth, or has otherwise, beside what a case lets it have."""
+    holds = case.holds.split()
+    at = log.time - EPOCH if log.time[0] > 1e9 else log.elapsed
+
+    def differs(values: np.ndarray, true: np.ndarray, tolerance: float = case.tolerance) -> bool:
+        known = np.interp(at, TRUTH.time, true)
+        inner = slice(5, -5)  # what is derived is less sure at the ends
+        apart = np.sqrt(np.mean((values - known)[inner] ** 2))
+        return bool(apart > tolerance * np.std(true[5:-5]) + 1e-9)
+
+    if log.n < 0.95 * len(TRUTH.time):
+        yield f"only {log.n} samples"
+    planar = not {"p", "q"} & set(holds)
+    turning = {"r": np.gradient(TRUTH.angles[:, 2], TRUTH.time)} if planar else {}
+    for name, true in (SPEEDS | turning).items():
+        if name in log.velocity_names:
+            if name in holds and differs(log.velocity[:, "uvwpqr".index(name)], true):
+                yield name
+        elif name in holds:
+            yield f"no {name}"
+    if "attitude" in holds:
+        seen = None if log.attitude is None else Rotation.from_quat(log.attitude, scalar_first=True)
+        near = np.searchsorted(TRUTH.time, at).clip(0, len(TRUTH.time) - 1)
+        true = TRUTH.turns[near]
+        if seen is None:
+            yield "no attitude"
+        elif planar:
+            turn = Rotation.from_euler("ZYX", TRUTH.angles[near][:, ::-1] * (1, 0, 0))
+            if np.median((seen * turn.inv()).magnitude()) > 0.03:
+                yield "heading"
+        elif np.median((seen * true.inv()).magnitude()) > 0.03:
+            yield "attitude"
+    if "wrench" in holds and (
+        log.wrench is None
+        or any(differs(one, true) for one, true in zip(log.wrench.T, TRUTH.wrench.T, strict=True))
+    ):
+        yield "wrench"
+    for name, true in (("rudder", TRUTH.rudder), ("rpm", TRUTH.rpm)):
+        if name in holds:
+            alike = [
+                abs(np.corrcoef(one, np.interp(at, TRUTH.time, true))[0, 1])
+                for one in log.commands.T
+                if np.std(one)
+            ]
+            if max(alike, default=0.0) < 0.8:
+                yield f"no {name}"
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_a_stranger_s_log(name: str, tmp_path: Path) -> None:
+    case = CASES[name]
+    recording = read_recording(case.write(tmp_path, TRUTH))
+    found = probe(recording)
+    text = found.draft.text
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        if case.loads:
+            assert found.draft.confidence >= SUFFICES, text
+            assert [*wrong(found.mapping().log(recording), case)] == [], text
+            return
+        assert found.draft.confidence < SUFFICES, text
+        assert case.says in text or any(case.says in note for note in found.notes), text
+        for before, after in case.add:
+            assert before in text, text
+            text = text.replace(before, after)
+        if case.add:
+            mapping = LogMapping.from_dict(parse_yaml(text, "the draft"), "the draft")
+            assert [*wrong(mapping.log(recording), case)] == [], text

@@ -1,0 +1,601 @@
+"""Logs as other people's writers leave them, all made from one small dive, whose truth is known.
+
+Every case writes into a folder and returns what is given on the command line.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.io import savemat
+from scipy.spatial.transform import Rotation
+
+from writers import Dataflash, RosBag
+
+FLIP = np.array([1.0, -1.0, -1.0])  # turns axes with z down into those with z up, and back
+EPOCH = 1716912000.0  # s, 28 May 2024, 16:00
+Columns = dict[str, np.ndarray]
+
+
+class Truth:
+    """A minute and a half of turning, pitching and rolling; FRD over NED, by scipy's rotations."""
+
+    def __init__(self, n: int = 900, step: float = 0.1) -> None:
+        self.time = time = step * np.arange(n)
+        self.angles = np.column_stack(
+            (0.1 * np.sin(0.5 * time), 0.2 * np.sin(0.31 * time), 0.8 * np.sin(0.2 * time))
+        )
+        self.turns = turns = Rotation.from_euler("ZYX", self.angles[:, ::-1])
+        self.body = np.column_stack(
+            (
+                1 + 0.5 * np.sin(0.4 * time),
+                0.2 * np.sin(0.6 * time),
+                0.1 * np.cos(0.5 * time) + 0.08,
+            )
+        )
+        self.world = turns.apply(self.body)
+        self.place = np.cumsum(self.world * step, axis=0) + np.array([0, 0, 5])
+        steps = (turns[:-1].inv() * turns[1:]).as_rotvec() / step
+        self.rates = np.vstack((steps, steps[-1:]))
+        self.force = turns.inv().apply([0.0, 0.0, -9.81]) + 0.05 * np.sin(np.outer(time, (1, 2, 3)))
+        self.rudder = 0.3 * np.sign(np.sin(0.3 * time))
+        self.rpm = 1500 + 300 * np.sign(np.sin(0.17 * time + 1))
+        waves = np.sin(np.outer(time, (0.1, 0.2, 0.3, 0.4, 0.5, 0.6)))
+        self.wrench = waves * (80, 20, 20, 3, 5, 9)
+        self.q_ned = turns.as_quat(scalar_first=True)  # w x y z
+        swap = np.array([[0.0, 1, 0], [1, 0, 0], [0, 0, -1]])
+        self.q_enu = Rotation.from_matrix(swap @ turns.as_matrix() @ np.diag(FLIP)).as_quat()
+        self.enu = self.place[:, [1, 0, 2]] * (1, 1, -1)
+
+    def euler(self, names: str = "roll pitch yaw", unit: float = 1.0) -> Columns:
+        return named(names, self.angles / unit)
+
+
+def named(names: str, block: np.ndarray) -> Columns:
+    return dict(zip(names.split(), block.T, strict=True))
+
+
+DEG = np.pi / 180
+
+
+def write(path: Path, columns: Mapping[str, Any], sep: str = ",", form: str = "%.9g") -> Path:
+    """Write a table as the csv module does."""
+    path.parent.mkdir(exist_ok=True)
+    rows = zip(
+        *([one if isinstance(one, str) else form % one for one in it] for it in columns.values()),
+        strict=True,
+    )
+    with path.open("w", newline="", encoding="utf-8") as file:
+        csv.writer(file, delimiter=sep).writerows([columns.keys(), *rows])
+    return path
+
+
+def clock(seconds: Iterable[float], digits: int = 4) -> list[str]:
+    """Return times of day."""
+    width = 3 + digits if digits else 2
+    return [
+        f"{s // 3600 % 24:02.0f}:{s // 60 % 60:02.0f}:{s % 60:0{width}.{digits}f}" for s in seconds
+    ]
+
+
+@dataclass(frozen=True)
+class Case:
+    """A log of others, what it holds, and whether its draft alone makes the log of it."""
+
+    write: Callable[[Path, Truth], Path | str]
+    holds: str = "u v w p q r attitude rudder"
+    loads: bool = True
+    add: tuple[tuple[str, str], ...] = ()  # replaced in the draft where it does not load alone
+    says: str = ""  # in the draft, where it does not
+    tolerance: float = 0.02
+
+
+CASES: dict[str, Case] = {}
+
+
+def case(holds: str = "u v w p q r attitude rudder", **more: Any) -> Callable[..., Any]:
+    def keep(function: Callable[[Path, Truth], Path | str]) -> Callable[[Path, Truth], Path | str]:
+        CASES[function.__name__] = Case(function, holds, **more)
+        return function
+
+    return keep
+
+
+@case()
+def csv_with_units_in_names(folder: Path, it: Truth) -> Path:
+    angles = it.euler("roll_deg pitch_deg yaw_deg", DEG)
+    rates = named("p_degs q_degs r_degs", it.rates / DEG)
+    columns = {"time_s": it.time, **angles, **named("u v w", it.body), **rates}
+    return write(folder / "a.csv", {**columns, "rudder_cmd": it.rudder})
+
+
+@case()
+def csv_of_a_spreadsheet_with_decimal_commas(folder: Path, it: Truth) -> Path:
+    columns = {"Time [ms]": 1000 * it.time, **it.euler("Roll[°] Pitch[°] Yaw[°]", DEG)}
+    columns |= named("Surge[kn] Sway[kn] Heave[kn]", it.body / 0.514444444)
+    columns |= named("RollRate[°/s] PitchRate[°/s] YawRate[°/s]", it.rates / DEG)
+    path = write(folder / "a.csv", {**columns, "Rudder[°]": it.rudder / DEG}, ";")
+    path.write_text(path.read_text("utf-8").replace(".", ","), "utf-8")
+    return path
+
+
+@case(holds="u v w p q r attitude rudder position")
+def savetxt_of_a_simulator(folder: Path, it: Truth) -> Path:
+    names = "t x y z phi theta psi u v w p q r delta"
+    block = np.column_stack((it.time, it.place, it.angles, it.body, it.rates, it.rudder))
+    np.savetxt(folder / "a.txt", block, header=names)
+    return folder / "a.txt"
+
+
+def ros_odometry(
+    it: Truth, sep: str = ".", pose: str = "pose.pose", twist: str = "twist.twist"
+) -> Columns:
+    parts = (
+        (f"{pose}.position", "xyz", it.enu),
+        (f"{pose}.orientation", "xyzw", it.q_enu),
+        (f"{twist}.linear", "xyz", it.body * FLIP),
+        (f"{twist}.angular", "xyz", it.rates * FLIP),
+    )
+    return {
+        f"{stem}.{part}".replace(".", sep): column
+        for stem, names, block in parts
+        for part, column in zip(names, block.T, strict=True)
+    }
+
+
+def late(time: np.ndarray) -> np.ndarray:
+    """Return when messages arrive: in bursts of five, a fifth of a second late and more."""
+    return time + 0.2 + 0.1 * (4 - np.arange(len(time)) % 5) + 1e-4 * np.arange(len(time))
+
+
+@case(holds="u v w p q r attitude position rudder")
+def csv_of_rostopic_echo(folder: Path, it: Truth) -> Path:
+    """Arrival in bursts beside the stamps of the header, nanoseconds both."""
+    stamp, nothing = (EPOCH + it.time) * 1e9, 0 * it.time
+    odometry = {f"field.{name}": values for name, values in ros_odometry(it).items()}
+    head = {"field.header.seq": nothing + np.arange(900), "field.header.stamp": stamp}
+    more = {"field.pose.covariance0": nothing + 0.1, "field.pose.covariance7": nothing + 0.1}
+    arrived = (EPOCH + late(it.time)) * 1e9
+    run = folder / "run"
+    write(run / "odom.csv", {"%time": arrived, **head, **odometry, **more}, form="%.18g")
+    fins = {"field.header.stamp": stamp, "field.rudder": it.rudder}
+    write(run / "fins.csv", {"%time": arrived, **fins}, form="%.18g")
+    return run
+
+
+@case()
+def csv_of_bagpy(folder: Path, it: Truth) -> str:
+    """Header stamps in two columns, two files of one run."""
+    stamp = EPOCH + it.time
+    head = {"header.stamp.secs": stamp // 1, "header.stamp.nsecs": (it.time % 1 * 1e9).round()}
+    odometry = {name: one for name, one in ros_odometry(it).items() if "position" not in name}
+    arrived = EPOCH + late(it.time)
+    write(folder / "d1-odom.csv", {"Time": arrived, **head, **odometry}, form="%.17g")
+    write(folder / "d1-fin_cmd.csv", {"Time": arrived, **head, "data": it.rudder}, form="%.17g")
+    return f"{folder / 'd1-odom.csv'}+{folder / 'd1-fin_cmd.csv'}"
+
+
+@case(holds="u v w p q r attitude position rudder")
+def csv_of_plotjuggler(folder: Path, it: Truth) -> Path:
+    """All topics on one clock, a row a message, empty where the others speak."""
+    odometry = ros_odometry(it, "/")
+    rows, blank = 2 * len(it.time), [""] * len(it.time)
+    time = np.sort(np.concatenate((it.time, it.time + 0.03))) + EPOCH
+    columns: dict[str, Any] = {"__time": [f"{one:.6f}" for one in time]}
+    for name, values in odometry.items():
+        columns[f"/odom/{name}"] = [
+            x for pair in zip(map(repr, values.tolist()), blank, strict=True) for x in pair
+        ]
+    columns["/fins/rudder"] = [
+        x for pair in zip(blank, map(repr, it.rudder.tolist()), strict=True) for x in pair
+    ]
+    assert len(columns["/fins/rudder"]) == rows
+    return write(folder / "a.csv", columns)
+
+
+def odometry_messages(bag: RosBag, store: Any, it: Truth, topic: str = "/odometry") -> list[Any]:
+    kind, columns = "nav_msgs/msg/Odometry", ros_odometry(it)
+    return messages(bag, store, topic, kind, it.time, columns)
+
+
+def messages(
+    bag: RosBag, store: Any, topic: str, kind: str, time: np.ndarray, columns: Columns
+) -> list[Any]:
+    """Return topic, type, arrival and message for each row; the header is stamped earlier."""
+    arrived = late(time)
+    return [
+        (topic, kind, EPOCH + arrived[k], message(bag, store, kind, EPOCH + time[k], row))
+        for k, row in enumerate(
+            [
+                dict(zip(columns, values, strict=True))
+                for values in zip(*columns.values(), strict=True)
+            ]
+        )
+    ]
+
+
+def message(
+    bag: RosBag, store: Any, kind: str, stamp: float, row: Mapping[str, Any], path: str = ""
+) -> Any:
+    """Return a message of any type with the numbers given by their paths, zero elsewhere."""
+    given = {}
+    for part, (node, detail) in store.fielddefs[kind][1]:
+        here = f"{path}.{part}" if path else part
+        if int(node) == 2:
+            is_time = detail.endswith("/Time")
+            given[part] = (
+                bag.stamp(stamp, store)
+                if is_time
+                else message(bag, store, detail, stamp, row, here)
+            )
+        elif int(node) == 1:
+            given[part] = "" if detail[0] == "string" else type_of(detail[0])(row.get(here, 0))
+        else:
+            (inner, about), length = detail
+            if int(inner) == 2:
+                given[part] = []
+            else:
+                values = [row[f"{here}[{k}]"] for k in range(64) if f"{here}[{k}]" in row]
+                given[part] = np.array(values or [0] * length, dtype=about[0])
+    return store.types[kind](**given)
+
+
+def type_of(name: str) -> Callable[[Any], Any]:
+    return float if name.startswith("float") else bool if name == "bool" else int
+
+
+@case(holds="u v w p q r attitude position rudder")
+def ros2_odometry_and_fins(folder: Path, it: Truth) -> Path:
+    bag = RosBag()
+    store, fins = bag.modern, {"vector.x": it.rudder}
+    found = odometry_messages(bag, store, it)
+    found += messages(bag, store, "/fin_command", "geometry_msgs/msg/Vector3Stamped", it.time, fins)
+    return bag.ros2(folder / "run", sorted(found, key=lambda one: one[2]))
+
+
+@case(holds="u v w p q r attitude position wrench")
+def ros1_odometry_and_wrench(folder: Path, it: Truth) -> Path:
+    bag = RosBag()
+    store, kind = bag.noetic, "geometry_msgs/msg/WrenchStamped"
+    names = " ".join(f"wrench.{kind}.{axis}" for kind in ("force", "torque") for axis in "xyz")
+    wrench = named(names, it.wrench * np.tile(FLIP, 2))
+    found = odometry_messages(bag, store, it) + messages(
+        bag, store, "/rov/thrust_manager/tau", kind, it.time, wrench
+    )
+    return bag.ros1(folder / "run.bag", sorted(found, key=lambda one: one[2]))
+
+
+@case(holds="u v w p q r attitude port")
+def ros2_dvl_imu_and_pulse_widths(folder: Path, it: Truth) -> Path:
+    bag = RosBag()
+    store, time = bag.modern, it.time
+    speed = named("twist.linear.x twist.linear.y twist.linear.z", it.body * FLIP)
+    imu = named("angular_velocity.x angular_velocity.y angular_velocity.z", it.rates * FLIP)
+    imu |= named("orientation.x orientation.y orientation.z orientation.w", it.q_enu)
+    imu |= named(
+        "linear_acceleration.x linear_acceleration.y linear_acceleration.z", it.force * FLIP
+    )
+    pwm = {
+        "data[0]": 1500 + 400 * np.sign(it.rudder),
+        "data[1]": 1500 + 0 * time,
+        "data[2]": 0 * time,
+    }
+    found = messages(bag, store, "/dvl/twist", "geometry_msgs/msg/TwistStamped", time, speed)
+    found += messages(bag, store, "/imu", "sensor_msgs/msg/Imu", time, imu)
+    found += messages(bag, store, "/pwm", "std_msgs/msg/UInt16MultiArray", time, pwm)
+    return bag.ros2(folder / "run", sorted(found, key=lambda one: one[2]), "SQLITE3")
+
+
+@case(holds="u v w p q r attitude position stick", tolerance=0.1)
+def ros1_mocap_pose_and_joystick(folder: Path, it: Truth) -> Path:
+    """A pose alone: velocities come from it."""
+    bag = RosBag()
+    store = bag.noetic
+    pose = {n: one for n, one in ros_odometry(it, pose="pose").items() if n.startswith("pose")}
+    joy = {"axes[0]": it.rudder / 0.3, "axes[1]": np.sin(0.7 * it.time), "axes[2]": 0 * it.time}
+    found = messages(bag, store, "/vrpn/rov/pose", "geometry_msgs/msg/PoseStamped", it.time, pose)
+    found += messages(bag, store, "/joy", "sensor_msgs/msg/Joy", it.time, joy)
+    return bag.ros1(folder / "run.bag", sorted(found, key=lambda one: one[2]))
+
+
+@case(holds="u v w p q r attitude position thrust")
+def ardupilot_binary(folder: Path, it: Truth) -> Path:
+    log = Dataflash()
+    log.define(140, "ATT", "QffffffB", "TimeUS,DesRoll,Roll,DesPitch,Pitch,DesYaw,Yaw,AEKF")
+    log.define(141, "IMU", "QBffffff", "TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ")
+    log.define(142, "XKF1", "QBffffff", "TimeUS,C,VN,VE,VD,PN,PE,PD")
+    log.define(143, "RCOU", "QHHHH", "TimeUS,C1,C2,C3,C4")
+    for k, time in enumerate((1e6 * (it.time + 5)).astype(int).tolist()):
+        roll, pitch, yaw = (it.angles[k] / DEG).tolist()
+        log.put("ATT", time, 0.0, roll, 0.0, pitch, 0.0, yaw % 360, 3)
+        log.put("IMU", time, 0, *it.rates[k].tolist(), *it.force[k].tolist())
+        log.put("XKF1", time, 0, *it.world[k].tolist(), *(it.place[k] - it.place[0]).tolist())
+        log.put("RCOU", time, 1500 + round(1000 * it.rudder[k]), 1500, 0, 0)
+    return log.save(folder / "00000012.BIN")
+
+
+@case(holds="u v w attitude p q r thrust", tolerance=0.05)
+def ardupilot_text(folder: Path, it: Truth) -> Path:
+    lines = ["FMT, 140, 30, ATT, Qfff, TimeUS,Roll,Pitch,Yaw"]
+    lines += ["FMT, 142, 30, XKF1, QBffffff, TimeUS,C,VN,VE,VD,PN,PE,PD"]
+    lines += ["FMT, 143, 15, RCOU, QHH, TimeUS,C1,C2"]
+    for k, time in enumerate((1e6 * it.time).astype(int).tolist()):
+        roll, pitch, yaw = (it.angles[k] / DEG).tolist()
+        lines.append(f"ATT, {time}, {roll:.5f}, {pitch:.5f}, {yaw:.5f}")
+        numbers = ", ".join(f"{one:.5f}" for one in (*it.world[k], *it.place[k]))
+        lines += [f"XKF1, {time}, 0, {numbers}"]
+        lines.append(f"RCOU, {time}, {1500 + round(1000 * it.rudder[k])}, 1500")
+    (folder / "a.log").write_text("\n".join(lines), "utf-8")
+    return folder / "a.log"
+
+
+@case(holds="u v w p q r attitude position wrench")
+def matlab_of_a_thesis(folder: Path, it: Truth) -> Path:
+    """Vectors of six: eta, nu and tau."""
+    eta, nu = np.hstack((it.place, it.angles)), np.hstack((it.body, it.rates))
+    savemat(folder / "a.mat", {"t": it.time, "eta": eta, "nu": nu, "tau": it.wrench, "m": 31.0})
+    return folder / "a.mat"
+
+
+@case()
+def matlab_structure_in_degrees(folder: Path, it: Truth) -> Path:
+    log = {"time": it.time, "vel": named("u v w", it.body), "rpm": it.rpm}
+    log |= {"att": it.euler(unit=DEG), "gyro": named("p q r", it.rates / DEG), "rudder": it.rudder}
+    savemat(folder / "a.mat", {"log": log})
+    return folder / "a.mat"
+
+
+@case(holds="u v r attitude position rudder")
+def matlab_of_a_ship_with_its_simulation(folder: Path, it: Truth) -> Path:
+    """Measured arrays beside a simulation of more of them, each on a clock of its own."""
+    heading, flat = (
+        it.angles[:, 2],
+        np.column_stack((it.body[:, :2], np.gradient(it.angles[:, 2], 0.1))),
+    )
+    turned = np.exp(1j * heading) * (flat[:, 0] + 1j * flat[:, 1])
+    way = np.cumsum(turned) * 0.1
+    fine = np.arange(0, 90, 0.02)
+    sims = {
+        f"{name}_sim": 0.5 * np.sin(k * fine)
+        for k, name in enumerate(("x", "y", "psi", "u", "v", "r", "delta"), 1)
+    }
+    measured = {"time": it.time, "x": way.real, "y": way.imag, "psi": heading, "delta": it.rudder}
+    measured |= named("u v r", flat)
+    savemat(folder / "a.mat", {**measured, "time_sim": fine, **sims})
+    return folder / "a.mat"
+
+
+@case(holds="u v w p q r attitude rpm")
+def hdf5_of_sensors(folder: Path, it: Truth) -> Path:
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(folder / "a.h5", "w") as file:
+        for stem, columns in {
+            "imu": {"gyro": it.rates, "accel": it.force},
+            "dvl": {"velocity": it.body},
+            "ahrs": it.euler(unit=DEG),
+            "motor": {"rpm": it.rpm},
+        }.items():
+            file[f"{stem}/time"] = EPOCH + it.time
+            for name, values in columns.items():
+                file[f"{stem}/{name}"] = values
+    return folder / "a.h5"
+
+
+@case(holds="u v w p q r attitude position rudder")
+def parquet_of_pyarrow(folder: Path, it: Truth) -> Path:
+    """Nested structures and time stamps of nanoseconds."""
+    arrow, parquet = (pytest.importorskip(f"pyarrow{tail}") for tail in ("", ".parquet"))
+    rows = [
+        {
+            "stamp": round((EPOCH + t) * 1e9),
+            "position": dict(zip("xyz", place, strict=True)),
+            "rpy": angles,
+            "velocity": {
+                "linear": dict(zip("xyz", body, strict=True)),
+                "angular": dict(zip("xyz", rates, strict=True)),
+            },
+            "rudder": rudder,
+        }
+        for t, place, angles, body, rates, rudder in zip(
+            *(one.tolist() for one in (it.time, it.place, it.angles, it.body, it.rates, it.rudder)),
+            strict=True,
+        )
+    ]
+    table = arrow.Table.from_pylist(rows)
+    stamp = table["stamp"].cast(arrow.timestamp("ns"))
+    parquet.write_table(table.set_column(0, "stamp", stamp), folder / "a.parquet")
+    return folder / "a.parquet"
+
+
+@case()
+def table_of_labview(folder: Path, it: Truth) -> Path:
+    """Tabs, times of day, units in brackets, words among the columns."""
+    columns: dict[str, Any] = {"Time": clock(86340 + it.time)}
+    columns |= it.euler("Roll(deg) Pitch(deg) Heading(deg)", DEG)
+    columns["Heading(deg)"] = columns["Heading(deg)"] % 360
+    columns |= named("Vx(m/s) Vy(m/s) Vz(m/s)", it.body)
+    columns |= named("GyroX(deg/s) GyroY(deg/s) GyroZ(deg/s)", it.rates / DEG)
+    columns |= {"Rudder(deg)": it.rudder / DEG, "Mode": ["AUTO"] * 900}
+    return write(folder / "a.txt", columns, "\t")
+
+
+@case()
+def date_and_time_of_a_logger(folder: Path, it: Truth) -> Path:
+    columns: dict[str, Any] = {"Date": ["05/28/2024"] * 900, "Time": clock(57600 + it.time, 3)}
+    columns |= it.euler("Roll Pitch Yaw", DEG) | named("u v w", it.body)
+    columns |= named("RollRate PitchRate YawRate", it.rates / DEG)
+    return write(folder / "a.csv", {**columns, "Rudder": it.rudder})
+
+
+@case()
+def npz_of_unnamed_arrays(folder: Path, it: Truth) -> Path:
+    """Six velocities in one array, angles in another."""
+    both = np.hstack((it.body, it.rates))
+    np.savez(folder / "a.npz", time=it.time, velocities=both, attitude=it.angles, rudder=it.rudder)
+    return folder / "a.npz"
+
+
+@case(loads=False, add=(("rate: HERTZ", "rate: 10"),), says="rate: HERTZ")
+def npz_without_a_clock(folder: Path, it: Truth) -> Path:
+    both = np.hstack((it.body, it.rates))
+    np.savez(folder / "a.npz", nu=both, rpy=it.angles, rudder=it.rudder)
+    return folder / "a.npz"
+
+
+@case(holds="u v w p q r attitude position port", tolerance=0.1)
+def motion_capture_beside_pulse_widths(folder: Path, it: Truth) -> str:
+    """Millimetres and degrees, a frame counter; a file of thrusters beside it. z is up."""
+    flip = np.array([1.0, -1.0, -1.0])
+    columns = {"Frame": np.arange(900.0), "Time": it.time}
+    columns |= named("X_mm Y_mm Z_mm", it.place * flip * 1000)
+    columns |= named("Roll_deg Pitch_deg Yaw_deg", it.angles * flip / DEG)
+    write(folder / "t07_mocap.tsv", columns, "\t")
+    pwm = {
+        "time": it.time[::2],
+        "ch1_pwm": 1500 + 400 * np.sign(it.rudder[::2]),
+        "ch2_pwm": 1500 + 0 * it.time[::2],
+    }
+    write(folder / "t07_thrusters.csv", pwm)
+    return f"{folder / 't07_mocap.tsv'}+{folder / 't07_thrusters.csv'}"
+
+
+@case(holds="u v r attitude position rudder rpm")
+def csv_of_a_surface_boat(folder: Path, it: Truth) -> Path:
+    heading = it.angles[:, 2]
+    flat = np.column_stack((it.body[:, :2], np.gradient(heading, 0.1)))
+    way = np.cumsum(np.exp(1j * heading) * (flat[:, 0] + 1j * flat[:, 1])) * 0.1
+    columns = {"t": it.time, "x": way.real, "y": way.imag, "psi": heading, **named("u v r", flat)}
+    return write(folder / "a.csv", {**columns, "delta": it.rudder, "n": it.rpm / 60})
+
+
+@case(tolerance=0.05)
+def csv_of_a_coarse_clock(folder: Path, it: Truth) -> Path:
+    """Stamps of whole seconds at ten rows a second."""
+    columns = {"time": np.floor(it.time + 1e-9), **it.euler(), **named("u v w", it.body)}
+    return write(folder / "a.csv", {**columns, **named("p q r", it.rates), "rudder": it.rudder})
+
+
+@case(tolerance=0.15)
+def csv_of_ground_speed_without_the_vertical(folder: Path, it: Truth) -> Path:
+    """North and east alone beside roll and pitch: level is assumed, and said."""
+    angles = 0.2 * it.angles[:, :2]
+    turns = Rotation.from_euler("ZYX", np.column_stack((it.angles[:, 2], angles[:, ::-1])))
+    north, east, _ = turns.apply(it.body * (1, 1, 0)).T
+    columns = {"time": it.time, "roll": angles[:, 0], "pitch": angles[:, 1], "yaw": it.angles[:, 2]}
+    return write(
+        folder / "a.csv", {**columns, "vel_north": north, "vel_east": east, "rudder": it.rudder}
+    )
+
+
+CASES["csv_of_ground_speed_without_the_vertical"] = Case(
+    csv_of_ground_speed_without_the_vertical, "u v rudder", tolerance=0.1
+)
+
+
+@case(holds="u v w p q r attitude position rudder")
+def csv_with_z_up_beside_a_depth(folder: Path, it: Truth) -> Path:
+    columns = {"time": it.time, **named("roll pitch yaw", it.angles * FLIP)}
+    columns |= named("u v w", it.body * FLIP) | named("p q r", it.rates * FLIP)
+    return write(folder / "a.csv", {**columns, "depth": it.place[:, 2], "rudder": it.rudder})
+
+
+@case(loads=False, says="no line of column names")
+def numbers_without_names(folder: Path, it: Truth) -> Path:
+    np.savetxt(folder / "a.dat", np.column_stack((it.time, it.body, it.rates, it.angles)))
+    return folder / "a.dat"
+
+
+@case()
+def csv_of_small_angles_in_degrees(folder: Path, it: Truth) -> Path:
+    """Angles of a few degrees and rates of a few degrees a second, no unit anywhere."""
+    angles = it.angles * (1, 0.4, 0.13)
+    turns = Rotation.from_euler("ZYX", angles[:, ::-1])
+    steps = (turns[:-1].inv() * turns[1:]).as_rotvec() / 0.1
+    columns = {"time": it.time, **named("roll pitch yaw", angles / DEG), **named("u v w", it.body)}
+    columns |= named("gyro_x gyro_y gyro_z", np.vstack((steps, steps[-1:])))
+    return write(folder / "a.csv", {**columns, "rudder": it.rudder})
+
+
+CASES["csv_of_small_angles_in_degrees"] = Case(csv_of_small_angles_in_degrees, "u v w small rudder")
+
+
+@case()
+def csv_of_many_sticks(folder: Path, it: Truth) -> Path:
+    """Sixteen channels of a remote control, most of them still."""
+    columns = {"timestamp": EPOCH + it.time, **it.euler(), **named("u v w", it.body)}
+    columns |= named("p q r", it.rates)
+    sticks = {f"rc_channels[{k}]": 1500 + 0 * it.time for k in range(16)}
+    sticks["rc_channels[3]"] = 1500 + 1000 * it.rudder
+    return write(folder / "a.csv", {**columns, **sticks}, form="%.15g")
+
+
+@case(loads=False, add=(("rate: HERTZ", "rate: 10"),), says="rate: HERTZ")
+def csv_of_pandas_with_an_index_alone(folder: Path, it: Truth) -> Path:
+    """The index of the table is no clock: its rate must be said."""
+    columns = {
+        "": np.arange(900.0),
+        **it.euler(),
+        **named("u v w", it.body),
+        **named("p q r", it.rates),
+    }
+    return write(folder / "a.csv", {**columns, "rudder": it.rudder})
+
+
+@case(holds="", loads=False, says="velocity")
+def moos_log_of_speed_alone(folder: Path, it: Truth) -> Path:
+    lines = ["%% LOGSTART 1716912000"]
+    for k, time in enumerate(it.time.tolist()):
+        lines += [f"{time:.3f} NAV_HEADING pNav {it.angles[k, 2] / DEG % 360:.4f}"]
+        lines += [f"{time:.3f} NAV_SPEED pNav {it.body[k, 0]:.4f}"]
+        lines += [f"{time:.3f} DESIRED_RUDDER pHelm {it.rudder[k] / DEG:.4f}"]
+    (folder / "a.alog").write_text("\n".join(lines), "utf-8")
+    return folder / "a.alog"
+
+
+@case(holds="u v w p q r attitude position rudder")
+def ulog_of_px4(folder: Path, it: Truth) -> Path:
+    return ulog(
+        folder / "a.ulg",
+        it.time + 20,
+        {
+            "vehicle_attitude": ("float[4] q", it.q_ned),
+            "vehicle_local_position": (
+                "float x;float y;float z;float vx;float vy;float vz;bool v_xy_valid",
+                np.column_stack((it.place, it.world, np.ones(900))),
+            ),
+            "vehicle_angular_velocity": ("float[3] xyz", it.rates),
+            "vehicle_torque_setpoint": ("float[3] xyz", np.outer(it.rudder, (0, 0, 1))),
+        },
+    )
+
+
+def ulog(path: Path, time: np.ndarray, topics: Mapping[str, tuple[str, np.ndarray]]) -> Path:
+    """Write a ULog as its published format says (docs.px4.io, ULog file format)."""
+    import struct
+
+    content = bytearray(b"ULog\x01\x12\x35\x01" + struct.pack("<Q", 0))
+
+    def put(kind: bytes, body: bytes) -> None:
+        content.extend(struct.pack("<HB", len(body), kind[0]) + body)
+
+    put(b"B", bytes(40))
+    for name, (fields, _) in topics.items():
+        put(b"F", f"{name}:uint64_t timestamp;{fields};".encode())
+    for number, name in enumerate(topics):
+        put(b"A", struct.pack("<BH", 0, number) + name.encode())
+    for k, second in enumerate(time.tolist()):
+        for number, (fields, block) in enumerate(topics.values()):
+            kinds = "".join("?" if one.startswith("bool") else "f" for one in fields.split(";"))
+            kinds = "f" * block.shape[1] if "[" in fields else kinds
+            row = [
+                bool(x) if c == "?" else x for c, x in zip(kinds, block[k].tolist(), strict=True)
+            ]
+            put(b"D", struct.pack(f"<HQ{kinds}", number, round(1e6 * second), *row))
+    path.write_bytes(content)
+    return path
