@@ -73,4 +73,4 @@ def test_a_command_that_is_missed_is_told_before_terms_are_selected(
     (folder / "lamp.csv").write_text(text.replace("turn", "lamp", 1), "utf-8")
     monkeypatch.setattr(Sparse, "select", lambda *_: pytest.fail("selected for minutes"))
     said = " ".join(call(f"{line} --vehicle planar.yaml", 2).output.split())
-    assert "command column 'turn' is missing: an actuator of 'planar' uses it" in said
+    assert "there is no command 'turn', which an actuator of 'planar' uses" in said

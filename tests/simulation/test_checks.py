@@ -64,9 +64,9 @@ def test_commands_that_are_missing_come_together() -> None:
         check_log(fleet["vt690"], log_of("rpm", "tilter"), (model(N="down_y stick tiller"),))
     assert str(caught.value).splitlines() == [
         "dive.csv: 2 faults",
-        "  - command column 'stick', 'tiller' is missing: a term uses it. Did you mean 'tilter'? "
+        "  - there is no command 'stick', 'tiller', which a term uses. Did you mean 'tilter'? "
         "The log has 'rpm', 'tilter'.",
-        "  - command column 'elevator', 'rudder' is missing: an actuator of 'vt690' uses it. The "
+        "  - there is no command 'elevator', 'rudder', which an actuator of 'vt690' uses. The "
         "log has 'rpm', 'tilter'.",
     ]
 

@@ -137,7 +137,7 @@ def _commands(vehicle: Vehicle, log: Log, models: Sequence[DampingModel]) -> Ite
         if absent:
             near = "".join(did_you_mean(name, recorded) for name in sorted(absent))
             yield (
-                f"command column {_quoted(sorted(absent))} is missing: {user} uses it.{near} "
+                f"there is no command {_quoted(sorted(absent))}, which {user} uses.{near} "
                 f"The log has {_quoted(log.command_names) or 'no command'}."
             )
 

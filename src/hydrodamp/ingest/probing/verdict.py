@@ -112,8 +112,8 @@ class Verdict:
         poor = [name for name, much in grades.items() if much < 1.0]
         fit = "Fit for the job" if len(well) == len(grades) else f"Fit for {_named(well)}"
         parts = [fit if well else "Fit for little" if little else "Not fit for the job"]
-        parts += [f"{_named(little)} varies little"] if little else []
-        parts += [f"{_named(poor)} hardly varies"] if poor else []
+        parts += [f"little variation in {_named(little)}"] if little else []
+        parts += [f"hardly any variation in {_named(poor)}"] if poor else []
         return f"{'; '.join(parts)}.{' Clean it first.' if self.suspicions else ''}"
 
 
