@@ -11,7 +11,7 @@ from hydrodamp.data.attitude import quaternion_from_euler
 
 ROW = {
     *("model", "method", "n_coefficients", "rank", "rms", "rms_by_axis", "fit_by_axis"),
-    *("status", "diverged_at", "coefficients", "fit"),
+    *("rms_by_segment", "status", "diverged_at", "coefficients", "fit"),
 }
 PARTS = "compare ab.csv --vehicle planar.yaml --train one --test two"
 ONE = "compare a.csv --vehicle planar.yaml"

@@ -6,11 +6,13 @@ from hydrodamp.report.comparison_tables import (
     axis_grids,
     comparison_grids,
     replay_grid,
+    run_grids,
     score_grid,
     summary_grids,
+    window_grids,
 )
 from hydrodamp.report.grid import to_text
-from hydrodamp.simulation.replay import Score
+from hydrodamp.simulation.replay import HorizonScore, Score
 from hydrodamp.simulation.status import Status
 from hydrodamp.validation.compare import Comparison, Row
 
@@ -92,3 +94,20 @@ def test_the_score_of_one_replay_ends_with_all_velocities_together():
         ["r", "2.000", "deg/s", "<0"],
         ["all", "0.250", "m/s, deg/s", "-"],
     ]
+
+
+def test_runs_and_windows_have_tables_of_their_own(comparison):
+    first, second = comparison.rows[:2]
+    errors = {"dive": 0.2, "turn": 0.8}
+    own = replace(first, score=replace(first.score, rms_by_segment=errors))
+    windows = HorizonScore(10.0, first.score, 4, 0)
+    lost = HorizonScore(10.0, second.score, 4, 1)
+    rows = (replace(own, windows=windows), replace(second, windows=lost))
+    found = replace(comparison, rows=rows)
+    runs, parts = to_text(run_grids(found)[0]), to_text(window_grids(found)[0])
+    assert "dive   turn" in runs
+    assert "0.200  0.800" in runs
+    assert "windows of 10 s" in parts
+    assert "25 % off" in parts
+    assert not run_grids(comparison)
+    assert not window_grids(comparison)

@@ -67,3 +67,36 @@ def test_a_fit_without_numbers_is_a_row_with_a_status(vehicle, exact_log, true_d
 def test_the_printed_table_stands_beside_a_re_enactment_only(comparison):
     assert not beside_paper(comparison)
     assert beside_paper(replace(comparison, provenance={"truth": "sname"}))
+
+
+def test_errors_of_runs_add_up_to_that_of_all(vehicle, exact_log):
+    """Equation 24 is a mean over samples."""
+    truth = hd.Damping(hd.catalog["linear"], (-30 * np.eye(6)).ravel())
+    log = exact_log(truth, n=900)
+    weak = replace(truth, coefficients=0.9 * truth.coefficients)
+    fit = hd.LeastSquares().identify(hd.prepare(vehicle, log, truth.model), truth.model)
+    row = hd.compare([replace(fit, damping=weak)], vehicle, log, horizon=1e9).rows[0]
+    sizes = [len(run) for run in log.segments]
+    squares = [rms**2 for rms in row.score.rms_by_segment.values()]
+    assert np.average(squares, weights=sizes) == pytest.approx(row.rms**2)
+    assert list(row.score.rms_by_segment) == [run.name for run in log.segments]
+    assert row.windows.score.fit_by_axis == row.score.fit_by_axis  # a window is a whole run
+
+
+def test_one_run_that_diverges_leaves_the_errors_of_others(vehicle, exact_log, true_damping):
+    truth = true_damping(hd.catalog["fossen"])
+    log = exact_log(truth, n=900)
+    velocity = np.where(log.time[:, None] < log.time[log.segments[1].start], 0.0, np.nan)
+    lost = tuple((run.name, 0.0) for run in log.segments[1:])
+    score = hd.score(hd.Trajectory(log, velocity + np.zeros(6), lost, "measured"))
+    assert score.rms is None
+    first, *others = score.rms_by_segment.values()
+    assert first > 0.0
+    assert not any(others)
+
+
+def test_a_horizon_that_is_none_is_told_before_anything_is_replayed(vehicle, exact_log):
+    with pytest.raises(hd.MethodError, match="positive number of seconds"):
+        hd.compare(
+            [], vehicle, exact_log(hd.Damping(hd.catalog["linear"], np.zeros(36))), horizon=0.0
+        )

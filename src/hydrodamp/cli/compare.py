@@ -17,6 +17,7 @@ def compare(
     free_gains: options.FreeGains = False,
     attitude: options.Attitude = "measured",
     rate_unit: options.Rates = "deg",
+    horizon: options.Horizon = None,
     out: options.OutFolder = None,
     resume: options.Resume = False,
     json: options.Json = False,
@@ -24,15 +25,18 @@ def compare(
     """Identify models on one part of the data, replay them on another, rank them."""
     from hydrodamp.cli.targets import check_out_folder, record
     from hydrodamp.cli.work import Task, carry_out, check_log, check_training
+    from hydrodamp.simulation.replay import checked_horizon
 
     parts = (*(logs or ()), *(train or ()), *(test or ()))
     inputs = (*parts, *map(choose.file_of, choose.names(models or "")), vehicle, mapping)
     check_out_folder(out, inputs, resume)
+    if horizon is not None:
+        checked_horizon(horizon)
     craft, chosen = choose.choose_vehicle(vehicle), choose.choose_models(models)
     ways, said = choose.choose_methods(methods), record(inputs)
     learn, held_out, shared = train_and_test(logs or (), train or (), test or (), mapping)
     check_training(craft, learn, choose.asked(models, craft, learn, chosen))
     check_log(craft, held_out, choose.asked(models, craft, held_out, chosen), learn)
     chosen = choose.for_log(models, craft, learn, chosen, free_gains)
-    task = Task(craft, learn, held_out, chosen, ways, out, attitude, rate_unit)
+    task = Task(craft, learn, held_out, chosen, ways, out, attitude, rate_unit, horizon)
     carry_out(task, shared | said, resume, json)

@@ -58,6 +58,8 @@ Attitude = Annotated[
     typer.Option(help="In replays, the attitude as measured or simulated too."),
 ]
 Rates = Annotated[Literal["deg", "rad"], typer.Option(help="Unit of angular rates in RMS errors.")]
+_HORIZON = "Fit in per cent too, over windows of so many seconds."
+Horizon = Annotated[float | None, typer.Option(metavar="S", help=_HORIZON)]
 _FOLDER = "Write comparison.json, tables, fits, replays, pictures and report.html."
 OutFolder = Annotated[Path | None, typer.Option(metavar="DIR", help=_FOLDER)]
 _RESUME = "Go on with what the same command left in --out when it was interrupted."

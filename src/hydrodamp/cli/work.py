@@ -33,6 +33,7 @@ class Task:
     out: Path | None
     attitude: Literal["measured", "simulated"] = "measured"
     rate_unit: Literal["deg", "rad"] = "deg"
+    horizon: float | None = None
 
     @property
     def rows(self) -> list[Key]:
@@ -192,5 +193,6 @@ def _replay(task: Task, fits: Sequence[hd.Fit], replayed: dict[Key, hd.Row]) -> 
             task.test,
             attitude=task.attitude,
             rate_unit=task.rate_unit,
+            horizon=task.horizon,
             done=keep,
         )

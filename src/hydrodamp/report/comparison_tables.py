@@ -22,12 +22,49 @@ from hydrodamp.validation.compare import PRINTED_COLUMN, TABLE_I, Comparison, Ro
 from hydrodamp.validation.crossvalidation import CrossValidation
 
 _ABREAST = 3  # methods side by side in a table of 80 columns
+_RUNS = 6  # likewise
 _PRINTED = {"ls": "paper LS", "ai": "paper AI"}
 
 
 def comparison_grids(comparison: Comparison) -> tuple[Grid, ...]:
-    """Return what a reader of a comparison should see: errors, then errors by axis."""
-    return (*summary_grids(comparison), *axis_grids(comparison))
+    """Return what a reader of a comparison should see: errors, then by run, axis and window."""
+    more = (*run_grids(comparison), *axis_grids(comparison), *window_grids(comparison))
+    return (*summary_grids(comparison), *more)
+
+
+def run_grids(comparison: Comparison) -> tuple[Grid, ...]:
+    """Return the errors on each test run, where there are several and a table holds them."""
+    runs = list(next((row.score.rms_by_segment for row in comparison.rows if row.trajectory), {}))
+    if not 1 < len(runs) <= _RUNS:
+        return ()
+    names = [Column("model", number=False), Column("method", number=False)]
+    cells = tuple(
+        (row.model, row.method, *(row.score.rms_by_segment.get(run) for run in runs))
+        for row in comparison.rows
+        if row.trajectory
+    )
+    columns = (*names, *(Column(run, form=error_size) for run in runs))
+    return (Grid("RMS velocity error by test run", columns, cells),)
+
+
+def window_grids(comparison: Comparison) -> tuple[Grid, ...]:
+    """Return the fit of each velocity over windows of so many seconds, where that was asked."""
+    found = [(row, row.windows) for row in comparison.rows if row.windows]
+    if not found:
+        return ()
+    names = list(found[0][1].score.fit_by_axis)
+    columns = [Column("model", number=False), Column("method", number=False)]
+    columns += [Column("RMS", form=error_size), *(Column(name, form=percent) for name in names)]
+    cells = tuple(
+        (row.model, row.method, _restarted(own), *map(own.score.fit_by_axis.get, names))
+        for row, own in found
+    )
+    note = (
+        "Fit is 100 (1 - rmse / std of the log). Windows begin at what was measured; where some "
+        "diverged, their share stands in place of the error."
+    )
+    title = f"Fit in % over windows of {found[0][1].name}"
+    return (Grid(title, tuple(columns), cells, (note,)),)
 
 
 def summary_grids(comparison: Comparison) -> tuple[Grid, ...]:

@@ -24,7 +24,7 @@ from hydrodamp.files import load_json
 from hydrodamp.identification.fit import Fit, Uncertainty
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.files import damping_document, damping_from_document
-from hydrodamp.simulation.replay import AttitudeSource, RateUnit, Score
+from hydrodamp.simulation.replay import AttitudeSource, HorizonScore, RateUnit, Score
 from hydrodamp.simulation.status import Status
 from hydrodamp.validation.compare import Comparison, Row
 
@@ -75,12 +75,14 @@ class RowDocument(BaseModel):
     rms: float | None
     rms_by_axis: dict[str, float | None]
     fit_by_axis: dict[str, float | None]
+    rms_by_segment: dict[str, float | None]
     diverged_at: tuple[Divergence, ...] | None
 
     def score(self, rate_unit: RateUnit) -> Score:
         """Return the score of the row."""
         diverged = tuple((place.segment, place.time) for place in self.diverged_at or ())
-        return Score(self.rms, self.rms_by_axis, self.fit_by_axis, rate_unit, diverged)
+        errors = self.rms, self.rms_by_axis, self.fit_by_axis, rate_unit
+        return Score(*errors, diverged, self.rms_by_segment)
 
 
 class Provenance(BaseModel):
@@ -122,7 +124,13 @@ def _row(row: Row, name: str) -> dict[str, Any]:
         "status": row.status.word,
         "coefficients": values if row.fit.status.usable else dict.fromkeys(values),
         "fit": name,
+        **({} if row.windows is None else {"windows": _windows(row.windows)}),
     }
+
+
+def _windows(found: HorizonScore) -> dict[str, Any]:
+    counts = {"seconds": found.horizon, "n": found.n_windows, "n_diverged": found.n_diverged}
+    return counts | {key: getattr(found.score, key) for key in ("rms", "fit_by_axis")}
 
 
 def provenance_of(comparison: Comparison) -> dict[str, str]:
@@ -145,7 +153,8 @@ def score_fields(score: Score) -> dict[str, Any]:
     """Return what documents say of a score."""
     # To the nanosecond: without the rounding of a difference of clocks.
     places = [{"segment": name, "time": round(float(t), 9)} for name, t in score.diverged]
-    errors = {key: getattr(score, key) for key in ("rms", "rms_by_axis", "fit_by_axis")}
+    kinds = ("rms", "rms_by_axis", "fit_by_axis", "rms_by_segment")
+    errors = {key: getattr(score, key) for key in kinds}
     return {**errors, "status": score.status.word, "diverged_at": places or None}
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -156,6 +156,8 @@ class Score:
         Unit of the rates; the paper does not state its own.
     diverged : tuple of (str, float)
         Segment and time [s] of every divergence.
+    rms_by_segment : dict of str to float or None
+        Equation 24 over each segment alone; None where it diverged.
     """
 
     rms: float | None
@@ -163,6 +165,7 @@ class Score:
     fit_by_axis: dict[str, float | None]
     rate_unit: RateUnit
     diverged: tuple[tuple[str, float], ...]
+    rms_by_segment: dict[str, float | None] = field(default_factory=dict)
 
     @property
     def status(self) -> Status:
@@ -197,8 +200,16 @@ def score(trajectory: Trajectory, rate_unit: RateUnit = "deg") -> Score:
     measured = trajectory.log.velocity[:, free] * unit
     error = trajectory.velocity[:, free] * unit - measured
     names = [VELOCITIES[axis] for axis in free]
+    lost = {name for name, _ in trajectory.diverged}
+    by_segment = {
+        run.name: None
+        if run.name in lost
+        else float(np.sqrt(np.mean(error[run.start : run.stop] ** 2)))
+        for run in trajectory.log.segments
+    }
     if trajectory.diverged:
-        return no_score(trajectory.axes, rate_unit, trajectory.diverged)
+        nothing = no_score(trajectory.axes, rate_unit, trajectory.diverged)
+        return replace(nothing, rms_by_segment=by_segment)
     by_axis = np.sqrt(np.mean(error**2, axis=0))
     spread = measured.std(axis=0)
     return Score(
@@ -210,6 +221,7 @@ def score(trajectory: Trajectory, rate_unit: RateUnit = "deg") -> Score:
         },
         rate_unit=rate_unit,
         diverged=(),
+        rms_by_segment=by_segment,
     )
 
 
@@ -337,18 +349,26 @@ def horizon_scores(
     >>> [found.n_windows for found in scores.scores]
     [100, 10, 2]
     """
-    asked = [_checked(horizon) for horizon in horizons]
+    asked = [checked_horizon(horizon) for horizon in horizons]
     problem = prepare(vehicle, log, damping.model)
     warn_if_foreign(damping, stamp(vehicle))
-    scores = []
-    for horizon in asked:
-        # The last window first: where one ends the next begins, and the end, which is a
-        # prediction, is to stay.
-        spans = windows(problem, horizon)[::-1]
-        found = replay(problem, damping, attitude, spans=spans)
-        errors = score(found, rate_unit)
-        scores.append(HorizonScore(horizon, errors, len(spans), len(found.diverged)))
+    scores = (horizon_score(problem, damping, one, attitude, rate_unit) for one in asked)
     return HorizonScores(tuple(scores))
+
+
+def horizon_score(
+    problem: Problem,
+    damping: Damping,
+    horizon: Horizon,
+    attitude: AttitudeSource,
+    rate_unit: RateUnit,
+) -> HorizonScore:
+    """Return the score of one horizon."""
+    # The last window first: where one ends the next begins, and the end, which is a prediction,
+    # is to stay.
+    spans = windows(problem, horizon)[::-1]
+    found = replay(problem, damping, attitude, spans=spans)
+    return HorizonScore(horizon, score(found, rate_unit), len(spans), len(found.diverged))
 
 
 def windows(problem: Problem, horizon: Horizon) -> IntArray:
@@ -369,7 +389,8 @@ def _restarts(time: FloatArray, horizon: Horizon) -> IntArray:
     return np.flatnonzero(np.diff(number, prepend=-1.0) > 0.0)
 
 
-def _checked(horizon: Horizon) -> Horizon:
+def checked_horizon(horizon: Horizon) -> Horizon:
+    """Return a horizon that can be replayed."""
     words = isinstance(horizon, str) and horizon in ("step", "run")
     if words or (not isinstance(horizon, str) and 0.0 < horizon < np.inf):
         return horizon

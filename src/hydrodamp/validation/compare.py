@@ -14,9 +14,12 @@ from hydrodamp.simulation.parallel import each
 from hydrodamp.simulation.problem import Problem, prepare, stamp
 from hydrodamp.simulation.replay import (
     AttitudeSource,
+    HorizonScore,
     RateUnit,
     Score,
     Trajectory,
+    checked_horizon,
+    horizon_score,
     no_score,
     replay,
     score,
@@ -38,11 +41,14 @@ class Row:
         How far its replay is from the log.
     trajectory : Trajectory or None
         The replay itself; None where nothing was identified.
+    windows : HorizonScore or None
+        Errors of replays that begin anew every so many seconds, where that was asked.
     """
 
     fit: Fit
     score: Score
     trajectory: Trajectory | None = None
+    windows: HorizonScore | None = None
 
     @property
     def model(self) -> str:
@@ -186,6 +192,7 @@ def compare(
     *,
     attitude: AttitudeSource = "measured",
     rate_unit: RateUnit = "deg",
+    horizon: float | None = None,
     done: Callable[[Row], None] = lambda _: None,
 ) -> Comparison:
     """Replay fits open loop on a log they have not seen.
@@ -202,6 +209,8 @@ def compare(
         Which attitude gravity and buoyancy act along.
     rate_unit : {"deg", "rad"}
         Unit of angular rates in equation 24.
+    horizon : float, optional
+        Replay windows of so many seconds too, each from what was measured there.
     done : callable, optional
         Called with each row after its replay, to keep it or for a progress bar.
 
@@ -214,6 +223,8 @@ def compare(
     ------
     ProblemError
         If the log lacks what the vehicle or a term needs.
+    MethodError
+        If the horizon is not positive.
 
     Warns
     -----
@@ -221,10 +232,12 @@ def compare(
         If coefficients belong to a vehicle of another mass matrix, weight or buoyancy.
     """
     asked = tuple(fits)
+    if horizon is not None:
+        checked_horizon(horizon)
     problem = prepare(vehicle, test, [fit.model for fit in asked])
     for fit in asked:
         warn_if_foreign(fit.damping, stamp(vehicle))
-    rows = each(_row, [(problem, fit, attitude, rate_unit) for fit in asked], done)
+    rows = each(_row, [(problem, fit, attitude, rate_unit, horizon) for fit in asked], done)
     return Comparison(
         rows=rows,
         rate_unit=rate_unit,
@@ -245,11 +258,19 @@ def origin(fits: Sequence[Fit], vehicle: Vehicle, test: Log) -> dict[str, str]:
     }
 
 
-def _row(problem: Problem, fit: Fit, attitude: AttitudeSource, rate_unit: RateUnit) -> Row:
+def _row(
+    problem: Problem,
+    fit: Fit,
+    attitude: AttitudeSource,
+    rate_unit: RateUnit,
+    horizon: float | None,
+) -> Row:
     if not fit.status.usable:
         return Row(fit, no_score(problem.vehicle.axes, rate_unit))
-    trajectory = replay(problem, fit.damping, attitude)
-    return Row(fit, score(trajectory, rate_unit), trajectory)
+    trajectory, windows = replay(problem, fit.damping, attitude), None
+    if horizon is not None:
+        windows = horizon_score(problem, fit.damping, horizon, attitude, rate_unit)
+    return Row(fit, score(trajectory, rate_unit), trajectory, windows)
 
 
 @dataclass(frozen=True)
