@@ -23,13 +23,22 @@ def test_writes_runs_and_tells(folder, call, damping):
     told = re.sub(r"\s+", " ", call(line).stdout)
     assert "has every term of" in told
     assert "Replay error" in told
-    assert sorted(path.name for path in (folder / "sim").iterdir()) == [
-        "fidelity.json",
-        "planar.py",
-    ]
+    names = "fidelity.html", "fidelity.json", "planar.py"
+    assert {path.name for path in (folder / "sim").iterdir()} == {*names}
     call(line, status=2)
     document = json.loads(call(f"{line} --force --json").stdout)
     assert document == json.loads((folder / "sim" / "fidelity.json").read_text("utf-8"))
+
+
+def test_the_page_of_the_card_is_made_again(folder, call, damping):
+    call("export c d.json --vehicle planar.yaml --log b.csv --out lib --set precision=float")
+    page = (folder / "lib" / "fidelity.html").read_text("utf-8")
+    assert "planar for c" in page
+    assert "source and target" in page
+    call("report lib --out card.html")
+    assert (folder / "card.html").read_text("utf-8") == page
+    (folder / "lib" / "fidelity.json").write_text("{}")
+    assert "export again" in call("report lib", 2).stderr
 
 
 def test_settings_are_those_of_the_target(folder, call, damping):

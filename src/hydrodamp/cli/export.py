@@ -39,12 +39,14 @@ def export(
 ) -> None:
     """Write damping for a simulator or a controller, run it, and say how faithful it is."""
     from hydrodamp.export.export import check_export, with_settings
+    from hydrodamp.report.fidelity_page import write_fidelity_page
 
     form = with_settings(hd.find_target(target), dict(map(_pair, settings or ())))
     check_export(out, force)
     craft, numbers = choose_vehicle(vehicle), hd.read_damping(damping)
     driven = read(log, mapping) if log else None
     card = hd.export(numbers, craft, form, out, log=driven, box=_sailed(Path(damping)), force=force)
+    write_fidelity_page(out)
     note(f"written to {out}")
     if json:
         emit(card.document())

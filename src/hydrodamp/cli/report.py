@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 
 def report(
     folder: Annotated[
-        Path, typer.Argument(metavar="DIR", help="A folder that compare or demo wrote with --out.")
+        Path,
+        typer.Argument(metavar="DIR", help="A folder that compare, demo or export wrote."),
     ],
     out: Annotated[
         Path | None,
@@ -27,8 +28,13 @@ def report(
 ) -> None:
     """Make the report of a folder of results again, without fitting again."""
     from hydrodamp.cli.targets import check_out_file
+    from hydrodamp.report.fidelity_page import CARD, PAGE, write_fidelity_page
     from hydrodamp.report.files import REPORT
 
+    if (folder / CARD).is_file():
+        check_out_file(out or folder / PAGE, (str(folder / CARD),))
+        note(f"written to {write_fidelity_page(folder, out)}")
+        return
     if not (folder / "comparison.json").is_file():
         raise hd.FileError(
             f"{folder}: is no folder of results, for there is no comparison.json in it; name one "

@@ -55,7 +55,7 @@ def shared(folder: Path, sources: Sequence[str], flags: Sequence[str], library: 
     call = [compiler(), *STRICT, "-fPIC", "-shared", *flags, *sources, "-lm", "-o", str(library)]
     done = subprocess.run(call, cwd=folder, capture_output=True, text=True, check=False)
     if done.returncode:
-        raise NotRun(f"{call[0]} refused it: {done.stderr.strip()}")
+        raise NotRun(f"{call[0]} refused it: {done.stderr.strip().rstrip('.')}")
     return version_of(call[0])
 
 

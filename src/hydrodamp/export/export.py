@@ -98,7 +98,7 @@ def export(
     at = scattered(craft) if drive is None else drive.states
     held, lost = _held(form, craft, at, known=log is not None or box is not None)
     folder.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=".hydrodamp-", dir=folder.parent) as place:
+    with tempfile.TemporaryDirectory(prefix=".hydrodamp-", dir=folder.parent.resolve()) as place:
         made = Path(place, "export")
         _save(form.write(held), made)
         card = _card(form, craft, held, at, drive, lost, made)

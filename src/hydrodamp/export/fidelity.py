@@ -115,7 +115,7 @@ class Fidelity:
         import hydrodamp
 
         said = {"format": FORMAT, "version": VERSION, "hydrodamp": hydrodamp.__version__}
-        return {**said, "exact": self.exact, **asdict(self), "units": UNITS}
+        return {**said, "text": str(self), "exact": self.exact, **asdict(self), "units": UNITS}
 
     def __str__(self) -> str:
         """Return the card as a paragraph."""

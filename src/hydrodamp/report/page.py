@@ -32,7 +32,7 @@ from hydrodamp.validation.choice import error_of
 from hydrodamp.validation.compare import Comparison, Row
 
 if TYPE_CHECKING:
-    from jinja2 import Environment
+    from jinja2 import Environment, Template
 
 #: What is missing where there is no report.
 MISSING = 'the report needs the package jinja2: pip install "hydrodamp[report]"'
@@ -93,7 +93,7 @@ def page(comparison: Comparison, findings: Findings | None = None) -> str:
     if not installed():
         raise MethodError(MISSING)
     content = _content(comparison, findings or Findings())
-    return _environment().get_template("report.html.j2").render(content)
+    return template("report.html.j2").render(content)
 
 
 def _content(comparison: Comparison, findings: Findings) -> dict[str, object]:
@@ -129,11 +129,16 @@ def _content(comparison: Comparison, findings: Findings) -> dict[str, object]:
         "print_only": [f"{one.name}.svg" for one in findings.pictures if one.name in FOR_PRINT],
         "not_shown": findings.not_shown,
         "origin": _origin(comparison),
-        "scripts": [_text(name) for name in _SCRIPTS[: None if drawn else 2]],
-        "styles": _text("report.css"),
-        "plot_styles": _text("uplot.css"),
-        "licence": _text("uplot.LICENSE"),
+        "scripts": [text_of(name) for name in _SCRIPTS[: None if drawn else 2]],
+        "styles": text_of("report.css"),
+        "plot_styles": text_of("uplot.css"),
+        "licence": text_of("uplot.LICENSE"),
     }
+
+
+def template(name: str) -> Template:
+    """Return a template of a page."""
+    return _environment().get_template(name)
 
 
 @cache
@@ -154,7 +159,8 @@ def _environment() -> Environment:
 
 
 @cache
-def _text(name: str) -> str:
+def text_of(name: str) -> str:
+    """Return a file that goes into a page."""
     return files("hydrodamp.report").joinpath("assets", name).read_text(encoding="utf-8")
 
 
