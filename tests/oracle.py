@@ -282,7 +282,7 @@ def adapt(gains, matrix, inputs, segments, passes=1, every=0):
 def added(recursion, block, steps, k):
     """Add a step to a block: a hat rises over it and falls over the next."""
     h, xi = steps.h[k], steps.xi[k]
-    known = xi @ recursion.entries.known
+    known = xi @ recursion.known
     part = np.concatenate([h * xi, steps.gain[k] - h * (steps.forcing[k] + known)])
     elapsed, has_risen = block[0] + h, block[1] > 0.0
     total, moment, risen = block[2:].reshape(3, -1)
@@ -303,17 +303,16 @@ def absorb(recursion, estimate, row):
     last factor is at most c |phi|^2 / r <= c^2. The decomposition is that of Cao and Schwartz,
     Automatica 36 (2000) 1725.
     """
-    entries = recursion.entries
     kappa, information, noise, rows = (
         np.array(part)
         for part in (estimate.coefficients, estimate.information, estimate.noise, estimate.rows)
     )
-    for axis, seen in enumerate(entries.squares(information)):
-        part = entries.of(axis)
+    for axis, seen in enumerate(recursion.squares(information)):
+        part = recursion.of(axis)
         if part.start == part.stop:
             continue
-        unit, terms = recursion.unit[part], row[entries.rows[part]]
-        surprise, phi = row[len(entries.known) + axis] - kappa[part] @ terms, unit * terms
+        unit, terms = recursion.unit[part], row[recursion.rows[part]]
+        surprise, phi = row[len(recursion.known) + axis] - kappa[part] @ terms, unit * terms
         along, eye = phi @ seen @ phi, np.eye(len(phi))
         if along > 0.0:
             share = min(recursion.forgetting, 2.0 * (phi @ np.linalg.solve(eye + seen, phi)))
@@ -328,8 +327,9 @@ def absorb(recursion, estimate, row):
     return Estimate(kappa, information, noise, rows)
 
 
-def recur(plant, recursion, estimate, inputs, segments):
+def recur(recursion, estimate, inputs, segments):
     """The fold of block_step and absorb over a record."""
+    plant = recursion.plant
     for start, stop in np.asarray(segments).tolist():
         block = np.zeros(2 + 3 * (plant.n_terms + 6))
         steps = steps_between(plant, inputs.part(slice(start, stop)))

@@ -69,7 +69,7 @@ def voyage():
 
 def shares(problem, adaptation):
     """What a unit of each coefficient makes over a log, per share of its axis's wrench."""
-    entries = adaptation.recursion.entries
+    entries = adaptation.recursion
     size = np.sqrt(mean_square(problem)[entries.rows - problem.columns.n_known])
     wrench = np.sqrt(np.mean(TRUTH.wrench(problem.log.velocity) ** 2, axis=0))
     return size / wrench[entries.axes]
@@ -102,17 +102,17 @@ def test_an_hour_of_straight_line_neither_drifts_nor_bursts(hour):
     assert error[straight:turn].max() < 0.08
     assert error[-1] < 0.05
     assert error[-1] < error[turn]
-    information = adaptation.recursion.entries.squares(estimates[-1].information)
+    information = adaptation.recursion.squares(estimates[-1].information)
     for axis in (0, 1, 5):  # covariance is below the prior's
         assert np.linalg.eigvalsh(information[axis])[0] > 0.0
 
 
 def rows_of(problem, adaptation: RecursiveAdaptation):
-    plant, recursion = adaptation.columns.plant, adaptation.recursion
-    block, rows, last = kernels.new_block(plant), [], problem.inputs.sample(0)
+    recursion = adaptation.recursion
+    block, rows, last = kernels.new_block(recursion.plant), [], problem.inputs.sample(0)
     for k in range(1, problem.n_samples):
         sample = problem.inputs.sample(k)
-        block, row = kernels.block_step(plant, recursion, block, last, sample)
+        block, row = kernels.block_step(recursion, block, last, sample)
         rows += [] if row is None else [row]
         last = sample
     return np.array(rows)
@@ -157,7 +157,7 @@ def test_covariance_is_noise_over_information_and_prior(voyage):
     adaptation = method.bind(problem, MODEL)
     fit, rows = method.identify(problem, MODEL), rows_of(problem, adaptation)
     for axis in (0, 1, 5):
-        part, entries = adaptation.recursion.entries.of(axis), adaptation.recursion.entries
+        part, entries = adaptation.recursion.of(axis), adaptation.recursion
         design, unit = rows[:, entries.rows[part]], adaptation.recursion.unit[part]
         precision = design.T @ design + np.diag(unit**-2.0)
         found = fit.damping.covariance[part, part]

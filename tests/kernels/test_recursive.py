@@ -11,30 +11,35 @@ from hypothesis import given, strategies as st
 import oracle
 from hydrodamp import kernels
 from hydrodamp.errors import ProblemError
-from hydrodamp.kernels import Estimate, Recursion
-from hydrodamp.kernels.plant import Entries
+from hydrodamp.kernels import Recursion
+from hydrodamp.kernels.plant import Plant
 
 ALL_FREE = (True,) * 6
 SEEDS = st.integers(0, 2**32 - 1)
 
 
-def listed(rng, n_terms, free=ALL_FREE):
-    """Some entries on every free axis but heave, and a table of known ones."""
-    chosen = (rng.random((6, n_terms)) < 0.5) & np.array(free)[:, None]
+def listed(rng, plant, free=ALL_FREE):
+    """Some places on every free axis but heave, and a table of what is known."""
+    chosen = (rng.random((6, plant.n_terms)) < 0.5) & np.array(free)[:, None]
     chosen[2] = False
     axes, rows = np.nonzero(chosen)
-    return Entries(rows, axes, np.where(chosen.T, 0.0, rng.standard_normal((n_terms, 6))))
+    return rows, axes, np.where(chosen.T, 0.0, rng.standard_normal((plant.n_terms, 6)))
 
 
-def rows_of(plant, entries, inputs, length, start=0, stop=None):
+def moving(rows, axes, n_terms, unit=None, forgetting=0.0):
+    """Coefficients that move, on a plant of which nothing is known."""
+    plant = Plant(np.eye(6), ALL_FREE, [[1, 0, 0, 0]] * n_terms, 0)
+    unit = np.ones(len(rows)) if unit is None else unit
+    return Recursion(plant, rows, axes, np.zeros((n_terms, 6)), unit, 1.0, forgetting)
+
+
+def rows_of(recursion, inputs):
     """All rows of one stretch."""
-    recursion = Recursion(entries, np.ones(entries.n), length)
-    block, rows = kernels.new_block(plant), []
-    for k in range(start + 1, inputs.n if stop is None else stop):
-        samples = inputs.sample(k - 1), inputs.sample(k)
-        block, row = kernels.block_step(plant, recursion, block, *samples)
+    block, rows = kernels.new_block(recursion.plant), []
+    for k in range(1, inputs.n):
+        block, row = kernels.block_step(recursion, block, inputs.sample(k - 1), inputs.sample(k))
         rows += [] if row is None else [row]
-    return np.array(rows).reshape(-1, plant.n_terms + 6)
+    return np.array(rows)
 
 
 def test_a_row_is_the_sum_under_a_hat(make):
@@ -42,10 +47,11 @@ def test_a_row_is_the_sum_under_a_hat(make):
     rng = np.random.default_rng(1)
     plant, inputs = make.plant(rng), make.inputs(rng, n=10, step=0.1)
     inputs = replace(inputs, time=np.cumsum([0, 9, 10, 11, 10, 9, 10, 11, 9, 9]) / 100.0)
-    entries = listed(rng, plant.n_terms)
+    places = listed(rng, plant)
+    recursion = Recursion(plant, *places, np.ones(len(places[0])), 0.3)
     steps = oracle.steps_between(plant, inputs)
     middle, edge = inputs.time[:-1] + steps.h / 2, inputs.time[[0, 3, 6, 9]]
-    found = rows_of(plant, entries, inputs, 0.3)
+    found = rows_of(recursion, inputs)
     assert len(found) == 2
     for row, (low, top, high) in zip(
         found, zip(edge, edge[1:], edge[2:], strict=False), strict=True
@@ -58,7 +64,7 @@ def test_a_row_is_the_sum_under_a_hat(make):
             for part in (inputs.time <= top, inputs.time >= top)
             for part in [part & (inputs.time >= low) & (inputs.time <= high)]
         ]
-        known = (hat * steps.h) @ (steps.forcing + steps.xi @ entries.known)
+        known = (hat * steps.h) @ (steps.forcing + steps.xi @ recursion.known)
         gained = plant.mass_matrix @ (means[1] - means[0])
         np.testing.assert_allclose(row[-6:], gained - known, rtol=1e-9, atol=1e-9)
 
@@ -72,19 +78,18 @@ def absorbed(recursion, estimate, rows):
 def test_without_forgetting_it_is_least_squares_with_a_prior():
     """Oracle: numpy.linalg.lstsq on the rows and one more row a coefficient."""
     rng = np.random.default_rng(3)
-    entries = Entries([0, 1, 3, 0, 2], [0, 0, 0, 5, 5], np.zeros((4, 6)))
     unit, start = np.array([0.5, 2.0, 1.0, 3.0, 0.1]), rng.standard_normal(5)
+    recursion = moving([0, 1, 3, 0, 2], [0, 0, 0, 5, 5], 4, unit)
     rows = rng.standard_normal((40, 10))
-    estimate = Estimate.before(entries, start)
-    found = absorbed(Recursion(entries, unit, 1.0), estimate, rows)
+    found = absorbed(recursion, recursion.before(start), rows)
     for axis in (0, 5):
-        part = entries.of(axis)
-        design = np.vstack([rows[:, entries.rows[part]], np.diag(1.0 / unit[part])])
+        part = recursion.of(axis)
+        design = np.vstack([rows[:, recursion.rows[part]], np.diag(1.0 / unit[part])])
         target = np.concatenate([rows[:, 4 + axis], start[part] / unit[part]])
         expected = np.linalg.lstsq(design, target, rcond=None)[0]
         np.testing.assert_allclose(found.coefficients[part], expected, rtol=1e-10)
         scaled = design[: -len(expected)] * unit[part]
-        information = entries.squares(found.information)[axis]
+        information = recursion.squares(found.information)[axis]
         np.testing.assert_allclose(information, scaled.T @ scaled, rtol=1e-10, atol=1e-12)
     assert found.rows.tolist() == [40, 0, 0, 0, 0, 40]
 
@@ -108,10 +113,9 @@ def wild_rows(rng, kind, n, size):
 def test_information_is_bounded_and_no_row_bursts(seed, forgetting, kinds):
     """0 <= S <= c I, c = max(1, max |phi|^2 / forgetting); a jump stays below the surprise."""
     rng = np.random.default_rng(seed)
-    entries = Entries([0, 1, 2, 3], [1, 1, 1, 1], np.zeros((4, 6)))
     unit = 10.0 ** rng.uniform(-1, 1, 4)
-    recursion = Recursion(entries, unit, 1.0, forgetting)
-    estimate, most = Estimate.before(entries, np.zeros(4)), 0.0
+    recursion = moving([0, 1, 2, 3], [1, 1, 1, 1], 4, unit, forgetting)
+    estimate, most = recursion.before(np.zeros(4)), 0.0
     for row in np.vstack([wild_rows(rng, kind, 12, 10) for kind in kinds]):
         surprise = abs(row[5] - estimate.coefficients @ row[:4])
         most = max(most, float(np.sum((unit * row[:4]) ** 2)))
@@ -129,11 +133,8 @@ def test_information_is_bounded_and_no_row_bursts(seed, forgetting, kinds):
 def test_what_is_not_excited_keeps_its_information():
     """A thousand rows along one direction leave the others as they were known."""
     rng = np.random.default_rng(5)
-    entries = Entries([0, 1, 2], [0, 0, 0], np.zeros((3, 6)))
-    recursion = Recursion(entries, np.ones(3), 1.0, 0.05)
-    known = absorbed(
-        recursion, Estimate.before(entries, np.zeros(3)), rng.standard_normal((200, 9))
-    )
+    recursion = moving([0, 1, 2], [0, 0, 0], 3, forgetting=0.05)
+    known = absorbed(recursion, recursion.before(np.zeros(3)), rng.standard_normal((200, 9)))
     straight = np.zeros((1000, 9))
     straight[:, 0] = 1.5
     later = absorbed(recursion, known, straight)
@@ -146,15 +147,12 @@ def test_what_is_not_excited_keeps_its_information():
 def test_old_rows_are_forgotten_along_new_ones():
     """After a change the estimate follows; without forgetting it would be the mean of both."""
     rng = np.random.default_rng(7)
-    entries, truths = Entries([0, 1], [0, 0], np.zeros((2, 6))), ([-1.0, 2.0], [-3.0, 0.5])
+    truths = ([-1.0, 2.0], [-3.0, 0.5])
     rows = rng.standard_normal((600, 8))
     for part, truth in zip((slice(0, 300), slice(300, 600)), truths, strict=True):
         rows[part, 2] = rows[part, :2] @ truth
-    start = Estimate.before(entries, np.zeros(2))
-    short, long = (
-        absorbed(Recursion(entries, np.ones(2), 1.0, share), start, rows).coefficients
-        for share in (0.1, 0.0)
-    )
+    ways = [moving([0, 1], [0, 0], 2, forgetting=share) for share in (0.1, 0.0)]
+    short, long = (absorbed(one, one.before(np.zeros(2)), rows).coefficients for one in ways)
     np.testing.assert_allclose(short, truths[1], rtol=1e-3)
     np.testing.assert_allclose(long, np.mean(truths, axis=0), atol=0.2)
 
@@ -162,10 +160,9 @@ def test_old_rows_are_forgotten_along_new_ones():
 def test_the_noise_is_told_by_what_is_left_over():
     """2000 rows with noise of 0.3: weights k^2 give the estimate a variance 18/5 sigma^4 / n."""
     rng = np.random.default_rng(8)
-    entries = Entries([0, 1], [0, 4], np.zeros((2, 6)))
     rows = 0.3 * rng.standard_normal((2000, 8))
-    recursion = Recursion(entries, np.ones(2), 1.0)
-    noise = absorbed(recursion, Estimate.before(entries, np.zeros(2)), rows).noise
+    recursion = moving([0, 1], [0, 4], 2)
+    noise = absorbed(recursion, recursion.before(np.zeros(2)), rows).noise
     four_sigma = 4.0 * 0.09 * np.sqrt(3.6 / 2000)
     np.testing.assert_allclose(noise[[0, 4]], 0.09, rtol=0, atol=four_sigma)
     np.testing.assert_array_equal(noise[[1, 2, 3, 5]], 0.0)
@@ -173,11 +170,9 @@ def test_the_noise_is_told_by_what_is_left_over():
 
 def test_a_coefficient_without_unit_is_held():
     rng = np.random.default_rng(9)
-    entries = Entries([0, 1], [0, 0], np.zeros((2, 6)))
-    estimate = Estimate.before(entries, np.array([0.7, 0.0]))
-    found = absorbed(
-        Recursion(entries, np.array([0.0, 1.0]), 1.0, 0.1), estimate, rng.standard_normal((20, 8))
-    )
+    recursion = moving([0, 1], [0, 0], 2, np.array([0.0, 1.0]), 0.1)
+    start = recursion.before(np.array([0.7, 0.0]))
+    found = absorbed(recursion, start, rng.standard_normal((20, 8)))
     assert found.coefficients[0] == 0.7
     assert found.coefficients[1] != 0.0
 
@@ -185,20 +180,21 @@ def test_a_coefficient_without_unit_is_held():
 def run_arguments(make, free=ALL_FREE):
     rng = np.random.default_rng(11)
     plant, inputs = make.plant(rng, free=free), make.inputs(rng, n=60)
-    entries = listed(rng, plant.n_terms, free)
-    recursion = Recursion(entries, 10.0 ** rng.uniform(-1, 1, entries.n), 0.35, 0.1)
-    estimate = Estimate.before(entries, rng.standard_normal(entries.n))
-    return plant, recursion, estimate, inputs, np.array([[0, 25], [25, 26], [28, 60]])
+    places = listed(rng, plant, free)
+    n = len(places[0])
+    recursion = Recursion(plant, *places, 10.0 ** rng.uniform(-1, 1, n), 0.35, 0.1)
+    estimate = recursion.before(rng.standard_normal(n))
+    return recursion, estimate, inputs, np.array([[0, 25], [25, 26], [28, 60]])
 
 
 def test_a_batch_is_the_fold_of_steps_bit_for_bit(make):
-    plant, recursion, estimate, inputs, segments = run_arguments(make)
-    run = kernels.recur(plant, recursion, estimate, inputs, segments)
+    recursion, estimate, inputs, segments = run_arguments(make)
+    run = kernels.recur(recursion, estimate, inputs, segments)
     for first, stop in segments.tolist():
-        block = kernels.new_block(plant)
+        block = kernels.new_block(recursion.plant)
         for k in range(first + 1, stop):
             samples = inputs.sample(k - 1), inputs.sample(k)
-            block, row = kernels.block_step(plant, recursion, block, *samples)
+            block, row = kernels.block_step(recursion, block, *samples)
             estimate = estimate if row is None else kernels.absorb(recursion, estimate, row)
     for name in ("coefficients", "information", "noise", "rows"):
         np.testing.assert_array_equal(getattr(run, name), getattr(estimate, name))
@@ -215,16 +211,17 @@ def test_it_is_the_oracles(make, free):
 
 
 def test_arguments_that_do_not_fit_are_refused(make):
-    plant, recursion, estimate, inputs, segments = run_arguments(make)
+    recursion, estimate, inputs, segments = run_arguments(make)
     with pytest.raises(ProblemError, match="row"):
         kernels.absorb(recursion, estimate, np.ones(3))
     with pytest.raises(ProblemError, match="information"):
         kernels.absorb(recursion, replace(estimate, information=np.ones(2)), np.ones(18))
     with pytest.raises(ProblemError, match="information"):
-        kernels.recur(plant, recursion, replace(estimate, information=np.ones(2)), inputs, segments)
+        kernels.recur(recursion, replace(estimate, information=np.ones(2)), inputs, segments)
     samples = inputs.sample(0), inputs.sample(1)
     with pytest.raises(ProblemError, match=r"state must have shape \(56,\).*got \(3,\)"):
-        kernels.block_step(plant, recursion, np.zeros(3), *samples)
+        kernels.block_step(recursion, np.zeros(3), *samples)
     few = make.inputs(np.random.default_rng(1), n=2, n_channels=0)
+    block = kernels.new_block(recursion.plant)
     with pytest.raises(ProblemError, match="a sample 2 channels"):
-        kernels.block_step(plant, recursion, kernels.new_block(plant), few.sample(0), samples[1])
+        kernels.block_step(recursion, block, few.sample(0), samples[1])

@@ -16,7 +16,7 @@ from hydrodamp.identification.fit import Fit, empty_fit, fitted
 from hydrodamp.identification.online import first_guess, with_log
 from hydrodamp.identification.triangle import spanned
 from hydrodamp.kernels import Estimate, Recursion
-from hydrodamp.kernels.plant import Entries, Sample
+from hydrodamp.kernels.plant import Sample
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Columns, Problem, stamp
@@ -135,15 +135,12 @@ class RecursiveLeastSquares:
             raise MethodError(
                 "a term's mean square is not finite: look for absurd numbers in the log."
             )
-        entries = Entries(rows, axes, columns.with_unknown((rows, axes), np.zeros(len(rows))))
+        known = columns.with_unknown((rows, axes), np.zeros(len(rows)))
         unit = np.divide(1.0, size, out=np.zeros(len(size)), where=size > 0.0)
         forgetting = -float(np.expm1(-self.block / self.memory))
-        return RecursiveAdaptation(
-            columns=columns,
-            model=free,
-            recursion=Recursion(entries, unit, self.block, forgetting),
-            start=Estimate.before(entries, first_guess(free, self.start)),
-        )
+        recursion = Recursion(columns.plant, rows, axes, known, unit, self.block, forgetting)
+        start = recursion.before(first_guess(free, self.start))
+        return RecursiveAdaptation(columns, free, recursion, start)
 
     def init(
         self, source: Problem | Columns, model: DampingModel, sample: Sample
@@ -190,7 +187,7 @@ class RecursiveLeastSquares:
             If time does not advance.
         """
         bound, estimate, block, last = state
-        block, row = kernels.block_step(bound.columns.plant, bound.recursion, block, last, sample)
+        block, row = kernels.block_step(bound.recursion, block, last, sample)
         if row is not None:
             estimate = kernels.absorb(bound.recursion, estimate, row)
         return RecursiveState(bound, estimate, block, sample)
@@ -215,9 +212,7 @@ class RecursiveLeastSquares:
         bound = self.bind(problem, model)
         if not bound.model.n_coefficients:
             return empty_fit(problem, bound.model, self.key, Status.EMPTY)
-        estimate = kernels.recur(
-            bound.columns.plant, bound.recursion, bound.start, problem.inputs, problem.segments
-        )
+        estimate = kernels.recur(bound.recursion, bound.start, problem.inputs, problem.segments)
         if not estimate.rows.any():
             return empty_fit(problem, bound.model, self.key, Status.TOO_FEW_SAMPLES)
         covariances, ranks, aliased = zip(
@@ -240,12 +235,12 @@ def _known(
     bound: RecursiveAdaptation, estimate: Estimate, axis: int
 ) -> tuple[FloatArray, int, tuple[tuple[str, ...], ...]]:
     """Return covariance, rank and aliased labels of one axis."""
-    entries = bound.recursion.entries
-    part = entries.of(axis)
+    recursion = bound.recursion
+    part = recursion.of(axis)
     names = bound.model.labels[part]
-    values, vectors = np.linalg.eigh(entries.squares(estimate.information)[axis])
+    values, vectors = np.linalg.eigh(recursion.squares(estimate.information)[axis])
     told = values >= 1.0  # the information of the prior is the identity
-    scaled = bound.recursion.unit[part, None] * vectors
+    scaled = recursion.unit[part, None] * vectors
     covariance = estimate.noise[axis] * (scaled / (1.0 + np.maximum(values, 0.0))) @ scaled.T
     directions = vectors[:, told].T if told.any() else np.zeros((1, len(names)))
     aliased = spanned(directions, names, np.ones(len(names))).aliased

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from threading import get_ident
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from hydrodamp.arrays import FloatArray, IntArray, frozen
+from hydrodamp.arrays import FloatArray, IndexArray, IntArray, frozen
 from hydrodamp.errors import ProblemError
 from hydrodamp.kernels.core import ROOM, C, ffi, floats, plant_of, pointer, record_of, spans
-from hydrodamp.kernels.plant import PACKED, Entries, Inputs, Plant, Sample
+from hydrodamp.kernels.plant import PACKED, Inputs, Plant, Sample
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,21 +42,51 @@ class Adapted(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Recursion:
-    """The settings of recursive least squares with directional forgetting.
+    """A plant and recursive least squares with directional forgetting for it.
 
-    ``unit`` is the standard deviation of each coefficient before any data, over that of the
-    noise of a row (zero holds it); ``block`` the length of a block [s], two of which make a
-    row; ``forgetting`` the share of the information along a row that the row replaces.
+    Coefficients move at ``rows`` and ``axes`` of the table of equation 1, axis by axis; ``known``
+    (n_terms, 6) is that table without them. ``unit`` is what each is scaled by (its prior deviation
+    over that of the noise; 0 holds it), ``block`` the length of a block of time [s], and
+    ``forgetting`` the share of what is known along a row that it replaces.
     """
 
-    entries: Entries
+    plant: Plant
+    rows: IndexArray
+    axes: IndexArray
+    known: FloatArray
     unit: FloatArray
     block: float
     forgetting: float = 0.0
+    starts: IndexArray = field(init=False)
 
     def __post_init__(self) -> None:
-        """Copy and freeze the array."""
-        object.__setattr__(self, "unit", frozen(self.unit, (self.entries.n,), "unit"))
+        """Copy, check and freeze the arrays."""
+        starts = np.concatenate([[0], np.cumsum(np.bincount(self.axes, minlength=6))])
+        for name, array in {"rows": self.rows, "axes": self.axes, "starts": starts}.items():
+            narrow = np.array(array, dtype=np.int32)
+            narrow.setflags(write=False)
+            object.__setattr__(self, name, narrow)
+        object.__setattr__(self, "known", frozen(self.known, (self.plant.n_terms, 6), "known"))
+        object.__setattr__(self, "unit", frozen(self.unit, (len(self.rows),), "unit"))
+
+    @property
+    def n_squares(self) -> int:
+        """How many numbers one square matrix an axis has, all together."""
+        return int((np.diff(self.starts) ** 2).sum())
+
+    def of(self, axis: int) -> slice:
+        """Return where the coefficients of an axis stand among all."""
+        return slice(int(self.starts[axis]), int(self.starts[axis + 1]))
+
+    def squares(self, packed: FloatArray) -> list[FloatArray]:
+        """Return six square matrices, one an axis, as views of an array that holds them."""
+        sizes = np.diff(self.starts)
+        ends = np.cumsum(sizes**2)
+        return [packed[end - n * n : end].reshape(n, n) for n, end in zip(sizes, ends, strict=True)]
+
+    def before(self, coefficients: FloatArray) -> Estimate:
+        """Return what is known before any data."""
+        return Estimate(frozen(coefficients), np.zeros(self.n_squares), np.zeros(6), np.zeros(6))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -72,12 +102,6 @@ class Estimate:
     information: FloatArray
     noise: FloatArray
     rows: FloatArray
-
-    @classmethod
-    def before(cls, entries: Entries, coefficients: FloatArray) -> Estimate:
-        """Return what is known before any data."""
-        estimate = np.array(coefficients, dtype=np.float64)
-        return cls(estimate, np.zeros(entries.n_squares), np.zeros(6), np.zeros(6))
 
 
 def adapt(
@@ -112,8 +136,7 @@ def adapt_step(gains: Gains, state: FloatArray, previous: Sample, current: Sampl
     A state, shape (n_terms + 1, 6), is the coefficients and, last, the velocity error, which
     is zero at a segment's first sample. The one returned cannot be written.
     """
-    desk = _adapting(gains, get_ident())
-    return _stepped(desk, C.hd_adapt_online, state, previous, current)[0]
+    return _stepped(_desk(gains, get_ident()), C.hd_adapt_online, state, previous, current)[0]
 
 
 def new_block(plant: Plant) -> FloatArray:
@@ -122,32 +145,28 @@ def new_block(plant: Plant) -> FloatArray:
 
 
 def block_step(
-    plant: Plant, recursion: Recursion, block: FloatArray, previous: Sample, current: Sample
+    recursion: Recursion, block: FloatArray, previous: Sample, current: Sample
 ) -> tuple[FloatArray, FloatArray | None]:
     """Add the step between two samples to a block; return it, and a row where one is complete.
 
-    A row holds the terms, and behind them what they are to explain on each axis.
+    The row holds the terms and what they are to explain on each axis, over two blocks.
     """
-    desk = _recurring(plant, recursion, get_ident())
-    return _stepped(desk, C.hd_block_online, block, previous, current)
+    return _stepped(_desk(recursion, get_ident()), C.hd_block_online, block, previous, current)
 
 
 def absorb(recursion: Recursion, estimate: Estimate, row: FloatArray) -> Estimate:
     """Take in one row of :func:`block_step` by recursive least squares."""
-    entries, n_terms = _entries(recursion.entries), len(recursion.entries.known)
+    entries, n_terms = _entries(recursion), recursion.plant.n_terms
     moved, target = _estimate(recursion, estimate)
     line, work = floats(row, (n_terms + 6,), "row"), ffi.new(ROOM, C.hd_absorb_work(entries))
     C.hd_absorb(entries, target, n_terms, pointer(line), work)
     return moved
 
 
-def recur(
-    plant: Plant, recursion: Recursion, estimate: Estimate, inputs: Inputs, segments: IntArray
-) -> Estimate:
+def recur(recursion: Recursion, estimate: Estimate, inputs: Inputs, segments: IntArray) -> Estimate:
     """Run recursive least squares over a record: the fold of ``block_step`` and ``absorb``."""
-    rows, record = spans(segments, inputs.n), record_of(plant, inputs)
-    (moved, target), entries = _estimate(recursion, estimate), _entries(recursion.entries)
-    floats(recursion.entries.known, (plant.n_terms, 6), "entries.known")
+    plant, rows, entries = recursion.plant, spans(segments, inputs.n), _entries(recursion)
+    record, (moved, target) = record_of(plant, inputs), _estimate(recursion, estimate)
     work = ffi.new(ROOM, C.hd_recur_work(entries, plant.n_terms, plant.n_channels))
     C.hd_recur_run(
         plant_of(plant), entries, target, recursion.block, record, pointer(rows), len(rows), work
@@ -209,30 +228,25 @@ def _stepped(
 
 
 @functools.lru_cache(maxsize=32)
-def _entries(entries: Entries) -> Any:
-    return ffi.new(
-        "hd_entries *", [pointer(entries.starts), pointer(entries.rows), pointer(entries.known)]
-    )
+def _entries(recursion: Recursion) -> Any:
+    arrays = recursion.starts, recursion.rows, recursion.known
+    return ffi.new("hd_entries *", [pointer(array) for array in arrays])
 
 
 @functools.lru_cache(maxsize=32)
-def _adapting(gains: Gains, thread: int) -> _Desk:
+def _desk(bound: Gains | Recursion, thread: int) -> _Desk:
     """Return the desk of a thread."""
-    settings = {"a": pointer(gains.a), "gamma": pointer(gains.gamma)}
-    return _Desk(gains.plant, (gains.plant.n_terms + 1, 6), settings)
-
-
-@functools.lru_cache(maxsize=32)
-def _recurring(plant: Plant, recursion: Recursion, thread: int) -> _Desk:
-    """Return the desk of a thread."""
-    known = floats(recursion.entries.known, (plant.n_terms, 6), "entries.known")
-    settings = {"known": pointer(known), "length": recursion.block}
-    return _Desk(plant, (C.hd_block_size(plant.n_terms),), settings)
+    n_terms = bound.plant.n_terms
+    if isinstance(bound, Gains):
+        gains = {"a": pointer(bound.a), "gamma": pointer(bound.gamma)}
+        return _Desk(bound.plant, (n_terms + 1, 6), gains)
+    settings = {"known": pointer(bound.known), "length": bound.block}
+    return _Desk(bound.plant, (C.hd_block_size(n_terms),), settings)
 
 
 def _estimate(recursion: Recursion, estimate: Estimate) -> tuple[Estimate, Any]:
     """Return a copy of an estimate, and the structure by which C moves it."""
-    sizes = {"coefficients": recursion.entries.n, "information": recursion.entries.n_squares}
+    sizes = {"coefficients": len(recursion.rows), "information": recursion.n_squares}
     shapes = {**sizes, "noise": 6, "rows": 6}
     arrays = [floats(getattr(estimate, name), (n,), name).copy() for name, n in shapes.items()]
     fields = [pointer(recursion.unit), recursion.forgetting, *[pointer(array) for array in arrays]]

@@ -52,50 +52,6 @@ class Plant:
 
 
 @dataclass(frozen=True, eq=False)
-class Entries:
-    """Where the coefficients that move stand in the table of equation 1, axis by axis.
-
-    ``rows`` (n,) says which term each belongs to, ``axes`` (n,) which axis, 0 (X) to 5 (N),
-    never falling; ``known`` (n_terms, 6) holds what does not move, zero where one does. Axis i
-    has the coefficients ``starts[i]`` up to ``starts[i + 1]``.
-    """
-
-    rows: IndexArray
-    axes: IndexArray
-    known: FloatArray
-    starts: IndexArray = field(init=False)
-
-    def __post_init__(self) -> None:
-        """Copy and freeze the arrays."""
-        starts = np.concatenate([[0], np.cumsum(np.bincount(self.axes, minlength=6))])
-        for name, array in {"rows": self.rows, "axes": self.axes, "starts": starts}.items():
-            narrow = np.array(array, dtype=np.int32)
-            narrow.setflags(write=False)
-            object.__setattr__(self, name, narrow)
-        object.__setattr__(self, "known", frozen(self.known, (None, 6), "known"))
-
-    @property
-    def n(self) -> int:
-        """How many coefficients there are."""
-        return len(self.rows)
-
-    @property
-    def n_squares(self) -> int:
-        """How many numbers one square matrix an axis has, all together."""
-        return int((np.diff(self.starts) ** 2).sum())
-
-    def of(self, axis: int) -> slice:
-        """Return where the coefficients of an axis stand among all."""
-        return slice(int(self.starts[axis]), int(self.starts[axis + 1]))
-
-    def squares(self, packed: FloatArray) -> list[FloatArray]:
-        """Return six square matrices, one an axis, as views of an array that holds them."""
-        sizes = np.diff(self.starts)
-        ends = np.cumsum(sizes**2)
-        return [packed[end - n * n : end].reshape(n, n) for n, end in zip(sizes, ends, strict=True)]
-
-
-@dataclass(frozen=True, eq=False)
 class Inputs:
     """Recorded motion and actuation, arrays of one row a sample.
 
