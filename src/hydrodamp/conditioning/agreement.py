@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
-from hydrodamp.arrays import FloatArray, IntArray
+from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import VELOCITIES
 from hydrodamp.conditioning.derived import GRAVITY
 from hydrodamp.conditioning.spikes import leaps
-from hydrodamp.data.agreement import Agreement, agreement, changes, compared, roughness, turned
-from hydrodamp.data.attitude import rotation
+from hydrodamp.data.agreement import Agreement, agreement, roughness, travelled, turned
 from hydrodamp.data.log import Log
 from hydrodamp.data.units import UNITS, si_unit
 
@@ -25,8 +24,6 @@ _DEAD = 0.2  # of the other's motion; less is none
 _DEAD_RATIO = 1e-4  # of any two units of a rate or a speed
 _NOISE = 10.0  # times the noise of a channel, from which it moves
 _PART = 0.2  # of the way, that a velocity's own part must have to be missed
-_WAY, _STEPS = 5.0, 10  # s, or steps, over which paths are compared: longer than noise
-_LEAST_PART = 1e-4  # of the path, that a velocity must have; one in km/s beside others in m/s has
 _USUAL = 0.95  # of the samples; the rest are spikes
 _JITTER = 0.2  # of a step, from which a clock is asked
 _EVEN = 3.0  # times smoother by row than by clock
@@ -125,79 +122,74 @@ _RATES[UNITS["angular rate"]["deg/s"]] += ", or its angle is degrees taken for r
 _SPEEDS = _mistaken("speed", "position") | {0.001: "m/s beside a position in mm"}
 
 
+#: By the first of three velocities: their units, what they are beside, what derives them.
+_COMPARED = {
+    0: (_SPEEDS, "way of the position along it", "velocity_from_position"),
+    3: (_RATES, "rate of the attitude", "rates_from_attitude"),
+}
+
+
 def disagreements(log: Log, size: Size) -> Iterator[Suspicion]:
     """Yield where channels that measure one motion contradict each other."""
     yield from _clock(log)
-    if log.attitude is not None:
-        yield from _turning(log, log.attitude, size)
-        # A depth alone is no way.
-        if log.position is not None and np.count_nonzero(np.ptp(log.position, axis=0)) > 1:
-            yield from _way(log, log.attitude, log.position)
+    if log.attitude is None:
+        return
+    steady = np.where(leaps(log, log.attitude)[:, np.newaxis], np.nan, log.attitude)
+    yield from _motion(log, 3, turned(steady, log.bounds), size.little("rad/s"))
+    # A depth alone is no way.
+    if log.position is not None and np.count_nonzero(np.ptp(log.position, axis=0)) > 1:
+        way = travelled(log.attitude, log.position, log.bounds)
+        other = _other_way(log, log.attitude, log.position, way)
+        yield from [other] if other else _motion(log, 0, way, size.little("m/s"))
 
-
-def _turning(log: Log, attitude: FloatArray, size: Size) -> Iterator[Suspicion]:
-    """Compare rates and attitude: dead rates, another unit or sign."""
-    attitude = np.where(leaps(log, attitude)[:, np.newaxis], np.nan, attitude)
-    turns = turned(attitude, log.bounds)
-    cases: list[_Case] = []
-    for k, rate in enumerate(VELOCITIES[3:]):
-        if rate in log.velocity_names:
-            values, own = log.velocity[:, [3 + k]], turns[:, [k]]
-            both = agreement(log.time, log.bounds, values, own)
-            noise = _NOISE * roughness(own, log.bounds)
-            least = max(noise, size.little("rad/s") * both.span)
-            looks = _looks(both, _RATES, least if log.n >= _FEWEST else np.inf)
-            cases.append((rate, both, looks))
-    yield from _told(cases, "attitude's rate", "rates_from_attitude")
-
-
-#: A channel, how it goes with another, and what that looks like.
-_Case = tuple[str, Agreement, str]
 
 _NOTHING, _UNRELATED = "measures nothing of its motion", "is not the motion of the vehicle"
 _RESCALED = "is of another size"
 
 
-def _looks(both: Agreement, units: dict[float, str], least: float) -> str:
-    """Return what is wrong with a channel beside another that moves by more than its noise."""
-    if both.agrees() and (unit := _unit(both.ratio, units)):
-        return f"is {unit}"
-    dead = both.agrees() and abs(both.ratio) < _DEAD_RATIO
-    if dead or (both.moved > least and both.added < _DEAD * both.moved):
-        return _NOTHING
-    if both.agrees():
-        fits = 1 / _SCALE < both.ratio < _SCALE or abs(both.correlation) < _SURE
-        return "" if fits or both.moved <= least else _RESCALED
-    return _UNRELATED if both.moved > least and abs(both.correlation) < _UNLIKE else ""
-
-
-def _told(cases: Sequence[_Case], other: str, step: str) -> Iterator[Suspicion]:
-    """Yield what is wrong with channels, a sentence for all that look the same."""
-    for looks in dict.fromkeys(looks for _, _, looks in cases if looks):
-        mine = [(name, both) for name, both, its in cases if its == looks]
-        names, each = " ".join(name for name, _ in mine), [both for _, both in mine]
-        evidence = f"it is {', '.join(f'{both.ratio:.3g}' for both in each)} times the {other}"
-        if looks in (_NOTHING, _UNRELATED):
-            added, moved, likeness = (
-                ", ".join(f"{one:.2g}" for one in column)
-                for column in zip(*map(_numbers, each), strict=True)
-            )
-            evidence = (
-                f"over {each[0].span:.3g} s it adds up to {added}, and the {other} to {moved} "
-                f"(correlation {likeness})"
-            )
-        cure = f"derive it: `steps: [{step}: {{names: [{', '.join(names.split())}]}}]`"
+def _motion(log: Log, first: int, moved: FloatArray, little: float) -> Iterator[Suspicion]:
+    """Yield what is wrong with three velocities, a sentence for all that look the same."""
+    units, other, step = _COMPARED[first]
+    names = VELOCITIES[first : first + 3]
+    each = {
+        name: agreement(log.time, log.bounds, log.velocity[:, [first + k]], moved[:, [k]])
+        for k, name in enumerate(names)
+        if name in log.velocity_names
+    }
+    most = max((both.moved for both in each.values()), default=0.0)
+    found: dict[str, list[str]] = {}
+    for name, both in each.items():
+        noise = _NOISE * roughness(moved[:, names.index(name)], log.bounds)
+        least = max(noise, little * both.span, _PART * most if first == 0 else 0.0)
+        looks = _looks(both, units, least if log.n >= _FEWEST else np.inf)
+        found.setdefault(looks, []).append(name)
+    for looks, alike in found.items():
+        numbers = ", ".join(f"{each[name].ratio:.3g}" for name in alike)
+        likeness = ", ".join(f"{each[name].correlation:.2f}" for name in alike)
+        span = each[alike[0]].span
+        evidence = f"over {span:.3g} s it is {numbers} times the {other} (correlation {likeness})"
+        cure = f"derive it: `steps: [{step}: {{names: [{', '.join(alike)}]}}]`"
         if "too often" in looks:
             cure = "write the units that the file has in the mapping, `unit: deg` for such an angle"
         elif " taken for " in looks:
             cure = f"write `unit: {looks.split()[1]}` for it in the mapping"
         elif "sign" in looks:
             cure = "write `sign: -1` for it, or other axes under `sensors`, in the mapping"
-        yield Suspicion(names, looks, evidence, cure=cure)
+        if looks:
+            yield Suspicion(" ".join(alike), looks, evidence, cure=cure)
 
 
-def _numbers(one: Agreement) -> tuple[float, float, float]:
-    return one.added, one.moved, one.correlation
+def _looks(both: Agreement, units: dict[float, str], least: float) -> str:
+    """Return what is wrong with a channel beside another that moves by more than its noise."""
+    if both.agrees() and (unit := _unit(both.ratio, units)):
+        return f"is {unit}"
+    seen = both.moved > least
+    if abs(both.ratio) < (_DEAD if seen else _DEAD_RATIO) and (seen or both.agrees()):
+        return _NOTHING
+    if both.agrees():
+        fits = 1 / _SCALE < both.ratio < _SCALE or abs(both.correlation) < _SURE
+        return "" if fits or not seen else _RESCALED
+    return _UNRELATED if seen and abs(both.correlation) < _UNLIKE else ""
 
 
 def _unit(ratio: float, units: dict[float, str]) -> str:
@@ -209,74 +201,27 @@ def _unit(ratio: float, units: dict[float, str]) -> str:
     return units[unit] if abs(ratio / unit - 1) < allowed else ""
 
 
-def _way(log: Log, attitude: FloatArray, position: FloatArray) -> Iterator[Suspicion]:
-    """Compare velocities and position: all together, and each velocity with its part."""
-    names = [name for name in VELOCITIES[:3] if name in log.velocity_names]
-    turning = rotation(attitude)
-    axes, gone, span = travels(log.time, log.bounds, turning, position)
-    made, _, _ = travels(log.time, log.bounds, turning * log.velocity[:, np.newaxis, :3], position)
-    whole = compared(made.sum(axis=2), gone)._replace(span=span)
-    noise = _NOISE * roughness(position, log.bounds)
-    if not names or whole.moved < noise:
-        return
-    if other := _other_way(" ".join(names), log, turning, position, whole):
-        yield other
-        return
-    each = zip(VELOCITIES[:3], path_agreements(made, axes, gone), strict=True)
-    least = max(noise, _PART * whole.moved) if log.n >= _FEWEST else np.inf
-    cases = [(name, both._replace(span=span), _looks(both, _SPEEDS, least)) for name, both in each]
-    yield from _told(
-        [case for case in cases if case[0] in names],
-        "position's path along it",
-        "velocity_from_position",
-    )
-
-
-def travels(
-    time: FloatArray, bounds: IntArray, axes: FloatArray, position: FloatArray
-) -> tuple[FloatArray, FloatArray, float]:
-    """Return what columns of world vectors add up to over some seconds, and the position's move."""
-    steps = np.concatenate([np.diff(time[a:b]) for a, b in bounds.tolist()])
-    span = max(_WAY, _STEPS * float(np.median(steps)))
-    made, gone = changes(time, bounds, axes.reshape(-1, 9), position, span)
-    return made.reshape(-1, 3, 3), gone, span
-
-
-def path_agreements(made: FloatArray, axes: FloatArray, gone: FloatArray) -> list[Agreement]:
-    """Return how the path of each of u v w goes with what the others leave of the position's."""
-    flat, moves = made.reshape(-1, 3), gone.ravel()
-    sizes = np.linalg.norm(flat, axis=0)
-    there = np.flatnonzero(sizes > _LEAST_PART * np.linalg.norm(sizes))
-    shares = np.zeros(3)
-    shares[there] = np.linalg.lstsq(flat[:, there] / sizes[there], moves)[0] / sizes[there]
-    rests = (moves - flat @ shares).reshape(-1, 3)
-    lengths = np.maximum(np.linalg.norm(axes, axis=1, keepdims=True), 1e-9)
-    along = axes / lengths  # of the part that the vehicle's own axis keeps pointing to
-    own = np.einsum("nij,nij->nj", made, along)
-    left = np.einsum("ni,nij->nj", rests, along) + own * shares
-    return [compared(own[:, k], left[:, k]) for k in range(3)]
-
-
 def _other_way(
-    names: str, log: Log, turning: FloatArray, position: FloatArray, whole: Agreement
+    log: Log, attitude: FloatArray, position: FloatArray, way: FloatArray
 ) -> Suspicion | None:
     """Return in which axes velocities would make the way of the position that they do not."""
-    velocity = log.velocity[:, :3]
-    body = np.einsum("nij,nj->ni", turning, velocity)
-    ways: dict[str, tuple[FloatArray, str]] = {
+    exchanged = np.asarray(position[:, (1, 0, 2)] * (1.0, 1.0, -1.0))
+    ways = {
         "is along the axes of the world, not of the vehicle": (
-            velocity,
+            position,
             "name them `north`, `east` and `down` under `velocity` in the mapping",
         ),
         "has a position of another world, east and north exchanged": (
-            np.asarray(body[:, (1, 0, 2)] * (1.0, 1.0, -1.0)),
+            travelled(attitude, exchanged, log.bounds),
             "name the axes of the position `east`, `north`, `up` in the mapping",
         ),
     }
-    for looks, (way, cure) in ways.items():
-        found = compared(*changes(log.time, log.bounds, way, position, whole.span))
-        if found.correlation > _SURE and found.beats(whole):
-            told = f"added up it goes with the position by a correlation of {whole.correlation:.2f}"
+    names = " ".join(name for name in VELOCITIES[:3] if name in log.velocity_names)
+    both = agreement(log.time, log.bounds, log.velocity[:, :3], way)
+    for looks, (other, cure) in ways.items():
+        found = agreement(log.time, log.bounds, log.velocity[:, :3], other)
+        if found.correlation > _SURE and found.beats(both):
+            told = f"added up it goes with the position by a correlation of {both.correlation:.2f}"
             return Suspicion(names, looks, f"{told}, so by {found.correlation:.2f}", cure=cure)
     return None
 
@@ -287,11 +232,9 @@ def _clock(log: Log) -> Iterator[Suspicion]:
     few, low, step, high = np.quantile(steps, (0.1, 0.05, 0.5, 0.95)).tolist()
     if log.n < _FEWEST or high - low < 2 * _JITTER * step:
         return
-    columns = [log.velocity[:, VELOCITIES.index(name)] for name in log.velocity_names]
-    columns += [] if log.position is None else [*log.position.T]
-    columns += [] if log.attitude is None else [*turned(log.attitude, log.bounds).T]
-    by_clock, by_row = np.array([_bends(log, one) for one in columns]).T
-    times = np.divide(by_clock, by_row, out=np.ones_like(by_row), where=by_row > 0.0)
+    blocks = [log.velocity] + ([] if log.position is None else [log.position])
+    blocks += [] if log.attitude is None else [turned(log.attitude, log.bounds)]
+    times = _smoother(log, np.column_stack(blocks))
     in_bursts = few < _BURST * float(np.mean(steps))
     if in_bursts or (times.max() > _EVEN and times.min() > 1 / _EVEN):
         told = f"by row number the motion is {times.max():.2g} times smoother"
@@ -305,15 +248,14 @@ def _clock(log: Log) -> Iterator[Suspicion]:
         )
 
 
-def _bends(log: Log, values: FloatArray) -> tuple[float, float]:
-    """Return how far most samples are off between their neighbours, by clock and by row."""
-    clock, row = [], []
-    for start, stop in log.bounds.tolist():
-        time, own = log.time[start:stop], values[start:stop]
-        share = (time[1:-1] - time[:-2]) / (time[2:] - time[:-2])
-        rise, ahead = own[1:-1] - own[:-2], own[2:] - own[:-2]
-        clock.append(np.abs(rise - share * ahead))
-        row.append(np.abs(rise - ahead / 2))
-    by_clock, by_row = np.concatenate(clock), np.concatenate(row)
-    usual = by_row <= np.quantile(by_row, _USUAL)
-    return float(by_clock[usual].mean()), float(by_row[usual].mean())
+def _smoother(log: Log, values: FloatArray) -> FloatArray:
+    """Return how much farther samples are off between their neighbours by clock than by row."""
+    inside = np.ones(log.n, dtype=np.bool_)
+    inside[[*log.bounds[:, 0], *(log.bounds[:, 1] - 1)]] = False
+    at = np.flatnonzero(inside)
+    share = (log.time[at] - log.time[at - 1]) / (log.time[at + 1] - log.time[at - 1])
+    rise, ahead = values[at] - values[at - 1], values[at + 1] - values[at - 1]
+    by_clock, by_row = np.abs(rise - share[:, np.newaxis] * ahead), np.abs(rise - ahead / 2)
+    usual = by_row <= np.quantile(by_row, _USUAL, axis=0)
+    one, other = (np.mean(each, axis=0, where=usual) for each in (by_clock, by_row))
+    return np.asarray(np.divide(one, other, out=np.ones_like(one), where=other > 0.0))

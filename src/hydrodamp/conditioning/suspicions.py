@@ -7,18 +7,19 @@ from dataclasses import replace
 
 import numpy as np
 
-from hydrodamp.arrays import BoolArray
+from hydrodamp.arrays import BoolArray, FloatArray
 from hydrodamp.basis.atoms import AXES, VELOCITIES
 from hydrodamp.conditioning.agreement import Size, Suspicion as Suspicion, disagreements
 from hydrodamp.conditioning.dropouts import Lost, frozen, held, lost_frames, without_lock
 from hydrodamp.conditioning.gaps import ATTITUDE, runs
 from hydrodamp.conditioning.spikes import leaps, spikes
 from hydrodamp.data.attitude import down as down_in_body
-from hydrodamp.data.channels import unit_of
+from hydrodamp.data.channels import POSITION, unit_of
 from hydrodamp.data.log import Log
 
 _TOLERANCE = 0.08  # of the size of gravity
-_LINEAR = VELOCITIES[:3]
+#: Channels of one sensor, whose samples fail together.
+_KINDS = dict.fromkeys("uvw", "speed") | dict.fromkeys(POSITION.columns, "position")
 _PULSE = (800.0, 2200.0)  # us, servo and ESC signals
 _NEUTRAL = (1300.0, 1700.0)  # us
 _FAST = 15.0  # m/s, the usual speed of hardly any craft with a log like this
@@ -101,12 +102,15 @@ def _speeds(log: Log) -> Iterator[Suspicion]:
 
 def _placed(log: Log, size: Size, told: Container[str]) -> Iterator[Suspicion]:
     """Yield what is wrong with some samples, each sample once for channels of a kind."""
+    names = [name for name in log.velocity_names if name not in told]
+    speeds = {name: np.abs(log.velocity[:, VELOCITIES.index(name)]) for name in names}
+    place = {} if log.position is None else {"position": _pace(log, log.position, size)}
     seen: dict[str, BoolArray] = {}
-    for one, rows in (*_beyond(log, size, told), *_leaps(log, size), *_detected(log)):
-        kinds = {"u v w" if name in _LINEAR else name for name in one.channel.split()}
+    for one, rows in (*_beyond(size, speeds), *_detected(log), *_beyond(size, place)):
+        kinds = {_KINDS.get(name, name) for name in one.channel.split()}
         news = [rows & ~seen.get(kind, _none(log)) for kind in kinds]
-        for kind in kinds:
-            seen[kind] = seen.get(kind, _none(log)) | rows
+        around = rows | np.roll(rows, 1) | np.roll(rows, -1)
+        seen |= {kind: seen.get(kind, _none(log)) | around for kind in kinds}
         if (new := np.logical_or.reduce(news)).any():
             yield replace(one, where=_where(log, new))
 
@@ -119,43 +123,29 @@ def _none(log: Log) -> BoolArray:
 _Found = Iterator[tuple[Suspicion, BoolArray]]
 
 
-def _beyond(log: Log, size: Size, told: Container[str]) -> _Found:
-    """Yield velocities that no vehicle of this size reaches."""
-    for name in log.velocity_names:
-        unit, values = unit_of(name), np.abs(log.velocity[:, VELOCITIES.index(name)])
+def _beyond(size: Size, speeds: dict[str, FloatArray]) -> _Found:
+    """Yield speeds that no vehicle of this size reaches."""
+    for name, values in speeds.items():
+        unit = unit_of(name) if name in VELOCITIES else "m/s"
         rows = values > (most := size.most(unit))
-        if name not in told and rows.any() and np.median(values) < most:
+        if rows.any() and np.median(values) < most:
             one = Suspicion(
                 name,
-                f"is beyond what a vehicle of {size.length:.2g} m reaches",
-                f"it is up to {values.max():.3g} {unit}, and {most:.2g} {unit} is much",
-                cure="check its unit, and where positions make it let the mapping's `steps` begin "
-                "with `clean`",
+                f"is faster than a vehicle of {size.length:.2g} m",
+                f"it has up to {values.max():.3g} {unit}, and {most:.2g} {unit} is much",
+                cure="check its unit; where positions leap let the `steps` of the mapping begin "
+                "with `clean`, or cut the log there by `segment`",
             )
             yield one, rows
 
 
-def _leaps(log: Log, size: Size) -> _Found:
-    """Yield where a position leaps faster than any vehicle of this size."""
-    if log.position is None:
-        return
-    lost = [found for detect in (lost_frames, frozen) for found in detect(log).values()]
-    there = np.flatnonzero(~np.logical_or.reduce(lost))
-    steps = np.linalg.norm(np.diff(log.position[there], axis=0), axis=1)
-    usual = max(_LEAP * float(np.median(steps)), _PART * size.length)
-    far = steps > np.maximum(usual, size.most("m/s") * np.diff(log.elapsed[there]))
-    far[np.isin(there[1:], log.bounds[:, 0])] = False
-    if far.any():
-        rows = _none(log)
-        rows[there[1:][far]] = True
-        one = Suspicion(
-            "position",
-            f"leaps faster than a vehicle of {size.length:.2g} m moves",
-            f"by up to {steps[far].max():.3g} m in a step",
-            cure="cut the log there with `segment` in the mapping, or `steps: [remove_spikes]` "
-            "before velocities are derived",
-        )
-        yield one, rows
+def _pace(log: Log, position: FloatArray, size: Size) -> FloatArray:
+    """Return the speed of steps of the position that are long for this log and this vehicle."""
+    steps, seconds = np.linalg.norm(np.diff(position, axis=0), axis=1), np.diff(log.time)
+    long = steps > max(_LEAP * float(np.median(steps)), _PART * size.length)
+    pace = np.where(long, steps / np.maximum(seconds, np.median(seconds)), 0.0)
+    pace[log.bounds[1:, 0] - 1] = 0.0
+    return np.concatenate((np.zeros(1), pace))
 
 
 def _leaping(log: Log) -> Lost:

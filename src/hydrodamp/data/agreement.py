@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray
-from hydrodamp.data.attitude import turn
+from hydrodamp.data.attitude import rotation, turn
 
 _SHORTEST, _STEPS = 1.0, 10  # s, and steps: the shortest window
 _TIMES = (1, 4, 16)
@@ -24,7 +24,6 @@ class Agreement(NamedTuple):
 
     ratio: float  # of the sums over the moves, with the sign of the correlation
     correlation: float
-    added: float = 0.0  # usual size of the sums
     moved: float = 0.0  # usual size of the moves
     span: float = 0.0  # time that both are taken over [s]
 
@@ -45,10 +44,20 @@ NONE = Agreement(float("nan"), float("nan"))
 
 def turned(attitude: FloatArray, bounds: IntArray) -> FloatArray:
     """Return the turns about body axes, added up from the first sample of each segment."""
-    steps = np.concatenate((np.zeros((1, 3)), turn(attitude[:-1], attitude[1:])))
-    steps[bounds[:, 0]] = 0.0
-    steps[~np.isfinite(steps).all(axis=1)] = 0.0
-    return np.asarray(np.cumsum(steps, axis=0))
+    return _added_up(turn(attitude[:-1], attitude[1:]), bounds)
+
+
+def travelled(attitude: FloatArray, position: FloatArray, bounds: IntArray) -> FloatArray:
+    """Return the ways along body axes, added up from the first sample of each segment."""
+    axes, moves = rotation(attitude), np.diff(position, axis=0)
+    return _added_up(np.einsum("nij,ni->nj", (axes[1:] + axes[:-1]) / 2, moves), bounds)
+
+
+def _added_up(steps: FloatArray, bounds: IntArray) -> FloatArray:
+    added = np.concatenate((np.zeros((1, 3)), steps))
+    added[bounds[:, 0]] = 0.0
+    added[~np.isfinite(added).all(axis=1)] = 0.0
+    return np.asarray(np.cumsum(added, axis=0))
 
 
 def integral(time: FloatArray, values: FloatArray) -> FloatArray:
@@ -68,7 +77,7 @@ def agreement(time: FloatArray, bounds: IntArray, rate: FloatArray, value: Float
         compared(*changes(time, bounds, rate, value, span))._replace(span=span)
         for span in spans or [shortest]
     ]
-    known = [one for one in found if one.moved > 0.0 or one.added > 0.0]
+    known = [one for one in found if one.moved > 0.0]
     best = max(known, key=lambda one: abs(one.correlation), default=NONE)
     return best if best.agrees() else (known or [NONE])[-1]
 
@@ -102,11 +111,11 @@ def compared(added: FloatArray, moved: FloatArray) -> Agreement:
     kept = _usual(added.reshape(len(added), -1), moved.reshape(len(moved), -1))
     added, moved = added[kept], moved[kept]
     one, other = float(np.linalg.norm(added)), float(np.linalg.norm(moved))
-    sizes = one / len(added) ** 0.5, other / len(added) ** 0.5
+    usual = other / len(added) ** 0.5
     if min(one, other) < _TINY:
-        return Agreement(float("nan"), 0.0, *sizes)
+        return Agreement(0.0, 0.0, usual)
     correlation = float(np.sum((added / one) * (moved / other)))
-    return Agreement(float(np.sign(correlation)) * one / other, correlation, *sizes)
+    return Agreement(float(np.sign(correlation)) * one / other, correlation, usual)
 
 
 def _usual(added: FloatArray, moved: FloatArray) -> BoolArray:
