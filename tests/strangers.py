@@ -371,6 +371,18 @@ def matlab_of_a_ship_with_its_simulation(folder: Path, it: Truth) -> Path:
     return folder / "a.mat"
 
 
+@case(holds="u v r attitude position wrench", tolerance=0.05)
+def matlab_of_a_planar_thesis(folder: Path, it: Truth) -> Path:
+    """Vectors of three: a ship in the plane."""
+    heading = it.angles[:, 2]
+    nu = np.column_stack((it.body[:, :2], np.gradient(heading, 0.1)))
+    way = np.cumsum(np.exp(1j * heading) * (nu[:, 0] + 1j * nu[:, 1])) * 0.1
+    eta = np.column_stack((way.real, way.imag, heading))
+    tau = it.wrench * (1, 1, 0, 0, 0, 1)
+    savemat(folder / "a.mat", {"t": it.time, "eta": eta, "nu": nu, "tau": tau[:, [0, 1, 5]]})
+    return folder / "a.mat"
+
+
 @case(holds="u v w p q r attitude rpm")
 def hdf5_of_sensors(folder: Path, it: Truth) -> Path:
     h5py = pytest.importorskip("h5py")

@@ -51,6 +51,13 @@ def _along(group: str, names: str) -> tuple[str, ...]:
     return tuple(f"{group}.{name}" for name in names.split())
 
 
+# Vectors of ships, which move in the plane where they have three components.
+_PLANAR = {
+    "nu": _along("velocity", "u v r"),
+    "eta": ("position.x", "position.y", "attitude.yaw"),
+    "tau": _along("wrench", "X Y N"),
+}
+
 # What words say of vectors, of three components or of six, the likeliest first; and how surely [%].
 _VECTORS = (
     (_FORCE, _along("specific_force", "fx fy fz"), 85),
@@ -194,6 +201,8 @@ def _role(
 def _component(around: set[str], place: int, size: int) -> Hint | None:
     """Return what a component of a vector is."""
     for kind, roles, sure in _VECTORS:
+        if size == 3 and around & kind & _PLANAR.keys():
+            return _PLANAR[min(around & kind & _PLANAR.keys())][place], 65
         if around & kind:
             is_one = place < min(len(roles), size) and size in (2, 3, 6)
             return (roles[place], sure) if is_one else None

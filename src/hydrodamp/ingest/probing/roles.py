@@ -31,7 +31,8 @@ _SNAME = 1.4  # weight of a notation
 _UNSTATED = 68  # %, of a unit that nothing but its size speaks for
 _SPIN = 3.5  # rad/s, faster than nearly all craft turn
 _USUAL_RATES = ("rad/s", "deg/s")
-_STILL = ("commands", "wrench", "velocity.p", "velocity.q", "velocity.r", "flag")
+_IDLE = (0.0, 1500.0, 65535.0)  # of a servo at rest, and of one that is not there
+_STILL = ("commands", "velocity.p", "velocity.q", "velocity.r", "flag")
 _ROS_FIELD = re.compile(r"\b(pose|twist)[./](pose|twist|position|linear)\b")
 
 #: For every angle the largest that it may be in radians; one beyond is in degrees.
@@ -217,7 +218,8 @@ def _named(
         if sure == 0:
             silent[column] = role
             continue
-        if still and role.startswith(_STILL):
+        is_idle = role != "commands" or known[0] in _IDLE
+        if still and is_idle and role.startswith(_STILL):
             silent[column] = f"never changes from {known[0]:g}"
             continue
         why: tuple[str, ...] = ("name and unit" if one.unit and quantity_of_role(role) else "name",)

@@ -1,0 +1,204 @@
+"""Measured logs renamed, resampled, in other units and files, a hundred times: right, or told."""
+
+from __future__ import annotations
+
+import gzip
+import warnings
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.io import savemat
+from scipy.spatial.transform import Rotation
+
+from hydrodamp.data.log import Log
+from hydrodamp.ingest.probing.probe import SUFFICES, Probe, probe
+from hydrodamp.ingest.read import read_log, read_recording
+from strangers import DEG, clock, write
+
+SEEDS = 100
+ROWS = 700
+MIRROR = np.array([1.0, -1.0, -1.0])
+SURE = 90  # %, below which probe says that the axes must be checked
+STYLES = {
+    "plain": ("u v w p q r", "roll pitch yaw", "north east down"),
+    "words": ("surge sway heave roll_rate pitch_rate yaw_rate", "roll pitch heading", "x y depth"),
+    "axes": ("vel_x vel_y vel_z gyro_x gyro_y gyro_z", "Roll Pitch Yaw", "pos_x pos_y pos_z"),
+    "greek": ("u v w p q r", "phi theta psi", "x y z"),
+    "dots": (
+        "nav.velocity.x nav.velocity.y nav.velocity.z nav.rates.x nav.rates.y nav.rates.z",
+        "nav.roll nav.pitch nav.yaw",
+        "nav.position.x nav.position.y nav.position.z",
+    ),
+    "arrays": (
+        " ".join(f"nu[{k}]" for k in range(6)),
+        "rpy[0] rpy[1] psi",
+        " ".join(f"position[{k}]" for k in range(3)),
+    ),
+}
+
+
+@cache
+def base(folder: Path, number: int) -> Log:
+    """Return one of the measured logs, a stretch of it."""
+    places = (
+        ("bluerov2_kth/run_11_40_38.csv", "bluerov2-kth"),
+        ("bluerov2_kth/run_11_57_50.csv", "bluerov2-kth"),
+        ("campaigns/c21/estimation.csv", None),
+        ("campaigns/c24/estimation.csv", None),
+        ("kvlcc2_hsva/HSVA_CPMC_KVLCC2_Z_20_05.dat", "kvlcc2-hsva"),
+        ("kvlcc2_hsva/HSVA_CPMC_KVLCC2_Z_10_10_P.dat", "kvlcc2-hsva"),
+    )
+    name, mapping = places[number % len(places)]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        whole = read_log(folder / name, mapping)
+    longest = max(whole.segments, key=len)
+    return whole.select(longest.name)
+
+
+def altered(log: Log, seed: int, folder: Path) -> Path:
+    """Write a log as somebody else might have."""
+    rng = np.random.default_rng(seed)
+    step = rng.choice([0.05, 0.1, 0.2])
+    time = np.arange(0, min(log.duration, ROWS * step), step)
+    index = np.clip(np.searchsorted(log.elapsed, time + 1e-9) - 1, 0, log.n - 1)
+    ticks = log.elapsed[index]
+    ticks, index = np.unique(ticks, return_index=True)[0], np.unique(index)
+    style = rng.choice([*STYLES])
+    speeds, angles, places = (names.split() for names in STYLES[style])
+    stated = bool(rng.integers(2))
+    columns: dict[str, np.ndarray | list[str]] = {}
+    unit, factor = rng.choice([("m/s", 1.0), ("kn", 0.514444444)]) if stated else ("m/s", 1.0)
+    turn, degrees = (("deg", DEG), ("rad", 1.0))[rng.integers(2)]
+    is_array = style == "arrays"
+
+    def name(plain: str, unit: str) -> str:
+        return f"{plain} [{unit}]" if stated and not is_array else plain
+
+    if is_array:
+        unit, factor, turn, degrees = "m/s", 1.0, "rad", 1.0
+    euler = np.zeros((len(index), 3))
+    if log.attitude is not None:
+        euler = Rotation.from_quat(log.attitude[index], scalar_first=True).as_euler("ZYX")[:, ::-1]
+    body, is_placed = log.velocity[index], log.position is not None and bool(rng.integers(2))
+    position = None if log.position is None else log.position[index]
+    if rng.random() < 0.2:  # z up, about all axes
+        body, euler = body * np.tile(MIRROR, 2), euler * MIRROR
+        position = None if position is None else position * MIRROR
+    dropped = rng.choice(["", "", "", "pqr", "uvw" if is_placed else ""])
+    if is_array and dropped == "pqr" and "w" in log.velocity_names:
+        speeds = [f"velocities[{k}]" for k in range(6)]
+    for k, plain in enumerate(speeds):
+        if "uvwpqr"[k] in log.velocity_names and "uvwpqr"[k] not in dropped:
+            scale, said = (float(factor), unit) if k < 3 else (degrees, f"{turn}/s")
+            columns[name(plain, str(said))] = body[:, k] / scale
+    if log.attitude is not None:
+        for k, plain in enumerate(angles):
+            if k == 2 or "p" in log.velocity_names:
+                columns[name(plain, turn)] = euler[:, k] / degrees
+    if is_placed and position is not None:
+        for k, plain in enumerate(places):
+            if k < 2 or "w" in log.velocity_names:
+                columns[name(plain, "m")] = position[:, k]
+    for plain in log.command_names:
+        columns[f"cmd_{plain}"] = log.command(plain)[index]
+    if log.wrench is not None:
+        columns |= dict(zip("XYZKMN", log.wrench[index].T, strict=True))
+    order = rng.permutation(len(columns))
+    shuffled = {key: columns[key] for key in np.array([*columns], object)[order]}
+    return save(shuffled if not is_array else columns, ticks, rng, folder, is_array)
+
+
+def save(columns, ticks, rng, folder: Path, is_array: bool) -> Path:
+    kinds = ["npz", "mat"] if is_array else ["csv", "tsv", "comma", "gz", "npz", "parquet", "day"]
+    kind = str(rng.choice(kinds))
+    start, said, scale = [(0.0, "t", 1.0), (1.7e9, "timestamp", 1.0), (5.0, "time_ms", 1e3)][
+        rng.integers(3)
+    ]
+    stamps = {said: (start + ticks) * scale}
+    path = folder / f"log.{kind}"
+    if kind == "day":
+        return write(folder / "log.csv", {"Time": clock(80000 + ticks), **columns})
+    table = {**stamps, **columns}
+    if kind == "parquet":
+        arrow, parquet = (pytest.importorskip(f"pyarrow{tail}") for tail in ("", ".parquet"))
+        parquet.write_table(arrow.table(table), path)
+    elif kind in ("npz", "mat"):
+        grouped: dict[str, np.ndarray] = {}
+        for key in table:
+            stem = key.partition("[")[0] if is_array else key
+            if stem not in grouped:
+                parts = [
+                    table[one]
+                    for one in table
+                    if one == key or (is_array and one.startswith(f"{stem}["))
+                ]
+                grouped[stem] = np.column_stack(parts).squeeze()
+        np.savez(path, **grouped) if kind == "npz" else savemat(path, grouped)
+    elif kind == "gz":
+        plain = write(folder / "log.csv", table, form="%.15g")
+        path = folder / "log.csv.gz"
+        path.write_bytes(gzip.compress(plain.read_bytes()))
+    else:
+        sep = {"csv": ",", "tsv": "\t", "comma": ";"}[kind]
+        path = write(folder / f"log.{'tsv' if kind == 'tsv' else 'csv'}", table, sep, "%.15g")
+        if kind == "comma":
+            path.write_text(path.read_text("utf-8").replace(".", ","), "utf-8")
+    return path
+
+
+def amiss(found: Probe, log: Log, known: Log) -> list[str]:
+    """Return channels that are other than known, unless it is told that the axes may be."""
+    at, told = log.elapsed, []
+    signs = [np.ones(6)]
+    if found.roles.upright.confidence < SURE:
+        signs.append(np.array([1.0, -1, -1, 1, -1, -1]))
+    true = np.column_stack([np.interp(at, known.elapsed, one) for one in known.velocity.T])
+    spread = np.maximum(known.velocity.std(axis=0), 1e-3)
+    apart = min(
+        (np.sqrt(np.mean((log.velocity - true * sign) ** 2, axis=0)) / spread for sign in signs),
+        key=np.sum,
+    )
+    derived = "".join(
+        note.partition(" from")[0] for note in log.notes if note.startswith("derived")
+    )
+    for k, name in enumerate("uvwpqr"):
+        if name in derived.partition("`")[2]:
+            continue  # as noisy as the attitude or the position
+        if name in log.velocity_names and name in known.velocity_names and apart[k] > 0.02:
+            told.append(f"{name} by {apart[k]:.2g}")
+        if name in known.velocity_names and name not in log.velocity_names:
+            told.append(f"no {name}")
+    if log.attitude is not None and known.attitude is not None:
+        near = np.searchsorted(known.elapsed, at).clip(0, known.n - 1)
+        one, other = (
+            Rotation.from_quat(it, scalar_first=True) for it in (log.attitude, known.attitude[near])
+        )
+        flip = Rotation.from_euler("X", [[180.0]], degrees=True)[0]
+        sizes = [np.median((one * other.inv()).magnitude())]
+        if len(signs) > 1:
+            sizes.append(np.median((one * (flip * other * flip).inv()).magnitude()))
+        if min(sizes) > 0.05:
+            told.append(f"attitude by {min(sizes):.2g}")
+    return told
+
+
+@pytest.mark.parametrize("part", range(10))
+def test_seeds(part: int, tmp_path: Path, measured_logs: Callable[[str], Path]) -> None:
+    folder = measured_logs("campaigns").parent
+    for seed in range(part, SEEDS, 10):
+        known = base(folder, seed)
+        place = tmp_path / str(seed)
+        place.mkdir()
+        path = altered(known, seed, place)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            found = probe(read_recording(path))
+            if found.draft.confidence < SUFFICES:
+                continue
+            assert amiss(found, found.mapping().log(read_recording(path)), known) == [], (
+                f"{seed}\n{found.draft.text}"
+            )
