@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -244,3 +245,21 @@ def test_under_way_is_surge_of_one_sign(surge: tuple[float, float], expected: bo
     velocity = np.zeros((100, 6))
     velocity[:, 0] = np.linspace(*surge, 100)
     assert under_way(velocity) is expected
+
+
+def test_an_interrupt_ends_the_selection_with_the_rounds_that_are_done(
+    campaign: Campaign, flat: Vehicle
+) -> None:
+    done: list[object] = []
+
+    def interrupted(*given: Any) -> object:
+        if done:
+            raise KeyboardInterrupt
+        return select_around(*given)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("hydrodamp.identification.sparse.select_around", interrupted)
+        model = Sparse(windows=(10.0, 10.0)).select(flat, campaign.train, (), done.append)
+        assert "interrupted after 1 of 2 rounds" in model.note
+        with pytest.raises(KeyboardInterrupt):
+            QUICK.select(flat, campaign.train)

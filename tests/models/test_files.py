@@ -85,12 +85,13 @@ models:
   - {name: g h, extends: linear}
   - word
   - {name: i, extends: liner}
+  - {name: j, extends: sparse}
 """
     )
     with pytest.raises(ModelError) as caught:
         read_models(path)
     message = str(caught.value)
-    assert message.startswith(f"{path}: 13 faults\n  - ")
+    assert message.startswith(f"{path}: 14 faults\n  - ")
     for part in (
         "models[0]: Model 'a': At X: `v|x|` is not a term: stuck at '|x|'.",
         "`Q` is not an axis",
@@ -106,6 +107,7 @@ models:
         "models[7]: `key` must be letters",
         "models[8]: it must be a table; got 'word'",
         "models[9]: there is no model 'liner' to extend. Did you mean 'linear'?",
+        "models[10]: `sparse` is selected from each log and cannot be extended: leave",
     ):
         assert part in message
 

@@ -77,8 +77,8 @@ def test_beyond_the_training_and_feeding_are_told_of_chosen_and_lost_rows(compar
             "nnnnnn",
             False,
             "The log determined none of its 36 coefficients; 36 not determined (X 6, Y 6, "
-            "Z 6, K 6, M 6, N 6); axes whose response is not predicted, for want of "
-            "motion or of the right terms (share): K 10 %",
+            "Z 6, K 6, M 6, N 6); axes whose force is not predicted at each moment, for want of "
+            "motion or of the right terms, whatever the replay sums up to (share): K 10 %",
         ),
     ],
 )

@@ -270,8 +270,8 @@ class Fit:
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """What to read beside the numbers: remarks, where damping drives, standard errors."""
-        said = (*self.remarks, *fed(self.damping, self.sailed))
+        """What to read with the numbers: where damping drives, the outcome, remarks, errors."""
+        said = (*fed(self.damping, self.sailed), self.status.value, *self.remarks)
         if self.uncertainty is not None:
             return (*said, str(self.uncertainty))
         return said if self.damping.covariance is None else (*said, WHITE)
@@ -281,7 +281,7 @@ class Fit:
         rank = "" if self.rank is None else f", rank {self.rank}"
         head = f"{self.model.key} by {self.method}: {self.model.n_coefficients} coefficients{rank}"
         groups = first_few([f"  aliased: {' '.join(one)}" for one in self.aliased], 8, "groups")
-        said = [head, self.status.value, *groups, *self.sentences, str(self.damping)]
+        said = [head, *self.sentences, *groups, str(self.damping)]
         return "\n".join(said)
 
 

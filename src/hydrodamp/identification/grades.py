@@ -137,7 +137,10 @@ UNKNOWN = 0.5
 #: doi:10.1002/9780470316665, section 1.1).
 SOUND = 0.5
 
-_STAR = "* the response is not predicted, for want of motion or of the right terms"
+_STAR = (
+    "* the force is not predicted on stretches held out, for want of motion or of the right\n"
+    "  terms; a replay, which sums it over time, may still be near"
+)
 
 
 class Grade(Enum):

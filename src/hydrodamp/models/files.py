@@ -66,6 +66,12 @@ class ModelEntry(BaseModel):
         own = DampingModel.from_table(self.terms, key=self.name, **words)
         if not self.extends:
             return own
+        if self.extends == "sparse":
+            raise ModelError(
+                "`sparse` is selected from each log and cannot be extended: leave `extends` out "
+                "and name this model and sparse, as in `--models FILE,sparse`. Terms of yours with "
+                "commands, weight or a constant are kept in the selection, others offered to it."
+            )
         if self.extends not in known:
             raise ModelError(
                 f"there is no model '{self.extends}' to extend.{did_you_mean(self.extends, known)}"

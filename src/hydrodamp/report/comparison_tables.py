@@ -197,7 +197,8 @@ def fold_grid(table: CrossValidation) -> Grid:
     """Return the errors on held-out folds, a row for each model and method."""
     best = [f"{row.model} by {row.method}" for row in front(table)]
     notes = [
-        "RMS is the mean over the folds that have one; a row with folds without is not chosen."
+        "RMS is the mean over folds whose replay has an end. A row that lost a fold is not chosen, "
+        "however small its RMS."
     ]
     if best:
         notes += [
@@ -210,7 +211,7 @@ def fold_grid(table: CrossValidation) -> Grid:
         "method": ("method", "s"),
         "RMS": ("rms_of_finished", ".3f"),
         "spread": ("spread", ".3f"),
-        "no error": ("n_lost", "d"),
+        "lost folds": ("n_lost", "d"),
     }
     title = f"Held out in turn: {len(table.held_out)} folds, RMS in m/s and {table.rate_unit}/s"
     return Grid.of_items(title, table.rows, columns, notes)

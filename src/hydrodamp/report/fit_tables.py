@@ -66,7 +66,7 @@ def fit_grid(fit: Fit, grades: Identifiability | None = None) -> Grid:
         f"{fit.n_samples} samples",
         columns=tuple(columns),
         rows=tuple(rows),
-        notes=(fit.status.value, *fit.sentences, *_aliased(fit), *rule),
+        notes=(*fit.sentences, *_aliased(fit), *rule),
     )
 
 

@@ -72,8 +72,8 @@ def _graded(found: Identifiability) -> Iterator[str]:
     quiet = [f"{one.axis} {100.0 * one.share:.0f} %" for one in found.axes if not one.excited]
     if quiet:
         yield (
-            "axes whose response is not predicted, for want of motion or of the right terms "
-            f"(share): {', '.join(quiet)}"
+            "axes whose force is not predicted at each moment, for want of motion or of the right "
+            f"terms, whatever the replay sums up to (share): {', '.join(quiet)}"
         )
 
 

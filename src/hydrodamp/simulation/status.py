@@ -33,16 +33,16 @@ class Status(Enum):
         "longer or richer log, or more passes."
     )
     STOPPED = (
-        "stopped: the search did not end at rest; the best replay met on its way is given, and "
-        "the remarks say why."
+        "stopped: the search did not come to rest; the best replay met on its way is given. Try a "
+        "longer log or a smaller model."
     )
     BY_PRIOR = (
         "by prior: the data cannot distinguish some coefficients; there the prior decides and "
         "`aliased` names them."
     )
     REFUSED = (
-        "refused: the method cannot identify this model from this log; the remarks say why, and "
-        "nothing was identified."
+        "refused: the method cannot identify this model from this log; nothing was identified, "
+        "and what follows says why."
     )
     FAILED = "failed: the estimate is not finite; look for absurd numbers in the log."
     DIVERGED = "diverged: the open-loop replay left every bound; there is no RMS error."
