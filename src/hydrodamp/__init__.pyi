@@ -56,6 +56,7 @@ from .errors import (
 )
 from .export.export import export as export
 from .export.fidelity import Fidelity as Fidelity, Replays as Replays
+from .export.target import Target as Target
 from .export.targets import TARGETS as TARGETS, find_target as find_target
 from .identification.adaptive import (
     AdaptiveIdentifier as AdaptiveIdentifier,

@@ -12,7 +12,6 @@ import hydrodamp as hd
 from hydrodamp.export.c99 import C
 from hydrodamp.export.compiling import SOURCES, STRICT
 from hydrodamp.export.craft import Craft
-from hydrodamp.export.export import with_settings
 
 from .conftest import ALL_ATOMS, MODELS, RICH, coefficients, core, states
 
@@ -172,4 +171,4 @@ def test_a_cortex_m7_gives_the_same_bits(rich, tmp_path, flags):
 
 def test_the_precision_is_one_of_two():
     with pytest.raises(hd.MethodError, match="double or float; got 'half'"):
-        with_settings(C(), {"precision": "half"})
+        C(precision="half")

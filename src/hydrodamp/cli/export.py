@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import fields, replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -38,7 +40,7 @@ def export(
     json: options.Json = False,
 ) -> None:
     """Write damping for a simulator or a controller, run it, and say how faithful it is."""
-    from hydrodamp.export.export import check_export, with_settings
+    from hydrodamp.export.export import check_export
     from hydrodamp.report.fidelity_page import write_fidelity_page
 
     form = with_settings(hd.find_target(target), dict(map(_pair, settings or ())))
@@ -52,6 +54,28 @@ def export(
         emit(card.document())
     else:
         results().print(str(card), markup=False, highlight=False)
+
+
+_SPELT: dict[type, Any] = {bool: {"true": True, "false": False}.__getitem__}
+
+
+def with_settings(form: hd.Target, given: Mapping[str, str]) -> hd.Target:
+    """Return a target with some settings as a user spells them."""
+    kinds: dict[str, Any] = {each.name: type(getattr(form, each.name)) for each in fields(form)}
+    kinds = {name: _SPELT.get(kind, kind) for name, kind in kinds.items()}
+    values = {}
+    for name, text in given.items():
+        if name not in kinds:
+            has = ", ".join(kinds) or "none"
+            raise MethodError(f"'{form.key}' has no setting '{name}'; it has: {has}.")
+        try:
+            values[name] = kinds[name](text)
+        except (KeyError, ValueError) as error:
+            raise MethodError(
+                f"setting '{name}' of '{form.key}' must be like "
+                f"{getattr(form, name)!r}; got '{text}'."
+            ) from error
+    return replace(form, **values)
 
 
 def _pair(text: str) -> tuple[str, str]:

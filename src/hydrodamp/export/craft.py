@@ -65,10 +65,8 @@ class Craft:
         if faults := list(_unfit(values)):
             raise ModelError(f"'{free.key}' cannot be exported: {'; '.join(faults)}.")
         acting = {label: value for label, value in values.items() if value != 0.0}
-        model = replace(
-            DampingModel.from_table(table_of(acting), key=free.key, title=free.title),
-            source=free.source,
-        )
+        named = {"key": free.key, "title": free.title, "source": free.source}
+        model = DampingModel.from_table(table_of(acting), **named)
         told_of = damping.vehicle, damping.source, damping.note
         places = [damping.model.index(label) for label in acting]
         whole = damping.covariance

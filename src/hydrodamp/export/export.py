@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Mapping
-from dataclasses import fields, replace
+from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Any
 
 from hydrodamp.data.log import Log
 from hydrodamp.errors import FileError, MethodError
@@ -15,7 +13,7 @@ from hydrodamp.export.craft import WITHIN_ONE, Craft, States
 from hydrodamp.export.drive import Drive, scattered
 from hydrodamp.export.fidelity import Fidelity, mass_ratio, powers, replays_of, wrench_errors
 from hydrodamp.export.projection import left_out, projected
-from hydrodamp.export.target import Engine, Files, NotRun, Target
+from hydrodamp.export.target import Files, NotRun, Target
 from hydrodamp.export.targets import find_target
 from hydrodamp.files import as_json, check_folder, save_all
 from hydrodamp.identification.power import OperatingBox, operating_box
@@ -115,13 +113,9 @@ def check_export(folder: Path, force: bool) -> None:
     check_folder(folder)
     if folder.exists() and any(folder.iterdir()):
         if not (folder / CARD).is_file():
-            raise FileError(
-                f"{folder}: holds files that are no export of hydrodamp; name a new folder."
-            )
+            raise FileError(f"{folder}: holds what is no export of hydrodamp; name a new folder.")
         if not force:
-            raise FileError(
-                f"{folder}: holds an earlier export; name another folder, or say --force."
-            )
+            raise FileError(f"{folder}: holds an earlier export; name another, or say --force.")
 
 
 def _held(form: Target, craft: Craft, at: States, known: bool) -> tuple[Craft, tuple[str, ...]]:
@@ -147,14 +141,18 @@ def _card(
     lost: tuple[str, ...],
     made: Path,
 ) -> Fidelity:
-    engine, reason = _read(form, made, held)
+    engine, reason = None, ""
+    try:
+        engine = form.read(made, held)
+    except NotRun as why:
+        reason = str(why)
     runs = None if drive is None else (drive, Drive.of(held, drive.log))
     own = scattered(held) if runs is None else runs[1].states
     acceleration = held.acceleration(own) if engine is None else engine.rates(own)
     return Fidelity(
         target=form.key,
         meant=form.meant,
-        settings=settings_of(form),
+        settings={name: str(value) for name, value in asdict(form).items()},
         vehicle=craft.vehicle.name,
         model=craft.damping.model.title,
         inputs=(*held.inputs, "wrench"),
@@ -171,13 +169,6 @@ def _card(
     )
 
 
-def _read(form: Target, made: Path, held: Craft) -> tuple[Engine | None, str]:
-    try:
-        return form.read(made, held), ""
-    except NotRun as reason:
-        return None, str(reason)
-
-
 def _check_replay(card: Fidelity, force: bool) -> None:
     """Refuse a projection whose replay diverges where that of its source does not."""
     if card.exact or card.replays is None or force:
@@ -192,33 +183,6 @@ def _check_replay(card: Fidelity, force: bool) -> None:
             f"{worst:.3g} %); the source's does not. Nothing is written: identify a model that the "
             "target can hold, or say --force."
         )
-
-
-def settings_of(form: Target) -> dict[str, str]:
-    """Return the settings of a target by their names."""
-    return {each.name: str(getattr(form, each.name)) for each in fields(form)}
-
-
-_SPELT: dict[type, Any] = {bool: {"true": True, "false": False}.__getitem__}
-
-
-def with_settings(form: Target, given: Mapping[str, str]) -> Target:
-    """Return a target with some settings as a user spells them."""
-    kinds: dict[str, Any] = {each.name: type(getattr(form, each.name)) for each in fields(form)}
-    kinds = {name: _SPELT.get(kind, kind) for name, kind in kinds.items()}
-    values = {}
-    for name, text in given.items():
-        if name not in kinds:
-            has = ", ".join(kinds) or "none"
-            raise MethodError(f"'{form.key}' has no setting '{name}'; it has: {has}.")
-        try:
-            values[name] = kinds[name](text)
-        except (KeyError, ValueError) as error:
-            raise MethodError(
-                f"setting '{name}' of '{form.key}' must be like "
-                f"{getattr(form, name)!r}; got '{text}'."
-            ) from error
-    return replace(form, **values)
 
 
 def _save(files: Files, folder: Path) -> None:

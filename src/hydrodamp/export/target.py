@@ -48,7 +48,18 @@ class Engine:
 
 @dataclass(frozen=True)
 class Target:
-    """A form that another program reads. A frozen dataclass; its fields are settings."""
+    """A form that another program reads.
+
+    A frozen dataclass whose fields are the target's settings: ``dataclasses.replace`` changes
+    them. Those of :data:`TARGETS` are there; one's own has ``write`` and ``read``.
+
+    Examples
+    --------
+    >>> from dataclasses import replace
+    >>> from hydrodamp.export.targets import find_target
+    >>> replace(find_target("c"), precision="float")
+    C(precision='float')
+    """
 
     key: ClassVar[str]
     meant: ClassVar[str]
