@@ -20,7 +20,7 @@ SPEED, RATIO = "u_c", "eta_1"
 class Syntax:
     """How a language spells what terms and actuators need."""
 
-    absolute: str = "np.abs({x})"
+    absolute: str = "abs({x})"
     root: str = "np.sqrt({x})"
     sign: str = "np.sign({x})"
     larger: str = "np.maximum({x}, {y})"
@@ -40,7 +40,6 @@ class Syntax:
 
 PYTHON = Syntax()
 OCTAVE = Syntax(
-    absolute="abs({x})",
     root="sqrt({x})",
     sign="sign({x})",
     larger="max({x}, {y})",
