@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 import warnings
 from collections.abc import Callable
 from functools import cache
@@ -10,9 +11,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
 import hydrodamp as hd
 from hydrodamp.cli.work import check_log
+from hydrodamp.conditioning.steps import steps_of
 from hydrodamp.data.agreement import integral
 from hydrodamp.data.attitude import quaternion_from_euler, rotation
 from hydrodamp.errors import HydrodampWarning
@@ -174,6 +177,20 @@ def test_a_fault_is_told_in_one_sentence_with_its_cure(fault: str, craft: str, s
     said = told(craft, dataclasses.replace(log, **change(log)))
     assert [one for one in said if one.startswith(f"`{channel}` ") and words in one], said
     assert len(said) == 1, said
+
+
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("craft", CRAFT)
+@pytest.mark.parametrize("fault", [name for name in FAULTS if name not in ("noise", "impossible")])
+def test_the_step_that_a_cure_names_mends_the_log(fault: str, craft: str) -> None:
+    log = voyage(craft, 1)
+    wrong = dataclasses.replace(log, **FAULTS[fault][0](log))
+    (found,) = hd.suspicions(wrong, CRAFT[craft][0])
+    named = re.search(r"`steps: (.*)`", found.cure)
+    if named:
+        steps, faults = steps_of(yaml.safe_load(named[1]))
+        assert not faults
+        assert hd.suspicions(hd.clean(wrong, steps), CRAFT[craft][0]) == ()
 
 
 @pytest.mark.filterwarnings("ignore")

@@ -25,6 +25,13 @@ def test_a_mapping_may_be_a_value_or_a_file(csv_file: Write) -> None:
         assert read_logs([path, path], mapping).n == 4
 
 
+def test_a_mapping_of_steps_alone_serves_the_canonical_form(csv_file: Write) -> None:
+    path = csv_file("time,u,r\n" + "".join(f"{k / 10},{k // 5},{k}\n" for k in range(50)))
+    log = read_log(path, csv_file("steps: [fill_held]\n", "steps.yaml"))
+    assert log.velocity[7, 0] == pytest.approx(1.4)
+    assert log.notes[-1].startswith("held: ")
+
+
 def test_several_files_are_one_log(csv_file: Write) -> None:
     log = read_logs([csv_file(GOOD, "a.csv"), csv_file(GOOD, "b.csv")])
     assert [part.name for part in log.segments] == ["a", "b"]

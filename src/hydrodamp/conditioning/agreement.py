@@ -11,8 +11,11 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import VELOCITIES
 from hydrodamp.conditioning.derived import GRAVITY
+from hydrodamp.conditioning.dropouts import lost_frames
+from hydrodamp.conditioning.gaps import ATTITUDE
 from hydrodamp.conditioning.spikes import leaps
 from hydrodamp.data.agreement import Agreement, agreement, roughness, travelled, turned
+from hydrodamp.data.channels import POSITION
 from hydrodamp.data.log import Log
 from hydrodamp.data.units import UNITS, si_unit
 
@@ -87,10 +90,14 @@ class Size:
         length = speed**2 / (_FROUDE**2 * GRAVITY)
         return cls(min(max(length, _SHORTEST), _LONGEST))
 
+    @property
+    def pace(self) -> float:
+        """Times, and speeds, beside those of a small vehicle."""
+        return math.sqrt(self.length / _SMALL)
+
     def little(self, unit: str) -> float:
         """Return the standard deviation of a velocity that hardly varies."""
-        scale = math.sqrt(self.length / _USUAL_LENGTH)
-        return _LITTLE_SPEED * scale if unit == "m/s" else _LITTLE_RATE / scale
+        return _LITTLE_SPEED * self.pace if unit == "m/s" else _LITTLE_RATE / self.pace
 
     def most(self, unit: str) -> float:
         """Return a velocity that no such vehicle reaches."""
@@ -100,7 +107,7 @@ class Size:
 
 _FROUDE, _MOST_FROUDE = 0.25, 2.0  # usual, and of a boat that planes
 _SHORTEST, _LONGEST = 0.3, 100.0  # m
-_USUAL_LENGTH, _LITTLE_SPEED, _LITTLE_RATE = 2.0, 0.02, 0.01  # m, m/s, rad/s
+_SMALL, _LITTLE_SPEED, _LITTLE_RATE = 2.0, 0.02, 0.01  # m, m/s, rad/s
 
 
 def _mistaken(quantity: str, other: str) -> dict[float, str]:
@@ -134,12 +141,17 @@ def disagreements(log: Log, size: Size) -> Iterator[Suspicion]:
     yield from _clock(log)
     if log.attitude is None:
         return
-    steady = np.where(leaps(log, log.attitude)[:, np.newaxis], np.nan, log.attitude)
-    yield from _motion(log, 3, turned(steady, log.bounds), size.little("rad/s"))
+    lost = lost_frames(log)
+    untold = leaps(log, log.attitude) | lost.get(ATTITUDE, False)
+    attitude = np.where(untold[:, np.newaxis], np.nan, log.attitude)
+    yield from _motion(log, 3, turned(attitude, log.bounds), size.little("rad/s"))
     # A depth alone is no way.
     if log.position is not None and np.count_nonzero(np.ptp(log.position, axis=0)) > 1:
-        way = travelled(log.attitude, log.position, log.bounds)
-        other = _other_way(log, log.attitude, log.position, way)
+        gone = lost[POSITION.columns[0]][:, np.newaxis]
+        position = np.where(gone, np.nan, log.position)
+        way = travelled(attitude, position, log.bounds)
+        exchanged = position[:, (1, 0, 2)] * np.array([1.0, 1.0, -1.0])
+        other = _other_way(log, log.position, travelled(attitude, exchanged, log.bounds), way)
         yield from [other] if other else _motion(log, 0, way, size.little("m/s"))
 
 
@@ -202,17 +214,16 @@ def _unit(ratio: float, units: dict[float, str]) -> str:
 
 
 def _other_way(
-    log: Log, attitude: FloatArray, position: FloatArray, way: FloatArray
+    log: Log, position: FloatArray, exchanged: FloatArray, way: FloatArray
 ) -> Suspicion | None:
     """Return in which axes velocities would make the way of the position that they do not."""
-    exchanged = np.asarray(position[:, (1, 0, 2)] * (1.0, 1.0, -1.0))
     ways = {
         "is along the axes of the world, not of the vehicle": (
             position,
             "name them `north`, `east` and `down` under `velocity` in the mapping",
         ),
         "has a position of another world, east and north exchanged": (
-            travelled(attitude, exchanged, log.bounds),
+            exchanged,
             "name the axes of the position `east`, `north`, `up` in the mapping",
         ),
     }

@@ -131,9 +131,10 @@ def logs_of(recordings: Iterable[Recording], mapping: LogMapping | str | Path | 
 
 
 def _log(recording: Recording, mapping: LogMapping | None) -> Log:
-    if mapping is not None:
+    if mapping is not None and mapping.entries:
         return mapping.log(recording)
-    return Log.from_record(canonical_record(recording))
+    log = Log.from_record(canonical_record(recording))
+    return log if mapping is None else clean(log, mapping.steps)
 
 
 def read_parts(
@@ -166,7 +167,7 @@ def read_parts(
     given = _mapping(mapping)
     for number, part in enumerate(files.parts(path, rows), start=1):
         if not _is_blank(part, given):
-            record = canonical_record(part) if given is None else given.record(part)
+            record = given.record(part) if given and given.entries else canonical_record(part)
             if np.count_nonzero(~record.missing) > 1:
                 log = Log.from_record(record)
                 yield log if given is None else clean(log, given.steps)

@@ -28,8 +28,8 @@ _SHIP = {"u", "v", "r"}
 _MANY = 60_000  # samples, beyond which a current is not looked for
 _TIDE = 300.0  # s, below which a current is not looked for
 _DRIFT = 0.05  # m/s, less is the tether or the tank
-_SLOW = 0.25  # s, a step above which angular accelerations are hardly resolved
-_SHORT = 60.0  # s, below which little is determined
+_SLOW = 0.25  # s, a step of a small vehicle above which its accelerations are hardly resolved
+_SHORT = 60.0  # s, below which little is determined of one
 
 
 @dataclass(frozen=True)
@@ -129,7 +129,7 @@ def verdict(log: Log, needs: Needs | None = None) -> Verdict:
     late, velocities, segments = delays(whole), _velocities(log, size), tuple(_segments(log))
     commands = tuple(_channel(log, name, "", log.command(name)) for name in log.command_names)
     wanted = tuple(one for one in velocities if one.name in needs.velocities)
-    reservations = _reservations(log, segments, wanted, commands)
+    reservations = _reservations(log, size, segments, wanted, commands)
     has = [block.name for block in BLOCKS if getattr(log, block.name) is not None]
     return Verdict(
         source=log.source or "in memory",
@@ -224,14 +224,15 @@ def _derivable(log: Log, absent: Sequence[str]) -> str:
 
 def _reservations(
     log: Log,
+    size: Size,
     segments: Sequence[SegmentFacts],
     channels: Sequence[Channel],
     commands: Sequence[Channel],
 ) -> Iterator[str]:
-    if log.duration < _SHORT:
+    if log.duration < size.pace * _SHORT:
         yield f"only {log.duration:.3g} s were recorded; minutes of manoeuvres are better."
-    if max(segment.step for segment in segments) > _SLOW:
-        yield f"samples are more than {_SLOW:g} s apart; ten a second are better."
+    if max(segment.step for segment in segments) > (slow := size.pace * _SLOW):
+        yield f"samples are more than {slow:.2g} s apart; {2.5 / slow:.2g} a second are better."
     for channel in channels:
         if channel.excitation < _WELL:
             little = ("varies little", "uncertain")
