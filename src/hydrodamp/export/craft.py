@@ -138,6 +138,11 @@ class Craft:
         """Return the damping alone, shape (n, 6)."""
         return self._wrenches(at)[1]
 
+    def driven(self, at: States) -> FloatArray:
+        """Return what acts besides gravity, lift and the moving frame, shape (n, 6)."""
+        restoring = at.down @ self.vehicle.restoring_matrix.T
+        return np.asarray(sum(self._wrenches(at)) - restoring)
+
     def acceleration(self, at: States) -> FloatArray:
         """Return equation 1 solved, shape (n, 6)."""
         velocity = at.velocity * self.vehicle.free

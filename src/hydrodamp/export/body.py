@@ -1,0 +1,151 @@
+"""A vehicle as simulators describe it: a rigid body, the water it carries along, a volume."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hydrodamp.arrays import FloatArray
+from hydrodamp.basis.atoms import AXES, VELOCITY_OF
+from hydrodamp.basis.term import Term
+from hydrodamp.errors import MethodError, ModelError, VehicleError
+from hydrodamp.export.craft import Craft
+from hydrodamp.export.frames import FLU, in_flu
+from hydrodamp.export.target import Target
+from hydrodamp.models.damping import Damping
+from hydrodamp.models.model import DampingModel, read_label
+from hydrodamp.vehicle.mass import STANDARD_GRAVITY, cross_matrix, rigid_body_mass_matrix
+from hydrodamp.vehicle.vehicle import Vehicle
+
+#: What targets that hold a body, not its actuators, leave out.
+DRIVEN = "the actuators (what is written is driven by their wrench)"
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """A rigid body with added mass and displaced volume; points and added mass about the origin.
+
+    The mass is that of the weight, so that gravity and volume restore as the vehicle's weight and
+    buoyancy do; what is left of the mass matrix is added mass.
+    """
+
+    mass: float
+    center: FloatArray  # of gravity (3,) [m]
+    inertia: FloatArray  # about it (3, 3)
+    added: FloatArray  # (6, 6)
+    volume: float  # [m^3]
+    lifted: FloatArray  # centre of the volume (3,) [m]
+
+    @classmethod
+    def of(cls, craft: Craft, key: str, density: float) -> Body:
+        """Return the body of a craft, or refuse a craft that is none."""
+        vehicle = craft.vehicle
+        if vehicle.axes != AXES:
+            raise VehicleError(
+                f"'{key}' moves all six axes, and the mass of '{vehicle.name}' is known on "
+                f"{' '.join(vehicle.axes)} alone: give a vehicle file without `axes`."
+            )
+        if not (vehicle.weight and vehicle.buoyancy):
+            raise VehicleError(
+                f"'{key}' moves a body by gravity and displaced water: `weight` and `buoyancy` of "
+                f"'{vehicle.name}' must be positive [N]; got {vehicle.weight:g} and "
+                f"{vehicle.buoyancy:g}."
+            )
+        mass, center = vehicle.weight / STANDARD_GRAVITY, vehicle.center_of_gravity
+        inertia = vehicle.mass_matrix[3:, 3:] + mass * np.linalg.matrix_power(
+            cross_matrix(center), 2
+        )
+        if vehicle.added_mass is None:  # how they share it does not show in the motion
+            inertia = 0.5 * np.linalg.eigvalsh(inertia)[0] * np.eye(3)
+        else:
+            inertia = inertia - vehicle.added_mass[3:, 3:]
+        rigid = rigid_body_mass_matrix(mass, inertia, center, "center_of_gravity")
+        volume = vehicle.buoyancy / (density * STANDARD_GRAVITY)
+        added = vehicle.mass_matrix - rigid
+        return cls(mass, center, inertia, added, volume, vehicle.center_of_buoyancy)
+
+    @property
+    def turned(self) -> Body:
+        """The body with y to port and z up, and back."""
+        return replace(
+            self,
+            center=FLU[:3] * self.center,
+            inertia=FLU[:3, None] * self.inertia * FLU[:3],
+            added=in_flu(self.added),
+            lifted=FLU[:3] * self.lifted,
+        )
+
+    @property
+    def rigid(self) -> FloatArray:
+        """The mass matrix without added mass."""
+        return rigid_body_mass_matrix(self.mass, self.inertia, self.center, "center_of_gravity")
+
+    def craft(self, written: Craft, values: dict[str, float], density: float) -> Craft:
+        """Return the craft of this body, coefficients by their labels, and the same actuators."""
+        old = written.vehicle
+        vehicle = Vehicle(
+            old.name,
+            self.rigid + self.added,
+            self.mass * STANDARD_GRAVITY,
+            self.volume * density * STANDARD_GRAVITY,
+            self.center,
+            self.lifted,
+            old.actuators,
+        )
+        return replace(written, vehicle=vehicle, damping=Damping.from_dict(None, values))
+
+
+def terms_for(craft: Craft, key: str, allowed: Callable[[str], Iterable[Term]]) -> DampingModel:
+    """Return the terms of a craft that a target allows on each axis.
+
+    Where it has others, those allowed of the same velocities and symmetry take their place.
+    """
+    model = craft.damping.model
+    foreign = [
+        label
+        for label in model.labels
+        if (term := read_label(label)[1]).commands or term.needs_attitude
+    ]
+    if foreign:
+        raise ModelError(
+            f"'{key}' has no input for {', '.join(foreign)}: it holds terms of velocities alone. "
+            "Give the vehicle an actuator with these numbers, or identify a model without."
+        )
+    rows = []
+    for axis, row in zip(AXES, model.terms, strict=True):
+        able = tuple(allowed(axis))
+        lost = [term for term in row if term not in able]
+        moving = {VELOCITY_OF[axis], *(name for term in lost for name in term.velocities)}
+        odd = [_odd(term) for term in lost]
+        rows.append(
+            tuple(
+                term
+                for term in able
+                if term in row or (_odd(term) in odd and moving.issuperset(term.velocities))
+            )
+        )
+    return replace(model, terms=tuple(rows))
+
+
+_ODD = {**dict(zip("vwpqr", "vwpqr", strict=True)), "V_v": "v", "V_w": "w"}
+
+
+def _odd(term: Term) -> set[str]:
+    """Return the velocities across the bow that turn the sign of a term by turning theirs."""
+    names = [_ODD[factor] for factor in term.factors if factor in _ODD]
+    return {name for name in names if names.count(name) % 2}
+
+
+def diagonal(axis: str) -> tuple[Term, ...]:
+    """Return linear and quadratic drag of an axis along itself."""
+    own = VELOCITY_OF[axis]
+    return Term((own,)), Term((own, f"|{own}|"))
+
+
+def checked_positive(form: Target, *names: str) -> None:
+    """Refuse settings that are not positive."""
+    for name in names:
+        if not 0.0 < getattr(form, name) < np.inf:
+            raise MethodError(f"`{name}` must be positive; got {getattr(form, name):g}.")

@@ -1,0 +1,192 @@
+"""SDF for gz-sim and VRX: its plugins' formulas from the file, DART as its physics."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from importlib.util import find_spec
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.export.craft import Craft
+from hydrodamp.export.gazebo import VRX, GzSim
+from hydrodamp.kernels import coriolis
+
+from .conftest import MODELS, coefficients, core, states
+
+EXACT = ["linear", "mcfarland-whitcomb", "coe", "prestero", "fossen"]
+PUBLISHED = hd.published["vt690-sname2022"]
+TURN = np.array([1.0, -1.0, -1.0, 1.0, -1.0, -1.0])
+
+dart = pytest.mark.skipif(not find_spec("dartpy"), reason="dartpy is not installed")
+
+
+def crafts():
+    for key in EXACT:
+        for name in ("vt690", "bluerov2-heavy"):
+            damping = coefficients(hd.catalog[key])
+            yield pytest.param(Craft.of(hd.fleet[name], damping), id=f"{key}-{name}")
+
+
+def written(form, craft, folder):
+    for name, text in form.write(craft).items():
+        (folder / name).write_text(text, encoding="utf-8")
+    return ElementTree.parse(folder / "model.sdf").getroot()
+
+
+def numbers(root):
+    return {
+        each.tag: float(each.text) for each in root.find(".//plugin") if each.tag != "link_name"
+    }
+
+
+@pytest.mark.parametrize("craft", [*crafts()])
+def test_the_system_of_gz_sim_makes_the_wrench_of_the_model(craft, tmp_path):
+    found = numbers(written(GzSim(), craft, tmp_path))
+    velocity = np.random.default_rng(1).normal(size=(9, 6))
+    there = dict(zip("UVWPQR", (velocity * TURN).T, strict=True))
+    force = np.zeros((9, 6))
+    for tag, value in found.items():  # as Hydrodynamics.cc sums them
+        first, last = there[tag[1]], there[tag[-1]]
+        factor = np.abs(last) if "abs" in tag else last
+        force[:, "xyzkmn".index(tag[0])] += value * (first if len(tag) == 2 else first * factor)
+    wanted = craft.damping.wrench(velocity)
+    np.testing.assert_allclose(force * TURN, wanted, rtol=1e-10, atol=1e-10)
+
+
+def test_the_plugin_of_vrx_makes_the_wrench_of_the_model(tmp_path):
+    craft = Craft.of(hd.fleet["remus100"], coefficients(hd.catalog["fossen"]))
+    found = numbers(written(VRX(), craft, tmp_path))
+    # As SimpleHydrodynamics.cc: what is not said is not zero, positive numbers drag.
+    defaults = {f"{a}{n}": 20.0 for a, n in zip("xyzkmn", "UVWPQR", strict=True)}
+    defaults |= {f"{a}Dot{n}": 5.0 for a, n in zip("xyzkmn", "UVWPQR", strict=True)}
+    found = defaults | found
+    velocity = np.random.default_rng(1).normal(size=(9, 6))
+    force = np.zeros((9, 6))
+    for i, (axis, name) in enumerate(zip("xyzkmn", "UVWPQR", strict=True)):
+        there = velocity[:, i] * TURN[i]
+        drag = found[f"{axis}{name}"] + found[f"{axis}{name}{name}"] * np.abs(there)
+        force[:, i] = -drag * there * TURN[i]
+        assert found[f"{axis}Dot{name}"] == 0.0
+    np.testing.assert_allclose(force, craft.damping.wrench(velocity), rtol=1e-10, atol=1e-10)
+
+
+def test_link_and_world_move_and_restore_as_the_vehicle(tmp_path):
+    vehicle = replace(
+        hd.fleet["remus100"],
+        center_of_gravity=np.array([0.03, 0.01, 0.02]),
+        center_of_buoyancy=np.array([0.01, -0.02, -0.01]),
+    )
+    craft = Craft.of(vehicle, coefficients(hd.catalog["fossen"]))
+    written(GzSim(density=1025.0), craft, tmp_path)
+    root = ElementTree.parse(tmp_path / "world.sdf").getroot()
+    inertial, gravity = root.find(".//inertial"), -float(root.findtext(".//gravity").split()[2])
+    mass, center = float(inertial.findtext("mass")), place(inertial)
+    arm = np.cross(np.eye(3), center)
+    inertia, added = np.zeros((3, 3)), np.zeros((6, 6))
+    for i, a in enumerate("xyzpqr"):
+        for j, b in list(enumerate("xyzpqr"))[i:]:
+            added[i, j] = added[j, i] = float(inertial.findtext(f"fluid_added_mass/{a}{b}"))
+            if j < 3:
+                inertia[i, j] = inertia[j, i] = float(inertial.findtext(f"inertia/i{a}{b}"))
+    total = added + np.block(
+        [[mass * np.eye(3), mass * arm.T], [mass * arm, inertia + mass * arm @ arm.T]]
+    )
+    there = np.random.default_rng(0).normal(size=(9, 6))
+    np.testing.assert_allclose(
+        coriolis(total, there) * TURN, coriolis(vehicle.mass_matrix, there * TURN), atol=1e-9
+    )
+    energy = np.einsum("ni,ij,nj->n", there, total, there)
+    wanted = np.einsum("ni,ij,nj->n", there * TURN, vehicle.mass_matrix, there * TURN)
+    np.testing.assert_allclose(energy, wanted, rtol=1e-12)
+    collision = root.find(".//collision")
+    volume = float(collision.findtext(".//size").split()[0]) ** 3
+    lift = volume * gravity * float(root.findtext(".//uniform_fluid_density"))
+    up = np.random.default_rng(2).normal(size=3)
+    up /= np.linalg.norm(up)
+    force = (lift - mass * gravity) * up
+    moment = np.cross(place(collision), lift * up) - np.cross(center, mass * gravity * up)
+    wanted = vehicle.restoring_wrench([-up * TURN[:3]])[0]
+    np.testing.assert_allclose(np.concatenate([force, moment]) * TURN, wanted, atol=1e-9)
+
+
+def place(element):
+    return np.array([float(part) for part in element.findtext("pose").split()[:3]])
+
+
+@dart
+@pytest.mark.parametrize("craft", [*crafts()])
+def test_dart_moves_what_is_read_back_as_the_core(craft, tmp_path):
+    written(GzSim(), craft, tmp_path)
+    at = states(craft, 12)
+    found = GzSim().read(tmp_path, craft).rates(at)
+    wanted = core(craft, at)
+    np.testing.assert_allclose(found, wanted, rtol=1e-10, atol=1e-10 * np.abs(wanted).max())
+
+
+@dart
+@pytest.mark.parametrize("key", ["gz-sim", "vrx"])
+def test_dart_sails_as_the_core_but_for_its_step(key, sailed, tmp_path):
+    log = sailed.test.between(0.0, 5.0)
+    drag = PUBLISHED.model.restricted_to("XYZKMN")
+    values = {each: PUBLISHED[each] for each in drag.labels if key == "gz-sim" or diagonal(each)}
+    damping = hd.Damping.from_dict(None, values)
+    card = hd.export(damping, sailed.vehicle, key, tmp_path / "a", log=log)
+    assert card.exact
+    assert max(card.wrench_error[axis] for axis in "XYZN") < 1e-8
+    assert card.replays.source_to_target.rms < 0.01
+    assert "DART" in card.run_by
+
+
+def diagonal(label):
+    own = "uvwpqr"["XYZKMN".index(label[0])]
+    return label[2:] in (own, f"{own}|{own}|")
+
+
+@pytest.mark.parametrize("model", MODELS, ids=lambda model: model.key)
+def test_what_gz_sim_has_not_is_fitted(model, sailed, tmp_path):
+    damping = hd.identify(model, sailed.vehicle, sailed.train, hd.LeastSquares()).damping
+    form, log = GzSim(step=0.02), sailed.test.between(0.0, 2.0)
+    card = hd.export(damping, sailed.vehicle, form, tmp_path / "a", log=log, force=True)
+    assert card.exact == (model.key in EXACT)
+    assert max(card.wrench_error[axis] for axis in "XYZN") < (1e-8 if card.exact else 90.0)
+
+
+@pytest.mark.skipif(bool(find_spec("dartpy")), reason="dartpy is installed")
+def test_without_dart_it_is_not_run(tmp_path):
+    card = hd.export(PUBLISHED, hd.fleet["vt690"], "gz-sim", tmp_path / "a")
+    assert "dartpy" in card.not_run
+
+
+def test_the_legacy_path(planar, tmp_path):
+    legacy, light = (
+        GzSim(legacy=True),
+        replace(hd.fleet["bluerov2-heavy"], added_mass=np.diag([5.0, 6, 7, 0.1, 0.1, 0.2])),
+    )
+    damping = coefficients(hd.catalog["fossen"])
+    with pytest.raises(hd.MethodError, match=r"'vt690' has Y 1\.01, Z 1\.09, K 3\.96 times it"):
+        hd.export(PUBLISHED, hd.fleet["vt690"], legacy, tmp_path / "a")
+    with pytest.raises(hd.MethodError, match="says the mass matrix as a whole"):
+        hd.export(damping, replace(light, added_mass=None), legacy, tmp_path / "a")
+    card = hd.export(damping, light, legacy, tmp_path / "a")
+    found = ElementTree.parse(tmp_path / "a" / "model.sdf").getroot()
+    assert found.find(".//fluid_added_mass") is None
+    assert numbers(found)["xDotU"] < 0.0
+    assert "Not run here" in str(card)
+
+
+def test_what_is_no_body_in_water_is_refused(planar, tmp_path):
+    boat, damping, _ = planar
+    with pytest.raises(hd.VehicleError, match="known on X Y N alone"):
+        hd.export(damping, boat, "gz-sim", tmp_path / "a")
+    weightless = replace(hd.fleet["vt690"], weight=0.0)
+    with pytest.raises(hd.VehicleError, match="must be positive"):
+        hd.export(coefficients(hd.catalog["fossen"]), weightless, "vrx", tmp_path / "a")
+    steered = hd.Damping.from_dict(None, {"X_u": -1.0, "Y_u|u|*fin": 3.0, "Z_down_z": 1.0})
+    with pytest.raises(hd.ModelError, match=r"no input for Y_u\|u\|\*fin, Z_down_z"):
+        hd.export(steered, hd.fleet["bluerov2"], "gz-sim", tmp_path / "a")
+    with pytest.raises(hd.MethodError, match="`density` must be positive; got 0"):
+        GzSim(density=0.0)
+    assert not [*tmp_path.iterdir()]
