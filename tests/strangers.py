@@ -453,6 +453,14 @@ def npz_of_unnamed_arrays(folder: Path, it: Truth) -> Path:
     return folder / "a.npz"
 
 
+@case()
+def npz_whose_clock_stops(folder: Path, it: Truth) -> Path:
+    """The array of the time is shorter than all others."""
+    columns = named("u v w", it.body) | named("p q r", it.rates) | it.euler()
+    np.savez(folder / "a.npz", t=it.time[:500], rudder=it.rudder, **columns)
+    return folder / "a.npz"
+
+
 @case(loads=False, add=(("rate: HERTZ", "rate: 10"),), says="rate: HERTZ")
 def npz_without_a_clock(folder: Path, it: Truth) -> Path:
     both = np.hstack((it.body, it.rates))

@@ -101,7 +101,9 @@ def clock_faults(time: FloatArray, joins: BoolArray, place: Callable[[int], str]
 
 def _disorder(before: float, now: float, place: str) -> str:
     if now == before:
-        return f"`time` must increase; it repeats {now:.10g} s in {place}"
+        return (
+            f"`time` must increase; it repeats {now:.10g} s in {place}. A mapping takes such clocks"
+        )
     return (
         f"`time` must increase; it runs backwards from {before:.10g} s to {now:.10g} s in"
         f" {place}. If another run begins there, say so in a `segment` column"

@@ -27,6 +27,7 @@ from hydrodamp.ingest.mapping.schema import Entry, Source
 #: A file or a folder.
 Place = str | Path
 
+_DRAFT = "Let `hydrodamp probe LOG --draft mapping.yaml` draft one, and give it by `--mapping`"
 _UNNAMED = re.compile(r"column \d+")  # how readers call a column without a name
 _TWICE = re.compile(r"(.*) \(\d+\)")  # and one whose name another has too
 
@@ -192,6 +193,13 @@ def canonical_record(recording: Recording) -> Record:
     if len(recording.topics) != 1 or recording.topics[0].name:
         raise LogError(_no_table(recording), source=recording.source)
     table = recording.topics[0]
+    names = {*table.fields, *table.texts, *table.faults}
+    if names.isdisjoint(VELOCITIES):
+        raise LogError(
+            "there is no velocity column, none of u v w p q r among"
+            f" {', '.join(first_few([*names], 8, 'columns'))}. {_DRAFT}",
+            source=recording.source,
+        )
     columns = [*_columns(table)]
     faults = {one.field: [*one.faults()] for one in columns}
     # What cannot be read is there all the same, so that nothing else is said to be missing.
@@ -208,8 +216,6 @@ def canonical_record(recording: Recording) -> Record:
         recording.source,
     )
     told = [fault for each in faults.values() for fault in each]
-    if not any(name in numbers for name in VELOCITIES):
-        told.append(f"there is no velocity column: none of u v w p q r among {' '.join(numbers)}")
     told += [*wrong, *_name_faults((*table.fields, *table.texts))]
     if told and record is not None and not any(faults.values()):
         told += record_faults(record)
@@ -254,8 +260,8 @@ def _no_table(recording: Recording) -> str:
         )
     told = ", ".join(first_few(names, 8, "topics"))
     return (
-        f"it holds the topics {told or 'none'}; a mapping must say which is what. Give a mapping"
-        f" file, or a preset: {', '.join(presets())}"
+        f"it holds the topics {told or 'none'}; a mapping must say which is what. {_DRAFT}, or take"
+        f" a preset: {', '.join(presets())}"
     )
 
 

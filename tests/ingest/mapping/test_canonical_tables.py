@@ -59,7 +59,8 @@ def test_canonical_names_need_no_mapping(tmp_path: Path, suffix: str) -> None:
 def test_topics_need_a_mapping(tmp_path: Path) -> None:
     topics = tuple(Topic(f"/t{k}", [0.0, 1.0], {"u": [1.0, 1.0]}) for k in range(10))
     with pytest.raises(
-        LogError, match=r"/t7, ... and 2 more topics; a mapping must say .* or a preset: ardusub"
+        LogError,
+        match=r"/t7, ... and 2 more topics; a mapping must say .* or take a preset: ardusub",
     ):
         canonical_record(Recording(topics, "dive.bag", "a test"))
     table = Topic("", [0.0, 1.0], {"u": [1.0, 1.0], "segment": [1.0, 2.0]})

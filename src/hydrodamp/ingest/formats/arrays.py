@@ -146,6 +146,9 @@ def _by_clock(columns: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     whole: dict[str, dict[str, Any]] = {}
     for stem, inside in groups.items():
         usual = _usual_length(inside)
+        counts = Counter(map(len, inside.values()))
+        if counts[usual] == 1 < max(counts.values()):  # a clock that stops before all else does
+            usual = counts.most_common(1)[0][0]
         clocks = {
             len(column): name
             for name, column in reversed(inside.items())

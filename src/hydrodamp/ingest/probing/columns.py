@@ -91,8 +91,13 @@ def _rate_before_stop(seconds: FloatArray) -> float | None:
     still = len(seconds) - 2 - moves[-1] if len(moves) else 0
     if still < _STOPPED * max(1.0, len(seconds) / (len(moves) + 1)):
         return None
-    steps = np.diff(seconds[: moves[-1] + 2])
-    step = float(np.median(steps))
+    return even_rate(seconds[: moves[-1] + 2])
+
+
+def even_rate(seconds: FloatArray) -> float | None:
+    """Return the rate of an even clock."""
+    steps = np.diff(seconds)
+    step = float(np.median(steps)) if len(steps) else 0.0
     is_even = step > 0 and float(np.quantile(np.abs(steps - step), 0.95)) < _EVEN * step
     return float(f"{1 / step:.6g}") if is_even else None
 

@@ -40,7 +40,8 @@ class Draft:
 
 def draft(recording: Recording, roles: Roles) -> Draft:
     """Write a mapping file from guesses, and list what is not in it."""
-    used, name = _used(roles), Path(recording.source).name
+    used = _used(roles)
+    name = ", ".join(Path(one).name for one in recording.source.split(", "))
     driven, idle = _commands_of(roles)
     motion = [one for one in used if one.role.startswith(("velocity.", "attitude."))]
     groups = {one.role.partition(".")[0] for one in used}
@@ -82,6 +83,7 @@ def _used(roles: Roles) -> list[Guess]:
     out = {f"attitude.{name}" for name in (*EULER, "heading")} if parts <= names else parts
     if "attitude.yaw" in names:
         out.add("attitude.heading")
+    out |= {f"{group}.up" for group in ("velocity", "position") if f"{group}.down" in names}
     lone = len(names & {"velocity.north", "velocity.east"}) < 2
     if lone or names & {"velocity.u", "velocity.v"}:
         out |= {f"velocity.{name}" for name in ("north", "east", "down", "up")}
@@ -89,7 +91,9 @@ def _used(roles: Roles) -> list[Guess]:
         out |= {"position.north", "position.east"}
     if names & {"position.up", "position.down"}:
         out.add("position.depth")
-    return [one for one in there if one.role not in out]
+    surest = sorted(there, key=lambda one: one.confidence)
+    best = {one.role: one for one in surest if one.role not in out}
+    return [one for one in there if best.get(one.role) is one]
 
 
 def _files(recording: Recording) -> Iterator[str]:
@@ -145,7 +149,8 @@ def _choice(topic: str, clock: Ticking) -> str:
 
 
 def _because(clock: Ticking) -> str:
-    return f"    # {clock.confidence} %: {clock.evidence}" if clock.column else ""
+    is_said = clock.column is not None or clock.rate is not None
+    return f"    # {clock.confidence} %: {clock.evidence}" if is_said else ""
 
 
 def _group(used: Sequence[Guess], group: str, roles: Roles) -> Iterator[str]:

@@ -12,7 +12,7 @@ import numpy as np
 from hydrodamp.data.recording import Recording
 from hydrodamp.data.units import UNITS
 from hydrodamp.ingest.formats.files import usual_axes
-from hydrodamp.ingest.probing.columns import Series, Ticking, series_of, ticking
+from hydrodamp.ingest.probing.columns import Series, Ticking, even_rate, series_of, ticking
 from hydrodamp.ingest.probing.frames import (
     RateMatch,
     Sign,
@@ -94,6 +94,12 @@ def guess_roles(recording: Recording) -> Roles:
     """Guess what every column of a recording is."""
     clocks = {topic.name: clock for topic in recording.topics if (clock := ticking(topic))}
     is_timed = bool(clocks)
+    lone = [one for name, one in clocks.items() if {*recording.topic(name).fields} == {one.column}]
+    if len(lone) == 1 and (rate := even_rate(lone[0].seconds)):
+        why = f"the rate of `{lone[0].column}`, which stops before the rows end"
+        for topic in recording.topics:
+            even = np.arange(float(topic.n)) / rate
+            clocks.setdefault(topic.name, Ticking(None, even, "s", 70, why, rate=rate))
     if not is_timed:  # names say something all the same
         rows = ((topic.name, np.arange(float(topic.n))) for topic in recording.topics if topic.n)
         clocks = {name: Ticking(None, row, "s", 0, "rows") for name, row in rows}
