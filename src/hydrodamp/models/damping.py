@@ -7,6 +7,7 @@ import warnings
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -210,20 +211,15 @@ class Damping:
         )
         return np.asarray(regressor @ self.matrix.T, dtype=np.float64)
 
-    def power(
-        self,
-        velocity: npt.ArrayLike,
-        *,
-        down: npt.ArrayLike | None = None,
-        commands: Mapping[str, npt.ArrayLike] | None = None,
-        propulsion_ratio: npt.ArrayLike = 1.0,
-    ) -> FloatArray:
+    def power(self, velocity: npt.ArrayLike, **held: Any) -> FloatArray:
         """Return the power the damping wrench puts into the motion.
 
         Parameters
         ----------
-        velocity, down, commands, propulsion_ratio
-            As in :meth:`wrench`.
+        velocity : array_like, shape (n, 6) or (6,)
+            u v w [m/s] and p q r [rad/s].
+        **held
+            ``down``, ``commands`` and ``propulsion_ratio``, as in :meth:`wrench`.
 
         Returns
         -------
@@ -240,10 +236,8 @@ class Damping:
         >>> float(Damping.from_dict(None, {"Y_v": -20.0}).power([0, 0.5, 0, 0, 0, 0]))
         -5.0
         """
-        wrench = self.wrench(
-            velocity, down=down, commands=commands, propulsion_ratio=propulsion_ratio
-        )
-        return np.asarray(np.sum(np.asarray(velocity, dtype=np.float64) * wrench, axis=-1))
+        moving = np.asarray(velocity, dtype=np.float64)
+        return np.asarray(np.sum(moving * self.wrench(moving, **held), axis=-1))
 
     def __str__(self) -> str:
         """Return the damping in one screen."""
