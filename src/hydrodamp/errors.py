@@ -80,3 +80,10 @@ def did_you_mean(name: str, known: Iterable[str]) -> str:
     """Return a clause naming the known word nearest to ``name``."""
     near = difflib.get_close_matches(name, list(known), n=1, cutoff=0.5)
     return f" Did you mean '{near[0]}'?" if near else ""
+
+
+def no_such(what: str, name: str, known: Iterable[str]) -> str:
+    """Return the sentence on a name that is none of the known ones, with the nearest of them."""
+    names = list(known)
+    there = ", ".join(names) or "none"
+    return f"there is no {what} '{name}'.{did_you_mean(name, names)} There are: {there}"

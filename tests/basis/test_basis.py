@@ -72,7 +72,7 @@ def test_the_table_holds_atom_indices_and_zeros():
     assert table.tolist() == [[0, 0, 0, 0], [12, 15, 0, 0], [1, 7, 22, 0], [21, 23, 0, 0]]
     assert not table.flags.writeable
     assert Basis(()).table().shape == (0, 4)
-    with pytest.raises(TermError, match="`rudder` is not a channel"):
+    with pytest.raises(TermError, match="no channel 'rudder'"):
         basis.table(("rpm",))
 
 

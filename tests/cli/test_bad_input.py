@@ -30,7 +30,7 @@ def refused(folder, done, *words):
         ("Time,u,v,r,ahead,turn", "", ("time",)),
         ("time,u,sway,r,ahead,turn", "", ("v not found",)),
         (HEADER, "0.5,fast,0.1,0.0,0.5,0.1", ("fast", "u")),
-        ("time,u,v,r,ahead,trun", "", ("'turn' is missing", "Did you mean 'trun'?")),
+        ("time,u,v,r,ahead,trun", "", ("no command 'turn'", "Did you mean 'trun'?")),
     ],
 )
 def test_a_faulty_log(folder, call, header, fifth, words):

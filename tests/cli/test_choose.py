@@ -47,7 +47,10 @@ IDENTIFY = "identify a.csv --vehicle planar.yaml"
 @pytest.mark.parametrize(
     ("line", "said"),
     [
-        ("models two.yaml:lihgt", "no model is called 'lihgt'; the file holds heavy, light. Did"),
+        (
+            "models two.yaml:lihgt",
+            "there is no model 'lihgt'. Did you mean 'light'? There are: heavy",
+        ),
         (f"{IDENTIFY} --model two.yaml", "names several models: heavy, light. Identify takes one"),
         (IDENTIFY, "`--model` is missing: name one of `hydrodamp models`"),
     ],

@@ -115,7 +115,7 @@ def test_unknown_segments_are_all_named() -> None:
     with pytest.raises(LogError) as caught:
         log.select("x", "a", "y")
     assert len(caught.value.faults) == 2
-    assert "there is no segment 'x'. The segments are: a b" in str(caught.value)
+    assert "there is no segment 'x'. There are: a, b" in str(caught.value)
     with pytest.raises(LogError, match="name at least one segment of: a b"):
         log.select()
 
@@ -123,7 +123,7 @@ def test_unknown_segments_are_all_named() -> None:
 def test_an_unknown_command_is_refused_with_the_nearest(swim: Log) -> None:
     with pytest.raises(LogError, match=r"no command 'ruder'. Did you mean 'rudder'\?"):
         swim.command("ruder")
-    with pytest.raises(LogError, match="The commands are: none"):
+    with pytest.raises(LogError, match="There are: none"):
         Log(time=[0, 1], velocity=np.zeros((2, 6))).command("x")
 
 

@@ -38,7 +38,7 @@ def test_an_error_of_the_call_stays_an_error(short):
     for method in (hd.Ridge(), hd.AdaptiveIdentifier()):
         with pytest.raises(hd.ModelError, match="not prepared for"):
             hd.identify_all(narrow, [SMALL, LARGE], method)
-    with pytest.raises(hd.MethodError, match="unknown method 'rigde'"):
+    with pytest.raises(hd.MethodError, match="no method 'rigde'"):
         hd.find_method("rigde")
 
 

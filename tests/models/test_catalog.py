@@ -108,5 +108,5 @@ def test_every_model_says_where_it_comes_from(key):
 
 def test_find_model_names_the_nearest():
     assert find_model("linear") is catalog["linear"]
-    with pytest.raises(ModelError, match=r"No model is called 'liner'.*Did you mean 'linear'"):
+    with pytest.raises(ModelError, match=r"no model 'liner'. Did you mean 'linear'"):
         find_model("liner")

@@ -92,7 +92,7 @@ def test_a_failure_is_a_row(
 def test_an_unknown_method_ends_the_work_before_it_begins(
     study: ModuleType, tmp_path: Path
 ) -> None:
-    with pytest.raises(study.hd.MethodError, match="unknown method 'weka'"):
+    with pytest.raises(study.hd.MethodError, match="no method 'weka'"):
         study.main(tmp_path / "none", methods="weka", workers=1)
     assert not (tmp_path / "none").exists()
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-from hydrodamp.errors import TermError, did_you_mean
+from hydrodamp.errors import TermError, no_such
 
 AXES = ("X", "Y", "Z", "K", "M", "N")
 """Rows of every wrench: force X Y Z [N] and moment K M N [N m], body frame."""
@@ -61,11 +61,7 @@ def atom_index(atom: str, channels: Sequence[str] = ()) -> int:
         return ATOM_PLACE[atom]
     name = atom.strip("|")
     if name not in channels:
-        known = ", ".join(channels) if channels else "none"
-        raise TermError(
-            f"Command `{name}` is not a channel; the channels are: {known}."
-            f"{did_you_mean(name, channels)}"
-        )
+        raise TermError(no_such("channel", name, channels))
     place = FIRST_CHANNEL + list(channels).index(name)
     return place + len(channels) if is_absolute(atom) else place
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import hydrodamp as hd
 from hydrodamp.cli.options import FLEET
 from hydrodamp.cli.output import note
-from hydrodamp.errors import MethodError, ModelError, VehicleError, did_you_mean
+from hydrodamp.errors import MethodError, ModelError, VehicleError, no_such
 from hydrodamp.progress import progress
 
 #: The model that is selected from the training log.
@@ -84,10 +84,7 @@ def named_models(name: str) -> tuple[hd.DampingModel, ...]:
         key, found = name.removeprefix(f"{file}:").strip(), hd.read_models(file)
         keys = [model.key for model in found]
         if key not in keys:
-            raise ModelError(
-                f"{file}: no model is called '{key}'; the file holds {', '.join(keys)}."
-                f"{did_you_mean(key, keys)}"
-            )
+            raise ModelError(f"{file}: {no_such('model', key, keys)}")
         return (found[keys.index(key)],)
     if name not in hd.catalog and (_is_yaml(name) or Path(name).is_file()):
         return hd.read_models(name)

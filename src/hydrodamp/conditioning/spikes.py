@@ -12,7 +12,7 @@ from hydrodamp.conditioning.gaps import ATTITUDE, counted, measured, without_sam
 from hydrodamp.data.attitude import turn
 from hydrodamp.data.channels import ACCELERATION
 from hydrodamp.data.log import Log
-from hydrodamp.errors import LogError, did_you_mean
+from hydrodamp.errors import LogError, no_such
 
 #: Clocks and values of windows, shape (m, w, ...) -> how far off each sample is, shape (m, w).
 Off = Callable[[FloatArray, FloatArray], FloatArray]
@@ -79,9 +79,7 @@ def remove_spikes(
     columns = measured(log)
     for name in names or ():
         if name not in columns:
-            near = did_you_mean(name, columns)
-            fault = f"there is no measured channel '{name}'.{near} There are: {' '.join(columns)}"
-            raise LogError(fault, source=log.source)
+            raise LogError(no_such("measured channel", name, columns), source=log.source)
     usual = [name for name in columns if name not in ACCELERATION.columns]
     lost = {
         name: spikes(log, columns[name], window, threshold)

@@ -27,7 +27,7 @@ from hydrodamp.data.record import (
     record_of_arrays,
     split,
 )
-from hydrodamp.errors import GapWarning, LogError, did_you_mean
+from hydrodamp.errors import GapWarning, LogError, no_such
 
 _ARRAYS = (*(block.name for block in BLOCKS), "commands")
 _LISTED, _WIDTH = 12, 160  # lines and letters of each list in the text of a log
@@ -255,10 +255,7 @@ class Log:
             If there is none of this name.
         """
         if name not in self.command_names:
-            known = " ".join(self.command_names) or "none"
-            near = did_you_mean(name, self.command_names)
-            fault = f"there is no command '{name}'.{near} The commands are: {known}"
-            raise LogError(fault, source=self.source)
+            raise LogError(no_such("command", name, self.command_names), source=self.source)
         return self.commands[:, self.command_names.index(name)]
 
     def between(self, start: float, end: float) -> Log:
@@ -329,8 +326,7 @@ class Log:
             found = {part.name: part for part in self.segments if goes_by(part.name, name)}
             pieces |= found
             if not found:
-                what = f"there is no segment '{name}'.{did_you_mean(name, known)}"
-                faults.append(f"{what} The segments are: {' '.join(known)}")
+                faults.append(no_such("segment", name, known))
         if faults:
             raise LogError(faults, source=self.source)
         return take(self, [*pieces.values()])

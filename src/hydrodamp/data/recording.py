@@ -9,7 +9,7 @@ from types import MappingProxyType
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, frozen
-from hydrodamp.errors import LogError, did_you_mean
+from hydrodamp.errors import LogError, no_such
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,11 +131,7 @@ class Recording:
             if topic.name == name:
                 return topic
         known = [topic.name for topic in self.topics]
-        raise LogError(
-            f"there is no topic `{name}`.{did_you_mean(name, known)} There are: "
-            f"{', '.join(known) or 'none'}",
-            source=self.source,
-        )
+        raise LogError(no_such("topic", name, known), source=self.source)
 
 
 def _kept(values: FloatArray) -> FloatArray:

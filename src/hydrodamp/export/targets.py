@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hydrodamp.errors import MethodError, did_you_mean
+from hydrodamp.errors import MethodError, no_such
 from hydrodamp.export.forms import FORMS
 from hydrodamp.export.randomisation import Randomisation
 from hydrodamp.export.target import Target
@@ -35,8 +35,5 @@ def find_target(key: str) -> Target:
     'python'
     """
     if key not in TARGETS:
-        raise MethodError(
-            f"there is no target '{key}'; the targets are {', '.join(TARGETS)}."
-            f"{did_you_mean(key, TARGETS)}"
-        )
+        raise MethodError(no_such("target", key, TARGETS))
     return TARGETS[key]

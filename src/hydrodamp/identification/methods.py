@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from hydrodamp.errors import MethodError, did_you_mean
+from hydrodamp.errors import MethodError, no_such
 
 if TYPE_CHECKING:
     from hydrodamp.identification.fit import Fit, Method
@@ -97,8 +97,7 @@ def find_method(key: str) -> Method:
     LeastSquares(derivative=None)
     """
     if key not in METHODS:
-        known = ", ".join(METHODS)
-        raise MethodError(f"unknown method '{key}'.{did_you_mean(key, METHODS)} Known: {known}.")
+        raise MethodError(no_such("method", key, METHODS))
     return METHODS[key].value()
 
 

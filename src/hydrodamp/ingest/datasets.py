@@ -10,7 +10,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from hydrodamp.errors import FileError, did_you_mean, list_faults
+from hydrodamp.errors import FileError, list_faults, no_such
 from hydrodamp.files import load_yaml, save_all
 from hydrodamp.progress import progress
 
@@ -112,8 +112,7 @@ def find_dataset(name: str) -> Dataset:
     """
     known = datasets()
     if name not in known:
-        near = did_you_mean(name, known)
-        raise FileError(f"no dataset is called '{name}'.{near} Known: {', '.join(known)}.")
+        raise FileError(no_such("dataset", name, known))
     return known[name]
 
 

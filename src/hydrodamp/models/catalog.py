@@ -7,7 +7,7 @@ from dataclasses import replace
 from types import MappingProxyType
 
 from hydrodamp.basis.atoms import AXES, VELOCITIES
-from hydrodamp.errors import ModelError, did_you_mean
+from hydrodamp.errors import ModelError, no_such
 from hydrodamp.models.model import DampingModel
 
 PAPER = (
@@ -162,8 +162,5 @@ def find_model(key: str) -> DampingModel:
     88
     """
     if key not in catalog:
-        raise ModelError(
-            f"No model is called '{key}'; the catalogue has {', '.join(catalog)}."
-            f"{did_you_mean(key, catalog)}"
-        )
+        raise ModelError(no_such("model", key, catalog))
     return catalog[key]

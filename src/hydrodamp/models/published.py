@@ -12,7 +12,7 @@ import numpy.typing as npt
 from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.basis.atoms import AXES, VELOCITIES
 from hydrodamp.basis.term import Term
-from hydrodamp.errors import ModelError, did_you_mean
+from hydrodamp.errors import ModelError, no_such
 from hydrodamp.files import Packaged, parse_yaml
 from hydrodamp.models.catalog import catalog
 from hydrodamp.models.damping import Damping, VehicleStamp
@@ -21,10 +21,7 @@ from hydrodamp.models.model import DampingModel, spell_label, table_of
 
 def _read(name: str) -> Damping:
     if name not in published:
-        raise ModelError(
-            f"No coefficient set is called '{name}'; published are {', '.join(published)}."
-            f"{did_you_mean(name, published)}"
-        )
+        raise ModelError(no_such("coefficient set", name, published))
     content = cast("dict[str, Any]", parse_yaml(published.text(name), name))
     values = {label: float(value) for label, value in content["coefficients"].items()}
     added = coriolis_coefficients(added_mass_matrix(content["added_mass"]))

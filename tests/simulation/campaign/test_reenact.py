@@ -90,7 +90,7 @@ def check_control(log: Log) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"truth": "snam"}, "must be one of sname, crossflow; got 'snam'. Did you mean 'sname'"),
+        ({"truth": "snam"}, "no truth 'snam'. Did you mean 'sname'"),
         ({"seed": -1}, "`seed` must be 0 or more; got -1"),
         ({"duration": 0.5}, "`duration` must be 1 s or more; got 0.5"),
         ({"duration": np.nan}, "`duration` must be 1 s or more; got nan"),

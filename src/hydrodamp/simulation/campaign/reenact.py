@@ -11,7 +11,7 @@ import numpy as np
 from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.conditioning.derived import GRAVITY
 from hydrodamp.data.log import Log
-from hydrodamp.errors import MethodError, did_you_mean
+from hydrodamp.errors import MethodError, no_such
 from hydrodamp.progress import counted
 from hydrodamp.simulation.campaign.autopilot import (
     PUBLISHED,
@@ -263,10 +263,7 @@ def reenact_all(
 
 def _check(seeds: Sequence[int], truth: str, duration: float) -> None:
     if truth not in TRUTHS:
-        known = ", ".join(TRUTHS)
-        raise MethodError(
-            f"`truth` must be one of {known}; got '{truth}'.{did_you_mean(truth, TRUTHS)}"
-        )
+        raise MethodError(no_such("truth", truth, TRUTHS))
     for seed in seeds:
         if seed < 0:
             raise MethodError(f"`seed` must be 0 or more; got {seed}")
