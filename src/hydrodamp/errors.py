@@ -87,3 +87,9 @@ def no_such(what: str, name: str, known: Iterable[str]) -> str:
     names = list(known)
     there = ", ".join(names) or "none"
     return f"there is no {what} '{name}'.{did_you_mean(name, names)} There are: {there}"
+
+
+def demand(holds: bool, name: str, wanted: str, got: object) -> None:
+    """Refuse a setting of a method that is not what is wanted."""
+    if not holds:
+        raise MethodError(f"`{name}` must be {wanted}; got {got}")

@@ -45,7 +45,7 @@ def test_an_uncertainty_speaks():
         (lambda: Uncertainty(np.zeros((2, 3)), 5.0, ""), r"must have shape \(2, 2\)"),
         (lambda: Uncertainty(np.eye(2), 5.0, "", np.eye(3)), "`noise` must have"),
         (lambda: Uncertainty(np.eye(2), 0.0, ""), "must be positive; got 0.0"),
-        (lambda: Uncertainty(np.eye(2), 5.0, "").reach(1.0), "`level` must lie between 0 and 1"),
+        (lambda: Uncertainty(np.eye(2), 5.0, "").reach(1.0), "`level` must be between 0 and 1"),
     ],
 )
 def test_bad_values_are_a_sentence(make, message):

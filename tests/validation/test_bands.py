@@ -85,7 +85,7 @@ def test_terms_of_locked_axes_do_not_matter(coasting):
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
-        ({"level": 95.0}, "`level` must lie between 0 and 1; got 95.0"),
+        ({"level": 95.0}, "`level` must be between 0 and 1; got 95.0"),
         ({"degrees_of_freedom": 0.0}, "`degrees_of_freedom` must be positive"),
     ],
 )

@@ -10,7 +10,7 @@ import numpy as np
 
 from hydrodamp import kernels
 from hydrodamp.arrays import FloatArray, frozen
-from hydrodamp.errors import MethodError
+from hydrodamp.errors import demand
 from hydrodamp.identification.differences import mean_square, signal_to_noise
 from hydrodamp.identification.fit import Fit, empty_fit, fitted
 from hydrodamp.identification.online import first_guess, with_log
@@ -84,10 +84,8 @@ Numbers = float | tuple[float, ...]
 def per_axis(gain: Numbers, name: str) -> FloatArray:
     """Return six positive gains from one or six."""
     gains = np.asarray(gain, dtype=np.float64)
-    if gains.shape not in ((), (6,)) or not np.all(np.isfinite(gains)) or np.any(gains <= 0.0):
-        raise MethodError(
-            f"`{name}` must be one positive number or six, one an axis X Y Z K M N; got {gain!r}"
-        )
+    fits = gains.shape in ((), (6,)) and bool(np.all((gains > 0.0) & (gains < np.inf)))
+    demand(fits, name, "one positive number or six, one an axis X Y Z K M N", gain)
     return np.broadcast_to(gains, (6,)).copy()
 
 
@@ -220,8 +218,8 @@ class AdaptiveIdentifier:
             per_axis(self.a, "a")
         if not isinstance(self.gamma, ByTerm):
             per_axis(self.gamma, "gamma")
-        if not isinstance(self.passes, int | np.integer) or self.passes < 1:
-            raise MethodError(f"`passes` must be a whole number, at least 1; got {self.passes}")
+        fits = isinstance(self.passes, int | np.integer) and self.passes >= 1
+        demand(fits, "passes", "a whole number, at least 1", self.passes)
 
     @property
     def key(self) -> str:
@@ -340,8 +338,7 @@ class AdaptiveIdentifier:
         MethodError
             If ``every`` is less than one.
         """
-        if every < 1:
-            raise MethodError(f"`every` must be at least 1, got {every}")
+        demand(every >= 1, "every", "at least 1", every)
         bound = self.bind(problem, model)
         run = self._run(problem, bound, every)
         rows, axes = bound.entries

@@ -11,7 +11,7 @@ import numpy as np
 from hydrodamp.arrays import BoolArray, FloatArray
 from hydrodamp.conditioning.derived import fitted, relative
 from hydrodamp.data.record import unrecorded
-from hydrodamp.errors import MethodError
+from hydrodamp.errors import MethodError, demand
 from hydrodamp.simulation.problem import Problem
 
 # From times (n,) and values (n, k) of one segment to slopes (n, k).
@@ -133,10 +133,8 @@ class SavitzkyGolay(Derivative):
 
     def __post_init__(self) -> None:
         """Refuse settings that make no filter."""
-        if not self.window > 0.0:
-            raise MethodError(f"`window` must be positive [s], got {self.window}")
-        if not 1 <= self.order <= 5:
-            raise MethodError(f"`order` must be 1 to 5, got {self.order}")
+        demand(self.window > 0.0, "window", "positive [s]", self.window)
+        demand(1 <= self.order <= 5, "order", "1 to 5", self.order)
 
     def _slopes(self, time: FloatArray, values: FloatArray) -> FloatArray:
         order = min(self.order, len(time) - 1)

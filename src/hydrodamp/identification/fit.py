@@ -12,7 +12,7 @@ from scipy.special import stdtrit
 from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.data.log import Log
 from hydrodamp.data.record import first_few
-from hydrodamp.errors import MethodError
+from hydrodamp.errors import MethodError, demand
 from hydrodamp.identification.extrapolation import fed, sailed
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
@@ -27,10 +27,8 @@ _WIDER = 1.5
 
 def reach(level: float = 0.95, degrees_of_freedom: float = np.inf) -> float:
     """Return how many standard errors an interval reaches to either side."""
-    if not 0.0 < level < 1.0:
-        raise MethodError(f"`level` must lie between 0 and 1; got {level}")
-    if not degrees_of_freedom > 0.0:
-        raise MethodError(f"`degrees_of_freedom` must be positive; got {degrees_of_freedom}")
+    demand(0.0 < level < 1.0, "level", "between 0 and 1", level)
+    demand(degrees_of_freedom > 0.0, "degrees_of_freedom", "positive", degrees_of_freedom)
     return float(stdtrit(degrees_of_freedom, 0.5 + level / 2.0))
 
 
@@ -82,10 +80,8 @@ class Uncertainty:
         for name in ("covariance", "noise"):
             if (given := getattr(self, name)) is not None:
                 object.__setattr__(self, name, frozen(given, (n, n), name, MethodError))
-        if not self.degrees_of_freedom > 0.0:
-            raise MethodError(
-                f"`degrees_of_freedom` must be positive; got {self.degrees_of_freedom}"
-            )
+        known = self.degrees_of_freedom
+        demand(known > 0.0, "degrees_of_freedom", "positive", known)
 
     @property
     def standard_errors(self) -> FloatArray:

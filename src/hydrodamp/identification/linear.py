@@ -13,7 +13,7 @@ from scipy.linalg import block_diag
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES
 from hydrodamp.basis.term import Term
-from hydrodamp.errors import MethodError
+from hydrodamp.errors import MethodError, demand
 from hydrodamp.identification.covariance import BlockGrams, reference
 from hydrodamp.identification.differences import Derivative, SavitzkyGolay
 from hydrodamp.identification.fit import Fit, Method, empty_fit, fitted
@@ -277,11 +277,9 @@ class Ridge(LinearEstimator):
     def __post_init__(self) -> None:
         """Refuse strengths that are none."""
         values = np.asarray(0.0 if self.strength is None else self.strength, dtype=np.float64)
-        if values.shape not in ((), (6,)) or not np.all(np.isfinite(values) & (values >= 0.0)):
-            raise MethodError(
-                "`strength` must be zero or positive, one number or six, one an axis X Y Z K M N; "
-                f"got {self.strength!r}"
-            )
+        fits = values.shape in ((), (6,)) and bool(np.all((values >= 0.0) & (values < np.inf)))
+        wanted = "zero or positive, one number or six, one an axis X Y Z K M N"
+        demand(fits, "strength", wanted, self.strength)
 
     def _solved(self, regression: Regression, model: DampingModel) -> Fit:
         if self.strength is None:

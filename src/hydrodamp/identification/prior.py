@@ -10,7 +10,7 @@ import numpy.typing as npt
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES, VELOCITIES
 from hydrodamp.basis.term import Term
-from hydrodamp.errors import MethodError
+from hydrodamp.errors import demand
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.linear import LinearEstimator, Regression
 from hydrodamp.identification.rows import Equations
@@ -70,8 +70,8 @@ class PriorLeastSquares(LinearEstimator):
     def __post_init__(self) -> None:
         """Refuse a prior that says nothing or is absurdly sure."""
         for name, share in (("relative", self.relative), ("rotary", self.rotary)):
-            if share is not None and not (np.isfinite(share) and share > 0.0):
-                raise MethodError(f"`{name}` must be a positive share, such as 0.1; got {share}")
+            fits = share is None or 0.0 < share < np.inf
+            demand(fits, name, "a positive share, such as 0.1", share)
 
     def _solved(self, regression: Regression, model: DampingModel) -> Fit:
         """Return the posterior; rank and aliases are those of the data alone."""

@@ -10,7 +10,7 @@ from scipy.linalg import block_diag
 
 from hydrodamp import kernels
 from hydrodamp.arrays import FloatArray, frozen
-from hydrodamp.errors import MethodError
+from hydrodamp.errors import MethodError, demand
 from hydrodamp.identification.differences import mean_square
 from hydrodamp.identification.fit import Fit, empty_fit, fitted
 from hydrodamp.identification.online import first_guess, with_log
@@ -113,14 +113,10 @@ class RecursiveLeastSquares:
     def __post_init__(self) -> None:
         """Refuse settings that make no sense."""
         for name in ("block", "prior"):
-            if not (np.isfinite(getattr(self, name)) and getattr(self, name) > 0.0):
-                raise MethodError(
-                    f"`{name}` must be positive and finite; got {getattr(self, name)}"
-                )
-        if not self.memory >= self.block:
-            raise MethodError(
-                f"`memory` must be at least one block of {self.block} s; got {self.memory}"
-            )
+            given = getattr(self, name)
+            demand(0.0 < given < np.inf, name, "positive and finite", given)
+        least = f"at least one block of {self.block} s"
+        demand(self.memory >= self.block, "memory", least, self.memory)
 
     key = "rls"
 

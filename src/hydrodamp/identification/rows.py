@@ -11,7 +11,7 @@ import numpy as np
 from hydrodamp import kernels
 from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.basis.basis import Basis
-from hydrodamp.errors import MethodError
+from hydrodamp.errors import MethodError, demand
 from hydrodamp.identification.differences import Derivative, default_derivative
 from hydrodamp.identification.triangle import BLOCK, Triangle, merge
 from hydrodamp.simulation.problem import Problem
@@ -289,8 +289,7 @@ def folds(rows: Rows, n: int | None = None, gap: float = 1.0) -> Folds:
     >>> folds(rows, n=3).part.tolist()
     [0, 1, 1, 2, 2, 2]
     """
-    if not gap >= 0.0:
-        raise MethodError(f"`gap` must be zero or positive [s]; got {gap}")
+    demand(gap >= 0.0, "gap", "zero or positive [s]", gap)
     _, number, lengths = np.unique(rows.segment, return_inverse=True, return_counts=True)
     usual = _BLOCKS if len(lengths) < 2 else min(len(lengths), _MOST)
     wanted = usual if n is None else n

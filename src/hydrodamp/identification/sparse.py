@@ -13,7 +13,7 @@ from hydrodamp.arrays import BoolArray, FloatArray, IntArray
 from hydrodamp.basis.atoms import AXES, VELOCITIES, VELOCITY_OF
 from hydrodamp.basis.term import Term
 from hydrodamp.data.log import Log
-from hydrodamp.errors import MethodError
+from hydrodamp.errors import MethodError, demand
 from hydrodamp.identification.elimination import (
     forward,
     frequencies,
@@ -107,8 +107,8 @@ class Sparse:
 
     def __post_init__(self) -> None:
         """Check the lengths."""
-        if not self.windows or not all(0.0 < window < np.inf for window in self.windows):
-            raise MethodError(f"`windows` must be positive lengths [s]; got {self.windows}")
+        fits = len(self.windows) > 0 and all(0.0 < window < np.inf for window in self.windows)
+        demand(fits, "windows", "positive lengths [s]", self.windows)
 
     def select(
         self,

@@ -11,7 +11,7 @@ from scipy.sparse import csr_array
 from hydrodamp import kernels
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import VELOCITIES
-from hydrodamp.errors import MethodError
+from hydrodamp.errors import MethodError, demand
 from hydrodamp.identification.differences import QUADRATICS, median_step, signal_to_noise, smoothed
 from hydrodamp.identification.rows import Rows
 from hydrodamp.simulation.problem import Problem
@@ -70,12 +70,11 @@ class WeakEquations:
 
     def __post_init__(self) -> None:
         """Refuse what makes no test function."""
-        if self.support is not None and not 0.0 < self.support < np.inf:
-            raise MethodError(f"`support` must be positive [s]; got {self.support}")
-        if self.overlap < 1:
-            raise MethodError(f"`overlap` must be at least 1; got {self.overlap}")
-        if any(window < 3 or window % 2 == 0 for window in self.windows):
-            raise MethodError(f"`windows` must be odd, 3 or more; got {self.windows}")
+        long = self.support is None or 0.0 < self.support < np.inf
+        demand(long, "support", "positive [s]", self.support)
+        demand(self.overlap >= 1, "overlap", "at least 1", self.overlap)
+        odd = all(window >= 3 and window % 2 for window in self.windows)
+        demand(odd, "windows", "odd, 3 or more", self.windows)
 
     def rows(self, problem: Problem) -> Rows:
         """Return one row a test function.

@@ -12,7 +12,7 @@ from hydrodamp import kernels
 from hydrodamp.arrays import FloatArray, IntArray, frozen
 from hydrodamp.basis.atoms import AXES, VELOCITIES, VELOCITY_OF
 from hydrodamp.data.log import Log
-from hydrodamp.errors import MethodError
+from hydrodamp.errors import demand
 from hydrodamp.models.damping import Damping, warn_if_foreign
 from hydrodamp.simulation.problem import Problem, prepare, stamp
 from hydrodamp.simulation.status import Status
@@ -116,10 +116,9 @@ def replay(
     spans: IntArray | None = None,
 ) -> Trajectory:
     """Replay segments or other stretches; where two share a sample, the one given later stays."""
-    if not 1e-5 <= max_step <= 0.05:
-        raise MethodError(f"`max_step` must be between 1e-5 and 0.05 s, got {max_step}")
-    if attitude not in ("measured", "simulated"):
-        raise MethodError(f"`attitude` must be 'measured' or 'simulated', got {attitude!r}")
+    demand(1e-5 <= max_step <= 0.05, "max_step", "between 1e-5 and 0.05 s", max_step)
+    known = attitude in ("measured", "simulated")
+    demand(known, "attitude", "'measured' or 'simulated'", attitude)
     log, recorded = problem.log, problem.log.attitude
     start = np.tile(_LEVEL, (log.n, 1)) if recorded is None else recorded
     velocity, diverged_at, _ = kernels.replay(
@@ -193,8 +192,7 @@ def score(trajectory: Trajectory, rate_unit: RateUnit = "deg") -> Score:
     MethodError
         If the unit is neither.
     """
-    if rate_unit not in ("deg", "rad"):
-        raise MethodError(f"`rate_unit` must be 'deg' or 'rad', got {rate_unit!r}")
+    demand(rate_unit in ("deg", "rad"), "rate_unit", "'deg' or 'rad'", rate_unit)
     free = [AXES.index(axis) for axis in trajectory.axes]
     unit = np.array([1.0] * 3 + [np.degrees(1.0) if rate_unit == "deg" else 1.0] * 3)[free]
     measured = trajectory.log.velocity[:, free] * unit
@@ -391,12 +389,9 @@ def _restarts(time: FloatArray, horizon: Horizon) -> IntArray:
 
 def checked_horizon(horizon: Horizon) -> Horizon:
     """Return a horizon that can be replayed."""
-    words = isinstance(horizon, str) and horizon in ("step", "run")
-    if words or (not isinstance(horizon, str) and 0.0 < horizon < np.inf):
-        return horizon
-    raise MethodError(
-        f"a horizon must be a positive number of seconds, 'step' or 'run'; got {horizon!r}"
-    )
+    fits = horizon in ("step", "run") if isinstance(horizon, str) else 0.0 < horizon < np.inf
+    demand(fits, "horizon", "a positive number of seconds, 'step' or 'run'", horizon)
+    return horizon
 
 
 def _line(found: HorizonScore) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.conditioning.derived import GRAVITY
 from hydrodamp.data.log import Log
-from hydrodamp.errors import MethodError, no_such
+from hydrodamp.errors import MethodError, demand, no_such
 from hydrodamp.progress import counted
 from hydrodamp.simulation.campaign.autopilot import (
     PUBLISHED,
@@ -265,10 +265,8 @@ def _check(seeds: Sequence[int], truth: str, duration: float) -> None:
     if truth not in TRUTHS:
         raise MethodError(no_such("truth", truth, TRUTHS))
     for seed in seeds:
-        if seed < 0:
-            raise MethodError(f"`seed` must be 0 or more; got {seed}")
-    if not 1.0 <= duration < np.inf:
-        raise MethodError(f"`duration` must be 1 s or more; got {duration}")
+        demand(seed >= 0, "seed", "0 or more", seed)
+    demand(1.0 <= duration < np.inf, "duration", "1 s or more", duration)
 
 
 def _accelerated(log: Log, exact: Log, errors: FloatArray) -> Log:
