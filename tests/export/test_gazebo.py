@@ -127,22 +127,15 @@ def test_dart_moves_what_is_read_back_as_the_core(craft, tmp_path):
 
 
 @dart
-@pytest.mark.parametrize("key", ["gz-sim", "vrx"])
-def test_dart_sails_as_the_core_but_for_its_step(key, sailed, tmp_path):
-    log = sailed.test.between(0.0, 5.0)
-    drag = PUBLISHED.model.restricted_to("XYZKMN")
-    values = {each: PUBLISHED[each] for each in drag.labels if key == "gz-sim" or diagonal(each)}
-    damping = hd.Damping.from_dict(None, values)
+@pytest.mark.parametrize(("key", "model"), [("gz-sim", "prestero"), ("vrx", "fossen")])
+def test_dart_sails_as_the_core_but_for_its_step(key, model, sailed, tmp_path):
+    model, log = hd.catalog[model], sailed.test.between(0.0, 5.0)
+    damping = hd.identify(model, sailed.vehicle, sailed.train, hd.LeastSquares()).damping
     card = hd.export(damping, sailed.vehicle, key, tmp_path / "a", log=log)
     assert card.exact
     assert max(card.wrench_error[axis] for axis in "XYZN") < 1e-8
     assert card.replays.source_to_target.rms < 0.01
     assert "DART" in card.run_by
-
-
-def diagonal(label):
-    own = "uvwpqr"["XYZKMN".index(label[0])]
-    return label[2:] in (own, f"{own}|{own}|")
 
 
 @pytest.mark.parametrize("model", MODELS, ids=lambda model: model.key)
