@@ -68,13 +68,12 @@ class Suspicion:
 
     def __str__(self) -> str:
         """Return one sentence."""
-        told = f"suspicion: `{self.channel}` {self.looks}: {self.evidence}"
-        return told + (f", {self.where}" if self.where else "") + self.advice
-
-    @property
-    def advice(self) -> str:
-        """The cure as the end of a sentence."""
-        return f"; {self.cure}" if self.cure else ""
+        parts = (
+            self.evidence,
+            f", {self.where}" * bool(self.where),
+            f"; {self.cure}" * bool(self.cure),
+        )
+        return f"suspicion: `{self.channel}` {self.looks}: {''.join(parts)}"
 
 
 @dataclass(frozen=True)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray
@@ -80,18 +78,11 @@ def _carried(log: Log, pose: FloatArray, same: BoolArray, velocity: FloatArray) 
     return np.asarray(np.linalg.norm(velocity, axis=1) * step > _CARRIED * usual)
 
 
-class _Runs(NamedTuple):
-    """The first and the last sample of each run of one value, and how long it lasted."""
-
-    first: IntArray
-    last: IntArray
-    lasted: FloatArray
-
-
-def _runs(log: Log, same: BoolArray) -> _Runs:
+def _runs(log: Log, same: BoolArray) -> tuple[IntArray, IntArray, FloatArray]:
+    """Return the first and the last sample of each run of one value, and how long it lasted."""
     first = np.flatnonzero(~same)
     last = np.append(first[1:], log.n) - 1
-    return _Runs(first, last, log.time[last] - log.time[first])
+    return first, last, log.time[last] - log.time[first]
 
 
 def fill_held(log: Log) -> Log:
@@ -115,7 +106,7 @@ def fill_held(log: Log) -> Log:
     'held: 76 of 100 samples of `u` (76 %) interpolated'
     """
     lost = held(log)
-    spans = [_runs(log, rows).lasted.max() for rows in lost.values()]
+    spans = [_runs(log, rows)[2].max() for rows in lost.values()]
     step = float(np.median(np.diff(log.time)))
     return without_samples(log, lost, "held", max(spans, default=0.0) + 2 * step)
 
@@ -128,10 +119,10 @@ def held(log: Log) -> Lost:
     fresh += [] if log.attitude is None else [float(_steady(log.attitude, log.bounds).mean())]
     lost = Lost()
     for name, same in steady.items():
-        found = _runs(log, same)
-        if same.mean() < max(_HELD, _TIMES_USUAL * min(fresh)) or len(found.first) < _SENT:
+        first, last, _ = _runs(log, same)
+        if same.mean() < max(_HELD, _TIMES_USUAL * min(fresh)) or len(first) < _SENT:
             continue
-        short, usual, long = np.quantile(found.last - found.first + 1, (0.1, 0.5, 0.75)).tolist()
+        short, usual, long = np.quantile(last - first + 1, (0.1, 0.5, 0.75)).tolist()
         if usual > 1.0 and short > _EVEN * usual and long < usual / _EVEN:
             lost[name] = same
     return lost

@@ -17,14 +17,8 @@ LISTED = 25
 
 _EARLY = -0.05  # s, of an answer before its command
 _SILENT = 12  # columns without a role that are named
-_SURE = 90  # %, below which axes must be checked
 _NO_LOG = "Not fit for the job as it is: see what is missing."
 _SAVED = "draft, and how sure each line is (--draft FILE saves it)"
-_MIRROR = (
-    "Motion alone cannot distinguish FRD over NED from FLU over a world with z up: each is the "
-    "other turned half about the forward axis. An accelerometer, a depth or whoever wrote the log "
-    "can: then write `frame: FRD`, or `frame: FLU` with `world: NWU` (z up) or `world: ENU`."
-)
 _WORLDS = {"NED": "north-east-down", "NWU": "z up (NWU)", "ENU": "east-north-up"}
 
 
@@ -35,7 +29,8 @@ def probe_grids(found: Probe, judged: Judged) -> Iterator[Grid]:
     if judged.guessed:
         yield _draft(found)
     if judged.verdict is None:
-        missing = (f"missing: {each}" for each in judged.missing)
+        missing = [f"missing: {each}" for each in judged.missing]
+        missing += [f"mind: {each}" for each in found.roles.upright.doubts]
         yield Grid.of_words("No log", ("",), "l", (), (*missing, f"Verdict: {_NO_LOG}"))
         return
     made = (f"Made {judged.made}.",) if judged.made else ()
@@ -129,8 +124,6 @@ def _axes(found: Probe) -> Iterator[str]:
     yield f"Axes: body {upright.body} over {_WORLDS[roles.world]}, {upright.confidence} %."
     for sign in upright.signs:
         yield f"- for {'FRD' if sign.weight > 0 else 'FLU'}: {sign.told}."
-    if upright.confidence < _SURE:
-        yield _MIRROR
     if (earth := _earth_fixed(found)) is not None:
         kind = "earth-fixed" if earth else "along body axes"
         seen = (

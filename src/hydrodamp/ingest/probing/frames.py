@@ -145,7 +145,7 @@ USUAL = 0.6
 _ROS, _AUTOPILOT, _GRAVITY, _DEPTH, _POSE, _SURFACE = 2.5, 4.0, 4.0, 4.0, 0.7, 0.8
 _DIVE = 1.0  # m, more than a vehicle bobs at the surface
 _LONG = 10.0  # s, over which depth changes by more than its noise
-_MOST = 99
+_MOST, _SURE = 99, 90  # %
 
 
 @dataclass(frozen=True)
@@ -163,6 +163,16 @@ class Upright:
     body: str
     confidence: int
     signs: tuple[Sign, ...]
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """What to write once the axes are known, where they are not."""
+        told = (
+            f"Motion alone cannot distinguish FRD over NED from FLU over a world with z up, and "
+            f"{self.body} is {self.confidence} % sure: ask an accelerometer, a depth or whoever "
+            "wrote the log, then write `frame: FRD`, or `frame: FLU` with `world: NWU` or `ENU`."
+        )
+        return (told,) if self.confidence < _SURE else ()
 
 
 def weigh(form: str, roles: Roles, seen: Iterable[Sign] = ()) -> Upright:

@@ -225,7 +225,10 @@ def judge(
 
     def judged(made: str, mapping: LogMapping | str | None = None) -> Judged:
         log = logs_of(recordings, mapping)
-        return Judged(made, verdict(log, None if needs is None else needs(log)), log.notes)
+        its = verdict(log, None if needs is None else needs(log))
+        unsure = found.roles.upright.doubts if isinstance(mapping, LogMapping) else ()
+        its = replace(its, reservations=(*unsure, *its.reservations))
+        return Judged(made, its, log.notes)
 
     if mapping is not None:
         return judged(f"by the mapping {mapping}", mapping)

@@ -231,7 +231,7 @@ def _reservations(
 ) -> Iterator[str]:
     if log.duration < size.pace * _SHORT:
         yield f"only {log.duration:.3g} s were recorded; minutes of manoeuvres are better."
-    if max(segment.step for segment in segments) > (slow := size.pace * _SLOW):
+    if max(segment.step for segment in segments) > (slow := max(1.0, size.pace) * _SLOW):
         yield f"samples are more than {slow:.2g} s apart; {2.5 / slow:.2g} a second are better."
     for channel in channels:
         if channel.excitation < _WELL:
