@@ -53,6 +53,17 @@ def test_inputs_that_a_model_alone_has(tmp_path):
     np.testing.assert_array_equal(found, core(craft, at))
 
 
+@pytest.mark.parametrize("precision", ["double", "float"])
+def test_a_vehicle_without_actuators_takes_a_wrench(tmp_path, precision):
+    bare = hd.Vehicle("bare", hd.fleet["vt690"].mass_matrix, 0.0, 0.0)
+    craft, form = Craft.of(bare, coefficients(MODELS[0])), C(precision=precision)
+    at = states(craft)
+    assert craft.inputs == ()
+    found = form.read(written(craft, tmp_path, form), craft).rates(at)
+    wanted = core(craft, at)
+    np.testing.assert_allclose(found, wanted, atol=1e-5 * np.abs(wanted).max())
+
+
 def test_a_vehicle_of_three_degrees_of_freedom(planar, tmp_path):
     boat, damping, log = planar
     card = hd.export(damping, boat, "c", tmp_path / "a", log=log)

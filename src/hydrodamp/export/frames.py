@@ -44,9 +44,15 @@ def about(matrix: FloatArray, point: npt.ArrayLike) -> FloatArray:
 
 
 def upright(down: FloatArray) -> FloatArray:
-    """Return quaternions, shape (n, 4), of which the world's down direction is as given."""
-    x, y, z = down.T
+    """Return quaternions, shape (n, 4), of which the world's down direction is as given.
+
+    Their length is the root of the direction's: between two samples neither is one.
+    """
+    length = np.linalg.norm(down, axis=1)
+    x, y, z = down.T / length
     half = np.sqrt((1.0 + np.abs(z)) / 2.0)
     across, along, none = y / (2.0 * half), x / (2.0 * half), np.zeros(len(z))
     upwards = np.column_stack([half, across, -along, none])
-    return np.where(z[:, None] < 0.0, np.column_stack([across, half, none, along]), upwards)
+    downwards = np.column_stack([across, half, none, along])
+    unit = np.where(z[:, None] < 0.0, downwards, upwards)
+    return np.asarray(unit * np.sqrt(length)[:, None])
