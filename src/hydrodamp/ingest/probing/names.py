@@ -159,7 +159,8 @@ def _role(
     angle = next((_ANGLES[word] for word in name if word in _ANGLES), None)
     if own & _FLAGS and angle is None:
         return "flag", 80
-    is_load = last in _AXES and not around & _WANTED and (own | around & _WRENCH) & _LOADS
+    loading = around if last in tuple("xyz") else own | around & _WRENCH
+    is_load = last in _AXES and not around & _WANTED and loading & _LOADS
     if is_load and (found := _component(around - _SPEED, _AXES[last], size)):
         return found
     if own & _COMMANDS:
