@@ -9,7 +9,8 @@ from hypothesis.extra.numpy import arrays
 from hypothesis.strategies import floats, integers
 
 from hydrodamp.errors import LogError
-from hydrodamp.ingest.clock import Clock, Oddity, Stamps, set_right
+from hydrodamp.ingest.clock import Clock, Stamps, set_right
+from hydrodamp.ingest.irregularity import Oddity
 
 
 def right(time: list[float] | np.ndarray, labels: list[str] | None = None) -> Stamps:

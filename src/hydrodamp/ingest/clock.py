@@ -5,15 +5,15 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from enum import Enum
 from typing import NamedTuple
 
 import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray
 from hydrodamp.data.attitude import between
-from hydrodamp.data.record import GAP_SECONDS, GAP_STEPS, changes, moment
+from hydrodamp.data.record import GAP_SECONDS, GAP_STEPS, changes
 from hydrodamp.errors import LogError
+from hydrodamp.ingest.irregularity import Irregularity, Oddity
 
 #: Share of rows with the stamp of the one before, from which a clock is a coarse one.
 COARSE = 0.25
@@ -24,54 +24,6 @@ EPOCH = 1e6
 _PAUSE = 1.0  # s, between two epochs put side by side
 _MOST_RUNS = 200
 _STOPPED = 20  # rows, and times the usual number, with the last stamp of all
-
-
-class Oddity(Enum):
-    """What can be odd about time stamps; the value is the sentence on it."""
-
-    ABSENT = "{count} without a time stamp, dropped"
-    STRAY = "{count} with a stray time stamp, dropped (first at {at})"
-    REPEATED = "{count} with a repeated time stamp, dropped (first at {at})"
-    COARSE = (
-        "{count} with the stamp of the one before, though they say something new: the clock is"
-        " coarse, and they were spread evenly up to the next stamp (first at {at})"
-    )
-    STOPPED = (
-        "the clock stands still at {at}, and {count} after it were dropped. If they came"
-        " evenly, `time: {{rate: HERTZ}}` in the mapping counts them"
-    )
-    LATE = "{count} out of order, dropped (first at {at})"
-    SET_BACK = "the clock was set back {times}, where a segment begins (first at {at})"
-    LEAP = (
-        "the clock leaps to another epoch {times}, where a segment begins (first at {at});"
-        " what came before was moved up to it"
-    )
-    DROPOUT = "{times} no message for longer than {limit:.3g} s (first after {at})"
-    EMPTY = "{count} without a number of {what}, dropped (first at {at})"
-
-
-@dataclass(frozen=True)
-class Irregularity:
-    """One kind of oddity in one topic."""
-
-    topic: str
-    oddity: Oddity
-    count: int
-    at: float
-    limit: float = 0.0
-    what: str = ""
-
-    def told(self, first: float = 0.0) -> str:
-        """Return one sentence; times count from the first sample of the log."""
-        thing = "message" if self.topic else "row"
-        sentence = self.oddity.value.format(
-            count=f"{self.count} {thing}{'s' if self.count != 1 else ''}",
-            times="once" if self.count == 1 else f"{self.count} times",
-            at=moment(self.at, first),
-            limit=self.limit,
-            what=self.what,
-        )
-        return f"`{self.topic}`: {sentence}" if self.topic else sentence
 
 
 @dataclass(frozen=True, eq=False)

@@ -240,9 +240,6 @@ def _is_odd(name: str, table: Topic) -> bool:
 
 def _name_faults(names: Collection[str]) -> Iterator[str]:
     """Yield the names that are empty, or reserved ones (`time` is missed anyway) in other case."""
-    if names and all(map(_UNNAMED.fullmatch, names)):
-        yield "there is no line of column names; write one above the numbers"
-        return
     for name in names:
         if _UNNAMED.fullmatch(name):
             yield f"{name} has no name; drop it (pandas: `to_csv(..., index=False)`)"

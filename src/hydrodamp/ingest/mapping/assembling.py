@@ -18,8 +18,8 @@ from hydrodamp.data.record import Record, name_after, side_by_side
 from hydrodamp.data.recording import Recording
 from hydrodamp.data.units import factor
 from hydrodamp.errors import ClockWarning, LogError
-from hydrodamp.ingest.clock import Oddity
 from hydrodamp.ingest.formats.files import LEFT_OUT
+from hydrodamp.ingest.irregularity import Oddity
 from hydrodamp.ingest.mapping.finding import find, locate, meant, renamed
 from hydrodamp.ingest.mapping.sampler import Sampler
 from hydrodamp.ingest.mapping.schema import RECORDED, SINGLE, Entry, MappingFile, Source

@@ -12,8 +12,6 @@ from hydrodamp.data.record import changes
 from hydrodamp.errors import LogError, did_you_mean
 from hydrodamp.ingest.clock import (
     Brackets,
-    Irregularity,
-    Oddity,
     Ticks,
     at_rate,
     brackets,
@@ -22,6 +20,7 @@ from hydrodamp.ingest.clock import (
     matched,
     turned,
 )
+from hydrodamp.ingest.irregularity import Irregularity, Oddity
 from hydrodamp.ingest.mapping.finding import Found
 from hydrodamp.ingest.mapping.streams import Stream, called
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.data.recording import Topic
+from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.data.units import UNITS
 from hydrodamp.errors import LogError
 from hydrodamp.ingest.clock import Clock, Stamps, Ticks, brackets, interpolated, matched, set_right
@@ -65,6 +65,21 @@ def ticking(topic: Topic) -> Ticking | None:
         told = f"`{name}` stands still before the rows end: they are counted at its rate"
         seconds = np.arange(len(seconds)) / rate
     return Ticking(name, seconds, unit, sure, told, halves.get(name, ""), rate)
+
+
+def clocks_of(recording: Recording) -> dict[str, Ticking]:
+    """Return the clocks of topics; one that stands alone, shorter, has the rate of all others."""
+    clocks = {topic.name: clock for topic in recording.topics if (clock := ticking(topic))}
+    lone = [one for name, one in clocks.items() if {*recording.topic(name).fields} == {one.column}]
+    if len(lone) == 1 and (rate := even_rate(lone[0].seconds)):
+        why = f"the rate of `{lone[0].column}`, which stops before the rows end"
+        clocks = {one.name: counted(one, rate, why) for one in recording.topics} | clocks
+    return clocks
+
+
+def counted(topic: Topic, rate: float, why: str = "") -> Ticking:
+    """Return the clock of rows that come at a rate."""
+    return Ticking(None, np.arange(float(topic.n)) / rate, "s", 70, why, rate=rate)
 
 
 def _halves(topic: Topic) -> dict[str, str]:

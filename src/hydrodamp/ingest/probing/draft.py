@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 import textwrap
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -23,6 +23,10 @@ _PLAIN_REASONS = ("name", "name and unit")  # go without saying
 _GROUPS = ("attitude", "velocity", "position", "specific_force", "wrench")
 _SPEEDS = ("u", "v", "w", "north", "east", "down", "up")
 _NAMES = 12  # columns of one message and reason that are named
+_LACKING = (
+    "# No velocity was found, nor a pose to derive one from. Name its columns:",
+    "# velocity: {u: COLUMN, v: COLUMN, w: COLUMN, p: COLUMN, q: COLUMN, r: COLUMN}",
+)
 _COMMANDS = 24  # more are no draft, but a list
 _WIDTH = 86
 _PLAIN = re.compile(r"[A-Za-z_/][\w./ -]*\w|[A-Za-z_]")
@@ -42,7 +46,7 @@ def draft(recording: Recording, roles: Roles) -> Draft:
     """Write a mapping file from guesses, and list what is not in it."""
     used = _used(roles)
     name = ", ".join(Path(one).name for one in recording.source.split(", "))
-    driven, idle = _commands_of(roles)
+    driven = [one for one in roles.all_of("commands") if one.confidence >= LEAST][:_COMMANDS]
     motion = [one for one in used if one.role.startswith(("velocity.", "attitude."))]
     groups = {one.role.partition(".")[0] for one in used}
     is_whole = "velocity" in groups or {"attitude", "position"} <= groups
@@ -55,8 +59,8 @@ def draft(recording: Recording, roles: Roles) -> Draft:
         *_commands(driven),
         *_sensors(roles),
         *_steps(used),
-        *_lacking(roles, groups),
-        *_left_out(recording, roles, {one.column for one in (*used, *driven)}, idle),
+        *(() if is_whole else _LACKING),
+        *_left_out(recording, roles, {one.column for one in (*used, *driven)}),
     ]
     least = min((one.confidence for one in motion), default=0)
     return Draft("\n".join(lines) + "\n", least if is_whole and roles.clocks else 0)
@@ -132,7 +136,7 @@ def _time(recording: Recording, roles: Roles, used: Sequence[Guess]) -> Iterator
         choices.setdefault("recorded", "")
     first, *others = choices
     said = f"[{', '.join(choices)}]" if others else first
-    yield f"time: {said}{choices[first]}{'; of each topic the first that it has' if others else ''}"
+    yield f"time: {said}{choices[first]}"
 
 
 def _choice(topic: str, clock: Ticking) -> str:
@@ -184,14 +188,6 @@ def _entry(one: Guess, flag: str | None = None) -> str:
     if flag is not None:
         said.append(f"where: {_quoted(flag)}")
     return _quoted(one.column) if len(said) == 1 else f"{{{', '.join(said)}}}"
-
-
-def _commands_of(roles: Roles) -> tuple[list[Guess], dict[str, str]]:
-    """Return the commands of the draft, and for those that are none of it why."""
-    found = [one for one in roles.all_of("commands") if one.confidence >= LEAST]
-    return found[:_COMMANDS], {
-        one.column: "more commands than a draft lists" for one in found[_COMMANDS:]
-    }
 
 
 def _commands(found: Sequence[Guess]) -> Iterator[str]:
@@ -250,16 +246,7 @@ def _steps(used: Sequence[Guess]) -> Iterator[str]:
         yield f"steps: [{', '.join(steps)}]    # not recorded, derived"
 
 
-def _lacking(roles: Roles, groups: Collection[str]) -> Iterator[str]:
-    """Say what no log can do without."""
-    if "velocity" not in groups and not {"attitude", "position"} <= {*groups}:
-        yield "# No velocity was found, nor a pose to derive one from. Name its columns:"
-        yield "# velocity: {u: COLUMN, v: COLUMN, w: COLUMN, p: COLUMN, q: COLUMN, r: COLUMN}"
-
-
-def _left_out(
-    recording: Recording, roles: Roles, used: Collection[str], idle: Mapping[str, str]
-) -> Iterator[str]:
+def _left_out(recording: Recording, roles: Roles, used: Collection[str]) -> Iterator[str]:
     """List every column that is not in the draft, with why."""
     reasons: dict[tuple[str, str], list[str]] = {}
     guessed = {one.column: one for one in roles.guesses}
@@ -267,43 +254,37 @@ def _left_out(
         stem = f"{topic.name}." if topic.name else ""
         clock = roles.clocks.get(topic.name)
         own = (clock.column, clock.fraction) if clock else ()
-        for field in dict.fromkeys((*topic.fields, *topic.texts, *topic.faults)):
+        for field in {**topic.fields, **topic.texts, **topic.faults}:
             column = f"{stem}{field}"
             if column in used or field in own:
                 continue
-            if field in topic.faults:
-                why = topic.faults[field]
-            elif field not in topic.fields:
-                why = "words"
-            elif column in idle or column in roles.silent:
-                why = idle.get(column) or roles.silent[column]
-            elif one := guessed.get(column):
+            plain = "a time" if is_stamp(field) else "no clock beside it or no number in it"
+            why = topic.faults.get(field) or roles.silent.get(column) or plain
+            if one := guessed.get(column):
                 why = _instead(one, roles)
-            elif is_stamp(field) or not clock:
-                why = "a time" if clock else "no clock beside it"
-            else:
-                why = "holds no number"
+            elif field not in (*topic.fields, *topic.faults):
+                why = "words"
             message, _, last = field.rpartition("[" if field.endswith("]") else ".")
             reasons.setdefault((f"{stem}{message}".rstrip("."), why), []).append(last.rstrip("]"))
     if reasons:
         yield "# Left out:"
     for (message, why), names in reasons.items():
         more = f" and {len(names) - _NAMES} more" if len(names) > _NAMES else ""
-        yield from _told(
-            f"{message}{': ' if message else ''}{' '.join(names[:_NAMES])}{more} - {why}"
-        )
+        listed = f"{' '.join(names[:_NAMES])}{more} - {why}"
+        yield from _told(f"{message}: {listed}" if message else listed)
 
 
 def _instead(one: Guess, roles: Roles) -> str:
     """Return why a guess is not in the draft."""
+    best = roles.chosen(one.role)
     if one.role == "flag":
         return "tells good rows from bad"
-    best = roles.chosen(one.role)
-    if best is not None and best.column != one.column:
-        return f"{one.role} is {best.column}"
     if one.confidence < LEAST:
         return f"{one.role} perhaps, {one.confidence} %"
-    return f"{one.role} is given in another way"
+    if one.role == "commands":
+        return "more commands than a draft lists"
+    other = best.column if best is not None and best.column != one.column else "given otherwise"
+    return f"{one.role} is {other}"
 
 
 def _quoted(text: str) -> str:

@@ -20,7 +20,6 @@ from hydrodamp.ingest.probing.columns import Series, together
 _MIRROR = np.array([1.0, -1.0, -1.0])  # turns FRD components into FLU and back
 _RATE_UNITS = ("rad/s", "deg/s", "rpm", "rev/s")
 _NEAR = 0.25  # of a ratio, about that of a unit
-_TURNS = 6.5  # rad; an angle beyond is in degrees
 _UNIT_NORM = 0.1
 
 #: For every role the series that plays it.
@@ -46,13 +45,6 @@ class WayMatch:
     other: Agreement = NONE
 
 
-def angle_unit(series: Series) -> str:
-    """Return the unit of an angle: stated, or by its size."""
-    if series.unit in UNITS["angle"]:
-        return series.unit
-    return "deg" if float(np.nanmax(np.abs(series.values))) > _TURNS else "rad"
-
-
 def attitude_series(roles: Roles) -> list[Series]:
     """Return the columns of the attitude: a quaternion, or the angles there are."""
     for names in (ATTITUDE.columns, (*EULER, "heading")):
@@ -71,7 +63,7 @@ def quaternions(roles: Roles, columns: FloatArray) -> FloatArray:
     angles = np.zeros((len(columns), 3))
     there = [name for name in (*EULER, "heading") if f"attitude.{name}" in roles]
     for name, column in zip(there, columns.T, strict=True):
-        scale = UNITS["angle"][angle_unit(roles[f"attitude.{name}"])]
+        scale = UNITS["angle"][roles[f"attitude.{name}"].unit or "rad"]
         angles[:, EULER.index("yaw" if name == "heading" else name)] = scale * column
     return quaternion_from_euler(angles)
 

@@ -12,13 +12,12 @@ import numpy as np
 from hydrodamp.data.recording import Recording
 from hydrodamp.data.units import UNITS
 from hydrodamp.ingest.formats.files import usual_axes
-from hydrodamp.ingest.probing.columns import Series, Ticking, even_rate, series_of, ticking
+from hydrodamp.ingest.probing.columns import Series, Ticking, clocks_of, counted, series_of
 from hydrodamp.ingest.probing.frames import (
     RateMatch,
     Sign,
     Upright,
     WayMatch,
-    angle_unit,
     match_rates,
     match_way,
     weigh,
@@ -32,7 +31,8 @@ _UNSTATED = 68  # %, of a unit that nothing but its size speaks for
 _SPIN = 3.5  # rad/s, faster than nearly all craft turn
 _USUAL_RATES = ("rad/s", "deg/s")
 _IDLE = (0.0, 1500.0, 65535.0)  # of a servo at rest, and of one that is not there
-_STILL = ("commands", "velocity.p", "velocity.q", "velocity.r", "flag")
+_DEAD = 1e-5  # rad/s or deg/s, less than any gyro's noise
+_STILL = {"commands": 0.0, "flag": 0.0} | dict.fromkeys((f"velocity.{one}" for one in "pqr"), _DEAD)
 _ROS_FIELD = re.compile(r"\b(pose|twist)[./](pose|twist|position|linear)\b")
 
 #: For every angle the largest that it may be in radians; one beyond is in degrees.
@@ -92,35 +92,31 @@ class Roles:
 
 def guess_roles(recording: Recording) -> Roles:
     """Guess what every column of a recording is."""
-    clocks = {topic.name: clock for topic in recording.topics if (clock := ticking(topic))}
-    is_timed = bool(clocks)
-    lone = [one for name, one in clocks.items() if {*recording.topic(name).fields} == {one.column}]
-    if len(lone) == 1 and (rate := even_rate(lone[0].seconds)):
-        why = f"the rate of `{lone[0].column}`, which stops before the rows end"
-        for topic in recording.topics:
-            even = np.arange(float(topic.n)) / rate
-            clocks.setdefault(topic.name, Ticking(None, even, "s", 70, why, rate=rate))
-    if not is_timed:  # names say something all the same
-        rows = ((topic.name, np.arange(float(topic.n))) for topic in recording.topics if topic.n)
-        clocks = {name: Ticking(None, row, "s", 0, "rows") for name, row in rows}
+    clocks = clocks_of(recording)
+    # Where nothing counts the time, names say something all the same.
+    rows = {topic.name: counted(topic, 1.0) for topic in recording.topics if topic.n}
     series = {
         one.column: one
         for topic in recording.topics
-        if topic.name in clocks
-        for one in series_of(topic, clocks[topic.name])
+        if topic.name in (clocks or rows)
+        for one in series_of(topic, (clocks or rows)[topic.name])
     }
     named, silent = _named(recording, series)
     found = _best(named, series)
-    flags = _flags(series, found)
     playing = _in_units({one.role: series[one.column] for one in found if one.chosen})
-    units = {one.column: one.unit for one in playing.values()}
-    rates = match_rates(playing) if is_timed else RateMatch()
-    if is_timed and not rates.unit and any(not _is_stated(one) for one in _angles(playing)):
-        other = _in_degrees(playing)
-        if (again := match_rates(other)).unit in (*_USUAL_RATES, None) and again.unit:
+    rates = match_rates(playing) if clocks else RateMatch()
+    if (
+        clocks
+        and not rates.unit
+        and any(not _is_stated(series[one.column]) for one in _angles(playing))
+    ):
+        other = playing | {
+            role: replace(playing[role], unit="deg") for role in _ANGLES if role in playing
+        }
+        if (again := match_rates(other)).unit in _USUAL_RATES:
             rates, playing = again, other
-            units |= {one.column: "deg" for one in _angles(other)}
-    way = match_way(playing) if is_timed else WayMatch()
+    way = match_way(playing) if clocks else WayMatch()
+    units = {one.column: one.unit for one in playing.values()}
     weighed = [
         _weighed(replace(one, unit=units.get(one.column, one.unit)), series[one.column], rates, way)
         for one in found
@@ -128,9 +124,8 @@ def guess_roles(recording: Recording) -> Roles:
     form = _customary(recording)
     upright = weigh(form, playing, (*_notation(playing),))
     world = _world(form, upright.body)
-    placed = [_placed(one, world, way) for one in weighed]
-    guesses = (*(_times(clocks) if is_timed else ()), *placed)
-    return Roles(guesses, clocks if is_timed else {}, flags, rates, way, upright, world, silent)
+    guesses = (*_times(clocks), *(_placed(one, world, way) for one in weighed))
+    return Roles(guesses, clocks, _flags(series, found), rates, way, upright, world, silent)
 
 
 def _customary(recording: Recording) -> str:
@@ -159,27 +154,18 @@ def _is_stated(one: Series) -> bool:
 def _in_units(playing: Mapping[str, Series]) -> dict[str, Series]:
     """Return angles of one message in one unit, and positions in metres."""
     made = dict(playing)
-    open_ones = [one for one in _angles(playing) if not _is_stated(one)]
-    for topic in {one.topic for one in open_ones}:
-        roles = [role for role in _ANGLES if role in made and made[role].topic == topic]
-        beyond = any(
-            float(np.nanmax(np.abs(made[role].values))) > _ANGLES[role]
-            for role in roles
-            if not _is_stated(made[role])
-        )
-        unit = "deg" if beyond else "rad"
-        made |= {r: replace(made[r], unit=unit) for r in roles if not _is_stated(playing[r])}
-    for role in {*_PLACES, "position.depth"} & made.keys():
-        one = made[role]
-        scale = UNITS["length"].get(one.unit or "m", 1.0)
-        made[role] = replace(one, values=one.values * scale)
-    return made
-
-
-def _in_degrees(playing: Mapping[str, Series]) -> dict[str, Series]:
-    return {
-        role: replace(one, unit="deg") if role in _ANGLES else one for role, one in playing.items()
+    unsaid = {role: one for role in _ANGLES if (one := made.get(role)) and not _is_stated(one)}
+    beyond = {
+        one.topic
+        for role, one in unsaid.items()
+        if float(np.nanmax(np.abs(one.values))) > _ANGLES[role]
     }
+    for role, one in unsaid.items():
+        made[role] = replace(one, unit="deg" if one.topic in beyond else "rad")
+    for role in {*_PLACES, "position.depth"} & made.keys():
+        scale = UNITS["length"].get(made[role].unit or "m", 1.0)
+        made[role] = replace(made[role], values=made[role].values * scale)
+    return made
 
 
 def _world(form: str, body: str) -> str:
@@ -220,20 +206,18 @@ def _named(
     for column, one in series.items():
         role, sure = hint(one.topic, one.field, one.unit, beside[one.topic])
         known = one.values[np.isfinite(one.values)]
-        still, largest = bool(np.ptp(known) == 0.0), float(np.abs(known).max())
+        low, high = float(known.min()), float(known.max())
         if sure == 0:
             silent[column] = role
             continue
-        is_idle = role != "commands" or known[0] in _IDLE
-        if still and is_idle and role.startswith(_STILL):
-            silent[column] = f"never changes from {known[0]:g}"
+        if high - low <= _STILL.get(role, -1.0) and (role != "commands" or low in _IDLE):
+            silent[column] = f"never changes from {low:.3g}"
             continue
         why: tuple[str, ...] = ("name and unit" if one.unit and quantity_of_role(role) else "name",)
         if role.startswith("attitude.q["):  # parts of an array: w first, as most write them
             role, why = f"attitude.q{'wxyz'[int(role[-2])]}", (*why, "w first")
-        if role.startswith("wrench.") and largest <= 1.0 and one.unit is None:
+        if role.startswith("wrench.") and max(-low, high) <= 1.0 and one.unit is None:
             role, why = "commands", (*why, "no larger than one: no newtons")
-        low, high = float(known.min()), float(known.max())
         is_pulse = role == "commands" and _PULSES[0] <= low and high <= _PULSES[1]
         is_pulse = is_pulse and bool({*words(one.column)} & _SERVO) and one.unit is None
         why = (*why, "a pulse width: -1 at 1100, 1 at 1900 us") if is_pulse else why
@@ -266,11 +250,10 @@ def _best(guesses: list[Guess], series: Mapping[str, Series]) -> list[Guess]:
 def _weighed(one: Guess, series: Series, rates: RateMatch, way: WayMatch) -> Guess:
     """Return a guess with what its numbers and its motion say."""
     group, _, channel = one.role.partition(".")
-    if f"attitude.{channel}" in _ANGLES:
-        unit = one.unit or angle_unit(series)
-        one = replace(one, unit=unit) if series.unit else _with(one, f"{unit} by its size", unit)
     if not one.chosen:
         return one
+    if one.role in _ANGLES and not series.unit:
+        one = _with(one, f"{one.unit} by its size")
     if group == "attitude" and not rates.unit and not series.unit and one.unit == "rad":
         one = replace(one, confidence=min(one.confidence, _UNSTATED))
     if group == "attitude" and rates.unit:
