@@ -15,6 +15,7 @@ import yaml
 
 import hydrodamp as hd
 from hydrodamp.cli.work import check_log
+from hydrodamp.conditioning.agreement import Size
 from hydrodamp.conditioning.steps import steps_of
 from hydrodamp.data.agreement import integral
 from hydrodamp.data.attitude import quaternion_from_euler, rotation
@@ -177,6 +178,15 @@ def test_a_fault_is_told_in_one_sentence_with_its_cure(fault: str, craft: str, s
     said = told(craft, dataclasses.replace(log, **change(log)))
     assert [one for one in said if one.startswith(f"`{channel}` ") and words in one], said
     assert len(said) == 1, said
+
+
+def test_what_is_little_goes_with_the_vehicle_by_froude_s_law() -> None:
+    """A yaw rate of 0.0056 rad/s is much for a ship of 320 m, and nothing for an AUV."""
+    ship, auv = (Size(CRAFT[craft][0]) for craft in ("tanker", "auv"))
+    assert 5 * ship.little("rad/s") < 0.0056 < auv.little("rad/s")
+    for one, other in ((ship.little, auv.little), (ship.most, auv.most)):
+        product = one("m/s") * one("rad/s")  # speeds go with the root of the length, rates against
+        assert product == pytest.approx(other("m/s") * other("rad/s"))
 
 
 @pytest.mark.filterwarnings("ignore")

@@ -61,7 +61,10 @@ def frozen(log: Log, seconds: float = 1.0) -> Lost:
         moving = ~np.logical_and.reduce(rest) if rest else np.zeros(log.n, dtype=np.bool_)
         lost[name] = _frozen(log, columns[name], same, moving, seconds)
     turning = None if log.attitude is None else log.attitude[:, 1:]
-    poses = (((ATTITUDE,), turning, 3), (POSITION.columns, log.position, 0))
+    # A depth alone may well stay.
+    known = log.position is not None and np.count_nonzero(np.ptp(log.position, axis=0)) > 1
+    place = log.position if known else None
+    poses = (((ATTITUDE,), turning, 3), (POSITION.columns, place, 0))
     for names, pose, first in poses:
         if pose is not None:
             same = _steady(pose, log.bounds)

@@ -15,6 +15,7 @@ _LEAST_SPANS = 8  # in a log; fewer agree by chance
 _LEAST_PAIRS = 20
 _LEAST_CORRELATION = 0.8
 _FAR_LESS = 0.25  # of what others leave
+_MANY = 50_000  # pairs; more are thinned
 _KEPT = 0.97  # of the pairs
 _TINY = 1e-9  # of any unit; less is no motion
 
@@ -96,9 +97,9 @@ def pairs(time: FloatArray, bounds: IntArray, seconds: float) -> tuple[IntArray,
     firsts, lasts = [bounds[:0, 0]], [bounds[:0, 0]]
     for start, stop in bounds.tolist():
         part = time[start:stop]
-        first = np.arange(stop - start)
-        last = np.minimum(np.searchsorted(part, part + seconds), stop - start - 1)
-        far = part[last] - part >= seconds / 2  # the end of a segment leaves less
+        first = np.arange(0, stop - start, 1 + len(time) // _MANY)
+        last = np.minimum(np.searchsorted(part, part[first] + seconds), stop - start - 1)
+        far = part[last] - part[first] >= seconds / 2  # the end of a segment leaves less
         firsts.append(first[far] + start)
         lasts.append(last[far] + start)
     return np.concatenate(firsts), np.concatenate(lasts)
