@@ -40,19 +40,9 @@ class Body:
 
     @classmethod
     def of(cls, craft: Craft, key: str, density: float) -> Body:
-        """Return the body of a craft, or refuse a craft that is none."""
+        """Return the body of a craft."""
+        check_body(craft, key)
         vehicle = craft.vehicle
-        if vehicle.axes != AXES:
-            raise VehicleError(
-                f"'{key}' moves all six axes, and the mass of '{vehicle.name}' is known on "
-                f"{' '.join(vehicle.axes)} alone: give a vehicle file without `axes`."
-            )
-        if not (vehicle.weight and vehicle.buoyancy):
-            raise VehicleError(
-                f"'{key}' moves a body by gravity and displaced water: `weight` and `buoyancy` of "
-                f"'{vehicle.name}' must be positive [N]; got {vehicle.weight:g} and "
-                f"{vehicle.buoyancy:g}."
-            )
         mass, center = vehicle.weight / STANDARD_GRAVITY, vehicle.center_of_gravity
         inertia = vehicle.mass_matrix[3:, 3:] + mass * np.linalg.matrix_power(
             cross_matrix(center), 2
@@ -97,11 +87,28 @@ class Body:
         return replace(written, vehicle=vehicle, damping=Damping.from_dict(None, values))
 
 
+def check_body(craft: Craft, key: str) -> None:
+    """Refuse a craft that a simulator cannot have as a body in water."""
+    vehicle = craft.vehicle
+    if vehicle.axes != AXES:
+        raise VehicleError(
+            f"'{key}' moves all six axes, and the mass of '{vehicle.name}' is known on "
+            f"{' '.join(vehicle.axes)} alone: give a vehicle file without `axes`."
+        )
+    if not (vehicle.weight and vehicle.buoyancy):
+        raise VehicleError(
+            f"'{key}' moves a body by gravity and displaced water: `weight` and `buoyancy` of "
+            f"'{vehicle.name}' must be positive [N]; got {vehicle.weight:g} and "
+            f"{vehicle.buoyancy:g}."
+        )
+
+
 def terms_for(craft: Craft, key: str, allowed: Callable[[str], Iterable[Term]]) -> DampingModel:
     """Return the terms of a craft that a target allows on each axis.
 
     Where it has others, those allowed of the same velocities and symmetry take their place.
     """
+    check_body(craft, key)
     model = craft.damping.model
     foreign = [
         label

@@ -144,6 +144,7 @@ def _card(
     engine, reason = None, ""
     try:
         engine = form.read(made, held)
+        reason = engine.not_run
     except NotRun as why:
         reason = str(why)
     runs = None if drive is None else (drive, Drive.of(held, drive.log))

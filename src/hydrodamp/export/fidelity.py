@@ -131,7 +131,7 @@ def _sentences(card: Fidelity) -> Iterator[str]:
         yield f"{card.meant} cannot hold {names}: their wrench is fitted with terms that it has."
     if card.run_by:
         yield f"Read back and run by {card.run_by}."
-    else:
+    if card.not_run:
         yield f"Not run here: {card.not_run}."
     found = ", ".join(f"{axis} {error:.2g}" for axis, error in card.wrench_error.items())
     small = worst < 100.0 * ROUNDING

@@ -44,6 +44,8 @@ class Engine:
     step: str
     rates: Rates
     replay: Callable[[Drive], FloatArray]
+    not_run: str = ""
+    """Why the program that is meant was not run itself."""
 
 
 @dataclass(frozen=True)
