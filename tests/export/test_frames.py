@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.export.frames import FLU, about, in_flu, term_sign, to_origin
+from hydrodamp.export.frames import FLU, in_flu, term_sign
 from hydrodamp.kernels import coriolis
 
 MODELS = [hd.catalog[key] for key in hd.PAPER_MODELS]
@@ -25,16 +25,3 @@ def test_momentum_turns_with_the_frame():
     mass, velocity = hd.fleet["vt690"].mass_matrix, np.random.default_rng(1).normal(size=(9, 6))
     there = coriolis(in_flu(mass), velocity * FLU) * FLU
     np.testing.assert_allclose(there, coriolis(mass, velocity), atol=1e-12)
-
-
-def test_about_another_point_the_energy_and_the_moving_frame_are_the_same():
-    mass, point = hd.fleet["vt690"].mass_matrix, np.array([0.3, -0.2, 0.1])
-    there = np.random.default_rng(1).normal(size=(9, 6))
-    here = there @ to_origin(point).T
-    # A point ahead of the origin swings to starboard as the bow turns there.
-    assert (np.linalg.inv(to_origin([1.0, 0, 0])) @ [0, 0, 0, 0, 0, 1.0])[1] == pytest.approx(1.0)
-    energy = np.einsum("ni,ij,nj->n", here, mass, here)
-    shifted = about(mass, point)
-    np.testing.assert_allclose(np.einsum("ni,ij,nj->n", there, shifted, there), energy)
-    wrench = coriolis(mass, here) @ to_origin(point)
-    np.testing.assert_allclose(coriolis(shifted, there), wrench, atol=1e-12)

@@ -18,19 +18,7 @@ from hydrodamp.export.printer import C99, SPEED, actuation, command, matrix
 from hydrodamp.export.target import Engine, Files, Target, by_rate, rendered
 from hydrodamp.export.words import name_of, said_of
 
-_CALL = "void acceleration(const {0} *, const {0} *, const {0} *, const {0} *, {0} *)"
-_PASSED = """
-#include "{name}.h"
-{call};
-void acceleration(const hd_real *velocity, const hd_real *down, const hd_real *inputs,
-                  const hd_real *other, hd_real *rate)
-{{ {name}_acceleration(velocity, down, inputs, other, rate); }}
-"""
-_STEP = """
-#include "{name}.h"
-void step(hd_real *state, const hd_real *inputs);
-void step(hd_real *state, const hd_real *inputs) {{ {name}_step(state, inputs, inputs, 1); }}
-"""
+_CALL = "void acceleration(const {0} *, const {0} *, const {0} *, const {0} *, {0} *);"
 
 
 @dataclass(frozen=True)
@@ -62,9 +50,9 @@ class C(Target):
         said = said_of(craft, ",\n    ")
         name, header = name_of(craft), header_of(craft)
         own = own_files((*HEADERS, *SOURCES, *ON_BOARD))
-        step = _STEP.format(name=name).encode()
-        needed = {part: own[part] for part in (*HEADERS, *SOURCES)}
-        size = size_of({**needed, f"{name}.h": header.encode(), "step.c": step}, self.flags)
+        called = rendered("called.c.j2", name=name).encode()
+        measured = {**own_files((*HEADERS, *SOURCES)), f"{name}.h": header.encode()}
+        size = size_of({**measured, "called.c": called}, self.flags)
         said |= {"precision": self.precision, "sources": (*SOURCES, *ON_BOARD), "size": size}
         return {
             f"{name}.h": header,
@@ -79,11 +67,11 @@ class C(Target):
         name = name_of(craft)
         ffi: Any = FFI()
         with tempfile.TemporaryDirectory() as place:
-            library, passed = Path(place, "vehicle.so"), Path(place, "passed.c")
-            passed.write_text(_PASSED.format(name=name, call=_CALL.format("hd_real")))
-            sources = (*SOURCES, *ON_BOARD, str(passed))
+            library, called = Path(place, "vehicle.so"), Path(place, "called.c")
+            called.write_text(rendered("called.c.j2", name=name), encoding="utf-8")
+            sources = (*SOURCES, *ON_BOARD, str(called))
             by = shared(folder, sources, (*self.flags, f"-I{folder}"), library)
-            ffi.cdef(_CALL.format(self.precision) + ";")
+            ffi.cdef(_CALL.format(self.precision))
             loaded = ffi.dlopen(str(library))
         real = np.float64 if self.precision == "double" else np.float32
         out, pointed = np.empty(6, real), ffi.typeof(f"{self.precision}[]")

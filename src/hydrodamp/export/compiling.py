@@ -9,7 +9,6 @@ import tempfile
 from collections.abc import Mapping, Sequence
 from importlib.resources import files
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -25,15 +24,6 @@ ON_BOARD = ("adaptive.c", "blocks.c", "recursive.c", "steps.c")
 STRICT = ("-std=c99", "-O2", "-ffp-contract=off", "-Wall", "-Wextra", "-Wpedantic", "-Werror")
 
 _CORTEX_M7 = ("-mcpu=cortex-m7", "-mthumb", "-mfpu=fpv5-d16", "-mfloat-abi=hard")
-
-
-class Size(NamedTuple):
-    """What a library takes on a processor [bytes]."""
-
-    by: str
-    code: int
-    data: int
-    stack: int
 
 
 def own_files(names: Sequence[str]) -> dict[str, bytes]:
@@ -64,12 +54,12 @@ def version_of(command: str) -> str:
     return _said([command, "--version"]).splitlines()[0]
 
 
-def size_of(contents: Mapping[str, bytes], flags: Sequence[str]) -> Size | None:
-    """Return what sources take on a Cortex-M7, else on this machine; None where no gcc is."""
+def size_of(contents: Mapping[str, bytes], flags: Sequence[str]) -> str:
+    """Tell what sources take on a Cortex-M7, else on this machine; nothing where no gcc is."""
     kits = {"arm-none-eabi-": _CORTEX_M7, "": ()}
     prefix = next((each for each in kits if shutil.which(f"{each}gcc")), None)
     if prefix is None:
-        return None
+        return ""
     with tempfile.TemporaryDirectory() as place:
         save_all({Path(place, name): content for name, content in contents.items()})
         sources = [name for name in contents if name.endswith(".c")]
@@ -79,9 +69,13 @@ def size_of(contents: Mapping[str, bytes], flags: Sequence[str]) -> Size | None:
         rows = np.array([line.split()[:3] for line in told.splitlines()[1:]], dtype=int)
         frames = " ".join(each.read_text() for each in Path(place).glob("*.su"))
     code, data, unset = rows.sum(axis=0).tolist()
-    by = f"{prefix}gcc {'for a Cortex-M7' if prefix else 'for this machine'}"
     # No function calls itself, so that all frames together are more than there ever are.
-    return Size(by, code, data + unset, sum(map(int, re.findall(r"\t(\d+)\t", frames))))
+    stack = sum(map(int, re.findall(r"\t(\d+)\t", frames)))
+    processor = "a Cortex-M7" if prefix else "this machine"
+    return (
+        f"By {prefix}gcc -Os for {processor}: {code} bytes of code and constants, {data + unset} "
+        f"bytes of variables, at most {stack} bytes of stack for a step."
+    )
 
 
 def _said(call: Sequence[str], place: str = ".") -> str:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -13,12 +14,17 @@ from hydrodamp.data.log import Log
 from hydrodamp.errors import ProblemError
 from hydrodamp.export.craft import Craft, States
 from hydrodamp.identification.power import spread
-from hydrodamp.progress import progress
+from hydrodamp.progress import counted
 from hydrodamp.simulation.problem import Problem, prepare
 from hydrodamp.simulation.replay import LIMIT, Trajectory, replay
 
 #: Of one state: velocity, down, inputs and wrench; its acceleration.
 Rate = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
+
+#: Set a state, of a quaternion from body to world and a velocity; and take one step [s] with some
+#: inputs and the wrench at both its ends, to the velocity after it.
+Place = Callable[[FloatArray, FloatArray], None]
+Advance = Callable[[float, FloatArray, FloatArray, FloatArray], FloatArray]
 
 LONGEST_STEP = 0.05
 """No Runge-Kutta step is longer [s]: as in replays."""
@@ -88,44 +94,64 @@ def scattered(craft: Craft) -> States:
     )
 
 
-def integrate(rate: Rate, drive: Drive) -> FloatArray:
-    """Integrate a rate over the log as replay.c does; NaN from where a segment diverged."""
+def sail(drive: Drive, by: str, longest: float, place: Place, advance: Advance) -> FloatArray:
+    """Return the velocities of what advances from its place at the start of each segment.
+
+    No step is longer than so many seconds; NaN from where a segment diverged.
+    """
     log, given = drive.log, drive.states
     velocity = np.full((log.n, 6), np.nan)
-    with progress("running what was written", log.n) as step:
-        for part in log.segments:
-            state = np.concatenate([given.velocity[part.start], drive.attitude[part.start]])
-            velocity[part.start] = state[:6]
-            for k in range(part.start, part.stop - 1):
-                state = _between(rate, drive, k, state)
-                if not np.all(np.abs(state[:6]) <= LIMIT):
-                    break
-                velocity[k + 1] = state[:6]
-                step()
+    for part in log.segments:
+        velocity[part.start] = given.velocity[part.start]
+        place(drive.attitude[part.start], given.velocity[part.start])
+        label = f"running what was written{by}"
+        between = counted(range(part.start, part.stop - 1), label, part.stop - part.start)
+        for after, *step in (each for k in between for each in _steps(drive, k, longest)):
+            velocity[after] = advance(*step)
+            if not np.all(np.abs(velocity[after]) <= LIMIT):
+                velocity[after] = np.nan
+                break
     return velocity
 
 
-def _between(rate: Rate, drive: Drive, k: int, state: FloatArray) -> FloatArray:
-    """Return the state at the sample after ``k``."""
+def _steps(drive: Drive, k: int, longest: float) -> Iterator[tuple[Any, ...]]:
+    """Yield the steps to the sample after ``k``: that, length, inputs, the wrench at both ends."""
     given, time = drive.states, drive.log.time
     length = float(time[k + 1] - time[k])
-    steps = max(1, math.ceil(length / LONGEST_STEP * (1.0 - _SLACK)))
-    h, wrench, rise = length / steps, given.wrench[k], given.wrench[k + 1] - given.wrench[k]
-    held = given.inputs[k]
+    steps = max(1, math.ceil(length / longest * (1.0 - _SLACK)))
+    rise = (given.wrench[k + 1] - given.wrench[k]) / steps
+    for index in range(steps):
+        first = given.wrench[k] + index * rise
+        yield k + 1, length / steps, given.inputs[k], first, first + rise
 
-    def slope(state: FloatArray, share: float) -> FloatArray:
+
+class RungeKutta:
+    """Steps as replay.c takes them, of a rate."""
+
+    def __init__(self, rate: Rate) -> None:
+        self._rate, self._state = rate, np.zeros(10)
+
+    def place(self, attitude: FloatArray, velocity: FloatArray) -> None:
+        """Set the state."""
+        self._state = np.concatenate([velocity, attitude])
+
+    def advance(
+        self, h: float, inputs: FloatArray, first: FloatArray, last: FloatArray
+    ) -> FloatArray:
+        """Take one step, and return the velocity after it."""
+        middle, state = 0.5 * (first + last), self._state
+        a = self._slope(state, inputs, first)
+        b = self._slope(state + 0.5 * h * a, inputs, middle)
+        c = self._slope(state + 0.5 * h * b, inputs, middle)
+        d = self._slope(state + h * c, inputs, last)
+        state = state + h / 6.0 * (a + 2.0 * b + 2.0 * c + d)
+        state[6:] /= np.linalg.norm(state[6:])
+        self._state = state
+        return state[:6]
+
+    def _slope(self, state: FloatArray, inputs: FloatArray, wrench: FloatArray) -> FloatArray:
         *_, p, q, r, w, x, y, z = state.tolist()
-        south = np.array([2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z])
+        down = np.array([2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z])
         turning = -x * p - y * q - z * r, w * p - z * q + y * r, z * p + w * q - x * r
         rolling = np.array([*turning, -y * p + x * q + w * r])
-        acceleration = rate(state[:6], south, held, wrench + share * rise)
-        return np.concatenate([acceleration, 0.5 * rolling])
-
-    for index in range(steps):
-        first = slope(state, index / steps)
-        middle = slope(state + 0.5 * h * first, (index + 0.5) / steps)
-        again = slope(state + 0.5 * h * middle, (index + 0.5) / steps)
-        last = slope(state + h * again, (index + 1.0) / steps)
-        state = state + h / 6.0 * (first + 2.0 * middle + 2.0 * again + last)
-        state[6:] /= np.linalg.norm(state[6:])
-    return state
+        return np.concatenate([self._rate(state[:6], down, inputs, wrench), 0.5 * rolling])

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.basis.term import Term
-from hydrodamp.vehicle.mass import cross_matrix
 
 #: By it a velocity or wrench in x forward, y left, z up becomes one in x forward, y starboard,
 #: z down, and back; the world turns alike, from north-west-up to north-east-down.
@@ -24,23 +22,6 @@ def term_sign(term: Term) -> float:
 def in_flu(matrix: FloatArray) -> FloatArray:
     """Return a 6 x 6 matrix between wrench and motion, of mass or linear damping, in FLU."""
     return np.asarray(FLU[:, None] * matrix * FLU)
-
-
-def to_origin(point: npt.ArrayLike) -> FloatArray:
-    """Return X of a point [m]: the origin's velocity is X times that of the point.
-
-    The wrench about the point is X^T times that about the origin, and a mass or linear damping
-    matrix becomes X^T M X.
-    """
-    shift = np.eye(6)
-    shift[:3, 3:] = cross_matrix(point)
-    return frozen(shift)
-
-
-def about(matrix: FloatArray, point: npt.ArrayLike) -> FloatArray:
-    """Return a mass or linear damping matrix about another point than the origin."""
-    shift = to_origin(point)
-    return np.asarray(shift.T @ matrix @ shift)
 
 
 def upright(down: FloatArray) -> FloatArray:

@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from typing import Protocol
 
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.export.craft import States
-from hydrodamp.export.drive import Drive
+from hydrodamp.export.drive import Drive, sail
 from hydrodamp.export.frames import upright
 from hydrodamp.export.target import Engine
-from hydrodamp.progress import progress
-from hydrodamp.simulation.replay import LIMIT
-
-_SLACK = 1e-6  # clocks round: as in replay.c
 
 
 class Simulator(Protocol):
@@ -43,31 +38,12 @@ def stepped(simulator: Simulator, name: str, step: float) -> Engine:
             found.append(simulator.rate(inputs, wrench))
         return np.array(found)
 
-    def replay(drive: Drive) -> FloatArray:
-        log, given = drive.log, drive.states
-        velocity = np.full((log.n, 6), np.nan)
-        with progress(f"running what was written in {name}", log.n) as tick:
-            for part in log.segments:
-                now = velocity[part.start] = given.velocity[part.start]
-                simulator.place(drive.attitude[part.start], now)
-                for k in range(part.start, part.stop - 1):
-                    now = after(drive, k)
-                    if not np.all(np.abs(now) <= LIMIT):
-                        break
-                    velocity[k + 1] = now
-                    tick()
-        return velocity
+    def advance(
+        length: float, inputs: FloatArray, first: FloatArray, last: FloatArray
+    ) -> FloatArray:
+        return simulator.advance(length, inputs, 0.5 * (first + last))
 
-    def after(drive: Drive, k: int) -> FloatArray:
-        """Return the velocity at the sample after ``k``, or where it went beyond the limit."""
-        given, time = drive.states, drive.log.time
-        length = float(time[k + 1] - time[k])
-        steps = math.ceil(length / step - _SLACK)
-        for share in ((np.arange(steps) + 0.5) / steps).tolist():
-            wrench = (1.0 - share) * given.wrench[k] + share * given.wrench[k + 1]
-            velocity = simulator.advance(length / steps, given.inputs[k], wrench)
-            if not np.all(np.abs(velocity) <= LIMIT):
-                break
-        return velocity
+    def replay(drive: Drive) -> FloatArray:
+        return sail(drive, f" in {name}", step, simulator.place, advance)
 
     return Engine(name, f"steps of {step:g} s", rates, replay)

@@ -15,7 +15,7 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.errors import MethodError
 from hydrodamp.export.craft import Craft, States
-from hydrodamp.export.drive import LONGEST_STEP, Drive, Rate, integrate
+from hydrodamp.export.drive import LONGEST_STEP, Drive, Rate, RungeKutta, sail
 from hydrodamp.files import load_text
 from hydrodamp.models.model import DampingModel
 
@@ -91,7 +91,11 @@ def by_rate(name: str, rate: Rate, rates: Rates | None = None) -> Engine:
     def one_by_one(at: States) -> FloatArray:
         return np.array([rate(*each) for each in zip(*parts(at), strict=True)])
 
-    return Engine(name, RUNGE_KUTTA, rates or one_by_one, lambda drive: integrate(rate, drive))
+    def replay(drive: Drive) -> FloatArray:
+        steps = RungeKutta(rate)
+        return sail(drive, "", LONGEST_STEP, steps.place, steps.advance)
+
+    return Engine(name, RUNGE_KUTTA, rates or one_by_one, replay)
 
 
 def parts(at: States) -> tuple[FloatArray, ...]:
