@@ -28,8 +28,8 @@ _LEAST = 4
 _MEANS, _ENTRIES = 10, 4_000_000
 
 #: Errors of a window whose replay has no end count as this many times the largest velocity
-#: recorded.
-_LOST = 5.0
+#: recorded. A window that this share of a coefficient would move as far tells no direction either.
+_LOST, _LITTLE = 5.0, 1e-4
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,8 +133,8 @@ class Windows:
         whole = np.concatenate([slopes[:, :, :p], errors[:, :, None]], axis=2)[:, self.free]
         whole /= spread[:, None]
         far = _LOST * np.abs(self.problem.inputs.velocity[:, self.free]).max(axis=0) / spread
-        # NaN is not within
-        lost = ~(np.all(np.abs(whole[:, :, -1]) <= far * np.sqrt(block), axis=1))
+        moved = np.abs(whole * np.append(_LITTLE * coefficients, 1.0)).max(axis=2)
+        lost = ~(np.all(moved <= far * np.sqrt(block), axis=1))  # NaN is not within
         if lost.any():
             window = np.searchsorted(self.spans[:, 1], first, side="right")
             whole[np.isin(window, window[lost])] = 0.0
