@@ -10,6 +10,8 @@ from hydrodamp.data.recording import Topic
 from hydrodamp.data.units import UNITS, spelt, unit_at_end
 from hydrodamp.ingest.mapping.schema import quantity_of
 
+_WAYS = ("north", "east", "down")
+
 
 def _set(listed: str) -> frozenset[str]:
     return frozenset(listed.split())
@@ -31,6 +33,8 @@ _WRENCH = _set("wrench tau")
 _PUSH, _TWIST = _set("force forces"), _set("torque torques moment moments")
 _LOADS = _WRENCH | _PUSH | _TWIST
 _EULER = _set("rpy euler attitude angles")
+_SAID_OF = _set("meas measured est estimated filt filtered actual act true gt mocap sensor value")
+_OF_NED = {f"velocity.{speed}": f"velocity.{way}" for speed, way in zip("uvw", _WAYS, strict=True)}
 _FLAGS = _set("good valid ok lock flag status quality is healthy")
 _ANGULAR = _set("angular gyro gyr gyroscope omega rate rates angvel pqr dot")
 _FORCE = _set("accel acceleration acc accelerometer accelerations")
@@ -78,6 +82,8 @@ def _fused() -> Iterator[tuple[str, str]]:
         yield from ((f"{kind}{axis}", f"velocity.{rate}") for kind in ("w", "g", "gyr"))
         yield from ((f"{kind}{axis}", f"specific_force.f{axis}") for kind in ("a", "acc"))
     yield from ((f"q{part}", f"attitude.q{part}") for part in "wxyz")
+    for turn, rate in zip(("roll", "pitch", "yaw"), "pqr", strict=True):
+        yield from ((f"{turn}{kind}", f"velocity.{rate}") for kind in ("rate", "speed"))
     for letter, way in _LETTERS.items():
         yield f"v{letter}", f"velocity.{way}"
         yield f"p{letter}", f"position.{way}"
@@ -123,11 +129,14 @@ def hint(topic: str, field: str, unit: str | None, beside: Collection[str] = ())
     is_wrench = {"K", "M", "N"} <= {*beside} or {"X", "Y", "N"} <= {*beside}
     if field in WRENCH.columns and is_wrench:
         return f"wrench.{field}", 85
-    is_alone = len(parted(_PATH.split(field)[-1])[0]) == 1
+    bare = tuple(word for word in name if word not in _SAID_OF) or name
+    is_alone = len({*parted(_PATH.split(field)[-1])[0]} - _SAID_OF) == 1
     size = _siblings(field, beside)
-    found = _role(name, around, size, is_alone=is_alone, has_w=f"{field[:-1]}w" in beside)
+    found = _role(bare, around, size, is_alone=is_alone, has_w=f"{field[:-1]}w" in beside)
     if found is None and parted(field)[1] == "rpm":
         return "commands", 80
+    if found is not None and "ned" in around:
+        found = _OF_NED.get(found[0], found[0]), found[1]
     if found is None:
         asked = sorted({*name} & _WANTED)
         return f"asked for, not measured: {asked[0]}" if asked else NO_ROLE, 0
@@ -138,9 +147,9 @@ def hint(topic: str, field: str, unit: str | None, beside: Collection[str] = ())
 
 
 def _siblings(field: str, beside: Collection[str]) -> int:
-    """Return how many elements the array of a field has; three for a vector with axes."""
+    """Return how many elements the array of a field has; zero where it is in none."""
     stem, bracket, _ = field.rpartition("[")
-    return sum(one.startswith(f"{stem}[") for one in beside) if bracket else 3
+    return sum(one.startswith(f"{stem}[") for one in beside) if bracket else 0
 
 
 def quantity_of_role(role: str) -> str | None:
@@ -156,6 +165,7 @@ def _role(
 ) -> Hint | None:
     """Return what words say of a field, by itself or in an array of some size."""
     own, last = set(name), name[-1] if name else ""
+    numbered = own | {word.rstrip("0123456789") for word in name}
     angle = next((_ANGLES[word] for word in name if word in _ANGLES), None)
     if own & _FLAGS and angle is None:
         return "flag", 80
@@ -163,7 +173,7 @@ def _role(
     is_load = last in _AXES and not around & _WANTED and loading & _LOADS
     if is_load and (found := _component(around - _SPEED, _AXES[last], size)):
         return found
-    if own & _COMMANDS:
+    if numbered & _COMMANDS:
         return "commands", 85
     if around & (_COMMANDS - {"control"}) and angle is None and not own & _WANTED:
         return "commands", 75
@@ -205,6 +215,6 @@ def _component(around: set[str], place: int, size: int) -> Hint | None:
         if size == 3 and around & kind & _PLANAR.keys():
             return _PLANAR[min(around & kind & _PLANAR.keys())][place], 65
         if around & kind:
-            is_one = place < min(len(roles), size) and size in (2, 3, 6)
-            return (roles[place], sure) if is_one else None
+            is_one = place < min(len(roles), size or 3)
+            return (roles[place], sure) if is_one and size in (0, 2, 3, 6) else None
     return None
