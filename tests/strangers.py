@@ -485,6 +485,35 @@ def motion_capture_beside_pulse_widths(folder: Path, it: Truth) -> str:
     return f"{folder / 't07_mocap.tsv'}+{folder / 't07_thrusters.csv'}"
 
 
+@case(holds="u v w p q r attitude position port", tolerance=0.1)
+def csv_of_a_pose_and_numbered_motors(folder: Path, it: Truth) -> Path:
+    """A quaternion and a place, pulse widths that no word tells, and a battery."""
+    columns = {"timestamp": (EPOCH + it.time) * 1e3, **named("qw qx qy qz", it.q_ned)}
+    columns |= named("x y z", it.place)
+    motors = {f"m{k}": 1500 + 200 * k * it.rudder for k in range(1, 5)}
+    battery = {"battery_voltage": 16 - 0.001 * it.time, "depth": it.place[:, 2]}
+    return write(folder / "a.csv", {**columns, **motors, **battery}, form="%.15g")
+
+
+@case(tolerance=0.1)
+def csv_of_a_dead_gyro(folder: Path, it: Truth) -> Path:
+    """Rates that say nothing while the attitude turns: they come from it."""
+    dead = named("p q r", 1e-8 * np.sin(it.rates * 1e3))
+    columns = {"t": it.time, **it.euler(), **named("u v w", it.body), **dead}
+    return write(folder / "a.csv", {**columns, "rudder": it.rudder})
+
+
+@case()
+def csv_of_mavlink(folder: Path, it: Truth) -> Path:
+    """Names of messages, velocities along north, east, down, servos by number."""
+    stem = "LOCAL_POSITION_NED."
+    columns = {"timestamp": EPOCH + it.time, **named("ATT.roll ATT.pitch ATT.yaw", it.angles)}
+    columns |= named("ATT.rollspeed ATT.pitchspeed ATT.yawspeed", it.rates)
+    columns |= named(f"{stem}vx {stem}vy {stem}vz", it.world)
+    servo = {"SERVO_OUTPUT_RAW.servo1_raw": 1500 + 1000 * it.rudder}
+    return write(folder / "a.csv", {**columns, **servo}, form="%.15g")
+
+
 @case(holds="u v r attitude position rudder rpm")
 def csv_of_a_surface_boat(folder: Path, it: Truth) -> Path:
     heading = it.angles[:, 2]

@@ -108,7 +108,7 @@ def unmapped(folder, name="dive.csv", source="a.csv"):
 def test_an_unknown_table_is_guessed_and_drafted(folder, call):
     known = unmapped(folder)
     done = call("probe dive.csv --vehicle planar.yaml --draft mine.yaml")
-    for word in ("deg/s", "Velocities are along body axes", "No role found for", "Delay between"):
+    for word in ("deg/s", "Velocities are along body axes", "# Left out:", "Delay between"):
         assert word in done.stdout, word
     log = hd.read_log("dive.csv", "mine.yaml")
     assert log.command_names == ("motor_ahead", "motor_turn")
@@ -134,7 +134,12 @@ def test_all_of_it_for_machines(folder, call):
 def test_a_log_of_which_nothing_is_known(folder, call):
     (folder / "odd.csv").write_text("a,b\n" + "\n".join(f"{k % 3},{k % 5}" for k in range(50)))
     done = call("probe odd.csv")
-    for word in ("for: a, b", "there is no clock", "too unsure (0 %)", "Verdict: Not fit for the"):
+    for word in (
+        "a b - no role found",
+        "there is no clock",
+        "too unsure (0 %)",
+        "Verdict: Not fit for the",
+    ):
         assert word in done.stdout, word
     document = asked(call, "odd.csv")
     assert document["log"] is None
@@ -155,7 +160,7 @@ def test_with_a_mapping_neither_draft_nor_guesses_are_printed(folder, call):
     said = " ".join(call("probe dive.csv --mapping mine.yaml --vehicle planar.yaml").stdout.split())
     for word in ("dive.csv: text in columns", "Made by the mapping mine.yaml", "Verdict:", note):
         assert word in said, word
-    for word in ("as a mapping", "sure each line is", "No role found", "Axes: body"):
+    for word in ("as a mapping", "sure each line is", "Left out", "Axes: body"):
         assert word not in said, word
     assert "Made by the draft" in call("probe dive.csv").stdout
     call("probe dive.csv --mapping mavros", 2)

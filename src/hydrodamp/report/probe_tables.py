@@ -7,7 +7,6 @@ from dataclasses import asdict, replace
 from typing import Any
 
 from hydrodamp.ingest.probing.delay import Delay
-from hydrodamp.ingest.probing.draft import LEAST
 from hydrodamp.ingest.probing.probe import SUFFICES, Judged, Probe
 from hydrodamp.ingest.probing.verdict import Verdict
 from hydrodamp.report.grid import Grid
@@ -16,7 +15,6 @@ from hydrodamp.report.grid import Grid
 LISTED = 25
 
 _EARLY = -0.05  # s, of an answer before its command
-_SILENT = 12  # columns without a role that are named
 _NO_LOG = "Not fit for the job as it is: see what is missing."
 _SAVED = "draft, and how sure each line is (--draft FILE saves it)"
 _WORLDS = {"NED": "north-east-down", "NWU": "z up (NWU)", "ENU": "east-north-up"}
@@ -108,7 +106,7 @@ def _more(count: int, what: str) -> tuple[str, ...]:
 
 def _draft(found: Probe) -> Grid:
     lines = tuple((line,) for line in found.draft.text.rstrip("\n").split("\n"))
-    notes = [*_axes(found), *_roles(found), *_presets(found)]
+    notes = [*_axes(found), *_presets(found)]
     if found.draft.confidence < SUFFICES:
         notes.append(
             f"The draft is too unsure ({found.draft.confidence} %) to make a log of: correct it, "
@@ -144,18 +142,6 @@ def _earth_fixed(found: Probe) -> bool | None:
     if roles.chosen("velocity.north") or roles.chosen("velocity.east"):
         return True
     return roles.way.earth_fixed
-
-
-def _roles(found: Probe) -> Iterator[str]:
-    """Name the columns whose role is unsure or unknown."""
-    unsure = [one for one in found.roles.guesses if one.role and one.confidence < LEAST]
-    if unsure:
-        named = (f"{one.column} ({one.role}, {one.confidence} %)" for one in unsure[:_SILENT])
-        yield f"Too unsure for the draft: {', '.join(named)}."
-    if found.without_role:
-        more = len(found.without_role) - _SILENT
-        tail = f" and {more} more" if more > 0 else ""
-        yield f"No role found for: {', '.join(found.without_role[:_SILENT])}{tail}."
 
 
 def _presets(found: Probe) -> Iterator[str]:

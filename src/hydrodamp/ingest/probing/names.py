@@ -20,7 +20,7 @@ def _set(listed: str) -> frozenset[str]:
 #: Words of fields that are about others, and measure nothing themselves.
 NOISE = _set(
     "covariance cov cova var variance std sigma error err bias innov innovation integral reset "
-    "derivative counter dop seq layout sim simulated simulation pred predicted"
+    "derivative counter dop seq layout sim simulated simulation pred predicted battery batt"
 )
 _COMMANDS = _set(
     "cmd command commands thruster thrusters thrust rpm rudder fin fins flaps elevator pwm servo "

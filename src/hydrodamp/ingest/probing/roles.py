@@ -22,7 +22,7 @@ from hydrodamp.ingest.probing.frames import (
     match_way,
     weigh,
 )
-from hydrodamp.ingest.probing.names import hint, quantity_of_role, words
+from hydrodamp.ingest.probing.names import NO_ROLE, hint, quantity_of_role, words
 
 _PULSES = (800.0, 2200.0)  # us, of a servo
 _SERVO = frozenset(("pwm", "servo", "rc", "rcou", "rcout", "ch", "channel", "channels", "esc"))
@@ -33,7 +33,7 @@ _USUAL_RATES = ("rad/s", "deg/s")
 _IDLE = (0.0, 1500.0, 65535.0)  # of a servo at rest, and of one that is not there
 _DEAD = 1e-5  # rad/s or deg/s, less than any gyro's noise
 _STILL = {"commands": 0.0, "flag": 0.0} | dict.fromkeys((f"velocity.{one}" for one in "pqr"), _DEAD)
-_ROS_FIELD = re.compile(r"\b(pose|twist)[./](pose|twist|position|linear)\b")
+_ROS_FIELD = re.compile(r"\b(pose|twist)[./](pose|twist|position|linear)\b|angular_velocity[./]x")
 
 #: For every angle the largest that it may be in radians; one beyond is in degrees.
 _ANGLES = {
@@ -207,6 +207,9 @@ def _named(
         role, sure = hint(one.topic, one.field, one.unit, beside[one.topic])
         known = one.values[np.isfinite(one.values)]
         low, high = float(known.min()), float(known.max())
+        is_servo = _PULSES[0] <= low < high <= _PULSES[1] and one.field[-1:].isdigit()
+        if role == NO_ROLE and is_servo:
+            role, sure = "commands", 60
         if sure == 0:
             silent[column] = role
             continue
@@ -218,8 +221,8 @@ def _named(
             role, why = f"attitude.q{'wxyz'[int(role[-2])]}", (*why, "w first")
         if role.startswith("wrench.") and max(-low, high) <= 1.0 and one.unit is None:
             role, why = "commands", (*why, "no larger than one: no newtons")
-        is_pulse = role == "commands" and _PULSES[0] <= low and high <= _PULSES[1]
-        is_pulse = is_pulse and bool({*words(one.column)} & _SERVO) and one.unit is None
+        is_pulse = role == "commands" and one.unit is None and _PULSES[0] <= low
+        is_pulse = is_pulse and high <= _PULSES[1] and (is_servo or bool({*words(column)} & _SERVO))
         why = (*why, "a pulse width: -1 at 1100, 1 at 1900 us") if is_pulse else why
         guesses.append(
             Guess(column, role, sure, one.unit, 1, why, topic=one.topic, is_pulse=is_pulse)
