@@ -305,13 +305,13 @@ def damping_document(damping: Damping) -> dict[str, Any]:
         model=ModelDocument(
             key=model.key, title=model.title, source=model.source, note=model.note, terms=terms
         ),
-        coefficients={label: _finite(value) for label, value in damping.as_dict().items()},
+        coefficients={label: finite(value) for label, value in damping.as_dict().items()},
         units={label: coefficient_unit(*read_label(label)) for label in model.labels},
         covariance=None
         if covariance is None
         else CovarianceDocument(
             order=[*model.labels],
-            matrix=[[_finite(value) for value in row] for row in covariance.tolist()],
+            matrix=[[finite(value) for value in row] for row in covariance.tolist()],
         ),
         vehicle=damping.vehicle,
         source=damping.source,
@@ -342,5 +342,6 @@ def damping_from_document(document: object, source: str = "damping") -> Damping:
         raise ModelError(f"{source}: {error}") from error
 
 
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
+def finite(value: float | None) -> float | None:
+    """Return a number that strict JSON can hold."""
+    return value if value is None or math.isfinite(value) else None

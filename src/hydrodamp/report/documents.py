@@ -23,18 +23,13 @@ from hydrodamp.faults import faults_in
 from hydrodamp.files import load_json
 from hydrodamp.identification.fit import Fit, Uncertainty
 from hydrodamp.models.damping import Damping
-from hydrodamp.models.files import damping_document, damping_from_document
+from hydrodamp.models.files import damping_document, damping_from_document, finite
 from hydrodamp.simulation.replay import AttitudeSource, HorizonScore, RateUnit, Score
 from hydrodamp.simulation.status import Status
 from hydrodamp.validation.compare import Comparison, Row
 
 _STATUS = {status.word: status for status in Status}
 _FAULTS = 5  # of a file that are named
-
-
-def finite(value: float | None) -> float | None:
-    """Return a number that strict JSON can hold."""
-    return value if value is None or math.isfinite(value) else None
 
 
 def _plain(name: str) -> str:
