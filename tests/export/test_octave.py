@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 import subprocess
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -62,6 +63,16 @@ def test_angles_and_a_current(tmp_path):
     program = shutil.which("octave-cli") or shutil.which("octave")
     call = [program, "--no-init-file", "--quiet", "--path", tmp_path, "--eval", " ".join(lines)]
     subprocess.run(call, check=True)
+
+
+@here
+def test_what_the_page_shows_runs(tmp_path):
+    written(Craft.of(hd.fleet["vt690"], hd.published["vt690-sname2022"]), tmp_path)
+    page = (Path(__file__).parents[2] / "docs" / "export" / "octave.md").read_text("utf-8")
+    (tmp_path / "page.m").write_text(page.split("```matlab\n")[1].split("```")[0])
+    program = shutil.which("octave-cli") or shutil.which("octave")
+    call = [program, "--no-init-file", "--quiet", "page.m"]
+    subprocess.run(call, cwd=tmp_path, check=True)
 
 
 def test_a_down_direction_has_an_attitude():
