@@ -11,7 +11,7 @@ from hydrodamp.data.log import Log
 from hydrodamp.errors import FileError, MethodError
 from hydrodamp.export.craft import WITHIN_ONE, Craft, States
 from hydrodamp.export.drive import Drive, scattered
-from hydrodamp.export.fidelity import Fidelity, mass_ratio, powers, replays_of, wrench_errors
+from hydrodamp.export.fidelity import Fidelity, mass_ratio, powers, replays_of, some, wrench_errors
 from hydrodamp.export.projection import left_out, projected
 from hydrodamp.export.target import Files, NotRun, Target
 from hydrodamp.export.targets import find_target
@@ -126,7 +126,7 @@ def _held(form: Target, craft: Craft, at: States, known: bool) -> tuple[Craft, t
         return craft, ()
     if not known:
         raise MethodError(
-            f"'{form.key}' cannot hold {', '.join(lost)}: their wrench is to be fitted at "
+            f"'{form.key}' cannot hold {some(lost)}: their wrench is to be fitted at "
             "velocities, and there are none. Give a log."
         )
     return projected(craft, model, at), lost
@@ -179,7 +179,7 @@ def _check_replay(card: Fidelity, force: bool) -> None:
         name, time = found.target_to_log.diverged[0]
         worst = max(card.wrench_error.values())
         raise MethodError(
-            f"'{card.target}' cannot hold {', '.join(card.projected)}, and with what takes their "
+            f"'{card.target}' cannot hold {some(card.projected)}, and with what takes their "
             f"place the replay diverges {time:.1f} s into segment '{name}' (wrench error up to "
             f"{worst:.3g} %); the source's does not. Nothing is written: identify a model that the "
             "target can hold, or say --force."

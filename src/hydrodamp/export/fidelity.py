@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES
+from hydrodamp.data.record import first_few
 from hydrodamp.export.craft import Craft, States
 from hydrodamp.export.drive import Drive
 from hydrodamp.export.target import Engine
@@ -122,13 +123,18 @@ class Fidelity:
         return " ".join(_sentences(self))
 
 
+def some(labels: Iterable[str]) -> str:
+    """Return a few labels, and how many more there are."""
+    return ", ".join(first_few([*labels], 6, "coefficients"))
+
+
 def _sentences(card: Fidelity) -> Iterator[str]:
     worst = max(card.wrench_error.values(), default=0.0)
     if card.exact:
         yield f"{card.meant} has every term of {card.model}."
     else:
-        names = ", ".join(card.projected)
-        yield f"{card.meant} cannot hold {names}: their wrench is fitted with terms that it has."
+        lost = some(card.projected)
+        yield f"{card.meant} cannot hold {lost}: their wrench is fitted with terms that it has."
     if card.run_by:
         yield f"Read back and run by {card.run_by}."
     if card.not_run:
@@ -169,7 +175,8 @@ def _told(found: Replays) -> Iterator[str]:
 def _error(found: Score) -> str:
     if found.rms is not None:
         return f"{found.rms:.3g}"
-    return f"none, diverged after {found.diverged[0][1]:.1f} s" if found.diverged else "none"
+    soonest = min((time for _, time in found.diverged), default=0.0)
+    return f"none, diverged after {soonest:.1f} s" if found.diverged else "none"
 
 
 def replays_of(source: Drive, held: Drive, engine: Engine) -> Replays:
@@ -181,7 +188,7 @@ def replays_of(source: Drive, held: Drive, engine: Engine) -> Replays:
 
 def _between(first: Trajectory, second: Trajectory) -> Score:
     if first.diverged or second.diverged:
-        return no_score(first.axes, "deg", second.diverged or first.diverged)
+        return no_score(first.axes, "deg", (*first.diverged, *second.diverged))
     log = replace(second.log, velocity=first.velocity, acceleration=None)
     return score(replace(second, log=log))
 
