@@ -496,6 +496,17 @@ def csv_of_a_pose_and_numbered_motors(folder: Path, it: Truth) -> Path:
 
 
 @case(tolerance=0.1)
+def csv_of_a_slow_doppler_log(folder: Path, it: Truth) -> Path:
+    """A velocity twice a second in rows of ten, blank between."""
+    slow = {
+        n: [repr(x) if k % 5 == 0 else "" for k, x in enumerate(one.tolist())]
+        for n, one in named("u v w", it.body).items()
+    }
+    columns = {"t": it.time, **it.euler(), **slow, **named("p q r", it.rates)}
+    return write(folder / "a.csv", {**columns, "rudder": it.rudder})
+
+
+@case(tolerance=0.1)
 def csv_of_a_dead_gyro(folder: Path, it: Truth) -> Path:
     """Rates that say nothing while the attitude turns: they come from it."""
     dead = named("p q r", 1e-8 * np.sin(it.rates * 1e3))

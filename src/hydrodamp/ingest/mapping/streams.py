@@ -76,7 +76,7 @@ def streams_of(
 
 
 def _in_turns(found: Sequence[Found]) -> dict[str, BoolArray]:
-    """Return the rows of channels of tables where topics take turns: hardly a row is whole."""
+    """Return the rows of channels of tables where topics take turns: few rows are whole."""
     apart: dict[str, BoolArray] = {}
     for topic in {id(one.topic): one.topic for one in found if one.topic}.values():
         inside = {one.entry.place: one for one in found if one.topic is topic}
@@ -85,8 +85,8 @@ def _in_turns(found: Sequence[Found]) -> dict[str, BoolArray]:
             for place, one in inside.items()
             if one.field in topic.fields
         }
-        fewest = min((int(rows.sum()) for rows in filled.values()), default=0)
-        if filled and 2 * np.logical_and.reduce([*filled.values()]).sum() < fewest:
+        most = max((int(rows.sum()) for rows in filled.values()), default=0)
+        if filled and 2 * np.logical_and.reduce([*filled.values()]).sum() < most:
             apart |= filled
     return apart
 
