@@ -122,7 +122,7 @@ def test_a_segment_of_numbers_may_be_asked_for_by_a_mapping(csv_file: Write) -> 
         ("Time,u\n0,1\n1,1\n", "column `time` is missing. Did you mean 'Time'?"),
         ("time_s,u\n0,1\n1,1\n", "column `time` is missing. Did you mean 'time_s'?"),
         ("t,u\n0,1\n1,1\n", "column `time` is missing. Did you mean 't'?"),
-        ("time,speed\n0,1\n1,1\n", "none of u v w p q r among speed, time"),
+        ("time,speed\n0,1\n1,1\n", "none of u v w p q r among time, speed"),
         ("time,u,Roll\n0,1,0\n1,1,0\n", "column `Roll` must be spelt `roll`"),
         ("time,u,roll,pitch,heading\n0,1,0,0,0\n1,1,0,0,0\n", "`yaw` is missing"),
         ("time,u,qw,qx\n0,1,1,0\n1,1,1,0\n", "`qy qz` is missing"),

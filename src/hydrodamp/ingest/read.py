@@ -193,8 +193,8 @@ def canonical_record(recording: Recording) -> Record:
     if len(recording.topics) != 1 or recording.topics[0].name:
         raise LogError(_no_table(recording), source=recording.source)
     table = recording.topics[0]
-    names = {*table.fields, *table.texts, *table.faults}
-    if names.isdisjoint(VELOCITIES):
+    names = dict.fromkeys([*table.fields, *table.texts, *table.faults])
+    if names.keys().isdisjoint(VELOCITIES):
         raise LogError(
             "there is no velocity column, none of u v w p q r among"
             f" {', '.join(first_few([*names], 8, 'columns'))}. {_DRAFT}",
