@@ -205,8 +205,6 @@ def _looks(both: Agreement, units: dict[float, str], least: float) -> str:
 
 def _unit(ratio: float, units: dict[float, str]) -> str:
     """Return what a ratio means, or nothing."""
-    if not np.isfinite(ratio):
-        return ""
     unit = min(units, key=lambda unit: abs(ratio / unit - 1))
     allowed = _TOLERANCE if unit > 0.0 else _OTHER_SIGN
     return units[unit] if abs(ratio / unit - 1) < allowed else ""

@@ -76,6 +76,6 @@ def doubts(problem: Problem, models: Sequence[DampingModel]) -> Iterator[Suspici
             "is not what acts",
             f"the motion asks for {spans} times the {what}, with 95 %, where 1 is right, and the "
             "damping takes up the difference",
-            cure="check units and the thrust of the actuators, or let the gains be identified "
-            "too with `--free-gains`",
+            cure="check its units and signs and the thrust of the actuators, or let the gains be "
+            "identified too with `--free-gains`",
         )
