@@ -120,6 +120,20 @@ def test_nothing_is_overwritten(sailed, tmp_path):
         hd.export(PUBLISHED, sailed.vehicle, "python", tmp_path / "b", force=True)
 
 
+@pytest.mark.parametrize(
+    ("target", "name"),
+    [("python", "class"), ("casadi", "mpc"), ("c", "batch"), ("octave", "3 a"), ("fmu", "été */")],
+)
+def test_any_name_and_words_make_files_that_run(tmp_path, target, name):
+    words = 'a "thesis" \\ of """1999""" */\nand more'
+    vehicle = replace(hd.fleet["vt690"], name=name, source=words)
+    damping = replace(PUBLISHED, vehicle=None)
+    card = hd.export(damping, vehicle, target, tmp_path / "a")
+    if card.not_run:
+        assert "is not installed" in card.not_run or "compiler" in card.not_run
+    assert max(card.wrench_error.values()) < 1e-9
+
+
 def test_targets_are_found_by_name():
     with pytest.raises(hd.MethodError, match="Did you mean 'python'"):
         hd.find_target("pyhton")

@@ -8,7 +8,13 @@ import re
 from hydrodamp.export.craft import Craft
 from hydrodamp.export.printer import inputs, matrix
 
-_TAKEN = {*keyword.kwlist, *keyword.softkwlist, "end", "function", "global", "persistent", "np"}
+#: Words of a language, and names of other files and functions of an export.
+_TAKEN = {
+    *(*keyword.kwlist, *keyword.softkwlist),
+    *("end", "function", "persistent", "np", "numpy", "ca", "casadi"),
+    *("mpc", "main", "batch", "onboard"),
+    *("damping", "wrench", "acceleration", "derivative", "step", "holoocean"),
+}
 
 
 def name_of(craft: Craft) -> str:
@@ -19,19 +25,17 @@ def name_of(craft: Craft) -> str:
 
 def said_of(craft: Craft, between: str, row: str = "[{}]") -> dict[str, object]:
     """Return the words and the two mass matrices that the templates of all languages take."""
+    import hydrodamp
+
     vehicle, damping = craft.vehicle, craft.damping
     locked = [axis for axis in "XYZKMN" if axis not in vehicle.axes]
     return {
         "name": name_of(craft),
-        "title": f"{vehicle.name} with damping after {damping.model.title}.".replace("\\", "/"),
-        "about": " ".join(
-            part.replace("\\", "/").replace('"""', "'''").replace("*/", "* /")
-            for part in (
-                f"Written by hydrodamp {_version()}.",
-                f"Vehicle: {vehicle.source}." if vehicle.source else "",
-                f"Coefficients: {damping.source}." if damping.source else "",
-            )
-            if part
+        "title": _plain(f"{vehicle.name} with damping after {damping.model.title}."),
+        "about": _plain(
+            f"Written by hydrodamp {hydrodamp.__version__}.",
+            f"Vehicle: {vehicle.source}." if vehicle.source else "",
+            f"Coefficients: {damping.source}." if damping.source else "",
         ),
         "inputs": craft.inputs,
         "variables": inputs(craft),
@@ -41,7 +45,7 @@ def said_of(craft: Craft, between: str, row: str = "[{}]") -> dict[str, object]:
     }
 
 
-def _version() -> str:
-    import hydrodamp
-
-    return hydrodamp.__version__
+def _plain(*sentences: str) -> str:
+    """Return sentences that end no comment and no text of any language."""
+    text = " ".join(" ".join(sentences).split())
+    return text.replace("\\", "/").replace('"""', "'''").replace("*/", "* /")
