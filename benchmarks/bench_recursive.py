@@ -25,9 +25,7 @@ def recursion(n: int, core):
     """Return a run of recursive least squares as a call of no arguments."""
     prepared = problem(n)
     adaptation = RecursiveLeastSquares().bind(problem(SAMPLES), MODEL)
-
-    plant = adaptation.columns.plant
-    arguments = (plant, adaptation.recursion, adaptation.start, prepared.inputs, prepared.segments)
+    arguments = (adaptation.recursion, adaptation.start, prepared.inputs, prepared.segments)
     return lambda: core.recur(*arguments)
 
 
