@@ -12,6 +12,7 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.export.craft import Craft
 from hydrodamp.export.gazebo import VRX, GzSim
+from hydrodamp.export.projection import projected
 from hydrodamp.kernels import coriolis
 
 from .conftest import MODELS, coefficients, core, states
@@ -183,3 +184,14 @@ def test_what_is_no_body_in_water_is_refused(planar, tmp_path):
     with pytest.raises(hd.MethodError, match="`density` must be positive; got 0"):
         GzSim(density=0.0)
     assert not [*tmp_path.iterdir()]
+
+
+def test_what_the_velocities_do_not_tell_apart_does_not_run_away():
+    craft = Craft.of(hd.fleet["vt690"], hd.Damping.from_dict(None, {"X_|u|": -10.0, "Y_v": -1.0}))
+    at = replace(states(craft), velocity=2.0 + 0.01 * states(craft).velocity)
+    held = projected(craft, GzSim().holds(craft), at)
+    assert held.damping.model.labels == ("X_u", "X_u|u|", "Y_v")
+    forward = np.array([[2.0, 0, 0, 0, 0, 0], [1.0, 0, 0, 0, 0, 0]])
+    there, slower = held.damping.wrench(forward)[:, 0]
+    assert there == pytest.approx(-20.0, rel=0.02)
+    assert -10.0 < slower < -5.0

@@ -124,13 +124,19 @@ def terms_for(craft: Craft, key: str, allowed: Callable[[str], Iterable[Term]]) 
     for axis, row in zip(AXES, model.terms, strict=True):
         able = tuple(allowed(axis))
         lost = [term for term in row if term not in able]
-        moving = {VELOCITY_OF[axis], *(name for term in lost for name in term.velocities)}
+        own = VELOCITY_OF[axis]
+        moving = {own, *(name for term in lost for name in term.velocities)}
         odd = [_odd(term) for term in lost]
         rows.append(
             tuple(
                 term
                 for term in able
-                if term in row or (_odd(term) in odd and moving.issuperset(term.velocities))
+                if term in row
+                or (
+                    _odd(term) in odd
+                    and moving.issuperset(term.velocities)
+                    and term.factors != (own, own)  # it drives one way as it damps the other
+                )
             )
         )
     return replace(model, terms=tuple(rows))

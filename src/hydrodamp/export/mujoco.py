@@ -84,13 +84,14 @@ class _Body:
         self._mujoco: Any = mujoco
         self._model = mujoco.MjModel.from_xml_path(str(folder / f"{name}.xml"))
         self._data = mujoco.MjData(self._model)
-        self._water, self._inputs = executed(folder / f"{name}.py"), np.zeros(0)
+        self._water = executed(folder / f"{name}.py")
+        self._inputs = self._wrench = np.zeros(0)
 
     def wet(self, run: Callable[[T], FloatArray]) -> Callable[[T], FloatArray]:
         """Return a run with the callback that MuJoCo has for all models."""
 
         def run_in_water(given: T) -> FloatArray:
-            self._inputs = self._water.in_water(self._model)
+            self._inputs, self._wrench = self._water.in_water(self._model)
             try:
                 return run(given)
             finally:
@@ -102,7 +103,8 @@ class _Body:
         """Set the state."""
         self._data.qpos[:] = np.concatenate([np.zeros(3), [1.0, *FLU[:3]] * attitude])
         self._mujoco.mj_kinematics(self._model, self._data)
-        self._data.qvel[:] = self._into_world(velocity)
+        turned = FLU * velocity
+        self._data.qvel[:] = np.concatenate([self._rotation @ turned[:3], turned[3:]])
 
     def rate(self, inputs: FloatArray, wrench: FloatArray) -> FloatArray:
         """Return the acceleration."""
@@ -122,14 +124,10 @@ class _Body:
 
     def _push(self, inputs: FloatArray, wrench: FloatArray) -> None:
         self._inputs[:] = inputs
-        self._data.qfrc_applied[:] = self._into_world(wrench)
-
-    def _into_world(self, values: FloatArray) -> FloatArray:
-        """Return what a free joint takes: translation in the world, rotation in the body."""
-        turned = FLU * values
-        return np.concatenate([self._rotation @ turned[:3], turned[3:]])
+        self._wrench[:] = wrench
 
     def _in_body(self, values: FloatArray) -> FloatArray:
+        """Return a free joint's translation in the world and rotation in the body."""
         return np.asarray(FLU * np.concatenate([self._rotation.T @ values[:3], values[3:]]))
 
     @property

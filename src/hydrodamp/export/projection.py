@@ -15,6 +15,10 @@ from hydrodamp.models.model import DampingModel
 #: Degrees a radian: eq. 24 adds rates in deg/s to velocities in m/s.
 _SCORED = np.array([1.0] * 3 + [np.degrees(1.0)] * 3)
 
+#: Combinations of terms are left alone that the velocities tell apart by a smaller share: what
+#: fits them there runs away elsewhere.
+_LEAST = 1e-2
+
 
 def left_out(craft: Craft, model: DampingModel) -> tuple[str, ...]:
     """Return the coefficients of a craft that a model does not have."""
@@ -42,7 +46,7 @@ def projected(craft: Craft, model: DampingModel, at: States) -> Craft:
     wanted = (orthogonal.T @ missing @ weight.T).ravel()
     unit = np.linalg.norm(rows, axis=0)
     unit[unit == 0.0] = 1.0
-    found = lstsq(rows / unit, wanted, cond=1e-10)[0] / unit
+    found = lstsq(rows / unit, wanted, cond=_LEAST)[0] / unit
     own = craft.damping
     damping = Damping(free, kept + found, None, own.vehicle, own.source, own.note)
     return replace(craft, damping=damping)
