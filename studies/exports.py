@@ -116,7 +116,7 @@ def exported(sailed: Sailed, damping: hd.Damping, target: str) -> Cell:
 
 def tables(sailed: Sailed, models: list[hd.DampingModel], targets: list[str]) -> Iterator[str]:
     """Yield the tables of a vehicle."""
-    yield f"### {sailed.title}\n"
+    yield f"## {sailed.title}\n"
     dampings = [sailed.damping(model) for model in models]
     cells = {
         target: [exported(sailed, damping, target) for damping in dampings] for target in targets

@@ -12,7 +12,10 @@ from hydrodamp.identification.methods import METHODS
 FLEET = "bluerov2, bluerov2-heavy, lauv, remus100, vt690"
 """All vehicles of the fleet, for help; those of ``vehicle.file.fleet``."""
 
-TARGETS = "python, c, octave, casadi, fmu, gz-sim, vrx, mujoco, uuv, urdf, marinegym, randomisation"
+TARGETS = (
+    "python, c, octave, casadi, fmu, gz-sim, vrx, mujoco, uuv, urdf, marinegym, stonefish, "
+    "randomisation"
+)
 """All targets of an export, for help; those of ``export.targets``."""
 
 #: All methods, for help.

@@ -69,19 +69,25 @@ class Coefficients(Target):
             np.array([[values.get(label, 0.0) for label in row] for row in labels])
             for labels in (_LINEAR, _FORWARD)
         )
+        quadratic = np.array([values.get(label, 0.0) for label in _QUADRATIC])
         said = {
             **said_of(craft, ""),
+            **self.more(craft, body, quadratic),
             "body": body.turned,
             "added": body.added,
             "linear": linear,
             "forward": forward,
-            "quadratic": np.array([values.get(label, 0.0) for label in _QUADRATIC]),
+            "quadratic": quadratic,
             "density": self.density,
             "gravity": STANDARD_GRAVITY,
             "number": number,
             "numbers": lambda array: " ".join(map(number, np.ravel(array).tolist())),
         }
         return {self.file: rendered(f"{self.file}.j2", **said)}
+
+    def more(self, craft: Craft, body: Body, quadratic: FloatArray) -> dict[str, Any]:
+        """Return what else the file takes."""
+        return {}
 
     def read(self, folder: Path, craft: Craft) -> Engine:
         """Read the file, and return what equation 1 makes of its numbers."""
@@ -130,7 +136,7 @@ class UUV(Coefficients):
 
     def parsed(self, text: str, own: Body) -> tuple[Body, FloatArray, FloatArray, FloatArray]:
         """Return what the URDF says."""
-        said = _numbers(text)
+        said = numbers_of(text)
         xx, xy, xz, yy, yz, zz = (
             said[f"inertia.i{name}"][0] for name in ("xx", "xy", "xz", "yy", "yz", "zz")
         )
@@ -167,7 +173,7 @@ class URDF(Coefficients):
 
     def parsed(self, text: str, own: Body) -> tuple[Body, FloatArray, FloatArray, FloatArray]:
         """Return what the URDF says."""
-        said = _numbers(text)
+        said = numbers_of(text)
 
         def row(tag: str, *names: str) -> FloatArray:
             return np.array([said[f"{tag}.{name}"][0] for name in names])
@@ -215,7 +221,7 @@ class MarineGym(Coefficients):
         return body, -np.diag(linear), np.zeros((6, 6)), -quadratic
 
 
-def _numbers(text: str) -> dict[str, FloatArray]:
+def numbers_of(text: str) -> dict[str, FloatArray]:
     """Return the numbers of XML: texts by their tags, attributes by tag and name."""
     said = {}
     for each in ElementTree.fromstring(text).iter():

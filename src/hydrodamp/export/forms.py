@@ -10,6 +10,7 @@ from hydrodamp.export.gazebo import VRX, GzSim
 from hydrodamp.export.mujoco import MuJoCo
 from hydrodamp.export.octave import Octave
 from hydrodamp.export.python import Python
+from hydrodamp.export.stonefish import Stonefish
 from hydrodamp.export.target import Target
 
 _ALL: tuple[Target, ...] = (
@@ -24,6 +25,7 @@ _ALL: tuple[Target, ...] = (
     UUV(),
     URDF(),
     MarineGym(),
+    Stonefish(),
 )
 FORMS = {form.key: form for form in _ALL}
 """By their keys, with their usual settings."""

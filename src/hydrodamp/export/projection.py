@@ -13,7 +13,7 @@ from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 
 #: Degrees a radian: eq. 24 adds rates in deg/s to velocities in m/s.
-_SCORED = np.array([1.0] * 3 + [np.degrees(1.0)] * 3)
+SCORED = np.array([1.0] * 3 + [np.degrees(1.0)] * 3)
 
 #: Combinations of terms are left alone that the velocities tell apart by a smaller share: what
 #: fits them there runs away elsewhere.
@@ -39,7 +39,7 @@ def projected(craft: Craft, model: DampingModel, at: States) -> Craft:
     columns, axes = np.array(entries, dtype=np.intp).reshape(-1, 2).T
     regressor = Basis(free.basis.terms).evaluate(at.velocity, down=at.down)
     missing = craft.damping_wrench(at) - regressor @ free.unpack(kept).T
-    weight = _SCORED[:, None] * craft.inverse
+    weight = SCORED[:, None] * craft.inverse
     orthogonal, triangle = np.linalg.qr(regressor)
     rows = np.einsum("mj,ai->maji", triangle, weight)[:, :, columns, axes]
     rows = rows.reshape(-1, len(columns))
