@@ -95,13 +95,12 @@ def _piece(option: str, value: str, whole: hd.Log) -> hd.Log:
         )
     start, end = float(found[1]), float(found[2])
     shift = _shift(start, end, whole)
-    if shift:
-        start, end = start + shift, end + shift
+    if shift and option:  # once, and not where what both parts share is looked for
         note(
-            f"`{option} {value}` is by the clock of the log: {start:.10g}:{end:.10g} in seconds "
-            "from its first sample."
+            f"`{option} {value}` is by the clock of the log: {start + shift:.10g}:"
+            f"{end + shift:.10g} in seconds from its first sample."
         )
-    return whole.between(start, end)
+    return whole.between(start + shift, end + shift)
 
 
 def _shift(start: float, end: float, whole: hd.Log) -> float:

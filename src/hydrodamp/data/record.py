@@ -213,8 +213,8 @@ def split(record: Record) -> tuple[BoolArray, tuple[Segment, ...], tuple[str, ..
 
 
 def name_after(source: str) -> str:
-    """Return what the segments of a file are called."""
-    name = Path(source).name
+    """Return what the segments of a file are called; of several, the first counts."""
+    name = Path(source.split(", ")[0]).name
     return Path(name[:-3] if name.lower().endswith(".gz") else name).stem or "1"
 
 
