@@ -41,6 +41,10 @@ def test_files_of_one_recording_go_in_together(folder, call):
         known, found = read_log(folder / "b.csv"), read_log(folder / "c.csv")
         np.testing.assert_allclose(found.velocity, known.velocity)
         np.testing.assert_allclose(found.commands, known.commands)
+    (folder / "other").mkdir()
+    (folder / "run2_pwm.csv").rename(folder / "other" / "run2_pwm.csv")
+    call("convert run2_pose.csv+other/run2_pwm.csv --mapping m.yaml --out c.csv")
+    (folder / "other" / "run2_pwm.csv").rename(folder / "run2_pwm.csv")
     line = "compare --vehicle planar.yaml --mapping m.yaml --models linear --methods ls"
     (folder / "m.yaml").write_text((folder / "m.yaml").read_text("utf-8") + "\n", "utf-8")
     call(f"{line} --train run1_pose.csv --test run2_pose.csv+run2_pwm.csv")

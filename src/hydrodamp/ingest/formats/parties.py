@@ -57,7 +57,8 @@ def called(files: Sequence[Path], named: Mapping[str, str]) -> dict[Path, str]:
                 break
     for run, file in runs.items():
         for topic, pattern in named.items():
-            if (other := file.with_name(pattern.replace("*", run))) in found:
+            other = file.with_name(pattern.replace("*", run))
+            if topic in found.values() or other in found:
                 continue
             if not other.is_file():
                 raise FileError(

@@ -83,7 +83,7 @@ def _in_turns(found: Sequence[Found]) -> dict[str, BoolArray]:
         filled = {
             place: np.isfinite(topic.fields[one.field])
             for place, one in inside.items()
-            if one.field in topic.fields
+            if np.isfinite(topic.fields.get(one.field, np.empty(0))).any()
         }
         most = max((int(rows.sum()) for rows in filled.values()), default=0)
         if filled and 2 * np.logical_and.reduce([*filled.values()]).sum() < most:
