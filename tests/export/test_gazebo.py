@@ -169,6 +169,7 @@ def test_the_legacy_path(planar, tmp_path):
     assert found.find(".//fluid_added_mass") is None
     assert numbers(found)["xDotU"] < 0.0
     assert "Not run here" in str(card)
+    assert numbers(written(VRX(legacy=True), Craft.of(light, damping), tmp_path))["xDotU"] > 0.0
 
 
 def test_what_is_no_body_in_water_is_refused(planar, tmp_path):

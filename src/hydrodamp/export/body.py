@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
+from typing import ClassVar
 
 import numpy as np
 
@@ -18,9 +19,6 @@ from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel, read_label
 from hydrodamp.vehicle.mass import STANDARD_GRAVITY, cross_matrix, rigid_body_mass_matrix
 from hydrodamp.vehicle.vehicle import Vehicle
-
-#: What targets that hold a body, not its actuators, leave out.
-DRIVEN = "the actuators (what is written is driven by their wrench)"
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,8 +155,35 @@ def diagonal(axis: str) -> tuple[Term, ...]:
     return Term((own,)), Term((own, f"|{own}|"))
 
 
-def checked_positive(form: Target, *names: str) -> None:
-    """Refuse settings that are not positive."""
-    for name in names:
-        if not 0.0 < getattr(form, name) < np.inf:
-            raise MethodError(f"`{name}` must be positive; got {getattr(form, name):g}.")
+def check_positive(form: Target) -> None:
+    """Refuse settings in numbers that are not positive."""
+    for each in fields(form):
+        value = getattr(form, each.name)
+        if isinstance(value, float) and not 0.0 < value < np.inf:
+            raise MethodError(f"`{each.name}` must be positive; got {value:g}.")
+
+
+@dataclass(frozen=True)
+class InWater(Target):
+    """A target that holds a body in water and terms of its velocities; a wrench drives it."""
+
+    lost: ClassVar[str] = ""
+    """What else it leaves out."""
+    density: float = 1000.0
+
+    def __post_init__(self) -> None:
+        """Refuse water without weight, time that stands, a shape without volume."""
+        check_positive(self)
+
+    @property
+    def ignores(self) -> str:
+        """The actuators, and what else."""
+        return "the actuators (what is written is driven by their wrench)" + self.lost
+
+    def allowed(self, axis: str) -> Iterable[Term]:
+        """Return the terms it has on an axis."""
+        return diagonal(axis)
+
+    def holds(self, craft: Craft) -> DampingModel:
+        """Return the terms of the craft that it has, and what takes the place of others."""
+        return terms_for(craft, self.key, self.allowed)

@@ -15,16 +15,16 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES, VELOCITIES
 from hydrodamp.basis.term import Term
-from hydrodamp.export.body import DRIVEN, Body, checked_positive, diagonal, terms_for
+from hydrodamp.export.body import Body, InWater, diagonal
 from hydrodamp.export.craft import Craft
 from hydrodamp.export.printer import number
-from hydrodamp.export.target import Engine, Files, Target, by_core, rendered
+from hydrodamp.export.target import Engine, Files, by_core, rendered
 from hydrodamp.export.words import said_of
 from hydrodamp.files import load_text, parse_yaml
-from hydrodamp.models.model import DampingModel, spell_label
+from hydrodamp.models.model import spell_label
 from hydrodamp.vehicle.mass import STANDARD_GRAVITY
 
-_LAG = "and in the replay the lag of added mass that acts on a filtered acceleration"
+_LAG = ", and in the replay the lag of added mass that acts on a filtered acceleration"
 
 _LINEAR = [[spell_label(axis, Term((name,))) for name in VELOCITIES] for axis in AXES]
 _FORWARD = [[spell_label(axis, Term(("u", name))) for name in VELOCITIES] for axis in AXES]
@@ -32,7 +32,7 @@ _QUADRATIC = [spell_label(axis, diagonal(axis)[1]) for axis in AXES]
 
 
 @dataclass(frozen=True)
-class Coefficients(Target):
+class Coefficients(InWater):
     """One file: body, added mass, linear and quadratic drag.
 
     Parameters
@@ -42,25 +42,6 @@ class Coefficients(Target):
     """
 
     file: ClassVar[str]
-    lost: ClassVar[str]
-    density: float = 1000.0
-
-    def __post_init__(self) -> None:
-        """Refuse water without weight."""
-        checked_positive(self, "density")
-
-    @property
-    def ignores(self) -> str:
-        """The actuators, and what else its numbers cannot say."""
-        return f"{DRIVEN}, {self.lost}"
-
-    def allowed(self, axis: str) -> Iterable[Term]:
-        """Return the terms it has on an axis."""
-        return diagonal(axis)
-
-    def holds(self, craft: Craft) -> DampingModel:
-        """Return the terms of the craft that it has."""
-        return terms_for(craft, self.key, self.allowed)
 
     def write(self, craft: Craft) -> Files:
         """Return the file."""
@@ -169,7 +150,7 @@ class URDF(Coefficients):
     key: ClassVar[str] = "urdf"
     meant: ClassVar[str] = "auv_controllers"
     file: ClassVar[str] = "hydrodynamics.urdf"
-    lost: ClassVar[str] = "products of inertia and coupled added mass"
+    lost: ClassVar[str] = ", products of inertia and coupled added mass"
 
     def parsed(self, text: str, own: Body) -> tuple[Body, FloatArray, FloatArray, FloatArray]:
         """Return what the URDF says."""
@@ -206,7 +187,7 @@ class MarineGym(Coefficients):
     key: ClassVar[str] = "marinegym"
     meant: ClassVar[str] = "MarineGym"
     file: ClassVar[str] = "marinegym.yaml"
-    lost: ClassVar[str] = f"mass and inertia (of the USD file), coupled added mass, {_LAG}"
+    lost: ClassVar[str] = f", mass and inertia (of the USD file), coupled added mass{_LAG}"
     density: float = 997.0
 
     def parsed(self, text: str, own: Body) -> tuple[Body, FloatArray, FloatArray, FloatArray]:

@@ -14,16 +14,16 @@ import numpy as np
 from hydrodamp.basis.atoms import AXES, VELOCITIES
 from hydrodamp.basis.term import Term
 from hydrodamp.errors import MethodError
-from hydrodamp.export.body import DRIVEN, Body, checked_positive, diagonal, terms_for
+from hydrodamp.export.body import Body, InWater
 from hydrodamp.export.craft import Craft
 from hydrodamp.export.dart import dart
 from hydrodamp.export.fidelity import mass_ratio
 from hydrodamp.export.frames import FLU, term_sign
 from hydrodamp.export.printer import number
-from hydrodamp.export.target import Engine, Files, NotRun, Target, rendered
+from hydrodamp.export.target import Engine, Files, NotRun, rendered
 from hydrodamp.export.words import said_of
 from hydrodamp.files import load_text
-from hydrodamp.models.model import DampingModel, spell_label
+from hydrodamp.models.model import spell_label
 from hydrodamp.vehicle.mass import STANDARD_GRAVITY
 
 _TERMS = (
@@ -37,7 +37,7 @@ _EXPLICIT = [f"{axis.lower()}Dot{name.upper()}" for axis, name in product(AXES, 
 
 
 @dataclass(frozen=True)
-class Gazebo(Target):
+class Gazebo(InWater):
     """A model of one link in SDF, a world with it, and the block to paste into another model."""
 
     plugin: ClassVar[tuple[str, str]]
@@ -45,39 +45,16 @@ class Gazebo(Target):
     """Of the coefficients: negative where positive ones drag."""
     speed: ClassVar[str]
     """What stands in a tag before a velocity whose absolute value is meant."""
-    density: float = 1000.0
+    unsaid: ClassVar[tuple[str, ...]] = ()
+    """Tags that are not zero where they are not said."""
     step: float = 0.001
-
-    def __post_init__(self) -> None:
-        """Refuse water without weight, and time that stands."""
-        checked_positive(self, "density", "step")
+    legacy: bool = False
 
     @property
     def ignores(self) -> str:
-        """The actuators."""
-        return DRIVEN
-
-    @property
-    def explicit(self) -> bool:
-        """Whether the plugin adds the mass, not the link."""
-        return False
-
-    def allowed(self, axis: str) -> Iterable[Term]:
-        """Return the terms that the plugin has on an axis."""
-        return _TERMS
-
-    def holds(self, craft: Craft) -> DampingModel:
-        """Return the terms of the craft that the plugin has."""
-        return terms_for(craft, self.key, self.allowed)
-
-    def numbers(self, craft: Craft, body: Body) -> dict[str, float]:
-        """Return the numbers of the plugin by their tags."""
-        values = craft.damping.as_dict()
-        return {
-            tag: sign * values[label]
-            for tag, (label, sign) in self._tags().items()
-            if label in values
-        }
+        """The actuators, and what the legacy path has not."""
+        lost = ", and forces of the moving frame that the plugin has not for added mass"
+        return super().ignores + lost * self.legacy
 
     def write(self, craft: Craft) -> Files:
         """Return the model, a world with it, and the block."""
@@ -85,10 +62,8 @@ class Gazebo(Target):
         said = {
             **said_of(craft, ""),
             "body": body,
-            "added": []
-            if self.explicit
-            else [(_place(*pair), body.added[pair]) for pair in _PAIRS],
-            "tags": self.numbers(craft, body),
+            "added": [] if self.legacy else [(_place(*at), body.added[at]) for at in _PAIRS],
+            "tags": self._numbers(craft, body),
             "plugin": self.plugin,
             "side": body.volume ** (1.0 / 3.0),
             "density": self.density,
@@ -99,8 +74,22 @@ class Gazebo(Target):
         names = "model.config", "model.sdf", "world.sdf", "hydrodynamics.xml"
         return {name: rendered(f"{name}.j2", **said) for name in names}
 
+    def _numbers(self, craft: Craft, body: Body) -> dict[str, float]:
+        """Return the numbers of the plugin by their tags."""
+        values, tags = craft.damping.as_dict(), dict.fromkeys(self.unsaid, 0.0)
+        for tag, (label, sign) in self._tags().items():
+            if label in values:
+                tags[tag] = sign * values[label]
+        if self.legacy:
+            _check_explicit(craft)
+            added = -self.sign * body.added
+            tags |= dict(zip(_EXPLICIT, added.ravel().tolist(), strict=True))
+        return tags
+
     def read(self, folder: Path, craft: Craft) -> Engine:
         """Read the model, and return DART with the forces of gz-sim's systems."""
+        if self.legacy:
+            raise NotRun("added mass of the step before is none of DART's")
         root = ElementTree.fromstring(load_text(folder / "model.sdf"))
         found = {each.tag: each.text or "" for each in root.iter()}
         poses = [pose.text or "" for pose in root.iter("pose")]
@@ -158,31 +147,10 @@ class GzSim(Gazebo):
     )
     sign: ClassVar[float] = 1.0
     speed: ClassVar[str] = "abs"
-    legacy: bool = False
 
-    @property
-    def ignores(self) -> str:
-        """The actuators, and what the legacy path has not."""
-        return f"{DRIVEN}, and moving-frame forces of coupled added mass" if self.legacy else DRIVEN
-
-    @property
-    def explicit(self) -> bool:
-        """Whether the plugin adds the mass, not the link."""
-        return self.legacy
-
-    def numbers(self, craft: Craft, body: Body) -> dict[str, float]:
-        """Return the coefficients, and the added mass where the system has it."""
-        tags = super().numbers(craft, body)
-        if self.legacy:
-            _check_explicit(craft)
-            tags |= dict(zip(_EXPLICIT, -body.added.ravel(), strict=True))
-        return tags
-
-    def read(self, folder: Path, craft: Craft) -> Engine:
-        """Read the model; added mass that lags a step behind is not run."""
-        if self.legacy:
-            raise NotRun("added mass of the step before is none of DART's")
-        return super().read(folder, craft)
+    def allowed(self, axis: str) -> Iterable[Term]:
+        """Return all linear terms and products of two velocities, one absolute or none."""
+        return _TERMS
 
 
 @dataclass(frozen=True)
@@ -191,7 +159,7 @@ class VRX(Gazebo):
 
     Parameters
     ----------
-    density, step : float
+    density, step, legacy
         As of ``gz-sim``.
     """
 
@@ -200,14 +168,7 @@ class VRX(Gazebo):
     plugin: ClassVar[tuple[str, str]] = ("libSimpleHydrodynamics.so", "vrx::SimpleHydrodynamics")
     sign: ClassVar[float] = -1.0
     speed: ClassVar[str] = ""
-
-    def allowed(self, axis: str) -> Iterable[Term]:
-        """Return the two terms of an axis."""
-        return diagonal(axis)
-
-    def numbers(self, craft: Craft, body: Body) -> dict[str, float]:
-        """Return the coefficients; what is not said is not zero there."""
-        return dict.fromkeys((*_EXPLICIT[::7], *_DRAG), 0.0) | super().numbers(craft, body)
+    unsaid: ClassVar[tuple[str, ...]] = (*_EXPLICIT[::7], *_DRAG)
 
 
 def _check_explicit(craft: Craft) -> None:
@@ -221,7 +182,7 @@ def _check_explicit(craft: Craft) -> None:
         )
     if heavy:
         raise MethodError(
-            "added mass on gz-sim's legacy path must be below the rigid body's, or it grows "
+            "added mass on the legacy path must be below the rigid body's, or it grows "
             f"without end (gz-sim#1923); '{craft.vehicle.name}' has {', '.join(heavy)} times it. "
             "Leave `legacy` out: <fluid_added_mass> holds any."
         )

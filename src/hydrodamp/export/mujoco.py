@@ -12,7 +12,7 @@ from typing import Any, ClassVar, TypeVar
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.export.body import Body, checked_positive
+from hydrodamp.export.body import Body, check_positive
 from hydrodamp.export.craft import Craft
 from hydrodamp.export.frames import FLU
 from hydrodamp.export.printer import PYTHON, number, printed
@@ -42,7 +42,7 @@ class MuJoCo(Target):
 
     def __post_init__(self) -> None:
         """Refuse time that stands."""
-        checked_positive(self, "step")
+        check_positive(self)
 
     @property
     def ignores(self) -> str:

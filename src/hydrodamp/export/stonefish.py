@@ -12,7 +12,7 @@ from scipy.optimize import nnls
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.term import Term
-from hydrodamp.export.body import Body, checked_positive, diagonal
+from hydrodamp.export.body import Body, diagonal
 from hydrodamp.export.coefficients import Coefficients, numbers_of
 from hydrodamp.export.craft import Craft
 from hydrodamp.export.projection import SCORED
@@ -34,16 +34,12 @@ class Stonefish(Coefficients):
     meant: ClassVar[str] = "Stonefish 1.3 to 1.5"
     file: ClassVar[str] = "stonefish.scn"
     lost: ClassVar[str] = (
-        "what its mesh makes of motion on several axes at once, and that it estimates added mass "
+        ", what its mesh makes of motion on several axes at once, and that it estimates added mass "
         "itself"
     )
     length: float = 1.0
     width: float = 1.0
     height: float = 1.0
-
-    def __post_init__(self) -> None:
-        """Refuse what is no box in water."""
-        checked_positive(self, "density", "length", "width", "height")
 
     def allowed(self, axis: str) -> Iterable[Term]:
         """Return quadratic drag of an axis along itself."""

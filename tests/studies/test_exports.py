@@ -1,0 +1,47 @@
+"""The tables of exports: small ones, of two targets."""
+
+from __future__ import annotations
+
+import importlib
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+import hydrodamp as hd
+
+STUDIES = Path(__file__).parents[2] / "studies"
+
+
+@pytest.fixture(name="study")
+def study_fixture(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    """The script."""
+    monkeypatch.syspath_prepend(STUDIES)
+    return importlib.import_module("exports")
+
+
+def test_tables_have_a_row_a_target_and_a_column_a_model(
+    study: ModuleType, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    page = tmp_path / "page.md"
+    page.write_text("# Head\n\n<!-- tables -->\n<!-- end of tables -->\nfoot\n", "utf-8")
+    study.main(page, 20.0, 1.0, ["linear", "fossen"], ["python", "urdf"])
+    lines = page.read_text("utf-8").splitlines()
+    assert [line for line in lines if line.startswith("## ")] == [
+        "## vt690, fins and propeller",
+        "## bluerov2-heavy, a recorded wrench",
+    ]
+    rows = [line.split("|") for line in lines if line.startswith("| `")]
+    assert [row[1].strip() for row in rows] == 4 * ["`python`", "`urdf`"]
+    assert all(float(cell) < 1e-9 for cell in rows[0][2:4])
+    assert rows[1][2].strip().startswith("≈")
+    assert lines[-1] == "foot"
+    assert capsys.readouterr().out
+
+
+def test_what_is_refused_is_told(study: ModuleType) -> None:
+    sailed = study.rov(20.0, 1.0)
+    steered = hd.Damping.from_dict(None, {"X_u": -1.0, "Y_down_y": 2.0})
+    cell = study.exported(sailed, steered, "gz-sim")
+    assert (cell.wrench, cell.replay) == ("refused", "refused")
+    assert "no input for Y_down_y" in cell.refused
