@@ -196,3 +196,11 @@ def test_what_the_velocities_do_not_tell_apart_does_not_run_away():
     there, slower = held.damping.wrench(forward)[:, 0]
     assert there == pytest.approx(-20.0, rel=0.02)
     assert -10.0 < slower < -5.0
+
+
+def test_an_axis_is_fitted_by_itself():
+    values = {"X_u": -3.0, "X_u|u|": -4.0, "M_q": -9.0, "M_|q|": 2.0, "M_wV": -5.0}
+    craft = Craft.of(hd.fleet["vt690"], hd.Damping.from_dict(None, values))
+    held = projected(craft, GzSim().holds(craft), states(craft))
+    assert held.damping["X_u"] == pytest.approx(-3.0, rel=1e-12)
+    assert held.damping["X_u|u|"] == pytest.approx(-4.0, rel=1e-12)

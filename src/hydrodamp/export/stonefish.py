@@ -15,7 +15,9 @@ from hydrodamp.basis.term import Term
 from hydrodamp.export.body import Body, diagonal
 from hydrodamp.export.coefficients import Coefficients, numbers_of
 from hydrodamp.export.craft import Craft
-from hydrodamp.export.projection import SCORED
+
+#: Degrees a radian: eq. 24 adds rates in deg/s to velocities in m/s.
+_SCORED = np.array([1.0] * 3 + [np.degrees(1.0)] * 3)
 
 
 @dataclass(frozen=True)
@@ -49,7 +51,7 @@ class Stonefish(Coefficients):
         """Return the sides of the box, and the multipliers that come nearest to the drag."""
         sides = np.array([self.length, self.width, self.height])
         sides = sides * np.cbrt(body.volume / sides.prod())
-        weight = SCORED * craft.inverse.diagonal() * craft.box.extent**2
+        weight = _SCORED * craft.inverse.diagonal() * craft.box.extent**2
         shares = 0.5 * self.density * box_drag(sides) * weight[:, None]
         wanted = -quadratic * weight
         found = [nnls(shares[[i, i + 3]], wanted[[i, i + 3]])[0] for i in range(3)]
