@@ -16,6 +16,7 @@ from hydrodamp.export.craft import Craft
 from .conftest import core, states
 
 TURN = np.array([1.0, -1.0, -1.0])
+XML = (".sdf", ".config", ".urdf", ".scn", ".xml")
 TILTED = replace(
     hd.fleet["bluerov2-heavy"],
     center_of_gravity=np.array([0.0, 0.0, 0.01]),
@@ -98,3 +99,14 @@ def test_the_card_is_of_the_numbers_and_says_that_the_simulator_was_not_run(
     steered = hd.Damping.from_dict(None, {"X_u": -1.0, "Y_u|u|*fin": 3.0})
     with pytest.raises(hd.ModelError, match="has no input for"):
         hd.export(steered, hd.fleet["bluerov2"], key, tmp_path / "b")
+
+
+@pytest.mark.parametrize("key", ["gz-sim", "vrx", "mujoco", "uuv", "urdf", "stonefish"])
+def test_any_name_and_words_make_xml_that_is_read(key, tmp_path):
+    vehicle = replace(hd.fleet["vt690"], name='é <"x"> -- y', source='a -- b <c> & "d" --> e\n]]>')
+    damping = hd.Damping.from_dict(None, {"X_u|u|": -3.0, "Y_v|v|": -2.0}, source="x --- y")
+    hd.export(damping, vehicle, key, tmp_path / "a")
+    found = [path for path in (tmp_path / "a").iterdir() if path.suffix in XML]
+    for path in found:
+        ElementTree.parse(path)
+    assert found

@@ -56,13 +56,13 @@ class Body:
 
     @property
     def turned(self) -> Body:
-        """The body with y to port and z up, and back."""
+        """The body with y to port and z up, and back; zeros without a sign."""
         return replace(
             self,
-            center=FLU[:3] * self.center,
-            inertia=FLU[:3, None] * self.inertia * FLU[:3],
-            added=in_flu(self.added),
-            lifted=FLU[:3] * self.lifted,
+            center=FLU[:3] * self.center + 0.0,
+            inertia=FLU[:3, None] * self.inertia * FLU[:3] + 0.0,
+            added=in_flu(self.added) + 0.0,
+            lifted=FLU[:3] * self.lifted + 0.0,
         )
 
     @property

@@ -71,7 +71,7 @@ class Gazebo(InWater):
             "gravity": STANDARD_GRAVITY,
             "number": number,
         }
-        names = "model.config", "model.sdf", "world.sdf", "hydrodynamics.xml"
+        names = "model.config", "model.sdf", "world.sdf", "blocks.txt"
         return {name: rendered(f"{name}.j2", **said) for name in names}
 
     def _numbers(self, craft: Craft, body: Body) -> dict[str, float]:
