@@ -67,9 +67,6 @@ def test_attitude_tells_that_the_vehicle_moves(counts: Counts) -> None:
     assert counts(beside, "frozen") == {"u": 99}
 
 
-Counts = Callable[[Log, str], dict[str, int]]
-
-
 @pytest.mark.parametrize("value", [*SENTINELS, -40.0])
 def test_numbers_that_stand_for_none_go(swim: Log, value: float, counts: Counts) -> None:
     velocity = swim.velocity.copy()

@@ -1,153 +1,306 @@
+"""Each fault in the logs of an ROV, an AUV and a tanker is told once, a sound log never."""
+
 from __future__ import annotations
 
 import dataclasses
+import re
+import warnings
 from collections.abc import Callable
+from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
+import hydrodamp as hd
+from hydrodamp.cli.work import check_log
+from hydrodamp.conditioning.agreement import Size
+from hydrodamp.conditioning.steps import steps_of
 from hydrodamp.conditioning.suspicions import note_suspicions, suspicions
-from hydrodamp.data.attitude import quaternion_from_euler, rotation
-from hydrodamp.data.log import Log
+from hydrodamp.data.agreement import integral
+from hydrodamp.data.attitude import euler_from_quaternion, quaternion_from_euler, rotation
+from hydrodamp.errors import HydrodampWarning
 
-Change = Callable[[Log], dict[str, object]]
+#: Length [m], speed [m/s] and step of the clock [s].
+CRAFT = {"rov": (0.5, 0.4, 0.1), "auv": (2.0, 1.5, 0.1), "tanker": (320.0, 8.0, 1.0)}
+SEEDS = (1, 2)
 
-TIME = np.arange(0.0, 120.0, 0.1)
 
-
-def sound() -> Log:
-    """A vehicle circling, everything measured and in accord."""
-    yaw = 0.2 * TIME + 0.3 * np.sin(0.5 * TIME)
-    attitude = quaternion_from_euler(np.outer(yaw, (0, 0, 1)))
-    velocity = np.zeros((1200, 6))
-    velocity[:, 0] = 1.5 + 0.1 * np.sin(TIME)
-    velocity[:, 5] = 0.2 + 0.15 * np.cos(0.5 * TIME)
-    world = np.einsum("nij,nj->ni", rotation(attitude), velocity[:, :3])
-    force = np.full((1200, 3), (0.01, 0.02, -9.81))
-    return Log(
-        time=TIME,
-        velocity=velocity,
-        attitude=attitude,
-        position=np.cumsum(world, axis=0) / 10,
-        specific_force=force,
-        command_names=("rudder", "m1"),
-        commands=np.column_stack((0.1 * np.sin(TIME), np.sin(TIME))),
-        segments=(),
+@cache
+def voyage(craft: str, seed: int) -> hd.Log:
+    """A voyage by Froude's law, everything measured with noise and in accord."""
+    length, speed, step = CRAFT[craft]
+    rng = np.random.default_rng(seed)
+    time = step * np.arange(3000.0)
+    pace = rng.uniform(0.1, 0.3, 6) * speed / length
+    waves = np.sin(np.outer(time, pace) + rng.uniform(0, 6, 6))
+    swing = np.cos(np.outer(time, pace) + rng.uniform(0, 6, 6))
+    angles = waves[:, :3] * (0.2, 0.15, 1.2)
+    slopes = np.gradient(angles, time, axis=0)
+    (cr, cp), (sr, sp) = np.cos(angles[:, :2].T), np.sin(angles[:, :2].T)
+    rates = np.column_stack(  # Fossen (2021), eq. 2.41
+        (
+            slopes[:, 0] - sp * slopes[:, 2],
+            cr * slopes[:, 1] + sr * cp * slopes[:, 2],
+            cr * cp * slopes[:, 2] - sr * slopes[:, 1],
+        )
+    )
+    linear = speed * (swing[:, :3] * (0.4, 0.2, 0.1) + (0.8, 0.0, 0.0))
+    world = np.einsum("nij,nj->ni", rotation(quaternion_from_euler(angles)), linear)
+    sizes = (2e-4, 0.01 * speed, 0.02 * speed / length, 2e-3 * length)
+    a, v, w, p = (size * rng.standard_normal((3000, 3)) for size in sizes)
+    return hd.Log(
+        time=time,
+        velocity=np.column_stack((linear + v, rates + w)),
+        attitude=quaternion_from_euler(angles + a),
+        position=integral(time, world) + p,
+        wrench=waves,
     )
 
 
-def test_a_sound_log_is_above_suspicion() -> None:
-    assert suspicions(sound()) == ()
-    assert note_suspicions(sound()).notes == ()
+def told(craft: str, log: hd.Log) -> list[str]:
+    """Return what `compare` and `identify` say before they work."""
+    length = CRAFT[craft][0]
+    vehicle = hd.Vehicle.from_hull(length, 0.3 * length, 50 * length**3)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", HydrodampWarning)
+        check_log(vehicle, log, [hd.catalog["linear"]])
+    return [str(one.message).removeprefix("log: suspicion: ") for one in caught]
 
 
-def rates(scale: float) -> Change:
-    """Yaw rates times a factor."""
-    return lambda log: {"velocity": log.velocity * np.array([1, 1, 1, 1, 1, scale])}
+Fault = Callable[[hd.Log], dict[str, object]]
 
 
-def way(scale: float) -> Change:
-    """Positions times a factor."""
-    return lambda log: {"position": log.position * scale}
+def times(**factors: float) -> Fault:
+    """Velocities times factors."""
+    return lambda log: {"velocity": log.velocity * [factors.get(name, 1.0) for name in "uvwpqr"]}
 
 
-def force(scale: float) -> Change:
-    """Specific forces times a factor."""
-    return lambda log: {"specific_force": log.specific_force * scale}
+def replaced(name: str, rows: slice, value: Callable[[np.ndarray], object]) -> Fault:
+    """Some rows of an array made of the array."""
+
+    def fault(log: hd.Log) -> dict[str, object]:
+        values = getattr(log, name).copy()
+        values[rows] = value(values)
+        return {name: values}
+
+    return fault
 
 
-def constant_heave(log: Log) -> dict[str, object]:
-    """A heave that does not vary, where nothing tells it from a true one."""
+def shuffled(log: hd.Log) -> dict[str, object]:
+    """A yaw rate that is noise."""
     velocity = log.velocity.copy()
-    velocity[:, 2] = 0.1
-    return {"velocity": velocity, "attitude": None, "position": None}
+    np.random.default_rng(0).shuffle(velocity[:, 5])
+    return {"velocity": velocity}
 
 
-YAW = np.degrees(0.2 * TIME + 0.3 * np.sin(0.5 * TIME))
-PULSES = 1500 + 300 * np.sin(TIME)
-TWICE = "is rad/s taken for deg/s and converted once too often"
-ANGLE = f"{TWICE}, or its angle is degrees taken for radians"
+def earth_fixed(log: hd.Log) -> dict[str, object]:
+    """Velocities along the axes of the world."""
+    world = np.einsum("nij,nj->ni", rotation(log.attitude), log.velocity[:, :3])
+    return {"velocity": np.column_stack((world, log.velocity[:, 3:]))}
+
+
+def held(log: hd.Log) -> dict[str, object]:
+    """A Doppler log of a sixth of the rate, held."""
+    velocity = log.velocity.copy()
+    velocity[:, :3] = velocity[np.arange(log.n) // 6 * 6, :3]
+    return {"velocity": velocity}
+
+
+def arrived(log: hd.Log) -> dict[str, object]:
+    """Times of arrival: late by up to a step and more."""
+    step = log.time[1]
+    late = np.random.default_rng(0).exponential(0.8 * step, log.n)
+    return {"time": np.maximum.accumulate(log.time + late) + 1e-4 * step * np.arange(log.n)}
+
+
+def derived(log: hd.Log) -> dict[str, object]:
+    """A surge that was differenced over a frame that motion capture lost."""
+    velocity = log.velocity.copy()
+    velocity[[700, 710], 0] = (25.0, -25.0)
+    return {"velocity": velocity}
+
+
+FAULTS: dict[str, tuple[Fault, str, str]] = {
+    "dead gyro": (times(p=1e-7, q=1e-7, r=1e-7), "p q r", "`steps: [rates_from_attitude: {names"),
+    "noise": (shuffled, "r", "over "),
+    "degrees": (times(p=0.01745, q=0.01745, r=0.01745), "p q r", "taken for deg/s"),
+    "rpm": (times(r=9.549), "r", "write `unit: rpm`"),
+    "other axes": (times(q=-1.0, r=-1.0), "q r", "of the other sign"),
+    "knots": (times(u=1.944), "u", "write `unit: knots`"),
+    "sway reversed": (times(v=-1.0), "v", "`sign: -1`"),
+    "no surge": (times(u=0.0), "u", "`steps: [velocity_from_position: {names: [u]}]`"),
+    "earth-fixed": (earth_fixed, "u v w", "name them `north`, `east` and `down`"),
+    "east and north": (
+        lambda log: {"position": log.position[:, (1, 0, 2)] * (1.0, 1.0, -1.0)},
+        "u v w",
+        "name the axes of the position `east`, `north`, `up`",
+    ),
+    "lost frames": (
+        replaced("position", np.s_[900:940], lambda _: 0.0),
+        "north east down",
+        "[mask_lost_frames]",
+    ),
+    "leap": (
+        replaced("position", np.s_[1500:], lambda p: p[1500:] + 5 * np.ptp(p, axis=0)),
+        "position",
+        "`segment`",
+    ),
+    "frozen pose": (
+        replaced("position", np.s_[900:1500], lambda p: p[900]),
+        "north east down",
+        "[mask_frozen]",
+    ),
+    "frozen": (
+        replaced("velocity", np.s_[900:1500, :3], lambda v: v[900, :3]),
+        "u v w",
+        "[mask_frozen]",
+    ),
+    "held": (held, "u v w", "2500 of 3000 samples"),
+    "arrival": (arrived, "time", "`time: header.stamp`"),
+    "impossible": (derived, "u", "in 2 places"),
+}
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("craft", CRAFT)
+def test_a_sound_log_is_left_alone(craft: str, seed: int) -> None:
+    assert told(craft, voyage(craft, seed)) == []
+    assert suspicions(voyage(craft, seed)) == ()
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("craft", CRAFT)
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_fault_is_told_in_one_sentence_with_its_cure(fault: str, craft: str, seed: int) -> None:
+    change, channel, words = FAULTS[fault]
+    log = voyage(craft, seed)
+    said = told(craft, dataclasses.replace(log, **change(log)))
+    assert [one for one in said if one.startswith(f"`{channel}` ") and words in one], said
+    assert len(said) == 1, said
+
+
+def commanded(name: str, values: np.ndarray) -> Fault:
+    """One command in place of the wrench."""
+    return lambda _: {
+        "wrench": None,
+        "command_names": (name,),
+        "commands": values[:, np.newaxis],
+    }
+
+
+def place(factor: float) -> Fault:
+    """Positions times a factor."""
+    return lambda log: {"position": factor * log.position}
+
+
+def force(factor: float) -> Fault:
+    """Specific forces of a vehicle that floats, times a factor."""
+    return lambda log: {"specific_force": -9.81 * factor * log.down}
+
+
+def turned_in_degrees(log: hd.Log) -> dict[str, object]:
+    """A heading in degrees for radians; rates alone cannot tell."""
+    yaw = np.degrees(euler_from_quaternion(log.attitude)[:, 2])
+    attitude = quaternion_from_euler(np.outer(yaw, (0, 0, 1)))
+    return {"attitude": attitude, "position": None, "velocity_names": ("u", "r")}
+
+
+def alone(log: hd.Log, **others: object) -> dict[str, object]:
+    """Nothing but velocities and what else is given."""
+    return {"attitude": None, "position": None, **others}
+
+
+WAVE = np.sin(np.arange(3000) / 10)
+PULSES = 1500 + 300 * WAVE
+TWICE = "and converted once too often"
 PULSE = "looks like a pulse width [us], not a force"
+OTHER_SIGN = "is of the other sign"
 
 
 @pytest.mark.parametrize(
     ("change", "found"),
     [
-        (rates(180 / np.pi), {"r": "is deg/s taken for rad/s"}),
-        (rates(60 / 2 / np.pi), {"r": "is rpm taken for rad/s"}),
-        (rates(1 / 2 / np.pi), {"r": "is rev/s taken for rad/s"}),
-        (rates(-1.0), {"r": "is of the other sign, or of another frame than the attitude"}),
-        (rates(np.pi / 180), {"r": ANGLE}),
-        (  # rates alone cannot tell
-            lambda log: {
-                "attitude": quaternion_from_euler(np.outer(YAW, (0, 0, 1))),
-                "position": None,
-            },
-            {"r": ANGLE},
-        ),
-        (way(0.01), {"u": "is cm/s taken for m/s"}),
-        (way(0.001), {"u": "is mm/s taken for m/s"}),
-        (way(1852 / 3600), {"u": "is knots taken for m/s"}),
-        (way(0.3048), {"u": "is ft/s taken for m/s"}),
-        (way(-1.0), {"u": "is of the other sign, or of another frame than the position"}),
+        (times(r=180 / np.pi), {"r": "is deg/s taken for rad/s"}),
+        (times(r=1 / 2 / np.pi), {"r": "is rev/s taken for rad/s"}),
+        (turned_in_degrees, {"r": f"is rad/s taken for deg/s {TWICE}, or its angle is degrees"}),
+        (times(w=0.01), {"w": f"is m/s taken for cm/s {TWICE}"}),
+        (times(u=3.6, v=-1.0), {"u": "is km/h taken for m/s", "v": OTHER_SIGN}),
+        (place(0.01), {"u v w": "is cm/s taken for m/s"}),
+        (place(0.001), {"u v w": "is mm/s taken for m/s"}),
+        (place(0.3048), {"u v w": "is ft/s taken for m/s"}),
+        (place(-1.0), {"u v w": f"{OTHER_SIGN}, or of another frame than the position"}),
         (
-            lambda log: {"position": None, "velocity": log.velocity * [20.0, 1, 1, 1, 1, 1]},
+            lambda log: alone(log, velocity=log.velocity * [14.0, 1, 1, 1, 1, 1]),
             {"u v w": "may be cm/s or mm/s, not m/s"},
         ),
         (force(1 / 9.81), {"specific_force": "is g taken for m/s^2"}),
         (
-            lambda log: {**force(1 / 9.81)(log), "attitude": None, "position": None},
+            lambda log: alone(log, **force(1 / 9.81)(log)),
             {"specific_force": "is g taken for m/s^2"},
         ),
         (force(-1.0), {"specific_force": "is of the other sign or frame"}),
         (force(0.0), {}),
-        (
-            lambda log: {"commands": np.column_stack((20 * np.sin(TIME), PULSES))},
-            {"m1": PULSE, "rudder": "may be in degrees, not rad"},
-        ),
+        (commanded("rudder", 20 * WAVE), {"rudder": "may be in degrees, not rad"}),
+        (commanded("m1", PULSES), {"m1": PULSE}),
         (lambda log: {"wrench": np.outer(PULSES, (1, 0, 0, 0, 0, 0))}, {"X": PULSE}),
-        (constant_heave, {"w": "was not measured"}),
+        (
+            lambda log: alone(log, **replaced("velocity", np.s_[:, 2], lambda v: 0.1)(log)),
+            {"w": "was not measured"},
+        ),
+        (lambda log: alone(log, time=1000 * log.time), {"time": "may be in ms, not s"}),
     ],
 )
-def test_wrong_units_and_signs_are_suspected(change: Change, found: dict[str, str]) -> None:
-    wrong = suspicions(dataclasses.replace(sound(), **change(sound())))
-    assert [(one.channel, one.looks) for one in wrong] == [*found.items()]
-
-
-def test_suspicions_are_told_and_nothing_is_changed() -> None:
-    log = dataclasses.replace(sound(), time=1000 * TIME, attitude=None, position=None)
+def test_wrong_units_and_signs_are_noted(change: Fault, found: dict[str, str]) -> None:
+    log = dataclasses.replace(voyage("auv", 1), **change(voyage("auv", 1)))
+    wrong = suspicions(log)
+    grave = [one for one in wrong if not one.minor]
+    assert [one.channel for one in grave] == [*found]
+    assert all(one.looks.startswith(found[one.channel]) for one in grave)
     made = note_suspicions(log)
+    assert made.notes == tuple(map(str, wrong))
     np.testing.assert_array_equal(made.time, log.time)
-    assert made.notes == ("suspicion: `time` may be in ms, not s: the median step is 100",)
 
 
-def swaying(**wrong: float) -> Log:
-    """A vehicle that goes ahead, sideways and up and down, with velocities times some factors."""
-    rng = np.random.default_rng(5)
-    yaw = 0.5 * np.sin(0.1 * TIME)
-    attitude = quaternion_from_euler(np.outer(yaw, (0, 0, 1)))
-    velocity = np.column_stack((np.sin(0.2 * TIME), np.cos(0.3 * TIME), np.sin(0.13 * TIME)))
-    world = np.einsum("nij,nj->ni", rotation(attitude), velocity)
-    position = np.cumsum(world, axis=0) / 10 + rng.normal(0, 0.02, (1200, 3))
-    factors = [wrong.get(name, 1.0) for name in "uvw"]
-    named = dict(zip("uvw", (velocity * factors).T, strict=True))
-    return Log.from_arrays(TIME, named, attitude=attitude, position=position)
+def test_what_is_little_goes_with_the_vehicle_by_froude_s_law() -> None:
+    """A yaw rate of 0.0056 rad/s is much for a ship of 320 m, and nothing for an AUV."""
+    ship, auv = (Size(CRAFT[craft][0]) for craft in ("tanker", "auv"))
+    assert 5 * ship.little("rad/s") < 0.0056 < auv.little("rad/s")
+    for one, other in ((ship.little, auv.little), (ship.most, auv.most)):
+        product = one("m/s") * one("rad/s")  # speeds go with the root of the length, rates against
+        assert product == pytest.approx(other("m/s") * other("rad/s"))
 
 
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("craft", CRAFT)
+@pytest.mark.parametrize("fault", [name for name in FAULTS if name not in ("noise", "impossible")])
+def test_the_step_that_a_cure_names_mends_the_log(fault: str, craft: str) -> None:
+    log = voyage(craft, 1)
+    wrong = dataclasses.replace(log, **FAULTS[fault][0](log))
+    (found,) = suspicions(wrong, CRAFT[craft][0])
+    named = re.search(r"`steps: (.*)`", found.cure)
+    if named:
+        steps, faults = steps_of(yaml.safe_load(named[1]))
+        assert not faults
+        assert suspicions(hd.clean(wrong, steps), CRAFT[craft][0]) == ()
+
+
+@pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize(
-    ("wrong", "said"),
+    ("folder", "files", "mapping"),
     [
-        ({}, []),
-        ({"v": -1.0}, [("v", "of the other sign")]),
-        ({"u": 1.944}, [("u", "knots taken for m/s")]),
-        ({"w": 0.01}, [("w", "m/s taken for cm/s and converted once too often")]),
-        ({"u": 3.6, "v": -1.0}, [("u", "km/h taken for m/s"), ("v", "of the other sign")]),
-        ({"u": -1.0, "v": -1.0, "w": -1.0}, [("u v w", "of the other sign")]),
+        ("bluerov2_kth", "*.csv", "bluerov2-kth"),
+        ("kvlcc2_hsva", "*_Z_*.dat", "kvlcc2-hsva"),
+        ("vt690_field", "", "avl690"),
+        ("campaigns", "*/*.csv", None),
     ],
 )
-def test_one_velocity_that_is_wrong_is_told(
-    wrong: dict[str, float], said: list[tuple[str, str]]
+def test_measured_logs_are_sound_but_for_single_samples(
+    folder: str, files: str, mapping: str | None, measured_logs: Callable[[str], Path]
 ) -> None:
-    found = suspicions(swaying(**wrong))
-    assert [one.channel for one in found] == [channel for channel, _ in said]
-    assert all(words in one.looks for one, (_, words) in zip(found, said, strict=True))
+    home = measured_logs(folder)
+    for path in home.glob(files) if files else (home,):
+        log = hd.read_log(path, mapping)
+        parts = [log, *(log.between(start, start + 40.0) for start in (0.0, 20.0))]
+        assert [one for part in parts for one in suspicions(part) if not one.minor] == []
