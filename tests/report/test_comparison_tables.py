@@ -110,4 +110,9 @@ def test_runs_and_windows_have_tables_of_their_own(comparison):
     assert "windows of 10 s" in parts
     assert "25 % off" in parts
     assert not run_grids(comparison)
+    alike = {"run_11_40": 0.2, "run_11_46": 0.8}
+    named = replace(own, score=replace(first.score, rms_by_segment=alike))
+    (grid,) = run_grids(replace(comparison, rows=(named,)))
+    assert grid.title.endswith(", run_11_…")
+    assert grid.header == ("model", "method", "40", "46")
     assert not window_grids(comparison)

@@ -161,11 +161,9 @@ def jackknifed(search: Search, place: Place) -> Uncertainty | None:
 
     Each time one Gauss-Newton step is taken from the end, all from the same linearisation. To
     that comes what the prior hides: along directions of which the data tell nothing a
-    coefficient may be anything that the prior allows. Whole segments are left aside where there
-    are shorter windows: those are what can be left out.
+    coefficient may be anything that the prior allows.
     """
     kinds = list(zip(place.windows, place.spreads, strict=True))
-    kinds = [kind for kind in kinds if np.isfinite(kind[0].length)] or kinds
     n, unit = min(_MOST, len(kinds[0][0].bounds)), search.unit
     if n < _FEWEST:
         return None

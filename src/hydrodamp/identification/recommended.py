@@ -27,16 +27,16 @@ _CLEARLY = 0.7
 class Recommended(OutputError):  # noqa: N818 (output error is a method, not an exception)
     """Truncated simulation error over windows that are judged where they were not fitted.
 
-    The search of :class:`OutputError` goes through windows of 2, 4, 8 and 16 s and whole
-    segments, on all of the log and on either half of it, cut into pieces that take turns. How
-    well the start and each stage replay the other half, whole pieces from their first sample,
-    says where the search ends: at the last stage, but where an earlier one, or the start, does
-    clearly better. How far the ends of both searches differ widens the intervals.
+    The search of :class:`OutputError` goes through its windows on all of the log and on either
+    half of it, cut into pieces that take turns. How well the start and each stage replay the
+    other half, whole pieces from their first sample, says where the search ends: at the last
+    stage, but where an earlier one, or the start, does clearly better. How far the ends of both
+    searches differ widens the intervals.
 
     Parameters
     ----------
     windows : tuple of float
-        Lengths of the windows [s], rising; infinite for whole segments.
+        As of :class:`OutputError`.
 
     Raises
     ------
@@ -48,8 +48,6 @@ class Recommended(OutputError):  # noqa: N818 (output error is a method, not an 
     >>> Recommended().key
     'recommended'
     """
-
-    windows: tuple[float, ...] = (2.0, 4.0, 8.0, 16.0, np.inf)
 
     @property
     def key(self) -> str:

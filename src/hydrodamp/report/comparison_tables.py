@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+import string
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
-from itertools import chain
+from itertools import chain, takewhile
 
 import numpy as np
 
@@ -43,8 +44,11 @@ def run_grids(comparison: Comparison) -> tuple[Grid, ...]:
         for row in comparison.rows
         if row.trajectory
     )
-    columns = (*names, *(Column(run, form=error_size) for run in runs))
-    return (Grid("RMS velocity error by test run", columns, cells),)
+    alike = takewhile(lambda place: len(set(place)) == 1, zip(*runs, strict=False))
+    shared = "".join(place[0] for place in alike).rstrip(string.ascii_letters + string.digits)
+    columns = (*names, *(Column(run.removeprefix(shared), form=error_size) for run in runs))
+    of = f", {shared}…" if shared else ""
+    return (Grid(f"RMS velocity error by test run{of}", columns, cells),)
 
 
 def window_grids(comparison: Comparison) -> tuple[Grid, ...]:
