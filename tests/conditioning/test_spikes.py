@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from hydrodamp.conditioning.spikes import remove_spikes, running_median, spikes
+from hydrodamp.conditioning.spikes import remove_spikes, spikes
 from hydrodamp.data.log import Log, Segment
 from hydrodamp.errors import LogError
 
@@ -19,10 +19,6 @@ Counts = Callable[[Log, str], dict[str, int]]
 def noisy(n: int = 400, seed: int = 0) -> np.ndarray:
     rng = np.random.default_rng(seed)
     return np.sin(np.arange(n) / 15) + 0.02 * rng.normal(size=n)
-
-
-def whole(values: np.ndarray) -> np.ndarray:
-    return np.array([[0, len(values)]])
 
 
 def found_in(values: np.ndarray) -> np.ndarray:
@@ -72,11 +68,8 @@ def test_a_coarse_sensor_may_flicker() -> None:
 def test_nothing_is_compared_across_a_join() -> None:
     low, high = noisy(), 30 + noisy(seed=1)
     both = np.concatenate((low, high))
-    bounds = np.array([[0, 400], [400, 800]])
     assert not spikes(still([0, 400, 800]), both).any()
     assert not spikes(still([0, 4, 10]), both[396:406]).any()
-    joined = running_median(both, bounds, 7)
-    np.testing.assert_array_equal(joined[:400], running_median(low, whole(low), 7))
 
 
 def test_a_step_counts_what_it_touched_and_tells_it(swim: Log, counts: Counts) -> None:

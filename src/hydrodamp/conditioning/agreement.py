@@ -11,7 +11,7 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import VELOCITIES
 from hydrodamp.conditioning.derived import GRAVITY
-from hydrodamp.conditioning.dropouts import lost_frames
+from hydrodamp.conditioning.dropouts import lost_frames, track
 from hydrodamp.conditioning.gaps import ATTITUDE
 from hydrodamp.conditioning.spikes import leaps
 from hydrodamp.data.agreement import Agreement, agreement, roughness, travelled, turned
@@ -141,21 +141,16 @@ def disagreements(log: Log, size: Size) -> Iterator[Suspicion]:
     if log.attitude is None:
         return
     lost = lost_frames(log)
-    untold = leaps(log, log.attitude) | lost.get(ATTITUDE, False)
+    untold = leaps(log) | lost.get(ATTITUDE, False)
     attitude = np.where(untold[:, np.newaxis], np.nan, log.attitude)
     yield from _motion(log, 3, turned(attitude, log.bounds), size.little("rad/s"))
-    # A depth alone is no way.
-    if log.position is not None and np.count_nonzero(np.ptp(log.position, axis=0)) > 1:
+    if (place := track(log)) is not None:
         gone = lost[POSITION.columns[0]][:, np.newaxis]
-        position = np.where(gone, np.nan, log.position)
+        position = np.where(gone, np.nan, place)
         way = travelled(attitude, position, log.bounds)
         exchanged = position[:, (1, 0, 2)] * np.array([1.0, 1.0, -1.0])
-        other = _other_way(log, log.position, travelled(attitude, exchanged, log.bounds), way)
+        other = _other_way(log, place, travelled(attitude, exchanged, log.bounds), way)
         yield from [other] if other else _motion(log, 0, way, size.little("m/s"))
-
-
-_NOTHING, _UNRELATED = "measures nothing of its motion", "is not the motion of the vehicle"
-_RESCALED = "is of another size"
 
 
 def _motion(log: Log, first: int, moved: FloatArray, little: float) -> Iterator[Suspicion]:
@@ -196,11 +191,12 @@ def _looks(both: Agreement, units: dict[float, str], least: float) -> str:
         return f"is {unit}"
     seen = both.moved > least
     if abs(both.ratio) < (_DEAD if seen else _DEAD_RATIO) and (seen or both.agrees()):
-        return _NOTHING
+        return "measures nothing of its motion"
     if both.agrees():
         fits = 1 / _SCALE < both.ratio < _SCALE or abs(both.correlation) < _SURE
-        return "" if fits or not seen else _RESCALED
-    return _UNRELATED if seen and abs(both.correlation) < _UNLIKE else ""
+        return "" if fits or not seen else "is of another size"
+    unlike = seen and abs(both.correlation) < _UNLIKE
+    return "is not the motion of the vehicle" if unlike else ""
 
 
 def _unit(ratio: float, units: dict[float, str]) -> str:
@@ -236,14 +232,13 @@ def _other_way(
 
 def _clock(log: Log) -> Iterator[Suspicion]:
     """Ask whether samples follow each other more evenly than their clock says."""
-    steps = np.concatenate([np.diff(log.time[a:b]) for a, b in log.bounds.tolist()])
-    few, low, step, high = np.quantile(steps, (0.1, 0.05, 0.5, 0.95)).tolist()
+    few, low, step, high = np.quantile(log.steps, (0.1, 0.05, 0.5, 0.95)).tolist()
     if log.n < _FEWEST or high - low < 2 * _JITTER * step:
         return
     blocks = [log.velocity] + ([] if log.position is None else [log.position])
     blocks += [] if log.attitude is None else [turned(log.attitude, log.bounds)]
     times = _smoother(log, np.column_stack(blocks))
-    in_bursts = few < _BURST * float(np.mean(steps))
+    in_bursts = few < _BURST * float(np.mean(log.steps))
     if in_bursts or (times.max() > _EVEN and times.min() > 1 / _EVEN):
         told = f"by row number the motion is {times.max():.2g} times smoother"
         yield Suspicion(

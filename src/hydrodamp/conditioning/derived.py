@@ -35,16 +35,13 @@ class Local(NamedTuple):
 Around = Callable[[IntArray, IntArray], FloatArray]
 
 
-def slopes(
-    time: FloatArray, bounds: IntArray, around: Around, seconds: float | None
-) -> tuple[Local, int]:
+def slopes(log: Log, around: Around, seconds: float | None) -> tuple[Local, int]:
     """Return local quadratics over some seconds, or over the best window; and its samples."""
     if seconds is None:
-        window = best_window(time, bounds, around)
+        window = best_window(log.time, log.bounds, around)
     else:
-        steps = np.concatenate([np.diff(time[a:b]) for a, b in bounds])
-        window = max(5, 2 * round(seconds / float(np.median(steps)) / 2) + 1)
-    return fitted(time, bounds, around, window), window
+        window = max(5, 2 * round(seconds / float(np.median(log.steps)) / 2) + 1)
+    return fitted(log.time, log.bounds, around, window), window
 
 
 def relative(values: FloatArray) -> Around:
@@ -157,11 +154,9 @@ def rates_from_attitude(
     chosen = _chosen(log, names, _RATES, _RATES[2:] if level else _RATES)
     if not chosen:
         return log
-    fit, window = slopes(log.time, log.bounds, _turns(attitude), seconds)
+    fit, window = slopes(log, _turns(attitude), seconds)
     rates = fit.slope - np.cross(fit.value, fit.slope) / 2
-    columns = {name: rates[:, _RATES.index(name)] for name in chosen}
-    note = f"derived: `{' '.join(chosen)}` from attitude, by local quadratics over {window} samples"
-    return _with_velocities(log, columns).noted(note)
+    return _with_velocities(log, chosen, rates, "from attitude", window)
 
 
 def velocity_from_position(
@@ -206,14 +201,9 @@ def velocity_from_position(
     chosen = _chosen(log, names, _LINEAR, _LINEAR[: 2 if planar else 3])
     if not chosen:
         return log
-    fit, window = slopes(log.time, log.bounds, relative(position), seconds)
+    fit, window = slopes(log, relative(position), seconds)
     body = in_body(attitude, fit.slope)  # v = R^T dx/dt
-    columns = {name: body[:, _LINEAR.index(name)] for name in chosen}
-    note = (
-        f"derived: `{' '.join(chosen)}` over ground from position, by local quadratics over"
-        f" {window} samples"
-    )
-    return _with_velocities(log, columns).noted(note)
+    return _with_velocities(log, chosen, body, "over ground from position", window)
 
 
 def _turns(attitude: FloatArray) -> Around:
@@ -242,16 +232,18 @@ def _chosen(
     return tuple(name for name in known if name in names)
 
 
-def _with_velocities(log: Log, columns: dict[str, FloatArray]) -> Log:
-    """Return a log with some velocities added or replaced, without accelerations."""
-    velocity = log.velocity.copy()
-    for name, values in columns.items():
-        velocity[:, VELOCITIES.index(name)] = values
-    names = tuple(name for name in VELOCITIES if name in (*log.velocity_names, *columns))
+def _with_velocities(
+    log: Log, chosen: Sequence[str], three: FloatArray, origin: str, window: int
+) -> Log:
+    """Return a log with some of three velocities added or replaced, without accelerations."""
+    velocity, called = log.velocity.copy(), " ".join(chosen)
+    for place in map(VELOCITIES.index, chosen):
+        velocity[:, place] = three[:, place % 3]
+    names = tuple(name for name in VELOCITIES if name in (*log.velocity_names, *chosen))
     made = dataclasses.replace(log, velocity=velocity, velocity_names=names, acceleration=None)
-    if log.acceleration is None:
-        return made
-    return made.noted(f"left out: recorded accelerations, which `{' '.join(columns)}` lack")
+    if log.acceleration is not None:
+        made = made.noted(f"left out: recorded accelerations, which `{called}` lack")
+    return made.noted(f"derived: `{called}` {origin}, by local quadratics over {window} samples")
 
 
 #: Standard gravity [m/s^2].
@@ -306,7 +298,7 @@ def acceleration_from_accelerometer(
     except ValueError as error:
         raise LogError(f"{error}", source=log.source) from error
     rates = log.velocity[:, 3:]
-    fit, window = slopes(log.time, log.bounds, relative(rates), seconds)
+    fit, window = slopes(log, relative(rates), seconds)
     linear = force + gravity * log.down - np.cross(rates, log.velocity[:, :3])
     linear -= np.cross(fit.slope, arm) + np.cross(rates, np.cross(rates, arm))  # of the arm
     both = np.column_stack((linear, fit.slope))

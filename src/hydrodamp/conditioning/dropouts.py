@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray
-from hydrodamp.conditioning.gaps import ATTITUDE, measured, runs, without_samples
+from hydrodamp.basis.atoms import VELOCITIES
+from hydrodamp.conditioning.gaps import ATTITUDE, runs, without_samples
 from hydrodamp.data.channels import POSITION
-from hydrodamp.data.log import Log
+from hydrodamp.data.log import Log, velocities
 
 #: Channels, and which samples of each are to be taken out.
 Lost = dict[str, BoolArray]
@@ -52,19 +53,13 @@ def mask_frozen(log: Log, *, seconds: float = 1.0) -> Log:
 
 def frozen(log: Log, seconds: float = 1.0) -> Lost:
     """Return what a frozen sensor repeats: of a velocity, of the attitude, of the position."""
-    columns, lost = measured(log), Lost()
-    steady = {name: _steady(columns[name], log.bounds) for name in log.velocity_names}
-    turns = None if log.attitude is None else _steady(log.attitude, log.bounds)
-    for name, same in steady.items():
+    steady, lost = _repeating(log), Lost()
+    for name, values in velocities(log).items():
         rest = [other for one, other in steady.items() if one != name]
-        rest += [] if turns is None else [turns]
-        moving = ~np.logical_and.reduce(rest) if rest else np.zeros(log.n, dtype=np.bool_)
-        lost[name] = _frozen(log, columns[name], same, moving, seconds)
+        moving = ~np.logical_and.reduce(rest or [np.ones(log.n, dtype=np.bool_)])
+        lost[name] = _frozen(log, values, steady[name], moving, seconds)
     turning = None if log.attitude is None else log.attitude[:, 1:]
-    # A depth alone may well stay.
-    known = log.position is not None and np.count_nonzero(np.ptp(log.position, axis=0)) > 1
-    place = log.position if known else None
-    poses = (((ATTITUDE,), turning, 3), (POSITION.columns, place, 0))
+    poses = (((ATTITUDE,), turning, 3), (POSITION.columns, track(log), 0))
     for names, pose, first in poses:
         if pose is not None:
             same = _steady(pose, log.bounds)
@@ -73,12 +68,19 @@ def frozen(log: Log, seconds: float = 1.0) -> Lost:
     return lost
 
 
+def track(log: Log) -> FloatArray | None:
+    """Return the position, unless it is a depth alone: that may well stay, and is no way."""
+    if log.position is None or np.count_nonzero(np.ptp(log.position, axis=0)) < 2:
+        return None
+    return log.position
+
+
 def _carried(log: Log, pose: FloatArray, same: BoolArray, velocity: FloatArray) -> BoolArray:
     """Return where velocities would change a pose by as much as it usually does in a step."""
     steps = np.linalg.norm(np.diff(pose, axis=0), axis=1)[~same[1:]]
     usual = float(np.median(steps)) if len(steps) else np.inf
-    step = float(np.median(np.diff(log.time)))
-    return np.asarray(np.linalg.norm(velocity, axis=1) * step > _CARRIED * usual)
+    speed = np.linalg.norm(velocity, axis=1)
+    return np.asarray(speed * np.median(log.steps) > _CARRIED * usual)
 
 
 def _runs(log: Log, same: BoolArray) -> tuple[IntArray, IntArray, FloatArray]:
@@ -110,25 +112,28 @@ def fill_held(log: Log) -> Log:
     """
     lost = held(log)
     spans = [_runs(log, rows)[2].max() for rows in lost.values()]
-    step = float(np.median(np.diff(log.time)))
-    return without_samples(log, lost, "held", max(spans, default=0.0) + 2 * step)
+    longest = max(spans, default=0.0) + 2 * float(np.median(log.steps))
+    return without_samples(log, lost, "held", longest)
 
 
 def held(log: Log) -> Lost:
     """Return the samples of velocities that repeat a slower sensor's last."""
-    columns = measured(log)
-    steady = {name: _steady(columns[name], log.bounds) for name in log.velocity_names}
-    fresh = [float(same.mean()) for same in steady.values()]
-    fresh += [] if log.attitude is None else [float(_steady(log.attitude, log.bounds).mean())]
-    lost = Lost()
-    for name, same in steady.items():
-        first, last, _ = _runs(log, same)
-        if same.mean() < max(_HELD, _TIMES_USUAL * min(fresh)) or len(first) < _SENT:
+    steady, lost = _repeating(log), Lost()
+    least = min((float(same.mean()) for same in steady.values()), default=0.0)
+    for name in log.velocity_names:
+        first, last, _ = _runs(log, same := steady[name])
+        if same.mean() < max(_HELD, _TIMES_USUAL * least) or len(first) < _SENT:
             continue
         short, usual, long = np.quantile(last - first + 1, (0.1, 0.5, 0.75)).tolist()
         if usual > 1.0 and short > _EVEN * usual and long < usual / _EVEN:
             lost[name] = same
     return lost
+
+
+def _repeating(log: Log) -> Lost:
+    """Tell which samples of velocities and of the attitude repeat the one before."""
+    columns = velocities(log) | ({} if log.attitude is None else {ATTITUDE: log.attitude})
+    return {name: _steady(values, log.bounds) for name, values in columns.items()}
 
 
 def _steady(values: FloatArray, bounds: IntArray) -> BoolArray:
@@ -165,7 +170,6 @@ def _frozen(
 SENTINELS = (-32.768, 32.768, 32.767, -32.767)
 
 _NEAR = 1e-6  # m/s, about a sentinel
-_LINEAR = ("u", "v", "w")
 _BREAK = 0.1  # m/s; from this speed no vehicle stands still within a sample
 
 
@@ -204,7 +208,7 @@ def mask_bottom_lock(log: Log, *, flag: str | None = None, fastest: float = 30.0
 
 def without_lock(log: Log, flag: str | None = None, fastest: float = 30.0) -> Lost:
     """Return the linear velocities that were written without bottom lock."""
-    linear = {name: one for name, one in measured(log).items() if name in _LINEAR}
+    linear = {name: one for name, one in velocities(log).items() if name in VELOCITIES[:3]}
     if not linear:
         return {}
     values = np.column_stack([*linear.values()])

@@ -47,9 +47,7 @@ def without_samples(
     log: Log, lost: Mapping[str, BoolArray], reason: str, longest: float | None = None
 ) -> Log:
     """Return a log without some samples of some channels, with a note on each channel."""
-    joins = np.zeros(log.n, dtype=np.bool_)
-    joins[log.bounds[:, 0]] = True
-    span = longest_step(log.time, joins) if longest is None else longest
+    span = longest_step(log.steps) if longest is None else longest
     gaps = {name: _gaps(log, rows, span) for name, rows in lost.items() if rows.any()}
     if not gaps:
         return log

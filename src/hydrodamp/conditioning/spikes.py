@@ -90,7 +90,11 @@ def remove_spikes(
 
 def spikes(log: Log, values: FloatArray, window: int = 7, threshold: float = 6.0) -> BoolArray:
     """Return which samples of a channel are spikes."""
-    distance = np.abs(values - running_median(values, log.bounds, window))
+    from scipy.ndimage import median_filter  # takes long to import
+
+    # The segment is mirrored at its ends.
+    parts = [median_filter(values[a:b], size=window, mode="mirror") for a, b in log.bounds.tolist()]
+    distance = np.abs(values - np.concatenate(parts))
     low, high = np.quantile(values, (0.05, 0.95))
     small = _HARMLESS * float(high - low)  # too small to matter, of motion without noise above all
     least = max(threshold * _usual(log, values, window), small, _rounding(values))
@@ -142,14 +146,6 @@ def _rounding(values: FloatArray) -> float:
     return _ROUNDING * float(np.abs(values).max(initial=0.0))
 
 
-def running_median(values: FloatArray, bounds: IntArray, window: int) -> FloatArray:
-    """Return the median of the window about each sample, its segment mirrored at the ends."""
-    from scipy.ndimage import median_filter  # takes long to import
-
-    parts = [median_filter(values[a:b], size=window, mode="mirror") for a, b in bounds.tolist()]
-    return np.concatenate(parts)
-
-
 #: A turn there and back that is smaller is left to the noise [rad].
 _LEAST_LEAP = np.radians(2.0)
 
@@ -183,7 +179,7 @@ def steady_attitude(log: Log, *, window: int = 7, threshold: float = 6.0) -> Log
     """
     if log.attitude is None:
         return log
-    found = leaps(log, log.attitude, window, threshold)
+    found = leaps(log, window, threshold)
     made = without_samples(log, {ATTITUDE: found}, "attitude leaps")
     attitude = made.attitude
     assert attitude is not None
@@ -207,12 +203,14 @@ def following(attitude: FloatArray, bounds: IntArray) -> FloatArray:
     return attitude * (product * start)[:, np.newaxis]
 
 
-def leaps(log: Log, attitude: FloatArray, window: int = 7, threshold: float = 6.0) -> BoolArray:
+def leaps(log: Log, window: int = 7, threshold: float = 6.0) -> BoolArray:
     """Return which samples of attitude leap there and back."""
     few, found = np.zeros((2, log.n), dtype=np.bool_)
+    if log.attitude is None:
+        return found
     for start, stop in log.bounds.tolist():
-        few[start:stop] = _jolts(attitude[start:stop]) > _LEAST_LEAP / 2
-    for rows, own, spread in _distances(log, attitude, few, _off_turn, window):
+        few[start:stop] = _jolts(log.attitude[start:stop]) > _LEAST_LEAP / 2
+    for rows, own, spread in _distances(log, log.attitude, few, _off_turn, window):
         found[rows] = own > np.maximum(threshold * spread, _LEAST_LEAP)
     return found
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Callable, Container, Iterator
 from dataclasses import replace
 
@@ -13,9 +14,8 @@ from hydrodamp.conditioning.agreement import Size, Suspicion as Suspicion, disag
 from hydrodamp.conditioning.dropouts import Lost, frozen, held, lost_frames, without_lock
 from hydrodamp.conditioning.gaps import ATTITUDE, runs
 from hydrodamp.conditioning.spikes import leaps, spikes
-from hydrodamp.data.attitude import down as down_in_body
 from hydrodamp.data.channels import POSITION, unit_of
-from hydrodamp.data.log import Log
+from hydrodamp.data.log import Log, velocities
 
 _TOLERANCE = 0.08  # of the size of gravity
 #: Channels of one sensor, whose samples fail together.
@@ -87,36 +87,30 @@ def note_suspicions(log: Log) -> Log:
 
 
 def _clock(log: Log) -> Iterator[Suspicion]:
-    steps = np.concatenate([np.diff(log.time[a:b]) for a, b in log.bounds])
-    if (usual := float(np.median(steps))) > _SLOW_CLOCK:
+    if (usual := float(np.median(log.steps))) > _SLOW_CLOCK:
         yield Suspicion("time", "may be in ms, not s", f"the median step is {usual:.4g}")
 
 
 def _speeds(log: Log) -> Iterator[Suspicion]:
-    recorded = [VELOCITIES.index(name) for name in log.velocity_names if name in VELOCITIES[:3]]
-    speed = np.linalg.norm(log.velocity[:, recorded], axis=1)
-    if (usual := float(np.median(speed))) > _FAST:
-        called, told = " ".join(VELOCITIES[k] for k in recorded), f"{usual:.3g} m/s"
+    # What was not recorded is zero.
+    if (usual := float(np.median(np.linalg.norm(log.velocity[:, :3], axis=1)))) > _FAST:
+        called = " ".join(name for name in log.velocity_names if name in VELOCITIES[:3])
+        told = f"{usual:.3g} m/s"
         yield Suspicion(called, "may be cm/s or mm/s, not m/s", f"the median speed is {told}")
 
 
 def _placed(log: Log, size: Size, told: Container[str]) -> Iterator[Suspicion]:
     """Yield what is wrong with some samples, each sample once for channels of a kind."""
-    names = [name for name in log.velocity_names if name not in told]
-    speeds = {name: np.abs(log.velocity[:, VELOCITIES.index(name)]) for name in names}
+    speeds = {name: np.abs(one) for name, one in velocities(log).items() if name not in told}
     place = {} if log.position is None else {"position": _pace(log, log.position, size)}
-    seen: dict[str, BoolArray] = {}
+    seen: defaultdict[str, BoolArray] = defaultdict(lambda: np.zeros(log.n, dtype=np.bool_))
     for one, rows in (*_beyond(size, speeds), *_detected(log), *_beyond(size, place)):
         kinds = {_KINDS.get(name, name) for name in one.channel.split()}
-        news = [rows & ~seen.get(kind, _none(log)) for kind in kinds]
-        around = rows | np.roll(rows, 1) | np.roll(rows, -1)
-        seen |= {kind: seen.get(kind, _none(log)) | around for kind in kinds}
-        if (new := np.logical_or.reduce(news)).any():
+        new = rows & ~np.logical_and.reduce([seen[kind] for kind in kinds])
+        for kind in kinds:
+            seen[kind] = seen[kind] | rows | np.roll(rows, 1) | np.roll(rows, -1)
+        if new.any():
             yield replace(one, where=_where(log, new))
-
-
-def _none(log: Log) -> BoolArray:
-    return np.zeros(log.n, dtype=np.bool_)
 
 
 #: What is wrong, and which samples are.
@@ -148,15 +142,10 @@ def _pace(log: Log, position: FloatArray, size: Size) -> FloatArray:
     return np.concatenate((np.zeros(1), pace))
 
 
-def _leaping(log: Log) -> Lost:
-    return {} if log.attitude is None else {ATTITUDE: leaps(log, log.attitude)}
-
-
 def _spiked(log: Log) -> Lost:
     """Return the spikes of velocities that are larger than all their motion."""
     lost = {}
-    for name in log.velocity_names:
-        values = log.velocity[:, VELOCITIES.index(name)]
+    for name, values in velocities(log).items():
         low, middle, high = np.quantile(values, (0.05, 0.5, 0.95)).tolist()
         if (far := np.abs(values - middle) > _SPIKE * (high - low)).any():
             lost[name] = far & spikes(log, values)
@@ -168,7 +157,7 @@ _DETECTED: dict[str, tuple[Callable[[Log], Lost], str]] = {
     "mask_lost_frames": (lost_frames, "is all zeros, as where motion capture lost the vehicle"),
     "mask_frozen": (frozen, "stands still to the last bit while others move"),
     "fill_held": (held, "repeats what a slower sensor sent"),
-    "steady_attitude": (_leaping, "leaps there and back"),
+    "steady_attitude": (lambda log: {ATTITUDE: leaps(log)}, "leaps there and back"),
     "remove_spikes": (_spiked, "has spikes"),
 }
 
@@ -202,7 +191,7 @@ def _accelerometer(log: Log) -> Iterator[Suspicion]:
         yield Suspicion("specific_force", "is g taken for m/s^2", f"its median size is {size:.3g}")
     if log.attitude is None or size == 0.0:
         return
-    along = np.sum(log.specific_force * down_in_body(log.attitude), axis=1)
+    along = np.sum(log.specific_force * log.down, axis=1)
     if (share := float(np.median(along)) / size) > 0.8:
         evidence = f"{100 * share:.0f} % of it points down; at rest it should point up"
         yield Suspicion("specific_force", "is of the other sign or frame", evidence)
@@ -229,8 +218,7 @@ def _angles(log: Log) -> Iterator[Suspicion]:
 
 
 def _constant(log: Log) -> Iterator[Suspicion]:
-    for name in log.velocity_names:
-        values = log.velocity[:, VELOCITIES.index(name)]
+    for name, values in velocities(log).items():
         if values[0] != 0.0 and (values == values[0]).all():
             told = f"it is {values[0]:.4g} throughout; leave it out"
             yield Suspicion(name, "was not measured", told)

@@ -87,22 +87,16 @@ def changes(
     time: FloatArray, bounds: IntArray, rate: FloatArray, value: FloatArray, seconds: float
 ) -> tuple[FloatArray, FloatArray]:
     """Return what rates add up to over some seconds, and how far values move meanwhile."""
-    first, last = pairs(time, bounds, seconds)
-    way = integral(time, rate)
-    return way[last] - way[first], value[last] - value[first]
-
-
-def pairs(time: FloatArray, bounds: IntArray, seconds: float) -> tuple[IntArray, IntArray]:
-    """Return pairs of samples about some seconds apart, both in one segment."""
-    firsts, lasts = [bounds[:0, 0]], [bounds[:0, 0]]
+    way = np.column_stack((integral(time, rate), value))
+    moved = [way[:0]]
     for start, stop in bounds.tolist():
         part = time[start:stop]
         first = np.arange(0, stop - start, 1 + len(time) // _MANY)
         last = np.minimum(np.searchsorted(part, part[first] + seconds), stop - start - 1)
         far = part[last] - part[first] >= seconds / 2  # the end of a segment leaves less
-        firsts.append(first[far] + start)
-        lasts.append(last[far] + start)
-    return np.concatenate(firsts), np.concatenate(lasts)
+        moved.append(way[start + last[far]] - way[start + first[far]])
+    both = np.concatenate(moved)
+    return both[:, : rate.shape[1]], both[:, rate.shape[1] :]
 
 
 def compared(added: FloatArray, moved: FloatArray) -> Agreement:

@@ -11,7 +11,7 @@ from hydrodamp.arrays import BoolArray, FloatArray, frozen
 from hydrodamp.basis.atoms import VELOCITIES
 from hydrodamp.data.agreement import agreement, turned
 from hydrodamp.data.channels import BLOCKS, unit_of
-from hydrodamp.data.record import Record, Segment, copied, first_few, unrecorded
+from hydrodamp.data.record import Record, Segment, copied, first_few, split, unrecorded
 
 #: Largest component of a recorded velocity [m/s, rad/s]; beyond it a replay has diverged.
 _FASTEST = 50.0
@@ -164,15 +164,13 @@ def _rates_in_degrees(record: Record) -> dict[str, float]:
     attitude = record.blocks.get("attitude")
     if attitude is None:
         return {}
-    missing = record.missing
-    edges = np.flatnonzero(record.joins | (missing != np.roll(missing, 1)))
-    bounds = np.column_stack((edges, [*edges[1:], record.n]))
-    rates = np.where(missing[:, np.newaxis], 0.0, record.velocity[:, 3:])
-    level = np.where(missing[:, np.newaxis], (1.0, 0.0, 0.0, 0.0), attitude)
-    turns, (low, high) = turned(level, bounds), _DEGREES_SLOPE
+    keep, segments, _ = split(record)
+    bounds = np.array([(part.start, part.stop) for part in segments], np.int64).reshape(-1, 2)
+    time, rates, turns = record.time[keep], record.velocity[keep], turned(attitude[keep], bounds)
     both = {
-        name: agreement(record.time, bounds, rates[:, [k]], turns[:, [k]])
+        name: agreement(time, bounds, rates[:, [3 + k]], turns[:, [k]])
         for k, name in enumerate(VELOCITIES[3:])
     }
+    low, high = _DEGREES_SLOPE
     agreed = {name: one.ratio for name, one in both.items() if one.agrees()}
     return {name: slope for name, slope in agreed.items() if low <= slope <= high}

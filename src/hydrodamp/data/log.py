@@ -214,6 +214,11 @@ class Log:
         """First and one-past-last sample of each segment, shape (s, 2)."""
         return np.array([(part.start, part.stop) for part in self.segments], dtype=np.int64)
 
+    @cached_property
+    def steps(self) -> FloatArray:
+        """Time from sample to sample within segments [s], shape (n - s,)."""
+        return frozen(np.concatenate([np.diff(self.time[a:b]) for a, b in self.bounds]))
+
     @property
     def duration(self) -> float:
         """The time recorded, summed over segments [s]."""
@@ -338,10 +343,8 @@ class Log:
     def __str__(self) -> str:
         """Return what the log holds, on one screen: its span, columns, ranges and segments."""
         time, held = self.time, arrays(self)
-        steps = np.concatenate([np.diff(time[a:b]) for a, b in self.bounds])
         several = "s" if len(self.segments) > 1 else ""
         more = [block.name.replace("_", " ") for block in BLOCKS[1:] if block.name in held]
-        velocities = ((name, VELOCITIES.index(name)) for name in self.velocity_names)
         commands = zip(self.command_names, self.commands.T, strict=True)
         spans = [(part, part.start, part.stop - 1) for part in self.segments]
         parts = [
@@ -351,10 +354,10 @@ class Log:
         ]
         lines = [
             f"Log {self.source or 'of arrays'}",
-            f"{self.n} samples, {steps.sum():.6g} s in {len(self.segments)} segment{several},"
-            f" median step {np.median(steps):.4g} s",
+            f"{self.n} samples, {self.steps.sum():.6g} s in {len(self.segments)} segment{several},"
+            f" median step {np.median(self.steps):.4g} s",
             f"with {', '.join(more)}",
-            *(_range(name, self.velocity[:, k], f" {unit_of(name)}") for name, k in velocities),
+            *(_range(name, one, f" {unit_of(name)}") for name, one in velocities(self).items()),
             *first_few([_range(name, values) for name, values in commands], _LISTED, "commands"),
             "segment            samples  from [s]    to [s]  by the clock [s]",
             *first_few(parts, _LISTED, "segments"),
@@ -366,6 +369,11 @@ class Log:
 
 def _range(name: str, values: FloatArray, unit: str = "") -> str:
     return f"{name:<14} {values.min():>10.4g} .. {values.max():<10.4g}{unit}".rstrip()
+
+
+def velocities(log: Log) -> dict[str, FloatArray]:
+    """Return the velocities recorded, by their names."""
+    return {name: log.velocity[:, VELOCITIES.index(name)] for name in log.velocity_names}
 
 
 def take(log: Log, pieces: Sequence[Segment]) -> Log:

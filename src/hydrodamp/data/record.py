@@ -185,9 +185,8 @@ def command_faults(names: Iterable[str]) -> list[str]:
     return faults
 
 
-def longest_step(time: FloatArray, joins: BoolArray) -> float:
+def longest_step(steps: FloatArray) -> float:
     """Return the longest step that is not a gap."""
-    steps = np.diff(time)[~joins[1:]]
     return max(GAP_STEPS * float(np.median(steps)), GAP_SECONDS) if len(steps) else GAP_SECONDS
 
 
@@ -200,7 +199,9 @@ def moment(time: float, first: float) -> str:
 def split(record: Record) -> tuple[BoolArray, tuple[Segment, ...], tuple[str, ...]]:
     """Return which samples to keep, their segments, and a sentence on every cut but joins."""
     joins, missing = record.joins, record.missing
-    late = np.diff(record.time, prepend=record.time[:1]) > longest_step(record.time, joins)
+    late = np.diff(record.time, prepend=record.time[:1]) > longest_step(
+        np.diff(record.time)[~joins[1:]]
+    )
     gaps = late & ~joins
     starts = joins | gaps | (missing != np.roll(missing, 1))
     edges = np.append(np.flatnonzero(starts), record.n).tolist()

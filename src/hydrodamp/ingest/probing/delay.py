@@ -92,8 +92,7 @@ def delays(log: Log) -> tuple[Delay, ...]:
 
 def _even(log: Log, given: FloatArray) -> tuple[float, FloatArray, FloatArray]:
     """Return step, velocities and commands on an even clock, a row of NaN between segments."""
-    steps = np.concatenate([np.diff(log.time[a:b]) for a, b in log.bounds])
-    step = max(float(np.median(steps)), _FINEST)
+    step = max(float(np.median(log.steps)), _FINEST)
     velocities, commands = [], []
     left = _LONGEST
     for start, stop in log.bounds.tolist():

@@ -15,7 +15,7 @@ from hydrodamp.conditioning.derived import rates_from_attitude
 from hydrodamp.conditioning.suspicions import Suspicion, suspicions
 from hydrodamp.data.agreement import roughness
 from hydrodamp.data.channels import BLOCKS, unit_of
-from hydrodamp.data.log import Log
+from hydrodamp.data.log import Log, velocities
 from hydrodamp.errors import HydrodampError
 from hydrodamp.ingest.probing.delay import Delay, delays
 
@@ -126,9 +126,9 @@ def verdict(log: Log, needs: Needs | None = None) -> Verdict:
     needs = needs or Needs(VELOCITIES, tuple(_missing(log)))
     whole = log if log.attitude is None else rates_from_attitude(log)
     size = Size.of(log) if needs.length is None else Size(needs.length)
-    late, velocities, segments = delays(whole), _velocities(log, size), tuple(_segments(log))
+    late, moving, segments = delays(whole), _velocities(log, size), tuple(_segments(log))
     commands = tuple(_channel(log, name, "", log.command(name)) for name in log.command_names)
-    wanted = tuple(one for one in velocities if one.name in needs.velocities)
+    wanted = tuple(one for one in moving if one.name in needs.velocities)
     reservations = _reservations(log, size, segments, wanted, commands)
     has = [block.name for block in BLOCKS if getattr(log, block.name) is not None]
     return Verdict(
@@ -136,7 +136,7 @@ def verdict(log: Log, needs: Needs | None = None) -> Verdict:
         n_samples=log.n,
         duration=log.duration,
         segments=segments,
-        velocities=velocities,
+        velocities=moving,
         commands=commands,
         has=tuple(name for name in has if name not in ("time", "velocity")),
         delays=late,
@@ -159,8 +159,8 @@ def _segments(log: Log) -> Iterator[SegmentFacts]:
 
 def _velocities(log: Log, size: Size) -> tuple[Channel, ...]:
     found = []
-    for name in log.velocity_names:
-        unit, values = unit_of(name), log.velocity[:, VELOCITIES.index(name)]
+    for name, values in velocities(log).items():
+        unit = unit_of(name)
         least = max(size.little(unit), _NOISE * roughness(values, log.bounds))
         channel = _channel(log, name, unit, values)
         found.append(replace(channel, excitation=channel.std / least))
