@@ -1,4 +1,4 @@
-"""Writers of bags and of ArduPilot logs, as others have them."""
+"""Writers of bags and of the logs of autopilots, as others have them."""
 
 from __future__ import annotations
 
@@ -47,6 +47,30 @@ class Dataflash:
                 yield message
         finally:
             log.close()
+
+
+class Ulog:
+    """A ULog as its published format says (docs.px4.io, ULog file format)."""
+
+    def __init__(self, start: int = 0) -> None:
+        self.content = bytearray(b"ULog\x01\x12\x35\x01" + struct.pack("<Q", start))
+        self.put("B", bytes(40))
+
+    def put(self, kind: str, body: bytes) -> None:
+        self.content += struct.pack("<HB", len(body), ord(kind)) + body
+
+    def define(self, name: str, fields: str) -> None:
+        self.put("F", f"{name}:uint64_t timestamp;{fields};".encode())
+
+    def announce(self, number: int, name: str, instance: int = 0) -> None:
+        self.put("A", struct.pack("<BH", instance, number) + name.encode())
+
+    def send(self, number: int, microseconds: int, kinds: str, *values: object) -> None:
+        self.put("D", struct.pack(f"<HQ{kinds}", number, microseconds, *values))
+
+    def save(self, path: Path) -> Path:
+        path.write_bytes(self.content)
+        return path
 
 
 @cache

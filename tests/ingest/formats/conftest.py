@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from writers import Dataflash, RosBag
+from writers import Dataflash, RosBag, Ulog
 
 Write = Callable[..., Path]
 
@@ -55,30 +55,19 @@ def bag() -> RosBag:
 
 
 def ulog(path: Path, n: int = 10, *, dropout: bool = False, instances: int = 1) -> Path:
-    """Write a ULog as its published format says (docs.px4.io, ULog file format)."""
-    content = bytearray(b"ULog\x01\x12\x35\x01" + struct.pack("<Q", 1_000_000))
-
-    def message(kind: bytes, body: bytes) -> None:
-        content.extend(struct.pack("<HB", len(body), kind[0]) + body)
-
-    message(b"B", bytes(40))
-    message(
-        b"F", b"vehicle_attitude:uint64_t timestamp;float[4] q;uint8_t reset;uint8_t[3] _padding0;"
-    )
-    message(b"F", b"big:uint64_t timestamp;float[80] values;")
+    log = Ulog(1_000_000)
+    log.define("vehicle_attitude", "float[4] q;uint8_t reset;uint8_t[3] _padding0")
+    log.define("big", "float[80] values")
     for instance in range(instances):
-        message(b"A", struct.pack("<BH", instance, instance) + b"vehicle_attitude")
-    message(b"A", struct.pack("<BH", 0, 9) + b"big")
+        log.announce(instance, "vehicle_attitude", instance)
+    log.announce(9, "big")
     for k in range(n):
-        stamp = 1_000_000 + 100_000 * k
         for instance in range(instances):
-            body = struct.pack("<HQ4fB", instance, stamp, 1.0, 0.1 * k, 0.0, instance, k)
-            message(b"D", body)
+            log.send(instance, 1_000_000 + 100_000 * k, "4fB", 1.0, 0.1 * k, 0.0, instance, k)
         if dropout and k == 3:
-            message(b"O", struct.pack("<H", 250))
-    message(b"D", struct.pack("<HQ80f", 9, 1_000_000, *range(80)))
-    path.write_bytes(content)
-    return path
+            log.put("O", struct.pack("<H", 250))
+    log.send(9, 1_000_000, "80f", *range(80))
+    return log.save(path)
 
 
 @pytest.fixture

@@ -14,9 +14,9 @@ from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import GapWarning, LogError
 from hydrodamp.ingest.mapping import LogMapping, read_mapping
 from hydrodamp.ingest.read import read_log
+from strangers import FLIP
 
 EXAMPLE = Path(__file__).resolve().parents[3] / "examples" / "bluerov2" / "mapping.yaml"
-FLIP, UP = (1.0, -1.0, -1.0), (1.0, 1.0, -1.0)
 
 
 @pytest.mark.parametrize("topic", ["/odom", "/my/odometry"])
@@ -40,12 +40,12 @@ def test_a_bag_beside_mavros(dive) -> None:
     pulses = np.tile([1500, 1900.0], (len(dive.time), 1))
     topics = {
         "imu/data": [
-            ("orientation.{}", "xyzw", dive.enu()),
+            ("orientation.{}", "xyzw", dive.q_enu),
             ("angular_velocity.{}", "xyz", dive.rates * FLIP),
             ("linear_acceleration.{}", "xyz", still),
         ],
         "local_position/velocity_body": [("twist.linear.{}", "xyz", dive.body * FLIP)],
-        "local_position/pose": [("pose.position.{}", "xyz", dive.position[:, [1, 0, 2]] * UP)],
+        "local_position/pose": [("pose.position.{}", "xyz", dive.enu)],
         "rc/out": [("channels[{}]", "01", pulses)],
     }
     recording = Recording(

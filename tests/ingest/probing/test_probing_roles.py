@@ -9,6 +9,7 @@ from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError
 from hydrodamp.ingest.probing.names import hint
 from hydrodamp.ingest.probing.probe import probe
+from strangers import FLIP, Truth, named
 
 Table = Callable[..., Recording]
 
@@ -16,17 +17,11 @@ Table = Callable[..., Recording]
 @pytest.mark.parametrize(
     ("topic", "field", "unit", "role"),
     [
-        ("/rov/odom", "twist.twist.angular.y", None, "velocity.q"),
-        ("/rov/odom", "pose.pose.orientation.w", None, "attitude.qw"),
-        ("/rov/odom", "twist.covariance[3]", None, None),
         ("IMU", "AccZ", "m/s^2", "specific_force.fz"),
         ("RATE", "Y", "deg/s", "velocity.r"),
-        ("ATT", "DesYaw", "deg", None),
-        ("XKF1", "VD", "m/s", "velocity.down"),
         ("share_node.fins", "top", "rad", "commands"),
         ("share_node.yaw_pid", "yaw_setpoint", "rad", None),
         ("share_node.depth", "depth_filt", "m", "position.depth"),
-        ("", "yaw_rate", None, "velocity.r"),
         ("", "yaw", "m/s", None),
         ("", "velocity_north", "m/s", "velocity.north"),
         ("", "north", "m", "position.north"),
@@ -34,62 +29,48 @@ Table = Callable[..., Recording]
         ("", "ch_yaw", None, "commands"),
         ("", "temperature", None, None),
         ("", "log.vel.u", None, "velocity.u"),
-        ("", "nu[4]", None, "velocity.q"),
-        ("/rov/tau", "wrench.torque.z", None, "wrench.N"),
         ("/rov/torque", "vector.x", None, "wrench.K"),
         ("/rov/torque_setpoint", "vector.x", None, "commands"),
         ("/thruster_forces", "data[0]", None, "commands"),
         ("", "mag.x", None, None),
         ("", "u_meas", None, "velocity.u"),
         ("", "psi_measured", None, "attitude.yaw"),
-        ("SERVO_OUTPUT_RAW", "servo3_raw", None, "commands"),
-        ("ATTITUDE", "yawspeed", None, "velocity.r"),
         ("LOCAL_POSITION_NED", "vy", None, "velocity.east"),
         ("", "nu.z", None, "velocity.w"),
-        ("", "u_sim", None, None),
-        ("", "Surge", "kn", "velocity.u"),
         ("/euler", "vector.z", None, "attitude.yaw"),
     ],
 )
 def test_names(topic: str, field: str, unit: str | None, role: str | None) -> None:
-    beside = (
-        {f"{field[:-1]}w"} if "orientation" in field else {field, *(f"nu[{k}]" for k in range(6))}
-    )
-    said, sure = hint(topic, field, unit, beside)
+    said, sure = hint(topic, field, unit, {field})
     assert (said if sure else None) == role
 
 
-def test_px4_is_earth_fixed_and_comes_back(px4: Recording, dive) -> None:
-    found = probe(px4)
-    assert found.roles.way.earth_fixed is True
-    assert (found.roles.upright.body, found.roles.world) == ("FRD", "NED")
-    assert [one.name for one in found.presets] == ["px4-uuv"]
-    assert found.roles.chosen("specific_force.fx") is None
-    dive.check(found.mapping().log(px4))
-
-
-def test_ardusub_in_degrees_comes_back(ardusub: Recording, dive) -> None:
-    found = probe(ardusub)
-    assert found.roles.rates.unit == "rad/s"
-    assert "attitude:\n  roll: {column: ATT.Roll, unit: deg}" in found.draft.text
-    assert [one.name for one in found.presets] == ["ardusub"]
-    assert found.roles.upright.confidence == 99
-    dive.check(found.mapping().log(ardusub))
+@pytest.mark.parametrize(
+    ("log", "preset", "axes"),
+    [
+        ("px4", ("px4-uuv", ()), ("FRD", "NED", True)),
+        ("ardusub", ("ardusub", ()), ("FRD", "NED", None)),
+        ("odometry", ("rep103-odometry", (("odometry", "/rov/state"),)), ("FLU", "ENU", False)),
+    ],
+)
+def test_logs_of_presets_come_back_without_one(log, preset, axes, request, dive: Truth) -> None:
+    recording = request.getfixturevalue(log)
+    recording = recording("/rov/state") if log == "odometry" else recording
+    found = probe(recording)
+    assert [(one.name, one.topics) for one in found.presets] == [preset]
+    assert (found.roles.upright.body, found.roles.world, found.roles.way.earth_fixed) == axes
+    assert (found.roles.chosen("specific_force.fx") is None) == (log != "ardusub")
+    dive.check(found.mapping().log(recording))
 
 
 def test_axes_and_units_of_every_sensor_are_found(table: Table, dive) -> None:
     """Attitude and velocity with z up, rates in deg/s with z down, an accelerometer tells."""
-    flip = np.array([1.0, 1.0, -1.0, -1.0])
-    up = np.array([1.0, -1.0, -1.0])
     recording = table(
         t_ms=1000 * dive.time + 1e6,
-        **{
-            f"q{part}": column
-            for part, column in zip("wxyz", (dive.quaternion * flip).T, strict=True)
-        },
-        **{f"gyro_{a}": column for a, column in zip("xyz", np.degrees(dive.rates).T, strict=True)},
-        **{f"v{a}": column for a, column in zip("xyz", (dive.body * up).T, strict=True)},
-        **dict(zip("xyz", (dive.position * up).T, strict=True)),
+        **named("qw qx qy qz", dive.q_ned * (1, 1, -1, -1)),
+        **named("gyro_x gyro_y gyro_z", np.degrees(dive.rates)),
+        **named("vx vy vz", dive.body * FLIP),
+        **named("x y z", dive.place * FLIP),
         acc_z=9.81 + 0.1 * np.sin(dive.time),
         rpm=dive.rudder,
     )
@@ -103,14 +84,13 @@ def test_axes_and_units_of_every_sensor_are_found(table: Table, dive) -> None:
 
 
 def test_velocities_in_other_axes_than_the_attitude(table: Table, dive) -> None:
-    up = np.array([1.0, -1.0, -1.0])
     recording = table(
         time_s=dive.time,
-        **dict(zip(("roll", "pitch", "yaw"), dive.angles.T, strict=True)),
-        **dict(zip(("vx", "vy", "vz"), (dive.body * up).T, strict=True)),
-        **dict(zip("pqr", dive.rates.T, strict=True)),
-        **dict(zip("xyz", dive.position.T, strict=True)),
-        depth=dive.position[:, 2] + 3,
+        **dive.euler(),
+        **named("vx vy vz", dive.body * FLIP),
+        **named("p q r", dive.rates),
+        **named("x y z", dive.place),
+        depth=dive.place[:, 2] + 3,
     )
     found = probe(recording)
     assert found.roles.way.mirrored
@@ -129,32 +109,23 @@ def test_numbers_alone_are_no_roles(table: Table) -> None:
         found.mapping()
 
 
-def test_depth_tells_which_way_is_down(dive) -> None:
-    up = dive.body * (1.0, -1.0, -1.0)
-    angles = dive.angles * (1.0, -1.0, -1.0)
-    for body, angle, depth, axes in (
-        (dive.body, dive.angles, dive.position[:, 2], "FRD"),
-        (up, angles, dive.position[:, 2], "FLU"),
-    ):
-        recording = Recording(
-            (
-                Topic("dvl", dive.time, dict(zip(("v_x", "v_y", "v_z"), body.T, strict=True))),
-                Topic("ahrs", dive.time, dict(zip(("roll", "pitch", "yaw"), angle.T, strict=True))),
-                Topic("ctd", dive.time[::2], {"depth": depth[::2] + 5}),
-            ),
-            "dive",
-            "text in columns",
-        )
-        upright = probe(recording).roles.upright
-        assert upright.body == axes
-        assert upright.confidence > 90
+@pytest.mark.parametrize(("axes", "flip"), [("FRD", 1.0), ("FLU", FLIP)])
+def test_depth_tells_which_way_is_down(dive, axes: str, flip: np.ndarray) -> None:
+    topics = (
+        Topic("dvl", dive.time, named("v_x v_y v_z", dive.body * flip)),
+        Topic("ahrs", dive.time, named("roll pitch yaw", dive.angles * flip)),
+        Topic("ctd", dive.time[::2], {"depth": dive.place[::2, 2]}),
+    )
+    upright = probe(Recording(topics, "dive", "text in columns")).roles.upright
+    assert upright.body == axes
+    assert upright.confidence > 90
 
 
 def test_bad_rows_are_left_out_and_flagged(dive) -> None:
-    good = np.ones(1200)
+    good = np.ones(len(dive.time))
     good[100:140] = 0.0
     speed = np.where(good[:, np.newaxis] == 1.0, dive.body, -32.768)
-    fields = dict(zip(("v_x", "v_y", "v_z"), speed.T, strict=True))
+    fields = named("v_x v_y v_z", speed)
     recording = Recording(
         (
             Topic("dvl.velocity", dive.time, {**fields, "data_good": good}),
@@ -167,14 +138,3 @@ def test_bad_rows_are_left_out_and_flagged(dive) -> None:
     text = probe(recording).draft.text
     assert "u: {column: dvl.velocity.v_x, where: data_good}" in text
     assert "roll: {value: 0.0}" in text
-
-
-def test_preset_with_another_topic(odometry: Callable[[str], Recording], dive) -> None:
-    """Odometry under a name of its own: the preset fits, given the topic."""
-    recording = odometry("/rov/state")
-    found = probe(recording)
-    (preset,) = found.presets
-    assert (preset.name, preset.topics) == ("rep103-odometry", (("odometry", "/rov/state"),))
-    assert "time: [header.stamp, recorded]" in found.draft.text
-    assert found.roles.world == "ENU"
-    dive.check(found.mapping().log(recording))
