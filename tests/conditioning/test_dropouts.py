@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -10,8 +9,6 @@ from hypothesis import given, settings, strategies as st
 from hydrodamp.conditioning.dropouts import SENTINELS, mask_bottom_lock, mask_frozen
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError
-
-Counts = Callable[[Log, str], dict[str, int]]
 
 TIME = np.arange(0.0, 60.0, 0.1)
 
@@ -25,7 +22,7 @@ def moving(seed: int = 0) -> Log:
 @settings(max_examples=40, deadline=None)
 @given(st.integers(20, 300), st.integers(12, 200), st.integers(0, 5))
 def test_all_but_the_first_sample_of_a_frozen_run_go(
-    counts: Counts, start: int, length: int, axis: int
+    counts, start: int, length: int, axis: int
 ) -> None:
     log = moving()
     velocity = log.velocity.copy()
@@ -57,7 +54,7 @@ def test_rest_and_what_never_moves_are_not_frozen(place: object, value: float) -
     assert mask_frozen(Log(time=TIME, velocity=velocity)).notes == ()
 
 
-def test_attitude_tells_that_the_vehicle_moves(counts: Counts) -> None:
+def test_attitude_tells_that_the_vehicle_moves(counts) -> None:
     surge = np.sin(TIME)
     surge[200:300] = surge[200]
     yaw = np.outer(0.1 * np.sin(TIME), (0, 0, 1))
@@ -67,13 +64,19 @@ def test_attitude_tells_that_the_vehicle_moves(counts: Counts) -> None:
     assert counts(beside, "frozen") == {"u": 99}
 
 
-@pytest.mark.parametrize("value", [*SENTINELS, -40.0])
-def test_numbers_that_stand_for_none_go(swim: Log, value: float, counts: Counts) -> None:
+@pytest.mark.parametrize(
+    ("place", "value"),
+    [*((np.s_[30:32, 1], value) for value in (*SENTINELS, -40.0)), (np.s_[30:50, :3], 0.0)],
+)
+def test_numbers_that_stand_for_none_go(swim: Log, place, value: float, counts) -> None:
     velocity = swim.velocity.copy()
-    velocity[[30, 31], 1] = value
+    velocity[place] = value
     made = mask_bottom_lock(dataclasses.replace(swim, velocity=velocity))
-    assert counts(made, "no bottom lock") == {"u": 2, "v": 2, "w": 2}
-    np.testing.assert_allclose(made.velocity, swim.velocity, atol=2e-3)
+    lost = len(velocity[place])
+    assert counts(made, "no bottom lock") == dict.fromkeys("uvw", lost)
+    kept = np.searchsorted(swim.time, made.time)
+    assert len(kept) == (100 if lost == 2 else 80)  # a short gap is bridged, a long one is cut
+    np.testing.assert_allclose(made.velocity, swim.velocity[kept], atol=2e-3)
 
 
 @pytest.mark.parametrize(
@@ -85,15 +88,7 @@ def test_what_lost_no_lock_is_left_alone(velocity: dict[str, list[float]]) -> No
     assert mask_bottom_lock(Log.from_arrays([0, 1, 2], velocity)).notes == ()
 
 
-def test_zeros_between_samples_under_way(swim: Log, counts: Counts) -> None:
-    velocity = swim.velocity.copy()
-    velocity[40:60, :3] = 0.0
-    made = mask_bottom_lock(dataclasses.replace(swim, velocity=velocity))
-    assert counts(made, "no bottom lock") == {"u": 20, "v": 20, "w": 20}
-    assert [part.name for part in made.segments] == ["swim.1", "swim.2"]
-
-
-def test_a_flag_speaks_for_the_instrument(counts: Counts) -> None:
+def test_a_flag_speaks_for_the_instrument(counts) -> None:
     good = np.ones(50)
     good[20:24] = 0
     log = Log.from_arrays(np.arange(50) / 10, {"u": np.arange(50) / 10}, commands={"good": good})

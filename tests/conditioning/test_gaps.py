@@ -1,7 +1,5 @@
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
@@ -10,8 +8,6 @@ from hydrodamp.conditioning.gaps import without_samples
 from hydrodamp.data.attitude import quaternion_from_euler, turn
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError
-
-Counts = Callable[[Log, str], dict[str, int]]
 
 CLOCK = np.cumsum(np.random.default_rng(5).uniform(0.05, 0.25, 60))
 
@@ -30,7 +26,7 @@ def straight(n: int = 60) -> Log:
 
 @settings(max_examples=60, deadline=None)
 @given(st.sets(st.integers(1, 28), max_size=10))
-def test_what_is_linear_comes_back(counts: Counts, places: set[int]) -> None:
+def test_what_is_linear_comes_back(counts, places: set[int]) -> None:
     log = straight()
     lost = np.zeros(60, dtype=bool)
     lost[list(places)] = True
@@ -42,9 +38,7 @@ def test_what_is_linear_comes_back(counts: Counts, places: set[int]) -> None:
 
 @settings(max_examples=60, deadline=None)
 @given(st.sets(st.integers(0, 59), max_size=59), st.floats(0.1, 3.0))
-def test_every_lost_sample_is_bridged_or_cut(
-    counts: Counts, places: set[int], longest: float
-) -> None:
+def test_every_lost_sample_is_bridged_or_cut(counts, places: set[int], longest: float) -> None:
     log = straight()
     lost = np.zeros(60, dtype=bool)
     lost[list(places)] = True

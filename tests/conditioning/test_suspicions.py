@@ -77,7 +77,7 @@ def times(**factors: float) -> Fault:
     return lambda log: {"velocity": log.velocity * [factors.get(name, 1.0) for name in "uvwpqr"]}
 
 
-def replaced(name: str, rows: slice, value: Callable[[np.ndarray], object]) -> Fault:
+def replaced(name: str, rows: slice | list[int], value: Callable[[np.ndarray], object]) -> Fault:
     """Some rows of an array made of the array."""
 
     def fault(log: hd.Log) -> dict[str, object]:
@@ -122,6 +122,11 @@ def derived(log: hd.Log) -> dict[str, object]:
     return {"velocity": velocity}
 
 
+def turned(_: np.ndarray) -> tuple[float, ...]:
+    """Return an attitude far from any."""
+    return (0.0, 0.6, 0.0, 0.8)
+
+
 FAULTS: dict[str, tuple[Fault, str, str]] = {
     "dead gyro": (times(p=1e-7, q=1e-7, r=1e-7), "p q r", "`steps: [rates_from_attitude: {names"),
     "noise": (shuffled, "r", "over "),
@@ -159,6 +164,8 @@ FAULTS: dict[str, tuple[Fault, str, str]] = {
     ),
     "held": (held, "u v w", "2500 of 3000 samples"),
     "arrival": (arrived, "time", "`time: header.stamp`"),
+    "one leap": (replaced("attitude", [700], turned), "attitude", "at "),
+    "leaps": (replaced("attitude", [700, 1500], turned), "attitude", "in 2 places from "),
     "impossible": (derived, "u", "in 2 places"),
 }
 

@@ -3,7 +3,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hydrodamp.conditioning.spikes import steady_attitude
 from hydrodamp.data.attitude import quaternion_from_euler
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording, Topic
@@ -72,29 +71,6 @@ def test_a_current_is_minded() -> None:
     (said,) = [each for each in verdict(log).reservations if "current" in each]
     assert "0.3 m/s" in said
     assert "`without_current`" in said
-
-
-@pytest.mark.parametrize(
-    ("places", "words"),
-    [
-        ((), ""),
-        ((400,), "at 40 s"),
-        ((9000, 400), "in 2 places from 40 to 900 s"),
-    ],
-)
-def test_leaps_of_the_attitude_are_told_as_the_step_finds_them(places, words) -> None:
-    """A heading that crosses the wrap, where averaged samples read zero."""
-    rng = np.random.default_rng(3)
-    time = np.arange(0.0, 1000.0, 0.1)
-    yaw = np.pi + 0.4 * np.sin(0.05 * time) + 0.002 * rng.standard_normal(len(time))
-    yaw[list(places)] = 0.0
-    attitude = quaternion_from_euler(np.outer(yaw, (0, 0, 1)))
-    log = Log.from_arrays(time, {"r": np.gradient(yaw, time)}, attitude=attitude)
-    said = [each for each in verdict(log).doubts if "leaps" in each]
-    assert len(said) == bool(places)
-    assert all(words in each and "`steps: [steady_attitude]`" in each for each in said)
-    found = f"attitude leaps: {len(places)} of {len(time)} samples"
-    assert any(found in note for note in steady_attitude(log).notes) == bool(places)
 
 
 @pytest.mark.parametrize("has", [True, False])
