@@ -239,7 +239,7 @@ OTHER_SIGN = "is of the other sign"
         (place(0.3048), {"u v w": "is ft/s taken for m/s"}),
         (place(-1.0), {"u v w": f"{OTHER_SIGN}, or of another frame than the position"}),
         (
-            lambda log: alone(log, velocity=log.velocity * [14.0, 1, 1, 1, 1, 1]),
+            lambda log: alone(log, velocity=log.velocity * [20.0, 1, 1, 1, 1, 1]),
             {"u v w": "may be cm/s or mm/s, not m/s"},
         ),
         (force(1 / 9.81), {"specific_force": "is g taken for m/s^2"}),

@@ -169,11 +169,14 @@ def _frozen(
 #: Velocities that stand for none [m/s]: the ends of a 16-bit count of mm/s.
 SENTINELS = (-32.768, 32.768, 32.767, -32.767)
 
+#: What hardly any craft reaches; a usual speed of half of it is in another unit.
+FASTEST = 30.0  # m/s
+
 _NEAR = 1e-6  # m/s, about a sentinel
 _BREAK = 0.1  # m/s; from this speed no vehicle stands still within a sample
 
 
-def mask_bottom_lock(log: Log, *, flag: str | None = None, fastest: float = 30.0) -> Log:
+def mask_bottom_lock(log: Log, *, flag: str | None = None, fastest: float = FASTEST) -> Log:
     """Take out linear velocities that were written without bottom lock.
 
     Parameters
@@ -183,8 +186,8 @@ def mask_bottom_lock(log: Log, *, flag: str | None = None, fastest: float = 30.0
     flag : str, optional
         A command channel that is zero where the velocity is not good.
     fastest : float, optional
-        Size of a velocity that no craft of this log reaches [m/s]; where most do, their
-        unit is to blame, and they stay.
+        Size of a velocity that no craft of this log reaches [m/s]; where most do, or most
+        are above 15 m/s, their unit is to blame, and they stay.
 
     Returns
     -------
@@ -206,21 +209,21 @@ def mask_bottom_lock(log: Log, *, flag: str | None = None, fastest: float = 30.0
     return without_samples(log, without_lock(log, flag, fastest), "no bottom lock")
 
 
-def without_lock(log: Log, flag: str | None = None, fastest: float = 30.0) -> Lost:
+def without_lock(log: Log, flag: str | None = None, fastest: float = FASTEST) -> Lost:
     """Return the linear velocities that were written without bottom lock."""
     linear = {name: one for name, one in velocities(log).items() if name in VELOCITIES[:3]}
     if not linear:
         return {}
     values = np.column_stack([*linear.values()])
     usual = float(np.median(np.abs(values).max(axis=1)))
-    lost = lost_lock(values, fastest if usual <= fastest else np.inf).any(axis=1)
+    lost = lost_lock(values, fastest if usual <= min(fastest, FASTEST / 2) else np.inf).any(axis=1)
     lost |= _dropped_to_zero(values, log.bounds, _BREAK)
     if flag is not None:
         lost |= log.command(flag) == 0.0
     return dict.fromkeys(linear, lost)
 
 
-def lost_lock(values: FloatArray, fastest: float = 30.0) -> BoolArray:
+def lost_lock(values: FloatArray, fastest: float) -> BoolArray:
     """Return which numbers of a velocity sensor stand for none."""
     sentinel = np.abs(values[..., np.newaxis] - np.array(SENTINELS)).min(axis=-1) < _NEAR
     return np.asarray(sentinel | ~(np.abs(values) <= fastest))

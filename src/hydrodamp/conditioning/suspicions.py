@@ -11,7 +11,7 @@ import numpy as np
 from hydrodamp.arrays import BoolArray, FloatArray
 from hydrodamp.basis.atoms import AXES, VELOCITIES
 from hydrodamp.conditioning.agreement import Size, Suspicion as Suspicion, disagreements
-from hydrodamp.conditioning.dropouts import Lost, frozen, held, lost_frames, without_lock
+from hydrodamp.conditioning.dropouts import FASTEST, Lost, frozen, held, lost_frames, without_lock
 from hydrodamp.conditioning.gaps import ATTITUDE, runs
 from hydrodamp.conditioning.spikes import leaps, spikes
 from hydrodamp.data.channels import POSITION, unit_of
@@ -22,7 +22,6 @@ _TOLERANCE = 0.08  # of the size of gravity
 _KINDS = dict.fromkeys("uvw", "speed") | dict.fromkeys(POSITION.columns, "position")
 _PULSE = (800.0, 2200.0)  # us, servo and ESC signals
 _NEUTRAL = (1300.0, 1700.0)  # us
-_FAST = 15.0  # m/s, the usual speed of hardly any craft with a log like this
 _SLOW_CLOCK = 20.0  # s, a step of hardly any log
 _LEAP, _PART = 10.0, 0.1  # times the usual step of a position, and of the vehicle's length
 _FEW = 0.05  # of the samples
@@ -93,7 +92,7 @@ def _clock(log: Log) -> Iterator[Suspicion]:
 
 def _speeds(log: Log) -> Iterator[Suspicion]:
     # What was not recorded is zero.
-    if (usual := float(np.median(np.linalg.norm(log.velocity[:, :3], axis=1)))) > _FAST:
+    if (usual := float(np.median(np.linalg.norm(log.velocity[:, :3], axis=1)))) > FASTEST / 2:
         called = " ".join(name for name in log.velocity_names if name in VELOCITIES[:3])
         told = f"{usual:.3g} m/s"
         yield Suspicion(called, "may be cm/s or mm/s, not m/s", f"the median speed is {told}")
