@@ -49,7 +49,7 @@ def test_fins_at_their_stops_are_bridged() -> None:
     assert np.mean(np.abs(angles(made)[:, 0] - ROLL) < 0.08) > 0.9
 
 
-def test_wrong_signs_and_fins_amidships_are_refused() -> None:
+def test_a_wrong_sign_is_refused() -> None:
     log = mixed()
     busy = log.commands.copy()
     wanted = 0.2 * np.exp(0.5j * np.random.default_rng(1).normal(size=600))
@@ -57,17 +57,20 @@ def test_wrong_signs_and_fins_amidships_are_refused() -> None:
     busy[:] = np.column_stack((wanted.real, -wanted.imag, fins.real, fins.imag))
     with pytest.raises(LogError, match="steadier with the other sign of `turn`"):
         roll_from_mixing(dataclasses.replace(log, commands=busy), DEMANDED, FINS)
-    with pytest.raises(LogError, match="are names, signs and mixing right"):
-        roll_from_mixing(mixed(), ("climb", "climb"), FINS)
-    with pytest.raises(LogError, match="in 0 % of the samples only"):
-        roll_from_mixing(mixed(size=1e-4), DEMANDED, FINS)
 
 
-def test_what_is_lacking_is_named() -> None:
-    with pytest.raises(LogError, match="no command 'clim'"):
-        roll_from_mixing(mixed(), ("clim", "turn"), FINS)
-    with pytest.raises(LogError, match="no attitude, which `roll_from_mixing` needs"):
-        roll_from_mixing(dataclasses.replace(mixed(), attitude=None), DEMANDED, FINS)
+@pytest.mark.parametrize(
+    ("log", "demanded", "says"),
+    [
+        (mixed(), ("climb", "climb"), "are names, signs and mixing right"),
+        (mixed(size=1e-4), DEMANDED, "in 0 % of the samples only"),
+        (mixed(), ("clim", "turn"), "no command 'clim'"),
+        (dataclasses.replace(mixed(), attitude=None), DEMANDED, "no attitude, which `roll_from_m"),
+    ],
+)
+def test_what_shows_no_roll_is_named(log: Log, demanded: tuple[str, str], says: str) -> None:
+    with pytest.raises(LogError, match=says):
+        roll_from_mixing(log, demanded, FINS)
 
 
 def test_a_segment_that_shows_nothing_is_named() -> None:

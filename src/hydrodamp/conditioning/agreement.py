@@ -68,12 +68,9 @@ class Suspicion:
 
     def __str__(self) -> str:
         """Return one sentence."""
-        parts = (
-            self.evidence,
-            f", {self.where}" * bool(self.where),
-            f"; {self.cure}" * bool(self.cure),
-        )
-        return f"suspicion: `{self.channel}` {self.looks}: {''.join(parts)}"
+        evidence = ", ".join(filter(None, (self.evidence, self.where)))
+        told = "; ".join(filter(None, (evidence, self.cure)))
+        return f"suspicion: `{self.channel}` {self.looks}: {told}"
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,8 @@ from hydrodamp.conditioning.current import estimate_current
 from hydrodamp.conditioning.derived import rates_from_attitude
 from hydrodamp.conditioning.suspicions import Suspicion, suspicions
 from hydrodamp.data.agreement import roughness
-from hydrodamp.data.channels import BLOCKS, unit_of
-from hydrodamp.data.log import Log, velocities
+from hydrodamp.data.channels import unit_of
+from hydrodamp.data.log import Log, arrays, velocities
 from hydrodamp.errors import HydrodampError
 from hydrodamp.ingest.probing.delay import Delay, delays
 
@@ -104,7 +104,7 @@ class Verdict:
         """The verdict itself."""
         if self.missing:
             return "Not fit for the job as it is: see what is missing."
-        if any(not one.minor for one in self.suspicions):
+        if not self.fit:
             return "Not fit for the job yet: correct what looks wrong first."
         grades = {c.name: c.excitation for c in self.velocities if c.name in self.wanted}
         well = [name for name, much in grades.items() if much >= _WELL]
@@ -130,7 +130,6 @@ def verdict(log: Log, needs: Needs | None = None) -> Verdict:
     commands = tuple(_channel(log, name, "", log.command(name)) for name in log.command_names)
     wanted = tuple(one for one in moving if one.name in needs.velocities)
     reservations = _reservations(log, size, segments, wanted, commands)
-    has = [block.name for block in BLOCKS if getattr(log, block.name) is not None]
     return Verdict(
         source=log.source or "in memory",
         n_samples=log.n,
@@ -138,7 +137,7 @@ def verdict(log: Log, needs: Needs | None = None) -> Verdict:
         segments=segments,
         velocities=moving,
         commands=commands,
-        has=tuple(name for name in has if name not in ("time", "velocity")),
+        has=tuple(name for name in arrays(log) if name not in ("time", "velocity", "commands")),
         delays=late,
         missing=(*needs.missing, *_few(log)),
         suspicions=(*suspicions(log, needs.length), *needs.suspicions),
