@@ -24,12 +24,16 @@ def straight(n: int = 60) -> Log:
     )
 
 
+def rows(places: object, n: int = 60) -> np.ndarray:
+    """Return which of n samples are at some places."""
+    return np.isin(np.arange(n), [*places])
+
+
 @settings(max_examples=60, deadline=None)
 @given(st.sets(st.integers(1, 28), max_size=10))
 def test_what_is_linear_comes_back(counts, places: set[int]) -> None:
     log = straight()
-    lost = np.zeros(60, dtype=bool)
-    lost[list(places)] = True
+    lost = rows(places)
     made = without_samples(log, {"u": lost, "attitude": lost}, "gone", longest=10.0)
     assert sum(counts(made, "gone").values()) == 2 * len(places)
     np.testing.assert_allclose(made.velocity, log.velocity, atol=1e-12)
@@ -40,8 +44,7 @@ def test_what_is_linear_comes_back(counts, places: set[int]) -> None:
 @given(st.sets(st.integers(0, 59), max_size=59), st.floats(0.1, 3.0))
 def test_every_lost_sample_is_bridged_or_cut(counts, places: set[int], longest: float) -> None:
     log = straight()
-    lost = np.zeros(60, dtype=bool)
-    lost[list(places)] = True
+    lost = rows(places)
     try:
         made = without_samples(log, {"u": lost}, "gone", longest)
     except LogError:
@@ -54,29 +57,21 @@ def test_every_lost_sample_is_bridged_or_cut(counts, places: set[int], longest: 
 
 
 def test_a_long_stretch_splits_and_the_pieces_go_by_the_old_name() -> None:
-    log = straight()
-    lost = np.zeros(60, dtype=bool)
-    lost[40:52] = True
-    made = without_samples(log, {"u": lost}, "gone")
+    made = without_samples(straight(), {"u": rows(range(40, 52))}, "gone")
     assert [part.name for part in made.segments] == ["a", "b.1", "b.2"]
     assert made.select("b").n == 18
-    again = np.zeros(made.n, dtype=bool)
-    again[33:35] = True
-    twice = without_samples(made, {"u": again}, "gone", longest=0.0)
+    twice = without_samples(made, {"u": rows((33, 34), made.n)}, "gone", longest=0.0)
     assert [part.name for part in twice.segments] == ["a", "b.1.1", "b.1.2", "b.2"]
     assert twice.select("b.1").n == 8
     assert twice.select("b").n == 16
 
 
 def test_no_bridge_across_a_join() -> None:
-    log = straight()
-    lost = np.zeros(60, dtype=bool)
-    lost[29:31] = True
-    made = without_samples(log, {"r": lost}, "gone", longest=100.0)
+    made = without_samples(straight(), {"r": rows((29, 30))}, "gone", longest=100.0)
     assert made.n == 58
     assert [part.name for part in made.segments] == ["a", "b"]
 
 
 def test_nothing_left_is_a_fault() -> None:
     with pytest.raises(LogError, match="gone: no two neighbouring samples are left; all 60"):
-        without_samples(straight(), {"u": np.ones(60, dtype=bool)}, "gone")
+        without_samples(straight(), {"u": rows(range(60))}, "gone")
