@@ -11,7 +11,7 @@ import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray
 from hydrodamp.data.attitude import between
-from hydrodamp.data.record import GAP_SECONDS, GAP_STEPS, changes
+from hydrodamp.data.record import changes, longest_step
 from hydrodamp.errors import LogError
 from hydrodamp.ingest.irregularity import Irregularity, Oddity
 
@@ -123,7 +123,7 @@ class _Draft:
         steps = np.diff(time)
         inside = run[1:] == run[:-1]
         step = float(np.median(steps[inside])) if inside.any() else 0.0
-        limit = max(GAP_STEPS * step, GAP_SECONDS)
+        limit = longest_step(steps[inside])
         if len(late := np.flatnonzero((steps > limit) & inside)):
             pause = Irregularity(self.topic, Oddity.DROPOUT, len(late), float(time[late[0]]), limit)
             self.irregularities.append(pause)
@@ -134,8 +134,7 @@ class _Draft:
         steps = np.append(0.0, np.diff(time))[: len(time)]
         back = (steps < 0) & ~leapt & ~self.joins
         if back.any():
-            near = np.abs(steps[~leapt & ~self.joins & (steps != 0)])
-            back &= steps < -max(GAP_STEPS * float(np.median(near)), GAP_SECONDS)
+            back &= steps < -longest_step(np.abs(steps[~leapt & ~self.joins & (steps != 0)]))
         count = int(np.count_nonzero(back))
         if count > _MOST_RUNS:
             of = f" of `{self.topic}`" if self.topic else ""
@@ -175,7 +174,7 @@ def _strays(time: FloatArray, joins: BoolArray) -> BoolArray:
     steps = np.abs(np.diff(time))
     if len(steps) < 2:
         return strays
-    far = max(GAP_STEPS * float(np.median(steps)), GAP_SECONDS)
+    far = longest_step(steps)
     long = steps > far
     near = np.abs(time[2:] - time[:-2]) <= far
     strays[1:-1] = long[:-1] & long[1:] & near & ~(joins[1:-1] | joins[2:])

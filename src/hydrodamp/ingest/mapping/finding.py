@@ -140,9 +140,8 @@ def _first(entry: Entry, recording: Recording) -> Found | None:
 def locate(column: str, recording: Recording) -> tuple[Topic, str] | None:
     """Return the topic and field that a mapping means."""
     for topic in sorted(recording.topics, key=lambda topic: -len(topic.name)):
-        field = column.removeprefix(f"{topic.name}.") if topic.name else column
-        is_meant = not topic.name or field != column
-        if is_meant and field in {**topic.fields, **topic.texts, **topic.faults}:
+        is_meant = not topic.name or column.startswith(f"{topic.name}.")
+        if is_meant and (field := column_of(topic, column)) is not None:
             return topic, field
     return None
 
@@ -157,10 +156,8 @@ def column_of(topic: Topic, column: str) -> str | None:
 
 def beside(topic: Topic, column: str) -> str | None:
     """Return the field of a topic that a condition means; None where it has none such."""
-    for field in (column, column.removeprefix(f"{topic.name}.")):
-        if field in topic.fields:
-            return field
-    return None
+    field = column_of(topic, column)
+    return field if field in topic.fields else None
 
 
 def labels_of(table: Topic, name: str) -> tuple[str, ...] | None:
