@@ -49,6 +49,11 @@ class Truth:
         self.rpm = 1500 + 300 * np.sign(np.sin(0.17 * time + 1))
         waves = np.sin(np.outer(time, (0.1, 0.2, 0.3, 0.4, 0.5, 0.6)))
         self.wrench = waves * (80, 20, 20, 3, 5, 9)
+        # The same in the plane: u v r, and x y psi of a ship that stays upright.
+        heading = self.angles[:, 2]
+        self.flat = np.column_stack((self.body[:, :2], np.gradient(heading, step)))
+        way = np.cumsum(np.exp(1j * heading) * (self.flat[:, 0] + 1j * self.flat[:, 1])) * step
+        self.flat_place = np.column_stack((way.real, way.imag, heading))
         self.q_ned = turns.as_quat(scalar_first=True)  # w x y z
         swap = np.array([[0.0, 1, 0], [1, 0, 0], [0, 0, -1]])
         self.q_enu = Rotation.from_matrix(swap @ turns.as_matrix() @ np.diag(FLIP)).as_quat()
@@ -61,6 +66,11 @@ class Truth:
         np.testing.assert_allclose(apart.magnitude(), 0, atol=1e-7)
         if log.position is not None:
             np.testing.assert_allclose(log.position, self.place, atol=1e-9)
+
+    def table(self, clock: str = "time") -> Columns:
+        """The motion by its plain names."""
+        motion = named("u v w p q r", np.hstack((self.body, self.rates)))
+        return {clock: self.time, **self.euler(), **motion, "rudder": self.rudder}
 
     def euler(self, names: str = "roll pitch yaw", unit: float = 1.0) -> Columns:
         return named(names, self.angles / unit)
@@ -363,19 +373,13 @@ def matlab_structure_in_degrees(folder: Path, it: Truth) -> Path:
 @case(holds="u v r attitude position rudder")
 def matlab_of_a_ship_with_its_simulation(folder: Path, it: Truth) -> Path:
     """Measured arrays beside a simulation of more of them, each on a clock of its own."""
-    heading, flat = (
-        it.angles[:, 2],
-        np.column_stack((it.body[:, :2], np.gradient(it.angles[:, 2], 0.1))),
-    )
-    turned = np.exp(1j * heading) * (flat[:, 0] + 1j * flat[:, 1])
-    way = np.cumsum(turned) * 0.1
     fine = np.arange(0, 90, 0.02)
     sims = {
         f"{name}_sim": 0.5 * np.sin(k * fine)
         for k, name in enumerate(("x", "y", "psi", "u", "v", "r", "delta"), 1)
     }
-    measured = {"time": it.time, "x": way.real, "y": way.imag, "psi": heading, "delta": it.rudder}
-    measured |= named("u v r", flat)
+    measured = {"time": it.time, "delta": it.rudder}
+    measured |= named("x y psi", it.flat_place) | named("u v r", it.flat)
     savemat(folder / "a.mat", {**measured, "time_sim": fine, **sims})
     return folder / "a.mat"
 
@@ -383,12 +387,9 @@ def matlab_of_a_ship_with_its_simulation(folder: Path, it: Truth) -> Path:
 @case(holds="u v r attitude position wrench", tolerance=0.05)
 def matlab_of_a_planar_thesis(folder: Path, it: Truth) -> Path:
     """Vectors of three: a ship in the plane."""
-    heading = it.angles[:, 2]
-    nu = np.column_stack((it.body[:, :2], np.gradient(heading, 0.1)))
-    way = np.cumsum(np.exp(1j * heading) * (nu[:, 0] + 1j * nu[:, 1])) * 0.1
-    eta = np.column_stack((way.real, way.imag, heading))
     tau = it.wrench * (1, 1, 0, 0, 0, 1)
-    savemat(folder / "a.mat", {"t": it.time, "eta": eta, "nu": nu, "tau": tau[:, [0, 1, 5]]})
+    block = {"eta": it.flat_place, "nu": it.flat, "tau": tau[:, [0, 1, 5]]}
+    savemat(folder / "a.mat", {"t": it.time, **block})
     return folder / "a.mat"
 
 
@@ -465,8 +466,7 @@ def npz_of_unnamed_arrays(folder: Path, it: Truth) -> Path:
 @case()
 def npz_whose_clock_stops(folder: Path, it: Truth) -> Path:
     """The array of the time is shorter than all others."""
-    columns = named("u v w", it.body) | named("p q r", it.rates) | it.euler()
-    np.savez(folder / "a.npz", t=it.time[:500], rudder=it.rudder, **columns)
+    np.savez(folder / "a.npz", **{**it.table("t"), "t": it.time[:500]})
     return folder / "a.npz"
 
 
@@ -511,16 +511,14 @@ def csv_of_a_slow_doppler_log(folder: Path, it: Truth) -> Path:
         n: [repr(x) if k % 5 == 0 else "" for k, x in enumerate(one.tolist())]
         for n, one in named("u v w", it.body).items()
     }
-    columns = {"t": it.time, **it.euler(), **slow, **named("p q r", it.rates)}
-    return write(folder / "a.csv", {**columns, "rudder": it.rudder})
+    return write(folder / "a.csv", {**it.table("t"), **slow})
 
 
 @case(tolerance=0.1)
 def csv_of_a_dead_gyro(folder: Path, it: Truth) -> Path:
     """Rates that say nothing while the attitude turns: they come from it."""
     dead = named("p q r", 1e-8 * np.sin(it.rates * 1e3))
-    columns = {"t": it.time, **it.euler(), **named("u v w", it.body), **dead}
-    return write(folder / "a.csv", {**columns, "rudder": it.rudder})
+    return write(folder / "a.csv", {**it.table("t"), **dead})
 
 
 @case()
@@ -536,18 +534,14 @@ def csv_of_mavlink(folder: Path, it: Truth) -> Path:
 
 @case(holds="u v r attitude position rudder rpm")
 def csv_of_a_surface_boat(folder: Path, it: Truth) -> Path:
-    heading = it.angles[:, 2]
-    flat = np.column_stack((it.body[:, :2], np.gradient(heading, 0.1)))
-    way = np.cumsum(np.exp(1j * heading) * (flat[:, 0] + 1j * flat[:, 1])) * 0.1
-    columns = {"t": it.time, "x": way.real, "y": way.imag, "psi": heading, **named("u v r", flat)}
+    columns = {"t": it.time, **named("x y psi", it.flat_place), **named("u v r", it.flat)}
     return write(folder / "a.csv", {**columns, "delta": it.rudder, "n": it.rpm / 60})
 
 
 @case(tolerance=0.05)
 def csv_of_a_coarse_clock(folder: Path, it: Truth) -> Path:
     """Stamps of whole seconds at ten rows a second."""
-    columns = {"time": np.floor(it.time + 1e-9), **it.euler(), **named("u v w", it.body)}
-    return write(folder / "a.csv", {**columns, **named("p q r", it.rates), "rudder": it.rudder})
+    return write(folder / "a.csv", {**it.table(), "time": np.floor(it.time + 1e-9)})
 
 
 @case(holds="u v rudder", tolerance=0.1)
@@ -564,9 +558,9 @@ def csv_of_ground_speed_without_the_vertical(folder: Path, it: Truth) -> Path:
 
 @case(holds="u v w p q r attitude position rudder")
 def csv_with_z_up_beside_a_depth(folder: Path, it: Truth) -> Path:
-    columns = {"time": it.time, **named("roll pitch yaw", it.angles * FLIP)}
+    columns = it.table() | named("roll pitch yaw", it.angles * FLIP)
     columns |= named("u v w", it.body * FLIP) | named("p q r", it.rates * FLIP)
-    return write(folder / "a.csv", {**columns, "depth": it.place[:, 2], "rudder": it.rudder})
+    return write(folder / "a.csv", {**columns, "depth": it.place[:, 2]})
 
 
 @case(loads=False, says="no line of column names")
@@ -589,8 +583,8 @@ def csv_of_small_angles_in_degrees(folder: Path, it: Truth) -> Path:
 @case()
 def csv_of_many_sticks(folder: Path, it: Truth) -> Path:
     """Sixteen channels of a remote control, most of them still."""
-    columns = {"timestamp": EPOCH + it.time, **it.euler(), **named("u v w", it.body)}
-    columns |= named("p q r", it.rates)
+    columns = it.table("timestamp") | {"timestamp": EPOCH + it.time}
+    del columns["rudder"]
     sticks = {f"rc_channels[{k}]": 1500 + 0 * it.time for k in range(16)}
     sticks["rc_channels[3]"] = 1500 + 1000 * it.rudder
     return write(folder / "a.csv", {**columns, **sticks}, form="%.15g")
@@ -599,13 +593,7 @@ def csv_of_many_sticks(folder: Path, it: Truth) -> Path:
 @case(loads=False, add=(("rate: HERTZ", "rate: 10"),), says="rate: HERTZ")
 def csv_of_pandas_with_an_index_alone(folder: Path, it: Truth) -> Path:
     """The index of the table is no clock: its rate must be said."""
-    columns = {
-        "": np.arange(900.0),
-        **it.euler(),
-        **named("u v w", it.body),
-        **named("p q r", it.rates),
-    }
-    return write(folder / "a.csv", {**columns, "rudder": it.rudder})
+    return write(folder / "a.csv", it.table("") | {"": np.arange(900.0)})
 
 
 @case(holds="", loads=False, says="velocity")

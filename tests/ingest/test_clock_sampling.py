@@ -14,7 +14,6 @@ from hydrodamp.ingest.clock import (
     Ticks,
     at_rate,
     brackets,
-    held,
     interpolated,
     matched,
     set_right,
@@ -41,17 +40,6 @@ def test_between_messages_values_lie_on_a_line(steps: list[float], asked: list[f
     inside = (wanted >= 0) & (wanted <= time[-1])
     np.testing.assert_array_equal(np.isnan(got), ~inside)
     np.testing.assert_allclose(got[inside], np.interp(wanted, time, values)[inside], atol=1e-12)
-
-
-def test_nothing_is_interpolated_over_a_gap() -> None:
-    """Five median steps of 0.1 s are less than 1 s, which therefore counts."""
-    time = np.concatenate((np.arange(0, 2.05, 0.1), np.arange(3.5, 5.05, 0.1)))
-    found = brackets(stamps(time), ticks([1.95, 2.0, 2.01, 3.0, 3.5, 3.55]))
-    got = interpolated(time, found)
-    np.testing.assert_allclose(got, [1.95, 2.0, np.nan, np.nan, 3.5, 3.55])
-    np.testing.assert_allclose(held(time, found), [1.9, 2.0, np.nan, np.nan, 3.5, 3.5])
-    kept = held(time, found, until_next=True)
-    np.testing.assert_allclose(kept, [1.9, 2.0, 2.0, 2.0, 3.5, 3.5])
 
 
 def test_runs_know_nothing_of_one_another() -> None:

@@ -63,13 +63,6 @@ def test_a_clock_set_back_all_the_time_is_none() -> None:
         right(np.tile(np.arange(10.0), 251))
 
 
-@pytest.mark.parametrize("time", [[], [3.0]])
-def test_a_topic_of_one_message_or_none(time: list[float]) -> None:
-    stamps = right(time)
-    assert stamps.time.tolist() == time
-    assert stamps.step == 0.0
-
-
 @given(arrays(float, integers(0, 60), elements=floats(-1e7, 1e7, width=32)))
 def test_whatever_the_stamps_time_increases_within_runs(time: np.ndarray) -> None:
     stamps = right(time)

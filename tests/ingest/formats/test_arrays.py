@@ -84,29 +84,6 @@ def test_npz(tmp_path: Path) -> None:
     assert [note.split("`")[1] for note in recording.notes] == ["mass", "cube", "wide"]
 
 
-def test_mat_with_structures(tmp_path: Path) -> None:
-    scipy = pytest.importorskip("scipy.io")
-    log = {"time": TIME, "nu": {"u": 2 * TIME, "all": np.ones((5, 6))}, "name": "dive"}
-    scipy.savemat(tmp_path / "run.mat", {"log": log, "mass": 12.0})
-    recording = arrays.read(tmp_path / "run.mat")
-    topic = recording.topics[0]
-    assert list(topic.fields)[:2] == ["log.time", "log.nu.u"]
-    assert topic.fields["log.nu.u"].tolist() == (2 * TIME).tolist()
-    assert "log.nu.all[5]" in topic.fields
-    assert recording.notes == ("`mass` (one value) holds no samples; left out",)
-
-
-def test_mat_with_sensors_of_their_own_rate(tmp_path: Path) -> None:
-    """Structures of different lengths are topics, each on its own clock."""
-    scipy = pytest.importorskip("scipy.io")
-    dvl = {"time": np.arange(3.0), "u": np.ones(3)}
-    imu = {"time": np.arange(30.0) / 10, "r": np.ones(30), "odd": np.ones(7)}
-    scipy.savemat(tmp_path / "run.mat", {"dvl": dvl, "imu": imu})
-    recording = arrays.read(tmp_path / "run.mat")
-    assert {topic.name: topic.n for topic in recording.topics} == {"dvl": 3, "imu": 30}
-    assert "`odd` has 7 values where `time` has 30" in recording.topic("imu").faults["odd"]
-
-
 @pytest.mark.parametrize("userblock", [0, 512])
 def test_mat_of_version_seven_three(tmp_path: Path, userblock: int) -> None:
     """MATLAB writes a matrix of n x 3 as a dataset of 3 x n, and says its class."""
