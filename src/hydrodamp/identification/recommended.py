@@ -18,10 +18,6 @@ from hydrodamp.simulation.problem import Problem
 #: Length of the pieces that a log is cut into, by turns searched and judged on [s].
 _PIECE = 100.0
 
-#: An earlier stage is taken where its mean square error on what it has not seen is below this share
-#: of the last one's. Any share from a half to nine tenths serves: in between few cases differ.
-_CLEARLY = 0.7
-
 
 @dataclass(frozen=True)
 class Recommended(OutputError):  # noqa: N818 (output error is a method, not an exception)
@@ -30,8 +26,8 @@ class Recommended(OutputError):  # noqa: N818 (output error is a method, not an 
     The search of :class:`OutputError` goes through its windows on all of the log and on either
     half of it, cut into pieces that take turns. How well the start and each stage replay the
     other half, whole pieces from their first sample, says where the search ends: at the last
-    stage, but where an earlier one, or the start, does clearly better. How far the ends of both
-    searches differ widens the intervals.
+    stage, but where an earlier one, or the start, does better by more than chance. How far the
+    ends of both searches differ widens the intervals.
 
     Parameters
     ----------
@@ -62,10 +58,15 @@ class Recommended(OutputError):  # noqa: N818 (output error is a method, not an 
 
 
 def _chosen(missed: FloatArray) -> int:
-    """Return the last stage, or the one that misses least where that is clearly less."""
-    mean = missed.mean(axis=0)
-    best = int(np.argmin(mean))
-    return best if mean[best] < _CLEARLY * mean[-1] else len(mean) - 1
+    """Return the stage that does best, but the last where that is not for certain.
+
+    Certain is a mean difference over pieces of more than three standard errors: few pieces that
+    are better by half say nothing of the next log.
+    """
+    best = int(np.argmin(missed.mean(axis=0)))
+    more = missed[:, -1] - missed[:, best]
+    certain = more.mean() > 3.0 * np.std(more, ddof=1) / np.sqrt(len(more))
+    return best if certain else missed.shape[1] - 1
 
 
 def _halves(
