@@ -162,3 +162,17 @@ def test_a_long_log_keeps_no_rows(vehicle, exact_log, true_damping, monkeypatch)
     assert kept.uncertainty is not None
     assert fit.uncertainty is None
     assert "take the residuals as white" in str(fit)
+
+
+def test_a_dead_rate_leaves_its_axis_unknown_and_the_others_whole():
+    """An axis whose only term is zero throughout has rank 0, in fits and in grades."""
+    campaign = hd.reenact(seed=2, duration=30.0)
+    dead = campaign.train.velocity * [1.0, 1.0, 1.0, 0.0, 1.0, 1.0]
+    problem = hd.prepare(
+        campaign.vehicle, replace(campaign.train, velocity=dead), hd.catalog["fossen"]
+    )
+    for method in (hd.LeastSquares(), hd.WeakForm(), hd.Recommended()):
+        fit = method.identify(problem, hd.catalog["fossen"])
+        grades = hd.graded(problem, fit).grades
+        assert grades["K_p|p|"].word == "not determined"
+        assert np.all(np.isfinite(fit.damping.coefficients))

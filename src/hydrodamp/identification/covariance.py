@@ -271,9 +271,8 @@ class BlockGrams:
             tapers = self.bins.merged(size).tapers(_COARSE)
             every = np.repeat(tapers, self.bins.sizes(size), axis=1)
             self._tapered[hop] = every @ self.gram.reshape(self.bins.n, -1)
-        rank = self.span.rank
-        shares = (self._tapered[hop].reshape(-1, rank) @ own).reshape(-1, rank, own.shape[1])
-        return shares.transpose(2, 0, 1)
+        tapered = self._tapered[hop].reshape(-1, self.span.rank, self.span.rank)
+        return (tapered @ own).transpose(2, 0, 1)
 
     def _covariance(
         self, scores: Fits, fitted: Fits, made: Fits, blocks: Fits, hop: int
@@ -281,7 +280,7 @@ class BlockGrams:
         """Return that of coefficients; a fit takes some variance from its residuals' scores."""
         sums = []
         for z, one, back, shares in zip(scores, fitted, made, blocks, strict=True):
-            taken = (shares.reshape(-1, self.span.rank) @ one).reshape(len(shares), -1)
+            taken = (shares @ one).reshape(len(shares), shares.shape[1] * one.shape[1])
             lost, axes = np.linalg.eigh(taken @ taken.T)
             left = np.sqrt(np.maximum(1.0 - lost, _LEAST_LEFT))
             sums.append(z @ (back @ (axes / left) @ axes.T).T)
@@ -290,7 +289,7 @@ class BlockGrams:
     def _two_stage(self, own: FloatArray) -> FloatArray:
         """Return what takes moments with a target to two-stage less ordinary least squares."""
         rank, size = own.shape[1], self.span.rank
-        if self.n_instrumented <= 2 * rank:
+        if not 0 < 2 * rank < self.n_instrumented:
             return np.zeros((rank, 3 * size))
         half = self.moments[:-6, :-6].reshape(-1, size) @ own
         found = (own.T @ half.reshape(3, size, -1)).reshape(3 * rank, 3 * rank)

@@ -138,8 +138,8 @@ UNKNOWN = 0.5
 SOUND = 0.5
 
 _STAR = (
-    "* the force is not predicted on stretches held out, for want of motion or of the right\n"
-    "  terms; a replay, which sums it over time, may still be near"
+    "* the force is not predicted on stretches held out, for want of motion or of\n"
+    "  the right terms; a replay, which sums it over time, may still be near"
 )
 
 
