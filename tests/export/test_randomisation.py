@@ -76,3 +76,12 @@ def test_what_cannot_be_drawn_is_told(damping, tmp_path):
         Randomisation(form="randomisation")
     with pytest.raises(hd.MethodError, match="at least 1; got 0"):
         Randomisation(draws=0)
+
+
+def test_draws_for_a_form_that_lacks_terms_are_refused(damping, tmp_path):
+    """Dropped silently, cross terms such as N_v would leave draws of another model."""
+    with pytest.raises(hd.MethodError, match=r"'urdf' cannot hold .*draws are not projected"):
+        hd.export(
+            damping, hd.fleet["bluerov2"], Randomisation(draws=2, form="urdf"), tmp_path / "x"
+        )
+    assert not (tmp_path / "x").exists()

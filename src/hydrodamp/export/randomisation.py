@@ -15,6 +15,7 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.errors import MethodError, ModelError
 from hydrodamp.export.craft import Craft
 from hydrodamp.export.forms import FORMS
+from hydrodamp.export.projection import left_out
 from hydrodamp.export.target import Engine, Files, Target, by_core
 from hydrodamp.files import load_text
 from hydrodamp.identification.power import worst_power
@@ -56,6 +57,12 @@ class Randomisation(Target):
 
     def write(self, craft: Craft) -> Files:
         """Return the table, the estimate first, and the files of each draw."""
+        held = FORMS[self.form].holds(craft) if self.form else None
+        if held is not None and (lost := left_out(craft, held)):
+            raise MethodError(
+                f"'{self.form}' cannot hold {', '.join(lost)}, and draws are not projected: take "
+                "a form that has every term, or identify a model that it can hold."
+            )
         rows = [*self._drawn(craft)]
         text = io.StringIO()
         table = csv.writer(text, lineterminator="\n")

@@ -10,7 +10,7 @@ from hydrodamp.export.printer import inputs, matrix
 
 #: Words of a language, and names of other files and functions of an export.
 _TAKEN = {
-    *(*keyword.kwlist, *keyword.softkwlist),
+    *map(str.casefold, (*keyword.kwlist, *keyword.softkwlist)),
     *("end", "function", "persistent", "np", "numpy", "ca", "casadi"),
     *("mpc", "main", "batch", "onboard"),
     *("damping", "wrench", "acceleration", "derivative", "step", "holoocean"),
