@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from importlib.metadata import version
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -17,12 +16,12 @@ from hydrodamp.export.printer import CASADI, number, printed
 from hydrodamp.export.target import (
     Engine,
     Files,
-    NotRun,
     Target,
     by_rate,
     executed,
     parts,
     rendered,
+    require,
 )
 from hydrodamp.export.words import name_of, said_of
 
@@ -63,8 +62,7 @@ class CasADi(Target):
 
     def read(self, folder: Path, craft: Craft) -> Engine:
         """Run the module, and return its accelerations."""
-        if find_spec("casadi") is None:
-            raise NotRun('casadi is not installed (pip install "hydrodamp[export]")')
+        require("casadi")
         function: Any = executed(folder / f"{name_of(craft)}.py").acceleration
 
         def rate(*given: FloatArray) -> FloatArray:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from importlib.metadata import version
-from importlib.util import find_spec
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -13,17 +12,14 @@ from hydrodamp.export.body import Body
 from hydrodamp.export.craft import Craft, States
 from hydrodamp.export.frames import FLU
 from hydrodamp.export.stepping import stepped
-from hydrodamp.export.target import Engine, NotRun
+from hydrodamp.export.target import Engine, require
 
 _TURN_FIRST = [3, 4, 5, 0, 1, 2]  # DART has rotation before translation
 
 
 def dart(craft: Craft, body: Body, step: float) -> Engine:
     """Return the engine of a craft and its body as they were read, in DART's own steps [s]."""
-    if find_spec("dartpy") is None:
-        raise NotRun(
-            'dartpy, the physics of gz-sim, is not installed (pip install "hydrodamp[export]")'
-        )
+    require("dartpy", "dartpy, the physics of gz-sim,")
     return stepped(_Link(craft, body), f"DART {version('dartpy')}", step)
 
 

@@ -10,7 +10,6 @@ import zipfile
 from contextlib import suppress
 from dataclasses import dataclass
 from importlib.metadata import version
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -22,7 +21,7 @@ from hydrodamp.export.compiling import HEADERS, SOURCES, own_files, shared
 from hydrodamp.export.craft import Craft
 from hydrodamp.export.drive import LONGEST_STEP
 from hydrodamp.export.frames import upright
-from hydrodamp.export.target import Engine, Files, NotRun, Target, by_rate, rendered
+from hydrodamp.export.target import Engine, Files, NotRun, Target, by_rate, rendered, require
 from hydrodamp.export.words import name_of, said_of
 from hydrodamp.files import save_all
 
@@ -70,8 +69,7 @@ class FMU(Target):
 
     def read(self, folder: Path, craft: Craft) -> Engine:
         """Load the unit by fmpy, and return its rates of model exchange."""
-        if find_spec("fmpy") is None:
-            raise NotRun('fmpy is not installed (pip install "hydrodamp[export]")')
+        require("fmpy")
         unit = loaded(folder / f"{name_of(craft)}.fmu")
 
         def rate(

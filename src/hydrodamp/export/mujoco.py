@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from importlib.metadata import version
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, ClassVar, TypeVar
 
@@ -17,7 +16,7 @@ from hydrodamp.export.craft import Craft
 from hydrodamp.export.frames import FLU
 from hydrodamp.export.printer import PYTHON, number, printed
 from hydrodamp.export.stepping import stepped
-from hydrodamp.export.target import Engine, Files, NotRun, Target, executed, rendered
+from hydrodamp.export.target import Engine, Files, Target, executed, rendered, require
 from hydrodamp.export.words import name_of, said_of
 from hydrodamp.vehicle.mass import STANDARD_GRAVITY
 
@@ -68,8 +67,7 @@ class MuJoCo(Target):
 
     def read(self, folder: Path, craft: Craft) -> Engine:
         """Return MuJoCo with the model and the force."""
-        if find_spec("mujoco") is None:
-            raise NotRun('mujoco is not installed (pip install "hydrodamp[export]")')
+        require("mujoco")
         body = _Body(folder, name_of(craft))
         engine = stepped(body, f"MuJoCo {version('mujoco')}", self.step)
         return replace(engine, rates=body.wet(engine.rates), replay=body.wet(engine.replay))

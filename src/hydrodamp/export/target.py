@@ -6,6 +6,7 @@ from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, ClassVar
@@ -34,6 +35,12 @@ Rates = Callable[[States], FloatArray]
 
 class NotRun(Exception):  # noqa: N818 - an outcome, caught where the card is made
     """Why what was written could not be run here, as the rest of a sentence."""
+
+
+def require(package: str, what: str = "") -> None:
+    """Say that nothing runs what was written where a package of the extra is not there."""
+    if find_spec(package) is None:
+        raise NotRun(f'{what or package} is not installed (pip install "hydrodamp[export]")')
 
 
 @dataclass(frozen=True)
