@@ -9,6 +9,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.export.craft import Craft, States
+from hydrodamp.export.export import save
 from hydrodamp.kernels.core import C, ffi, mass_inverse, plant_of, pointer
 
 RICH = hd.Vehicle(
@@ -122,3 +123,9 @@ def planar() -> tuple[hd.Vehicle, hd.Damping, hd.Log]:
     )
     moved = hd.simulate(boat, damping, log).velocity
     return boat, damping, replace(log, velocity=moved)
+
+
+def written(form, craft, folder):
+    """Return the folder that a form's files of a craft are in."""
+    save(form.write(craft), folder)
+    return folder

@@ -13,7 +13,7 @@ from hydrodamp.export.c99 import C
 from hydrodamp.export.compiling import SOURCES, STRICT
 from hydrodamp.export.craft import Craft
 
-from .conftest import ALL_ATOMS, MODELS, RICH, coefficients, core, states
+from .conftest import ALL_ATOMS, MODELS, RICH, coefficients, core, states, written
 
 pytestmark = pytest.mark.skipif(
     not any(map(shutil.which, ("cc", "gcc", "clang"))), reason="no C compiler is installed"
@@ -22,25 +22,18 @@ pytestmark = pytest.mark.skipif(
 DOUBLE = C()
 
 
-def written(craft, folder, form=DOUBLE):
-    for name, content in form.write(craft).items():
-        data = content if isinstance(content, bytes) else content.encode("utf-8")
-        (folder / name).write_bytes(data)
-    return folder
-
-
 @pytest.mark.parametrize("model", [*MODELS, ALL_ATOMS], ids=lambda model: model.key)
 def test_double_is_the_core_to_the_last_bit(model, tmp_path):
     craft = Craft.of(RICH, coefficients(model))
     at = states(craft)
-    found = C().read(written(craft, tmp_path), craft).rates(at)
+    found = C().read(written(DOUBLE, craft, tmp_path), craft).rates(at)
     np.testing.assert_array_equal(found, core(craft, at))
 
 
 def test_float_is_near(tmp_path):
     craft, form = Craft.of(RICH, coefficients(ALL_ATOMS)), C(precision="float")
     at = states(craft)
-    found, wanted = form.read(written(craft, tmp_path, form), craft).rates(at), core(craft, at)
+    found, wanted = form.read(written(form, craft, tmp_path), craft).rates(at), core(craft, at)
     assert np.abs(found - wanted).max() < 1e-5 * np.abs(wanted).max()
     assert np.abs(found - wanted).max() > 0.0
 
@@ -49,7 +42,7 @@ def test_inputs_that_a_model_alone_has(tmp_path):
     craft = Craft.of(hd.fleet["remus100"], coefficients(ALL_ATOMS))
     at = states(craft)
     assert craft.inputs[-1] == "u_c"
-    found = C().read(written(craft, tmp_path), craft).rates(at)
+    found = C().read(written(DOUBLE, craft, tmp_path), craft).rates(at)
     np.testing.assert_array_equal(found, core(craft, at))
 
 
@@ -59,7 +52,7 @@ def test_a_vehicle_without_actuators_takes_a_wrench(tmp_path, precision):
     craft, form = Craft.of(bare, coefficients(MODELS[0])), C(precision=precision)
     at = states(craft)
     assert craft.inputs == ()
-    found = form.read(written(craft, tmp_path, form), craft).rates(at)
+    found = form.read(written(form, craft, tmp_path), craft).rates(at)
     wanted = core(craft, at)
     np.testing.assert_allclose(found, wanted, atol=1e-5 * np.abs(wanted).max())
 
@@ -90,7 +83,7 @@ int main(void)
 def rich(tmp_path_factory):
     """A folder with the library of a vehicle, and a program that sails five seconds."""
     damping = hd.Damping(hd.catalog["fossen"], -np.linspace(2.0, 30.0, 12))
-    folder = written(Craft.of(RICH, damping), tmp_path_factory.mktemp("rich"))
+    folder = written(DOUBLE, Craft.of(RICH, damping), tmp_path_factory.mktemp("rich"))
     (folder / "sail.c").write_text(PROGRAM)
     return folder, damping
 

@@ -14,28 +14,22 @@ from hydrodamp.export.casadi import CasADi
 from hydrodamp.export.craft import Craft
 from hydrodamp.export.target import executed, parts
 
-from .conftest import ALL_ATOMS, MODELS, RICH, coefficients, core, states
+from .conftest import ALL_ATOMS, MODELS, RICH, coefficients, core, states, written
 
 ca = pytest.importorskip("casadi")
-
-
-def written(craft, folder, form=None):
-    for name, text in (form or CasADi()).write(craft).items():
-        (folder / name).write_text(text, encoding="utf-8")
-    return folder
 
 
 @pytest.mark.parametrize("model", [*MODELS, ALL_ATOMS], ids=lambda model: model.key)
 def test_accelerations_are_those_of_the_core(model, tmp_path):
     craft = Craft.of(RICH, coefficients(model))
     at = states(craft)
-    found = CasADi().read(written(craft, tmp_path), craft).rates(at)
+    found = CasADi().read(written(CasADi(), craft, tmp_path), craft).rates(at)
     np.testing.assert_allclose(found, core(craft, at), rtol=1e-12, atol=1e-12)
 
 
 def test_its_jacobian_is_that_of_differences(tmp_path):
     craft = Craft.of(RICH, coefficients(ALL_ATOMS))
-    function = executed(written(craft, tmp_path) / "rich_3.py").acceleration
+    function = executed(written(CasADi(), craft, tmp_path) / "rich_3.py").acceleration
     at, step = states(craft, 5), 1e-6
     nu = ca.SX.sym("nu", 6)
     other = [ca.SX.sym("x", len(part.T)) for part in parts(at)[1:]]
@@ -56,7 +50,7 @@ def test_rounded_off_it_has_derivatives_at_rest_and_says_what_they_cost(tmp_path
         craft = Craft.of(hd.fleet["remus100"], damping)
         folder = tmp_path / str(smooth)
         folder.mkdir()
-        module = executed(written(craft, folder, CasADi(smooth=smooth)) / "remus100.py")
+        module = executed(written(CasADi(smooth=smooth), craft, folder) / "remus100.py")
         nu = ca.SX.sym("nu", 6)
         wrench = module.damping(nu, [0, 0, 1], [0] * len(module.INPUTS))
         slopes.append(np.array(ca.Function("f", [nu], [ca.jacobian(wrench, nu)])(np.zeros(6))))
@@ -75,7 +69,7 @@ def test_its_step_is_that_of_a_replay(tmp_path, sailed):
     log = sailed.exact_test.between(0.0, 3.0)
     damping = hd.published["vt690-sname2022"]
     craft = Craft.of(sailed.vehicle, damping)
-    module = executed(written(craft, tmp_path) / "vt690.py")
+    module = executed(written(CasADi(), craft, tmp_path) / "vt690.py")
     state = np.concatenate([log.velocity[0], np.zeros(3), log.attitude[0]])
     for k, length in enumerate(np.diff(log.time)):
         for _ in range(2):
@@ -90,7 +84,7 @@ def test_the_code_it_generates_is_the_same(tmp_path):
     if compiler is None:
         pytest.skip("no C compiler is installed")
     craft = Craft.of(RICH, coefficients(MODELS[0]))
-    function = executed(written(craft, tmp_path) / "rich_3.py").acceleration
+    function = executed(written(CasADi(), craft, tmp_path) / "rich_3.py").acceleration
     (tmp_path / "code").mkdir()
     made = function.generate("code.c")
     shutil.move(made, tmp_path / "code" / "code.c")
@@ -104,7 +98,7 @@ def test_the_code_it_generates_is_the_same(tmp_path):
 
 def test_the_example_of_predictive_control_runs(tmp_path):
     craft = Craft.of(hd.fleet["vt690"], hd.published["vt690-sname2022"])
-    written(craft, tmp_path, CasADi(smooth=1e-3))
+    written(CasADi(smooth=1e-3), craft, tmp_path)
     call = [sys.executable, "mpc.py"]
     done = subprocess.run(call, cwd=tmp_path, capture_output=True, text=True, check=True)
     surges = [float(line.split()[3]) for line in done.stdout.splitlines() if "surge" in line]

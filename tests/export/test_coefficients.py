@@ -13,7 +13,7 @@ import hydrodamp as hd
 from hydrodamp.export.coefficients import URDF, UUV, MarineGym
 from hydrodamp.export.craft import Craft
 
-from .conftest import core, states
+from .conftest import core, states, written
 
 TURN = np.array([1.0, -1.0, -1.0])
 XML = (".sdf", ".config", ".urdf", ".scn", ".xml")
@@ -28,12 +28,6 @@ EVERY = hd.Damping.from_dict(
 COUPLED = hd.Damping.from_dict(
     None, {"X_u^2": -3.0, "Y_v": -6.0, "Y_r": 2.0, "Y_ur": 1.5, "M_w": 0.7, "N_uv": -0.3}
 )
-
-
-def written(form, craft, folder):
-    for name, text in form.write(craft).items():
-        (folder / name).write_text(text, encoding="utf-8")
-    return folder
 
 
 @pytest.mark.parametrize("damping", [EVERY, COUPLED], ids=["diagonal", "coupled"])

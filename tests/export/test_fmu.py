@@ -13,7 +13,7 @@ from hydrodamp.data.attitude import quaternion_from_euler
 from hydrodamp.export.craft import Craft
 from hydrodamp.export.fmu import FMU, INPUTS, RATES, STATES, loaded
 
-from .conftest import ALL_ATOMS, MODELS, RICH, coefficients, core, states
+from .conftest import ALL_ATOMS, MODELS, RICH, coefficients, core, states, written
 
 pytest.importorskip("fmpy")
 pytestmark = pytest.mark.skipif(
@@ -21,22 +21,20 @@ pytestmark = pytest.mark.skipif(
 )
 
 
-def written(craft, folder):
-    for name, content in FMU().write(craft).items():
-        (folder / name).write_bytes(content)
-    return next(folder.glob("*.fmu"))
+def packed(craft, folder):
+    return next(written(FMU(), craft, folder).glob("*.fmu"))
 
 
 def test_fmpy_finds_no_fault_with_it(tmp_path):
     from fmpy.validation import validate_fmu
 
-    assert validate_fmu(str(written(Craft.of(RICH, coefficients(ALL_ATOMS)), tmp_path))) == []
+    assert validate_fmu(str(packed(Craft.of(RICH, coefficients(ALL_ATOMS)), tmp_path))) == []
 
 
 @pytest.mark.parametrize("model", [MODELS[3], ALL_ATOMS], ids=lambda model: model.key)
 def test_its_rates_are_the_cores_to_the_last_bit(model, tmp_path):
     craft, n = Craft.of(RICH, coefficients(model)), 20
-    unit, at = loaded(written(craft, tmp_path)), states(craft, n)
+    unit, at = loaded(packed(craft, tmp_path)), states(craft, n)
     turned = quaternion_from_euler(np.random.default_rng(0).normal(size=(n, 3)))
     w, x, y, z = turned.T  # as attitude.c has it
     down = 2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z
@@ -53,7 +51,7 @@ def test_its_rates_are_the_cores_to_the_last_bit(model, tmp_path):
 def test_co_simulation_is_a_replay_to_the_last_bit(sailed, tmp_path):
     log, damping = sailed.exact_test.between(0.0, 5.0), hd.published["vt690-sname2022"]
     craft = Craft.of(sailed.vehicle, damping)
-    unit = loaded(written(craft, tmp_path))
+    unit = loaded(packed(craft, tmp_path))
     velocity = [log.velocity[0]]
     unit.setReal(range(STATES, RATES), [*log.velocity[0], 0.0, 0.0, 0.0, *unit_quaternion(log)])
     unit.exitInitializationMode()
@@ -74,7 +72,7 @@ def unit_quaternion(log):
 def test_another_program_sails_it(tmp_path):
     from fmpy import simulate_fmu
 
-    path = written(Craft.of(hd.fleet["vt690"], hd.published["vt690-sname2022"]), tmp_path)
+    path = packed(Craft.of(hd.fleet["vt690"], hd.published["vt690-sname2022"]), tmp_path)
     inputs = np.array([(0.0, 2000.0)], dtype=[("time", float), ("input.rpm", float)])
     for kind in ("ModelExchange", "CoSimulation"):
         end = {"stop_time": 60.0, "fmi_type": kind, "output_interval": 1.0, "input": inputs}

@@ -12,16 +12,10 @@ from hydrodamp.export.craft import Craft
 from hydrodamp.export.mujoco import MuJoCo
 from hydrodamp.export.target import executed
 
-from .conftest import ALL_ATOMS, MODELS, RICH, coefficients, core, states
+from .conftest import ALL_ATOMS, MODELS, RICH, coefficients, core, states, written
 
 here = pytest.mark.skipif(not find_spec("mujoco"), reason="mujoco is not installed")
 PUBLISHED = hd.published["vt690-sname2022"]
-
-
-def written(craft, folder):
-    for name, text in MuJoCo().write(craft).items():
-        (folder / name).write_text(text, encoding="utf-8")
-    return folder
 
 
 @here
@@ -29,7 +23,10 @@ def written(craft, folder):
 def test_accelerations_are_those_of_the_core(model, tmp_path):
     craft = Craft.of(RICH, coefficients(model))
     at = states(craft, 12)
-    found, wanted = MuJoCo().read(written(craft, tmp_path), craft).rates(at), core(craft, at)
+    found, wanted = (
+        MuJoCo().read(written(MuJoCo(), craft, tmp_path), craft).rates(at),
+        core(craft, at),
+    )
     np.testing.assert_allclose(found, wanted, rtol=1e-9, atol=1e-9 * np.abs(wanted).max())
 
 
@@ -47,7 +44,7 @@ def test_what_is_applied_at_the_center_of_mass_moves_it_and_other_models_are_lef
     import mujoco
 
     craft = Craft.of(hd.fleet["vt690"], PUBLISHED)
-    written(craft, tmp_path)
+    written(MuJoCo(), craft, tmp_path)
     ball = "<mujoco><worldbody><body><freejoint/><geom size='1'/></body></worldbody></mujoco>"
     other = mujoco.MjModel.from_xml_string(ball)
     model = mujoco.MjModel.from_xml_path(str(tmp_path / "vt690.xml"))

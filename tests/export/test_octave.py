@@ -14,17 +14,11 @@ from hydrodamp.export.craft import Craft
 from hydrodamp.export.frames import upright
 from hydrodamp.export.octave import Octave
 
-from .conftest import ALL_ATOMS, MODELS, RICH, coefficients, core, states
+from .conftest import ALL_ATOMS, MODELS, RICH, coefficients, core, states, written
 
 here = pytest.mark.skipif(
     not (shutil.which("octave-cli") or shutil.which("octave")), reason="Octave is not installed"
 )
-
-
-def written(craft, folder):
-    for name, text in Octave().write(craft).items():
-        (folder / name).write_text(text, encoding="utf-8")
-    return folder
 
 
 @here
@@ -32,7 +26,7 @@ def written(craft, folder):
 def test_accelerations_are_those_of_the_core(model, tmp_path):
     craft = Craft.of(RICH, coefficients(model))
     at = states(craft, 12)
-    found = Octave().read(written(craft, tmp_path), craft).rates(at)
+    found = Octave().read(written(Octave(), craft, tmp_path), craft).rates(at)
     np.testing.assert_allclose(found, core(craft, at), rtol=1e-12, atol=1e-12)
 
 
@@ -48,7 +42,7 @@ def test_it_sails_as_the_core_does(sailed, tmp_path):
 @here
 def test_angles_and_a_current(tmp_path):
     craft = Craft.of(hd.fleet["vt690"], hd.published["vt690-sname2022"])
-    written(craft, tmp_path)
+    written(Octave(), craft, tmp_path)
     # With the current, heading north: still in the water, whatever the state is written in.
     lines = (
         "x = [0 0.5 0 0 0 0.2 0 0 0 0.1 0.3 0]';",
@@ -67,7 +61,7 @@ def test_angles_and_a_current(tmp_path):
 
 @here
 def test_what_the_page_shows_runs(tmp_path):
-    written(Craft.of(hd.fleet["vt690"], hd.published["vt690-sname2022"]), tmp_path)
+    written(Octave(), Craft.of(hd.fleet["vt690"], hd.published["vt690-sname2022"]), tmp_path)
     page = (Path(__file__).parents[2] / "docs" / "export" / "octave.md").read_text("utf-8")
     (tmp_path / "page.m").write_text(page.split("```matlab\n")[1].split("```")[0])
     program = shutil.which("octave-cli") or shutil.which("octave")

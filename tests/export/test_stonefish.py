@@ -12,13 +12,7 @@ import hydrodamp as hd
 from hydrodamp.export.craft import Craft
 from hydrodamp.export.stonefish import Stonefish, box_drag
 
-from .conftest import core, states
-
-
-def written(form, craft, folder):
-    for name, text in form.write(craft).items():
-        (folder / name).write_text(text, encoding="utf-8")
-    return ElementTree.parse(folder / form.file).getroot()
+from .conftest import core, states, written
 
 
 def test_a_plate_that_moves_ahead_has_its_area_and_its_sides():
@@ -34,7 +28,7 @@ def test_drag_that_a_box_has_comes_back(tmp_path):
     damping = hd.Damping.from_dict(None, dict(zip(labels, drag.tolist(), strict=True)))
     vehicle = replace(hd.fleet["bluerov2-heavy"], buoyancy=sides.prod() * 9806.65)
     craft, form = Craft.of(vehicle, damping), Stonefish(length=6.0, width=3.0, height=2.0)
-    root = written(form, craft, tmp_path)
+    root = ElementTree.parse(written(form, craft, tmp_path) / Stonefish.file).getroot()
     found = [
         [float(part) for part in root.find(".//hydrodynamics").get(name).split()]
         for name in ("quadratic_drag", "viscous_drag")
@@ -48,7 +42,9 @@ def test_drag_that_a_box_has_comes_back(tmp_path):
 
 def test_what_drives_is_no_drag(sailed, tmp_path):
     damping = hd.Damping.from_dict(None, {"X_u|u|": 3.0, "Y_v|v|": -20.0})
-    root = written(Stonefish(), Craft.of(hd.fleet["bluerov2"], damping), tmp_path)
+    root = ElementTree.parse(
+        written(Stonefish(), Craft.of(hd.fleet["bluerov2"], damping), tmp_path) / Stonefish.file
+    ).getroot()
     hydrodynamics = root.find(".//hydrodynamics")
     assert hydrodynamics.get("quadratic_drag").split()[0] == "0.0"
     published, log = hd.published["vt690-sname2022"], sailed.test.between(0.0, 2.0)

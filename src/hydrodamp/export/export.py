@@ -98,10 +98,10 @@ def export(
     folder.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=".hydrodamp-", dir=folder.parent.resolve()) as place:
         made = Path(place, "export")
-        _save(form.write(held), made)
+        save(form.write(held), made)
         card = _card(form, craft, held, at, drive, lost, made)
         _check_replay(card, force)
-        _save({CARD: as_json(card.document())}, made)
+        save({CARD: as_json(card.document())}, made)
         if folder.exists():
             folder.rename(Path(place, "earlier"))
         made.rename(folder)
@@ -186,7 +186,8 @@ def _check_replay(card: Fidelity, force: bool) -> None:
         )
 
 
-def _save(files: Files, folder: Path) -> None:
+def save(files: Files, folder: Path) -> None:
+    """Write the files of an export into its folder, whole or not at all."""
     save_all(
         {
             folder / path: content.encode("utf-8") if isinstance(content, str) else content
