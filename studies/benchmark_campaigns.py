@@ -205,10 +205,6 @@ SEEN: dict[str, Callable[[], Logs]] = {
     "rov/90s/2x/coloured-tether": ROV(909, 90.0, tether(2.0, coloured=True)),
     "heavy-rov/250s/0.5x": HEAVY(910, 250.0, noise(0.5)),
     "tanker/180s/2x/10Hz": SHIP(911, 180.0, waves(2.0), rate=10.0),
-}
-"""Those that methods may be made on."""
-
-UNSEEN: dict[str, Callable[[], Logs]] = {
     "sname/90s/1.5x/coloured": Sail(published, 931, 90.0, noise(1.5, coloured=True)),
     "sname2022/150s": Sail(marginal, 932, 150.0),
     "sname2022/90s/2x/20Hz": Sail(marginal, 933, 90.0, noise(2.0), 20.0),
@@ -224,6 +220,22 @@ UNSEEN: dict[str, Callable[[], Logs]] = {
     "rov/150s/0.5x": ROV(939, 150.0, noise(0.5)),
     "heavy-rov/100s/2x/tether": HEAVY(940, 100.0, tether(2.0)),
     "tanker/120s/0.5x": SHIP(941, 120.0, waves(0.5)),
+}
+"""Those that methods may be made on."""
+
+UNSEEN: dict[str, Callable[[], Logs]] = {
+    "sname/70s/2x/coloured-pushed": Sail(published, 951, 70.0, noise(2.0, 1.0, coloured=True)),
+    "sname/180s/0.5x/20Hz": Sail(published, 952, 180.0, noise(0.5), 20.0),
+    "sname2022/110s/1.5x": Sail(marginal, 953, 110.0, noise(1.5)),
+    "sname2022/90s/fins-20%": Sail(marginal, 954, 90.0, recording=WEAK_FINS),
+    "crossflow/120s/pushed": Sail(crossflow, 955, 120.0, noise(1.0, 1.0)),
+    "lag-0.15s/100s/2x": Sail(lagging(marginal, 0.15), 956, 100.0, noise(2.0)),
+    "drifting/120s/coloured": Sail(drifting, 957, 120.0, noise(1.0, coloured=True)),
+    "remus/120s/2x": Sail(remus, 958, 120.0, noise(2.0)),
+    "remus-theory/90s/accelerations": Sail(remus_by_theory, 959, 90.0, recording=EXACT),
+    "rov/90s/2x": ROV(960, 90.0, noise(2.0)),
+    "heavy-rov/120s/tether": HEAVY(961, 120.0, tether(1.0)),
+    "tanker/180s/2x": SHIP(962, 180.0, waves(2.0)),
 }
 """Those that nobody looks at while making a method."""
 

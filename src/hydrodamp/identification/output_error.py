@@ -30,8 +30,8 @@ class OutputError:
     the sensitivities of exactly the Runge-Kutta steps that a replay takes. Errors of each
     velocity over each length have an unknown variance of their own (concentrated likelihood).
     Small coefficients are preferred with a strength that the data set (evidence, MacKay 1992),
-    and damping that feeds no power to the motion up to one and a half times the velocities of
-    the log. After Farina and Piroddi (2010).
+    and damping that feeds no power to the motion up to three times the velocities of the log.
+    After Farina and Piroddi (2010).
 
     Parameters
     ----------

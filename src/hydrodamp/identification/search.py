@@ -42,7 +42,7 @@ _LOOKED_AT = 32
 
 #: How far beyond the log damping is to take power, and what weight power fed to the motion has
 #: against errors, both as shares of what is usual in the log.
-_BEYOND, _FED = 0.5, 10.0
+_BEYOND, _FED = 2.0, 10.0
 
 #: Strengths of the prior in the regressions that a search may start from, and their steps.
 _PRIORS, _ACTIVE = (1e-6, 1e-4, 1e-2, 1.0), 20
