@@ -10,7 +10,9 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.export import target
 from hydrodamp.export.craft import Craft
+from hydrodamp.export.drive import Drive
 from hydrodamp.export.gazebo import VRX, GzSim
 from hydrodamp.export.projection import projected
 from hydrodamp.kernels import coriolis
@@ -143,8 +145,27 @@ def test_what_gz_sim_has_not_is_fitted(model, sailed, tmp_path):
     assert max(card.wrench_error[axis] for axis in "XYZN") < (1e-8 if card.exact else 90.0)
 
 
-@pytest.mark.skipif(bool(find_spec("dartpy")), reason="dartpy is installed")
-def test_without_dart_it_is_not_run(tmp_path):
+@dart
+def test_half_the_step_of_dart_halves_its_error(tmp_path):
+    damping = hd.Damping.from_dict(None, {"X_u|u|": -20.0, "Y_v": -60.0, "N_r|r|": -8.0})
+    craft = Craft.of(hd.fleet["bluerov2-heavy"], damping)
+    n = 41
+    waves = np.sin(
+        0.1 * np.arange(n)[:, None] * [0.5, 0.7, 0.9, 1.1, 1.3, 1.7] + [0, 1, 2, 3, 4, 5]
+    )
+    level = np.tile([1.0, 0.0, 0.0, 0.0], (n, 1))
+    push = waves * [20.0, 20.0, 20.0, 1.0, 1.0, 4.0]
+    drive = Drive.of(craft, hd.Log(0.1 * np.arange(n), 0.0 * waves, wrench=push, attitude=level))
+    exact, found = drive.source().velocity, []
+    for step in (0.004, 0.002, 0.001):
+        folder = written(GzSim(step=step), craft, tmp_path)
+        sailed = GzSim(step=step).read(folder, craft).replay(drive)
+        found.append(np.sqrt(np.mean((sailed - exact) ** 2)))
+    np.testing.assert_allclose(np.array(found[:-1]) / found[1:], 2.0, rtol=0.02)
+
+
+def test_without_dart_it_is_not_run(tmp_path, monkeypatch):
+    monkeypatch.setattr(target, "find_spec", lambda name: None)
     card = hd.export(PUBLISHED, hd.fleet["vt690"], "gz-sim", tmp_path / "a")
     assert "dartpy" in card.not_run
 

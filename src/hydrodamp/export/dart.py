@@ -20,7 +20,7 @@ _TURN_FIRST = [3, 4, 5, 0, 1, 2]  # DART has rotation before translation
 def dart(craft: Craft, body: Body, step: float) -> Engine:
     """Return the engine of a craft and its body as they were read, in DART's own steps [s]."""
     require("dartpy", "dartpy, the physics of gz-sim,")
-    return stepped(_Link(craft, body), f"DART {version('dartpy')}", step)
+    return stepped(_Link(craft, body), f"DART {version('dartpy')}", step, "Euler ")
 
 
 class _Link:

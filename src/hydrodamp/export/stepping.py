@@ -26,8 +26,8 @@ class Simulator(Protocol):
         """Take one step [s], and return the velocity after it."""
 
 
-def stepped(simulator: Simulator, name: str, step: float) -> Engine:
-    """Return the engine of a simulator, in steps of at most so many seconds."""
+def stepped(simulator: Simulator, name: str, step: float, kind: str = "") -> Engine:
+    """Return the engine of a simulator, in steps of at most so many seconds and of a kind."""
 
     def rates(at: States) -> FloatArray:
         found = []
@@ -46,4 +46,4 @@ def stepped(simulator: Simulator, name: str, step: float) -> Engine:
     def replay(drive: Drive) -> FloatArray:
         return sail(drive, f" in {name}", step, simulator.place, advance)
 
-    return Engine(name, f"steps of {step:g} s", rates, replay)
+    return Engine(name, f"{kind}steps of {step:g} s", rates, replay)
