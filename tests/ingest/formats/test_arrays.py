@@ -84,6 +84,16 @@ def test_npz(tmp_path: Path) -> None:
     assert [note.split("`")[1] for note in recording.notes] == ["mass", "cube", "wide"]
 
 
+def test_structures_of_numpy_are_taken_apart(tmp_path: Path) -> None:
+    rows = np.zeros(3, dtype=[("t", "f8"), ("v", "f8", 3)])
+    rows["t"] = [0, 1, 2]
+    np.savez(tmp_path / "a.npz", log=rows)
+    np.save(tmp_path / "a.npy", rows)
+    for name, stem in (("a.npz", "log."), ("a.npy", "")):
+        (topic,) = files.read(tmp_path / name).topics
+        assert [*topic.fields] == [f"{stem}{one}" for one in ("t", "v[0]", "v[1]", "v[2]")]
+
+
 @pytest.mark.parametrize("userblock", [0, 512])
 def test_mat_of_version_seven_three(tmp_path: Path, userblock: int) -> None:
     """MATLAB writes a matrix of n x 3 as a dataset of 3 x n, and says its class."""

@@ -38,6 +38,12 @@ def test_names_units_and_signs_are_turned(csv_file: Write) -> None:
     assert log.velocity_names == ("u", "r")
 
 
+def test_a_stamp_that_nobody_filled_gives_way_to_the_next(csv_file: Write) -> None:
+    path = csv_file("stamp,t,u\nnan,0,1\nnan,1,1\nnan,2,1\n")
+    mapping = LogMapping.from_dict({"time": ["stamp", "t"], "velocity": {"u": "u"}})
+    assert read_log(path, mapping).time.tolist() == [0, 1, 2]
+
+
 @pytest.mark.parametrize(
     ("header", "channel", "told"),
     [

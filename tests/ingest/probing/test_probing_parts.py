@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 
 from hydrodamp.data.log import Log
-from hydrodamp.data.recording import Topic
+from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.ingest.mapping import LogMapping
+from hydrodamp.ingest.probing import columns
 from hydrodamp.ingest.probing.columns import ticking
 from hydrodamp.ingest.probing.delay import delays
 from hydrodamp.ingest.probing.draft import command_names
+from hydrodamp.ingest.probing.probe import probe
 
 
 @pytest.mark.parametrize(
@@ -27,6 +29,16 @@ def test_unit_of_the_clock_by_its_size(scale: float, start: float, unit: str) ->
     assert found is not None
     assert found.unit == unit
     assert np.diff(found.seconds).mean() == pytest.approx(0.1, rel=1e-3)
+
+
+def test_a_log_of_days_tells_its_units_as_one_of_minutes(monkeypatch) -> None:
+    """A clock that is thinned tenfold has no gap from tick to tick."""
+    monkeypatch.setattr(columns, "_MANY", 200)
+    time = np.arange(2000.0)
+    yaw = 0.6 * np.sin(time / 40)
+    turning = {"yaw_deg": np.degrees(yaw), "yaw_rate": np.degrees(np.gradient(yaw, time))}
+    table = Topic("", None, {"t": time, **turning})
+    assert probe(Recording((table,), "days.csv", "text in columns")).roles.rates.unit == "deg/s"
 
 
 def surge(delay: int, step: float, irregular: bool = False, n: int = 3000) -> Log:

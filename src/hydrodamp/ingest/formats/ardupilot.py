@@ -204,7 +204,7 @@ def _instances(form: _Format, fields: dict[str, Any], stated: _Stated) -> Iterat
     if not isinstance(numbers, np.ndarray):
         yield _topic(form.name, fields, units)
         return
-    for number in np.unique(numbers).tolist():
+    for number in np.unique(numbers[np.isfinite(numbers)]).tolist():
         rows = np.flatnonzero(numbers == number)
         yield _topic(f"{form.name}[{int(number)}]", fields, units, rows)
 

@@ -45,16 +45,23 @@ def _numpy(path: str | Path, notes: list[str]) -> Iterator[tuple[str, Any]]:
     with opened(path) as file:
         loaded = np.load(file, allow_pickle=False)
         if isinstance(loaded, np.ndarray):
-            names = loaded.dtype.names
-            yield from ((name, loaded[name]) for name in names) if names else [("array", loaded)]
+            yield from _parts("" if loaded.dtype.names else "array", loaded)
             return
         for name in loaded.files:
             try:
-                yield name, loaded[name]
+                yield from _parts(name, loaded[name])
             except ValueError as error:
                 if "object" not in str(error).lower():
                     raise
                 notes.append(f"`{name}` holds Python objects, which are never loaded; left out")
+
+
+def _parts(name: str, array: Any) -> Iterator[tuple[str, Any]]:
+    """Yield an array, or those of its parts where its rows are structures."""
+    for part in array.dtype.names or ():
+        yield f"{name}.{part}".lstrip("."), array[part]
+    if not array.dtype.names:
+        yield name, array
 
 
 def _matlab(path: str | Path, notes: list[str]) -> Iterator[tuple[str, Any]]:
@@ -114,9 +121,7 @@ def _columns(arrays: Mapping[str, Any], notes: list[str]) -> dict[str, Any]:
     rows = _usual_length(flat)
     for name, block in flat.items():
         shape = " x ".join(map(str, np.shape(arrays[name]))) or "one value"
-        if block.dtype.names:
-            found |= {f"{name}.{part}": block[part] for part in block.dtype.names}
-        elif block.dtype.kind not in "buifUS" or block.ndim not in (1, 2):
+        if block.dtype.kind not in "buifUS" or block.ndim not in (1, 2):
             notes.append(f"`{name}` ({shape}) holds no samples; left out")
         elif block.ndim == 1:
             found[name] = block

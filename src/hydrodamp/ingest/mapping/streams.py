@@ -138,7 +138,7 @@ def _time(topic: Topic, time: Sequence[Source]) -> FloatArray:
         if faults := [*found.faults()]:
             raise LogError(faults)
         stamps = found.values()
-        if len(stamps) == 0 or np.nanmin(stamps) < np.nanmax(stamps):
+        if len(stamps) == 0 or np.fmin.reduce(stamps) < np.fmax.reduce(stamps):
             return stamps
         dead = stamps  # as of a header that nobody fills
     if dead is not None:

@@ -181,11 +181,12 @@ def together(series: Sequence[Series]) -> tuple[FloatArray, FloatArray]:
     except LogError:  # what seemed a clock is none
         return np.empty(0), np.empty((0, len(series)))
     base = max(stamps.values(), key=lambda one: one.step)
-    thin = slice(None, None, 1 + len(base.time) // _MANY)
+    thin = slice(None, None, every := 1 + len(base.time) // _MANY)
     ticks = Ticks(base.time[thin], base.run[thin])
     values = np.column_stack([_at(ticks, base, stamps[one.topic], one.values) for one in series])
     steps = np.diff(ticks.time, prepend=ticks.time[:1])
-    broken = (np.diff(ticks.run, prepend=ticks.run[:1]) != 0) | (steps > base.limit)
+    limit = base.limit + (every - 1) * base.step
+    broken = (np.diff(ticks.run, prepend=ticks.run[:1]) != 0) | (steps > limit)
     values[broken] = np.nan
     return np.cumsum(np.where(broken, base.step, steps)), values
 
