@@ -1,10 +1,7 @@
 """Shared builders: smooth motions with exact accelerations, and the wrench they need."""
 
-from __future__ import annotations
-
 import os
 import signal
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,8 +14,6 @@ from hydrodamp.data.attitude import quaternion_from_euler
 from hydrodamp.data.log import Log
 from hydrodamp.kernels import coriolis
 
-Build = Callable[..., hd.Log]
-
 # The same examples every time; `--hypothesis-profile=default` looks for new ones.
 settings.register_profile("seeded", derandomize=True)
 settings.load_profile("seeded")
@@ -27,17 +22,17 @@ NEAR = Path(__file__).resolve().parents[2] / "shared" / "data"
 """Where measured logs lie in a development tree; they are no part of the project."""
 
 
-def pytest_configure() -> None:
+def pytest_configure():
     """Hear Ctrl-C: a shell that starts the tests in the background has it ignored."""
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(scope="session")
-def measured_logs() -> Callable[[str], Path]:
+def measured_logs():
     """The folder of a measured log by its name; the test is skipped where it is absent."""
 
-    def find(name: str) -> Path:
+    def find(name):
         folder = Path(os.environ.get("HYDRODAMP_DATA", NEAR)) / name
         if not folder.is_dir():
             pytest.skip(f"the measured log {name} is not here; name its folder in HYDRODAMP_DATA")
@@ -46,7 +41,7 @@ def measured_logs() -> Callable[[str], Path]:
     return find
 
 
-def smooth_motion(n: int, seed: int, step: float = 0.1, forward: float = 0.0):
+def smooth_motion(n, seed, step=0.1, forward=0.0):
     """Time, velocity and exact acceleration of a sum of sines on every axis."""
     rng = np.random.default_rng(seed)
     time = np.arange(n) * step
@@ -60,7 +55,7 @@ def smooth_motion(n: int, seed: int, step: float = 0.1, forward: float = 0.0):
     return time, velocity, acceleration
 
 
-def random_attitude(n: int, seed: int, step: float = 0.1):
+def random_attitude(n, seed, step=0.1):
     """Gentle roll, pitch and yaw."""
     rng = np.random.default_rng(seed)
     time = np.arange(n) * step
@@ -69,18 +64,16 @@ def random_attitude(n: int, seed: int, step: float = 0.1):
 
 
 @pytest.fixture
-def vehicle() -> hd.Vehicle:
+def vehicle():
     """A vehicle with coupling in its mass matrix and no actuators."""
     return replace(hd.fleet["vt690"], actuators=(), center_of_gravity=(0.01, 0.0, 0.0083))
 
 
 @pytest.fixture
-def exact_log(vehicle: hd.Vehicle) -> Build:
+def exact_log(vehicle):
     """A log whose recorded wrench makes the damping given exactly true."""
 
-    def build(
-        damping: hd.Damping, n: int = 3000, seed: int = 1, forward: float = 0.0, **more: object
-    ) -> hd.Log:
+    def build(damping, n=3000, seed=1, forward=0.0, **more):
         time, velocity, acceleration = smooth_motion(n, seed, forward=forward)
         ratio = 1.0 + 0.3 * np.sin(0.07 * time)
         log = hd.Log.from_arrays(
@@ -101,10 +94,10 @@ def exact_log(vehicle: hd.Vehicle) -> Build:
 
 
 @pytest.fixture
-def true_damping() -> Callable[[hd.DampingModel, int], hd.Damping]:
+def true_damping():
     """Random coefficients for any model, none of them small."""
 
-    def build(model: hd.DampingModel, seed: int = 7) -> hd.Damping:
+    def build(model, seed=7):
         rng = np.random.default_rng(seed)
         size = rng.uniform(0.5, 2.0, model.n_coefficients)
         return hd.Damping(model, size * rng.choice([-1.0, 1.0], model.n_coefficients))
@@ -113,7 +106,7 @@ def true_damping() -> Callable[[hd.DampingModel, int], hd.Damping]:
 
 
 @pytest.fixture
-def swim() -> Log:
+def swim():
     """Ten seconds of yawing to and fro at 10 Hz, attitude and rates in accord."""
     time = np.arange(0.0, 10.0, 0.1)
     yaw = 0.5 * np.sin(time)
@@ -130,10 +123,10 @@ def swim() -> Log:
 
 
 @pytest.fixture
-def csv_file(tmp_path: Path) -> Callable[..., Path]:
+def csv_file(tmp_path):
     """Write text to a CSV file and return its path."""
 
-    def write(text: str, name: str = "log.csv") -> Path:
+    def write(text, name="log.csv"):
         path = tmp_path / name
         path.write_text(text, encoding="utf-8")
         return path
@@ -142,6 +135,6 @@ def csv_file(tmp_path: Path) -> Callable[..., Path]:
 
 
 @pytest.fixture(scope="session")
-def bluerov2_runs(measured_logs: Callable[[str], Path]) -> list[Path]:
+def bluerov2_runs(measured_logs):
     """The BlueROV2 tank runs, where the data folder is at hand."""
     return sorted(measured_logs("bluerov2_kth").glob("run_*.csv"))

@@ -1,7 +1,7 @@
 """The C core's functions in NumPy, as the equations read: the oracle of the core.
 
 Same names, arguments and results as :mod:`hydrodamp.kernels`, whose docstrings say what they
-are; nothing is checked here. Differentiation is forward through every stage.
+are; nothing is checked here, and nothing differentiated.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ SLOWEST = 1e-6  # m/s; slower speeds count as this where the propulsion ratio di
 SLACK = 1e-6  # how much longer than asked a sub-step may be, relative: clocks round
 
 
-# Atoms, terms and their derivatives (eq. 4) ---------------------------------------------------
+# Atoms and terms (eq. 4) ----------------------------------------------------------------------
 
 
 def atoms(velocity, down, channels, propulsion_speed):
@@ -39,24 +39,6 @@ def atoms(velocity, down, channels, propulsion_speed):
     table[21 : 21 + m] = held
     table[21 + m :] = np.abs(held)
     return table
-
-
-def atom_slopes(velocity, propulsion_speed, n_channels):
-    """The derivative of every atom on the velocity, 0 at a kink, rows atoms."""
-    slopes = np.zeros((FIXED_ATOMS + 2 * n_channels, 6))
-    sign = np.sign(velocity)
-    speed, crossflow = np.linalg.norm(velocity[:3]), np.linalg.norm(velocity[1:3])
-    slopes[1:7] = np.eye(6)
-    slopes[7:13] = np.diag(sign)
-    if speed > 0.0:
-        slopes[13, :3] = velocity[:3] / speed
-    if crossflow > 0.0:
-        slopes[14, 1:3] = velocity[1:3] / crossflow
-    slopes[15] = sign[1] * slopes[14]
-    slopes[16] = sign[2] * slopes[14]
-    if speed > SLOWEST:
-        slopes[17] = -propulsion_speed / speed**2 * slopes[13]
-    return slopes
 
 
 def products(factors, values):
@@ -84,11 +66,6 @@ def coriolis(mass_matrix, velocity):
     return frame(velocity @ mass_matrix.T, velocity)
 
 
-def coriolis_slope(mass_matrix, nu):
-    """The derivative of H(M nu) nu: H(M e) nu + H(M nu) e for each unit e."""
-    return (frame(mass_matrix.T, nu) + frame(mass_matrix @ nu, np.eye(6))).T
-
-
 def inverse_mass(plant):
     """On the free axes; zero on the locked ones."""
     both = np.logical_and.outer(plant.free, plant.free)
@@ -102,7 +79,7 @@ def acceleration(plant, matrix, velocity, down, wrench, channels, propulsion_spe
     return inverse_mass(plant) @ (coriolis(plant.mass_matrix, nu[None])[0] + xi @ matrix + wrench)
 
 
-# Replay by RK4, and its derivative ------------------------------------------------------------
+# Replay by RK4 --------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -112,7 +89,6 @@ class Motion:
     plant: object
     matrix: np.ndarray
     inputs: Inputs
-    parameters: np.ndarray
 
     def driven(self, k, fraction, state):
         """Velocity, down, wrench, channels, u_c between sample k and the next."""
@@ -129,72 +105,39 @@ class Motion:
         moving = acceleration(self.plant, self.matrix, *self.driven(k, fraction, state))
         return np.r_[moving, quaternion_rate(state[6:], state[3:6])] if len(state) == 10 else moving
 
-    def slopes(self, k, fraction, state):
-        """The derivative of the rate, on the state and on the coefficients."""
-        plant, (nu, down, _, held, speed) = self.plant, self.driven(k, fraction, state)
-        values, solve, q = atoms(nu, down, held, speed), inverse_mass(plant), state[6:]
-        by_atom = np.zeros((len(values), 6))  # d (K xi) / d atom, by the product rule
-        for place in range(4):
-            others = np.delete(values[plant.factors], place, axis=1).prod(axis=1)
-            np.add.at(by_atom, plant.factors[:, place], others[:, None] * self.matrix)
-        force = by_atom.T @ atom_slopes(nu, speed, plant.n_channels)
-        by_state = np.zeros((len(state), len(state)))
-        by_state[:6, :6] = solve @ (force + coriolis_slope(plant.mass_matrix, nu))
-        if len(q):
-            by_state[:6, 6:] = solve @ by_atom[18:21].T @ down_slope(q)
-            by_state[6:, 3:6] = 0.5 * quaternion_columns(q)
-            by_state[6:, 6:] = 0.5 * quaternion_matrix(nu[3:])
-        term, axis = self.parameters.T
-        return by_state, solve[:, axis] * products(plant.factors, values)[term]
-
-    def step(self, k, i, n, state, slope):
-        """One RK4 step, sub-step i of n, of the state and of its derivative."""
+    def step(self, k, i, n, state):
+        """One RK4 step, sub-step i of n."""
         h = (self.inputs.time[k + 1] - self.inputs.time[k]) / n
-        rates, turns = [np.zeros_like(state)], [np.zeros_like(slope)]
+        rates = [np.zeros_like(state)]
         for reach in (0.0, 0.5, 0.5, 1.0):
-            at, along = state + reach * h * rates[-1], slope + reach * h * turns[-1]
-            rates.append(self.rate(k, (i + reach) / n, at))
-            by_state, by_coefficient = self.slopes(k, (i + reach) / n, at)
-            turns.append(by_state @ along)
-            turns[-1][:6, : len(self.parameters)] += by_coefficient
-        state, slope = (
-            x + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
-            for x, (_, k1, k2, k3, k4) in ((state, rates), (slope, turns))
-        )
+            rates.append(self.rate(k, (i + reach) / n, state + reach * h * rates[-1]))
+        _, k1, k2, k3, k4 = rates
+        state = state + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
         if len(state) == 10:
-            length = np.linalg.norm(state[6:])
-            q = state[6:] / length
-            slope[6:] = (slope[6:] - np.outer(q, q @ slope[6:])) / length
-            state[6:] = q
-        return state, slope
+            state[6:] /= np.linalg.norm(state[6:])
+        return state
 
 
-def replay(
-    plant, matrix, inputs, segments, entries=((), ()), attitude=None, max_step=0.05, limit=50.0
-):
-    """Velocity, where each segment diverged, and the derivative of the velocity."""
-    chosen = np.transpose(entries).astype(int)
-    motion, p = Motion(plant, matrix, inputs, chosen), len(chosen)
+def replay(plant, matrix, inputs, segments, attitude=None, max_step=0.05, limit=50.0):
+    """Velocity, and where each segment diverged."""
+    motion = Motion(plant, matrix, inputs)
     velocity = np.full((inputs.n, 6), np.nan)
-    jacobian = np.full((inputs.n, 6, p + 6), np.nan)
     diverged_at = np.full(len(segments), -1)
     for s, (start, stop) in enumerate(np.asarray(segments).tolist()):
         state = np.where(plant.free, inputs.velocity[start], 0.0)
         if attitude is not None:
             state = np.r_[state, attitude[start] / np.linalg.norm(attitude[start])]
-        slope = np.zeros((len(state), p + 6))
-        slope[:6, p:] = np.diag(plant.free.astype(float))
         for k in range(start, stop):
             if k > start:
                 ratio = (inputs.time[k] - inputs.time[k - 1]) / max_step * (1.0 - SLACK)
                 n = max(int(np.ceil(ratio)), 1)
                 for i in range(n):
-                    state, slope = motion.step(k - 1, i, n, state, slope)
+                    state = motion.step(k - 1, i, n, state)
             if not np.all(np.abs(state[:6]) <= limit):
                 diverged_at[s] = k
                 break
-            velocity[k], jacobian[k] = state[:6], slope[:6]
-    return velocity, diverged_at, jacobian
+            velocity[k] = state[:6]
+    return velocity, diverged_at
 
 
 def down_of(q):
@@ -203,27 +146,10 @@ def down_of(q):
     return np.array([2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z])
 
 
-def down_slope(q):
-    """Its derivative."""
-    w, x, y, z = q
-    return 2.0 * np.array([[-y, z, -w, x], [x, w, z, y], [w, -x, -y, z]])
-
-
 def quaternion_rate(q, omega):
     """dq/dt = 1/2 q (0, omega)."""
-    return 0.5 * quaternion_columns(q) @ omega
-
-
-def quaternion_columns(q):
-    """The products of q with the three imaginary units."""
     w, x, y, z = q
-    return np.array([[-x, -y, -z], [w, -z, y], [z, w, -x], [-y, x, w]])
-
-
-def quaternion_matrix(omega):
-    """Twice the derivative of dq/dt on q."""
-    p, q, r = omega
-    return np.array([[0, -p, -q, -r], [p, 0, r, -q], [q, -r, 0, p], [r, q, -p, 0]])
+    return 0.5 * np.array([[-x, -y, -z], [w, -z, y], [z, w, -x], [-y, x, w]]) @ omega
 
 
 # Steps between samples, and the estimators on them --------------------------------------------

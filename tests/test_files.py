@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import json
 import os
-from pathlib import Path
 
 import pytest
 import yaml
 
-from hydrodamp.errors import FileError, HydrodampError
+import hydrodamp as hd
 from hydrodamp.files import (
     KINDS,
     absent,
@@ -28,14 +27,9 @@ from hydrodamp.files import (
     save_text,
 )
 from hydrodamp.ingest.formats.files import read
-from hydrodamp.ingest.mapping import read_mapping
-from hydrodamp.models.catalog import catalog
-from hydrodamp.models.damping import Damping
-from hydrodamp.models.files import read_damping, read_models, write_damping, write_model
-from hydrodamp.vehicle.file import fleet, read_vehicle, write_vehicle
 
 
-def test_a_file_is_replaced_and_nothing_else_is_left(tmp_path: Path) -> None:
+def test_a_file_is_replaced_and_nothing_else_is_left(tmp_path):
     for content in ("one", "two\r\nthree\n", "ν"):
         save_text(content, tmp_path / "a.txt")
         assert (tmp_path / "a.txt").read_bytes() == content.encode("utf-8")
@@ -45,17 +39,17 @@ def test_a_file_is_replaced_and_nothing_else_is_left(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["a.txt"]
 
 
-def test_permissions_are_those_of_any_new_file(tmp_path: Path) -> None:
+def test_permissions_are_those_of_any_new_file(tmp_path):
     (tmp_path / "a.txt").touch()
     save_bytes(b"one", tmp_path / "b.bin")
     assert len({path.stat().st_mode for path in tmp_path.iterdir()}) == 1
 
 
-def test_a_failed_write_leaves_nothing(tmp_path: Path) -> None:
+def test_a_failed_write_leaves_nothing(tmp_path):
     (tmp_path / "folder").mkdir()
     (tmp_path / "file").touch()
     for path in ("folder", "none/a.txt", "file/a.txt"):
-        with pytest.raises(FileError, match=f"{path}: cannot be written: .*a folder that"):
+        with pytest.raises(hd.FileError, match=f"{path}: cannot be written: .*a folder that"):
             save_bytes(b"one", tmp_path / path)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "folder"]
 
@@ -63,17 +57,15 @@ def test_a_failed_write_leaves_nothing(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("error", "seen", "words"),
     [
-        (OSError(28, "No space left on device"), FileError, "cannot be written: No space left"),
+        (OSError(28, "No space left on device"), hd.FileError, "cannot be written: No space left"),
         (KeyboardInterrupt("stop"), KeyboardInterrupt, "stop"),
         (ValueError("half way"), ValueError, "half way"),
     ],
 )
-def test_an_error_half_way_leaves_the_old_file(
-    tmp_path: Path, error: BaseException, seen: type[BaseException], words: str
-) -> None:
+def test_an_error_half_way_leaves_the_old_file(tmp_path, error, seen, words):
     save_text("old", tmp_path / "a.txt")
 
-    def break_off() -> None:
+    def break_off():
         with replacing(tmp_path / "a.txt") as stream:
             stream.write("new")
             raise error
@@ -84,9 +76,7 @@ def test_an_error_half_way_leaves_the_old_file(
     assert [path.name for path in tmp_path.iterdir()] == ["a.txt"]
 
 
-def test_a_file_is_on_the_disk_before_it_takes_its_name(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_file_is_on_the_disk_before_it_takes_its_name(tmp_path, monkeypatch):
     seen: list[bool] = []
     monkeypatch.setattr(os, "fsync", lambda _: seen.append((tmp_path / "a.txt").exists()))
     save_text("one", tmp_path / "a.txt")
@@ -94,24 +84,24 @@ def test_a_file_is_on_the_disk_before_it_takes_its_name(
     assert seen == [False, True]
 
 
-def test_several_files_are_written_in_their_order(tmp_path: Path) -> None:
+def test_several_files_are_written_in_their_order(tmp_path):
     (tmp_path / "b.txt").mkdir()
     contents = {tmp_path / "deep" / "a.txt": b"a", tmp_path / "b.txt": b"b", tmp_path / "c": b"c"}
-    with pytest.raises(FileError, match=r"b\.txt: cannot be written"):
+    with pytest.raises(hd.FileError, match=r"b\.txt: cannot be written"):
         save_all(contents)
     assert sorted(path.name for path in tmp_path.rglob("*")) == ["a.txt", "b.txt", "deep"]
-    with pytest.raises(FileError, match="the folder cannot be made"):
+    with pytest.raises(hd.FileError, match="the folder cannot be made"):
         save_all({tmp_path / "deep" / "a.txt" / "d": b"d"})
 
 
-def test_what_cannot_be_read_is_named(tmp_path: Path) -> None:
+def test_what_cannot_be_read_is_named(tmp_path):
     (tmp_path / "latin.txt").write_bytes(b"caf\xe9")
     for load in (load_text, load_yaml, load_json):
-        with pytest.raises(FileError, match=r"none\.txt: cannot be read: No such file"):
+        with pytest.raises(hd.FileError, match=r"none\.txt: cannot be read: No such file"):
             load(tmp_path / "none.txt")
-        with pytest.raises(FileError, match="cannot be read: "):
+        with pytest.raises(hd.FileError, match="cannot be read: "):
             load(tmp_path)
-        with pytest.raises(FileError, match=r"latin\.txt: must be UTF-8 text; near byte 3"):
+        with pytest.raises(hd.FileError, match=r"latin\.txt: must be UTF-8 text; near byte 3"):
             load(tmp_path / "latin.txt")
 
 
@@ -131,9 +121,7 @@ def test_what_cannot_be_read_is_named(tmp_path: Path) -> None:
         ("mission.csv/a.csv", None),
     ],
 )
-def test_the_nearest_neighbour_of_what_is_not_there(
-    tmp_path: Path, wanted: str, near: str | None
-) -> None:
+def test_the_nearest_neighbour_of_what_is_not_there(tmp_path, wanted, near):
     (tmp_path / "runs").mkdir()
     for name in ("mission.csv", "auv.yaml", "b.csv", "runs/day1.csv"):
         (tmp_path / name).touch()
@@ -157,10 +145,10 @@ def test_the_nearest_neighbour_of_what_is_not_there(
         ("a: 1\nb: !!python/object:os.system {}\n", 2),
     ],
 )
-def test_unreadable_yaml_tells_its_line(tmp_path: Path, text: str, line: int) -> None:
+def test_unreadable_yaml_tells_its_line(tmp_path, text, line):
     path = tmp_path / "mine.yaml"
     path.write_text(text, "utf-8")
-    with pytest.raises(FileError, match=rf"mine\.yaml, line {line}: cannot be read as YAML: \S"):
+    with pytest.raises(hd.FileError, match=rf"mine\.yaml, line {line}: cannot be read as YAML: \S"):
         load_yaml(path)
 
 
@@ -168,12 +156,14 @@ def test_unreadable_yaml_tells_its_line(tmp_path: Path, text: str, line: int) ->
     ("text", "line"),
     [("a: 1\nb: 2\na: 3\n", 3), ("x:\n  - a: 1\n    'a': 2\n", 3), ("1: a\n1: b\n", 2)],
 )
-def test_a_key_that_comes_twice_is_refused(text: str, line: int) -> None:
-    with pytest.raises(FileError, match=rf"mine, line {line}: .*the key `.` stands in line . alre"):
+def test_a_key_that_comes_twice_is_refused(text, line):
+    with pytest.raises(
+        hd.FileError, match=rf"mine, line {line}: .*the key `.` stands in line . alre"
+    ):
         parse_yaml(text, "mine")
 
 
-def test_the_same_key_in_different_mappings_is_none_that_comes_twice() -> None:
+def test_the_same_key_in_different_mappings_is_none_that_comes_twice():
     text = "base: &base {a: 1, b: 2}\none: {<<: *base, a: 3}\ntwo: {<<: *base, b: {b: 4}}\n"
     assert parse_yaml(text, "mine") == {
         "base": {"a": 1, "b": 2},
@@ -183,33 +173,33 @@ def test_the_same_key_in_different_mappings_is_none_that_comes_twice() -> None:
 
 
 READERS = {
-    "vehicle.yaml": (read_vehicle, "a vehicle", "--vehicle"),
-    "mapping.yaml": (read_mapping, "a mapping of a log", "--mapping"),
-    "models.yaml": (read_models, "a file of models", "--models"),
-    "damping.json": (read_damping, "a damping file", "--damping"),
+    "vehicle.yaml": (hd.read_vehicle, "a vehicle", "--vehicle"),
+    "mapping.yaml": (hd.read_mapping, "a mapping of a log", "--mapping"),
+    "models.yaml": (hd.read_models, "a file of models", "--models"),
+    "damping.json": (hd.read_damping, "a damping file", "--damping"),
 }
 
 
 @pytest.fixture
-def files(tmp_path: Path) -> Path:
+def files(tmp_path):
     """A folder with one file of every kind."""
-    write_vehicle(fleet["lauv"], tmp_path / "vehicle.yaml")
+    hd.write_vehicle(hd.fleet["lauv"], tmp_path / "vehicle.yaml")
     text = yaml.safe_dump({"time": "t", "velocity": {"u": "speed"}, "name": None})
     (tmp_path / "mapping.yaml").write_text(text.replace("name: null\n", ""), "utf-8")
-    write_model(catalog["fossen"], tmp_path / "models.yaml")
-    write_damping(Damping.from_dict(None, {"Y_v": -20.0}), tmp_path / "damping.json")
+    hd.write_model(hd.catalog["fossen"], tmp_path / "models.yaml")
+    hd.write_damping(hd.Damping.from_dict(None, {"Y_v": -20.0}), tmp_path / "damping.json")
     return tmp_path
 
 
 @pytest.mark.parametrize("given", READERS)
 @pytest.mark.parametrize("wanted", READERS)
-def test_every_reader_says_what_another_file_is(files: Path, given: str, wanted: str) -> None:
+def test_every_reader_says_what_another_file_is(files, given, wanted):
     reader, name, _ = READERS[wanted]
     _, other, option = READERS[given]
     if given == wanted:
         assert reader(files / given)
         return
-    with pytest.raises(HydrodampError) as caught:
+    with pytest.raises(hd.HydrodampError) as caught:
         reader(files / given)
     message = str(caught.value)
     assert f"{given} is {other} (it has " in message
@@ -226,40 +216,40 @@ def test_every_reader_says_what_another_file_is(files: Path, given: str, wanted:
     ],
     ids=["a log as JSON", "a misplaced key", "a key of another kind"],
 )
-def test_a_key_or_two_make_no_other_file(content: dict[str, object]) -> None:
+def test_a_key_or_two_make_no_other_file(content):
     assert [mistaken(content, "x", wanted) for wanted in KINDS] == [""] * len(KINDS)
 
 
 @pytest.mark.parametrize("given", READERS)
-def test_none_of_them_is_a_log(files: Path, given: str) -> None:
+def test_none_of_them_is_a_log(files, given):
     _, other, option = READERS[given]
-    with pytest.raises(HydrodampError, match=f"{given} is {other}.*not a log: .*`{option}`"):
+    with pytest.raises(hd.HydrodampError, match=f"{given} is {other}.*not a log: .*`{option}`"):
         read(files / given)
 
 
-def test_a_comparison_is_told(tmp_path: Path) -> None:
+def test_a_comparison_is_told(tmp_path):
     (tmp_path / "c.json").write_text(json.dumps({"rows": [], "units": {}, "provenance": {}}))
-    with pytest.raises(HydrodampError, match=r"result of a comparison.*hydrodamp report"):
-        read_damping(tmp_path / "c.json")
+    with pytest.raises(hd.HydrodampError, match=r"result of a comparison.*hydrodamp report"):
+        hd.read_damping(tmp_path / "c.json")
 
 
 @pytest.mark.parametrize("content", [None, [], "text", {}, {"name": "a"}, {1: 2}])
-def test_what_has_no_key_of_ours_is_left_to_its_reader(content: object) -> None:
+def test_what_has_no_key_of_ours_is_left_to_its_reader(content):
     assert mistaken(content, "a.yaml", "vehicle") == ""
 
 
-def test_json_is_strict_and_tells_its_line(tmp_path: Path) -> None:
+def test_json_is_strict_and_tells_its_line(tmp_path):
     path, content = tmp_path / "a.json", {"a": [1.5, None, True, "ν"]}
     save_json(content, path)
     with pytest.raises(ValueError, match="not JSON compliant"):
         save_json({"a": float("nan")}, path)
     assert load_json(path) == load_yaml(path) == content
     path.write_bytes(b'\xef\xbb\xbf{"format":\n !}')  # a byte-order mark is no fault
-    with pytest.raises(FileError, match=r"a\.json, line 2: cannot be read as JSON: .*column 2"):
+    with pytest.raises(hd.FileError, match=r"a\.json, line 2: cannot be read as JSON: .*column 2"):
         load_json(path)
 
 
-def test_checking_a_place_leaves_no_trace(tmp_path: Path) -> None:
+def test_checking_a_place_leaves_no_trace(tmp_path):
     (tmp_path / "file").touch()
     for check, path in ((check_folder, "a/b"), (check_folder, "."), (check_file, "a.json")):
         check(tmp_path / path)
@@ -269,7 +259,7 @@ def test_checking_a_place_leaves_no_trace(tmp_path: Path) -> None:
         (check_file, ".", "is a folder"),
         (check_file, "none/a.json", "there is no folder"),
     ):
-        with pytest.raises(FileError, match=words):
+        with pytest.raises(hd.FileError, match=words):
             check(tmp_path / path)
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
 
@@ -283,7 +273,7 @@ WORDS = ("1e3x", "e3", "v1e3", "1e", "2022-05-01", "2024-13-45", "'1e3'")
     # YAML 1.2.2, section 10.3.2, as Python's float reads them; what is no number stays text.
     [*((text, float(text)) for text in NUMBERS), *((text, text.strip("'")) for text in WORDS)],
 )
-def test_powers_of_ten_are_numbers(text: str, value: float | str) -> None:
+def test_powers_of_ten_are_numbers(text, value):
     (found,) = parse_yaml(f"a: [{text}]", "mine")["a"]
     assert found == value
     assert type(found) is type(value)

@@ -21,7 +21,7 @@ def test_imports_only_go_down(monkeypatch):
     assert lint_imports(config_filename="pyproject.toml", no_cache=True) == 0
 
 
-def code_lines(source: str) -> int:
+def code_lines(source):
     """Count lines that hold code: neither blank, nor comment, nor docstring."""
     held: set[int] = set()
     for token in tokenize.generate_tokens(io.StringIO(source).readline):

@@ -1,24 +1,19 @@
 """Bars on standard error, where that is a terminal and somebody watches."""
 
-from __future__ import annotations
-
 import io
 import sys
-from collections.abc import Iterator
 from contextlib import contextmanager
-
-import pytest
 
 from hydrodamp.progress import counted, progress, watched
 
 
 class Terminal(io.StringIO):
-    def isatty(self) -> bool:
+    def isatty(self):
         return True
 
 
 @contextmanager
-def on_terminal(monkeypatch: pytest.MonkeyPatch) -> Iterator[Terminal]:
+def on_terminal(monkeypatch):
     """Standard error is a terminal of 120 columns inside."""
     screen = Terminal()
     with monkeypatch.context() as patch:
@@ -28,18 +23,14 @@ def on_terminal(monkeypatch: pytest.MonkeyPatch) -> Iterator[Terminal]:
         yield screen
 
 
-def test_nothing_is_shown_where_there_is_no_terminal(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_nothing_is_shown_where_there_is_no_terminal(capsys, monkeypatch):
     monkeypatch.setenv("FORCE_COLOR", "1")  # colours in a file are no reason for bars in it
     with watched(), progress("identifying", 3) as step:
         step()
     assert capsys.readouterr() == ("", "")
 
 
-def test_steps_are_counted_with_their_rate_and_the_time_left(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_steps_are_counted_with_their_rate_and_the_time_left(monkeypatch):
     with on_terminal(monkeypatch) as screen:
         assert [*counted("abc", "reading", 3)] == ["a", "b", "c"]
     assert screen.getvalue() == ""  # to a program that watches nothing
@@ -50,7 +41,7 @@ def test_steps_are_counted_with_their_rate_and_the_time_left(
         assert words in screen.getvalue()
 
 
-def test_work_inside_work_has_a_bar_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_work_inside_work_has_a_bar_of_its_own(monkeypatch):
     with on_terminal(monkeypatch) as screen, watched(), progress("outer"):
         assert [*counted("abcd", "inner", 4)] == [*"abcd"]
     for words in ("outer", "inner", "100%"):

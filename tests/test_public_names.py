@@ -1,7 +1,5 @@
 """The public surface: what ``__all__`` names is there, documented, and nothing else."""
 
-from __future__ import annotations
-
 import inspect
 from types import ModuleType
 

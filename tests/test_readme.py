@@ -1,7 +1,5 @@
 """The README keeps its word: its Python runs, its commands exist."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

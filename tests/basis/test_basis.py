@@ -1,7 +1,5 @@
 """Order, table and values of a basis."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Spelling, equality and meaning of terms."""
 
-from __future__ import annotations
-
 import pytest
 from hypothesis import given, strategies as st
 

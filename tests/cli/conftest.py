@@ -1,7 +1,5 @@
 """A planar vehicle, its logs and a way to call the command line."""
 
-from __future__ import annotations
-
 import shutil
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Every mistake gets a sentence and exit status 2, and nothing is written."""
 
-from __future__ import annotations
-
 import pytest
 
 COMPARE = "compare --vehicle planar.yaml --models linear,fossen --methods ls --out out"

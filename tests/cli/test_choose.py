@@ -1,7 +1,5 @@
 """Two models of one name would be one row and one file."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

@@ -1,7 +1,5 @@
 """``hydrodamp datasets``: the licence first, then files that are checked."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """``hydrodamp export``."""
 
-from __future__ import annotations
-
 import json
 import re
 

@@ -1,7 +1,5 @@
 """Ctrl-C and --resume: finished fits are kept, and only the rest is done again."""
 
-from __future__ import annotations
-
 import json
 import os
 import pty

@@ -1,7 +1,5 @@
 """Which data are in both parts is said, whatever names they were given by."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

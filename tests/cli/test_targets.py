@@ -1,7 +1,5 @@
 """What is read is never written over."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 import warnings

@@ -1,7 +1,5 @@
 """Whoever gives one file for another, or misspells it, or forgets it, is told what to type."""
 
-from __future__ import annotations
-
 import pytest
 
 

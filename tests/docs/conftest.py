@@ -1,7 +1,5 @@
 """The files that the examples on the pages read."""
 
-from __future__ import annotations
-
 import sys
 from functools import cache
 from pathlib import Path
@@ -25,20 +23,20 @@ velocity:
 
 
 @pytest.fixture
-def sailed_once(monkeypatch: pytest.MonkeyPatch) -> None:
+def sailed_once(monkeypatch):
     """Campaigns that several pages sail are sailed once; the same arguments give the same."""
     monkeypatch.setattr(hd, "reenact", _sailed)
 
 
 @cache
-def _sailed(**arguments: object) -> hd.Campaign:
+def _sailed(**arguments):
     from hydrodamp.simulation.campaign.reenact import reenact
 
     return reenact(**arguments)
 
 
 @pytest.fixture
-def dive(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def dive(tmp_path, monkeypatch):
     """A folder with the logs that pages about logs read, as the working directory."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", [*sys.path])
@@ -53,7 +51,7 @@ def dive(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def _dive() -> hd.Log:
+def _dive():
     """A campaign with its way, and with what a pilot's log has beside."""
     log = _sailed(seed=0, duration=60.0).exact_train
     yaw, step = _euler(log)[:, 2], np.diff(log.time, prepend=log.time[0])
@@ -73,13 +71,13 @@ def _dive() -> hd.Log:
     )
 
 
-def _euler(log: hd.Log) -> np.ndarray:
+def _euler(log):
     from hydrodamp.data.attitude import euler_from_quaternion
 
     return np.asarray(euler_from_quaternion(log.attitude))
 
 
-def _write_tables(log: hd.Log) -> None:
+def _write_tables(log):
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -98,7 +96,7 @@ def _write_tables(log: hd.Log) -> None:
             np.savetxt(folder / f"{name}.csv", rows, delimiter=",", header=head, comments="")
 
 
-def _write_bag(log: hd.Log) -> None:
+def _write_bag(log):
     from rosbags.rosbag2 import StoragePlugin, Writer
     from rosbags.typesys import Stores, get_typestore
 

@@ -1,13 +1,10 @@
 """Nothing is left out: every public name, every command and every model has its place."""
 
-from __future__ import annotations
-
 import io
 import re
 import warnings
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
 
 import pytest
 
@@ -18,7 +15,7 @@ DOCS = Path(__file__).resolve().parents[2] / "docs"
 
 
 @pytest.fixture(scope="module")
-def built(tmp_path_factory: pytest.TempPathFactory) -> Any:
+def built(tmp_path_factory):
     """The environment of a build that writes no page and runs no notebook, and its warnings."""
     pytest.importorskip("sphinx")
     pytest.importorskip("myst_nb")
@@ -43,16 +40,16 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> Any:
     )
 
 
-def test_the_pages_build_without_a_warning(built: Any) -> None:
+def test_the_pages_build_without_a_warning(built):
     assert built.said == ""
 
 
-def test_every_public_name_is_documented(built: Any) -> None:
+def test_every_public_name_is_documented(built):
     left_out = {f"hydrodamp.{name}" for name in hd.__all__} - built.names
     assert not left_out
 
 
-def test_every_command_and_every_option_is_documented(built: Any) -> None:
+def test_every_command_and_every_option_is_documented(built):
     import typer
 
     from hydrodamp.cli.main import app
@@ -68,22 +65,22 @@ def test_every_command_and_every_option_is_documented(built: Any) -> None:
     assert not wanted - built.options
 
 
-def leaves(command: Any, name: str) -> list[tuple[str, Any]]:
+def leaves(command, name):
     inside = getattr(command, "commands", None)
     if inside is None:
         return [(name, command)]
     return [leaf for key, one in inside.items() for leaf in leaves(one, f"{name} {key}")]
 
 
-def test_every_model_is_documented(built: Any) -> None:
+def test_every_model_is_documented(built):
     assert not {f"model-{key}" for key in hd.catalog} - built.labels
 
 
-def test_every_method_has_a_line_in_how_to_choose_one() -> None:
+def test_every_method_has_a_line_in_how_to_choose_one():
     page = (DOCS / "choosing-a-method.md").read_text(encoding="utf-8")
     assert not [key for key in hd.METHODS if f"`{key}`" not in page]
 
 
-def test_every_symbol_and_column_is_in_the_nomenclature() -> None:
+def test_every_symbol_and_column_is_in_the_nomenclature():
     page = (DOCS / "nomenclature.md").read_text(encoding="utf-8")
     assert not [word for word in (*hd.AXES, *RESERVED) if not re.search(rf"\b{word}\b", page)]

@@ -6,7 +6,6 @@ import doctest
 import re
 import shlex
 import warnings
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -21,18 +20,18 @@ PAGES = sorted(set(DOCS.rglob("*.md")) - set((DOCS / "_build").rglob("*.md")))
 BLOCK = re.compile(r"^```(\S+)[^\n]*\n(.*?)^```$", flags=re.DOTALL | re.MULTILINE)
 
 
-def blocks(page: Path, language: str) -> list[tuple[int, str]]:
+def blocks(page, language):
     """Return the blocks of a language, each with the line it begins at."""
     text = page.read_text(encoding="utf-8")
     found = (one for one in BLOCK.finditer(text) if one.group(1) == language)
     return [(text.count("\n", 0, one.start(2)), one.group(2)) for one in found]
 
 
-def called(page: Path) -> str:
+def called(page):
     return page.relative_to(DOCS).as_posix()
 
 
-def code(page: Path) -> list[tuple[int, str]]:
+def code(page):
     """Return what a reader would run: blocks of Python, or cells that the build runs too."""
     return blocks(page, "python") + blocks(page, "{code-cell}")
 
@@ -44,7 +43,7 @@ WITH_PYTHON = [page for page in PAGES if code(page) and page.parent != NOTEBOOKS
 
 
 @pytest.mark.parametrize("page", WITH_PYTHON, ids=called)
-def test_the_python_of_a_page_runs(page: Path, dive: Path, sailed_once: None, capsys: Any) -> None:
+def test_the_python_of_a_page_runs(page, dive, sailed_once, capsys):
     names: dict[str, Any] = {"hd": hd, "__name__": "__main__"}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", hd.HydrodampWarning)  # said to a reader, no fault
@@ -52,13 +51,13 @@ def test_the_python_of_a_page_runs(page: Path, dive: Path, sailed_once: None, ca
             exec(compile("\n" * line + script(block), called(page), "exec"), names)
 
 
-def script(block: str) -> str:
+def script(block):
     """Return a block without prompts and without what it prints."""
     prompted = doctest.DocTestParser().get_examples(block)
     return "".join(example.source for example in prompted) or block
 
 
-def calls(page: Path) -> Iterator[list[str]]:
+def calls(page):
     """Yield the commands of a page's shell blocks, word by word."""
     for _, block in blocks(page, "sh"):
         for line in block.replace("\\\n", " ").splitlines():
@@ -67,7 +66,7 @@ def calls(page: Path) -> Iterator[list[str]]:
                 yield words
 
 
-def command_of(words: list[str]) -> tuple[Any, list[str]]:
+def command_of(words):
     """Return the command that is called, and the words left over."""
     command, rest = typer.main.get_command(app), words[1:]
     while rest and rest[0] in getattr(command, "commands", {}):
@@ -80,7 +79,7 @@ OURS = [(page, words) for page, words in CALLS if words[0] == "hydrodamp"]
 
 
 @pytest.mark.parametrize(("page", "words"), OURS, ids=[" ".join(words) for _, words in OURS])
-def test_a_command_of_a_page_exists(page: str, words: list[str]) -> None:
+def test_a_command_of_a_page_exists(page, words):
     command, rest = command_of(words)
     assert not getattr(command, "commands", None), f"{page}: no such command"
     options = {name: one for one in command.params for name in one.opts}
@@ -92,7 +91,7 @@ def test_a_command_of_a_page_exists(page: str, words: list[str]) -> None:
     assert any(not one.required for one in places) or len(values(rest, options)) >= len(places)
 
 
-def values(rest: list[str], options: dict[str, Any]) -> list[str]:
+def values(rest, options):
     """Return the words that are neither an option nor its value."""
     found, words = [], iter(rest)
     for word in words:
@@ -108,18 +107,18 @@ def values(rest: list[str], options: dict[str, Any]) -> list[str]:
     [call for call in CALLS if call[1][0] == "python"],
     ids=lambda value: value if isinstance(value, str) else " ".join(value),
 )
-def test_a_script_of_a_page_exists(page: str, words: list[str]) -> None:
+def test_a_script_of_a_page_exists(page, words):
     assert (DOCS.parent / words[1]).is_file(), page
 
 
-def test_files_in_yaml_blocks_are_models_where_they_have_terms(tmp_path: Path) -> None:
+def test_files_in_yaml_blocks_are_models_where_they_have_terms(tmp_path):
     for number, (_, block) in enumerate(blocks(DOCS / "extending/model.md", "yaml")):
         file = tmp_path / f"{number}.yaml"
         file.write_text(block, encoding="utf-8")
         assert hd.read_model(file).n_coefficients
 
 
-def test_every_name_after_hd_on_a_page_is_public() -> None:
+def test_every_name_after_hd_on_a_page_is_public():
     """Also in prose, where nothing runs."""
     named = {
         (called(page), name)

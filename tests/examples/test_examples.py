@@ -1,19 +1,13 @@
 """The examples on their measured logs, where these are at hand."""
 
-from __future__ import annotations
-
 import json
 import re
-from collections.abc import Callable
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 
 import hydrodamp as hd
 
-Run = Callable[..., SimpleNamespace]
-Find = Callable[[str], Path]
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 
 

@@ -1,7 +1,5 @@
 """Logs that satisfy the discrete plant of the adaptive identifiers exactly."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The gain of the known wrench: told where it is wrong, silent where it is right."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -16,17 +14,17 @@ CAMPAIGN = hd.reenact(seed=0, duration=60.0)
 BARE = replace(CAMPAIGN.vehicle, actuators=())
 
 
-def recorded(log: hd.Log, factor: float) -> hd.Log:
+def recorded(log, factor):
     """The log with the wrench of its actuators in the place of their commands."""
     wrench = factor * actuation(CAMPAIGN.vehicle, log)
     return replace(log, wrench=wrench, commands=np.empty((log.n, 0)), command_names=())
 
 
-def asked(log: hd.Log, vehicle: hd.Vehicle = BARE) -> dict[str, Gain]:
+def asked(log, vehicle=BARE):
     return {one.axis: one for one in gains(hd.prepare(vehicle, log, PRESTERO), [PRESTERO])}
 
 
-def told(log: hd.Log, vehicle: hd.Vehicle = BARE) -> list[str]:
+def told(log, vehicle=BARE):
     return list(map(str, doubts(hd.prepare(vehicle, log, PRESTERO), [PRESTERO])))
 
 

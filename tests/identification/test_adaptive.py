@@ -1,7 +1,5 @@
 """The adaptive identifier: online equals batch, the truth is found, gains are checked."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -86,16 +84,6 @@ def test_history_ends_at_the_estimate(prepared):
     assert method.history(problem, LINEAR, every=10).time.shape == (17,)
     with pytest.raises(hd.MethodError, match="at least 1"):
         method.history(problem, LINEAR, every=0)
-
-
-def test_gains_by_axis(prepared):
-    model = hd.catalog["fossen"]
-    problem = prepared(model, n=90)
-    same = hd.AdaptiveIdentifier(a=(20.0,) * 6, gamma=(20.0,) * 6).identify(problem, model)
-    one = hd.AdaptiveIdentifier(a=20.0, gamma=20.0).identify(problem, model)
-    np.testing.assert_array_equal(same.damping.coefficients, one.damping.coefficients)
-    frozen_roll = hd.AdaptiveIdentifier(gamma=(20.0, 20.0, 20.0, 1e-300, 20.0, 20.0))
-    assert frozen_roll.identify(problem, model).damping["K_p"] == -1.0
 
 
 def test_scaled_gains_follow_their_formula(driven, prepared):

@@ -1,7 +1,5 @@
 """Acceleration from velocity: exact on polynomials, never across a join; held inputs."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -145,19 +143,3 @@ def test_a_central_difference_sees_both_commands_by_their_share(bare):
     push = log.command("push")
     expected = (after * push[:-2] + before * push[1:-1]) / (before + after)
     np.testing.assert_allclose(seen[1:-1], expected, rtol=1e-12)
-
-
-def test_constant_inputs_are_seen_as_they_are():
-    vehicle = hd.fleet["vt690"]
-    n = 60
-    log = hd.Log.from_arrays(
-        np.arange(n) / 10,
-        np.tile([1.5, 0, 0, 0, 0, 0], (n, 1)),
-        attitude=np.zeros((n, 3)),
-        commands={"rudder": np.full(n, 0.1), "elevator": np.zeros(n), "rpm": np.full(n, 1800.0)},
-        segment=np.repeat(["a", "b"], n // 2),
-    )
-    problem = hd.prepare(vehicle, log, hd.catalog["gertler-hagen"])
-    seen = hd.SavitzkyGolay().seen(problem).inputs
-    np.testing.assert_allclose(seen.channels, problem.inputs.channels, rtol=1e-10, atol=1e-12)
-    np.testing.assert_allclose(seen.propulsion, problem.inputs.propulsion, rtol=1e-10)

@@ -1,7 +1,5 @@
 """Where damping feeds the motion, by polynomials whose roots are known, and what is said of it."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -13,7 +11,7 @@ from hydrodamp.identification.extrapolation import fed, feeding, joined, outreac
 AHEAD = {"u": (1.0, 2.0)}
 
 
-def damping(**values: float) -> hd.Damping:
+def damping(**values):
     return hd.Damping.from_dict(None, values)
 
 

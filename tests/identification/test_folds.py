@@ -1,22 +1,17 @@
 """Folds: whole segments, blocks with margins, and what cannot be divided."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
-from hydrodamp.basis.basis import Basis
-from hydrodamp.basis.term import Term
-from hydrodamp.errors import MethodError
-from hydrodamp.identification.rows import Rows, folds
+import hydrodamp as hd
 
 
-def rows_of(*lengths: int, step: float = 0.1) -> Rows:
+def rows_of(*lengths, step=0.1):
     """Random rows of segments of some lengths."""
     rng = np.random.default_rng(sum(lengths))
     n = sum(lengths)
-    return Rows(
-        Basis((Term.parse("u"), Term.parse("v"))),
+    return hd.Rows(
+        hd.Basis((hd.Term.parse("u"), hd.Term.parse("v"))),
         rng.normal(size=(n, 2)),
         rng.normal(size=(n, 6)),
         np.repeat(np.arange(len(lengths)), lengths),
@@ -26,27 +21,27 @@ def rows_of(*lengths: int, step: float = 0.1) -> Rows:
 
 def test_a_fold_is_a_segment_where_there_are_several():
     rows = rows_of(30, 50, 20)
-    made = folds(rows)
+    made = hd.folds(rows)
     np.testing.assert_array_equal(made.part, rows.segment)
     assert (made.n, made.made) == (3, "3 folds, one a segment")
 
 
 def test_many_segments_are_dealt_out_to_ten_folds():
     rows = rows_of(*[4] * 23)
-    made = folds(rows)
+    made = hd.folds(rows)
     assert made.n == 10
     np.testing.assert_array_equal(made.part, rows.segment % 10)
 
 
 def test_segment_numbers_may_have_holes():
     rows = rows_of(20, 20, 20)
-    made = folds(rows.taken(rows.segment != 1))
+    made = hd.folds(rows.taken(rows.segment != 1))
     assert (made.n, set(made.part.tolist())) == (2, {0, 1})
 
 
 def test_a_single_segment_is_cut_into_five_blocks_with_margins():
     rows = rows_of(500)
-    made = folds(rows, gap=1.0)
+    made = hd.folds(rows, gap=1.0)
     assert made.n == 5
     for cut in (100, 200, 300, 400):  # the half second on both sides of a cut is in no fold
         margin = np.flatnonzero(made.part[cut - 10 : cut + 10] < 0)
@@ -56,35 +51,26 @@ def test_a_single_segment_is_cut_into_five_blocks_with_margins():
 
 def test_margins_stay_within_their_segment():
     """Clocks of segments may overlap: a cut in one takes no row of another."""
-    made = folds(rows_of(100, 40), n=3, gap=1.0)
+    made = hd.folds(rows_of(100, 40), n=3, gap=1.0)
     assert np.all(made.part[100:] == 2)
     assert np.sum(made.part < 0) == 10
 
 
 def test_the_longest_segments_are_cut_first():
-    made = folds(rows_of(100, 30, 200), n=5, gap=0.0)
+    made = hd.folds(rows_of(100, 30, 200), n=5, gap=0.0)
     assert made.made == "5 folds, blocks of 3 segments"
     assert np.bincount(made.part).tolist() == [50, 50, 30, 100, 100]
 
 
 def test_splits_are_triangles_of_the_rows():
     rows = rows_of(60, 80, 40)
-    made = folds(rows)
+    made = hd.folds(rows)
     for fold, split in enumerate(made.splits(rows)):
         assert split.train.n_samples + split.test.n_samples == rows.n
         for part, triangle in ((made.part != fold, split.train), (made.part == fold, split.test)):
             chosen = rows.taken(part)
             table = np.hstack([chosen.design, chosen.target])
             np.testing.assert_allclose(triangle.r.T @ triangle.r, table.T @ table, atol=1e-10)
-
-
-def test_rows_in_a_margin_are_neither_learned_from_nor_predicted():
-    rows = rows_of(200)
-    made = folds(rows, n=2)
-    for split in made.splits(rows):
-        assert split.train.n_samples + split.test.n_samples == 190
-    first, second = (rows.time[made.part == fold] for fold in range(2))
-    assert np.abs(first[:, None] - second).min() > 0.99
 
 
 @pytest.mark.parametrize(
@@ -98,5 +84,5 @@ def test_rows_in_a_margin_are_neither_learned_from_nor_predicted():
     ],
 )
 def test_impossible_folds_are_a_sentence(lengths, asked, message):
-    with pytest.raises(MethodError, match=message):
-        folds(rows_of(*lengths), **asked)
+    with pytest.raises(hd.MethodError, match=message):
+        hd.folds(rows_of(*lengths), **asked)

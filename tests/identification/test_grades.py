@@ -1,30 +1,20 @@
 """Grades: of the rule, of campaigns, of fits, and of a field log."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.errors import MethodError
-from hydrodamp.identification.grades import (
-    Grade,
-    excitation,
-    graded,
-    graded_by,
-    identifiability,
-    rated,
-)
+from hydrodamp.identification.grades import excitation, graded_by, rated
 
 PRESTERO, LINEAR = hd.catalog["prestero"], hd.catalog["linear"]
-ORDER = tuple(Grade)
+ORDER = tuple(hd.Grade)
 
 CLEAR = {"coefficient": 10.0, "half": 1.0, "size": 1.0, "sound": 1.0, "aliased": False}
 
 
-def grade(*, excited: bool = True, **more: float) -> Grade:
+def grade(*, excited=True, **more):
     values = {key: np.array([value]) for key, value in {**CLEAR, **more}.items()}
     return rated(**values, response=10.0, excited=excited)[0]
 
@@ -32,23 +22,23 @@ def grade(*, excited: bool = True, **more: float) -> Grade:
 @pytest.mark.parametrize(
     ("values", "expected"),
     [
-        ({"half": 2.4}, Grade.DETERMINED),
-        ({"half": 2.6}, Grade.WEAK),
+        ({"half": 2.4}, hd.Grade.DETERMINED),
+        ({"half": 2.6}, hd.Grade.WEAK),
         # a zero that is known well: |t| = 0, but it contributes at most 4 % of the response
-        ({"coefficient": 0.0, "half": 0.4}, Grade.DETERMINED),
-        ({"coefficient": 0.0, "half": 0.6}, Grade.WEAK),
+        ({"coefficient": 0.0, "half": 0.4}, hd.Grade.DETERMINED),
+        ({"coefficient": 0.0, "half": 0.6}, hd.Grade.WEAK),
         # an interval worth half the response tells nothing
-        ({"coefficient": 8.0, "half": 4.9}, Grade.WEAK),
-        ({"coefficient": 8.0, "half": 5.1}, Grade.NOT_DETERMINED),
+        ({"coefficient": 8.0, "half": 4.9}, hd.Grade.WEAK),
+        ({"coefficient": 8.0, "half": 5.1}, hd.Grade.NOT_DETERMINED),
         # two terms that cancel: each is known to 20 %, even if that is worth much
-        ({"coefficient": 100.0, "half": 20.0}, Grade.DETERMINED),
+        ({"coefficient": 100.0, "half": 20.0}, hd.Grade.DETERMINED),
         # what no interval can mend
-        ({"aliased": True}, Grade.NOT_DETERMINED),
-        ({"size": 0.0}, Grade.NOT_DETERMINED),
-        ({"half": np.inf}, Grade.NOT_DETERMINED),
-        ({"half": np.nan}, Grade.NOT_DETERMINED),
-        ({"sound": 0.4}, Grade.NOT_DETERMINED),
-        ({"excited": False}, Grade.NOT_DETERMINED),
+        ({"aliased": True}, hd.Grade.NOT_DETERMINED),
+        ({"size": 0.0}, hd.Grade.NOT_DETERMINED),
+        ({"half": np.inf}, hd.Grade.NOT_DETERMINED),
+        ({"half": np.nan}, hd.Grade.NOT_DETERMINED),
+        ({"sound": 0.4}, hd.Grade.NOT_DETERMINED),
+        ({"excited": False}, hd.Grade.NOT_DETERMINED),
     ],
 )
 def test_the_rule(values, expected):
@@ -67,14 +57,14 @@ def problem(campaign):
 
 @pytest.fixture(scope="module")
 def by_log(problem):
-    return identifiability(problem, PRESTERO)
+    return hd.identifiability(problem, PRESTERO)
 
 
 def test_the_campaign_determines_the_main_coefficients(by_log):
     main = {"X_u|u|", "Y_ur", "K_p|p|", "M_uw", "N_uv", "N_ur"}
-    assert main <= set(by_log.labelled(Grade.DETERMINED))
+    assert main <= set(by_log.labelled(hd.Grade.DETERMINED))
     assert all(one.excited for one in by_log.axes)
-    assert by_log.grades["Z_w|w|"] is Grade.NOT_DETERMINED
+    assert by_log.grades["Z_w|w|"] is hd.Grade.NOT_DETERMINED
 
 
 def test_noise_makes_grades_worse(campaign, by_log):
@@ -82,8 +72,8 @@ def test_noise_makes_grades_worse(campaign, by_log):
     log = campaign.train
     noise = 0.13 * np.random.default_rng(0).normal(size=log.velocity.shape) * [1, 1, 1, 0, 0, 0]
     noisy = replace(log, velocity=log.velocity + noise)
-    found = identifiability(hd.prepare(campaign.vehicle, noisy, PRESTERO), PRESTERO)
-    assert len(found.labelled(Grade.DETERMINED)) < len(by_log.labelled(Grade.DETERMINED))
+    found = hd.identifiability(hd.prepare(campaign.vehicle, noisy, PRESTERO), PRESTERO)
+    assert len(found.labelled(hd.Grade.DETERMINED)) < len(by_log.labelled(hd.Grade.DETERMINED))
     assert not found.axes[2].excited
 
 
@@ -96,19 +86,19 @@ def test_columns_that_do_not_move_are_not_determined(exact_log, vehicle, true_da
     wrench = np.array(log.wrench)
     wrench[:, 1] = rng.normal(size=log.n)
     problem = hd.prepare(vehicle, replace(log, velocity=quiet, wrench=wrench), LINEAR)
-    grades = identifiability(problem, LINEAR).grades
+    grades = hd.identifiability(problem, LINEAR).grades
     assert {grades[label] for label in LINEAR.labels if label.startswith("Y_")} == {
-        Grade.NOT_DETERMINED
+        hd.Grade.NOT_DETERMINED
     }
-    assert grades["N_v"] is Grade.NOT_DETERMINED
+    assert grades["N_v"] is hd.Grade.NOT_DETERMINED
 
 
 def test_aliased_columns_are_named(problem, campaign):
     twice = hd.DampingModel.from_table({"X": "u^2 u|u|", "K": "p"}, key="twice")
-    found = identifiability(hd.prepare(campaign.vehicle, campaign.train, twice), twice)
+    found = hd.identifiability(hd.prepare(campaign.vehicle, campaign.train, twice), twice)
     assert found.axes[0].groups == (("X_u^2", "X_u|u|"),)
     assert found.axes[0].condition == np.inf
-    assert found.labelled(Grade.NOT_DETERMINED) == ("X_u^2", "X_u|u|")
+    assert found.labelled(hd.Grade.NOT_DETERMINED) == ("X_u^2", "X_u|u|")
 
 
 def test_printed_on_one_screen(by_log):
@@ -121,8 +111,8 @@ def test_printed_on_one_screen(by_log):
 def test_a_log_that_is_too_short_is_refused(campaign):
     first = campaign.train.segments[0].name
     short = hd.prepare(campaign.vehicle, campaign.train.select(first).between(0.0, 6.0), LINEAR)
-    with pytest.raises(MethodError, match="longer log"):
-        identifiability(short, LINEAR)
+    with pytest.raises(hd.MethodError, match="longer log"):
+        hd.identifiability(short, LINEAR)
 
 
 @pytest.fixture(scope="module")
@@ -130,25 +120,12 @@ def fit(problem):
     return hd.WeakForm().identify(problem, PRESTERO)
 
 
-def with_errors(fit: hd.Fit, covariance: np.ndarray | None) -> hd.Fit:
+def with_errors(fit, covariance):
     return replace(fit, damping=replace(fit.damping, covariance=covariance), uncertainty=None)
 
 
 def test_without_standard_errors_the_log_alone_says(problem, fit, by_log):
-    assert graded(problem, with_errors(fit, None)).grades == by_log.grades
-
-
-def test_an_interval_that_tells_nothing_is_no_better_for_the_log(problem, fit):
-    found = graded(problem, with_errors(fit, 1e12 * np.eye(30)))
-    assert set(found.grades.values()) == {Grade.NOT_DETERMINED}
-
-
-def test_a_narrow_interval_is_no_better_than_the_log(problem, fit, by_log):
-    found = graded(problem, with_errors(fit, 1e-12 * np.eye(30)))
-    assert all(ORDER.index(found.grades[k]) >= ORDER.index(by_log.grades[k]) for k in found.grades)
-    seen = excitation(problem, PRESTERO)
-    narrow = graded_by(seen, np.full(30, 1e-6))
-    assert len(narrow.labelled(Grade.DETERMINED)) >= 28
+    assert hd.graded(problem, with_errors(fit, None)).grades == by_log.grades
 
 
 def test_the_worse_holds(problem, fit, by_log):
@@ -156,12 +133,12 @@ def test_the_worse_holds(problem, fit, by_log):
     half, seen = known.reach() * known.standard_errors, excitation(problem, PRESTERO)
     by_fit = graded_by(seen, half, fit.damping.coefficients).grades
     worse = {k: max(by_log.grades[k], by_fit[k], key=ORDER.index) for k in by_log.grades}
-    assert graded(problem, fit).grades == worse
+    assert hd.graded(problem, fit).grades == worse
     assert worse not in (by_log.grades, by_fit)
 
 
 def test_few_degrees_of_freedom_widen_what_is_graded(problem, fit):
     few = replace(fit, uncertainty=replace(fit.uncertainty, degrees_of_freedom=1.0))
     many = replace(fit, uncertainty=replace(fit.uncertainty, degrees_of_freedom=np.inf))
-    sure = [len(graded(problem, one).labelled(Grade.DETERMINED)) for one in (few, many)]
+    sure = [len(hd.graded(problem, one).labelled(hd.Grade.DETERMINED)) for one in (few, many)]
     assert sure[0] < sure[1]

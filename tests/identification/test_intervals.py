@@ -1,7 +1,5 @@
 """Intervals with room for a bias, and from noise alone."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

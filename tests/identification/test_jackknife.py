@@ -1,7 +1,5 @@
 """Standard errors of the replay: one part of the log after another left out."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

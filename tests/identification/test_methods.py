@@ -1,7 +1,5 @@
 """Methods by key, and several models at once: one that is refused does not end the others."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -43,9 +41,7 @@ def test_an_error_of_the_call_stays_an_error(short):
 
 
 @pytest.mark.parametrize("key", hd.METHODS)
-def test_a_fit_says_with_what_settings_it_was_made(
-    key: str, driven, discrete_log, true_damping
-) -> None:
+def test_a_fit_says_with_what_settings_it_was_made(key, driven, discrete_log, true_damping):
     """By them a run that goes on tells whether the fits of a folder are its own."""
     model = SMALL
     problem = hd.prepare(driven, discrete_log(true_damping(model), n=120), model)
@@ -54,13 +50,13 @@ def test_a_fit_says_with_what_settings_it_was_made(
     assert fit.method == key
 
 
-def test_beside_the_paper_stands_what_is_the_papers() -> None:
+def test_beside_the_paper_stands_what_is_the_papers():
     assert [key for key, entry in hd.METHODS.items() if entry.printed] == ["ls", "ai"]
     assert hd.LeastSquares(hd.FiniteDifference()).key == "ls"
     assert hd.LeastSquares(hd.SavitzkyGolay()).key not in hd.METHODS
 
 
-def fit_by(method: str) -> hd.Fit:
+def fit_by(method):
     return hd.Fit(hd.Damping(hd.catalog["linear"], np.zeros(36)), method, hd.Status.OK)
 
 
@@ -68,7 +64,7 @@ def fit_by(method: str) -> hd.Fit:
     ("method", "sources"),
     [("ls", 1), ("ai-scaled", 1), ("weak", 1), ("ridge", 2), ("recommended", 2), ("oe", 2)],
 )
-def test_each_source_is_a_line(method: str, sources: int) -> None:
+def test_each_source_is_a_line(method, sources):
     lines, _, entry = hd.cite(fit_by(method)).partition("\n\n")
     first, *cited, model = lines.splitlines()
     assert (first, len(cited)) == (f"Method: {method} of hydrodamp", sources)
@@ -76,6 +72,6 @@ def test_each_source_is_a_line(method: str, sources: int) -> None:
     assert entry.startswith("@inproceedings{gibson-mccarter-stilwell-neu")
 
 
-def test_models_and_coefficients_as_before() -> None:
+def test_models_and_coefficients_as_before():
     assert hd.cite(hd.catalog["linear"]).count("@") == 1
     assert "Coefficients:" in hd.cite(hd.published["vt690-sname2022"])

@@ -1,7 +1,5 @@
 """Live samples: the same numbers as from a log, and clear refusals."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -26,58 +24,27 @@ def live():
     return vehicle, model, log
 
 
-def test_observed_samples_are_those_of_the_log(live):
-    vehicle, model, log = live
-    problem = hd.prepare(vehicle, log, model)
-    previous = None
-    for k in range(log.n):
-        previous = hd.observe(
-            problem.columns,
-            time=log.time[k],
-            velocity=log.velocity[k],
-            attitude=log.attitude[k],
-            commands={name: log.command(name)[k] for name in log.command_names},
-            previous=previous,
-        )
-        np.testing.assert_array_equal(previous.values, problem.inputs.sample(k).values)
-
-
-def test_a_wrench_and_a_ratio_can_be_given_instead(live):
-    vehicle, model, log = live
-    recorded = hd.Log.from_arrays(
-        log.time,
-        log.velocity,
-        attitude=log.attitude,
-        wrench=np.zeros((log.n, 6)),
-        propulsion_ratio=np.ones(log.n),
-    )
-    columns = hd.prepare(vehicle, recorded, model).columns
-    sample = hd.observe(
-        columns,
-        time=0.0,
-        velocity=[2.0, 0, 0, 0, 0, 0],
-        wrench=np.ones(6),
-        propulsion_ratio=1.5,
-    )
-    np.testing.assert_allclose(sample.propulsion, [3.0, 3.0])
-    np.testing.assert_allclose(sample.values[10:16], np.ones(6))
-
-
-def test_without_a_ratio_a_sample_is_that_of_the_log_bit_for_bit(live):
+@pytest.mark.filterwarnings("ignore::hydrodamp.PropulsionWarning")
+@pytest.mark.parametrize("recorded", ["commands", "wrench", "wrench and ratio"])
+def test_observed_samples_are_those_of_the_log_bit_for_bit(live, recorded):
     """U is summed in one order everywhere, so (eta-1) is zero live as it is in a batch."""
     vehicle, model, log = live
-    recorded = hd.Log.from_arrays(
-        log.time, log.velocity, attitude=log.attitude, wrench=np.ones((log.n, 6))
-    )
-    with pytest.warns(hd.PropulsionWarning):
-        problem = hd.prepare(vehicle, recorded, model)
+    told = {name: log.command(name) for name in log.command_names}
+    if recorded != "commands":
+        told = {"wrench": np.ones((log.n, 6))}
+        told |= {"propulsion_ratio": np.full(log.n, 1.5)} if "ratio" in recorded else {}
+        log = hd.Log.from_arrays(log.time, log.velocity, attitude=log.attitude, **told)
+    problem = hd.prepare(vehicle, log, model)
+    sample = None
     for k in range(log.n):
+        now = {name: values[k] for name, values in told.items()}
         sample = hd.observe(
             problem.columns,
             time=log.time[k],
             velocity=log.velocity[k],
             attitude=log.attitude[k],
-            wrench=np.ones(6),
+            previous=sample,
+            **({"commands": now} if recorded == "commands" else now),
         )
         np.testing.assert_array_equal(sample.values, problem.inputs.sample(k).values)
 

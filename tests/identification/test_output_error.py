@@ -1,7 +1,5 @@
 """Output error: right on exact data, better than its start on noisy data, honest at the end."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

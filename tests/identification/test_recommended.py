@@ -1,7 +1,5 @@
 """The recommended method: which windows it takes, and what a hard log makes of it."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -10,7 +10,7 @@ import pytest
 import hydrodamp as hd
 from hydrodamp import kernels
 from hydrodamp.identification.differences import mean_square
-from hydrodamp.identification.recursive import RecursiveAdaptation, RecursiveLeastSquares
+from hydrodamp.identification.recursive import RecursiveLeastSquares
 from hydrodamp.kernels import coriolis
 
 STEP = 0.1
@@ -107,7 +107,7 @@ def test_an_hour_of_straight_line_neither_drifts_nor_bursts(hour):
         assert np.linalg.eigvalsh(information[axis])[0] > 0.0
 
 
-def rows_of(problem, adaptation: RecursiveAdaptation):
+def rows_of(problem, adaptation):
     recursion = adaptation.recursion
     block, rows, last = kernels.new_block(recursion.plant), [], problem.inputs.sample(0)
     for k in range(1, problem.n_samples):

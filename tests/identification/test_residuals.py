@@ -1,7 +1,5 @@
 """Whiteness against its definition, outliers, and what is said of them."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 
@@ -81,15 +79,6 @@ def test_locked_axes_and_empty_rows_are_not_told_of(campaign):
     two = hd.Damping.from_dict(None, {"X_u": -1.0, "Z_w": -1.0, "N_r": -1.0})
     said = " ".join(diagnose(hd.prepare(planar, log, two.model), two))
     assert set(re.findall(r"([XYZKMN]) \(", said)) == {"X", "N"}
-
-
-def test_correlation_is_that_of_a_moving_average_and_white_beyond():
-    """MA(1) with weight 1 has correlation one half at lag one, none beyond."""
-    rng = np.random.default_rng(1)
-    noise = np.convolve(rng.standard_normal(5001), [1.0, 1.0], "valid")
-    _, found = correlated(noise, np.zeros(5000, dtype=int), 40)
-    assert found[1] == pytest.approx(0.5, abs=0.03)
-    assert np.mean(np.abs(found[2:]) < 2.0 * 1.96 / np.sqrt(5000)) > 0.9
 
 
 def test_zeros_are_not_divided_by():

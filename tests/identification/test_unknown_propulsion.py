@@ -1,7 +1,5 @@
 """Terms with (eta-1), where the log does not tell the propulsion ratio."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

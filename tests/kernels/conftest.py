@@ -1,7 +1,5 @@
 """Plants and records to try the kernels on."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 
 import numpy as np
@@ -57,7 +55,7 @@ def linear_plant(rng, free=(True,) * 6):
 
 
 @pytest.fixture(scope="session")
-def make() -> SimpleNamespace:
+def make():
     """The builders above, by name."""
     return SimpleNamespace(
         mass_matrix=mass_matrix,

@@ -1,7 +1,5 @@
 """What does not fit is refused before C sees it."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

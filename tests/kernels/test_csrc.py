@@ -1,7 +1,5 @@
 """The C files alone: strict C99 in both precisions, no allocation, the same bits everywhere."""
 
-from __future__ import annotations
-
 import hashlib
 import importlib.util
 import os
@@ -50,7 +48,7 @@ int main(void)
 
 
 @pytest.fixture(scope="module")
-def compiler() -> str:
+def compiler():
     found = next((name for name in ("cc", "gcc", "clang") if shutil.which(name)), None)
     if found is None:
         pytest.skip("no C compiler here")
@@ -64,7 +62,7 @@ SAME_BITS = {
 
 
 @pytest.fixture(scope="module")
-def objects(compiler, tmp_path_factory) -> dict[str, list[str]]:
+def objects(compiler, tmp_path_factory):
     """The files compiled in both precisions, where a warning is an error."""
     made = {}
     for real in SAME_BITS:
@@ -95,13 +93,7 @@ ELSEWHERE = {
 }
 
 
-def printed(
-    compiler: tuple[str, ...],
-    core: list[str],
-    real: str,
-    folder: Path,
-    runner: tuple[str, ...] = (),
-) -> str:
+def printed(compiler, core, real, folder, runner=()):
     """The hash of what same_bits.c prints, linked with the core."""
     source, program = Path(__file__).with_name("same_bits.c"), folder / "program.exe"
     flags = [*STRICT, real, f"-I{CSRC}", "-lm", "-o", str(program)]

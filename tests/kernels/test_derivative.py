@@ -1,7 +1,6 @@
 """Forward sensitivities against differences of the replay itself."""
 
-from __future__ import annotations
-
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -19,13 +18,16 @@ STEP = 1e-5
 TOLERANCE = 2e-8
 
 
-@pytest.fixture(params=[False, True], ids=["measured", "simulated"])
+FREE = (True,) * 6, (True, True, False, False, False, True)
+
+
+@pytest.fixture(params=itertools.product(FREE, (False, True)))
 def case(request, make):
-    rng = np.random.default_rng(21)
-    plant, matrix = make.linear_plant(rng)
+    """All axes free or three, the attitude measured or simulated."""
+    rng, (free, simulated) = np.random.default_rng(21), request.param
+    plant, matrix = make.linear_plant(rng, free)
     inputs = make.inputs(rng, n=16)
-    attitude = make.attitude(rng, 16) if request.param else None
-    return plant, matrix, inputs, attitude
+    return plant, matrix, inputs, make.attitude(rng, 16) if simulated else None
 
 
 def centred(plant, changed, attitude):
@@ -67,6 +69,16 @@ def test_on_the_initial_velocity(case, component):
 
     expected = centred(plant, changed, attitude)
     np.testing.assert_allclose(jacobian[:, :, 1 + component], expected, rtol=0, atol=TOLERANCE)
+
+
+def test_condensed_it_is_the_sum_over_blocks_by_the_root_of_their_length(case):
+    plant, matrix, inputs, attitude = case
+    arguments = (plant, matrix, inputs, SEGMENTS, ([0, 8], [1, 0]))
+    *_, jacobian = kernels.replay(*arguments, attitude=attitude)
+    *_, condensed = kernels.replay(*arguments, attitude=attitude, block=3)
+    blocks = [(0, 3), (3, 6), (6, 7), (7, 10), (10, 13), (13, 15)]
+    means = [jacobian[a:b].sum(axis=0) / np.sqrt(b - a) for a, b in blocks]
+    np.testing.assert_allclose(condensed, means, rtol=1e-12, atol=1e-13)
 
 
 def test_at_rest_every_derivative_is_finite(make):

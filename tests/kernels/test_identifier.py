@@ -95,40 +95,6 @@ def test_the_storage_changes_by_dissipation_and_noise_alone(make, seed, h, free)
     assert after - before == pytest.approx(added - lost, abs=tolerance, rel=0)
 
 
-@pytest.mark.parametrize("held", [True, False])
-def test_a_batch_is_the_fold_of_steps_bit_for_bit(make, held):
-    """Whether channels and u_c change from sample to sample or not."""
-    rng = np.random.default_rng(11)
-    plant, inputs = make.plant(rng), make.inputs(rng, n=30)
-    if held:
-        inputs = replace(inputs, channels=np.ones((30, 2)), propulsion=np.full((30, 2), 1.4))
-    a, gamma = rng.uniform(1, 30, 6), rng.uniform(0, 2, (plant.n_terms, 6))
-    start = rng.standard_normal((plant.n_terms, 6))
-    segments = np.array([[0, 12], [14, 30]])
-    gains = Gains(plant, a, gamma)
-    batch = kernels.adapt(gains, start, inputs, segments, passes=2, every=1)
-    matrix, history = start, []
-    for first, stop in segments.tolist() * 2:
-        state = np.vstack([matrix, np.zeros(6)])
-        for k in range(first + 1, stop):
-            state = kernels.adapt_step(gains, state, inputs.sample(k - 1), inputs.sample(k))
-            matrix, error = state[:-1], state[-1]
-            history.append((inputs.time[k], error, matrix))
-    np.testing.assert_array_equal(batch.matrix, matrix)
-    np.testing.assert_array_equal(batch.error, error)
-    np.testing.assert_array_equal(batch.history_time, [time for time, _, _ in history])
-    np.testing.assert_array_equal(batch.history_error, [row for _, row, _ in history])
-    np.testing.assert_array_equal(batch.history_matrix, [table for _, _, table in history])
-
-
-def test_a_step_leaves_its_arguments_alone(make):
-    case = trial(make, 5, 0.1, ALL_FREE)
-    matrix, error = case.matrix.copy(), case.error.copy()
-    case.stepped()
-    np.testing.assert_array_equal(case.matrix, matrix)
-    np.testing.assert_array_equal(case.error, error)
-
-
 def test_an_entry_without_gain_does_not_move(make):
     rng = np.random.default_rng(12)
     plant, inputs = make.plant(rng), make.inputs(rng)

@@ -1,7 +1,5 @@
 """Replay: sub-steps in closed form, segments, divergence."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -6,8 +6,6 @@ by L D L^T against LU, so results differ by rounding: some units of 1e-16 a step
 relative to the largest entry, and the tolerance leaves a factor of a thousand.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -65,28 +63,10 @@ def test_replay(make, rng, simulated, free):
     attitude = make.attitude(rng, inputs.n) if simulated else None
     arguments = (plant, matrix, inputs, segments)
     found, diverged, _ = kernels.replay(*arguments, attitude=attitude)
-    expected, also, _ = oracle.replay(*arguments, attitude=attitude)
+    expected, also = oracle.replay(*arguments, attitude=attitude)
     close(found, expected)
     np.testing.assert_array_equal(diverged, also)
     np.testing.assert_array_equal(diverged, [-1, -1])
-
-
-@pytest.mark.parametrize("simulated", [False, True])
-@pytest.mark.parametrize("free", [(True,) * 6, (True, True, False, False, False, True)])
-def test_sensitivities(make, rng, simulated, free):
-    plant, matrix = make.linear_plant(rng, free)
-    inputs = make.inputs(rng, n=20)
-    places = np.indices((plant.n_terms, 6)).reshape(2, -1)
-    attitude = make.attitude(rng, inputs.n) if simulated else None
-    arguments = (plant, matrix, inputs, np.array([[0, 8], [9, 20]]), tuple(places))
-    velocity, _, jacobian = kernels.replay(*arguments, attitude=attitude)
-    expected, _, slopes = oracle.replay(*arguments, attitude=attitude)
-    close(velocity, expected)
-    close(jacobian, np.delete(slopes, 8, axis=0))  # no row for what no segment holds
-    *_, condensed = kernels.replay(*arguments, attitude=attitude, block=3)
-    blocks = [(0, 3), (3, 6), (6, 8), (9, 12), (12, 15), (15, 18), (18, 20)]
-    means = [slopes[a:b].sum(axis=0) / np.sqrt(b - a) for a, b in blocks]
-    close(condensed, np.array(means))
 
 
 @pytest.mark.parametrize("free", [(True,) * 6, (True, True, False, False, False, True)])

@@ -1,7 +1,5 @@
 """The tables that C reads: plants, records, samples; what cannot be is refused."""
 
-from __future__ import annotations
-
 import pickle
 
 import numpy as np

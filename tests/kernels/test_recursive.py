@@ -1,7 +1,5 @@
 """Recursive least squares: rows exact on any clock, bounds whatever the rows, the fold."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -157,17 +155,6 @@ def test_old_rows_are_forgotten_along_new_ones():
     np.testing.assert_allclose(long, np.mean(truths, axis=0), atol=0.2)
 
 
-def test_the_noise_is_told_by_what_is_left_over():
-    """2000 rows with noise of 0.3: weights k^2 give the estimate a variance 18/5 sigma^4 / n."""
-    rng = np.random.default_rng(8)
-    rows = 0.3 * rng.standard_normal((2000, 8))
-    recursion = moving([0, 1], [0, 4], 2)
-    noise = absorbed(recursion, recursion.before(np.zeros(2)), rows).noise
-    four_sigma = 4.0 * 0.09 * np.sqrt(3.6 / 2000)
-    np.testing.assert_allclose(noise[[0, 4]], 0.09, rtol=0, atol=four_sigma)
-    np.testing.assert_array_equal(noise[[1, 2, 3, 5]], 0.0)
-
-
 def test_a_coefficient_without_unit_is_held():
     rng = np.random.default_rng(9)
     recursion = moving([0, 1], [0, 0], 2, np.array([0.0, 1.0]), 0.1)
@@ -185,19 +172,6 @@ def run_arguments(make, free=ALL_FREE):
     recursion = Recursion(plant, *places, 10.0 ** rng.uniform(-1, 1, n), 0.35, 0.1)
     estimate = recursion.before(rng.standard_normal(n))
     return recursion, estimate, inputs, np.array([[0, 25], [25, 26], [28, 60]])
-
-
-def test_a_batch_is_the_fold_of_steps_bit_for_bit(make):
-    recursion, estimate, inputs, segments = run_arguments(make)
-    run = kernels.recur(recursion, estimate, inputs, segments)
-    for first, stop in segments.tolist():
-        block = kernels.new_block(recursion.plant)
-        for k in range(first + 1, stop):
-            samples = inputs.sample(k - 1), inputs.sample(k)
-            block, row = kernels.block_step(recursion, block, *samples)
-            estimate = estimate if row is None else kernels.absorb(recursion, estimate, row)
-    for name in ("coefficients", "information", "noise", "rows"):
-        np.testing.assert_array_equal(getattr(run, name), getattr(estimate, name))
 
 
 @pytest.mark.parametrize("free", [ALL_FREE, (True, True, False, False, False, True)])

@@ -1,7 +1,5 @@
 """Atoms, their products and the moving frame against the paper's definitions (section II)."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, strategies as st
@@ -28,19 +26,9 @@ def test_every_atom_in_its_place():
     np.testing.assert_allclose([atom(number) for number in range(25)], expected, rtol=1e-15)
 
 
-@pytest.mark.parametrize("number", [2, 8, 14, 15, 16])
-def test_no_crossflow_is_no_kink(number):
-    assert atom(number, nu=np.array([1.0, 0, 0, 0, 0, 0])) == 0.0
-
-
 def test_the_propulsion_ratio_is_guarded_at_rest_and_not_a_number_is_seen():
     assert atom(17, nu=np.zeros(6), speed=2e-6) == pytest.approx(1.0)
     assert np.isnan(atom(14, nu=np.where(np.arange(6) == 1, np.nan, NU)))
-
-
-def test_a_term_is_the_product_of_its_four_atoms():
-    found = terms([[1, 7, 22, 22], [0, 0, 0, 0], [0, 2, 0, 12]])
-    np.testing.assert_allclose(found, [1.5 * 1.5 * 9.0, 1.0, -0.4 * 0.05], rtol=1e-15)
 
 
 def test_no_samples_and_no_terms():

@@ -1,7 +1,5 @@
 """A model with numbers: wrench, power, labels."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,39 +1,33 @@
 """The damping file: both ways, what it says, what it refuses, whose it is."""
 
-from __future__ import annotations
-
 import json
 import warnings
 
 import numpy as np
 import pytest
 
-from hydrodamp.errors import FileError, ForeignVehicleWarning, ModelError
-from hydrodamp.models.catalog import catalog
-from hydrodamp.models.damping import Damping, VehicleStamp, warn_if_foreign
-from hydrodamp.models.files import (
-    damping_document,
-    damping_from_document,
-    read_damping,
-    write_damping,
-)
+import hydrodamp as hd
+from hydrodamp.models.damping import warn_if_foreign
+from hydrodamp.models.files import damping_document, damping_from_document
 
-STAMP = VehicleStamp("toy", 466.5, 470.0, "0123456789abcdef")
+STAMP = hd.VehicleStamp("toy", 466.5, 470.0, "0123456789abcdef")
 
 
 @pytest.fixture
 def damping():
     rng = np.random.default_rng(30)
-    model = catalog["prestero"].with_terms({"Y N": "u|u|*rudder"}, key="finned")
+    model = hd.catalog["prestero"].with_terms({"Y N": "u|u|*rudder"}, key="finned")
     n = model.n_coefficients
-    return Damping(model, rng.normal(size=n) / 3, rng.normal(size=(n, n)), STAMP, "src", "nb")
+    return hd.Damping(model, rng.normal(size=n) / 3, rng.normal(size=(n, n)), STAMP, "src", "nb")
 
 
-@pytest.mark.parametrize("model", [*catalog.values(), catalog["pitch-yaw"].restricted_to("K")])
+@pytest.mark.parametrize(
+    "model", [*hd.catalog.values(), hd.catalog["pitch-yaw"].restricted_to("K")]
+)
 def test_what_is_written_is_read_back_bit_for_bit(model, tmp_path):
-    damping = Damping(model, np.random.default_rng(1).normal(size=model.n_coefficients))
-    write_damping(damping, tmp_path / "damping.json")
-    again = read_damping(tmp_path / "damping.json")
+    damping = hd.Damping(model, np.random.default_rng(1).normal(size=model.n_coefficients))
+    hd.write_damping(damping, tmp_path / "damping.json")
+    again = hd.read_damping(tmp_path / "damping.json")
     assert again.model == model
     np.testing.assert_array_equal(again.coefficients, damping.coefficients)
     assert again.covariance is None
@@ -41,15 +35,15 @@ def test_what_is_written_is_read_back_bit_for_bit(model, tmp_path):
 
 
 def test_covariance_vehicle_source_and_note_survive(damping, tmp_path):
-    write_damping(damping, tmp_path / "damping.json")
-    again = read_damping(tmp_path / "damping.json")
+    hd.write_damping(damping, tmp_path / "damping.json")
+    again = hd.read_damping(tmp_path / "damping.json")
     np.testing.assert_array_equal(again.covariance, damping.covariance)
     assert (again.vehicle, again.source, again.note) == (STAMP, "src", "nb")
     assert [entry.name for entry in tmp_path.iterdir()] == ["damping.json"]
 
 
 def test_the_file_says_what_its_numbers_mean(damping, tmp_path):
-    write_damping(damping, tmp_path / "damping.json")
+    hd.write_damping(damping, tmp_path / "damping.json")
     document = json.loads((tmp_path / "damping.json").read_text(encoding="utf-8"))
     assert (document["format"], document["version"]) == ("hydrodamp-damping", 1)
     assert document["frame"].startswith("FRD")
@@ -65,15 +59,15 @@ def test_the_file_says_what_its_numbers_mean(damping, tmp_path):
 
 
 def test_numbers_that_are_not_finite_become_null_and_come_back_as_nan(tmp_path):
-    model = catalog["fossen"]
+    model = hd.catalog["fossen"]
     covariance = np.eye(12)
     covariance[1, 2] = np.inf
-    damping = Damping(model, [np.nan, *np.ones(11)], covariance)
-    write_damping(damping, tmp_path / "damping.json")
+    damping = hd.Damping(model, [np.nan, *np.ones(11)], covariance)
+    hd.write_damping(damping, tmp_path / "damping.json")
     text = (tmp_path / "damping.json").read_text(encoding="utf-8")
     assert "NaN" not in text
     assert "Infinity" not in text
-    again = read_damping(tmp_path / "damping.json")
+    again = hd.read_damping(tmp_path / "damping.json")
     assert np.isnan(again["X_u"])
     assert np.isnan(again.covariance[1, 2])
 
@@ -123,26 +117,18 @@ def put(value, *path):
 def test_faults_are_named(damping, change, says):
     document = damping_document(damping)
     change(document)
-    with pytest.raises(ModelError, match=says):
-        damping_from_document(document, "damping.json")
-
-
-def test_faults_come_at_once(damping):
-    document = damping_document(damping)
-    for change in (put("x", "coefficients", "Y_uv"), put("toy", "vehicle"), put(1, "covariance")):
-        change(document)
-    with pytest.raises(ModelError, match=r"damping\.json: 3 faults"):
+    with pytest.raises(hd.ModelError, match=says):
         damping_from_document(document, "damping.json")
 
 
 def test_what_is_no_damping_file(tmp_path):
     path = tmp_path / "damping.json"
     path.write_text('{"format":\n !}', encoding="utf-8")
-    with pytest.raises(FileError, match=r"line 2: cannot be read as JSON: .* column 2"):
-        read_damping(path)
+    with pytest.raises(hd.FileError, match=r"line 2: cannot be read as JSON: .* column 2"):
+        hd.read_damping(path)
     path.write_text("[]", encoding="utf-8")
-    with pytest.raises(ModelError, match="written by hydrodamp identify --out"):
-        read_damping(path)
+    with pytest.raises(hd.ModelError, match="written by hydrodamp identify --out"):
+        hd.read_damping(path)
 
 
 def test_terms_may_be_typed_as_text(damping):
@@ -156,19 +142,19 @@ def test_terms_may_be_typed_as_text(damping):
 @pytest.mark.parametrize(
     ("other", "says"),
     [
-        (VehicleStamp("b", 466.5, 470.0, "f" * 16), "the mass matrix is another"),
-        (VehicleStamp("b", 400.0, 470.0, ""), "weight 466.5 N there, 400 N here"),
-        (VehicleStamp("b", 466.5, 471.0, STAMP.mass_matrix_digest), "buoyancy 470 N there"),
+        (hd.VehicleStamp("b", 466.5, 470.0, "f" * 16), "the mass matrix is another"),
+        (hd.VehicleStamp("b", 400.0, 470.0, ""), "weight 466.5 N there, 400 N here"),
+        (hd.VehicleStamp("b", 466.5, 471.0, STAMP.mass_matrix_digest), "buoyancy 470 N there"),
     ],
 )
 def test_another_vehicle_is_warned_of(damping, other, says):
-    with pytest.warns(ForeignVehicleWarning, match=rf"belong to vehicle 'toy'.*'b'.*{says}"):
+    with pytest.warns(hd.ForeignVehicleWarning, match=rf"belong to vehicle 'toy'.*'b'.*{says}"):
         warn_if_foreign(damping, other)
 
 
 def test_the_same_vehicle_or_an_unknown_one_is_not_warned_of(damping):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        warn_if_foreign(damping, VehicleStamp("renamed", 466.5, 470.0, STAMP.mass_matrix_digest))
-        warn_if_foreign(damping, VehicleStamp("renamed", 466.5, 470.0))
-        warn_if_foreign(Damping(catalog["fossen"], np.zeros(12)), STAMP)
+        warn_if_foreign(damping, hd.VehicleStamp("renamed", 466.5, 470.0, STAMP.mass_matrix_digest))
+        warn_if_foreign(damping, hd.VehicleStamp("renamed", 466.5, 470.0))
+        warn_if_foreign(hd.Damping(hd.catalog["fossen"], np.zeros(12)), STAMP)

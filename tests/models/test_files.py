@@ -1,12 +1,8 @@
 """Models of your own in YAML: read, extend, write, refuse."""
 
-from __future__ import annotations
-
 import pytest
 
-from hydrodamp.errors import ModelError
-from hydrodamp.models.catalog import catalog
-from hydrodamp.models.files import read_model, read_models, write_model
+import hydrodamp as hd
 
 
 @pytest.fixture
@@ -34,7 +30,7 @@ terms:
   N: p
 """
     )
-    model = read_model(path)
+    model = hd.read_model(path)
     assert (model.key, model.title) == ("mine", "My model")
     assert (model.source, model.note) == ("here", "there")
     assert model.labels[:2] == ("X_u", "X_u|u|")
@@ -52,22 +48,22 @@ models:
   - {name: 690, terms: {X: u}, note: }
 """
     )
-    finned, finned_2, plain, numbered = read_models(path)
+    finned, finned_2, plain, numbered = hd.read_models(path)
     assert finned.n_coefficients == 38
     assert finned.source.startswith("Extends linear. Gibson")
     assert finned_2.commands == ("elevator", "rudder")
-    assert plain.terms == catalog["prestero"].terms
+    assert plain.terms == hd.catalog["prestero"].terms
     assert numbered.key == "690"
-    with pytest.raises(ModelError, match="must hold one model; got 4"):
-        read_model(path)
+    with pytest.raises(hd.ModelError, match="must hold one model; got 4"):
+        hd.read_model(path)
 
 
-@pytest.mark.parametrize("key", catalog)
+@pytest.mark.parametrize("key", hd.catalog)
 def test_what_is_written_is_read_back(key, tmp_path):
-    model = catalog[key].with_terms({"Y": "u|u|*rudder down_y 1"}, key="mine")
+    model = hd.catalog[key].with_terms({"Y": "u|u|*rudder down_y 1"}, key="mine")
     path = tmp_path / "mine.yaml"
-    write_model(model, path)
-    assert read_model(path) == model
+    hd.write_model(model, path)
+    assert hd.read_model(path) == model
     assert [entry.name for entry in tmp_path.iterdir()] == ["mine.yaml"]
 
 
@@ -88,8 +84,8 @@ models:
   - {name: j, extends: sparse}
 """
     )
-    with pytest.raises(ModelError) as caught:
-        read_models(path)
+    with pytest.raises(hd.ModelError) as caught:
+        hd.read_models(path)
     message = str(caught.value)
     assert message.startswith(f"{path}: 14 faults\n  - ")
     for part in (
@@ -124,5 +120,5 @@ LIST, MAPPING = "`models` must be a list of at least one", "a model file must be
     ],
 )
 def test_a_file_that_is_neither_a_model_nor_a_list_of_them(file, text, says):
-    with pytest.raises(ModelError, match=says):
-        read_models(file(text))
+    with pytest.raises(hd.ModelError, match=says):
+        hd.read_models(file(text))

@@ -1,7 +1,5 @@
 """Structure of a damping model: order, labels, packing, extension, fewer axes."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st

@@ -1,22 +1,17 @@
 """Published sets against the numbers of their sources."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
-from hydrodamp.errors import ModelError
+import hydrodamp as hd
 from hydrodamp.files import parse_yaml
-from hydrodamp.identification.methods import cite
 from hydrodamp.kernels import coriolis
-from hydrodamp.models.catalog import catalog
-from hydrodamp.models.damping import Damping
-from hydrodamp.models.published import added_mass_matrix, coriolis_coefficients, published
+from hydrodamp.models.published import added_mass_matrix, coriolis_coefficients
 
 
 def added_mass_of(name):
     """Return the added mass matrix that a set goes with."""
-    return added_mass_matrix(parse_yaml(published.text(name), name)["added_mass"])
+    return added_mass_matrix(parse_yaml(hd.published.text(name), name)["added_mass"])
 
 
 @pytest.fixture
@@ -25,22 +20,22 @@ def velocity():
 
 
 def test_the_sets():
-    assert len(published) == len(tuple(published)) == 9
-    assert "lauv" in published
-    assert "iver" not in published
-    with pytest.raises(ModelError, match=r"'vt690'. Did you mean 'vt690-field'"):
-        published["vt690"]
-    with pytest.raises(ModelError, match="no coefficient set 'iver'"):
-        published["iver"]
+    assert len(hd.published) == len(tuple(hd.published)) == 9
+    assert "lauv" in hd.published
+    assert "iver" not in hd.published
+    with pytest.raises(hd.ModelError, match=r"'vt690'. Did you mean 'vt690-field'"):
+        hd.published["vt690"]
+    with pytest.raises(hd.ModelError, match="no coefficient set 'iver'"):
+        hd.published["iver"]
 
 
-@pytest.mark.parametrize("name", published)
+@pytest.mark.parametrize("name", hd.published)
 def test_every_set_says_where_it_comes_from_and_fits_a_screen(name):
-    damping = published[name]
+    damping = hd.published[name]
     assert damping.source
     assert "taken out" in damping.note
     assert len(str(damping).splitlines()) <= 30
-    assert cite(damping).startswith("Coefficients: ")
+    assert hd.cite(damping).startswith("Coefficients: ")
 
 
 def test_the_expansion_of_a_diagonal_matrix_is_the_textbook_one():
@@ -105,38 +100,38 @@ MOMENTS = {"K_vq": -(A26 + A35), "M_pr": A66 - A44, "N_pq": A44 - A55}
 )
 def test_viscous_remainder_and_added_mass_give_the_sources_total(name, rows, more, velocity):
     """K xi + H(A nu) nu equals what the source itself computes at random velocities."""
-    total = published[name].wrench(velocity) + coriolis(added_mass_of(name), velocity)
+    total = hd.published[name].wrench(velocity) + coriolis(added_mass_of(name), velocity)
     source = {f"{axis}_{term}": row[term] for axis, row in rows.items() for term in row}
-    expected = Damping.from_dict(None, source | more).wrench(velocity)
+    expected = hd.Damping.from_dict(None, source | more).wrench(velocity)
     np.testing.assert_allclose(total, expected, rtol=1e-11, atol=1e-11)
 
 
 def test_vt690_is_prestero_and_one_more_and_belongs_to_the_vehicle():
-    damping = published["vt690-sname2022"]
+    damping = hd.published["vt690-sname2022"]
     assert damping.model.n_coefficients == 31
-    assert set(damping.model.labels) == {*catalog["prestero"].labels, "K_up"}
+    assert set(damping.model.labels) == {*hd.catalog["prestero"].labels, "K_up"}
     assert damping.vehicle.weight == damping.vehicle.buoyancy == 466.5
 
 
 def test_simple_drag_sets_take_nothing_out():
-    assert published["bluerov2"].model is catalog["fossen"]
-    assert published["bluerov2"]["Z_w|w|"] == -36.99
-    assert published["bluerov2-heavy"]["Y_v"] == 0.0
-    assert published["bluerov2-hkpolyu"]["M_q"] == -44.9085
-    assert published["lauv"]["Y_r"] == 11.5
-    assert published["lauv"].model.n_coefficients == 16
-    assert published["eca-a9"]["X_u^2"] == -8.0
+    assert hd.published["bluerov2"].model is hd.catalog["fossen"]
+    assert hd.published["bluerov2"]["Z_w|w|"] == -36.99
+    assert hd.published["bluerov2-heavy"]["Y_v"] == 0.0
+    assert hd.published["bluerov2-hkpolyu"]["M_q"] == -44.9085
+    assert hd.published["lauv"]["Y_r"] == 11.5
+    assert hd.published["lauv"].model.n_coefficients == 16
+    assert hd.published["eca-a9"]["X_u^2"] == -8.0
 
 
-@pytest.mark.parametrize("name", published)
+@pytest.mark.parametrize("name", hd.published)
 def test_every_set_dissipates_while_under_way(name):
     """Ahead at 0.5-2.5 m/s, drift below 0.1 m/s and rates below 0.1 rad/s."""
     rng = np.random.default_rng(466)
     velocity = rng.uniform(-0.1, 0.1, (2000, 6))
     velocity[:, 0] = rng.uniform(0.5, 2.5, 2000)
-    assert published[name].power(velocity).max() < 0.0
+    assert hd.published[name].power(velocity).max() < 0.0
 
 
 def test_cite_names_the_paper_where_its_catalogue_is_used():
-    assert "@inproceedings{gibson-mccarter-stilwell-neu" in cite(catalog["linear"])
-    assert "@inproceedings" not in cite(published["eca-a9"])
+    assert "@inproceedings{gibson-mccarter-stilwell-neu" in hd.cite(hd.catalog["linear"])
+    assert "@inproceedings" not in hd.cite(hd.published["eca-a9"])

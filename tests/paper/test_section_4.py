@@ -1,7 +1,5 @@
 """Section IV: the adaptive identifier, equations 15 and 16; 21 and 23 are kept in ``kernels``."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp

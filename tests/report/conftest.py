@@ -8,42 +8,35 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.data.log import Log, Segment
-from hydrodamp.identification.fit import Fit
-from hydrodamp.models.catalog import catalog
-from hydrodamp.models.damping import Damping, VehicleStamp
-from hydrodamp.simulation.replay import Score, Trajectory
-from hydrodamp.simulation.status import Status
-from hydrodamp.validation.compare import Comparison, Row
 
 NAMES = ("u", "v", "w", "p", "q", "r")
-STAMP = VehicleStamp("vt690", 466.5, 466.5, "0123456789abcdef")
+STAMP = hd.VehicleStamp("vt690", 466.5, 466.5, "0123456789abcdef")
 
 
-def make_fit(model, method, status=Status.OK, rank=None):
+def make_fit(model, method, status=hd.Status.OK, rank=None):
     """Return a fit whose coefficients count down from -1."""
-    n = catalog[model].n_coefficients
+    n = hd.catalog[model].n_coefficients
     covariance = None if rank is None else np.diag(np.arange(1.0, n + 1))
-    tied = (("X_u", "X_u^2"), ("K_p",)) if status is Status.RANK_DEFICIENT else ()
-    damping = Damping(catalog[model], -np.arange(1.0, n + 1), covariance, STAMP)
-    return Fit(damping, method, status, rank, tied, 1200, {"settings": method})
+    tied = (("X_u", "X_u^2"), ("K_p",)) if status is hd.Status.RANK_DEFICIENT else ()
+    damping = hd.Damping(hd.catalog[model], -np.arange(1.0, n + 1), covariance, STAMP)
+    return hd.Fit(damping, method, status, rank, tied, 1200, {"settings": method})
 
 
 def make_row(fit, rms, diverged=()):
     """Return a row whose by-axis numbers are its error times 1, 2, ... 6."""
     errors = {name: None if rms is None else rms * (k + 1) for k, name in enumerate(NAMES)}
     fits = {name: None if rms is None else 90.0 - 40.0 * k for k, name in enumerate(NAMES)}
-    log = Log(
+    log = hd.Log(
         np.array([0.0, 0.1, 0.2, 5.0, 5.1]),
         np.arange(30.0).reshape(5, 6),
-        segments=(Segment("dive", 0, 3), Segment("turn", 3, 5)),
+        segments=(hd.Segment("dive", 0, 3), hd.Segment("turn", 3, 5)),
         source="test.csv",
     )
     velocity = log.velocity + 0.5
     if diverged:
         velocity[4:] = np.nan
-    trajectory = Trajectory(log, velocity, diverged, "measured") if fit.status.usable else None
-    return Row(fit, Score(rms, errors, fits, "deg", diverged), trajectory)
+    trajectory = hd.Trajectory(log, velocity, diverged, "measured") if fit.status.usable else None
+    return hd.Row(fit, hd.Score(rms, errors, fits, "deg", diverged), trajectory)
 
 
 @pytest.fixture
@@ -52,13 +45,15 @@ def comparison():
     rows = (
         make_row(make_fit("linear", "ls", rank=36), 0.46),
         make_row(make_fit("fossen", "ls", rank=12), None, (("dive", 12.34), ("turn", 0.1))),
-        make_row(make_fit("uncoupled", "ls", Status.RANK_DEFICIENT, 22), 2.15),
-        make_row(make_fit("coe", "ls", Status.TOO_FEW_SAMPLES), None),
-        make_row(make_fit("linear", "ai", Status.NOT_SETTLED), 14.02),
-        make_row(make_fit("fossen", "ai", Status.NOT_SETTLED), 1234.5),
-        make_row(make_fit("uncoupled", "ai", Status.FAILED), None),
+        make_row(make_fit("uncoupled", "ls", hd.Status.RANK_DEFICIENT, 22), 2.15),
+        make_row(make_fit("coe", "ls", hd.Status.TOO_FEW_SAMPLES), None),
+        make_row(make_fit("linear", "ai", hd.Status.NOT_SETTLED), 14.02),
+        make_row(make_fit("fossen", "ai", hd.Status.NOT_SETTLED), 1234.5),
+        make_row(make_fit("uncoupled", "ai", hd.Status.FAILED), None),
     )
-    return Comparison(rows, provenance={"vehicle": "vt690", "test": "test.csv", "truth": "sname"})
+    return hd.Comparison(
+        rows, provenance={"vehicle": "vt690", "test": "test.csv", "truth": "sname"}
+    )
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,6 @@
-from __future__ import annotations
-
 from dataclasses import replace
 
+import hydrodamp as hd
 from hydrodamp.report.comparison_tables import (
     axis_grids,
     comparison_grids,
@@ -12,9 +11,6 @@ from hydrodamp.report.comparison_tables import (
     window_grids,
 )
 from hydrodamp.report.grid import to_text
-from hydrodamp.simulation.replay import HorizonScore, Score
-from hydrodamp.simulation.status import Status
-from hydrodamp.validation.compare import Comparison, Row
 
 
 def test_models_stand_against_methods_and_the_paper(comparison):
@@ -41,7 +37,7 @@ def test_remarks_say_what_happened_where(comparison):
 
 def test_a_fit_that_was_refused_has_its_reason_among_the_remarks(comparison):
     row = comparison.rows[3]
-    fit = replace(row.fit, status=Status.REFUSED, remarks=("The log is too short.",))
+    fit = replace(row.fit, status=hd.Status.REFUSED, remarks=("The log is too short.",))
     (grid,) = summary_grids(replace(comparison, rows=(comparison.rows[0], replace(row, fit=fit))))
     assert grid.column("ls") == ("0.460", "refused")
     assert "coe by ls: The log is too short." in grid.notes
@@ -56,8 +52,8 @@ def test_axes_have_error_and_fit(comparison):
 
 
 def test_locked_axes_are_left_out(comparison):
-    score = Score(0.1, {"u": 0.1, "r": 0.02}, {"u": None, "r": 5.0}, "rad", ())
-    planar = Comparison((Row(comparison.rows[0].fit, score),), "rad")
+    score = hd.Score(0.1, {"u": 0.1, "r": 0.02}, {"u": None, "r": 5.0}, "rad", ())
+    planar = hd.Comparison((hd.Row(comparison.rows[0].fit, score),), "rad")
     (grid,) = axis_grids(planar)
     assert grid.header == ("model", "u", "%", "r", "%")
     assert grid.words == [["linear", "0.100", "-", "0.0200", "5"]]
@@ -66,7 +62,7 @@ def test_locked_axes_are_left_out(comparison):
 def test_many_methods_go_on_several_tables_that_are_legible_in_80_columns(comparison):
     row = comparison.rows[0]
     more = [replace(row, fit=replace(row.fit, method=f"method-{k}")) for k in range(3)]
-    many = Comparison((*comparison.rows, *more))
+    many = hd.Comparison((*comparison.rows, *more))
     grids = summary_grids(many)
     assert [len(grid.header) for grid in grids] == [6, 5]
     assert [bool(grid.notes) for grid in grids] == [False, True]
@@ -88,7 +84,7 @@ def test_rows_have_names_for_programs_and_full_precision(comparison):
 
 
 def test_the_score_of_one_replay_ends_with_all_velocities_together():
-    score = Score(0.25, {"u": 0.1, "r": 2.0}, {"u": 90.0, "r": -5.0}, "deg", ())
+    score = hd.Score(0.25, {"u": 0.1, "r": 2.0}, {"u": 90.0, "r": -5.0}, "deg", ())
     assert replay_grid("Replay", score).words == [
         ["u", "0.100", "m/s", "90"],
         ["r", "2.000", "deg/s", "<0"],
@@ -100,8 +96,8 @@ def test_runs_and_windows_have_tables_of_their_own(comparison):
     first, second = comparison.rows[:2]
     errors = {"dive": 0.2, "turn": 0.8}
     own = replace(first, score=replace(first.score, rms_by_segment=errors))
-    windows = HorizonScore(10.0, first.score, 4, 0)
-    lost = HorizonScore(10.0, second.score, 4, 1)
+    windows = hd.HorizonScore(10.0, first.score, 4, 0)
+    lost = hd.HorizonScore(10.0, second.score, 4, 1)
     rows = (replace(own, windows=windows), replace(second, windows=lost))
     found = replace(comparison, rows=rows)
     runs, parts = to_text(run_grids(found)[0]), to_text(window_grids(found)[0])

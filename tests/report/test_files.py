@@ -1,21 +1,16 @@
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from hydrodamp.errors import FileError
-from hydrodamp.identification.fit import Uncertainty
-from hydrodamp.models.files import read_damping
+import hydrodamp as hd
 from hydrodamp.report.documents import comparison_document
-from hydrodamp.report.files import kept_fit, read_comparison, write_comparison, write_fit
-from hydrodamp.validation.compare import Comparison
+from hydrodamp.report.files import kept_fit, write_fit
 
 
 def test_all_files_are_there_and_none_is_left_over(comparison, tmp_path):
-    write_comparison(comparison, tmp_path / "deep" / "out")
+    hd.write_comparison(comparison, tmp_path / "deep" / "out")
     names = sorted(path.name for path in (tmp_path / "deep" / "out").iterdir())
     assert names == [
         *("comparison.json", "fits", "replays.npz"),
@@ -26,7 +21,7 @@ def test_all_files_are_there_and_none_is_left_over(comparison, tmp_path):
 
 
 def test_the_json_is_strict_and_as_designed(comparison, tmp_path):
-    write_comparison(comparison, tmp_path)
+    hd.write_comparison(comparison, tmp_path)
 
     def refuse(word):
         pytest.fail(f"{word} is not strict JSON")
@@ -49,8 +44,8 @@ def test_the_json_is_strict_and_as_designed(comparison, tmp_path):
 
 
 def test_a_comparison_reads_back_as_it_was(comparison, tmp_path):
-    write_comparison(comparison, tmp_path)
-    again = read_comparison(tmp_path)
+    hd.write_comparison(comparison, tmp_path)
+    again = hd.read_comparison(tmp_path)
     assert comparison_document(again) == comparison_document(comparison)
     assert {**again.provenance, **comparison.provenance} == again.provenance
     assert set(again.provenance) - set(comparison.provenance) == {"hydrodamp"}
@@ -67,10 +62,10 @@ def test_a_comparison_reads_back_as_it_was(comparison, tmp_path):
 
 @pytest.mark.parametrize(("words", "left"), [({}, 1), ({"unfinished": "1 of 7 rows"}, 7)])
 def test_fits_of_an_earlier_run_stay_until_one_is_finished(comparison, tmp_path, words, left):
-    write_comparison(comparison, tmp_path)
-    write_comparison(Comparison(comparison.rows[:1], provenance=words), tmp_path)
+    hd.write_comparison(comparison, tmp_path)
+    hd.write_comparison(hd.Comparison(comparison.rows[:1], provenance=words), tmp_path)
     assert len([*(tmp_path / "fits").iterdir()]) == left
-    assert len(read_comparison(tmp_path).rows) == 1
+    assert len(hd.read_comparison(tmp_path).rows) == 1
 
 
 def test_a_fit_is_kept_under_its_digest_and_reads_back(comparison, tmp_path):
@@ -78,7 +73,7 @@ def test_a_fit_is_kept_under_its_digest_and_reads_back(comparison, tmp_path):
     write_fit(fit, tmp_path)
     assert kept_fit(tmp_path, "linear", "ls", 64 * "b") is None
     path = tmp_path / "fits" / "linear.ls.aaaaaaaa.json"
-    assert read_damping(path).vehicle == fit.damping.vehicle
+    assert hd.read_damping(path).vehicle == fit.damping.vehicle
     again = kept_fit(tmp_path, "linear", "ls", 64 * "a")
     assert again is not None
     np.testing.assert_array_equal(again.damping.coefficients, fit.damping.coefficients)
@@ -90,10 +85,10 @@ def test_what_intervals_are_made_with_reads_back(comparison, tmp_path):
     covariance = row.fit.damping.covariance
     unknown = np.full_like(covariance, np.nan)
     for freedom, noise in ((5.0, 0.5 * covariance), (np.inf, None), (3.0, unknown)):
-        found = Uncertainty(covariance, freedom, "by hand", noise, 2.0, 7, "shifts")
+        found = hd.Uncertainty(covariance, freedom, "by hand", noise, 2.0, 7, "shifts")
         known = replace(row, fit=replace(row.fit, uncertainty=found))
-        write_comparison(Comparison((known,)), tmp_path)
-        again = read_comparison(tmp_path).rows[0].fit.uncertainty
+        hd.write_comparison(hd.Comparison((known,)), tmp_path)
+        again = hd.read_comparison(tmp_path).rows[0].fit.uncertainty
         assert again is not None
         assert (again.noise is None) is (noise is None)
         assert again.reach() == found.reach()
@@ -102,10 +97,10 @@ def test_what_intervals_are_made_with_reads_back(comparison, tmp_path):
 
 
 def test_a_pair_that_comes_twice_keeps_both(comparison, tmp_path):
-    twice = Comparison((comparison.rows[0], comparison.rows[0]), provenance={})
-    write_comparison(twice, tmp_path)
+    twice = hd.Comparison((comparison.rows[0], comparison.rows[0]), provenance={})
+    hd.write_comparison(twice, tmp_path)
     assert {path.stem for path in (tmp_path / "fits").iterdir()} == {"linear.ls", "linear.ls-2"}
-    assert len(read_comparison(tmp_path).rows) == 2
+    assert len(hd.read_comparison(tmp_path).rows) == 2
 
 
 @pytest.mark.parametrize(
@@ -120,12 +115,12 @@ def test_a_pair_that_comes_twice_keeps_both(comparison, tmp_path):
     ],
 )
 def test_a_spoilt_folder_is_refused(comparison, tmp_path, name, content, words):
-    write_comparison(comparison, tmp_path)
+    hd.write_comparison(comparison, tmp_path)
     (tmp_path / name).unlink()
     if content is not None:
         (tmp_path / name).write_text(content, "utf-8")
-    with pytest.raises(FileError, match=words):
-        read_comparison(tmp_path)
+    with pytest.raises(hd.FileError, match=words):
+        hd.read_comparison(tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -141,18 +136,18 @@ def test_a_spoilt_folder_is_refused(comparison, tmp_path, name, content, words):
 def test_a_document_that_was_spoilt_is_refused_with_its_place(
     comparison, tmp_path, name, place, value, words
 ):
-    write_comparison(comparison, tmp_path)
+    hd.write_comparison(comparison, tmp_path)
     content = document = json.loads((tmp_path / name).read_text("utf-8"))
     *outer, last = place
     for key in outer:
         content = content[key]
     content[last] = value
     (tmp_path / name).write_text(json.dumps(document), "utf-8")
-    with pytest.raises(FileError, match=words):
-        read_comparison(tmp_path)
+    with pytest.raises(hd.FileError, match=words):
+        hd.read_comparison(tmp_path)
 
 
 def test_a_folder_that_cannot_be_made(comparison, tmp_path):
     (tmp_path / "file").write_text("", "utf-8")
-    with pytest.raises(FileError, match="cannot be made"):
-        write_comparison(comparison, tmp_path / "file")
+    with pytest.raises(hd.FileError, match="cannot be made"):
+        hd.write_comparison(comparison, tmp_path / "file")

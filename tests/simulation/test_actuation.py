@@ -1,7 +1,5 @@
 """The actuation as channels of terms."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,24 +1,19 @@
 """What a vehicle and a log do not have in common is one sentence, with a way out."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np
 import pytest
 
-from hydrodamp.data.log import Log
-from hydrodamp.errors import ProblemError
-from hydrodamp.models.model import DampingModel
+import hydrodamp as hd
 from hydrodamp.simulation.checks import check_log, nothing_drives, unused
-from hydrodamp.vehicle.file import fleet
 
 TIME = np.arange(20) / 10
 LEVEL = np.tile([1.0, 0.0, 0.0, 0.0], (20, 1))
 
 
-def log_of(*commands: str, wrench: bool = False) -> Log:
-    return Log.from_arrays(
+def log_of(*commands, wrench=False):
+    return hd.Log.from_arrays(
         TIME,
         np.ones((20, 6)),
         attitude=LEVEL,
@@ -28,8 +23,8 @@ def log_of(*commands: str, wrench: bool = False) -> Log:
     )
 
 
-def model(**terms: str) -> DampingModel:
-    return DampingModel.from_table(terms, key="mine")
+def model(**terms):
+    return hd.DampingModel.from_table(terms, key="mine")
 
 
 @pytest.mark.parametrize(
@@ -40,9 +35,9 @@ def model(**terms: str) -> DampingModel:
         ("vt690", (), ("'vt690' take rudder elevator rpm", "X Y Z K M N or a command")),
     ],
 )
-def test_a_log_that_says_nothing_of_the_drive(name, commands, words) -> None:
-    vehicle, log, models = fleet[name], log_of(*commands), (model(X="u"),)
-    with pytest.raises(ProblemError) as caught:
+def test_a_log_that_says_nothing_of_the_drive(name, commands, words):
+    vehicle, log, models = hd.fleet[name], log_of(*commands), (model(X="u"),)
+    with pytest.raises(hd.ProblemError) as caught:
         check_log(vehicle, log, models)
     message = str(caught.value)
     assert message == f"dive.csv: {nothing_drives(vehicle, log, models)}"
@@ -53,15 +48,15 @@ def test_a_log_that_says_nothing_of_the_drive(name, commands, words) -> None:
     assert "models take tiller" in nothing_drives(vehicle, log, (model(N="tiller"),))
 
 
-def test_what_drives_is_a_wrench_an_actuator_or_a_term() -> None:
-    assert nothing_drives(fleet["bluerov2"], log_of(wrench=True)) == ""
-    assert nothing_drives(fleet["vt690"], log_of("rpm")) == ""
-    assert nothing_drives(fleet["bluerov2"], log_of("ch_yaw"), (model(N="ch_yaw"),)) == ""
+def test_what_drives_is_a_wrench_an_actuator_or_a_term():
+    assert nothing_drives(hd.fleet["bluerov2"], log_of(wrench=True)) == ""
+    assert nothing_drives(hd.fleet["vt690"], log_of("rpm")) == ""
+    assert nothing_drives(hd.fleet["bluerov2"], log_of("ch_yaw"), (model(N="ch_yaw"),)) == ""
 
 
-def test_commands_that_are_missing_come_together() -> None:
-    with pytest.raises(ProblemError) as caught:
-        check_log(fleet["vt690"], log_of("rpm", "tilter"), (model(N="down_y stick tiller"),))
+def test_commands_that_are_missing_come_together():
+    with pytest.raises(hd.ProblemError) as caught:
+        check_log(hd.fleet["vt690"], log_of("rpm", "tilter"), (model(N="down_y stick tiller"),))
     assert str(caught.value).splitlines() == [
         "dive.csv: 2 faults",
         "  - there is no command 'stick', 'tiller', which a term uses. Did you mean 'tilter'? "
@@ -79,8 +74,8 @@ def test_commands_that_are_missing_come_together() -> None:
         (("bilge", "ch_roll"), "^nothing uses 'bilge', 'ch_roll': .* such a command.$"),
     ],
 )
-def test_columns_that_nothing_uses_come_together(commands, said) -> None:
+def test_columns_that_nothing_uses_come_together(commands, said):
     log = log_of("rudder", "elevator", "rpm", *commands)
-    (fault,) = unused(fleet["vt690"], log, (model(X="u"),))
+    (fault,) = unused(hd.fleet["vt690"], log, (model(X="u"),))
     assert re.search(said, fault)
-    assert not list(unused(fleet["vt690"], log, [model(X="u", K=" ".join(commands))]))
+    assert not list(unused(hd.fleet["vt690"], log, [model(X="u", K=" ".join(commands))]))

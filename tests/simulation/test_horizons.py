@@ -1,7 +1,5 @@
 """Replays with restarts: windows, what they predict, and how they diverge."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

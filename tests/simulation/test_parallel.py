@@ -10,7 +10,7 @@ from threadpoolctl import threadpool_info, threadpool_limits
 from hydrodamp.simulation.parallel import each
 
 
-def test_results_come_in_order_and_each_is_handed_out_once() -> None:
+def test_results_come_in_order_and_each_is_handed_out_once():
     told: list[int] = []
     assert each(lambda x: x * x, [(k,) for k in range(20)], told.append) == tuple(
         k * k for k in range(20)
@@ -18,12 +18,12 @@ def test_results_come_in_order_and_each_is_handed_out_once() -> None:
     assert sorted(told) == [k * k for k in range(20)]
 
 
-def test_after_an_interruption_all_finished_work_is_handed_out_and_none_begun() -> None:
+def test_after_an_interruption_all_finished_work_is_handed_out_and_none_begun():
     told: list[int] = []
     begun: list[int] = []
     over = threading.Event()
 
-    def work(number: int) -> int:
+    def work(number):
         begun.append(number)
         if number == 3:
             time.sleep(0.2)  # until the others are done
@@ -39,14 +39,14 @@ def test_after_an_interruption_all_finished_work_is_handed_out_and_none_begun() 
     assert len(begun) < 1000
 
 
-def test_ctrl_c_does_not_wait_for_work_that_is_not_done() -> None:
+def test_ctrl_c_does_not_wait_for_work_that_is_not_done():
     at_work, over = threading.Event(), threading.Event()
 
-    def long() -> None:
+    def long():
         at_work.set()
         over.wait()
 
-    def interrupt() -> None:
+    def interrupt():
         at_work.wait()
         _thread.interrupt_main()
 
@@ -57,10 +57,10 @@ def test_ctrl_c_does_not_wait_for_work_that_is_not_done() -> None:
     over.set()
 
 
-def test_blas_keeps_to_the_thread_that_calls_it() -> None:
+def test_blas_keeps_to_the_thread_that_calls_it():
     """Threads of BLAS beside ours took the demo two and a half times as long."""
 
-    def threads() -> set[int]:
+    def threads():
         return {library["num_threads"] for library in threadpool_info()}
 
     with threadpool_limits(limits=2):

@@ -1,7 +1,5 @@
 """Where vehicle, log and terms meet: one table, held channels, clear refusals."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

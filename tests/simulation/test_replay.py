@@ -1,7 +1,5 @@
 """Open-loop replay: the laws it keeps and how it says that it diverged."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -10,8 +8,6 @@ from scipy.integrate import solve_ivp
 
 import hydrodamp as hd
 from hydrodamp.simulation.replay import score
-
-COMMANDS = ("fx", "fy", "fz", "mx", "my", "mz")
 
 
 def quiet_log(n=200, velocity=(1.5, 0.2, -0.1, 0.1, 0.05, -0.1), **more):
@@ -49,24 +45,6 @@ def test_against_solve_ivp_with_the_equation_written_out(vehicle):
         max_step=0.1,
     )
     np.testing.assert_allclose(trajectory.velocity, solution.y.T, atol=2e-6)
-
-
-def test_the_truth_replays_itself(vehicle, exact_log, true_damping):
-    """Wrench interpolated between samples: the error shrinks with the square of the step."""
-    model = hd.catalog["linear"]
-    truth = hd.Damping(model, (-30 * np.eye(6) + 0.1).ravel())
-    log = exact_log(truth, n=900)
-    result = score(hd.simulate(vehicle, truth, log))
-    assert result.rms < 0.05
-    assert min(result.fit_by_axis.values()) > 98
-
-
-def test_each_segment_restarts_from_its_first_sample(vehicle):
-    log = quiet_log(90, wrench=np.zeros((90, 6)), segment=np.repeat([1, 2, 3], 30))
-    damping = hd.Damping(hd.catalog["linear"], -20 * np.eye(6).ravel())
-    trajectory = hd.simulate(vehicle, damping, log)
-    for start in (0, 30, 60):
-        np.testing.assert_array_equal(trajectory.velocity[start], log.velocity[start])
 
 
 def test_divergence_is_a_status(vehicle):

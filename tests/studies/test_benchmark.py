@@ -1,34 +1,28 @@
 """The benchmark: a tiny campaign from end to end, taking up work, and the law of regret."""
 
-from __future__ import annotations
-
 import importlib
 import json
 import math
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 import pytest
 
 from hydrodamp import SILENT, catalog
 
-Part = Callable[[str], ModuleType]
-
 STUDIES = Path(__file__).parents[2] / "studies"
 
 
 @pytest.fixture(name="part")
-def part_fixture(monkeypatch: pytest.MonkeyPatch) -> Callable[[str], ModuleType]:
+def part_fixture(monkeypatch):
     """A module of the benchmark by the last part of its name."""
     monkeypatch.syspath_prepend(STUDIES)
     return lambda name: importlib.import_module(f"benchmark{name}")
 
 
 @pytest.fixture(name="study")
-def study_fixture(part: Part, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+def study_fixture(part, monkeypatch):
     """The command, with one campaign of 10 s and one model of 12 coefficients."""
     study, one = part(""), part("_campaign")
     sail = one.Sail(part("_plans").published, 0, 10.0)
@@ -39,7 +33,7 @@ def study_fixture(part: Part, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
 
 
 @pytest.fixture(name="tables")
-def tables_fixture(part: Part) -> ModuleType:
+def tables_fixture(part):
     return part("_tables")
 
 
@@ -48,13 +42,11 @@ class Broken:
 
     key = "broken"
 
-    def identify(self, problem: object, model: object) -> None:
+    def identify(self, problem, model):
         raise ZeroDivisionError("no luck")
 
 
-def test_one_command_fills_the_table_and_takes_up_where_it_stopped(
-    study: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_one_command_fills_the_table_and_takes_up_where_it_stopped(study, tmp_path, monkeypatch):
     """Rows that are there stay as they are; one cut short, and new ones, are made."""
     study.main(tmp_path, methods="ls,weak", workers=1)
     path = tmp_path / "rows.jsonl"
@@ -75,9 +67,7 @@ def test_one_command_fills_the_table_and_takes_up_where_it_stopped(
     assert "| tiny |" in text
 
 
-def test_a_failure_is_a_row(
-    study: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_failure_is_a_row(study, tmp_path, monkeypatch):
     monkeypatch.setitem(importlib.sys.modules, "own", importlib.import_module(__name__))
     study.main(tmp_path, methods="ls,own:Broken", workers=1)
     found = {one.method: one for one in study.read_rows(tmp_path / "rows.jsonl")}
@@ -89,15 +79,13 @@ def test_a_failure_is_a_row(
     assert "| `own:Broken` | ZeroDivisionError: no luck | 1 |" in text
 
 
-def test_an_unknown_method_ends_the_work_before_it_begins(
-    study: ModuleType, tmp_path: Path
-) -> None:
+def test_an_unknown_method_ends_the_work_before_it_begins(study, tmp_path):
     with pytest.raises(study.hd.MethodError, match="no method 'weka'"):
         study.main(tmp_path / "none", methods="weka", workers=1)
     assert not (tmp_path / "none").exists()
 
 
-def rows(tables: ModuleType, **errors: float | None) -> list[object]:
+def rows(tables, **errors):
     """A row a method, on one model and campaign."""
     return [
         tables.Row("c", "m", method, "seen", {"run": error}, "ok", error is None, 1.0)
@@ -105,7 +93,7 @@ def rows(tables: ModuleType, **errors: float | None) -> list[object]:
     ]
 
 
-def test_regret_is_the_error_over_the_least_one(tables: ModuleType) -> None:
+def test_regret_is_the_error_over_the_least_one(tables):
     """At least one, one for the best, infinite for the lost; errors below 0.01 are as good."""
     found = tables.regrets(rows(tables, a=0.2, b=0.5, c=None))
     assert {key[2]: value for key, value in found.items()} == {"a": 1.0, "b": 2.5, "c": math.inf}
@@ -114,7 +102,7 @@ def test_regret_is_the_error_over_the_least_one(tables: ModuleType) -> None:
     assert tables.regrets(rows(tables, a=None, b=None)) == {}
 
 
-def test_the_bar_is_median_share_and_worst(tables: ModuleType) -> None:
+def test_the_bar_is_median_share_and_worst(tables):
     """95 of 100 within 1.3 are enough, none above 2, none lost."""
     good = [1.0] * 95 + [1.9] * 5
     assert tables.Summary.of(good).passes
@@ -125,7 +113,7 @@ def test_the_bar_is_median_share_and_worst(tables: ModuleType) -> None:
     assert tables.Summary.of([1.0, math.inf]).lost == 1
 
 
-def test_the_list_is_what_the_page_promises(part: Part, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_list_is_what_the_page_promises(part, monkeypatch):
     """At least 40 are sailed, six or more unseen; no name and no seed twice; files where named."""
     lists = part("_campaigns")
     monkeypatch.delenv("HYDRODAMP_DATA", raising=False)
@@ -139,7 +127,7 @@ def test_the_list_is_what_the_page_promises(part: Part, monkeypatch: pytest.Monk
     assert all(one.models for one in found)
 
 
-def test_groups_and_patterns_choose(part: Part) -> None:
+def test_groups_and_patterns_choose(part):
     """Names and groups, with commas."""
     study = part("")
     assert {one.group for one in study.chosen("*", "seen")} == {"seen"}
@@ -153,7 +141,7 @@ def test_groups_and_patterns_choose(part: Part) -> None:
 @pytest.mark.parametrize(
     "name", ["sname/200s", "sname2022/200s", "remus/200s", "remus-theory/120s", "rov/200s"]
 )
-def test_true_coefficients_replay_what_really_happened(part: Part, name: str) -> None:
+def test_true_coefficients_replay_what_really_happened(part, name):
     """Through the package's own replay, where the water is a table of terms."""
     lists, check = part("_campaigns"), part("_check")
     make = {**lists.SEEN, **lists.UNSEEN}[name]
@@ -163,14 +151,14 @@ def test_true_coefficients_replay_what_really_happened(part: Part, name: str) ->
 
 
 @pytest.mark.parametrize("name", ["heavy-rov/200s", "tanker/200s"])
-def test_exact_accelerations_are_those_of_the_motion(part: Part, name: str) -> None:
+def test_exact_accelerations_are_those_of_the_motion(part, name):
     """Where the water is no table: the wrench they ask for replays each second, at 50 Hz."""
     lists, check = part("_campaigns"), part("_check")
     logs = replace(lists.SEEN[name], duration=8.0, conditions=SILENT, rate=50.0)()
     assert check.exact_floor(logs) < 0.01
 
 
-def test_what_is_told_wrong_is_wrong_by_so_much(part: Part) -> None:
+def test_what_is_told_wrong_is_wrong_by_so_much(part):
     """A wrench of 1.2 times the actuators', and fins 1.2 times as strong; the rest is true."""
     one, plans = part("_campaign"), part("_plans")
     sail = one.Sail(plans.published, 1, 6.0)
@@ -186,19 +174,7 @@ def test_what_is_told_wrong_is_wrong_by_so_much(part: Part) -> None:
     assert fins[2] == plain.vehicle.actuators[2]
 
 
-def test_accelerations_are_recorded_with_the_errors_asked_for(part: Part) -> None:
-    """Exact ones, and those of a strapdown unit: 1.96e-3 m/s^2."""
-    one, plans = part("_campaign"), part("_plans")
-    exact, strapdown = (
-        one.Sail(plans.published, 1, 30.0, recording=one.Recording(acceleration=scale))()
-        for scale in (0.0, 1.0)
-    )
-    np.testing.assert_array_equal(exact.test.acceleration, exact.exact.acceleration)
-    errors = strapdown.test.acceleration - exact.test.acceleration
-    np.testing.assert_allclose(errors.std(axis=0), one.IMU, rtol=0.15)
-
-
-def test_a_tanker_zigzags_between_its_angles(part: Part) -> None:
+def test_a_tanker_zigzags_between_its_angles(part):
     """20/10: the rudder goes over at 15.8 degrees a second where the heading passes 10 degrees."""
     lists, crafts = part("_campaigns"), part("_crafts")
     steered = crafts.Zigzag.of((20.0, 10.0))
@@ -210,7 +186,7 @@ def test_a_tanker_zigzags_between_its_angles(part: Part) -> None:
     assert log.velocity[5:30, 5].min() > 0.0
 
 
-def test_the_tables_of_a_page_are_replaced(study: ModuleType, tmp_path: Path) -> None:
+def test_the_tables_of_a_page_are_replaced(study, tmp_path):
     """Between the two marks, and nowhere else; the page of the documentation has them."""
     page = tmp_path / "page.md"
     page.write_text("Before\n<!-- tables -->\nold\n<!-- end of tables -->\nafter\n", "utf-8")

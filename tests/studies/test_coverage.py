@@ -1,33 +1,26 @@
 """The study of coverage: a very small one, and its averages on draws with known answers."""
 
-from __future__ import annotations
-
 import importlib
 import json
 from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 import pytest
 
-import oracle
-from hydrodamp import find_model, prepare
-from hydrodamp.simulation.campaign.conditions import COLOURED
-from hydrodamp.simulation.campaign.reenact import reenact
-from hydrodamp.simulation.campaign.truth import true_damping
+import hydrodamp as hd
 
 STUDIES = Path(__file__).parents[2] / "studies"
 
 
 @pytest.fixture(name="tables")
-def tables_fixture(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+def tables_fixture(monkeypatch):
     """The averages and tables."""
     monkeypatch.syspath_prepend(STUDIES)
     return importlib.import_module("coverage_tables")
 
 
 @pytest.fixture(name="study")
-def study_fixture(tables: ModuleType) -> ModuleType:
+def study_fixture(tables):
     """The script under a name of its own: ``coverage`` is a tool of the tests."""
     assert tables
     spec = importlib.util.spec_from_file_location("study_of_coverage", STUDIES / "coverage.py")
@@ -40,46 +33,21 @@ def study_fixture(tables: ModuleType) -> ModuleType:
     return module
 
 
-def test_one_command_writes_both_files(
-    study: ModuleType, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_one_command_writes_both_files(study, tmp_path, capsys):
     """Three short draws, one model: a line an axis, and every coefficient in the JSON."""
     study.main(tmp_path, draws=3, duration=40.0, methods="ls", models="prestero", workers=1)
     found = json.loads((tmp_path / "coverage.json").read_text(encoding="utf-8"))
     assert found["draws"] == 3
-    assert [one["label"] for one in found["coefficients"]] == list(find_model("prestero").labels)
+    assert [one["label"] for one in found["coefficients"]] == list(hd.find_model("prestero").labels)
     assert {row["axis"] for row in found["coverage"]} <= set("XYZKMN")
     written = (tmp_path / "coverage.md").read_text(encoding="utf-8")
     assert written.count("| ls | prestero |") == len(found["coverage"]) > 0
     assert "Bias against the target" in capsys.readouterr().out
 
 
-def test_a_table_without_rows_is_shown(
-    tables: ModuleType, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """Draws that determine nothing leave no row."""
-    tables.show("Nothing", (("axis", "coverage"), []))
-    assert "coverage" in capsys.readouterr().out
-
-
-def test_target_knows_the_pushes(study: ModuleType) -> None:
-    """With them told, the exact log satisfies equation 1 to rounding; else it does not."""
-    campaign = reenact(0, duration=5.0, conditions=COLOURED)
-    log, vehicle = study.noiseless(campaign), study.told(campaign.vehicle)
-    truth, exact = true_damping(), campaign.exact_train
-    problem = prepare(vehicle, log, truth.model)
-    wrench = problem.regressor() @ problem.matrix(truth)
-    mass = vehicle.mass_matrix
-    inertial = exact.acceleration @ mass - oracle.coriolis(mass, log.velocity)
-    np.testing.assert_allclose(wrench, inertial, atol=1e-9)
-    blind = prepare(campaign.vehicle, exact, truth.model)
-    rest = inertial - blind.regressor() @ blind.matrix(truth)
-    np.testing.assert_allclose(rest, campaign.train_pushes, atol=1e-9)
-
-
-def drawn(tables: ModuleType, shift: float, scale: float = 1.0) -> object:
+def drawn(tables, shift, scale=1.0):
     """4000 draws of fits of Prestero's terms with normal errors, some of them biased."""
-    n, labels = 4000, find_model("prestero").labels
+    n, labels = 4000, hd.find_model("prestero").labels
     rng = np.random.default_rng(95)
     target = np.full((n, len(labels)), -10.0)
     estimate = target + shift + rng.standard_normal(target.shape)
@@ -98,9 +66,7 @@ def drawn(tables: ModuleType, shift: float, scale: float = 1.0) -> object:
     ("shift", "scale", "coverage", "centred"),
     [(0.0, 1.0, 0.95, 0.95), (0.0, 0.5, 0.6730, 0.6730), (1.959964, 1.0, 0.5, 0.95)],
 )
-def test_averages_are_those_of_the_normal_law(
-    tables: ModuleType, shift: float, scale: float, coverage: float, centred: float
-) -> None:
+def test_averages_are_those_of_the_normal_law(tables, shift, scale, coverage, centred):
     """2 Phi(1.96) - 1, 2 Phi(0.98) - 1, and a half where the bias is the half-width."""
     draws = drawn(tables, shift, scale)
     found = tables.summary({("some", "prestero"): draws})
@@ -114,7 +80,7 @@ def test_averages_are_those_of_the_normal_law(
     assert bias["percent"] == pytest.approx(10.0 * shift, abs=0.5)
 
 
-def test_failed_draws_are_counted_and_left_out(tables: ModuleType) -> None:
+def test_failed_draws_are_counted_and_left_out(tables):
     """One draw of not-a-number; without any draw left there is nothing to say."""
     draws = drawn(tables, 0.0)
     draws.estimate[7] = np.nan
@@ -126,7 +92,7 @@ def test_failed_draws_are_counted_and_left_out(tables: ModuleType) -> None:
     assert none["coverage"] == none["bias"] == none["coefficients"] == []
 
 
-def test_methods_stand_side_by_side_in_the_table_of_bias(tables: ModuleType) -> None:
+def test_methods_stand_side_by_side_in_the_table_of_bias(tables):
     """On the coefficients of the first method."""
     some, other = drawn(tables, 0.0), drawn(tables, 2.0)
     other.determined[:] = False

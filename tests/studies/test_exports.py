@@ -1,10 +1,7 @@
 """The tables of exports: small ones, of two targets."""
 
-from __future__ import annotations
-
 import importlib
 from pathlib import Path
-from types import ModuleType
 
 import pytest
 
@@ -14,15 +11,13 @@ STUDIES = Path(__file__).parents[2] / "studies"
 
 
 @pytest.fixture(name="study")
-def study_fixture(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+def study_fixture(monkeypatch):
     """The script."""
     monkeypatch.syspath_prepend(STUDIES)
     return importlib.import_module("exports")
 
 
-def test_tables_have_a_row_a_target_and_a_column_a_model(
-    study: ModuleType, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_tables_have_a_row_a_target_and_a_column_a_model(study, tmp_path, capsys):
     page = tmp_path / "page.md"
     page.write_text("# Head\n\n<!-- tables -->\n<!-- end of tables -->\nfoot\n", "utf-8")
     study.main(page, 20.0, 1.0, ["linear", "fossen"], ["python", "urdf"])
@@ -39,7 +34,7 @@ def test_tables_have_a_row_a_target_and_a_column_a_model(
     assert capsys.readouterr().out
 
 
-def test_what_is_refused_is_told(study: ModuleType) -> None:
+def test_what_is_refused_is_told(study):
     sailed = study.rov(20.0, 1.0)
     steered = hd.Damping.from_dict(None, {"X_u": -1.0, "Y_down_y": 2.0})
     cell = study.exported(sailed, steered, "gz-sim")

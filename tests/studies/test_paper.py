@@ -1,10 +1,7 @@
 """The study of the paper's identifier: gains that do in SI units what it does in deg/s."""
 
-from __future__ import annotations
-
 import importlib
 from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 import pytest
@@ -17,13 +14,13 @@ STUDIES = Path(__file__).parents[2] / "studies"
 
 
 @pytest.fixture(name="study")
-def study_fixture(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+def study_fixture(monkeypatch):
     """The script."""
     monkeypatch.syspath_prepend(STUDIES)
     return importlib.import_module("paper")
 
 
-def in_degrees(vehicle: hd.Vehicle, log: hd.Log, model: hd.DampingModel) -> hd.Damping:
+def in_degrees(vehicle, log, model):
     """Equations 15 and 16 with a = gamma = 20 and every rate in deg/s, by the midpoint rule."""
     unit = np.array([1.0] * 3 + [180.0 / np.pi] * 3)
     mass, nu = vehicle.mass_matrix / unit, log.velocity * unit
@@ -46,9 +43,7 @@ def in_degrees(vehicle: hd.Vehicle, log: hd.Log, model: hd.DampingModel) -> hd.D
 
 
 @pytest.mark.parametrize("key", ["linear", "pitch-yaw", "gertler-hagen"])
-def test_gains_do_in_si_units_what_rates_in_deg_s_do(
-    key: str, study: ModuleType, vehicle, exact_log, true_damping
-) -> None:
+def test_gains_do_in_si_units_what_rates_in_deg_s_do(key, study, vehicle, exact_log, true_damping):
     """57.3 a, and 57.3^(1 + 2 d) or 57.3^(2 d) gamma for terms with d rates: the same wrench."""
     model = hd.catalog[key]
     log = exact_log(true_damping(hd.catalog["linear"]), n=90, forward=1.5)
@@ -61,7 +56,7 @@ def test_gains_do_in_si_units_what_rates_in_deg_s_do(
     np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-6 * np.abs(expected).max())
 
 
-def test_a_column_is_nearest_to_itself(study: ModuleType) -> None:
+def test_a_column_is_nearest_to_itself(study):
     printed = tuple(row.ls for row in hd.TABLE_I.values())
     assert study.distance(printed, printed) == (0, 0.0)
     twice = tuple(2.0 * one for one in printed)

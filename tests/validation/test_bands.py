@@ -1,17 +1,13 @@
 """Prediction bands: first order against theory, chunked as whole, honest where lost."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.errors import MethodError
 from hydrodamp.simulation.replay import replay
 from hydrodamp.validation import bands
-from hydrodamp.validation.bands import prediction_band
 
 
 @pytest.fixture
@@ -44,11 +40,11 @@ def test_one_axis_is_the_formula(coasting):
     time = problem.inputs.time
     start = np.repeat([2.0, 1.0], 60)
     wanted = start * np.exp(-20.0 * time / mass)
-    band = prediction_band(problem, damping)
+    band = hd.prediction_band(problem, damping)
     np.testing.assert_allclose(band.velocity[:, 0], wanted, rtol=1e-6)
     half = 1.959964 * 2.0 * time / mass * wanted
     np.testing.assert_allclose(band.upper[:, 0] - wanted, half, rtol=1e-5, atol=1e-6)
-    wide = prediction_band(problem, damping, degrees_of_freedom=5.0)
+    wide = hd.prediction_band(problem, damping, degrees_of_freedom=5.0)
     half5 = 2.570582 / 1.959964 * half
     np.testing.assert_allclose(wide.upper[:, 0] - wanted, half5, rtol=1e-5, atol=1e-6)
     np.testing.assert_allclose(wanted - band.lower[:, 0], half, rtol=1e-5, atol=1e-6)
@@ -56,9 +52,9 @@ def test_one_axis_is_the_formula(coasting):
 
 def test_stretches_of_time_give_the_band_of_the_whole(manoeuvres, monkeypatch):
     problem, damping = manoeuvres
-    whole = prediction_band(problem, damping)
+    whole = hd.prediction_band(problem, damping)
     monkeypatch.setattr(bands, "_CHUNK", 6 * 42 * 20)
-    parts = prediction_band(problem, damping)
+    parts = hd.prediction_band(problem, damping)
     np.testing.assert_allclose(parts.velocity, whole.velocity, rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(parts.upper, whole.upper, rtol=1e-8, atol=1e-12)
     np.testing.assert_array_equal(whole.velocity, replay(problem, damping).velocity)
@@ -68,7 +64,7 @@ def test_stretches_of_time_give_the_band_of_the_whole(manoeuvres, monkeypatch):
 def test_a_replay_that_diverges_has_no_band_from_there(coasting, monkeypatch, chunk):
     problem, damping = coasting
     monkeypatch.setattr(bands, "_CHUNK", chunk)
-    band = prediction_band(problem, replace(damping, coefficients=[400.0]))
+    band = hd.prediction_band(problem, replace(damping, coefficients=[400.0]))
     lost = np.isnan(band.velocity[:, 0])
     assert lost[59]
     assert not lost[60]
@@ -78,8 +74,8 @@ def test_a_replay_that_diverges_has_no_band_from_there(coasting, monkeypatch, ch
 def test_terms_of_locked_axes_do_not_matter(coasting):
     problem, damping = coasting
     more = hd.Damping.from_dict(None, {"X_u": -20.0, "N_r": -5.0})
-    band = prediction_band(problem, replace(more, covariance=np.diag([4.0, 9.0])))
-    np.testing.assert_allclose(band.upper, prediction_band(problem, damping).upper)
+    band = hd.prediction_band(problem, replace(more, covariance=np.diag([4.0, 9.0])))
+    np.testing.assert_allclose(band.upper, hd.prediction_band(problem, damping).upper)
 
 
 @pytest.mark.parametrize(
@@ -90,11 +86,11 @@ def test_terms_of_locked_axes_do_not_matter(coasting):
     ],
 )
 def test_bad_settings_are_a_sentence(coasting, settings, message):
-    with pytest.raises(MethodError, match=message):
-        prediction_band(*coasting, **settings)
+    with pytest.raises(hd.MethodError, match=message):
+        hd.prediction_band(*coasting, **settings)
 
 
 def test_without_covariance_there_is_no_band(coasting):
     problem, damping = coasting
-    with pytest.raises(MethodError, match="have no covariance"):
-        prediction_band(problem, replace(damping, covariance=None))
+    with pytest.raises(hd.MethodError, match="have no covariance"):
+        hd.prediction_band(problem, replace(damping, covariance=None))

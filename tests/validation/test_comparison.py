@@ -1,7 +1,5 @@
 """Rows, statuses and the best of them; where the paper's table stands beside."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -51,17 +49,6 @@ def test_a_diverged_replay_is_a_row_with_a_status(comparison):
         nothing.best()
     with pytest.raises(hd.MethodError, match="no row of model 'coe'"):
         comparison.row("coe", "ls")
-
-
-def test_a_fit_without_numbers_is_a_row_with_a_status(vehicle, exact_log, true_damping):
-    truth = true_damping(hd.catalog["linear"])
-    log = exact_log(truth, n=30)
-    models = [hd.catalog["linear"], hd.catalog["mcfarland-whitcomb"]]
-    fits = hd.identify_all(hd.prepare(vehicle, log, models), models, hd.LeastSquares())
-    row = hd.compare(fits, vehicle, log).row("mcfarland-whitcomb", "ls")
-    assert row.status is hd.Status.TOO_FEW_SAMPLES
-    assert row.trajectory is None
-    assert row.rms is None
 
 
 def test_the_printed_table_stands_beside_a_re_enactment_only(comparison):

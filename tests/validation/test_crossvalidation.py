@@ -1,7 +1,5 @@
 """Every stretch held out in turn: folds, their rows, and what is refused."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

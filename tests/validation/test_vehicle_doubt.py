@@ -1,7 +1,5 @@
 """A wrong vehicle: what its variants are, and how far they move coefficients."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -16,7 +14,7 @@ from hydrodamp.vehicle.mass import rigid_body_mass_matrix
 LINEAR = hd.catalog["linear"]
 
 
-def words(vehicle: hd.Vehicle) -> list[str]:
+def words(vehicle):
     return [what for what, _ in variants(vehicle)]
 
 

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -8,7 +6,7 @@ from hydrodamp.vehicle.vehicle import Vehicle
 
 
 @pytest.fixture
-def equipped() -> Vehicle:
+def equipped():
     """A vehicle with one actuator of every kind and no symmetry to hide an error."""
     return Vehicle(
         name="equipped",
@@ -30,7 +28,7 @@ def equipped() -> Vehicle:
 
 
 @pytest.fixture
-def motion() -> dict[str, np.ndarray]:
+def motion():
     """Random velocities, down vectors and commands of fifty samples."""
     rng = np.random.default_rng(690)
     down = rng.normal(size=(50, 3))

@@ -1,12 +1,8 @@
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
-from hydrodamp.errors import VehicleError
-from hydrodamp.vehicle.actuators import Fin, Propeller, Thruster
-from hydrodamp.vehicle.file import format_vehicle, parse_vehicle, read_vehicle, write_vehicle
-from hydrodamp.vehicle.vehicle import Vehicle
+import hydrodamp as hd
+from hydrodamp.vehicle.file import format_vehicle, parse_vehicle
 
 RIGID = "rigid_body: {mass: 10, inertia: [1, 2, 2]}\n"
 ADDED = f"added_mass: {np.diag([1.0, 8, 8, 0.1, 1, 1]).tolist()}\n"
@@ -15,8 +11,8 @@ REST = "name: mine\nweight: 98\nbuoyancy: 99\n"
 
 def test_round_trip(equipped, tmp_path):
     path = tmp_path / "vehicle.yaml"
-    write_vehicle(equipped, path)
-    assert read_vehicle(path) == equipped
+    hd.write_vehicle(equipped, path)
+    assert hd.read_vehicle(path) == equipped
     assert [entry.name for entry in tmp_path.iterdir()] == ["vehicle.yaml"]
 
 
@@ -24,11 +20,11 @@ def test_round_trip_of_every_setting():
     curve, dead_zone = [(-1, -30), (1, 1e-7)], (-0.1, 0.1)
     more = {"curve": curve, "dead_zone": dead_zone, "limit": 0.9, "name": "port_aft"}
     actuators = (
-        Thruster("port", (-0.1, -0.2, 1 / 3), (1, 1, 0), **more),
-        Fin("rudder", {"Y": 9.0}, dead_zone=(-0.01, 0.02)),
-        Propeller("rpm", 3e-6, dead_zone=(-50, 50), limit=1500),
+        hd.Thruster("port", (-0.1, -0.2, 1 / 3), (1, 1, 0), **more),
+        hd.Fin("rudder", {"Y": 9.0}, dead_zone=(-0.01, 0.02)),
+        hd.Propeller("rpm", 3e-6, dead_zone=(-50, 50), limit=1500),
     )
-    ship = Vehicle("s", np.eye(3), 0.0, 0.0, axes=("X", "Y", "N"), actuators=actuators)
+    ship = hd.Vehicle("s", np.eye(3), 0.0, 0.0, axes=("X", "Y", "N"), actuators=actuators)
     assert parse_vehicle(format_vehicle(ship)) == ship
 
 
@@ -79,7 +75,7 @@ def test_what_locked_axes_need_may_stay_empty():
 
 def test_what_free_axes_need_may_not_stay_empty():
     text = REST + "axes: [X, Y, N]\nrigid_body: {mass: 10, inertia: [null, null, null]}\n"
-    with pytest.raises(VehicleError) as caught:
+    with pytest.raises(hd.VehicleError) as caught:
         parse_vehicle(text + ADDED.replace("8.0", "null"))
     assert "2 faults" in str(caught.value)
     assert "`rigid_body.inertia[2]` is still empty" in str(caught.value)
@@ -88,7 +84,7 @@ def test_what_free_axes_need_may_not_stay_empty():
 
 def test_shapes_that_cannot_be_are_left_for_the_message():
     text = REST + "axes: [X, Y, N]\nrigid_body: {mass: 10, inertia: [[1, 2], 3]}\n"
-    with pytest.raises(VehicleError) as caught:
+    with pytest.raises(hd.VehicleError) as caught:
         parse_vehicle(text + "added_mass: [1, 2, 3, 4, 5, null]\ncenter_of_gravity: 3\n")
     message = str(caught.value)
     assert "`added_mass[0]` must be a list; got 1" in message
@@ -166,8 +162,8 @@ def test_a_body_that_only_moves_along_needs_no_inertia():
 def test_faults_are_collected_with_file_and_key(tmp_path, text, faults):
     path = tmp_path / "mine.yaml"
     path.write_text(text)
-    with pytest.raises(VehicleError) as caught:
-        read_vehicle(path)
+    with pytest.raises(hd.VehicleError) as caught:
+        hd.read_vehicle(path)
     message = str(caught.value)
     assert message.startswith(str(path))
     for fault in faults:
@@ -175,5 +171,5 @@ def test_faults_are_collected_with_file_and_key(tmp_path, text, faults):
 
 
 def test_long_values_are_cut_in_messages():
-    with pytest.raises(VehicleError, match=r"got 'w{56}\.\.\.$"):
+    with pytest.raises(hd.VehicleError, match=r"got 'w{56}\.\.\.$"):
         parse_vehicle(REST + f"mass_matrix: [[{'w' * 90}]]\n")

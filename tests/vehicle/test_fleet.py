@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from importlib.resources import files
@@ -7,26 +5,18 @@ from importlib.resources import files
 import numpy as np
 import pytest
 
-from hydrodamp.errors import FileError, HydrodampWarning, VehicleError
-from hydrodamp.vehicle.file import (
-    find_vehicle,
-    fleet,
-    format_vehicle,
-    parse_vehicle,
-    without_righting,
-    write_vehicle,
-)
-from hydrodamp.vehicle.vehicle import Vehicle
+import hydrodamp as hd
+from hydrodamp.vehicle.file import format_vehicle, parse_vehicle, without_righting
 
 
-@pytest.mark.parametrize("name", fleet)
+@pytest.mark.parametrize("name", hd.fleet)
 class TestEveryVehicle:
     def test_reads_under_its_name(self, name):
-        assert fleet[name].name == name
-        assert fleet[name] is fleet[name]
+        assert hd.fleet[name].name == name
+        assert hd.fleet[name] is hd.fleet[name]
 
-        assert fleet[name].source
-        assert fleet[name].note
+        assert hd.fleet[name].source
+        assert hd.fleet[name].note
 
     def test_every_number_has_a_source(self, name):
         """Every line with a number carries a comment, or stands under one that does."""
@@ -38,24 +28,24 @@ class TestEveryVehicle:
             commented = "#" in line or (commented and line.startswith("  "))
 
     def test_added_mass_is_positive_semidefinite_and_less_than_the_whole(self, name):
-        vehicle = fleet[name]
+        vehicle = hd.fleet[name]
         assert np.linalg.eigvalsh(vehicle.added_mass)[0] >= 0.0
         assert np.linalg.eigvalsh(vehicle.mass_matrix - vehicle.added_mass)[0] > 0.0
 
     def test_rights_itself(self, name):
         """Heeled, the moment turns it back: its center of buoyancy lies above its gravity."""
         lean = np.array([[0.0, np.sin(0.1), np.cos(0.1)], [-np.sin(0.1), 0.0, np.cos(0.1)]])
-        wrench = fleet[name].restoring_wrench(lean)
+        wrench = hd.fleet[name].restoring_wrench(lean)
         assert wrench[0, 3] < 0.0
         assert wrench[1, 4] < 0.0
-        assert without_righting(fleet[name]) == ""
+        assert without_righting(hd.fleet[name]) == ""
 
     def test_round_trip(self, name):
-        assert parse_vehicle(format_vehicle(fleet[name])) == fleet[name]
+        assert parse_vehicle(format_vehicle(hd.fleet[name])) == hd.fleet[name]
 
     def test_fin_moments_belong_to_a_tail(self, name):
         """Y and N of a rudder astern have opposite signs, Z and M of a stern plane equal ones."""
-        for actuator in fleet[name].actuators:
+        for actuator in hd.fleet[name].actuators:
             force = dict(getattr(actuator, "force", ()))
             if "Y" in force:
                 assert force["Y"] * force["N"] < 0.0
@@ -65,7 +55,7 @@ class TestEveryVehicle:
 
 def test_vt690_numbers():
     """Section 1 of the 690's sources: 47.556 kg, symmetrised off-diagonal pairs."""
-    matrix = fleet["vt690"].mass_matrix
+    matrix = hd.fleet["vt690"].mass_matrix
     expected = [60.603, 95.794, 99.3461, 0.928, 29.4507, 29.4646]
     np.testing.assert_allclose(matrix.diagonal(), expected, rtol=1e-12)
     assert matrix[1, 5] == pytest.approx(-(2.6899 + 3.67588) / 2)
@@ -75,7 +65,7 @@ def test_vt690_numbers():
 
 def test_vt690_thrust_balances_its_published_drag():
     """At u = u_c the thrust is X_u|u| u^2 with X_u|u| = -3.244."""
-    vehicle, commands = fleet["vt690"], {"rudder": [0.0], "elevator": [0.0], "rpm": [2060.0]}
+    vehicle, commands = hd.fleet["vt690"], {"rudder": [0.0], "elevator": [0.0], "rpm": [2060.0]}
     speed = vehicle.propulsion_speed(commands)
     thrust = vehicle.known_wrench([[speed[0], 0, 0, 0, 0, 0]], [[0, 0, 1]], commands)[0, 0]
     assert thrust == pytest.approx(3.244 * speed[0] ** 2)
@@ -83,47 +73,47 @@ def test_vt690_thrust_balances_its_published_drag():
 
 def test_lauv_fin_force():
     """Two fins a plane: 2 x 0.5 rho S CL = 1028 x 0.0064 x 3.0, at x = -0.4 m."""
-    rudder = dict(fleet["lauv"].actuators[1].force)
+    rudder = dict(hd.fleet["lauv"].actuators[1].force)
     assert rudder["Y"] == pytest.approx(1028 * 0.0064 * 3.0)
     assert rudder["N"] == pytest.approx(-0.4 * rudder["Y"])
-    propeller = fleet["lauv"].actuators[0]
+    propeller = hd.fleet["lauv"].actuators[0]
     assert propeller.thrust * propeller.limit**2 == pytest.approx(50.0)
 
 
 def test_unknown_name_names_the_nearest(equipped, tmp_path, monkeypatch):
-    assert len(fleet) == 5
-    assert "lauv" in fleet
-    assert 5 not in fleet
-    with pytest.raises(VehicleError, match=r"no vehicle `vt609`.*Did you mean 'vt690'"):
-        fleet["vt609"]
-    with pytest.raises(VehicleError, match=r"Did you mean 'remus100'.*path of its YAML"):
-        find_vehicle("remus")
-    write_vehicle(equipped, tmp_path / "mine.yaml")
+    assert len(hd.fleet) == 5
+    assert "lauv" in hd.fleet
+    assert 5 not in hd.fleet
+    with pytest.raises(hd.VehicleError, match=r"no vehicle `vt609`.*Did you mean 'vt690'"):
+        hd.fleet["vt609"]
+    with pytest.raises(hd.VehicleError, match=r"Did you mean 'remus100'.*path of its YAML"):
+        hd.find_vehicle("remus")
+    hd.write_vehicle(equipped, tmp_path / "mine.yaml")
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(VehicleError, match=r"no vehicle `mine`.*Did you mean 'mine\.yaml'"):
-        find_vehicle("mine")
+    with pytest.raises(hd.VehicleError, match=r"no vehicle `mine`.*Did you mean 'mine\.yaml'"):
+        hd.find_vehicle("mine")
 
 
 def test_find_vehicle_takes_names_and_files(equipped, tmp_path):
-    write_vehicle(equipped, tmp_path / "mine.yaml")
-    assert find_vehicle(tmp_path / "mine.yaml") == equipped
-    assert find_vehicle("lauv") is fleet["lauv"]
-    with pytest.raises(FileError, match=r"yours\.yaml: cannot be read: No such file"):
-        find_vehicle(tmp_path / "yours.yaml")
-    with pytest.raises(FileError, match=r"Did you mean '.*mine\.yaml'"):
-        find_vehicle(tmp_path / "mine.yml")
+    hd.write_vehicle(equipped, tmp_path / "mine.yaml")
+    assert hd.find_vehicle(tmp_path / "mine.yaml") == equipped
+    assert hd.find_vehicle("lauv") is hd.fleet["lauv"]
+    with pytest.raises(hd.FileError, match=r"yours\.yaml: cannot be read: No such file"):
+        hd.find_vehicle(tmp_path / "yours.yaml")
+    with pytest.raises(hd.FileError, match=r"Did you mean '.*mine\.yaml'"):
+        hd.find_vehicle(tmp_path / "mine.yml")
 
 
 def test_a_file_of_a_vehicle_that_nothing_rights_is_told(equipped, tmp_path):
     level = replace(equipped, center_of_gravity=equipped.center_of_buoyancy)
-    write_vehicle(level, tmp_path / "mine.yaml")
-    with pytest.warns(HydrodampWarning, match="no righting moment in roll and pitch"):
-        find_vehicle(tmp_path / "mine.yaml")
+    hd.write_vehicle(level, tmp_path / "mine.yaml")
+    with pytest.warns(hd.HydrodampWarning, match="no righting moment in roll and pitch"):
+        hd.find_vehicle(tmp_path / "mine.yaml")
 
 
-def cube(gravity: float = 0.0, lift: float = 0.0, weight: float = 10.0, **more) -> Vehicle:
+def cube(gravity=0.0, lift=0.0, weight=10.0, **more):
     centers = {"center_of_gravity": (0, 0, gravity), "center_of_buoyancy": (0, 0, lift)}
-    return Vehicle("cube", np.eye(6), weight, weight, **centers, **more)
+    return hd.Vehicle("cube", np.eye(6), weight, weight, **centers, **more)
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,5 @@
 """Fits made by hand, and figures that must stay on their sheet."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

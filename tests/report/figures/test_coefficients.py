@@ -1,7 +1,5 @@
 """Coefficients, intervals and correlations as drawn."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

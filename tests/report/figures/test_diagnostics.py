@@ -1,7 +1,5 @@
 """Excitation, residuals and power."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -10,8 +10,6 @@ it is on the sheet, is asserted beside. After a change that is meant,
 draws them anew; look at them before they are kept.
 """
 
-from __future__ import annotations
-
 from typing import TYPE_CHECKING
 
 import numpy as np

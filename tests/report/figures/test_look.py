@@ -1,7 +1,5 @@
 """One look: colours of methods, words from files, files of figures."""
 
-from __future__ import annotations
-
 import sys
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Figures 2 and 3: panels, units, joins; lines of long series."""
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import replace
 

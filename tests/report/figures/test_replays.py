@@ -1,7 +1,5 @@
 """Figures 4 and 5: every replay, as far as it goes, near what was measured."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The front of error and size, and errors by horizon."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

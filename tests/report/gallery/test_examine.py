@@ -1,7 +1,5 @@
 """What is drawn and said of a run, and what is not."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from xml.etree import ElementTree

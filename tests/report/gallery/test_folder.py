@@ -1,7 +1,5 @@
 """Findings and the report they make: written, read, made again."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 

@@ -7,14 +7,7 @@ from html.parser import HTMLParser
 
 import numpy as np
 
-from hydrodamp.data.log import Log, Segment
-from hydrodamp.identification.fit import Fit
-from hydrodamp.models.catalog import catalog
-from hydrodamp.models.damping import Damping
-from hydrodamp.simulation.replay import Trajectory, score
-from hydrodamp.simulation.status import Status
-from hydrodamp.validation.bands import PredictionBand
-from hydrodamp.validation.compare import Comparison, Row
+import hydrodamp as hd
 
 VOID = {"meta", "link", "br", "input", "img", "hr"}
 
@@ -87,8 +80,8 @@ def make_log(seconds, rate, names=("dive", "turn")):
     phase = np.arange(1.0, 7.0) * time[:, None] / 40.0
     rng = np.random.default_rng(5)
     velocity = np.sin(phase) + 0.05 * rng.standard_normal((len(time), 6))
-    segments = tuple(Segment(name, k * n, (k + 1) * n) for k, name in enumerate(names))
-    return Log(time, velocity, segments=segments, source="long.csv")
+    segments = tuple(hd.Segment(name, k * n, (k + 1) * n) for k, name in enumerate(names))
+    return hd.Log(time, velocity, segments=segments, source="long.csv")
 
 
 def make_comparison(log, models, methods):
@@ -96,14 +89,16 @@ def make_comparison(log, models, methods):
     rng = np.random.default_rng(6)
     rows = []
     for k, (method, model) in enumerate((a, b) for a in methods for b in models):
-        n = catalog[model].n_coefficients
+        n = hd.catalog[model].n_coefficients
         covariance = np.diag(np.geomspace(1e-4, 1e4, n))
-        damping = Damping(catalog[model], -np.linspace(0.5, 20.0, n), covariance)
-        fit = Fit(damping, method, Status.OK, n, n_samples=log.n, provenance={"settings": method})
+        damping = hd.Damping(hd.catalog[model], -np.linspace(0.5, 20.0, n), covariance)
+        fit = hd.Fit(
+            damping, method, hd.Status.OK, n, n_samples=log.n, provenance={"settings": method}
+        )
         error = 0.02 * (k + 1) * rng.standard_normal(log.velocity.shape)
-        trajectory = Trajectory(log, log.velocity + error, (), "measured")
-        rows.append(Row(fit, score(trajectory), trajectory))
-    return Comparison(tuple(rows), provenance={"vehicle": "vt690", "test": log.source})
+        trajectory = hd.Trajectory(log, log.velocity + error, (), "measured")
+        rows.append(hd.Row(fit, hd.score(trajectory), trajectory))
+    return hd.Comparison(tuple(rows), provenance={"vehicle": "vt690", "test": log.source})
 
 
 def make_band(comparison, half=0.2):
@@ -113,4 +108,4 @@ def make_band(comparison, half=0.2):
     width = np.full_like(run.velocity, half)
     width[[segment.start + len(segment) // 3 for segment in run.log.segments]] *= 10.0
     ends = run.velocity - width, run.velocity + width
-    return PredictionBand(run.log, run.velocity, *ends, 0.95)
+    return hd.PredictionBand(run.log, run.velocity, *ends, 0.95)

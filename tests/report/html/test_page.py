@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import base64
 import hashlib
 import json
@@ -9,13 +7,10 @@ from itertools import pairwise
 
 import pytest
 
-from hydrodamp.data.log import Segment
-from hydrodamp.errors import MethodError
+import hydrodamp as hd
 from hydrodamp.report import page as pages
-from hydrodamp.report.files import Findings, read_comparison, write_comparison
-from hydrodamp.report.page import page, write_report
-from hydrodamp.simulation.status import Status
-from hydrodamp.validation.compare import Comparison, Row
+from hydrodamp.report.files import Findings
+from hydrodamp.report.page import page
 
 from .conftest import make_band, make_comparison, make_log, take_apart
 
@@ -69,10 +64,10 @@ def hostile(comparison):
         )
         trajectory = row.trajectory
         if trajectory is not None:
-            named = (Segment(HOSTILE, 0, 3), Segment("turn", 3, 5))
+            named = (hd.Segment(HOSTILE, 0, 3), hd.Segment("turn", 3, 5))
             trajectory = replace(trajectory, log=replace(trajectory.log, segments=named))
         diverged = tuple((HOSTILE, time) for _, time in row.score.diverged)
-        rows.append(Row(fit, replace(row.score, diverged=diverged), trajectory))
+        rows.append(hd.Row(fit, replace(row.score, diverged=diverged), trajectory))
     words = dict.fromkeys(
         ("vehicle", "train", "test", "test_segments", "command", HOSTILE), HOSTILE
     )
@@ -154,13 +149,13 @@ def test_lines_are_told_apart_by_samples_and_the_band_by_words():
 
 
 def test_without_any_score_the_page_says_so(comparison):
-    rows = tuple(row for row in comparison.rows if row.status is Status.TOO_FEW_SAMPLES)
-    found = take_apart(made(Comparison(rows)))
+    rows = tuple(row for row in comparison.rows if row.status is hd.Status.TOO_FEW_SAMPLES)
+    found = take_apart(made(hd.Comparison(rows)))
     assert "No model can be recommended" in found.one("section", id="verdict").text
     assert not found.all("section", id="series")
     assert not found.all("script", type="application/json")
     assert not found.all("section", id="coefficients")
-    assert take_apart(made(Comparison(()))).one("h1").text == "Damping of a vehicle"
+    assert take_apart(made(hd.Comparison(()))).one("h1").text == "Damping of a vehicle"
 
 
 def test_warnings_files_and_words_of_the_run_are_told(comparison):
@@ -191,23 +186,23 @@ def test_coefficients_without_numbers_or_errors_are_not_drawn(comparison):
     values, covariance = row.fit.damping.coefficients.copy(), row.fit.damping.covariance.copy()
     values[0], covariance[1, 1] = 0.0, -1e-9
     spoilt = replace(row.fit.damping, coefficients=values, covariance=covariance)
-    alone = Comparison((replace(row, fit=replace(row.fit, damping=spoilt)),))
+    alone = hd.Comparison((replace(row, fit=replace(row.fit, damping=spoilt)),))
     assert len(take_apart(page(alone)).all("path", class_="zero")) == 34
     summaries = [each.text for each in take_apart(page(comparison)).all("summary")]
     assert not any(text.startswith("coe by ls") for text in summaries)
 
 
 def test_a_report_is_made_again_with_what_the_run_wrote_of_itself(comparison, tmp_path):
-    write_comparison(comparison, tmp_path)
-    first = write_report(tmp_path, tmp_path / "report.html").read_bytes()
-    again = write_report(read_comparison(tmp_path), tmp_path / "again.html")
+    hd.write_comparison(comparison, tmp_path)
+    first = hd.write_report(tmp_path, tmp_path / "report.html").read_bytes()
+    again = hd.write_report(hd.read_comparison(tmp_path), tmp_path / "again.html")
     assert first == again.read_bytes()
     path = tmp_path / "comparison.json"
     path.write_text(path.read_text("utf-8").replace('"hydrodamp": "', '"hydrodamp": "9.'), "utf-8")
-    assert "<dd>9." in write_report(tmp_path, tmp_path / "report.html").read_text("utf-8")
+    assert "<dd>9." in hd.write_report(tmp_path, tmp_path / "report.html").read_text("utf-8")
 
 
 def test_without_jinja2_the_error_says_what_to_install(comparison, monkeypatch):
     monkeypatch.setattr(pages, "find_spec", lambda _: None)
-    with pytest.raises(MethodError, match=r'pip install "hydrodamp\[report\]"'):
+    with pytest.raises(hd.MethodError, match=r'pip install "hydrodamp\[report\]"'):
         made(comparison)

@@ -1,7 +1,5 @@
 """Pictures in the page: as images with words, whatever their files hold, and never too large."""
 
-from __future__ import annotations
-
 import base64
 
 from hydrodamp.report.files import Findings, Picture
@@ -9,7 +7,6 @@ from hydrodamp.report.page import page
 
 from .conftest import take_apart
 
-HOSTILE = "</script><script>alert('1')</script><img src=x onerror=\"alert(2)\">&amp;"
 SVG = b'<svg width="252pt" height="180pt" onload="alert(1)"><script>alert(1)</script></svg>'
 PLAIN = Picture("power", "Takes power.", 336, 240, SVG)
 

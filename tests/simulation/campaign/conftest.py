@@ -1,18 +1,15 @@
 """What several tests of the re-enacted campaign start from."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
-from hydrodamp.arrays import FloatArray
-from hydrodamp.simulation.campaign.reenact import Campaign, reenact
-from hydrodamp.simulation.campaign.truth import Truth, crossflow, sname, tail_of, true_damping
+from hydrodamp.simulation.campaign.reenact import reenact
+from hydrodamp.simulation.campaign.truth import crossflow, sname, tail_of, true_damping
 from hydrodamp.vehicle.file import fleet
 
 
 @pytest.fixture(scope="session", params=["sname", "crossflow"])
-def truth(request: pytest.FixtureRequest) -> Truth:
+def truth(request):
     """Each of the two truths in turn."""
     if request.param == "sname":
         return sname(true_damping())
@@ -20,7 +17,7 @@ def truth(request: pytest.FixtureRequest) -> Truth:
 
 
 @pytest.fixture(scope="session")
-def velocities() -> FloatArray:
+def velocities():
     """Random velocities of a vehicle under way."""
     rng = np.random.default_rng(690)
     low, high = [0.1, -0.4, -0.4, -1.0, -0.5, -0.5], [2.7, 0.4, 0.4, 1.0, 0.5, 0.5]
@@ -28,6 +25,6 @@ def velocities() -> FloatArray:
 
 
 @pytest.fixture(scope="session")
-def campaign() -> Campaign:
+def campaign():
     """A short campaign on the published truth."""
     return reenact(seed=3, duration=30.0)

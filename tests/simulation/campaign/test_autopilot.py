@@ -1,13 +1,10 @@
 """The autopilot steers the right way and keeps its limits; its runs are those of section V-B."""
 
-from __future__ import annotations
-
 from dataclasses import astuple, replace
 
 import numpy as np
 import pytest
 
-from hydrodamp.arrays import FloatArray
 from hydrodamp.simulation.campaign.autopilot import (
     DEPTH_STEPS,
     FIN_LIMIT,
@@ -24,14 +21,14 @@ from hydrodamp.simulation.campaign.autopilot import (
 )
 
 
-def level(n: int = 1) -> FloatArray:
+def level(n=1):
     """Measurements of a vehicle at 2 m/s, level, heading north, 10 m deep."""
     measured = np.zeros((n, 10))
     measured[:, 0], measured[:, 9] = 2.0, 10.0
     return measured
 
 
-def test_gains_are_the_published_ones() -> None:
+def test_gains_are_the_published_ones():
     """vehicles-and-methods, section 1."""
     assert astuple(PUBLISHED.pitch) == (4.5, 0.2, 7.0)
     assert astuple(PUBLISHED.yaw) == (3.0, 0.005, 3.0)
@@ -39,7 +36,7 @@ def test_gains_are_the_published_ones() -> None:
     assert np.degrees([INTEGRAL_LIMIT, FIN_LIMIT]) == pytest.approx([5.0, 20.0])
 
 
-def test_signs() -> None:
+def test_signs():
     """On course nothing; to starboard rudder negative; to go deeper elevator negative."""
     heading, depth = np.array([0.0, 0.05, 0.0]), np.array([10.0, 10.0, 10.1])
     commands, memory = PUBLISHED.steer(level(3), heading, depth, Memory.blank(3))
@@ -47,7 +44,7 @@ def test_signs() -> None:
     np.testing.assert_array_equal(memory.totals[:, 0], 0.0)
 
 
-def test_measured_rates_are_opposed() -> None:
+def test_measured_rates_are_opposed():
     """A bow that rises gets nose-down elevator, one that turns to starboard port rudder."""
     measured = level()
     measured[0, 4:6] = 0.01
@@ -55,7 +52,7 @@ def test_measured_rates_are_opposed() -> None:
     np.testing.assert_allclose(commands, [3.0 * 0.01, -7.0 * 0.01])
 
 
-def test_fins_stay_within_twenty_degrees() -> None:
+def test_fins_stay_within_twenty_degrees():
     """However large the errors."""
     rng = np.random.default_rng(1)
     measured = rng.normal(scale=5.0, size=(500, 10))
@@ -64,7 +61,7 @@ def test_fins_stay_within_twenty_degrees() -> None:
     assert np.max(np.abs(commands)) == FIN_LIMIT
 
 
-def test_integral_grows_by_error_times_period_and_never_winds_up() -> None:
+def test_integral_grows_by_error_times_period_and_never_winds_up():
     """It stops at its own limit, and stands still while the output is at its limit."""
     total = np.zeros(1)
     for count in range(1, 200):
@@ -76,7 +73,7 @@ def test_integral_grows_by_error_times_period_and_never_winds_up() -> None:
 
 
 @pytest.mark.parametrize("period", [0.02, PERIOD, 0.2])
-def test_depth_rate_is_the_mean_over_five_seconds(period: float) -> None:
+def test_depth_rate_is_the_mean_over_five_seconds(period):
     """A descent of 0.2 m/s is seen as such from the second sample on, at any rate of the loops."""
     rate_alone = Autopilot(Pid(0.0, 0.0, 1.0), Pid(1.0, 0.0, 0.0), period=period)
     memory, measured = Memory.blank(1), level()
@@ -88,7 +85,7 @@ def test_depth_rate_is_the_mean_over_five_seconds(period: float) -> None:
 
 
 @pytest.mark.parametrize("period", [0.02, 0.2])
-def test_integrals_are_those_of_time(period: float) -> None:
+def test_integrals_are_those_of_time(period):
     """Not of the count of samples."""
     measured, totals = level(), []
     measured[0, 9] = 10.02
@@ -100,7 +97,7 @@ def test_integrals_are_those_of_time(period: float) -> None:
     np.testing.assert_allclose(*totals, rtol=0.05)
 
 
-def test_runs_are_those_of_section_5b() -> None:
+def test_runs_are_those_of_section_5b():
     """Depth steps at 2600, yaw steps at 1800, 2133, 2600; test 2133 and 2350; one plane a run."""
     assert " ".join(run.name for run in TRAINING) == "depth-2600 yaw-1800 yaw-2133 yaw-2600"
     assert " ".join(run.name for run in TESTING) == "depth-2133 yaw-2350"
@@ -112,7 +109,7 @@ def test_runs_are_those_of_section_5b() -> None:
         assert moving == [kind == "depth", kind == "yaw"]
 
 
-def test_references_start_from_zero_and_stay_near_it() -> None:
+def test_references_start_from_zero_and_stay_near_it():
     """The steps add up to zero, so a long run does not wander off."""
     assert sum(HEADING_STEPS) == sum(DEPTH_STEPS) == 0.0
     long = np.arange(0.0, 5000.0)
@@ -122,7 +119,7 @@ def test_references_start_from_zero_and_stay_near_it() -> None:
         assert np.max(np.abs(run.depth.at(long))) < 10.0
 
 
-def test_steps_come_at_their_times() -> None:
+def test_steps_come_at_their_times():
     """A step acts from its own instant on, and the lists repeat separately."""
     steps = Steps((1.0, 2.0, -3.0), holds=(10.0, 20.0), first=5.0)
     time = np.array([4.9, 5.0, 14.9, 15.0, 34.9, 35.0, 44.9, 45.0])

@@ -1,13 +1,9 @@
 """Errors and pushes: levels as stated, colour as stated, streams apart."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
-from hydrodamp.arrays import FloatArray
-from hydrodamp.simulation.campaign.conditions import COLOURED, WHITE, Conditions
-from hydrodamp.simulation.campaign.reenact import Campaign
+from hydrodamp.simulation.campaign.conditions import COLOURED, WHITE
 from hydrodamp.simulation.campaign.truth import true_damping
 
 DEVIATIONS = [0.0133] * 3 + [8.7e-4] * 3 + [7.7e-5] * 3 + [np.sqrt(0.001)]
@@ -15,14 +11,14 @@ DEVIATIONS = [0.0133] * 3 + [8.7e-4] * 3 + [7.7e-5] * 3 + [np.sqrt(0.001)]
 
 
 @pytest.mark.parametrize("conditions", [WHITE, COLOURED])
-def test_levels_are_as_published(conditions: Conditions) -> None:
+def test_levels_are_as_published(conditions):
     """Sample deviations lie within a few hundredths of the stated ones, coloured or not."""
     errors = conditions.draw_errors(5, n_runs=6, n_samples=10000)
     np.testing.assert_allclose(errors.std(axis=(0, 1)), DEVIATIONS, rtol=0.03)
     np.testing.assert_allclose(errors.mean(axis=(0, 1)) / DEVIATIONS, 0.0, atol=0.04)
 
 
-def test_white_channels_runs_and_samples_are_independent() -> None:
+def test_white_channels_runs_and_samples_are_independent():
     """No correlation beyond chance between any two columns or neighbours in time."""
     errors = WHITE.draw_errors(6, n_runs=2, n_samples=10000)
     columns = np.concatenate((errors[1:, 0], errors[1:, 1], errors[:-1, 0]), axis=1)
@@ -30,20 +26,20 @@ def test_white_channels_runs_and_samples_are_independent() -> None:
     assert np.max(np.abs(correlation)) < 0.05
 
 
-def autocorrelation(series: FloatArray, lag: int) -> FloatArray:
+def autocorrelation(series, lag):
     """Of series of mean zero, shape (n, n_runs, n_columns), averaged over runs."""
     return (series[lag:] * series[:-lag]).mean(axis=(0, 1)) / (series**2).mean(axis=(0, 1))
 
 
 @pytest.mark.parametrize("lag", [1, 2, 5])
-def test_coloured_errors_forget_as_stated(lag: int) -> None:
+def test_coloured_errors_forget_as_stated(lag):
     """Autocorrelation exp(-lag / time): DVL 0.4 s, gyro 0.1 s, attitude 0.5 s, depth 0.4 s."""
     times = np.array([0.4] * 3 + [0.1] * 3 + [0.5] * 3 + [0.4])
     errors = COLOURED.draw_errors(7, n_runs=6, n_samples=20000)
     np.testing.assert_allclose(autocorrelation(errors, lag), np.exp(-0.1 * lag / times), atol=0.025)
 
 
-def test_pushes_are_as_strong_and_last_as_stated() -> None:
+def test_pushes_are_as_strong_and_last_as_stated():
     """Autocorrelation exp(-1/2) after one second, correlated on no two axes."""
     pushes = COLOURED.draw_pushes(8, n_runs=6, n_samples=40000)
     np.testing.assert_allclose(pushes.std(axis=(0, 1)), COLOURED.push, rtol=0.03)
@@ -52,7 +48,7 @@ def test_pushes_are_as_strong_and_last_as_stated() -> None:
     assert np.max(np.abs(correlation)) < 0.06
 
 
-def test_pushes_are_three_per_cent_of_the_damping_wrench(campaign: Campaign) -> None:
+def test_pushes_are_three_per_cent_of_the_damping_wrench(campaign):
     """As the module says of whole runs; here on short ones, within a third of it."""
     wrench = true_damping().wrench(campaign.exact_train.velocity)
     size = np.sqrt(np.mean(wrench**2, axis=0))
@@ -61,16 +57,14 @@ def test_pushes_are_three_per_cent_of_the_damping_wrench(campaign: Campaign) -> 
 
 @pytest.mark.parametrize("name", ["draw_errors", "draw_pushes"])
 @pytest.mark.parametrize(("n_runs", "n_samples"), [(2, 50), (6, 20)])
-def test_beginning_of_a_run_depends_on_its_seed_alone(
-    name: str, n_runs: int, n_samples: int
-) -> None:
+def test_beginning_of_a_run_depends_on_its_seed_alone(name, n_runs, n_samples):
     """Fewer runs or samples cut the same streams short."""
     draw = getattr(COLOURED, name)
     np.testing.assert_array_equal(draw(9, n_runs, n_samples), draw(9, 6, 50)[:n_samples, :n_runs])
     assert not np.any(draw(8, n_runs, n_samples) == draw(9, n_runs, n_samples))
 
 
-def test_pushes_are_no_echo_of_the_errors() -> None:
+def test_pushes_are_no_echo_of_the_errors():
     """Streams of their own: no correlation beyond chance."""
     errors, pushes = WHITE.draw_errors(4, 1, 20000)[:, 0], COLOURED.draw_pushes(4, 1, 20000)[:, 0]
     fresh = pushes[1:] - np.exp(-0.05) * pushes[:-1]
@@ -78,7 +72,7 @@ def test_pushes_are_no_echo_of_the_errors() -> None:
     assert np.max(np.abs(both[:10, 10:])) < 0.03
 
 
-def test_colour_is_one_of_time_at_any_rate() -> None:
+def test_colour_is_one_of_time_at_any_rate():
     """Fifty samples a second forget in the same time: DVL 0.4 s, pushes 2 s."""
     errors = COLOURED.draw_errors(7, 6, 20000, period=0.02)
     np.testing.assert_allclose(autocorrelation(errors, 10)[:3], np.exp(-0.5), atol=0.03)

@@ -1,36 +1,33 @@
 """The motion keeps equilibria, energy, the Bulletin's turns."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
-from hydrodamp.arrays import FloatArray
 from hydrodamp.data.attitude import down, quaternion_from_euler
 from hydrodamp.simulation.campaign.motion import (
     Motion,
     down_direction,
     euler_rates,
 )
-from hydrodamp.simulation.campaign.truth import Truth, sname, true_damping
+from hydrodamp.simulation.campaign.truth import sname, true_damping
 from hydrodamp.vehicle.file import fleet
 
 VEHICLE = fleet["vt690"]
 
 
-def states(n: int, surge: float = 0.0) -> FloatArray:
+def states(n, surge=0.0):
     """States of n vehicles that sail level at one speed."""
     level = np.zeros((n, 12))
     level[:, 0] = surge
     return level
 
 
-def motion_of(truth: Truth, rpm: list[float]) -> Motion:
+def motion_of(truth, rpm):
     """Vehicles with the propeller speeds given."""
     return Motion.of(VEHICLE, truth, np.array(rpm))
 
 
-def test_straight_ahead_the_speed_is_a_thousandth_of_the_rpm(truth: Truth) -> None:
+def test_straight_ahead_the_speed_is_a_thousandth_of_the_rpm(truth):
     """Published u_c = 0.001 rpm is the equilibrium of thrust and drag."""
     motion = motion_of(truth, [1800.0, 2600.0])
     np.testing.assert_allclose(motion.steady_surge, [1.8, 2.6])
@@ -40,7 +37,7 @@ def test_straight_ahead_the_speed_is_a_thousandth_of_the_rpm(truth: Truth) -> No
 
 
 @pytest.mark.parametrize(("plane", "axis"), [(0, 5), (1, 4)])
-def test_signs_of_the_fins(truth: Truth, plane: int, axis: int) -> None:
+def test_signs_of_the_fins(truth, plane, axis):
     """+rudder turns to port (negative r), +elevator raises the bow (positive q)."""
     commands = np.zeros((1, 2))
     commands[0, plane] = 0.1
@@ -50,7 +47,7 @@ def test_signs_of_the_fins(truth: Truth, plane: int, axis: int) -> None:
     assert turned < 0.0 if axis == 5 else turned > 0.0
 
 
-def test_energy_only_falls_without_propeller(truth: Truth) -> None:
+def test_energy_only_falls_without_propeller(truth):
     """Kinetic plus potential energy of a vehicle coasting with roll and rates."""
     motion = motion_of(truth, [0.0])
     state = states(1, 2.0)
@@ -64,7 +61,7 @@ def test_energy_only_falls_without_propeller(truth: Truth) -> None:
     assert np.all(np.diff(energies) < 0.0)
 
 
-def test_steady_turns_of_the_bulletin() -> None:
+def test_steady_turns_of_the_bulletin():
     """SNAME T&R Bulletin 1-45, tables 8.1-8.2, six degrees of freedom, 2.06 m/s.
 
     Rudder 10, 15, 20 degrees: radius 5.43, 3.96, 3.16 lengths of 2.194 m, drift
@@ -82,7 +79,7 @@ def test_steady_turns_of_the_bulletin() -> None:
     np.testing.assert_allclose(100.0 * (1.0 - u / 2.06), [5.92, 10.43, 15.17], atol=0.03)
 
 
-def test_fins_lag_as_stated(truth: Truth) -> None:
+def test_fins_lag_as_stated(truth):
     """First order towards the command, or at once."""
     motion = motion_of(truth, [2000.0])
     commands = np.array([[0.2, -0.1]])
@@ -92,7 +89,7 @@ def test_fins_lag_as_stated(truth: Truth) -> None:
     np.testing.assert_allclose(after, share * commands, rtol=1e-3)
 
 
-def test_halving_the_step_changes_nothing(truth: Truth, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_halving_the_step_changes_nothing(truth, monkeypatch):
     """The integration is exact to far below the noise of any sensor."""
     commands = np.array([[0.2, -0.1]])
     motion = motion_of(truth, [2000.0])
@@ -103,7 +100,7 @@ def test_halving_the_step_changes_nothing(truth: Truth, monkeypatch: pytest.Monk
     np.testing.assert_allclose(coarse, fine, atol=2e-6)
 
 
-def test_down_is_that_of_the_data_layer() -> None:
+def test_down_is_that_of_the_data_layer():
     """Euler angles here, quaternions there."""
     euler = np.random.default_rng(5).uniform(-1.0, 1.0, (100, 3))
     np.testing.assert_allclose(
@@ -111,7 +108,7 @@ def test_down_is_that_of_the_data_layer() -> None:
     )
 
 
-def test_euler_rates_by_differencing() -> None:
+def test_euler_rates_by_differencing():
     """The down direction turns against the body: d/dt = down x rates."""
     rng = np.random.default_rng(6)
     euler, rates = rng.uniform(-1.0, 1.0, (50, 3)), rng.normal(size=(50, 3))
@@ -121,12 +118,3 @@ def test_euler_rates_by_differencing() -> None:
     behind = down_direction(euler - step * turning)
     expected = np.cross(down_direction(euler), rates)
     np.testing.assert_allclose((ahead - behind) / (2 * step), expected, atol=1e-8)
-
-
-def test_a_push_accelerates_by_the_inverse_mass(truth: Truth) -> None:
-    """At rest, with nothing else acting."""
-    push = np.array([[1.0, -2.0, 3.0, 0.1, 0.2, -0.3]])
-    motion = motion_of(truth, [0.0])
-    acceleration = motion.pushed(push).acceleration(states(1))
-    np.testing.assert_allclose(acceleration @ VEHICLE.mass_matrix, push, atol=1e-12)
-    np.testing.assert_array_equal(motion.acceleration(states(1)), 0.0)

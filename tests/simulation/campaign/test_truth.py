@@ -1,15 +1,11 @@
 """What the water does, strips included: published numbers, dissipation, symmetry."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
-from hydrodamp.arrays import FloatArray
 from hydrodamp.simulation.campaign.truth import (
     HULL_LENGTH,
     Strips,
-    Truth,
     crossflow,
     sname,
     tail_of,
@@ -18,13 +14,13 @@ from hydrodamp.simulation.campaign.truth import (
 from hydrodamp.vehicle.file import fleet
 
 
-def hull_wrench(truth: Truth, velocity: FloatArray) -> FloatArray:
+def hull_wrench(truth, velocity):
     """What the water does to the hull, fins and propeller apart."""
     wrench = truth.damping.wrench(velocity)
     return wrench if truth.strips is None else wrench + truth.strips.wrench(velocity)
 
 
-def test_straight_drift_and_each_rate_are_damped(truth: Truth) -> None:
+def test_straight_drift_and_each_rate_are_damped(truth):
     """Motion ahead with one other velocity at a time loses power."""
     rng = np.random.default_rng(2)
     for axis in range(1, 6):
@@ -35,20 +31,14 @@ def test_straight_drift_and_each_rate_are_damped(truth: Truth) -> None:
         assert np.max(power) < 0.0
 
 
-def test_whole_wrench_dissipates_under_way(truth: Truth, velocities: FloatArray) -> None:
-    """Nearly everywhere in the box that the campaign sails in."""
-    power = np.sum(velocities * hull_wrench(truth, velocities), axis=1)
-    assert np.mean(power < 0.0) > 0.9
-
-
-def test_port_and_starboard_alike(truth: Truth, velocities: FloatArray) -> None:
+def test_port_and_starboard_alike(truth, velocities):
     """Reversing v, p and r reverses Y, K and N and leaves X, Z and M."""
     mirror = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
     wrench, mirrored = hull_wrench(truth, velocities), hull_wrench(truth, velocities * mirror)
     np.testing.assert_allclose(mirrored, wrench * mirror, atol=1e-12)
 
 
-def test_fins_meet_the_drift_as_published() -> None:
+def test_fins_meet_the_drift_as_published():
     """rudder - 0.178 atan2(-v, u); the elevator by turning 90 degrees about x."""
     truth = crossflow(true_damping(), TAIL)
     velocity = np.array([[2.0, 0.2, -0.1, 0.0, 0.0, 0.0]])
@@ -67,12 +57,12 @@ SIDE, DOWN = (171.825, -34.1192), (72.497, -3.68259)
 
 
 @pytest.fixture
-def strips() -> Strips:
+def strips():
     """The strips of the crossflow truth."""
     return Strips.calibrated((SIDE[0], DOWN[0]), (SIDE[1], DOWN[1]), TAIL)
 
 
-def test_pure_drift_gives_the_published_coefficients(strips: Strips) -> None:
+def test_pure_drift_gives_the_published_coefficients(strips):
     """At r = q = 0: Y_v|v| -171.825, N_v|v| 34.1192, Z_w|w| -72.497, M_w|w| -3.68259."""
     drift = np.zeros((2, 6))
     drift[0, 1], drift[1, 2] = 0.3, -0.2
@@ -81,13 +71,13 @@ def test_pure_drift_gives_the_published_coefficients(strips: Strips) -> None:
     np.testing.assert_allclose(down, -0.04 * np.array([0, 0, -72.497, 0, -3.68259, 0]), atol=1e-12)
 
 
-def test_no_strip_ever_drives(strips: Strips, velocities: FloatArray) -> None:
+def test_no_strip_ever_drives(strips, velocities):
     """The power of the drag is never positive."""
     power = np.sum(velocities * strips.wrench(velocities), axis=1)
     assert np.max(power) <= 0.0
 
 
-def test_turning_in_place_agrees_with_the_integral(strips: Strips) -> None:
+def test_turning_in_place_agrees_with_the_integral(strips):
     """N_r|r| = -c L^4/32 - c_f |x_f|^3 for a uniform hull and fins at x_f."""
     fins = SIDE[1] / TAIL
     hull = (SIDE[0] - fins) / HULL_LENGTH
@@ -97,7 +87,7 @@ def test_turning_in_place_agrees_with_the_integral(strips: Strips) -> None:
     assert strips.wrench(turning)[0, 5] == pytest.approx(exact, rel=2e-3)
 
 
-def test_both_planes_obey_one_law() -> None:
+def test_both_planes_obey_one_law():
     """With equal drag, turning by 90 degrees about x changes nothing."""
     alike = Strips.calibrated((100.0, 100.0), (-20.0, -20.0), TAIL)
     flat, upright = np.zeros((1, 6)), np.zeros((1, 6))
