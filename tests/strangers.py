@@ -67,6 +67,30 @@ class Truth:
         if log.position is not None:
             np.testing.assert_allclose(log.position, self.place, atol=1e-9)
 
+    def roles(self, role: str, body: str) -> list[np.ndarray]:
+        """Return what a role may be in axes of the body, with z down (FRD) or up (FLU)."""
+        group, _, name = role.partition(".")
+        turn, flat = FLIP if body == "FLU" else np.ones(3), self.flat_place
+        speed = named("u v w", self.body * turn) | named("p q r", self.rates * turn)
+        planar = named("x y yaw", flat * turn) | named("u v r", self.flat * turn)
+        both = {"position": self.place, "velocity": self.world}
+        if name.startswith("q") and group == "attitude":
+            q = {"FRD": self.q_ned, "FLU": self.q_enu[:, [3, 0, 1, 2]]}[body]
+            return [sign * q[:, "wxyz".index(name[1])] for sign in (1, -1)]
+        if group in both and (name in "xyz" or name in ("north", "east", "down", "up", "depth")):
+            north, east, down = both[group].T
+            ways = {"north": north, "east": east, "up": -down, "down": down, "depth": down}
+            own = {"north": "x", "east": "y"}.get(name, "")
+            here = [ways[name], *([planar[own]] if own and group == "position" else [])]
+            return [*here, *(-one for one in here if name == "east")]
+        euler = self.euler()
+        heading = {"heading": self.angles[:, 2]}
+        euler = {n: one * turn[k] for k, (n, one) in enumerate(euler.items())} | heading
+        tau = dict(zip("XYZKMN", (self.wrench * np.tile(turn, 2)).T, strict=True))
+        force = named("fx fy fz", self.force * turn)
+        known = {"attitude": euler, "velocity": speed, "wrench": tau, "specific_force": force}
+        return [its[name] for its in (known.get(group, {}), planar) if name in its]
+
     def table(self, clock: str = "time") -> Columns:
         """The motion by its plain names."""
         motion = named("u v w p q r", np.hstack((self.body, self.rates)))
@@ -112,6 +136,7 @@ class Case:
     loads: bool = True
     add: tuple[tuple[str, str], ...] = ()  # replaced in the draft where it does not load alone
     says: str = ""  # in the draft, where it does not
+    apart: str = ""  # roles that are of another motion than the truth's
     tolerance: float = 0.02
 
 
@@ -504,6 +529,24 @@ def csv_of_a_pose_and_numbered_motors(folder: Path, it: Truth) -> Path:
     return write(folder / "a.csv", {**columns, **motors, **battery}, form="%.15g")
 
 
+@case(holds="u v w p q r attitude", tolerance=0.1)
+def csv_of_a_ship_beside_its_thrusters(folder: Path, it: Truth) -> str:
+    """Heading, heel and trim; in the other file thrusters that are called by what they turn."""
+    pose = {"t": it.time, **it.euler("Heel[deg] Trim[deg] Heading[deg]", DEG)}
+    pressure = {"P [bar]": 1 + 0.1 * it.place[:, 2], "max_roll": 3 + 0 * it.time}
+    write(folder / "run3_pose.csv", pose | named("u v w", it.body) | pressure)
+    thrust = {"thr_yaw": it.rudder, "thr_surge": it.rpm / 1500 - 1, "yaw_pwm": 1500 + it.rpm / 9}
+    write(folder / "run3_commands.csv", {"t": it.time, **thrust, "trim": 1500 + 900 * it.rudder})
+    return f"{folder / 'run3_pose.csv'}+{folder / 'run3_commands.csv'}"
+
+
+@case(holds="u v w")
+def csv_of_a_heading_alone(folder: Path, it: Truth) -> Path:
+    """Heave, and no roll and pitch: level is assumed, and said."""
+    heading = {"heading_deg": it.angles[:, 2] / DEG, "yaw": 1500 + 500 * it.rudder}
+    return write(folder / "a.csv", {"t": it.time, **heading, **named("u v w", it.body)})
+
+
 @case(tolerance=0.1)
 def csv_of_a_slow_doppler_log(folder: Path, it: Truth) -> Path:
     """A velocity twice a second in rows of ten, blank between."""
@@ -544,7 +587,7 @@ def csv_of_a_coarse_clock(folder: Path, it: Truth) -> Path:
     return write(folder / "a.csv", {**it.table(), "time": np.floor(it.time + 1e-9)})
 
 
-@case(holds="u v rudder", tolerance=0.1)
+@case(holds="u v rudder", tolerance=0.1, apart="attitude velocity")
 def csv_of_ground_speed_without_the_vertical(folder: Path, it: Truth) -> Path:
     """North and east alone beside roll and pitch: level is assumed, and said."""
     angles = 0.2 * it.angles[:, :2]
@@ -569,7 +612,7 @@ def numbers_without_names(folder: Path, it: Truth) -> Path:
     return folder / "a.dat"
 
 
-@case(holds="u v w small rudder")
+@case(holds="u v w small rudder", apart="attitude velocity.p velocity.q velocity.r")
 def csv_of_small_angles_in_degrees(folder: Path, it: Truth) -> Path:
     """Angles of a few degrees and rates of a few degrees a second, no unit anywhere."""
     angles = it.angles * (1, 0.4, 0.13)

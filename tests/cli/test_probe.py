@@ -147,6 +147,62 @@ def test_a_log_of_which_nothing_is_known(folder, call):
     assert "too unsure" in document["missing"][0]
 
 
+def whole(folder):
+    return np.genfromtxt(folder / "dive.csv", delimiter=",", names=True)
+
+
+def written(path, columns):
+    rows = np.column_stack([*columns.values()])
+    np.savetxt(path, rows, delimiter=",", header=",".join(columns), comments="", fmt="%.9g")
+
+
+def test_files_of_one_run_are_told_as_such_once(folder, call):
+    unmapped(folder)
+    table = whole(folder)
+    names = [name for name in table.dtype.names if "motor" in name]
+    pose = {name: table[name] for name in table.dtype.names if name not in names}
+    written(folder / "pose.csv", pose)
+    written(folder / "pwm.csv", {name: table[name] for name in ("t_ms", *names)})
+    written(folder / "late.csv", {"t_ms": table["t_ms"] + 1e6, names[0]: table[names[0]]})
+    done = call("probe pose.csv pwm.csv")
+    assert done.stderr.count("`pose.csv+pwm.csv` makes one recording of these files") == 1
+    # Every fault has a line of its own.
+    faults = [line for line in done.stdout.splitlines() if "there is no column" in line]
+    assert len(faults) > 3
+    assert all(line.startswith("  ") for line in faults)
+    for files in ("pose.csv+pwm.csv", "pose.csv late.csv", "dive.csv pwm.csv", "a.csv b.csv"):
+        assert "makes one recording" not in call(f"probe {files}").stderr
+
+
+@pytest.mark.parametrize("lost", [["u", "v", "x_m", "y_m"], ["yaw_rate"]])
+def test_what_is_wrong_is_told_of_a_draft_that_makes_no_log_too(folder, call, lost):
+    unmapped(folder)
+    table = whole(folder)
+    columns = {name: table[name] for name in table.dtype.names if name not in lost}
+    columns["yaw_deg"][100] += 90
+    if "yaw_rate" in lost:  # angles are given by three
+        columns["pitch_deg"] = 0 * columns["yaw_deg"] + 1e-3 * np.arange(400.0)
+        columns["motor_ahead"][:] = 1.0
+        columns["u"] = columns.pop("u") * 1000
+    written(folder / "odd.csv", columns)
+    done = call("probe odd.csv")
+    if "No log" in done.stdout:
+        after = done.stdout.split("No log")[1].splitlines()
+        assert after[1] == "" != after[2]
+    assert "`yaw` leaps there and back: 1 of 400 samples, at 10 s" in done.stdout
+    assert any("`yaw` leaps" in one for one in asked(call, "odd.csv")["doubts"])
+
+
+def test_a_jitter_of_the_clock_is_minded(folder, call):
+    log = hd.read_log("a.csv")
+    rng = np.random.default_rng(0)
+    rough = rng.normal(size=log.velocity.shape)  # of which no motion tells
+    late = replace(log, time=log.time + rng.uniform(0, 0.05, log.n), velocity=rough)
+    hd.write_log(late, "late.csv")
+    assert any("jitters by" in each for each in asked(call, "late.csv")["reservations"])
+    assert not any("jitters by" in each for each in asked(call, "a.csv")["reservations"])
+
+
 def test_with_a_mapping_neither_draft_nor_guesses_are_printed(folder, call):
     unmapped(folder)
     call("probe dive.csv --draft mine.yaml")

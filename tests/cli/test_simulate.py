@@ -1,4 +1,5 @@
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -26,6 +27,15 @@ def test_prints_the_score_and_writes_the_simulated_log(folder, call, damping):
     error = np.degrees(simulated.velocity[:, 5] - measured.velocity[:, 5])
     assert score["rms_by_axis"]["r"] == pytest.approx(np.sqrt(np.mean(error**2)))
     assert simulated.command_names == measured.command_names
+
+
+def test_what_looks_wrong_about_the_log_is_told(folder, call, damping):
+    log = hd.read_log("b.csv")
+    velocity = log.velocity.copy()
+    velocity[100:140, 5] = velocity[100, 5]
+    hd.write_log(replace(log, velocity=velocity), "frozen.csv")
+    done = call(f"simulate frozen.csv --vehicle planar.yaml --damping {damping}")
+    assert "suspicion: `r` stands still to the last bit" in " ".join(done.stderr.split())
 
 
 def test_another_vehicle_is_warned_of(folder, call, damping):

@@ -73,7 +73,7 @@ def test_numbers_that_stand_for_none_go(swim: Log, place, value: float, counts) 
     velocity[place] = value
     made = mask_bottom_lock(dataclasses.replace(swim, velocity=velocity))
     lost = len(velocity[place])
-    assert counts(made, "no bottom lock") == dict.fromkeys("uvw", lost)
+    assert counts(made, "no measurement") == dict.fromkeys("uvw", lost)
     kept = np.searchsorted(swim.time, made.time)
     assert len(kept) == (100 if lost == 2 else 80)  # a short gap is bridged, a long one is cut
     np.testing.assert_allclose(made.velocity, swim.velocity[kept], atol=2e-3)
@@ -94,7 +94,7 @@ def test_a_flag_speaks_for_the_instrument(counts) -> None:
     log = Log.from_arrays(np.arange(50) / 10, {"u": np.arange(50) / 10}, commands={"good": good})
     assert mask_bottom_lock(log).notes == ()
     made = mask_bottom_lock(log, flag="good")
-    assert counts(made, "no bottom lock") == {"u": 4}
+    assert counts(made, "no measurement") == {"u": 4}
     np.testing.assert_allclose(made.velocity, log.velocity, atol=1e-12)
     with pytest.raises(LogError, match=r"no command 'god'\. Did you mean 'good'"):
         mask_bottom_lock(log, flag="god")

@@ -124,7 +124,7 @@ def spoilt(swim: Log) -> Log:
 
 def test_every_step_counts_its_own(swim: Log, counts) -> None:
     made = clean(spoilt(swim))
-    assert counts(made, "no bottom lock") == {"u": 1, "v": 1, "w": 1}
+    assert counts(made, "no measurement") == {"u": 1, "v": 1, "w": 1}
     assert counts(made, "frozen") == {"u": 12}
     assert counts(made, "attitude leaps") == {"attitude": 1}
     assert counts(made, "spikes") == {"r": 1}

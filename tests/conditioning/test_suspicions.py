@@ -164,8 +164,8 @@ FAULTS: dict[str, tuple[Fault, str, str]] = {
     ),
     "held": (held, "u v w", "2500 of 3000 samples"),
     "arrival": (arrived, "time", "`time: header.stamp`"),
-    "one leap": (replaced("attitude", [700], turned), "attitude", "at "),
-    "leaps": (replaced("attitude", [700, 1500], turned), "attitude", "in 2 places from "),
+    "one leap": (replaced("attitude", [700], turned), "yaw", "at "),
+    "leaps": (replaced("attitude", [700, 1500], turned), "yaw", "in 2 places from "),
     "impossible": (derived, "u", "in 2 places"),
 }
 
@@ -311,3 +311,24 @@ def test_measured_logs_are_sound_but_for_single_samples(
         log = hd.read_log(path, mapping)
         parts = [log, *(log.between(start, start + 40.0) for start in (0.0, 20.0))]
         assert [one for part in parts for one in suspicions(part) if not one.minor] == []
+
+
+def test_a_fault_at_the_end_is_not_taken_for_one_at_the_start() -> None:
+    log = voyage("rov", 1)
+    speed = log.velocity.copy()
+    speed[-1, 0] = speed[0, 1] = 25.0  # m/s
+    late = dataclasses.replace(log, velocity=speed)
+    found = [one for one in suspicions(late, 1.0) if "faster" in one.looks]
+    assert {one.channel: one.where for one in found} == {
+        "u": f"at {late.elapsed[-1]:.6g} s",
+        "v": "at 0 s",
+    }
+
+
+def test_zeros_at_once_are_no_matter_of_a_doppler_log() -> None:
+    log = voyage("rov", 1)
+    speed = log.velocity.copy()
+    speed[500:510, :3] = 0.0
+    (found,) = (one for one in suspicions(dataclasses.replace(log, velocity=speed)) if one.minor)
+    assert "drops to zero" in found.looks
+    assert "lock" not in found.looks

@@ -11,14 +11,15 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from hydrodamp.data.log import Log
+from hydrodamp.data.units import factor
 from hydrodamp.files import parse_yaml
 from hydrodamp.ingest.mapping import LogMapping
+from hydrodamp.ingest.probing.draft import SURE, drafted
 from hydrodamp.ingest.probing.probe import SUFFICES, probe
 from hydrodamp.ingest.read import read_recording
 from strangers import CASES, EPOCH, Case, Truth
 
 TRUTH = Truth()
-SURE = 70  # %, above which no channel may be wrong
 SPEEDS = dict(zip("uvwpqr", np.hstack((TRUTH.body, TRUTH.rates)).T, strict=True))
 
 
@@ -94,3 +95,28 @@ def test_a_stranger_s_log(name: str, tmp_path: Path) -> None:
         if case.add:
             mapping = LogMapping.from_dict(parse_yaml(text, "the draft"), "the draft")
             assert [*wrong(mapping.log(recording), case)] == [], text
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_no_sure_channel_is_wrong(name: str, tmp_path: Path) -> None:
+    """Above 70 % every channel of a draft is what the draft says, in its unit and its sign."""
+    case = CASES[name]
+    recording = read_recording(case.write(tmp_path, TRUTH))
+    roles = probe(recording).roles
+    wrong = []
+    for one in drafted(roles):
+        if one.confidence <= SURE or any(map(one.role.startswith, case.apart.split())):
+            continue
+        column = one.column.removeprefix(f"{one.topic}.")
+        values = recording.topic(one.topic).fields[column] * one.sign
+        values = values * (factor(one.unit) if one.unit else 1.0)
+        known = np.isfinite(values)
+        rows = known if len(values) == len(TRUTH.time) else np.ones(len(TRUTH.time), np.bool_)
+        start = values[known][0] if one.role.startswith("position.") else None  # from its start
+        apart = []
+        for true in TRUTH.roles(one.role, roles.upright.body):
+            off = values[known] - true[rows] - (0 if start is None else start - true[rows][0])
+            apart.append(np.median(np.abs(2 * np.sin(off / 2))) / np.std(true))  # but for turns
+        if min(apart, default=1.0) > 0.05:
+            wrong.append(f"{one.role} is {one.column}, {one.confidence} %")
+    assert wrong == []

@@ -34,7 +34,7 @@ def probe(
     """Look through a log: what is in it, what is missing, is it fit for the job."""
     from hydrodamp.cli.targets import check_new_file
     from hydrodamp.files import save_text
-    from hydrodamp.ingest.probing.probe import judge
+    from hydrodamp.ingest.probing.probe import joined, judge
     from hydrodamp.report.grid import show
     from hydrodamp.report.probe_tables import probe_document, probe_grids
 
@@ -42,6 +42,8 @@ def probe(
     if draft is not None:
         check_new_file(draft, force)
     recordings = [hd.read_recording(path, mapping) for path in dict.fromkeys(logs)]
+    if told := joined(recordings):
+        note(told)
     with progress("looking through it"):
         found = hd.probe(recordings[0])
         judged = judge(found, recordings, mapping, needs)

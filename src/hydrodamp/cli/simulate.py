@@ -12,7 +12,7 @@ import hydrodamp as hd
 from hydrodamp.cli import options
 from hydrodamp.cli.choose import choose_vehicle
 from hydrodamp.cli.output import emit, fail, note, results
-from hydrodamp.cli.parts import read
+from hydrodamp.cli.parts import read, suspect
 from hydrodamp.progress import progress
 
 
@@ -37,11 +37,13 @@ def simulate(
     from hydrodamp.report.comparison_tables import replay_grid
     from hydrodamp.report.documents import score_document, trained_on
     from hydrodamp.report.grid import show
+    from hydrodamp.simulation.checks import length_of
 
     if out is not None:
         check_out_log(out, (*logs, vehicle, damping, mapping))
     craft, numbers = choose_vehicle(vehicle), hd.read_damping(damping)
     log = read(logs, mapping)
+    suspect(log, length_of(craft))
     with progress("replaying"):
         trajectory = hd.simulate(craft, numbers, log, attitude=attitude)
     scored = hd.score(trajectory, rate_unit=rate_unit)

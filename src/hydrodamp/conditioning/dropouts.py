@@ -206,7 +206,7 @@ def mask_bottom_lock(log: Log, *, flag: str | None = None, fastest: float = FAST
     >>> mask_bottom_lock(log).velocity[:, 0].tolist()
     [1.0, 1.0, 1.0, 1.0, 1.0, 1.0]
     """
-    return without_samples(log, without_lock(log, flag, fastest), "no bottom lock")
+    return without_samples(log, without_lock(log, flag, fastest), "no measurement")
 
 
 def without_lock(log: Log, flag: str | None = None, fastest: float = FASTEST) -> Lost:

@@ -14,12 +14,14 @@ from hydrodamp.conditioning.agreement import Size, Suspicion as Suspicion, disag
 from hydrodamp.conditioning.dropouts import FASTEST, Lost, frozen, held, lost_frames, without_lock
 from hydrodamp.conditioning.gaps import ATTITUDE, runs
 from hydrodamp.conditioning.spikes import leaps, spikes
-from hydrodamp.data.channels import POSITION, unit_of
+from hydrodamp.data.attitude import euler_from_quaternion
+from hydrodamp.data.channels import EULER, POSITION, unit_of
 from hydrodamp.data.log import Log, velocities
 
 _TOLERANCE = 0.08  # of the size of gravity
 #: Channels of one sensor, whose samples fail together.
 _KINDS = dict.fromkeys("uvw", "speed") | dict.fromkeys(POSITION.columns, "position")
+_KINDS |= dict.fromkeys(EULER, ATTITUDE)
 _PULSE = (800.0, 2200.0)  # us, servo and ESC signals
 _NEUTRAL = (1300.0, 1700.0)  # us
 _SLOW_CLOCK = 20.0  # s, a step of hardly any log
@@ -107,7 +109,8 @@ def _placed(log: Log, size: Size, told: Container[str]) -> Iterator[Suspicion]:
         kinds = {_KINDS.get(name, name) for name in one.channel.split()}
         new = rows & ~np.logical_and.reduce([seen[kind] for kind in kinds])
         for kind in kinds:
-            seen[kind] = seen[kind] | rows | np.roll(rows, 1) | np.roll(rows, -1)
+            beside = np.pad(rows, 1)
+            seen[kind] = seen[kind] | rows | beside[2:] | beside[:-2]
         if new.any():
             yield replace(one, where=_where(log, new))
 
@@ -151,12 +154,25 @@ def _spiked(log: Log) -> Lost:
     return lost
 
 
+def _leaps(log: Log) -> Lost:
+    """Return where the attitude leaps, by the angle that leaps most."""
+    if log.attitude is None or not (found := leaps(log)).any():
+        return {}
+    turns = euler_from_quaternion(log.attitude)
+    before = np.maximum.accumulate(np.where(found, 0, np.arange(log.n)))
+    most = np.argmax(np.abs(np.sin((turns - turns[before]) / 2)), axis=1)
+    return {name: found & (most == k) for k, name in enumerate(EULER)}
+
+
 _DETECTED: dict[str, tuple[Callable[[Log], Lost], str]] = {
-    "mask_bottom_lock": (without_lock, "was written without bottom lock"),
+    "mask_bottom_lock": (
+        without_lock,
+        "drops to zero or to a number that stands for no measurement",
+    ),
     "mask_lost_frames": (lost_frames, "is all zeros, as where motion capture lost the vehicle"),
     "mask_frozen": (frozen, "stands still to the last bit while others move"),
     "fill_held": (held, "repeats what a slower sensor sent"),
-    "steady_attitude": (lambda log: {ATTITUDE: leaps(log)}, "leaps there and back"),
+    "steady_attitude": (_leaps, "leaps there and back"),
     "remove_spikes": (_spiked, "has spikes"),
 }
 

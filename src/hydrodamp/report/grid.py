@@ -137,8 +137,8 @@ def to_text(grid: Grid, width: int = WIDTH) -> str:
     title = [grid.title, ""] if grid.title else []
     wrap = partial(textwrap.fill, subsequent_indent="  ", break_long_words=False)
     notes = [wrap(note, width, break_on_hyphens=False) for note in grid.notes]
-    rows = (gap.join(row).rstrip() for row in _cells(grid))
-    return "\n".join([*title, *rows, *([""] if notes else []), *notes])
+    rows = [gap.join(row).rstrip() for row in _cells(grid)] if grid.columns else []
+    return "\n".join([*title, *rows, *([""] if rows and notes else []), *notes])
 
 
 def to_markdown(grid: Grid) -> str:

@@ -27,9 +27,10 @@ def probe_grids(found: Probe, judged: Judged) -> Iterator[Grid]:
     if judged.guessed:
         yield _draft(found)
     if judged.verdict is None:
-        missing = [f"missing: {each}" for each in judged.missing]
-        missing += [f"mind: {each}" for each in found.roles.upright.doubts]
-        yield Grid.of_words("No log", ("",), "l", (), (*missing, f"Verdict: {_NO_LOG}"))
+        notes = [line for each in judged.missing for line in f"missing: {each}".split("\n")]
+        notes += [f"{each}." for each in judged.health]
+        notes += [f"mind: {each}" for each in found.roles.upright.doubts]
+        yield Grid("No log", (), (), (*notes, f"Verdict: {_NO_LOG}"))
         return
     made = (f"Made {judged.made}.",) if judged.made else ()
     yield _segments(judged.verdict, (*made, *judged.notes))
@@ -41,8 +42,12 @@ def probe_grids(found: Probe, judged: Judged) -> Iterator[Grid]:
 def probe_document(found: Probe, judged: Judged) -> dict[str, Any]:
     """Return what ``probe --json`` prints."""
     roles, verdict = found.roles, judged.verdict
-    nothing = ("doubts", "delays", "suspicions", "reservations", "promises")
+    nothing = ("delays", "reservations", "promises")
     facts: dict[str, Any] = {**dict.fromkeys(nothing, ()), "verdict": _NO_LOG, "fit": False}
+    facts |= {
+        "suspicions": [asdict(one) for one in judged.health],
+        "doubts": [f"{one}." for one in judged.health],
+    }
     if verdict is not None:
         facts = {**asdict(verdict), "doubts": verdict.doubts}
         facts |= {"verdict": verdict.sentence, "fit": verdict.fit}

@@ -38,11 +38,26 @@ Table = Callable[..., Recording]
         ("LOCAL_POSITION_NED", "vy", None, "velocity.east"),
         ("", "nu.z", None, "velocity.w"),
         ("/euler", "vector.z", None, "attitude.yaw"),
+        ("", "thr_yaw", None, "commands"),
+        ("", "yaw_moment", None, "commands"),
+        ("", "yaw_acc", None, None),
+        ("", "depth_rate", None, None),
+        ("", "camera_pitch", None, None),
+        ("/camera/odom", "pose.position.x", None, "position.x"),
+        ("", "Heel", "deg", "attitude.roll"),
+        ("", "Trim", "deg", "attitude.pitch"),
+        ("", "Trim", "m", None),
+        ("", "trim_tab", None, "commands"),
     ],
 )
 def test_names(topic: str, field: str, unit: str | None, role: str | None) -> None:
     said, sure = hint(topic, field, unit, {field})
     assert (said if sure else None) == role
+
+
+def test_a_unit_that_no_role_has_is_of_something_else() -> None:
+    assert hint("", "P", None, {"P"}, "bar") == ("in bar", 0)
+    assert hint("", "p", None, {"p"}, "body") == ("velocity.p", 85)
 
 
 @pytest.mark.parametrize(

@@ -257,7 +257,7 @@ def each(items: Iterable[Item], made_of: Callable[[Item], Made]) -> list[Made]:
     if len(errors) == 1:
         raise errors[0]
     if errors:
-        raise LogError([str(error) for error in errors])
+        raise LogError([str(error).replace("\n", "\n  ") for error in errors])
     return made
 
 

@@ -20,7 +20,7 @@ _NO_UNITS = """
 - none utc gmt gps tai unix epoch posix local body vehicle base_link frd flu world earth inertial
 ned enu nwu map odom sensor dvl imu ins ahrs ekf raw filtered filt est measured meas ref
 """
-_NO_UNIT = frozenset(("", *_NO_UNITS.split()))
+NO_UNIT = frozenset(("", *_NO_UNITS.split()))
 
 _LISTED = 12
 
@@ -57,7 +57,7 @@ class Found:
         if self.topic is None or self.entry.quantity is None or self.source.unit:
             return ""
         unit = self.topic.units.get(self.field, "")
-        return "" if unit.casefold() in _NO_UNIT else spelt(unit, self.entry.quantity) or unit
+        return "" if unit.casefold() in NO_UNIT else spelt(unit, self.entry.quantity) or unit
 
     def faults(self) -> Iterator[str]:
         """Yield what is wrong with the field: words, or a unit that leaves its size open."""

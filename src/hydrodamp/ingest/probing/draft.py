@@ -13,15 +13,16 @@ from hydrodamp.basis.atoms import check_command_name
 from hydrodamp.data.channels import ATTITUDE, EULER, RESERVED, WRENCH
 from hydrodamp.data.recording import Recording
 from hydrodamp.errors import HydrodampError
+from hydrodamp.ingest.mapping.schema import COMPASS
 from hydrodamp.ingest.probing.columns import Ticking, is_stamp
 from hydrodamp.ingest.probing.roles import Guess, Roles
 
-#: Confidence [%] below which a guess is left out.
-LEAST = 40
+#: Confidence [%] below which a guess is left out, and from which it is sure.
+LEAST, SURE = 40, 70
 
 _PLAIN_REASONS = ("name", "name and unit")  # go without saying
 _GROUPS = ("attitude", "velocity", "position", "specific_force", "wrench")
-_SPEEDS = ("u", "v", "w", "north", "east", "down", "up")
+_SPEEDS = (*"uvw", *COMPASS)
 _NAMES = 12  # columns of one message and reason that are named
 _LACKING = (
     "# No velocity was found, nor a pose to derive one from. Name its columns:",
@@ -44,7 +45,7 @@ class Draft:
 
 def draft(recording: Recording, roles: Roles) -> Draft:
     """Write a mapping file from guesses, and list what is not in it."""
-    used = _used(roles)
+    used = drafted(roles)
     name = ", ".join(Path(one).name for one in recording.source.split(", "))
     driven = [one for one in roles.all_of("commands") if one.confidence >= LEAST][:_COMMANDS]
     motion = [one for one in used if one.role.startswith(("velocity.", "attitude."))]
@@ -78,19 +79,17 @@ def _sure(one: Guess) -> str:
     return f"    # {one.confidence} %{f': {why}' if why else ''}"
 
 
-def _used(roles: Roles) -> list[Guess]:
+def drafted(roles: Roles) -> list[Guess]:
     """Return the channels of the draft: one way to say each thing."""
     sure = [one for one in roles.guesses if one.chosen and one.confidence >= LEAST]
     there = [one for one in sure if "." in one.role]
     names = {one.role for one in there}
     parts = {f"attitude.{name}" for name in ATTITUDE.columns}
-    out = {f"attitude.{name}" for name in (*EULER, "heading")} if parts <= names else parts
-    if "attitude.yaw" in names:
-        out.add("attitude.heading")
+    angles = {f"attitude.{name}" for name in (*EULER, "heading")}
+    out = _surer(there, parts, angles) if parts <= names else parts
     out |= {f"{group}.up" for group in ("velocity", "position") if f"{group}.down" in names}
-    lone = len(names & {"velocity.north", "velocity.east"}) < 2
-    if lone or names & {"velocity.u", "velocity.v"}:
-        out |= {f"velocity.{name}" for name in ("north", "east", "down", "up")}
+    body, world = ({f"velocity.{name}" for name in way} for way in ("uvw", COMPASS))
+    out |= _surer(there, body, world) if {"velocity.north", "velocity.east"} <= names else world
     if len(names & {"position.north", "position.east"}) == 1:
         out |= {"position.north", "position.east"}
     if names & {"position.up", "position.down"}:
@@ -98,6 +97,15 @@ def _used(roles: Roles) -> list[Guess]:
     surest = sorted(there, key=lambda one: one.confidence)
     best = {one.role: one for one in surest if one.role not in out}
     return [one for one in there if best.get(one.role) is one]
+
+
+def _surer(there: Sequence[Guess], ones: set[str], others: set[str]) -> set[str]:
+    """Return which of two ways to say a thing to leave out: the second, unless that is surer."""
+    first, second = (
+        min((one.confidence for one in there if one.role in way), default=0)
+        for way in (ones, others)
+    )
+    return ones if first < min(SURE, second) else others
 
 
 def _files(recording: Recording) -> Iterator[str]:
@@ -166,7 +174,9 @@ def _group(used: Sequence[Guess], group: str, roles: Roles) -> Iterator[str]:
     for one, name in zip(inside, names, strict=True):
         flag = roles.flags.get(one.topic) if group == "velocity" else None
         yield f"  {name}: {_entry(one, flag)}{_sure(one)}"
-    if group == "attitude" and {"roll", "pitch"} & set(names):
+    there = {one.role for one in used}
+    is_level = "velocity.w" in there and there.isdisjoint(("velocity.p", "velocity.q"))
+    if group == "attitude" and ({"roll", "pitch"} & set(names) or (is_level and "qw" not in names)):
         for name in ("roll", "pitch", "yaw"):
             if name not in names and not (name == "yaw" and "heading" in names):
                 yield f"  {name}: {{value: 0.0}}    # not recorded: taken as level"

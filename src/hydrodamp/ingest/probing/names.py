@@ -8,6 +8,7 @@ from collections.abc import Collection, Iterator
 from hydrodamp.data.channels import WRENCH
 from hydrodamp.data.recording import Topic
 from hydrodamp.data.units import UNITS, spelt, unit_at_end
+from hydrodamp.ingest.mapping.finding import NO_UNIT
 from hydrodamp.ingest.mapping.schema import quantity_of
 
 _WAYS = ("north", "east", "down")
@@ -22,11 +23,13 @@ NOISE = _set(
     "covariance cov cova var variance std sigma error err bias innov innovation integral reset "
     "derivative counter dop seq layout sim simulated simulation pred predicted battery batt"
 )
+_ASIDE = _set("offset limit max min kp ki kd wind wave waves camera gimbal")  # of a field alone
 _COMMANDS = _set(
-    "cmd command commands thruster thrusters thrust rpm rudder fin fins flaps elevator pwm servo "
-    "rcout rcou ch chan channel channels motor motors propeller prop screw delta stern "
+    "cmd command commands thr thruster thrusters thrust rpm rudder fin fins flaps elevator pwm "
+    "servo rcout rcou ch chan channel channels motor motors propeller prop screw delta stern "
     "aileron actuator actuators torque throttle force wrench output outputs control voltage "
-    "esc joystick joy stick sticks lever manual rc axes plane planes"
+    "esc joystick joy stick sticks lever manual rc axes plane planes tab tabs "
+    "moment moments effort cpp blade"
 )
 _WANTED = _set("setpoint sp target desired ref reference goal des wanted")
 _WRENCH = _set("wrench tau")
@@ -44,6 +47,7 @@ _PLACE = _set("position pose pos translation location point eta")
 _MOTIONS = {"surge": "u", "sway": "v", "heave": "w"}
 _ANGLES = {name: name for name in ("roll", "pitch", "yaw", "heading")}
 _ANGLES |= {"phi": "roll", "theta": "pitch", "psi": "yaw", "hdg": "heading", "compass": "heading"}
+_ANGLES |= {"heel": "roll", "trim": "pitch"}
 _RATE_OF = {"roll": "p", "pitch": "q", "yaw": "r", "heading": "r"}
 _LETTERS = {"n": "north", "e": "east", "d": "down"}
 _COMPASS = {word: word for word in ("north", "east", "down", "up")} | _LETTERS
@@ -118,11 +122,13 @@ def unit_of(topic: Topic, field: str) -> str | None:
     return spelt(topic.units.get(field, "")) or parted(field)[1]
 
 
-def hint(topic: str, field: str, unit: str | None, beside: Collection[str] = ()) -> Hint:
-    """Return the role that a name and a unit speak for; without one, why."""
+def hint(
+    topic: str, field: str, unit: str | None, beside: Collection[str] = (), stated: str = ""
+) -> Hint:
+    """Return the role that a name and a unit, known or but stated, speak for, or why none."""
     name = parted(field)[0]
     around = {*words(topic), *name}
-    if told := around & NOISE:
+    if told := around & NOISE | {*name} & _ASIDE:
         return f"not a measurement itself: {min(told)}", 0
     if "header" in name:
         return "of the header", 0
@@ -141,6 +147,8 @@ def hint(topic: str, field: str, unit: str | None, beside: Collection[str] = ())
         asked = sorted({*name} & _WANTED)
         return f"asked for, not measured: {asked[0]}" if asked else NO_ROLE, 0
     quantity = quantity_of_role(found[0])
+    if unit is None and quantity is not None and stated.casefold() not in NO_UNIT:
+        return f"in {stated}", 0
     if unit is None or quantity is None:
         return found
     return (found[0], min(95, found[1] + 10)) if unit in UNITS[quantity] else (f"in {unit}", 0)
@@ -179,6 +187,8 @@ def _role(
         return "commands", 75
     if around & _WANTED:
         return None
+    if angle is not None and own & _FORCE:
+        return None  # an angular acceleration
     if angle is not None:
         is_rate = bool(own & (_ANGULAR | {"speed"}))
         return (f"velocity.{_RATE_OF[angle]}", 80) if is_rate else (f"attitude.{angle}", 85)
@@ -196,8 +206,8 @@ def _role(
         return found
     if last in _COMPASS and not is_alone:
         return f"{'velocity' if own & _SPEED else 'position'}.{_COMPASS[last]}", 80
-    if "depth" in own:
-        return "position.depth", 75 if own & {"raw", "sensor", "setpoint"} else 85
+    if "depth" in own and not own & (_ANGULAR | _SPEED):
+        return "position.depth", 75 if own & {"raw", "sensor"} else 85
     if is_alone and last in "uvwpqr" and not around & _TURNED - {"q"}:
         return f"velocity.{last}", 85
     if last in _FUSED and not (last[0] == "a" and around & _PLACE):

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hydrodamp.conditioning.suspicions import Suspicion, suspicions
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import HydrodampError, HydrodampWarning
 from hydrodamp.files import parse_yaml
 from hydrodamp.ingest.mapping import LogMapping, presets, read_mapping
 from hydrodamp.ingest.mapping.finding import find
-from hydrodamp.ingest.probing.columns import Ticking
+from hydrodamp.ingest.probing.columns import Ticking, clocks_of
 from hydrodamp.ingest.probing.draft import Draft, draft
 from hydrodamp.ingest.probing.names import NO_ROLE
 from hydrodamp.ingest.probing.roles import Roles, guess_roles
@@ -23,6 +25,8 @@ from hydrodamp.ingest.read import is_canonical, logs_of
 
 #: Confidence [%] from which a draft is worth making a log of.
 SUFFICES = 60
+
+_GROUPS = ("velocity", "attitude", "position", "specific_force")
 
 #: Returns what a vehicle needs of a log.
 AskNeeds = Callable[[Log], Needs]
@@ -206,13 +210,14 @@ class Judged:
     notes: tuple[str, ...] = ()
     guessed: bool = False
     reason: str = ""
+    health: tuple[Suspicion, ...] = ()  # of what can be judged without a log
 
     @property
     def missing(self) -> tuple[str, ...]:
         """What the log lacks; without a log, the log itself."""
         if self.verdict is not None:
             return self.verdict.missing
-        return (f"a log: {self.reason}. Correct the draft and ask again with --mapping.",)
+        return (f"a log: {self.reason}\nCorrect the draft and ask again with --mapping.",)
 
 
 def judge(
@@ -246,4 +251,39 @@ def judge(
                 return replace(judged(made, preset or found.mapping()), guessed=True)
         except HydrodampError as error:
             reason = f"{made}: {error}"
-    return Judged("", None, guessed=True, reason=reason)
+    return Judged("", None, guessed=True, reason=reason, health=_health(found, recordings[0]))
+
+
+def _health(found: Probe, recording: Recording) -> tuple[Suspicion, ...]:
+    """Return what looks wrong about the groups of a draft that make a log, one without others."""
+    draft = parse_yaml(found.draft.text, "the draft")
+    assert isinstance(draft, dict)  # as it was written here
+    kept = {name: draft[name] for name in ("frame", "world", "time") if name in draft}
+    kept["velocity"] = {"p": {"value": 0.0}}  # so that there is one
+    log: Log | None = None
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", HydrodampWarning)
+        for group in (name for name in _GROUPS if name in draft):
+            with suppress(HydrodampError):
+                more = kept | {group: draft[group]}
+                log, kept = LogMapping.from_dict(more, "the draft").log(recording), more
+    there = {} if log is None else suspicions(log)
+    return tuple(one for one in there if one.channel != "p" or "p" in draft.get("velocity", {}))
+
+
+def joined(recordings: Sequence[Recording]) -> str:
+    """Say how logs make one recording, where they are of one time and of different columns."""
+    clocks = [list(clocks_of(one).values()) for one in recordings]
+    if len(clocks) < 2 or not all(clocks):
+        return ""
+    first = max(min(float(one.seconds[0]) for one in its) for its in clocks)
+    last = min(max(float(one.seconds[-1]) for one in its) for its in clocks)
+    own = [{name for topic in one.topics for name in topic.fields} for one in recordings]
+    own = [names - {one.column for one in its} for names, its in zip(own, clocks, strict=True)]
+    repeated = sum(map(len, own)) - len(set().union(*own))
+    if first >= last or 2 * repeated >= min(map(len, own)):
+        return ""
+    return (
+        f"`{'+'.join(one.source for one in recordings)}` makes one recording of these files: "
+        "their clocks overlap. With a blank between them they are logs one after another."
+    )

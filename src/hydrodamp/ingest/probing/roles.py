@@ -200,16 +200,18 @@ def _named(
     recording: Recording, series: Mapping[str, Series]
 ) -> tuple[list[Guess], dict[str, str]]:
     """Return what names say of columns, and of those that they say nothing of why."""
-    beside = {topic.name: frozenset(topic.fields) for topic in recording.topics}
+    topics = {topic.name: (topic, frozenset(topic.fields)) for topic in recording.topics}
     guesses: list[Guess] = []
     silent: dict[str, str] = {}
     for column, one in series.items():
-        role, sure = hint(one.topic, one.field, one.unit, beside[one.topic])
+        topic, beside = topics[one.topic]
+        role, sure = hint(one.topic, one.field, one.unit, beside, topic.units.get(one.field, ""))
         known = one.values[np.isfinite(one.values)]
         low, high = float(known.min()), float(known.max())
         is_servo = _PULSES[0] <= low < high <= _PULSES[1] and one.field[-1:].isdigit()
-        if role == NO_ROLE and is_servo:
-            role, sure = "commands", 60
+        is_turn = role in _ANGLES and one.unit is None
+        if (role == NO_ROLE and is_servo) or (is_turn and _PULSES[0] <= low < high <= _PULSES[1]):
+            role, sure, is_servo = "commands", 60, True
         if sure == 0:
             silent[column] = role
             continue
@@ -245,9 +247,14 @@ def _best(guesses: list[Guess], series: Mapping[str, Series]) -> list[Guess]:
 
     best: dict[str, Guess] = {}
     for one in sorted(guesses, key=merit, reverse=True):
-        best.setdefault(one.role, one)
+        best.setdefault(_meant(one), one)
     many = {"commands", "flag"}
-    return [replace(one, chosen=one.role in many or best[one.role] is one) for one in guesses]
+    return [replace(one, chosen=one.role in many or best[_meant(one)] is one) for one in guesses]
+
+
+def _meant(one: Guess) -> str:
+    """Return the role that a guess competes for: a yaw and a heading are one angle."""
+    return "attitude.yaw" if one.role == "attitude.heading" else one.role
 
 
 def _weighed(one: Guess, series: Series, rates: RateMatch, way: WayMatch) -> Guess:

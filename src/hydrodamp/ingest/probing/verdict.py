@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
@@ -22,6 +23,7 @@ from hydrodamp.ingest.probing.delay import Delay, delays
 _WELL = 2.0  # times the deviation that is hardly any is excitation worth speaking of
 _NOISE = 2.0  # times the noise of a channel, that hardly is any
 _FEWEST = 60  # samples, of which coefficients can be made
+_UNEVEN = 0.25  # of a step
 _SEEN = 0.05  # of the growth of a velocity, from which a command is seen to act
 _MOTIONS = {"u": "surge", "v": "sway", "w": "heave", "p": "roll", "q": "pitch", "r": "yaw"}
 _SHIP = {"u", "v", "r"}
@@ -129,7 +131,10 @@ def verdict(log: Log, needs: Needs | None = None) -> Verdict:
     late, moving, segments = delays(whole), _velocities(log, size), tuple(_segments(log))
     commands = tuple(_channel(log, name, "", log.command(name)) for name in log.command_names)
     wanted = tuple(one for one in moving if one.name in needs.velocities)
+    odd = (*suspicions(log, needs.length), *needs.suspicions)
     reservations = _reservations(log, size, segments, wanted, commands)
+    if all(one.channel != "time" for one in odd):
+        reservations = itertools.chain(_jitter(log), reservations)
     return Verdict(
         source=log.source or "in memory",
         n_samples=log.n,
@@ -140,7 +145,7 @@ def verdict(log: Log, needs: Needs | None = None) -> Verdict:
         has=tuple(name for name in arrays(log) if name not in ("time", "velocity", "commands")),
         delays=late,
         missing=(*needs.missing, *_few(log)),
-        suspicions=(*suspicions(log, needs.length), *needs.suspicions),
+        suspicions=odd,
         reservations=(*reservations, *_unseen(log, late), *needs.reservations),
         promises=tuple(_promises(_velocities(whole, size), needs.velocities, late)),
         wanted=needs.velocities,
@@ -251,6 +256,16 @@ def _reservations(
     yield from _current(log)
     if log.acceleration is None:
         yield "no recorded acceleration: least squares differentiates the velocities."
+
+
+def _jitter(log: Log) -> Iterator[str]:
+    """Yield whether steps differ, though the motion does not tell that its clock is another's."""
+    low, step, high = np.quantile(log.steps, (0.05, 0.5, 0.95)).tolist()
+    if (jitter := (high - low) / 2 / step) > _UNEVEN:
+        yield (
+            f"the clock jitters by {jitter:.0%} of a step: {low:.2g} to {high:.2g} s. If it is "
+            "when messages came, take the sensor's own stamp instead (`time` in the mapping)."
+        )
 
 
 def _unseen(log: Log, late: Sequence[Delay]) -> Iterator[str]:
