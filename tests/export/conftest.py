@@ -9,7 +9,9 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.export.craft import Craft, States
+from hydrodamp.export.drive import scattered
 from hydrodamp.export.export import save
+from hydrodamp.export.projection import held_by
 from hydrodamp.kernels.core import C, ffi, mass_inverse, plant_of, pointer
 
 RICH = hd.Vehicle(
@@ -127,5 +129,5 @@ def planar() -> tuple[hd.Vehicle, hd.Damping, hd.Log]:
 
 def written(form, craft, folder):
     """Return the folder that a form's files of a craft are in."""
-    save(form.write(craft), folder)
+    save(form.write(held_by(form, craft, scattered(craft))), folder)
     return folder

@@ -17,10 +17,10 @@ from .conftest import core, states, written
 
 TURN = np.array([1.0, -1.0, -1.0])
 XML = (".sdf", ".config", ".urdf", ".scn", ".xml")
-TILTED = replace(
+STIFF = replace(
     hd.fleet["bluerov2-heavy"],
-    center_of_gravity=np.array([0.0, 0.0, 0.01]),
-    center_of_buoyancy=np.array([0.0, 0.0, -0.02]),
+    center_of_gravity=np.zeros(3),
+    center_of_buoyancy=np.array([0.0, 0.0, -0.03]),
 )
 EVERY = hd.Damping.from_dict(
     None, {"X_u": -4.0, "X_u|u|": -9.0, "Y_v": -6.0, "Y_v|v|": -8.0, "K_p": -0.5, "N_r|r|": -1.0}
@@ -31,51 +31,111 @@ COUPLED = hd.Damping.from_dict(
 
 
 @pytest.mark.parametrize("damping", [EVERY, COUPLED], ids=["diagonal", "coupled"])
-def test_all_of_a_craft_comes_back_from_uuv(damping, tmp_path):
-    craft = Craft.of(hd.fleet["remus100"], damping)
-    at = states(craft, 12)
-    found = UUV().read(written(UUV(), craft, tmp_path), craft).rates(at)
-    np.testing.assert_allclose(found, core(craft, at), rtol=1e-10, atol=1e-10)
-
-
-@pytest.mark.parametrize("form", [URDF(), MarineGym()], ids=lambda form: form.key)
-def test_a_diagonal_craft_comes_back(form, tmp_path):
-    # About the centre of gravity all these forms hold the whole of it.
-    vehicle = replace(TILTED, center_of_gravity=np.zeros(3))
-    craft = Craft.of(vehicle, EVERY)
+@pytest.mark.parametrize("form", [UUV(), URDF(), MarineGym()], ids=lambda form: form.key)
+def test_a_craft_whose_origin_is_its_centre_of_gravity_comes_back(form, damping, tmp_path):
+    if damping is COUPLED and form.key != "uuv":
+        return
+    craft = Craft.of(STIFF, damping)
     at = states(craft, 12)
     found = form.read(written(form, craft, tmp_path), craft).rates(at)
     np.testing.assert_allclose(found, core(craft, at), rtol=1e-10, atol=1e-10)
 
 
-def test_what_uuv_sums_is_the_wrench(tmp_path):
-    craft = Craft.of(hd.fleet["remus100"], COUPLED)
+@pytest.mark.parametrize("form", [UUV(), URDF(), MarineGym()], ids=lambda form: form.key)
+def test_linear_damping_about_any_origin_comes_back(form, tmp_path):
+    # Diagonal about the centre of gravity, coupled about an origin that is elsewhere.
+    arm = np.array([0.0, 0.0, 0.0196]) if form.key == "marinegym" else np.array([0.3, -0.1, 0.05])
+    turn = np.eye(6)
+    turn[:3, 3:] = [[0, arm[2], -arm[1]], [-arm[2], 0, arm[0]], [arm[1], -arm[0], 0]]
+    vehicle = replace(
+        STIFF,
+        mass_matrix=turn.T @ hd.fleet["bluerov2-heavy"].mass_matrix @ turn,
+        added_mass=turn.T @ hd.fleet["bluerov2-heavy"].added_mass @ turn,
+        center_of_gravity=arm,
+        center_of_buoyancy=arm - [0.0, 0.0, 0.04],
+    )
+    drag = turn.T @ np.diag([-4.0, -6.0, -8.0, -0.5, -0.4, -0.6]) @ turn
+    labels = [[f"{axis}_{name}" for name in "uvwpqr"] for axis in "XYZKMN"]
+    damping = dict(zip(np.ravel(labels).tolist(), drag.ravel().tolist(), strict=True))
+    craft = Craft.of(vehicle, hd.Damping.from_dict(None, damping))
+    at = states(craft, 12)
+    found = form.read(written(form, craft, tmp_path), craft).rates(at)
+    np.testing.assert_allclose(found, core(craft, at), rtol=1e-9, atol=1e-9)
+
+
+def test_about_another_point_quadratic_drag_is_fitted(tmp_path):
+    vehicle = hd.fleet["remus100"]  # its centre of gravity is 2 cm below the origin
+    card = hd.export(EVERY, vehicle, "uuv", tmp_path / "a")
+    assert card.exact
+    assert card.about == [0.0, 0.0, 0.0196]
+    assert 0.01 < card.wrench_error["Y"] < 5.0
+    assert "about the point 0 0 0.0196 m" in str(card)
+
+
+def test_what_gazebo_makes_of_uuv_is_the_wrench(tmp_path):
+    damping = hd.Damping.from_dict(None, {"X_u": -4.0, "Y_v": -6.0, "Y_r": 2.0, "M_w": 0.7})
+    craft = Craft.of(hd.fleet["remus100"], damping)
     root = ElementTree.parse(written(UUV(), craft, tmp_path) / "uuv.urdf").getroot()
 
     def read(tag):
         return np.array(root.findtext(f".//{tag}").split(), dtype=float)
 
-    nu = np.random.default_rng(0).normal(size=6)  # z down, as its ToNED leaves it
+    assert root.find(".//inertial/origin").get("xyz") == "0.0 0.0 0.0"
+    nu, down = np.random.default_rng(0).normal(size=6), np.array([0.1, -0.7, 0.7])
+    center = craft.vehicle.center_of_gravity
+    there = nu + np.concatenate(
+        [np.cross(nu[3:], center), np.zeros(3)]
+    )  # z down, as its ToNED leaves it
     matrix = -read("linear_damping").reshape(6, 6)
-    matrix -= nu[0] * read("linear_damping_forward_speed").reshape(6, 6)
-    matrix -= np.diag(read("quadratic_damping") * np.abs(nu))
-    np.testing.assert_allclose(-matrix @ nu, COUPLED.wrench(nu), rtol=1e-12)
-    lift = read("center_of_buoyancy") * TURN
-    np.testing.assert_allclose(lift, craft.vehicle.center_of_buoyancy)
+    matrix -= there[0] * read("linear_damping_forward_speed").reshape(6, 6)
+    matrix -= np.diag(read("quadratic_damping") * np.abs(there))
+    # ODE applies the force to the centre of mass, and buoyancy at a place told from there.
+    force, moment = np.split(-matrix @ there, 2)
+    found = np.concatenate([force, moment + np.cross(center, force)])
+    np.testing.assert_allclose(found, damping.wrench(nu), rtol=1e-9, atol=1e-12)
+    lift = -float(root.findtext(".//volume")) * 1000.0 * 9.80665 * down
+    weight = float(root.find(".//mass").get("value")) * 9.80665 * down
+    place = center + read("center_of_buoyancy") * TURN
+    moment = np.cross(place, lift) + np.cross(center, weight)
+    wanted = craft.vehicle.restoring_wrench(down[None])[0]
+    np.testing.assert_allclose([*(lift + weight), *moment], wanted, atol=1e-9)
+
+
+def test_what_auv_controllers_makes_of_a_urdf_moves_as_the_vehicle(tmp_path):
+    craft = Craft.of(hd.fleet["bluerov2"], EVERY)
+    root = ElementTree.parse(written(URDF(), craft, tmp_path) / "hydrodynamics.urdf").getroot()
+
+    def read(tag, names):
+        return np.array([float(root.find(f".//{tag}").get(name)) for name in names.split()])
+
+    # As its hydrodynamics.cpp: a mass without arm, restoring forces of z down about the origin.
+    center, down = craft.vehicle.center_of_gravity, np.array([0.1, -0.7, 0.7])
+    mass, inertia = read("mass", "value")[0], read("inertia", "ixx iyy izz")
+    added = -read("added_mass", "Xdu Ydv Zdw Kdp Mdq Ndr")
+    matrix = np.diag(added) + np.diag([mass, mass, mass, *inertia])
+    nu = np.random.default_rng(0).normal(size=6)
+    there = nu + np.concatenate([np.cross(nu[3:], center), np.zeros(3)])
+    wanted = nu @ craft.vehicle.mass_matrix @ nu
+    assert there @ matrix @ there == pytest.approx(wanted, rel=0.01)  # no coupled added mass
+    weight, lift = mass * 9.80665 * down, -read("buoyancy", "value")[0] * down
+    moment = np.cross(read("center_of_gravity", "x y z"), weight)
+    moment += np.cross(read("center_of_buoyancy", "x y z"), lift)
+    found = np.concatenate([weight + lift, moment + np.cross(center, weight + lift)])
+    np.testing.assert_allclose(found, craft.vehicle.restoring_wrench(down[None])[0], atol=1e-9)
 
 
 def test_positive_numbers_drag_in_marinegym_and_negative_ones_in_a_urdf(tmp_path):
-    craft = Craft.of(TILTED, EVERY)
+    craft = Craft.of(STIFF, EVERY)
     said = yaml.safe_load((written(MarineGym(), craft, tmp_path) / "marinegym.yaml").read_text())
     assert said["hydro_coef"]["linear_damping"][:2] == [4.0, 6.0]
     assert said["hydro_coef"]["quadratic_damping"][0] == 9.0
     assert said["hydro_coef"]["added_mass"][1] == pytest.approx(7.1206, abs=0.01)
     assert said["coBM"] == pytest.approx(0.03)
-    assert said["volume"] * 997.0 * 9.80665 == pytest.approx(TILTED.buoyancy)
+    assert said["volume"] * 997.0 * 9.8 == pytest.approx(STIFF.buoyancy)
     root = ElementTree.parse(written(URDF(), craft, tmp_path) / "hydrodynamics.urdf").getroot()
     assert float(root.find(".//linear").get("Yv")) == -6.0
     assert float(root.find(".//added_mass").get("Xdu")) == pytest.approx(-6.3567, abs=0.01)
-    assert float(root.find(".//center_of_buoyancy").get("z")) == 0.02
+    assert float(root.find(".//center_of_buoyancy").get("z")) == pytest.approx(-0.03)
 
 
 @pytest.mark.parametrize("key", ["uuv", "urdf", "marinegym"])

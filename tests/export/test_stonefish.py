@@ -26,7 +26,12 @@ def test_drag_that_a_box_has_comes_back(tmp_path):
     drag = -500.0 * np.sum(box_drag(sides) * np.tile(multipliers.T, (2, 1)), axis=1)
     labels = ("X_u|u|", "Y_v|v|", "Z_w|w|", "K_p|p|", "M_q|q|", "N_r|r|")
     damping = hd.Damping.from_dict(None, dict(zip(labels, drag.tolist(), strict=True)))
-    vehicle = replace(hd.fleet["bluerov2-heavy"], buoyancy=sides.prod() * 9806.65)
+    vehicle = replace(
+        hd.fleet["bluerov2-heavy"],
+        center_of_gravity=np.array([0.0, 0.0, 0.01]),
+        center_of_buoyancy=np.zeros(3),  # the middle of the box
+        buoyancy=sides.prod() * 9806.65,
+    )
     craft, form = Craft.of(vehicle, damping), Stonefish(length=6.0, width=3.0, height=2.0)
     root = ElementTree.parse(written(form, craft, tmp_path) / Stonefish.file).getroot()
     found = [

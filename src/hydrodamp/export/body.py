@@ -9,16 +9,21 @@ from typing import ClassVar
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.basis.atoms import AXES, VELOCITY_OF
+from hydrodamp.basis.atoms import AXES, VELOCITIES, VELOCITY_OF
 from hydrodamp.basis.term import Term
 from hydrodamp.errors import MethodError, ModelError, VehicleError
 from hydrodamp.export.craft import Craft
-from hydrodamp.export.frames import FLU, in_flu
+from hydrodamp.export.frames import FLU, in_flu, to_point
 from hydrodamp.export.target import Target
 from hydrodamp.models.damping import Damping
-from hydrodamp.models.model import DampingModel, read_label
+from hydrodamp.models.model import DampingModel, read_label, spell_label, table_of
 from hydrodamp.vehicle.mass import STANDARD_GRAVITY, cross_matrix, rigid_body_mass_matrix
 from hydrodamp.vehicle.vehicle import Vehicle
+
+LINEAR = [[spell_label(axis, Term((name,))) for name in VELOCITIES] for axis in AXES]
+FORWARD = [[spell_label(axis, Term(("u", name))) for name in VELOCITIES] for axis in AXES]
+
+_NOTHING = 1e-12  # of a matrix: rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +58,16 @@ class Body:
         volume = vehicle.buoyancy / (density * STANDARD_GRAVITY)
         added = vehicle.mass_matrix - rigid
         return cls(mass, center, inertia, added, volume, vehicle.center_of_buoyancy)
+
+    def about(self, point: FloatArray) -> Body:
+        """Return the body with its points and added mass about a point of it."""
+        back = np.linalg.inv(to_point(point))
+        return replace(
+            self,
+            center=self.center - point,
+            added=back.T @ self.added @ back,
+            lifted=self.lifted - point,
+        )
 
     @property
     def turned(self) -> Body:
@@ -183,6 +198,28 @@ class InWater(Target):
     def allowed(self, axis: str) -> Iterable[Term]:
         """Return the terms it has on an axis."""
         return diagonal(axis)
+
+    def moved(self, craft: Craft) -> Craft:
+        """Return the craft with its damping about the target's point.
+
+        Matrices of linear terms and of those times u are others there; u itself and the rest of the
+        terms stay, and what an axis lends to another that has no term for it is lost.
+        """
+        check_body(craft, self.key)
+        values, own = craft.damping.as_dict(), craft.damping.model
+        back = np.linalg.inv(to_point(self.point(craft)))
+        for labels in (LINEAR, FORWARD):
+            table = np.array([[values.pop(label, 0.0) for label in row] for row in labels])
+            there = back.T @ table @ back
+            there[np.abs(there) <= _NOTHING * np.abs(table).max()] = 0.0
+            for axis, row, numbers in zip(AXES, labels, there.tolist(), strict=True):
+                able = {*own.labels, *(spell_label(axis, term) for term in self.allowed(axis))}
+                values |= {x: y for x, y in zip(row, numbers, strict=True) if y and x in able}
+        named = {"key": own.key, "title": own.title, "source": own.source}
+        model = DampingModel.from_table(table_of(values), **named)
+        told_of = craft.damping.vehicle, craft.damping.source, craft.damping.note
+        numbers = np.array([values[label] for label in model.labels])
+        return replace(craft, damping=Damping(model, numbers, None, *told_of))
 
     def holds(self, craft: Craft) -> DampingModel:
         """Return the terms of the craft that it has, and what takes the place of others."""

@@ -15,19 +15,20 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES, VELOCITIES
 from hydrodamp.basis.term import Term
-from hydrodamp.export.body import Body, InWater, diagonal
-from hydrodamp.export.craft import Craft
+from hydrodamp.export.body import FORWARD, LINEAR, Body, InWater, diagonal
+from hydrodamp.export.craft import Craft, States
+from hydrodamp.export.frames import FLU, to_point
 from hydrodamp.export.printer import number
-from hydrodamp.export.target import Engine, Files, by_core, rendered
+from hydrodamp.export.target import Engine, Files, by_rate, rendered
 from hydrodamp.export.words import said_of
 from hydrodamp.files import load_text, parse_yaml
 from hydrodamp.models.model import spell_label
 from hydrodamp.vehicle.mass import STANDARD_GRAVITY
 
+_GRAVITY = 9.8  # in MarineGym's buoyancy [m/s^2]
+
 _LAG = ", and in the replay the lag of added mass that acts on a filtered acceleration"
 
-_LINEAR = [[spell_label(axis, Term((name,))) for name in VELOCITIES] for axis in AXES]
-_FORWARD = [[spell_label(axis, Term(("u", name))) for name in VELOCITIES] for axis in AXES]
 _QUADRATIC = [spell_label(axis, diagonal(axis)[1]) for axis in AXES]
 
 
@@ -43,22 +44,28 @@ class Coefficients(InWater):
 
     file: ClassVar[str]
 
+    def point(self, craft: Craft) -> FloatArray:
+        """Return the centre of gravity, where the wrench of the water acts in these simulators."""
+        return craft.vehicle.center_of_gravity
+
     def write(self, craft: Craft) -> Files:
         """Return the file."""
-        body, values = Body.of(craft, self.key, self.density), craft.damping.as_dict()
+        body, values = self.body(craft), craft.damping.as_dict()
         linear, forward = (
             np.array([[values.get(label, 0.0) for label in row] for row in labels])
-            for labels in (_LINEAR, _FORWARD)
+            for labels in (LINEAR, FORWARD)
         )
         quadratic = np.array([values.get(label, 0.0) for label in _QUADRATIC])
         said = {
             **said_of(craft, ""),
             **self.more(craft, body, quadratic),
-            "body": body.turned,
+            "body": body,
             "added": body.added,
             "linear": linear,
             "forward": forward,
             "quadratic": quadratic,
+            "point": self.point(craft),
+            "above_point": FLU[:3] * self.point(craft) + 0.0,
             "density": self.density,
             "gravity": STANDARD_GRAVITY,
             "number": number,
@@ -66,25 +73,35 @@ class Coefficients(InWater):
         }
         return {self.file: rendered(f"{self.file}.j2", **said)}
 
+    def body(self, craft: Craft) -> Body:
+        """Return the body of a craft about the target's point."""
+        return Body.of(craft, self.key, self.density).about(self.point(craft))
+
     def more(self, craft: Craft, body: Body, quadratic: FloatArray) -> dict[str, Any]:
         """Return what else the file takes."""
         return {}
 
     def read(self, folder: Path, craft: Craft) -> Engine:
         """Read the file, and return what equation 1 makes of its numbers."""
-        body, linear, forward, quadratic = self.parsed(
-            load_text(folder / self.file), Body.of(craft, self.key, self.density)
-        )
-        labels = (*np.ravel(_LINEAR), *np.ravel(_FORWARD), *_QUADRATIC)
+        text, turn = load_text(folder / self.file), to_point(self.point(craft))
+        body, linear, forward, quadratic = self.parsed(text, self.body(craft))
+        labels = (*np.ravel(LINEAR), *np.ravel(FORWARD), *_QUADRATIC)
         found = np.concatenate([np.ravel(linear), np.ravel(forward), quadratic])
         values = {str(label): value for label, value in zip(labels, found.tolist(), strict=True)}
         acting = {label: value for label, value in values.items() if value != 0.0}
-        return replace(
-            by_core(
-                "hydrodamp with the numbers of the file", body.craft(craft, acting, self.density)
-            ),
-            not_run=f"{self.meant} is in no registry of packages",
-        )
+        found_there, back = body.craft(craft, acting, self.density), np.linalg.inv(turn)
+        bare = replace(found_there, vehicle=replace(found_there.vehicle, actuators=()))
+
+        def rates(at: States) -> FloatArray:
+            none = np.empty((len(at.velocity), 0))
+            there = States(at.velocity @ turn.T, at.down, none, craft.pushed(at) @ back)
+            return np.asarray(bare.acceleration(there) @ back.T)
+
+        def rate(*given: FloatArray) -> FloatArray:
+            return np.asarray(rates(States(*(each[None] for each in given)))[0])
+
+        engine = by_rate("hydrodamp with the numbers of the file", rate, rates)
+        return replace(engine, not_run=f"{self.meant} is in no registry of packages")
 
     @abstractmethod
     def parsed(self, text: str, own: Body) -> tuple[Body, FloatArray, FloatArray, FloatArray]:
@@ -160,8 +177,8 @@ class URDF(Coefficients):
             return np.array([said[f"{tag}.{name}"][0] for name in names])
 
         force = said["buoyancy.value"][0]
-        turned = replace(
-            own.turned,
+        body = replace(
+            own,
             mass=said["mass.value"][0],
             center=row("center_of_gravity", "x", "y", "z"),
             inertia=np.diag(row("inertia", "ixx", "iyy", "izz")),
@@ -171,7 +188,7 @@ class URDF(Coefficients):
         )
         linear = row("linear", "Xu", "Yv", "Zw", "Kp", "Mq", "Nr")
         quadratic = row("quadratic", "Xuu", "Yvv", "Zww", "Kpp", "Mqq", "Nrr")
-        return turned.turned, np.diag(linear), np.zeros((6, 6)), quadratic
+        return body, np.diag(linear), np.zeros((6, 6)), quadratic
 
 
 @dataclass(frozen=True)
@@ -187,8 +204,15 @@ class MarineGym(Coefficients):
     key: ClassVar[str] = "marinegym"
     meant: ClassVar[str] = "MarineGym"
     file: ClassVar[str] = "marinegym.yaml"
-    lost: ClassVar[str] = f", mass and inertia (of the USD file), coupled added mass{_LAG}"
+    lost: ClassVar[str] = (
+        ", mass and inertia (of the USD file), coupled added mass, a centre of buoyancy beside "
+        f"that of gravity{_LAG}"
+    )
     density: float = 997.0
+
+    def more(self, craft: Craft, body: Body, quadratic: FloatArray) -> dict[str, Any]:
+        """Return the volume that lifts as the buoyancy does by MarineGym's own gravity."""
+        return {"volume": body.volume * STANDARD_GRAVITY / _GRAVITY}
 
     def parsed(self, text: str, own: Body) -> tuple[Body, FloatArray, FloatArray, FloatArray]:
         """Return what the YAML says."""
@@ -197,8 +221,9 @@ class MarineGym(Coefficients):
             np.array(said["hydro_coef"][name], dtype=float)
             for name in ("added_mass", "linear_damping", "quadratic_damping")
         )
-        lifted = own.center - [0.0, 0.0, said["coBM"]]
-        body = replace(own, added=np.diag(added), volume=said["volume"], lifted=lifted)
+        volume = said["volume"] * _GRAVITY / STANDARD_GRAVITY
+        lifted = np.array([0.0, 0.0, -said["coBM"]])
+        body = replace(own, added=np.diag(added), volume=volume, lifted=lifted)
         return body, -np.diag(linear), np.zeros((6, 6)), -quadratic
 
 

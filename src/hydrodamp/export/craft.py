@@ -138,10 +138,9 @@ class Craft:
         """Return the damping alone, shape (n, 6)."""
         return self._wrenches(at)[1]
 
-    def driven(self, at: States) -> FloatArray:
-        """Return what acts besides gravity, lift and the moving frame, shape (n, 6)."""
-        restoring = at.down @ self.vehicle.restoring_matrix.T
-        return np.asarray(sum(self._wrenches(at)) - restoring)
+    def pushed(self, at: States) -> FloatArray:
+        """Return what acts besides gravity, lift, damping and the moving frame, shape (n, 6)."""
+        return np.asarray(self._wrenches(at)[0] - at.down @ self.vehicle.restoring_matrix.T)
 
     def acceleration(self, at: States) -> FloatArray:
         """Return equation 1 solved, shape (n, 6)."""

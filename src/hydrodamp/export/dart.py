@@ -65,8 +65,9 @@ class _Link:
     def _push(self, inputs: FloatArray, wrench: FloatArray) -> None:
         """Apply gravity, lift, and about the origin of the link all else."""
         down = -self._link.getWorldTransform().rotation()[2] * FLU[:3]
-        at = (each[None] for each in (self._velocity(), down, inputs, wrench))
-        turned, none = self._craft.driven(States(*at))[0] * FLU, np.zeros(3)
+        at = States(*(each[None] for each in (self._velocity(), down, inputs, wrench)))
+        pushed = self._craft.pushed(at) + self._craft.damping_wrench(at)
+        turned, none = pushed[0] * FLU, np.zeros(3)
         self._link.addExtForce(turned[:3], none, True, True)
         self._link.addExtTorque(turned[3:], True)
         vehicle = self._craft.vehicle

@@ -12,7 +12,7 @@ from hydrodamp.errors import FileError, MethodError
 from hydrodamp.export.craft import WITHIN_ONE, Craft, States
 from hydrodamp.export.drive import Drive, scattered
 from hydrodamp.export.fidelity import Fidelity, mass_ratio, powers, replays_of, some, wrench_errors
-from hydrodamp.export.projection import left_out, projected
+from hydrodamp.export.projection import held_by, left_out
 from hydrodamp.export.target import Files, NotRun, Target
 from hydrodamp.export.targets import find_target
 from hydrodamp.files import as_json, check_folder, save_all
@@ -119,17 +119,16 @@ def check_export(folder: Path, force: bool) -> None:
 
 
 def _held(form: Target, craft: Craft, at: States, known: bool) -> tuple[Craft, tuple[str, ...]]:
-    """Return the craft in the terms that a target has, and the coefficients it has not."""
-    model = form.holds(craft)
-    lost = () if model is None else left_out(craft, model)
-    if model is None or not lost:
-        return craft, ()
-    if not known:
+    """Return the craft as a target holds it, and the coefficients that it has not."""
+    there = form.moved(craft)
+    model = form.holds(there)
+    lost = () if model is None else left_out(there, model)
+    if lost and not known:
         raise MethodError(
             f"'{form.key}' cannot hold {some(lost)}: their wrench is to be fitted at "
             "velocities, and there are none. Give a log."
         )
-    return projected(craft, model, at), lost
+    return held_by(form, craft, at), lost
 
 
 def _card(
@@ -158,6 +157,7 @@ def _card(
         model=craft.damping.model.title,
         inputs=(*held.inputs, "wrench"),
         projected=lost,
+        about=[*form.point(craft)],
         ignores=form.ignores,
         run_by=engine.name if engine else "",
         not_run=reason,

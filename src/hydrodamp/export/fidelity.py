@@ -67,6 +67,9 @@ class Fidelity:
     projected : tuple of str
         Coefficients that the target cannot hold: their wrench was fitted with terms that it can.
         Empty where the export is exact.
+    about : list of float
+        The point that the target's coefficients are about, from the origin of the vehicle's body
+        frame [m].
     ignores : str
         What of equation 1 the target leaves out.
     run_by : str
@@ -96,6 +99,7 @@ class Fidelity:
     model: str
     inputs: tuple[str, ...]
     projected: tuple[str, ...]
+    about: list[float]
     ignores: str
     run_by: str
     not_run: str
@@ -135,6 +139,11 @@ def _sentences(card: Fidelity) -> Iterator[str]:
     else:
         lost = some(card.projected)
         yield f"{card.meant} cannot hold {lost}: their wrench is fitted with terms that it has."
+    if any(card.about):
+        yield (
+            f"Its coefficients are about the point {' '.join(f'{x:g}' for x in card.about)} m of "
+            "the vehicle's frame: linear ones are shifted there, others stay."
+        )
     if card.run_by:
         yield f"Read back and run by {card.run_by}."
     if card.not_run:

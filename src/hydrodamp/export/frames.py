@@ -6,6 +6,7 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.basis.term import Term
+from hydrodamp.vehicle.mass import cross_matrix
 
 #: By it a velocity or wrench in x forward, y left, z up becomes one in x forward, y starboard,
 #: z down, and back; the world turns alike, from north-west-up to north-east-down.
@@ -22,6 +23,16 @@ def term_sign(term: Term) -> float:
 def in_flu(matrix: FloatArray) -> FloatArray:
     """Return a 6 x 6 matrix between wrench and motion, of mass or linear damping, in FLU."""
     return np.asarray(FLU[:, None] * matrix * FLU)
+
+
+def to_point(point: FloatArray) -> FloatArray:
+    """Return the 6 x 6 matrix from the velocity of the origin to that of a point of the body.
+
+    Its inverse, transposed, takes wrenches there.
+    """
+    turn = np.eye(6)
+    turn[:3, 3:] = -cross_matrix(point)
+    return turn
 
 
 def upright(down: FloatArray) -> FloatArray:

@@ -8,6 +8,8 @@ import numpy as np
 from scipy.linalg import lstsq
 
 from hydrodamp.export.craft import Craft, States
+from hydrodamp.export.frames import to_point
+from hydrodamp.export.target import Target
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 
@@ -19,6 +21,15 @@ _LEAST = 1e-2
 def left_out(craft: Craft, model: DampingModel) -> tuple[str, ...]:
     """Return the coefficients of a craft that a model does not have."""
     return tuple(label for label in craft.damping.model.labels if label not in model.labels)
+
+
+def held_by(form: Target, craft: Craft, at: States) -> Craft:
+    """Return a craft as a target holds it: about its point, in its terms."""
+    there, turn = form.moved(craft), to_point(form.point(craft))
+    model = form.holds(there)
+    if model is None or not left_out(there, model):
+        return there
+    return projected(there, model, replace(at, velocity=at.velocity @ turn.T))
 
 
 def projected(craft: Craft, model: DampingModel, at: States) -> Craft:

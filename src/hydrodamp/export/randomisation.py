@@ -14,8 +14,9 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.errors import MethodError, ModelError
 from hydrodamp.export.craft import Craft
+from hydrodamp.export.drive import scattered
 from hydrodamp.export.forms import FORMS
-from hydrodamp.export.projection import left_out
+from hydrodamp.export.projection import held_by, left_out
 from hydrodamp.export.target import Engine, Files, Target, by_core
 from hydrodamp.files import load_text
 from hydrodamp.identification.power import worst_power
@@ -70,8 +71,9 @@ class Randomisation(Target):
         table.writerow(("estimate", *craft.damping.coefficients.tolist()))
         table.writerows((number, *row.tolist()) for number, row in enumerate(rows, start=1))
         files: dict[str, str | bytes] = {_TABLE: text.getvalue()}
+        at = scattered(craft)
         for number, row in enumerate(rows if self.form else (), start=1):
-            written = FORMS[self.form].write(_with(craft, row))
+            written = FORMS[self.form].write(held_by(FORMS[self.form], _with(craft, row), at))
             files |= {f"{number:04d}/{path}": part for path, part in written.items()}
         return files
 

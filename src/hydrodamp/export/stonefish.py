@@ -43,6 +43,10 @@ class Stonefish(Coefficients):
     width: float = 1.0
     height: float = 1.0
 
+    def point(self, craft: Craft) -> FloatArray:
+        """Return the centre of buoyancy: the middle of the box."""
+        return craft.vehicle.center_of_buoyancy
+
     def allowed(self, axis: str) -> Iterable[Term]:
         """Return quadratic drag of an axis along itself."""
         return diagonal(axis)[1:]

@@ -83,9 +83,17 @@ class Target:
         """Return the terms it can hold; None where it can hold all."""
         return None
 
+    def point(self, craft: Craft) -> FloatArray:
+        """Return the point that its coefficients are about, from the vehicle's origin [m]."""
+        return np.zeros(3)
+
+    def moved(self, craft: Craft) -> Craft:
+        """Return the craft with its damping about that point."""
+        return craft
+
     @abstractmethod
     def write(self, craft: Craft) -> Files:
-        """Return its files. The craft has no other terms than it can hold."""
+        """Return its files. The craft has no other terms than it can hold, about its point."""
 
     @abstractmethod
     def read(self, folder: Path, craft: Craft) -> Engine:
