@@ -135,7 +135,6 @@ from .ingest.probing.probe import Probe as Probe, probe as probe
 from .ingest.read import (
     read_log as read_log,
     read_logs as read_logs,
-    read_parts as read_parts,
     read_recording as read_recording,
 )
 from .kernels.plant import Sample as Sample

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import re
-import warnings
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from pathlib import Path
 
@@ -18,7 +17,7 @@ from hydrodamp.data.checks import record_faults
 from hydrodamp.data.log import Log, concatenate
 from hydrodamp.data.record import Record, first_few
 from hydrodamp.data.recording import Recording, Topic
-from hydrodamp.errors import GapWarning, LogError
+from hydrodamp.errors import LogError
 from hydrodamp.ingest.formats import files
 from hydrodamp.ingest.mapping import LogMapping, presets, read_mapping
 from hydrodamp.ingest.mapping.finding import Found, labels_of
@@ -136,52 +135,6 @@ def _log(recording: Recording, mapping: LogMapping | None) -> Log:
         return mapping.log(recording)
     log = Log.from_record(canonical_record(recording))
     return log if mapping is None else clean(log, mapping.steps)
-
-
-def read_parts(
-    path: Place, mapping: LogMapping | str | Path | None = None, rows: int = 400_000
-) -> Iterator[Log]:
-    """Read a table larger than memory, one log after the other.
-
-    Parameters
-    ----------
-    path : str or Path
-        A table of Parquet.
-    mapping : LogMapping, str or Path, optional
-        As for :func:`read_log`.
-    rows : int, optional
-        How many rows a part has.
-
-    Yields
-    ------
-    log : Log
-        The next rows; a segment ends where a part does. Parts in which nothing is known are left
-        out, with a warning.
-
-    Raises
-    ------
-    FileError
-        If the file cannot be opened, or its format cannot be read in parts.
-    LogError
-        With every fault of a part.
-    """
-    given = _mapping(mapping)
-    for number, part in enumerate(files.parts(path, rows), start=1):
-        if not _is_blank(part, given):
-            record = given.record(part) if given and given.entries else canonical_record(part)
-            if np.count_nonzero(~record.missing) > 1:
-                log = Log.from_record(record)
-                yield log if given is None else clean(log, given.steps)
-                continue
-        blank = f"{path}: part {number} has no two samples with all their values; left out"
-        warnings.warn(blank, GapWarning, stacklevel=2)
-
-
-def _is_blank(part: Recording, mapping: LogMapping | None) -> bool:
-    """Return whether a column of a part that is used has no number at all."""
-    fields = part.topics[0].fields
-    used = set(fields) if mapping is None else {entry.column for entry in mapping.entries}
-    return any(bool(np.isnan(fields[name]).all()) for name in used & set(fields))
 
 
 def _mapping(given: LogMapping | str | Path | None) -> LogMapping | None:

@@ -48,12 +48,6 @@ def test_content_comes_before_the_name(tmp_path: Path, begin: bytes, name: str, 
     assert files.format_of(path).name == form
 
 
-def test_a_file_comes_in_parts_where_it_can(tmp_path: Path) -> None:
-    (tmp_path / "a.csv").write_text(TABLE)
-    with pytest.raises(FileError, match="text in columns cannot be read in parts; only Parquet"):
-        next(files.parts(tmp_path / "a.csv", 1))
-
-
 @pytest.mark.parametrize(
     ("content", "name", "package"),
     [

@@ -141,11 +141,7 @@ def test_moos(tmp_path: Path) -> None:
     assert speed.fields["value"].tolist() == [1.5, 1.75]
     assert speed.texts["source"] == ("pNav", "pNav")
     assert list(speed.lines) == [7, 10]
-    report = recording.topic("NODE_REPORT")
-    assert report.fields["X"].tolist() == [1.5, 2.5]
-    assert report.fields["Y"].tolist() == [-20, -21]
-    assert report.texts["NAME"] == ("alpha", "alpha")
-    assert report.texts["MODE"] == ("DRIVE", "")
+    assert recording.topic("NODE_REPORT").texts["value"][1] == "NAME=alpha,X=2.5,Y=-21"
     assert recording.topic("MODE").texts["value"] == ("PARK station keeping",)
     assert np.isnan(recording.topic("EMPTY").fields["value"]).all()
     assert recording.notes[0] == "times count from 1659009600.5 s since 1970"

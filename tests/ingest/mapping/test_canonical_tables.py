@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from hydrodamp.data.recording import Recording, Topic
-from hydrodamp.errors import GapWarning, LogError
-from hydrodamp.ingest.mapping import LogMapping
-from hydrodamp.ingest.read import canonical_record, read_log, read_parts, read_recording
+from hydrodamp.errors import LogError
+from hydrodamp.ingest.read import canonical_record, read_log, read_recording
 
 Write = Callable[..., Path]
 TIME = np.arange(0, 5, 0.1)
@@ -116,30 +115,3 @@ def test_two_whole_runs_are_sent_to_read_logs(tmp_path: Path) -> None:
     (fault,) = caught.value.faults
     assert fault.startswith("each of run1, run2 is a whole log in the canonical form")
     assert "`read_logs`" in fault
-
-
-@pytest.mark.parametrize(
-    "given", [None, {"time": "time", "velocity": {"u": "u", "r": "r"}, "commands": ["rudder"]}]
-)
-def test_parts_of_a_table_make_up_the_whole(tmp_path: Path, given: object) -> None:
-    path = write(tmp_path / "dive.parquet")
-    mapping = None if given is None else LogMapping.from_dict(given)
-    parts = list(read_parts(path, mapping, rows=20))
-    assert [part.n for part in parts] == [20, 20, 10]
-    whole = np.concatenate([part.velocity for part in parts])
-    np.testing.assert_array_equal(whole, read_log(path, mapping).velocity)
-
-
-@pytest.mark.parametrize("given", [None, {"time": "time", "velocity": {"u": "u"}}])
-def test_parts_in_which_nothing_is_known_are_left_out(tmp_path: Path, given: object) -> None:
-    arrow = pytest.importorskip("pyarrow", reason="pyarrow is not installed")
-    path, speed = tmp_path / "dive.parquet", np.ones(16)
-    speed[[4, 5, 6, 7, 9, 10, 11]] = np.nan
-    columns = arrow.table({"time": np.arange(16.0), "u": speed})
-    pytest.importorskip("pyarrow.parquet").write_table(columns, path)
-    mapping = None if given is None else LogMapping.from_dict(given)
-    with pytest.warns(GapWarning) as told:
-        assert [part.n for part in read_parts(path, mapping, rows=4)] == [4, 4]
-    assert [str(one.message).split(":")[-1] for one in told] == [
-        f" part {number} has no two samples with all their values; left out" for number in (2, 3)
-    ]

@@ -114,18 +114,6 @@ def _single(path: str | Path) -> Recording:
     return recording
 
 
-def parts(path: str | Path, rows: int) -> Iterator[Recording]:
-    """Read one file part by part, for files larger than the memory."""
-    form = format_of(path)
-    if not hasattr(form.reader, "parts"):
-        raise FileError(
-            f"{path}: {form.name} cannot be read in parts; only Parquet can. Save the table as"
-            " Parquet"
-        )
-    with _failures_named(form, path):
-        yield from form.reader.parts(path, rows)
-
-
 @contextmanager
 def _failures_named(form: Format, path: str | Path) -> Iterator[None]:
     """Say what a reader fails at: a package that is absent, or damage in the file."""

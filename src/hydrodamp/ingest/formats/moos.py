@@ -52,22 +52,5 @@ def read(path: str | Path) -> Recording:
 
 def _topic(name: str, found: list[_Posting]) -> Topic:
     times, sources, values, lines = zip(*found, strict=True)
-    pairs = [*map(_pairs, values)]
-    if all(pairs):
-        keys = dict.fromkeys(key for row in pairs for key in row)
-        columns = {key: column_of([row.get(key, "") for row in pairs]) for key in keys}
-    else:
-        columns = {"value": column_of(values)}
-    columns = {"source": Column(None, sources)} | columns
+    columns = {"source": Column(None, sources), "value": column_of(values)}
     return topic_of(name, columns, lines, time=np.array(times))
-
-
-def _pairs(value: str) -> dict[str, str]:
-    """Return the keys and values of ``X=1,Y=2``; none where the text is no such list."""
-    pairs: dict[str, str] = {}
-    for part in value.strip("\"' ").split(","):
-        key, equals, word = part.partition("=")
-        if not equals or not key.strip() or key.strip() in pairs:
-            return {}
-        pairs[key.strip()] = word.strip()
-    return pairs

@@ -1,8 +1,7 @@
-"""Apache Parquet, whole or part by part."""
+"""Apache Parquet."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -24,17 +23,6 @@ def read(path: str | Path) -> Recording:
 
     with seekable(path) as file:
         return _recording(read_table(file), path)
-
-
-def parts(path: str | Path, rows: int) -> Iterator[Recording]:
-    """Read a Parquet file part by part, for files larger than the memory."""
-    from pyarrow import Table
-    from pyarrow.parquet import ParquetFile
-
-    with seekable(path) as file:
-        batches = ParquetFile(file, pre_buffer=False).iter_batches(rows, use_threads=False)
-        for batch in batches:
-            yield _recording(Table.from_batches([batch]), path)
 
 
 def _recording(table: Any, path: str | Path) -> Recording:
