@@ -98,18 +98,3 @@ def test_a_name_that_is_unknown(folder, call, line, words):
 def test_too_few_samples_for_every_model(folder, call):
     done = call(f"{COMPARE} a.csv --train 0:0.2 --test 2:4".replace(",fossen", ""), 2)
     refused(folder, done, "samples are fewer than the largest axis of every model", "needs 3")
-
-
-@pytest.mark.parametrize(
-    "line",
-    [
-        "compare a.csv --vehicle planar.yaml --attitude level",
-        "simulate a.csv --vehicle planar.yaml",
-        "demo --seed few",
-        "--nonsense",
-    ],
-)
-def test_a_call_that_cannot_be(folder, call, line):
-    done = call(line, 2)
-    assert "Traceback" not in done.output
-    assert done.stdout == ""

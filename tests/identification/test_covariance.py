@@ -90,15 +90,6 @@ def test_errors_of_a_derivative_cancel_within_a_block():
     assert 0.8 < found.mean() / truth < 1.8
 
 
-def test_blocks_weigh_every_bin_the_same_and_span_no_join():
-    bins = Bins.of(*clock(40, 1, 30)).merged(3)
-    tapers = bins.tapers()
-    np.testing.assert_allclose(np.sum(tapers**2, axis=0), 1.0)
-    segment = np.repeat(np.arange(3), bins.counts)
-    inside = np.array([np.any(tapers[:, segment == one] > 0.0, axis=1) for one in range(3)])
-    assert np.all(inside.sum(axis=0) == 1)
-
-
 @pytest.mark.parametrize("scores", [np.zeros((100, 2)), np.ones((1, 2))])
 def test_nothing_left_over_and_a_single_row(scores):
     found = summed(scores, *clock(len(scores)))

@@ -8,7 +8,6 @@ from hydrodamp.identification.elimination import (
     forward,
     frequencies,
     left_out,
-    moving,
     nested,
     sized,
     solved,
@@ -42,28 +41,11 @@ def test_each_step_takes_the_column_that_lowers_the_residual_most():
         assert order[step] == min(trials, key=lambda column: trials[column])
 
 
-def test_a_command_moves_an_axis_where_it_takes_a_share_of_what_is_left_over():
-    rng = np.random.default_rng(2)
-    design = rng.normal(size=(4000, 4))
-    design[:, 3] += design[:, 0]  # goes with the damping, which explains it already
-    target = design @ [5.0, 1.0, 0.1, 0.0] + rng.normal(size=4000)
-    stacked = np.column_stack([design, target])
-    assert moving(stacked.T @ stacked, known=1).tolist() == [1]
-
-
 def test_elimination_drops_what_costs_least():
     design, target, normal = problem()
     first, second = nested(normal, np.arange(12), np.array([], dtype=np.int64))[:2]
     losses = [residual(design, target, np.delete(first, place)) for place in range(12)]
     assert residual(design, target, second) == pytest.approx(min(losses))
-
-
-def test_held_columns_and_the_last_of_a_group_stay():
-    _, _, normal = problem()
-    sets = nested(normal, np.arange(12), np.array([0]), [np.array([3, 4]), np.array([99])])
-    assert 0 in sets[-1]
-    assert len(sets[-1]) == 2
-    assert set(sets[-1]) & {3, 4}
 
 
 def test_first_columns_are_taken_first_and_copies_never():
@@ -109,14 +91,6 @@ def test_a_block_is_predicted_by_the_others():
         kappa = np.append(-solved(rest, chosen), 1.0)
         part = parts[number][np.ix_([*chosen, 6], [*chosen, 6])]
         assert errors[0, number] == pytest.approx(kappa @ part @ kappa)
-
-
-def test_the_smallest_set_no_worse_than_the_best_is_taken():
-    parts = blocks()
-    sets = nested(parts.sum(axis=0), np.arange(6), np.array([], dtype=np.int64))
-    place, words = sized(parts, sets)
-    assert sets[place].tolist() == [0, 1]
-    assert words.startswith("2 coefficients, the smallest of 7 nested models")
 
 
 def test_sizes_are_compared_block_by_block():

@@ -169,19 +169,6 @@ def test_of_equal_columns_the_one_that_reverses_with_the_motion_stays(campaign):
     assert distinct(problem, model).labels == ("X_u|u|", "Y_v|u|", "Y_v|v|")
 
 
-def test_columns_of_zeros_go(campaign):
-    time = np.arange(0.0, 10.0, 0.1)
-    log = hd.Log.from_arrays(
-        time,
-        np.sin(time)[:, None] * np.eye(6)[0],
-        attitude=np.zeros((len(time), 3)),
-        commands={"idle": np.zeros(len(time))},
-    )
-    model = hd.DampingModel.from_table({"X": "u", "Y": "v", "N": "idle"}, key="mine")
-    problem = hd.prepare(replace(campaign.vehicle, actuators=()), log, model)
-    assert distinct(problem, model).labels == ("X_u",)
-
-
 def test_what_brakes_takes_power_at_any_velocity():
     velocity = np.random.default_rng(3).normal(size=(500, 6))
     model = hd.find_model("gertler-hagen").with_terms({"Y": "v|r| v", "Z": "w|w|"})

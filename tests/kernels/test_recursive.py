@@ -155,15 +155,6 @@ def test_old_rows_are_forgotten_along_new_ones():
     np.testing.assert_allclose(long, np.mean(truths, axis=0), atol=0.2)
 
 
-def test_a_coefficient_without_unit_is_held():
-    rng = np.random.default_rng(9)
-    recursion = moving([0, 1], [0, 0], 2, np.array([0.0, 1.0]), 0.1)
-    start = recursion.before(np.array([0.7, 0.0]))
-    found = absorbed(recursion, start, rng.standard_normal((20, 8)))
-    assert found.coefficients[0] == 0.7
-    assert found.coefficients[1] != 0.0
-
-
 def run_arguments(make, free=ALL_FREE):
     rng = np.random.default_rng(11)
     plant, inputs = make.plant(rng, free=free), make.inputs(rng, n=60)

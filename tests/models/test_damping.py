@@ -45,15 +45,6 @@ def test_wrench_takes_commands_and_attitude():
         damping.wrench(velocity)
 
 
-def test_power_is_velocity_times_wrench(damping):
-    velocity = np.random.default_rng(2).normal(size=(20, 6))
-    power = damping.power(velocity)
-    np.testing.assert_allclose(
-        power, np.einsum("ni,ni->n", velocity, damping.wrench(velocity)), rtol=1e-12, atol=1e-12
-    )
-    assert damping.power(velocity[0]).shape == ()
-
-
 def test_from_dict_wants_every_label_of_the_model():
     model = catalog["fossen"]
     values = dict.fromkeys(model.labels, -1.0)

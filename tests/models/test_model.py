@@ -5,7 +5,6 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from hydrodamp.basis.atoms import AXES
-from hydrodamp.basis.basis import canonical_key
 from hydrodamp.basis.term import Term
 from hydrodamp.errors import ModelError
 from hydrodamp.models.catalog import catalog
@@ -36,20 +35,6 @@ def test_labels_go_axis_by_axis_in_canonical_order(mine):
     assert mine.n_coefficients == 7
     assert mine.commands == ("rudder",)
     assert str(mine.basis) == "u v u|u| v|r| u|u|*rudder"
-
-
-@pytest.mark.parametrize("key", KEYS)
-def test_labels_rows_and_mask_agree(key):
-    model = catalog[key]
-    read = [read_label(label) for label in model.labels]
-    assert [AXES.index(axis) for axis, _ in read] == sorted(AXES.index(axis) for axis, _ in read)
-    for axis, terms in zip(AXES, model.terms, strict=True):
-        assert [term for of, term in read if of == axis] == list(terms)
-        assert list(terms) == sorted(terms, key=canonical_key)
-    assert model.mask.shape == (6, len(model.basis))
-    assert int(model.mask.sum()) == model.n_coefficients
-    for terms, line in zip(model.terms, model.mask, strict=True):
-        assert [model.basis.terms[place] for place in np.flatnonzero(line)] == list(terms)
 
 
 @settings(max_examples=25)

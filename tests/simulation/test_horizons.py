@@ -91,20 +91,6 @@ def test_windows_that_diverge_are_counted(vehicle):
     assert found.scores[0].score.rms is not None
 
 
-def test_fewer_axes_and_no_attitude(vehicle):
-    planar = replace(vehicle, axes=("X", "Y", "N"))
-    rng = np.random.default_rng(2)
-    log = hd.Log.from_arrays(
-        np.arange(40) / 10,
-        {name: rng.normal(0, 0.1, 40) for name in "uvr"},
-        wrench=rng.normal(0, 1, (40, 6)),
-    )
-    planar_log = horizon_scores(planar, SOFT, log, [1.0], attitude="simulated", rate_unit="rad")
-    (found,) = planar_log.scores
-    assert list(found.score.rms_by_axis) == ["u", "v", "r"]
-    assert found.score.rate_unit == "rad"
-
-
 def test_a_table_prints_every_horizon(vehicle, log):
     text = str(horizon_scores(vehicle, SOFT, log))
     assert [line.split("  ")[0] for line in text.splitlines()] == [

@@ -44,14 +44,6 @@ def test_channels_are_held_and_the_propeller_gives_its_speed():
     np.testing.assert_allclose(closing[1:], opening[:-1])  # held over the step that ends here
 
 
-def test_a_recorded_ratio_enters_as_recorded():
-    ratio = np.linspace(0.8, 1.3, 20)
-    log = log_of(wrench=np.zeros((20, 6)), propulsion_ratio=ratio)
-    problem = hd.prepare(hd.fleet["vt690"], log, hd.catalog["gertler-hagen"])
-    speed = np.linalg.norm(log.velocity[:, :3], axis=1)
-    np.testing.assert_allclose(problem.inputs.propulsion, np.outer(ratio * speed, [1, 1]).T.T)
-
-
 def test_an_unknown_ratio_is_one_even_at_rest():
     velocity = np.zeros((20, 6))
     log = log_of(velocity=velocity, wrench=np.zeros((20, 6)))

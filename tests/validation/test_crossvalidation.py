@@ -124,14 +124,6 @@ def test_too_few_samples_for_the_folds(vehicle, log):
         cross_validate(vehicle, log, LINEAR, hd.LeastSquares(), folds=1)
 
 
-def test_a_model_too_large_for_a_fold_is_a_row(vehicle, log):
-    short = log.between(0.0, 4.0)
-    models = [FOSSEN, hd.catalog["mcfarland-whitcomb"]]
-    table = cross_validate(vehicle, short, models, hd.LeastSquares(), folds=4, gap=0.0)
-    assert table.rows[1].rms_by_fold == (None,) * 4
-    assert table.rows[1].folds[0].status is hd.Status.TOO_FEW_SAMPLES
-
-
 def test_progress_is_told_of_every_fit_on_fewer_axes_too(vehicle, log):
     planar, told = replace(vehicle, axes=("X", "Y", "N")), []
     methods = [hd.LeastSquares(), Fixed()]

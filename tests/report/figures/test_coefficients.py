@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.report.figures.axes import signed_scale
-from hydrodamp.report.figures.look import COLUMN, PAGE, colour_of, sheet
+from hydrodamp.report.figures.look import COLUMN, PAGE, colour_of
 
 from .conftest import legend, lost, made_up, tied
 
@@ -63,17 +62,6 @@ def test_fits_that_cannot_share_a_figure_are_refused():
         hd.coefficients_figure([failed])
     with pytest.raises(hd.MethodError, match="of one model; got linear, fossen"):
         hd.coefficients_figure([made_up("linear"), made_up("fossen")])
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_a_signed_scale_holds_zero_and_every_number(seed):
-    values = np.random.default_rng(seed).standard_normal(20) * 10.0 ** np.arange(-10, 10)
-    panel = sheet(2.0, 1.0).subplots()
-    signed_scale(panel, values, beyond=1.5, decades=4)
-    low, high = panel.get_xlim()
-    assert low < min(values.min(), 0.0) <= max(values.max(), 0.0) < high
-    assert 0.0 in panel.get_xticks()
-    assert len(panel.get_xticks()) == 3
 
 
 def test_correlation_is_that_of_the_covariance_each_pair_once(sailed, on_sheet):

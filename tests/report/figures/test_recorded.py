@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.report.figures.axes import POINTS, clock, trace
+from hydrodamp.report.figures.axes import clock, trace
 
 from .conftest import labels
 
@@ -94,17 +94,6 @@ def test_a_log_with_nothing_to_draw_is_refused():
         hd.commands_figure(hd.Log.from_arrays(np.arange(5), {"u": np.ones(5)}))
     with pytest.raises(hd.MethodError, match="no velocity"):
         hd.velocities_figure(hd.Log(np.arange(5.0), np.zeros((5, 6)), velocity_names=()))
-
-
-def test_a_spike_in_a_million_samples_is_drawn():
-    n = 1_000_000
-    velocity = np.zeros((n, 6))
-    velocity[654_321, 0] = 7.0
-    log = hd.Log(np.arange(n) * 0.01, velocity)
-    time, line = trace(log, log.velocity[:, 0])
-    assert len(time) == POINTS
-    assert np.nanmax(line) == 7.0
-    assert time[np.nanargmax(line)] == pytest.approx(6543.21, abs=13.0)
 
 
 def test_lines_break_at_joins_and_the_clock_leaps_none():

@@ -39,15 +39,6 @@ def test_measured_and_every_replay_have_a_line_in_every_panel(sailed, on_sheet):
     on_sheet(figure)
 
 
-def test_models_of_one_method_differ_by_dashes(sailed):
-    rows = [sailed.table.row(key, "weak") for key in ("linear", "fossen")]
-    figure = hd.replays_figure(rows)
-    _, dashed, solid = figure.axes[0].lines[:3]
-    assert dashed.get_color() == solid.get_color()
-    assert solid.get_linestyle() == "-" != dashed.get_linestyle()
-    assert [one.get_linestyle() for one in figure.legends[0].get_lines()][1:] == ["-", "--"]
-
-
 def test_a_diverged_replay_is_drawn_as_far_as_it_went_and_said(sailed):
     row = diverged(sailed.table.row("linear", "weak"), sailed.test.segments[0].name, after=50)
     figure = hd.replays_figure([row, sailed.table.row("linear", "ai")])

@@ -38,18 +38,6 @@ def test_findings_read_back_as_they_were(examined, home):
     assert verdict(table, found.identifiability) == verdict(examined.table, before.identifiability)
 
 
-def test_the_report_made_again_is_the_same_file(examined, home):
-    first = hd.write_report(examined.table, home / "first.html", examined.findings)
-    again = hd.write_report(home, home / "again.html")
-    assert first.read_bytes() == again.read_bytes()
-    text = again.read_text("utf-8")
-    assert text.count("data:image/svg+xml;base64,") == len(examined.findings.pictures) - 2
-    assert "among them replays.svg, coefficients.svg for what" in text
-    assert "The log determined " in text
-    row = examined.table.best()
-    assert f"95 % band of {row.model} by {row.method}" in text
-
-
 def test_stale_findings_go_and_pictures_of_others_stay(examined, home):
     (home / "figures" / "mine.svg").write_text("<svg/>", "utf-8")
     (home / "report.html").write_text("old", "utf-8")

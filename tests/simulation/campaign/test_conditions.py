@@ -64,14 +64,6 @@ def test_beginning_of_a_run_depends_on_its_seed_alone(name, n_runs, n_samples):
     assert not np.any(draw(8, n_runs, n_samples) == draw(9, n_runs, n_samples))
 
 
-def test_pushes_are_no_echo_of_the_errors():
-    """Streams of their own: no correlation beyond chance."""
-    errors, pushes = WHITE.draw_errors(4, 1, 20000)[:, 0], COLOURED.draw_pushes(4, 1, 20000)[:, 0]
-    fresh = pushes[1:] - np.exp(-0.05) * pushes[:-1]
-    both = np.corrcoef(np.hstack((errors[1:], fresh)).T)
-    assert np.max(np.abs(both[:10, 10:])) < 0.03
-
-
 def test_colour_is_one_of_time_at_any_rate():
     """Fifty samples a second forget in the same time: DVL 0.4 s, pushes 2 s."""
     errors = COLOURED.draw_errors(7, 6, 20000, period=0.02)

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from hydrodamp.data.attitude import down, quaternion_from_euler
 from hydrodamp.simulation.campaign.motion import (
     Motion,
     down_direction,
@@ -87,25 +86,6 @@ def test_fins_lag_as_stated(truth):
     after = motion.advance(state, commands, 0.1)[:, 10:]
     share = 1.0 - np.exp(-0.1 / truth.fin_lag) if truth.fin_lag else 1.0
     np.testing.assert_allclose(after, share * commands, rtol=1e-3)
-
-
-def test_halving_the_step_changes_nothing(truth, monkeypatch):
-    """The integration is exact to far below the noise of any sensor."""
-    commands = np.array([[0.2, -0.1]])
-    motion = motion_of(truth, [2000.0])
-    start = motion.receive(states(1, 2.0), commands)
-    coarse = motion.advance(start, commands, 2.0)
-    monkeypatch.setattr("hydrodamp.simulation.campaign.motion.STEP", 0.01)
-    fine = motion.advance(start, commands, 2.0)
-    np.testing.assert_allclose(coarse, fine, atol=2e-6)
-
-
-def test_down_is_that_of_the_data_layer():
-    """Euler angles here, quaternions there."""
-    euler = np.random.default_rng(5).uniform(-1.0, 1.0, (100, 3))
-    np.testing.assert_allclose(
-        down_direction(euler), down(quaternion_from_euler(euler)), atol=1e-14
-    )
 
 
 def test_euler_rates_by_differencing():
