@@ -210,11 +210,11 @@ def test_every_reader_says_what_another_file_is(files, given, wanted):
 @pytest.mark.parametrize(
     "content",
     [
-        {"time": [0.0, 0.1], "velocity": [1.0, 1.1], "position": [0.0, 0.1]},
-        {"extends": "mavros", "axes": ["X"]},
-        {"name": "mine", "extends": "linear", "commands": ["rudder"]},
+        {"time": [0.0, 0.1], "velocity": [1.0, 1.1], "position": [0.0, 0.1]},  # a log as JSON
+        {"extends": "mavros", "axes": ["X"]},  # a misplaced key
+        {"name": "mine", "extends": "linear", "commands": ["rudder"]},  # a key of another kind
+        *(None, [], "text", {}, {"name": "a"}, {1: 2}),
     ],
-    ids=["a log as JSON", "a misplaced key", "a key of another kind"],
 )
 def test_a_key_or_two_make_no_other_file(content):
     assert [mistaken(content, "x", wanted) for wanted in KINDS] == [""] * len(KINDS)
@@ -231,11 +231,6 @@ def test_a_comparison_is_told(tmp_path):
     (tmp_path / "c.json").write_text(json.dumps({"rows": [], "units": {}, "provenance": {}}))
     with pytest.raises(hd.HydrodampError, match=r"result of a comparison.*hydrodamp report"):
         hd.read_damping(tmp_path / "c.json")
-
-
-@pytest.mark.parametrize("content", [None, [], "text", {}, {"name": "a"}, {1: 2}])
-def test_what_has_no_key_of_ours_is_left_to_its_reader(content):
-    assert mistaken(content, "a.yaml", "vehicle") == ""
 
 
 def test_json_is_strict_and_tells_its_line(tmp_path):

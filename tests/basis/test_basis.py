@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-import oracle
-from hydrodamp.basis.basis import SLOWEST, UNION, Basis, canonical_key, guarded_speed
+from hydrodamp.basis.basis import UNION, Basis, canonical_key
 from hydrodamp.basis.term import Term
 from hydrodamp.errors import TermError
 
@@ -30,14 +29,8 @@ def test_the_union_has_the_85_terms_of_the_paper_in_the_order_of_its_spelling_li
 
 def test_other_terms_follow_by_degree_then_factors():
     terms = [Term.parse(s) for s in ("u|u|*rudder", "rudder^2", "rudder", "down_y", "1", "r")]
-    assert [str(term) for term in sorted(terms, key=canonical_key)] == [
-        "r",
-        "1",
-        "down_y",
-        "rudder",
-        "rudder^2",
-        "u|u|*rudder",
-    ]
+    ordered = " ".join(map(str, sorted(terms, key=canonical_key)))
+    assert ordered == "r 1 down_y rudder rudder^2 u|u|*rudder"
 
 
 def test_a_basis_keeps_the_order_given_and_a_union_brings_the_canonical_one():
@@ -144,12 +137,3 @@ def test_wrong_arrays_are_refused(arguments, says):
     good = {"velocity": np.zeros((4, 6)), "commands": {"rudder": 0.1}}
     with pytest.raises(TermError, match=says):
         Basis.of("u*rudder").evaluate(**{**good, **arguments})
-
-
-def test_the_speed_a_ratio_divides_by_is_the_kernels_to_the_bit(velocity):
-    """One by one or in a batch, and guarded where the kernels guard it."""
-    batch = guarded_speed(velocity)
-    assert [float(guarded_speed(row)) for row in velocity] == batch.tolist()
-    np.testing.assert_array_equal(Basis.of("U").evaluate(velocity)[:, 0], batch)
-    assert not Basis.of("u(eta-1)").evaluate(velocity).any()
-    assert guarded_speed(np.zeros(6)) == SLOWEST == oracle.SLOWEST

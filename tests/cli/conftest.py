@@ -1,5 +1,6 @@
 """A planar vehicle, its logs and a way to call the command line."""
 
+import itertools
 import shutil
 from dataclasses import replace
 
@@ -69,6 +70,18 @@ def call():
         return done
 
     return invoke
+
+
+def interrupted_at(number, function):
+    """Return a function that is interrupted at its n-th call, whatever thread makes it."""
+    calls = itertools.count(1)
+
+    def run(*given, **more):
+        if next(calls) == number:
+            raise KeyboardInterrupt
+        return function(*given, **more)
+
+    return run
 
 
 @pytest.fixture

@@ -8,7 +8,6 @@ import select
 import signal
 import subprocess
 import sys
-import threading
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,7 +19,7 @@ from hydrodamp.cli import work
 from hydrodamp.identification.adaptive import AdaptiveIdentifier
 from hydrodamp.validation import compare as validation
 
-from .conftest import motion
+from .conftest import interrupted_at, motion
 
 SOURCE = Path(hd.__file__).resolve().parents[1]
 LINE = (
@@ -29,29 +28,12 @@ LINE = (
 )
 
 
-class Interrupting:
-    """A function that is interrupted at its n-th call."""
-
-    def __init__(self, function, at):
-        self.function, self.at, self.calls = function, at, 0
-        self.lock = threading.Lock()
-
-    def __call__(self, *arguments, **more):
-        with self.lock:
-            self.calls += 1
-            number = self.calls
-        if number == self.at:
-            raise KeyboardInterrupt
-        return self.function(*arguments, **more)
-
-
 def interrupt_fits(patch, at):
-    fitting = Interrupting(AdaptiveIdentifier.identify, at)
-    patch.setattr(AdaptiveIdentifier, "identify", lambda *given: fitting(*given))
+    patch.setattr(AdaptiveIdentifier, "identify", interrupted_at(at, AdaptiveIdentifier.identify))
 
 
 def interrupt_replays(patch, at):
-    patch.setattr(validation, "replay", Interrupting(validation.replay, at))
+    patch.setattr(validation, "replay", interrupted_at(at, validation.replay))
 
 
 def document(folder="out"):
@@ -133,7 +115,7 @@ def test_without_a_folder_finished_rows_are_shown(folder, call, monkeypatch):
 
 
 def test_an_interrupted_report_loses_no_row(whole, folder, call, monkeypatch):
-    monkeypatch.setattr(work, "illustrate", Interrupting(work.illustrate, 1))
+    monkeypatch.setattr(work, "illustrate", interrupted_at(1, work.illustrate))
     call(LINE, 130)
     assert document()["rows"] == whole["rows"]
 

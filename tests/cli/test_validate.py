@@ -7,6 +7,8 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.validation import crossvalidation
 
+from .conftest import interrupted_at
+
 LINE = "validate a.csv --vehicle planar.yaml --models linear,fossen --methods ls"
 
 
@@ -61,19 +63,6 @@ def test_a_selection_is_repeated_in_each_fold(folder, call, monkeypatch):
     assert len(seen) == 1 + 5
     assert max(seen[1:]) < 400
     assert [row["model"] for row in json.loads(done.stdout)["folds"]] == ["fossen", "sparse"]
-
-
-def interrupted_at(number, function):
-    """Return a function that is interrupted at its n-th call."""
-    calls: list[None] = []
-
-    def run(*given, **more):
-        calls.append(None)
-        if len(calls) == number:
-            raise KeyboardInterrupt
-        return function(*given, **more)
-
-    return run
 
 
 def test_ctrl_c_shows_the_folds_that_are_finished(folder, call, monkeypatch):

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.signal import lfilter
-from scipy.stats import t as student
 
 import hydrodamp as hd
 from hydrodamp.basis.basis import Basis
@@ -96,20 +95,6 @@ def test_nothing_left_over_and_a_single_row(scores):
     assert found.block > 0.0
     assert found.n_blocks >= 1
     assert np.all(np.diag(found.covariance) == scores[0] ** 2)
-
-
-def test_intervals_of_a_mean_hold_it_as_often_as_they_say():
-    segment, time = clock(400, 400)
-    model = hd.DampingModel.from_table({"X": "1"}, key="mean")
-    held = []
-    for seed in range(150):
-        target = np.zeros((800, 6))
-        target[:, :1] = first_order(800, 0.8, seed=1000 + seed)
-        rows = Rows(Basis(model.terms[0]), np.ones((800, 1)), target, segment, time)
-        found = uncertainty(rows, model)
-        reach = student.ppf(0.975, found.degrees_of_freedom)
-        held.append(abs(target[:, 0].mean()) < reach * found.standard_errors[0])
-    assert abs(np.mean(held) - 0.95) < 2.5 * np.sqrt(0.95 * 0.05 / 150)
 
 
 def test_coloured_noise_has_the_spread_it_is_said_to_have():

@@ -62,17 +62,6 @@ def test_the_longest_segments_are_cut_first():
     assert np.bincount(made.part).tolist() == [50, 50, 30, 100, 100]
 
 
-def test_splits_are_triangles_of_the_rows():
-    rows = rows_of(60, 80, 40)
-    made = hd.folds(rows)
-    for fold, split in enumerate(made.splits(rows)):
-        assert split.train.n_samples + split.test.n_samples == rows.n
-        for part, triangle in ((made.part != fold, split.train), (made.part == fold, split.test)):
-            chosen = rows.taken(part)
-            table = np.hstack([chosen.design, chosen.target])
-            np.testing.assert_allclose(triangle.r.T @ triangle.r, table.T @ table, atol=1e-10)
-
-
 @pytest.mark.parametrize(
     ("lengths", "asked", "message"),
     [

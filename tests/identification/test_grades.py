@@ -67,16 +67,6 @@ def test_the_campaign_determines_the_main_coefficients(by_log):
     assert by_log.grades["Z_w|w|"] is hd.Grade.NOT_DETERMINED
 
 
-def test_noise_makes_grades_worse(campaign, by_log):
-    """Ten times the noise of the DVL."""
-    log = campaign.train
-    noise = 0.13 * np.random.default_rng(0).normal(size=log.velocity.shape) * [1, 1, 1, 0, 0, 0]
-    noisy = replace(log, velocity=log.velocity + noise)
-    found = hd.identifiability(hd.prepare(campaign.vehicle, noisy, PRESTERO), PRESTERO)
-    assert len(found.labelled(hd.Grade.DETERMINED)) < len(by_log.labelled(hd.Grade.DETERMINED))
-    assert not found.axes[2].excited
-
-
 def test_columns_that_do_not_move_are_not_determined(exact_log, vehicle, true_damping):
     """Sway at rest: whatever has v in it, and the whole of Y, cannot be told."""
     log = exact_log(true_damping(LINEAR), forward=1.5)
@@ -135,10 +125,3 @@ def test_the_worse_holds(problem, fit, by_log):
     worse = {k: max(by_log.grades[k], by_fit[k], key=ORDER.index) for k in by_log.grades}
     assert hd.graded(problem, fit).grades == worse
     assert worse not in (by_log.grades, by_fit)
-
-
-def test_few_degrees_of_freedom_widen_what_is_graded(problem, fit):
-    few = replace(fit, uncertainty=replace(fit.uncertainty, degrees_of_freedom=1.0))
-    many = replace(fit, uncertainty=replace(fit.uncertainty, degrees_of_freedom=np.inf))
-    sure = [len(hd.graded(problem, one).labelled(hd.Grade.DETERMINED)) for one in (few, many)]
-    assert sure[0] < sure[1]

@@ -46,24 +46,6 @@ def test_what_no_data_tell_may_be_all_that_the_prior_allows(campaign):
     assert found.of_noise.standard_errors[-1] == pytest.approx(0.0, abs=1e-12)
 
 
-def test_standard_errors_are_the_scatter_of_repetitions(campaign):
-    """Of ten logs with noise of their own; the root of a mean square of 9 is off by a quarter."""
-    model = hd.catalog["prestero"].with_terms({"K": "up"}, key="true-terms")
-    size = np.std(campaign.train.velocity - campaign.exact_train.velocity, axis=0)
-    found, errors = [], []
-    for seed in range(10):
-        noise = size * np.random.default_rng(seed).standard_normal((campaign.train.n, 6))
-        log = replace(campaign.train, velocity=campaign.exact_train.velocity + noise)
-        search = searching(hd.prepare(campaign.vehicle, log, model), model)
-        place = ladder(search, starts(search, model), (4.0, 8.0))[-1]
-        uncertainty = jackknifed(search, place)
-        assert uncertainty is not None
-        found.append(place.coefficients)
-        errors.append(uncertainty.standard_errors)
-    ratio = np.mean(errors, axis=0) / np.std(found, axis=0, ddof=1)
-    assert 0.75 < np.median(ratio) < 2.0
-
-
 def test_too_few_windows_leave_nothing_out(campaign):
     model = hd.catalog["fossen"]
     problem = hd.prepare(campaign.vehicle, campaign.train.between(0.0, 5.0), model)

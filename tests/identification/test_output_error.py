@@ -46,19 +46,6 @@ def test_noise_moves_it_less_than_least_squares(campaign):
     assert by_output_error < 0.3 * by_least_squares
 
 
-def test_normal_matrices_are_those_of_the_errors(campaign):
-    """To first order a change d of the coefficients changes the errors by the slopes times d."""
-    problem = hd.prepare(campaign.vehicle, campaign.exact_train, TRUE_TERMS)
-    windows = searching(problem, TRUE_TERMS).windows(1.0)  # averaged over one sample
-    true = np.array([true_damping()[label] for label in TRUE_TERMS.labels])
-    spread, change = np.linspace(0.01, 0.02, 6), -0.001 * true
-    normal = windows.normals(1.01 * true, spread, 32).sum(axis=0)
-    errors = [windows.errors(at) / spread for at in (1.01 * true, 1.01 * true + change)]
-    assert normal[-1, -1] == pytest.approx(np.sum(errors[0] ** 2), rel=1e-12)
-    promised = np.append(-change, 1.0) @ normal @ np.append(-change, 1.0)
-    assert np.sum(errors[1] ** 2) == pytest.approx(promised, rel=1e-3)
-
-
 def test_a_window_that_runs_away_tells_no_direction(campaign):
     model = hd.catalog["fossen"]
     problem = hd.prepare(campaign.vehicle, campaign.train, model)

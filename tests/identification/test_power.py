@@ -26,20 +26,10 @@ def test_rows_times_coefficients_is_the_power(key, true_damping):
     np.testing.assert_allclose(rows.power(damping.coefficients, nu), expected, atol=1e-12 * scale)
 
 
-@pytest.mark.parametrize(
-    ("term", "counted"),
-    [
-        ("u", True),
-        ("V_v|r|", True),
-        ("uv(eta-1)", False),
-        ("down_y", False),
-        ("1", False),
-        ("u|u|*rudder", False),
-        ("rpm*|rpm|", False),
-    ],
-)
-def test_what_is_damping(term, counted):
-    assert dissipates(hd.Term.parse(term)) is counted
+def test_what_is_damping():
+    assert all(dissipates(hd.Term.parse(term)) for term in ("u", "V_v|r|"))
+    others = ("uv(eta-1)", "down_y", "1", "u|u|*rudder", "rpm*|rpm|")
+    assert not any(dissipates(hd.Term.parse(term)) for term in others)
 
 
 @pytest.mark.parametrize("key", ["mcfarland-whitcomb", "prestero", "gertler-hagen"])

@@ -35,23 +35,6 @@ def test_the_closed_form_of_hoerl_and_kennard(linear):
     np.testing.assert_allclose(fit.damping.matrix, expected.T, rtol=1e-9)
 
 
-def test_the_covariance_is_that_of_a_normal_prior(linear):
-    """Bayes: prior variance ``σ² / (n λ S²)`` gives ``σ² (XᵀX + n λ S²)⁻¹``."""
-    truth, _, problem = linear
-    rows = RECORDED.rows(problem)
-    design, target = rows.design, rows.target[:, 1]
-    terms = truth.model.terms[1]
-    solution = solve_axis(rows.triangle(), terms, 1, 0.03)
-    effective = solution.share.sum()
-    penalty = 0.03 * rows.n * np.diag(np.mean(design**2, axis=0))
-    inverse = np.linalg.inv(design.T @ design + penalty)
-    assert effective == pytest.approx(np.trace(design @ inverse @ design.T), rel=1e-9)
-    rest = target - design @ solution.coefficients
-    variance = rest @ rest / (rows.n - effective)
-    np.testing.assert_allclose(solution.covariance, variance * inverse, rtol=1e-8, atol=1e-12)
-    assert solution.residual == pytest.approx(np.sqrt(np.mean(rest**2)))
-
-
 def test_no_strength_is_least_squares(vehicle, exact_log, true_damping):
     model = hd.catalog["uncoupled"]
     log = noisy(exact_log(true_damping(model), n=900, forward=3.0))

@@ -7,14 +7,13 @@ import pytest
 
 import hydrodamp as hd
 import oracle
-from hydrodamp.identification.differences import median_step, smoothed
+from hydrodamp.identification.differences import smoothed
 from hydrodamp.identification.linear import WeakForm
 from hydrodamp.identification.weak import (
     WeakEquations,
     bumps,
     chosen_support,
     likeness,
-    noise_share,
     steps_between,
 )
 
@@ -97,10 +96,6 @@ class TestBumps:
         np.testing.assert_allclose(np.diff(centres), 0.5, rtol=1e-9)
         assert centres[0] - 1.0 == pytest.approx(time[-1] - centres[-1] - 1.0, abs=1e-6)
 
-    def test_short_segments_get_none(self):
-        assert not list(bumps(np.arange(5.0), 5.0, 4))
-        assert len(list(bumps(np.arange(5.0), 4.0, 4))) == 1
-
     def test_likeness_is_the_sum_of_overlaps(self):
         s = np.linspace(-1, 1, 4001)
         phi = (1 - s**2) ** 2
@@ -175,15 +170,6 @@ class TestChoice:
         assert lengths[0] == pytest.approx(0.4)
         assert lengths[-1] > 4 * lengths[0]
 
-    def test_the_share_of_noise_is_what_noise_alone_makes(self, bare):
-        """White noise of known variance: its share is one, whatever the support."""
-        noise = np.random.default_rng(0).standard_normal(20_000)
-        problem = hd.prepare(bare, surge_log(noise, wrench=np.zeros((20_000, 6))), LINEAR)
-        for support in (0.4, 3.0):
-            share = noise_share(problem, support, np.array([1.0, 0, 0, 0, 0, 0]))
-            assert share[0] == pytest.approx(1.0, abs=0.05)
-            assert share[1] == 1.0
-
     def test_a_vehicle_at_rest_is_said_to_be(self, bare):
         noise = 0.01 * np.random.default_rng(0).standard_normal(1000)
         problem = hd.prepare(bare, surge_log(noise, wrench=np.zeros((1000, 6))), LINEAR)
@@ -223,11 +209,6 @@ class TestChoice:
         assert "span 2 s (20 samples). 1 shorter" in fit.remarks[0]
         assert "smoothed velocities" in fit.remarks[1]
         assert fit.n_samples == 995
-
-    def test_the_typical_step_knows_no_joins(self, bare):
-        time = [0.0, 0.1, 60.0, 60.1, 120.0, 120.1]
-        log = surge_log(np.ones(6), time, wrench=np.zeros((6, 6)), segment=list("aabbcc"))
-        assert median_step(hd.prepare(bare, log, LINEAR)) == pytest.approx(0.1)
 
 
 @pytest.mark.parametrize(

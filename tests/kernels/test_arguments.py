@@ -60,24 +60,3 @@ def test_gains(make):
         Gains(plant, np.ones(3), ZEROS)
     with pytest.raises(ValueError, match=r"`gamma` must have shape \(12, 6\); got \(2, 6\)"):
         Gains(plant, np.ones(6), np.ones((2, 6)))
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"velocity": np.zeros((3, 5))}, r"`velocity` must have shape \(3, 6\)"),
-        ({"down": np.zeros((2, 3))}, r"`down` must have shape \(3, 3\)"),
-        ({"channels": np.zeros(3)}, r"`channels` must have shape \(3, 3\); got \(3,\)"),
-        ({"propulsion_speed": np.zeros(2)}, r"`propulsion_speed` must have shape \(3,\)"),
-    ],
-)
-def test_regressor(change, message):
-    good = {
-        "factors": [[1, 0, 0, 0]],
-        "velocity": np.zeros((3, 6)),
-        "down": np.zeros((3, 3)),
-        "channels": np.zeros((3, 0)),
-        "propulsion_speed": np.zeros(3),
-    }
-    with pytest.raises(ProblemError, match=message):
-        kernels.regressor(**(good | change))

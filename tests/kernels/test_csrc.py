@@ -18,33 +18,6 @@ SOURCES = sorted(CSRC.glob("*.c"))
 STRICT = ["-std=c99", "-O3", "-ffp-contract=off", "-Wall", "-Wextra", "-Wpedantic", "-Werror"]
 
 # One surge step of the identifier and one replay, in whatever hd_real is.
-PROGRAM = """
-#include "batch.h"
-#include <stdio.h>
-int main(void)
-{
-    const int32_t factors[8] = {1, 7, 0, 0, 6, 0, 0, 0};
-    const unsigned char free_axes[6] = {1, 1, 1, 1, 1, 1};
-    const hd_real time[3] = {0, (hd_real)0.1, (hd_real)0.2}, down[9] = {0}, wrench[18] = {0};
-    const hd_real velocity[18] = {2, 0, 0, 0, 0, 1, (hd_real)1.9, 0, 0, 0, 0, 1,
-                                  (hd_real)1.8, 0, 0, 0, 0, 1};
-    const hd_real propulsion[6] = {0}, a[6] = {20, 20, 20, 20, 20, 20};
-    const int64_t segment[2] = {0, 3};
-    hd_real mass[36] = {0}, gamma[12], matrix[12] = {0}, error[6], out[18], work[512];
-    int64_t diverged;
-    for (int i = 0; i < 6; ++i) mass[7 * i] = (hd_real)(10 + i);
-    for (int i = 0; i < 12; ++i) gamma[i] = 20;
-    const hd_plant plant = {2, 0, factors, mass, free_axes};
-    const hd_record record = {3, 0, time, velocity, down, wrench, NULL, propulsion};
-    const hd_history none = {0, NULL, NULL, NULL};
-    hd_adapt_run(&plant, a, gamma, matrix, error, &record, segment, 1, 4, &none, work);
-    const hd_motion motion = {&plant, matrix, &record, NULL, (hd_real)0.05, 50};
-    hd_replay(&motion, segment, 1, NULL, 0, 1, out, NULL, &diverged, work);
-    for (int i = 0; i < 12; ++i) printf("%.9g ", (double)matrix[i]);
-    for (int i = 0; i < 18; ++i) printf("%.9g ", (double)out[i]);
-    return (int)diverged + 1;
-}
-"""
 
 
 @pytest.fixture(scope="module")
@@ -70,19 +43,6 @@ def objects(compiler, tmp_path_factory):
         subprocess.run([compiler, *STRICT, real, "-c", *map(str, SOURCES)], cwd=folder, check=True)
         made[real] = [str(path) for path in sorted(folder.glob("*.o"))]
     return made
-
-
-def test_single_precision_follows_double(compiler, objects, tmp_path):
-    """To some units of 1e-7 a step: the identifier may run on a small processor."""
-    (tmp_path / "main.c").write_text(PROGRAM)
-    outputs = []
-    for real, files in objects.items():
-        flags = [*STRICT[:3], real, f"-I{CSRC}", "-lm", "-o", "program"]
-        subprocess.run([compiler, "main.c", *files, *flags], cwd=tmp_path, check=True)
-        done = subprocess.run([tmp_path / "program"], capture_output=True, text=True, check=True)
-        outputs.append([float(word) for word in done.stdout.split()])
-    assert outputs[0] == pytest.approx(outputs[1], rel=1e-5, abs=1e-6)
-    assert len(outputs[0]) == 30
 
 
 ELSEWHERE = {

@@ -128,33 +128,6 @@ def test_information_is_bounded_and_no_row_bursts(seed, forgetting, kinds):
     assert np.isfinite(estimate.coefficients).all()
 
 
-def test_what_is_not_excited_keeps_its_information():
-    """A thousand rows along one direction leave the others as they were known."""
-    rng = np.random.default_rng(5)
-    recursion = moving([0, 1, 2], [0, 0, 0], 3, forgetting=0.05)
-    known = absorbed(recursion, recursion.before(np.zeros(3)), rng.standard_normal((200, 9)))
-    straight = np.zeros((1000, 9))
-    straight[:, 0] = 1.5
-    later = absorbed(recursion, known, straight)
-    before, after = (np.asarray(e.information).reshape(3, 3) for e in (known, later))
-    # what is known of the other two when the first is known by heart
-    given_first = before[1:, 1:] - np.outer(before[1:, 0], before[0, 1:]) / before[0, 0]
-    assert np.linalg.eigvalsh(after[1:, 1:] - given_first)[0] > -1e-9
-
-
-def test_old_rows_are_forgotten_along_new_ones():
-    """After a change the estimate follows; without forgetting it would be the mean of both."""
-    rng = np.random.default_rng(7)
-    truths = ([-1.0, 2.0], [-3.0, 0.5])
-    rows = rng.standard_normal((600, 8))
-    for part, truth in zip((slice(0, 300), slice(300, 600)), truths, strict=True):
-        rows[part, 2] = rows[part, :2] @ truth
-    ways = [moving([0, 1], [0, 0], 2, forgetting=share) for share in (0.1, 0.0)]
-    short, long = (absorbed(one, one.before(np.zeros(2)), rows).coefficients for one in ways)
-    np.testing.assert_allclose(short, truths[1], rtol=1e-3)
-    np.testing.assert_allclose(long, np.mean(truths, axis=0), atol=0.2)
-
-
 def run_arguments(make, free=ALL_FREE):
     rng = np.random.default_rng(11)
     plant, inputs = make.plant(rng, free=free), make.inputs(rng, n=60)

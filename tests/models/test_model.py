@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings, strategies as st
 
 from hydrodamp.basis.atoms import AXES
 from hydrodamp.basis.term import Term
@@ -23,29 +22,10 @@ def mine():
 
 
 def test_labels_go_axis_by_axis_in_canonical_order(mine):
-    assert mine.labels == (
-        "X_u",
-        "X_u|u|",
-        "Y_v",
-        "Y_v|r|",
-        "Y_u|u|*rudder",
-        "N_v|r|",
-        "N_u|u|*rudder",
-    )
+    assert " ".join(mine.labels) == "X_u X_u|u| Y_v Y_v|r| Y_u|u|*rudder N_v|r| N_u|u|*rudder"
     assert mine.n_coefficients == 7
     assert mine.commands == ("rudder",)
     assert str(mine.basis) == "u v u|u| v|r| u|u|*rudder"
-
-
-@settings(max_examples=25)
-@given(st.sampled_from(KEYS), st.integers(0, 2**32 - 1))
-def test_pack_undoes_unpack(key, seed):
-    model = catalog[key]
-    coefficients = np.random.default_rng(seed).normal(size=model.n_coefficients)
-    matrix = model.unpack(coefficients)
-    np.testing.assert_array_equal(model.pack(matrix), coefficients)
-    assert np.all(matrix[~model.mask] == 0.0)
-    assert not matrix.flags.writeable
 
 
 def test_unpack_is_equation_14():

@@ -145,9 +145,3 @@ def test_a_document_that_was_spoilt_is_refused_with_its_place(
     (tmp_path / name).write_text(json.dumps(document), "utf-8")
     with pytest.raises(hd.FileError, match=words):
         hd.read_comparison(tmp_path)
-
-
-def test_a_folder_that_cannot_be_made(comparison, tmp_path):
-    (tmp_path / "file").write_text("", "utf-8")
-    with pytest.raises(hd.FileError, match="cannot be made"):
-        hd.write_comparison(comparison, tmp_path / "file")

@@ -11,25 +11,6 @@ from hydrodamp.simulation.actuation import actuation, with_gains
 LINEAR = hd.catalog["linear"]
 
 
-def test_a_gain_in_a_model_is_a_gain_of_the_recorded_wrench(vehicle, exact_log, tmp_path):
-    """Twice the wrench less one wrench is the wrench, held or between two samples."""
-    truth = hd.Damping.from_dict(LINEAR, dict.fromkeys(LINEAR.labels, 0.0) | {"X_u": -8.0})
-    log = exact_log(truth).between(0.0, 5.0)
-    doubled = replace(log, wrench=2.0 * log.wrench)
-    freed = with_gains(vehicle, doubled, LINEAR)
-    values = dict.fromkeys(freed.labels, 0.0) | {"X_u": -8.0}
-    values |= {
-        label: -0.5 for label in freed.labels if "_actuation_" in label and "rise" not in label
-    }
-    hd.write_damping(hd.Damping.from_dict(freed, values), tmp_path / "freed.json")
-    damping = hd.read_damping(tmp_path / "freed.json")
-    held = hd.simulate(vehicle, damping, doubled).velocity
-    values |= {label: -0.25 for label in values if "_rise_" in label}
-    middle = hd.simulate(vehicle, hd.Damping.from_dict(freed, values), doubled).velocity
-    right = hd.simulate(vehicle, truth, log).velocity
-    assert np.nanmax(abs(middle - right)) < 0.1 * np.nanmax(abs(held - right))
-
-
 def test_the_wrench_of_actuators_is_theirs_without_weight():
     campaign = hd.reenact(duration=10.0)
     heavy = replace(campaign.vehicle, weight=2.0 * campaign.vehicle.weight)

@@ -79,12 +79,6 @@ def test_a_failure_is_a_row(study, tmp_path, monkeypatch):
     assert "| `own:Broken` | ZeroDivisionError: no luck | 1 |" in text
 
 
-def test_an_unknown_method_ends_the_work_before_it_begins(study, tmp_path):
-    with pytest.raises(study.hd.MethodError, match="no method 'weka'"):
-        study.main(tmp_path / "none", methods="weka", workers=1)
-    assert not (tmp_path / "none").exists()
-
-
 def rows(tables, **errors):
     """A row a method, on one model and campaign."""
     return [
@@ -172,18 +166,6 @@ def test_what_is_told_wrong_is_wrong_by_so_much(part):
     fins = replace(sail, recording=one.Recording(fins=1.2))().vehicle.actuators
     assert dict(fins[0].force)["N"] == pytest.approx(1.2 * -9.1827)
     assert fins[2] == plain.vehicle.actuators[2]
-
-
-def test_a_tanker_zigzags_between_its_angles(part):
-    """20/10: the rudder goes over at 15.8 degrees a second where the heading passes 10 degrees."""
-    lists, crafts = part("_campaigns"), part("_crafts")
-    steered = crafts.Zigzag.of((20.0, 10.0))
-    log = crafts.sail(lists.ship(), steered, [1.18], 0, 60.0, SILENT, 0.2).exact
-    rudder = np.degrees(log.command("rudder"))
-    assert np.max(np.abs(rudder)) == pytest.approx(20.0, abs=0.01)
-    assert np.max(np.abs(np.diff(rudder))) <= 15.8 * 0.2 + 1e-9
-    assert np.sum(np.diff(np.sign(rudder[np.abs(rudder) > 1.0])) != 0) == 2
-    assert log.velocity[5:30, 5].min() > 0.0
 
 
 def test_the_tables_of_a_page_are_replaced(study, tmp_path):

@@ -90,15 +90,3 @@ def test_failed_draws_are_counted_and_left_out(tables):
     draws.estimate[:] = np.nan
     none = tables.summary({("some", "prestero"): draws})
     assert none["coverage"] == none["bias"] == none["coefficients"] == []
-
-
-def test_methods_stand_side_by_side_in_the_table_of_bias(tables):
-    """On the coefficients of the first method."""
-    some, other = drawn(tables, 0.0), drawn(tables, 2.0)
-    other.determined[:] = False
-    found = tables.summary({("a", "prestero"): some, ("b", "prestero"): other})
-    head, ((model, axis, counted, first, second),) = tables.bias_table(found)
-    assert head == ("model", "axis", "counted", "a", "b")
-    assert (model, axis, counted) == ("prestero", "Y", "6")
-    assert first.startswith("0.0")
-    assert second.startswith(("1.9", "2.0"))

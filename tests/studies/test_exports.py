@@ -5,8 +5,6 @@ from pathlib import Path
 
 import pytest
 
-import hydrodamp as hd
-
 STUDIES = Path(__file__).parents[2] / "studies"
 
 
@@ -32,11 +30,3 @@ def test_tables_have_a_row_a_target_and_a_column_a_model(study, tmp_path, capsys
     assert rows[1][2].strip().startswith("≈")
     assert lines[-1] == "foot"
     assert capsys.readouterr().out
-
-
-def test_what_is_refused_is_told(study):
-    sailed = study.rov(20.0, 1.0)
-    steered = hd.Damping.from_dict(None, {"X_u": -1.0, "Y_down_y": 2.0})
-    cell = study.exported(sailed, steered, "gz-sim")
-    assert (cell.wrench, cell.replay) == ("refused", "refused")
-    assert "no input for Y_down_y" in cell.refused

@@ -8,7 +8,7 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.identification.fit import empty_fit
 from hydrodamp.simulation.status import Status
-from hydrodamp.validation.vehicle_doubt import Effect, variants, vehicle_doubt
+from hydrodamp.validation.vehicle_doubt import variants, vehicle_doubt
 from hydrodamp.vehicle.mass import rigid_body_mass_matrix
 
 LINEAR = hd.catalog["linear"]
@@ -99,11 +99,3 @@ def test_a_method_that_fails_or_knows_no_covariance(campaign):
     doubt = vehicle_doubt(campaign.vehicle, *logs, LINEAR, Blind(usable=True))
     assert {effect.errors for effect in doubt.effects} == {None}
     assert {effect.share for effect in doubt.effects} == {0.0}
-
-
-def test_words_for_a_replay_that_diverges():
-    effect = Effect("mass ±10 %", "X_u", 0.031, 2.0)
-    assert effect.line(0.5) == (
-        "mass ±10 %: X_u moves by 3.1 % of the damping on its axis, 2.0 standard errors; "
-        "RMS of the replay 0.5 -> diverged"
-    )

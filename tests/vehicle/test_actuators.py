@@ -30,11 +30,6 @@ class TestEveryKind:
         assert used <= set(channels)
         assert all(values.shape == (5,) for values in channels.values())
 
-    def test_derived_channels_are_no_commands(self, actuator):
-        commands = {name: np.zeros(2) for name in actuator.commands}
-        assert not set(actuator.derived) & set(actuator.commands)
-        assert set(actuator.derived) <= set(actuator.channels(commands))
-
     def test_is_a_value(self, actuator):
         twin = pickle.loads(pickle.dumps(actuator))
         assert twin == actuator

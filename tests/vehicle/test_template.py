@@ -56,12 +56,6 @@ def test_a_copy_of_the_fleet_is_the_same_vehicle(name):
     assert copy == dataclasses.replace(fleet[name], name="a: b")
 
 
-def test_a_copy_without_actuators_has_examples():
-    """BlueROV2's thrust is not known; the 690's file says its own."""
-    assert "kind: thruster" in copied(fleet_text("bluerov2"), "mine")
-    assert copied(fleet_text("vt690"), "vt690").count("actuators:") == 1
-
-
 def test_an_estimate_says_that_nothing_rights_it():
     """Length, diameter and mass say nothing of the metacentric height."""
     text = vehicle_template("mine", length=1.33, diameter=0.19, mass=30.5)

@@ -45,13 +45,6 @@ def test_common_methods_differ_for_eyes_without_green():
     assert min(apart) > 0.1
 
 
-def test_ten_models_have_dashes_of_their_own_and_the_eleventh_comes_round():
-    dashes = [look.dashes for look in looks_of([(str(k), "ls") for k in range(11)])]
-    assert len(set(dashes)) == 10
-    assert dashes[10] == dashes[0] == ()
-    assert all(len(each) % 2 == 0 for each in dashes)
-
-
 @pytest.mark.filterwarnings("ignore:Glyph")  # the font lacks letters, which print as boxes
 @pytest.mark.parametrize(
     "name", ["$\\frac{$", "a$b$c", "line\nbreak", "日本 $x", "<script>", "a_b^{c}"]

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.report.figures.axes import clock, trace
 
 from .conftest import labels
 
@@ -94,11 +93,3 @@ def test_a_log_with_nothing_to_draw_is_refused():
         hd.commands_figure(hd.Log.from_arrays(np.arange(5), {"u": np.ones(5)}))
     with pytest.raises(hd.MethodError, match="no velocity"):
         hd.velocities_figure(hd.Log(np.arange(5.0), np.zeros((5, 6)), velocity_names=()))
-
-
-def test_lines_break_at_joins_and_the_clock_leaps_none():
-    log = hd.Log.from_arrays([5, 6, 7, 90, 92], {"u": [1.0, 2, 3, 4, 5]}, segment="aaabb")
-    _, line = trace(log, log.velocity[:, 0])
-    assert clock(log).tolist() == [0.0, 1.0, 2.0, 2.0, 4.0]
-    assert np.flatnonzero(np.isnan(line)).tolist() == [3]
-    assert line[~np.isnan(line)].tolist() == [1, 2, 3, 4, 5]
