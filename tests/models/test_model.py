@@ -39,6 +39,7 @@ def test_unpack_is_equation_14():
         masking[place, AXES.index(axis) * n + model.basis.index(term)] = 1.0
     columns = (masking.T @ kappa).reshape(n, 6, order="F")
     np.testing.assert_array_equal(model.unpack(kappa), columns.T)
+    np.testing.assert_array_equal(model.pack(columns.T), kappa)
     with pytest.raises(ModelError, match=r"`coefficients` must have shape \(30,\).*got \(6,\)"):
         model.unpack(np.zeros(6))
     with pytest.raises(ModelError, match=rf"`matrix` must have shape \(6, {n}\); got \(5, 6\)"):
