@@ -46,6 +46,20 @@ def test_noise_moves_it_less_than_least_squares(campaign):
     assert by_output_error < 0.3 * by_least_squares
 
 
+def test_first_velocities_go_where_they_fit_as_far_as_they_are_in_doubt(campaign):
+    problem = hd.prepare(campaign.vehicle, campaign.exact_train, TRUE_TERMS)
+    windows = searching(problem, TRUE_TERMS).windows(1.0)
+    true = np.array([true_damping()[label] for label in TRUE_TERMS.labels])
+    off = np.random.default_rng(3).normal(scale=1e-3, size=windows.starts.shape)
+    windows = replace(windows, starts=problem.inputs.velocity[windows.bounds[:, 0]] + off)
+    spread, plain = np.ones(6), np.sum(windows.errors(true) ** 2, axis=0)
+    free = replace(windows, doubt=np.full(6, 10.0)).linear(true, spread)
+    held = replace(windows, doubt=np.full(6, 1e-9)).linear(true, spread)
+    assert np.all(free.square < 0.05 * plain)  # a sample's noise is left where samples are averaged
+    np.testing.assert_allclose(held.square, plain, rtol=1e-6)
+    assert free.moved * 10.0**2 == pytest.approx(np.sum(off**2), rel=0.05)
+
+
 def test_a_window_that_runs_away_tells_no_direction(campaign):
     model = hd.catalog["fossen"]
     problem = hd.prepare(campaign.vehicle, campaign.train, model)

@@ -194,7 +194,7 @@ class TestChoice:
         quiet = smoothed(clean, (5, 9, 15))[0] - clean.inputs.velocity
         assert np.std(quiet[:, 0]) < 1e-3 * np.std(clean.inputs.velocity[:, 0])
         assert smoothed(loud, ())[1] == (1,) * 6
-        velocity, windows = smoothed(loud, (5, 9, 15))
+        velocity, windows, _ = smoothed(loud, (5, 9, 15))
         assert windows[0] > 1
         exact = clean.inputs.velocity
         left = [np.std(v - exact) for v in (velocity, loud.inputs.velocity)]

@@ -211,11 +211,11 @@ QUADRATICS = (5, 7, 9, 11, 15, 21, 31)
 
 def smoothed(
     problem: Problem, windows: Sequence[int] = QUADRATICS
-) -> tuple[FloatArray, tuple[int, ...]]:
+) -> tuple[FloatArray, tuple[int, ...], FloatArray]:
     """Return velocities by local quadratics, each over the window of the least risk.
 
-    The windows chosen [samples] come with them; one where a velocity is best as measured. The
-    risk is Stein's estimate of the mean square error under white noise.
+    The windows chosen [samples] come with them, one where a velocity is best as measured, and the
+    risks: Stein's estimate of the mean square error under white noise.
     """
     from scipy.signal import savgol_coeffs, savgol_filter  # takes long to import
 
@@ -231,4 +231,4 @@ def smoothed(
         better = risk < best
         velocity[:, better], chosen[better] = trial[:, better], window
         best = np.minimum(best, risk)
-    return velocity, tuple(chosen.tolist())
+    return velocity, tuple(chosen.tolist()), np.maximum(best, 0.0)

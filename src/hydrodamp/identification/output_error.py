@@ -24,8 +24,9 @@ _MOVED = "how far the search moved from its start, an estimate with another bias
 class OutputError:
     """Fit the open-loop replay of windows that grow: truncated simulation error.
 
-    Windows begin at the smoothed measured velocity, which is not adjusted: a first state that may
-    move absorbs the slow modes that tell a stable hull from an unstable one. The search goes
+    Windows begin near the smoothed measured velocity, moved as far as its own error and the fit
+    together ask for: a first state that is free absorbs the slow modes that tell a stable hull
+    from an unstable one, and of one that is fixed the error grows into damping. The search goes
     through windows of one length, then of one more each time, by damped Gauss-Newton steps with
     the sensitivities of exactly the Runge-Kutta steps that a replay takes. Errors of each
     velocity over each length have an unknown variance of their own (concentrated likelihood).

@@ -44,6 +44,9 @@ _LOOKED_AT = 32
 #: against errors, both as shares of what is usual in the log.
 _BEYOND, _FED = 2.0, 10.0
 
+#: Samples of a window that are alike: against so many errors a first velocity counts as one.
+_ALIKE = 16.0
+
 #: Strengths of the prior in the regressions that a search may start from, and their steps.
 _PRIORS, _ACTIVE = (1e-6, 1e-4, 1e-2, 1.0), 20
 
@@ -57,7 +60,8 @@ class Place:
 
     ``spreads`` are standard deviations of the errors of each velocity, a length each. ``strength``
     is that of the prior against the mean square of the errors over them, ``size`` the mean square
-    of coefficients that it stands for; both per coefficient, in units.
+    of coefficients that it stands for; both per coefficient, in units. ``moved`` is the mean square
+    by which first velocities moved, against their doubt.
     """
 
     coefficients: FloatArray
@@ -65,6 +69,7 @@ class Place:
     spreads: tuple[FloatArray, ...]
     strength: float = _FIRST
     size: float = 1.0
+    moved: float = 0.0
     settled: bool = False
 
 
@@ -79,15 +84,16 @@ class Search:
     problem: Problem
     entries: tuple[np.ndarray, np.ndarray]
     velocity: FloatArray
+    doubt: FloatArray
     noise: FloatArray
     unit: FloatArray
     power: FloatArray
 
     def windows(self, length: float) -> Windows:
-        """Return windows of a length [s], each from the smoothed velocity."""
+        """Return windows of a length [s], each from near the smoothed velocity."""
         bounds = cut(self.problem, length)
         starts = self.velocity[bounds[:, 0]]
-        return Windows(length, self.problem, self.entries, bounds, starts)
+        return Windows(length, self.problem, self.entries, bounds, starts, self.doubt)
 
     def place(self, coefficients: FloatArray, windows: Sequence[Windows]) -> Place:
         """Return the place of coefficients, with the prior that comes before the data."""
@@ -105,12 +111,27 @@ class Search:
             for one in windows
         )
 
+    def at(self, coefficients: FloatArray, place: Place) -> tuple[Place, FloatArray]:
+        """Return the place of other coefficients, and the normal matrix of its mean square error.
+
+        First velocities go where errors, weighed as at the place before, and doubt are least.
+        """
+        spreads, moved, normal = [], 0.0, np.zeros((len(self.unit) + 1,) * 2)
+        for one, spread in zip(place.windows, place.spreads, strict=True):
+            found, n = one.linear(coefficients, spread), len(one.samples)
+            share = len(place.windows) * n * len(spread)
+            spreads.append(np.sqrt(np.maximum(found.square, 0.0) / n + self.noise**2))
+            normal += found.normal / share
+            moved += found.moved / share
+        there = replace(place, coefficients=coefficients, spreads=tuple(spreads), moved=moved)
+        return there, normal
+
     def cost(self, place: Place) -> float:
         """Return what a search makes small: errors, coefficients, and power fed to the motion."""
         x = place.coefficients / self.unit
         misfit = 2.0 * float(np.mean(np.log(place.spreads)))
         fed = _FED * float(np.mean(np.maximum(self.power @ x, 0.0) ** 2))
-        return misfit + place.strength * float(np.mean(x**2)) + fed
+        return misfit + place.moved + place.strength * float(np.mean(x**2)) + fed
 
     def feeding(self, x: FloatArray) -> FloatArray:
         """Return the curvature of half the cost of feeding, where coefficients in units are."""
@@ -123,7 +144,8 @@ def searching(problem: Problem, model: DampingModel) -> Search:
     entries = problem.columns.entries(model)
     rows, axes = entries
     inputs, free = problem.inputs, problem.vehicle.free
-    velocity, _ = smoothed(problem)
+    velocity, _, risk = smoothed(problem)
+    doubt = np.maximum(np.sqrt(risk / _ALIKE)[free], _FLOOR)
     noise = np.maximum(_NOISE * np.sqrt(noise_variance(problem))[free], _FLOOR)
     slopes = fitted(inputs.time, problem.segments, relative(inputs.velocity), 15, degree=3).slope
     forces = np.sqrt(np.mean((slopes @ problem.vehicle.mass_matrix.T) ** 2, axis=0))
@@ -133,7 +155,7 @@ def searching(problem: Problem, model: DampingModel) -> Search:
     box = box_of(velocity, _BEYOND, 0.0).restricted(free)
     usual = float(np.linalg.norm(box.extent * forces * free)) or 1.0
     power = PowerRows(model).rows(spread_over(box)) * unit / usual
-    return Search(problem, entries, velocity, noise, unit, power)
+    return Search(problem, entries, velocity, doubt, noise, unit, power)
 
 
 def starts(search: Search, model: DampingModel) -> list[FloatArray]:
@@ -188,16 +210,13 @@ def descend(search: Search, start: Place) -> Place:
     Errors of each velocity over windows of each length have a variance of their own, unknown: the
     logarithm of their mean square counts, which asks for no weights.
     """
-
-    def at(x: FloatArray, place: Place) -> Place:
-        there = x * search.unit
-        return replace(place, coefficients=there, spreads=search.spreads(there, place.windows))
-
     x, p, damping, settled = start.coefficients / search.unit, len(search.unit), _DAMPING, False
-    place = at(x, start)
+    seen = replace(start, spreads=search.spreads(start.coefficients, start.windows))
+    place, normal = search.at(start.coefficients, seen)
     before = search.cost(place)
     for number in range(ROUNDS):
-        curvature, slope = _quadratic(search, place)
+        curvature = normal[:-1, :-1] * search.unit[:, None] * search.unit
+        slope = normal[:-1, -1] * search.unit
         if number == 1:
             place = _evidence(search, place, curvature)
             before = search.cost(place)
@@ -205,7 +224,7 @@ def descend(search: Search, start: Place) -> Place:
         curvature, slope = curvature + rest, slope - rest @ x
         for _ in range(_TRIALS):
             tried = x + np.linalg.solve(curvature + damping * np.diag(np.diag(curvature)), slope)
-            new = at(tried, place)
+            new, there = search.at(tried * search.unit, place)
             after = search.cost(new)
             if after < before:
                 break
@@ -214,20 +233,11 @@ def descend(search: Search, start: Place) -> Place:
             settled = float(slope @ np.linalg.solve(curvature, slope)) < REST
             break
         settled = before - after < REST and number > 0
-        place, x, before, damping = new, tried, after, max(damping / _FACTOR, 1e-9)
+        place, normal, x, before = new, there, tried, after
+        damping = max(damping / _FACTOR, 1e-9)
         if settled:
             break
     return replace(place, settled=settled)
-
-
-def _quadratic(search: Search, place: Place) -> tuple[FloatArray, FloatArray]:
-    """Return curvature and downward slope of half the mean square error, in units."""
-    total: FloatArray = np.zeros((len(search.unit) + 1,) * 2)
-    for one, spread in zip(place.windows, place.spreads, strict=True):
-        share = len(place.windows) * len(one.samples) * len(spread)
-        total += one.normal(place.coefficients, spread) / share
-    unit = search.unit
-    return total[:-1, :-1] * unit[:, None] * unit, total[:-1, -1] * unit
 
 
 def _evidence(search: Search, place: Place, curvature: FloatArray) -> Place:

@@ -98,7 +98,7 @@ class WeakEquations:
                 f"no segment of the log is as long as the test functions, {self.support:g} s: "
                 "give a shorter `support`, or none to have it chosen"
             )
-        velocity, windows = smoothed(problem, self.windows)
+        velocity, windows, _ = smoothed(problem, self.windows)
         n_terms = len(problem.columns.basis)
         parts = [(np.zeros((0, n_terms)), np.zeros((0, 6)), np.zeros(0), np.zeros(0, dtype=int))]
         for number, (start, time) in enumerate(zip(problem.segments[:, 0], clocks, strict=True)):

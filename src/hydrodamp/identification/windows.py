@@ -1,4 +1,4 @@
-"""Windows of a log, each replayed from its smoothed first velocity: truncated simulation error."""
+"""Windows of a log, each replayed from near its smoothed first velocity: simulation error."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -32,15 +33,27 @@ _MEANS, _ENTRIES = 10, 4_000_000
 _LOST, _LITTLE = 5.0, 1e-4
 
 
+class Linear(NamedTuple):
+    """Errors linearised: normal matrix (p + 1, p + 1), squares (f,), and what starts moved by."""
+
+    normal: FloatArray
+    square: FloatArray
+    moved: float
+
+
 @dataclass(frozen=True, eq=False)
 class Windows:
-    """Stretches of a log of a length [s], rows (first, one past the last), behind each other."""
+    """Stretches of a log of a length [s], rows (first, one past the last), behind each other.
+
+    ``doubt`` is how far the first velocities ``starts`` may be off, a standard deviation each.
+    """
 
     length: float
     problem: Problem
     entries: tuple[np.ndarray, np.ndarray]
     bounds: IntArray
     starts: FloatArray
+    doubt: FloatArray
 
     @cached_property
     def spans(self) -> IntArray:
@@ -78,6 +91,9 @@ class Windows:
         simulated, *_ = kernels.replay(
             table.plant, matrix, self.inputs, self.spans, max_step=MAX_STEP
         )
+        return self._missed(simulated)
+
+    def _missed(self, simulated: FloatArray) -> FloatArray:
         recorded = self.problem.inputs.velocity[:, self.free]
         errors = recorded[self.samples] - simulated[:, self.free]
         return np.where(np.isnan(errors), _LOST * np.abs(recorded).max(axis=0), errors)
@@ -91,30 +107,50 @@ class Windows:
         n = len(self.bounds)
         ends = np.arange(parts + 1) * n // parts
         return np.array(
-            [self.some(slice(a, b)).normal(coefficients, spread) for a, b in pairwise(ends)]
+            [self.some(slice(a, b)).linear(coefficients, spread).normal for a, b in pairwise(ends)]
         )
 
-    def normal(self, coefficients: FloatArray, spread: FloatArray) -> FloatArray:
-        """Return the normal matrix of all windows."""
-        total: FloatArray = np.zeros((len(coefficients) + 1,) * 2)
-        for rows in self._linearised(coefficients, spread):
-            total += rows.T @ rows
-        return total
+    def linear(self, coefficients: FloatArray, spread: FloatArray) -> Linear:
+        """Linearise the errors in the coefficients, first velocities where they fit best.
+
+        With slopes B in first velocities, δ = (BᵀB + doubt⁻²)⁻¹Bᵀe takes Bδ off the errors, and
+        ``normal`` is what that leaves of [A e]ᵀ[A e] (Schur's complement).
+        """
+        p = len(coefficients)
+        normal, square, moved = np.zeros((p + 1, p + 1)), np.zeros(len(self.free)), 0.0
+        for rows, simulated, part in self._linearised(coefficients, spread):
+            own, first = rows[..., : p + 1], rows[..., p + 1 :]
+            shared = first.transpose(0, 2, 1) @ own
+            inner = first.transpose(0, 2, 1) @ first + np.diag(self.doubt**-2.0)
+            gain = np.linalg.solve(inner, shared)
+            flat = own.reshape(-1, p + 1)
+            normal += flat.T @ flat - np.tensordot(shared, gain, ((0, 1), (0, 1)))
+            errors = own[..., p]
+            left = errors - (first @ gain[..., p:])[..., 0]
+            gone = (errors**2 - left**2).reshape(-1, len(self.free)).sum(axis=0)
+            square += np.sum(part._missed(simulated) ** 2, axis=0) - gone * spread**2
+            moved += float(np.sum((gain[..., p] / self.doubt) ** 2))
+        return Linear(normal, square, moved)
 
     def triangle(self, coefficients: FloatArray, spread: FloatArray) -> FloatArray:
-        """Return the root of the normal matrix of all windows, which keeps more digits."""
-        total: FloatArray = np.zeros((len(coefficients) + 1,) * 2)
-        for rows in self._linearised(coefficients, spread):
-            total = folded_rows(total, rows)
+        """Return the root of the normal matrix, first velocities fixed; it keeps more digits."""
+        size = len(coefficients) + 1
+        total: FloatArray = np.zeros((size, size))
+        for rows, *_ in self._linearised(coefficients, spread):
+            total = folded_rows(total, rows[..., :size].reshape(-1, size))
         return total
 
-    def _linearised(self, coefficients: FloatArray, spread: FloatArray) -> Iterator[FloatArray]:
-        """Yield the rows [A e] of some windows after others."""
+    def _linearised(
+        self, coefficients: FloatArray, spread: FloatArray
+    ) -> Iterator[tuple[FloatArray, FloatArray, Windows]]:
+        """Yield rows [A e B] of some windows after others, their replay, and the windows."""
         at_once = max(_ENTRIES // (6 * 2 * _MEANS * (len(coefficients) + 6)), 1)
         for first in range(0, len(self.bounds), at_once):
-            yield self.some(slice(first, first + at_once))._rows(coefficients, spread)
+            part = self.some(slice(first, first + at_once))
+            yield *part._rows(coefficients, spread), part
 
-    def _rows(self, coefficients: FloatArray, spread: FloatArray) -> FloatArray:
+    def _rows(self, coefficients: FloatArray, spread: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the rows of each window, zero behind its last, and the replay."""
         table, p = self.problem.columns, len(coefficients)
         block = max(int(np.median(np.diff(self.bounds, axis=1))) // _MEANS, 1)
         simulated, _, slopes = kernels.replay(
@@ -130,15 +166,22 @@ class Windows:
         count = np.diff(np.append(first, len(simulated)))
         errors = self.problem.inputs.velocity[self.samples] - simulated
         errors = np.add.reduceat(errors, first, axis=0) / np.sqrt(count)[:, None]
-        whole = np.concatenate([slopes[:, :, :p], errors[:, :, None]], axis=2)[:, self.free]
-        whole /= spread[:, None]
+        window = np.searchsorted(self.spans[:, 1], first, side="right")
+        place = np.arange(len(window)) - np.searchsorted(window, window)
+        f = len(self.free)
+        rows = np.zeros((len(self.bounds), int(place.max()) + 1, f, p + 1 + f))
+        for number, axis in enumerate(self.free):
+            here = rows[:, :, number]
+            here[window, place, :p] = slopes[:, axis, :p]
+            here[window, place, p] = errors[:, axis]
+            here[window, place, p + 1 :] = slopes[:, axis, p + self.free]
+            here /= spread[number]
         far = _LOST * np.abs(self.problem.inputs.velocity[:, self.free]).max(axis=0) / spread
-        moved = np.abs(whole * np.append(_LITTLE * coefficients, 1.0)).max(axis=2)
-        lost = ~(np.all(moved <= far * np.sqrt(block), axis=1))  # NaN is not within
-        if lost.any():
-            window = np.searchsorted(self.spans[:, 1], first, side="right")
-            whole[np.isin(window, window[lost])] = 0.0
-        return whole.reshape(-1, p + 1)
+        greatest = np.maximum(rows.max(axis=1), -rows.min(axis=1))[..., : p + 1]
+        moved = (greatest * np.append(np.abs(_LITTLE * coefficients), 1.0)).max(axis=2)
+        lost = ~np.all(moved <= far * np.sqrt(block), axis=1)  # NaN is not within
+        rows[lost] = 0.0
+        return rows.reshape(len(rows), -1, p + 1 + f), simulated
 
 
 def cut(problem: Problem, length: float) -> IntArray:
