@@ -176,3 +176,12 @@ def test_a_cortex_m7_gives_the_same_bits(rich, tmp_path, flags):
 def test_the_precision_is_one_of_two():
     with pytest.raises(hd.MethodError, match="double or float; got 'half'"):
         C(precision="half")
+
+
+def test_a_cross_compiler_without_its_c_library_is_left_out(tmp_path, monkeypatch):
+    broken = tmp_path / "arm-none-eabi-gcc"
+    broken.write_text("#!/bin/sh\nexit 1\n")
+    broken.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{tmp_path}:/bin:/usr/bin")
+    hd.export(hd.published["vt690-sname2022"], hd.fleet["vt690"], "c", tmp_path / "a")
+    assert "Cortex" not in (tmp_path / "a" / "README.md").read_text()

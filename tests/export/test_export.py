@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.export.craft import Craft
+from hydrodamp.export.craft import Craft, States
 from hydrodamp.export.drive import Drive
+from hydrodamp.export.fidelity import wrench_errors
 from hydrodamp.export.python import Python
 from hydrodamp.export.target import NotRun
 
@@ -145,3 +147,44 @@ def test_terms_of_propulsion_need_to_know_it(sailed, tmp_path):
     log = replace(sailed.test, wrench=np.zeros((sailed.test.n, 6)), propulsion_ratio=None)
     with pytest.warns(hd.PropulsionWarning), pytest.raises(hd.ProblemError, match="record `eta`"):
         hd.export(damping, still, "python", tmp_path / "a", log=log)
+
+
+def test_an_axis_that_the_source_does_not_damp_counts():
+    craft = Craft.of(hd.fleet["vt690"], hd.Damping.from_dict(None, {"X_u": -4.0}))
+    velocity = np.random.default_rng(0).normal(size=(50, 6))
+    down, none = np.tile([0.0, 0.0, 1.0], (50, 1)), np.zeros((50, len(craft.inputs)))
+    at = States(velocity, down, none, np.zeros((50, 6)))
+    other = np.zeros((50, 6))
+    other[:, 1] = -2.0 * velocity[:, 1]
+    found = wrench_errors(craft, at, craft.acceleration(at) + other @ craft.inverse)
+    size = np.sqrt(np.mean(velocity**2, axis=0))
+    assert set(found) == {"X", "Y"}
+    assert found["X"] == pytest.approx(0.0, abs=1e-9)
+    assert found["Y"] == pytest.approx(100.0 * 2.0 * size[1] / (4.0 * size[0]))
+
+
+def test_an_export_takes_no_place_but_its_own(tmp_path, monkeypatch):
+    out = tmp_path / "a"
+    hd.export(PUBLISHED, hd.fleet["vt690"], "python", out)
+    monkeypatch.chdir(out)
+    with pytest.raises(hd.FileError, match="is the folder that you are in"):
+        hd.export(PUBLISHED, hd.fleet["vt690"], "python", ".", force=True)
+    (tmp_path / "b").symlink_to(out)
+    with pytest.raises(hd.FileError, match="is a link"):
+        hd.export(PUBLISHED, hd.fleet["vt690"], "python", tmp_path / "b", force=True)
+
+
+def test_an_earlier_export_stays_where_the_new_one_cannot_take_its_place(tmp_path, monkeypatch):
+    out, rename = tmp_path / "a", Path.rename
+    hd.export(PUBLISHED, hd.fleet["vt690"], "python", out)
+    (out / "mine.txt").write_text("here still")
+
+    def fails(path, place):
+        if path.name == "export":
+            raise OSError(28, "No space left on device")
+        return rename(path, place)
+
+    monkeypatch.setattr(Path, "rename", fails)
+    with pytest.raises(hd.FileError, match="No space left"):
+        hd.export(PUBLISHED, hd.fleet["vt690"], "python", out, force=True)
+    assert (out / "mine.txt").read_text() == "here still"

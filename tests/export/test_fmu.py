@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from contextlib import ExitStack
 from dataclasses import replace
 
 import numpy as np
@@ -21,6 +22,12 @@ pytestmark = pytest.mark.skipif(
 )
 
 
+@pytest.fixture
+def hold():
+    with ExitStack() as stack:
+        yield stack.enter_context
+
+
 def packed(craft, folder):
     return next(written(FMU(), craft, folder).glob("*.fmu"))
 
@@ -32,9 +39,9 @@ def test_fmpy_finds_no_fault_with_it(tmp_path):
 
 
 @pytest.mark.parametrize("model", [MODELS[3], ALL_ATOMS], ids=lambda model: model.key)
-def test_its_rates_are_the_cores_to_the_last_bit(model, tmp_path):
+def test_its_rates_are_the_cores_to_the_last_bit(model, hold, tmp_path):
     craft, n = Craft.of(RICH, coefficients(model)), 20
-    unit, at = loaded(packed(craft, tmp_path)), states(craft, n)
+    unit, at = hold(loaded(packed(craft, tmp_path))), states(craft, n)
     turned = quaternion_from_euler(np.random.default_rng(0).normal(size=(n, 3)))
     w, x, y, z = turned.T  # as attitude.c has it
     down = 2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z
@@ -48,10 +55,10 @@ def test_its_rates_are_the_cores_to_the_last_bit(model, tmp_path):
     np.testing.assert_array_equal(rates, wanted)
 
 
-def test_co_simulation_is_a_replay_to_the_last_bit(sailed, tmp_path):
+def test_co_simulation_is_a_replay_to_the_last_bit(sailed, hold, tmp_path):
     log, damping = sailed.exact_test.between(0.0, 5.0), hd.published["vt690-sname2022"]
     craft = Craft.of(sailed.vehicle, damping)
-    unit = loaded(packed(craft, tmp_path))
+    unit = hold(loaded(packed(craft, tmp_path)))
     velocity = [log.velocity[0]]
     unit.setReal(range(STATES, RATES), [*log.velocity[0], 0.0, 0.0, 0.0, *unit_quaternion(log)])
     unit.exitInitializationMode()
@@ -85,3 +92,34 @@ def test_the_card_is_of_the_unit_itself(planar, tmp_path):
     card = hd.export(damping, boat, "fmu", tmp_path / "a", log=log)
     assert card.run_by.startswith("fmpy")
     assert card.replays.source_to_target.rms < 1e-13
+
+
+def test_a_quaternion_that_grew_is_told_to_the_importer(tmp_path):
+    from fmpy import extract, read_model_description
+    from fmpy.fmi2 import FMU2Model, fmi2EventInfo
+
+    path = packed(Craft.of(hd.fleet["vt690"], hd.published["vt690-sname2022"]), tmp_path)
+    place = extract(path, tmp_path / "unit")
+    guid = read_model_description(path).guid
+    unit = FMU2Model(guid=guid, unzipDirectory=place, modelIdentifier="vt690", instanceName="one")
+    unit.instantiate()
+    unit.setupExperiment()
+    unit.enterInitializationMode()
+    unit.exitInitializationMode()
+    info = fmi2EventInfo()
+    for length, changed in ((1.0, 0), (1.01, 1)):
+        unit.setReal(range(9, 13), [0.6 * length, 0.8 * length, 0.0, 0.0])
+        event, _ = unit.completedIntegratorStep()
+        unit.fmi2NewDiscreteStates(unit.component, info)
+        assert (event, info.valuesOfContinuousStatesChanged) == (changed, changed)
+        np.testing.assert_allclose(unit.getReal(range(9, 13)), [0.6, 0.8, 0.0, 0.0], rtol=1e-12)
+    unit.freeInstance()
+
+
+def test_why_there_is_no_binary_is_told(tmp_path, monkeypatch):
+    refuses = tmp_path / "cc"
+    refuses.write_text("#!/bin/sh\necho 'no header stddef.h' >&2; exit 1\n")
+    refuses.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{tmp_path}:/bin:/usr/bin")
+    card = hd.export(hd.published["vt690-sname2022"], hd.fleet["vt690"], "fmu", tmp_path / "a")
+    assert "Not run here: cc refused it: no header stddef.h." in str(card)

@@ -55,16 +55,23 @@ def version_of(command: str) -> str:
 
 
 def size_of(contents: Mapping[str, bytes], flags: Sequence[str]) -> str:
-    """Tell what sources take on a Cortex-M7, else on this machine; nothing where no gcc is."""
+    """Tell what sources take on a Cortex-M7, else on this machine; nothing where no gcc can."""
     kits = {"arm-none-eabi-": _CORTEX_M7, "": ()}
-    prefix = next((each for each in kits if shutil.which(f"{each}gcc")), None)
-    if prefix is None:
+    found = (_size_by(prefix, kit, contents, flags) for prefix, kit in kits.items())
+    return next(filter(None, found), "")
+
+
+def _size_by(
+    prefix: str, kit: Sequence[str], contents: Mapping[str, bytes], flags: Sequence[str]
+) -> str:
+    if not shutil.which(f"{prefix}gcc"):
         return ""
     with tempfile.TemporaryDirectory() as place:
         save_all({Path(place, name): content for name, content in contents.items()})
         sources = [name for name in contents if name.endswith(".c")]
-        call = [f"{prefix}gcc", *STRICT, "-Os", "-fstack-usage", *kits[prefix], *flags, "-c"]
-        subprocess.run([*call, *sources], cwd=place, check=True)
+        call = [f"{prefix}gcc", *STRICT, "-Os", "-fstack-usage", *kit, *flags, "-c"]
+        if subprocess.run([*call, *sources], cwd=place, capture_output=True).returncode:
+            return ""  # a cross compiler without its C library
         told = _said([f"{prefix}size", *(f"{Path(name).stem}.o" for name in sources)], place)
         rows = np.array([line.split()[:3] for line in told.splitlines()[1:]], dtype=int)
         frames = " ".join(each.read_text() for each in Path(place).glob("*.su"))

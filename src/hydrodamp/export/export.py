@@ -54,7 +54,8 @@ def export(
         What the written model is driven with, and where terms are fitted that the target cannot
         hold.
     box : OperatingBox, optional
-        Where they are fitted without a log.
+        The velocities that they are fitted at without a log, and that powers are looked at within;
+        by default those of the log.
     force : bool, optional
         Replace an earlier export, and keep one whose replay diverges though that of its source
         does not.
@@ -102,20 +103,33 @@ def export(
         card = _card(form, craft, held, at, drive, lost, made)
         _check_replay(card, force)
         save({CARD: as_json(card.document())}, made)
-        if folder.exists():
-            folder.rename(Path(place, "earlier"))
-        made.rename(folder)
+        _replace(folder, made, Path(place, "earlier"))
     return card
 
 
 def check_export(folder: Path, force: bool) -> None:
     """Refuse a folder that cannot be written, or that holds anything but an earlier export."""
     check_folder(folder)
+    if folder.is_symlink() or folder.resolve() == Path.cwd():
+        which = "is a link" if folder.is_symlink() else "is the folder that you are in"
+        raise FileError(f"{folder}: {which}, and an export takes its folder's place; name another.")
     if folder.exists() and any(folder.iterdir()):
         if not (folder / CARD).is_file():
             raise FileError(f"{folder}: holds what is no export of hydrodamp; name a new folder.")
         if not force:
             raise FileError(f"{folder}: holds an earlier export; name another, or say --force.")
+
+
+def _replace(folder: Path, made: Path, earlier: Path) -> None:
+    """Put what was made in the place of an earlier export, which stays if that fails."""
+    if folder.exists():
+        folder.rename(earlier)
+    try:
+        made.rename(folder)
+    except OSError as error:
+        if earlier.exists():
+            earlier.rename(folder)
+        raise FileError(f"{folder}: cannot be written: {error.strerror}.") from error
 
 
 def _held(form: Target, craft: Craft, at: States, known: bool) -> tuple[Craft, tuple[str, ...]]:

@@ -203,14 +203,20 @@ def _between(first: Trajectory, second: Trajectory) -> Score:
 
 
 def wrench_errors(craft: Craft, at: States, acceleration: FloatArray) -> dict[str, float]:
-    """Return by axis how far the wrench of a target is from that of its source [%]."""
+    """Return by axis how far the wrench of a target is from that of its source [%].
+
+    An axis that the source does not damp counts by what damps the others: forces and moments each.
+    """
     missing = (acceleration - craft.acceleration(at)) @ craft.vehicle.mass_matrix
     size = np.sqrt(np.mean(craft.damping_wrench(at) ** 2, axis=0))
     error = np.sqrt(np.mean(missing**2, axis=0))
+    others = np.repeat([size[:3].max(), size[3:].max()], 3)
+    unit = np.where(size > 0.0, size, np.where(others > 0.0, others, size.max() or 1.0))
+    found = dict(zip(AXES, (100.0 * error / unit).tolist(), strict=True))
     return {
-        axis: 100.0 * float(error[row] / size[row])
-        for row, axis in enumerate(AXES)
-        if axis in craft.vehicle.axes and size[row] > 0.0
+        axis: found[axis]
+        for axis, damped in zip(AXES, (size > 0.0).tolist(), strict=True)
+        if axis in craft.vehicle.axes and (damped or found[axis] > 100.0 * ROUNDING)
     }
 
 

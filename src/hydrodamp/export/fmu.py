@@ -7,7 +7,8 @@ import io
 import platform
 import tempfile
 import zipfile
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -18,10 +19,19 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.export.c99 import header_of
 from hydrodamp.export.compiling import HEADERS, SOURCES, own_files, shared
-from hydrodamp.export.craft import Craft
-from hydrodamp.export.drive import LONGEST_STEP
+from hydrodamp.export.craft import Craft, States
+from hydrodamp.export.drive import LONGEST_STEP, Drive, Rate
 from hydrodamp.export.frames import upright
-from hydrodamp.export.target import Engine, Files, NotRun, Target, by_rate, rendered, require
+from hydrodamp.export.target import (
+    RUNGE_KUTTA,
+    Engine,
+    Files,
+    NotRun,
+    Target,
+    by_rate,
+    rendered,
+    require,
+)
 from hydrodamp.export.words import name_of, said_of
 from hydrodamp.files import save_all
 
@@ -70,32 +80,59 @@ class FMU(Target):
     def read(self, folder: Path, craft: Craft) -> Engine:
         """Load the unit by fmpy, and return its rates of model exchange."""
         require("fmpy")
-        unit = loaded(folder / f"{name_of(craft)}.fmu")
+        name, by = name_of(craft), f"fmpy {version('fmpy')}"
+        path = folder / f"{name}.fmu"
+        _check_binary(path, name)
 
-        def rate(
-            velocity: FloatArray, down: FloatArray, inputs: FloatArray, wrench: FloatArray
-        ) -> FloatArray:
-            state = *velocity, 0.0, 0.0, 0.0, *upright(down[None])[0]
-            values = *wrench, *inputs
-            unit.setReal(range(STATES, STATES + len(state)), state)
-            unit.setReal(range(INPUTS, INPUTS + len(values)), values)
-            return np.array(unit.getReal(range(RATES, RATES + 6)))
+        def rates(at: States) -> FloatArray:
+            with loaded(path) as unit:
+                return by_rate(by, _rate_of(unit)).rates(at)
 
-        return by_rate(f"fmpy {version('fmpy')}", rate)
+        def replay(drive: Drive) -> FloatArray:
+            with loaded(path) as unit:
+                return by_rate(by, _rate_of(unit)).replay(drive)
+
+        return Engine(by, RUNGE_KUTTA, rates, replay)
 
 
-def loaded(path: Path) -> Any:
-    """Return a unit for co-simulation, in its initialization: its state may be set."""
+@contextmanager
+def loaded(path: Path) -> Iterator[Any]:
+    """Hold a unit for co-simulation, in its initialization: its state may be set."""
     from fmpy import extract, instantiate_fmu, read_model_description
 
     with tempfile.TemporaryDirectory() as place:
         extract(path, place)
-        if not Path(place, "binaries").exists():
-            raise NotRun("no C compiler was there to make its binary")
         unit = instantiate_fmu(place, read_model_description(path), "CoSimulation")
-    unit.setupExperiment()
-    unit.enterInitializationMode()
-    return unit
+        try:
+            unit.setupExperiment()
+            unit.enterInitializationMode()
+            yield unit
+        finally:
+            unit.freeInstance()
+
+
+def _rate_of(unit: Any) -> Rate:
+    def rate(
+        velocity: FloatArray, down: FloatArray, inputs: FloatArray, wrench: FloatArray
+    ) -> FloatArray:
+        state = *velocity, 0.0, 0.0, 0.0, *upright(down[None])[0]
+        values = *wrench, *inputs
+        unit.setReal(range(STATES, STATES + len(state)), state)
+        unit.setReal(range(INPUTS, INPUTS + len(values)), values)
+        return np.array(unit.getReal(range(RATES, RATES + 6)))
+
+    return rate
+
+
+def _check_binary(path: Path, name: str) -> None:
+    """Say why a unit has no binary, by trying again to make it."""
+    with zipfile.ZipFile(path) as archive:
+        names = archive.namelist()
+        if any(each.startswith("binaries/") for each in names):
+            return
+        parts = {each: archive.read(each) for each in names if each.startswith("sources/")}
+    _binary(name, {Path(each).name: content for each, content in parts.items()})
+    raise NotRun(f"no binary is made for {platform.system()} on {platform.machine()}")
 
 
 def _binary(name: str, sources: dict[str, bytes]) -> dict[str, bytes]:
