@@ -5,7 +5,6 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.data.attitude import quaternion_from_euler
 
 ROW = {
     *("model", "method", "n_coefficients", "rank", "rms", "rms_by_axis", "fit_by_axis"),
@@ -132,17 +131,3 @@ def test_an_earlier_comparison_is_named_before_it_goes(folder, call):
     assert "out holds an earlier comparison, which this one replaces" in again.stderr
     assert not old.exists()
     assert [row.model for row in hd.read_comparison("out").rows] == ["fossen"]
-
-
-def test_a_rate_in_the_wrong_unit_is_told_before_it_is_fitted(folder, call):
-    time = np.arange(0.0, 60.0, 0.1)
-    log = hd.Log.from_arrays(
-        time,
-        {"u": 1.0 + 0.1 * np.sin(time), "v": 0.1 * np.cos(time), "r": np.radians(np.cos(time) / 2)},
-        attitude=quaternion_from_euler(np.outer(np.sin(time), [0.0, 0.0, 0.5])),
-        commands={"ahead": np.sin(time), "turn": np.cos(time)},
-    )
-    hd.write_log(log, folder / "turns.csv")
-    done = call("identify turns.csv --vehicle planar.yaml --model linear --method ls --json")
-    told = " ".join(done.stderr.split())
-    assert "warning: turns.csv: suspicion: `r` is rad/s taken for deg/s" in told

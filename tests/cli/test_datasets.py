@@ -59,13 +59,6 @@ def test_yes_downloads_what_is_not_there(call):
     assert Path("here/b.dat").read_text(encoding="utf-8") == CONTENT["b.dat"]
 
 
-def test_measured_logs_offline(call, measured_logs):
-    done = call(f"datasets vt690-field --folder {measured_logs('vt690_field')}")
-    assert "do not pass the files on" in done.stderr
-    assert "5 of 5 files with the checksum that hydrodamp knows" in done.stderr
-    assert "--mapping avl690" in done.stderr
-
-
 @pytest.mark.parametrize(
     ("line", "said"),
     [

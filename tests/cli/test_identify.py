@@ -51,13 +51,6 @@ def test_json_is_the_damping_file(folder, call):
     assert document["fit"]["n_samples"] < 400
 
 
-def test_a_model_of_a_file_with_a_command(folder, call):
-    (folder / "mine.yaml").write_text("{name: mine, terms: {X: 'u ahead', N: r}}", "utf-8")
-    line = "identify --train a.csv --vehicle planar.yaml --model mine.yaml --method weak --json"
-    done = call(line)
-    assert set(json.loads(done.stdout)["coefficients"]) == {"X_u", "X_ahead", "N_r"}
-
-
 @pytest.mark.usefixtures("undrawn")
 def test_a_wrong_thrust_is_told_before_the_fit_and_a_free_gain_undoes_it(folder, call):
     assert "the motion asks for" not in call(LINE).stderr

@@ -250,20 +250,3 @@ def test_times_copied_from_probe_are_taken(folder, call):
     done = call(f"{line} --train 1459776213:1459776253 --test 90:95", 2)
     assert done.stderr.count("by the clock of the log: -0.25:39.75 in seconds") == 1
     assert "first sample at 1459776213.250 s by its clock" in " ".join(done.stderr.split())
-
-
-def test_measured_logs(folder, call, measured_logs):
-    """What their README says of them must be found without it."""
-    run = measured_logs("bluerov2_kth") / "run_11_40_38.csv"
-    document = asked(call, f"{run}")
-    assert (document["axes"]["body"], document["axes"]["velocity"]) == ("FLU", "body")
-    assert document["axes"]["rate_unit"] == "rad/s"
-    assert document["presets"][0]["name"] == "bluerov2-kth"
-
-    document = asked(call, f"{measured_logs('vt690_field')}")
-    found = {one["column"].split(".", 1)[1]: one["role"] for one in document["guesses"]}
-    assert document["axes"]["body"] == "FRD"
-    assert found["velocity.v_x"] == "velocity.u"
-    assert found["depth.depth_filt"] == "position.depth"
-    assert found["fins.top"] == "commands"
-    assert document["presets"][0]["name"] == "avl690"

@@ -47,14 +47,6 @@ def test_the_report_is_made_again_as_it_was(results, call):
     assert b'"name":"w"' not in first  # a locked velocity is not drawn
 
 
-def test_a_page_elsewhere_names_a_lost_picture(results, call, folder):
-    (results / "figures" / "power.svg").unlink()
-    call("report out --out elsewhere.html")
-    text = (folder / "elsewhere.html").read_text("utf-8")
-    assert "The run wrote its pictures as SVG files for print" in text
-    assert "power.svg is not there" in text
-
-
 @pytest.mark.parametrize(
     ("line", "words"),
     [

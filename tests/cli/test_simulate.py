@@ -38,14 +38,6 @@ def test_what_looks_wrong_about_the_log_is_told(folder, call, damping):
     assert "suspicion: `r` stands still to the last bit" in " ".join(done.stderr.split())
 
 
-def test_another_vehicle_is_warned_of(folder, call, damping):
-    text = (folder / "planar.yaml").read_text("utf-8")
-    (folder / "heavy.yaml").write_text(text.replace("[20, 0, 0]", "[25, 0, 0]"), "utf-8")
-    done = call(f"simulate b.csv --vehicle heavy.yaml --damping {damping}")
-    assert done.stderr.startswith("warning: These coefficients belong to vehicle 'planar'")
-    assert len(done.stderr.splitlines()) == 1
-
-
 def test_a_diverged_replay_failed(folder, call, damping):
     document = json.loads((folder / damping).read_text("utf-8"))
     document["coefficients"]["X_u"] = 300.0

@@ -4,23 +4,6 @@ import pytest
 
 
 @pytest.mark.parametrize(
-    ("line", "said"),
-    [
-        ("probe a.csv --vehicle map.yaml", "map.yaml is a mapping of a log (it has velocity)"),
-        ("probe a.csv --mapping planar.yaml", "planar.yaml is a vehicle (it has mass_matrix)"),
-        ("probe planar.yaml", "planar.yaml is a vehicle"),
-        ("models planar.yaml", "not a file of models: give it as `--vehicle`"),
-        ("simulate a.csv --vehicle planar.yaml --damping planar.yaml", "not a damping file"),
-    ],
-)
-def test_one_file_for_another(folder, call, line, said):
-    (folder / "map.yaml").write_text("time: t\nvelocity: {u: speed}\n", "utf-8")
-    done = call(line, 2)
-    assert said in done.stderr
-    assert len(done.stderr.splitlines()) == 1
-
-
-@pytest.mark.parametrize(
     ("line", "near"),
     [
         ("probe abb.csv", "ab.csv"),

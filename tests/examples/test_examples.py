@@ -56,18 +56,6 @@ def test_the_rov_beats_a_decoupled_fit(run, measured_logs, tmp_path):
     assert min(fit["p"], fit["q"], fit["r"]) > 45.0
 
 
-def test_the_tanker_has_the_added_mass_its_comment_works_out():
-    vehicle = hd.read_vehicle(EXAMPLES / "kvlcc2" / "vehicle.yaml")
-    assert vehicle.axes == ("X", "Y", "N")
-    sway, yaw = 0.5 * 1000 * 7.0**2 * 0.455, 0.5 * 1000 * 7.0**4 * 0.455
-    about_origin = 9909 + 3272 * 0.2436**2
-    mass = vehicle.mass_matrix
-    assert mass[0, 0] == pytest.approx(3272 + 0.022 * sway, rel=1e-4)
-    assert mass[1, 1] == pytest.approx(3272 + 0.223 * sway, rel=1e-4)
-    assert mass[5, 5] == pytest.approx(about_origin + 0.011 * yaw, rel=1e-4)
-    assert mass[1, 5] == pytest.approx(3272 * 0.2436)
-
-
 def test_whole_zigzags_that_were_held_out(run, measured_logs, tmp_path):
     """At or above 82 % everywhere: what an independent fit of the same terms reaches, at least."""
     asked = ("--models", "tanker", "--methods", "weak,recommended", "--out", tmp_path / "out")

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.polynomial import polynomial
 
 import hydrodamp as hd
 from hydrodamp.identification.differences import default_derivative
@@ -31,17 +32,9 @@ def irregular():
 
 
 def cubic(time):
-    coefficients = np.array(
-        [
-            [1, 2, 3, 4, 5, 6],
-            [1, -1, 2, 0, 1, 3],
-            [0.1, 0.2, 0, 0.3, 0, 0.1],
-            [0.01, 0, 0.02, 0, 0.03, 0],
-        ]
-    )
-    powers = time[:, None] ** np.arange(4)
-    slopes = np.arange(1, 4) * time[:, None] ** np.arange(3)
-    return powers @ coefficients, slopes @ coefficients[1:]
+    """A cubic on every axis, and its slope."""
+    rows = np.random.default_rng(2).normal(size=(4, 6)) / [[1], [1], [10], [100]]
+    return polynomial.polyval(time, rows).T, polynomial.polyval(time, polynomial.polyder(rows)).T
 
 
 def test_savitzky_golay_is_exact_on_its_own_polynomials_on_any_clock(vehicle, irregular):

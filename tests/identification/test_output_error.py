@@ -7,7 +7,6 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.identification.search import searching, within
-from hydrodamp.identification.windows import covered, cut
 from hydrodamp.simulation.campaign.truth import true_damping
 
 SETTLED = (hd.Status.OK, hd.Status.STOPPED)
@@ -68,19 +67,6 @@ def test_a_window_that_runs_away_tells_no_direction(campaign):
     pushed[model.index("X_u")] = 60.0  # thrust for drag
     assert np.isfinite(windows.errors(pushed)).all()
     assert not windows.normals(pushed, np.ones(6), 2).any()
-
-
-def test_windows_hold_every_sample_and_cross_no_join(campaign):
-    problem = hd.prepare(campaign.vehicle, campaign.train, hd.catalog["fossen"])
-    time, windows = problem.inputs.time, cut(problem, 7.0)
-    lengths = time[windows[:, 1] - 1] - time[windows[:, 0]]
-    np.testing.assert_allclose(lengths, 7.0, atol=0.051)
-    segment = problem.segment_numbers
-    np.testing.assert_array_equal(segment[windows[:, 0]], segment[windows[:, 1] - 1])
-    assert set(problem.segments[:, 0]) <= set(windows[:, 0])
-    assert set(problem.segments[:, 1]) <= set(windows[:, 1])
-    assert set(covered(windows)) == set(range(problem.n_samples))
-    np.testing.assert_array_equal(cut(problem, np.inf), problem.segments)
 
 
 def test_lengths_beyond_every_segment_are_whole_segments(campaign):

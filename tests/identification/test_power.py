@@ -32,18 +32,6 @@ def test_what_is_damping():
     assert not any(dissipates(hd.Term.parse(term)) for term in others)
 
 
-@pytest.mark.parametrize("key", ["mcfarland-whitcomb", "prestero", "gertler-hagen"])
-def test_absolute_values_apart_are_a_bound_on_the_power(key, true_damping):
-    """v|r| becomes v times any speed from 0 to 0.4; at the worst speeds the rows give the same."""
-    damping = true_damping(hd.catalog[key])
-    rows, nu = PowerRows(damping.model), velocities(UNDER_WAY)
-    most = rows.power(damping.coefficients, nu, UNDER_WAY)
-    assert np.all(most >= damping.power(nu) - 1e-9)
-    speeds = rows.worst_speeds(damping.coefficients, nu, UNDER_WAY)
-    assert np.all((speeds >= UNDER_WAY.nearest) & (speeds <= UNDER_WAY.extent))
-    np.testing.assert_allclose(rows.rows(nu, speeds) @ damping.coefficients, most, rtol=1e-9)
-
-
 def test_the_worst_power_of_a_quadratic_form_is_at_a_corner():
     """X_v + Y_u = 2 couples: P = -u^2 + 2 u v + v^2 grows with v, falls with u beyond v."""
     damping = hd.Damping.from_dict(None, {"X_u": -1, "X_v": 2, "Y_v": 1})
@@ -51,15 +39,6 @@ def test_the_worst_power_of_a_quadratic_form_is_at_a_corner():
     worst = hd.worst_power(damping, box)
     assert worst.power == pytest.approx(-(3.0**2) + 2 * 3 * 3 + 3**2, rel=1e-6)
     np.testing.assert_allclose(np.abs(worst.velocity[:2]), [3, 3], rtol=1e-3)
-
-
-def test_the_worst_power_inside_the_box():
-    """P = 3 r^2 - 2 |r|^3, worst at r = 1."""
-    damping = hd.Damping.from_dict(None, {"N_r": 3, "N_r|r|": -2})
-    box = hd.OperatingBox([0, 0, 0, 0, 0, -2], [0, 0, 0, 0, 0, 2])
-    worst = hd.worst_power(damping, box)
-    assert worst.power == pytest.approx(1.0, rel=1e-8)
-    assert abs(worst.velocity[5]) == pytest.approx(1.0, abs=1e-3)
 
 
 def test_the_search_finds_what_dense_sampling_finds(true_damping):

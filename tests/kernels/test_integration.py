@@ -27,18 +27,6 @@ def test_sub_steps_are_equal_and_no_longer_than_asked(length, steps):
     assert found[1, 0] == pytest.approx(once**steps, rel=1e-14)
 
 
-def test_each_segment_restarts_and_the_rest_is_not_a_number(make):
-    rng = np.random.default_rng(9)
-    plant, matrix = make.linear_plant(rng)
-    inputs = make.inputs(rng, n=20)
-    found, *_ = kernels.replay(plant, matrix, inputs, np.array([[2, 8], [10, 20]]))
-    for start in (2, 10):
-        np.testing.assert_array_equal(found[start], inputs.velocity[start])
-    alone, *_ = kernels.replay(plant, matrix, inputs, np.array([[10, 20]]))
-    np.testing.assert_array_equal(found[10:], alone[10:])
-    assert np.all(np.isnan(found[[0, 1, 8, 9]]))
-
-
 def test_overflow_and_a_lost_first_sample_have_diverged():
     plant = Plant(np.eye(6), FREE, [[1, 1, 1, 1]], 0)
     matrix = np.array([[1e3, 0, 0, 0, 0, 0]])

@@ -38,17 +38,8 @@ def test_factors_that_cannot_be_are_refused(factors):
         Plant(np.eye(6), FREE, factors, 0)
 
 
-def test_a_sample_holds_its_row(make):
-    inputs = make.inputs(np.random.default_rng(0), n=5)
-    sample = inputs.sample(3)
-    assert sample.time == inputs.time[3]
-    np.testing.assert_array_equal(sample.velocity, inputs.velocity[3])
-    np.testing.assert_array_equal(sample.propulsion, inputs.propulsion[3])
-    np.testing.assert_array_equal(sample.values[7:10], inputs.down[3])
-    np.testing.assert_array_equal(sample.values[10:16], inputs.wrench[3])
-    np.testing.assert_array_equal(sample.values[18:], inputs.channels[3])
-    assert not sample.values.flags.writeable
-    alone = Sample.of(time=1.0, velocity=np.ones(6))  # level and unforced
+def test_a_sample_alone_is_level_and_unforced():
+    alone = Sample.of(time=1.0, velocity=np.ones(6))
     np.testing.assert_array_equal(alone.values, [1] * 7 + [0, 0, 1] + [0] * 8)
     with pytest.raises(ProblemError, match="shapes required"):
         Sample.of(time=1.0, velocity=np.ones(5))

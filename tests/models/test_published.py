@@ -113,16 +113,6 @@ def test_vt690_is_prestero_and_one_more_and_belongs_to_the_vehicle():
     assert damping.vehicle.weight == damping.vehicle.buoyancy == 466.5
 
 
-def test_simple_drag_sets_take_nothing_out():
-    assert hd.published["bluerov2"].model is hd.catalog["fossen"]
-    assert hd.published["bluerov2"]["Z_w|w|"] == -36.99
-    assert hd.published["bluerov2-heavy"]["Y_v"] == 0.0
-    assert hd.published["bluerov2-hkpolyu"]["M_q"] == -44.9085
-    assert hd.published["lauv"]["Y_r"] == 11.5
-    assert hd.published["lauv"].model.n_coefficients == 16
-    assert hd.published["eca-a9"]["X_u^2"] == -8.0
-
-
 @pytest.mark.parametrize("name", hd.published)
 def test_every_set_dissipates_while_under_way(name):
     """Ahead at 0.5-2.5 m/s, drift below 0.1 m/s and rates below 0.1 rad/s."""

@@ -45,13 +45,6 @@ def test_rates_in_other_axes_are_told():
     assert "Motion alone cannot distinguish" in told
 
 
-def test_a_column_too_unsure_for_the_draft_is_named():
-    told = notes(Topic("", None, {"t": TIME, "u": 100 + 50 * np.sin(TIME), "v": 99 * np.cos(TIME)}))
-    assert "No shipped preset fits." in told
-    assert "too unsure (" in told
-    assert "missing: a log: the roles of its columns are too unsure" in told
-
-
 def test_an_answer_before_its_command_is_told():
     log = Log(TIME, np.ones((len(TIME), 6)))
     early = Delay("rudder", "r", -0.3, 0.05, 0.4, -1, 40)
@@ -59,12 +52,3 @@ def test_an_answer_before_its_command_is_told():
     assert grid.words[0] == ["rudder", "r", "-1", "-0.30", "0.05", "40%", "40"]
     assert grid.words[1][4] == "-"
     assert any("before rudder:" in note for note in grid.notes)
-
-
-def test_many_segments_are_counted():
-    n = LISTED + 3
-    names = np.repeat([f"run{k}" for k in range(n)], 3).tolist()
-    log = Log.from_arrays(np.tile([0.0, 0.1, 0.3], n), np.ones((3 * n, 6)), segment=names)
-    segments, _ = grids_of(log)
-    assert len(segments.rows) == LISTED
-    assert segments.notes == ("and 3 more segments",)

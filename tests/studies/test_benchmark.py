@@ -133,23 +133,20 @@ def test_groups_and_patterns_choose(part):
 
 
 @pytest.mark.parametrize(
-    "name", ["sname/200s", "sname2022/200s", "remus/200s", "remus-theory/120s", "rov/200s"]
+    ("name", "change", "most"),
+    [
+        *((f"{name}/200s", {}, 1e-3) for name in ("sname", "sname2022", "remus", "rov")),
+        ("remus-theory/120s", {}, 1e-3),
+        *((f"{name}/200s", {"rate": 50.0}, 0.01) for name in ("heavy-rov", "tanker")),
+    ],
 )
-def test_true_coefficients_replay_what_really_happened(part, name):
-    """Through the package's own replay, where the water is a table of terms."""
+def test_the_truth_replays_what_really_happened(part, name, change, most):
+    """True coefficients through the package's replay; else the wrench that the motion asks for."""
     lists, check = part("_campaigns"), part("_check")
     make = {**lists.SEEN, **lists.UNSEEN}[name]
-    logs = replace(make, duration=8.0, conditions=SILENT)()
-    assert check.exact_floor(logs) < 1e-3
+    logs = replace(make, duration=8.0, conditions=SILENT, **change)()
+    assert check.exact_floor(logs) < most
     assert logs.train.velocity.std() > 0.0
-
-
-@pytest.mark.parametrize("name", ["heavy-rov/200s", "tanker/200s"])
-def test_exact_accelerations_are_those_of_the_motion(part, name):
-    """Where the water is no table: the wrench they ask for replays each second, at 50 Hz."""
-    lists, check = part("_campaigns"), part("_check")
-    logs = replace(lists.SEEN[name], duration=8.0, conditions=SILENT, rate=50.0)()
-    assert check.exact_floor(logs) < 0.01
 
 
 def test_what_is_told_wrong_is_wrong_by_so_much(part):

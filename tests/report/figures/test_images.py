@@ -10,17 +10,12 @@ it is on the sheet, is asserted beside. After a change that is meant,
 draws them anew; look at them before they are kept.
 """
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 import pytest
 
 import hydrodamp as hd
 
 from .conftest import made_up, tied
-
-if TYPE_CHECKING:
-    pass
 
 pytest.importorskip("matplotlib", reason="figures need the extra hydrodamp[report]")
 

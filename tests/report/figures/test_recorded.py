@@ -1,6 +1,5 @@
 """Figures 2 and 3: panels, units, joins; lines of long series."""
 
-import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -35,22 +34,6 @@ def test_joins_are_dotted_in_every_panel_and_segments_named(sailed):
     assert [text.get_text() for text in figure.axes[0].texts] == names
     said = figure.axes[-1].get_xlabel()
     assert said == f"recorded time, {len(names)} segments end to end [s]"
-
-
-def test_long_names_are_cut_to_their_room_and_left_out_where_there_is_none(on_sheet):
-    ends = (0, 2, 31, 60)
-    segments = tuple(
-        hd.Segment(f"{'mission' * 20}{k}", start, stop)
-        for k, (start, stop) in enumerate(itertools.pairwise(ends))
-    )
-    log = replace(planar(), segments=segments, velocity_names=("u",))
-    nine = tuple(hd.Segment(f"s{k}", 6 * k, 6 * k + 6) for k in range(10))
-    assert not hd.velocities_figure(replace(log, segments=nine)).axes[0].texts
-    figure = hd.velocities_figure(log)
-    first, *others = (text.get_text() for text in figure.axes[0].texts)
-    assert first == ""
-    assert all(name.endswith("…") for name in others)
-    on_sheet(figure)
 
 
 def test_commands_of_one_order_of_magnitude_share_a_panel(sailed, on_sheet):

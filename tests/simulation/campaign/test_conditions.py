@@ -31,12 +31,13 @@ def autocorrelation(series, lag):
     return (series[lag:] * series[:-lag]).mean(axis=(0, 1)) / (series**2).mean(axis=(0, 1))
 
 
-@pytest.mark.parametrize("lag", [1, 2, 5])
-def test_coloured_errors_forget_as_stated(lag):
+@pytest.mark.parametrize(("period", "lag"), [(0.1, 1), (0.1, 2), (0.1, 5), (0.02, 10)])
+def test_coloured_errors_forget_as_stated(period, lag):
     """Autocorrelation exp(-lag / time): DVL 0.4 s, gyro 0.1 s, attitude 0.5 s, depth 0.4 s."""
     times = np.array([0.4] * 3 + [0.1] * 3 + [0.5] * 3 + [0.4])
-    errors = COLOURED.draw_errors(7, n_runs=6, n_samples=20000)
-    np.testing.assert_allclose(autocorrelation(errors, lag), np.exp(-0.1 * lag / times), atol=0.025)
+    errors = COLOURED.draw_errors(7, n_runs=6, n_samples=20000, period=period)
+    forgotten = np.exp(-period * lag / times)
+    np.testing.assert_allclose(autocorrelation(errors, lag), forgotten, atol=0.025)
 
 
 def test_pushes_are_as_strong_and_last_as_stated():
@@ -62,11 +63,3 @@ def test_beginning_of_a_run_depends_on_its_seed_alone(name, n_runs, n_samples):
     draw = getattr(COLOURED, name)
     np.testing.assert_array_equal(draw(9, n_runs, n_samples), draw(9, 6, 50)[:n_samples, :n_runs])
     assert not np.any(draw(8, n_runs, n_samples) == draw(9, n_runs, n_samples))
-
-
-def test_colour_is_one_of_time_at_any_rate():
-    """Fifty samples a second forget in the same time: DVL 0.4 s, pushes 2 s."""
-    errors = COLOURED.draw_errors(7, 6, 20000, period=0.02)
-    np.testing.assert_allclose(autocorrelation(errors, 10)[:3], np.exp(-0.5), atol=0.03)
-    pushes = COLOURED.draw_pushes(7, 6, 20000, period=0.02)
-    np.testing.assert_allclose(autocorrelation(pushes, 50), np.exp(-0.5), atol=0.06)

@@ -109,13 +109,6 @@ def test_side_by_side_or_one_by_one():
         np.testing.assert_array_equal(one.train_pushes, alone.train_pushes)
 
 
-def test_in_silence_the_autopilot_sees_the_truth():
-    """Measured and exact logs are the same; the seed no longer matters."""
-    one, other = (hd.reenact(seed, duration=5.0, conditions=hd.SILENT) for seed in (0, 1))
-    np.testing.assert_array_equal(one.train.velocity, one.exact_train.velocity)
-    np.testing.assert_array_equal(one.train.velocity, other.train.velocity)
-
-
 def test_a_plan_sails_at_the_rate_of_its_autopilot():
     """Commands five times as often, samples likewise; the motion is nearly the same."""
     plan = Plan.of("sname")
