@@ -205,19 +205,16 @@ def adapt(gains, matrix, inputs, segments, passes=1, every=0):
     return Adapted(matrix, error, np.array(time), np.array(errors), np.array(tables))
 
 
-def added(recursion, block, steps, k):
-    """Add a step to a block: a hat rises over it and falls over the next."""
-    h, xi = steps.h[k], steps.xi[k]
-    known = xi @ recursion.known
-    part = np.concatenate([h * xi, steps.gain[k] - h * (steps.forcing[k] + known)])
-    elapsed, has_risen = block[0] + h, block[1] > 0.0
-    total, moment, risen = block[2:].reshape(3, -1)
-    total, moment = total + part, moment + (block[0] + h / 2.0) * part
-    if elapsed + h / 2.0 < recursion.block:
-        return np.concatenate([[elapsed, block[1]], total, moment, risen]), None
-    rising, zero = moment / elapsed, np.zeros_like(total)
-    row = risen + (total - rising) if has_risen else None
-    return np.concatenate([[0.0, 1.0], zero, zero, rising]), row
+def hats(recursion, steps):
+    """Yield the rows of a stretch: sums under hats, up over a block and down over the next."""
+    h, time, edges = steps.h[:, None], np.cumsum(steps.h), [0.0]
+    for length, end in zip(steps.h, time, strict=True):
+        if end - edges[-1] + length / 2.0 >= recursion.block:
+            edges.append(end)
+    known = steps.forcing + steps.xi @ recursion.known
+    parts = np.hstack([h * steps.xi, steps.gain - h * known])
+    for edge in zip(edges, edges[1:], edges[2:], strict=False):
+        yield np.interp(time - steps.h / 2.0, edge, [0.0, 1.0, 0.0]) @ parts
 
 
 def absorb(recursion, estimate, row):
@@ -254,12 +251,8 @@ def absorb(recursion, estimate, row):
 
 
 def recur(recursion, estimate, inputs, segments):
-    """The fold of block_step and absorb over a record."""
-    plant = recursion.plant
+    """Take in the rows of every segment."""
     for start, stop in np.asarray(segments).tolist():
-        block = np.zeros(2 + 3 * (plant.n_terms + 6))
-        steps = steps_between(plant, inputs.part(slice(start, stop)))
-        for k in range(stop - start - 1):
-            block, row = added(recursion, block, steps, k)
-            estimate = estimate if row is None else absorb(recursion, estimate, row)
+        for row in hats(recursion, steps_between(recursion.plant, inputs.part(slice(start, stop)))):
+            estimate = absorb(recursion, estimate, row)
     return estimate

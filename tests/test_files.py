@@ -12,8 +12,6 @@ import hydrodamp as hd
 from hydrodamp.files import (
     KINDS,
     absent,
-    check_file,
-    check_folder,
     load_json,
     load_text,
     load_yaml,
@@ -242,21 +240,6 @@ def test_json_is_strict_and_tells_its_line(tmp_path):
     path.write_bytes(b'\xef\xbb\xbf{"format":\n !}')  # a byte-order mark is no fault
     with pytest.raises(hd.FileError, match=r"a\.json, line 2: cannot be read as JSON: .*column 2"):
         load_json(path)
-
-
-def test_checking_a_place_leaves_no_trace(tmp_path):
-    (tmp_path / "file").touch()
-    for check, path in ((check_folder, "a/b"), (check_folder, "."), (check_file, "a.json")):
-        check(tmp_path / path)
-    for check, path, words in (
-        (check_folder, "file", "Give another one"),
-        (check_folder, "file/deep", "Give another one"),
-        (check_file, ".", "is a folder"),
-        (check_file, "none/a.json", "there is no folder"),
-    ):
-        with pytest.raises(hd.FileError, match=words):
-            check(tmp_path / path)
-    assert [path.name for path in tmp_path.iterdir()] == ["file"]
 
 
 NUMBERS = ("1e-3", "2e5", "-2E5", ".5e3", "1.e3", "+1e+3", "1.5e-3")

@@ -49,6 +49,7 @@ def test_settings_are_those_of_the_target(folder, call, damping):
     assert "must be NAME=VALUE" in call(f"{line} --set precision", 2).stderr
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_fit_says_where_it_sailed(folder, call):
     call("identify a.csv --vehicle planar.yaml --model linear --method ls --out fit.json")
     done = call("export python fit.json --vehicle planar.yaml --out sim --json")

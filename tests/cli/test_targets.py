@@ -1,18 +1,10 @@
 """What is read is never written over."""
 
-import hashlib
 import os
-import warnings
 
 import pytest
 
-import hydrodamp as hd
-from hydrodamp.cli.output import warned, warnings_as_notes
-from hydrodamp.cli.targets import record
-
 ALONE = "--vehicle planar.yaml --model mine.yaml --mapping map.yaml"
-
-
 PARTS = "--train 0:9 --test 9:20 --vehicle planar.yaml --models linear --methods ls --out out"
 IN_THE_WAY = [
     *(
@@ -50,21 +42,3 @@ def test_a_folder_may_hold_its_log(folder, call):
     (folder / "out").mkdir()
     (folder / "a.csv").rename(folder / "out" / "a.csv")
     call(f"compare out/a.csv {PARTS}")
-
-
-def test_a_run_says_what_it_read_and_was_warned_of(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("sys.argv", ["x", "compare", "a b.csv"])
-    (tmp_path / "a b.csv").write_bytes(b"1")
-    (tmp_path / "runs").mkdir()
-    (tmp_path / "runs" / "c.csv").write_bytes(b"2")
-    with warnings_as_notes():
-        for _ in range(2):
-            warnings.warn("split at a gap", hd.GapWarning, stacklevel=1)
-        assert warned() == {"warnings": "split at a gap"}
-    assert warned() == {}
-    words = record(("a b.csv", None, "vt690", "runs", "a b.csv"))
-    assert words["command"] == "hydrodamp compare 'a b.csv'"
-    one, two = (hashlib.sha256(each).hexdigest() for each in (b"1", b"2"))
-    assert words["files"].splitlines() == [f"{one}  a b.csv", f"{two}  runs/c.csv"]
-    assert words["versions"].startswith("Python 3")

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from strangers import Truth, odometry_messages
+from writers import RosBag
 
 MAPPING = """
 time: t
@@ -46,7 +48,7 @@ def dive(tmp_path, monkeypatch):
     log = _dive()
     hd.write_log(log, "dive.csv")
     _write_tables(log)
-    _write_bag(log)
+    _write_bag()
     Path("mapping.yaml").write_text(MAPPING, encoding="utf-8")
     return tmp_path
 
@@ -96,28 +98,8 @@ def _write_tables(log):
             np.savetxt(folder / f"{name}.csv", rows, delimiter=",", header=head, comments="")
 
 
-def _write_bag(log):
-    from rosbags.rosbag2 import StoragePlugin, Writer
-    from rosbags.typesys import Stores, get_typestore
-
-    store = get_typestore(Stores.ROS2_HUMBLE)
-    kinds = store.types
-    point, vector = kinds["geometry_msgs/msg/Point"], kinds["geometry_msgs/msg/Vector3"]
-    turn = kinds["geometry_msgs/msg/Quaternion"](0.0, 0.0, 0.0, 1.0)
-    pose = kinds["geometry_msgs/msg/Pose"](point(0.0, 0.0, 0.0), turn)
-    header, stamp = kinds["std_msgs/msg/Header"], kinds["builtin_interfaces/msg/Time"]
-    name = "nav_msgs/msg/Odometry"
-    with Writer(Path("bag"), version=8, storage_plugin=StoragePlugin.MCAP) as bag:
-        topic = bag.add_connection("/odom", name, typestore=store)
-        for k in range(20):
-            twist = kinds["geometry_msgs/msg/Twist"](
-                vector(*log.velocity[k, :3]), vector(*log.velocity[k, 3:])
-            )
-            message = kinds[name](
-                header(stamp(100 + k // 10, k % 10 * 100_000_000), "odom"),
-                "base_link",
-                kinds["geometry_msgs/msg/PoseWithCovariance"](pose, np.zeros(36)),
-                kinds["geometry_msgs/msg/TwistWithCovariance"](twist, np.zeros(36)),
-            )
-            bag.write(topic, int((100 + 0.1 * k) * 1e9), store.serialize_cdr(message, name))
-    next(Path("bag").glob("*.mcap")).rename("dive.mcap")
+def _write_bag():
+    """Odometry as robots record it."""
+    bag = RosBag()
+    odometry = odometry_messages(bag, bag.modern, Truth(20), "/odom")
+    next(bag.ros2(Path("bag"), odometry).glob("*.mcap")).rename("dive.mcap")

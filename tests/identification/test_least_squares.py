@@ -12,20 +12,6 @@ def identify(vehicle, log, model, method=None):
     return hd.identify(model, vehicle, log, method or hd.LeastSquares())
 
 
-def test_an_unknown_gain_is_one_more_column(vehicle, exact_log, true_damping):
-    truth = true_damping(hd.catalog["prestero"])
-    log = exact_log(truth, n=900)
-    rudder = 0.3 * np.sign(np.sin(log.time))
-    speed = log.velocity[:, 0]
-    wrench = log.wrench.copy()
-    wrench[:, 5] -= -9.2 * speed * np.abs(speed) * rudder  # what the record does not hold
-    log = replace(log, wrench=wrench, command_names=("rudder",), commands=rudder[:, None])
-    model = truth.model.with_terms({"N": "u|u|*rudder"})
-    fit = identify(vehicle, log, model)
-    assert fit.damping["N_u|u|*rudder"] == pytest.approx(-9.2, rel=1e-8)
-    assert fit.damping["N_v|v|"] == pytest.approx(truth["N_v|v|"], rel=1e-8)
-
-
 def test_three_degrees_of_freedom_use_the_sub_block(vehicle):
     """Equation 1 on X, Y, N alone, written out."""
     planar = replace(vehicle, axes=("X", "Y", "N"))
@@ -108,17 +94,3 @@ def test_a_long_log_keeps_no_rows(vehicle, exact_log, true_damping, monkeypatch)
     assert kept.uncertainty is not None
     assert fit.uncertainty is None
     assert "take the residuals as white" in str(fit)
-
-
-def test_a_dead_rate_leaves_its_axis_unknown_and_the_others_whole():
-    """An axis whose only term is zero throughout has rank 0, in fits and in grades."""
-    campaign = hd.reenact(seed=2, duration=30.0)
-    dead = campaign.train.velocity * [1.0, 1.0, 1.0, 0.0, 1.0, 1.0]
-    problem = hd.prepare(
-        campaign.vehicle, replace(campaign.train, velocity=dead), hd.catalog["fossen"]
-    )
-    for method in (hd.LeastSquares(), hd.WeakForm(), hd.Recommended()):
-        fit = method.identify(problem, hd.catalog["fossen"])
-        grades = hd.graded(problem, fit).grades
-        assert grades["K_p|p|"].word == "not determined"
-        assert np.all(np.isfinite(fit.damping.coefficients))

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.identification import dissipative
 
 LARGE, SMALL = hd.catalog["mcfarland-whitcomb"], hd.catalog["fossen"]
 
@@ -41,8 +42,11 @@ def test_an_error_of_the_call_stays_an_error(short):
 
 
 @pytest.mark.parametrize("key", hd.METHODS)
-def test_a_fit_says_with_what_settings_it_was_made(key, driven, discrete_log, true_damping):
+def test_a_fit_says_with_what_settings_it_was_made(
+    key, driven, discrete_log, true_damping, monkeypatch
+):
     """By them a run that goes on tells whether the fits of a folder are its own."""
+    monkeypatch.setattr(dissipative, "_ROUNDS", 1)  # its answer is not asked for
     model = SMALL
     problem = hd.prepare(driven, discrete_log(true_damping(model), n=120), model)
     fit = hd.find_method(key).identify(problem, model)
@@ -70,8 +74,3 @@ def test_each_source_is_a_line(method, sources):
     assert (first, len(cited)) == (f"Method: {method} of hydrodamp", sources)
     assert model.startswith("Linear: ")
     assert entry.startswith("@inproceedings{gibson-mccarter-stilwell-neu")
-
-
-def test_models_and_coefficients_as_before():
-    assert hd.cite(hd.catalog["linear"]).count("@") == 1
-    assert "Coefficients:" in hd.cite(hd.published["vt690-sname2022"])

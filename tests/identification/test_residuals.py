@@ -92,19 +92,6 @@ def test_short_logs_have_no_correlation(campaign, problem):
         autocorrelations(hd.prepare(campaign.vehicle, short, FOSSEN), [damping])
 
 
-def test_residuals_are_target_less_design_times_coefficients(problem):
-    damping = hd.LeastSquares().identify(problem, FOSSEN).damping
-    lag, white, (found,) = autocorrelations(problem, [damping])
-    rows = hd.WeakEquations(lag[1], overlap=1, windows=()).rows(problem)
-    columns = [rows.basis.index(term) for term in FOSSEN.basis]
-    left = rows.target - rows.design[:, columns] @ damping.matrix.T
-    assert white == pytest.approx(1.96 / np.sqrt(rows.n))
-    assert list(found) == list("XYZKMN")
-    for axis, one in found.items():
-        _, expected = correlated(left[:, "XYZKMN".index(axis)], rows.segment, len(lag) - 1)
-        np.testing.assert_allclose(one, expected, atol=1e-12)
-
-
 def test_correlations_are_those_of_the_definition():
     rng = np.random.default_rng(5)
     values, segment = rng.normal(size=50), np.repeat([0, 1], [30, 20])

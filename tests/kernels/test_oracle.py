@@ -38,17 +38,6 @@ def test_regressor_bit_for_bit_in_any_order(make, rng, n, order):
     np.testing.assert_array_equal(found, oracle.regressor(*arguments, speed))
 
 
-def test_regressor_fills_a_part_of_a_larger_array(make, rng):
-    plant, inputs = make.plant(rng), make.inputs(rng)
-    whole = np.zeros((2 * inputs.n, 20))
-    part = whole[::2, 3 : 3 + plant.n_terms]
-    arguments = (plant.factors, inputs.velocity, inputs.down, inputs.channels)
-    kernels.regressor(*arguments, inputs.propulsion[:, 0], part)
-    np.testing.assert_array_equal(part, oracle.regressor(*arguments, inputs.propulsion[:, 0]))
-    assert not whole[1::2].any()
-    assert not whole[:, :3].any()
-
-
 def test_coriolis_of_an_asymmetric_matrix(rng):
     mass, velocity = rng.standard_normal((6, 6)), rng.standard_normal((50, 6))
     close(kernels.coriolis(mass, velocity), oracle.coriolis(mass, velocity))

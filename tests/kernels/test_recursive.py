@@ -31,42 +31,6 @@ def moving(rows, axes, n_terms, unit=None, forgetting=0.0):
     return Recursion(plant, rows, axes, np.zeros((n_terms, 6)), unit, 1.0, forgetting)
 
 
-def rows_of(recursion, inputs):
-    """All rows of one stretch."""
-    block, rows = kernels.new_block(recursion.plant), []
-    for k in range(1, inputs.n):
-        block, row = kernels.block_step(recursion, block, inputs.sample(k - 1), inputs.sample(k))
-        rows += [] if row is None else [row]
-    return np.array(rows)
-
-
-def test_a_row_is_the_sum_under_a_hat(make):
-    """By its definition, blocks of three steps on an irregular clock; momentum by its means."""
-    rng = np.random.default_rng(1)
-    plant, inputs = make.plant(rng), make.inputs(rng, n=10, step=0.1)
-    inputs = replace(inputs, time=np.cumsum([0, 9, 10, 11, 10, 9, 10, 11, 9, 9]) / 100.0)
-    places = listed(rng, plant)
-    recursion = Recursion(plant, *places, np.ones(len(places[0])), 0.3)
-    steps = oracle.steps_between(plant, inputs)
-    middle, edge = inputs.time[:-1] + steps.h / 2, inputs.time[[0, 3, 6, 9]]
-    found = rows_of(recursion, inputs)
-    assert len(found) == 2
-    for row, (low, top, high) in zip(
-        found, zip(edge, edge[1:], edge[2:], strict=False), strict=True
-    ):
-        hat = np.interp(middle, [low, top, high], [0.0, 1.0, 0.0])
-        np.testing.assert_allclose(row[:-6], (hat * steps.h) @ steps.xi, rtol=1e-12, atol=1e-14)
-        means = [
-            np.trapezoid(inputs.velocity[part], inputs.time[part], axis=0)
-            / np.ptp(inputs.time[part])
-            for part in (inputs.time <= top, inputs.time >= top)
-            for part in [part & (inputs.time >= low) & (inputs.time <= high)]
-        ]
-        known = (hat * steps.h) @ (steps.forcing + steps.xi @ recursion.known)
-        gained = plant.mass_matrix @ (means[1] - means[0])
-        np.testing.assert_allclose(row[-6:], gained - known, rtol=1e-9, atol=1e-9)
-
-
 def absorbed(recursion, estimate, rows):
     for row in rows:
         estimate = kernels.absorb(recursion, estimate, row)

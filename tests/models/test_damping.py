@@ -24,17 +24,6 @@ def test_coefficients_by_label(damping):
         damping["K_p"]
 
 
-def test_wrench_is_the_matrix_times_the_regressor(damping):
-    velocity = np.random.default_rng(1).normal(size=(20, 6))
-    ratio = np.linspace(0.8, 1.2, 20)
-    wrench = damping.wrench(velocity, propulsion_ratio=ratio)
-    xi = damping.model.basis.evaluate(velocity, propulsion_ratio=ratio)
-    np.testing.assert_allclose(wrench, (damping.matrix @ xi.T).T, rtol=1e-12, atol=1e-12)
-    np.testing.assert_allclose(
-        damping.wrench(velocity[4], propulsion_ratio=ratio[4]), wrench[4], rtol=1e-12, atol=1e-12
-    )
-
-
 def test_wrench_takes_commands_and_attitude():
     damping = Damping.from_dict(None, {"N_u|u|*rudder": -9.0, "Y_down_y": 3.0})
     velocity = [[2.0, 0, 0, 0, 0, 0]] * 2

@@ -50,12 +50,6 @@ def test_a_determined_number_is_within_a_quarter_of_itself(fit):
     assert grid.notes[-1].startswith("matters little: on this log")
 
 
-def test_without_standard_errors_nothing_is_wide(fit):
-    bare = replace(fit, damping=replace(fit.damping, covariance=None))
-    grid = fit_grid(bare, grades(fit, Grade.DETERMINED))
-    assert set(grid.column("grade")) == {"determined"}
-
-
 def test_intervals_use_the_degrees_of_freedom_there_are(fit):
     known = replace(fit, uncertainty=Uncertainty(fit.damping.covariance, 5.0, "by hand"))
     assert half_widths(fit)[0] == pytest.approx(0.196, abs=1e-4)
