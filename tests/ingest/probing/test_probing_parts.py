@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -10,7 +12,7 @@ from hydrodamp.ingest.probing import columns
 from hydrodamp.ingest.probing.columns import ticking
 from hydrodamp.ingest.probing.delay import delays
 from hydrodamp.ingest.probing.draft import command_names
-from hydrodamp.ingest.probing.probe import probe
+from hydrodamp.ingest.probing.probe import joined, probe
 
 
 @pytest.mark.parametrize(
@@ -39,6 +41,14 @@ def test_a_log_of_days_tells_its_units_as_one_of_minutes(monkeypatch) -> None:
     turning = {"yaw_deg": np.degrees(yaw), "yaw_rate": np.degrees(np.gradient(yaw, time))}
     table = Topic("", None, {"t": time, **turning})
     assert probe(Recording((table,), "days.csv", "text in columns")).roles.rates.unit == "deg/s"
+
+
+def test_a_topic_without_a_message_hinders_no_joining() -> None:
+    time, nothing = np.arange(50.0), Topic("/none", np.empty(0), {"u": np.empty(0)})
+    pose, fins = Topic("/pose", time, {"x": time}), Topic("/fins", time, {"rudder": time})
+    made = [Recording((one, nothing), name, "") for one, name in ((pose, "a"), (fins, "b"))]
+    assert joined([replace(made[0], topics=(pose,)), made[1]]).startswith("`a+b` makes one")
+    assert joined([Recording((nothing,), "c", ""), made[1]]) == ""
 
 
 def surge(delay: int, step: float, irregular: bool = False, n: int = 3000) -> Log:

@@ -273,11 +273,14 @@ def _health(found: Probe, recording: Recording) -> tuple[Suspicion, ...]:
 
 def joined(recordings: Sequence[Recording]) -> str:
     """Say how logs make one recording, where they are of one time and of different columns."""
-    clocks = [list(clocks_of(one).values()) for one in recordings]
+    clocks = [
+        [one for one in clocks_of(each).values() if np.isfinite(one.seconds).any()]
+        for each in recordings
+    ]
     if len(clocks) < 2 or not all(clocks):
         return ""
-    first = max(min(float(one.seconds[0]) for one in its) for its in clocks)
-    last = min(max(float(one.seconds[-1]) for one in its) for its in clocks)
+    first = max(min(float(np.nanmin(one.seconds)) for one in its) for its in clocks)
+    last = min(max(float(np.nanmax(one.seconds)) for one in its) for its in clocks)
     own = [{name for topic in one.topics for name in topic.fields} for one in recordings]
     own = [names - {one.column for one in its} for names, its in zip(own, clocks, strict=True)]
     repeated = sum(map(len, own)) - len(set().union(*own))
