@@ -14,9 +14,8 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.errors import MethodError
 from hydrodamp.export.compiling import HEADERS, ON_BOARD, SOURCES, own_files, shared, size_of
 from hydrodamp.export.craft import Craft
-from hydrodamp.export.printer import C99, SPEED, actuation, command, matrix
+from hydrodamp.export.printer import C99, SPEED, actuation, command, matrix, name_of, said_of
 from hydrodamp.export.target import Engine, Files, Target, by_rate, rendered
-from hydrodamp.export.words import name_of, said_of
 
 _CALL = "void acceleration(const {0} *, const {0} *, const {0} *, const {0} *, {0} *);"
 

@@ -12,7 +12,7 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.errors import MethodError
 from hydrodamp.export.craft import Craft, States
-from hydrodamp.export.printer import CASADI, number, printed
+from hydrodamp.export.printer import CASADI, name_of, number, printed, said_of
 from hydrodamp.export.target import (
     Engine,
     Files,
@@ -23,7 +23,6 @@ from hydrodamp.export.target import (
     rendered,
     require,
 )
-from hydrodamp.export.words import name_of, said_of
 
 
 @dataclass(frozen=True)

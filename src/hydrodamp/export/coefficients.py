@@ -18,9 +18,8 @@ from hydrodamp.basis.term import Term
 from hydrodamp.export.body import FORWARD, LINEAR, Body, InWater, diagonal
 from hydrodamp.export.craft import Craft, States
 from hydrodamp.export.frames import FLU, to_point
-from hydrodamp.export.printer import number
+from hydrodamp.export.printer import number, said_of
 from hydrodamp.export.target import Engine, Files, by_rate, rendered
-from hydrodamp.export.words import said_of
 from hydrodamp.files import load_text, parse_yaml
 from hydrodamp.models.model import spell_label
 from hydrodamp.vehicle.mass import STANDARD_GRAVITY

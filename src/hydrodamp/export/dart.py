@@ -11,8 +11,7 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.export.body import Body
 from hydrodamp.export.craft import Craft, States
 from hydrodamp.export.frames import FLU
-from hydrodamp.export.stepping import stepped
-from hydrodamp.export.target import Engine, require
+from hydrodamp.export.target import Engine, require, stepped
 
 _TURN_FIRST = [3, 4, 5, 0, 1, 2]  # DART has rotation before translation
 

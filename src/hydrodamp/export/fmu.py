@@ -22,6 +22,7 @@ from hydrodamp.export.compiling import HEADERS, SOURCES, own_files, shared
 from hydrodamp.export.craft import Craft, States
 from hydrodamp.export.drive import LONGEST_STEP, Drive, Rate
 from hydrodamp.export.frames import upright
+from hydrodamp.export.printer import name_of, said_of
 from hydrodamp.export.target import (
     RUNGE_KUTTA,
     Engine,
@@ -32,7 +33,6 @@ from hydrodamp.export.target import (
     rendered,
     require,
 )
-from hydrodamp.export.words import name_of, said_of
 from hydrodamp.files import save_all
 
 #: Place and suffix of a binary in FMI 2.0; a system without gets the sources alone.

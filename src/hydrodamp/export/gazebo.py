@@ -19,9 +19,8 @@ from hydrodamp.export.craft import Craft
 from hydrodamp.export.dart import dart
 from hydrodamp.export.fidelity import mass_ratio
 from hydrodamp.export.frames import FLU, term_sign
-from hydrodamp.export.printer import number
+from hydrodamp.export.printer import number, said_of
 from hydrodamp.export.target import Engine, Files, NotRun, rendered
-from hydrodamp.export.words import said_of
 from hydrodamp.files import load_text
 from hydrodamp.models.model import spell_label
 from hydrodamp.vehicle.mass import STANDARD_GRAVITY

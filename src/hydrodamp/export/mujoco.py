@@ -14,10 +14,8 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.export.body import Body, check_positive
 from hydrodamp.export.craft import Craft
 from hydrodamp.export.frames import FLU
-from hydrodamp.export.printer import PYTHON, number, printed
-from hydrodamp.export.stepping import stepped
-from hydrodamp.export.target import Engine, Files, Target, executed, rendered, require
-from hydrodamp.export.words import name_of, said_of
+from hydrodamp.export.printer import PYTHON, name_of, number, printed, said_of
+from hydrodamp.export.target import Engine, Files, Target, executed, rendered, require, stepped
 from hydrodamp.vehicle.mass import STANDARD_GRAVITY
 
 T = TypeVar("T")

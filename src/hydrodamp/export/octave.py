@@ -17,9 +17,8 @@ from hydrodamp.export.compiling import version_of
 from hydrodamp.export.craft import Craft, States
 from hydrodamp.export.drive import LONGEST_STEP, Drive
 from hydrodamp.export.frames import upright
-from hydrodamp.export.printer import OCTAVE, printed
+from hydrodamp.export.printer import OCTAVE, name_of, printed, said_of
 from hydrodamp.export.target import RUNGE_KUTTA, Engine, Files, NotRun, Target, rendered
-from hydrodamp.export.words import name_of, said_of
 from hydrodamp.simulation.replay import LIMIT
 
 

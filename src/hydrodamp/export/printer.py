@@ -1,7 +1,9 @@
-"""Equation 1's terms, printed in a language: one visitor, a small table of syntax a language."""
+"""A craft printed in a language: its terms by one visitor, and the words its files have."""
 
 from __future__ import annotations
 
+import keyword
+import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
@@ -14,6 +16,14 @@ from hydrodamp.vehicle.actuators import Limited, Thruster
 
 #: What u_c and the propulsion ratio less one are called in every language.
 SPEED, RATIO = "u_c", "eta_1"
+
+#: Words of a language, and names of other files and functions of an export.
+_TAKEN = {
+    *map(str.casefold, (*keyword.kwlist, *keyword.softkwlist)),
+    *("end", "function", "persistent", "np", "numpy", "ca", "casadi"),
+    *("mpc", "main", "batch", "onboard"),
+    *("damping", "wrench", "acceleration", "derivative", "step", "holoocean"),
+}
 
 
 @dataclass(frozen=True)
@@ -189,3 +199,37 @@ def _factor(factor: str, syntax: Syntax) -> str:
     if factor in ABSOLUTES or (factor not in ATOM_PLACE and is_absolute(factor)):
         return syntax.absolute.format(x=_factor(factor.strip("|"), syntax))
     return factor if factor in ATOM_PLACE else command(factor)
+
+
+def name_of(craft: Craft) -> str:
+    """Return the vehicle's name as an identifier of every language."""
+    plain = re.sub(r"[^A-Za-z0-9]+", "_", craft.vehicle.name).strip("_") or "vehicle"
+    return f"auv_{plain}" if plain[0].isdigit() or plain.casefold() in _TAKEN else plain
+
+
+def said_of(craft: Craft, between: str, row: str = "[{}]") -> dict[str, object]:
+    """Return the words and the two mass matrices that the templates of all languages take."""
+    import hydrodamp
+
+    vehicle, damping = craft.vehicle, craft.damping
+    locked = [axis for axis in "XYZKMN" if axis not in vehicle.axes]
+    return {
+        "name": name_of(craft),
+        "title": _plain(f"{vehicle.name} with damping after {damping.model.title}."),
+        "about": _plain(
+            f"Written by hydrodamp {hydrodamp.__version__}.",
+            f"Vehicle: {vehicle.source}." if vehicle.source else "",
+            f"Coefficients: {damping.source}." if damping.source else "",
+        ),
+        "inputs": craft.inputs,
+        "variables": inputs(craft),
+        "mass": matrix(vehicle.mass_matrix.tolist(), between, row),
+        "inverse": matrix(craft.inverse.tolist(), between, row),
+        "locked": f" (zero on the locked axes {' '.join(locked)})" if locked else "",
+    }
+
+
+def _plain(*sentences: str) -> str:
+    """Return sentences that end no comment and no text of any language."""
+    text = " ".join(" ".join(sentences).split())
+    return text.replace("\\", "/").replace('"""', "'''").replace("*/", "* /")

@@ -10,9 +10,8 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.export.craft import Craft, States
-from hydrodamp.export.printer import PYTHON, printed
+from hydrodamp.export.printer import PYTHON, name_of, printed, said_of
 from hydrodamp.export.target import Engine, Files, Target, by_rate, executed, parts, rendered
-from hydrodamp.export.words import name_of, said_of
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, Protocol
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.errors import MethodError
 from hydrodamp.export.craft import Craft, States
 from hydrodamp.export.drive import LONGEST_STEP, Drive, Rate, RungeKutta, sail
+from hydrodamp.export.frames import upright
 from hydrodamp.files import load_text
 from hydrodamp.models.model import DampingModel
 
@@ -111,6 +112,42 @@ def by_rate(name: str, rate: Rate, rates: Rates | None = None) -> Engine:
         return sail(drive, "", LONGEST_STEP, steps.place, steps.advance)
 
     return Engine(name, RUNGE_KUTTA, rates or one_by_one, replay)
+
+
+class Simulator(Protocol):
+    """One vehicle in a simulator; all in hydrodamp's frame."""
+
+    def place(self, attitude: FloatArray, velocity: FloatArray) -> None:
+        """Set the state, of a quaternion from body to world and a velocity."""
+
+    def rate(self, inputs: FloatArray, wrench: FloatArray) -> FloatArray:
+        """Return the acceleration there."""
+
+    def advance(self, length: float, inputs: FloatArray, wrench: FloatArray) -> FloatArray:
+        """Take one step [s], and return the velocity after it."""
+
+
+def stepped(simulator: Simulator, name: str, step: float, kind: str = "") -> Engine:
+    """Return the engine of a simulator, in steps of at most so many seconds and of a kind."""
+
+    def rates(at: States) -> FloatArray:
+        found = []
+        for attitude, velocity, inputs, wrench in zip(
+            upright(at.down), at.velocity, at.inputs, at.wrench, strict=True
+        ):
+            simulator.place(attitude, velocity)
+            found.append(simulator.rate(inputs, wrench))
+        return np.array(found)
+
+    def advance(
+        length: float, inputs: FloatArray, first: FloatArray, last: FloatArray
+    ) -> FloatArray:
+        return simulator.advance(length, inputs, 0.5 * (first + last))
+
+    def replay(drive: Drive) -> FloatArray:
+        return sail(drive, f" in {name}", step, simulator.place, advance)
+
+    return Engine(name, f"{kind}steps of {step:g} s", rates, replay)
 
 
 def parts(at: States) -> tuple[FloatArray, ...]:
