@@ -40,6 +40,7 @@ class Body:
     added: FloatArray  # (6, 6)
     volume: float  # [m^3]
     lifted: FloatArray  # centre of the volume (3,) [m]
+    density: float  # of the water [kg/m^3]
 
     @classmethod
     def of(cls, craft: Craft, key: str, density: float) -> Body:
@@ -57,7 +58,7 @@ class Body:
         rigid = rigid_body_mass_matrix(mass, inertia, center, "center_of_gravity")
         volume = vehicle.buoyancy / (density * STANDARD_GRAVITY)
         added = vehicle.mass_matrix - rigid
-        return cls(mass, center, inertia, added, volume, vehicle.center_of_buoyancy)
+        return cls(mass, center, inertia, added, volume, vehicle.center_of_buoyancy, density)
 
     def about(self, point: FloatArray) -> Body:
         """Return the body with its points and added mass about a point of it."""
@@ -67,6 +68,23 @@ class Body:
             center=self.center - point,
             added=back.T @ self.added @ back,
             lifted=self.lifted - point,
+        )
+
+    @property
+    def balanced(self) -> Body:
+        """The body with its centre of gravity in the origin, the same mass matrix and restoring.
+
+        What the arm makes of the mass matrix becomes added mass.
+        """
+        inertia = self.rigid[3:, 3:]
+        rigid = rigid_body_mass_matrix(self.mass, inertia)
+        shift = self.center * self.mass / (self.density * self.volume)
+        return replace(
+            self,
+            center=np.zeros(3),
+            inertia=inertia,
+            added=self.rigid + self.added - rigid,
+            lifted=self.lifted - shift,
         )
 
     @property

@@ -17,7 +17,7 @@ from hydrodamp.basis.atoms import AXES, VELOCITIES
 from hydrodamp.basis.term import Term
 from hydrodamp.export.body import FORWARD, LINEAR, Body, InWater, diagonal
 from hydrodamp.export.craft import Craft, States
-from hydrodamp.export.frames import FLU, to_point
+from hydrodamp.export.frames import to_point
 from hydrodamp.export.printer import number, said_of
 from hydrodamp.export.target import Engine, Files, by_rate, rendered
 from hydrodamp.files import load_text, parse_yaml
@@ -43,10 +43,6 @@ class Coefficients(InWater):
 
     file: ClassVar[str]
 
-    def point(self, craft: Craft) -> FloatArray:
-        """Return the centre of gravity, where the wrench of the water acts in these simulators."""
-        return craft.vehicle.center_of_gravity
-
     def write(self, craft: Craft) -> Files:
         """Return the file."""
         body, values = self.body(craft), craft.damping.as_dict()
@@ -64,7 +60,6 @@ class Coefficients(InWater):
             "forward": forward,
             "quadratic": quadratic,
             "point": self.point(craft),
-            "above_point": FLU[:3] * self.point(craft) + 0.0,
             "density": self.density,
             "gravity": STANDARD_GRAVITY,
             "number": number,
@@ -73,8 +68,11 @@ class Coefficients(InWater):
         return {self.file: rendered(f"{self.file}.j2", **said)}
 
     def body(self, craft: Craft) -> Body:
-        """Return the body of a craft about the target's point."""
-        return Body.of(craft, self.key, self.density).about(self.point(craft))
+        """Return the body of a craft with its centre of mass where its coefficients are about.
+
+        These simulators let the wrench of the water act there.
+        """
+        return Body.of(craft, self.key, self.density).balanced
 
     def more(self, craft: Craft, body: Body, quadratic: FloatArray) -> dict[str, Any]:
         """Return what else the file takes."""

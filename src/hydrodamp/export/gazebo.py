@@ -99,7 +99,8 @@ class Gazebo(InWater):
             if j < 3:
                 inertia[i, j] = inertia[j, i] = float(found[f"i{_place(i, j)}"])
         volume = float(found["size"].split()[0]) ** 3
-        body = Body(float(found["mass"]), center, inertia, added, volume, lifted).turned
+        mass = float(found["mass"])
+        body = Body(mass, center, inertia, added, volume, lifted, self.density).turned
         values = {
             label: sign * float(found[tag])
             for tag, (label, sign) in self._tags().items()

@@ -47,6 +47,10 @@ class Stonefish(Coefficients):
         """Return the centre of buoyancy: the middle of the box."""
         return craft.vehicle.center_of_buoyancy
 
+    def body(self, craft: Craft) -> Body:
+        """Return the body of a craft about the middle of the box."""
+        return Body.of(craft, self.key, self.density).about(self.point(craft))
+
     def allowed(self, axis: str) -> Iterable[Term]:
         """Return quadratic drag of an axis along itself."""
         return diagonal(axis)[1:]
