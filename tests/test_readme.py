@@ -3,7 +3,6 @@
 import re
 from pathlib import Path
 
-import pytest
 import yaml
 
 import hydrodamp as hd
@@ -12,15 +11,6 @@ from hydrodamp.cli.main import app
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text()
 SHELL = "".join(re.findall(r"```sh\n(.*?)```", README, flags=re.DOTALL))
-
-
-def test_the_python_blocks_run_one_after_the_other(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    blocks = re.findall(r"```python\n(.*?)```", README, flags=re.DOTALL)
-    assert len(blocks) == 2
-    exec(compile("\n".join(blocks), "README.md", "exec"), {})
-    assert "prestero-up" in capsys.readouterr().out
-    assert (tmp_path / "damping.json").exists()
 
 
 def test_the_model_file_can_be_read(tmp_path):
@@ -35,12 +25,6 @@ def test_the_model_file_can_be_read(tmp_path):
 def test_a_shell_finds_the_commands_of_an_environment():
     first = SHELL.index("\nhydrodamp ")
     assert "\n. .venv/bin/activate" in SHELL[:first]
-
-
-@pytest.mark.parametrize("command", sorted(set(re.findall(r"\bhydrodamp (\w+)", SHELL))))
-def test_every_command_it_names_exists(command):
-    names = {c.name or c.callback.__name__ for c in app.registered_commands}
-    assert command in names | {group.name for group in app.registered_groups}
 
 
 def test_it_names_every_command():

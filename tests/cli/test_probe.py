@@ -34,35 +34,6 @@ def test_without_a_vehicle_names_what_is_missing(folder, call):
     assert len(document["segments"]) == 2
 
 
-@pytest.mark.parametrize(
-    ("before", "after", "where", "words"),
-    [
-        (
-            *("actuators:", "source: >", "reservations"),
-            (
-                "vehicle 'planar' has no actuators, and the log has only the commands ahead turn",
-                *("`terms: {X: ahead}`", "give it `actuators` in its file", "X Y Z K M N"),
-            ),
-        ),
-        (
-            *("[ahead, turn]", "[rpm, fin]", "missing"),
-            (
-                "the actuators of 'planar' take rpm fin, and the log has only",
-                "`commands: {rpm: ahead}` in a mapping",
-            ),
-        ),
-    ],
-)
-def test_commands_that_no_actuator_takes(folder, call, before, after, where, words):
-    text = (folder / "planar.yaml").read_text("utf-8").replace(before, after)
-    (folder / "other.yaml").write_text(text, "utf-8")
-    document = asked(call, "a.csv --vehicle other.yaml")
-    assert document["fit"] == (where == "reservations")
-    (told,) = (each for each in document[where] if words[0] in each)
-    for word in words:
-        assert word in told
-
-
 def test_a_vehicle_that_nothing_rights_is_minded_once(folder, call):
     call("vehicle new mine.yaml --length 1.6 --diameter 0.19 --mass 40")
     said = " ".join(call("probe a.csv --vehicle mine.yaml").output.split())

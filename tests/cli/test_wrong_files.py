@@ -4,23 +4,6 @@ import pytest
 
 
 @pytest.mark.parametrize(
-    ("line", "near"),
-    [
-        ("probe abb.csv", "ab.csv"),
-        ("probe a.csv --vehicle plannar.yaml", "planar.yaml"),
-        ("probe a.csv --mapping planar", "planar.yaml"),
-        ("models planr.yaml", "planar.yaml"),
-        ("simulate a.csv --vehicle planar.yaml --damping damping.jsn", "damping.json"),
-    ],
-)
-def test_a_file_that_is_not_there(folder, call, line, near):
-    (folder / "damping.json").write_text("{}", "utf-8")
-    done = call(line, 2)
-    assert f"Did you mean '{near}'?" in done.stderr
-    assert done.stdout == ""
-
-
-@pytest.mark.parametrize(
     "line",
     [
         "compare a.csv --train 0:9 --test 9:20",

@@ -15,8 +15,12 @@ import typer
 import hydrodamp as hd
 from hydrodamp.cli.main import app
 
-DOCS = Path(__file__).resolve().parents[2] / "docs"
-PAGES = sorted(set(DOCS.rglob("*.md")) - set((DOCS / "_build").rglob("*.md")))
+ROOT = Path(__file__).resolve().parents[2]
+DOCS = ROOT / "docs"
+PAGES = [
+    ROOT / "README.md",
+    *sorted(set(DOCS.rglob("*.md")) - set((DOCS / "_build").rglob("*.md"))),
+]
 BLOCK = re.compile(r"^```(\S+)[^\n]*\n(.*?)^```$", flags=re.DOTALL | re.MULTILINE)
 
 
@@ -28,7 +32,7 @@ def blocks(page, language):
 
 
 def called(page):
-    return page.relative_to(DOCS).as_posix()
+    return page.relative_to(ROOT).as_posix()
 
 
 def code(page):

@@ -12,36 +12,6 @@ def identify(vehicle, log, model, method=None):
     return hd.identify(model, vehicle, log, method or hd.LeastSquares())
 
 
-def test_three_degrees_of_freedom_use_the_sub_block(vehicle):
-    """Equation 1 on X, Y, N alone, written out."""
-    planar = replace(vehicle, axes=("X", "Y", "N"))
-    rng = np.random.default_rng(4)
-    time = np.arange(600) / 10
-    phase = rng.uniform(0, 6, 3)
-    rates = np.array([0.3, 0.5, 0.8])
-    motion = np.array([0.4, 0.3, 0.2]) * np.sin(np.outer(time, rates) + phase)
-    slope = np.array([0.4, 0.3, 0.2]) * rates * np.cos(np.outer(time, rates) + phase)
-    truth = np.array([-20.0, -30.0, -15.0])  # X_u, Y_v, N_r
-    free = np.ix_([0, 1, 5], [0, 1, 5])
-    momentum = motion @ vehicle.mass_matrix[free]
-    u, v, r = motion.T
-    coriolis = np.column_stack(
-        [momentum[:, 1] * r, -momentum[:, 0] * r, momentum[:, 0] * v - momentum[:, 1] * u]
-    )
-    needed = slope @ vehicle.mass_matrix[free] - coriolis - motion * truth
-    wrench = np.zeros((600, 6))
-    wrench[:, [0, 1, 5]] = needed
-    acceleration = np.zeros((600, 6))
-    acceleration[:, [0, 1, 5]] = slope
-    log = hd.Log.from_arrays(
-        time, {"u": u, "v": v, "r": r}, wrench=wrench, acceleration=acceleration
-    )
-    fit = identify(planar, log, hd.catalog["linear"])
-    assert fit.model.labels == tuple(f"{a}_{b}" for a in "XYN" for b in "uvr")
-    expected = np.diag(truth).ravel()
-    np.testing.assert_allclose(fit.damping.coefficients, expected, rtol=1e-8, atol=1e-8)
-
-
 ROWS = hd.Differenced()
 
 

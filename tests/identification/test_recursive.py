@@ -137,19 +137,6 @@ def test_batch_is_the_fold_of_the_online_step_bit_for_bit(voyage):
         METHOD.step(state, problem.inputs.sample(3))
 
 
-def test_it_finds_the_truth_without_noise(voyage):
-    """What is left is the prior's share and the trapezoid's error of a smooth motion."""
-    rng = np.random.default_rng(9)
-    velocity = steered(rng, 12_000) + np.array([1.5, 0.0, 0.0, 0.0, 0.0, 0.0])
-    log = recorded(voyage.vehicle, velocity, rng, noise=0.0)
-    problem = hd.prepare(voyage.vehicle, log, MODEL)
-    method = RecursiveLeastSquares(block=0.2, memory=np.inf, prior=1e-6)
-    fit = method.identify(problem, MODEL)
-    assert fit.status is hd.Status.OK
-    assert fit.rank == MODEL.n_coefficients
-    np.testing.assert_allclose(fit.damping.coefficients, TRUTH.coefficients, rtol=5e-3)
-
-
 def test_covariance_is_noise_over_information_and_prior(voyage):
     """Without forgetting: sigma^2 (D^-2 + sum phi phi')^-1, D the prior's deviations."""
     problem = voyage.problem(0, MANOEUVRE)

@@ -107,27 +107,6 @@ class TestBumps:
 class TestWeakForm:
     """What comes out."""
 
-    def test_quadrature_is_of_second_order_and_half_the_error_of_differences(self, linear_problem):
-        """The mean of both ends errs by (w h)^2 / 12, a central difference by (w h)^2 / 6."""
-        problem, damping = linear_problem
-
-        def error(method, every):
-            log = problem.log
-            part = hd.Log.from_arrays(
-                log.time[::every],
-                log.velocity[::every],
-                attitude=log.attitude[::every],
-                wrench=log.wrench[::every],
-                segment=np.repeat(["a", "b", "c"], 1000 // every),
-            )
-            fit = method.identify(hd.prepare(problem.vehicle, part, LINEAR), LINEAR)
-            return np.linalg.norm(fit.damping.coefficients - damping.coefficients)
-
-        weak = WeakForm(WeakEquations(2.0, windows=()))
-        assert error(weak, 2) / error(weak, 1) == pytest.approx(4.0, rel=0.1)
-        differenced = error(hd.LeastSquares(hd.FiniteDifference()), 1)
-        assert differenced / error(weak, 1) == pytest.approx(2.0, rel=0.15)
-
     def test_joins_are_never_crossed(self, bare):
         """A jump of the velocity between segments leaves no trace."""
         one, other = pushed_problem(bare, n=300), pushed_problem(bare, seed=8, n=300)

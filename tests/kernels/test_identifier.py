@@ -5,17 +5,15 @@ d = 1/2 (D_k + D_{k+1}) and eps what the true coefficients leave over, exactly
 V_{k+1} - V_k = -h d'diag(a)d + h d.eps (the discrete form of eq. 23).
 """
 
-from __future__ import annotations
-
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
+import oracle
 from hydrodamp import kernels
 from hydrodamp.kernels import Gains
-from hydrodamp.kernels.plant import Inputs, Plant
 
 SEEDS = st.integers(0, 2**32 - 1)
 LENGTHS = st.floats(-2.0, 1.0).map(lambda exponent: 10.0**exponent)
@@ -27,70 +25,26 @@ FREE = st.sampled_from([ALL_FREE, (True, True, False, False, False, True)])
 ROUNDING = 1e-10
 
 
-@dataclass(frozen=True)
-class Trial:
-    """One step between two samples, with gains and a truth."""
-
-    plant: Plant
-    inputs: Inputs
-    a: np.ndarray
-    gamma: np.ndarray
-    truth: np.ndarray
-    matrix: np.ndarray
-    error: np.ndarray
-
-    @property
-    def h(self):
-        return self.inputs.time[1] - self.inputs.time[0]
-
-    def left_over(self):
-        """eps = f + K_true xi - M (nu_{k+1} - nu_k) / h on the free axes."""
-        plant, inputs = self.plant, self.inputs
-        nu = np.where(plant.free, inputs.velocity, 0.0)
-        held, speed = inputs.channels[[0, 0]], np.diag(inputs.propulsion)
-        xi = kernels.regressor(plant.factors, nu, inputs.down, held, speed).mean(axis=0)
-        f = (kernels.coriolis(plant.mass_matrix, nu) + inputs.wrench).mean(axis=0)
-        gained = plant.mass_matrix @ (nu[1] - nu[0]) / self.h
-        return np.where(plant.free, f + xi @ self.truth - gained, 0.0)
-
-    def storage(self, matrix, error):
-        kinetic = 0.5 * error @ self.plant.mass_matrix @ error
-        return kinetic + 0.5 * np.sum((matrix - self.truth) ** 2 / self.gamma)
-
-    @property
-    def gains(self):
-        return Gains(self.plant, self.a, self.gamma)
-
-    def stepped(self):
-        state = np.vstack([self.matrix, self.error])
-        samples = self.inputs.sample(0), self.inputs.sample(1)
-        moved = kernels.adapt_step(self.gains, state, *samples)
-        return moved[:-1], moved[-1]
-
-
-def trial(make, seed, h, free):
+@given(SEEDS, LENGTHS, FREE)
+def test_the_storage_changes_by_dissipation_and_noise_alone(make, seed, h, free):
     rng = np.random.default_rng(seed)
     plant, inputs = make.plant(rng, free=free), make.inputs(rng, n=2)
     inputs = replace(inputs, time=np.array([0.0, h]))
-    shape = (plant.n_terms, 6)
-    return Trial(
-        plant=plant,
-        inputs=inputs,
-        a=10.0 ** rng.uniform(-1, 2, 6),
-        gamma=10.0 ** rng.uniform(-2, 2, shape),
-        truth=rng.standard_normal(shape),
-        matrix=rng.standard_normal(shape),
-        error=np.where(free, rng.standard_normal(6), 0.0),
-    )
+    a, gamma = 10.0 ** rng.uniform(-1, 2, 6), 10.0 ** rng.uniform(-2, 2, (plant.n_terms, 6))
+    truth, matrix = rng.standard_normal((2, plant.n_terms, 6))
+    error = np.where(free, rng.standard_normal(6), 0.0)
 
+    def storage(matrix, error):
+        kinetic = 0.5 * error @ plant.mass_matrix @ error
+        return kinetic + 0.5 * np.sum((matrix - truth) ** 2 / gamma)
 
-@given(SEEDS, LENGTHS, FREE)
-def test_the_storage_changes_by_dissipation_and_noise_alone(make, seed, h, free):
-    case = trial(make, seed, h, free)
-    matrix, error = case.stepped()
-    d, eps = 0.5 * (case.error + error), case.left_over()
-    before, after = case.storage(case.matrix, case.error), case.storage(matrix, error)
-    lost, added = h * d @ (case.a * d), h * d @ eps
+    state, samples = np.vstack([matrix, error]), (inputs.sample(0), inputs.sample(1))
+    moved = kernels.adapt_step(Gains(plant, a, gamma), state, *samples)
+    d, steps = 0.5 * (error + moved[-1]), oracle.steps_between(plant, inputs)
+    eps = steps.forcing[0] + steps.xi[0] @ truth - steps.gain[0] / h
+    eps = np.where(free, eps, 0.0)
+    before, after = storage(matrix, error), storage(moved[:-1], moved[-1])
+    lost, added = h * d @ (a * d), h * d @ eps
     tolerance = ROUNDING * (before + after + lost + h * np.abs(d) @ np.abs(eps))
     assert after - before == pytest.approx(added - lost, abs=tolerance, rel=0)
 

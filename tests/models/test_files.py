@@ -15,29 +15,6 @@ def file(tmp_path):
     return write
 
 
-def test_one_model(file):
-    path = file(
-        """
-name: mine
-title: My model
-source: here
-note: there
-terms:
-  X: u u|u|
-  Y N: [v, r, u|u|*rudder]
-  K: 1
-  Z: [1, w]
-  N: p
-"""
-    )
-    model = hd.read_model(path)
-    assert (model.key, model.title) == ("mine", "My model")
-    assert (model.source, model.note) == ("here", "there")
-    assert model.labels[:2] == ("X_u", "X_u|u|")
-    assert "N_u|u|*rudder" in model.labels
-    assert {"K_1", "Z_1", "Z_w", "N_p"} <= set(model.labels)
-
-
 def test_a_list_of_models_may_extend_the_catalogue_and_each_other(file):
     path = file(
         """
@@ -45,7 +22,7 @@ models:
   - {name: finned, extends: linear, title: Finned, terms: {Y N: u|u|*rudder}}
   - {name: finned-2, extends: finned, terms: {Z M: u|u|*elevator}}
   - {name: plain, extends: prestero}
-  - {name: 690, terms: {X: u}, note: }
+  - {name: 690, terms: {X: u, "Y N": [v, r], K: 1, Z: [1, w]}, note: }
 """
     )
     finned, finned_2, plain, numbered = hd.read_models(path)
@@ -54,6 +31,7 @@ models:
     assert finned_2.commands == ("elevator", "rudder")
     assert plain.terms == hd.catalog["prestero"].terms
     assert numbered.key == "690"
+    assert " ".join(numbered.labels) == "X_u Y_v Y_r Z_w Z_1 K_1 N_v N_r"
     with pytest.raises(hd.ModelError, match="must hold one model; got 4"):
         hd.read_model(path)
 

@@ -9,8 +9,6 @@ from hydrodamp.errors import ModelError
 from hydrodamp.models.catalog import catalog
 from hydrodamp.models.model import DampingModel, coefficient_unit, latex_label, read_label
 
-KEYS = list(catalog)
-
 
 @pytest.fixture
 def mine():
@@ -67,22 +65,6 @@ def test_with_terms_adds_and_keeps_what_is_there():
     assert catalog["fossen"].with_terms({"X": "1"}, key="biased").key == "biased"
     with pytest.raises(ModelError, match=r"Terms added to model 'fossen': `Q` is not an axis"):
         catalog["fossen"].with_terms({"Q": "u"})
-
-
-@pytest.mark.parametrize("key", KEYS)
-def test_what_is_dropped_on_fewer_axes_is_zero_and_what_stays_is_not(key):
-    model = catalog[key]
-    velocity = np.random.default_rng(3).normal(size=(30, 6))
-    velocity[:, [2, 3, 4]] = 0.0  # heave, roll, pitch locked
-    less = model.restricted_to(["X", "Y", "N"])
-    assert all(not less.terms[axis] for axis in (2, 3, 4))
-    for axis in (0, 1, 5):
-        kept = set(less.terms[axis])
-        for term in model.terms[axis]:
-            values = model.basis.evaluate(velocity, propulsion_ratio=1.3)
-            column = values[:, model.basis.index(term)]
-            assert np.any(column != 0.0) == (term in kept)
-    assert less.key == model.key
 
 
 def test_all_axes_change_nothing_and_unknown_ones_are_refused():

@@ -65,24 +65,6 @@ def test_divergence_is_a_status(vehicle):
     assert set(result.rms_by_axis.values()) == {None}
 
 
-def test_simulated_attitude_swings_like_a_pendulum(vehicle):
-    """Small roll of a body with its weight low: period 2 pi sqrt(I / (z_G W))."""
-    still = replace(
-        vehicle, center_of_gravity=(0.0, 0.0, 0.05), mass_matrix=np.diag([60, 99, 99, 1, 29, 29])
-    )
-    n, step = 400, 0.02
-    attitude = np.zeros((n, 3))
-    attitude[:, 0] = 0.002  # only the first sample counts
-    log = hd.Log.from_arrays(
-        np.arange(n) * step, np.zeros((n, 6)), attitude=attitude, wrench=np.zeros((n, 6))
-    )
-    nothing = hd.Damping(hd.catalog["linear"], np.zeros(36))
-    swing = hd.simulate(still, nothing, log, attitude="simulated").velocity[:, 3]
-    rate = np.sqrt(0.05 * still.weight / 1.0)
-    expected = -0.002 * rate * np.sin(rate * log.time)
-    np.testing.assert_allclose(swing, expected, atol=1e-6)
-
-
 def test_settings_are_checked(vehicle):
     log = quiet_log(20, wrench=np.zeros((20, 6)))
     nothing = hd.Damping(hd.catalog["linear"], np.zeros(36))

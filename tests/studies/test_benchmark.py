@@ -6,7 +6,6 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from hydrodamp import SILENT, catalog
@@ -147,22 +146,6 @@ def test_the_truth_replays_what_really_happened(part, name, change, most):
     logs = replace(make, duration=8.0, conditions=SILENT, **change)()
     assert check.exact_floor(logs) < most
     assert logs.train.velocity.std() > 0.0
-
-
-def test_what_is_told_wrong_is_wrong_by_so_much(part):
-    """A wrench of 1.2 times the actuators', and fins 1.2 times as strong; the rest is true."""
-    one, plans = part("_campaign"), part("_plans")
-    sail = one.Sail(plans.published, 1, 6.0)
-    plain = sail()
-    strong = replace(sail, recording=one.Recording(wrench=1.2))()
-    commands = {name: plain.train.command(name) for name in plain.train.command_names}
-    acting = plain.vehicle.known_wrench(plain.train.velocity, plain.train.down, commands)
-    acting -= plain.vehicle.restoring_wrench(plain.train.down)
-    np.testing.assert_allclose(strong.train.wrench, 1.2 * acting, atol=1e-9)
-    assert strong.vehicle.actuators == strong.train.command_names == ()
-    fins = replace(sail, recording=one.Recording(fins=1.2))().vehicle.actuators
-    assert dict(fins[0].force)["N"] == pytest.approx(1.2 * -9.1827)
-    assert fins[2] == plain.vehicle.actuators[2]
 
 
 def test_the_tables_of_a_page_are_replaced(study, tmp_path):

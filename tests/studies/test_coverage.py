@@ -78,15 +78,3 @@ def test_averages_are_those_of_the_normal_law(tables, shift, scale, coverage, ce
     (bias,) = found["bias"]
     assert bias["spreads"] == pytest.approx(shift, abs=0.05)
     assert bias["percent"] == pytest.approx(10.0 * shift, abs=0.5)
-
-
-def test_failed_draws_are_counted_and_left_out(tables):
-    """One draw of not-a-number; without any draw left there is nothing to say."""
-    draws = drawn(tables, 0.0)
-    draws.estimate[7] = np.nan
-    found = tables.summary({("some", "prestero"): draws})
-    assert found["failed"] == [{"method": "some", "model": "prestero", "draws": 1}]
-    assert all(np.isfinite(row["spread"]) for row in found["coefficients"])
-    draws.estimate[:] = np.nan
-    none = tables.summary({("some", "prestero"): draws})
-    assert none["coverage"] == none["bias"] == none["coefficients"] == []

