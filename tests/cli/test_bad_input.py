@@ -85,6 +85,7 @@ def test_parts_said_wrongly(folder, call, line, words):
         ("--vehicle planar.yaml --models none.yaml", "none.yaml"),
         ("--vehicle planar.yaml --models broken.yaml", "line 2"),
         ("--vehicle planar.yaml --mapping broken.yaml", "line 2"),
+        ("--vehicle planar.yaml --mapping planar", "Did you mean 'planar.yaml'?"),
         ("--vehicle planar.yaml --models linear,other.yaml", "two different models"),
         ("--vehicle planar.yaml --out a.csv", "a.csv is a file. Give another one."),
     ],

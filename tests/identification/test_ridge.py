@@ -132,3 +132,9 @@ def test_settings_that_are_none_are_a_sentence():
     for wrong in (-1.0, float("nan"), (1.0, 2.0), (1.0, 1.0, 1.0, 1.0, 1.0, -1.0)):
         with pytest.raises(hd.MethodError, match="`strength` must be zero or positive"):
             hd.Ridge(strength=wrong)
+
+
+def test_a_triangle_alone_has_no_folds(linear):
+    truth, _, problem = linear
+    with pytest.raises(hd.MethodError, match="cross-validation needs the rows"):
+        hd.Ridge().solve(hd.accumulate(problem), problem, truth.model)
