@@ -623,6 +623,14 @@ def csv_of_small_angles_in_degrees(folder: Path, it: Truth) -> Path:
     return write(folder / "a.csv", {**columns, "rudder": it.rudder})
 
 
+@case(holds="u v w p q r attitude")
+def npz_of_a_quaternion_of_unsaid_order(folder: Path, it: Truth) -> Path:
+    """x y z w, as ROS has it; nothing says so."""
+    pose = it.turns.as_quat()
+    np.savez(folder / "a.npz", time=it.time, vel=it.body, gyro=it.rates, quat=pose, fin=it.rudder)
+    return folder / "a.npz"
+
+
 @case()
 def csv_of_many_sticks(folder: Path, it: Truth) -> Path:
     """Sixteen channels of a remote control, most of them still."""

@@ -219,8 +219,9 @@ def _named(
             silent[column] = f"never changes from {low:.3g}"
             continue
         why: tuple[str, ...] = ("name and unit" if one.unit and quantity_of_role(role) else "name",)
-        if role.startswith("attitude.q["):  # parts of an array: w first, as most write them
-            role, why = f"attitude.q{'wxyz'[int(role[-2])]}", (*why, "w first")
+        if role.startswith("attitude.q["):  # a part of an array
+            order = _order(column, series)
+            role, why = f"attitude.q{order[int(role[-2])]}", (*why, f"{order[0]} first, by size")
         if role.startswith("wrench.") and max(-low, high) <= 1.0 and one.unit is None:
             role, why = "commands", (*why, "no larger than one: no newtons")
         is_pulse = role == "commands" and one.unit is None and _PULSES[0] <= low
@@ -230,6 +231,13 @@ def _named(
             Guess(column, role, sure, one.unit, 1, why, topic=one.topic, is_pulse=is_pulse)
         )
     return guesses, silent
+
+
+def _order(column: str, series: Mapping[str, Series]) -> str:
+    """Return the order of a quaternion: hardly any craft tilts far, so x and y are small."""
+    there = (series.get(re.sub(r"\d(?=]?$)", place, column)) for place in "02")
+    first, third = (0.0 if one is None else float(np.nanmean(one.values**2)) for one in there)
+    return "xyzw" if first < third else "wxyz"
 
 
 def _best(guesses: list[Guess], series: Mapping[str, Series]) -> list[Guess]:
