@@ -1,4 +1,4 @@
-"""Canonical names need no mapping in any flat format; large tables are read in parts."""
+"""Canonical names need no mapping in any flat format."""
 
 from __future__ import annotations
 

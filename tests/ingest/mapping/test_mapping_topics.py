@@ -12,6 +12,7 @@ from hydrodamp.data.attitude import euler_from_quaternion
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import ClockWarning, GapWarning, LogError
 from hydrodamp.ingest.mapping import LogMapping
+from hydrodamp.ingest.mapping.assembling import record_of
 
 FAST, SLOW = np.arange(0, 20, 0.1), np.arange(0.03, 20, 0.25)
 
@@ -210,7 +211,7 @@ def test_a_position_alone_makes_a_record_to_be_completed() -> None:
         {"time": "recorded", "position": {"north": "/gps.n", "east": "/gps.e"}}
     )
     gps = Topic("/gps", np.arange(3.0), {"n": np.arange(3.0), "e": np.arange(3.0)})
-    record = given.record(Recording((gps,), "dive.bag", "a test"))
+    record = record_of(given, Recording((gps,), "dive.bag", "a test"))
     assert record.velocity_names == ()
     assert record.blocks["position"][2].tolist() == [2, 2, 0]
 

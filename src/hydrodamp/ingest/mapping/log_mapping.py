@@ -12,7 +12,6 @@ from hydrodamp.basis.atoms import VELOCITIES
 from hydrodamp.conditioning.steps import clean
 from hydrodamp.data.channels import ATTITUDE, EULER, SPECIFIC_FORCE
 from hydrodamp.data.log import Log
-from hydrodamp.data.record import Record
 from hydrodamp.data.recording import Recording
 from hydrodamp.errors import LogError, did_you_mean
 from hydrodamp.faults import faults_in
@@ -228,32 +227,7 @@ class LogMapping(MappingFile):
         >>> log.command("rudder").tolist()
         [1.0, 2.0, 3.0]
         """
-        return clean(Log.from_record(self.record(recording)), self.steps)
-
-    def record(self, recording: Recording) -> Record:
-        """Return the record of a recording: one clock, our axes, NaN where nothing is known.
-
-        Parameters
-        ----------
-        recording : Recording
-            What was read.
-
-        Returns
-        -------
-        record : Record
-            Not yet cut; without velocities where the mapping has a position alone.
-
-        Raises
-        ------
-        LogError
-            With every fault.
-
-        Warns
-        -----
-        ClockWarning
-            Once, if a clock repeats, runs backwards or leaps.
-        """
-        return record_of(self, recording)
+        return clean(Log.from_record(record_of(self, recording)), self.steps)
 
 
 def read_mapping(path: str | Path) -> LogMapping:

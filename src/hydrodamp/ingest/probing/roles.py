@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
@@ -42,8 +41,6 @@ _ANGLES = {
     "attitude.yaw": 6.5,
     "attitude.heading": 6.5,
 }
-_ODD = 15.0  # m/s, beyond the speed of nearly all craft
-_SIBLINGS = 3  # points for each role that the same message fills
 _SPEEDS = tuple(f"velocity.{name}" for name in "uvw")
 _PLACES = tuple(f"position.{name}" for name in "xyz")
 _COMPASS = {
@@ -241,17 +238,10 @@ def _order(column: str, series: Mapping[str, Series]) -> str:
 
 
 def _best(guesses: list[Guess], series: Mapping[str, Series]) -> list[Guess]:
-    """Mark the best guess of each role; a message that fills several roles has the advantage."""
+    """Mark the best guess of each role; of guesses alike that of the faster messages."""
 
-    def message(one: Guess) -> tuple[str, str, str]:
-        its = series[one.column]
-        return its.topic, its.field.rpartition(".")[0], one.role.partition(".")[0]
-
-    filled = Counter(kind for kind, _ in {(message(one), one.role) for one in guesses})
-
-    def merit(one: Guess) -> tuple[float, int]:
-        siblings = _SIBLINGS * filled[message(one)]
-        return one.confidence + siblings, len(series[one.column].seconds)
+    def merit(one: Guess) -> tuple[int, int]:
+        return one.confidence, len(series[one.column].seconds)
 
     best: dict[str, Guess] = {}
     for one in sorted(guesses, key=merit, reverse=True):
@@ -287,11 +277,6 @@ def _weighed(one: Guess, series: Series, rates: RateMatch, way: WayMatch) -> Gue
     if way.agreement.agrees() and one.role in (*_SPEEDS, *_PLACES):
         likeness = way.agreement.correlation
         return _surer(_with(one, f"velocity and position agree ({likeness:.2f})"), likeness)
-    if one.role in _SPEEDS:
-        usual = float(np.nanmedian(np.abs(series.values)))
-        if usual > _ODD:
-            doubted = _with(one, f"its median size is {usual:.3g}: cm/s or mm/s?")
-            return replace(doubted, confidence=one.confidence // 2)
     return one
 
 
