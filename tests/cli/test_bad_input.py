@@ -37,15 +37,6 @@ def test_a_faulty_log(folder, call, header, fifth, words):
     refused(folder, call(f"{COMPARE} bad.csv --train 0:2 --test 2:4", 2), "bad.csv", *words)
 
 
-def test_missing_values_split_the_log_with_a_warning(folder, call):
-    body = rows(400)
-    body[100] = "10.0,nan,0.1,0.0,0.5,0.1"
-    (folder / "gap.csv").write_text("\n".join([HEADER, *body]) + "\n", encoding="utf-8")
-    done = call("probe gap.csv")
-    assert "warning: gap.csv: split into 2 segments" in done.stderr
-    assert len(done.stderr.splitlines()) == 1
-
-
 @pytest.mark.parametrize(
     ("train", "test", "words"),
     [

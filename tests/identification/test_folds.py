@@ -26,13 +26,6 @@ def test_a_fold_is_a_segment_where_there_are_several():
     assert (made.n, made.made) == (3, "3 folds, one a segment")
 
 
-def test_many_segments_are_dealt_out_to_ten_folds():
-    rows = rows_of(*[4] * 23)
-    made = hd.folds(rows)
-    assert made.n == 10
-    np.testing.assert_array_equal(made.part, rows.segment % 10)
-
-
 def test_segment_numbers_may_have_holes():
     rows = rows_of(20, 20, 20)
     made = hd.folds(rows.taken(rows.segment != 1))

@@ -67,22 +67,6 @@ def test_the_campaign_determines_the_main_coefficients(by_log):
     assert by_log.grades["Z_w|w|"] is hd.Grade.NOT_DETERMINED
 
 
-def test_columns_that_do_not_move_are_not_determined(exact_log, vehicle, true_damping):
-    """Sway at rest: whatever has v in it, and the whole of Y, cannot be told."""
-    log = exact_log(true_damping(LINEAR), forward=1.5)
-    rng = np.random.default_rng(0)
-    quiet = np.array(log.velocity)
-    quiet[:, 1] = 1e-3 * rng.normal(size=log.n)
-    wrench = np.array(log.wrench)
-    wrench[:, 1] = rng.normal(size=log.n)
-    problem = hd.prepare(vehicle, replace(log, velocity=quiet, wrench=wrench), LINEAR)
-    grades = hd.identifiability(problem, LINEAR).grades
-    assert {grades[label] for label in LINEAR.labels if label.startswith("Y_")} == {
-        hd.Grade.NOT_DETERMINED
-    }
-    assert grades["N_v"] is hd.Grade.NOT_DETERMINED
-
-
 def test_aliased_columns_are_named(problem, campaign):
     twice = hd.DampingModel.from_table({"X": "u^2 u|u|", "K": "p"}, key="twice")
     found = hd.identifiability(hd.prepare(campaign.vehicle, campaign.train, twice), twice)

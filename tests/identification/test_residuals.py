@@ -81,10 +81,6 @@ def test_locked_axes_and_empty_rows_are_not_told_of(campaign):
     assert set(re.findall(r"([XYZKMN]) \(", said)) == {"X", "N"}
 
 
-def test_zeros_are_not_divided_by():
-    assert not correlated(np.zeros(40), np.zeros(40, dtype=int), 10)[1].any()
-
-
 def test_short_logs_have_no_correlation(campaign, problem):
     short = campaign.train.between(0.0, 1.0)
     damping = hd.LeastSquares().identify(problem, FOSSEN).damping

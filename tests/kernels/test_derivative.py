@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from hydrodamp import kernels
-from hydrodamp.kernels.plant import Inputs, Plant
 
 SEGMENTS = np.array([[0, 7], [8, 16]])
 INSIDE = np.delete(np.arange(16), 7)  # a row of the Jacobian for each sample of a segment
@@ -92,15 +91,3 @@ def test_at_rest_every_derivative_is_finite(make):
     np.testing.assert_array_equal(velocity, 0.0)
     assert np.all(np.isfinite(jacobian))
     np.testing.assert_array_equal(jacobian[0, :, 1:], np.eye(6))
-
-
-def test_from_divergence_on_and_outside_segments_nothing_is_known():
-    plant = Plant(np.eye(6), (True,) * 6, [[1, 0, 0, 0]], 0)
-    rest = [np.zeros((60, width)) for width in (3, 6, 0, 2)]
-    inputs = Inputs(np.arange(60) / 10, np.tile(np.eye(6)[0], (60, 1)), *rest)
-    matrix = np.eye(1, 6)
-    velocity, _, jacobian = kernels.replay(plant, matrix, inputs, [[0, 50]], ([0], [0]))
-    assert np.all(np.isfinite(jacobian[:40]))
-    assert np.all(np.isnan(jacobian[40:]))
-    np.testing.assert_array_equal(np.isnan(velocity[:50, 0]), np.isnan(jacobian[:, 0, 0]))
-    assert np.all(np.isnan(velocity[50:]))

@@ -120,17 +120,6 @@ def test_the_list_is_what_the_page_promises(part, monkeypatch):
     assert all(one.models for one in found)
 
 
-def test_groups_and_patterns_choose(part):
-    """Names and groups, with commas."""
-    study = part("")
-    assert {one.group for one in study.chosen("*", "seen")} == {"seen"}
-    assert {one.group for one in study.chosen("*", "unseen")} == {"unseen"}
-    some = study.chosen("remus/200s,tanker*", "all")
-    assert {one.name.partition("/")[0] for one in some} == {"remus", "tanker"}
-    work = list(study.jobs(some[:1], "linear,coe", ["ls"]))
-    assert work == [("remus/200s", "linear", "ls"), ("remus/200s", "coe", "ls")]
-
-
 @pytest.mark.parametrize(
     ("name", "change", "most"),
     [

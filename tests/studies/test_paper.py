@@ -54,11 +54,3 @@ def test_gains_do_in_si_units_what_rates_in_deg_s_do(key, study, vehicle, exact_
     expected = oracle.wrench(turned, propulsion_ratio=log.propulsion_ratio)
     found = fit.damping.wrench(log.velocity, propulsion_ratio=log.propulsion_ratio)
     np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-6 * np.abs(expected).max())
-
-
-def test_a_column_is_nearest_to_itself(study):
-    printed = tuple(row.ls for row in hd.TABLE_I.values())
-    assert study.distance(printed, printed) == (0, 0.0)
-    twice = tuple(2.0 * one for one in printed)
-    assert study.likeness((float("inf"), *twice[1:]), printed)[:2] == ("1 of 8", "2.00")
-    assert study.likeness((float("inf"),) * 8, printed) == ("8 of 8", "-", "-")

@@ -1,7 +1,6 @@
 """The motion keeps equilibria, energy, the Bulletin's turns."""
 
 import numpy as np
-import pytest
 
 from hydrodamp.simulation.campaign.motion import (
     Motion,
@@ -33,17 +32,6 @@ def test_straight_ahead_the_speed_is_a_thousandth_of_the_rpm(truth):
     sailing = states(2)
     sailing[:, 0] = motion.steady_surge
     np.testing.assert_allclose(motion.acceleration(sailing), 0.0, atol=1e-12)
-
-
-@pytest.mark.parametrize(("plane", "axis"), [(0, 5), (1, 4)])
-def test_signs_of_the_fins(truth, plane, axis):
-    """+rudder turns to port (negative r), +elevator raises the bow (positive q)."""
-    commands = np.zeros((1, 2))
-    commands[0, plane] = 0.1
-    motion = motion_of(truth, [2000.0])
-    state = motion.receive(states(1, 2.0), commands)
-    turned = motion.advance(state, commands, 1.0)[0, axis]
-    assert turned < 0.0 if axis == 5 else turned > 0.0
 
 
 def test_energy_only_falls_without_propeller(truth):

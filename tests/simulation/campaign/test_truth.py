@@ -60,12 +60,6 @@ def test_pure_drift_gives_the_published_coefficients(strips):
     np.testing.assert_allclose(down, -0.04 * np.array([0, 0, -72.497, 0, -3.68259, 0]), atol=1e-12)
 
 
-def test_no_strip_ever_drives(strips, velocities):
-    """The power of the drag is never positive."""
-    power = np.sum(velocities * strips.wrench(velocities), axis=1)
-    assert np.max(power) <= 0.0
-
-
 def test_turning_in_place_agrees_with_the_integral(strips):
     """N_r|r| = -c L^4/32 - c_f |x_f|^3 for a uniform hull and fins at x_f."""
     fins = SIDE[1] / TAIL
