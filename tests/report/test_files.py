@@ -44,11 +44,15 @@ def test_the_json_is_strict_and_as_designed(comparison, tmp_path):
 
 
 def test_a_comparison_reads_back_as_it_was(comparison, tmp_path):
+    first, *others = comparison.rows
+    windows = hd.HorizonScore(10.0, replace(first.score, rms_by_segment={}), 6, 1)
+    comparison = replace(comparison, rows=(replace(first, windows=windows), *others))
     hd.write_comparison(comparison, tmp_path)
     again = hd.read_comparison(tmp_path)
     assert comparison_document(again) == comparison_document(comparison)
     assert {**again.provenance, **comparison.provenance} == again.provenance
     assert set(again.provenance) - set(comparison.provenance) == {"hydrodamp"}
+    assert again.rows[0].windows == windows
     for before, after in zip(comparison.rows, again.rows, strict=True):
         assert after.fit.status is before.fit.status
         assert after.fit.aliased == before.fit.aliased

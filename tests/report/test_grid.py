@@ -4,7 +4,7 @@ import io
 import pytest
 from rich.console import Console
 
-from hydrodamp.report.comparison_tables import comparison_grids
+from hydrodamp.report.comparison_tables import detail_grids, summary_grids
 from hydrodamp.report.grid import (
     Column,
     Grid,
@@ -75,7 +75,7 @@ def shown(*grids, width=80):
 
 @pytest.mark.parametrize("width", [80, 20])
 def test_a_terminal_shows_every_word_whole(comparison, width):
-    grids = comparison_grids(comparison)
+    grids = (*detail_grids(comparison), *summary_grids(comparison))
     text = shown(*grids, width=width)
     assert all(word in text for grid in grids for row in grid.words for word in row)
     if width == 80:

@@ -99,7 +99,7 @@ def fit_all(
 
 def carry_out(task: Task, said: dict[str, str], resume: bool, json: bool) -> None:
     """Identify, replay, write and print; after Ctrl-C with what is finished and status 130."""
-    from hydrodamp.report.comparison_tables import comparison_grids
+    from hydrodamp.report.comparison_tables import detail_grids, summary_grids
     from hydrodamp.report.documents import comparison_document
     from hydrodamp.report.grid import show
 
@@ -114,7 +114,7 @@ def carry_out(task: Task, said: dict[str, str], resume: bool, json: bool) -> Non
         if json:
             emit(comparison_document(comparison))
         else:
-            show(results(), *comparison_grids(comparison))
+            show(results(), *detail_grids(comparison), *summary_grids(comparison))
     if found < asked:
         kept = "With `--out DIR`" if task.out is None else f"In {task.out / 'fits'}"
         note(

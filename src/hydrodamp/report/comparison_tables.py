@@ -27,10 +27,9 @@ _RUNS = 6  # likewise
 _PRINTED = {"ls": "paper LS", "ai": "paper AI"}
 
 
-def comparison_grids(comparison: Comparison) -> tuple[Grid, ...]:
-    """Return what a reader of a comparison should see: errors, then by run, axis and window."""
-    more = (*run_grids(comparison), *axis_grids(comparison), *window_grids(comparison))
-    return (*summary_grids(comparison), *more)
+def detail_grids(comparison: Comparison) -> tuple[Grid, ...]:
+    """Return the errors by run, axis and window."""
+    return (*run_grids(comparison), *axis_grids(comparison), *window_grids(comparison))
 
 
 def run_grids(comparison: Comparison) -> tuple[Grid, ...]:

@@ -24,7 +24,7 @@ from hydrodamp.files import load_json
 from hydrodamp.identification.fit import Fit, Uncertainty
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.files import damping_document, damping_from_document, finite
-from hydrodamp.simulation.replay import AttitudeSource, HorizonScore, RateUnit, Score
+from hydrodamp.simulation.replay import AttitudeSource, Horizon, HorizonScore, RateUnit, Score
 from hydrodamp.simulation.status import Status
 from hydrodamp.validation.compare import Comparison, Row
 
@@ -63,6 +63,28 @@ class Divergence(BaseModel):
     time: float
 
 
+class WindowsDocument(BaseModel):
+    """Errors over windows of so many seconds."""
+
+    seconds: Horizon
+    n: int
+    n_diverged: int
+    rms: float | None
+    rms_by_axis: dict[str, float | None]
+    fit_by_axis: dict[str, float | None]
+
+    @classmethod
+    def of(cls, found: HorizonScore) -> WindowsDocument:
+        """Return the document of errors over windows."""
+        errors = {key: getattr(found.score, key) for key in ("rms", "rms_by_axis", "fit_by_axis")}
+        return cls(seconds=found.horizon, n=found.n_windows, n_diverged=found.n_diverged, **errors)
+
+    def score(self, rate_unit: RateUnit) -> HorizonScore:
+        """Return the errors."""
+        score = Score(self.rms, self.rms_by_axis, self.fit_by_axis, rate_unit, ())
+        return HorizonScore(self.seconds, score, self.n, self.n_diverged)
+
+
 class RowDocument(BaseModel):
     """What is read of a row of ``comparison.json``; its fit lies in a file of its own."""
 
@@ -72,6 +94,7 @@ class RowDocument(BaseModel):
     fit_by_axis: dict[str, float | None]
     rms_by_segment: dict[str, float | None]
     diverged_at: tuple[Divergence, ...] | None
+    windows: WindowsDocument | None = None
 
     def score(self, rate_unit: RateUnit) -> Score:
         """Return the score of the row."""
@@ -119,13 +142,8 @@ def _row(row: Row, name: str) -> dict[str, Any]:
         "status": row.status.word,
         "coefficients": values if row.fit.status.usable else dict.fromkeys(values),
         "fit": name,
-        **({} if row.windows is None else {"windows": _windows(row.windows)}),
+        **({"windows": WindowsDocument.of(row.windows).model_dump()} if row.windows else {}),
     }
-
-
-def _windows(found: HorizonScore) -> dict[str, Any]:
-    counts = {"seconds": found.horizon, "n": found.n_windows, "n_diverged": found.n_diverged}
-    return counts | {key: getattr(found.score, key) for key in ("rms", "fit_by_axis")}
 
 
 def provenance_of(comparison: Comparison) -> dict[str, str]:

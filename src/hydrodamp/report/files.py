@@ -19,7 +19,7 @@ from hydrodamp.errors import FileError
 from hydrodamp.files import as_json, load_json, save_all
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.grades import AxisIdentifiability, Identifiability
-from hydrodamp.report.comparison_tables import comparison_grids, score_grid, summary_grids
+from hydrodamp.report.comparison_tables import detail_grids, score_grid, summary_grids
 from hydrodamp.report.documents import (
     ComparisonDocument,
     comparison_document,
@@ -106,7 +106,7 @@ def write_comparison(comparison: Comparison, folder: str | os.PathLike[str]) -> 
     FileError
         If the folder cannot be made or written.
     """
-    home, grids = Path(folder), comparison_grids(comparison)
+    home, grids = Path(folder), (*summary_grids(comparison), *detail_grids(comparison))
     fits = {home / "fits" / f"{name}.json": fit for name, fit in _named_fits(comparison).items()}
     earlier = [home / name for name in (COMPARISON, REPORT, GRADES, BAND)]
     earlier += earlier_pictures(home / FIGURES)
@@ -171,7 +171,8 @@ def read_comparison(folder: str | os.PathLike[str]) -> Comparison:
             axes = tuple(axis for axis in AXES if VELOCITY_OF[axis] in score.rms_by_axis)
             velocity = velocities[entry.fit]
             run = Trajectory(log, velocity, score.diverged, settings.attitude, axes)
-        rows.append(Row(fit, score, run))
+        windows = entry.windows.score(settings.rate_unit) if entry.windows else None
+        rows.append(Row(fit, score, run, windows))
     return Comparison(tuple(rows), settings.rate_unit, settings.attitude, words)
 
 
