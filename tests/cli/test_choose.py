@@ -24,12 +24,6 @@ def test_two_models_of_one_name_are_refused(key, listed, folder, call, monkeypat
     assert f"two different models are called '{key}', whatever their capitals" in done.stderr
 
 
-def test_a_model_of_ones_own_may_be_called_sparse(folder, call):
-    (folder / "mine.yaml").write_text("name: sparse\nterms: {X: [u], Y: [v]}\n", "utf-8")
-    done = call(f"{LINE}linear,mine.yaml")
-    assert "sparse" in done.stdout
-
-
 def test_one_model_of_a_file_goes_by_its_name(folder, call):
     (folder / "two.yaml").write_text(TWO, "utf-8")
     document = json.loads(call(f"{LINE}linear,two.yaml:light --json").stdout)

@@ -221,3 +221,9 @@ def test_times_copied_from_probe_are_taken(folder, call):
     done = call(f"{line} --train 1459776213:1459776253 --test 90:95", 2)
     assert done.stderr.count("by the clock of the log: -0.25:39.75 in seconds") == 1
     assert "first sample at 1459776213.250 s by its clock" in " ".join(done.stderr.split())
+
+
+def test_axes_and_preset_of_a_measured_log_are_told(call, measured_logs):
+    told = call(f"probe {measured_logs('bluerov2_kth')}/run_11_40_38.csv").stdout
+    for words in ("Axes: body FLU", "Preset `bluerov2-kth` fits"):
+        assert words in " ".join(told.split())

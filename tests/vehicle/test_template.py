@@ -1,12 +1,10 @@
-import dataclasses
-
 import numpy as np
 import pytest
 import yaml
 
 from hydrodamp.errors import VehicleError
-from hydrodamp.vehicle.file import fleet, fleet_text, parse_vehicle, without_righting
-from hydrodamp.vehicle.template import copied, vehicle_template
+from hydrodamp.vehicle.file import parse_vehicle, without_righting
+from hydrodamp.vehicle.template import vehicle_template
 from hydrodamp.vehicle.vehicle import Vehicle
 
 
@@ -48,12 +46,6 @@ def test_sizes_in_other_units_are_refused(sizes):
     length, diameter, mass = sizes
     with pytest.raises(VehicleError, match="give metres and kilograms"):
         vehicle_template(length=length, diameter=diameter, mass=mass)
-
-
-@pytest.mark.parametrize("name", fleet)
-def test_a_copy_of_the_fleet_is_the_same_vehicle(name):
-    copy = parse_vehicle(copied(fleet_text(name), "a: b"))
-    assert copy == dataclasses.replace(fleet[name], name="a: b")
 
 
 def test_an_estimate_says_that_nothing_rights_it():
