@@ -106,13 +106,6 @@ def test_viscous_remainder_and_added_mass_give_the_sources_total(name, rows, mor
     np.testing.assert_allclose(total, expected, rtol=1e-11, atol=1e-11)
 
 
-def test_vt690_is_prestero_and_one_more_and_belongs_to_the_vehicle():
-    damping = hd.published["vt690-sname2022"]
-    assert damping.model.n_coefficients == 31
-    assert set(damping.model.labels) == {*hd.catalog["prestero"].labels, "K_up"}
-    assert damping.vehicle.weight == damping.vehicle.buoyancy == 466.5
-
-
 @pytest.mark.parametrize("name", hd.published)
 def test_every_set_dissipates_while_under_way(name):
     """Ahead at 0.5-2.5 m/s, drift below 0.1 m/s and rates below 0.1 rad/s."""

@@ -71,15 +71,6 @@ def test_a_fold_that_diverges_leaves_no_mean(vehicle, log):
     assert text[1].endswith(f"{wild.rms_of_finished:.3f}  1 of 3 folds lost")
 
 
-def test_rows_without_any_error(vehicle, log):
-    table = cross_validate(vehicle, log, LINEAR, Fixed(wild_without="d"))
-    (row,) = table.rows
-    assert (row.rms_of_finished, row.spread, row.n_lost) == (None, None, 3)
-    with pytest.raises(hd.MethodError, match="every replay diverged"):
-        table.choice()
-    assert "–" in str(table)
-
-
 def names(log):
     return [part.name for part in log.segments]
 

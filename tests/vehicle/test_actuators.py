@@ -1,7 +1,5 @@
 """Laws that every kind of actuator keeps, then what each of them does."""
 
-import pickle
-
 import numpy as np
 import pytest
 
@@ -23,11 +21,6 @@ ALL = [
 
 @pytest.mark.parametrize("actuator", ALL, ids=lambda one: f"{type(one).__name__}")
 class TestEveryKind:
-    def test_is_a_value(self, actuator):
-        twin = pickle.loads(pickle.dumps(actuator))
-        assert twin == actuator
-        assert hash(twin) == hash(actuator)
-
     def test_missing_command_is_named(self, actuator):
         with pytest.raises(hd.VehicleError, match=f"`{actuator.commands[0]}`; got none"):
             actuator.channels({})

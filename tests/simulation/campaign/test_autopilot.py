@@ -42,15 +42,6 @@ def test_signs():
     np.testing.assert_array_equal(memory.totals[:, 0], 0.0)
 
 
-def test_fins_stay_within_twenty_degrees():
-    """However large the errors."""
-    rng = np.random.default_rng(1)
-    measured = rng.normal(scale=5.0, size=(500, 10))
-    goals = rng.normal(scale=50.0, size=(2, 500))
-    commands, _ = PUBLISHED.steer(measured, goals[0], goals[1], Memory.blank(500))
-    assert np.max(np.abs(commands)) == FIN_LIMIT
-
-
 def test_integral_grows_by_error_times_period_and_never_winds_up():
     """It stops at its own limit, and stands still while the output is at its limit."""
     total = np.zeros(1)
