@@ -70,7 +70,9 @@ class _Draft:
         self.rows: IntArray = np.arange(len(clock.time))
         self.time, self.joins = clock.time, changes(clock.labels, len(clock.time))
         self._keep(np.isfinite(clock.time), Oddity.ABSENT)
-        self._keep(~_strays(self.time, self.joins), Oddity.STRAY)
+        steps = np.abs(np.diff(self.time))[~self.joins[1:]]
+        self.far = longest_step(steps[steps > 0.0])  # that no step is, forward or back
+        self._keep(~_strays(self.time, self.joins, self.far), Oddity.STRAY)
         self._spread(clock.fresh)
 
     def _spread(self, fresh: BoolArray | None) -> None:
@@ -132,9 +134,7 @@ class _Draft:
     def _restarts(self, time: FloatArray, leapt: BoolArray) -> BoolArray:
         """Find where the clock runs anew: at a join, or set back far."""
         steps = np.append(0.0, np.diff(time))[: len(time)]
-        back = (steps < 0) & ~leapt & ~self.joins
-        if back.any():
-            back &= steps < -longest_step(np.abs(steps[~leapt & ~self.joins & (steps != 0)]))
+        back = (steps < -self.far) & ~leapt & ~self.joins
         count = int(np.count_nonzero(back))
         if count > _MOST_RUNS:
             of = f" of `{self.topic}`" if self.topic else ""
@@ -168,13 +168,12 @@ def _repeats(time: FloatArray) -> BoolArray:
     return np.append(False, np.diff(time) == 0)[: len(time)]
 
 
-def _strays(time: FloatArray, joins: BoolArray) -> BoolArray:
+def _strays(time: FloatArray, joins: BoolArray, far: float) -> BoolArray:
     """Find single stamps far from both neighbours, which are near one another."""
     strays = np.zeros(len(time), np.bool_)
     steps = np.abs(np.diff(time))
     if len(steps) < 2:
         return strays
-    far = longest_step(steps)
     long = steps > far
     near = np.abs(time[2:] - time[:-2]) <= far
     strays[1:-1] = long[:-1] & long[1:] & near & ~(joins[1:-1] | joins[2:])

@@ -325,3 +325,16 @@ def test_infinite_numbers_are_missing() -> None:
     table = Recording((Topic("", None, {"t": time, "u": speed}),), "log.csv", "a test")
     with pytest.warns(GapWarning, match="1 sample with missing values at 2.00 s"):
         assert LogMapping.from_dict({"time": "t", "velocity": {"u": "u"}}).log(table).n == 49
+
+
+def test_a_held_value_ends_with_its_run() -> None:
+    time = np.concatenate((np.arange(10.0), np.arange(10.0)))  # the clock begins anew
+    rpm = np.repeat([5.0, 7.0], 10)
+    rpm[[2, 3, 10, 11, 12, 15]] = np.nan
+    table = Topic("", None, {"t": time, "u": np.arange(20.0), "rpm": rpm})
+    commands = {"rpm": {"column": "rpm", "hold": True}}
+    mapping = LogMapping.from_dict({"time": "t", "velocity": {"u": "u"}, "commands": commands})
+    with pytest.warns(ClockWarning):
+        record = record_of(mapping, Recording((table,), "runs.csv", "a test"))
+    want = np.repeat([5.0, np.nan, 7.0], [10, 3, 7])
+    np.testing.assert_array_equal(record.commands["rpm"], want)

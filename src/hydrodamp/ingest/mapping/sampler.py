@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from hydrodamp.arrays import FloatArray
+from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.data.record import changes
 from hydrodamp.errors import LogError, did_you_mean
 from hydrodamp.ingest.clock import (
@@ -104,7 +104,7 @@ class Sampler:
             return np.full(self.n, self.constants[place])
         values, hold = stream.values(place), stream.channels[place].source.hold
         if self.is_direct(place):
-            return _filled(values) if hold else values
+            return _filled(values, self.ticks.run) if hold else values
         if hold or (is_command and hold is None):
             return self._brought(values, place, partial(held, until_next=hold is True))
         return self._brought(values, place, interpolated)
@@ -195,7 +195,8 @@ def _span(stream: Stream) -> str:
     return f"from {time.min():.3f} s to {time.max():.3f} s"
 
 
-def _filled(values: FloatArray) -> FloatArray:
-    """Fill NaN with the last value before it."""
-    last = np.maximum.accumulate(np.where(np.isnan(values), 0, np.arange(len(values))))
+def _filled(values: FloatArray, run: IntArray) -> FloatArray:
+    """Fill NaN with the last value before it in its run."""
+    begun = np.searchsorted(run, run)
+    last = np.maximum.accumulate(np.where(np.isnan(values), begun, np.arange(len(values))))
     return values[last]
