@@ -51,12 +51,24 @@ def test_first_velocities_go_where_they_fit_as_far_as_they_are_in_doubt(campaign
     true = np.array([true_damping()[label] for label in TRUE_TERMS.labels])
     off = np.random.default_rng(3).normal(scale=1e-3, size=windows.starts.shape)
     windows = replace(windows, starts=problem.inputs.velocity[windows.bounds[:, 0]] + off)
-    spread, plain = np.ones(6), np.sum(windows.errors(true) ** 2, axis=0)
-    free = replace(windows, doubt=np.full(6, 10.0)).linear(true, spread)
+    spread, plain = np.full(6, 1e-4), np.sum(windows.errors(true) ** 2, axis=0)
+    free = replace(windows, doubt=np.full(6, 0.01)).linear(true, spread)
     held = replace(windows, doubt=np.full(6, 1e-9)).linear(true, spread)
     assert np.all(free.square < 0.05 * plain)  # a sample's noise is left where samples are averaged
     np.testing.assert_allclose(held.square, plain, rtol=1e-6)
-    assert free.moved * 10.0**2 == pytest.approx(np.sum(off**2), rel=0.05)
+    assert free.moved * 0.01**2 == pytest.approx(np.sum(off**2), rel=0.05)
+
+
+def test_first_velocities_that_run_away_tell_no_direction():
+    """At rest nothing moves, but the least first velocity would grow beyond all numbers."""
+    model, time = hd.catalog["fossen"], np.arange(0.0, 20.0, 0.1)
+    level = np.tile([1.0, 0.0, 0.0, 0.0], (200, 1))
+    still = hd.Log(time, np.zeros((200, 6)), attitude=level, wrench=np.zeros((200, 6)))
+    vehicle = hd.Vehicle("block", np.diag([10.0] * 6), weight=100.0, buoyancy=100.0)
+    windows = searching(hd.prepare(vehicle, still, model), model).windows(16.0)
+    pushed = np.zeros(12)
+    pushed[model.index("X_u")] = 1e5
+    assert not windows.linear(pushed, np.ones(6)).normal.any()
 
 
 def test_a_window_that_runs_away_tells_no_direction(campaign):

@@ -29,7 +29,8 @@ _LEAST = 4
 _MEANS, _ENTRIES = 10, 4_000_000
 
 #: Errors of a window whose replay has no end count as this many times the largest velocity
-#: recorded. A window that this share of a coefficient would move as far tells no direction either.
+#: recorded. A window that this share of a coefficient, or the doubt of a first velocity, would move
+#: as far tells no direction either.
 _LOST, _LITTLE = 5.0, 1e-4
 
 
@@ -177,8 +178,8 @@ class Windows:
             here[window, place, p + 1 :] = slopes[:, axis, p + self.free]
             here /= spread[number]
         far = _LOST * np.abs(self.problem.inputs.velocity[:, self.free]).max(axis=0) / spread
-        greatest = np.maximum(rows.max(axis=1), -rows.min(axis=1))[..., : p + 1]
-        moved = (greatest * np.append(np.abs(_LITTLE * coefficients), 1.0)).max(axis=2)
+        little = np.concatenate([np.abs(_LITTLE * coefficients), [1.0], self.doubt])
+        moved = (np.maximum(rows.max(axis=1), -rows.min(axis=1)) * little).max(axis=2)
         lost = ~np.all(moved <= far * np.sqrt(block), axis=1)  # NaN is not within
         rows[lost] = 0.0
         return rows.reshape(len(rows), -1, p + 1 + f), simulated
