@@ -34,6 +34,7 @@ class Clock:
     time: FloatArray
     labels: Sequence[str] | None = None
     fresh: BoolArray | None = None  # which rows are no copies of the one before
+    run: IntArray | None = None  # of each row, where these are some rows of a table
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +63,14 @@ def set_right(clocks: Sequence[Clock]) -> tuple[Stamps, ...]:
     return tuple(draft.stamps(starts, shifts) for draft in drafts)
 
 
+def runs_of(clock: Clock) -> IntArray:
+    """Return the run that each row of a topic belongs to."""
+    (stamps,) = set_right([clock])
+    run = np.zeros(len(clock.time), dtype=np.int64)
+    run[stamps.rows] = stamps.run
+    return np.maximum.accumulate(run)
+
+
 class _Draft:
     """A clock without its stray and absent stamps."""
 
@@ -69,6 +78,8 @@ class _Draft:
         self.topic, self.irregularities = clock.topic, list[Irregularity]()
         self.rows: IntArray = np.arange(len(clock.time))
         self.time, self.joins = clock.time, changes(clock.labels, len(clock.time))
+        if clock.run is not None:
+            self.joins |= np.diff(clock.run, prepend=clock.run[:1]) != 0
         self._keep(np.isfinite(clock.time), Oddity.ABSENT)
         steps = np.abs(np.diff(self.time))[~self.joins[1:]]
         self.far = longest_step(steps[steps > 0.0])  # that no step is, forward or back

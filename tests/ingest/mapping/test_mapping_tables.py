@@ -8,7 +8,7 @@ import pytest
 
 from hydrodamp.data.agreement import agreement, turned
 from hydrodamp.data.attitude import down, turn
-from hydrodamp.errors import LogError
+from hydrodamp.errors import GapWarning, LogError
 from hydrodamp.ingest.mapping import LogMapping
 from hydrodamp.ingest.read import read_log
 
@@ -137,3 +137,24 @@ def test_the_bluerov2_moves_as_its_rates_and_depth_say(bluerov2_runs: list[Path]
         heave = log.command("ch_heave")
         if heave.any():
             assert np.corrcoef(heave, log.velocity[:, 2])[0, 1] < -0.4
+
+
+def test_a_sparse_column_stays_in_its_own_run(csv_file: Write) -> None:
+    """Its own stamps, 1.5 and then 0.5 s, do not tell that the clock began anew."""
+    rows = [
+        f"{0.1 * k:.1f},1.0,{(700 if run else 500) if k == (5 if run else 15) else ''}"
+        for run in (0, 1)
+        for k in range(20)
+    ]
+    path = csv_file("t,spd,rpm\n" + "\n".join(rows) + "\n")
+    mapping = LogMapping.from_dict(
+        {
+            "time": "t",
+            "velocity": {"u": "spd"},
+            "commands": {"rpm": {"column": "rpm", "hold": True}},
+        }
+    )
+    with pytest.warns(GapWarning):
+        log = read_log(path, mapping)
+    rpm = [log.command("rpm")[first:last] for first, last in log.bounds]
+    assert [set(part[np.isfinite(part)]) for part in rpm] == [{500.0}, {700.0}]

@@ -11,7 +11,7 @@ from hydrodamp.arrays import BoolArray, FloatArray
 from hydrodamp.conditioning.dropouts import lost_lock
 from hydrodamp.data.recording import Topic
 from hydrodamp.errors import LogError, did_you_mean
-from hydrodamp.ingest.clock import COARSE, Clock, Stamps, set_right
+from hydrodamp.ingest.clock import COARSE, Clock, Stamps, runs_of, set_right
 from hydrodamp.ingest.mapping.finding import Found, beside, column_of, labels_of
 from hydrodamp.ingest.mapping.schema import RECORDED, Entry, Source
 
@@ -105,11 +105,13 @@ def _stream(
         flags = topic.fields[beside(topic, name) or name]
         fits = (flags != 0) & ~np.isnan(flags) if wanted is None else flags == wanted
         rows = fits if rows is None else rows & fits
+    run = None
     if rows is not None:
-        stamps = stamps[rows]
+        # Of few rows, stamps do not tell where the clock ran anew; those of all rows do.
+        run, stamps = runs_of(Clock(topic.name, stamps))[rows], stamps[rows]
         labels = None if labels is None else tuple(np.array(labels, dtype=object)[rows])
     fresh = _fresh(topic, stamps) if rows is None else None
-    return Stream(topic, Clock(topic.name, stamps, labels, fresh), rows)
+    return Stream(topic, Clock(topic.name, stamps, labels, fresh, run), rows)
 
 
 def _fresh(topic: Topic, stamps: FloatArray) -> BoolArray | None:
