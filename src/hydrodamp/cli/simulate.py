@@ -53,7 +53,8 @@ def simulate(
     if json:
         emit({"model": numbers.model.key, **score_document(scored, trajectory.attitude)})
     else:
-        show(results(), replay_grid(f"{numbers.model.title} on {log.source}", scored))
+        title = f"{numbers.model.title} on {log.source}, attitude {trajectory.attitude}"
+        show(results(), replay_grid(title, scored))
     trained, driven = trained_on(Path(damping)), sailed(log.velocity, craft.axes)
     drives = fed(numbers, joined(trained, driven))
     for sentence in (*outreached(trained, driven), *drives):

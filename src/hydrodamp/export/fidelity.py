@@ -178,7 +178,7 @@ def _told(found: Replays) -> Iterator[str]:
         "of the target against the log": found.target_to_log,
     }
     words = ", ".join(f"{name} {_error(each)}" for name, each in errors.items())
-    yield f"Replay error (eq. 24, {found.step}): {words}."
+    yield f"Replay error (eq. 24, attitude simulated, {found.step}): {words}."
 
 
 def _error(found: Score) -> str:
