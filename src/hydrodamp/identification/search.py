@@ -77,6 +77,7 @@ class Place:
 class Search:
     """What stays the same from stage to stage.
 
+    ``doubt`` is the standard error of the smoothed ``velocity``, less by the root of ``_ALIKE``.
     ``unit`` of a coefficient is what makes the RMS inertial force of its axis. ``power`` has the
     power fed to the motion at velocities all over a box, for coefficients in units.
     """

@@ -46,7 +46,7 @@ class Linear(NamedTuple):
 class Windows:
     """Stretches of a log of a length [s], rows (first, one past the last), behind each other.
 
-    ``doubt`` is how far the first velocities ``starts`` may be off, a standard deviation each.
+    ``doubt`` is what the first velocities ``starts`` are held to, each as by a standard deviation.
     """
 
     length: float
