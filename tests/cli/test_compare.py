@@ -106,7 +106,7 @@ def test_without_any_score_the_work_failed(folder, call):
     line = f"{ONE} --train 0:1.4 --test 2:40 --models wild.yaml --methods ls --out out"
     done = call(line, 1)
     assert "error: no row has an RMS error (diverged)" in done.stderr
-    assert "wild by ls diverged in 1 after" in " ".join(done.stdout.split())
+    assert "wild by ls diverged in segment 1 after" in " ".join(done.stdout.split())
     (row,) = json.loads((folder / "out" / "comparison.json").read_text("utf-8"))["rows"]
     assert row["rms"] is None
     assert row["diverged_at"][0]["segment"] == "1"

@@ -45,7 +45,7 @@ def test_a_diverged_replay_failed(folder, call, damping):
     done = call("simulate b.csv --vehicle planar.yaml --damping wild.json --json --out t.csv", 1)
     assert json.loads(done.stdout)["rms"] is None
     assert json.loads(done.stdout)["diverged_at"][0]["segment"] == "1"
-    assert "error: the replay diverged in 1 after" in done.stderr
+    assert "error: the replay diverged in segment 1 after" in done.stderr
     assert not (folder / "t.csv").exists()
 
 
@@ -61,4 +61,4 @@ def test_a_replay_beyond_the_training_is_told(folder, call):
     assert told[0].startswith("Beyond the training data: r reaches ")
     assert told[0].endswith(" in the test, 0.1 in training.")
     assert "feeds energy into r beyond 0.1 rad/s" in told[1]
-    assert "error: the replay diverged in 1 after" in told[-1]
+    assert "error: the replay diverged in segment 1 after" in told[-1]

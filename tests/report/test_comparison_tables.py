@@ -28,7 +28,7 @@ def test_models_stand_against_methods_and_the_paper(comparison):
 
 def test_remarks_say_what_happened_where(comparison):
     notes = " ".join(summary_grids(comparison)[-1].notes)
-    assert "fossen by ls diverged in dive after 12.3 s, turn after 0.1 s." in notes
+    assert "fossen by ls diverged in segment dive after 12.3 s, segment turn after 0.1 s." in notes
     assert "[ls: uncoupled]" in notes
     assert "[ls: coe]" in notes
     assert "~ not settled" in notes

@@ -67,8 +67,23 @@ def test_a_fold_that_diverges_leaves_no_mean(vehicle, log):
     kept = [wild.rms_by_fold[0], wild.rms_by_fold[2]]
     assert wild.rms_of_finished == pytest.approx(np.mean(kept))
     assert table.choice().row.method == "ls"
+    ((where, after),) = wild.folds[1].score.diverged
+    assert where == "b"
+    assert wild.lost == (f"fold 2 (diverged in segment b after {after:.3g} s)",)
     text = str(table).splitlines()
-    assert text[1].endswith(f"{wild.rms_of_finished:.3f}  1 of 3 folds lost")
+    assert text[1].endswith(f"{wild.rms_of_finished:.3f}  lost {wild.lost[0]}")
+
+
+def test_a_row_that_is_nearer_but_lost_a_fold_is_named_beside_the_choice(vehicle, log):
+    table = cross_validate(vehicle, log, LINEAR, [hd.LeastSquares(), Fixed(wild_without="b")])
+    exact, wild = table.rows
+    far = [replace(row, score=replace(row.score, rms=9.0)) for row in exact.folds]
+    chosen = replace(table, rows=(replace(exact, folds=tuple(far)), wild)).choice()
+    assert chosen.row.method == "ls"
+    assert "of 1 replay of all 3 folds" in chosen.sentence
+    same = f"({wild.rms_of_finished:.3g} against 9), but lost 1 of 3"
+    assert f"linear by fixed is nearer on the folds that it ended {same}" in chosen.reservation
+    assert "nearer" not in str(table.choice())  # the exact one is nearer there too
 
 
 def names(log):

@@ -60,8 +60,9 @@ def simulate(
     for sentence in (*outreached(trained, driven), *drives):
         note(sentence)
     if scored.diverged:
-        places = ", ".join(f"{name} after {time:.1f} s" for name, time in scored.diverged)
-        fail(f"the replay diverged in {places}; there is no RMS error, and nothing is written.")
+        fail(
+            f"the replay diverged in {scored.left}; there is no RMS error, and nothing is written."
+        )
 
 
 def simulated_log(trajectory: hd.Trajectory) -> hd.Log:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 import hydrodamp as hd
 from hydrodamp.cli import choose, options
-from hydrodamp.cli.output import INTERRUPTED, emit, fail, results
+from hydrodamp.cli.output import INTERRUPTED, emit, fail, note, results
 from hydrodamp.cli.parts import read
 from hydrodamp.progress import counted, progress
 
@@ -25,14 +26,23 @@ def validate(
     ] = None,
     attitude: options.Attitude = "measured",
     rate_unit: options.Rates = "deg",
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write what --json prints.")
+    ] = None,
     json: options.Json = False,
 ) -> None:
     """Cross-validate models over the segments of a log, and score them at several horizons."""
+    from hydrodamp.cli.targets import check_out_file
     from hydrodamp.cli.work import check_training, fit_all
+    from hydrodamp.files import save_json
     from hydrodamp.report.comparison_tables import fold_grid, horizon_grid, validation_document
     from hydrodamp.report.grid import show
     from hydrodamp.validation.crossvalidation import holdouts
 
+    if out is not None:
+        check_out_file(
+            out, (*logs, *map(choose.file_of, choose.names(models or "")), vehicle, mapping)
+        )
     craft, given = choose.choose_vehicle(vehicle), choose.choose_models(models)
     ways, log = choose.choose_methods(methods), read(logs, mapping)
     selected = (hd.Sparse(),) if choose.selects(models) else ()
@@ -65,8 +75,12 @@ def validate(
     except KeyboardInterrupt:
         if not tables:
             raise
+    document = validation_document(tables[-1], *whole)
+    if out is not None:
+        save_json(document, out)
+        note(f"written to {out}")
     if json:
-        emit(validation_document(tables[-1], *whole))
+        emit(document)
     else:
         show(results(), fold_grid(tables[-1]), *([horizon_grid(*whole)] if whole[0] else []))
     if not whole[0]:

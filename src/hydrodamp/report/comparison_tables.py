@@ -201,13 +201,20 @@ def fold_grid(table: CrossValidation) -> Grid:
     best = [f"{row.model} by {row.method}" for row in front(table)]
     notes = [
         "RMS is the mean over folds whose replay has an end. A row that lost a fold is not chosen, "
-        "however small its RMS."
+        "however small its RMS.",
+        *(
+            f"{row.model} by {row.method} lost {', '.join(row.lost)}."
+            for row in table.rows
+            if row.lost
+        ),
     ]
     if best:
         notes += [
             str(table.choice()),
             f"No row has both a lower error and fewer coefficients than: {', '.join(best)}.",
         ]
+    else:
+        notes.append("No row has an error on every fold, so none is chosen.")
     columns = {
         "model": ("model", "s"),
         "n": ("n_coefficients", "d"),
@@ -252,7 +259,7 @@ def validation_document(
     table: CrossValidation, fits: Sequence[Fit], scores: Sequence[HorizonScores | None]
 ) -> dict[str, object]:
     """Return all of it as strict JSON."""
-    of_row = ("model", "method", "n_coefficients", "rms", "rms_by_fold")
+    of_row = ("model", "method", "n_coefficients", "rms", "rms_by_fold", "lost")
     return {
         "held_out": table.held_out,
         "folds": [{key: getattr(row, key) for key in of_row} for row in table.rows],

@@ -108,12 +108,11 @@ def _replays(comparison: Comparison) -> Iterator[str]:
         if not tested and (run := row.trajectory) is not None:
             tested = sailed(run.log.velocity, run.axes)
             yield from outreached(row.fit.sailed, tested)
-        name, lost = f"{row.model} by {row.method}", row.score.diverged
-        places = ", ".join(f"{place} after {time:.3g} s" for place, time in lost)
+        name = f"{row.model} by {row.method}"
         ranges = joined(row.fit.sailed, tested)
-        if lost:
+        if row.score.left:
             feeds = fed(row.fit.damping, ranges, "Its")
-            yield " ".join((f"{name} diverged in {places}.", *feeds))
+            yield " ".join((f"{name} diverged in {row.score.left}.", *feeds))
         elif row is chosen:
             yield from fed(row.fit.damping, ranges, f"{name}: its")
 

@@ -171,6 +171,12 @@ class Score:
         """``OK`` or ``DIVERGED``."""
         return Status.DIVERGED if self.diverged else Status.OK
 
+    @property
+    def left(self) -> str:
+        """In which segments the replay left every bound, and after how long; empty where none."""
+        places = (f"segment {name} after {time:.3g} s" for name, time in self.diverged)
+        return ", ".join(places)
+
 
 def score(trajectory: Trajectory, rate_unit: RateUnit = "deg") -> Score:
     """Compare a replay with its log.

@@ -63,8 +63,11 @@ class Choice(Generic[Candidate]):
         return f"{self.sentence} {self.reservation}".rstrip()
 
 
-def choose(rows: Iterable[Candidate]) -> Choice[Candidate]:
-    """Choose the row of the lowest error; ties go to fewer coefficients, then the earlier row."""
+def choose(rows: Iterable[Candidate], of: str = "") -> Choice[Candidate]:
+    """Choose the row of the lowest error; ties go to fewer coefficients, then the earlier row.
+
+    What the replays are of can be said in words.
+    """
     asked = list(rows)
     scored = [row for row in asked if row.rms is not None]
     if not scored:
@@ -78,12 +81,12 @@ def choose(rows: Iterable[Candidate]) -> Choice[Candidate]:
     return Choice(
         row=ranked[0],
         runner_up=ranked[1] if len(ranked) > 1 else None,
-        sentence=_sentence(ranked, len(asked)),
+        sentence=_sentence(ranked, len(asked), of),
         reservation=" ".join(reservation),
     )
 
 
-def _sentence(ranked: Sequence[Ranked], asked: int) -> str:
+def _sentence(ranked: Sequence[Ranked], asked: int, of: str) -> str:
     """Say which row is first, by what, and how far the second is behind."""
     named = [f"{row.model} by {row.method} ({error_of(row):.3g})" for row in ranked[:2]]
     if asked == 1:
@@ -93,7 +96,7 @@ def _sentence(ranked: Sequence[Ranked], asked: int) -> str:
         error, other = map(error_of, ranked[:2])
         more = f", {100.0 * (other / error - 1.0):+.0f} %" if error else ""
         behind = f"runner-up {named[1]}{more}"
-    return f"{named[0]}: lowest RMS error of {_replays(len(ranked))}; {behind}."
+    return f"{named[0]}: lowest RMS error of {_replays(len(ranked))}{of}; {behind}."
 
 
 class Table(Protocol[Candidate_co]):

@@ -68,9 +68,20 @@ class ValidatedRow:
         return statistics.stdev(finished) if len(finished) > 1 else None
 
     @property
+    def lost(self) -> tuple[str, ...]:
+        """The folds that have no error, from 1, each with where its replay left, or its status."""
+        return tuple(
+            f"fold {place} (diverged in {row.score.left})"
+            if row.score.left
+            else f"fold {place} ({row.status.word})"
+            for place, row in enumerate(self.folds, start=1)
+            if row.rms is None
+        )
+
+    @property
     def n_lost(self) -> int:
         """How many folds have no error."""
-        return self.rms_by_fold.count(None)
+        return len(self.lost)
 
     @property
     def settled(self) -> bool:
@@ -106,14 +117,18 @@ class CrossValidation:
         Returns
         -------
         choice : Choice
-            Among the rows that have an error on every fold.
+            Among the rows that have an error on every fold; those that are nearer on the
+            folds they have are named, with both errors there.
 
         Raises
         ------
         MethodError
             If there is no such row.
         """
-        return choose(self.rows)
+        chosen = choose(self.rows, f" of all {len(self.held_out)} folds")
+        nearer = (_nearer(row, chosen.row) for row in self.rows)
+        said = " ".join(filter(None, (chosen.reservation, *nearer)))
+        return replace(chosen, reservation=said)
 
     def __str__(self) -> str:
         """Return the table as plain text."""
@@ -121,11 +136,24 @@ class CrossValidation:
             (
                 row,
                 row.rms_of_finished,
-                f"{row.n_lost} of {len(row.folds)} folds lost",
+                f"lost {', '.join(row.lost) or 'no fold'}",
             )
             for row in self.rows
         )
         return listed(self.rate_unit, said)
+
+
+def _nearer(row: ValidatedRow, chosen: ValidatedRow) -> str:
+    """Say of a row that lost folds that it is nearer than the chosen one on the others."""
+    both = zip(row.rms_by_fold, chosen.rms_by_fold, strict=True)
+    pairs = [(own, other) for own, other in both if own is not None and other is not None]
+    own, other = map(statistics.fmean, zip(*pairs, strict=True)) if pairs else (0.0, 0.0)
+    if not own < other or not row.lost:
+        return ""
+    return (
+        f"{row.model} by {row.method} is nearer on the folds that it ended ({own:.3g} against "
+        f"{other:.3g}), but lost {row.n_lost} of {len(row.folds)}: look what is special about those."
+    )
 
 
 def cross_validate(
