@@ -152,7 +152,7 @@ def _nearer(row: ValidatedRow, chosen: ValidatedRow) -> str:
         return ""
     return (
         f"{row.model} by {row.method} is nearer on the folds that it ended ({own:.3g} against "
-        f"{other:.3g}), but lost {row.n_lost} of {len(row.folds)}: look what is special about those."
+        f"{other:.3g}), but lost {row.n_lost} of {len(row.folds)}: look what is special there."
     )
 
 
