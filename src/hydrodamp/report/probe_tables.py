@@ -28,7 +28,6 @@ def probe_grids(found: Probe, judged: Judged) -> Iterator[Grid]:
         yield _draft(found)
     if judged.verdict is None:
         notes = [line for each in judged.missing for line in f"missing: {each}".split("\n")]
-        notes += [f"{each}." for each in judged.health]
         notes += [f"mind: {each}" for each in found.roles.upright.doubts]
         yield Grid("No log", (), (), (*notes, f"Verdict: {_NO_LOG}"))
         return
@@ -42,12 +41,8 @@ def probe_grids(found: Probe, judged: Judged) -> Iterator[Grid]:
 def probe_document(found: Probe, judged: Judged) -> dict[str, Any]:
     """Return what ``probe --json`` prints."""
     roles, verdict = found.roles, judged.verdict
-    nothing = ("delays", "reservations", "promises")
+    nothing = ("delays", "suspicions", "doubts", "reservations", "promises")
     facts: dict[str, Any] = {**dict.fromkeys(nothing, ()), "verdict": _NO_LOG, "fit": False}
-    facts |= {
-        "suspicions": [asdict(one) for one in judged.health],
-        "doubts": [f"{one}." for one in judged.health],
-    }
     if verdict is not None:
         facts = {**asdict(verdict), "doubts": verdict.doubts}
         facts |= {"verdict": verdict.sentence, "fit": verdict.fit}
@@ -67,7 +62,7 @@ def probe_document(found: Probe, judged: Judged) -> dict[str, Any]:
             "rates_mirrored": roles.rates.mirrored,
             "rate_unit": roles.rates.unit,
         },
-        "presets": [{**asdict(one), "topics": dict(one.topics)} for one in found.presets],
+        "presets": [asdict(one) for one in found.presets],
         "draft": found.draft.text,
         "draft_confidence": found.draft.confidence,
     }
@@ -151,9 +146,7 @@ def _earth_fixed(found: Probe) -> bool | None:
 
 def _presets(found: Probe) -> Iterator[str]:
     for one in found.presets:
-        topics = ", ".join(f"{name}: {topic}" for name, topic in one.topics)
-        extra = f", given `topics: {{{topics}}}` in a mapping that extends it" if topics else ""
-        yield (f"Preset `{one.name}` fits{extra}: {one.channels} channels found.")
+        yield f"Preset `{one.name}` fits: {one.channels} channels found."
     if not found.presets:
         yield "No shipped preset fits."
 

@@ -61,18 +61,18 @@ def test_a_unit_that_no_role_has_is_of_something_else() -> None:
 
 
 @pytest.mark.parametrize(
-    ("log", "preset", "axes"),
+    ("log", "presets", "axes"),
     [
-        ("px4", ("px4-uuv", ()), ("FRD", "NED", True)),
-        ("ardusub", ("ardusub", ()), ("FRD", "NED", None)),
-        ("odometry", ("rep103-odometry", (("odometry", "/rov/state"),)), ("FLU", "ENU", False)),
+        ("px4", ["px4-uuv"], ("FRD", "NED", True)),
+        ("ardusub", ["ardusub"], ("FRD", "NED", None)),
+        ("odometry", [], ("FLU", "ENU", False)),
     ],
 )
-def test_logs_of_presets_come_back_without_one(log, preset, axes, request, dive: Truth) -> None:
+def test_logs_of_presets_come_back_without_one(log, presets, axes, request, dive: Truth) -> None:
     recording = request.getfixturevalue(log)
     recording = recording("/rov/state") if log == "odometry" else recording
     found = probe(recording)
-    assert [(one.name, one.topics) for one in found.presets] == [preset]
+    assert [one.name for one in found.presets] == presets
     assert (found.roles.upright.body, found.roles.world, found.roles.way.earth_fixed) == axes
     assert (found.roles.chosen("specific_force.fx") is None) == (log != "ardusub")
     dive.check(found.mapping().log(recording))
@@ -122,6 +122,22 @@ def test_numbers_alone_are_no_roles(table: Table) -> None:
     assert found.draft.confidence == 0
     with pytest.raises(LogError):
         found.mapping()
+
+
+@pytest.mark.parametrize(("scale", "presets"), [(1.0, ["kvlcc2-hsva"]), (2.0, [])])
+def test_columns_without_names_fit_a_preset_by_the_way_they_make(table, scale, presets) -> None:
+    time = np.arange(0.0, 60.0, 0.1)
+    speed = np.column_stack((1 + 0.3 * np.sin(time / 3), 0.4 * np.cos(time / 5)))
+    course = np.degrees(np.arctan2(*speed.T[::-1]))
+    rest = (np.gradient(course, time), 0 * time, np.cos(time), 10 + 0 * time, 40 + 0 * time)
+    columns = (time, *np.cumsum(0.1 * scale * speed, axis=0).T, course, *speed.T, *rest)
+    found = probe(table(**{f"column {k}": one for k, one in enumerate(columns, start=1)}))
+    assert [one.name for one in found.presets] == presets
+
+
+def test_a_rudder_that_stands_still_stays_in_the_draft(table: Table, dive) -> None:
+    text = probe(table(t=dive.time, r=dive.rates[:, 2], rudder=0 * dive.time)).draft.text
+    assert "rudder: rudder    # 85 %: still in this run" in text
 
 
 @pytest.mark.parametrize(("axes", "flip"), [("FRD", 1.0), ("FLU", FLIP)])

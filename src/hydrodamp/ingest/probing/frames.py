@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -167,9 +167,9 @@ class Upright:
         return (told,) if self.confidence < _SURE else ()
 
 
-def weigh(form: str, roles: Roles, seen: Iterable[Sign] = ()) -> Upright:
-    """Return the axes of body and attitude that the signs speak for, those seen elsewhere too."""
-    signs = (*seen, *_custom(form), *_gravity(roles), *_depth(roles), *_surface(roles))
+def weigh(form: str, roles: Roles) -> Upright:
+    """Return the axes of body and attitude that the signs speak for."""
+    signs = (*_custom(form), *_gravity(roles), *_depth(roles), *_surface(roles))
     total = USUAL + sum(sign.weight for sign in signs)
     sure = 100 / (1 + math.exp(-abs(total)))
     return Upright("FRD" if total > 0 else "FLU", min(_MOST, round(sure)), signs)

@@ -130,8 +130,6 @@ def hint(
     around = {*words(topic), *name}
     if told := around & NOISE | {*name} & _ASIDE:
         return f"not a measurement itself: {min(told)}", 0
-    if "header" in name:
-        return "of the header", 0
     is_wrench = {"K", "M", "N"} <= {*beside} or {"X", "Y", "N"} <= {*beside}
     if field in WRENCH.columns and is_wrench:
         return f"wrench.{field}", 85
@@ -200,8 +198,6 @@ def _role(
         return f"attitude.q{last}", 85
     if around & _TURNED and size == 4 and last in ("0", "1", "2", "3"):
         return f"attitude.q[{last}]", 60
-    if name[:1] == ("q",) and last in ("0", "1", "2", "3"):
-        return f"attitude.q[{last}]", 80
     if last in _AXES and len(around) > 1 and (found := _component(around, _AXES[last], size)):
         return found
     if last in _COMPASS and not is_alone:

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hydrodamp.conditioning.suspicions import Suspicion, suspicions
+from hydrodamp.data.agreement import agreement, travelled
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import HydrodampError, HydrodampWarning
@@ -26,7 +25,7 @@ from hydrodamp.ingest.read import is_canonical, logs_of
 #: Confidence [%] from which a draft is worth making a log of.
 SUFFICES = 60
 
-_GROUPS = ("velocity", "attitude", "position", "specific_force")
+_NEAR = 0.1  # of the way
 
 #: Returns what a vehicle needs of a log.
 AskNeeds = Callable[[Log], Needs]
@@ -78,7 +77,6 @@ class Fitting:
 
     name: str
     channels: int
-    topics: tuple[tuple[str, str], ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,31 +172,27 @@ def fitting(recording: Recording) -> tuple[Fitting, ...]:
 
 def _fits(name: str, recording: Recording) -> Iterator[Fitting]:
     mapping = read_mapping(name)
-    changed = dict(_other_topics(mapping, recording))
-    topics = mapping.topics | {one: (topic,) for one, topic in changed.items()}
     timeless = [entry for entry in mapping.entries if entry.group != "time"]
-    found, faults = find(timeless, recording, name, topics)
+    found, faults = find(timeless, recording, name, mapping.topics)
     moves = [one.field for one in found if one.entry.group == "velocity" and one.topic]
-    # Columns without names fit any preset that goes by their place.
-    if not faults and any(not field.startswith("column ") for field in moves):
-        yield Fitting(name, len(found), tuple(changed.items()))
+    is_named = any(not field.startswith("column ") for field in moves)
+    if not faults and moves and (is_named or _makes_its_way(mapping, recording)):
+        yield Fitting(name, len(found))
 
 
-def _other_topics(mapping: LogMapping, recording: Recording) -> Iterator[tuple[str, str]]:
-    """Find the one topic with all the fields that a name of a preset needs."""
-    known = {topic.name for topic in recording.topics}
-    for name, choices in mapping.topics.items():
-        if known & set(choices):
-            continue
-        head = f"{name}."
-        needed = {
-            entry.column.removeprefix(head)
-            for entry in mapping.entries
-            if entry.column.startswith(head) and not entry.choices[0].optional
-        }
-        able = [topic.name for topic in recording.topics if needed and needed <= set(topic.fields)]
-        if len(able) == 1 and able[0]:
-            yield name, able[0]
+def _makes_its_way(mapping: LogMapping, recording: Recording) -> bool:
+    """Return whether velocities add up to the way of the position; any columns have places."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", HydrodampWarning)
+            log = mapping.log(recording)
+    except HydrodampError:
+        return False
+    if log.attitude is None or log.position is None:
+        return False
+    way = travelled(log.attitude, log.position, log.bounds)
+    both = agreement(log.time, log.bounds, log.velocity[:, :3], way)
+    return both.agrees() and abs(both.ratio - 1.0) < _NEAR
 
 
 @dataclass(frozen=True)
@@ -210,7 +204,6 @@ class Judged:
     notes: tuple[str, ...] = ()
     guessed: bool = False
     reason: str = ""
-    health: tuple[Suspicion, ...] = ()  # of what can be judged without a log
 
     @property
     def missing(self) -> tuple[str, ...]:
@@ -241,7 +234,7 @@ def judge(
     if len(tables) == len(recordings) and all(map(is_canonical, tables)):
         return judged("")
     reason = "the roles of its columns are too unsure to make a log of"
-    fit = [(f"by the preset {one.name}", one.name) for one in found.presets if not one.topics]
+    fit = [(f"by the preset {one.name}", one.name) for one in found.presets]
     for made, preset in [("by the draft", ""), *fit]:
         if not preset and found.draft.confidence < SUFFICES:
             continue
@@ -251,24 +244,7 @@ def judge(
                 return replace(judged(made, preset or found.mapping()), guessed=True)
         except HydrodampError as error:
             reason = f"{made}: {error}"
-    return Judged("", None, guessed=True, reason=reason, health=_health(found, recordings[0]))
-
-
-def _health(found: Probe, recording: Recording) -> tuple[Suspicion, ...]:
-    """Return what looks wrong about the groups of a draft that make a log, one without others."""
-    draft = parse_yaml(found.draft.text, "the draft")
-    assert isinstance(draft, dict)  # as it was written here
-    kept = {name: draft[name] for name in ("frame", "world", "time") if name in draft}
-    kept["velocity"] = {"p": {"value": 0.0}}  # so that there is one
-    log: Log | None = None
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", HydrodampWarning)
-        for group in (name for name in _GROUPS if name in draft):
-            with suppress(HydrodampError):
-                more = kept | {group: draft[group]}
-                log, kept = LogMapping.from_dict(more, "the draft").log(recording), more
-    there = {} if log is None else suspicions(log)
-    return tuple(one for one in there if one.channel != "p" or "p" in draft.get("velocity", {}))
+    return Judged("", None, guessed=True, reason=reason)
 
 
 def joined(recordings: Sequence[Recording]) -> str:

@@ -14,7 +14,6 @@ from hydrodamp.ingest.formats.files import usual_axes
 from hydrodamp.ingest.probing.columns import Series, Ticking, clocks_of, counted, series_of
 from hydrodamp.ingest.probing.frames import (
     RateMatch,
-    Sign,
     Upright,
     WayMatch,
     match_rates,
@@ -25,11 +24,9 @@ from hydrodamp.ingest.probing.names import NO_ROLE, hint, quantity_of_role, word
 
 _PULSES = (800.0, 2200.0)  # us, of a servo
 _SERVO = frozenset(("pwm", "servo", "rc", "rcou", "rcout", "ch", "channel", "channels", "esc"))
-_SNAME = 1.4  # weight of a notation
 _UNSTATED = 68  # %, of a unit that nothing but its size speaks for
 _SPIN = 3.5  # rad/s, faster than nearly all craft turn
-_USUAL_RATES = ("rad/s", "deg/s")
-_IDLE = (0.0, 1500.0, 65535.0)  # of a servo at rest, and of one that is not there
+_IDLE = (0.0, 1500.0, 65535.0)  # of a servo that is not there, or never used
 _DEAD = 1e-5  # rad/s or deg/s, less than any gyro's noise
 _STILL = {"commands": 0.0, "flag": 0.0} | dict.fromkeys((f"velocity.{one}" for one in "pqr"), _DEAD)
 _ROS_FIELD = re.compile(r"\b(pose|twist)[./](pose|twist|position|linear)\b|angular_velocity[./]x")
@@ -102,16 +99,6 @@ def guess_roles(recording: Recording) -> Roles:
     found = _best(named, series)
     playing = _in_units({one.role: series[one.column] for one in found if one.chosen})
     rates = match_rates(playing) if clocks else RateMatch()
-    if (
-        clocks
-        and not rates.unit
-        and any(not _is_stated(series[one.column]) for one in _angles(playing))
-    ):
-        other = playing | {
-            role: replace(playing[role], unit="deg") for role in _ANGLES if role in playing
-        }
-        if (again := match_rates(other)).unit in _USUAL_RATES:
-            rates, playing = again, other
     way = match_way(playing) if clocks else WayMatch()
     units = {one.column: one.unit for one in playing.values()}
     weighed = [
@@ -119,7 +106,7 @@ def guess_roles(recording: Recording) -> Roles:
         for one in found
     ]
     form = _customary(recording)
-    upright = weigh(form, playing, (*_notation(playing),))
+    upright = weigh(form, playing)
     world = _world(form, upright.body)
     guesses = (*_times(clocks), *(_placed(one, world, way) for one in weighed))
     return Roles(guesses, clocks, _flags(series, found), rates, way, upright, world, silent)
@@ -131,17 +118,6 @@ def _customary(recording: Recording) -> str:
     if "ROS" not in recording.format and any(map(_ROS_FIELD.search, names)):
         return f"{recording.format} of ROS messages"
     return recording.format
-
-
-def _notation(playing: Mapping[str, Series]) -> Iterator[Sign]:
-    """See how the angles are written: Greek letters and vectors eta and nu are of ships."""
-    names = {words(one.field)[0] for one in playing.values() if words(one.field)}
-    if {"phi", "theta", "psi"} <= names or {"eta", "nu"} <= names:
-        yield Sign(_SNAME, "eta, nu, phi, theta, psi: notation of ships, where z is down")
-
-
-def _angles(playing: Mapping[str, Series]) -> list[Series]:
-    return [playing[role] for role in _ANGLES if role in playing]
 
 
 def _is_stated(one: Series) -> bool:
@@ -212,7 +188,8 @@ def _named(
         if sure == 0:
             silent[column] = role
             continue
-        if high - low <= _STILL.get(role, -1.0) and (role != "commands" or low in _IDLE):
+        is_still, is_driven = high - low <= _STILL.get(role, -1.0), {*words(column)} & _SERVO
+        if is_still and (role != "commands" or (low in _IDLE and (low or is_driven))):
             silent[column] = f"never changes from {low:.3g}"
             continue
         why: tuple[str, ...] = ("name and unit" if one.unit and quantity_of_role(role) else "name",)
@@ -222,7 +199,8 @@ def _named(
         if role.startswith("wrench.") and max(-low, high) <= 1.0 and one.unit is None:
             role, why = "commands", (*why, "no larger than one: no newtons")
         is_pulse = role == "commands" and one.unit is None and _PULSES[0] <= low
-        is_pulse = is_pulse and high <= _PULSES[1] and (is_servo or bool({*words(column)} & _SERVO))
+        is_pulse = is_pulse and high <= _PULSES[1] and (is_servo or bool(is_driven))
+        why = (*why, "still in this run") if is_still else why
         why = (*why, "a pulse width: -1 at 1100, 1 at 1900 us") if is_pulse else why
         guesses.append(
             Guess(column, role, sure, one.unit, 1, why, topic=one.topic, is_pulse=is_pulse)
