@@ -38,6 +38,9 @@ def test_writes_a_damping_file_with_a_report_of_the_run_beside_it(folder, call, 
         *("the sea was rough", "Not answered, a wrong vehicle"),
     ):
         assert words in text
+    axes = "rank         condition"  # in the report alone
+    assert axes in text
+    assert axes not in done.stdout
     drawn = {path.name for path in (folder / "d.v2.figures").iterdir()}
     assert {"excitation.svg", "residuals.svg", "replays.svg", "index.json"} <= drawn
     assert "front.svg" not in drawn

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.identification.grades import excitation, graded_by, rated
+from hydrodamp.identification.grades import Cause, excitation, graded_by, rated
 
 PRESTERO, LINEAR = hd.catalog["prestero"], hd.catalog["linear"]
 ORDER = tuple(hd.Grade)
@@ -16,7 +16,8 @@ CLEAR = {"coefficient": 10.0, "half": 1.0, "size": 1.0, "sound": 1.0, "aliased":
 
 def grade(*, excited=True, **more):
     values = {key: np.array([value]) for key, value in {**CLEAR, **more}.items()}
-    return rated(**values, response=10.0, excited=excited)[0]
+    (found,), (cause,) = rated(**values, response=10.0, excited=excited)
+    return found, cause
 
 
 @pytest.mark.parametrize(
@@ -42,7 +43,24 @@ def grade(*, excited=True, **more):
     ],
 )
 def test_the_rule(values, expected):
-    assert grade(**values) is expected
+    assert grade(**values)[0] is expected
+
+
+@pytest.mark.parametrize(
+    ("values", "cause"),
+    [
+        ({}, None),
+        ({"coefficient": 8.0, "half": 4.9}, None),  # weak
+        ({"coefficient": 8.0, "half": 5.1}, Cause.WIDE),
+        ({"half": np.nan}, Cause.WIDE),
+        ({"sound": 0.4, "half": np.nan}, Cause.NOISE),
+        ({"excited": False, "sound": 0.4}, Cause.QUIET),
+        ({"size": 0.0, "excited": False}, Cause.ALIASED),
+        ({"aliased": True}, Cause.ALIASED),
+    ],
+)
+def test_the_first_cause_is_told(values, cause):
+    assert grade(**values)[1] is cause
 
 
 @pytest.fixture(scope="module")
@@ -107,5 +125,7 @@ def test_the_worse_holds(problem, fit, by_log):
     half, seen = known.reach() * known.standard_errors, excitation(problem, PRESTERO)
     by_fit = graded_by(seen, half, fit.damping.coefficients).grades
     worse = {k: max(by_log.grades[k], by_fit[k], key=ORDER.index) for k in by_log.grades}
-    assert hd.graded(problem, fit).grades == worse
+    found = hd.graded(problem, fit)
+    assert found.grades == worse
+    assert tuple(found.causes) == found.labelled(hd.Grade.NOT_DETERMINED)
     assert worse not in (by_log.grades, by_fit)

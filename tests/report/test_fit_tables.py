@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from hydrodamp.identification.fit import Uncertainty
-from hydrodamp.identification.grades import Grade
+from hydrodamp.identification.grades import Cause, Grade
 from hydrodamp.report.fit_tables import fit_grid, half_widths
 
 
@@ -18,8 +18,10 @@ def fit(comparison):
     return replace(comparison.rows[0].fit, damping=replace(damping, covariance=np.diag(errors**2)))
 
 
-def grades(fit, grade):
-    return SimpleNamespace(grades=dict.fromkeys(fit.model.labels, grade))
+def grades(fit, grade, **causes):
+    return SimpleNamespace(
+        grades=dict.fromkeys(fit.model.labels, grade), causes=causes, summary="linear: as told"
+    )
 
 
 def test_coefficients_stand_with_error_interval_and_unit(comparison):
@@ -47,7 +49,20 @@ def test_without_covariance_there_is_no_error(comparison):
 def test_a_determined_number_is_within_a_quarter_of_itself(fit):
     grid = fit_grid(fit, grades(fit, Grade.DETERMINED))
     assert grid.column("grade")[:3] == ("determined", "matters little", "determined")
-    assert grid.notes[-1].startswith("matters little: on this log")
+    assert grid.notes[-1].startswith("grade: determined within 25 % of the number")
+
+
+def test_what_is_not_determined_has_a_cause_and_those_it_is_known_with(fit):
+    covariance = fit.damping.covariance.copy()
+    covariance[2, 0] = covariance[0, 2] = -0.95 * np.sqrt(covariance[0, 0] * covariance[2, 2])
+    covariance[3, 4] = covariance[4, 3] = 0.95 * np.sqrt(covariance[3, 3] * covariance[4, 4])
+    tied = replace(fit, damping=replace(fit.damping, covariance=covariance))
+    found = grades(tied, Grade.NOT_DETERMINED, X_u=Cause.WIDE, X_v=Cause.NOISE)
+    grid = fit_grid(tied, found)
+    words = ("not determined: wide", "not determined: noise", "not determined")
+    assert grid.column("grade")[:3] == words
+    assert grid.notes[-3:-1] == (Cause.NOISE.value, Cause.WIDE.value)
+    assert grid.notes[-1].endswith("together rather than alone: X_u with X_w.")
 
 
 def test_intervals_use_the_degrees_of_freedom_there_are(fit):

@@ -61,7 +61,8 @@ def identify(
     fits: list[hd.Fit] = []
     fit_all(hd.prepare(craft, log, chosen), chosen, (way,), fits.append)
     (fit,) = fits
-    grades, words = (None, ()) if json or not fit.status.usable else trust(craft, log, fit)
+    is_asked = fit.status.usable and not json
+    grades, words, shown = trust(craft, log, fit) if is_asked else (None, [], [])
     if out is not None and fit.status.usable:
         for path in (page, *earlier_pictures(figures)):
             path.unlink(missing_ok=True)
@@ -70,19 +71,21 @@ def identify(
     if json:
         emit(fit_document(fit))
     else:
-        show(results(), fit_grid(fit, grades))
-        for part in words:
+        show(results(), fit_grid(replace(fit, remarks=()), grades))
+        for part in shown:
             results().print(f"\n{part}", markup=False, highlight=False)
     if not fit.status.usable:
         fail(" ".join((fit.status.value, *fit.remarks)))
+    if out is None and shown:
+        note("With `--out FILE`: the damping file, and a report of the search, axes and residuals.")
     if out is not None:
         illustrate_fit(replace(fit, remarks=(*fit.remarks, *words)), craft, log, said, out)
 
 
 def trust(
     vehicle: hd.Vehicle, log: hd.Log, fit: hd.Fit
-) -> tuple[hd.Identifiability | None, tuple[str, ...]]:
-    """Return grades, and what residuals and a wrong vehicle say, in words."""
+) -> tuple[hd.Identifiability | None, list[str], list[str]]:
+    """Return grades, what is answered to questions of trust, and those answers for the screen."""
     problem, model = hd.prepare(vehicle, log, fit.model), fit.model
     grades: list[hd.Identifiability] = []
 
@@ -96,10 +99,12 @@ def trust(
         # By a quick method, whatever the fit is by.
         "a wrong vehicle": lambda: str(hd.vehicle_doubt(vehicle, log, log, model, hd.WeakForm())),
     }
-    words = []
+    said, unanswered = [], []
     for what, ask in counted(questions.items(), "asking", len(questions)):
         try:
-            words.append(ask())
+            said.append(ask())
         except hd.HydrodampError as error:
-            words.append(f"Not answered, {what}: {error}")
-    return next(iter(grades), None), tuple(filter(None, words))
+            said.append(f"Not answered, {what}: {error}")
+            unanswered.append(said[-1])
+    shown = dict.fromkeys((*unanswered, said[-1]))  # axes and residuals are for the report
+    return next(iter(grades), None), [*filter(None, said)], [*shown]

@@ -162,6 +162,23 @@ class Grade(Enum):
         return self.value.split(":", 1)[0]
 
 
+class Cause(Enum):
+    """Why a coefficient is not determined, the first that holds; the value says what it means."""
+
+    ALIASED = "aliased: its column is zero throughout or a sum of others."
+    QUIET = "quiet: too little of the response of its axis is predicted."
+    NOISE = "noise: what tells its column from others may be more noise than motion."
+    WIDE = (
+        f"wide: its interval is worth more than {100.0 * UNKNOWN:.0f} % of the response of its "
+        "axis, whatever share of the number that is."
+    )
+
+    @property
+    def word(self) -> str:
+        """The cause in one word."""
+        return self.value.split(":", 1)[0]
+
+
 @dataclass(frozen=True)
 class AxisIdentifiability:
     """What a log determines on one axis."""
@@ -174,6 +191,7 @@ class AxisIdentifiability:
     share: float
     excited: bool
     groups: tuple[tuple[str, ...], ...]
+    causes: tuple[Cause | None, ...] = ()
 
     def count(self, grade: Grade) -> int:
         """Return how many coefficients have a grade."""
@@ -208,17 +226,28 @@ class Identifiability:
         """The grade of every coefficient, by label."""
         return {k: v for one in self.axes for k, v in zip(one.labels, one.grades, strict=True)}
 
+    @property
+    def causes(self) -> dict[str, Cause]:
+        """Why each coefficient that is not determined is not, by label."""
+        pairs = (zip(one.labels, one.causes, strict=False) for one in self.axes)
+        return {label: cause for label, cause in itertools.chain(*pairs) if cause}
+
+    @property
+    def summary(self) -> str:
+        """How many coefficients have which grade."""
+        counts = Counter(self.grades.values())
+        total = ", ".join(f"{counts[grade]} {grade.word}" for grade in Grade)
+        return f"{self.model.key}: {total}"
+
     def labelled(self, grade: Grade) -> tuple[str, ...]:
         """Return the labels of a grade, in the model's order."""
         return tuple(label for label, given in self.grades.items() if given is grade)
 
     def __str__(self) -> str:
         """Return a table of the axes."""
-        counts = Counter(self.grades.values())
-        total = ", ".join(f"{counts[grade]} {grade.word}" for grade in Grade)
         head = f"{'axis':<5}{'rank':>4}{'':<8}{'condition':>10}{'predicted':>12}"
         head += "".join(f"{word:>8}" for word in ("det.", "weak", "not"))
-        lines = [f"{self.model.key}: {total}", head, *map(str, self.axes)]
+        lines = [self.summary, head, *map(str, self.axes)]
         if any(not one.excited for one in self.axes):
             lines.append(_STAR)
         return "\n".join(lines)
@@ -293,20 +322,17 @@ def graded(problem: Problem, fit: Fit) -> Identifiability:
         return by_log
     known = fit.uncertainty or Uncertainty(damping.covariance, np.inf, "the covariance given")
     by_fit = graded_by(seen, known.reach() * known.standard_errors, damping.coefficients)
+    pairs = zip(by_log.axes, by_fit.axes, strict=True)
+    return replace(by_log, axes=tuple(_worse(one, other) for one, other in pairs))
+
+
+def _worse(one: AxisIdentifiability, other: AxisIdentifiability) -> AxisIdentifiability:
+    """Take the worse of two grades of each coefficient, with its cause."""
     order = list(Grade)
-    return replace(
-        by_log,
-        axes=tuple(
-            replace(
-                one,
-                grades=tuple(
-                    max(pair, key=order.index)
-                    for pair in zip(one.grades, other.grades, strict=True)
-                ),
-            )
-            for one, other in zip(by_log.axes, by_fit.axes, strict=True)
-        ),
-    )
+    each = [zip(by.grades, by.causes, strict=True) for by in (one, other)]
+    worse = [max(both, key=lambda rated: order.index(rated[0])) for both in zip(*each, strict=True)]
+    grades, causes = zip(*worse, strict=True)
+    return replace(one, grades=grades, causes=causes)
 
 
 def _by_log(seen: Excitation) -> Identifiability:
@@ -340,24 +366,26 @@ def graded_by(
         weights = span.coefficients @ span.directions.T
         known = weights @ rows.target[:, axis] if coefficients is None else coefficients[part]
         excited = bool(seen.excited[axis])
+        grades, causes = rated(
+            coefficient=known,
+            half=half[part],
+            size=np.sqrt(np.mean(design**2, axis=0)),
+            sound=np.einsum("mn,nm->m", weights, seen.quiet[:, columns]),
+            aliased=np.array([label in lost for label in labels]),
+            response=float(seen.response[axis]),
+            excited=excited,
+        )
         axes.append(
             AxisIdentifiability(
                 axis=AXES[axis],
                 labels=labels,
-                grades=rated(
-                    coefficient=known,
-                    half=half[part],
-                    size=np.sqrt(np.mean(design**2, axis=0)),
-                    sound=np.einsum("mn,nm->m", weights, seen.quiet[:, columns]),
-                    aliased=np.array([label in lost for label in labels]),
-                    response=float(seen.response[axis]),
-                    excited=excited,
-                ),
+                grades=grades,
                 rank=span.rank,
                 condition=np.inf if lost else float(span.singular[0] / span.singular[-1]),
                 share=float(seen.share[axis]),
                 excited=excited,
                 groups=span.aliased,
+                causes=causes,
             )
         )
     return Identifiability(model, tuple(axes))
@@ -372,15 +400,18 @@ def rated(
     *,
     response: float,
     excited: bool,
-) -> tuple[Grade, ...]:
-    """Return the grade of each coefficient of one axis.
+) -> tuple[tuple[Grade, ...], tuple[Cause | None, ...]]:
+    """Return the grade of each coefficient of one axis, and why one is not determined.
 
     By value and half of its interval, root mean square of its column, the share of its leverage
     that is excited motion, and whether it is aliased; then by the axis's response.
     """
     worth = half * size
     close = (half <= RELATIVE * np.abs(coefficient)) | (worth <= CONTRIBUTION * response)
-    blind = aliased | (size == 0.0) | ~np.isfinite(half) | (sound < SOUND) | (not excited)
-    blind |= ~close & (worth > UNKNOWN * response)
-    words = np.where(blind, 2, np.where(close, 0, 1))
-    return tuple(tuple(Grade)[place] for place in words.tolist())
+    wide = ~np.isfinite(half) | (~close & (worth > UNKNOWN * response))
+    quiet = np.full(half.shape, not excited)
+    blind = np.array([aliased | (size == 0.0), quiet, sound < SOUND, wide])
+    words = np.where(blind.any(axis=0), 2, np.where(close, 0, 1)).tolist()
+    first = np.where(blind.any(axis=0), blind.argmax(axis=0), -1).tolist()
+    causes = (*Cause, None)
+    return tuple(tuple(Grade)[place] for place in words), tuple(causes[place] for place in first)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -11,24 +11,19 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES
 from hydrodamp.data.record import first_few
 from hydrodamp.identification.fit import Fit, reach
-from hydrodamp.identification.grades import CONTRIBUTION, RELATIVE, Grade, Identifiability
+from hydrodamp.identification.grades import CONTRIBUTION, RELATIVE, Cause, Grade, Identifiability
 from hydrodamp.identification.sparse import KEY
 from hydrodamp.models.model import DampingModel, coefficient_unit, read_label
 from hydrodamp.report.grid import Column, Grid, coefficient
 
 _GROUPS = 12  # groups of aliased coefficients that are spelt out; the file has them all
 _LITTLE = "matters little"  # of a coefficient that is determined, but not as a number
-_LITTLE_MEANING = (
-    f"{_LITTLE}: on this log, what the interval leaves open is worth less than "
-    f"{100.0 * CONTRIBUTION:.0f} % of the response of its axis. Where the vehicle moves otherwise "
-    "it may matter more."
-)
 _RULE = (
-    "grade, the worse of what the log and what the interval says: determined within "
-    f"{100.0 * RELATIVE:.0f} % of the number, or where it matters little; not determined where the "
-    "log hardly moves or the coefficient is aliased, or where the interval leaves anything open; "
-    "weak between."
+    f"grade: determined within {100.0 * RELATIVE:.0f} % of the number, or where it matters little "
+    f"(on this log, less than {100.0 * CONTRIBUTION:.0f} % of the response of its axis); not "
+    "determined for a cause; else weak."
 )
+_TIED = 0.9  # correlation of two coefficients from which one may stand for the other
 #: The model that has no terms before there is a log, as a document.
 SPARSE: dict[str, Any] = {
     "model": KEY,
@@ -60,13 +55,13 @@ def fit_grid(fit: Fit, grades: Identifiability | None = None) -> Grid:
     numbers = fit.damping.coefficients.tolist(), standard_errors(fit), half_widths(fit)
     rows = zip(model.labels, *numbers, units, *([known] if known else []), strict=True)
     rank = "" if fit.rank is None else f", rank {fit.rank}"
-    rule = (() if grades is None else (_RULE,)) + (_LITTLE_MEANING,) * (_LITTLE in known)
+    graded = () if grades is None else (grades.summary + ".", _RULE, *_causes(fit, grades))
     return Grid(
         title=f"{model.title} by {fit.method}: {model.n_coefficients} coefficients{rank}, "
         f"{fit.n_samples} samples",
         columns=tuple(columns),
         rows=tuple(rows),
-        notes=(*fit.sentences, *_aliased(fit), *rule),
+        notes=(*fit.sentences, *_aliased(fit), *graded),
     )
 
 
@@ -92,10 +87,32 @@ def _known(fit: Fit, grades: Identifiability | None) -> list[str]:
         labels = () if fit.rank is None else fit.model.labels
         return ["yes" if label in aliased else "no" for label in labels]
     wide = half_widths(fit) > RELATIVE * np.abs(fit.damping.coefficients)
-    return [
-        _LITTLE if is_wide and grade is Grade.DETERMINED else grade.word
-        for grade, is_wide in zip(grades.grades.values(), wide, strict=True)
+    words = []
+    for (label, grade), is_wide in zip(grades.grades.items(), wide, strict=True):
+        why = f": {grades.causes[label].word}" if label in grades.causes else ""
+        little = is_wide and grade is Grade.DETERMINED
+        words.append(_LITTLE if little else f"{grade.word}{why}")
+    return words
+
+
+def _causes(fit: Fit, grades: Identifiability) -> Iterator[str]:
+    """Yield what each cause means, and what those of wide intervals are better known with."""
+    found = set(grades.causes.values())
+    yield from (cause.value for cause in Cause if cause in found)
+    if fit.damping.covariance is None:
+        return
+    errors, axes = standard_errors(fit), np.array([label[0] for label in fit.model.labels])
+    is_wide = [grades.causes.get(label) is Cause.WIDE for label in fit.model.labels]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        tied = np.abs(fit.damping.covariance / np.outer(errors, errors)) >= _TIED
+    tied &= np.logical_or.outer(is_wide, is_wide) & (axes[:, None] == axes)
+    pairs = [
+        " with ".join(fit.model.labels[place] for place in pair)
+        for pair in np.argwhere(np.triu(tied, 1)).tolist()
     ]
+    if pairs:
+        few = ", ".join(first_few(pairs, _GROUPS, "such pairs"))
+        yield f"Correlated by {_TIED} and more, so known together rather than alone: {few}."
 
 
 def _aliased(fit: Fit) -> list[str]:

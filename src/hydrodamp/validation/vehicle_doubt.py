@@ -38,10 +38,10 @@ class Effect:
         """Return what happens, as a line."""
         if not self.label:
             return f"{self.what}: nothing could be identified"
-        many = "" if self.errors is None else f", {self.errors:.1f} standard errors"
+        many = "" if self.errors is None else f", {self.errors:.1f} std. errors"
         return (
-            f"{self.what}: {self.label} moves by {100.0 * self.share:.1f} % of the damping on its "
-            f"axis{many}; RMS of the replay {_size(before)} -> {_size(self.rms)}"
+            f"{self.what}: {_size(before)} -> {_size(self.rms)}; "
+            f"{self.label} by {100.0 * self.share:.1f} %{many}"
         )
 
 
@@ -67,7 +67,10 @@ class VehicleDoubt:
     def __str__(self) -> str:
         """Return a line for each number."""
         lines = [f"  {effect.line(self.rms)}" for effect in self.effects]
-        head = f"If the vehicle is wrong ({self.model}, again by {self.method}, and replayed):"
+        head = (
+            f"If the vehicle is wrong ({self.model} by {self.method}), RMS of the replay;\n"
+            "what moves most, in damping of its axis:"
+        )
         return "\n".join([head, *lines])
 
 
