@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import subprocess
 from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,10 +14,11 @@ import pytest
 from interleaving import on_all_cores
 
 import hydrodamp as hd
-from hydrodamp.export.compiling import SOURCES, STRICT
-from hydrodamp.export.craft import Craft, States
+from hydrodamp.export.c99 import SOURCES, STRICT
+from hydrodamp.export.craft import Craft, States, parts
 from hydrodamp.export.fmu import STATES, loaded
-from hydrodamp.export.target import NotRun, executed, parts
+from hydrodamp.export.scripts import executed
+from hydrodamp.export.target import NotRun
 
 VEHICLE, DAMPING = hd.fleet["vt690"], hd.published["vt690-sname2022"]
 STEPS = 100_000
@@ -61,8 +63,9 @@ def in_c(folder: Path, precision: str) -> Form:
     return lambda: subprocess.run([where / "loop"], check=True), 4 * STEPS
 
 
-def in_unit(folder: Path) -> Form:
-    unit = loaded(written(hd.find_target("fmu"), folder / "fmu") / "vt690.fmu")
+def in_unit(folder: Path, held: ExitStack) -> Form:
+    path = written(hd.find_target("fmu"), folder / "fmu") / "vt690.fmu"
+    unit = held.enter_context(loaded(path))
     unit.setReal([STATES], [2.0])
     unit.exitInitializationMode()
     return lambda: unit.doStep(0.0, 0.05 * STEPS), 4 * STEPS
@@ -87,28 +90,34 @@ def in_casadi(folder: Path, many: bool) -> Form:
     return lambda: [module.acceleration(*each) for each in zip(*given, strict=True)], 1000
 
 
-def in_octave(folder: Path) -> Form:
+def in_octave(folder: Path, held: ExitStack) -> Form:
     craft, target = Craft.of(VEHICLE, DAMPING), hd.find_target("octave")
-    engine = target.read(written(target, folder / "octave"), craft)
+    engine = held.enter_context(target.read(written(target, folder / "octave"), craft))
     return lambda: engine.rates(states(10_000)), 10_000
 
 
 FORMS = {
-    "C, double": lambda folder: in_c(folder, "double"),
-    "C, float": lambda folder: in_c(folder, "float"),
+    "C, double": lambda folder, held: in_c(folder, "double"),
+    "C, float": lambda folder, held: in_c(folder, "float"),
     "FMU, co-simulation": in_unit,
-    "Python, many at once": lambda folder: in_python(folder, True),
-    "Python, one by one": lambda folder: in_python(folder, False),
-    "CasADi, many at once": lambda folder: in_casadi(folder, True),
-    "CasADi, one by one": lambda folder: in_casadi(folder, False),
-    "Octave, one by one, its start included": in_octave,
+    "Python, many at once": lambda folder, held: in_python(folder, True),
+    "Python, one by one": lambda folder, held: in_python(folder, False),
+    "CasADi, many at once": lambda folder, held: in_casadi(folder, True),
+    "CasADi, one by one": lambda folder, held: in_casadi(folder, False),
+    "Octave, one by one through a pipe": in_octave,
 }
 
 
+@pytest.fixture
+def held():
+    with ExitStack() as stack:
+        yield stack
+
+
 @pytest.mark.parametrize("name", FORMS)
-def test_a_form_against_the_core(benchmark, ledger, tmp_path, name):
+def test_a_form_against_the_core(benchmark, ledger, tmp_path, held, name):
     try:
-        form, evaluations = FORMS[name](tmp_path)
+        form, evaluations = FORMS[name](tmp_path, held)
     except (NotRun, ImportError, StopIteration) as reason:
         pytest.skip(str(reason))
     n = STEPS // 2 + 1

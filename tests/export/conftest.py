@@ -11,7 +11,6 @@ import hydrodamp as hd
 from hydrodamp.export.craft import Craft, States
 from hydrodamp.export.drive import scattered
 from hydrodamp.export.export import save
-from hydrodamp.export.projection import held_by
 from hydrodamp.kernels.core import C, ffi, mass_inverse, plant_of, pointer
 
 RICH = hd.Vehicle(
@@ -129,5 +128,11 @@ def planar() -> tuple[hd.Vehicle, hd.Damping, hd.Log]:
 
 def written(form, craft, folder):
     """Return the folder that a form's files of a craft are in."""
-    save(form.write(held_by(form, craft, scattered(craft))), folder)
+    save(form.write(form.held(craft, scattered(craft))), folder)
     return folder
+
+
+def rates_of(form, folder, craft, at):
+    """Return the accelerations that a form's files in a folder give."""
+    with form.read(folder, craft) as engine:
+        return engine.rates(at)

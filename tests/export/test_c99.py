@@ -9,11 +9,10 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.export.c99 import C
-from hydrodamp.export.compiling import SOURCES, STRICT
+from hydrodamp.export.c99 import SOURCES, STRICT, C
 from hydrodamp.export.craft import Craft
 
-from .conftest import ALL_ATOMS, MODELS, RICH, coefficients, core, states, written
+from .conftest import ALL_ATOMS, MODELS, RICH, coefficients, core, rates_of, states, written
 
 pytestmark = pytest.mark.skipif(
     not any(map(shutil.which, ("cc", "gcc", "clang"))), reason="no C compiler is installed"
@@ -26,14 +25,14 @@ DOUBLE = C()
 def test_double_is_the_core_to_the_last_bit(model, tmp_path):
     craft = Craft.of(RICH, coefficients(model))
     at = states(craft)
-    found = C().read(written(DOUBLE, craft, tmp_path), craft).rates(at)
+    found = rates_of(C(), written(DOUBLE, craft, tmp_path), craft, at)
     np.testing.assert_array_equal(found, core(craft, at))
 
 
 def test_float_is_near(tmp_path):
     craft, form = Craft.of(RICH, coefficients(ALL_ATOMS)), C(precision="float")
     at = states(craft)
-    found, wanted = form.read(written(form, craft, tmp_path), craft).rates(at), core(craft, at)
+    found, wanted = rates_of(form, written(form, craft, tmp_path), craft, at), core(craft, at)
     assert np.abs(found - wanted).max() < 1e-5 * np.abs(wanted).max()
     assert np.abs(found - wanted).max() > 0.0
 
@@ -42,7 +41,7 @@ def test_inputs_that_a_model_alone_has(tmp_path):
     craft = Craft.of(hd.fleet["remus100"], coefficients(ALL_ATOMS))
     at = states(craft)
     assert craft.inputs[-1] == "u_c"
-    found = C().read(written(DOUBLE, craft, tmp_path), craft).rates(at)
+    found = rates_of(C(), written(DOUBLE, craft, tmp_path), craft, at)
     np.testing.assert_array_equal(found, core(craft, at))
 
 
@@ -52,7 +51,7 @@ def test_a_vehicle_without_actuators_takes_a_wrench(tmp_path, precision):
     craft, form = Craft.of(bare, coefficients(MODELS[0])), C(precision=precision)
     at = states(craft)
     assert craft.inputs == ()
-    found = form.read(written(form, craft, tmp_path), craft).rates(at)
+    found = rates_of(form, written(form, craft, tmp_path), craft, at)
     wanted = core(craft, at)
     np.testing.assert_allclose(found, wanted, atol=1e-5 * np.abs(wanted).max())
 

@@ -10,11 +10,10 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.export.casadi import CasADi
-from hydrodamp.export.craft import Craft
-from hydrodamp.export.target import executed, parts
+from hydrodamp.export.craft import Craft, parts
+from hydrodamp.export.scripts import CasADi, executed
 
-from .conftest import ALL_ATOMS, MODELS, RICH, coefficients, core, states, written
+from .conftest import ALL_ATOMS, MODELS, RICH, coefficients, core, rates_of, states, written
 
 ca = pytest.importorskip("casadi")
 
@@ -23,7 +22,7 @@ ca = pytest.importorskip("casadi")
 def test_accelerations_are_those_of_the_core(model, tmp_path):
     craft = Craft.of(RICH, coefficients(model))
     at = states(craft)
-    found = CasADi().read(written(CasADi(), craft, tmp_path), craft).rates(at)
+    found = rates_of(CasADi(), written(CasADi(), craft, tmp_path), craft, at)
     np.testing.assert_allclose(found, core(craft, at), rtol=1e-12, atol=1e-12)
 
 

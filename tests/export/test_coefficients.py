@@ -13,7 +13,7 @@ import hydrodamp as hd
 from hydrodamp.export.coefficients import URDF, UUV, MarineGym
 from hydrodamp.export.craft import Craft
 
-from .conftest import core, states, written
+from .conftest import core, rates_of, states, written
 
 TURN = np.array([1.0, -1.0, -1.0])
 XML = (".sdf", ".config", ".urdf", ".scn", ".xml")
@@ -37,7 +37,7 @@ def test_a_craft_whose_origin_is_its_centre_of_gravity_comes_back(form, damping,
         return
     craft = Craft.of(STIFF, damping)
     at = states(craft, 12)
-    found = form.read(written(form, craft, tmp_path), craft).rates(at)
+    found = rates_of(form, written(form, craft, tmp_path), craft, at)
     np.testing.assert_allclose(found, core(craft, at), rtol=1e-10, atol=1e-10)
 
 
@@ -57,7 +57,7 @@ def test_linear_damping_about_any_origin_comes_back(tmp_path):
     damping = dict(zip(np.ravel(labels).tolist(), drag.ravel().tolist(), strict=True))
     craft = Craft.of(vehicle, hd.Damping.from_dict(None, damping))
     at = states(craft, 12)
-    found = form.read(written(form, craft, tmp_path), craft).rates(at)
+    found = rates_of(form, written(form, craft, tmp_path), craft, at)
     np.testing.assert_allclose(found, core(craft, at), rtol=1e-9, atol=1e-9)
 
 
@@ -96,18 +96,22 @@ def test_what_auv_controllers_makes_of_a_urdf_moves_as_the_vehicle(tmp_path):
     def read(tag, names):
         return np.array([float(root.find(f".//{tag}").get(name)) for name in names.split()])
 
-    # As its hydrodynamics.cpp: a mass without arm, restoring forces of z down about the origin.
-    down = np.array([0.1, -0.7, 0.7])
-    mass, inertia = read("mass", "value")[0], read("inertia", "ixx iyy izz")
+    # As its hydrodynamics.cpp: all tags in <hydrodynamics>, numbers as texts or attributes;
+    # restoring forces of z down about the origin, of the weight that is told.
+    down, hydrodynamics = np.array([0.1, -0.7, 0.7]), root.find("hydrodynamics")
+    mass, weight, lift = (float(hydrodynamics.findtext(x)) for x in ("mass", "weight", "buoyancy"))
+    inertia, arm = read("inertia", "ixx iyy izz"), read("center_of_gravity", "x y z")
+    assert not arm.any()
     added = -read("added_mass", "Xdu Ydv Zdw Kdp Mdq Ndr")
     matrix = np.diag(added) + np.diag([mass, mass, mass, *inertia])
     nu = np.random.default_rng(0).normal(size=6)
     wanted = nu @ craft.vehicle.mass_matrix @ nu
     assert nu @ matrix @ nu == pytest.approx(wanted, rel=0.05)  # no coupled mass
-    weight, lift = mass * 9.80665 * down, -read("buoyancy", "value")[0] * down
-    moment = np.cross(read("center_of_gravity", "x y z"), weight)
-    moment += np.cross(read("center_of_buoyancy", "x y z"), lift)
-    found = np.concatenate([weight + lift, moment])
+    drag = read("linear_damping", "Xu Yv Zw Kp Mq Nr") * nu
+    drag += read("quadratic_damping", "Xuu Yvv Zww Kpp Mqq Nrr") * np.abs(nu) * nu
+    np.testing.assert_allclose(drag, np.diag(craft.damping.wrench(np.diag(nu))), rtol=1e-12)
+    moment = np.cross(read("center_of_buoyancy", "x y z"), -lift * down)
+    found = np.concatenate([(weight - lift) * down, moment])
     np.testing.assert_allclose(found, craft.vehicle.restoring_wrench(down[None])[0], atol=1e-9)
 
 
@@ -120,7 +124,7 @@ def test_positive_numbers_drag_in_marinegym_and_negative_ones_in_a_urdf(tmp_path
     assert said["coBM"] == pytest.approx(0.03)
     assert said["volume"] * 997.0 * 9.8 == pytest.approx(STIFF.buoyancy)
     root = ElementTree.parse(written(URDF(), craft, tmp_path) / "hydrodynamics.urdf").getroot()
-    assert float(root.find(".//linear").get("Yv")) == -6.0
+    assert float(root.find(".//linear_damping").get("Yv")) == -6.0
     assert float(root.find(".//added_mass").get("Xdu")) == pytest.approx(-6.3567, abs=0.01)
     assert float(root.find(".//center_of_buoyancy").get("z")) == pytest.approx(-0.03)
 

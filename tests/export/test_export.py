@@ -14,7 +14,7 @@ import hydrodamp as hd
 from hydrodamp.export.craft import Craft, States
 from hydrodamp.export.drive import Drive
 from hydrodamp.export.fidelity import wrench_errors
-from hydrodamp.export.python import Python
+from hydrodamp.export.scripts import Python
 from hydrodamp.export.target import NotRun
 
 PUBLISHED = hd.published["vt690-sname2022"]

@@ -14,10 +14,9 @@ from hydrodamp.export import target
 from hydrodamp.export.craft import Craft
 from hydrodamp.export.drive import Drive
 from hydrodamp.export.gazebo import VRX, GzSim
-from hydrodamp.export.projection import projected
 from hydrodamp.kernels import coriolis
 
-from .conftest import MODELS, coefficients, core, states, written
+from .conftest import MODELS, coefficients, core, rates_of, states, written
 
 EXACT = ["linear", "mcfarland-whitcomb", "coe", "prestero", "fossen"]
 PUBLISHED = hd.published["vt690-sname2022"]
@@ -119,7 +118,7 @@ def place(element):
 def test_dart_moves_what_is_read_back_as_the_core(craft, tmp_path):
     written(GzSim(), craft, tmp_path)
     at = states(craft, 12)
-    found = GzSim().read(tmp_path, craft).rates(at)
+    found = rates_of(GzSim(), tmp_path, craft, at)
     wanted = core(craft, at)
     np.testing.assert_allclose(found, wanted, rtol=1e-10, atol=1e-10 * np.abs(wanted).max())
 
@@ -159,7 +158,8 @@ def test_half_the_step_of_dart_halves_its_error(tmp_path):
     exact, found = drive.source().velocity, []
     for step in (0.004, 0.002, 0.001):
         folder = written(GzSim(step=step), craft, tmp_path)
-        sailed = GzSim(step=step).read(folder, craft).replay(drive)
+        with GzSim(step=step).read(folder, craft) as engine:
+            sailed = drive.target(engine).velocity
         found.append(np.sqrt(np.mean((sailed - exact) ** 2)))
     np.testing.assert_allclose(np.array(found[:-1]) / found[1:], 2.0, rtol=0.02)
 
@@ -205,7 +205,7 @@ def test_what_is_no_body_in_water_is_refused(planar, tmp_path):
 def test_what_the_velocities_do_not_tell_apart_does_not_run_away():
     craft = Craft.of(hd.fleet["vt690"], hd.Damping.from_dict(None, {"X_|u|": -10.0, "Y_v": -1.0}))
     at = replace(states(craft), velocity=2.0 + 0.01 * states(craft).velocity)
-    held = projected(craft, GzSim().holds(craft), at)
+    held = GzSim().held(craft, at)
     assert held.damping.model.labels == ("X_u", "X_u|u|", "Y_v")
     forward = np.array([[2.0, 0, 0, 0, 0, 0], [1.0, 0, 0, 0, 0, 0]])
     there, slower = held.damping.wrench(forward)[:, 0]
@@ -216,6 +216,6 @@ def test_what_the_velocities_do_not_tell_apart_does_not_run_away():
 def test_an_axis_is_fitted_by_itself():
     values = {"X_u": -3.0, "X_u|u|": -4.0, "M_q": -9.0, "M_|q|": 2.0, "M_wV": -5.0}
     craft = Craft.of(hd.fleet["vt690"], hd.Damping.from_dict(None, values))
-    held = projected(craft, GzSim().holds(craft), states(craft))
+    held = GzSim().held(craft, states(craft))
     assert held.damping["X_u"] == pytest.approx(-3.0, rel=1e-12)
     assert held.damping["X_u|u|"] == pytest.approx(-4.0, rel=1e-12)

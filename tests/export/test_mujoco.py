@@ -10,9 +10,9 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.export.craft import Craft
 from hydrodamp.export.mujoco import MuJoCo
-from hydrodamp.export.target import executed
+from hydrodamp.export.scripts import executed
 
-from .conftest import ALL_ATOMS, MODELS, RICH, coefficients, core, states, written
+from .conftest import ALL_ATOMS, MODELS, RICH, coefficients, core, rates_of, states, written
 
 here = pytest.mark.skipif(not find_spec("mujoco"), reason="mujoco is not installed")
 PUBLISHED = hd.published["vt690-sname2022"]
@@ -24,7 +24,7 @@ def test_accelerations_are_those_of_the_core(model, tmp_path):
     craft = Craft.of(RICH, coefficients(model))
     at = states(craft, 12)
     found, wanted = (
-        MuJoCo().read(written(MuJoCo(), craft, tmp_path), craft).rates(at),
+        rates_of(MuJoCo(), written(MuJoCo(), craft, tmp_path), craft, at),
         core(craft, at),
     )
     np.testing.assert_allclose(found, wanted, rtol=1e-9, atol=1e-9 * np.abs(wanted).max())

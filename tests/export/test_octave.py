@@ -11,10 +11,10 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.export.craft import Craft
-from hydrodamp.export.frames import upright
-from hydrodamp.export.octave import Octave
+from hydrodamp.export.drive import upright
+from hydrodamp.export.scripts import Octave
 
-from .conftest import ALL_ATOMS, MODELS, RICH, coefficients, core, states, written
+from .conftest import ALL_ATOMS, MODELS, RICH, coefficients, core, rates_of, states, written
 
 here = pytest.mark.skipif(
     not (shutil.which("octave-cli") or shutil.which("octave")), reason="Octave is not installed"
@@ -26,7 +26,7 @@ here = pytest.mark.skipif(
 def test_accelerations_are_those_of_the_core(model, tmp_path):
     craft = Craft.of(RICH, coefficients(model))
     at = states(craft, 12)
-    found = Octave().read(written(Octave(), craft, tmp_path), craft).rates(at)
+    found = rates_of(Octave(), written(Octave(), craft, tmp_path), craft, at)
     np.testing.assert_allclose(found, core(craft, at), rtol=1e-12, atol=1e-12)
 
 

@@ -8,9 +8,9 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.data.attitude import euler_from_quaternion, quaternion_from_euler, rotation
 from hydrodamp.export.craft import Craft
-from hydrodamp.export.python import Python
+from hydrodamp.export.scripts import Python
 
-from .conftest import ALL_ATOMS, MODELS, RICH, coefficients, core, states
+from .conftest import ALL_ATOMS, MODELS, RICH, coefficients, core, rates_of, states
 
 
 def module_of(craft, folder):
@@ -27,7 +27,7 @@ def test_accelerations_are_those_of_the_core(vehicle, model, tmp_path):
     craft = Craft.of(vehicle, coefficients(model))
     module_of(craft, tmp_path)
     at = states(craft)
-    found, wanted = Python().read(tmp_path, craft).rates(at), core(craft, at)
+    found, wanted = rates_of(Python(), tmp_path, craft, at), core(craft, at)
     np.testing.assert_allclose(found, wanted, rtol=1e-12, atol=1e-12)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.export.randomisation import Randomisation
+from hydrodamp.export.targets import Randomisation
 
 LABELS = {"X_u|u|": -3.0, "Y_v": -2.0, "N_v": 0.5, "N_r": -4.0}
 COVARIANCE = np.array([[0.01, 0, 0, 0], [0, 1.0, 0.3, 0], [0, 0.3, 0.2, 0], [0, 0, 0, 0.0]])

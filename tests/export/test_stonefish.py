@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.export.coefficients import Stonefish, box_drag
 from hydrodamp.export.craft import Craft
-from hydrodamp.export.stonefish import Stonefish, box_drag
 
-from .conftest import core, states, written
+from .conftest import core, rates_of, states, written
 
 
 def test_a_plate_that_moves_ahead_has_its_area_and_its_sides():
@@ -41,7 +41,7 @@ def test_drag_that_a_box_has_comes_back(tmp_path):
     np.testing.assert_allclose(found, multipliers, rtol=1e-9)
     at = states(craft, 12)
     np.testing.assert_allclose(
-        form.read(tmp_path, craft).rates(at), core(craft, at), rtol=1e-9, atol=1e-9
+        rates_of(form, tmp_path, craft, at), core(craft, at), rtol=1e-9, atol=1e-9
     )
 
 

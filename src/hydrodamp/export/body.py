@@ -1,29 +1,42 @@
-"""A vehicle as simulators describe it: a rigid body, the water it carries along, a volume."""
+"""A vehicle as simulators describe it: a rigid body, the water it carries along, a volume.
+
+Their frames and reference points too: all that hydrodamp holds is FRD, about one point.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass, fields, replace
-from typing import ClassVar
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hydrodamp.arrays import FloatArray
-from hydrodamp.basis.atoms import AXES, VELOCITIES, VELOCITY_OF
+from hydrodamp.arrays import FloatArray, frozen
+from hydrodamp.basis.atoms import AXES, VELOCITIES
 from hydrodamp.basis.term import Term
-from hydrodamp.errors import MethodError, ModelError, VehicleError
+from hydrodamp.errors import VehicleError
 from hydrodamp.export.craft import Craft
-from hydrodamp.export.frames import FLU, in_flu, to_point
-from hydrodamp.export.target import Target
 from hydrodamp.models.damping import Damping
-from hydrodamp.models.model import DampingModel, read_label, spell_label, table_of
 from hydrodamp.vehicle.mass import STANDARD_GRAVITY, cross_matrix, rigid_body_mass_matrix
 from hydrodamp.vehicle.vehicle import Vehicle
 
-LINEAR = [[spell_label(axis, Term((name,))) for name in VELOCITIES] for axis in AXES]
-FORWARD = [[spell_label(axis, Term(("u", name))) for name in VELOCITIES] for axis in AXES]
+#: By it a velocity or wrench in x forward, y left, z up becomes one in x forward, y starboard,
+#: z down, and back; the world turns alike, from north-west-up to north-east-down.
+FLU = frozen([1.0, -1.0, -1.0, 1.0, -1.0, -1.0])
 
-_NOTHING = 1e-12  # of a matrix: rounding
+
+def term_sign(term: Term) -> float:
+    """Return by what a product of velocities is multiplied where they are those in FLU."""
+    names = (factor.removeprefix("V_") for factor in term.factors)
+    return float(FLU[[VELOCITIES.index(name) for name in names if name in VELOCITIES]].prod())
+
+
+def to_point(point: FloatArray) -> FloatArray:
+    """Return the 6 x 6 matrix from the velocity of the origin to that of a point of the body.
+
+    Its inverse, transposed, takes wrenches there.
+    """
+    turn = np.eye(6)
+    turn[:3, 3:] = -cross_matrix(point)
+    return turn
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +107,7 @@ class Body:
             self,
             center=FLU[:3] * self.center + 0.0,
             inertia=FLU[:3, None] * self.inertia * FLU[:3] + 0.0,
-            added=in_flu(self.added) + 0.0,
+            added=FLU[:, None] * self.added * FLU + 0.0,
             lifted=FLU[:3] * self.lifted + 0.0,
         )
 
@@ -103,19 +116,17 @@ class Body:
         """The mass matrix without added mass."""
         return rigid_body_mass_matrix(self.mass, self.inertia, self.center, "center_of_gravity")
 
-    def craft(self, written: Craft, values: dict[str, float], density: float) -> Craft:
-        """Return the craft of this body, coefficients by their labels, and the same actuators."""
-        old = written.vehicle
+    def craft(self, values: dict[str, float]) -> Craft:
+        """Return the craft of this body without actuators, coefficients by their labels."""
         vehicle = Vehicle(
-            old.name,
+            "body",
             self.rigid + self.added,
             self.mass * STANDARD_GRAVITY,
-            self.volume * density * STANDARD_GRAVITY,
+            self.volume * self.density * STANDARD_GRAVITY,
             self.center,
             self.lifted,
-            old.actuators,
         )
-        return replace(written, vehicle=vehicle, damping=Damping.from_dict(None, values))
+        return Craft(vehicle, Damping.from_dict(None, values))
 
 
 def check_body(craft: Craft, key: str) -> None:
@@ -132,113 +143,3 @@ def check_body(craft: Craft, key: str) -> None:
             f"'{vehicle.name}' must be positive [N]; got {vehicle.weight:g} and "
             f"{vehicle.buoyancy:g}."
         )
-
-
-def terms_for(craft: Craft, key: str, allowed: Callable[[str], Iterable[Term]]) -> DampingModel:
-    """Return the terms of a craft that a target allows on each axis.
-
-    Where it has others, those allowed of the same velocities and symmetry take their place.
-    """
-    check_body(craft, key)
-    model = craft.damping.model
-    foreign = [
-        label
-        for label in model.labels
-        if (term := read_label(label)[1]).commands or term.needs_attitude
-    ]
-    if foreign:
-        raise ModelError(
-            f"'{key}' has no input for {', '.join(foreign)}: it holds terms of velocities alone. "
-            "Give the vehicle an actuator with these numbers, or identify a model without."
-        )
-    rows = []
-    for axis, row in zip(AXES, model.terms, strict=True):
-        able = tuple(allowed(axis))
-        lost = [term for term in row if term not in able]
-        own = VELOCITY_OF[axis]
-        moving = {own, *(name for term in lost for name in term.velocities)}
-        odd = [_odd(term) for term in lost]
-        rows.append(
-            tuple(
-                term
-                for term in able
-                if term in row
-                or (
-                    _odd(term) in odd
-                    and moving.issuperset(term.velocities)
-                    and term.factors != (own, own)  # it drives one way as it damps the other
-                )
-            )
-        )
-    return replace(model, terms=tuple(rows))
-
-
-_ODD = {**dict(zip("vwpqr", "vwpqr", strict=True)), "V_v": "v", "V_w": "w"}
-
-
-def _odd(term: Term) -> set[str]:
-    """Return the velocities across the bow that turn the sign of a term by turning theirs."""
-    names = [_ODD[factor] for factor in term.factors if factor in _ODD]
-    return {name for name in names if names.count(name) % 2}
-
-
-def diagonal(axis: str) -> tuple[Term, ...]:
-    """Return linear and quadratic drag of an axis along itself."""
-    own = VELOCITY_OF[axis]
-    return Term((own,)), Term((own, f"|{own}|"))
-
-
-def check_positive(form: Target) -> None:
-    """Refuse settings in numbers that are not positive."""
-    for each in fields(form):
-        value = getattr(form, each.name)
-        if isinstance(value, float) and not 0.0 < value < np.inf:
-            raise MethodError(f"`{each.name}` must be positive; got {value:g}.")
-
-
-@dataclass(frozen=True)
-class InWater(Target):
-    """A target that holds a body in water and terms of its velocities; a wrench drives it."""
-
-    lost: ClassVar[str] = ""
-    """What else it leaves out."""
-    density: float = 1000.0
-
-    def __post_init__(self) -> None:
-        """Refuse water without weight, time that stands, a shape without volume."""
-        check_positive(self)
-
-    @property
-    def ignores(self) -> str:
-        """The actuators, and what else."""
-        return "the actuators (what is written is driven by their wrench)" + self.lost
-
-    def allowed(self, axis: str) -> Iterable[Term]:
-        """Return the terms it has on an axis."""
-        return diagonal(axis)
-
-    def moved(self, craft: Craft) -> Craft:
-        """Return the craft with its damping about the target's point.
-
-        Matrices of linear terms and of those times u are others there; u itself and the rest of the
-        terms stay, and what an axis lends to another that has no term for it is lost.
-        """
-        check_body(craft, self.key)
-        values, own = craft.damping.as_dict(), craft.damping.model
-        back = np.linalg.inv(to_point(self.point(craft)))
-        for labels in (LINEAR, FORWARD):
-            table = np.array([[values.pop(label, 0.0) for label in row] for row in labels])
-            there = back.T @ table @ back
-            there[np.abs(there) <= _NOTHING * np.abs(table).max()] = 0.0
-            for axis, row, numbers in zip(AXES, labels, there.tolist(), strict=True):
-                able = {*own.labels, *(spell_label(axis, term) for term in self.allowed(axis))}
-                values |= {x: y for x, y in zip(row, numbers, strict=True) if y and x in able}
-        named = {"key": own.key, "title": own.title, "source": own.source}
-        model = DampingModel.from_table(table_of(values), **named)
-        told_of = craft.damping.vehicle, craft.damping.source, craft.damping.note
-        numbers = np.array([values[label] for label in model.labels])
-        return replace(craft, damping=Damping(model, numbers, None, *told_of))
-
-    def holds(self, craft: Craft) -> DampingModel:
-        """Return the terms of the craft that it has, and what takes the place of others."""
-        return terms_for(craft, self.key, self.allowed)

@@ -3,32 +3,43 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Iterable
-from contextlib import suppress
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
+from itertools import product
 from pathlib import Path
 from typing import Any, ClassVar
 from xml.etree import ElementTree
 
 import numpy as np
+from scipy.optimize import nnls
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES, VELOCITIES
 from hydrodamp.basis.term import Term
-from hydrodamp.export.body import FORWARD, LINEAR, Body, InWater, diagonal
+from hydrodamp.export.body import Body, to_point
 from hydrodamp.export.craft import Craft, States
-from hydrodamp.export.frames import to_point
+from hydrodamp.export.drive import Engine
 from hydrodamp.export.printer import number, said_of
-from hydrodamp.export.target import Engine, Files, by_rate, rendered
+from hydrodamp.export.projection import diagonal
+from hydrodamp.export.target import Files, InWater, rendered
 from hydrodamp.files import load_text, parse_yaml
 from hydrodamp.models.model import spell_label
 from hydrodamp.vehicle.mass import STANDARD_GRAVITY
 
+#: Labels of linear terms, of those times u, of quadratic drag: as matrices and a row.
+LINEAR = [[spell_label(axis, Term((name,))) for name in VELOCITIES] for axis in AXES]
+FORWARD = [[spell_label(axis, Term(("u", name))) for name in VELOCITIES] for axis in AXES]
+QUADRATIC = [spell_label(axis, diagonal(axis)[1]) for axis in AXES]
+
+Parsed = tuple[Body, FloatArray, FloatArray, FloatArray]
+
 _GRAVITY = 9.8  # in MarineGym's buoyancy [m/s^2]
 
-_LAG = ", and in the replay the lag of added mass that acts on a filtered acceleration"
+#: Degrees a radian: eq. 24 adds rates in deg/s to velocities in m/s.
+_SCORED = np.array([1.0] * 3 + [np.degrees(1.0)] * 3)
 
-_QUADRATIC = [spell_label(axis, diagonal(axis)[1]) for axis in AXES]
+_LAG = ", and in the replay the lag of added mass that acts on a filtered acceleration"
 
 
 @dataclass(frozen=True)
@@ -46,21 +57,18 @@ class Coefficients(InWater):
     def write(self, craft: Craft) -> Files:
         """Return the file."""
         body, values = self.body(craft), craft.damping.as_dict()
-        linear, forward = (
-            np.array([[values.get(label, 0.0) for label in row] for row in labels])
-            for labels in (LINEAR, FORWARD)
+        linear, forward, quadratic = (
+            np.vectorize(lambda label: values.get(label, 0.0))(labels)
+            for labels in (LINEAR, FORWARD, QUADRATIC)
         )
-        quadratic = np.array([values.get(label, 0.0) for label in _QUADRATIC])
         said = {
-            **said_of(craft, ""),
+            **said_of(craft),
             **self.more(craft, body, quadratic),
             "body": body,
-            "added": body.added,
             "linear": linear,
             "forward": forward,
             "quadratic": quadratic,
             "point": self.point(craft),
-            "density": self.density,
             "gravity": STANDARD_GRAVITY,
             "number": number,
             "numbers": lambda array: " ".join(map(number, np.ravel(array).tolist())),
@@ -78,30 +86,26 @@ class Coefficients(InWater):
         """Return what else the file takes."""
         return {}
 
-    def read(self, folder: Path, craft: Craft) -> Engine:
-        """Read the file, and return what equation 1 makes of its numbers."""
-        text, turn = load_text(folder / self.file), to_point(self.point(craft))
-        body, linear, forward, quadratic = self.parsed(text, self.body(craft))
-        labels = (*np.ravel(LINEAR), *np.ravel(FORWARD), *_QUADRATIC)
-        found = np.concatenate([np.ravel(linear), np.ravel(forward), quadratic])
-        values = {str(label): value for label, value in zip(labels, found.tolist(), strict=True)}
-        acting = {label: value for label, value in values.items() if value != 0.0}
-        found_there, back = body.craft(craft, acting, self.density), np.linalg.inv(turn)
-        bare = replace(found_there, vehicle=replace(found_there.vehicle, actuators=()))
+    @contextmanager
+    def read(self, folder: Path, craft: Craft) -> Iterator[Engine]:
+        """Read the file, and hold what equation 1 makes of its numbers."""
+        body, *found = self.parsed(load_text(folder / self.file), self.body(craft))
+        labels = np.concatenate([np.ravel(each) for each in (LINEAR, FORWARD, QUADRATIC)])
+        numbers = np.concatenate([np.ravel(each) for each in found])
+        acting = {x: y for x, y in zip(labels.tolist(), numbers.tolist(), strict=True) if y}
+        there, turn = body.craft(acting), to_point(self.point(craft))
+        back = np.linalg.inv(turn)
 
         def rates(at: States) -> FloatArray:
-            none = np.empty((len(at.velocity), 0))
-            there = States(at.velocity @ turn.T, at.down, none, craft.pushed(at) @ back)
-            return np.asarray(bare.acceleration(there) @ back.T)
+            none, push = np.empty((len(at.velocity), 0)), craft.pushed(at) @ back
+            moved = States(at.velocity @ turn.T, at.down, none, push)
+            return np.asarray(there.acceleration(moved) @ back.T)
 
-        def rate(*given: FloatArray) -> FloatArray:
-            return np.asarray(rates(States(*(each[None] for each in given)))[0])
-
-        engine = by_rate("hydrodamp with the numbers of the file", rate, rates)
-        return replace(engine, not_run=f"{self.meant} is in no registry of packages")
+        not_run = f"{self.meant} is in no registry of packages"
+        yield Engine("hydrodamp with the numbers of the file", rates, not_run=not_run)
 
     @abstractmethod
-    def parsed(self, text: str, own: Body) -> tuple[Body, FloatArray, FloatArray, FloatArray]:
+    def parsed(self, text: str, own: Body) -> Parsed:
         """Return body, linear drag, that times forward speed, quadratic drag, as a file says them.
 
         What it does not say of the body is its ``own``.
@@ -121,7 +125,7 @@ class UUV(Coefficients):
     key: ClassVar[str] = "uuv"
     meant: ClassVar[str] = "uuv_simulator, DAVE or Plankton"
     file: ClassVar[str] = "uuv.urdf"
-    lost: ClassVar[str] = _LAG
+    left_out: ClassVar[str] = _LAG
 
     def allowed(self, axis: str) -> Iterable[Term]:
         """Return all linear terms, those times u, and quadratic drag of the axis along itself."""
@@ -129,7 +133,7 @@ class UUV(Coefficients):
         forward = (Term(("u", name)) for name in VELOCITIES)
         return *linear, *forward, diagonal(axis)[1]
 
-    def parsed(self, text: str, own: Body) -> tuple[Body, FloatArray, FloatArray, FloatArray]:
+    def parsed(self, text: str, own: Body) -> Parsed:
         """Return what the URDF says."""
         said = numbers_of(text)
         xx, xy, xz, yy, yz, zz = (
@@ -164,27 +168,26 @@ class URDF(Coefficients):
     key: ClassVar[str] = "urdf"
     meant: ClassVar[str] = "auv_controllers"
     file: ClassVar[str] = "hydrodynamics.urdf"
-    lost: ClassVar[str] = ", products of inertia and coupled added mass"
+    left_out: ClassVar[str] = ", products of inertia and coupled added mass"
 
-    def parsed(self, text: str, own: Body) -> tuple[Body, FloatArray, FloatArray, FloatArray]:
+    def parsed(self, text: str, own: Body) -> Parsed:
         """Return what the URDF says."""
         said = numbers_of(text)
 
         def row(tag: str, *names: str) -> FloatArray:
             return np.array([said[f"{tag}.{name}"][0] for name in names])
 
-        force = said["buoyancy.value"][0]
         body = replace(
             own,
-            mass=said["mass.value"][0],
+            mass=said["mass"][0],
             center=row("center_of_gravity", "x", "y", "z"),
             inertia=np.diag(row("inertia", "ixx", "iyy", "izz")),
-            volume=force / (self.density * STANDARD_GRAVITY),
+            volume=said["buoyancy"][0] / (self.density * STANDARD_GRAVITY),
             lifted=row("center_of_buoyancy", "x", "y", "z"),
             added=-np.diag(row("added_mass", "Xdu", "Ydv", "Zdw", "Kdp", "Mdq", "Ndr")),
         )
-        linear = row("linear", "Xu", "Yv", "Zw", "Kp", "Mq", "Nr")
-        quadratic = row("quadratic", "Xuu", "Yvv", "Zww", "Kpp", "Mqq", "Nrr")
+        linear = row("linear_damping", "Xu", "Yv", "Zw", "Kp", "Mq", "Nr")
+        quadratic = row("quadratic_damping", "Xuu", "Yvv", "Zww", "Kpp", "Mqq", "Nrr")
         return body, np.diag(linear), np.zeros((6, 6)), quadratic
 
 
@@ -201,7 +204,7 @@ class MarineGym(Coefficients):
     key: ClassVar[str] = "marinegym"
     meant: ClassVar[str] = "MarineGym"
     file: ClassVar[str] = "marinegym.yaml"
-    lost: ClassVar[str] = (
+    left_out: ClassVar[str] = (
         ", mass and inertia (of the USD file), coupled added mass, a centre of buoyancy beside "
         f"that of gravity{_LAG}"
     )
@@ -211,7 +214,7 @@ class MarineGym(Coefficients):
         """Return the volume that lifts as the buoyancy does by MarineGym's own gravity."""
         return {"volume": body.volume * STANDARD_GRAVITY / _GRAVITY}
 
-    def parsed(self, text: str, own: Body) -> tuple[Body, FloatArray, FloatArray, FloatArray]:
+    def parsed(self, text: str, own: Body) -> Parsed:
         """Return what the YAML says."""
         said: Any = parse_yaml(text, self.file)
         added, linear, quadratic = (
@@ -222,6 +225,91 @@ class MarineGym(Coefficients):
         lifted = np.array([0.0, 0.0, -said["coBM"]])
         body = replace(own, added=np.diag(added), volume=volume, lifted=lifted)
         return body, -np.diag(linear), np.zeros((6, 6)), -quadratic
+
+
+@dataclass(frozen=True)
+class Stonefish(Coefficients):
+    """A scenario with a box, whose form drag and skin friction are scaled along x, y and z.
+
+    Parameters
+    ----------
+    density : float
+        Of the water [kg/m^3].
+    length, width, height : float
+        Proportions of the box; its volume is the displaced one.
+    """
+
+    key: ClassVar[str] = "stonefish"
+    meant: ClassVar[str] = "Stonefish 1.3 to 1.5"
+    file: ClassVar[str] = "stonefish.scn"
+    left_out: ClassVar[str] = (
+        ", what its mesh makes of motion on several axes at once, and that it estimates added mass "
+        "itself"
+    )
+    length: float = 1.0
+    width: float = 1.0
+    height: float = 1.0
+
+    def point(self, craft: Craft) -> FloatArray:
+        """Return the centre of buoyancy: the middle of the box."""
+        return craft.vehicle.center_of_buoyancy
+
+    def body(self, craft: Craft) -> Body:
+        """Return the body of a craft about the middle of the box."""
+        return Body.of(craft, self.key, self.density).about(self.point(craft))
+
+    def allowed(self, axis: str) -> Iterable[Term]:
+        """Return quadratic drag of an axis along itself."""
+        return diagonal(axis)[1:]
+
+    def more(self, craft: Craft, body: Body, quadratic: FloatArray) -> dict[str, Any]:
+        """Return the sides of the box, and the multipliers that come nearest to the drag."""
+        sides = np.array([self.length, self.width, self.height])
+        sides = sides * np.cbrt(body.volume / sides.prod())
+        weight = _SCORED * craft.inverse.diagonal() * craft.box.extent**2
+        shares = 0.5 * self.density * box_drag(sides) * weight[:, None]
+        wanted = -quadratic * weight
+        found = [nnls(shares[[i, i + 3]], wanted[[i, i + 3]])[0] for i in range(3)]
+        return {"sides": sides, "multipliers": np.array(found).T}
+
+    def parsed(self, text: str, own: Body) -> Parsed:
+        """Return what the scenario says, each axis moving by itself."""
+        said, none = numbers_of(text), np.zeros((6, 6))
+        names = "quadratic_drag", "viscous_drag"
+        scale = np.array([said[f"hydrodynamics.{name}"] for name in names]).T
+        drag = box_drag(said["dimensions.xyz"]) * np.tile(scale, (2, 1))
+        body = replace(
+            own,
+            mass=said["mass.value"][0],
+            center=said["cg.xyz"],
+            inertia=np.diag(said["inertia.xyz"]),
+            volume=float(said["dimensions.xyz"].prod()),
+            lifted=said["origin.xyz"],
+        )
+        return body, none, none, -0.5 * self.density * drag.sum(axis=1)
+
+
+def box_drag(sides: FloatArray) -> FloatArray:
+    """Return what Stonefish sums over the triangles of a box that moves or turns by one.
+
+    Shape (6, 2): on each axis along itself, squared speed times area of form drag, which is on the
+    faces ahead, and of skin friction.
+    """
+    found, unit = np.zeros((6, 2)), np.eye(3)
+    for axis, ahead, corner in product(range(3), (1.0, -1.0), (1.0, -1.0)):
+        first, second = (axis + 1) % 3, (axis + 2) % 3
+        area = sides[first] * sides[second] / 2.0
+        middle = corner / 6.0 * (sides[first] * unit[first] - sides[second] * unit[second])
+        point = ahead * sides[axis] / 2.0 * unit[axis] + middle
+        for motion in range(6):
+            turns, along = motion > 2, unit[motion % 3]
+            velocity = np.cross(along, point) if turns else along
+            normal = (velocity @ unit[axis]) * unit[axis]
+            form = normal if ahead * velocity[axis] > 0.0 else 0.0 * normal
+            for kind, part in enumerate((form, velocity - normal)):
+                force = area * np.linalg.norm(part) * part
+                found[motion, kind] += along @ (np.cross(point, force) if turns else force)
+    return found
 
 
 def numbers_of(text: str) -> dict[str, FloatArray]:

@@ -41,6 +41,11 @@ class States:
     wrench: FloatArray  # (n, 6) [N, N m]
 
 
+def parts(at: States) -> tuple[FloatArray, ...]:
+    """Return the arrays of states in the order in which all targets take them."""
+    return at.velocity, at.down, at.inputs, at.wrench
+
+
 @dataclass(frozen=True, eq=False)
 class Craft:
     """A vehicle and a damping on its free axes: M dnu/dt = H(M nu) nu + K xi + wrench.
@@ -108,10 +113,14 @@ class Craft:
         return tuple(one for one in own if one.speed_slope is not None)
 
     @property
+    def asks_speed(self) -> bool:
+        """Whether a term has (eta-1)."""
+        return any(term.needs_propulsion for term in self.damping.model.basis)
+
+    @property
     def needs_speed(self) -> bool:
-        """Whether u_c is an input: a term has (eta-1), and no propeller knows it."""
-        asked = any(term.needs_propulsion for term in self.damping.model.basis)
-        return asked and not self.propellers
+        """Whether u_c is an input: it is asked for, and no propeller knows it."""
+        return self.asks_speed and not self.propellers
 
     @property
     def inputs(self) -> tuple[str, ...]:

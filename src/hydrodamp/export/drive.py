@@ -18,14 +18,6 @@ from hydrodamp.progress import counted
 from hydrodamp.simulation.problem import Problem, prepare
 from hydrodamp.simulation.replay import LIMIT, Trajectory, replay
 
-#: Of one state: velocity, down, inputs and wrench; its acceleration.
-Rate = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
-
-#: Set a state, of a quaternion from body to world and a velocity; and take one step [s] with some
-#: inputs and the wrench at both its ends, to the velocity after it.
-Place = Callable[[FloatArray, FloatArray], None]
-Advance = Callable[[float, FloatArray, FloatArray, FloatArray], FloatArray]
-
 LONGEST_STEP = 0.05
 """No Runge-Kutta step is longer [s]: as in replays."""
 
@@ -69,16 +61,32 @@ class Drive:
         """Return what equation 1 gives, by hydrodamp's own core."""
         return replay(self.problem, self.craft.damping, "simulated")
 
-    def trajectory(self, velocity: FloatArray) -> Trajectory:
-        """Return what a target made of the log as a trajectory; beyond the limit it diverged."""
-        kept, ended = np.array(velocity), []
-        for part in self.log.segments:
-            bad = ~np.all(np.abs(kept[part.start : part.stop]) <= LIMIT, axis=1)
-            if bad.any():
-                first = part.start + int(np.argmax(bad))
-                kept[first : part.stop] = np.nan
-                ended.append((part.name, float(self.log.time[first] - self.log.time[part.start])))
-        return Trajectory(self.log, kept, tuple(ended), "simulated", self.craft.vehicle.axes)
+    def target(self, engine: Engine) -> Trajectory:
+        """Return what an engine gives, each segment from its start until it diverges."""
+        log, given = self.log, self.states
+        velocity, ended = np.full((log.n, 6), np.nan), []
+        for part in log.segments:
+            velocity[part.start] = given.velocity[part.start]
+            engine.place(self.attitude[part.start], given.velocity[part.start])
+            label = f"running what was written in {engine.name}"
+            between = counted(range(part.start, part.stop - 1), label, part.stop - part.start)
+            for after, *step in (each for k in between for each in self._steps(k, engine.longest)):
+                velocity[after] = engine.advance(*step)
+                if not np.all(np.abs(velocity[after]) <= LIMIT):
+                    velocity[after] = np.nan
+                    ended.append((part.name, float(log.time[after] - log.time[part.start])))
+                    break
+        return Trajectory(log, velocity, tuple(ended), "simulated", self.craft.vehicle.axes)
+
+    def _steps(self, k: int, longest: float) -> Iterator[tuple[Any, ...]]:
+        """Yield the steps to the next sample: that, length, inputs, the wrench at both ends."""
+        given, time = self.states, self.log.time
+        length = float(time[k + 1] - time[k])
+        steps = max(1, math.ceil(length / longest * (1.0 - _SLACK)))
+        rise = (given.wrench[k + 1] - given.wrench[k]) / steps
+        for index in range(steps):
+            first = given.wrench[k] + index * rise
+            yield k + 1, length / steps, given.inputs[k], first, first + rise
 
 
 def scattered(craft: Craft) -> States:
@@ -94,51 +102,45 @@ def scattered(craft: Craft) -> States:
     )
 
 
-def sail(drive: Drive, by: str, longest: float, place: Place, advance: Advance) -> FloatArray:
-    """Return the velocities of what advances from its place at the start of each segment.
+def upright(down: FloatArray) -> FloatArray:
+    """Return quaternions, shape (n, 4), of which the world's down direction is as given.
 
-    No step is longer than so many seconds; NaN from where a segment diverged.
+    Their length is the root of the direction's: between two samples neither is one.
     """
-    log, given = drive.log, drive.states
-    velocity = np.full((log.n, 6), np.nan)
-    for part in log.segments:
-        velocity[part.start] = given.velocity[part.start]
-        place(drive.attitude[part.start], given.velocity[part.start])
-        label = f"running what was written{by}"
-        between = counted(range(part.start, part.stop - 1), label, part.stop - part.start)
-        for after, *step in (each for k in between for each in _steps(drive, k, longest)):
-            velocity[after] = advance(*step)
-            if not np.all(np.abs(velocity[after]) <= LIMIT):
-                velocity[after] = np.nan
-                break
-    return velocity
+    length = np.linalg.norm(down, axis=1)
+    x, y, z = down.T / length
+    half = np.sqrt((1.0 + np.abs(z)) / 2.0)
+    across, along, none = y / (2.0 * half), x / (2.0 * half), np.zeros(len(z))
+    upwards = np.column_stack([half, across, -along, none])
+    downwards = np.column_stack([across, half, none, along])
+    unit = np.where(z[:, None] < 0.0, downwards, upwards)
+    return np.asarray(unit * np.sqrt(length)[:, None])
 
 
-def _steps(drive: Drive, k: int, longest: float) -> Iterator[tuple[Any, ...]]:
-    """Yield the steps to the sample after ``k``: that, length, inputs, the wrench at both ends."""
-    given, time = drive.states, drive.log.time
-    length = float(time[k + 1] - time[k])
-    steps = max(1, math.ceil(length / longest * (1.0 - _SLACK)))
-    rise = (given.wrench[k + 1] - given.wrench[k]) / steps
-    for index in range(steps):
-        first = given.wrench[k] + index * rise
-        yield k + 1, length / steps, given.inputs[k], first, first + rise
+class Engine:
+    """What was written, read back and ready to run: its accelerations, in steps as replay.c's."""
 
+    step = "Runge-Kutta, at most {:g} s"
 
-class RungeKutta:
-    """Steps as replay.c takes them, of a rate."""
-
-    def __init__(self, rate: Rate) -> None:
-        self._rate, self._state = rate, np.zeros(10)
+    def __init__(
+        self,
+        name: str,
+        rates: Callable[[States], FloatArray],
+        *,
+        longest: float = LONGEST_STEP,
+        not_run: str = "",
+    ) -> None:
+        self.name, self.rates, self.longest, self.not_run = name, rates, longest, not_run
+        self._state = np.zeros(10)
 
     def place(self, attitude: FloatArray, velocity: FloatArray) -> None:
-        """Set the state."""
+        """Set the state, of a quaternion from body to world and a velocity."""
         self._state = np.concatenate([velocity, attitude])
 
     def advance(
         self, h: float, inputs: FloatArray, first: FloatArray, last: FloatArray
     ) -> FloatArray:
-        """Take one step, and return the velocity after it."""
+        """Take a step [s] with the wrench at both its ends, and return the velocity after it."""
         middle, state = 0.5 * (first + last), self._state
         a = self._slope(state, inputs, first)
         b = self._slope(state + 0.5 * h * a, inputs, middle)
@@ -154,4 +156,27 @@ class RungeKutta:
         down = np.array([2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z])
         turning = -x * p - y * q - z * r, w * p - z * q + y * r, z * p + w * q - x * r
         rolling = np.array([*turning, -y * p + x * q + w * r])
-        return np.concatenate([self._rate(state[:6], down, inputs, wrench), 0.5 * rolling])
+        at = States(*(each[None] for each in (state[:6], down, inputs, wrench)))
+        return np.concatenate([self.rates(at)[0], 0.5 * rolling])
+
+
+class Simulator(Engine):
+    """One vehicle in a simulator that takes steps of its own; all in hydrodamp's frame."""
+
+    step = "steps of {:g} s"
+
+    def __init__(self, name: str, longest: float) -> None:
+        super().__init__(name, self._each, longest=longest)
+
+    def _each(self, at: States) -> FloatArray:
+        found = []
+        for attitude, velocity, inputs, wrench in zip(
+            upright(at.down), at.velocity, at.inputs, at.wrench, strict=True
+        ):
+            self.place(attitude, velocity)
+            found.append(self.rate(inputs, wrench))
+        return np.array(found)
+
+    def rate(self, inputs: FloatArray, wrench: FloatArray) -> FloatArray:
+        """Return the acceleration where it is."""
+        raise NotImplementedError

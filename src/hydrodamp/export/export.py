@@ -12,7 +12,6 @@ from hydrodamp.errors import FileError, MethodError
 from hydrodamp.export.craft import WITHIN_ONE, Craft, States
 from hydrodamp.export.drive import Drive, scattered
 from hydrodamp.export.fidelity import Fidelity, mass_ratio, powers, replays_of, some, wrench_errors
-from hydrodamp.export.projection import held_by, left_out
 from hydrodamp.export.target import Files, NotRun, Target
 from hydrodamp.export.targets import find_target
 from hydrodamp.files import as_json, check_folder, save_all
@@ -95,12 +94,17 @@ def export(
     where = box or (WITHIN_ONE if drive is None else operating_box(drive.problem))
     craft = replace(craft, box=where)
     at = scattered(craft) if drive is None else drive.states
-    held, lost = _held(form, craft, at, known=log is not None or box is not None)
+    if (lost := form.lost(craft)) and log is None and box is None:
+        raise MethodError(
+            f"'{form.key}' cannot hold {some(lost)}: their wrench is to be fitted at "
+            "velocities, and there are none. Give a log."
+        )
+    held = form.held(craft, at)
     folder.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=".hydrodamp-", dir=folder.parent.resolve()) as place:
         made = Path(place, "export")
         save(form.write(held), made)
-        card = _card(form, craft, held, at, drive, lost, made)
+        card = _card(form, craft, held, at, drive, made)
         _check_replay(card, force)
         save({CARD: as_json(card.document())}, made)
         _replace(folder, made, Path(place, "earlier"))
@@ -132,37 +136,20 @@ def _replace(folder: Path, made: Path, earlier: Path) -> None:
         raise FileError(f"{folder}: cannot be written: {error.strerror}.") from error
 
 
-def _held(form: Target, craft: Craft, at: States, known: bool) -> tuple[Craft, tuple[str, ...]]:
-    """Return the craft as a target holds it, and the coefficients that it has not."""
-    there = form.moved(craft)
-    model = form.holds(there)
-    lost = () if model is None else left_out(there, model)
-    if lost and not known:
-        raise MethodError(
-            f"'{form.key}' cannot hold {some(lost)}: their wrench is to be fitted at "
-            "velocities, and there are none. Give a log."
-        )
-    return held_by(form, craft, at), lost
-
-
 def _card(
-    form: Target,
-    craft: Craft,
-    held: Craft,
-    at: States,
-    drive: Drive | None,
-    lost: tuple[str, ...],
-    made: Path,
+    form: Target, craft: Craft, held: Craft, at: States, drive: Drive | None, made: Path
 ) -> Fidelity:
-    engine, reason = None, ""
+    name, replays = "", None
+    moved = None if drive is None else Drive.of(held, drive.log)
+    own = scattered(held) if moved is None else moved.states
     try:
-        engine = form.read(made, held)
-        reason = engine.not_run
+        with form.read(made, held) as engine:
+            acceleration = engine.rates(own)
+            name, reason = engine.name, engine.not_run
+            if drive is not None and moved is not None:
+                replays = replays_of(drive, moved, engine)
     except NotRun as why:
-        reason = str(why)
-    runs = None if drive is None else (drive, Drive.of(held, drive.log))
-    own = scattered(held) if runs is None else runs[1].states
-    acceleration = held.acceleration(own) if engine is None else engine.rates(own)
+        acceleration, reason = held.acceleration(own), str(why)
     return Fidelity(
         target=form.key,
         meant=form.meant,
@@ -170,14 +157,14 @@ def _card(
         vehicle=craft.vehicle.name,
         model=craft.damping.model.title,
         inputs=(*held.inputs, "wrench"),
-        projected=lost,
+        projected=form.lost(craft),
         about=[*form.point(craft)],
         ignores=form.ignores,
-        run_by=engine.name if engine else "",
+        run_by=name,
         not_run=reason,
         wrench_error=wrench_errors(craft, at, acceleration),
         asked_at="velocities all over the operating box" if drive is None else "the log's samples",
-        replays=replays_of(*runs, engine) if runs and engine else None,
+        replays=replays,
         power=powers(craft, held),
         box=str(craft.box),
         mass_ratio=mass_ratio(craft.vehicle),

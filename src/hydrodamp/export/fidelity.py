@@ -12,8 +12,7 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES
 from hydrodamp.data.record import first_few
 from hydrodamp.export.craft import Craft, States
-from hydrodamp.export.drive import Drive
-from hydrodamp.export.target import Engine
+from hydrodamp.export.drive import Drive, Engine
 from hydrodamp.identification.power import worst_power
 from hydrodamp.simulation.replay import Score, Trajectory, no_score, score
 from hydrodamp.vehicle.vehicle import Vehicle
@@ -142,7 +141,7 @@ def _sentences(card: Fidelity) -> Iterator[str]:
     if any(card.about):
         yield (
             f"Its coefficients are about the point {' '.join(f'{x:g}' for x in card.about)} m of "
-            "the vehicle's frame: linear ones are shifted there, others stay."
+            "the vehicle's frame: they are fitted there."
         )
     if card.run_by:
         yield f"Read back and run by {card.run_by}."
@@ -190,9 +189,9 @@ def _error(found: Score) -> str:
 
 def replays_of(source: Drive, held: Drive, engine: Engine) -> Replays:
     """Run what was written with the log's commands, and score it."""
-    original = source.source()
-    made = held.trajectory(engine.replay(held))
-    return Replays(_between(original, made), score(original), score(made), engine.step)
+    original, made = source.source(), held.target(engine)
+    step = engine.step.format(engine.longest)
+    return Replays(_between(original, made), score(original), score(made), step)
 
 
 def _between(first: Trajectory, second: Trajectory) -> Score:

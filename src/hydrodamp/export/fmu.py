@@ -8,7 +8,7 @@ import platform
 import tempfile
 import zipfile
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -17,22 +17,11 @@ from typing import Any, ClassVar
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.export.c99 import header_of
-from hydrodamp.export.compiling import HEADERS, SOURCES, own_files, shared
+from hydrodamp.export.c99 import HEADERS, SOURCES, header_of, own_files, shared
 from hydrodamp.export.craft import Craft, States
-from hydrodamp.export.drive import LONGEST_STEP, Drive, Rate
-from hydrodamp.export.frames import upright
+from hydrodamp.export.drive import LONGEST_STEP, Engine, upright
 from hydrodamp.export.printer import name_of, said_of
-from hydrodamp.export.target import (
-    RUNGE_KUTTA,
-    Engine,
-    Files,
-    NotRun,
-    Target,
-    by_rate,
-    rendered,
-    require,
-)
+from hydrodamp.export.target import Files, NotRun, Target, rendered, require
 from hydrodamp.files import save_all
 
 #: Place and suffix of a binary in FMI 2.0; a system without gets the sources alone.
@@ -41,6 +30,9 @@ _PLACES = {
     ("Darwin", "x86_64"): ("darwin64", "dylib"),
     ("Darwin", "arm64"): ("darwin64", "dylib"),
 }
+
+#: Where a unit without a binary says why.
+_WHY = "resources/no_binary.txt"
 
 #: References of states, of their rates and of inputs.
 STATES, RATES, INPUTS = 0, 13, 26
@@ -58,10 +50,9 @@ class FMU(Target):
         import hydrodamp
 
         name, header = name_of(craft), header_of(craft)
-        guid = hashlib.sha256(header.encode()).hexdigest()[:32]
         said = {
-            **said_of(craft, ""),
-            "guid": guid,
+            **said_of(craft),
+            "guid": hashlib.sha256(header.encode()).hexdigest()[:32],
             "version": hydrodamp.__version__,
             "longest": LONGEST_STEP,
             "sources": (*SOURCES, "fmi2.c"),
@@ -73,26 +64,33 @@ class FMU(Target):
         }
         parts = {f"sources/{path}": content for path, content in sources.items()}
         parts["modelDescription.xml"] = rendered("modelDescription.xml.j2", **said).encode()
-        with suppress(NotRun):
+        try:
             parts |= _binary(name, sources)
+        except NotRun as why:
+            parts[_WHY] = str(why).encode()
         return {f"{name}.fmu": _zipped(parts)}
 
-    def read(self, folder: Path, craft: Craft) -> Engine:
-        """Load the unit by fmpy, and return its rates of model exchange."""
+    @contextmanager
+    def read(self, folder: Path, craft: Craft) -> Iterator[Engine]:
+        """Load the unit by fmpy, and hold its rates of model exchange."""
         require("fmpy")
-        name, by = name_of(craft), f"fmpy {version('fmpy')}"
-        path = folder / f"{name}.fmu"
-        _check_binary(path, name)
+        path = folder / f"{name_of(craft)}.fmu"
+        with zipfile.ZipFile(path) as archive:
+            if _WHY in archive.namelist():
+                raise NotRun(archive.read(_WHY).decode())
+        with loaded(path) as unit:
 
-        def rates(at: States) -> FloatArray:
-            with loaded(path) as unit:
-                return by_rate(by, _rate_of(unit)).rates(at)
+            def rates(at: States) -> FloatArray:
+                found, n = [], len(at.velocity)
+                states = np.column_stack([at.velocity, np.zeros((n, 3)), upright(at.down)])
+                for state, *given in zip(states, at.wrench, at.inputs, strict=True):
+                    unit.setReal(range(STATES, RATES), state)
+                    values = np.concatenate(given)
+                    unit.setReal(range(INPUTS, INPUTS + len(values)), values)
+                    found.append(unit.getReal(range(RATES, RATES + 6)))
+                return np.array(found)
 
-        def replay(drive: Drive) -> FloatArray:
-            with loaded(path) as unit:
-                return by_rate(by, _rate_of(unit)).replay(drive)
-
-        return Engine(by, RUNGE_KUTTA, rates, replay)
+            yield Engine(f"fmpy {version('fmpy')}", rates)
 
 
 @contextmanager
@@ -111,35 +109,11 @@ def loaded(path: Path) -> Iterator[Any]:
             unit.freeInstance()
 
 
-def _rate_of(unit: Any) -> Rate:
-    def rate(
-        velocity: FloatArray, down: FloatArray, inputs: FloatArray, wrench: FloatArray
-    ) -> FloatArray:
-        state = *velocity, 0.0, 0.0, 0.0, *upright(down[None])[0]
-        values = *wrench, *inputs
-        unit.setReal(range(STATES, STATES + len(state)), state)
-        unit.setReal(range(INPUTS, INPUTS + len(values)), values)
-        return np.array(unit.getReal(range(RATES, RATES + 6)))
-
-    return rate
-
-
-def _check_binary(path: Path, name: str) -> None:
-    """Say why a unit has no binary, by trying again to make it."""
-    with zipfile.ZipFile(path) as archive:
-        names = archive.namelist()
-        if any(each.startswith("binaries/") for each in names):
-            return
-        parts = {each: archive.read(each) for each in names if each.startswith("sources/")}
-    _binary(name, {Path(each).name: content for each, content in parts.items()})
-    raise NotRun(f"no binary is made for {platform.system()} on {platform.machine()}")
-
-
 def _binary(name: str, sources: dict[str, bytes]) -> dict[str, bytes]:
     """Return the unit's binary for this system by its place."""
     system = platform.system(), platform.machine()
     if system not in _PLACES:
-        return {}
+        raise NotRun(f"no binary is made for {' on '.join(system)}")
     place, suffix = _PLACES[system]
     with tempfile.TemporaryDirectory() as here:
         save_all({Path(here, path): content for path, content in sources.items()})

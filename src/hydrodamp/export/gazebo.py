@@ -1,26 +1,32 @@
-"""Gazebo: SDF for the Hydrodynamics system of gz-sim and the SimpleHydrodynamics of VRX."""
+"""Gazebo: SDF for the Hydrodynamics system of gz-sim and the SimpleHydrodynamics of VRX.
+
+It is run by DART, the physics of gz-sim, with the forces that gz-sim's systems put on a body.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
+from importlib.metadata import version
 from itertools import combinations_with_replacement, product
 from pathlib import Path
 from typing import ClassVar
 from xml.etree import ElementTree
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
+from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES, VELOCITIES
 from hydrodamp.basis.term import Term
 from hydrodamp.errors import MethodError
-from hydrodamp.export.body import Body, InWater
-from hydrodamp.export.craft import Craft
-from hydrodamp.export.dart import dart
+from hydrodamp.export.body import FLU, Body, term_sign
+from hydrodamp.export.craft import Craft, States
+from hydrodamp.export.drive import Engine, Simulator
 from hydrodamp.export.fidelity import mass_ratio
-from hydrodamp.export.frames import FLU, term_sign
 from hydrodamp.export.printer import number, said_of
-from hydrodamp.export.target import Engine, Files, NotRun, rendered
+from hydrodamp.export.target import Files, InWater, NotRun, rendered, require
 from hydrodamp.files import load_text
 from hydrodamp.models.model import spell_label
 from hydrodamp.vehicle.mass import STANDARD_GRAVITY
@@ -59,7 +65,7 @@ class Gazebo(InWater):
         """Return the model, a world with it, and the block."""
         body = Body.of(craft, self.key, self.density).turned
         said = {
-            **said_of(craft, ""),
+            **said_of(craft),
             "body": body,
             "added": [] if self.legacy else [(_place(*at), body.added[at]) for at in _PAIRS],
             "tags": self._numbers(craft, body),
@@ -85,8 +91,9 @@ class Gazebo(InWater):
             tags |= dict(zip(_EXPLICIT, added.ravel().tolist(), strict=True))
         return tags
 
-    def read(self, folder: Path, craft: Craft) -> Engine:
-        """Read the model, and return DART with the forces of gz-sim's systems."""
+    @contextmanager
+    def read(self, folder: Path, craft: Craft) -> Iterator[Engine]:
+        """Read the model, and hold DART with the forces of gz-sim's systems."""
         if self.legacy:
             raise NotRun("added mass of the step before is none of DART's")
         root = ElementTree.fromstring(load_text(folder / "model.sdf"))
@@ -106,7 +113,8 @@ class Gazebo(InWater):
             for tag, (label, sign) in self._tags().items()
             if tag in found
         }
-        return dart(body.craft(craft, values, self.density), body, self.step)
+        require("dartpy", "dartpy, the physics of gz-sim,")
+        yield _Link(craft, body.craft(values), body, self.step)
 
     def _tags(self) -> dict[str, tuple[str, float]]:
         """Return the coefficient and the sign that each tag of the plugin stands for."""
@@ -186,3 +194,66 @@ def _check_explicit(craft: Craft) -> None:
             f"without end (gz-sim#1923); '{craft.vehicle.name}' has {', '.join(heavy)} times it. "
             "Leave `legacy` out: <fluid_added_mass> holds any."
         )
+
+
+_TURN_FIRST = [3, 4, 5, 0, 1, 2]  # DART has rotation before translation
+
+
+class _Link(Simulator):
+    """One link in water; x forward, y to port, z up."""
+
+    step = "Euler steps of {:g} s"
+
+    def __init__(self, driven: Craft, found: Craft, body: Body, step: float) -> None:
+        from dartpy import dynamics, simulation
+
+        super().__init__(f"DART {version('dartpy')}", step)
+        self._driven, self._found, self._body = driven, found, body.turned
+        self._frame = dynamics.Frame.World()
+        self._skeleton = dynamics.Skeleton(driven.vehicle.name)
+        self._joint, self._link = self._skeleton.createFreeJointAndBodyNodePair()
+        mass = self._body.rigid + self._body.added
+        self._link.setInertia(dynamics.Inertia(mass[np.ix_(_TURN_FIRST, _TURN_FIRST)]))
+        self._link.setGravityMode(False)  # as gz-sim: gravity is a force on the rigid mass alone
+        self._world = simulation.World()
+        self._world.addSkeleton(self._skeleton)
+
+    def place(self, attitude: FloatArray, velocity: FloatArray) -> None:
+        """Set the state."""
+        turned = FLU[:3] * Rotation.from_quat(attitude, scalar_first=True).as_rotvec()
+        self._joint.setPositions(np.concatenate([turned, np.zeros(3)]))
+        self._joint.setSpatialVelocity((velocity * FLU)[_TURN_FIRST], self._frame, self._link)
+
+    def rate(self, inputs: FloatArray, wrench: FloatArray) -> FloatArray:
+        """Return the acceleration."""
+        self._push(inputs, wrench)
+        self._skeleton.computeForwardDynamics()
+        self._link.clearExternalForces()
+        return np.asarray(self._link.getSpatialAcceleration()[_TURN_FIRST] * FLU)
+
+    def advance(
+        self, h: float, inputs: FloatArray, first: FloatArray, last: FloatArray
+    ) -> FloatArray:
+        """Take one step."""
+        self._push(inputs, 0.5 * (first + last))
+        self._world.setTimeStep(h)
+        self._world.step()
+        return self._velocity()
+
+    def _velocity(self) -> FloatArray:
+        return np.asarray(self._link.getSpatialVelocity()[_TURN_FIRST] * FLU)
+
+    def _push(self, inputs: FloatArray, wrench: FloatArray) -> None:
+        """Apply gravity, lift, and about the origin of the link all else."""
+        down = -self._link.getWorldTransform().rotation()[2] * FLU[:3]
+        at = States(*(each[None] for each in (self._velocity(), down, inputs, wrench)))
+        pushed = self._driven.pushed(at) + self._found.damping_wrench(at)
+        turned, none = pushed[0] * FLU, np.zeros(3)
+        self._link.addExtForce(turned[:3], none, True, True)
+        self._link.addExtTorque(turned[3:], True)
+        vehicle = self._found.vehicle
+        for force, point in (
+            (-vehicle.weight, self._body.center),
+            (vehicle.buoyancy, self._body.lifted),
+        ):
+            self._link.addExtForce([0.0, 0.0, force], point, False, True)

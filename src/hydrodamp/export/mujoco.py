@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, ClassVar, TypeVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.export.body import Body, check_positive
+from hydrodamp.errors import demand
+from hydrodamp.export.body import FLU, Body
 from hydrodamp.export.craft import Craft
-from hydrodamp.export.frames import FLU
-from hydrodamp.export.printer import PYTHON, name_of, number, printed, said_of
-from hydrodamp.export.target import Engine, Files, Target, executed, rendered, require, stepped
+from hydrodamp.export.drive import Engine, Simulator
+from hydrodamp.export.printer import name_of, number, said_of
+from hydrodamp.export.scripts import executed
+from hydrodamp.export.target import Files, Target, rendered, require
 from hydrodamp.vehicle.mass import STANDARD_GRAVITY
-
-T = TypeVar("T")
 
 _WATER = 1000.0  # kg/m^3: the size of the box alone
 
@@ -39,7 +40,7 @@ class MuJoCo(Target):
 
     def __post_init__(self) -> None:
         """Refuse time that stands."""
-        check_positive(self)
+        demand(0.0 < self.step < np.inf, "step", "positive", f"{self.step:g}.")
 
     @property
     def ignores(self) -> str:
@@ -51,7 +52,7 @@ class MuJoCo(Target):
         body, name = Body.of(craft, self.key, _WATER).turned, name_of(craft)
         xml = rendered(
             "mujoco.xml.j2",
-            **said_of(craft, ""),
+            **said_of(craft),
             body=body,
             side=body.volume ** (1.0 / 3.0),
             step=self.step,
@@ -59,41 +60,31 @@ class MuJoCo(Target):
             number=number,
             numbers=lambda values: " ".join(map(number, values)),
         )
-        said = said_of(craft, ",\n    ")
-        text = rendered("mujoco.py.j2", **said, lines=printed(craft, PYTHON))
-        return {f"{name}.xml": xml, f"{name}.py": text}
+        return {f"{name}.xml": xml, f"{name}.py": rendered("mujoco.py.j2", **said_of(craft))}
 
-    def read(self, folder: Path, craft: Craft) -> Engine:
-        """Return MuJoCo with the model and the force."""
+    @contextmanager
+    def read(self, folder: Path, craft: Craft) -> Iterator[Engine]:
+        """Hold MuJoCo with the model and the force, which all its models have while it is held."""
         require("mujoco")
-        body = _Body(folder, name_of(craft))
-        engine = stepped(body, f"MuJoCo {version('mujoco')}", self.step)
-        return replace(engine, rates=body.wet(engine.rates), replay=body.wet(engine.replay))
-
-
-class _Body:
-    """The body in MuJoCo."""
-
-    def __init__(self, folder: Path, name: str) -> None:
         import mujoco
 
+        try:
+            yield _Body(folder, name_of(craft), self.step)
+        finally:
+            mujoco.set_mjcb_passive(None)
+
+
+class _Body(Simulator):
+    """The body in MuJoCo, whose water is in a callback."""
+
+    def __init__(self, folder: Path, name: str, step: float) -> None:
+        import mujoco
+
+        super().__init__(f"MuJoCo {version('mujoco')}", step)
         self._mujoco: Any = mujoco
         self._model = mujoco.MjModel.from_xml_path(str(folder / f"{name}.xml"))
         self._data = mujoco.MjData(self._model)
-        self._water = executed(folder / f"{name}.py")
-        self._inputs = self._wrench = np.zeros(0)
-
-    def wet(self, run: Callable[[T], FloatArray]) -> Callable[[T], FloatArray]:
-        """Return a run with the callback that MuJoCo has for all models."""
-
-        def run_in_water(given: T) -> FloatArray:
-            self._inputs, self._wrench = self._water.in_water(self._model)
-            try:
-                return run(given)
-            finally:
-                self._mujoco.set_mjcb_passive(None)
-
-        return run_in_water
+        self._water = executed(folder / f"{name}.py").in_water(self._model)
 
     def place(self, attitude: FloatArray, velocity: FloatArray) -> None:
         """Set the state."""
@@ -110,17 +101,19 @@ class _Body:
         found[:3] -= np.cross(velocity[3:], velocity[:3])
         return found
 
-    def advance(self, length: float, inputs: FloatArray, wrench: FloatArray) -> FloatArray:
+    def advance(
+        self, h: float, inputs: FloatArray, first: FloatArray, last: FloatArray
+    ) -> FloatArray:
         """Take one step."""
-        self._push(inputs, wrench)
-        self._model.opt.timestep = length
+        self._push(inputs, 0.5 * (first + last))
+        self._model.opt.timestep = h
         self._mujoco.mj_step(self._model, self._data)
         self._mujoco.mj_kinematics(self._model, self._data)
         return self._in_body(self._data.qvel)
 
     def _push(self, inputs: FloatArray, wrench: FloatArray) -> None:
-        self._inputs[:] = inputs
-        self._wrench[:] = wrench
+        for set_between_steps, values in zip(self._water, (inputs, wrench), strict=True):
+            set_between_steps[:] = values
 
     def _in_body(self, values: FloatArray) -> FloatArray:
         """Return a free joint's translation in the world and rotation in the body."""

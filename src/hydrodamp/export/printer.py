@@ -1,4 +1,4 @@
-"""A craft printed in a language: its terms by one visitor, and the words its files have."""
+"""A craft printed in a language: its terms and actuators, and the words its files have."""
 
 from __future__ import annotations
 
@@ -7,8 +7,7 @@ import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-from hydrodamp.arrays import FloatArray
-from hydrodamp.basis.atoms import ABSOLUTES, ATOM_PLACE, AXES, PROPULSION, is_absolute
+from hydrodamp.basis.atoms import ABSOLUTES, ATOM_PLACE, PROPULSION, is_absolute
 from hydrodamp.basis.basis import SLOWEST
 from hydrodamp.basis.term import Term
 from hydrodamp.export.craft import Craft
@@ -27,56 +26,29 @@ _TAKEN = {
 
 
 @dataclass(frozen=True)
-class Syntax:
-    """How a language spells what terms and actuators need."""
+class Language:
+    """How a language spells what its template does not: ``limited``, ``outside``, ``along``."""
 
-    absolute: str = "abs({x})"
-    root: str = "np.sqrt({x})"
-    sign: str = "np.sign({x})"
-    larger: str = "np.maximum({x}, {y})"
-    smaller: str = "np.minimum({x}, {y})"
-    outside: str = "(({x} < {low}) | ({x} > {high}))"
-    table: str = "np.interp({x}, {at}, {values})"
-    row: str = "[{}]"
+    prefix: str = ""
+    absolute: str = "abs({})"
     constant: str = "{}"
-    assign: str = "{name} = {value}"
-    sum: str = "(\n        {}\n    )"
-    plus: str = "\n        "
+    table: str = "[{at}], [{values}]"
+    row: str = "[{}]"
+    between: str = ",\n    "
 
     def number(self, value: float) -> str:
         """Return a number in the middle of a formula."""
         return self.constant.format(number(value))
 
 
-PYTHON = Syntax()
-OCTAVE = Syntax(
-    root="sqrt({x})",
-    sign="sign({x})",
-    larger="max({x}, {y})",
-    smaller="min({x}, {y})",
-    outside="({x} < {low} | {x} > {high})",
-    table="interp1({at}, {values}, min(max({x}, {first}), {last}))",
-    assign="{name} = {value};",
-    sum="{}",
-    plus=" ...\n        ",
-)
-CASADI = Syntax(
-    absolute="absolute({x})",
-    root="root({x})",
-    sign="sign({x})",
-    larger="ca.fmax({x}, {y})",
-    smaller="ca.fmin({x}, {y})",
-    outside="ca.logic_or({x} < {low}, {x} > {high})",
-    table="ca.pw_lin(ca.fmin(ca.fmax({x}, {first}), {last}), {at}, {values})",
-)
-C99 = Syntax(
-    larger="larger({x}, {y})",
-    smaller="smaller({x}, {y})",
-    outside="(hd_real)({x} < {low} || {x} > {high})",
-    table="along({x}, {n}, (const hd_real[]){at}, (const hd_real[]){values})",
-    row="{{{}}}",
+PYTHON = Language()
+CASADI = Language(absolute="absolute({})")
+OCTAVE = Language(row="{}", between="\n    ")
+C99 = Language(
+    prefix="hd_",
     constant="(hd_real){}",
-    assign="const hd_real {name} = {value};",
+    table="{n}, (const hd_real[]){{{at}}}, (const hd_real[]){{{values}}}",
+    row="{}",
 )
 
 
@@ -85,119 +57,53 @@ def number(value: float) -> str:
     return repr(float(value))
 
 
-def matrix(rows: Iterable[Iterable[float]], between: str, row: str = "[{}]") -> str:
-    """Return a table of numbers, one row a line."""
-    return between.join(row.format(", ".join(map(number, each))) for each in rows)
-
-
-def inputs(craft: Craft) -> list[str]:
-    """Return the names of the inputs as they are printed; no language has them as words."""
-    return [*map(command, craft.commands), *([SPEED] if craft.needs_speed else [])]
-
-
 def command(name: str) -> str:
     """Return what a command or a channel is called in every language."""
     return f"cmd_{name}"
 
 
-def printed(craft: Craft, syntax: Syntax) -> list[str]:
-    """Return the lines that make `damping_X` to `known_N` of velocities, directions and inputs."""
-    terms, n = craft.damping.model.basis.terms, craft.columns.n_known
-    return [
-        *actuation(craft, syntax),
-        *speeds(terms, syntax),
-        *sums("damping", terms, craft.matrix[n:], syntax),
-        *sums("known", craft.known, craft.matrix[:n], syntax),
-    ]
-
-
-def actuation(craft: Craft, syntax: Syntax) -> Iterator[str]:
-    """Yield the lines that make the actuators' channels, and u_c, of commands."""
+def actuation(craft: Craft, language: Language) -> Iterator[tuple[str, str]]:
+    """Yield the actuators' channels, and u_c, by what they are made of."""
     for actuator in craft.vehicle.actuators:
         if isinstance(actuator, Limited) and actuator.derived:
-            name = command(actuator.channel)
-            yield syntax.assign.format(name=name, value=_channel(actuator, syntax))
-    asked = any(term.needs_propulsion for term in craft.damping.model.basis)
+            yield command(actuator.channel), _channel(actuator, language)
     known = [
-        f"({syntax.number(one.speed_slope or 0.0)} * {command(one.channel)} "
-        f"+ {syntax.number(one.speed_offset)})"
+        f"({language.number(one.speed_slope or 0.0)} * {command(one.channel)} "
+        f"+ {language.number(one.speed_offset)})"
         for one in craft.propellers
     ]
-    if known and asked:
-        value = known[0] if len(known) == 1 else f"({' + '.join(known)}) / {len(known)}"
-        yield syntax.assign.format(name=SPEED, value=value)
+    if known and craft.asks_speed:
+        yield SPEED, known[0] if len(known) == 1 else f"({' + '.join(known)}) / {len(known)}"
 
 
-def _channel(actuator: Limited, syntax: Syntax) -> str:
+def _channel(actuator: Limited, language: Language) -> str:
     """Return what a command does within its limit, nothing in its dead zone."""
     given = command(actuator.command)
     if actuator.limit is not None:
-        most = syntax.number(actuator.limit)
-        lower = syntax.larger.format(x=given, y=f"-{most}")
-        given = syntax.smaller.format(x=lower, y=most)
+        given = f"{language.prefix}limited({given}, {language.number(actuator.limit)})"
     acting = given
-    if isinstance(actuator, Thruster):
-        acting = _thrust(actuator, given, syntax)
+    if isinstance(actuator, Thruster) and actuator.curve is None:
+        acting = f"{language.number(actuator.gain or 0.0)} * {given}"
+    elif isinstance(actuator, Thruster) and actuator.curve is not None:
+        at, values = (", ".join(map(number, each)) for each in zip(*actuator.curve, strict=True))
+        table = language.table.format(n=len(actuator.curve), at=at, values=values)
+        acting = f"{language.prefix}along({given}, {table})"
     if actuator.dead_zone is None:
         return acting
-    low, high = map(syntax.number, actuator.dead_zone)
-    return f"{acting} * {syntax.outside.format(x=given, low=low, high=high)}"
+    low, high = map(language.number, actuator.dead_zone)
+    return f"{acting} * {language.prefix}outside({given}, {low}, {high})"
 
 
-def _thrust(thruster: Thruster, given: str, syntax: Syntax) -> str:
-    if thruster.curve is None:
-        return f"{syntax.number(thruster.gain or 0.0)} * {given}"
-    at, values = (
-        [number(value) for value in column] for column in zip(*thruster.curve, strict=True)
-    )
-    rows = (syntax.row.format(", ".join(column)) for column in (at, values))
-    names = dict(zip(("at", "values"), rows, strict=True))
-    return syntax.table.format(x=given, n=len(at), first=at[0], last=at[-1], **names)
+def product(term: Term, language: Language) -> str:
+    """Return a term as a product."""
+    return " * ".join(_factor(factor, language) for factor in term.factors) or "1.0"
 
 
-def speeds(terms: Iterable[Term], syntax: Syntax) -> Iterator[str]:
-    """Yield the lines that make the speeds and the propulsion ratio that terms contain."""
-    used = {factor for term in terms for factor in term.factors}
-    across = syntax.root.format(x="v*v + w*w")
-    values = {
-        "U": syntax.root.format(x="u*u + v*v + w*w"),
-        "V": across,
-        "V_v": f"{syntax.sign.format(x='v')} * {across}",
-        "V_w": f"{syntax.sign.format(x='w')} * {across}",
-    }
-    for name, value in values.items():
-        if name in used or (name == "U" and PROPULSION in used):
-            yield syntax.assign.format(name=name, value=value)
-    if PROPULSION in used:
-        slow = syntax.larger.format(x="U", y=number(SLOWEST))
-        yield syntax.assign.format(name=RATIO, value=f"{SPEED} / {slow} - 1.0")
-
-
-def sums(
-    name: str, terms: Iterable[Term], coefficients: FloatArray, syntax: Syntax
-) -> Iterator[str]:
-    """Yield a line an axis: what its coefficients, a row a term, make of the terms."""
-    products = [product(term, syntax) for term in terms]
-    for axis, column in zip(AXES, coefficients.T.tolist(), strict=True):
-        parts = [
-            f"{'-' if value < 0 else '+'} {number(abs(value))}{each}"
-            for value, each in zip(column, products, strict=True)
-            if value != 0.0
-        ]
-        value = syntax.sum.format(syntax.plus.join(parts)) if parts else "0.0"
-        yield syntax.assign.format(name=f"{name}_{axis}", value=value)
-
-
-def product(term: Term, syntax: Syntax) -> str:
-    """Return a term as factors that follow a number."""
-    return "".join(f" * {_factor(factor, syntax)}" for factor in term.factors)
-
-
-def _factor(factor: str, syntax: Syntax) -> str:
+def _factor(factor: str, language: Language) -> str:
     if factor == PROPULSION:
         return RATIO
     if factor in ABSOLUTES or (factor not in ATOM_PLACE and is_absolute(factor)):
-        return syntax.absolute.format(x=_factor(factor.strip("|"), syntax))
+        return language.absolute.format(_factor(factor.strip("|"), language))
     return factor if factor in ATOM_PLACE else command(factor)
 
 
@@ -207,12 +113,18 @@ def name_of(craft: Craft) -> str:
     return f"auv_{plain}" if plain[0].isdigit() or plain.casefold() in _TAKEN else plain
 
 
-def said_of(craft: Craft, between: str, row: str = "[{}]") -> dict[str, object]:
-    """Return the words and the two mass matrices that the templates of all languages take."""
+def said_of(craft: Craft, language: Language = PYTHON) -> dict[str, object]:
+    """Return what the templates of all languages take: words, inputs, terms and matrices."""
     import hydrodamp
+
+    def matrix(rows: Iterable[Iterable[float]]) -> str:
+        return language.between.join(
+            language.row.format(", ".join(map(number, row))) for row in rows
+        )
 
     vehicle, damping = craft.vehicle, craft.damping
     locked = [axis for axis in "XYZKMN" if axis not in vehicle.axes]
+    terms = (*craft.known, *damping.model.basis)
     return {
         "name": name_of(craft),
         "title": _plain(f"{vehicle.name} with damping after {damping.model.title}."),
@@ -222,9 +134,16 @@ def said_of(craft: Craft, between: str, row: str = "[{}]") -> dict[str, object]:
             f"Coefficients: {damping.source}." if damping.source else "",
         ),
         "inputs": craft.inputs,
-        "variables": inputs(craft),
-        "mass": matrix(vehicle.mass_matrix.tolist(), between, row),
-        "inverse": matrix(craft.inverse.tolist(), between, row),
+        "variables": [*map(command, craft.commands), *([SPEED] if craft.needs_speed else [])],
+        "channels": [*actuation(craft, language)],
+        "asks_speed": craft.asks_speed,
+        "slowest": number(SLOWEST),
+        "terms": [*map(str, terms)],
+        "products": [product(term, language) for term in terms],
+        "n_known": craft.columns.n_known,
+        "matrix": matrix(craft.matrix.tolist()),
+        "mass": matrix(vehicle.mass_matrix.tolist()),
+        "inverse": matrix(craft.inverse.tolist()),
         "locked": f" (zero on the locked axes {' '.join(locked)})" if locked else "",
     }
 

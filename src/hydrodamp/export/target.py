@@ -2,36 +2,32 @@
 
 from __future__ import annotations
 
+import subprocess
 from abc import abstractmethod
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, fields
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
-from types import ModuleType
-from typing import TYPE_CHECKING, ClassVar, Protocol
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.errors import MethodError
+from hydrodamp.basis.term import Term
+from hydrodamp.errors import MethodError, demand
+from hydrodamp.export.body import check_body
 from hydrodamp.export.craft import Craft, States
-from hydrodamp.export.drive import LONGEST_STEP, Drive, Rate, RungeKutta, sail
-from hydrodamp.export.frames import upright
-from hydrodamp.files import load_text
+from hydrodamp.export.drive import Engine
+from hydrodamp.export.projection import diagonal, projected, terms_for
 from hydrodamp.models.model import DampingModel
 
 if TYPE_CHECKING:
     from jinja2 import Environment
 
-#: How most targets are stepped: as a replay is.
-RUNGE_KUTTA = f"Runge-Kutta, at most {LONGEST_STEP:g} s"
-
 #: The files of an export by their paths in its folder.
 Files = Mapping[str, str | bytes]
-
-
-Rates = Callable[[States], FloatArray]
 
 
 class NotRun(Exception):  # noqa: N818 - an outcome, caught where the card is made
@@ -42,18 +38,6 @@ def require(package: str, what: str = "") -> None:
     """Say that nothing runs what was written where a package of the extra is not there."""
     if find_spec(package) is None:
         raise NotRun(f'{what or package} is not installed (pip install "hydrodamp[export]")')
-
-
-@dataclass(frozen=True)
-class Engine:
-    """What was written, parsed back and ready to run."""
-
-    name: str
-    step: str
-    rates: Rates
-    replay: Callable[[Drive], FloatArray]
-    not_run: str = ""
-    """Why the program that is meant was not run itself."""
 
 
 @dataclass(frozen=True)
@@ -80,95 +64,69 @@ class Target:
         """What of equation 1 it leaves out; empty where nothing."""
         return ""
 
-    def holds(self, craft: Craft) -> DampingModel | None:
-        """Return the terms it can hold; None where it can hold all."""
-        return None
+    def holds(self, craft: Craft) -> DampingModel:
+        """Return the terms it can hold: all."""
+        return craft.damping.model
 
     def point(self, craft: Craft) -> FloatArray:
         """Return the point that its coefficients are about, from the vehicle's origin [m]."""
         return np.zeros(3)
 
-    def moved(self, craft: Craft) -> Craft:
-        """Return the craft with its damping about that point."""
-        return craft
+    def lost(self, craft: Craft) -> tuple[str, ...]:
+        """Return the coefficients of a craft that it has not as they are."""
+        model, about = self.holds(craft), self.point(craft).any()
+        return tuple(x for x in craft.damping.model.labels if about or x not in model.labels)
+
+    def held(self, craft: Craft, at: States) -> Craft:
+        """Return a craft as the target holds it: in its terms, about its point."""
+        if not self.lost(craft):
+            return craft
+        return projected(craft, self.holds(craft), at, self.point(craft))
 
     @abstractmethod
     def write(self, craft: Craft) -> Files:
         """Return its files. The craft has no other terms than it can hold, about its point."""
 
     @abstractmethod
-    def read(self, folder: Path, craft: Craft) -> Engine:
-        """Read the files back, and return what runs them; NotRun where nothing can here."""
+    def read(self, folder: Path, craft: Craft) -> AbstractContextManager[Engine]:
+        """Read the files back, and hold what runs them; NotRun where nothing can here."""
 
 
-def by_rate(name: str, rate: Rate, rates: Rates | None = None) -> Engine:
-    """Return the engine of a target that gives accelerations: the steps are ours."""
+@dataclass(frozen=True)
+class InWater(Target):
+    """A target that holds a body in water and terms of its velocities; a wrench drives it."""
 
-    def one_by_one(at: States) -> FloatArray:
-        return np.array([rate(*each) for each in zip(*parts(at), strict=True)])
+    left_out: ClassVar[str] = ""
+    """What else it leaves out."""
+    density: float = 1000.0
 
-    def replay(drive: Drive) -> FloatArray:
-        steps = RungeKutta(rate)
-        return sail(drive, "", LONGEST_STEP, steps.place, steps.advance)
+    def __post_init__(self) -> None:
+        """Refuse water without weight, time that stands, a shape without volume."""
+        for each in fields(self):
+            value = getattr(self, each.name)
+            if isinstance(value, float):
+                demand(0.0 < value < np.inf, each.name, "positive", f"{value:g}.")
 
-    return Engine(name, RUNGE_KUTTA, rates or one_by_one, replay)
+    @property
+    def ignores(self) -> str:
+        """The actuators, and what else."""
+        return "the actuators (what is written is driven by their wrench)" + self.left_out
 
+    def allowed(self, axis: str) -> Iterable[Term]:
+        """Return the terms it has on an axis."""
+        return diagonal(axis)
 
-class Simulator(Protocol):
-    """One vehicle in a simulator; all in hydrodamp's frame."""
-
-    def place(self, attitude: FloatArray, velocity: FloatArray) -> None:
-        """Set the state, of a quaternion from body to world and a velocity."""
-
-    def rate(self, inputs: FloatArray, wrench: FloatArray) -> FloatArray:
-        """Return the acceleration there."""
-
-    def advance(self, length: float, inputs: FloatArray, wrench: FloatArray) -> FloatArray:
-        """Take one step [s], and return the velocity after it."""
-
-
-def stepped(simulator: Simulator, name: str, step: float, kind: str = "") -> Engine:
-    """Return the engine of a simulator, in steps of at most so many seconds and of a kind."""
-
-    def rates(at: States) -> FloatArray:
-        found = []
-        for attitude, velocity, inputs, wrench in zip(
-            upright(at.down), at.velocity, at.inputs, at.wrench, strict=True
-        ):
-            simulator.place(attitude, velocity)
-            found.append(simulator.rate(inputs, wrench))
-        return np.array(found)
-
-    def advance(
-        length: float, inputs: FloatArray, first: FloatArray, last: FloatArray
-    ) -> FloatArray:
-        return simulator.advance(length, inputs, 0.5 * (first + last))
-
-    def replay(drive: Drive) -> FloatArray:
-        return sail(drive, f" in {name}", step, simulator.place, advance)
-
-    return Engine(name, f"{kind}steps of {step:g} s", rates, replay)
+    def holds(self, craft: Craft) -> DampingModel:
+        """Return the terms of the craft that it has, and what takes the place of others."""
+        check_body(craft, self.key)
+        return terms_for(craft, self.key, self.allowed)
 
 
-def parts(at: States) -> tuple[FloatArray, ...]:
-    """Return the arrays of states in the order in which all targets take them."""
-    return at.velocity, at.down, at.inputs, at.wrench
-
-
-def by_core(name: str, craft: Craft) -> Engine:
-    """Return the engine of a target whose numbers were read back, and its formula is equation 1."""
-
-    def replay(drive: Drive) -> FloatArray:
-        return Drive.of(craft, drive.log).source().velocity
-
-    return Engine(name, RUNGE_KUTTA, craft.acceleration, replay)
-
-
-def executed(path: Path) -> ModuleType:
-    """Return a written Python file as a module."""
-    module = ModuleType(path.stem)
-    exec(compile(load_text(path), str(path), "exec"), module.__dict__)
-    return module
+def version_of(command: str) -> str:
+    """Return the first line of what a program says of itself."""
+    call = [command, "--version"]
+    done = subprocess.run(call, capture_output=True, text=True, check=True)
+    return done.stdout.splitlines()[0]
 
 
 def rendered(template: str, /, **values: object) -> str:
