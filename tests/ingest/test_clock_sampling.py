@@ -22,7 +22,7 @@ from hydrodamp.ingest.clock import (
 
 
 def stamps(time: list[float] | np.ndarray, topic: str = "dvl") -> Stamps:
-    return set_right([Clock(topic, np.asarray(time, float))])[0]
+    return set_right(Clock(topic, np.asarray(time, float)))
 
 
 def ticks(time: list[float] | np.ndarray, run: list[int] | None = None) -> Ticks:

@@ -19,6 +19,7 @@ from hydrodamp.data import attitude as attitudes
 from hydrodamp.data.channels import BLOCKS, unit_of
 from hydrodamp.data.checks import checked_blocks, name_faults, record_faults, segment_faults
 from hydrodamp.data.record import (
+    EPOCH,
     Record,
     Segment as Segment,
     first_few,
@@ -233,10 +234,10 @@ class Log:
 
     @cached_property
     def elapsed(self) -> FloatArray:
-        """Time since the first sample [s], shape (n,); runs on where a clock restarts."""
+        """Time since the first sample [s], shape (n,); runs on where a clock restarts or leaps."""
         count = self.time - self.time[0]
         for before, part in itertools.pairwise(self.segments):
-            if self.time[part.start] <= self.time[part.start - 1]:
+            if not 0.0 < self.time[part.start] - self.time[part.start - 1] <= EPOCH:
                 step = np.median(np.diff(self.time[before.start : before.stop]))
                 count[part.start :] += count[part.start - 1] + step - count[part.start]
         return frozen(count)

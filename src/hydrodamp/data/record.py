@@ -22,6 +22,9 @@ GAP_STEPS = 5.0
 
 _CENTISECOND = 0.005  # s, what two digits round to
 
+#: Stamps further apart than this, 11 days, belong to two epochs [s].
+EPOCH = 1e6
+
 #: No step up to this long is a gap [s].
 GAP_SECONDS = 1.0
 

@@ -11,17 +11,13 @@ import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray
 from hydrodamp.data.attitude import between
-from hydrodamp.data.record import changes, longest_step
+from hydrodamp.data.record import EPOCH, changes, longest_step
 from hydrodamp.errors import LogError
 from hydrodamp.ingest.irregularity import Irregularity, Oddity
 
 #: Share of rows with the stamp of the one before, from which a clock is a coarse one.
 COARSE = 0.25
 
-#: Stamps further apart than this, 11 days, belong to two epochs [s].
-EPOCH = 1e6
-
-_PAUSE = 1.0  # s, between two epochs put side by side
 _MOST_RUNS = 200
 _STOPPED = 20  # rows, and times the usual number, with the last stamp of all
 
@@ -56,23 +52,21 @@ class Stamps:
         return replace(self, rows=rows, time=time, run=run)
 
 
-def set_right(clocks: Sequence[Clock]) -> tuple[Stamps, ...]:
-    """Return the usable messages of the topics of one recording."""
-    drafts = [_Draft(clock) for clock in clocks]
-    starts, shifts = _epochs([draft.time for draft in drafts])
-    return tuple(draft.stamps(starts, shifts) for draft in drafts)
+def set_right(clock: Clock) -> Stamps:
+    """Return the usable messages of a topic."""
+    return _Draft(clock).stamps()
 
 
 def runs_of(clock: Clock) -> IntArray:
     """Return the run that each row of a topic belongs to."""
-    (stamps,) = set_right([clock])
+    stamps = set_right(clock)
     run = np.zeros(len(clock.time), dtype=np.int64)
     run[stamps.rows] = stamps.run
     return np.maximum.accumulate(run)
 
 
 class _Draft:
-    """A clock without its stray and absent stamps."""
+    """A clock without its absent stamps."""
 
     def __init__(self, clock: Clock) -> None:
         self.topic, self.irregularities = clock.topic, list[Irregularity]()
@@ -83,7 +77,6 @@ class _Draft:
         self._keep(np.isfinite(clock.time), Oddity.ABSENT)
         steps = np.abs(np.diff(self.time))[~self.joins[1:]]
         self.far = longest_step(steps[steps > 0.0])  # that no step is, forward or back
-        self._keep(~_strays(self.time, self.joins, self.far), Oddity.STRAY)
         self._spread(clock.fresh)
 
     def _spread(self, fresh: BoolArray | None) -> None:
@@ -117,22 +110,12 @@ class _Draft:
     def _note(self, oddity: Oddity, count: int, place: int) -> None:
         self.irregularities.append(Irregularity(self.topic, oddity, count, float(self.time[place])))
 
-    def stamps(self, starts: FloatArray, shifts: FloatArray) -> Stamps:
-        """Return the messages in order, in runs, those of every epoch moved up to the next."""
-        era, moved = np.zeros(len(self.rows), np.int64), self.time
-        if len(starts) > 1:
-            era = np.searchsorted(starts, self.time, side="right") - 1
-            moved = self.time + shifts[era]
-        leapt = np.append(False, np.diff(era) != 0)[: len(era)]
-        if leapt.any():
-            self._note(Oddity.LEAP, int(np.count_nonzero(leapt)), int(np.argmax(leapt)))
-        run: IntArray = np.cumsum(leapt | self._restarts(moved, leapt), dtype=np.int64)
-        ordered = self._in_order(moved, run)
+    def stamps(self) -> Stamps:
+        """Return the messages in order, in runs, and say where they pause."""
+        run: IntArray = np.cumsum(self._restarts(), dtype=np.int64)
+        ordered = self._in_order(self.time, run)
         keep = slice(None) if ordered.all() else ordered
-        return self._within(self.rows[keep], moved[keep], run[keep])
-
-    def _within(self, rows: IntArray, time: FloatArray, run: IntArray) -> Stamps:
-        """Return the messages that are left, and say where they pause."""
+        rows, time, run = self.rows[keep], self.time[keep], run[keep]
         steps = np.diff(time)
         inside = run[1:] == run[:-1]
         step = float(np.median(steps[inside])) if inside.any() else 0.0
@@ -142,19 +125,19 @@ class _Draft:
             self.irregularities.append(pause)
         return Stamps(rows, time, run, step, limit, tuple(self.irregularities))
 
-    def _restarts(self, time: FloatArray, leapt: BoolArray) -> BoolArray:
-        """Find where the clock runs anew: at a join, or set back far."""
-        steps = np.append(0.0, np.diff(time))[: len(time)]
-        back = (steps < -self.far) & ~leapt & ~self.joins
-        count = int(np.count_nonzero(back))
+    def _restarts(self) -> BoolArray:
+        """Find where the clock runs anew: at a join, set back far, or leapt to another epoch."""
+        steps = np.append(0.0, np.diff(self.time))[: len(self.time)]
+        anew = ((steps < -self.far) | (steps > EPOCH)) & ~self.joins
+        count = int(np.count_nonzero(anew))
         if count > _MOST_RUNS:
             of = f" of `{self.topic}`" if self.topic else ""
             raise LogError(
-                f"the clock{of} is set back {count} times; it is no clock. Name another in `time`"
+                f"the clock{of} leaps {count} times; it is no clock. Name another in `time`"
             )
         if count:
-            self._note(Oddity.SET_BACK, count, int(np.argmax(back)))
-        return np.asarray(back | (self.joins & (steps <= 0)))
+            self._note(Oddity.LEAP, count, int(np.argmax(anew)))
+        return np.asarray(anew | (self.joins & (steps <= 0)))
 
     def _in_order(self, time: FloatArray, run: IntArray) -> BoolArray:
         """Keep the messages later than all before them in their run."""
@@ -177,29 +160,6 @@ class _Draft:
 
 def _repeats(time: FloatArray) -> BoolArray:
     return np.append(False, np.diff(time) == 0)[: len(time)]
-
-
-def _strays(time: FloatArray, joins: BoolArray, far: float) -> BoolArray:
-    """Find single stamps far from both neighbours, which are near one another."""
-    strays = np.zeros(len(time), np.bool_)
-    steps = np.abs(np.diff(time))
-    if len(steps) < 2:
-        return strays
-    long = steps > far
-    near = np.abs(time[2:] - time[:-2]) <= far
-    strays[1:-1] = long[:-1] & long[1:] & near & ~(joins[1:-1] | joins[2:])
-    return strays
-
-
-def _epochs(times: Sequence[FloatArray]) -> tuple[FloatArray, FloatArray]:
-    """Return where epochs begin, and how far the stamps of each move up to the next."""
-    spans = [edge for time in times if len(time) for edge in (time.min(), time.max())]
-    if not spans or max(spans) - min(spans) <= EPOCH:
-        return np.zeros(1), np.zeros(1)
-    every = np.sort(np.concatenate(times))
-    cuts = np.flatnonzero(np.diff(every) > EPOCH)
-    closing = np.append(every[cuts + 1] - every[cuts] - _PAUSE, 0.0)
-    return every[np.append(0, cuts + 1)], np.cumsum(closing[::-1])[::-1]
 
 
 class Ticks(NamedTuple):

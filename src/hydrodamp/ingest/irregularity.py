@@ -12,7 +12,6 @@ class Oddity(Enum):
     """What can be odd about time stamps; the value is the sentence on it."""
 
     ABSENT = "{count} without a time stamp, dropped"
-    STRAY = "{count} with a stray time stamp, dropped (first at {at})"
     REPEATED = "{count} with a repeated time stamp, dropped (first at {at})"
     COARSE = (
         "{count} with the stamp of the one before, though they say something new: the clock is"
@@ -23,10 +22,8 @@ class Oddity(Enum):
         " evenly, `time: {{rate: HERTZ}}` in the mapping counts them"
     )
     LATE = "{count} out of order, dropped (first at {at})"
-    SET_BACK = "the clock was set back {times}, where a segment begins (first at {at})"
     LEAP = (
-        "the clock leaps to another epoch {times}, where a segment begins (first at {at});"
-        " what came before was moved up to it"
+        "the clock was set back or to another epoch {times}, where a segment begins (first at {at})"
     )
     DROPOUT = "{times} no message for longer than {limit:.3g} s (first after {at})"
     EMPTY = "{count} without a number of {what}, dropped (first at {at})"

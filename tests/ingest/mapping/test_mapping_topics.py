@@ -230,8 +230,12 @@ def test_odd_clocks_are_put_right_with_a_warning() -> None:
 @pytest.mark.parametrize(
     ("change", "back", "says"),
     [
-        (lambda time: np.where(time > 10, time - 60, time), 60.0, "set back once"),
-        (lambda time: time + np.where(time < 10, 0, 1.7e9), -1.7e9, "leaps to another epoch once"),
+        (
+            lambda time: np.where(time > 10, time - 60, time),
+            60.0,
+            "clock was set back or to another epoch once",
+        ),
+        (lambda time: time + np.where(time < 10, 0, 1.7e9), -1.7e9, "to another epoch once"),
     ],
 )
 def test_where_the_clock_of_all_topics_runs_anew_a_segment_begins(
@@ -242,6 +246,7 @@ def test_where_the_clock_of_all_topics_runs_anew_a_segment_begins(
         log = read(dive(*topics), mapping())
     assert [part.name for part in log.segments] == ["dive7.1", "dive7.2"]
     after = slice(log.segments[1].start, None)
+    np.testing.assert_allclose(np.diff(log.elapsed), np.median(log.steps), rtol=1e-3)
     np.testing.assert_allclose(log.velocity[after, 0], 1 + 0.1 * (log.time[after] + back))
 
 

@@ -15,10 +15,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import TypeVar
 
-import numpy as np
-
 from hydrodamp.data.record import name_after
-from hydrodamp.data.recording import Recording, Topic
+from hydrodamp.data.recording import Recording
 from hydrodamp.errors import FileError, HydrodampError, LogError
 from hydrodamp.files import absent, load_yaml, mistaken
 from hydrodamp.ingest.formats.content import head
@@ -29,8 +27,6 @@ Made = TypeVar("Made")
 
 #: How the note begins on a file, beside others, that cannot be read.
 LEFT_OUT = "left out:"
-
-_HUGE = 1e300
 
 _HEAD = 4096
 _OURS = (".yaml", ".yml", ".json")  # of a vehicle, a mapping or a result given as a log
@@ -205,11 +201,8 @@ def read(
         named = named or patterns(given)
     topics = called(files, named or {})
     if len(topics) == 1 and topics == {given[0]: ""}:
-        recording = _single(given[0])
-    else:
-        recording = replace(_together(topics, ", ".join(map(str, given))), files=named or {})
-    odd = [note for topic in recording.topics for note in _oddities(topic)]
-    return replace(recording, notes=(*recording.notes, *odd))
+        return _single(given[0])
+    return replace(_together(topics, ", ".join(map(str, given))), files=named or {})
 
 
 def _expanded(path: Path) -> list[Path]:
@@ -276,14 +269,3 @@ def _together(files: Mapping[Path, str], source: str) -> Recording:
     notes += [f"{file.name}: {note}" for one, file in pairs for note in one.notes]
     forms = " and ".join(dict.fromkeys(one.format for one, _ in pairs))
     return Recording(topics, source, forms, tuple(notes))
-
-
-def _oddities(topic: Topic) -> Iterator[str]:
-    head = f"topic `{topic.name}`: " if topic.name else ""
-    for name, values in topic.fields.items():
-        # One pass finds most columns clean; only the odd ones are looked at again.
-        if len(values) and not (values.min() > -_HUGE and values.max() < _HUGE):
-            for row in np.flatnonzero(np.abs(values) >= _HUGE)[:1].tolist():
-                line = f" (line {topic.lines[row]})" if len(topic.lines) else ""
-                what = f"{head}`{name}` is infinite or beyond {_HUGE:g}"
-                yield f"{what}, first in row {row + 1}{line}"

@@ -29,6 +29,10 @@ class Stream:
     channels: dict[str, Found] = field(default_factory=dict)
     stamps: Stamps = field(init=False)
 
+    def __post_init__(self) -> None:
+        """Set its clock right."""
+        self.stamps = set_right(self.clock)
+
     @property
     def moves(self) -> bool:
         """Whether it holds a velocity, so that its clock may be followed."""
@@ -66,12 +70,10 @@ def streams_of(
             streams[key].channels[one.entry.place] = one
     if faults:
         return [], list(dict.fromkeys(faults))
-    there = list(streams.values())
-    for stream, stamps in zip(there, set_right([one.clock for one in there]), strict=True):
-        stream.stamps = stamps
-    needed = [not all(it.source.optional for it in one.channels.values()) for one in there]
     return [
-        one for one, is_so in zip(there, needed, strict=True) if is_so or len(one.stamps.rows)
+        one
+        for one in streams.values()
+        if len(one.stamps.rows) or not all(it.source.optional for it in one.channels.values())
     ], []
 
 

@@ -175,9 +175,9 @@ def is_stamp(name: str) -> bool:
 
 def together(series: Sequence[Series]) -> tuple[FloatArray, FloatArray]:
     """Bring series to the clock of the slowest: elapsed time and columns, a row of NaN at gaps."""
-    clocks = {one.topic: Clock(one.topic, one.seconds) for one in series}
     try:
-        stamps = dict(zip(clocks, set_right(list(clocks.values())), strict=True))
+        times = {one.topic: one.seconds for one in series}
+        stamps = {topic: set_right(Clock(topic, time)) for topic, time in times.items()}
     except LogError:  # what seemed a clock is none
         return np.empty(0), np.empty((0, len(series)))
     base = max(stamps.values(), key=lambda one: one.step)
