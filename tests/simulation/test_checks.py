@@ -48,6 +48,15 @@ def test_a_log_that_says_nothing_of_the_drive(name, commands, words):
     assert "models take tiller" in nothing_drives(vehicle, log, (model(N="tiller"),))
 
 
+def test_the_model_file_that_is_told_drives_the_vehicle(tmp_path):
+    rov, log = hd.fleet["bluerov2"], log_of("ch_yaw", "ch_roll")
+    line = nothing_drives(rov, log).partition("the line `")[2].partition("`")[0]
+    (tmp_path / "mine.yaml").write_text(line, "utf-8")
+    (mine,) = hd.read_models(tmp_path / "mine.yaml")
+    check_log(rov, log, (mine,))
+    assert set(mine.terms[5]) > {*hd.catalog["linear"].terms[5]}
+
+
 def test_what_drives_is_a_wrench_an_actuator_or_a_term():
     assert nothing_drives(hd.fleet["bluerov2"], log_of(wrench=True)) == ""
     assert nothing_drives(hd.fleet["vt690"], log_of("rpm")) == ""

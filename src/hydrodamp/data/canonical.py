@@ -122,7 +122,7 @@ def _write_parquet(log: Log, columns: Mapping[str, FloatArray], path: str | Path
         from pyarrow import parquet
     except ImportError as error:
         raise FileError(
-            f"{path}: Parquet needs pyarrow. Install it by `pip install 'hydrodamp[logs]'`, or"
+            f'{path}: Parquet needs pyarrow. Install it by `pip install "hydrodamp[logs]"`, or'
             " write a .csv file"
         ) from error
     labels = np.repeat([part.name for part in log.segments], [len(part) for part in log.segments])

@@ -92,11 +92,12 @@ def nothing_drives(vehicle: Vehicle, log: Log, models: Iterable[DampingModel] = 
             "nothing in this log says what drove the vehicle: it needs the wrench columns "
             f"X Y Z K M N or a command that an actuator or a term uses; {acting}. Record either."
         )
+    gains = f"{{{' '.join(vehicle.axes)}: {' '.join(recorded)}}}"
     return (
         f"{acting}, and the log has only the commands {' '.join(recorded)} and no wrench: nothing "
-        "says what force they make. Let their gains be coefficients too, with terms such as "
-        f"`terms: {{X: {recorded[0]}}}` in a model file; or {way}; or record the wrench "
-        "X Y Z K M N."
+        "says what force they make. Let their gains be coefficients too: take the model `sparse`, "
+        "which selects them, or as model a YAML file with the line `{name: mine, extends: linear, "
+        f"terms: {gains}}}`, less what cannot act; or {way}; or record the wrench X Y Z K M N."
     )
 
 
