@@ -67,6 +67,12 @@ def test_a_model_that_is_too_large_is_a_row_that_says_why(folder, call, train, m
         assert word in " ".join(done.stdout.split())
 
 
+def test_windows_longer_than_every_run_are_refused_before_work(folder, call):
+    line = f"{ONE} --train 0:20 --test 20:30 --test 30:40 --models linear --methods ls"
+    assert "windows of 9 s" in call(f"{line} --horizon 9").stdout
+    assert "longest run of the test data, 9.9 s" in call(f"{line} --horizon 25", 2).stderr
+
+
 @pytest.mark.usefixtures("undrawn")
 @pytest.mark.parametrize("method", ["ls", "ai"])
 def test_a_model_that_nothing_drives_is_refused_beside_one_with_gains(folder, call, method):

@@ -52,6 +52,14 @@ def test_warnings_are_one_line_each_and_come_once(capsys):
     assert capsys.readouterr().err == "warning: split in two\n"
 
 
+def test_paths_are_told_from_the_working_directory(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    inside = tmp_path / "logs" / "a.csv"
+    assert status(hd.FileError(f"{inside}: is odd; see {tmp_path.parent}/b")) == 2
+    said = capsys.readouterr().err
+    assert said == f"error: {inside.relative_to(tmp_path)}: is odd; see {tmp_path.parent}/b\n"
+
+
 @pytest.mark.parametrize(
     ("line", "file"),
     [

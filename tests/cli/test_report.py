@@ -50,7 +50,8 @@ def test_the_report_is_made_again_as_it_was(results, call):
 @pytest.mark.parametrize(
     ("line", "words"),
     [
-        ("nowhere", "nowhere: is no folder of results"),
+        ("nowhere", "nowhere: there is no such folder; name one that `compare`"),
+        (".", ".: there is no comparison.json in it"),
         ("out --out out/replays.npz", "is one of the inputs"),
         ("spoilt", "spoilt/comparison.json: is not what hydrodamp writes"),
     ],

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from hydrodamp.cli import choose, options
 from hydrodamp.cli.parts import train_and_test
+from hydrodamp.errors import ProblemError
 
 
 def compare(
@@ -35,6 +36,15 @@ def compare(
     craft, chosen = choose.choose_vehicle(vehicle), choose.choose_models(models)
     ways, said = choose.choose_methods(methods), record(inputs)
     learn, held_out, shared = train_and_test(logs or (), train or (), test or (), mapping)
+    longest = max(
+        held_out.time[one.stop - 1] - held_out.time[one.start] for one in held_out.segments
+    )
+    if horizon is not None and horizon > longest:
+        raise ProblemError(
+            f"`--horizon {horizon:g}` is longer than the longest run of the test data, "
+            f"{longest:.4g} s: its windows would be whole runs, which are replayed anyway. Give "
+            "fewer seconds."
+        )
     check_training(craft, learn, choose.asked(models, craft, learn, chosen))
     check_log(craft, held_out, choose.asked(models, craft, held_out, chosen), learn)
     chosen = choose.for_log(models, craft, learn, chosen, free_gains)

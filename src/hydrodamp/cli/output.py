@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import os
 import traceback
 import warnings
 from collections.abc import Callable, Iterator
@@ -36,8 +37,8 @@ def results() -> Console:
 
 
 def note(text: str) -> None:
-    """Print a message on standard error."""
-    typer.echo(text, err=True)
+    """Print a message on standard error, its paths from the working directory."""
+    typer.echo(text.replace(f"{Path.cwd()}{os.sep}", ""), err=True)
 
 
 def emit(document: object) -> None:

@@ -36,9 +36,11 @@ def report(
         note(f"written to {write_fidelity_page(folder, out)}")
         return
     if not (folder / "comparison.json").is_file():
+        lacks = (
+            "there is no comparison.json in it" if folder.is_dir() else "there is no such folder"
+        )
         raise hd.FileError(
-            f"{folder}: is no folder of results, for there is no comparison.json in it; name one "
-            "that `compare` or `demo` wrote with `--out`."
+            f"{folder}: {lacks}; name one that `compare`, `demo` or `export` wrote with `--out`."
         )
     own = folder / REPORT
     check_out_file(out or own, (str(path) for path in folder.rglob("*") if path != own))
