@@ -14,9 +14,8 @@ import pytest
 from interleaving import on_all_cores
 
 import hydrodamp as hd
-from hydrodamp.export.c99 import SOURCES, STRICT
-from hydrodamp.export.craft import Craft, States, parts
-from hydrodamp.export.fmu import STATES, loaded
+from hydrodamp.export.c99 import SOURCES, STATES, STRICT, loaded
+from hydrodamp.export.craft import Craft, States
 from hydrodamp.export.scripts import executed
 from hydrodamp.export.target import NotRun
 
@@ -73,7 +72,7 @@ def in_unit(folder: Path, held: ExitStack) -> Form:
 
 def in_python(folder: Path, many: bool) -> Form:
     module = executed(written(hd.find_target("python"), folder / "python") / "vt690.py")
-    given = parts(states(100_000 if many else 1000))
+    given = states(100_000 if many else 1000)
     if many:
         columns = [part.T for part in given]
         return lambda: module.acceleration(*columns), 100_000
@@ -83,7 +82,7 @@ def in_python(folder: Path, many: bool) -> Form:
 def in_casadi(folder: Path, many: bool) -> Form:
     pytest.importorskip("casadi")
     module = executed(written(hd.find_target("casadi"), folder / "casadi") / "vt690.py")
-    given = parts(states(50_000 if many else 1000))
+    given = states(50_000 if many else 1000)
     if many:
         function, columns = module.acceleration.map(50_000), [part.T for part in given]
         return lambda: function(*columns), 50_000

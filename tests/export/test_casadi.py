@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.export.craft import Craft, parts
+from hydrodamp.export.craft import Craft
 from hydrodamp.export.scripts import CasADi, executed
 
 from .conftest import ALL_ATOMS, MODELS, RICH, coefficients, core, rates_of, states, written
@@ -31,10 +31,10 @@ def test_its_jacobian_is_that_of_differences(tmp_path):
     function = executed(written(CasADi(), craft, tmp_path) / "rich_3.py").acceleration
     at, step = states(craft, 5), 1e-6
     nu = ca.SX.sym("nu", 6)
-    other = [ca.SX.sym("x", len(part.T)) for part in parts(at)[1:]]
+    other = [ca.SX.sym("x", len(part.T)) for part in at[1:]]
     slope = ca.Function("slope", [nu, *other], [ca.jacobian(function(nu, *other), nu)])
     for k in range(5):
-        rest = [part[k] for part in parts(at)[1:]]
+        rest = [part[k] for part in at[1:]]
         found = np.array(slope(at.velocity[k], *rest))
         for axis, unit in enumerate(step * np.eye(6)):
             ahead, behind = (function(at.velocity[k] + s * unit, *rest) for s in (1.0, -1.0))
@@ -90,7 +90,7 @@ def test_the_code_it_generates_is_the_same(tmp_path):
     call = [compiler, "-O1", "-fPIC", "-shared", "code.c", "-o", "code.so", "-lm"]
     subprocess.run(call, cwd=tmp_path / "code", check=True)
     at = states(craft, 9)
-    given = [part.T for part in parts(at)]
+    given = [part.T for part in at]
     found = ca.external("acceleration", str(tmp_path / "code" / "code.so")).map(9)(*given)
     np.testing.assert_allclose(np.array(found).T, core(craft, at), rtol=1e-12, atol=1e-12)
 

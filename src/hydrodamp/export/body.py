@@ -5,7 +5,9 @@ Their frames and reference points too: all that hydrodamp holds is FRD, about on
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from xml.etree import ElementTree
 
 import numpy as np
 
@@ -112,6 +114,11 @@ class Body:
         )
 
     @property
+    def side(self) -> float:
+        """The side of a cube of its volume."""
+        return float(np.cbrt(self.volume))
+
+    @property
     def rigid(self) -> FloatArray:
         """The mass matrix without added mass."""
         return rigid_body_mass_matrix(self.mass, self.inertia, self.center, "center_of_gravity")
@@ -143,3 +150,24 @@ def check_body(craft: Craft, key: str) -> None:
             f"'{vehicle.name}' must be positive [N]; got {vehicle.weight:g} and "
             f"{vehicle.buoyancy:g}."
         )
+
+
+def numbers_of(text: str) -> dict[str, FloatArray]:
+    """Return the numbers of XML: texts by their tags, with their parents' too, and attributes."""
+    said = {}
+    for parent in ElementTree.fromstring(f"<file>{text.partition('?>')[2]}</file>").iter():
+        for each in parent:
+            found = {f"{each.tag}.{name}": value for name, value in each.attrib.items()}
+            names = (each.tag, f"{parent.tag}/{each.tag}")
+            for name, value in (dict.fromkeys(names, each.text or "") | found).items():
+                with suppress(ValueError):
+                    said[name] = np.array(value.split(), dtype=float)
+    return said
+
+
+def symmetric(values: list[float]) -> FloatArray:
+    """Return the symmetric matrix of an upper triangle."""
+    matrix = np.zeros((3, 3) if len(values) == 6 else (6, 6))
+    rows, columns = np.triu_indices(len(matrix))
+    matrix[rows, columns] = matrix[columns, rows] = values
+    return matrix

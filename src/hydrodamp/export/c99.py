@@ -1,14 +1,22 @@
-"""C99: hydrodamp's own files, unchanged, one header of a vehicle and its model, the compilers."""
+"""C99: hydrodamp's own files, unchanged, and one header of a vehicle and its model.
+
+As a library, and as a functional mock-up unit.
+"""
 
 from __future__ import annotations
 
+import hashlib
+import io
+import platform
 import re
 import shutil
 import subprocess
 import tempfile
+import zipfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from importlib.metadata import version
 from importlib.resources import files
 from pathlib import Path
 from typing import Any, ClassVar
@@ -18,10 +26,10 @@ from cffi import FFI
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.errors import demand
-from hydrodamp.export.craft import Craft, States, parts
-from hydrodamp.export.drive import Engine
+from hydrodamp.export.craft import Craft, States
+from hydrodamp.export.drive import LONGEST_STEP, Engine, upright
 from hydrodamp.export.printer import C99, command, name_of, said_of
-from hydrodamp.export.target import Files, NotRun, Target, rendered, version_of
+from hydrodamp.export.target import Files, NotRun, Target, rendered, require, version_of
 from hydrodamp.files import save_all
 
 #: What a vehicle's header stands on, and what is there for the estimators on board.
@@ -96,7 +104,7 @@ class C(Target):
 
         def rates(at: States) -> FloatArray:
             found = np.empty((len(at.velocity), 6), real)
-            for row in zip(*(each.astype(real) for each in parts(at)), found, strict=True):
+            for row in zip(*(each.astype(real) for each in at), found, strict=True):
                 loaded.acceleration(*(ffi.from_buffer(pointed, each) for each in row))
             return found.astype(np.float64)
 
@@ -132,7 +140,7 @@ def compiler() -> str:
 def shared(folder: Path, sources: Sequence[str], flags: Sequence[str], library: Path) -> str:
     """Compile a shared library, every warning an error; return what compiled it."""
     call = [compiler(), *STRICT, "-fPIC", "-shared", *flags, *sources, "-lm", "-o", str(library)]
-    done = subprocess.run(call, cwd=folder, capture_output=True, text=True, check=False)
+    done = _run(call, folder)
     if done.returncode:
         raise NotRun(f"{call[0]} refused it: {done.stderr.strip().rstrip('.')}")
     return version_of(call[0])
@@ -140,31 +148,134 @@ def shared(folder: Path, sources: Sequence[str], flags: Sequence[str], library: 
 
 def size_of(contents: Mapping[str, bytes], flags: Sequence[str]) -> str:
     """Tell what sources take on a Cortex-M7, else on this machine; nothing where no gcc can."""
-    kits = {"arm-none-eabi-": _CORTEX_M7, "": ()}
-    found = (_size_by(prefix, kit, contents, flags) for prefix, kit in kits.items())
-    return next(filter(None, found), "")
+    sources = [name for name in contents if name.endswith(".c")]
+    for prefix, kit, processor in (
+        ("arm-none-eabi-", _CORTEX_M7, "a Cortex-M7"),
+        ("", (), "this machine"),
+    ):
+        with tempfile.TemporaryDirectory() as place:
+            save_all({Path(place, name): content for name, content in contents.items()})
+            call = [f"{prefix}gcc", *STRICT, "-Os", "-fstack-usage", *kit, *flags, "-c", *sources]
+            if not shutil.which(call[0]) or _run(call, place).returncode:
+                continue  # not there, or a cross compiler without its C library
+            told = _run([f"{prefix}size", *map(str, Path(place).glob("*.o"))], place).stdout
+            rows = np.array([line.split()[:3] for line in told.splitlines()[1:]], dtype=int)
+            frames = " ".join(each.read_text() for each in Path(place).glob("*.su"))
+        code, data, unset = rows.sum(axis=0).tolist()
+        # No function calls itself, so that all frames together are more than there ever are.
+        stack = sum(map(int, re.findall(r"\t(\d+)\t", frames)))
+        return (
+            f"By {prefix}gcc -Os for {processor}: {code} bytes of code and constants, "
+            f"{data + unset} bytes of variables, at most {stack} bytes of stack for a step."
+        )
+    return ""
 
 
-def _size_by(
-    prefix: str, kit: Sequence[str], contents: Mapping[str, bytes], flags: Sequence[str]
-) -> str:
-    if not shutil.which(f"{prefix}gcc"):
-        return ""
+def _run(call: Sequence[str], place: str | Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(call, cwd=place, capture_output=True, text=True, check=False)
+
+
+#: Place and suffix of a binary in FMI 2.0; a system without gets the sources alone.
+_PLACES = {
+    ("Linux", "x86_64"): ("linux64", "so"),
+    ("Darwin", "x86_64"): ("darwin64", "dylib"),
+    ("Darwin", "arm64"): ("darwin64", "dylib"),
+}
+
+#: Where a unit without a binary says why.
+_WHY = "resources/no_binary.txt"
+
+#: References of states, of their rates and of inputs.
+STATES, RATES, INPUTS = 0, 13, 26
+
+
+@dataclass(frozen=True)
+class FMU(Target):
+    """A functional mock-up unit of FMI 2.0, for model exchange and co-simulation."""
+
+    key: ClassVar[str] = "fmu"
+    meant: ClassVar[str] = "FMI 2.0"
+
+    def write(self, craft: Craft) -> Files:
+        """Return the unit: model description, sources, and a binary where one can be made."""
+        import hydrodamp
+
+        name, header = name_of(craft), header_of(craft)
+        said = {
+            **said_of(craft),
+            "guid": hashlib.sha256(header.encode()).hexdigest()[:32],
+            "version": hydrodamp.__version__,
+            "longest": LONGEST_STEP,
+            "sources": (*SOURCES, "fmi2.c"),
+        }
+        sources = {
+            **own_files((*HEADERS, *SOURCES)),
+            f"{name}.h": header.encode(),
+            "fmi2.c": rendered("fmi2.c.j2", **said).encode(),
+        }
+        parts = {f"sources/{path}": content for path, content in sources.items()}
+        parts["modelDescription.xml"] = rendered("modelDescription.xml.j2", **said).encode()
+        try:
+            parts |= _binary(name, sources)
+        except NotRun as why:
+            parts[_WHY] = str(why).encode()
+        return {f"{name}.fmu": _zipped(parts)}
+
+    @contextmanager
+    def read(self, folder: Path, craft: Craft) -> Iterator[Engine]:
+        """Load the unit by fmpy, and hold its rates of model exchange."""
+        require("fmpy")
+        path = folder / f"{name_of(craft)}.fmu"
+        with zipfile.ZipFile(path) as archive:
+            if _WHY in archive.namelist():
+                raise NotRun(archive.read(_WHY).decode())
+        with loaded(path) as unit:
+
+            def rates(at: States) -> FloatArray:
+                found, n = [], len(at.velocity)
+                states = np.column_stack([at.velocity, np.zeros((n, 3)), upright(at.down)])
+                for state, *given in zip(states, at.wrench, at.inputs, strict=True):
+                    unit.setReal(range(STATES, RATES), state)
+                    values = np.concatenate(given)
+                    unit.setReal(range(INPUTS, INPUTS + len(values)), values)
+                    found.append(unit.getReal(range(RATES, RATES + 6)))
+                return np.array(found)
+
+            yield Engine(f"fmpy {version('fmpy')}", rates)
+
+
+@contextmanager
+def loaded(path: Path) -> Iterator[Any]:
+    """Hold a unit for co-simulation, in its initialization: its state may be set."""
+    from fmpy import extract, instantiate_fmu, read_model_description
+
     with tempfile.TemporaryDirectory() as place:
-        save_all({Path(place, name): content for name, content in contents.items()})
-        sources = [name for name in contents if name.endswith(".c")]
-        call = [f"{prefix}gcc", *STRICT, "-Os", "-fstack-usage", *kit, *flags, "-c"]
-        if subprocess.run([*call, *sources], cwd=place, capture_output=True).returncode:
-            return ""  # a cross compiler without its C library
-        sizes = [f"{prefix}size", *(f"{Path(name).stem}.o" for name in sources)]
-        told = subprocess.run(sizes, cwd=place, capture_output=True, text=True, check=True).stdout
-        rows = np.array([line.split()[:3] for line in told.splitlines()[1:]], dtype=int)
-        frames = " ".join(each.read_text() for each in Path(place).glob("*.su"))
-    code, data, unset = rows.sum(axis=0).tolist()
-    # No function calls itself, so that all frames together are more than there ever are.
-    stack = sum(map(int, re.findall(r"\t(\d+)\t", frames)))
-    processor = "a Cortex-M7" if prefix else "this machine"
-    return (
-        f"By {prefix}gcc -Os for {processor}: {code} bytes of code and constants, {data + unset} "
-        f"bytes of variables, at most {stack} bytes of stack for a step."
-    )
+        extract(path, place)
+        unit = instantiate_fmu(place, read_model_description(path), "CoSimulation")
+        try:
+            unit.setupExperiment()
+            unit.enterInitializationMode()
+            yield unit
+        finally:
+            unit.freeInstance()
+
+
+def _binary(name: str, sources: dict[str, bytes]) -> dict[str, bytes]:
+    """Return the unit's binary for this system by its place."""
+    system = platform.system(), platform.machine()
+    if system not in _PLACES:
+        raise NotRun(f"no binary is made for {' on '.join(system)}")
+    place, suffix = _PLACES[system]
+    with tempfile.TemporaryDirectory() as here:
+        save_all({Path(here, path): content for path, content in sources.items()})
+        library = Path(here, f"{name}.{suffix}")
+        shared(Path(here), (*SOURCES, "fmi2.c"), ("-fvisibility=hidden", "-s"), library)
+        return {f"binaries/{place}/{library.name}": library.read_bytes()}
+
+
+def _zipped(parts: dict[str, bytes]) -> bytes:
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+        for path, content in parts.items():
+            archive.writestr(zipfile.ZipInfo(path), content, zipfile.ZIP_DEFLATED)
+    return packed.getvalue()

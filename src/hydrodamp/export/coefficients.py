@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
 from typing import Any, ClassVar
-from xml.etree import ElementTree
 
 import numpy as np
 from scipy.optimize import nnls
@@ -17,12 +16,11 @@ from scipy.optimize import nnls
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES, VELOCITIES
 from hydrodamp.basis.term import Term
-from hydrodamp.export.body import Body, to_point
+from hydrodamp.export.body import Body, numbers_of, symmetric, to_point
 from hydrodamp.export.craft import Craft, States
 from hydrodamp.export.drive import Engine
-from hydrodamp.export.printer import number, said_of
-from hydrodamp.export.projection import diagonal
-from hydrodamp.export.target import Files, InWater, rendered
+from hydrodamp.export.printer import said_of
+from hydrodamp.export.target import Files, InWater, diagonal, rendered
 from hydrodamp.files import load_text, parse_yaml
 from hydrodamp.models.model import spell_label
 from hydrodamp.vehicle.mass import STANDARD_GRAVITY
@@ -69,9 +67,6 @@ class Coefficients(InWater):
             "forward": forward,
             "quadratic": quadratic,
             "point": self.point(craft),
-            "gravity": STANDARD_GRAVITY,
-            "number": number,
-            "numbers": lambda array: " ".join(map(number, np.ravel(array).tolist())),
         }
         return {self.file: rendered(f"{self.file}.j2", **said)}
 
@@ -136,14 +131,12 @@ class UUV(Coefficients):
     def parsed(self, text: str, own: Body) -> Parsed:
         """Return what the URDF says."""
         said = numbers_of(text)
-        xx, xy, xz, yy, yz, zz = (
-            said[f"inertia.i{name}"][0] for name in ("xx", "xy", "xz", "yy", "yz", "zz")
-        )
+        inertia = [said[f"inertia.i{name}"][0] for name in ("xx", "xy", "xz", "yy", "yz", "zz")]
         turned = replace(
             own.turned,
             mass=said["mass.value"][0],
             center=said["origin.xyz"],
-            inertia=np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]),
+            inertia=symmetric(inertia),
             volume=said["volume"][0],
             lifted=said["center_of_buoyancy"],
         )
@@ -310,14 +303,3 @@ def box_drag(sides: FloatArray) -> FloatArray:
                 force = area * np.linalg.norm(part) * part
                 found[motion, kind] += along @ (np.cross(point, force) if turns else force)
     return found
-
-
-def numbers_of(text: str) -> dict[str, FloatArray]:
-    """Return the numbers of XML: texts by their tags, attributes by tag and name."""
-    said = {}
-    for each in ElementTree.fromstring(text).iter():
-        texts = {f"{each.tag}.{name}": value for name, value in each.attrib.items()}
-        for name, value in ({each.tag: each.text or ""} | texts).items():
-            with suppress(ValueError):
-                said[name] = np.array(value.split(), dtype=float)
-    return said

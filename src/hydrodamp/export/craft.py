@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from hydrodamp import kernels
 from hydrodamp.arrays import FloatArray, frozen
-from hydrodamp.basis.basis import Basis
 from hydrodamp.data.log import Log
 from hydrodamp.errors import ModelError
 from hydrodamp.identification.power import OperatingBox
@@ -28,22 +28,16 @@ WITHIN_ONE = OperatingBox(np.full(6, -1.0), np.full(6, 1.0))
 _GAINS = {name for both in CHANNELS.values() for name in both}
 
 
-@dataclass(frozen=True, eq=False)
-class States:
+class States(NamedTuple):
     """Where a craft is asked for its acceleration, arrays of one row a sample.
 
-    The wrench is what acts besides the craft's own actuators.
+    All targets take them in this order. The wrench is what acts besides the craft's own actuators.
     """
 
     velocity: FloatArray  # (n, 6) [m/s, rad/s]
     down: FloatArray  # (n, 3)
     inputs: FloatArray  # (n, m), as the craft's ``inputs``
     wrench: FloatArray  # (n, 6) [N, N m]
-
-
-def parts(at: States) -> tuple[FloatArray, ...]:
-    """Return the arrays of states in the order in which all targets take them."""
-    return at.velocity, at.down, at.inputs, at.wrench
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,11 +82,6 @@ class Craft:
         """Coefficients of that table, shape (n_terms, 6)."""
         entries = self.columns.entries(self.damping.model)
         return frozen(self.columns.with_unknown(entries, self.damping.coefficients))
-
-    @cached_property
-    def known(self) -> Basis:
-        """The terms of restoring and actuators, in the order of the table."""
-        return Basis(tuple(self.vehicle.known_columns()))
 
     @cached_property
     def inverse(self) -> FloatArray:

@@ -7,12 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from itertools import combinations_with_replacement, product
 from pathlib import Path
 from typing import ClassVar
-from xml.etree import ElementTree
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -21,22 +20,21 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES, VELOCITIES
 from hydrodamp.basis.term import Term
 from hydrodamp.errors import MethodError
-from hydrodamp.export.body import FLU, Body, term_sign
+from hydrodamp.export.body import FLU, Body, numbers_of, symmetric, term_sign
 from hydrodamp.export.craft import Craft, States
 from hydrodamp.export.drive import Engine, Simulator
 from hydrodamp.export.fidelity import mass_ratio
-from hydrodamp.export.printer import number, said_of
+from hydrodamp.export.printer import said_of
 from hydrodamp.export.target import Files, InWater, NotRun, rendered, require
 from hydrodamp.files import load_text
 from hydrodamp.models.model import spell_label
-from hydrodamp.vehicle.mass import STANDARD_GRAVITY
 
 _TERMS = (
     *(Term((name,)) for name in VELOCITIES),
     *(Term((name, f"|{other}|")) for name, other in product(VELOCITIES, repeat=2)),
     *(Term(pair) for pair in combinations_with_replacement(VELOCITIES, 2)),
 )
-_PAIRS = [(i, j) for i in range(6) for j in range(i, 6)]
+_PLACES = [*map("".join, combinations_with_replacement("xyzpqr", 2))]  # of a symmetric matrix
 _DRAG = [axis.lower() + name.upper() for axis, name in zip(AXES, VELOCITIES, strict=True)]
 _EXPLICIT = [f"{axis.lower()}Dot{name.upper()}" for axis, name in product(AXES, VELOCITIES)]
 
@@ -58,23 +56,20 @@ class Gazebo(InWater):
     @property
     def ignores(self) -> str:
         """The actuators, and what the legacy path has not."""
-        lost = ", and forces of the moving frame that the plugin has not for added mass"
+        lost = ", and forces of the moving frame on added mass"
         return super().ignores + lost * self.legacy
 
     def write(self, craft: Craft) -> Files:
         """Return the model, a world with it, and the block."""
         body = Body.of(craft, self.key, self.density).turned
+        added = body.added[np.triu_indices(6)]
         said = {
             **said_of(craft),
+            **asdict(self),
             "body": body,
-            "added": [] if self.legacy else [(_place(*at), body.added[at]) for at in _PAIRS],
+            "added": {} if self.legacy else dict(zip(_PLACES, added.tolist(), strict=True)),
             "tags": self._numbers(craft, body),
             "plugin": self.plugin,
-            "side": body.volume ** (1.0 / 3.0),
-            "density": self.density,
-            "step": self.step,
-            "gravity": STANDARD_GRAVITY,
-            "number": number,
         }
         names = "model.config", "model.sdf", "world.sdf", "blocks.txt"
         return {name: rendered(f"{name}.j2", **said) for name in names}
@@ -96,22 +91,21 @@ class Gazebo(InWater):
         """Read the model, and hold DART with the forces of gz-sim's systems."""
         if self.legacy:
             raise NotRun("added mass of the step before is none of DART's")
-        root = ElementTree.fromstring(load_text(folder / "model.sdf"))
-        found = {each.tag: each.text or "" for each in root.iter()}
-        poses = [pose.text or "" for pose in root.iter("pose")]
-        center, lifted = (np.array(pose.split()[:3], dtype=float) for pose in poses[:2])
-        added, inertia = np.zeros((6, 6)), np.zeros((3, 3))
-        for i, j in _PAIRS:
-            added[i, j] = added[j, i] = float(found[_place(i, j)])
-            if j < 3:
-                inertia[i, j] = inertia[j, i] = float(found[f"i{_place(i, j)}"])
-        volume = float(found["size"].split()[0]) ** 3
-        mass = float(found["mass"])
-        body = Body(mass, center, inertia, added, volume, lifted, self.density).turned
+        said = numbers_of(load_text(folder / "model.sdf"))
+        inertia = [said[f"i{place}"][0] for place in _PLACES if f"i{place}" in said]
+        body = Body(
+            said["mass"][0],
+            said["inertial/pose"][:3],
+            symmetric(inertia),
+            symmetric([said[place][0] for place in _PLACES]),
+            float(said["size"].prod()),
+            said["collision/pose"][:3],
+            self.density,
+        ).turned
         values = {
-            label: sign * float(found[tag])
+            label: sign * float(said[tag][0])
             for tag, (label, sign) in self._tags().items()
-            if tag in found
+            if tag in said
         }
         require("dartpy", "dartpy, the physics of gz-sim,")
         yield _Link(craft, body.craft(values), body, self.step)
@@ -126,10 +120,6 @@ class Gazebo(InWater):
                 sign = self.sign * turn * term_sign(term)
                 tags[axis.lower() + between.join(names)] = (spell_label(axis, term), sign)
         return tags
-
-
-def _place(row: int, column: int) -> str:
-    return f"{'xyzpqr'[row]}{'xyzpqr'[column]}"
 
 
 @dataclass(frozen=True)

@@ -16,10 +16,9 @@ from hydrodamp.errors import demand
 from hydrodamp.export.body import FLU, Body
 from hydrodamp.export.craft import Craft
 from hydrodamp.export.drive import Engine, Simulator
-from hydrodamp.export.printer import name_of, number, said_of
+from hydrodamp.export.printer import name_of, said_of
 from hydrodamp.export.scripts import executed
 from hydrodamp.export.target import Files, Target, rendered, require
-from hydrodamp.vehicle.mass import STANDARD_GRAVITY
 
 _WATER = 1000.0  # kg/m^3: the size of the box alone
 
@@ -50,17 +49,9 @@ class MuJoCo(Target):
     def write(self, craft: Craft) -> Files:
         """Return the model, and the file with the force."""
         body, name = Body.of(craft, self.key, _WATER).turned, name_of(craft)
-        xml = rendered(
-            "mujoco.xml.j2",
-            **said_of(craft),
-            body=body,
-            side=body.volume ** (1.0 / 3.0),
-            step=self.step,
-            gravity=STANDARD_GRAVITY,
-            number=number,
-            numbers=lambda values: " ".join(map(number, values)),
-        )
-        return {f"{name}.xml": xml, f"{name}.py": rendered("mujoco.py.j2", **said_of(craft))}
+        said = said_of(craft)
+        xml = rendered("mujoco.xml.j2", **said, body=body, step=self.step)
+        return {f"{name}.xml": xml, f"{name}.py": rendered("mujoco.py.j2", **said)}
 
     @contextmanager
     def read(self, folder: Path, craft: Craft) -> Iterator[Engine]:

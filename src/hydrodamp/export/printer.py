@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import keyword
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from hydrodamp.basis.atoms import ABSOLUTES, ATOM_PLACE, PROPULSION, is_absolute
@@ -33,8 +33,6 @@ class Language:
     absolute: str = "abs({})"
     constant: str = "{}"
     table: str = "[{at}], [{values}]"
-    row: str = "[{}]"
-    between: str = ",\n    "
 
     def number(self, value: float) -> str:
         """Return a number in the middle of a formula."""
@@ -43,12 +41,10 @@ class Language:
 
 PYTHON = Language()
 CASADI = Language(absolute="absolute({})")
-OCTAVE = Language(row="{}", between="\n    ")
 C99 = Language(
     prefix="hd_",
     constant="(hd_real){}",
     table="{n}, (const hd_real[]){{{at}}}, (const hd_real[]){{{values}}}",
-    row="{}",
 )
 
 
@@ -117,14 +113,9 @@ def said_of(craft: Craft, language: Language = PYTHON) -> dict[str, object]:
     """Return what the templates of all languages take: words, inputs, terms and matrices."""
     import hydrodamp
 
-    def matrix(rows: Iterable[Iterable[float]]) -> str:
-        return language.between.join(
-            language.row.format(", ".join(map(number, row))) for row in rows
-        )
-
     vehicle, damping = craft.vehicle, craft.damping
     locked = [axis for axis in "XYZKMN" if axis not in vehicle.axes]
-    terms = (*craft.known, *damping.model.basis)
+    terms = (*vehicle.known_columns(), *damping.model.basis)
     return {
         "name": name_of(craft),
         "title": _plain(f"{vehicle.name} with damping after {damping.model.title}."),
@@ -137,13 +128,13 @@ def said_of(craft: Craft, language: Language = PYTHON) -> dict[str, object]:
         "variables": [*map(command, craft.commands), *([SPEED] if craft.needs_speed else [])],
         "channels": [*actuation(craft, language)],
         "asks_speed": craft.asks_speed,
-        "slowest": number(SLOWEST),
+        "slowest": SLOWEST,
         "terms": [*map(str, terms)],
         "products": [product(term, language) for term in terms],
         "n_known": craft.columns.n_known,
-        "matrix": matrix(craft.matrix.tolist()),
-        "mass": matrix(vehicle.mass_matrix.tolist()),
-        "inverse": matrix(craft.inverse.tolist()),
+        "matrix": craft.matrix.tolist(),
+        "mass": vehicle.mass_matrix.tolist(),
+        "inverse": craft.inverse.tolist(),
         "locked": f" (zero on the locked axes {' '.join(locked)})" if locked else "",
     }
 

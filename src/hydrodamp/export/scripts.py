@@ -17,9 +17,9 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.errors import demand
-from hydrodamp.export.craft import Craft, States, parts
+from hydrodamp.export.craft import Craft, States
 from hydrodamp.export.drive import Engine, upright
-from hydrodamp.export.printer import CASADI, OCTAVE, name_of, number, said_of
+from hydrodamp.export.printer import CASADI, name_of, said_of
 from hydrodamp.export.target import Files, NotRun, Target, rendered, require, version_of
 from hydrodamp.files import load_text
 
@@ -74,7 +74,7 @@ class CasADi(Target):
         """Return the module, and an example of predictive control."""
         said, name = said_of(craft, CASADI), name_of(craft)
         return {
-            f"{name}.py": rendered("casadi.py.j2", **said, smooth=number(self.smooth)),
+            f"{name}.py": rendered("casadi.py.j2", **said, smooth=self.smooth),
             "mpc.py": rendered("mpc.py.j2", name=name, free=craft.vehicle.free.astype(int)),
         }
 
@@ -96,7 +96,7 @@ def _module(folder: Path, craft: Craft, name: str) -> Engine:
     module: Any = executed(folder / f"{name_of(craft)}.py")
 
     def rates(at: States) -> FloatArray:
-        return np.asarray(module.acceleration(*(part.T for part in parts(at)))).T
+        return np.asarray(module.acceleration(*(part.T for part in at))).T
 
     return Engine(name, rates)
 
@@ -110,7 +110,7 @@ class Octave(Target):
 
     def write(self, craft: Craft) -> Files:
         """Return the function of the state's rate, and that of the wrench."""
-        said, name = said_of(craft, OCTAVE), name_of(craft)
+        said, name = said_of(craft), name_of(craft)
         return {
             f"{name}.m": rendered("octave.m.j2", **said),
             f"{name}_tau.m": rendered("octave_tau.m.j2", **said),
