@@ -1,7 +1,7 @@
 """``hydrodamp export``."""
 
 import json
-import re
+from pathlib import Path
 
 import pytest
 
@@ -18,9 +18,10 @@ def damping(folder):
 
 def test_writes_runs_and_tells(folder, call, damping):
     line = "export python d.json --vehicle planar.yaml --log b.csv --out sim"
-    told = re.sub(r"\s+", " ", call(line).stdout)
-    assert "has every term of" in told
-    assert "Replay error" in told
+    done = call(line)
+    assert "has every term of" in " ".join(done.stdout.split())
+    assert "\nReplay error" in done.stdout
+    assert f"written to sim: planar.py\nnext: {Path('sim', 'fidelity.html')} is" in done.stderr
     names = "fidelity.html", "fidelity.json", "planar.py"
     assert {path.name for path in (folder / "sim").iterdir()} == {*names}
     call(line, status=2)

@@ -14,8 +14,10 @@ from hydrodamp.cli import options
 from hydrodamp.cli.choose import choose_vehicle
 from hydrodamp.cli.output import emit, note, results
 from hydrodamp.cli.parts import read
+from hydrodamp.data.record import first_few
 from hydrodamp.errors import MethodError
 
+_FILES = 6  # that are named
 _TARGET = f"What to write for: {options.TARGETS}."
 _SET = "A setting of the target, such as precision=float. Repeatable."
 
@@ -42,18 +44,22 @@ def export(
     """Write damping for a simulator or a controller, run it, and say how faithful it is."""
     from hydrodamp.export.export import check_export
     from hydrodamp.report.fidelity_page import write_fidelity_page
+    from hydrodamp.report.grid import Grid, show
 
     form = with_settings(hd.find_target(target), dict(map(_pair, settings or ())))
     check_export(out, force)
     craft, numbers = choose_vehicle(vehicle), hd.read_damping(damping)
     driven = read(log, mapping) if log else None
     card = hd.export(numbers, craft, form, out, log=driven, box=_sailed(Path(damping)), force=force)
-    write_fidelity_page(out)
-    note(f"written to {out}")
+    page = write_fidelity_page(out)
+    files = sorted(path.name for path in out.iterdir() if not path.name.startswith(page.stem))
+    note(f"written to {out}: {', '.join(first_few(files, _FILES, 'files'))}")
     if json:
         emit(card.document())
     else:
-        results().print(str(card), markup=False, highlight=False)
+        show(results(), Grid("", (), (), tuple(str(card).splitlines())))
+    replayed = "" if log else "; with `--log LOG --force` a log is replayed with it, too"
+    note(f"next: {page} is the card in full{replayed}")
 
 
 _SPELT: dict[type, Any] = {bool: {"true": True, "false": False}.__getitem__}

@@ -122,8 +122,8 @@ class Fidelity:
         return {**said, "text": str(self), "exact": self.exact, **asdict(self), "units": UNITS}
 
     def __str__(self) -> str:
-        """Return the card as a paragraph."""
-        return " ".join(_sentences(self))
+        """Return the card, a line a sentence."""
+        return "\n".join(_sentences(self))
 
 
 def some(labels: Iterable[str]) -> str:
