@@ -138,7 +138,7 @@ def test_files_of_one_run_are_told_as_such_once(folder, call):
     done = call("probe pose.csv pwm.csv")
     assert done.stderr.count("`pose.csv+pwm.csv` makes one recording of these files") == 1
     # Every fault has a line of its own.
-    faults = [line for line in done.stdout.splitlines() if "there is no column" in line]
+    faults = [line for line in done.stdout.splitlines() if "the table has no column" in line]
     assert len(faults) > 3
     assert all(line.startswith("  ") for line in faults)
     for files in ("pose.csv+pwm.csv", "pose.csv late.csv", "dive.csv pwm.csv", "a.csv b.csv"):

@@ -159,8 +159,6 @@ def test_averaged_wraps_are_found_whatever_the_signs(counts) -> None:
     attitude[[50, 120]] = quaternion_from_euler(np.zeros((2, 3)))
     made = steady_attitude(turning(attitude))
     assert counts(made, "attitude leaps") == {"attitude": 2}
-    assert made.attitude is not None
-    assert (np.sum(made.attitude[1:] * made.attitude[:-1], axis=1) > 0).all()
 
 
 def test_small_noise_of_attitude_is_left_alone() -> None:
@@ -170,12 +168,10 @@ def test_small_noise_of_attitude_is_left_alone() -> None:
     assert not leaps(turning(attitude)).any()
 
 
-def test_short_segments_and_no_attitude(counts) -> None:
+def test_short_segments_and_no_attitude() -> None:
     attitude = tumbling(8)
     attitude[2] = -attitude[2][[1, 0, 3, 2]]
     halves = (Segment("a", 0, 4), Segment("b", 4, 8))
     assert not leaps(dataclasses.replace(turning(attitude), segments=halves)).any()
     log = Log(time=[0.0, 1.0], velocity=np.ones((2, 6)))
     assert steady_attitude(log) is log
-    still = dataclasses.replace(log, attitude=[[1, 0, 0, 0], [-1, 0, 0, 0]])
-    assert counts(steady_attitude(still), "quaternion signs") == {"attitude": 1}

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray
-from hydrodamp.conditioning.gaps import ATTITUDE, counted, measured, without_samples
+from hydrodamp.conditioning.gaps import ATTITUDE, measured, without_samples
 from hydrodamp.data.attitude import turn
 from hydrodamp.data.channels import ACCELERATION
 from hydrodamp.data.log import Log
@@ -151,7 +150,7 @@ _LEAST_LEAP = np.radians(2.0)
 
 
 def steady_attitude(log: Log, *, window: int = 7, threshold: float = 6.0) -> Log:
-    """Take out samples of attitude that leap there and back, and make signs continuous.
+    """Take out samples of attitude that leap there and back.
 
     Parameters
     ----------
@@ -177,30 +176,7 @@ def steady_attitude(log: Log, *, window: int = 7, threshold: float = 6.0) -> Log
     >>> np.degrees(2 * np.arcsin(steady_attitude(log).attitude[4, 3])).item()
     180.0
     """
-    if log.attitude is None:
-        return log
-    found = leaps(log, window, threshold)
-    made = without_samples(log, {ATTITUDE: found}, "attitude leaps")
-    attitude = made.attitude
-    assert attitude is not None
-    followed = following(attitude, made.bounds)
-    flipped = np.any(followed != attitude, axis=1)
-    if not flipped.any():
-        return made
-    jumps = int(np.count_nonzero(flipped[1:] != flipped[:-1]))
-    note = counted("quaternion signs", ATTITUDE, jumps, made.n, "changed sign, made continuous")
-    return dataclasses.replace(made, attitude=followed).noted(note)
-
-
-def following(attitude: FloatArray, bounds: IntArray) -> FloatArray:
-    """Return the same attitudes with continuous signs within each segment."""
-    along = np.sum(attitude[1:] * attitude[:-1], axis=1)
-    sign = np.concatenate(([1.0], np.where(along < 0, -1.0, 1.0)))
-    sign[bounds[:, 0]] = 1.0
-    product = np.cumprod(sign)
-    # What the segments before have gathered is taken back.
-    start = np.repeat(product[bounds[:, 0]], bounds[:, 1] - bounds[:, 0])
-    return attitude * (product * start)[:, np.newaxis]
+    return without_samples(log, {ATTITUDE: leaps(log, window, threshold)}, "attitude leaps")
 
 
 def leaps(log: Log, window: int = 7, threshold: float = 6.0) -> BoolArray:

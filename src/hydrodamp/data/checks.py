@@ -66,15 +66,14 @@ def checked_blocks(given: Mapping[str, Any]) -> tuple[dict[str, FloatArray], lis
 def segment_faults(time: FloatArray, segments: Sequence[Segment]) -> Iterator[str]:
     """Yield what is wrong with the segments of a log, and with its clock within them."""
     edges = [0, *(part.stop for part in segments)]
-    if [part.start for part in segments] != edges[:-1] or edges[-1] != len(time):
-        yield f"`segments` must follow one another from 0 to {len(time)}; got {segments}"
+    is_covered = [part.start for part in segments] == edges[:-1] and edges[-1] == len(time)
+    is_told_apart = len({part.name for part in segments}) == len(segments)
+    if not is_covered or not is_told_apart or min(map(len, segments)) < 2:
+        yield (
+            f"`segments` must follow one another from 0 to {len(time)}, each of two samples or"
+            f" more and with a name of its own; got {segments}"
+        )
         return
-    if len({part.name for part in segments}) < len(segments):
-        names = " ".join(part.name for part in segments)
-        yield f"`segments` must have different names; got {names}"
-    for part in segments:
-        if len(part) < 2:
-            yield f"segment '{part.name}' has {len(part)} samples; at least two are needed"
     joins = np.zeros(len(time), dtype=np.bool_)
     joins[edges[:-1]] = True
     yield from clock_faults(time, joins, _row)
@@ -95,19 +94,13 @@ def clock_faults(time: FloatArray, joins: BoolArray, place: Callable[[int], str]
     yield from first_few(empty, _LISTED, "samples without a time")
     with np.errstate(invalid="ignore"):
         stuck = np.flatnonzero((np.diff(time) <= 0) & ~joins[1:]) + 1
-    turns = [_disorder(time[row - 1], time[row], place(row)) for row in stuck.tolist()]
+    turns = [
+        f"`time` must increase; it goes from {time[row - 1]:.10g} s to {time[row]:.10g} s in"
+        f" {place(row)}. If another run begins there, say so in a `segment` column; a mapping takes"
+        " clocks that repeat or are set back"
+        for row in stuck.tolist()
+    ]
     yield from first_few(turns, _LISTED, "steps of the clock like these")
-
-
-def _disorder(before: float, now: float, place: str) -> str:
-    if now == before:
-        return (
-            f"`time` must increase; it repeats {now:.10g} s in {place}. A mapping takes such clocks"
-        )
-    return (
-        f"`time` must increase; it runs backwards from {before:.10g} s to {now:.10g} s in"
-        f" {place}. If another run begins there, say so in a `segment` column"
-    )
 
 
 def _row(row: int) -> str:

@@ -108,8 +108,8 @@ def test_columns_the_log_lacks_are_named_with_the_nearest(csv_file: Write) -> No
     with pytest.raises(LogError) as caught:
         read_log(csv_file("times,surge\n0,1\n1,1\n"), mapping)
     assert caught.value.faults == (
-        "there is no column `time_s`, which map.yaml takes for `time`. Did you mean 'times'?",
-        "there is no column `run`, which map.yaml takes for `segment`.",
+        "the table has no column `time_s`, which map.yaml takes for `time`. Did you mean 'times'?",
+        "the table has no column `run`, which map.yaml takes for `segment`.",
     )
     with pytest.raises(LogError, match="column `surge` must hold numbers; got 'x' in row 2"):
         read_log(csv_file("time_s,surge,run\n0,1,a\n1,x,a\n"), mapping)

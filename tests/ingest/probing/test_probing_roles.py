@@ -79,7 +79,7 @@ def test_logs_of_presets_come_back_without_one(log, presets, axes, request, dive
 
 
 def test_axes_and_units_of_every_sensor_are_found(table: Table, dive) -> None:
-    """Attitude and velocity with z up, rates in deg/s with z down, an accelerometer tells."""
+    """Attitude and velocity with z up, rates in deg/s with z down."""
     recording = table(
         t_ms=1000 * dive.time + 1e6,
         **named("qw qx qy qz", dive.q_ned * (1, 1, -1, -1)),

@@ -172,17 +172,16 @@ def _absences(
     entries: Sequence[Entry], recording: Recording, called: str, names: Sequence[str]
 ) -> Iterator[str]:
     """Name what is absent, topic by topic, and the nearest there is."""
-    tables = [topic for topic in recording.topics if not topic.name]
     known = [topic.name for topic in recording.topics]
     topics: dict[str, list[str]] = {}
     for entry in entries:
         takes = f"which {called} takes for `{entry.name}`"
-        inside = [topic for topic in recording.topics if entry.column.startswith(f"{topic.name}.")]
-        if tables:
-            columns = [name for table in tables for name in (*table.fields, *table.texts)]
-            near = did_you_mean(entry.column, columns)
-            yield f"there is no column `{entry.column}`, {takes}.{near}"
-        elif inside:
+        inside = [
+            topic
+            for topic in recording.topics
+            if not topic.name or entry.column.startswith(f"{topic.name}.")
+        ]
+        if inside:
             yield _no_field(entry, max(inside, key=lambda topic: len(topic.name)), takes)
         else:
             given = [name for name in names if entry.column.startswith(f"{name}.")]
@@ -201,6 +200,11 @@ def _no_field(entry: Entry, topic: Topic, takes: str) -> str:
     field = entry.column.removeprefix(f"{topic.name}.")
     if field in topic.fields:
         needed = [name for source in entry.choices for name in (*source.where, *source.plus)]
-        return f"topic `{topic.name}` lacks one of `{' '.join(needed)}` beside `{field}`, {takes}"
+        return f"{called(topic)} lacks one of `{' '.join(needed)}` beside `{field}`, {takes}"
     near = did_you_mean(field, (*topic.fields, *topic.texts))
-    return f"topic `{topic.name}` has no field `{field}`, {takes}.{near}"
+    return f"{called(topic)} has no {'field' if topic.name else 'column'} `{field}`, {takes}.{near}"
+
+
+def called(topic: Topic) -> str:
+    """Return how messages call a topic."""
+    return f"topic `{topic.name}`" if topic.name else "the table"

@@ -21,8 +21,8 @@ from hydrodamp.ingest.clock import (
     turned,
 )
 from hydrodamp.ingest.irregularity import Irregularity, Oddity
-from hydrodamp.ingest.mapping.finding import Found
-from hydrodamp.ingest.mapping.streams import Stream, called
+from hydrodamp.ingest.mapping.finding import Found, called
+from hydrodamp.ingest.mapping.streams import Stream
 
 
 class Sampler:

@@ -12,7 +12,7 @@ from hydrodamp.conditioning.dropouts import lost_lock
 from hydrodamp.data.recording import Topic
 from hydrodamp.errors import LogError, did_you_mean
 from hydrodamp.ingest.clock import COARSE, Clock, Stamps, runs_of, set_right
-from hydrodamp.ingest.mapping.finding import Found, beside, column_of, labels_of
+from hydrodamp.ingest.mapping.finding import Found, beside, called, column_of, labels_of
 from hydrodamp.ingest.mapping.schema import RECORDED, Entry, Source
 
 _LARGEST = np.finfo(np.float64).max
@@ -153,8 +153,3 @@ def _time(topic: Topic, time: Sequence[Source]) -> FloatArray:
     near = did_you_mean(columns[0], (*topic.fields, *topic.texts))
     own = "" if topic.time is None else "; `time: recorded` takes when it was recorded"
     raise LogError(f"{its} has no field `{columns[0]}`, its clock{own}.{near}")
-
-
-def called(topic: Topic) -> str:
-    """Return how messages call a topic."""
-    return f"topic `{topic.name}`" if topic.name else "the table"

@@ -1,9 +1,9 @@
-"""Which units and axes: whether rates and velocities move as attitude and position do; gravity."""
+"""Which units and axes: whether rates and velocities move as attitude and position do."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,8 +11,8 @@ import numpy as np
 from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.conditioning.gaps import runs
 from hydrodamp.data.agreement import NONE, Agreement, agreement, changes, compared, turned
-from hydrodamp.data.attitude import quaternion_from_euler, rotation
-from hydrodamp.data.channels import ATTITUDE, EULER, SPECIFIC_FORCE
+from hydrodamp.data.attitude import down, quaternion_from_euler, rotation
+from hydrodamp.data.channels import ATTITUDE, EULER
 from hydrodamp.data.units import UNITS
 from hydrodamp.ingest.formats.files import usual_axes
 from hydrodamp.ingest.probing.columns import Series, together
@@ -45,37 +45,36 @@ class WayMatch:
     other: Agreement = NONE
 
 
-def attitude_series(roles: Roles) -> list[Series]:
-    """Return the columns of the attitude: a quaternion, or the angles there are."""
-    for names in (ATTITUDE.columns, (*EULER, "heading")):
-        there = [roles[f"attitude.{name}"] for name in names if f"attitude.{name}" in roles]
-        if there and (names != ATTITUDE.columns or len(there) == len(names)):
-            return there
-    return []
+def _attitude(roles: Roles) -> list[str]:
+    """Return the roles that make the attitude: a quaternion, or the angles there are."""
+    quaternion = [f"attitude.{name}" for name in ATTITUDE.columns]
+    angles = [f"attitude.{name}" for name in (*EULER, "heading")]
+    return quaternion if set(quaternion) <= set(roles) else [one for one in angles if one in roles]
 
 
-def quaternions(roles: Roles, columns: FloatArray) -> FloatArray:
-    """Return attitudes in the axes of the file."""
-    if "attitude.qw" in roles and columns.shape[1] == 4:
-        size = np.linalg.norm(columns, axis=1, keepdims=True)
+def _beside(roles: Roles, wanted: Sequence[Series]) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return elapsed time, wanted columns, and attitudes in the axes of the file."""
+    names, n = _attitude(roles), len(wanted)
+    elapsed, joined = together([*wanted, *(roles[name] for name in names)])
+    turned = joined[:, n:]
+    if "attitude.qw" in names:
+        size = np.linalg.norm(turned, axis=1, keepdims=True)
         fine = np.abs(size - 1.0) < _UNIT_NORM
-        return np.asarray(columns / np.where(fine, size, np.nan))
-    angles = np.zeros((len(columns), 3))
-    there = [name for name in (*EULER, "heading") if f"attitude.{name}" in roles]
-    for name, column in zip(there, columns.T, strict=True):
-        scale = UNITS["angle"][roles[f"attitude.{name}"].unit or "rad"]
-        angles[:, EULER.index("yaw" if name == "heading" else name)] = scale * column
-    return quaternion_from_euler(angles)
+        return elapsed, joined[:, :n], turned / np.where(fine, size, np.nan)
+    angles = np.zeros((len(elapsed), 3))
+    for name, column in zip(names, turned.T, strict=True):
+        place = EULER.index(name.removeprefix("attitude.").replace("heading", "yaw"))
+        angles[:, place] = UNITS["angle"][roles[name].unit or "rad"] * column
+    return elapsed, joined[:, :n], quaternion_from_euler(angles)
 
 
 def match_rates(roles: Roles) -> RateMatch:
     """Compare body rates with the attitude."""
-    attitude = attitude_series(roles)
     names = [name for name in "pqr" if f"velocity.{name}" in roles]
-    if not attitude or not names:
+    if not _attitude(roles) or not names:
         return RateMatch()
-    elapsed, joined = together([*(roles[f"velocity.{name}"] for name in names), *attitude])
-    attitudes = quaternions(roles, joined[:, len(names) :])
+    rates = [roles[f"velocity.{name}"] for name in names]
+    elapsed, joined, attitudes = _beside(roles, rates)
     turns = turned(attitudes, _whole(attitudes))
     turns[np.isnan(attitudes).any(axis=1)] = np.nan
     good = {}
@@ -99,19 +98,18 @@ def _unit(ratio: float) -> str | None:
 
 def match_way(roles: Roles) -> WayMatch:
     """Compare velocity with position: turned by the attitude, mirrored, or as it is."""
-    attitude = attitude_series(roles)
     pairs = [(f"velocity.{'uvw'[axis]}", f"position.{'xyz'[axis]}") for axis in range(3)]
     axes = [axis for axis, pair in enumerate(pairs) if set(pair) <= set(roles)]
-    if not attitude or len(axes) < 2:
+    if not _attitude(roles) or len(axes) < 2:
         return WayMatch()
     paired = [roles[pairs[axis][kind]] for kind in (0, 1) for axis in axes]
-    elapsed, joined = together([*paired, *attitude])
+    elapsed, joined, attitudes = _beside(roles, paired)
     n = len(axes)
     body = np.zeros((len(elapsed), 3))
     body[:, axes] = joined[:, :n]
-    axes_of = rotation(quaternions(roles, joined[:, 2 * n :]))
+    axes_of = rotation(attitudes)
     ways = [body, *(np.einsum("nij,nj->ni", axes_of, one) for one in (body, body * _MIRROR))]
-    moved = joined[:, n : 2 * n]
+    moved = joined[:, n:]
     fixed, plain, mirrored = (_compared(elapsed, way[:, axes], moved) for way in ways)
     flipped = mirrored.beats(plain)
     turning = mirrored if flipped else plain
@@ -134,7 +132,7 @@ def _whole(*columns: FloatArray) -> IntArray:
 #: Marine craft are recorded forward-starboard-down unless something speaks against it.
 USUAL = 0.6
 
-_ROS, _AUTOPILOT, _GRAVITY, _DEPTH, _POSE, _SURFACE = 2.5, 4.0, 4.0, 4.0, 0.7, 0.8
+_ROS, _AUTOPILOT, _DEPTH, _POSE, _SURFACE = 2.5, 4.0, 4.0, 0.7, 0.8
 _DIVE = 1.0  # m, more than a vehicle bobs at the surface
 _LONG = 10.0  # s, over which depth changes by more than its noise
 _MOST, _SURE = 99, 90  # %
@@ -169,7 +167,7 @@ class Upright:
 
 def weigh(form: str, roles: Roles) -> Upright:
     """Return the axes of body and attitude that the signs speak for."""
-    signs = (*_custom(form), *_gravity(roles), *_depth(roles), *_surface(roles))
+    signs = (*_custom(form), *_depth(roles), *_surface(roles))
     total = USUAL + sum(sign.weight for sign in signs)
     sure = 100 / (1 + math.exp(-abs(total)))
     return Upright("FRD" if total > 0 else "FLU", min(_MOST, round(sure)), signs)
@@ -183,31 +181,15 @@ def _custom(form: str) -> Iterator[Sign]:
         yield Sign(_AUTOPILOT, f"{form}: forward-starboard-down over north-east-down by custom")
 
 
-def _gravity(roles: Roles) -> Iterator[Sign]:
-    if "specific_force.fz" not in roles:
-        return
-    names = [f"specific_force.{name}" for name in SPECIFIC_FORCE.columns]
-    mean = [float(np.nanmean(roles[name].values)) for name in names if name in roles]
-    share = mean[-1] / max(float(np.linalg.norm(mean)), 1e-9)
-    if abs(share) > 0.7:
-        points = "up" if share > 0.0 else "down"
-        told = f"the accelerometer's z shows gravity as {mean[-1]:+.3g}: its z points {points}"
-        yield Sign(-math.copysign(_GRAVITY, share), told)
-
-
 def _depth(roles: Roles) -> Iterator[Sign]:
     """Compare the change of depth with the vertical part of the velocity."""
-    attitude = attitude_series(roles)
-    needed = ("position.depth", "velocity.u")
-    if not attitude or any(name not in roles for name in needed):
+    if not _attitude(roles) or not {"position.depth", "velocity.u"} <= set(roles):
         return
     names = [name for name in ("velocity.u", "velocity.v", "velocity.w") if name in roles]
-    moving = [roles["position.depth"], *(roles[name] for name in names)]
-    elapsed, joined = together([*moving, *attitude])
-    n = len(moving)
-    third = rotation(quaternions(roles, joined[:, n:]))[:, 2]
+    moving = [roles[name] for name in ("position.depth", *names)]
+    elapsed, joined, attitudes = _beside(roles, moving)
     columns = ["uvw".index(name[-1]) for name in names]
-    rise = np.sum(third[:, columns] * joined[:, 1:n], axis=1)
+    rise = np.sum(down(attitudes)[:, columns] * joined[:, 1:], axis=1)
     rise, depth = rise[:, np.newaxis], joined[:, :1]
     added, moved = changes(elapsed, _whole(rise, depth), np.nan_to_num(rise), depth, _LONG)
     if not len(added):

@@ -20,7 +20,7 @@ from hydrodamp.ingest.probing.frames import (
     match_way,
     weigh,
 )
-from hydrodamp.ingest.probing.names import NO_ROLE, hint, quantity_of_role, words
+from hydrodamp.ingest.probing.names import hint, quantity_of_role, words
 
 _PULSES = (800.0, 2200.0)  # us, of a servo
 _SERVO = frozenset(("pwm", "servo", "rc", "rcou", "rcout", "ch", "channel", "channels", "esc"))
@@ -181,10 +181,9 @@ def _named(
         role, sure = hint(one.topic, one.field, one.unit, beside, topic.units.get(one.field, ""))
         known = one.values[np.isfinite(one.values)]
         low, high = float(known.min()), float(known.max())
-        is_servo = _PULSES[0] <= low < high <= _PULSES[1] and one.field[-1:].isdigit()
-        is_turn = role in _ANGLES and one.unit is None
-        if (role == NO_ROLE and is_servo) or (is_turn and _PULSES[0] <= low < high <= _PULSES[1]):
-            role, sure, is_servo = "commands", 60, True
+        is_pulse = one.unit is None and _PULSES[0] <= low and high <= _PULSES[1]
+        if is_stick := is_pulse and low < high and role in _ANGLES:
+            role, sure = "commands", 60
         if sure == 0:
             silent[column] = role
             continue
@@ -198,8 +197,7 @@ def _named(
             role, why = f"attitude.q{order[int(role[-2])]}", (*why, f"{order[0]} first, by size")
         if role.startswith("wrench.") and max(-low, high) <= 1.0 and one.unit is None:
             role, why = "commands", (*why, "no larger than one: no newtons")
-        is_pulse = role == "commands" and one.unit is None and _PULSES[0] <= low
-        is_pulse = is_pulse and high <= _PULSES[1] and (is_servo or bool(is_driven))
+        is_pulse = is_pulse and role == "commands" and (is_stick or bool(is_driven))
         why = (*why, "still in this run") if is_still else why
         why = (*why, "a pulse width: -1 at 1100, 1 at 1900 us") if is_pulse else why
         guesses.append(
