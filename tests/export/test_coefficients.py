@@ -141,9 +141,9 @@ def test_the_card_is_of_the_numbers_and_says_that_the_simulator_was_not_run(
     boat, damping, _ = planar
     with pytest.raises(hd.VehicleError, match="moves all six axes"):
         hd.export(damping, boat, key, tmp_path / "b")
-    steered = hd.Damping.from_dict(None, {"X_u": -1.0, "Y_u|u|*fin": 3.0})
-    with pytest.raises(hd.ModelError, match="has no input for"):
-        hd.export(steered, hd.fleet["bluerov2"], key, tmp_path / "b")
+    righted = hd.Damping.from_dict(None, {"X_u": -1.0, "K_down_y": 3.0})
+    with pytest.raises(hd.ModelError, match="no terms of attitude such as K_down_y"):
+        hd.export(righted, hd.fleet["bluerov2"], key, tmp_path / "b")
 
 
 @pytest.mark.parametrize("key", ["gz-sim", "vrx", "mujoco", "uuv", "urdf", "stonefish"])

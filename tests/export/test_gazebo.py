@@ -180,10 +180,52 @@ def test_the_legacy_path(planar, tmp_path):
     with pytest.raises(hd.MethodError, match="says the mass matrix as a whole"):
         hd.export(damping, replace(light, added_mass=None), legacy, tmp_path / "a")
     card = hd.export(damping, light, legacy, tmp_path / "a")
+    assert ElementTree.parse(tmp_path / "a" / "model.sdf").findtext(".//disable_coriolis") == "true"
     assert "fluid_added_mass" not in (tmp_path / "a" / "model.sdf").read_text()
     assert numbers(tmp_path / "a")["xDotU"] < 0.0
     assert "Not run here" in str(card)
     assert numbers(written(VRX(legacy=True), Craft.of(light, damping), tmp_path))["xDotU"] > 0.0
+
+
+@dart
+@pytest.mark.parametrize("model", ["linear", "uncoupled"])
+def test_an_actuator_of_unknown_gain_drives_it_from_outside(model, tmp_path):
+    rov, n = hd.fleet["bluerov2-heavy"], 40
+    values = {"X_u": -20.0, "Y_v": -30.0, "N_r": -4.0, "X_ahead": 35.0, "N_turn*|turn|": 1.0}
+    extra = {"linear": {}, "uncoupled": {"Y_|v|": -0.5}}[model]
+    damping = hd.Damping.from_dict(None, values | extra)
+    held = np.random.default_rng(0).uniform(-1.0, 1.0, (n // 10, 2))
+    log = hd.Log(
+        0.1 * np.arange(n),
+        np.zeros((n, 6)),
+        attitude=np.tile([1.0, 0.0, 0.0, 0.0], (n, 1)),
+        commands=np.repeat(held, 10, axis=0),
+        command_names=("ahead", "turn"),
+    )
+    moved = replace(log, velocity=hd.simulate(rov, damping, log).velocity)
+    for key in ("gz-sim", "urdf"):
+        card = hd.export(damping, rov, key, tmp_path / key, log=moved)
+        assert card.projected == tuple(extra)
+        assert card.replays.source_to_target.rms < 0.05
+    assert "ahead" not in (tmp_path / "gz-sim" / "model.sdf").read_text()
+    exact = hd.export(damping, rov, "python", tmp_path / "python", log=moved)
+    assert exact.replays.source_to_target.rms < 1e-12
+
+
+def test_gz_sims_own_forces_of_the_moving_frame_have_the_other_sign():
+    """Why `legacy` disables them: the entries of buildCoriolisMatrix, as its system applies them."""
+    nu, derivatives = np.random.default_rng(0).normal(size=6), -np.arange(1.0, 7.0)
+    matrix = np.zeros((6, 6))
+    for place, sign, of in (
+        *(((0, 4), -1, 2), ((0, 5), 1, 1), ((1, 3), 1, 2), ((1, 5), -1, 0), ((2, 3), -1, 1)),
+        *(((2, 4), 1, 0), ((3, 1), -1, 2), ((3, 2), 1, 1), ((3, 4), -1, 5), ((3, 5), 1, 4)),
+        *(((4, 0), 1, 2), ((4, 2), -1, 0), ((4, 3), 1, 5), ((4, 5), -1, 3), ((5, 0), -1, 1)),
+        *(((5, 1), 1, 0), ((5, 3), -1, 4), ((5, 4), 1, 3)),
+    ):
+        matrix[place] = sign * derivatives[of] * nu[of]
+    total = -matrix @ nu  # kCmatVec of Hydrodynamics.cc
+    wanted = coriolis(np.diag(-derivatives), nu[None])[0]  # what moves the body
+    np.testing.assert_allclose(-total, -wanted, rtol=1e-12, atol=1e-12)
 
 
 def test_what_is_no_body_in_water_is_refused(planar, tmp_path):
@@ -194,7 +236,7 @@ def test_what_is_no_body_in_water_is_refused(planar, tmp_path):
     with pytest.raises(hd.VehicleError, match="must be positive"):
         hd.export(coefficients(hd.catalog["fossen"]), weightless, "vrx", tmp_path / "a")
     steered = hd.Damping.from_dict(None, {"X_u": -1.0, "Y_u|u|*fin": 3.0, "Z_down_z": 1.0})
-    with pytest.raises(hd.ModelError, match=r"no input for Y_u\|u\|\*fin, Z_down_z"):
+    with pytest.raises(hd.ModelError, match=r"no terms of attitude such as Z_down_z:"):
         hd.export(steered, hd.fleet["bluerov2"], "gz-sim", tmp_path / "a")
     with pytest.raises(hd.MethodError, match="`density` must be positive; got 0"):
         GzSim(density=0.0)

@@ -117,9 +117,9 @@ class Craft:
         return (*self.commands, *(("u_c",) if self.needs_speed else ()))
 
     def _wrenches(self, at: States) -> tuple[FloatArray, FloatArray]:
-        """Return what is known of the wrench, and damping, each of shape (n, 6)."""
+        """Return what drives the craft, terms of commands too, and damping, each (n, 6)."""
         named = dict(zip(self.commands, at.inputs.T, strict=False))
-        known = self.vehicle.propulsion_speed(named)
+        speed = self.vehicle.propulsion_speed(named)
         given = at.inputs[:, -1] if self.needs_speed else np.zeros(len(at.velocity))
         velocity = np.ascontiguousarray(at.velocity * self.vehicle.free)
         regressor = kernels.regressor(
@@ -127,10 +127,12 @@ class Craft:
             velocity,
             at.down,
             held_channels(self.columns, named, len(velocity)),
-            given if known is None else known,
+            given if speed is None else speed,
         )
-        n = self.columns.n_known
-        return regressor[:, :n] @ self.matrix[:n] + at.wrench, regressor[:, n:] @ self.matrix[n:]
+        known = np.ones(self.columns.n_known, dtype=bool)
+        drives = np.append(known, [bool(term.commands) for term in self.damping.model.basis])
+        driven = regressor[:, drives] @ self.matrix[drives] + at.wrench
+        return driven, regressor[:, ~drives] @ self.matrix[~drives]
 
     def damping_wrench(self, at: States) -> FloatArray:
         """Return the damping alone, shape (n, 6)."""

@@ -85,7 +85,11 @@ class Target:
     def lost(self, craft: Craft) -> tuple[str, ...]:
         """Return the coefficients of a craft that it has not as they are."""
         model, about = self.holds(craft), self.point(craft).any()
-        return tuple(x for x in craft.damping.model.labels if about or x not in model.labels)
+        return tuple(
+            label
+            for label in craft.damping.model.labels
+            if label not in model.labels or (about and not read_label(label)[1].commands)
+        )
 
     def held(self, craft: Craft, at: States) -> Craft:
         """Return a craft as the target holds it: in its terms, about its point."""
@@ -120,7 +124,7 @@ class InWater(Target):
     @property
     def ignores(self) -> str:
         """The actuators, and what else."""
-        return "the actuators (what is written is driven by their wrench)" + self.left_out
+        return "actuators and terms of commands (their wrench drives what is written)" + self.left_out
 
     def allowed(self, axis: str) -> Iterable[Term]:
         """Return the terms it has on an axis."""
@@ -172,22 +176,18 @@ def _environment() -> Environment:
 def terms_for(craft: Craft, key: str, allowed: Callable[[str], Iterable[Term]]) -> DampingModel:
     """Return the terms of a craft that a target allows on each axis.
 
-    Where it has others, those allowed of the same velocities and symmetry take their place.
+    Where it has others, those allowed of the same velocities and symmetry take their place. Terms
+    of commands stay: they drive it from outside, as actuators do.
     """
     model = craft.damping.model
-    foreign = [
-        label
-        for label in model.labels
-        if (term := read_label(label)[1]).commands or term.needs_attitude
-    ]
-    if foreign:
+    if foreign := [x for x in model.labels if read_label(x)[1].needs_attitude]:
         raise ModelError(
-            f"'{key}' has no input for {', '.join(foreign)}: it holds terms of velocities alone. "
-            "Give the vehicle an actuator with these numbers, or identify a model without."
+            f"'{key}' has no terms of attitude such as {', '.join(foreign)}: give the vehicle's "
+            "centres and weights these numbers, or identify a model without."
         )
     rows = []
     for axis, row in zip(AXES, model.terms, strict=True):
-        able = tuple(allowed(axis))
+        able = (*allowed(axis), *(term for term in row if term.commands))
         lost = [term for term in row if term not in able]
         own = VELOCITY_OF[axis]
         moving = {own, *(name for term in lost for name in term.velocities)}
@@ -227,7 +227,8 @@ def projected(craft: Craft, model: DampingModel, at: States, point: FloatArray) 
     it then. Together they would lend each other accelerations through the mass matrix, and spoil
     their own axes.
     """
-    free = model.restricted_to(craft.vehicle.axes)
+    damped = tuple(tuple(term for term in row if not term.commands) for row in model.terms)
+    free = replace(model, terms=damped)
     kept = craft.damping.onto(free) * (not point.any())
     turn = to_point(point)
     regressor = free.basis.evaluate(at.velocity @ turn.T, down=at.down)
@@ -240,5 +241,7 @@ def projected(craft: Craft, model: DampingModel, at: States, point: FloatArray) 
         unit[unit == 0.0] = 1.0
         found.append(lstsq(columns / unit, wanted[:, axis], cond=_LEAST)[0] / unit)
     own = craft.damping
+    fitted = dict(zip(free.labels, (kept + np.concatenate(found)).tolist(), strict=True))
+    values = [(own.as_dict() | fitted)[label] for label in model.labels]
     told_of = own.vehicle, own.source, own.note
-    return replace(craft, damping=Damping(free, kept + np.concatenate(found), None, *told_of))
+    return replace(craft, damping=Damping(model, np.array(values), None, *told_of))
