@@ -192,6 +192,7 @@ def test_the_legacy_path(planar, tmp_path):
 def test_an_actuator_of_unknown_gain_drives_it_from_outside(model, tmp_path):
     rov, n = hd.fleet["bluerov2-heavy"], 40
     values = {"X_u": -20.0, "Y_v": -30.0, "N_r": -4.0, "X_ahead": 35.0, "N_turn*|turn|": 1.0}
+    values |= {"Z_w": -30.0, "K_p": -4.0, "M_q": -4.0}
     extra = {"linear": {}, "uncoupled": {"Y_|v|": -0.5}}[model]
     damping = hd.Damping.from_dict(None, values | extra)
     held = np.random.default_rng(0).uniform(-1.0, 1.0, (n // 10, 2))
@@ -213,7 +214,7 @@ def test_an_actuator_of_unknown_gain_drives_it_from_outside(model, tmp_path):
 
 
 def test_gz_sims_own_forces_of_the_moving_frame_have_the_other_sign():
-    """Why `legacy` disables them: the entries of buildCoriolisMatrix, as its system applies them."""
+    """Why `legacy` disables them: the entries of buildCoriolisMatrix, as its system adds them."""
     nu, derivatives = np.random.default_rng(0).normal(size=6), -np.arange(1.0, 7.0)
     matrix = np.zeros((6, 6))
     for place, sign, of in (

@@ -124,7 +124,9 @@ class InWater(Target):
     @property
     def ignores(self) -> str:
         """The actuators, and what else."""
-        return "actuators and terms of commands (their wrench drives what is written)" + self.left_out
+        return (
+            "actuators and terms of commands (their wrench drives what is written)" + self.left_out
+        )
 
     def allowed(self, axis: str) -> Iterable[Term]:
         """Return the terms it has on an axis."""
