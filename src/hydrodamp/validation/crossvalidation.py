@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import statistics
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,7 +20,7 @@ from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import prepare
 from hydrodamp.simulation.replay import AttitudeSource, RateUnit
 from hydrodamp.validation.choice import Choice, choose
-from hydrodamp.validation.compare import Comparison, Row, compare, listed
+from hydrodamp.validation.compare import Row, compare, listed
 from hydrodamp.vehicle.vehicle import Vehicle
 
 
@@ -71,9 +71,7 @@ class ValidatedRow:
     def lost(self) -> tuple[str, ...]:
         """The folds that have no error, from 1, each with where its replay left, or its status."""
         return tuple(
-            f"fold {place} (diverged in {row.score.left})"
-            if row.score.left
-            else f"fold {place} ({row.status.word})"
+            f"fold {place} ({' in '.join(filter(None, (row.status.word, row.score.left)))})"
             for place, row in enumerate(self.folds, start=1)
             if row.rms is None
         )
@@ -132,27 +130,21 @@ class CrossValidation:
 
     def __str__(self) -> str:
         """Return the table as plain text."""
-        said = (
-            (
-                row,
-                row.rms_of_finished,
-                f"lost {', '.join(row.lost) or 'no fold'}",
-            )
-            for row in self.rows
-        )
-        return listed(self.rate_unit, said)
+        lost = [f"lost {', '.join(row.lost) or 'no fold'}" for row in self.rows]
+        errors = [row.rms_of_finished for row in self.rows]
+        return listed(self.rate_unit, zip(self.rows, errors, lost, strict=True))
 
 
 def _nearer(row: ValidatedRow, chosen: ValidatedRow) -> str:
     """Say of a row that lost folds that it is nearer than the chosen one on the others."""
-    both = zip(row.rms_by_fold, chosen.rms_by_fold, strict=True)
-    pairs = [(own, other) for own, other in both if own is not None and other is not None]
-    own, other = map(statistics.fmean, zip(*pairs, strict=True)) if pairs else (0.0, 0.0)
-    if not own < other or not row.lost:
+    own, other = np.array([row.rms_by_fold, chosen.rms_by_fold], dtype=float)
+    kept = np.isfinite(own)
+    if kept.all() or not own[kept].sum() < other[kept].sum():
         return ""
     return (
-        f"{row.model} by {row.method} is nearer on the folds that it ended ({own:.3g} against "
-        f"{other:.3g}), but lost {row.n_lost} of {len(row.folds)}: look what is special there."
+        f"{row.model} by {row.method} is nearer on the folds that it ended ({own[kept].mean():.3g} "
+        f"against {other[kept].mean():.3g}), but lost {row.n_lost} of "
+        f"{len(row.folds)}: look what is special there."
     )
 
 
@@ -223,9 +215,10 @@ def cross_validate(
     asked = tuple(models) if isinstance(models, Iterable) else (models,)
     given = [model for model in asked if isinstance(model, DampingModel)]
     ways = tuple(methods) if isinstance(methods, Iterable) else (methods,)
-    parts = holdouts(log, folds, gap)
-    tables: list[Comparison] = []
-    for train, test in parts:
+    rows: list[list[Row]] = []
+    held_out: list[tuple[str, ...]] = []
+    found = CrossValidation((), (), rate_unit)
+    for train, test in holdouts(log, folds, gap):
         chosen = [
             model.select(vehicle, train, given) if isinstance(model, Sparse) else model
             for model in asked
@@ -234,24 +227,12 @@ def cross_validate(
         fits = [fit for method in ways for fit in identify_all(problem, chosen, method, done)]
         table = compare(fits, vehicle, test, attitude=attitude, rate_unit=rate_unit)
         # Without its replays, which are as long as the log.
-        tables.append(
-            replace(table, rows=tuple(replace(row, trajectory=None) for row in table.rows))
-        )
-        keep(_joined(tables, parts, rate_unit))
-    return _joined(tables, parts, rate_unit)
-
-
-def _joined(
-    tables: Sequence[Comparison], parts: Sequence[tuple[Log, Log]], rate_unit: RateUnit
-) -> CrossValidation:
-    """Return the table of the first folds, as many as there are comparisons."""
-    return CrossValidation(
-        rows=tuple(map(ValidatedRow, zip(*(table.rows for table in tables), strict=True))),
-        held_out=tuple(
-            tuple(part.name for part in test.segments) for _, test in parts[: len(tables)]
-        ),
-        rate_unit=rate_unit,
-    )
+        rows.append([replace(row, trajectory=None) for row in table.rows])
+        held_out.append(tuple(part.name for part in test.segments))
+        each = tuple(map(ValidatedRow, zip(*rows, strict=True)))
+        found = CrossValidation(each, tuple(held_out), rate_unit)
+        keep(found)
+    return found
 
 
 def holdouts(log: Log, n: int | None = None, gap: float = 5.0) -> tuple[tuple[Log, Log], ...]:
