@@ -89,7 +89,7 @@ def test_ctrl_c_shows_the_folds_that_are_finished(folder, call, monkeypatch):
 @pytest.mark.parametrize(
     ("module", "name", "said", "shown"),
     [
-        (hd, "horizon_scores", "after 5 of 5 folds; there are no errors by", "linear by ls"),
+        (hd, "horizon_scores", "after 5 of 5 folds; no errors by", "linear by ls"),
         (crossvalidation, "compare", "interrupted", ""),
     ],
 )

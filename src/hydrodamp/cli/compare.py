@@ -26,24 +26,19 @@ def compare(
     """Identify models on one part of the data, replay them on another, rank them."""
     from hydrodamp.cli.targets import check_out_folder, record
     from hydrodamp.cli.work import Task, carry_out, check_log, check_training
-    from hydrodamp.simulation.replay import checked_horizon
 
     parts = (*(logs or ()), *(train or ()), *(test or ()))
     inputs = (*parts, *map(choose.file_of, choose.names(models or "")), vehicle, mapping)
     check_out_folder(out, inputs, resume)
-    if horizon is not None:
-        checked_horizon(horizon)
     craft, chosen = choose.choose_vehicle(vehicle), choose.choose_models(models)
     ways, said = choose.choose_methods(methods), record(inputs)
     learn, held_out, shared = train_and_test(logs or (), train or (), test or (), mapping)
-    longest = max(
-        held_out.time[one.stop - 1] - held_out.time[one.start] for one in held_out.segments
-    )
-    if horizon is not None and horizon > longest:
+    ends = ((held_out.time[one.start], held_out.time[one.stop - 1]) for one in held_out.segments)
+    longest = max(stop - start for start, stop in ends)
+    if horizon is not None and not 0.0 < horizon <= longest:
         raise ProblemError(
-            f"`--horizon {horizon:g}` is longer than the longest run of the test data, "
-            f"{longest:.4g} s: its windows would be whole runs, which are replayed anyway. Give "
-            "fewer seconds."
+            "`--horizon` must be more than 0 s and no more than the longest run of the test data, "
+            f"{longest:.4g} s; got {horizon:g}."
         )
     check_training(craft, learn, choose.asked(models, craft, learn, chosen))
     check_log(craft, held_out, choose.asked(models, craft, held_out, chosen), learn)

@@ -9,7 +9,7 @@ import typer
 
 import hydrodamp as hd
 from hydrodamp.cli import options
-from hydrodamp.cli.output import note, results
+from hydrodamp.cli.output import note, show
 from hydrodamp.cli.parts import read, suspect
 
 
@@ -26,4 +26,4 @@ def convert(
     suspect(log)
     hd.write_log(log, out)
     note(f"written to {out}")
-    results().print(str(log), markup=False, highlight=False)
+    show(str(log))

@@ -10,7 +10,7 @@ import typer
 
 import hydrodamp as hd
 from hydrodamp.cli import options
-from hydrodamp.cli.output import emit, note, results
+from hydrodamp.cli.output import emit, note, show
 from hydrodamp.errors import FileError
 
 
@@ -64,7 +64,7 @@ def datasets(
 
 def _list(json: bool) -> None:
     from hydrodamp.ingest.datasets import datasets as known
-    from hydrodamp.report.grid import Grid, show
+    from hydrodamp.report.grid import Grid
 
     listed = tuple(known().values())
     if json:
@@ -73,4 +73,4 @@ def _list(json: bool) -> None:
     rows = tuple((one.name, str(len(one.files)), one.mapping, one.title) for one in listed)
     notes = ("Fetch one: hydrodamp datasets NAME. None is part of hydrodamp; mind the licences.",)
     header = ("name", "files", "mapping", "title")
-    show(results(), Grid.of_words("Public logs", header, "lrll", rows, notes))
+    show(Grid.of_words("Public logs", header, "lrll", rows, notes))

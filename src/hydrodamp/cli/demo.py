@@ -9,7 +9,7 @@ import typer
 import hydrodamp as hd
 from hydrodamp.cli import options
 from hydrodamp.cli.choose import choose_methods, choose_models
-from hydrodamp.cli.output import results
+from hydrodamp.cli.output import show
 
 _TRUTH = (
     "The simulated vehicle's hydrodynamics: as published, or with strip-theory crossflow, farther "
@@ -35,11 +35,10 @@ def demo(
             ", ".join(segment.name for segment in log.segments)
             for log in (campaign.train, campaign.test)
         )
-        results().print(
+        show(
             f"The paper's campaign, re-enacted on a simulated {campaign.vehicle.name} (seed "
             f"{seed}).\nTruth '{campaign.truth}': {campaign.note}\n"
-            f"Identified on {train}; replayed on {test}.\n",
-            markup=False,
+            f"Identified on {train}; replayed on {test}.\n"
         )
     models, methods = choose_models(None), choose_methods(options.DEMO_METHODS)
     task = Task(campaign.vehicle, campaign.train, campaign.test, models, methods, out)

@@ -12,9 +12,8 @@ import typer
 import hydrodamp as hd
 from hydrodamp.cli import options
 from hydrodamp.cli.choose import choose_vehicle
-from hydrodamp.cli.output import emit, note, results
+from hydrodamp.cli.output import emit, note, show
 from hydrodamp.cli.parts import read
-from hydrodamp.data.record import first_few
 from hydrodamp.errors import MethodError
 
 _FILES = 6  # that are named
@@ -42,9 +41,10 @@ def export(
     json: options.Json = False,
 ) -> None:
     """Write damping for a simulator or a controller, run it, and say how faithful it is."""
+    from hydrodamp.data.record import first_few
     from hydrodamp.export.export import check_export
     from hydrodamp.report.fidelity_page import write_fidelity_page
-    from hydrodamp.report.grid import Grid, show
+    from hydrodamp.report.grid import Grid
 
     form = with_settings(hd.find_target(target), dict(map(_pair, settings or ())))
     check_export(out, force)
@@ -57,7 +57,7 @@ def export(
     if json:
         emit(card.document())
     else:
-        show(results(), Grid("", (), (), tuple(str(card).splitlines())))
+        show(Grid("", (), (), tuple(str(card).splitlines())))
     replayed = "" if log else "; with `--log LOG --force` a log is replayed with it, too"
     note(f"next: {page} is the card in full{replayed}")
 

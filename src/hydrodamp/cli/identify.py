@@ -11,7 +11,7 @@ import typer
 
 import hydrodamp as hd
 from hydrodamp.cli import choose, options
-from hydrodamp.cli.output import emit, fail, note, results
+from hydrodamp.cli.output import emit, fail, note, show
 from hydrodamp.cli.parts import train_alone
 from hydrodamp.cli.report import beside, illustrate_fit
 from hydrodamp.progress import counted
@@ -45,7 +45,6 @@ def identify(
     from hydrodamp.report.documents import fit_document
     from hydrodamp.report.files import earlier_pictures
     from hydrodamp.report.fit_tables import fit_grid
-    from hydrodamp.report.grid import show
 
     inputs = (*(logs or ()), *(train or ()), vehicle, choose.file_of(model), mapping)
     if out is not None:
@@ -58,9 +57,7 @@ def identify(
     log = train_alone(logs or (), train or (), mapping)
     check_training(craft, log, choose.asked(model, craft, log, named))
     chosen = choose.for_log(model, craft, log, named, free_gains)
-    fits: list[hd.Fit] = []
-    fit_all(hd.prepare(craft, log, chosen), chosen, (way,), fits.append)
-    (fit,) = fits
+    (fit,) = fit_all(hd.prepare(craft, log, chosen), chosen, (way,))
     is_asked = fit.status.usable and not json
     grades, words, shown = trust(craft, log, fit) if is_asked else (None, [], [])
     if out is not None and fit.status.usable:
@@ -71,15 +68,13 @@ def identify(
     if json:
         emit(fit_document(fit))
     else:
-        show(results(), fit_grid(replace(fit, remarks=()), grades))
-        for part in shown:
-            results().print(f"\n{part}", markup=False, highlight=False)
+        show(fit_grid(replace(fit, remarks=()), grades), *shown)
     if not fit.status.usable:
         fail(" ".join((fit.status.value, *fit.remarks)))
-    if out is None and shown:
-        note("With `--out FILE`: the damping file, and a report of the search, axes and residuals.")
     if out is not None:
         illustrate_fit(replace(fit, remarks=(*fit.remarks, *words)), craft, log, said, out)
+    elif shown:
+        note("With `--out FILE`: the damping file, and a report of the search, axes and residuals.")
 
 
 def trust(
@@ -87,24 +82,20 @@ def trust(
 ) -> tuple[hd.Identifiability | None, list[str], list[str]]:
     """Return grades, what is answered to questions of trust, and those answers for the screen."""
     problem, model = hd.prepare(vehicle, log, fit.model), fit.model
-    grades: list[hd.Identifiability] = []
-
-    def determined() -> str:
-        grades.append(hd.graded(problem, fit))
-        return str(grades[0])
-
-    questions: dict[str, Callable[[], str]] = {
-        "what the log determines": determined,
+    questions: dict[str, Callable[[], object]] = {
+        "what the log determines": lambda: hd.graded(problem, fit),
         "the residuals": lambda: "\n".join(hd.diagnose(problem, fit.damping)),
         # By a quick method, whatever the fit is by.
-        "a wrong vehicle": lambda: str(hd.vehicle_doubt(vehicle, log, log, model, hd.WeakForm())),
+        "a wrong vehicle": lambda: hd.vehicle_doubt(vehicle, log, log, model, hd.WeakForm()),
     }
-    said, unanswered = [], []
+    answers: list[object] = []
+    unanswered: list[str] = []
     for what, ask in counted(questions.items(), "asking", len(questions)):
         try:
-            said.append(ask())
+            answers.append(ask())
         except hd.HydrodampError as error:
-            said.append(f"Not answered, {what}: {error}")
-            unanswered.append(said[-1])
+            unanswered.append(f"Not answered, {what}: {error}")
+            answers.append(unanswered[-1])
+    grades, said = answers[0], [text for text in map(str, answers) if text]
     shown = dict.fromkeys((*unanswered, said[-1]))  # axes and residuals are for the report
-    return next(iter(grades), None), [*filter(None, said)], [*shown]
+    return grades if isinstance(grades, hd.Identifiability) else None, said, [*shown]

@@ -8,7 +8,7 @@ import typer
 
 import hydrodamp as hd
 from hydrodamp.cli import choose, options
-from hydrodamp.cli.output import emit, results
+from hydrodamp.cli.output import emit, show
 
 
 def models(
@@ -20,16 +20,15 @@ def models(
 ) -> None:
     """List the damping models, or show one: terms, counts, source, note."""
     from hydrodamp.report.fit_tables import SPARSE, model_document, model_grid, models_grid
-    from hydrodamp.report.grid import show
 
     named = [SPARSE] if name == choose.SPARSE else []
     chosen = choose.named_models(name) if name and not named else hd.catalog.values()
     documents = named or [model_document(model) for model in chosen]
     selected = [] if name else [SPARSE]  # the catalogue has one more, which comes with a log
     if name and len(documents) == 1:
-        emit(documents[0]) if json else show(results(), model_grid(documents[0]))
+        emit(documents[0]) if json else show(model_grid(documents[0]))
     elif json:
         emit({"models": documents, **({"selected_from_a_log": selected} if selected else {})})
     else:
         command = f"hydrodamp models {f'{name}:NAME' if name else 'NAME'}"
-        show(results(), models_grid([*documents, *selected], command))
+        show(models_grid([*documents, *selected], command))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import os
+import shutil
 import traceback
 import warnings
 from collections.abc import Callable, Iterator
@@ -19,7 +20,7 @@ from hydrodamp.files import as_json
 from hydrodamp.progress import watched
 
 if TYPE_CHECKING:
-    from rich.console import Console
+    from hydrodamp.report.grid import Grid
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -29,11 +30,13 @@ WORK_FAILED, WRONG_INPUT, INTERRUPTED = 1, 2, 130
 _warned: ContextVar[dict[str, None]] = ContextVar("warned")
 
 
-def results() -> Console:
-    """Return the console for results."""
-    from rich.console import Console
+def show(*results: Grid | str) -> None:
+    """Print tables, and words as they are, on standard output."""
+    from hydrodamp.report.grid import to_text
 
-    return Console(highlight=False, emoji=False)
+    width = min(shutil.get_terminal_size().columns, 100)
+    texts = (each if isinstance(each, str) else to_text(each, width) for each in results)
+    typer.echo("\n\n".join(texts))
 
 
 def note(text: str) -> None:

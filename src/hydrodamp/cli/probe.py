@@ -11,7 +11,7 @@ import typer
 
 import hydrodamp as hd
 from hydrodamp.cli import options
-from hydrodamp.cli.output import emit, note, results
+from hydrodamp.cli.output import emit, note, show
 from hydrodamp.progress import progress
 
 if TYPE_CHECKING:
@@ -35,7 +35,6 @@ def probe(
     from hydrodamp.cli.targets import check_new_file
     from hydrodamp.files import save_text
     from hydrodamp.ingest.probing.probe import joined, judge
-    from hydrodamp.report.grid import show
     from hydrodamp.report.probe_tables import probe_document, probe_grids
 
     needs = None if vehicle is None else partial(_needs, hd.find_vehicle(vehicle))
@@ -53,7 +52,7 @@ def probe(
     if json:
         emit(probe_document(found, judged))
     else:
-        show(results(), *probe_grids(found, judged))
+        show(*probe_grids(found, judged))
 
 
 def _needs(vehicle: hd.Vehicle, log: hd.Log) -> Needs:

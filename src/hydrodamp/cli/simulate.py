@@ -11,7 +11,7 @@ import typer
 import hydrodamp as hd
 from hydrodamp.cli import options
 from hydrodamp.cli.choose import choose_vehicle
-from hydrodamp.cli.output import emit, fail, note, results
+from hydrodamp.cli.output import emit, fail, note, show
 from hydrodamp.cli.parts import read, suspect
 from hydrodamp.progress import progress
 
@@ -36,11 +36,9 @@ def simulate(
     from hydrodamp.identification.extrapolation import fed, joined, outreached, sailed
     from hydrodamp.report.comparison_tables import replay_grid
     from hydrodamp.report.documents import score_document, trained_on
-    from hydrodamp.report.grid import show
     from hydrodamp.simulation.checks import length_of
 
-    if out is not None:
-        check_out_log(out, (*logs, vehicle, damping, mapping))
+    check_out_log(out, (*logs, vehicle, damping, mapping))
     craft, numbers = choose_vehicle(vehicle), hd.read_damping(damping)
     log = read(logs, mapping)
     suspect(log, length_of(craft))
@@ -54,10 +52,9 @@ def simulate(
         emit({"model": numbers.model.key, **score_document(scored, trajectory.attitude)})
     else:
         title = f"{numbers.model.title} on {log.source}, attitude {trajectory.attitude}"
-        show(results(), replay_grid(title, scored))
+        show(replay_grid(title, scored))
     trained, driven = trained_on(Path(damping)), sailed(log.velocity, craft.axes)
-    drives = fed(numbers, joined(trained, driven))
-    for sentence in (*outreached(trained, driven), *drives):
+    for sentence in (*outreached(trained, driven), *fed(numbers, joined(trained, driven))):
         note(sentence)
     if scored.diverged:
         fail(

@@ -18,8 +18,10 @@ from hydrodamp.report.files import is_result
 Inputs = Iterable[str | None]
 
 
-def check_out_file(out: Path, inputs: Inputs) -> None:
+def check_out_file(out: Path | None, inputs: Inputs) -> None:
     """Refuse a file that cannot be written or would replace an input."""
+    if out is None:
+        return
     for path in _files(inputs):
         if out.exists() and out.samefile(path):
             raise FileError(
@@ -28,10 +30,11 @@ def check_out_file(out: Path, inputs: Inputs) -> None:
     check_file(out)
 
 
-def check_out_log(out: Path, inputs: Inputs) -> None:
+def check_out_log(out: Path | None, inputs: Inputs) -> None:
     """Refuse also a file whose suffix is none of a log."""
     check_out_file(out, inputs)
-    check_log_file(out)
+    if out is not None:
+        check_log_file(out)
 
 
 def check_out_folder(out: Path | None, inputs: Inputs, resume: bool) -> None:

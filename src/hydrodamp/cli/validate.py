@@ -9,7 +9,7 @@ import typer
 
 import hydrodamp as hd
 from hydrodamp.cli import choose, options
-from hydrodamp.cli.output import INTERRUPTED, emit, fail, note, results
+from hydrodamp.cli.output import INTERRUPTED, emit, fail, note, show
 from hydrodamp.cli.parts import read
 from hydrodamp.progress import counted, progress
 
@@ -36,13 +36,10 @@ def validate(
     from hydrodamp.cli.work import check_training, fit_all
     from hydrodamp.files import save_json
     from hydrodamp.report.comparison_tables import fold_grid, horizon_grid, validation_document
-    from hydrodamp.report.grid import show
     from hydrodamp.validation.crossvalidation import holdouts
 
-    if out is not None:
-        check_out_file(
-            out, (*logs, *map(choose.file_of, choose.names(models or "")), vehicle, mapping)
-        )
+    files = map(choose.file_of, choose.names(models or ""))
+    check_out_file(out, (*logs, *files, vehicle, mapping))
     craft, given = choose.choose_vehicle(vehicle), choose.choose_models(models)
     ways, log = choose.choose_methods(methods), read(logs, mapping)
     selected = (hd.Sparse(),) if choose.selects(models) else ()
@@ -82,11 +79,9 @@ def validate(
     if json:
         emit(document)
     else:
-        show(results(), fold_grid(tables[-1]), *([horizon_grid(*whole)] if whole[0] else []))
+        show(fold_grid(tables[-1]), *([horizon_grid(*whole)] if whole[0] else []))
     if not whole[0]:
-        fail(
-            f"interrupted after {len(tables)} of {count} folds; there are no errors by horizon.",
-            INTERRUPTED,
-        )
+        said = f"interrupted after {len(tables)} of {count} folds; no errors by horizon."
+        fail(said, INTERRUPTED)
     if all(row.rms_of_finished is None for row in tables[-1].rows):
         fail("no model has an error on any fold: give a longer log or smaller models.")

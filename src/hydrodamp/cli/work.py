@@ -12,7 +12,7 @@ from typing import Literal
 import typer
 
 import hydrodamp as hd
-from hydrodamp.cli.output import INTERRUPTED, emit, fail, note, results, warned
+from hydrodamp.cli.output import INTERRUPTED, emit, fail, note, show, warned
 from hydrodamp.cli.report import illustrate
 from hydrodamp.errors import HydrodampWarning, ProblemError
 from hydrodamp.progress import progress
@@ -101,7 +101,6 @@ def carry_out(task: Task, said: dict[str, str], resume: bool, json: bool) -> Non
     """Identify, replay, write and print; after Ctrl-C with what is finished and status 130."""
     from hydrodamp.report.comparison_tables import detail_grids, summary_grids
     from hydrodamp.report.documents import comparison_document
-    from hydrodamp.report.grid import show
 
     if task.out is not None and (task.out / "comparison.json").is_file():
         kept = "; finished fits stay" if resume else ""
@@ -114,7 +113,7 @@ def carry_out(task: Task, said: dict[str, str], resume: bool, json: bool) -> Non
         if json:
             emit(comparison_document(comparison))
         else:
-            show(results(), *detail_grids(comparison), *summary_grids(comparison))
+            show(*detail_grids(comparison), *summary_grids(comparison))
     if found < asked:
         kept = "With `--out DIR`" if task.out is None else f"In {task.out / 'fits'}"
         note(

@@ -166,7 +166,10 @@ class Cause(Enum):
     """Why a coefficient is not determined, the first that holds; the value says what it means."""
 
     ALIASED = "aliased: its column is zero throughout or a sum of others."
-    QUIET = "quiet: too little of the response of its axis is predicted."
+    QUIET = (
+        "quiet: too little of the force on its axis is predicted on stretches held out; a replay, "
+        "which sums it over time, may still be near."
+    )
     NOISE = "noise: what tells its column from others may be more noise than motion."
     WIDE = (
         f"wide: its interval is worth more than {100.0 * UNKNOWN:.0f} % of the response of its "

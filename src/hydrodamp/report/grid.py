@@ -9,10 +9,7 @@ import textwrap
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from rich.console import Console
+from typing import Any
 
 NOTHING = "-"  # where there is no number
 
@@ -123,12 +120,6 @@ def _cells(grid: Grid) -> list[list[str]]:
         ]
         for row in table
     ]
-
-
-def show(console: Console, *grids: Grid) -> None:
-    """Print tables with their notes on a terminal."""
-    texts = (to_text(grid, min(console.width, 100)) for grid in grids)
-    console.print("\n\n".join(texts), markup=False, emoji=False, soft_wrap=True)
 
 
 def to_text(grid: Grid, width: int = WIDTH) -> str:
