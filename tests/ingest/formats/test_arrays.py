@@ -84,6 +84,17 @@ def test_npz(tmp_path: Path) -> None:
     assert [note.split("`")[1] for note in recording.notes] == ["mass", "cube", "wide"]
 
 
+def test_numbers_held_as_text_are_numbers_and_labels_stay_words(tmp_path: Path) -> None:
+    columns = {"u": np.array(["0.5", "1e3", ""]), "segment": np.array(["001", "001", "2"])}
+    np.savez(tmp_path / "a.npz", **columns)
+    arrow, writer = map(pytest.importorskip, ("pyarrow", "pyarrow.parquet"))
+    writer.write_table(arrow.table(columns), tmp_path / "a.parquet")
+    for name in ("a.npz", "a.parquet"):
+        (topic,) = files.read(tmp_path / name).topics
+        np.testing.assert_equal(topic.fields["u"], [0.5, 1000.0, np.nan])
+        assert topic.texts["segment"] == ("001", "001", "2")
+
+
 def test_structures_of_numpy_are_taken_apart(tmp_path: Path) -> None:
     rows = np.zeros(3, dtype=[("t", "f8"), ("v", "f8", 3)])
     rows["t"] = [0, 1, 2]

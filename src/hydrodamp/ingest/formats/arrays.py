@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
 
-from hydrodamp.arrays import FloatArray
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError
-from hydrodamp.ingest.formats.cells import Names
+from hydrodamp.ingest.formats.cells import Column, Names, column_of, topic_of
 from hydrodamp.ingest.formats.content import head, opened, seekable
 
 _LONGEST = 64  # columns of an array
@@ -174,15 +174,16 @@ def _topic(name: str, columns: Mapping[str, Any], notes: list[str]) -> Topic:
     clock = next((clock for clock in _CLOCKS if clock in columns), "")
     beside = f"where `{clock}` has {n}" if clock else f"where most have {n}"
     called = Names(list(columns))
-    fields: dict[str, FloatArray] = {}
-    texts: dict[str, tuple[str, ...]] = {}
+    whole: dict[str, Column] = {}
     faults: dict[str, str] = {}
     for field, (spelt, column) in zip(called.names, columns.items(), strict=True):
         if len(column) != n:
             faults[field] = f"`{spelt}` has {len(column)} values {beside}; make them equal"
         elif column.dtype.kind in "US":
-            texts[field] = tuple(np.asarray(column, dtype=str).tolist())
+            whole[field] = column_of(np.asarray(column, dtype=str).tolist(), name=field)
         else:
-            fields[field] = np.asarray(column, dtype=np.float64)
+            whole[field] = Column(np.asarray(column, dtype=np.float64))
+    topic = topic_of(name, whole, units=called.units)
+    faults |= topic.faults
     notes.extend(faults.values())
-    return Topic(name, None, fields, texts, called.units, faults)
+    return replace(topic, faults=faults)

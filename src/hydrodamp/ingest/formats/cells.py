@@ -13,6 +13,7 @@ from itertools import count
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
+from hydrodamp.data.channels import SEGMENT
 from hydrodamp.data.recording import Topic
 from hydrodamp.data.units import is_unit
 
@@ -28,6 +29,7 @@ _DATE = re.compile(
     re.IGNORECASE,
 )
 _DAY = 86400.0  # s
+_NO_NAME = "unnamed"  # the label of a row without one
 _NAN = float("nan")
 _LISTED = 3
 _BRACKETED = re.compile(r"(.*?\S)[ _]*(?:\[([^\[\]]*)\]|\(([^()]*)\))$")
@@ -56,7 +58,7 @@ class Part:
 def topic_of(
     name: str,
     columns: Mapping[str, Column],
-    lines: Sequence[int],
+    lines: Sequence[int] = (),
     *,
     time: FloatArray | None = None,
     units: Mapping[str, str] | None = None,
@@ -73,7 +75,8 @@ def topic_of(
         if column.numbers is not None and not column.bad
     }
     words = {key: it.words for key, it in columns.items() if it.numbers is None or it.words}
-    return Topic(name, time, fields, words, units or {}, faults, lines)
+    dated = {key: column.unit for key, column in columns.items() if column.unit}
+    return Topic(name, time, fields, words, {**(units or {}), **dated}, faults, lines)
 
 
 def bad_cells(called: str, bad: Sequence[tuple[int, str]], lines: Sequence[int]) -> Iterator[str]:
@@ -129,8 +132,12 @@ def numbers_of(cells: Sequence[str], decimal: str = ".") -> Column:
     return Column(values, tuple(map(str.strip, cells)) if bad else (), bad)
 
 
-def column_of(cells: Sequence[str], decimal: str = ".") -> Column:
-    """Return a column of unknown content."""
+def column_of(cells: Sequence[str], decimal: str = ".", name: str = "") -> Column:
+    """Return a column of unknown content; that of labels keeps its words beside its numbers."""
+    if name == SEGMENT:
+        column = column_of(cells, decimal)
+        words = tuple(cell.strip() or _NO_NAME for cell in cells)
+        return Column(None if column.bad else column.numbers, words)
     there = [cell for cell in cells if not is_missing(cell)]
     plain = [cell.strip().lower() for cell in cells]
     if there and {*plain} <= {*_TRUTH, *MISSING}:

@@ -42,9 +42,8 @@ def read(path: str | Path) -> Recording:
 def _recording(part: Part, path: str | Path, dialect: Dialect) -> Recording:
     """Return columns as a recording of one topic."""
     named = dict(zip(dialect.header.names, part.columns, strict=True))
-    dated = {name: column.unit for name, column in named.items() if column.unit}
-    units = {**dialect.header.units, **dated}
-    topic = topic_of("", named, part.lines, units=units)
+    dated = [name for name, column in named.items() if column.unit]
+    topic = topic_of("", named, part.lines, units=dialect.header.units)
     notes = [*dialect.header.notes, *part.notes, *topic.faults.values()]
     notes += [f"column `{name}` holds dates or times of day, read in seconds" for name in dated]
     topic = replace(topic, faults={**topic.faults, **dialect.header.faults})

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from hydrodamp.data.channels import SEGMENT
 from hydrodamp.data.units import is_unit
 from hydrodamp.errors import LogError
 from hydrodamp.ingest.formats.cells import (
@@ -51,8 +52,6 @@ _LINE = re.compile("\r\n|\n|\r")
 DELIMITERS = {"\t": "tabs", ";": "semicolons", "|": "bars", ",": "commas", "": "spaces"}
 _COMMENT = re.compile(r"\s*(#|%|//)+")
 _SAMPLE = 200  # lines
-_LABEL = "segment"  # a column of names even of digits: a segment `001` is not called `1`
-_NO_NAME = "unnamed"  # the label of a row without one
 
 
 @dataclass(frozen=True)
@@ -70,11 +69,7 @@ class Dialect:
 
     def column(self, place: int, cells: Sequence[str]) -> Column:
         """Return cells as a column."""
-        column = column_of(cells, self.decimal)
-        if self.header.names[place] != _LABEL:
-            return column
-        words = tuple(cell.strip() or _NO_NAME for cell in cells)
-        return Column(None if column.bad else column.numbers, words)
+        return column_of(cells, self.decimal, self.header.names[place])
 
 
 def find_dialect(path: str | Path) -> Dialect:
@@ -163,7 +158,7 @@ def _described(
     filled = max((row.filled for row in rows[start:] if len(row.cells) == width), default=width)
     header = Header(rows[:start], filled, width, delimiter)
     numeric = (
-        likely[k : k + 1] == [True] and name != _LABEL for k, name in enumerate(header.names)
+        likely[k : k + 1] == [True] and name != SEGMENT for k, name in enumerate(header.names)
     )
     return Dialect(
         encoding,

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.data.recording import Recording, Topic
-from hydrodamp.ingest.formats.cells import Names
+from hydrodamp.data.recording import Recording
+from hydrodamp.ingest.formats.cells import Column, Names, column_of, topic_of
 from hydrodamp.ingest.formats.content import seekable
 from hydrodamp.ingest.formats.delimited import arrow_numbers
 
@@ -32,8 +33,7 @@ def _recording(table: Any, path: str | Path) -> Recording:
     while any(types.is_struct(field.type) for field in table.schema):
         table = table.flatten()
     called = Names(table.column_names)
-    fields: dict[str, FloatArray] = {}
-    texts: dict[str, tuple[str, ...]] = {}
+    columns: dict[str, Column] = {}
     units: dict[str, str] = {}
     notes: list[str] = [*called.faults.values()]
     for name, field, column in zip(called.names, table.schema, table.columns, strict=True):
@@ -43,7 +43,7 @@ def _recording(table: Any, path: str | Path) -> Recording:
         if types.is_dictionary(kind):
             kind, column = kind.value_type, column.cast(kind.value_type)
         if types.is_string(kind) or types.is_large_string(kind):
-            texts[name] = tuple(word or "" for word in column.to_pylist())
+            columns[name] = column_of([word or "" for word in column.to_pylist()], name=name)
             continue
         if types.is_temporal(kind):
             found, unit = {name: _seconds(column)}, stated or "s"
@@ -55,9 +55,11 @@ def _recording(table: Any, path: str | Path) -> Recording:
             found = {}
         if not found:
             notes.append(f"column `{name}` of type {kind} was left out")
-        fields |= found
+        columns |= {key: Column(values) for key, values in found.items()}
         units |= dict.fromkeys(found, unit) if unit else {}
-    topic = Topic("", None, fields, texts, units, called.faults)
+    topic = topic_of("", columns, units=units)
+    notes += topic.faults.values()
+    topic = replace(topic, faults={**topic.faults, **called.faults})
     return Recording((topic,), str(path), "Parquet", tuple(notes))
 
 

@@ -67,8 +67,8 @@ class Found:
         if self.field in topic.faults:
             yield topic.faults[self.field]
         elif self.field in topic.texts and self.field not in topic.fields:
-            words = enumerate(topic.texts[self.field])
-            bad = [(row, word) for row, word in words if number(word) is None]
+            words = [*enumerate(topic.texts[self.field])]
+            bad = [(row, word) for row, word in words if number(word) is None] or words
             yield from bad_cells(called, bad, topic.lines)
         unit, known = self.stated(), UNITS.get(self.entry.quantity or "", {})
         if unit and unit not in known:
