@@ -54,14 +54,9 @@ def record_of_columns(
             blocks[block.name] = stacked if block.shape else stacked[:, 0]
     if "attitude" not in blocks and "yaw" in numbers:
         blocks["attitude"] = quaternion_from_euler(side_by_side(numbers, EULER, len(time)))
-    return Record(
-        blocks,
-        tuple(name for name in VELOCITIES if name in numbers),
-        {name: numbers[name] for name in commands},
-        labels,
-        lines,
-        source,
-    ), faults
+    blocks["commands"] = side_by_side(numbers, commands, len(time))
+    names = tuple(name for name in VELOCITIES if name in numbers)
+    return Record(blocks, names, tuple(commands), labels, lines, source), faults
 
 
 def write_log(log: Log, path: str | Path) -> None:

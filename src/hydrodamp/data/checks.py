@@ -29,7 +29,7 @@ def record_faults(record: Record) -> list[str]:
     measured = {name: block for name, block in record.blocks.items() if name != "time"}
     faults = [
         *clock_faults(record.time, record.joins, record.place),
-        *_unbounded_faults({**measured, **record.commands}, np.isinf, record.place),
+        *_unbounded_faults(measured, record.command_names, np.isinf, record.place),
         *_norm_faults(record.blocks.get("attitude"), record.place),
     ]
     degrees = {} if faults else _rates_in_degrees(record)
@@ -51,7 +51,7 @@ def checked_blocks(given: Mapping[str, Any]) -> tuple[dict[str, FloatArray], lis
     blocks, faults = copied({**shapes, "commands": (commands, (None,))}, n)
     if not faults:
         faults = [
-            *_unbounded_faults(blocks, lambda block: ~np.isfinite(block), _row),
+            *_unbounded_faults(blocks, (), lambda block: ~np.isfinite(block), _row),
             *_norm_faults(blocks.get("attitude"), _row),
             *_speed_faults(blocks["velocity"], _row, VELOCITIES),
         ]
@@ -109,16 +109,17 @@ def _row(row: int) -> str:
 
 def _unbounded_faults(
     blocks: Mapping[str, FloatArray],
+    commands: Sequence[str],
     is_bad: Callable[[FloatArray], BoolArray],
     place: Callable[[int], str],
 ) -> Iterator[str]:
     """Yield the first bad number of each array."""
-    columns = {block.name: block.columns for block in BLOCKS}
+    columns = {block.name: block.columns for block in BLOCKS} | {"commands": commands}
     for name, block in blocks.items():
         flat = block.reshape(len(block), -1)
         bad = is_bad(flat) & ~np.atleast_1d(unrecorded(name, block))
         for row, column in np.argwhere(bad)[:1].tolist():
-            called = columns.get(name, (name,) * (column + 1))[column]
+            called = dict(enumerate(columns[name])).get(column, name)
             kind = "infinite" if np.isinf(flat[row, column]) else "not a number"
             yield f"`{called}` must be finite; it is {kind} in {place(row)}"
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -46,9 +46,9 @@ class Segment:
 class Record:
     """Arrays of one recording in SI units and our axes; NaN where nothing was measured."""
 
-    blocks: Mapping[str, FloatArray]  # by the names of data.channels; time and velocity always
+    blocks: Mapping[str, FloatArray]  # as a Log has them; time, velocity and commands always
     velocity_names: tuple[str, ...] = VELOCITIES
-    commands: Mapping[str, FloatArray] = field(default_factory=dict)
+    command_names: tuple[str, ...] = ()
     labels: tuple[str, ...] | None = None
     lines: Sequence[int] | None = None
     source: str = ""
@@ -78,9 +78,9 @@ class Record:
 
     @property
     def missing(self) -> BoolArray:
-        """Whether any column but time is NaN at each sample, shape (n,)."""
+        """Whether any column is NaN at each sample, shape (n,)."""
         lacking = np.zeros(self.n, dtype=np.bool_)
-        for name, block in {**self.commands, **self.blocks, "time": np.zeros(self.n)}.items():
+        for name, block in self.blocks.items():
             absent = np.isnan(block) & ~unrecorded(name, block)
             lacking |= absent.reshape(self.n, -1).any(axis=1)
         return lacking
@@ -91,16 +91,10 @@ class Record:
 
     def log_fields(self, keep: BoolArray) -> dict[str, Any]:
         """Return the fields of a log that holds some of the samples."""
-        commands = np.column_stack([*self.commands.values(), np.empty((self.n, 0))])
         rows = slice(None) if keep.all() else keep  # a long log is not copied for nothing
-        return {
-            **{name: block[rows] for name, block in self.blocks.items()},
-            "commands": commands[rows],
-            "command_names": tuple(self.commands),
-            "velocity_names": self.velocity_names,
-            "source": self.source,
-            "notes": self.notes,
-        }
+        names = ("velocity_names", "command_names", "source", "notes")
+        taken = {name: block[rows] for name, block in self.blocks.items()}
+        return taken | {name: getattr(self, name) for name in names}
 
 
 def record_of_arrays(
@@ -134,7 +128,8 @@ def record_of_arrays(
     if faults:
         raise LogError(faults, source=source)
     labels = None if segment is None else tuple(map(str, segment))
-    return Record(blocks, names, channels, labels, source=source)
+    blocks["commands"] = side_by_side(channels, [*channels], n)
+    return Record(blocks, names, tuple(channels), labels, source=source)
 
 
 def copied(
@@ -165,7 +160,7 @@ def unrecorded(name: str, block: FloatArray) -> BoolArray:
 
 def side_by_side(columns: Mapping[str, FloatArray], names: Sequence[str], n: int) -> FloatArray:
     """Stack columns; those that are absent are zero."""
-    return np.column_stack([columns.get(name, np.zeros(n)) for name in names])
+    return np.column_stack([np.empty((n, 0)), *(columns.get(name, np.zeros(n)) for name in names)])
 
 
 def changes(labels: Sequence[object] | IntArray | None, n: int) -> BoolArray:

@@ -72,7 +72,7 @@ def test_axes_there_and_back(motion: np.ndarray, case: tuple[str, str], names: s
     )
     np.testing.assert_array_equal(record.velocity, motion[:, 3:])
     np.testing.assert_array_equal(record.blocks["wrench"], motion[:, 3:])
-    assert record.commands["fin"].tolist() == [0, 1, 2, 3]
+    assert record.blocks["commands"][:, record.command_names.index("fin")].tolist() == [0, 1, 2, 3]
     back = Rotation.from_quat(record.blocks["attitude"], scalar_first=True)
     ours = Rotation.from_euler("ZYX", motion[:, [2, 1, 0]])
     np.testing.assert_allclose((back * ours.inv()).magnitude(), 0, atol=1e-7)

@@ -342,4 +342,6 @@ def test_a_held_value_ends_with_its_run() -> None:
     with pytest.warns(ClockWarning):
         record = record_of(mapping, Recording((table,), "runs.csv", "a test"))
     want = np.repeat([5.0, np.nan, 7.0], [10, 3, 7])
-    np.testing.assert_array_equal(record.commands["rpm"], want)
+    np.testing.assert_array_equal(
+        record.blocks["commands"][:, record.command_names.index("rpm")], want
+    )
