@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import fields, replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -62,21 +62,19 @@ def export(
     note(f"next: {page} is the card in full{replayed}")
 
 
-_SPELT: dict[type, Any] = {bool: {"true": True, "false": False}.__getitem__}
-
-
 def with_settings(form: hd.Target, given: Mapping[str, str]) -> hd.Target:
     """Return a target with some settings as a user spells them."""
-    kinds: dict[str, Any] = {each.name: type(getattr(form, each.name)) for each in fields(form)}
-    kinds = {name: _SPELT.get(kind, kind) for name, kind in kinds.items()}
+    from pydantic import TypeAdapter
+
+    kinds = {each.name: type(getattr(form, each.name)) for each in fields(form)}
     values = {}
     for name, text in given.items():
         if name not in kinds:
             has = ", ".join(kinds) or "none"
             raise MethodError(f"'{form.key}' has no setting '{name}'; it has: {has}.")
         try:
-            values[name] = kinds[name](text)
-        except (KeyError, ValueError) as error:
+            values[name] = TypeAdapter(kinds[name]).validate_strings(text)
+        except ValueError as error:
             raise MethodError(
                 f"setting '{name}' of '{form.key}' must be like "
                 f"{getattr(form, name)!r}; got '{text}'."
