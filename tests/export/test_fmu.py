@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import ctypes
+import re
 import shutil
 from contextlib import ExitStack
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -27,20 +30,37 @@ def hold():
         yield stack.enter_context
 
 
-def packed(craft, folder):
-    return next(written(FMU(), craft, folder).glob("*.fmu"))
+VERSIONS = pytest.mark.parametrize("fmi", ["2.0", "3.0"])
 
 
-def test_fmpy_finds_no_fault_with_it(tmp_path):
+def packed(craft, folder, fmi="2.0"):
+    return next(written(FMU(fmi), craft, folder).glob("*.fmu"))
+
+
+@VERSIONS
+def test_fmpy_finds_no_fault_with_it(fmi, tmp_path):
     from fmpy.validation import validate_fmu
 
-    assert validate_fmu(str(packed(Craft.of(RICH, coefficients(ALL_ATOMS)), tmp_path))) == []
+    assert validate_fmu(str(packed(Craft.of(RICH, coefficients(ALL_ATOMS)), tmp_path, fmi))) == []
 
 
+@VERSIONS
+def test_a_unit_has_all_functions_of_its_interface(fmi, tmp_path):
+    import fmpy
+
+    path = packed(Craft.of(RICH, coefficients(ALL_ATOMS)), tmp_path, fmi)
+    library = ctypes.CDLL(str(next(Path(fmpy.extract(path)).glob("binaries/*/*"))))
+    header = Path(fmpy.__file__).with_name("c-code") / f"fmi{fmi[0]}Functions.h"
+    asked = set(re.findall(r"\b(fmi\d\w+)TYPE\b", header.read_text()))
+    assert len(asked) > 40
+    assert [name for name in asked if not hasattr(library, name)] == []
+
+
+@VERSIONS
 @pytest.mark.parametrize("model", [MODELS[3], ALL_ATOMS], ids=lambda model: model.key)
-def test_its_rates_are_the_cores_to_the_last_bit(model, hold, tmp_path):
+def test_its_rates_are_the_cores_to_the_last_bit(model, fmi, hold, tmp_path):
     craft, n = Craft.of(RICH, coefficients(model)), 20
-    unit, at = hold(loaded(packed(craft, tmp_path))), states(craft, n)
+    unit, at = hold(loaded(packed(craft, tmp_path, fmi))), states(craft, n)
     turned = quaternion_from_euler(np.random.default_rng(0).normal(size=(n, 3)))
     w, x, y, z = turned.T  # as attitude.c has it
     down = 2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z
@@ -54,10 +74,11 @@ def test_its_rates_are_the_cores_to_the_last_bit(model, hold, tmp_path):
     np.testing.assert_array_equal(rates, wanted)
 
 
-def test_co_simulation_is_a_replay_to_the_last_bit(sailed, hold, tmp_path):
+@VERSIONS
+def test_co_simulation_is_a_replay_to_the_last_bit(fmi, sailed, hold, tmp_path):
     log, damping = sailed.exact_test.between(0.0, 5.0), hd.published["vt690-sname2022"]
     craft = Craft.of(sailed.vehicle, damping)
-    unit = hold(loaded(packed(craft, tmp_path)))
+    unit = hold(loaded(packed(craft, tmp_path, fmi)))
     velocity = [log.velocity[0]]
     unit.setReal(range(STATES, RATES), [*log.velocity[0], 0.0, 0.0, 0.0, *unit_quaternion(log)])
     unit.exitInitializationMode()
@@ -75,10 +96,11 @@ def unit_quaternion(log):
     return np.array([w, x, y, z]) / np.sqrt(w * w + x * x + y * y + z * z)
 
 
-def test_another_program_sails_it(tmp_path):
+@VERSIONS
+def test_another_program_sails_it(fmi, tmp_path):
     from fmpy import simulate_fmu
 
-    path = packed(Craft.of(hd.fleet["vt690"], hd.published["vt690-sname2022"]), tmp_path)
+    path = packed(Craft.of(hd.fleet["vt690"], hd.published["vt690-sname2022"]), tmp_path, fmi)
     inputs = np.array([(0.0, 2000.0)], dtype=[("time", float), ("input.rpm", float)])
     for kind in ("ModelExchange", "CoSimulation"):
         end = {"stop_time": 60.0, "fmi_type": kind, "output_interval": 1.0, "input": inputs}
@@ -122,3 +144,8 @@ def test_why_there_is_no_binary_is_told(tmp_path, monkeypatch):
     monkeypatch.setenv("PATH", f"{tmp_path}:/bin:/usr/bin")
     card = hd.export(hd.published["vt690-sname2022"], hd.fleet["vt690"], "fmu", tmp_path / "a")
     assert "Not run here: cc refused it: no header stddef.h." in str(card)
+
+
+def test_versions_that_are_not_written_are_refused():
+    with pytest.raises(hd.MethodError, match=r"`fmi` must be 2\.0 or 3\.0; got '1\.0'"):
+        FMU("1.0")

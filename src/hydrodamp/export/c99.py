@@ -175,11 +175,12 @@ def _run(call: Sequence[str], place: str | Path) -> subprocess.CompletedProcess[
     return subprocess.run(call, cwd=place, capture_output=True, text=True, check=False)
 
 
-#: Place and suffix of a binary in FMI 2.0; a system without gets the sources alone.
+#: Places of a binary in FMI 2.0 and 3.0, and its suffix; other systems get the sources alone.
 _PLACES = {
-    ("Linux", "x86_64"): ("linux64", "so"),
-    ("Darwin", "x86_64"): ("darwin64", "dylib"),
-    ("Darwin", "arm64"): ("darwin64", "dylib"),
+    ("Linux", "x86_64"): ("linux64", "x86_64-linux", "so"),
+    ("Linux", "aarch64"): ("", "aarch64-linux", "so"),
+    ("Darwin", "x86_64"): ("darwin64", "x86_64-darwin", "dylib"),
+    ("Darwin", "arm64"): ("darwin64", "aarch64-darwin", "dylib"),
 }
 
 #: Where a unit without a binary says why.
@@ -191,32 +192,45 @@ STATES, RATES, INPUTS = 0, 13, 26
 
 @dataclass(frozen=True)
 class FMU(Target):
-    """A functional mock-up unit of FMI 2.0, for model exchange and co-simulation."""
+    """A functional mock-up unit for model exchange and co-simulation.
+
+    Parameters
+    ----------
+    fmi : str
+        ``2.0`` or ``3.0``: the version of the interface.
+    """
 
     key: ClassVar[str] = "fmu"
-    meant: ClassVar[str] = "FMI 2.0"
+    meant: ClassVar[str] = "FMI 2.0 or 3.0"
+    fmi: str = "2.0"
+
+    def __post_init__(self) -> None:
+        """Refuse versions that are not written."""
+        demand(self.fmi in ("2.0", "3.0"), "fmi", "2.0 or 3.0", f"'{self.fmi}'.")
 
     def write(self, craft: Craft) -> Files:
         """Return the unit: model description, sources, and a binary where one can be made."""
         import hydrodamp
 
-        name, header = name_of(craft), header_of(craft)
+        name, header, code = name_of(craft), header_of(craft), f"fmi{self.fmi[0]}.c"
         said = {
             **said_of(craft),
             "guid": hashlib.sha256(header.encode()).hexdigest()[:32],
             "version": hydrodamp.__version__,
             "longest": LONGEST_STEP,
-            "sources": (*SOURCES, "fmi2.c"),
+            "sources": (*SOURCES, code),
         }
         sources = {
             **own_files((*HEADERS, *SOURCES)),
             f"{name}.h": header.encode(),
-            "fmi2.c": rendered("fmi2.c.j2", **said).encode(),
+            code: rendered(f"{code}.j2", **said).encode(),
         }
+        if self.fmi == "3.0":
+            sources["buildDescription.xml"] = rendered("buildDescription.xml.j2", **said).encode()
         parts = {f"sources/{path}": content for path, content in sources.items()}
-        parts["modelDescription.xml"] = rendered("modelDescription.xml.j2", **said).encode()
+        parts["modelDescription.xml"] = rendered(f"fmi{self.fmi[0]}.xml.j2", **said).encode()
         try:
-            parts |= _binary(name, sources)
+            parts |= _binary(name, sources, self.fmi)
         except NotRun as why:
             parts[_WHY] = str(why).encode()
         return {f"{name}.fmu": _zipped(parts)}
@@ -251,25 +265,30 @@ def loaded(path: Path) -> Iterator[Any]:
 
     with tempfile.TemporaryDirectory() as place:
         extract(path, place)
-        unit = instantiate_fmu(place, read_model_description(path), "CoSimulation")
+        description = read_model_description(path)
+        unit = instantiate_fmu(place, description, "CoSimulation")
         try:
-            unit.setupExperiment()
+            if description.fmiVersion == "2.0":
+                unit.setupExperiment()
+            else:
+                unit.setReal, unit.getReal = unit.setFloat64, unit.getFloat64
             unit.enterInitializationMode()
             yield unit
         finally:
             unit.freeInstance()
 
 
-def _binary(name: str, sources: dict[str, bytes]) -> dict[str, bytes]:
+def _binary(name: str, sources: dict[str, bytes], fmi: str) -> dict[str, bytes]:
     """Return the unit's binary for this system by its place."""
     system = platform.system(), platform.machine()
-    if system not in _PLACES:
-        raise NotRun(f"no binary is made for {' on '.join(system)}")
-    place, suffix = _PLACES[system]
+    *places, suffix = _PLACES.get(system, ("", "", ""))
+    if not (place := places[fmi == "3.0"]):
+        raise NotRun(f"no binary of FMI {fmi} is made for {' on '.join(system)}")
     with tempfile.TemporaryDirectory() as here:
         save_all({Path(here, path): content for path, content in sources.items()})
         library = Path(here, f"{name}.{suffix}")
-        shared(Path(here), (*SOURCES, "fmi2.c"), ("-fvisibility=hidden", "-s"), library)
+        code = [path for path in sources if path.endswith(".c")]
+        shared(Path(here), code, ("-fvisibility=hidden", "-s"), library)
         return {f"binaries/{place}/{library.name}": library.read_bytes()}
 
 
