@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hydrodamp.arrays import FloatArray
+from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.basis.atoms import VELOCITIES
 from hydrodamp.data.attitude import quaternion_from_euler
 from hydrodamp.data.channels import ACCELERATION, ATTITUDE, BLOCKS, EULER, SEGMENT
@@ -31,6 +31,7 @@ def record_of_columns(
     labels: tuple[str, ...] | None = None,
     lines: Sequence[int] | None = None,
     source: str = "",
+    run: IntArray | None = None,
 ) -> tuple[Record | None, list[str]]:
     """Return the record of named columns in SI units and our axes, and all that is wrong."""
     faults = [
@@ -56,7 +57,7 @@ def record_of_columns(
         blocks["attitude"] = quaternion_from_euler(side_by_side(numbers, EULER, len(time)))
     blocks["commands"] = side_by_side(numbers, commands, len(time))
     names = tuple(name for name in VELOCITIES if name in numbers)
-    return Record(blocks, names, tuple(commands), labels, lines, source), faults
+    return Record(blocks, names, tuple(commands), labels, run, lines, source), faults
 
 
 def write_log(log: Log, path: str | Path) -> None:

@@ -50,6 +50,7 @@ class Record:
     velocity_names: tuple[str, ...] = VELOCITIES
     command_names: tuple[str, ...] = ()
     labels: tuple[str, ...] | None = None
+    run: IntArray | None = None  # of the clock, which may begin anew
     lines: Sequence[int] | None = None
     source: str = ""
     notes: tuple[str, ...] = ()
@@ -71,8 +72,8 @@ class Record:
 
     @property
     def joins(self) -> BoolArray:
-        """Whether a segment begins at each sample by its label, shape (n,)."""
-        starts = changes(self.labels, self.n)
+        """Whether a segment begins at each sample by its label or its clock, shape (n,)."""
+        starts = changes(self.labels, self.n) | changes(self.run, self.n)
         starts[:1] = True
         return starts
 
@@ -244,7 +245,7 @@ def goes_by(segment: str, name: str) -> bool:
 
 def _segments(record: Record, pieces: list[tuple[int, int]]) -> tuple[Segment, ...]:
     """Name each piece after its label or file, numbered where a label has several."""
-    run = np.cumsum(record.joins)
+    run = np.cumsum(changes(record.labels, record.n))
     count = np.bincount([run[a] for a, _ in pieces], minlength=1)
     seen: dict[int, int] = {}
     names = []

@@ -14,7 +14,7 @@ from hydrodamp.basis.atoms import VELOCITIES
 from hydrodamp.data.attitude import in_body, product, quaternion_from_euler, rotation
 from hydrodamp.data.canonical import record_of_columns, runs_in_degrees
 from hydrodamp.data.channels import ACCELERATION, ATTITUDE, EULER, POSITION, SPECIFIC_FORCE, WRENCH
-from hydrodamp.data.record import Record, name_after, side_by_side
+from hydrodamp.data.record import Record, side_by_side
 from hydrodamp.data.recording import Recording
 from hydrodamp.data.units import factor
 from hydrodamp.errors import ClockWarning, LogError
@@ -47,9 +47,10 @@ def record_of(mapping: MappingFile, recording: Recording) -> Record:
     record, faults = record_of_columns(
         made.numbers,
         tuple(name for name in mapping.commands if name in made.numbers),
-        sampler.labels(name_after(recording.source)),
+        sampler.labels(),
         sampler.lines(),
         recording.source,
+        sampler.ticks.run,
     )
     faults = [*made.faults, *faults]
     if faults or record is None:

@@ -8,7 +8,6 @@ from functools import partial
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray
-from hydrodamp.data.record import changes
 from hydrodamp.errors import LogError, did_you_mean
 from hydrodamp.ingest.clock import (
     Brackets,
@@ -62,24 +61,13 @@ class Sampler:
         """Return whether there is a channel of this ``group.name``."""
         return place in self._of or place in self.constants
 
-    def labels(self, stem: str) -> tuple[str, ...] | None:
-        """Return the segment of each tick; None where there is one run without a name."""
-        labels, stamps, run = self.base.clock.labels, self.base.stamps, self.ticks.run
-        if labels is None and run[0] == run[-1]:
+    def labels(self) -> tuple[str, ...] | None:
+        """Return the label of each tick; None where no column names the segments."""
+        if self.base.clock.labels is None:
             return None
-        named = np.full(self.n, stem, dtype=object)
-        if labels is not None:
-            at = brackets(stamps, self.ticks).before if self.is_even else slice(None)
-            named = np.array(labels, dtype=object)[stamps.rows][at]
-        starts = np.append(0, np.flatnonzero(changes(named, self.n) | changes(run, self.n)))
-        names = named[starts].tolist()
-        told = [
-            f"{name}.{names[: place + 1].count(name)}"
-            if name in (*names[max(place - 1, 0) : place], *names[place + 1 : place + 2])
-            else name
-            for place, name in enumerate(names)
-        ]
-        return tuple(np.repeat(np.array(told, dtype=object), np.diff(np.append(starts, self.n))))
+        stamps = self.base.stamps
+        at = brackets(stamps, self.ticks).before if self.is_even else slice(None)
+        return tuple(np.array(self.base.clock.labels, dtype=object)[stamps.rows][at].tolist())
 
     def lines(self) -> Sequence[int] | None:
         """Return the line of the file of each tick; None where it has none."""

@@ -132,6 +132,9 @@ def verdict(log: Log, needs: Needs | None = None) -> Verdict:
     commands = tuple(_channel(log, name, "", log.command(name)) for name in log.command_names)
     wanted = tuple(one for one in moving if one.name in needs.velocities)
     odd = (*suspicions(log, needs.length), *needs.suspicions)
+    few = (
+        f"samples: {log.n} are too few to determine coefficients; record minutes, several a second."
+    )
     reservations = _reservations(log, size, segments, wanted, commands)
     if all(one.channel != "time" for one in odd):
         reservations = itertools.chain(_jitter(log), reservations)
@@ -144,7 +147,7 @@ def verdict(log: Log, needs: Needs | None = None) -> Verdict:
         commands=commands,
         has=tuple(name for name in arrays(log) if name not in ("time", "velocity", "commands")),
         delays=late,
-        missing=(*needs.missing, *_few(log)),
+        missing=(*needs.missing, *([few] if log.n < _FEWEST else [])),
         suspicions=odd,
         reservations=(*reservations, *_unseen(log, late), *needs.reservations),
         promises=tuple(_promises(_velocities(whole, size), needs.velocities, late)),
@@ -200,30 +203,13 @@ def _missing(log: Log) -> Iterator[str]:
     if absent:
         yield (
             f"velocities {' '.join(absent)}: needed unless the vehicle's `axes` leave them out "
-            f"(ask again with --vehicle).{_derivable(log, absent)}"
+            "(ask again with --vehicle), or a step derives them: `rates_from_attitude`, "
+            "`velocity_from_position`."
         )
     if log.attitude is None:
         yield "attitude (roll pitch yaw or qw qx qy qz): weight and buoyancy act along it."
     if log.wrench is None and not log.command_names:
         yield "actuation: the wrench X Y Z K M N, or command columns."
-
-
-def _few(log: Log) -> Iterator[str]:
-    if log.n < _FEWEST:
-        yield (
-            f"samples: {log.n} are too few to determine coefficients; record minutes, several "
-            "a second."
-        )
-
-
-def _derivable(log: Log, absent: Sequence[str]) -> str:
-    """Return how absent velocities can be derived from what is there."""
-    ways = (
-        (log.attitude, "pqr", "`rates_from_attitude` derives rates"),
-        (log.position, "uvw", "`velocity_from_position` derives speeds"),
-    )
-    told = [way for block, names, way in ways if block is not None and set(absent) & set(names)]
-    return f" {' and '.join(told)}." if told and set(log.velocity_names) != _SHIP else ""
 
 
 def _reservations(
