@@ -155,7 +155,7 @@ def check_body(craft: Craft, key: str) -> None:
 def numbers_of(text: str) -> dict[str, FloatArray]:
     """Return the numbers of XML: texts by their tags, with their parents' too, and attributes."""
     said = {}
-    for parent in ElementTree.fromstring(f"<file>{text.partition('?>')[2]}</file>").iter():
+    for parent in ElementTree.fromstring(text).iter():
         for each in parent:
             found = {f"{each.tag}.{name}": value for name, value in each.attrib.items()}
             names = (each.tag, f"{parent.tag}/{each.tag}")
@@ -171,3 +171,12 @@ def symmetric(values: list[float]) -> FloatArray:
     rows, columns = np.triu_indices(len(matrix))
     matrix[rows, columns] = matrix[columns, rows] = values
     return matrix
+
+
+def mass_ratio(vehicle: Vehicle) -> dict[str, float]:
+    """Return added mass over the rigid body's by axis, where both are known."""
+    if vehicle.added_mass is None:
+        return {}
+    added = vehicle.added_mass.diagonal()
+    rigid = vehicle.mass_matrix.diagonal() - added
+    return {axis: float(added[AXES.index(axis)] / rigid[AXES.index(axis)]) for axis in vehicle.axes}

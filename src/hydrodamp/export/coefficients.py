@@ -203,10 +203,6 @@ class MarineGym(Coefficients):
     )
     density: float = 997.0
 
-    def more(self, craft: Craft, body: Body, quadratic: FloatArray) -> dict[str, Any]:
-        """Return the volume that lifts as the buoyancy does by MarineGym's own gravity."""
-        return {"volume": body.volume * STANDARD_GRAVITY / _GRAVITY}
-
     def parsed(self, text: str, own: Body) -> Parsed:
         """Return what the YAML says."""
         said: Any = parse_yaml(text, self.file)

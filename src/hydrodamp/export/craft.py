@@ -66,11 +66,12 @@ class Craft:
         acting = {label: value for label, value in values.items() if value != 0.0}
         named = {"key": free.key, "title": free.title, "source": free.source}
         model = DampingModel.from_table(table_of(acting), **named)
-        told_of = damping.vehicle, damping.source, damping.note
         places = [damping.model.index(label) for label in acting]
         whole = damping.covariance
         covariance = None if whole is None else whole[np.ix_(places, places)]
-        return cls(craft, Damping(model, damping.coefficients[places], covariance, *told_of))
+        chosen = damping.coefficients[places]
+        exported = replace(damping, model=model, coefficients=chosen, covariance=covariance)
+        return cls(craft, exported)
 
     @cached_property
     def columns(self) -> Columns:

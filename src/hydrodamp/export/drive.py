@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
@@ -20,6 +21,8 @@ from hydrodamp.simulation.replay import LIMIT, Trajectory, replay
 
 LONGEST_STEP = 0.05
 """No Runge-Kutta step is longer [s]: as in replays."""
+
+Rates = Callable[[States], FloatArray]
 
 _SLACK = 1e-6  # clocks round: as in replay.c
 _LEVEL = (1.0, 0.0, 0.0, 0.0)
@@ -123,12 +126,7 @@ class Engine:
     step = "Runge-Kutta, at most {:g} s"
 
     def __init__(
-        self,
-        name: str,
-        rates: Callable[[States], FloatArray],
-        *,
-        longest: float = LONGEST_STEP,
-        not_run: str = "",
+        self, name: str, rates: Rates, longest: float = LONGEST_STEP, not_run: str = ""
     ) -> None:
         self.name, self.rates, self.longest, self.not_run = name, rates, longest, not_run
         self._state = np.zeros(10)
@@ -166,7 +164,7 @@ class Simulator(Engine):
     step = "steps of {:g} s"
 
     def __init__(self, name: str, longest: float) -> None:
-        super().__init__(name, self._each, longest=longest)
+        super().__init__(name, self._each, longest)
 
     def _each(self, at: States) -> FloatArray:
         found = []
@@ -174,9 +172,25 @@ class Simulator(Engine):
             upright(at.down), at.velocity, at.inputs, at.wrench, strict=True
         ):
             self.place(attitude, velocity)
-            found.append(self.rate(inputs, wrench))
+            self.push(inputs, wrench)
+            found.append(self.acceleration())
         return np.array(found)
 
-    def rate(self, inputs: FloatArray, wrench: FloatArray) -> FloatArray:
+    def advance(
+        self, h: float, inputs: FloatArray, first: FloatArray, last: FloatArray
+    ) -> FloatArray:
+        """Take a step [s] with the mean of the wrench, and return the velocity after it."""
+        self.push(inputs, 0.5 * (first + last))
+        return self.move(h)
+
+    @abstractmethod
+    def push(self, inputs: FloatArray, wrench: FloatArray) -> None:
+        """Set what drives it until the next time."""
+
+    @abstractmethod
+    def acceleration(self) -> FloatArray:
         """Return the acceleration where it is."""
-        raise NotImplementedError
+
+    @abstractmethod
+    def move(self, h: float) -> FloatArray:
+        """Take a step [s], and return the velocity after it."""

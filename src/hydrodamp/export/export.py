@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import os
 import tempfile
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 
 from hydrodamp.data.log import Log
 from hydrodamp.errors import FileError, MethodError
-from hydrodamp.export.craft import WITHIN_ONE, Craft, States
+from hydrodamp.export.craft import WITHIN_ONE, Craft
 from hydrodamp.export.drive import Drive, scattered
-from hydrodamp.export.fidelity import Fidelity, mass_ratio, powers, replays_of, some, wrench_errors
-from hydrodamp.export.target import Files, NotRun, Target
+from hydrodamp.export.fidelity import Fidelity, measured, some
+from hydrodamp.export.target import Files, Target
 from hydrodamp.export.targets import find_target
 from hydrodamp.files import as_json, check_folder, save_all
 from hydrodamp.identification.power import OperatingBox, operating_box
@@ -104,7 +104,7 @@ def export(
     with tempfile.TemporaryDirectory(prefix=".hydrodamp-", dir=folder.parent.resolve()) as place:
         made = Path(place, "export")
         save(form.write(held), made)
-        card = _card(form, craft, held, at, drive, made)
+        card = measured(form, craft, held, at, drive, made)
         _check_replay(card, force)
         save({CARD: as_json(card.document())}, made)
         _replace(folder, made, Path(place, "earlier"))
@@ -134,41 +134,6 @@ def _replace(folder: Path, made: Path, earlier: Path) -> None:
         if earlier.exists():
             earlier.rename(folder)
         raise FileError(f"{folder}: cannot be written: {error.strerror}.") from error
-
-
-def _card(
-    form: Target, craft: Craft, held: Craft, at: States, drive: Drive | None, made: Path
-) -> Fidelity:
-    name, replays = "", None
-    moved = None if drive is None else Drive.of(held, drive.log)
-    own = scattered(held) if moved is None else moved.states
-    try:
-        with form.read(made, held) as engine:
-            acceleration = engine.rates(own)
-            name, reason = engine.name, engine.not_run
-            if drive is not None and moved is not None:
-                replays = replays_of(drive, moved, engine)
-    except NotRun as why:
-        acceleration, reason = held.acceleration(own), str(why)
-    return Fidelity(
-        target=form.key,
-        meant=form.meant,
-        settings={name: str(value) for name, value in asdict(form).items()},
-        vehicle=craft.vehicle.name,
-        model=craft.damping.model.title,
-        inputs=(*held.inputs, "wrench"),
-        projected=form.lost(craft),
-        about=[*form.point(craft)],
-        ignores=form.ignores,
-        run_by=name,
-        not_run=reason,
-        wrench_error=wrench_errors(craft, at, acceleration),
-        asked_at="velocities all over the operating box" if drive is None else "the log's samples",
-        replays=replays,
-        power=powers(craft, held),
-        box=str(craft.box),
-        mass_ratio=mass_ratio(craft.vehicle),
-    )
 
 
 def _check_replay(card: Fidelity, force: bool) -> None:

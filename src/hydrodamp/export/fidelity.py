@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,11 +12,12 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES
 from hydrodamp.data.record import first_few
+from hydrodamp.export.body import mass_ratio
 from hydrodamp.export.craft import Craft, States
-from hydrodamp.export.drive import Drive, Engine
+from hydrodamp.export.drive import Drive, Engine, scattered
+from hydrodamp.export.target import NotRun, Target
 from hydrodamp.identification.power import worst_power
 from hydrodamp.simulation.replay import Score, Trajectory, no_score, score
-from hydrodamp.vehicle.vehicle import Vehicle
 
 FORMAT, VERSION = "hydrodamp-fidelity", 1
 UNITS = {
@@ -187,6 +189,45 @@ def _error(found: Score) -> str:
     return f"none, diverged after {soonest:.1f} s" if found.diverged else "none"
 
 
+def measured(
+    form: Target, craft: Craft, held: Craft, at: States, drive: Drive | None, made: Path
+) -> Fidelity:
+    """Return the card of a craft as a target holds it, whose files are made."""
+    name, replays = "", None
+    moved = None if drive is None else Drive.of(held, drive.log)
+    own = scattered(held) if moved is None else moved.states
+    try:
+        with form.read(made, held) as engine:
+            acceleration = engine.rates(own)
+            name, reason = engine.name, engine.not_run
+            if drive is not None and moved is not None:
+                replays = replays_of(drive, moved, engine)
+    except NotRun as why:
+        acceleration, reason = held.acceleration(own), str(why)
+    return Fidelity(
+        target=form.key,
+        meant=form.meant,
+        settings={name: str(value) for name, value in asdict(form).items()},
+        vehicle=craft.vehicle.name,
+        model=craft.damping.model.title,
+        inputs=(*held.inputs, "wrench"),
+        projected=form.lost(craft),
+        about=[*form.point(craft)],
+        ignores=form.ignores,
+        run_by=name,
+        not_run=reason,
+        wrench_error=wrench_errors(craft, at, acceleration),
+        asked_at="velocities all over the operating box" if drive is None else "the log's samples",
+        replays=replays,
+        power={
+            "source": worst_power(craft.damping, craft.box).power,
+            "target": worst_power(held.damping, craft.box).power,
+        },
+        box=str(craft.box),
+        mass_ratio=mass_ratio(craft.vehicle),
+    )
+
+
 def replays_of(source: Drive, held: Drive, engine: Engine) -> Replays:
     """Run what was written with the log's commands, and score it."""
     original, made = source.source(), held.target(engine)
@@ -217,20 +258,3 @@ def wrench_errors(craft: Craft, at: States, acceleration: FloatArray) -> dict[st
         for axis, damped in zip(AXES, (size > 0.0).tolist(), strict=True)
         if axis in craft.vehicle.axes and (damped or found[axis] > 100.0 * ROUNDING)
     }
-
-
-def powers(source: Craft, held: Craft) -> dict[str, float]:
-    """Return the greatest power of the damping before and after."""
-    return {
-        name: worst_power(craft.damping, source.box).power
-        for name, craft in (("source", source), ("target", held))
-    }
-
-
-def mass_ratio(vehicle: Vehicle) -> dict[str, float]:
-    """Return added mass over the rigid body's by axis, where both are known."""
-    if vehicle.added_mass is None:
-        return {}
-    added = vehicle.added_mass.diagonal()
-    rigid = vehicle.mass_matrix.diagonal() - added
-    return {axis: float(added[AXES.index(axis)] / rigid[AXES.index(axis)]) for axis in vehicle.axes}

@@ -20,10 +20,9 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES, VELOCITIES
 from hydrodamp.basis.term import Term
 from hydrodamp.errors import MethodError
-from hydrodamp.export.body import FLU, Body, numbers_of, symmetric, term_sign
+from hydrodamp.export.body import FLU, Body, mass_ratio, numbers_of, symmetric, term_sign
 from hydrodamp.export.craft import Craft, States
 from hydrodamp.export.drive import Engine, Simulator
-from hydrodamp.export.fidelity import mass_ratio
 from hydrodamp.export.printer import said_of
 from hydrodamp.export.target import Files, InWater, NotRun, rendered, require
 from hydrodamp.files import load_text
@@ -56,8 +55,7 @@ class Gazebo(InWater):
     @property
     def ignores(self) -> str:
         """The actuators, and what the legacy path has not."""
-        lost = ", and forces of the moving frame on added mass"
-        return super().ignores + lost * self.legacy
+        return super().ignores + ", and forces of the moving frame on added mass" * self.legacy
 
     def write(self, craft: Craft) -> Files:
         """Return the model, a world with it, and the block."""
@@ -76,10 +74,9 @@ class Gazebo(InWater):
 
     def _numbers(self, craft: Craft, body: Body) -> dict[str, float]:
         """Return the numbers of the plugin by their tags."""
-        values, tags = craft.damping.as_dict(), dict.fromkeys(self.unsaid, 0.0)
-        for tag, (label, sign) in self._tags().items():
-            if label in values:
-                tags[tag] = sign * values[label]
+        values, known = craft.damping.as_dict(), self._tags().items()
+        tags = dict.fromkeys(self.unsaid, 0.0)
+        tags |= {tag: sign * values[label] for tag, (label, sign) in known if label in values}
         if self.legacy:
             _check_explicit(craft)
             added = -self.sign * body.added
@@ -102,11 +99,8 @@ class Gazebo(InWater):
             said["collision/pose"][:3],
             self.density,
         ).turned
-        values = {
-            label: sign * float(said[tag][0])
-            for tag, (label, sign) in self._tags().items()
-            if tag in said
-        }
+        known = self._tags().items()
+        values = {label: sign * said[tag][0] for tag, (label, sign) in known if tag in said}
         require("dartpy", "dartpy, the physics of gz-sim,")
         yield _Link(craft, body.craft(values), body, self.step)
 
@@ -214,18 +208,14 @@ class _Link(Simulator):
         self._joint.setPositions(np.concatenate([turned, np.zeros(3)]))
         self._joint.setSpatialVelocity((velocity * FLU)[_TURN_FIRST], self._frame, self._link)
 
-    def rate(self, inputs: FloatArray, wrench: FloatArray) -> FloatArray:
+    def acceleration(self) -> FloatArray:
         """Return the acceleration."""
-        self._push(inputs, wrench)
         self._skeleton.computeForwardDynamics()
         self._link.clearExternalForces()
         return np.asarray(self._link.getSpatialAcceleration()[_TURN_FIRST] * FLU)
 
-    def advance(
-        self, h: float, inputs: FloatArray, first: FloatArray, last: FloatArray
-    ) -> FloatArray:
+    def move(self, h: float) -> FloatArray:
         """Take one step."""
-        self._push(inputs, 0.5 * (first + last))
         self._world.setTimeStep(h)
         self._world.step()
         return self._velocity()
@@ -233,7 +223,7 @@ class _Link(Simulator):
     def _velocity(self) -> FloatArray:
         return np.asarray(self._link.getSpatialVelocity()[_TURN_FIRST] * FLU)
 
-    def _push(self, inputs: FloatArray, wrench: FloatArray) -> None:
+    def push(self, inputs: FloatArray, wrench: FloatArray) -> None:
         """Apply gravity, lift, and about the origin of the link all else."""
         down = -self._link.getWorldTransform().rotation()[2] * FLU[:3]
         at = States(*(each[None] for each in (self._velocity(), down, inputs, wrench)))

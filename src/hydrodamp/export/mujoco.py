@@ -84,25 +84,22 @@ class _Body(Simulator):
         turned = FLU * velocity
         self._data.qvel[:] = np.concatenate([self._rotation @ turned[:3], turned[3:]])
 
-    def rate(self, inputs: FloatArray, wrench: FloatArray) -> FloatArray:
+    def acceleration(self) -> FloatArray:
         """Return the acceleration."""
-        self._push(inputs, wrench)
         self._mujoco.mj_forward(self._model, self._data)
         velocity, found = self._in_body(self._data.qvel), self._in_body(self._data.qacc)
         found[:3] -= np.cross(velocity[3:], velocity[:3])
         return found
 
-    def advance(
-        self, h: float, inputs: FloatArray, first: FloatArray, last: FloatArray
-    ) -> FloatArray:
+    def move(self, h: float) -> FloatArray:
         """Take one step."""
-        self._push(inputs, 0.5 * (first + last))
         self._model.opt.timestep = h
         self._mujoco.mj_step(self._model, self._data)
         self._mujoco.mj_kinematics(self._model, self._data)
         return self._in_body(self._data.qvel)
 
-    def _push(self, inputs: FloatArray, wrench: FloatArray) -> None:
+    def push(self, inputs: FloatArray, wrench: FloatArray) -> None:
+        """Set what drives it."""
         for set_between_steps, values in zip(self._water, (inputs, wrench), strict=True):
             set_between_steps[:] = values
 

@@ -23,7 +23,6 @@ from hydrodamp.export.body import check_body, to_point
 from hydrodamp.export.craft import Craft, States
 from hydrodamp.export.drive import Engine
 from hydrodamp.export.printer import number
-from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel, read_label
 from hydrodamp.vehicle.mass import STANDARD_GRAVITY
 
@@ -242,8 +241,7 @@ def projected(craft: Craft, model: DampingModel, at: States, point: FloatArray) 
         unit = np.linalg.norm(columns, axis=0)
         unit[unit == 0.0] = 1.0
         found.append(lstsq(columns / unit, wanted[:, axis], cond=_LEAST)[0] / unit)
-    own = craft.damping
     fitted = dict(zip(free.labels, (kept + np.concatenate(found)).tolist(), strict=True))
-    values = [(own.as_dict() | fitted)[label] for label in model.labels]
-    told_of = own.vehicle, own.source, own.note
-    return replace(craft, damping=Damping(model, np.array(values), None, *told_of))
+    values = [(craft.damping.as_dict() | fitted)[label] for label in model.labels]
+    changed = replace(craft.damping, model=model, coefficients=np.array(values), covariance=None)
+    return replace(craft, damping=changed)
