@@ -34,7 +34,8 @@ def test_against_scipy(benchmark, ledger, key, target):
         return (windows.errors(coefficients) / spread).ravel()
 
     def ours() -> np.ndarray:
-        return descend(search, start).coefficients
+        place, normal = search.at(start.coefficients, start)
+        return descend(search, place, normal, rest=1e-2).coefficients
 
     def other() -> np.ndarray:
         return least_squares(errors, first, x_scale=search.unit, ftol=1e-2, max_nfev=12).x

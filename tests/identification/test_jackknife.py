@@ -7,7 +7,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.identification.output_error import jackknifed, told
-from hydrodamp.identification.search import ladder, searching, starts
+from hydrodamp.identification.search import begun, ladder, searching, starts
 
 
 @pytest.fixture(scope="module")
@@ -58,14 +58,15 @@ def test_intervals_reach_back_to_the_start_and_as_far_as_halves_differ(campaign)
     model = hd.catalog["linear"]
     problem = hd.prepare(campaign.vehicle, campaign.train, model)
     search = searching(problem, model)
-    places = ladder(search, starts(search, model), (2.0, 4.0))
-    moved = np.abs(places[-1].coefficients - places[0].coefficients)
-    alone = told(search, model, hd.OutputError(), places)
+    start = begun(search, starts(search, model), 2.0)
+    end = ladder(search, start, (2.0, 4.0))
+    moved = np.abs(end.coefficients - start.coefficients)
+    alone = told(search, model, hd.OutputError(), start, end)
     assert alone.uncertainty is not None
     assert np.all(alone.uncertainty.standard_errors >= moved * (1.0 - 1e-9))
-    plain = jackknifed(search, places[-1])
+    plain = jackknifed(search, end)
     assert plain is not None
     apart = 3.0 * plain.of_noise.standard_errors
-    wider = told(search, model, hd.OutputError(), [places[-1]], apart).uncertainty
+    wider = told(search, model, hd.OutputError(), end, end, apart).uncertainty
     assert wider is not None
     np.testing.assert_allclose(wider.standard_errors, 3.0 * plain.standard_errors)

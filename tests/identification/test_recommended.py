@@ -7,7 +7,8 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.identification import recommended as module
-from hydrodamp.identification.recommended import _chosen, _of, _pieces
+from hydrodamp.identification.recommended import _certain, _pieces
+from hydrodamp.identification.search import searching
 
 
 @pytest.fixture(scope="module")
@@ -19,27 +20,20 @@ def problem_of(campaign, key="fossen"):
     return hd.prepare(campaign.vehicle, campaign.train, hd.catalog[key])
 
 
-def test_the_windows_that_do_best_on_the_other_half_are_taken(campaign, monkeypatch):
-    for best, words in ((2, "were 2 s, 4 s;"), (4, "8 s, 16 s;")):
-        missed = np.tile(np.abs(np.arange(5.0) - best), (4, 1))
-        monkeypatch.setattr(module, "_halves", lambda *_, missed=missed: (missed, np.zeros(12)))
-        fit = hd.Recommended().identify(problem_of(campaign), hd.catalog["fossen"])
-        assert words in fit.remarks[0]
-        assert fit.method == "recommended"
-
-
-def test_a_start_that_does_better_on_the_other_half_is_what_is_returned(campaign, monkeypatch):
-    missed = np.tile(np.arange(5.0), (4, 1))
-    monkeypatch.setattr(module, "_halves", lambda *_: (missed, np.zeros(12)))
+@pytest.mark.parametrize(("worse", "words"), [(1.0, "no search did better"), (-1.0, "were 2 s")])
+def test_a_start_that_does_better_on_the_other_half_is_what_is_returned(
+    campaign, monkeypatch, worse, words
+):
+    monkeypatch.setattr(module, "_halves", lambda *_: (np.full(4, worse), np.zeros(12)))
     fit = hd.Recommended().identify(problem_of(campaign), hd.catalog["fossen"])
-    assert "no search did better" in fit.remarks[0]
+    assert words in fit.remarks[0]
+    assert fit.method == "recommended"
     assert fit.uncertainty is not None
 
 
-def test_the_last_stage_is_taken_where_another_is_better_by_chance_alone():
-    missed = np.array([[1.0, 1.0, 0.0, 1.0], [0.0, 1.0, 1.5, 1.0]])
-    assert _chosen(missed) == 3
-    assert _chosen(missed - [[4.0, 0.0, 0.0, 0.0]]) == 0
+def test_a_start_that_is_better_by_chance_alone_is_not_certain():
+    assert not _certain(np.array([0.0, 1.0]))
+    assert _certain(np.array([4.0, 5.0]))
 
 
 @pytest.mark.parametrize("duration", [12.0, 40.0])
@@ -52,7 +46,7 @@ def test_each_half_has_every_second_piece_of_every_segment(campaign, duration):
     assert pieces[-1, 1] == problem.n_samples
     np.testing.assert_array_equal(pieces[1:, 0], pieces[:-1, 1])
     assert not len(pieces) % 2
-    half = _of(problem, pieces[::2])
+    half = searching(problem, hd.catalog["fossen"]).part(pieces[::2]).problem
     np.testing.assert_array_equal(
         half.inputs.velocity[: half.segments[0, 1]], problem.inputs.velocity[: pieces[0, 1]]
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +9,7 @@ import numpy as np
 from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Fit, Method, Uncertainty, empty_fit, fitted
-from hydrodamp.identification.search import Place, Search, ladder, searching, starts, within
+from hydrodamp.identification.search import Place, Search, begun, ladder, searching, starts, within
 from hydrodamp.identification.triangle import spanned
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
@@ -87,17 +86,17 @@ class OutputError:
 
     def _searched(self, problem: Problem, model: DampingModel) -> Fit:
         search = searching(problem, model)
-        places = ladder(search, starts(search, model), within(problem, self.windows))
-        return told(search, model, self, places)
+        lengths = within(problem, self.windows)
+        start = begun(search, starts(search, model), lengths[0])
+        return told(search, model, self, start, ladder(search, start, lengths))
 
 
-def _walked(places: Sequence[Place]) -> str:
+def _walked(start: Place, place: Place) -> str:
     """Say where a search started, which windows it went through, and what prior the data set."""
-    if len(places) == 1:
+    if place is start:
         return (
             "This is the weak form: no search did better on parts of the log that were not fitted."
         )
-    place = places[-1]
     lengths = [one.length for one in place.windows]
     words = ", ".join("whole segments" if np.isinf(one) else f"{one:g} s" for one in lengths)
     return (
@@ -110,14 +109,15 @@ def told(
     search: Search,
     model: DampingModel,
     method: Method,
-    places: Sequence[Place],
+    start: Place,
+    place: Place,
     apart: FloatArray | None = None,
 ) -> Fit:
-    """Return the fit at the end of a search that went through some places, from its start on.
+    """Return the fit at a place, the end of a search or its start.
 
     ``apart`` is half of what searches through two halves of the log differ by.
     """
-    problem, start, place = search.problem, places[0], places[-1]
+    problem = search.problem
     seen = place.windows[0].triangle(place.coefficients, place.spreads[0])
     span = spanned(seen[:, :-1], model.labels)
     uncertainty = jackknifed(search, place)
@@ -136,8 +136,8 @@ def told(
         uncertainty=uncertainty,
         rank=span.rank,
         aliased=span.aliased,
-        status=status if place.settled or place is places[0] else Status.STOPPED,
-        remarks=(_walked(places),),
+        status=status if place.settled or place is start else Status.STOPPED,
+        remarks=(_walked(start, place),),
     )
 
 

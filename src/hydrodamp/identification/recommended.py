@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,8 +9,18 @@ import numpy as np
 from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.output_error import OutputError, told
-from hydrodamp.identification.search import ladder, searching, starts, within
-from hydrodamp.identification.windows import covered, laid
+from hydrodamp.identification.search import (
+    DAMPING,
+    REST,
+    Place,
+    Search,
+    begun,
+    descend,
+    ladder,
+    searching,
+    starts,
+    within,
+)
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
 
@@ -21,13 +30,12 @@ _PIECE = 100.0
 
 @dataclass(frozen=True)
 class Recommended(OutputError):  # noqa: N818 (output error is a method, not an exception)
-    """Truncated simulation error over windows that are judged where they were not fitted.
+    """Truncated simulation error that is judged where it was not fitted.
 
-    The search of :class:`OutputError` goes through its windows on all of the log and on either
-    half of it, cut into pieces that take turns. How well the start and each stage replay the
-    other half, whole pieces from their first sample, says where the search ends: at the last
-    stage, but where an earlier one, or the start, does better by more than chance. How far the
-    ends of both searches differ widens the intervals.
+    From the end of the search of :class:`OutputError` a step leads to that of either half of the
+    log, cut into pieces that take turns. How well it replays the other half, whole pieces from
+    their first sample, is held against the weak form of its half: where that does better by more
+    than chance, it is the fit. How far the ends of both halves differ widens the intervals.
 
     Parameters
     ----------
@@ -52,43 +60,43 @@ class Recommended(OutputError):  # noqa: N818 (output error is a method, not an 
 
     def _searched(self, problem: Problem, model: DampingModel) -> Fit:
         search, lengths = searching(problem, model), within(problem, self.windows)
-        places = ladder(search, starts(search, model), lengths)
-        missed, apart = _halves(problem, model, lengths)
-        return told(search, model, self, places[: _chosen(missed) + 1], apart)
+        start = begun(search, starts(search, model), lengths[0])
+        end = ladder(search, start, lengths)
+        worse, apart = _halves(search, model, end)
+        return told(search, model, self, start, start if _certain(worse) else end, apart)
 
 
-def _chosen(missed: FloatArray) -> int:
-    """Return the stage that does best, but the last where that is not for certain.
+def _certain(worse: FloatArray) -> bool:
+    """Say whether a mean over pieces is more than three standard errors above zero.
 
-    Certain is a mean difference over pieces of more than three standard errors: few pieces that
-    are better by half say nothing of the next log.
+    Few pieces that are better by half say nothing of the next log.
     """
-    best = int(np.argmin(missed.mean(axis=0)))
-    more = missed[:, -1] - missed[:, best]
-    certain = more.mean() > 3.0 * np.std(more, ddof=1) / np.sqrt(len(more))
-    return best if certain else missed.shape[1] - 1
+    return bool(worse.mean() > 3.0 * np.std(worse, ddof=1) / np.sqrt(len(worse)))
 
 
-def _halves(
-    problem: Problem, model: DampingModel, lengths: Sequence[float]
-) -> tuple[FloatArray, FloatArray]:
-    """Search each half of the log; return how the stages miss the other, and how far ends differ.
+def _halves(search: Search, model: DampingModel, end: Place) -> tuple[FloatArray, FloatArray]:
+    """Return how much worse than their starts ends of halves replay the other, and how far apart.
 
-    The first has shape (n_pieces, 1 + n_lengths), the start first: the mean square error of the
-    replay of a whole piece as a share of the variance of each velocity, the mean over velocities;
-    no error counts for more than saying nothing would. The second is half the difference.
+    The first has shape (n_pieces,), of the mean square error of the replay of a whole piece as a
+    share of the variance of each velocity, the mean over velocities; no error counts for more than
+    saying nothing would. The second is half of what the ends differ by.
     """
+    problem = search.problem
     pieces, found, ends = _pieces(problem), [], []
     most = np.std(problem.inputs.velocity[:, problem.vehicle.free], axis=0)
     most[most == 0.0] = 1.0
-    halves = [searching(_of(problem, pieces[half::2]), model) for half in (0, 1)]
+    halves = search.part(pieces[::2]), search.part(pieces[1::2])
     for seen, other in (halves, halves[::-1]):
-        judged, stages = other.windows(np.inf), []
-        for place in ladder(seen, starts(seen, model), lengths):
-            errors = np.clip(judged.errors(place.coefficients) / most, -1.0, 1.0)
+        judged, missed = other.windows(np.inf), []
+        first = begun(seen, starts(seen, model), end.windows[0].length)
+        windows = tuple(seen.windows(one.length) for one in end.windows)
+        place, normal = seen.at(end.coefficients, replace(end, windows=windows, damping=DAMPING))
+        place = descend(seen, place, normal, REST, rounds=1)
+        for one in (first, place):
+            errors = np.clip(judged.errors(one.coefficients) / most, -1.0, 1.0)
             square = np.add.reduceat(np.mean(errors**2, axis=1), judged.spans[:, 0])
-            stages.append(square / np.diff(judged.spans, axis=1).ravel())
-        found.append(np.column_stack(stages))
+            missed.append(square / np.diff(judged.spans, axis=1).ravel())
+        found.append(missed[1] - missed[0])
         ends.append(place.coefficients)
     return np.concatenate(found), (ends[0] - ends[1]) / 2.0
 
@@ -102,8 +110,3 @@ def _pieces(problem: Problem) -> IntArray:
         edges = start + np.searchsorted(own, np.linspace(own[0], own[-1], n + 1)[1:-1])
         pieces += list(zip([start, *edges.tolist()], [*edges.tolist(), stop], strict=True))
     return np.array(pieces, dtype=np.int64)
-
-
-def _of(problem: Problem, pieces: IntArray) -> Problem:
-    """Return the problem of some pieces, a segment each."""
-    return replace(problem, inputs=problem.inputs.part(covered(pieces)), segments=laid(pieces))

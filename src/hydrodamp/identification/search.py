@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import block_diag
 
-from hydrodamp.arrays import FloatArray
+from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.conditioning.derived import fitted, relative
 from hydrodamp.identification.covariance import correlation_time
 from hydrodamp.identification.differences import (
@@ -20,7 +20,7 @@ from hydrodamp.identification.differences import (
 from hydrodamp.identification.power import PowerRows, box_of, spread as spread_over
 from hydrodamp.identification.triangle import solve_axis
 from hydrodamp.identification.weak import WeakEquations
-from hydrodamp.identification.windows import Windows, cut
+from hydrodamp.identification.windows import Windows, covered, cut, laid
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
 
@@ -29,10 +29,10 @@ from hydrodamp.simulation.problem import Problem
 _FLOOR, _NOISE = 1e-9, 0.5
 
 #: Steps of a stage; one that takes less than this share off the errors' variance ends it.
-ROUNDS, REST = 6, 1e-2
+ROUNDS, COARSE, REST = 10, 1e-2, 2e-3
 
 #: Damping of the first step, its factor, and how often a step is damped more.
-_DAMPING, _FACTOR, _TRIALS = 1e-3, 8.0, 8
+DAMPING, _FACTOR, _TRIALS = 1e-3, 8.0, 8
 
 #: Strength of the prior before the data have set it, and its bounds.
 _FIRST, _BOUNDS = 0.1, (1e-6, 10.0)
@@ -70,6 +70,7 @@ class Place:
     strength: float = _FIRST
     size: float = 1.0
     moved: float = 0.0
+    damping: float = DAMPING
     settled: bool = False
 
 
@@ -89,6 +90,13 @@ class Search:
     noise: FloatArray
     unit: FloatArray
     power: FloatArray
+
+    def part(self, stretches: IntArray) -> Search:
+        """Return the search in some stretches of the log, a segment each."""
+        samples, problem = covered(stretches), self.problem
+        inputs, segments = problem.inputs.part(samples), laid(stretches)
+        some = replace(problem, inputs=inputs, segments=segments)
+        return replace(self, problem=some, velocity=self.velocity[samples])
 
     def windows(self, length: float) -> Windows:
         """Return windows of a length [s], each from near the smoothed velocity."""
@@ -184,17 +192,22 @@ def starts(search: Search, model: DampingModel) -> list[FloatArray]:
     return found
 
 
-def ladder(search: Search, first: Sequence[FloatArray], lengths: Sequence[float]) -> list[Place]:
-    """Search from the best start over windows of one length, then of one length more each time.
+def begun(search: Search, first: Sequence[FloatArray], length: float) -> Place:
+    """Return the place of the coefficients that replay windows of a length [s] best."""
+    windows = [search.windows(length)]
+    return min((search.place(one, windows) for one in first), key=search.cost)
 
-    Return the start and every stage.
-    """
-    windows = [search.windows(length) for length in lengths]
-    found = [search.place(one, windows[:1]) for one in first]
-    places = [min(found, key=search.cost)]
-    for stage in range(len(lengths)):
-        places.append(descend(search, replace(places[-1], windows=tuple(windows[: stage + 1]))))
-    return places
+
+def ladder(search: Search, start: Place, lengths: Sequence[float]) -> Place:
+    """Search from a start over windows of one length, then of one length more each time."""
+    place, windows = start, tuple(search.windows(length) for length in lengths)
+    for number in range(1, len(lengths) + 1):
+        more = search.spreads(place.coefficients, windows[len(place.spreads) : number])
+        place = replace(place, windows=windows[:number], spreads=place.spreads + more)
+        place, normal = search.at(place.coefficients, place)
+        place = _evidence(search, place, normal)
+        place = descend(search, place, normal, REST if number == len(lengths) else COARSE)
+    return place
 
 
 def within(problem: Problem, lengths: Sequence[float]) -> list[float]:
@@ -205,43 +218,45 @@ def within(problem: Problem, lengths: Sequence[float]) -> list[float]:
     return shorter if len(shorter) == len(lengths) else [*shorter, np.inf]
 
 
-def descend(search: Search, start: Place) -> Place:
-    """Take damped Gauss-Newton steps to the likeliest errors; the data set the prior.
+def descend(
+    search: Search, place: Place, normal: FloatArray, rest: float, rounds: int = ROUNDS
+) -> Place:
+    """Take damped Gauss-Newton steps to the likeliest errors, until one promises or gains little.
 
     Errors of each velocity over windows of each length have a variance of their own, unknown: the
-    logarithm of their mean square counts, which asks for no weights.
+    logarithm of their mean square counts, which asks for no weights. After Nielsen (1999), a step
+    is damped as well as the one before kept what it promised.
     """
-    x, p, damping, settled = start.coefficients / search.unit, len(search.unit), _DAMPING, False
-    seen = replace(start, spreads=search.spreads(start.coefficients, start.windows))
-    place, normal = search.at(start.coefficients, seen)
-    before = search.cost(place)
-    for number in range(ROUNDS):
+    p, damping, settled = len(search.unit), place.damping, False
+    x, before = place.coefficients / search.unit, search.cost(place)
+    for _ in range(rounds):
         curvature = normal[:-1, :-1] * search.unit[:, None] * search.unit
+        curvature = curvature + place.strength / p * np.eye(p) + search.feeding(x)
         slope = normal[:-1, -1] * search.unit
-        if number == 1:
-            place = _evidence(search, place, curvature)
-            before = search.cost(place)
-        rest = place.strength / p * np.eye(p) + search.feeding(x)
-        curvature, slope = curvature + rest, slope - rest @ x
+        slope = slope - place.strength / p * x - search.feeding(x) @ x
+        settled = float(slope @ np.linalg.solve(curvature, slope)) < rest
+        if settled:
+            break
+        factor = 2.0
         for _ in range(_TRIALS):
-            tried = x + np.linalg.solve(curvature + damping * np.diag(np.diag(curvature)), slope)
-            new, there = search.at(tried * search.unit, place)
+            step = np.linalg.solve(curvature + damping * np.diag(np.diag(curvature)), slope)
+            new, there = search.at((x + step) * search.unit, place)
             after = search.cost(new)
             if after < before:
                 break
-            damping *= _FACTOR
-        else:  # stuck, unless the whole step promised next to nothing
-            settled = float(slope @ np.linalg.solve(curvature, slope)) < REST
+            damping, factor = factor * damping, 2.0 * factor
+        else:
             break
-        settled = before - after < REST and number > 0
-        place, normal, x, before = new, there, tried, after
-        damping = max(damping / _FACTOR, 1e-9)
+        kept = (before - after) / float(step @ (2.0 * slope - curvature @ step))
+        damping = max(damping * max(1.0 / 3.0, 1.0 - (2.0 * kept - 1.0) ** 3), DAMPING)
+        settled = before - after < rest
+        place, normal, x, before = new, there, x + step, after
         if settled:
             break
-    return replace(place, settled=settled)
+    return replace(place, settled=settled, damping=damping)
 
 
-def _evidence(search: Search, place: Place, curvature: FloatArray) -> Place:
+def _evidence(search: Search, place: Place, normal: FloatArray) -> Place:
     """Return the place with the strength of the prior that the data ask for (MacKay 1992).
 
     Errors of a replay are alike for seconds: they count as often as they are independent.
@@ -254,6 +269,7 @@ def _evidence(search: Search, place: Place, curvature: FloatArray) -> Place:
     alike = [max(correlation_time(one[:, None], number, time) / step, 1.0) for one in errors.T]
     independent = search.problem.n_samples * float(np.sum(1.0 / np.array(alike)))
     misfit = float(np.mean(1.0 - (search.noise / spread) ** 2))
+    curvature = normal[:-1, :-1] * search.unit[:, None] * search.unit
     told = np.maximum(np.linalg.eigvalsh(curvature), 0.0)
     square = float(np.sum((place.coefficients / search.unit) ** 2))
     p, strength, size = len(told), place.strength, place.size

@@ -29,7 +29,7 @@ from hydrodamp.identification.power import (
     operating_box,
     worst_power,
 )
-from hydrodamp.identification.search import ladder, searching, starts, within
+from hydrodamp.identification.search import begun, ladder, searching, starts, within
 from hydrodamp.identification.weak import WeakEquations
 from hydrodamp.models.catalog import PAPER_MODELS, catalog
 from hydrodamp.models.damping import Damping
@@ -238,8 +238,9 @@ def refit(
 ) -> tuple[Damping, float | None]:
     """Fit the replay on windows of some lengths, and score that of the whole log."""
     search = searching(problem, model)
-    places = ladder(search, [*first, *starts(search, model)], within(problem, lengths))
-    damping = Damping(model, places[-1].coefficients)
+    tried, lengths = [*first, *starts(search, model)], within(problem, lengths)
+    place = ladder(search, begun(search, tried, lengths[0]), lengths)
+    damping = Damping(model, place.coefficients)
     return damping, score(replay(problem, damping)).rms
 
 

@@ -67,6 +67,13 @@ class Windows:
         return covered(self.bounds)
 
     @cached_property
+    def chunks(self) -> tuple[Windows, ...]:
+        """Some windows after others, as many as are linearised at once."""
+        at_once = max(_ENTRIES // (6 * 2 * _MEANS * (len(self.entries[0]) + 6)), 1)
+        n = len(self.bounds)
+        return tuple(self.some(slice(one, one + at_once)) for one in range(0, n, at_once))
+
+    @cached_property
     def inputs(self) -> Inputs:
         """What drives the windows, each from its own first velocity."""
         velocity = self.problem.inputs.velocity[self.samples]
@@ -105,54 +112,78 @@ class Windows:
         With slopes A and errors e, over ``spread``, [A e]ᵀ[A e], shape (parts, p + 1, p + 1). Both
         are averaged over a tenth of a window. Windows that run away tell no direction.
         """
-        n = len(self.bounds)
-        ends = np.arange(parts + 1) * n // parts
-        return np.array(
-            [self.some(slice(a, b)).linear(coefficients, spread).normal for a, b in pairwise(ends)]
-        )
+        p, n, first = len(coefficients), len(self.bounds), 0
+        found = np.zeros((parts, p + 1, p + 1))
+        for slopes, errors, edges, part, _ in self._linearised(coefficients, spread):
+            number = (first + np.arange(len(part.bounds))) * parts // n
+            for one in np.unique(number):
+                own = edges[
+                    np.flatnonzero(number == one)[0] : np.flatnonzero(number == one)[-1] + 2
+                ]
+                rows = slice(own[0], own[-1])
+                found[one] += self._left(slopes[rows], errors[rows], np.array(own) - own[0])[0]
+            first += len(part.bounds)
+        return found
 
     def linear(self, coefficients: FloatArray, spread: FloatArray) -> Linear:
-        """Linearise the errors in the coefficients, first velocities where they fit best.
-
-        With slopes B in first velocities, δ = (BᵀB + doubt⁻²)⁻¹Bᵀe takes Bδ off the errors, and
-        ``normal`` is what that leaves of [A e]ᵀ[A e] (Schur's complement).
-        """
-        p = len(coefficients)
-        normal, square, moved = np.zeros((p + 1, p + 1)), np.zeros(len(self.free)), 0.0
-        for rows, simulated, part in self._linearised(coefficients, spread):
-            own, first = rows[..., : p + 1], rows[..., p + 1 :]
-            shared = first.transpose(0, 2, 1) @ own
-            inner = first.transpose(0, 2, 1) @ first + np.diag(self.doubt**-2.0)
-            gain = np.linalg.solve(inner, shared)
-            flat = own.reshape(-1, p + 1)
-            normal += flat.T @ flat - np.tensordot(shared, gain, ((0, 1), (0, 1)))
-            errors = own[..., p]
-            left = errors - (first @ gain[..., p:])[..., 0]
-            gone = (errors**2 - left**2).reshape(-1, len(self.free)).sum(axis=0)
+        """Linearise the errors in the coefficients, first velocities where they fit best."""
+        p, free = len(coefficients), self.free
+        normal, square, moved = np.zeros((p + 1, p + 1)), np.zeros(len(free)), 0.0
+        for slopes, errors, edges, part, simulated in self._linearised(coefficients, spread):
+            own, starts = self._left(slopes, errors, edges)
+            normal += own
+            change = slopes[:, p + free] * np.repeat(starts, np.diff(edges), axis=0)
+            left = errors - np.sum(change, axis=1)
+            gone = (errors**2 - left**2).reshape(-1, 6).sum(axis=0)[free]
             square += np.sum(part._missed(simulated) ** 2, axis=0) - gone * spread**2
-            moved += float(np.sum((gain[..., p] / self.doubt) ** 2))
+            moved += float(np.sum((starts / self.doubt) ** 2))
         return Linear(normal, square, moved)
+
+    def _left(
+        self, slopes: FloatArray, errors: FloatArray, edges: IntArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return the normal matrix that first velocities leave, and what each window's moves by.
+
+        With slopes B in first velocities, δ = (BᵀB + doubt⁻²)⁻¹Bᵀe takes Bδ off the errors of a
+        window, and the rest of [A e]ᵀ[A e] is Schur's complement.
+        """
+        p = slopes.shape[1] - 6
+        first, windows = slopes[:, p + self.free], [slice(*edge) for edge in pairwise(edges)]
+        shared = np.array([first[one].T @ slopes[one] for one in windows])
+        missed = np.array([errors[one] @ first[one] for one in windows])[:, :, None]
+        inner = shared[:, :, p + self.free] + np.diag(self.doubt**-2.0)
+        shared = np.concatenate([shared[:, :, :p], missed], axis=2)
+        gain = np.linalg.solve(inner, shared)
+        normal = -np.tensordot(shared, gain, ((0, 1), (0, 1)))
+        slope = errors @ slopes
+        normal[:p, :p] += (slopes.T @ slopes)[:p, :p]
+        normal[:p, p] += slope[:p]
+        normal[p, :p] += slope[:p]
+        normal[p, p] += errors @ errors
+        return normal, gain[:, :, p]
 
     def triangle(self, coefficients: FloatArray, spread: FloatArray) -> FloatArray:
         """Return the root of the normal matrix, first velocities fixed; it keeps more digits."""
-        size = len(coefficients) + 1
-        total: FloatArray = np.zeros((size, size))
-        for rows, *_ in self._linearised(coefficients, spread):
-            total = folded_rows(total, rows[..., :size].reshape(-1, size))
+        p = len(coefficients)
+        total: FloatArray = np.zeros((p + 1, p + 1))
+        for slopes, errors, *_ in self._linearised(coefficients, spread):
+            total = folded_rows(total, np.column_stack([slopes[:, :p], errors]))
         return total
 
     def _linearised(
         self, coefficients: FloatArray, spread: FloatArray
-    ) -> Iterator[tuple[FloatArray, FloatArray, Windows]]:
-        """Yield rows [A e B] of some windows after others, their replay, and the windows."""
-        at_once = max(_ENTRIES // (6 * 2 * _MEANS * (len(coefficients) + 6)), 1)
-        for first in range(0, len(self.bounds), at_once):
-            part = self.some(slice(first, first + at_once))
-            yield *part._rows(coefficients, spread), part
+    ) -> Iterator[tuple[FloatArray, FloatArray, IntArray, Windows, FloatArray]]:
+        """Yield slopes [A B] and errors of some windows after others, edges, windows, replay."""
+        for part in self.chunks:
+            slopes, errors, edges, simulated = part._means(coefficients, spread)
+            rows = slopes.reshape(-1, slopes.shape[2]), errors.ravel()
+            yield *rows, 6 * edges, part, simulated
 
-    def _rows(self, coefficients: FloatArray, spread: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the rows of each window, zero behind its last, and the replay."""
-        table, p = self.problem.columns, len(coefficients)
+    def _means(
+        self, coefficients: FloatArray, spread: FloatArray
+    ) -> tuple[FloatArray, FloatArray, IntArray, FloatArray]:
+        """Return slopes (m, 6, p + 6), errors (m, 6), where windows begin and end, and the replay."""
+        table, p, free = self.problem.columns, len(coefficients), self.free
         block = max(int(np.median(np.diff(self.bounds, axis=1))) // _MEANS, 1)
         simulated, _, slopes = kernels.replay(
             table.plant,
@@ -164,25 +195,23 @@ class Windows:
             block=block,
         )
         first = np.concatenate([np.arange(start, stop, block) for start, stop in self.spans])
+        edges = np.searchsorted(first, np.append(self.spans[:, 0], len(simulated)))
         count = np.diff(np.append(first, len(simulated)))
         errors = self.problem.inputs.velocity[self.samples] - simulated
         errors = np.add.reduceat(errors, first, axis=0) / np.sqrt(count)[:, None]
-        window = np.searchsorted(self.spans[:, 1], first, side="right")
-        place = np.arange(len(window)) - np.searchsorted(window, window)
-        f = len(self.free)
-        rows = np.zeros((len(self.bounds), int(place.max()) + 1, f, p + 1 + f))
-        for number, axis in enumerate(self.free):
-            here = rows[:, :, number]
-            here[window, place, :p] = slopes[:, axis, :p]
-            here[window, place, p] = errors[:, axis]
-            here[window, place, p + 1 :] = slopes[:, axis, p + self.free]
-            here /= spread[number]
-        far = _LOST * np.abs(self.problem.inputs.velocity[:, self.free]).max(axis=0) / spread
-        little = np.concatenate([np.abs(_LITTLE * coefficients), [1.0], self.doubt])
-        moved = (np.maximum(rows.max(axis=1), -rows.min(axis=1)) * little).max(axis=2)
-        lost = ~np.all(moved <= far * np.sqrt(block), axis=1)  # NaN is not within
-        rows[lost] = 0.0
-        return rows.reshape(len(rows), -1, p + 1 + f), simulated
+        weight = np.zeros(6)
+        weight[free] = 1.0 / spread
+        slopes *= weight[:, None]
+        errors *= weight
+        # what grows in a window has grown most at its end
+        far = _LOST * np.abs(self.problem.inputs.velocity).max(axis=0) * weight * np.sqrt(block)
+        little = np.zeros(p + 6)
+        little[:p], little[p + free] = np.abs(_LITTLE * coefficients), self.doubt
+        last = edges[1:] - 1
+        moved = np.maximum(np.abs(errors[last]), np.max(np.abs(slopes[last]) * little, axis=2))
+        for lost in np.flatnonzero(~np.all(moved <= far, axis=1)):  # NaN is not within
+            errors[edges[lost] : edges[lost + 1]] = slopes[edges[lost] : edges[lost + 1]] = 0.0
+        return slopes, errors, edges, simulated
 
 
 def cut(problem: Problem, length: float) -> IntArray:
