@@ -10,7 +10,7 @@ from interleaving import interleaved
 from scipy.optimize import least_squares
 
 import hydrodamp as hd
-from hydrodamp.identification.search import descend, searching, starts
+from hydrodamp.identification.search import Place, descend, searching, starts
 
 pytestmark = pytest.mark.usefixtures("one_core")
 
@@ -27,22 +27,21 @@ def test_against_scipy(benchmark, ledger, key, target):
     # SciPy holds first velocities where they are, so they are in no doubt here either.
     windows = replace(search.windows(8.0), doubt=np.full(6, 1e-9))
     first = starts(search, model)[-1]
-    start = replace(search.place(first, [windows]), strength=1e-4)
-    (spread,) = start.spreads
+    start = search.wider(Place(first, (), strength=1e-4), windows)
+    spread = search.spread(first, windows)
 
     def errors(coefficients: np.ndarray) -> np.ndarray:
         return (windows.errors(coefficients) / spread).ravel()
 
     def ours() -> np.ndarray:
-        place, normal = search.at(start.coefficients, start)
-        return descend(search, place, normal, rest=1e-2).coefficients
+        return descend(search, start, rest=1e-2).coefficients
 
     def other() -> np.ndarray:
         return least_squares(errors, first, x_scale=search.unit, ftol=1e-2, max_nfev=12).x
 
     fast, slow = interleaved(benchmark, ours, other, rounds=2, other_rounds=1)
 
-    near, nearer = (np.log(search.spreads(end(), [windows])).mean() for end in (other, ours))
+    near, nearer = (np.log(search.spread(end(), windows)).mean() for end in (other, ours))
     assert nearer < near + 0.01
     ledger.faster(
         f"output error, {key}: least_squares with finite differences", fast, slow, target=target

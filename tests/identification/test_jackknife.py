@@ -21,8 +21,9 @@ def test_without_a_prior_it_is_the_delete_one_jackknife(campaign):
     problem = hd.prepare(campaign.vehicle, campaign.train, model)
     search = searching(problem, model)
     windows = search.windows(4.0)
-    place = replace(search.place(starts(search, model)[0], [windows]), strength=0.0)
-    normals = windows.normals(place.coefficients, place.spreads[0], 32)
+    place = begun(search, starts(search, model)[:1], 4.0)
+    (kind,), place = place.kinds, replace(place, strength=0.0)
+    normals = windows.normals(place.coefficients, kind.spread, 32)
     total = normals.sum(axis=0)
     ends = [np.linalg.solve((total - one)[:-1, :-1], (total - one)[:-1, -1]) for one in normals]
     away, n = np.array(ends) - np.mean(ends, axis=0), len(ends)
@@ -39,7 +40,7 @@ def test_what_no_data_tell_may_be_all_that_the_prior_allows(campaign):
     still = replace(campaign.train, commands=campaign.train.commands * kept)
     problem = hd.prepare(campaign.vehicle, still, model)
     search = searching(problem, model)
-    place = search.place(np.zeros(13), [search.windows(4.0)])
+    place = begun(search, [np.zeros(13)], 4.0)
     found = jackknifed(search, replace(place, strength=0.1, size=4.0))
     assert found is not None
     assert found.standard_errors[-1] == pytest.approx(2.0 * search.unit[-1])
@@ -50,7 +51,7 @@ def test_too_few_windows_leave_nothing_out(campaign):
     model = hd.catalog["fossen"]
     problem = hd.prepare(campaign.vehicle, campaign.train.between(0.0, 5.0), model)
     search = searching(problem, model)
-    assert jackknifed(search, search.place(np.zeros(12), [search.windows(4.0)])) is None
+    assert jackknifed(search, begun(search, [np.zeros(12)], 4.0)) is None
 
 
 def test_intervals_reach_back_to_the_start_and_as_far_as_halves_differ(campaign):

@@ -51,12 +51,13 @@ def test_first_velocities_go_where_they_fit_as_far_as_they_are_in_doubt(campaign
     true = np.array([true_damping()[label] for label in TRUE_TERMS.labels])
     off = np.random.default_rng(3).normal(scale=1e-3, size=windows.starts.shape)
     windows = replace(windows, starts=problem.inputs.velocity[windows.bounds[:, 0]] + off)
-    spread, plain = np.full(6, 1e-4), np.sum(windows.errors(true) ** 2, axis=0)
+    spread, plain = np.full(6, 1e-4), np.mean(windows.errors(true) ** 2, axis=0)
     free = replace(windows, doubt=np.full(6, 0.01)).linear(true, spread)
     held = replace(windows, doubt=np.full(6, 1e-9)).linear(true, spread)
     assert np.all(free.square < 0.05 * plain)  # a sample's noise is left where samples are averaged
     np.testing.assert_allclose(held.square, plain, rtol=1e-6)
-    assert free.moved * 0.01**2 == pytest.approx(np.sum(off**2), rel=0.05)
+    total = free.moved * 6 * len(windows.samples)
+    assert total * 0.01**2 == pytest.approx(np.sum(off**2), rel=0.05)
 
 
 def test_first_velocities_that_run_away_tell_no_direction():

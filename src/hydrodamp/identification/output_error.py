@@ -97,7 +97,7 @@ def _walked(start: Place, place: Place) -> str:
         return (
             "This is the weak form: no search did better on parts of the log that were not fitted."
         )
-    lengths = [one.length for one in place.windows]
+    lengths = [one.windows.length for one in place.kinds]
     words = ", ".join("whole segments" if np.isinf(one) else f"{one:g} s" for one in lengths)
     return (
         f"The search started from the weak form; windows were {words}; the prior has "
@@ -118,8 +118,9 @@ def told(
     ``apart`` is half of what searches through two halves of the log differ by.
     """
     problem = search.problem
-    seen = place.windows[0].triangle(place.coefficients, place.spreads[0])
-    span = spanned(seen[:, :-1], model.labels)
+    shortest = place.kinds[0]
+    root = shortest.windows.triangle(place.coefficients, shortest.spread)
+    span = spanned(root[:, :-1], model.labels)
     uncertainty = jackknifed(search, place)
     if uncertainty is not None and apart is not None:
         uncertainty = uncertainty.scaled(_beyond_linear(uncertainty, apart, search.entries[1]))
@@ -164,15 +165,14 @@ def jackknifed(search: Search, place: Place) -> Uncertainty | None:
     that comes what the prior hides: along directions of which the data tell nothing a
     coefficient may be anything that the prior allows.
     """
-    kinds = list(zip(place.windows, place.spreads, strict=True))
-    n, unit = min(_MOST, len(kinds[0][0].bounds)), search.unit
+    n, unit = min(_MOST, len(place.kinds[0].windows.bounds)), search.unit
     if n < _FEWEST:
         return None
     p, scale = len(unit), np.append(unit, 1.0)
     normals: FloatArray = np.zeros((n, p + 1, p + 1))
-    for one, spread in kinds:
-        share = len(kinds) * len(one.samples) * len(spread)
-        normals += one.normals(place.coefficients, spread, n) / share
+    for windows, spread, *_ in place.kinds:
+        share = len(place.kinds) * len(windows.samples) * len(spread)
+        normals += windows.normals(place.coefficients, spread, n) / share
     normals *= scale[:, None] * scale
     prior = place.strength / p
     normals[:, :-1, :-1] += prior / n * np.eye(p)

@@ -88,10 +88,11 @@ def _halves(search: Search, model: DampingModel, end: Place) -> tuple[FloatArray
     halves = search.part(pieces[::2]), search.part(pieces[1::2])
     for seen, other in (halves, halves[::-1]):
         judged, missed = other.windows(np.inf), []
-        first = begun(seen, starts(seen, model), end.windows[0].length)
-        windows = tuple(seen.windows(one.length) for one in end.windows)
-        place, normal = seen.at(end.coefficients, replace(end, windows=windows, damping=DAMPING))
-        place = descend(seen, place, normal, REST, rounds=1)
+        windows = [seen.windows(one.windows.length) for one in end.kinds]
+        first = begun(seen, starts(seen, model), windows[0].length)
+        kinds = [old._replace(windows=new) for old, new in zip(end.kinds, windows, strict=True)]
+        place = seen.at(end.coefficients, replace(end, kinds=tuple(kinds), damping=DAMPING))
+        place = descend(seen, place, REST, rounds=1)
         for one in (first, place):
             errors = np.clip(judged.errors(one.coefficients) / most, -1.0, 1.0)
             square = np.add.reduceat(np.mean(errors**2, axis=1), judged.spans[:, 0])

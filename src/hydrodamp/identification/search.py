@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import block_diag
@@ -54,22 +55,32 @@ _PRIORS, _ACTIVE = (1e-6, 1e-4, 1e-2, 1.0), 20
 _EXACT = 1e-3
 
 
+class Seen(NamedTuple):
+    """How windows of one length fit: standard deviations of the errors of each velocity (f,).
+
+    ``normal`` is the normal matrix of the mean square error over the deviations seen before,
+    ``moved`` the mean square by which first velocities moved, against their doubt.
+    """
+
+    windows: Windows
+    spread: FloatArray
+    normal: FloatArray
+    moved: float
+
+
 @dataclass(frozen=True, eq=False)
 class Place:
     """Where a stage ended, over windows of several lengths.
 
-    ``spreads`` are standard deviations of the errors of each velocity, a length each. ``strength``
-    is that of the prior against the mean square of the errors over them, ``size`` the mean square
-    of coefficients that it stands for; both per coefficient, in units. ``moved`` is the mean square
-    by which first velocities moved, against their doubt.
+    ``strength`` is that of the prior against the mean square of the errors over their standard
+    deviations, ``size`` the mean square of coefficients that it stands for; both per coefficient,
+    in units. ``damping`` is that of the next step.
     """
 
     coefficients: FloatArray
-    windows: tuple[Windows, ...]
-    spreads: tuple[FloatArray, ...]
+    kinds: tuple[Seen, ...]
     strength: float = _FIRST
     size: float = 1.0
-    moved: float = 0.0
     damping: float = DAMPING
     settled: bool = False
 
@@ -104,43 +115,42 @@ class Search:
         starts = self.velocity[bounds[:, 0]]
         return Windows(length, self.problem, self.entries, bounds, starts, self.doubt)
 
-    def place(self, coefficients: FloatArray, windows: Sequence[Windows]) -> Place:
-        """Return the place of coefficients, with the prior that comes before the data."""
-        return Place(coefficients, tuple(windows), self.spreads(coefficients, windows))
+    def spread(self, coefficients: FloatArray, windows: Windows) -> FloatArray:
+        """Return the standard deviation of the errors of each velocity, starts where they are."""
+        return self._deviation(np.mean(windows.errors(coefficients) ** 2, axis=0))
 
-    def spreads(
-        self, coefficients: FloatArray, windows: Sequence[Windows]
-    ) -> tuple[FloatArray, ...]:
-        """Return the standard deviation of the errors of each velocity, a kind of windows each.
+    def _deviation(self, square: FloatArray) -> FloatArray:
+        """Return the root of a mean square; noise counts besides, so little is gained below it."""
+        return np.asarray(np.sqrt(np.maximum(square, 0.0) + self.noise**2))
 
-        Noise counts besides, so that little is gained where errors come below it.
-        """
-        return tuple(
-            np.sqrt(np.mean(one.errors(coefficients) ** 2, axis=0) + self.noise**2)
-            for one in windows
-        )
+    def seen(self, coefficients: FloatArray, windows: Windows, spread: FloatArray) -> Seen:
+        """See how windows fit, first velocities where errors and doubt are least."""
+        normal, square, moved = windows.linear(coefficients, spread)
+        return Seen(windows, self._deviation(square), normal, moved)
 
-    def at(self, coefficients: FloatArray, place: Place) -> tuple[Place, FloatArray]:
-        """Return the place of other coefficients, and the normal matrix of its mean square error.
+    def wider(self, place: Place, windows: Windows) -> Place:
+        """Return the same coefficients over windows of one length more."""
+        spread = self.spread(place.coefficients, windows)
+        new = self.seen(place.coefficients, windows, spread)
+        return replace(place, kinds=(*place.kinds, new))
 
-        First velocities go where errors, weighed as at the place before, and doubt are least.
-        """
-        spreads, moved, normal = [], 0.0, np.zeros((len(self.unit) + 1,) * 2)
-        for one, spread in zip(place.windows, place.spreads, strict=True):
-            found, n = one.linear(coefficients, spread), len(one.samples)
-            share = len(place.windows) * n * len(spread)
-            spreads.append(np.sqrt(np.maximum(found.square, 0.0) / n + self.noise**2))
-            normal += found.normal / share
-            moved += found.moved / share
-        there = replace(place, coefficients=coefficients, spreads=tuple(spreads), moved=moved)
-        return there, normal
+    def at(self, coefficients: FloatArray, place: Place) -> Place:
+        """Return the place of other coefficients, errors weighed as at the place before."""
+        kinds = tuple(self.seen(coefficients, one.windows, one.spread) for one in place.kinds)
+        return replace(place, coefficients=coefficients, kinds=kinds)
 
     def cost(self, place: Place) -> float:
         """Return what a search makes small: errors, coefficients, and power fed to the motion."""
         x = place.coefficients / self.unit
-        misfit = 2.0 * float(np.mean(np.log(place.spreads)))
+        misfit = 2.0 * float(np.mean([np.log(one.spread) for one in place.kinds]))
+        moved = float(np.mean([one.moved for one in place.kinds]))
         fed = _FED * float(np.mean(np.maximum(self.power @ x, 0.0) ** 2))
-        return misfit + place.moved + place.strength * float(np.mean(x**2)) + fed
+        return misfit + moved + place.strength * float(np.mean(x**2)) + fed
+
+    def normal(self, place: Place) -> tuple[FloatArray, FloatArray]:
+        """Return half the curvature and slope of the errors' cost, for coefficients in units."""
+        normal = np.mean([one.normal for one in place.kinds], axis=0)
+        return normal[:-1, :-1] * self.unit[:, None] * self.unit, normal[:-1, -1] * self.unit
 
     def feeding(self, x: FloatArray) -> FloatArray:
         """Return the curvature of half the cost of feeding, where coefficients in units are."""
@@ -194,19 +204,18 @@ def starts(search: Search, model: DampingModel) -> list[FloatArray]:
 
 def begun(search: Search, first: Sequence[FloatArray], length: float) -> Place:
     """Return the place of the coefficients that replay windows of a length [s] best."""
-    windows = [search.windows(length)]
-    return min((search.place(one, windows) for one in first), key=search.cost)
+    windows = search.windows(length)
+    return min((search.wider(Place(one, ()), windows) for one in first), key=search.cost)
 
 
 def ladder(search: Search, start: Place, lengths: Sequence[float]) -> Place:
     """Search from a start over windows of one length, then of one length more each time."""
-    place, windows = start, tuple(search.windows(length) for length in lengths)
-    for number in range(1, len(lengths) + 1):
-        more = search.spreads(place.coefficients, windows[len(place.spreads) : number])
-        place = replace(place, windows=windows[:number], spreads=place.spreads + more)
-        place, normal = search.at(place.coefficients, place)
-        place = _evidence(search, place, normal)
-        place = descend(search, place, normal, REST if number == len(lengths) else COARSE)
+    place = start
+    for number, length in enumerate(lengths, start=1):
+        if number > 1:
+            place = search.wider(place, search.windows(length))
+        rest = REST if number == len(lengths) else COARSE
+        place = descend(search, _evidence(search, place), rest)
     return place
 
 
@@ -218,9 +227,7 @@ def within(problem: Problem, lengths: Sequence[float]) -> list[float]:
     return shorter if len(shorter) == len(lengths) else [*shorter, np.inf]
 
 
-def descend(
-    search: Search, place: Place, normal: FloatArray, rest: float, rounds: int = ROUNDS
-) -> Place:
+def descend(search: Search, place: Place, rest: float, rounds: int = ROUNDS) -> Place:
     """Take damped Gauss-Newton steps to the likeliest errors, until one promises or gains little.
 
     Errors of each velocity over windows of each length have a variance of their own, unknown: the
@@ -228,20 +235,20 @@ def descend(
     is damped as well as the one before kept what it promised.
     """
     p, damping, settled = len(search.unit), place.damping, False
-    x, before = place.coefficients / search.unit, search.cost(place)
+    before = search.cost(place)
     for _ in range(rounds):
-        curvature = normal[:-1, :-1] * search.unit[:, None] * search.unit
-        curvature = curvature + place.strength / p * np.eye(p) + search.feeding(x)
-        slope = normal[:-1, -1] * search.unit
-        slope = slope - place.strength / p * x - search.feeding(x) @ x
+        x = place.coefficients / search.unit
+        curvature, slope = search.normal(place)
+        other = place.strength / p * np.eye(p) + search.feeding(x)
+        curvature, slope = curvature + other, slope - other @ x
         settled = float(slope @ np.linalg.solve(curvature, slope)) < rest
         if settled:
             break
         factor = 2.0
         for _ in range(_TRIALS):
             step = np.linalg.solve(curvature + damping * np.diag(np.diag(curvature)), slope)
-            new, there = search.at((x + step) * search.unit, place)
-            after = search.cost(new)
+            tried = search.at((x + step) * search.unit, place)
+            after = search.cost(tried)
             if after < before:
                 break
             damping, factor = factor * damping, 2.0 * factor
@@ -250,18 +257,18 @@ def descend(
         kept = (before - after) / float(step @ (2.0 * slope - curvature @ step))
         damping = max(damping * max(1.0 / 3.0, 1.0 - (2.0 * kept - 1.0) ** 3), DAMPING)
         settled = before - after < rest
-        place, normal, x, before = new, there, x + step, after
+        place, before = tried, after
         if settled:
             break
     return replace(place, settled=settled, damping=damping)
 
 
-def _evidence(search: Search, place: Place, normal: FloatArray) -> Place:
+def _evidence(search: Search, place: Place) -> Place:
     """Return the place with the strength of the prior that the data ask for (MacKay 1992).
 
     Errors of a replay are alike for seconds: they count as often as they are independent.
     """
-    windows, spread = place.windows[-1], place.spreads[-1]
+    windows, spread = place.kinds[-1].windows, place.kinds[-1].spread
     some = windows.some(slice(None, None, -(-len(windows.bounds) // _LOOKED_AT)))
     errors = some.errors(place.coefficients)
     number = np.repeat(np.arange(len(some.spans)), np.diff(some.spans, axis=1).ravel())
@@ -269,8 +276,7 @@ def _evidence(search: Search, place: Place, normal: FloatArray) -> Place:
     alike = [max(correlation_time(one[:, None], number, time) / step, 1.0) for one in errors.T]
     independent = search.problem.n_samples * float(np.sum(1.0 / np.array(alike)))
     misfit = float(np.mean(1.0 - (search.noise / spread) ** 2))
-    curvature = normal[:-1, :-1] * search.unit[:, None] * search.unit
-    told = np.maximum(np.linalg.eigvalsh(curvature), 0.0)
+    told = np.maximum(np.linalg.eigvalsh(search.normal(place)[0]), 0.0)
     square = float(np.sum((place.coefficients / search.unit) ** 2))
     p, strength, size = len(told), place.strength, place.size
     for _ in range(5):

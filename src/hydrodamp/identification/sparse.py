@@ -210,7 +210,7 @@ def replay_blocks(
     search = searching(problem, model)
     windows = search.windows(min(length, problem.duration / _LEAST))
     guessed = around.onto(model)
-    (spread,) = search.spreads(guessed, [windows])
+    spread = search.spread(guessed, windows)
     turn = np.eye(len(guessed) + 1)
     turn[:-1, -1] = guessed
     found = windows.normals(guessed, spread, min(_PARTS, len(windows.bounds)))

@@ -35,7 +35,10 @@ _LOST, _LITTLE = 5.0, 1e-4
 
 
 class Linear(NamedTuple):
-    """Errors linearised: normal matrix (p + 1, p + 1), squares (f,), and what starts moved by."""
+    """Errors linearised: normal matrix (p + 1, p + 1), squares (f,), and what starts moved by.
+
+    The mean of each over samples; of the first and the last over velocities, too.
+    """
 
     normal: FloatArray
     square: FloatArray
@@ -137,7 +140,8 @@ class Windows:
             gone = (errors**2 - left**2).reshape(-1, 6).sum(axis=0)[free]
             square += np.sum(part._missed(simulated) ** 2, axis=0) - gone * spread**2
             moved += float(np.sum((starts / self.doubt) ** 2))
-        return Linear(normal, square, moved)
+        n = len(self.samples)
+        return Linear(normal / n / len(free), square / n, moved / n / len(free))
 
     def _left(
         self, slopes: FloatArray, errors: FloatArray, edges: IntArray
@@ -182,7 +186,7 @@ class Windows:
     def _means(
         self, coefficients: FloatArray, spread: FloatArray
     ) -> tuple[FloatArray, FloatArray, IntArray, FloatArray]:
-        """Return slopes (m, 6, p + 6), errors (m, 6), where windows begin and end, and the replay."""
+        """Return slopes (m, 6, p + 6), errors (m, 6), edges of windows, and the replay."""
         table, p, free = self.problem.columns, len(coefficients), self.free
         block = max(int(np.median(np.diff(self.bounds, axis=1))) // _MEANS, 1)
         simulated, _, slopes = kernels.replay(
