@@ -22,6 +22,7 @@ _TAKEN = {
     *("end", "function", "persistent", "np", "numpy", "ca", "casadi"),
     *("mpc", "main", "batch", "onboard"),
     *("damping", "wrench", "acceleration", "derivative", "step", "holoocean"),
+    *("terms", "limited", "outside", "along"),
 }
 
 
