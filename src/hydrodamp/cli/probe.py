@@ -32,13 +32,14 @@ def probe(
     json: options.Json = False,
 ) -> None:
     """Look through a log: what is in it, what is missing, is it fit for the job."""
-    from hydrodamp.cli.targets import check_new_file
     from hydrodamp.files import save_text
     from hydrodamp.ingest.probing.probe import joined, judge
     from hydrodamp.report.probe_tables import probe_document, probe_grids
 
     needs = None if vehicle is None else partial(_needs, hd.find_vehicle(vehicle))
     if draft is not None:
+        from hydrodamp.cli.targets import check_new_file  # takes long to import
+
         check_new_file(draft, force)
     recordings = [hd.read_recording(path, mapping) for path in dict.fromkeys(logs)]
     if told := joined(recordings):

@@ -40,7 +40,7 @@ def record_faults(record: Record) -> list[str]:
             " deg/s. Convert them, or give a mapping with unit: deg/s"
         )
     rest = [name for name in record.velocity_names if name not in degrees]
-    return [*faults, *_speed_faults(record.velocity, record.place, rest)]
+    return [*faults, *_speed_faults(record.blocks["velocity"], record.place, rest)]
 
 
 def checked_blocks(given: Mapping[str, Any]) -> tuple[dict[str, FloatArray], list[str]]:
@@ -160,7 +160,11 @@ def _rates_in_degrees(record: Record) -> dict[str, float]:
         return {}
     keep, segments, _ = split(record)
     bounds = np.array([(part.start, part.stop) for part in segments], np.int64).reshape(-1, 2)
-    time, rates, turns = record.time[keep], record.velocity[keep], turned(attitude[keep], bounds)
+    time, rates, turns = (
+        record.time[keep],
+        record.blocks["velocity"][keep],
+        turned(attitude[keep], bounds),
+    )
     both = {
         name: agreement(time, bounds, rates[:, [3 + k]], turns[:, [k]])
         for k, name in enumerate(VELOCITIES[3:])

@@ -61,11 +61,6 @@ class Record:
         return self.blocks["time"]
 
     @property
-    def velocity(self) -> FloatArray:
-        """Body velocity, zero where not recorded, shape (n, 6)."""
-        return self.blocks["velocity"]
-
-    @property
     def n(self) -> int:
         """The number of samples."""
         return len(self.time)

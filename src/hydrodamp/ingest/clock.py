@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -32,6 +33,14 @@ class Clock:
     fresh: BoolArray | None = None  # which rows are no copies of the one before
     run: IntArray | None = None  # of each row, where these are some rows of a table
 
+    @cached_property
+    def runs(self) -> IntArray:
+        """The run that each row belongs to."""
+        stamps = set_right(self)
+        run = np.zeros(len(self.time), dtype=np.int64)
+        run[stamps.rows] = stamps.run
+        return np.maximum.accumulate(run)
+
 
 @dataclass(frozen=True, eq=False)
 class Stamps:
@@ -55,14 +64,6 @@ class Stamps:
 def set_right(clock: Clock) -> Stamps:
     """Return the usable messages of a topic."""
     return _Draft(clock).stamps()
-
-
-def runs_of(clock: Clock) -> IntArray:
-    """Return the run that each row of a topic belongs to."""
-    stamps = set_right(clock)
-    run = np.zeros(len(clock.time), dtype=np.int64)
-    run[stamps.rows] = stamps.run
-    return np.maximum.accumulate(run)
 
 
 class _Draft:

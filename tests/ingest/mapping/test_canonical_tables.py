@@ -93,8 +93,8 @@ def test_units_in_the_header_are_turned_into_si(
     rows = f"0,1,90,1,0,0,200,5\n{round(0.5 / tick)},2,0,1,0,0,300,6\n"
     record = canonical_record(read_recording(csv_file(line.format(clock, speed) + rows)))
     np.testing.assert_allclose(record.time, [0.0, 0.5])
-    np.testing.assert_allclose(record.velocity[:, 0], [factor, 2 * factor])
-    np.testing.assert_allclose(record.velocity[:, 5], [np.pi / 2, 0.0])
+    np.testing.assert_allclose(record.blocks["velocity"][:, 0], [factor, 2 * factor])
+    np.testing.assert_allclose(record.blocks["velocity"][:, 5], [np.pi / 2, 0.0])
     assert record.blocks["position"][:, 2].tolist() == [2.0, 3.0]
     assert record.blocks["commands"][:, record.command_names.index("rudder")].tolist() == [
         5.0,

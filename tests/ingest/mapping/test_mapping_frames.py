@@ -70,7 +70,7 @@ def test_axes_there_and_back(motion: np.ndarray, case: tuple[str, str], names: s
         **named("u v w p q r", np.hstack((velocity, rates))),
         fin=np.arange(4.0),
     )
-    np.testing.assert_array_equal(record.velocity, motion[:, 3:])
+    np.testing.assert_array_equal(record.blocks["velocity"], motion[:, 3:])
     np.testing.assert_array_equal(record.blocks["wrench"], motion[:, 3:])
     assert record.blocks["commands"][:, record.command_names.index("fin")].tolist() == [0, 1, 2, 3]
     back = Rotation.from_quat(record.blocks["attitude"], scalar_first=True)
@@ -87,7 +87,7 @@ def test_a_heading_is_that_of_a_compass_in_every_world(frame: str, world: str) -
         "velocity": {"north": "n", "east": "e"},
     }
     record = made(content, h=np.array([90.0, 90]), n=np.array([0.0, 1]), e=np.array([1.0, 0]))
-    np.testing.assert_allclose(record.velocity[:, :2], [[1, 0], [0, -1]], atol=1e-15)
+    np.testing.assert_allclose(record.blocks["velocity"][:, :2], [[1, 0], [0, -1]], atol=1e-15)
     assert record.velocity_names == ("u", "v")
 
 
@@ -98,7 +98,7 @@ def test_velocities_of_the_world_become_those_of_the_body(motion: np.ndarray) ->
     world = turned.apply(motion[:, 3:6]) * (1, 1, -1)
     content = {"attitude": by_name(EULER), "velocity": by_name("north east up")}
     record = made(content, **named(EULER, motion[:, :3]), **named("north east up", world))
-    np.testing.assert_allclose(record.velocity[:, :3], motion[:, 3:6], atol=1e-12)
+    np.testing.assert_allclose(record.blocks["velocity"][:, :3], motion[:, 3:6], atol=1e-12)
 
 
 @settings(deadline=None, max_examples=40)
@@ -124,7 +124,7 @@ def test_a_sensor_turned_and_moved_in_the_vehicle(motion: np.ndarray) -> None:
         **named("u v w p q r", np.hstack((measured, sits.inv().apply(rates)))),
         **named(QUATERNION, (body * sits).as_quat(scalar_first=True)),
     )
-    np.testing.assert_allclose(record.velocity, motion[:, 3:], atol=1e-12)
+    np.testing.assert_allclose(record.blocks["velocity"], motion[:, 3:], atol=1e-12)
     back = Rotation.from_quat(record.blocks["attitude"], scalar_first=True)
     np.testing.assert_allclose((back * body.inv()).magnitude(), 0, atol=1e-7)
 
@@ -137,4 +137,4 @@ def test_mountings_are_given_in_the_axes_of_the_mapping() -> None:
     turning = made(content, u=np.ones(2), v=still, w=still, r=np.full(2, 0.5))
     ahead = np.array([np.cos(np.pi / 6), -0.5, 0])
     moved = np.cross([0, 0, -0.5], [0.5, -0.2, -0.1])
-    np.testing.assert_allclose(turning.velocity[0, :3], ahead - moved)
+    np.testing.assert_allclose(turning.blocks["velocity"][0, :3], ahead - moved)

@@ -11,7 +11,7 @@ from hydrodamp.arrays import BoolArray, FloatArray
 from hydrodamp.conditioning.dropouts import lost_lock
 from hydrodamp.data.recording import Topic
 from hydrodamp.errors import LogError, did_you_mean
-from hydrodamp.ingest.clock import COARSE, Clock, Stamps, runs_of, set_right
+from hydrodamp.ingest.clock import COARSE, Clock, Stamps, set_right
 from hydrodamp.ingest.mapping.finding import Found, beside, called, column_of, labels_of
 from hydrodamp.ingest.mapping.schema import RECORDED, Entry, Source
 
@@ -54,6 +54,7 @@ def streams_of(
 ) -> tuple[list[Stream], list[str]]:
     """Return the channels by the clocks they stand on, and a fault for every topic without one."""
     streams: dict[object, Stream] = {}
+    clocks: dict[str, Clock] = {}
     faults: list[str] = []
     apart = _in_turns([one for one in found if one.topic is not None])
     for one in found:
@@ -63,7 +64,10 @@ def streams_of(
         own = b"" if rows is None else rows.tobytes()
         key = (one.topic.name, own, one.source.delay, *one.source.where.items())
         try:
-            streams[key] = streams.get(key) or _stream(one.topic, one.source, time, segment, rows)
+            if one.topic.name not in clocks:
+                clocks[one.topic.name] = Clock(one.topic.name, _time(one.topic, time))
+            clock = clocks[one.topic.name]
+            streams[key] = streams.get(key) or _stream(one.topic, one.source, clock, segment, rows)
         except LogError as error:
             faults += error.faults
         else:
@@ -96,12 +100,12 @@ def _in_turns(found: Sequence[Found]) -> dict[str, BoolArray]:
 def _stream(
     topic: Topic,
     source: Source,
-    time: Sequence[Source],
+    clock: Clock,
     segment: tuple[Topic, str] | None,
     rows: BoolArray | None = None,
 ) -> Stream:
     """Return a stream without channels, with the rows that meet the conditions of a source."""
-    stamps = _time(topic, time) - source.delay
+    stamps = clock.time - source.delay
     labels = labels_of(topic, segment[1]) if segment and segment[0] is topic else None
     for name, wanted in source.where.items():
         flags = topic.fields[beside(topic, name) or name]
@@ -110,7 +114,7 @@ def _stream(
     run = None
     if rows is not None:
         # Of few rows, stamps do not tell where the clock ran anew; those of all rows do.
-        run, stamps = runs_of(Clock(topic.name, stamps))[rows], stamps[rows]
+        run, stamps = clock.runs[rows], stamps[rows]
         labels = None if labels is None else tuple(np.array(labels, dtype=object)[rows])
     fresh = _fresh(topic, stamps) if rows is None else None
     return Stream(topic, Clock(topic.name, stamps, labels, fresh, run), rows)
