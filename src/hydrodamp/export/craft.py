@@ -130,8 +130,8 @@ class Craft:
             held_channels(self.columns, named, len(velocity)),
             given if speed is None else speed,
         )
-        known = np.ones(self.columns.n_known, dtype=bool)
-        drives = np.append(known, [bool(term.commands) for term in self.damping.model.basis])
+        known = [True] * self.columns.n_known
+        drives = np.array([*known, *(bool(x.commands) for x in self.damping.model.basis)])
         driven = regressor[:, drives] @ self.matrix[drives] + at.wrench
         return driven, regressor[:, ~drives] @ self.matrix[~drives]
 
