@@ -36,11 +36,12 @@ NAN, INF = np.nan, np.inf
         ),
         ([0, NAN, 1, INF, 2], None, [0, 2, 4], [0] * 3, {Oddity.ABSENT: 2}),
         ([100, 101, 50, 51], None, [0, 1, 2, 3], [0, 0, 1, 1], {Oddity.LEAP: 1}),
+        ([0, 1, 5e6, 5e6 + 1], None, [0, 1, 2, 3], [0, 0, 1, 1], {Oddity.LEAP: 1}),
         ([0, 1, 0, 1], "aabb", [0, 1, 2, 3], [0, 0, 1, 1], {}),
         ([0, 1, 2, 3], "aabb", [0, 1, 2, 3], [0] * 4, {}),
         ([0, 1, 2, NAN, 1, 2], "aaabbb", [0, 1, 2, 4, 5], [0, 0, 0, 1, 1], {Oddity.ABSENT: 1}),
     ],
-    ids=["repeated, late", "absent", "set back", "label", "label alone", "absent label"],
+    ids=["repeated, late", "absent", "set back", "epoch", "label", "label alone", "absent label"],
 )
 def test_odd_stamps_are_dropped_or_begin_a_run(
     time: list[float],
@@ -68,11 +69,6 @@ def test_whatever_the_stamps_time_increases_within_runs(time: np.ndarray) -> Non
     assert (np.diff(stamps.time)[inside] > 0).all()
     assert (np.diff(stamps.run) >= 0).all()
     assert (np.diff(stamps.rows) > 0).all()
-
-
-def test_each_epoch_is_a_run() -> None:
-    stamps = right([0, 1, 5e6, 5e6 + 1, 9e8, 9e8 + 1])
-    assert stamps.run.tolist() == [0, 0, 1, 1, 2, 2]
 
 
 def test_a_coarse_clock_is_spread_and_copies_are_not() -> None:

@@ -230,11 +230,7 @@ def test_odd_clocks_are_put_right_with_a_warning() -> None:
 @pytest.mark.parametrize(
     ("change", "back", "says"),
     [
-        (
-            lambda time: np.where(time > 10, time - 60, time),
-            60.0,
-            "clock was set back or to another epoch once",
-        ),
+        (lambda time: np.where(time > 10, time - 60, time), 60.0, "set back or to another"),
         (lambda time: time + np.where(time < 10, 0, 1.7e9), -1.7e9, "to another epoch once"),
     ],
 )
@@ -342,6 +338,4 @@ def test_a_held_value_ends_with_its_run() -> None:
     with pytest.warns(ClockWarning):
         record = record_of(mapping, Recording((table,), "runs.csv", "a test"))
     want = np.repeat([5.0, np.nan, 7.0], [10, 3, 7])
-    np.testing.assert_array_equal(
-        record.blocks["commands"][:, record.command_names.index("rpm")], want
-    )
+    np.testing.assert_array_equal(record.blocks["commands"][:, 0], want)
