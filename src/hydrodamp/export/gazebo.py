@@ -132,7 +132,7 @@ class GzSim(Gazebo):
     """
 
     key: ClassVar[str] = "gz-sim"
-    meant: ClassVar[str] = "gz-sim 7 to 10 (with `legacy`: 8.12, 9.6 or newer), SDF 1.10"
+    meant: ClassVar[str] = "gz-sim 7 to 10 (8.12, 9.6 or newer are best), SDF 1.10"
     plugin: ClassVar[tuple[str, str]] = (
         "gz-sim-hydrodynamics-system",
         "gz::sim::systems::Hydrodynamics",
