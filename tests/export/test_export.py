@@ -169,6 +169,10 @@ def test_an_export_takes_no_place_but_its_own(tmp_path, monkeypatch):
     monkeypatch.chdir(out)
     with pytest.raises(hd.FileError, match="is the folder that you are in"):
         hd.export(PUBLISHED, hd.fleet["vt690"], "python", ".", force=True)
+    (out / "deeper").mkdir()
+    monkeypatch.chdir(out / "deeper")
+    with pytest.raises(hd.FileError, match="is the folder that you are in"):
+        hd.export(PUBLISHED, hd.fleet["vt690"], "python", "..", force=True)
     (tmp_path / "b").symlink_to(out)
     with pytest.raises(hd.FileError, match="is a link"):
         hd.export(PUBLISHED, hd.fleet["vt690"], "python", tmp_path / "b", force=True)

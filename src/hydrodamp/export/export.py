@@ -114,7 +114,7 @@ def export(
 def check_export(folder: Path, force: bool) -> None:
     """Refuse a folder that cannot be written, or that holds anything but an earlier export."""
     check_folder(folder)
-    if folder.is_symlink() or folder.resolve() == Path.cwd():
+    if folder.is_symlink() or Path.cwd().is_relative_to(folder.resolve()):
         which = "is a link" if folder.is_symlink() else "is the folder that you are in"
         raise FileError(f"{folder}: {which}, and an export takes its folder's place; name another.")
     if folder.exists() and any(folder.iterdir()):
