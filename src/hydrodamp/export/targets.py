@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from itertools import islice
 from pathlib import Path
 from typing import ClassVar
 
@@ -69,8 +70,7 @@ class Randomisation(Target):
                 f"'{self.form}' cannot hold {', '.join(lost)}, and draws are not projected: take "
                 "a form that has every term, or identify a model that it can hold."
             )
-        rows = [*self._drawn(craft)]
-        found = craft.damping.coefficients
+        rows, found = self._drawn(craft), craft.damping.coefficients
         table = [("draw", *craft.damping.model.labels), ("estimate", *found.tolist())]
         table += [(str(number), *row.tolist()) for number, row in enumerate(rows, start=1)]
         text = "".join(f"{','.join(map(str, row))}\n" for row in table)
@@ -88,29 +88,26 @@ class Randomisation(Target):
         read = replace(craft, damping=Damping.from_dict(craft.damping.model, values))
         yield Engine("hydrodamp, the estimate of the table", read.acceleration)
 
-    def _drawn(self, craft: Craft) -> Iterator[FloatArray]:
-        """Yield the coefficients of each draw."""
-        covariance = craft.damping.covariance
+    def _drawn(self, craft: Craft) -> list[FloatArray]:
+        """Return the coefficients of each draw."""
+        found, covariance = craft.damping.coefficients, craft.damping.covariance
         if covariance is None or not np.isfinite(covariance).all():
             raise ModelError(
                 f"'{craft.damping.model.key}' has no covariance to draw from: give a damping file "
                 "that `hydrodamp identify` wrote by a method that tells one."
             )
-        random = np.random.default_rng(self.seed)
         tries = self.draws * (_TRIES if self.dissipative else 1)
-        wanted = self.draws
-        for row in random.multivariate_normal(
-            craft.damping.coefficients, covariance, tries, method="eigh"
-        ):
-            if wanted and (not self.dissipative or _dissipates(_with(craft, row))):
-                wanted -= 1
-                yield row
-        if wanted:
+        random = np.random.default_rng(self.seed)
+        drawn = random.multivariate_normal(found, covariance, tries, method="eigh")
+        fit = (row for row in drawn if not self.dissipative or _dissipates(_with(craft, row)))
+        rows = [*islice(fit, self.draws)]
+        if len(rows) < self.draws:
             raise MethodError(
-                f"only {self.draws - wanted} of {tries} draws dissipate everywhere looked at in "
+                f"only {len(rows)} of {tries} draws dissipate everywhere looked at in "
                 f"{craft.box}; {self.draws} were asked for. Identify by `dissipative`, or ask for "
                 "fewer."
             )
+        return rows
 
 
 def _with(craft: Craft, coefficients: FloatArray) -> Craft:
