@@ -15,11 +15,10 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from rich.console import Console
 
 import hydrodamp as hd
 from hydrodamp.report.comparison_tables import detail_grids, summary_grids
-from hydrodamp.report.grid import show
+from hydrodamp.cli.output import show
 
 HERE = Path(__file__).parent
 TRAIN, TEST = ("run_11_40_38", "run_11_57_50"), ("run_11_10_52", "run_11_46_03")
@@ -70,7 +69,7 @@ def main(arguments: list[str] | None = None) -> int:
         print(f"error: {error}\nThe runs are at {SOURCE}.", file=sys.stderr)
         return 2
     print(f"Data: {SOURCE}.\nTrained on {', '.join(TRAIN)}; tested on {', '.join(TEST)}, whole.\n")
-    show(Console(highlight=False), *detail_grids(table), *summary_grids(table))
+    show(*detail_grids(table), *summary_grids(table))
     shares = table.row(*CHOSEN).score.fit_by_axis.items()
     words = ", ".join(f"{name} {share:.0f}" for name, share in shares if share is not None)
     print(f"\nChosen on the training runs, {' by '.join(CHOSEN)}: 100 (1 - rmse/std) = {words} %")

@@ -15,11 +15,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from time import perf_counter
 
-from rich.console import Console
 
 import hydrodamp as hd
 from hydrodamp.report.comparison_tables import detail_grids, summary_grids
-from hydrodamp.report.grid import show
+from hydrodamp.cli.output import show
 
 HERE = Path(__file__).parent
 SOURCE = (
@@ -102,7 +101,7 @@ def work(asked: argparse.Namespace) -> None:
     print(f"Data: {SOURCE}.\nTrained on {', '.join(TRAIN)}; held out {', '.join(TEST)}, whole.")
     made = fits(vehicle, train, [models[key] for key in chosen], asked.methods.split(","))
     table = hd.compare(made, vehicle, test)
-    show(Console(highlight=False), *detail_grids(table), *summary_grids(table))
+    show(*detail_grids(table), *summary_grids(table))
     print("\n100 (1 - rmse/std) in %, held-out runs together:")
     for row in table.rows:
         print(f"{row.fit.method:12} {row.fit.model.key:22} {percent(row)}")

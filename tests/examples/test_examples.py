@@ -62,9 +62,9 @@ def test_whole_zigzags_that_were_held_out(run, measured_logs, tmp_path):
     ended = run("kvlcc2", measured_logs("kvlcc2_hsva"), *asked)
     assert ended.status == 0, ended.stderr
     rows = json.loads((tmp_path / "out" / "comparison.json").read_text("utf-8"))["rows"]
-    weak, recommended = (row["fit_by_axis"] for row in rows)
-    assert min(recommended[axis] for axis in "uvr") > 82.0
-    assert sum(recommended[axis] - weak[axis] for axis in "uvr") > 0.0
+    weak, recommended = rows
+    assert min(recommended["fit_by_axis"][axis] for axis in "uvr") > 82.0
+    assert recommended["rms"] < weak["rms"]
 
 
 def test_held_out_turns_from_the_raw_topics(run, measured_logs, tmp_path):
@@ -79,8 +79,9 @@ def test_held_out_turns_from_the_raw_topics(run, measured_logs, tmp_path):
     assert re.search(r"Held out: turns (\d+ to \d+ s(, )?){4}\n", ended.stdout)
     found = re.search(r"^steering +oe +(\d+) +(\d+) +(\d+) +(\d+)$", ended.stdout, re.MULTILINE)
     assert found is not None
-    # An independent fit of dr/dt = a U r + b U^2 rudder + c on four held-out turns [%].
-    assert sum(map(int, found.groups())) >= sum((79, 54, 71, 83))
+    # An independent fit of dr/dt = a U r + b U^2 rudder + c on four held-out turns [%]; eight
+    # numbers that are rounded to whole per cents differ by up to four.
+    assert sum(map(int, found.groups())) >= sum((79, 54, 71, 83)) - 4
     graded = dict(re.findall(r"^([XYZKMN]) +(?:yes|no) +(\d+) +", ended.stdout, re.MULTILINE))
     assert [graded[axis] for axis in "YZM"] == ["0", "0", "0"]
     assert all(int(graded[axis]) > 0 for axis in "KN")

@@ -29,11 +29,12 @@ from hydrodamp.simulation.problem import Problem
 #: counts, for its estimate takes fast motion for noise.
 _FLOOR, _NOISE = 1e-9, 0.5
 
-#: Steps of a stage; one that takes less than this share off the errors' variance ends it.
+#: Steps of a stage. One that takes less than this share off the errors' variance ends a stage
+#: before the last, and the last, which has come to rest if its last step took less than the first.
 ROUNDS, COARSE, REST = 10, 1e-2, 2e-3
 
-#: Damping of the first step, its factor, and how often a step is damped more.
-DAMPING, _FACTOR, _TRIALS = 1e-3, 8.0, 8
+#: Least damping of a step, and how often it is damped more.
+DAMPING, _TRIALS = 1e-3, 8
 
 #: Strength of the prior before the data have set it, and its bounds.
 _FIRST, _BOUNDS = 0.1, (1e-6, 10.0)
@@ -256,9 +257,10 @@ def descend(search: Search, place: Place, rest: float, rounds: int = ROUNDS) -> 
             break
         kept = (before - after) / float(step @ (2.0 * slope - curvature @ step))
         damping = max(damping * max(1.0 / 3.0, 1.0 - (2.0 * kept - 1.0) ** 3), DAMPING)
-        settled = before - after < rest
+        gained = before - after
+        settled = gained < COARSE
         place, before = tried, after
-        if settled:
+        if gained < rest:
             break
     return replace(place, settled=settled, damping=damping)
 
