@@ -17,8 +17,8 @@ from pathlib import Path
 import numpy as np
 
 import hydrodamp as hd
-from hydrodamp.report.comparison_tables import detail_grids, summary_grids
 from hydrodamp.cli.output import show
+from hydrodamp.report.comparison_tables import detail_grids, summary_grids
 
 HERE = Path(__file__).parent
 TRAIN, TEST = ("run_11_40_38", "run_11_57_50"), ("run_11_10_52", "run_11_46_03")

@@ -15,10 +15,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from time import perf_counter
 
-
 import hydrodamp as hd
-from hydrodamp.report.comparison_tables import detail_grids, summary_grids
 from hydrodamp.cli.output import show
+from hydrodamp.report.comparison_tables import detail_grids, summary_grids
 
 HERE = Path(__file__).parent
 SOURCE = (
