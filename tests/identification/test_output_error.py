@@ -36,6 +36,15 @@ def test_the_truth_comes_back_from_exact_runs(campaign):
         assert fit.damping[label] == pytest.approx(true_damping()[label], rel=0.02)
 
 
+def test_other_models_that_a_problem_was_prepared_for_change_nothing(campaign):
+    model = hd.catalog["linear"]
+    fits = [
+        hd.OutputError((2.0,)).identify(hd.prepare(campaign.vehicle, campaign.train, models), model)
+        for models in ([model], [hd.catalog["coe"], model, hd.catalog["fossen"]])
+    ]
+    np.testing.assert_array_equal(*(fit.damping.coefficients for fit in fits))
+
+
 def test_noise_moves_it_less_than_least_squares(campaign):
     fits = [
         hd.identify(TRUE_TERMS, campaign.vehicle, campaign.train, method)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -79,7 +79,7 @@ class OutputError:
             ``STOPPED`` where the search ended before it came to rest.
         """
         free = model.restricted_to(problem.vehicle.axes)
-        problem.columns.require(free)
+        problem = replace(problem, columns=problem.columns.only(free))
         if not free.n_coefficients:
             return empty_fit(problem, free, self.key, Status.EMPTY)
         return self._searched(problem, free)

@@ -102,6 +102,13 @@ class Columns:
                 f"{' '.join(missing)}. Name the model in `prepare(vehicle, log, models)`."
             )
 
+    def only(self, model: DampingModel) -> Columns:
+        """Return the table without the unknown columns that a model has no term of."""
+        self.require(model)
+        unknown = [self.n_known + self.basis.index(term) for term in model.basis]
+        factors = self.plant.factors[[*range(self.n_known), *unknown]]
+        return replace(self, basis=model.basis, plant=replace(self.plant, factors=factors))
+
     def entries(self, model: DampingModel) -> tuple[np.ndarray, np.ndarray]:
         """Return rows and axes of the table where the model's coefficients stand.
 
