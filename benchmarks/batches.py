@@ -12,7 +12,7 @@ from multiprocessing import get_context
 from workload import FULL, PAPER, problem, truth
 
 import hydrodamp as hd
-from hydrodamp import kernels
+from hydrodamp.kernels import core
 
 SAMPLES = 200_000
 REPEATS = {"replay": 3, "adapt": 8, "triangle": 1}
@@ -28,10 +28,10 @@ def batch(name: str) -> Callable[[], object]:
     segments, inputs = prepared.segments, prepared.inputs
     if name == "replay":
         plant, table = prepared.columns.plant, prepared.matrix(truth())
-        return lambda: kernels.replay(plant, table, inputs, segments)
+        return lambda: core.replay(plant, table, inputs, segments)
     bound = hd.AdaptiveIdentifier().bind(prepared, FULL)
     arguments = (bound.gains, bound.start(), inputs, segments)
-    return lambda: kernels.adapt(*arguments)
+    return lambda: core.adapt(*arguments)
 
 
 def run(name: str) -> None:

@@ -14,7 +14,7 @@ from interleaving import interleaved
 from workload import FULL, VEHICLE, problem
 
 import hydrodamp as hd
-from hydrodamp import kernels
+from hydrodamp.kernels import core
 
 HERE = Path(__file__).parent
 SOURCES = HERE.parent / "src" / "hydrodamp" / "kernels" / "csrc"
@@ -28,7 +28,7 @@ def batch(prepared: hd.Problem):
     bound = hd.AdaptiveIdentifier(a=GAIN, gamma=GAIN).bind(prepared, FULL)
     start = bound.start()
     arguments = (bound.gains, start, prepared.inputs)
-    return arguments, lambda: kernels.adapt(*arguments, prepared.segments)
+    return arguments, lambda: core.adapt(*arguments, prepared.segments)
 
 
 def test_against_numpy(benchmark, ledger):
@@ -58,7 +58,7 @@ def test_against_numpy_prepared(benchmark, ledger):
     known = prepared.columns.n_known
     (_, start, inputs), ours = batch(prepared)
     xi = prepared.regressor(0, few)
-    forcing = kernels.coriolis(VEHICLE.mass_matrix, inputs.velocity[:few]) + inputs.wrench[:few]
+    forcing = core.coriolis(VEHICLE.mass_matrix, inputs.velocity[:few]) + inputs.wrench[:few]
     forcing += xi[:, :known] @ prepared.columns.known
     middle, forcing = 0.5 * (xi[1:] + xi[:-1]), 0.5 * (forcing[1:] + forcing[:-1])
     middle = np.ascontiguousarray(middle[:, known:])
@@ -95,7 +95,7 @@ def test_against_its_own_c(benchmark, ledger, program, tmp_path):
     with (tmp_path / "problem").open("wb") as file:
         np.array([n, plant.n_terms], dtype=np.int64).tofile(file)
         plant.factors.tofile(file)
-        for array in (plant.mass_columns, gains.a, gains.gamma, start, *record):
+        for array in (plant.mass_matrix.T, gains.a, gains.gamma, start, *record):
             np.ascontiguousarray(array).tofile(file)
     seconds: list[float] = []
     told: list[str] = []

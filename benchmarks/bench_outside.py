@@ -9,7 +9,7 @@ from interleaving import interleaved
 from workload import FULL, VEHICLE, log, truth
 
 import hydrodamp as hd
-from hydrodamp.kernels import coriolis
+from hydrodamp.kernels.core import coriolis
 from hydrodamp.simulation.replay import replay
 
 pytestmark = pytest.mark.usefixtures("one_core")

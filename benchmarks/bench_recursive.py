@@ -9,8 +9,8 @@ from workload import VEHICLE, log
 
 import hydrodamp as hd
 import oracle
-from hydrodamp import kernels
 from hydrodamp.identification.recursive import RecursiveLeastSquares
+from hydrodamp.kernels import core
 
 MODEL = hd.catalog["mcfarland-whitcomb"]
 SAMPLES, FEW = 50_000, 2_000
@@ -21,20 +21,18 @@ def problem(n: int) -> hd.Problem:
     return hd.prepare(VEHICLE, log(n), MODEL)
 
 
-def recursion(n: int, core):
+def recursion(n: int, way):
     """Return a run of recursive least squares as a call of no arguments."""
     prepared = problem(n)
     adaptation = RecursiveLeastSquares().bind(problem(SAMPLES), MODEL)
     arguments = (adaptation.recursion, adaptation.start, prepared.inputs, prepared.segments)
-    return lambda: core.recur(*arguments)
+    return lambda: way.recur(*arguments)
 
 
 def test_against_numpy(benchmark, ledger):
     what = "recursive least squares, 216 coefficients: NumPy loop"
-    fast, slow = interleaved(
-        benchmark, recursion(SAMPLES, kernels), recursion(FEW, oracle), rounds=3
-    )
-    found, expected = (recursion(FEW, core)() for core in (kernels, oracle))
+    fast, slow = interleaved(benchmark, recursion(SAMPLES, core), recursion(FEW, oracle), rounds=3)
+    found, expected = (recursion(FEW, way)() for way in (core, oracle))
     np.testing.assert_allclose(found.coefficients, expected.coefficients, rtol=1e-5, atol=1e-6)
     ledger.faster(what, fast / SAMPLES * 1e6, slow / FEW * 1e6, unit="us/sample", target=10)
 
@@ -51,7 +49,7 @@ def test_one_step_online(benchmark, ledger):
         for sample in samples[1:]:
             state = method.step(state, sample)
 
-    ours, other = interleaved(benchmark, online, recursion(10_000, kernels))
+    ours, other = interleaved(benchmark, online, recursion(10_000, core))
 
     scale = 1e6 / prepared.n_samples
     what = "recursive least squares, one step called from Python: a step of the batch"

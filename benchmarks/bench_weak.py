@@ -12,7 +12,7 @@ from workload import PAPER, VEHICLE, log, problem, truth
 import hydrodamp as hd
 from hydrodamp.identification.linear import WeakForm
 from hydrodamp.identification.weak import WeakEquations
-from hydrodamp.kernels import coriolis
+from hydrodamp.kernels.core import coriolis
 
 pytestmark = pytest.mark.usefixtures("one_core")
 SUPPORT = 1.6

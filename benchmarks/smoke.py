@@ -25,7 +25,7 @@ from workload import FULL, PAPER, VEHICLE, log, problem, truth  # noqa: E402
 
 import hydrodamp as hd  # noqa: E402
 import oracle  # noqa: E402
-from hydrodamp import kernels  # noqa: E402
+from hydrodamp.kernels import core  # noqa: E402
 from hydrodamp.simulation.replay import replay  # noqa: E402
 
 Call = Callable[[], object]
@@ -51,7 +51,7 @@ def adaptive_identifier() -> float:
     start, inputs = bound.start(), prepared.inputs
     table = start[prepared.columns.n_known :].T
     return ratio(
-        lambda: kernels.adapt(bound.gains, start, inputs, prepared.segments),
+        lambda: core.adapt(bound.gains, start, inputs, prepared.segments),
         lambda: by_hand.identify(VEHICLE, inputs, 20.0, 20.0, table, few),
         few / n,
     )
@@ -61,7 +61,7 @@ def recursive_least_squares() -> float:
     """216 coefficients over a record, against the NumPy loop."""
     n, few = 10_000, 500
     return ratio(
-        bench_recursive.recursion(n, kernels), bench_recursive.recursion(few, oracle), few / n
+        bench_recursive.recursion(n, core), bench_recursive.recursion(few, oracle), few / n
     )
 
 

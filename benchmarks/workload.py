@@ -11,7 +11,7 @@ import numpy as np
 import hydrodamp as hd
 from hydrodamp.basis.basis import UNION
 from hydrodamp.data.attitude import quaternion_from_euler
-from hydrodamp.kernels import coriolis
+from hydrodamp.kernels.core import coriolis
 
 FULL = hd.DampingModel.from_table({" ".join(hd.AXES): [str(term) for term in UNION]}, key="full")
 """All 85 terms on all six axes: 510 coefficients."""

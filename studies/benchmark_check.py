@@ -21,7 +21,7 @@ import hydrodamp as hd
 from benchmark_campaign import Campaign, Logs
 from benchmark_campaigns import campaigns
 from benchmark_tables import table
-from hydrodamp.kernels import coriolis
+from hydrodamp.kernels.core import coriolis
 from hydrodamp.simulation.replay import AttitudeSource, Horizon
 
 

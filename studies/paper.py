@@ -24,7 +24,7 @@ from scipy.stats import spearmanr
 import hydrodamp as hd
 from benchmark import fill
 from hydrodamp.identification.adaptive import Adaptation
-from hydrodamp.kernels import Gains
+from hydrodamp.kernels.core import Gains
 from hydrodamp.simulation.campaign.reenact import DURATION, TRUTHS, reenact_all
 from hydrodamp.simulation.problem import Columns
 

@@ -12,7 +12,7 @@ from hypothesis import settings
 import hydrodamp as hd
 from hydrodamp.data.attitude import quaternion_from_euler
 from hydrodamp.data.log import Log
-from hydrodamp.kernels import coriolis
+from hydrodamp.kernels.core import coriolis
 
 # The same examples every time; `--hypothesis-profile=default` looks for new ones.
 settings.register_profile("seeded", derandomize=True)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hydrodamp.kernels import Adapted, Estimate
+from hydrodamp.kernels.core import Adapted, Estimate
 from hydrodamp.kernels.plant import FIXED_ATOMS, Inputs
 
 SLOWEST = 1e-6  # m/s; slower speeds count as this where the propulsion ratio divides by one

@@ -1,6 +1,8 @@
-"""Read-only float64 arrays, copied at the door."""
+"""Arrays of checked shapes, and read-only ones, copied at the door."""
 
 from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -9,27 +11,47 @@ FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 IndexArray = npt.NDArray[np.int32]
 BoolArray = npt.NDArray[np.bool_]
+Shape = tuple[int | None, ...]
 
 
-def frozen(
+def shaped(
     values: npt.ArrayLike,
-    shape: tuple[int | None, ...] | None = None,
+    shape: Shape | None = None,
     name: str = "values",
     error: type[ValueError] = ValueError,
-) -> FloatArray:
-    """Copy ``values`` into a C-contiguous float64 array that cannot be written."""
+    dtype: npt.DTypeLike = np.float64,
+) -> npt.NDArray[Any]:
+    """Return ``values`` as a C-contiguous array of a shape, where None is any length."""
     try:
-        array = np.array(values, dtype=np.float64, order="C", copy=True)
+        array = np.asarray(values, dtype=dtype, order="C")
     except (TypeError, ValueError) as cause:
         raise error(f"`{name}` must be numbers: {cause}") from cause
     if shape is not None and not _fits(array.shape, shape):
         wanted = ", ".join("n" if length is None else str(length) for length in shape)
         raise error(f"`{name}` must have shape ({wanted}); got {array.shape}")
+    return array
+
+
+def frozen(values: npt.ArrayLike, *check: Any) -> npt.NDArray[Any]:
+    """Copy ``values`` into an array as :func:`shaped` gives it that cannot be written."""
+    array = shaped(values, *check).copy()
     array.setflags(write=False)
     return array
 
 
-def _fits(found: tuple[int, ...], wanted: tuple[int | None, ...]) -> bool:
+def freeze(
+    owner: object,
+    error: type[ValueError] = ValueError,
+    dtype: npt.DTypeLike = np.float64,
+    **shapes: Shape,
+) -> None:
+    """Check arrays of a frozen dataclass, and replace them by copies that cannot be written."""
+    for name, shape in shapes.items():
+        array = frozen(getattr(owner, name), shape, name, error, dtype)
+        object.__setattr__(owner, name, array)
+
+
+def _fits(found: tuple[int, ...], wanted: Shape) -> bool:
     return len(found) == len(wanted) and all(
         want is None or want == got for got, want in zip(found, wanted, strict=True)
     )

@@ -11,7 +11,7 @@ import hydrodamp as hd
 from hydrodamp.export.craft import Craft, States
 from hydrodamp.export.drive import scattered
 from hydrodamp.export.export import save
-from hydrodamp.kernels.core import C, ffi, mass_inverse, plant_of, pointer
+from hydrodamp.kernels.core import C, call, mass_inverse, plant_of
 
 RICH = hd.Vehicle(
     "rich-3",
@@ -70,7 +70,7 @@ def states(craft: Craft, n: int = 50, seed: int = 1) -> States:
 
 def core(craft: Craft, at: States) -> np.ndarray:
     """Return the accelerations of the C core, called by itself."""
-    columns, null = craft.columns, np.zeros(0)
+    columns = craft.columns
     from hydrodamp.simulation.problem import held_channels
 
     named = dict(zip(craft.commands, at.inputs.T, strict=False))
@@ -79,16 +79,13 @@ def core(craft: Craft, at: States) -> np.ndarray:
     speed = at.inputs[:, -1] if known is None and len(at.inputs.T) else known
     plant, inverse = plant_of(columns.plant), mass_inverse(columns.plant)
     table, rates = np.ascontiguousarray(craft.matrix), []
-    work = ffi.new("double[]", C.hd_atom_count(channels.shape[1]) + len(table))
+    atoms, xi = np.zeros(C.hd_atom_count(channels.shape[1])), np.zeros(len(table))
     for k in range(len(at.velocity)):
         rate, row = np.empty(6), np.ascontiguousarray(channels[k])
         nu = np.ascontiguousarray(at.velocity[k] * craft.vehicle.free)
-        C.hd_acceleration(
-            *(plant, pointer(inverse), pointer(table), pointer(nu), pointer(at.down[k].copy())),
-            *(pointer(at.wrench[k].copy()), pointer(row if row.size else null)),
-            *(0.0 if speed is None else float(speed[k]), pointer(rate), work),
-            work + C.hd_atom_count(channels.shape[1]),
-        )
+        recorded = at.down[k].copy(), at.wrench[k].copy(), row if row.size else None
+        driven = 0.0 if speed is None else float(speed[k])
+        call("hd_acceleration", plant, inverse, table, nu, *recorded, driven, rate, atoms, xi)
         rates.append(rate)
     return np.array(rates)
 

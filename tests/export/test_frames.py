@@ -7,7 +7,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.export.body import FLU, term_sign
-from hydrodamp.kernels import coriolis
+from hydrodamp.kernels.core import coriolis
 
 MODELS = [hd.catalog[key] for key in hd.PAPER_MODELS]
 

@@ -14,7 +14,7 @@ from hydrodamp.export import target
 from hydrodamp.export.craft import Craft
 from hydrodamp.export.drive import Drive
 from hydrodamp.export.gazebo import VRX, GzSim
-from hydrodamp.kernels import coriolis
+from hydrodamp.kernels.core import coriolis
 
 from .conftest import MODELS, coefficients, core, rates_of, states, written
 

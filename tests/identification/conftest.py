@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.kernels import coriolis
+from hydrodamp.kernels.core import coriolis
 
 COMMANDS = ("fx", "fy", "fz", "mx", "my", "mz")
 

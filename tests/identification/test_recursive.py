@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp import kernels
 from hydrodamp.identification.differences import mean_square
 from hydrodamp.identification.recursive import RecursiveLeastSquares
-from hydrodamp.kernels import coriolis
+from hydrodamp.kernels import core
+from hydrodamp.kernels.core import coriolis
 
 STEP = 0.1
 MANOEUVRE, HOUR = 3_000, 36_000
@@ -86,7 +86,7 @@ def hour(voyage):
     adaptation = METHOD.bind(early, MODEL)
     path = [adaptation.start]
     for row in rows_of(voyage.problem(), adaptation):
-        path.append(kernels.absorb(adaptation.recursion, path[-1], row))
+        path.append(core.absorb(adaptation.recursion, path[-1], row))
     return adaptation, path[1:], shares(early, adaptation)
 
 
@@ -109,10 +109,10 @@ def test_an_hour_of_straight_line_neither_drifts_nor_bursts(hour):
 
 def rows_of(problem, adaptation):
     recursion = adaptation.recursion
-    block, rows, last = kernels.new_block(recursion.plant), [], problem.inputs.sample(0)
+    block, rows, last = core.new_block(recursion.plant), [], problem.inputs.sample(0)
     for k in range(1, problem.n_samples):
         sample = problem.inputs.sample(k)
-        block, row = kernels.block_step(recursion, block, last, sample)
+        block, row = core.block_step(recursion, block, last, sample)
         rows += [] if row is None else [row]
         last = sample
     return np.array(rows)

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from hydrodamp import kernels
 from hydrodamp.errors import ProblemError
-from hydrodamp.kernels import Gains
+from hydrodamp.kernels import core
+from hydrodamp.kernels.core import Gains
 from hydrodamp.kernels.plant import Sample
 
 RUNS = ("replay", "adapt")
@@ -51,7 +51,7 @@ def test_records_and_steps(make, asked, name, value, message):
     change = {name: value(make) if callable(value) else value}
     for kernel in asked:
         with pytest.raises(ProblemError, match=message):
-            getattr(kernels, kernel)(**{**arguments(make, kernel), **change})
+            getattr(core, kernel)(**{**arguments(make, kernel), **change})
 
 
 def test_gains(make):

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hydrodamp import kernels
+from hydrodamp.kernels import core
 
 SEGMENTS = np.array([[0, 7], [8, 16]])
 INSIDE = np.delete(np.arange(16), 7)  # a row of the Jacobian for each sample of a segment
@@ -32,8 +32,7 @@ def case(request, make):
 def centred(plant, changed, attitude):
     """(replay(+) - replay(-)) / 2 STEP for ``changed(size) -> (matrix, inputs)``."""
     runs = (
-        kernels.replay(plant, *changed(sign * STEP), SEGMENTS, attitude=attitude)
-        for sign in (1, -1)
+        core.replay(plant, *changed(sign * STEP), SEGMENTS, attitude=attitude) for sign in (1, -1)
     )
     ends = [velocity for velocity, *_ in runs]
     return (ends[0] - ends[1])[INSIDE] / (2 * STEP)
@@ -42,7 +41,7 @@ def centred(plant, changed, attitude):
 def test_on_every_coefficient(case):
     plant, matrix, inputs, attitude = case
     places = [(j, i) for j in range(plant.n_terms) for i in range(0, 6, 2)]
-    *_, jacobian = kernels.replay(
+    *_, jacobian = core.replay(
         plant, matrix, inputs, SEGMENTS, tuple(np.transpose(places)), attitude=attitude
     )
     for column, (term, axis) in enumerate(places):
@@ -59,7 +58,7 @@ def test_on_every_coefficient(case):
 @pytest.mark.parametrize("component", range(6))
 def test_on_the_initial_velocity(case, component):
     plant, matrix, inputs, attitude = case
-    *_, jacobian = kernels.replay(plant, matrix, inputs, SEGMENTS, ([0], [0]), attitude=attitude)
+    *_, jacobian = core.replay(plant, matrix, inputs, SEGMENTS, ([0], [0]), attitude=attitude)
 
     def changed(size):
         velocity = inputs.velocity.copy()
@@ -73,8 +72,8 @@ def test_on_the_initial_velocity(case, component):
 def test_condensed_it_is_the_sum_over_blocks_by_the_root_of_their_length(case):
     plant, matrix, inputs, attitude = case
     arguments = (plant, matrix, inputs, SEGMENTS, ([0, 8], [1, 0]))
-    *_, jacobian = kernels.replay(*arguments, attitude=attitude)
-    *_, condensed = kernels.replay(*arguments, attitude=attitude, block=3)
+    *_, jacobian = core.replay(*arguments, attitude=attitude)
+    *_, condensed = core.replay(*arguments, attitude=attitude, block=3)
     blocks = [(0, 3), (3, 6), (6, 7), (7, 10), (10, 13), (13, 15)]
     means = [jacobian[a:b].sum(axis=0) / np.sqrt(b - a) for a, b in blocks]
     np.testing.assert_allclose(condensed, means, rtol=1e-12, atol=1e-13)
@@ -87,7 +86,7 @@ def test_at_rest_every_derivative_is_finite(make):
     still = replace(make.inputs(rng, n=4), velocity=np.zeros((4, 6)), wrench=np.zeros((4, 6)))
     still = replace(still, channels=np.zeros((4, 2)), down=np.zeros((4, 3)))
     segments = np.array([[0, 4]])
-    velocity, _, jacobian = kernels.replay(plant, matrix, still, segments, ([8], [1]))
+    velocity, _, jacobian = core.replay(plant, matrix, still, segments, ([8], [1]))
     np.testing.assert_array_equal(velocity, 0.0)
     assert np.all(np.isfinite(jacobian))
     np.testing.assert_array_equal(jacobian[0, :, 1:], np.eye(6))

@@ -12,8 +12,8 @@ import pytest
 from hypothesis import given, strategies as st
 
 import oracle
-from hydrodamp import kernels
-from hydrodamp.kernels import Gains
+from hydrodamp.kernels import core
+from hydrodamp.kernels.core import Gains
 
 SEEDS = st.integers(0, 2**32 - 1)
 LENGTHS = st.floats(-2.0, 1.0).map(lambda exponent: 10.0**exponent)
@@ -39,7 +39,7 @@ def test_the_storage_changes_by_dissipation_and_noise_alone(make, seed, h, free)
         return kinetic + 0.5 * np.sum((matrix - truth) ** 2 / gamma)
 
     state, samples = np.vstack([matrix, error]), (inputs.sample(0), inputs.sample(1))
-    moved = kernels.adapt_step(Gains(plant, a, gamma), state, *samples)
+    moved = core.adapt_step(Gains(plant, a, gamma), state, *samples)
     d, steps = 0.5 * (error + moved[-1]), oracle.steps_between(plant, inputs)
     eps = steps.forcing[0] + steps.xi[0] @ truth - steps.gain[0] / h
     eps = np.where(free, eps, 0.0)
@@ -55,6 +55,6 @@ def test_an_entry_without_gain_does_not_move(make):
     gamma = rng.uniform(1, 2, (plant.n_terms, 6))
     gamma[::3] = 0.0
     start = rng.standard_normal((plant.n_terms, 6))
-    found = kernels.adapt(Gains(plant, np.ones(6), gamma), start, inputs, np.array([[0, 40]]))
+    found = core.adapt(Gains(plant, np.ones(6), gamma), start, inputs, np.array([[0, 40]]))
     np.testing.assert_array_equal(found.matrix[::3], start[::3])
     assert np.all(found.matrix[1] != start[1])

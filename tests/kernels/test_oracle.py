@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import oracle
-from hydrodamp import kernels
-from hydrodamp.kernels import Gains
+from hydrodamp.kernels import core
+from hydrodamp.kernels.core import Gains
 
 ROUNDING = 1e-12
 
@@ -33,14 +33,14 @@ def test_regressor_bit_for_bit_in_any_order(make, rng, n, order):
     arguments = (plant.factors, inputs.velocity, inputs.down, inputs.channels)
     speed = inputs.propulsion[:, 0]
     out = None if order is None else np.empty((n, plant.n_terms), order=order)
-    found = kernels.regressor(*arguments, speed, out)
+    found = core.regressor(*arguments, speed, out)
     assert out is None or found is out
     np.testing.assert_array_equal(found, oracle.regressor(*arguments, speed))
 
 
 def test_coriolis_of_an_asymmetric_matrix(rng):
     mass, velocity = rng.standard_normal((6, 6)), rng.standard_normal((50, 6))
-    close(kernels.coriolis(mass, velocity), oracle.coriolis(mass, velocity))
+    close(core.coriolis(mass, velocity), oracle.coriolis(mass, velocity))
 
 
 @pytest.mark.parametrize("simulated", [False, True])
@@ -51,7 +51,7 @@ def test_replay(make, rng, simulated, free):
     segments = np.array([[0, 15], [17, 40]])
     attitude = make.attitude(rng, inputs.n) if simulated else None
     arguments = (plant, matrix, inputs, segments)
-    found, diverged, _ = kernels.replay(*arguments, attitude=attitude)
+    found, diverged, _ = core.replay(*arguments, attitude=attitude)
     expected, also = oracle.replay(*arguments, attitude=attitude)
     close(found, expected)
     np.testing.assert_array_equal(diverged, also)
@@ -66,7 +66,7 @@ def test_adapt_with_history_over_passes(make, rng, free):
     segments = np.array([[0, 15], [15, 16], [17, 40]])
     gains = Gains(plant, rng.uniform(1, 30, 6), gamma)
     arguments = (gains, start, inputs, segments, 3, 7)
-    found, expected = kernels.adapt(*arguments), oracle.adapt(*arguments)
+    found, expected = core.adapt(*arguments), oracle.adapt(*arguments)
     for name in ("matrix", "error", "history_time", "history_error", "history_matrix"):
         close(getattr(found, name), getattr(expected, name))
     assert len(found.history_time) == 3 * (14 + 0 + 22) // 7

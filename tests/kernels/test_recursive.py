@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, strategies as st
 
 import oracle
-from hydrodamp import kernels
 from hydrodamp.errors import ProblemError
-from hydrodamp.kernels import Recursion
+from hydrodamp.kernels import core
+from hydrodamp.kernels.core import Recursion
 from hydrodamp.kernels.plant import Plant
 
 ALL_FREE = (True,) * 6
@@ -33,7 +33,7 @@ def moving(rows, axes, n_terms, unit=None, forgetting=0.0):
 
 def absorbed(recursion, estimate, rows):
     for row in rows:
-        estimate = kernels.absorb(recursion, estimate, row)
+        estimate = core.absorb(recursion, estimate, row)
     return estimate
 
 
@@ -81,7 +81,7 @@ def test_information_is_bounded_and_no_row_bursts(seed, forgetting, kinds):
     for row in np.vstack([wild_rows(rng, kind, 12, 10) for kind in kinds]):
         surprise = abs(row[5] - estimate.coefficients @ row[:4])
         most = max(most, float(np.sum((unit * row[:4]) ** 2)))
-        after = kernels.absorb(recursion, estimate, row)
+        after = core.absorb(recursion, estimate, row)
         jump = np.linalg.norm((after.coefficients - estimate.coefficients) / unit)
         assert jump <= surprise * (1.0 + 1e-9)
         estimate = after
@@ -105,7 +105,7 @@ def run_arguments(make, free=ALL_FREE):
 @pytest.mark.parametrize("free", [ALL_FREE, (True, True, False, False, False, True)])
 def test_it_is_the_oracles(make, free):
     arguments = run_arguments(make, free)
-    found, expected = kernels.recur(*arguments), oracle.recur(*arguments)
+    found, expected = core.recur(*arguments), oracle.recur(*arguments)
     for name in ("coefficients", "information", "noise", "rows"):
         ours, theirs = getattr(found, name), getattr(expected, name)
         scale = np.abs(theirs).max(initial=1.0)
@@ -115,15 +115,15 @@ def test_it_is_the_oracles(make, free):
 def test_arguments_that_do_not_fit_are_refused(make):
     recursion, estimate, inputs, segments = run_arguments(make)
     with pytest.raises(ProblemError, match="row"):
-        kernels.absorb(recursion, estimate, np.ones(3))
+        core.absorb(recursion, estimate, np.ones(3))
     with pytest.raises(ProblemError, match="information"):
-        kernels.absorb(recursion, replace(estimate, information=np.ones(2)), np.ones(18))
+        core.absorb(recursion, replace(estimate, information=np.ones(2)), np.ones(18))
     with pytest.raises(ProblemError, match="information"):
-        kernels.recur(recursion, replace(estimate, information=np.ones(2)), inputs, segments)
+        core.recur(recursion, replace(estimate, information=np.ones(2)), inputs, segments)
     samples = inputs.sample(0), inputs.sample(1)
     with pytest.raises(ProblemError, match=r"state must have shape \(56,\).*got \(3,\)"):
-        kernels.block_step(recursion, np.zeros(3), *samples)
+        core.block_step(recursion, np.zeros(3), *samples)
     few = make.inputs(np.random.default_rng(1), n=2, n_channels=0)
-    block = kernels.new_block(recursion.plant)
+    block = core.new_block(recursion.plant)
     with pytest.raises(ProblemError, match="a sample 2 channels"):
-        kernels.block_step(recursion, block, few.sample(0), samples[1])
+        core.block_step(recursion, block, few.sample(0), samples[1])

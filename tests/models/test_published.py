@@ -5,7 +5,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.files import parse_yaml
-from hydrodamp.kernels import coriolis
+from hydrodamp.kernels.core import coriolis
 from hydrodamp.models.published import added_mass_matrix, coriolis_coefficients
 
 

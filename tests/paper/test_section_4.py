@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import hydrodamp as hd
-from hydrodamp.kernels import coriolis
+from hydrodamp.kernels.core import coriolis
 
 A, GAMMA = 20.0, 20.0  # section V-B: "Adaption gains are alpha = 20 and gamma = 20"
 RATES = np.array([0.3, 0.5, 0.7, 0.9, 1.1, 1.3])

@@ -8,7 +8,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.identification.online import first_guess
-from hydrodamp.kernels import coriolis
+from hydrodamp.kernels.core import coriolis
 
 STUDIES = Path(__file__).parents[2] / "studies"
 

@@ -194,7 +194,7 @@ class Basis:
         >>> Basis.of("u|u|", "u^2").evaluate([-2.0, 0, 0, 0, 0, 0]).tolist()
         [-4.0, 4.0]
         """
-        from hydrodamp.kernels import regressor
+        from hydrodamp.kernels.core import regressor
 
         nu = np.ascontiguousarray(np.atleast_2d(np.asarray(velocity, dtype=np.float64)))
         if nu.ndim != 2 or nu.shape[1] != 6:

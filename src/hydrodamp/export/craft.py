@@ -9,12 +9,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrodamp import kernels
 from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.data.log import Log
 from hydrodamp.errors import ModelError
 from hydrodamp.identification.power import OperatingBox
-from hydrodamp.kernels import coriolis
+from hydrodamp.kernels import core
+from hydrodamp.kernels.core import coriolis
 from hydrodamp.models.damping import Damping, foreign_to
 from hydrodamp.models.model import DampingModel, read_label, table_of
 from hydrodamp.simulation.actuation import CHANNELS
@@ -87,7 +87,7 @@ class Craft:
     @cached_property
     def inverse(self) -> FloatArray:
         """The inverse of the mass matrix on the free axes, zero on the locked ones."""
-        return frozen(kernels.mass_inverse(self.columns.plant))
+        return frozen(core.mass_inverse(self.columns.plant))
 
     @cached_property
     def commands(self) -> tuple[str, ...]:
@@ -123,7 +123,7 @@ class Craft:
         speed = self.vehicle.propulsion_speed(named)
         given = at.inputs[:, -1] if self.needs_speed else np.zeros(len(at.velocity))
         velocity = np.ascontiguousarray(at.velocity * self.vehicle.free)
-        regressor = kernels.regressor(
+        regressor = core.regressor(
             self.columns.plant.factors,
             velocity,
             at.down,

@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrodamp import kernels
 from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.errors import demand
 from hydrodamp.identification.differences import mean_square, signal_to_noise
@@ -16,6 +15,7 @@ from hydrodamp.identification.fit import Fit, empty_fit, fitted
 from hydrodamp.identification.online import first_guess, with_log
 from hydrodamp.identification.triangle import BLOCK, Triangle
 from hydrodamp.identification.weak import steps_between
+from hydrodamp.kernels import core
 from hydrodamp.kernels.plant import Sample
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
@@ -121,7 +121,7 @@ class Adaptation(NamedTuple):
     columns: Columns
     model: DampingModel
     entries: tuple[np.ndarray, np.ndarray]
-    gains: kernels.Gains
+    gains: core.Gains
 
     def start(self) -> FloatArray:
         """Return the table to start from."""
@@ -242,7 +242,7 @@ class AdaptiveIdentifier:
             gamma = np.divide(a[axes], time, out=np.zeros(len(rows)), where=size > 0.0)
         else:
             gamma = per_axis(self.gamma, "gamma")[axes]
-        gains = kernels.Gains(columns.plant, a, columns.scattered(entries, gamma))
+        gains = core.Gains(columns.plant, a, columns.scattered(entries, gamma))
         return Adaptation(columns, free, entries, gains)
 
     def init(self, source: Problem | Columns, model: DampingModel, sample: Sample) -> State:
@@ -287,7 +287,7 @@ class AdaptiveIdentifier:
             If time does not advance.
         """
         bound, table, last = state
-        return State(bound, kernels.adapt_step(bound.gains, table, last, sample), sample)
+        return State(bound, core.adapt_step(bound.gains, table, last, sample), sample)
 
     def identify(self, problem: Problem, model: DampingModel) -> Fit:
         """Go through the log and return the last estimate.
@@ -349,11 +349,9 @@ class AdaptiveIdentifier:
             labels=bound.model.labels,
         )
 
-    def _run(self, problem: Problem, bound: Adaptation, every: int = 0) -> kernels.Adapted:
+    def _run(self, problem: Problem, bound: Adaptation, every: int = 0) -> core.Adapted:
         inputs, segments, passes = problem.inputs, problem.segments, self.passes
-        return kernels.adapt(
-            bound.gains, bound.start(), inputs, segments, passes=passes, every=every
-        )
+        return core.adapt(bound.gains, bound.start(), inputs, segments, passes=passes, every=every)
 
 
 def scaled() -> AdaptiveIdentifier:

@@ -9,7 +9,6 @@ from enum import Enum
 
 import numpy as np
 
-from hydrodamp import kernels
 from hydrodamp.arrays import BoolArray, FloatArray, frozen
 from hydrodamp.basis.atoms import AXES
 from hydrodamp.errors import MethodError
@@ -18,6 +17,7 @@ from hydrodamp.identification.fit import Fit, Uncertainty
 from hydrodamp.identification.rows import Rows, Split, folds
 from hydrodamp.identification.triangle import solve_axis, spanned
 from hydrodamp.identification.weak import WeakEquations
+from hydrodamp.kernels import core
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
 
@@ -86,7 +86,7 @@ def _longest(problem: Problem) -> float:
 def _without_momentum(problem: Problem) -> Problem:
     """Cancel the momentum term by a wrench, so that targets are responses."""
     inputs = problem.inputs
-    momentum = kernels.coriolis(problem.vehicle.mass_matrix, inputs.velocity)
+    momentum = core.coriolis(problem.vehicle.mass_matrix, inputs.velocity)
     wrench = (inputs.wrench - momentum) * problem.vehicle.free
     return replace(problem, inputs=replace(inputs, wrench=wrench))
 

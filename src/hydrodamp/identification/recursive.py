@@ -8,14 +8,14 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import block_diag
 
-from hydrodamp import kernels
 from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.errors import MethodError, demand
 from hydrodamp.identification.differences import mean_square
 from hydrodamp.identification.fit import Fit, empty_fit, fitted
 from hydrodamp.identification.online import first_guess, with_log
 from hydrodamp.identification.triangle import spanned
-from hydrodamp.kernels import Estimate, Recursion
+from hydrodamp.kernels import core
+from hydrodamp.kernels.core import Estimate, Recursion
 from hydrodamp.kernels.plant import Sample
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
@@ -158,7 +158,7 @@ class RecursiveLeastSquares:
             At the start, nothing known.
         """
         bound = self.bind(source, model)
-        block = kernels.new_block(bound.columns.plant)
+        block = core.new_block(bound.columns.plant)
         return RecursiveState(bound, bound.start, block, sample)
 
     def step(self, state: RecursiveState, sample: Sample) -> RecursiveState:
@@ -183,9 +183,9 @@ class RecursiveLeastSquares:
             If time does not advance.
         """
         bound, estimate, block, last = state
-        block, row = kernels.block_step(bound.recursion, block, last, sample)
+        block, row = core.block_step(bound.recursion, block, last, sample)
         if row is not None:
-            estimate = kernels.absorb(bound.recursion, estimate, row)
+            estimate = core.absorb(bound.recursion, estimate, row)
         return RecursiveState(bound, estimate, block, sample)
 
     def identify(self, problem: Problem, model: DampingModel) -> Fit:
@@ -208,7 +208,7 @@ class RecursiveLeastSquares:
         bound = self.bind(problem, model)
         if not bound.model.n_coefficients:
             return empty_fit(problem, bound.model, self.key, Status.EMPTY)
-        estimate = kernels.recur(bound.recursion, bound.start, problem.inputs, problem.segments)
+        estimate = core.recur(bound.recursion, bound.start, problem.inputs, problem.segments)
         if not estimate.rows.any():
             return empty_fit(problem, bound.model, self.key, Status.TOO_FEW_SAMPLES)
         covariances, ranks, aliased = zip(

@@ -8,12 +8,12 @@ from typing import Protocol
 
 import numpy as np
 
-from hydrodamp import kernels
 from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.basis.basis import Basis
 from hydrodamp.errors import MethodError, demand
 from hydrodamp.identification.differences import Derivative, default_derivative
 from hydrodamp.identification.triangle import BLOCK, Triangle, merge
+from hydrodamp.kernels import core
 from hydrodamp.simulation.problem import Problem
 
 
@@ -199,7 +199,7 @@ def _remainder(
     mass = problem.vehicle.mass_matrix
     known = regressor[:, : problem.columns.n_known] @ problem.columns.known
     inertial = acceleration[part] @ mass
-    coriolis = kernels.coriolis(mass, problem.inputs.velocity[part])
+    coriolis = core.coriolis(mass, problem.inputs.velocity[part])
     return (inertial - coriolis - known - problem.inputs.wrench[part]) * problem.vehicle.free
 
 

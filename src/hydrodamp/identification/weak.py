@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csr_array
 
-from hydrodamp import kernels
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import VELOCITIES
 from hydrodamp.errors import MethodError, demand
 from hydrodamp.identification.differences import QUADRATICS, median_step, signal_to_noise, smoothed
 from hydrodamp.identification.rows import Rows
+from hydrodamp.kernels import core
 from hydrodamp.simulation.problem import Problem
 
 # Steps worked on at once: they stay in cache.
@@ -166,13 +166,13 @@ def steps_between(
     opening, closing = inputs.propulsion.T
     down, held = inputs.down, inputs.channels[:-1]
     if not inputs.n_channels and np.array_equal(opening, closing):  # nothing held: once a sample
-        ends = kernels.regressor(factors, inputs.velocity, down, inputs.channels, opening)
+        ends = core.regressor(factors, inputs.velocity, down, inputs.channels, opening)
         regressor = _mean(ends)
     else:
-        regressor = kernels.regressor(factors, inputs.velocity[:-1], down[:-1], held, opening[:-1])
-        regressor += kernels.regressor(factors, inputs.velocity[1:], down[1:], held, closing[1:])
+        regressor = core.regressor(factors, inputs.velocity[:-1], down[:-1], held, opening[:-1])
+        regressor += core.regressor(factors, inputs.velocity[1:], down[1:], held, closing[1:])
         regressor *= 0.5
-    acting = kernels.coriolis(mass, inputs.velocity) + inputs.wrench
+    acting = core.coriolis(mass, inputs.velocity) + inputs.wrench
     step = np.diff(inputs.time)[:, None]
     gained = np.diff(problem.inputs.velocity[part], axis=0) / step @ mass
     known = _mean(acting) + regressor[:, :n_known] @ problem.columns.known

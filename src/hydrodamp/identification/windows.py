@@ -10,10 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrodamp import kernels
 from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.identification.differences import median_step
 from hydrodamp.identification.triangle import folded_rows
+from hydrodamp.kernels import core
 from hydrodamp.kernels.plant import Inputs
 from hydrodamp.simulation.problem import Problem
 
@@ -99,9 +99,7 @@ class Windows:
         """
         table = self.problem.columns
         matrix = table.with_unknown(self.entries, coefficients)
-        simulated, *_ = kernels.replay(
-            table.plant, matrix, self.inputs, self.spans, max_step=MAX_STEP
-        )
+        simulated, *_ = core.replay(table.plant, matrix, self.inputs, self.spans, max_step=MAX_STEP)
         return self._missed(simulated)
 
     def _missed(self, simulated: FloatArray) -> FloatArray:
@@ -189,7 +187,7 @@ class Windows:
         """Return slopes (m, 6, p + 6), errors (m, 6), edges of windows, and the replay."""
         table, p, free = self.problem.columns, len(coefficients), self.free
         block = max(int(np.median(np.diff(self.bounds, axis=1))) // _MEANS, 1)
-        simulated, _, slopes = kernels.replay(
+        simulated, _, slopes = core.replay(
             table.plant,
             table.with_unknown(self.entries, coefficients),
             self.inputs,

@@ -1,4 +1,4 @@
-"""The compiled library, loaded by its own headers, and what it does with whole records.
+"""The compiled library, loaded by its own headers: whole records, the identifiers, single steps.
 
 Shapes are checked here, once, because C cannot. cffi reads the two headers beside the C files,
 so they are the only declarations there are.
@@ -9,16 +9,19 @@ from __future__ import annotations
 import functools
 import re
 import sys
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from threading import get_ident
+from typing import Any, NamedTuple
+from weakref import WeakKeyDictionary
 
 import numpy as np
 import numpy.typing as npt
 from cffi import FFI
 
-from hydrodamp.arrays import FloatArray, IndexArray, IntArray
+from hydrodamp.arrays import FloatArray, IndexArray, IntArray, freeze, shaped
 from hydrodamp.errors import ProblemError
-from hydrodamp.kernels.plant import Inputs, Plant
+from hydrodamp.kernels.plant import PACKED, Inputs, Plant, Sample
 
 _HERE = Path(__file__).parent
 
@@ -47,7 +50,30 @@ _TYPES = {
     np.dtype(np.int32): ffi.typeof("int32_t[]"),
     np.dtype(np.bool_): ffi.typeof("unsigned char[]"),
 }
-ROOM = ffi.typeof("double[]")
+#: C structures, and the arrays that their pointers point to.
+_ALIVE: WeakKeyDictionary[Any, list[Any]] = WeakKeyDictionary()
+
+
+def given(value: Any) -> Any:
+    """Return a value as C takes it; an array lives while the pointer to it does."""
+    if isinstance(value, np.ndarray):
+        return ffi.from_buffer(_TYPES[value.dtype], value)
+    return ffi.NULL if value is None else value
+
+
+def _struct(kind: str, *values: Any) -> Any:
+    fields = [*map(given, values)]
+    made = ffi.new(f"{kind} *", fields)
+    _ALIVE[made] = fields
+    return made
+
+
+def call(name: str, *values: Any) -> None:
+    getattr(C, name)(*map(given, values))
+
+
+def _floats(values: npt.ArrayLike, shape: tuple[int, ...], name: str) -> FloatArray:
+    return shaped(values, shape, name, ProblemError)
 
 
 def regressor(
@@ -62,15 +88,13 @@ def regressor(
     table = np.ascontiguousarray(factors, dtype=np.int32)
     n, m = len(velocity), np.shape(channels)[-1]
     xi = np.empty((n, len(table)), order="F") if out is None else out
-    nu, south = floats(velocity, (n, 6), "velocity"), floats(down, (n, 3), "down")
-    held = floats(channels, (n, m), "channels")
-    speed = floats(propulsion_speed, (n,), "propulsion_speed")
-    moving = {"velocity": pointer(nu), "down": pointer(south), "channels": pointer(held)}
-    record = ffi.new("hd_record *", {"n": n, "n_channels": m, **moving})
+    moving = _floats(velocity, (n, 6), "velocity"), _floats(down, (n, 3), "down")
+    held = _floats(channels, (n, m), "channels")
+    record = _struct("hd_record", n, m, None, *moving, None, held)
+    speed = _floats(propulsion_speed, (n,), "propulsion_speed")
     to, (row, column) = ffi.cast("double *", xi.ctypes.data), xi.strides
-    work = ffi.new(ROOM, C.hd_atom_count(m) * C.HD_BLOCK)
-    atoms, places = pointer(table), (to, row // 8, column // 8)
-    C.hd_regressor(atoms, len(table), record, pointer(speed), *places, work)
+    work = np.empty(C.hd_atom_count(m) * C.HD_BLOCK)
+    call("hd_regressor", table, len(table), record, speed, to, row // 8, column // 8, work)
     return xi
 
 
@@ -79,17 +103,17 @@ def coriolis(mass_matrix: FloatArray, velocity: FloatArray) -> FloatArray:
 
     With p = M nu it is [p1 x w ; p1 x v + p2 x w]: eq. 1, second term.
     """
-    mass = floats(np.transpose(mass_matrix), (6, 6), "mass_matrix")
-    nu = floats(velocity, (len(velocity), 6), "velocity")
+    mass = _floats(np.transpose(mass_matrix), (6, 6), "mass_matrix")
+    nu = _floats(velocity, (len(velocity), 6), "velocity")
     wrench = np.empty(nu.shape)
-    C.hd_coriolis_rows(pointer(mass), pointer(nu), len(nu), pointer(wrench))
+    call("hd_coriolis_rows", mass, nu, len(nu), wrench)
     return wrench
 
 
 def mass_inverse(plant: Plant) -> FloatArray:
     """Return the inverse of the mass matrix on the free axes, zero on the locked ones."""
     inverse = np.empty((6, 6))
-    C.hd_mass_inverse(plant_of(plant), pointer(inverse))
+    call("hd_mass_inverse", plant_of(plant), inverse)
     return inverse
 
 
@@ -114,36 +138,21 @@ def replay(
     p ``entries`` (rows, columns) of ``matrix`` and on the initial velocity: a row (6, p + 6) a
     block of samples, segment by segment, their sum over the root of their number.
     """
-    rows, n, null = spans(segments, inputs.n), inputs.n, ffi.NULL
-    table = floats(matrix, (plant.n_terms, 6), "matrix")
-    poses = None if attitude is None else floats(attitude, (n, 4), "attitude")
+    rows, n, system = _spans(segments, inputs.n), inputs.n, plant_of(plant)
+    table = _floats(matrix, (plant.n_terms, 6), "matrix")
+    poses = None if attitude is None else _floats(attitude, (n, 4), "attitude")
     chosen = np.column_stack(entries or ((), ())).astype(np.int32)
     blocks = 0 if entries is None else int(np.sum(-(-np.diff(rows) // block)))
     jacobian = np.empty((blocks, 6, len(chosen) + 6))
     velocity, diverged_at = np.empty((n, 6)), np.empty(len(rows), dtype=np.int64)
-    system, pose = plant_of(plant), null if poses is None else pointer(poses)
-    fields = [system, pointer(table), record_of(plant, inputs), pose, max_step, limit]
-    motion, work = ffi.new("hd_motion *", fields), C.hd_replay_work(system, len(chosen))
-    slopes = null if entries is None else pointer(jacobian)
-    to = block, pointer(velocity), slopes, pointer(diverged_at), ffi.new(ROOM, work)
-    C.hd_replay(motion, pointer(rows), len(rows), pointer(chosen), len(chosen), *to)
+    record, work = record_of(plant, inputs), np.zeros(C.hd_replay_work(system, len(chosen)))
+    motion = _struct("hd_motion", system, table, record, poses, max_step, limit)
+    to = velocity, None if entries is None else jacobian, diverged_at, work
+    call("hd_replay", motion, rows, len(rows), chosen, len(chosen), block, *to)
     return velocity, diverged_at, jacobian
 
 
-def pointer(array: npt.NDArray[Any]) -> Any:
-    """Return a C pointer to a contiguous array, which lives while the pointer does."""
-    return ffi.from_buffer(_TYPES[array.dtype], array)
-
-
-def floats(values: npt.ArrayLike, shape: tuple[int, ...], name: str) -> FloatArray:
-    """Return ``values`` as C-contiguous float64 of exactly this shape."""
-    array = np.ascontiguousarray(values, dtype=np.float64)
-    if array.shape != shape:
-        raise ProblemError(f"`{name}` must have shape {shape}; got {array.shape}")
-    return array
-
-
-def spans(segments: npt.ArrayLike, n: int) -> IntArray:
+def _spans(segments: npt.ArrayLike, n: int) -> IntArray:
     """Return segments as int64 rows (start, stop) inside ``n`` samples."""
     rows = np.ascontiguousarray(segments, dtype=np.int64)
     wrong = (rows[:, 0] < 0) | (rows[:, 0] >= rows[:, 1]) | (rows[:, 1] > n)
@@ -154,14 +163,10 @@ def spans(segments: npt.ArrayLike, n: int) -> IntArray:
     return rows
 
 
-# C structures of values that never change are kept for the next call. Pointers in a structure
-# keep nothing alive: the arrays belong to the value, which the caller holds.
-
-
 @functools.lru_cache(maxsize=32)
 def plant_of(plant: Plant) -> Any:
-    fields = plant.n_terms, plant.n_channels, pointer(plant.factors), pointer(plant.mass_columns)
-    return ffi.new("hd_plant *", [*fields, pointer(plant.free)])
+    arrays = plant.factors, np.ascontiguousarray(plant.mass_matrix.T), plant.free
+    return _struct("hd_plant", plant.n_terms, plant.n_channels, *arrays)
 
 
 def record_of(plant: Plant, inputs: Inputs) -> Any:
@@ -171,5 +176,227 @@ def record_of(plant: Plant, inputs: Inputs) -> Any:
             f"got {inputs.n_channels}"
         )
     arrays = inputs.time, inputs.velocity, inputs.down, inputs.wrench, inputs.channels
-    pointers = [pointer(array) for array in (*arrays, inputs.propulsion)]
-    return ffi.new("hd_record *", [inputs.n, inputs.n_channels, *pointers])
+    return _struct("hd_record", inputs.n, inputs.n_channels, *arrays, inputs.propulsion)
+
+
+@dataclass(frozen=True, eq=False)
+class Gains:
+    """A plant and the gains of its adaptive identifier: ``a`` (6,), ``gamma`` (n_terms, 6)."""
+
+    plant: Plant
+    a: FloatArray
+    gamma: FloatArray
+
+    def __post_init__(self) -> None:
+        """Copy, check and freeze the arrays."""
+        freeze(self, a=(6,), gamma=(self.plant.n_terms, 6))
+
+
+class Adapted(NamedTuple):
+    """What a run of the adaptive identifier leaves: its last state, and its history."""
+
+    matrix: FloatArray  # (n_terms, 6)
+    error: FloatArray  # (6,), velocity error, estimate minus record
+    history_time: FloatArray  # (k,), of each stored step's end [s]
+    history_error: FloatArray  # (k, 6)
+    history_matrix: FloatArray  # (k, n_terms, 6)
+
+
+@dataclass(frozen=True, eq=False)
+class Recursion:
+    """A plant and recursive least squares with directional forgetting for it.
+
+    Coefficients move at ``rows`` and ``axes`` of the table of equation 1, axis by axis; ``known``
+    (n_terms, 6) is that table without them. ``unit`` is what each is scaled by (its prior deviation
+    over that of the noise; 0 holds it), ``block`` the length of a block of time [s], and
+    ``forgetting`` the share of what is known along a row that it replaces.
+    """
+
+    plant: Plant
+    rows: IndexArray
+    axes: IndexArray
+    known: FloatArray
+    unit: FloatArray
+    block: float
+    forgetting: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Copy, check and freeze the arrays."""
+        freeze(self, dtype=np.int32, rows=(None,), axes=(len(self.rows),))
+        freeze(self, known=(self.plant.n_terms, 6), unit=(len(self.rows),))
+
+    @functools.cached_property
+    def starts(self) -> IndexArray:
+        """Where the coefficients of each axis begin among all, and where the last end."""
+        return np.cumsum([0, *np.bincount(self.axes, minlength=6)], dtype=np.int32)
+
+    @property
+    def n_squares(self) -> int:
+        """How many numbers one square matrix an axis has, all together."""
+        return int((np.diff(self.starts) ** 2).sum())
+
+    def of(self, axis: int) -> slice:
+        """Return where the coefficients of an axis stand among all."""
+        return slice(int(self.starts[axis]), int(self.starts[axis + 1]))
+
+    def squares(self, packed: FloatArray) -> list[FloatArray]:
+        """Return six square matrices, one an axis, as views of an array that holds them."""
+        sizes = np.diff(self.starts)
+        ends = np.cumsum(sizes**2)
+        return [packed[end - n * n : end].reshape(n, n) for n, end in zip(sizes, ends, strict=True)]
+
+    def before(self, coefficients: FloatArray) -> Estimate:
+        """Return what is known before any data."""
+        return Estimate(coefficients, np.zeros(self.n_squares), np.zeros(6), np.zeros(6))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Estimate:
+    """What recursive least squares knows.
+
+    ``information`` is what the data tell, one matrix an axis, packed, in the unit of each
+    coefficient, without the prior's identity; ``noise`` the running variance of what rows
+    leave over, [N s]^2 or [N m s]^2, and ``rows`` their number, both by axis.
+    """
+
+    coefficients: FloatArray
+    information: FloatArray
+    noise: FloatArray
+    rows: FloatArray
+
+    def copy(self, recursion: Recursion) -> Estimate:
+        """Return a copy to move, of the shapes that a recursion needs."""
+        sizes = {"coefficients": len(recursion.rows), "information": recursion.n_squares}
+        shapes = {**sizes, "noise": 6, "rows": 6}
+        return Estimate(*(_floats(getattr(self, k), (n,), k).copy() for k, n in shapes.items()))
+
+
+def adapt(
+    gains: Gains,
+    matrix: FloatArray,
+    inputs: Inputs,
+    segments: IntArray,
+    passes: int = 1,
+    every: int = 0,
+) -> Adapted:
+    """Run the adaptive identifier of eqs. 15-16 over a record: the fold of :func:`adapt_step`.
+
+    The velocity error starts at zero in every segment of every pass. ``every`` > 0 keeps the
+    state after each so many steps.
+    """
+    plant, n_terms, rows = gains.plant, gains.plant.n_terms, _spans(segments, inputs.n)
+    estimate, error = _floats(matrix, (n_terms, 6), "matrix").copy(), np.zeros(6)
+    stored = passes * int((np.diff(rows) - 1).sum()) // every if every else 0
+    kept = np.empty(stored), np.empty((stored, 6)), np.empty((stored, n_terms, 6))
+    record, history = record_of(plant, inputs), _struct("hd_history", every, *kept)
+    own, work = (gains.a, gains.gamma, estimate, error), np.zeros(_step_work(plant))
+    call("hd_adapt_run", plant_of(plant), *own, record, rows, len(rows), passes, history, work)
+    return Adapted(estimate, error, *kept)
+
+
+def adapt_step(gains: Gains, state: FloatArray, previous: Sample, current: Sample) -> FloatArray:
+    """Take the step from the previous sample to the current one.
+
+    A state, shape (n_terms + 1, 6), is the coefficients and, last, the velocity error, which
+    is zero at a segment's first sample. The one returned cannot be written.
+    """
+    return _desk(gains, get_ident()).step(state, previous, current)[0]
+
+
+def new_block(plant: Plant) -> FloatArray:
+    """Return the block of time at the start of a segment, for :func:`block_step`."""
+    return np.zeros(C.hd_block_size(plant.n_terms))
+
+
+def block_step(
+    recursion: Recursion, block: FloatArray, previous: Sample, current: Sample
+) -> tuple[FloatArray, FloatArray | None]:
+    """Add the step between two samples to a block; return it, and a row where one is complete.
+
+    The row holds the terms and what they are to explain on each axis, over two blocks.
+    """
+    return _desk(recursion, get_ident()).step(block, previous, current)
+
+
+def absorb(recursion: Recursion, estimate: Estimate, row: FloatArray) -> Estimate:
+    """Take in one row of :func:`block_step` by recursive least squares."""
+    entries, n_terms, moved = _entries(recursion), recursion.plant.n_terms, estimate.copy(recursion)
+    line, work = _floats(row, (n_terms + 6,), "row"), np.zeros(C.hd_absorb_work(entries))
+    call("hd_absorb", entries, _moving(recursion, moved), n_terms, line, work)
+    return moved
+
+
+def recur(recursion: Recursion, estimate: Estimate, inputs: Inputs, segments: IntArray) -> Estimate:
+    """Run recursive least squares over a record: the fold of ``block_step`` and ``absorb``."""
+    plant, rows, entries = recursion.plant, _spans(segments, inputs.n), _entries(recursion)
+    moved, record = estimate.copy(recursion), record_of(plant, inputs)
+    work = np.zeros(C.hd_recur_work(entries, plant.n_terms, plant.n_channels))
+    own = entries, _moving(recursion, moved), recursion.block
+    call("hd_recur_run", plant_of(plant), *own, record, rows, len(rows), work)
+    return moved
+
+
+@functools.lru_cache(maxsize=32)
+def _entries(recursion: Recursion) -> Any:
+    return _struct("hd_entries", recursion.starts, recursion.rows, recursion.known)
+
+
+def _moving(recursion: Recursion, estimate: Estimate) -> Any:
+    arrays = estimate.coefficients, estimate.information, estimate.noise, estimate.rows
+    values = recursion.unit, recursion.forgetting, *arrays  # which the caller keeps
+    return ffi.new("hd_estimate *", [*map(given, values)])
+
+
+def _step_work(plant: Plant) -> int:
+    return int(C.hd_step_work(plant.n_terms, plant.n_channels))
+
+
+class _Desk:
+    """The memory of a run of steps; one that goes on from the last copies only a sample in."""
+
+    def __init__(self, bound: Gains | Recursion, thread: int) -> None:
+        plant, system = bound.plant, plant_of(bound.plant)
+        settings: tuple[Any, ...]
+        if isinstance(bound, Gains):
+            settings = bound.a, bound.gamma, None, 0.0
+            self.state, self.advance = np.zeros((plant.n_terms + 1, 6)), C.hd_adapt_online
+        else:
+            settings = None, None, bound.known, bound.block
+            self.state, self.advance = new_block(plant), C.hd_block_online
+        self.row, self.work = np.zeros(plant.n_terms + 6), np.zeros(_step_work(plant))
+        self.before, self.now = np.zeros((2, PACKED + plant.n_channels))
+        self.left: FloatArray | None = None
+        self.sample: Sample | None = None
+        arrays = self.state, self.before, self.now, self.row
+        self.online = _struct("hd_online", system, *settings, *arrays)
+        call("hd_walk_begin", system, ffi.addressof(self.online.walk), self.work)
+
+    def step(
+        self, state: FloatArray, previous: Sample, current: Sample
+    ) -> tuple[FloatArray, FloatArray | None]:
+        """Return the next state, which cannot be written, and the row that a full block leaves."""
+        follows = state is self.left and previous is self.sample
+        self.left = None
+        try:
+            if not follows:
+                self.state[...], self.before[:] = state, previous.values
+                self.online.walk.fresh = 0
+            self.now[:] = current.values
+        except ValueError as error:
+            raise ProblemError(
+                f"a state must have shape {self.state.shape}, a sample {len(self.now) - PACKED} "
+                f"channels; got {np.shape(state)} and {len(current.values) - PACKED}"
+            ) from error
+        outcome = self.advance(self.online)
+        if not outcome:
+            raise ProblemError(
+                f"time must advance from {previous.time} s, got {current.time} s; after a gap or "
+                "a new clock use `state.restarted(sample)`."
+            )
+        left = self.left = self.state.copy()
+        left.setflags(write=False)  # unchanged, it need not be copied in again
+        self.sample = current
+        return left, self.row.copy() if outcome > 1 else None
+
+
+_desk = functools.lru_cache(maxsize=32)(_Desk)  # one a thread

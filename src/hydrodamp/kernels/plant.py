@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
 
 import numpy as np
 import numpy.typing as npt
 
-from hydrodamp.arrays import BoolArray, FloatArray, IndexArray, IntArray, frozen
+from hydrodamp.arrays import BoolArray, FloatArray, IndexArray, IntArray, freeze
 from hydrodamp.errors import ProblemError
 
 FIXED_ATOMS = 21  # atoms that every plant has; channels and their absolute values follow
@@ -29,21 +29,15 @@ class Plant:
     free: BoolArray
     factors: IndexArray
     n_channels: int
-    mass_columns: FloatArray = field(init=False, repr=False)  # the transpose, as C reads it
 
     def __post_init__(self) -> None:
         """Copy, check and freeze the arrays."""
-        free = np.array(self.free, dtype=np.bool_).reshape(6)
-        free.setflags(write=False)
-        mass = frozen(self.mass_matrix, (6, 6), "mass_matrix")
-        object.__setattr__(self, "mass_matrix", mass)
-        object.__setattr__(self, "mass_columns", frozen(mass.T))
-        object.__setattr__(self, "free", free)
-        factors, n_atoms = np.array(self.factors, dtype=np.int32), FIXED_ATOMS + 2 * self.n_channels
-        if factors.shape[1:] != (4,) or np.any((factors < 0) | (factors >= n_atoms)):
-            raise ProblemError(f"`factors` must have four columns of atoms in 0..{n_atoms - 1}")
-        factors.setflags(write=False)
-        object.__setattr__(self, "factors", factors)
+        freeze(self, mass_matrix=(6, 6))
+        freeze(self, dtype=np.bool_, free=(6,))
+        freeze(self, ProblemError, np.int32, factors=(None, 4))
+        n_atoms = FIXED_ATOMS + 2 * self.n_channels
+        if np.any((self.factors < 0) | (self.factors >= n_atoms)):
+            raise ProblemError(f"`factors` must be places of atoms in 0..{n_atoms - 1}")
 
     @property
     def n_terms(self) -> int:
@@ -70,11 +64,11 @@ class Inputs:
 
     def __post_init__(self) -> None:
         """Copy, check and freeze the arrays."""
-        widths = {"velocity": 6, "down": 3, "wrench": 6, "channels": None, "propulsion": 2}
-        object.__setattr__(self, "time", frozen(self.time, (None,), "time"))
-        for name, width in widths.items():
-            array = frozen(getattr(self, name), (len(self.time), width), name)
-            object.__setattr__(self, name, array)
+        freeze(self, time=(None,))
+        n, m = len(self.time), None
+        freeze(
+            self, velocity=(n, 6), down=(n, 3), wrench=(n, 6), channels=(n, m), propulsion=(n, 2)
+        )
 
     @property
     def n(self) -> int:

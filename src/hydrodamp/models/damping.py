@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from hydrodamp.arrays import FloatArray, frozen
+from hydrodamp.arrays import FloatArray, freeze, frozen
 from hydrodamp.basis.atoms import AXES
 from hydrodamp.errors import ForeignVehicleWarning, ModelError
 from hydrodamp.models.model import DampingModel, one_screen, read_label, spell_label, table_of
@@ -83,10 +83,9 @@ class Damping:
     def __post_init__(self) -> None:
         """Copy the arrays and check their shapes."""
         n = self.model.n_coefficients
-        for name, shape in (("coefficients", (n,)), ("covariance", (n, n))):
-            if (values := getattr(self, name)) is not None:
-                array = frozen(values, shape, name, ModelError)
-                object.__setattr__(self, name, array)
+        freeze(self, ModelError, coefficients=(n,))
+        if self.covariance is not None:
+            freeze(self, ModelError, covariance=(n, n))
 
     @classmethod
     def from_dict(

@@ -10,12 +10,12 @@ from functools import cached_property
 
 import numpy as np
 
-from hydrodamp import kernels
 from hydrodamp.arrays import FloatArray, IntArray, frozen
 from hydrodamp.basis.atoms import FIRST_CHANNEL
 from hydrodamp.basis.basis import Basis, guarded_speed
 from hydrodamp.data.log import Log
 from hydrodamp.errors import ModelError, PropulsionWarning
+from hydrodamp.kernels import core
 from hydrodamp.kernels.plant import Inputs, Plant
 from hydrodamp.models.damping import Damping, VehicleStamp
 from hydrodamp.models.model import DampingModel
@@ -278,7 +278,7 @@ class Problem:
             In the paper the unknown part is xi.
         """
         part = slice(start, stop, step)
-        return kernels.regressor(
+        return core.regressor(
             self.columns.plant.factors,
             self.inputs.velocity[part],
             self.inputs.down[part],

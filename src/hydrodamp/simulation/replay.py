@@ -8,11 +8,11 @@ from typing import Literal
 
 import numpy as np
 
-from hydrodamp import kernels
 from hydrodamp.arrays import FloatArray, IntArray, frozen
 from hydrodamp.basis.atoms import AXES, VELOCITIES, VELOCITY_OF
 from hydrodamp.data.log import Log
 from hydrodamp.errors import demand
+from hydrodamp.kernels import core
 from hydrodamp.models.damping import Damping, warn_if_foreign
 from hydrodamp.simulation.problem import Problem, prepare, stamp
 from hydrodamp.simulation.status import Status
@@ -121,7 +121,7 @@ def replay(
     demand(known, "attitude", "'measured' or 'simulated'", attitude)
     log, recorded = problem.log, problem.log.attitude
     start = np.tile(_LEVEL, (log.n, 1)) if recorded is None else recorded
-    velocity, diverged_at, _ = kernels.replay(
+    velocity, diverged_at, _ = core.replay(
         problem.columns.plant,
         problem.matrix(damping),
         problem.inputs,

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hydrodamp import kernels
 from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import reach
+from hydrodamp.kernels import core
 from hydrodamp.models.damping import Damping
 from hydrodamp.simulation.problem import Problem
 from hydrodamp.simulation.replay import LIMIT
@@ -99,7 +99,7 @@ def prediction_band(
             part = slice(first, min(first + length, stop))
             begun = problem.inputs.velocity[part].copy()
             begun[0] = here
-            velocity[part], _, slope = kernels.replay(
+            velocity[part], _, slope = core.replay(
                 problem.columns.plant,
                 matrix,
                 problem.inputs.part(part, begun),

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hydrodamp import kernels
 from hydrodamp.arrays import FloatArray, frozen
+from hydrodamp.kernels import core
 from hydrodamp.kernels.plant import Plant
 from hydrodamp.simulation.campaign.truth import Truth
 from hydrodamp.simulation.problem import columns, held_channels
@@ -73,14 +73,14 @@ class Motion:
         """Return the body acceleration."""
         velocity, channels = state[:, VELOCITY], self.channels.copy()
         channels[:, self.fins] = self.truth.effective_fins(velocity, state[:, FINS])
-        terms = kernels.regressor(
+        terms = core.regressor(
             self.plant.factors,
             velocity,
             down_direction(state[:, EULER]),
             channels,
             np.zeros(len(state)),
         )
-        wrench = kernels.coriolis(self.plant.mass_matrix, velocity) + terms @ self.matrix
+        wrench = core.coriolis(self.plant.mass_matrix, velocity) + terms @ self.matrix
         wrench += self.push
         if self.truth.strips is not None:
             wrench += self.truth.strips.wrench(velocity)
