@@ -38,12 +38,12 @@ def few_channels(make):
         (RUNS, "segments", [[2, 2]], r"got \[2, 2\]"),
         (RUNS, "inputs", few_channels, "must have 2 columns.*got 1"),
         (RUNS[:1], "attitude", np.zeros((5, 4)), r"`attitude` must have shape \(6, 4\); got \(5"),
-        (("adapt_step",), "state", np.ones((2, 6)), r"must have shape \(13, 6\).*got \(2, 6\)"),
+        (("adapt_step",), "state", np.ones((2, 6)), r"must have shape \(13, 6\).*got \(\(2, 6\)"),
         (
             ("adapt_step",),
             "current",
             Sample.of(time=1.0, velocity=np.zeros(6), channels=np.zeros(3)),
-            r"a sample 2 channels; got \(13, 6\) and 3",
+            r"a sample 2 channels; got \(\(13, 6\), 2, 3\)",
         ),
     ],
 )

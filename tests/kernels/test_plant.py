@@ -32,12 +32,6 @@ def test_survives_pickling_for_a_process_pool():
     assert (plant.n_terms, plant.n_channels) == (1, 1)
 
 
-@pytest.mark.parametrize("factors", [[[1, 2]], [[1, 21, 0, 0]], [[-1, 0, 0, 0]]])
-def test_factors_that_cannot_be_are_refused(factors):
-    with pytest.raises(ProblemError, match=r"atoms in 0\.\.20|shape \(n, 4\); got"):
-        Plant(np.eye(6), FREE, factors, 0)
-
-
 def test_a_sample_alone_is_level_and_unforced():
     alone = Sample.of(time=1.0, velocity=np.ones(6))
     np.testing.assert_array_equal(alone.values, [1] * 7 + [0, 0, 1] + [0] * 8)

@@ -11,7 +11,6 @@ import re
 import sys
 from dataclasses import dataclass
 from pathlib import Path
-from threading import get_ident
 from typing import Any, NamedTuple
 from weakref import WeakKeyDictionary
 
@@ -44,8 +43,9 @@ def _load() -> tuple[Any, Any]:
 
 
 ffi, C = _load()
+_DOUBLES = ffi.typeof("double[]")
 _TYPES = {
-    np.dtype(np.float64): ffi.typeof("double[]"),
+    np.dtype(np.float64): _DOUBLES,
     np.dtype(np.int64): ffi.typeof("int64_t[]"),
     np.dtype(np.int32): ffi.typeof("int32_t[]"),
     np.dtype(np.bool_): ffi.typeof("unsigned char[]"),
@@ -250,8 +250,7 @@ class Recursion:
         return Estimate(coefficients, np.zeros(self.n_squares), np.zeros(6), np.zeros(6))
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Estimate:
+class Estimate(NamedTuple):
     """What recursive least squares knows.
 
     ``information`` is what the data tell, one matrix an axis, packed, in the unit of each
@@ -263,12 +262,6 @@ class Estimate:
     information: FloatArray
     noise: FloatArray
     rows: FloatArray
-
-    def copy(self, recursion: Recursion) -> Estimate:
-        """Return a copy to move, of the shapes that a recursion needs."""
-        sizes = {"coefficients": len(recursion.rows), "information": recursion.n_squares}
-        shapes = {**sizes, "noise": 6, "rows": 6}
-        return Estimate(*(_floats(getattr(self, k), (n,), k).copy() for k, n in shapes.items()))
 
 
 def adapt(
@@ -289,7 +282,10 @@ def adapt(
     stored = passes * int((np.diff(rows) - 1).sum()) // every if every else 0
     kept = np.empty(stored), np.empty((stored, 6)), np.empty((stored, n_terms, 6))
     record, history = record_of(plant, inputs), _struct("hd_history", every, *kept)
-    own, work = (gains.a, gains.gamma, estimate, error), np.zeros(_step_work(plant))
+    own, work = (
+        (gains.a, gains.gamma, estimate, error),
+        np.zeros(C.hd_step_work(n_terms, plant.n_channels)),
+    )
     call("hd_adapt_run", plant_of(plant), *own, record, rows, len(rows), passes, history, work)
     return Adapted(estimate, error, *kept)
 
@@ -300,7 +296,7 @@ def adapt_step(gains: Gains, state: FloatArray, previous: Sample, current: Sampl
     A state, shape (n_terms + 1, 6), is the coefficients and, last, the velocity error, which
     is zero at a segment's first sample. The one returned cannot be written.
     """
-    return _desk(gains, get_ident()).step(state, previous, current)[0]
+    return _stepped(gains, state, (gains.plant.n_terms + 1, 6), previous, current)[0]
 
 
 def new_block(plant: Plant) -> FloatArray:
@@ -315,13 +311,16 @@ def block_step(
 
     The row holds the terms and what they are to explain on each axis, over two blocks.
     """
-    return _desk(recursion, get_ident()).step(block, previous, current)
+    row, size = np.empty(recursion.plant.n_terms + 6), C.hd_block_size(recursion.plant.n_terms)
+    moved, is_full = _stepped(recursion, block, (size,), previous, current, given(row))
+    return moved, row if is_full else None
 
 
 def absorb(recursion: Recursion, estimate: Estimate, row: FloatArray) -> Estimate:
     """Take in one row of :func:`block_step` by recursive least squares."""
-    entries, n_terms, moved = _entries(recursion), recursion.plant.n_terms, estimate.copy(recursion)
-    line, work = _floats(row, (n_terms + 6,), "row"), np.zeros(C.hd_absorb_work(entries))
+    entries, n_terms = _entries(recursion), recursion.plant.n_terms
+    moved, line = _copied(estimate), _floats(row, (n_terms + 6,), "row")
+    work = np.zeros(C.hd_absorb_work(entries))
     call("hd_absorb", entries, _moving(recursion, moved), n_terms, line, work)
     return moved
 
@@ -329,11 +328,15 @@ def absorb(recursion: Recursion, estimate: Estimate, row: FloatArray) -> Estimat
 def recur(recursion: Recursion, estimate: Estimate, inputs: Inputs, segments: IntArray) -> Estimate:
     """Run recursive least squares over a record: the fold of ``block_step`` and ``absorb``."""
     plant, rows, entries = recursion.plant, _spans(segments, inputs.n), _entries(recursion)
-    moved, record = estimate.copy(recursion), record_of(plant, inputs)
+    moved, record = _copied(estimate), record_of(plant, inputs)
     work = np.zeros(C.hd_recur_work(entries, plant.n_terms, plant.n_channels))
     own = entries, _moving(recursion, moved), recursion.block
     call("hd_recur_run", plant_of(plant), *own, record, rows, len(rows), work)
     return moved
+
+
+def _copied(estimate: Estimate) -> Estimate:
+    return Estimate(*(array.copy() for array in estimate))
 
 
 @functools.lru_cache(maxsize=32)
@@ -342,61 +345,44 @@ def _entries(recursion: Recursion) -> Any:
 
 
 def _moving(recursion: Recursion, estimate: Estimate) -> Any:
-    arrays = estimate.coefficients, estimate.information, estimate.noise, estimate.rows
-    values = recursion.unit, recursion.forgetting, *arrays  # which the caller keeps
+    values = recursion.unit, recursion.forgetting, *estimate  # which the caller keeps
     return ffi.new("hd_estimate *", [*map(given, values)])
 
 
-def _step_work(plant: Plant) -> int:
-    return int(C.hd_step_work(plant.n_terms, plant.n_channels))
+@functools.lru_cache(maxsize=32)
+def _online(bound: Gains | Recursion) -> tuple[Any, int, int]:
+    """Return the settings of an online step, its room, and how many numbers a sample has."""
+    plant = bound.plant
+    own: tuple[Any, ...] = (bound.a, bound.gamma) if isinstance(bound, Gains) else ()
+    if isinstance(bound, Recursion):
+        own = None, None, bound.known, bound.block
+    room = C.hd_step_work(plant.n_terms, plant.n_channels)
+    return _struct("hd_online", plant_of(plant), *own), room, PACKED + plant.n_channels
 
 
-class _Desk:
-    """The memory of a run of steps; one that goes on from the last copies only a sample in."""
-
-    def __init__(self, bound: Gains | Recursion, thread: int) -> None:
-        plant, system = bound.plant, plant_of(bound.plant)
-        settings: tuple[Any, ...]
-        if isinstance(bound, Gains):
-            settings = bound.a, bound.gamma, None, 0.0
-            self.state, self.advance = np.zeros((plant.n_terms + 1, 6)), C.hd_adapt_online
-        else:
-            settings = None, None, bound.known, bound.block
-            self.state, self.advance = new_block(plant), C.hd_block_online
-        self.row, self.work = np.zeros(plant.n_terms + 6), np.zeros(_step_work(plant))
-        self.before, self.now = np.zeros((2, PACKED + plant.n_channels))
-        self.left: FloatArray | None = None
-        self.sample: Sample | None = None
-        arrays = self.state, self.before, self.now, self.row
-        self.online = _struct("hd_online", system, *settings, *arrays)
-        call("hd_walk_begin", system, ffi.addressof(self.online.walk), self.work)
-
-    def step(
-        self, state: FloatArray, previous: Sample, current: Sample
-    ) -> tuple[FloatArray, FloatArray | None]:
-        """Return the next state, which cannot be written, and the row that a full block leaves."""
-        follows = state is self.left and previous is self.sample
-        self.left = None
-        try:
-            if not follows:
-                self.state[...], self.before[:] = state, previous.values
-                self.online.walk.fresh = 0
-            self.now[:] = current.values
-        except ValueError as error:
-            raise ProblemError(
-                f"a state must have shape {self.state.shape}, a sample {len(self.now) - PACKED} "
-                f"channels; got {np.shape(state)} and {len(current.values) - PACKED}"
-            ) from error
-        outcome = self.advance(self.online)
-        if not outcome:
-            raise ProblemError(
-                f"time must advance from {previous.time} s, got {current.time} s; after a gap or "
-                "a new clock use `state.restarted(sample)`."
-            )
-        left = self.left = self.state.copy()
-        left.setflags(write=False)  # unchanged, it need not be copied in again
-        self.sample = current
-        return left, self.row.copy() if outcome > 1 else None
-
-
-_desk = functools.lru_cache(maxsize=32)(_Desk)  # one a thread
+def _stepped(
+    bound: Gains | Recursion,
+    state: FloatArray,
+    shape: tuple[int, ...],
+    previous: Sample,
+    current: Sample,
+    row: Any = ffi.NULL,
+) -> tuple[FloatArray, bool]:
+    """Return the next state, which cannot be written, and whether a full block leaves a row."""
+    online, room, size = _online(bound)
+    before, now = previous.values, current.values
+    if state.shape != shape or not len(before) == len(now) == size:
+        got = state.shape, len(before) - PACKED, len(now) - PACKED
+        raise ProblemError(
+            f"a state must have shape {shape}, a sample {size - PACKED} channels; got {got}"
+        )
+    moved = state.copy()
+    arrays = [ffi.from_buffer(_DOUBLES, array) for array in (before, now, moved)]
+    outcome = C.hd_online_step(online, *arrays, row, ffi.new(_DOUBLES, room))
+    if not outcome:
+        raise ProblemError(
+            f"time must advance from {previous.time} s, got {current.time} s; after a gap or "
+            "a new clock use `state.restarted(sample)`."
+        )
+    moved.setflags(write=False)
+    return moved, outcome > 1

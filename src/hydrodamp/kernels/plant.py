@@ -35,9 +35,6 @@ class Plant:
         freeze(self, mass_matrix=(6, 6))
         freeze(self, dtype=np.bool_, free=(6,))
         freeze(self, ProblemError, np.int32, factors=(None, 4))
-        n_atoms = FIXED_ATOMS + 2 * self.n_channels
-        if np.any((self.factors < 0) | (self.factors >= n_atoms)):
-            raise ProblemError(f"`factors` must be places of atoms in 0..{n_atoms - 1}")
 
     @property
     def n_terms(self) -> int:

@@ -97,30 +97,19 @@ void hd_recur_run(const hd_plant *plant, const hd_entries *entries, const hd_est
                   hd_real length, const hd_record *record, const int64_t *segments,
                   size_t n_segments, hd_real *work);
 
-/* Steps one at a time, on packed samples: time, velocity 6, down 3, wrench 6, opening,
- * closing, channels. A step goes from `previous` to `current`, and leaves it as the previous
- * one. 0 where time does not advance. */
-typedef struct {
-    hd_end ends[2];
-    hd_step step; /* the one to the last sample */
-    hd_real *atoms;
-    int fresh; /* whether ends[0] holds the last sample already */
-} hd_walk;
-
+/* One step of the adaptive identifier or, where `known` is not NULL, of a block of time. */
 typedef struct {
     const hd_plant *plant;
-    const hd_real *a, *gamma;   /* of hd_adapt_online */
-    const hd_real *known;       /* of hd_block_online, as in hd_entries */
-    hd_real length;             /* s, of its blocks */
-    hd_real *state;             /* matrix, then error; or the block */
-    hd_real *previous, *current;
-    hd_real *row;               /* where a full block leaves one */
-    hd_walk walk;
+    const hd_real *a, *gamma; /* of hd_adapt */
+    const hd_real *known;     /* as in hd_entries */
+    hd_real length;           /* s, of the blocks */
 } hd_online;
 
-void hd_walk_begin(const hd_plant *plant, hd_walk *walk, hd_real *work); /* hd_step_work */
-int hd_adapt_online(hd_online *online);
-int hd_block_online(hd_online *online); /* 2 where it leaves a row */
+/* The state is the matrix, then the error; or the block, whose row may be left in `row`. Packed
+ * samples: time, velocity 6, down 3, wrench 6, opening, closing, channels. 0 where time does not
+ * advance, 2 where it leaves a row. Workspace: hd_step_work numbers. */
+int hd_online_step(const hd_online *online, const hd_real *previous, const hd_real *current,
+                   hd_real *state, hd_real *row, hd_real *work);
 
 #ifdef __cplusplus
 }

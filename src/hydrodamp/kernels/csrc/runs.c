@@ -2,7 +2,14 @@
 #include "batch.h"
 
 /* Along the samples of a segment, each evaluated once where nothing held changes. */
-void hd_walk_begin(const hd_plant *plant, hd_walk *walk, hd_real *work)
+typedef struct {
+    hd_end ends[2];
+    hd_step step; /* the one to the last sample */
+    hd_real *atoms;
+    int fresh; /* whether ends[0] holds the last sample already */
+} hd_walk;
+
+static void walk_from(const hd_plant *plant, hd_walk *walk, hd_real *work)
 {
     walk->fresh = 0;
     walk->atoms = work;
@@ -81,7 +88,7 @@ void hd_adapt_run(const hd_plant *plant, const hd_real a[6], const hd_real *gamm
     for (size_t run = 0; run < passes * n_segments; ++run) {
         const size_t start = (size_t)segments[2 * (run % n_segments)];
         const size_t stop = (size_t)segments[2 * (run % n_segments) + 1];
-        hd_walk_begin(plant, &walk, work);
+        walk_from(plant, &walk, work);
         for (size_t i = 0; i < 6; ++i)
             error[i] = 0;
         for (size_t k = start + 1; k < stop; ++k) {
@@ -112,7 +119,7 @@ void hd_recur_run(const hd_plant *plant, const hd_entries *entries, const hd_est
 
     for (size_t s = 0; s < n_segments; ++s) {
         const size_t start = (size_t)segments[2 * s], stop = (size_t)segments[2 * s + 1];
-        hd_walk_begin(plant, &walk, work);
+        walk_from(plant, &walk, work);
         for (size_t i = 0; i < size; ++i)
             block[i] = 0;
         for (size_t k = start + 1; k < stop; ++k) {
@@ -132,34 +139,20 @@ static hd_sample unpacked(const hd_real *values, hd_real length)
     return sample;
 }
 
-/* Take the step from the previous packed sample to the current one; 0 where time stands. */
-static int walk_online(hd_online *online)
+int hd_online_step(const hd_online *online, const hd_real *previous, const hd_real *current,
+                   hd_real *state, hd_real *row, hd_real *work)
 {
-    const hd_sample previous = unpacked(online->previous, 0);
-    const hd_sample current = unpacked(online->current, online->current[0] - online->previous[0]);
+    const hd_plant *plant = online->plant;
+    const hd_sample first = unpacked(previous, 0);
+    const hd_sample second = unpacked(current, current[0] - previous[0]);
+    hd_walk walk;
 
-    if (!(current.length > 0))
+    if (!(second.length > 0))
         return 0;
-    walk_to(online->plant, &previous, &current, &online->walk);
-    for (size_t i = 0; i < 18 + online->plant->n_channels; ++i)
-        online->previous[i] = online->current[i];
+    walk_from(plant, &walk, work);
+    walk_to(plant, &first, &second, &walk);
+    if (online->known)
+        return 1 + hd_block_add(plant, online->known, &walk.step, online->length, state, row);
+    hd_adapt(plant, online->a, online->gamma, state, state + 6 * plant->n_terms, &walk.step);
     return 1;
-}
-
-int hd_adapt_online(hd_online *online)
-{
-    hd_real *error = online->state + 6 * online->plant->n_terms;
-
-    if (!walk_online(online))
-        return 0;
-    hd_adapt(online->plant, online->a, online->gamma, online->state, error, &online->walk.step);
-    return 1;
-}
-
-int hd_block_online(hd_online *online)
-{
-    if (!walk_online(online))
-        return 0;
-    return 1 + hd_block_add(online->plant, online->known, &online->walk.step, online->length,
-                            online->state, online->row);
 }
