@@ -226,12 +226,9 @@ def absorb(recursion, estimate, row):
     last factor is at most c |phi|^2 / r <= c^2. The decomposition is that of Cao and Schwartz,
     Automatica 36 (2000) 1725.
     """
-    kappa, information, noise, rows = (
-        np.array(part)
-        for part in (estimate.coefficients, estimate.information, estimate.noise, estimate.rows)
-    )
-    for axis, seen in enumerate(recursion.squares(information)):
-        part = recursion.of(axis)
+    kappa, information, noise, rows = map(np.array, estimate)
+    for axis in range(6):
+        part, seen = recursion.of(axis, information)
         if part.start == part.stop:
             continue
         unit, terms = recursion.unit[part], row[recursion.rows[part]]

@@ -102,9 +102,9 @@ def test_an_hour_of_straight_line_neither_drifts_nor_bursts(hour):
     assert error[straight:turn].max() < 0.08
     assert error[-1] < 0.05
     assert error[-1] < error[turn]
-    information = adaptation.recursion.squares(estimates[-1].information)
     for axis in (0, 1, 5):  # covariance is below the prior's
-        assert np.linalg.eigvalsh(information[axis])[0] > 0.0
+        _, information = adaptation.recursion.of(axis, estimates[-1].information)
+        assert np.linalg.eigvalsh(information)[0] > 0.0
 
 
 def rows_of(problem, adaptation):
@@ -144,7 +144,8 @@ def test_covariance_is_noise_over_information_and_prior(voyage):
     adaptation = method.bind(problem, MODEL)
     fit, rows = method.identify(problem, MODEL), rows_of(problem, adaptation)
     for axis in (0, 1, 5):
-        part, entries = adaptation.recursion.of(axis), adaptation.recursion
+        entries = adaptation.recursion
+        part, _ = entries.of(axis, adaptation.start.information)
         design, unit = rows[:, entries.rows[part]], adaptation.recursion.unit[part]
         precision = design.T @ design + np.diag(unit**-2.0)
         found = fit.damping.covariance[part, part]

@@ -43,13 +43,12 @@ def test_without_forgetting_it_is_least_squares_with_a_prior():
     rows = rng.standard_normal((40, 10))
     found = absorbed(recursion, recursion.before(start), rows)
     for axis in (0, 5):
-        part = recursion.of(axis)
+        part, information = recursion.of(axis, found.information)
         design = np.vstack([rows[:, recursion.rows[part]], np.diag(1.0 / unit[part])])
         target = np.concatenate([rows[:, 4 + axis], start[part] / unit[part]])
         expected = np.linalg.lstsq(design, target, rcond=None)[0]
         np.testing.assert_allclose(found.coefficients[part], expected, rtol=1e-10)
         scaled = design[: -len(expected)] * unit[part]
-        information = recursion.squares(found.information)[axis]
         np.testing.assert_allclose(information, scaled.T @ scaled, rtol=1e-10, atol=1e-12)
     assert found.rows.tolist() == [40, 0, 0, 0, 0, 40]
 

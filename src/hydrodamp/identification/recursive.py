@@ -232,9 +232,9 @@ def _known(
 ) -> tuple[FloatArray, int, tuple[tuple[str, ...], ...]]:
     """Return covariance, rank and aliased labels of one axis."""
     recursion = bound.recursion
-    part = recursion.of(axis)
+    part, information = recursion.of(axis, estimate.information)
     names = bound.model.labels[part]
-    values, vectors = np.linalg.eigh(recursion.squares(estimate.information)[axis])
+    values, vectors = np.linalg.eigh(information)
     told = values >= 1.0  # the information of the prior is the identity
     scaled = recursion.unit[part, None] * vectors
     covariance = estimate.noise[axis] * (scaled / (1.0 + np.maximum(values, 0.0))) @ scaled.T

@@ -230,24 +230,17 @@ class Recursion:
         """Where the coefficients of each axis begin among all, and where the last end."""
         return np.cumsum([0, *np.bincount(self.axes, minlength=6)], dtype=np.int32)
 
-    @property
-    def n_squares(self) -> int:
-        """How many numbers one square matrix an axis has, all together."""
-        return int((np.diff(self.starts) ** 2).sum())
-
-    def of(self, axis: int) -> slice:
-        """Return where the coefficients of an axis stand among all."""
-        return slice(int(self.starts[axis]), int(self.starts[axis + 1]))
-
-    def squares(self, packed: FloatArray) -> list[FloatArray]:
-        """Return six square matrices, one an axis, as views of an array that holds them."""
-        sizes = np.diff(self.starts)
-        ends = np.cumsum(sizes**2)
-        return [packed[end - n * n : end].reshape(n, n) for n, end in zip(sizes, ends, strict=True)]
+    def of(self, axis: int, packed: FloatArray) -> tuple[slice, FloatArray]:
+        """Return where the coefficients of an axis stand, and its square matrix of packed ones."""
+        ends = np.cumsum(np.diff(self.starts) ** 2).tolist()
+        part = slice(*self.starts[axis : axis + 2].tolist())
+        n = part.stop - part.start
+        return part, packed[ends[axis] - n * n : ends[axis]].reshape(n, n)
 
     def before(self, coefficients: FloatArray) -> Estimate:
         """Return what is known before any data."""
-        return Estimate(coefficients, np.zeros(self.n_squares), np.zeros(6), np.zeros(6))
+        squares = np.zeros(int(np.sum(np.diff(self.starts) ** 2)))
+        return Estimate(coefficients, squares, np.zeros(6), np.zeros(6))
 
 
 class Estimate(NamedTuple):
