@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.special import chdtrc
 
 from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.basis.atoms import AXES
@@ -14,9 +13,6 @@ from hydrodamp.identification.rows import Rows
 from hydrodamp.identification.weak import WeakEquations, chosen_support
 from hydrodamp.models.damping import Damping
 from hydrodamp.simulation.problem import Problem
-
-#: Probability of white residuals below which correlation is worth a sentence.
-REJECTED = 0.01
 
 #: Robust standard deviations from which a residual is an outlier: 6 in 100 000 of normal ones.
 FAR = 4.0
@@ -27,8 +23,8 @@ MANY = 0.01
 # The standard deviation of a normal distribution over its median absolute deviation.
 _NORMAL = 1.482602218505602
 
-# Lags that the test of Ljung and Box asks about, and samples for each on short series.
-_TESTED, _PER_LAG = 10, 5
+# Neighbours of white residuals are less correlated, but for 1 % of the series.
+_WHITE = 2.58
 
 # Lags of a drawn correlation at most, and the share of a segment that they reach to.
 _LAGS, _SHARE = 40, 4
@@ -66,14 +62,14 @@ def diagnose(problem: Problem, damping: Damping) -> tuple[str, ...]:
     rows, length = residual_rows(problem)
     left, coloured, spiked = left_over(rows, Damping(free, damping.onto(free))), [], []
     for axis, terms, values in zip(AXES, free.terms, left.T, strict=True):
-        p, neighbours, time = whiteness(values, rows.segment, length)
-        if terms and p < REJECTED:
-            coloured.append(f"{axis} (over {time:.2g} s, neighbours {neighbours:.2f})")
+        _, correlation = correlated(values, rows.segment, 1)
+        if terms and abs(correlation[1]) * np.sqrt(rows.n) > _WHITE:
+            coloured.append(f"{axis} ({correlation[1]:.2f})")
         if terms and (share := outlier_share(values)) > MANY:
             spiked.append(f"{axis} ({100.0 * share:.1f} %)")
     white = (
-        f"Residuals are correlated in time on {', '.join(coloured)} (Ljung-Box, "
-        f"p < {REJECTED:g}): intervals for white residuals would be wrong."
+        f"Residuals are correlated in time on {', '.join(coloured)}, those {length:.2g} s apart: "
+        "intervals for white residuals would be wrong."
     )
     near = (
         f"Many residuals are beyond {FAR:g} robust standard deviations on "
@@ -94,19 +90,6 @@ def left_over(rows: Rows, damping: Damping) -> FloatArray:
     columns = [rows.basis.index(term) for term in model.basis]
     rest: FloatArray = rows.target - rows.design[:, columns] @ damping.matrix.T
     return rest
-
-
-def whiteness(series: FloatArray, segment: IntArray, spacing: float) -> tuple[float, float, float]:
-    """Test residuals for correlation: p-value (Ljung-Box), that of neighbours, its time [s]."""
-    lags = min(_TESTED, len(series) // _PER_LAG)
-    if lags < 1 or not series.any():
-        return 1.0, 0.0, spacing
-    pairs, correlation = correlated(series, segment, lags)
-    pairs, correlation, n = pairs[1:], correlation[1:], len(series)
-    statistic = n * (n + 2.0) * np.sum(correlation**2 / np.maximum(pairs, 1))
-    positive = correlation[: np.argmax(np.append(correlation, -1.0) <= 0.0)]
-    time = spacing * (1.0 + 2.0 * float(positive.sum()))
-    return float(chdtrc(lags, statistic)), float(correlation[0]), time
 
 
 def outlier_share(series: FloatArray) -> float:
