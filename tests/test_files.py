@@ -16,7 +16,7 @@ from hydrodamp.files import (
     load_text,
     load_yaml,
     mistaken,
-    neighbour,
+    nearest_file,
     parse_yaml,
     replacing,
     save_all,
@@ -123,10 +123,9 @@ def test_the_nearest_neighbour_of_what_is_not_there(tmp_path, wanted, near):
     (tmp_path / "runs").mkdir()
     for name in ("mission.csv", "auv.yaml", "b.csv", "runs/day1.csv"):
         (tmp_path / name).touch()
-    assert neighbour(tmp_path / wanted) == (None if near is None else tmp_path / near)
-    assert absent(tmp_path / wanted).endswith(
-        "No such file or directory." if near is None else f"Did you mean '{tmp_path / near}'?"
-    )
+    clause = "" if near is None else f" Did you mean '{tmp_path / near}'?"
+    assert nearest_file(tmp_path / wanted) == clause
+    assert absent(tmp_path / wanted).endswith(f"No such file or directory.{clause}")
 
 
 @pytest.mark.parametrize(

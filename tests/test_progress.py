@@ -30,14 +30,14 @@ def test_nothing_is_shown_where_there_is_no_terminal(capsys, monkeypatch):
     assert capsys.readouterr() == ("", "")
 
 
-def test_steps_are_counted_with_their_rate_and_the_time_left(monkeypatch):
+def test_steps_are_counted_with_their_share_and_the_time_left(monkeypatch):
     with on_terminal(monkeypatch) as screen:
         assert [*counted("abc", "reading", 3)] == ["a", "b", "c"]
     assert screen.getvalue() == ""  # to a program that watches nothing
     with on_terminal(monkeypatch) as screen, watched(), progress("[identifying]", 9) as step:
         step()
         step(6)
-    for words in ("[identifying]", "78%", "0:00:00"):
+    for words in ("[identifying]", "78%", "-:--:--"):
         assert words in screen.getvalue()
 
 

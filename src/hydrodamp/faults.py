@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import reprlib
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, Any, TypeVar, get_args
 
-from hydrodamp.errors import HydrodampError, LogError, did_you_mean
+from hydrodamp.errors import FileError, HydrodampError, LogError, did_you_mean, list_faults
 
 if TYPE_CHECKING:
     from pydantic import BaseModel, ValidationError
@@ -19,7 +20,21 @@ _WANTED = {
     "bool_type": "true or false",
     "string_type": "text",
 }
-_LONGEST = 60
+
+
+Some = TypeVar("Some", bound="BaseModel")
+
+
+def validated(
+    form: type[Some], content: object, source: str, error: type[HydrodampError] = FileError
+) -> Some:
+    """Return a file's content as its form, or refuse it with all its faults."""
+    from pydantic import ValidationError
+
+    try:
+        return form.model_validate(content)
+    except ValidationError as cause:
+        raise error(list_faults(source, faults_in(cause, content, form))) from cause
 
 
 def faults_in(error: ValidationError, content: object, form: type[BaseModel]) -> list[str]:
@@ -39,6 +54,7 @@ def _sentences(
     fault: dict[str, Any], place: list[str | int], form: type[BaseModel]
 ) -> Iterator[str]:
     path, kind, given = spelt_path(place), fault["type"], fault.get("input")
+    subject = f"`{path}`" if path else "it"
     cause = fault.get("ctx", {}).get("error")
     if isinstance(cause, HydrodampError):
         faults = cause.faults if isinstance(cause, LogError) else (str(cause),)
@@ -50,10 +66,9 @@ def _sentences(
     elif kind == "missing":
         yield f"`{path}` is missing"
     elif given is None:
-        yield f"`{path}` is still empty: fill it in"
+        yield f"{subject} is still empty: fill it in"
     else:
-        subject = f"`{path}`" if path else "it"
-        yield f"{subject} must be {_wanted(kind, fault)}; got {_short(given)}"
+        yield f"{subject} must be {_wanted(kind, fault)}; got {reprlib.repr(given)}"
 
 
 def _place(loc: tuple[str | int, ...], content: Any, kind: str) -> list[str | int]:
@@ -110,8 +125,3 @@ def _wanted(kind: str, fault: Mapping[str, Any]) -> str:
         return "a list of at least one" if least == 1 else f"a list of {least or most}"
     said = str(fault["msg"]).removeprefix("Input should be ").removeprefix("Input ")
     return _WANTED.get(kind, said)
-
-
-def _short(value: object) -> str:
-    text = repr(value)
-    return text if len(text) <= _LONGEST else text[: _LONGEST - 3] + "..."

@@ -6,6 +6,7 @@ import difflib
 import json
 import os
 import re
+from collections import UserDict
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import lru_cache
@@ -52,20 +53,16 @@ def load_text(path: str | os.PathLike[str]) -> str:
 
 def absent(path: str | os.PathLike[str]) -> str:
     """Return the message for a file that does not exist, with its nearest neighbour."""
-    near = neighbour(path)
-    meant = "" if near is None else f" Did you mean '{near}'?"
-    return f"{path}: cannot be read: No such file or directory.{meant}"
+    return f"{path}: cannot be read: No such file or directory.{nearest_file(path)}"
 
 
-def neighbour(path: str | os.PathLike[str]) -> Path | None:
-    """Return the existing file whose name is nearest to that of a path."""
+def nearest_file(path: str | os.PathLike[str]) -> str:
+    """Return a clause naming the file beside a path whose stem is nearest, in either case."""
     place = Path(path)
-    if not place.parent.is_dir():
-        return None
-    entries = sorted(place.parent.iterdir(), key=lambda e: e.suffix.lower() == place.suffix.lower())
-    there = {entry.stem.casefold(): entry for entry in entries}  # of one suffix before others
+    beside = sorted(place.parent.iterdir()) if place.parent.is_dir() else ()
+    there = {entry.stem.casefold(): entry for entry in beside}
     near = difflib.get_close_matches(place.stem.casefold(), there, n=1)
-    return there[near[0]] if near else None
+    return f" Did you mean '{there[near[0]]}'?" if near else ""
 
 
 def load_json(path: str | os.PathLike[str]) -> object:
@@ -126,32 +123,20 @@ def _loader() -> type[yaml.SafeLoader]:
     return Loader
 
 
-class Packaged(Mapping[str, Value]):
+class Packaged(UserDict[str, Value]):
     """Values made from YAML files that come with the package, each when it is first asked for."""
 
     def __init__(self, folder: Path, make: Callable[[str], Value]) -> None:
-        self._files = {f.stem: f for f in sorted(folder.glob("*.yaml"), key=lambda f: f.stem)}
+        self.data: dict[str, Any] = {f.stem: f for f in sorted(folder.glob("*.yaml"))}
         self._make = lru_cache(None)(make)
 
     def text(self, name: str) -> str:
         """Return the text of one file."""
-        return self._files[name].read_text("utf-8")
+        return str(self.data[name].read_text("utf-8"))
 
     def __getitem__(self, name: str) -> Value:
         """Return one value."""
         return self._make(name)
-
-    def __contains__(self, name: object) -> bool:
-        """Tell whether there is such a file, without reading it."""
-        return name in self._files
-
-    def __iter__(self) -> Iterator[str]:
-        """Iterate over the names."""
-        return iter(self._files)
-
-    def __len__(self) -> int:
-        """Return the number of files."""
-        return len(self._files)
 
 
 def mistaken(content: object, source: str, wanted: str) -> str:

@@ -56,14 +56,10 @@ def counted(items: Iterable[Item], label: str, total: int) -> Iterator[Item]:
 
 def _new_bars() -> Progress:
     from rich.console import Console
-    from rich.progress import Progress, TimeElapsedColumn, TimeRemainingColumn
+    from rich.progress import Progress
 
+    console = Console(stderr=True, highlight=False, emoji=False)
+    # A single fit may last minutes.
     return Progress(
-        *Progress.get_default_columns()[:3],
-        TimeElapsedColumn(),
-        TimeRemainingColumn(compact=True),
-        console=Console(stderr=True, highlight=False, emoji=False),
-        transient=True,
-        redirect_stdout=False,
-        speed_estimate_period=3600.0,  # a single fit may last minutes
+        console=console, transient=True, redirect_stdout=False, speed_estimate_period=3600.0
     )

@@ -148,7 +148,7 @@ def test_a_bar_shows_the_share_and_time_left_and_ctrl_c_keeps_the_rows(folder):
         env={**os.environ, "COLUMNS": "120", "TERM": "xterm", "PYTHONPATH": str(SOURCE)},
     ) as process:
         os.close(other_end)
-        bar = r"by oe \(2 of 2\) \S+ +\d\d% 0:\d\d:\d\d \d\d:\d\d"
+        bar = r"by oe \(2 of 2\) \S+ +\d\d% 0:\d\d:\d\d"
         read_until(terminal, bar)
         process.send_signal(signal.SIGINT)
         said = read_until(terminal, "`--resume` makes the rest")

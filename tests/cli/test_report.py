@@ -53,7 +53,7 @@ def test_the_report_is_made_again_as_it_was(results, call):
         ("nowhere", "nowhere: there is no such folder; name one that `compare`"),
         (".", ".: there is no comparison.json in it"),
         ("out --out out/replays.npz", "is one of the inputs"),
-        ("spoilt", "spoilt/comparison.json: is not what hydrodamp writes"),
+        ("spoilt", "spoilt/comparison.json: it must be a table"),
     ],
 )
 def test_what_cannot_be_is_refused(results, call, folder, line, words):

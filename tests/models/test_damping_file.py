@@ -90,7 +90,7 @@ def put(value, *path):
 @pytest.mark.parametrize(
     ("change", "says"),
     [
-        (put("other", "format"), "`format` must be 'hydrodamp-damping'"),
+        (put("other", "format"), "`format` must be hydrodamp-damping; got 'other'"),
         (put(2, "version"), "`version` must be 1; got 2"),
         (put(GONE, "model"), "`model` is missing"),
         (put("v|x|", "model", "terms", "X"), r"damping.json: Model 'finned': At X: .*stuck at"),
@@ -119,7 +119,7 @@ def test_what_is_no_damping_file(tmp_path):
     with pytest.raises(hd.FileError, match=r"line 2: cannot be read as JSON: .* column 2"):
         hd.read_damping(path)
     path.write_text("[]", encoding="utf-8")
-    with pytest.raises(hd.ModelError, match="written by hydrodamp identify --out"):
+    with pytest.raises(hd.ModelError, match="it must be a table"):
         hd.read_damping(path)
 
 

@@ -112,7 +112,7 @@ def test_a_pair_that_comes_twice_keeps_both(comparison, tmp_path):
     [
         ("comparison.json", None, "cannot be read"),
         ("comparison.json", "{", "line 1: cannot be read as JSON"),
-        ("comparison.json", "{}", "`rows` is missing; `provenance` is missing"),
+        ("comparison.json", "{}", r"2 faults\n  - `rows` is missing\n  - `provenance` is missing"),
         ("replays.npz", None, "cannot be read"),
         ("replays.npz", "text", "cannot be read"),
         ("fits/linear.ls.json", None, "cannot be read"),
@@ -134,7 +134,7 @@ def test_a_spoilt_folder_is_refused(comparison, tmp_path, name, content, words):
         ("comparison.json", ("provenance", "rate_unit"), "m", "rate_unit` must be"),
         ("fits/linear.ls.json", ("fit", "status"), ["ok"], "`status` must be one of ok"),
         ("comparison.json", ("rows", 0, "rms"), "small", r"`rows\[0\].rms` must be a number; got"),
-        ("fits/linear.ls.json", ("fit",), None, "`fit`: is not what hydrodamp writes"),
+        ("fits/linear.ls.json", ("fit",), None, "`fit`: it is still empty: fill it in"),
     ],
 )
 def test_a_document_that_was_spoilt_is_refused_with_its_place(

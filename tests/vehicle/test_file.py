@@ -156,5 +156,5 @@ def test_faults_are_collected_with_file_and_key(tmp_path, text, faults):
 
 
 def test_long_values_are_cut_in_messages():
-    with pytest.raises(hd.VehicleError, match=r"got 'w{56}\.\.\.$"):
+    with pytest.raises(hd.VehicleError, match=r"got 'w{12}\.\.\.w{13}'$"):
         parse_vehicle(REST + f"mass_matrix: [[{'w' * 90}]]\n")

@@ -7,7 +7,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
@@ -15,13 +15,11 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationEr
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES
 from hydrodamp.errors import ModelError, did_you_mean, list_faults
-from hydrodamp.faults import faults_in
+from hydrodamp.faults import faults_in, validated
 from hydrodamp.files import load_json, load_yaml, mistaken, save_json, save_text
 from hydrodamp.models.catalog import catalog
 from hydrodamp.models.damping import Damping, VehicleStamp
 from hydrodamp.models.model import DampingModel, coefficient_unit, group_axes, read_label
-
-FORMAT, VERSION = "hydrodamp-damping", 1
 
 
 def _spellings(given: object) -> object:
@@ -46,17 +44,22 @@ Terms = dict[Text, Annotated[list[str], BeforeValidator(_spellings)]]
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)] | None
 
 
-class ModelEntry(BaseModel):
+class _Model(BaseModel):
+    """What is said of a model in a file of any kind."""
+
+    title: Text = ""
+    source: Text = ""
+    note: Text = ""
+    terms: Terms = {}
+
+
+class ModelEntry(_Model):
     """A model in a file."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, str_strip_whitespace=True)
 
     name: Annotated[Text, Field(min_length=1)]
-    title: Text = ""
-    source: Text = ""
-    note: Text = ""
     extends: Text = ""
-    terms: Terms = {}
 
     def build(self, known: Mapping[str, DampingModel]) -> DampingModel:
         """Return the model; one that it extends must be known."""
@@ -81,14 +84,10 @@ class ModelEntry(BaseModel):
         return replace(own, terms=parent.with_terms(self.terms).terms, source=source)
 
 
-class ModelDocument(BaseModel):
+class ModelDocument(_Model):
     """The structure of a damping in its file."""
 
     key: Text
-    title: Text = ""
-    source: Text = ""
-    note: Text = ""
-    terms: Terms
 
 
 class CovarianceDocument(BaseModel):
@@ -110,8 +109,8 @@ class CovarianceDocument(BaseModel):
 class DampingDocument(BaseModel):
     """A damping file: the numbers, and what they mean."""
 
-    format: str = FORMAT
-    version: int = VERSION
+    format: Literal["hydrodamp-damping"] = "hydrodamp-damping"
+    version: Literal[1] = 1
     frame: str = "FRD body axes: x forward, y starboard, z down; SI units, radians."
     reference_point: str = "Origin of the body frame of the vehicle file."
     sign_convention: str = (
@@ -323,21 +322,9 @@ def damping_from_document(document: object, source: str = "damping") -> Damping:
     """Return the damping of a document."""
     if other := mistaken(document, source, "damping"):
         raise ModelError(other)
-    if not isinstance(document, Mapping) or document.get("format") != FORMAT:
-        raise ModelError(
-            f"{source}: `format` must be '{FORMAT}': a damping file is written by hydrodamp "
-            "identify --out, or by write_damping."
-        )
-    if document.get("version") != VERSION:
-        raise ModelError(
-            f"{source}: `version` must be {VERSION}; got {document.get('version')!r}. Read it with "
-            "the release that wrote it."
-        )
+    found = validated(DampingDocument, document, source, ModelError)
     try:
-        return DampingDocument.model_validate(document).damping()
-    except ValidationError as error:
-        faults = faults_in(error, document, DampingDocument)
-        raise ModelError(list_faults(source, faults)) from error
+        return found.damping()
     except ModelError as error:
         raise ModelError(f"{source}: {error}") from error
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any
 
 import numpy as np
 from pydantic import (
@@ -14,12 +14,10 @@ from pydantic import (
     BeforeValidator,
     ConfigDict,
     PlainSerializer,
-    ValidationError,
 )
 
 from hydrodamp.data.record import unique_names
-from hydrodamp.errors import FileError
-from hydrodamp.faults import faults_in
+from hydrodamp.faults import validated
 from hydrodamp.files import load_json
 from hydrodamp.identification.fit import Fit, Uncertainty
 from hydrodamp.models.damping import Damping
@@ -29,7 +27,6 @@ from hydrodamp.simulation.status import Status
 from hydrodamp.validation.compare import Comparison, Row
 
 _STATUS = {status.word: status for status in Status}
-_FAULTS = 5  # of a file that are named
 
 
 def _plain(name: str) -> str:
@@ -51,9 +48,6 @@ Number = Annotated[float | None, AfterValidator(finite)]
 
 #: A status as its word.
 Outcome = Annotated[Status, BeforeValidator(_status), PlainSerializer(lambda status: status.word)]
-
-
-Some = TypeVar("Some", bound=BaseModel)
 
 
 class Divergence(BaseModel):
@@ -253,15 +247,3 @@ def trained_on(path: Path) -> dict[str, tuple[float, float]]:
     content = load_json(path)
     is_fit = isinstance(content, dict) and "fit" in content
     return read_fit(path).sailed if is_fit else {}
-
-
-def validated(kind: type[Some], content: object, source: str) -> Some:
-    """Return a content as a document, or refuse it with its faults."""
-    try:
-        return kind.model_validate(content)
-    except ValidationError as error:
-        faults = faults_in(error, content, kind)[:_FAULTS]
-        raise FileError(
-            f"{source}: is not what hydrodamp writes: {'; '.join(faults)}. Make it again by the "
-            "command that wrote it."
-        ) from error

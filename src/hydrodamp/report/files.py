@@ -16,6 +16,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from hydrodamp.basis.atoms import AXES, VELOCITY_OF
 from hydrodamp.data.log import Log, Segment
 from hydrodamp.errors import FileError
+from hydrodamp.faults import validated
 from hydrodamp.files import as_json, load_json, save_all
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.grades import AxisIdentifiability, Identifiability
@@ -26,7 +27,6 @@ from hydrodamp.report.documents import (
     fit_document,
     names_of,
     read_fit,
-    validated,
 )
 from hydrodamp.report.grid import to_csv, to_latex, to_markdown, to_text
 from hydrodamp.report.words import RESUMED, UNFINISHED

@@ -19,14 +19,21 @@ from pydantic import (
     Field,
     FiniteFloat,
     Tag,
-    ValidationError,
     model_validator,
 )
 
 from hydrodamp.basis.atoms import AXES
-from hydrodamp.errors import FileError, HydrodampWarning, VehicleError, did_you_mean, list_faults
-from hydrodamp.faults import faults_in
-from hydrodamp.files import Packaged, absent, load_text, mistaken, neighbour, parse_yaml, save_text
+from hydrodamp.errors import FileError, HydrodampWarning, VehicleError, did_you_mean
+from hydrodamp.faults import validated
+from hydrodamp.files import (
+    Packaged,
+    absent,
+    load_text,
+    mistaken,
+    nearest_file,
+    parse_yaml,
+    save_text,
+)
 from hydrodamp.vehicle.actuators import Actuator
 from hydrodamp.vehicle.mass import rigid_body_mass_matrix
 from hydrodamp.vehicle.vehicle import Vehicle, checked_axes
@@ -177,11 +184,9 @@ def parse_vehicle(text: str, *, source: str = "vehicle") -> Vehicle:
         )
     if other := mistaken(content, source, "vehicle"):
         raise VehicleError(other)
+    found = validated(VehicleFile, content, source, VehicleError)
     try:
-        return VehicleFile.model_validate(content).vehicle()
-    except ValidationError as error:
-        faults = faults_in(error, content, VehicleFile)
-        raise VehicleError(list_faults(source, faults)) from error
+        return found.vehicle()
     except VehicleError as error:
         raise VehicleError(f"{source}: {error}") from error
 
@@ -342,9 +347,7 @@ def without_righting(vehicle: Vehicle) -> str:
 
 
 def _unknown(name: str) -> str:
-    meant = did_you_mean(name, fleet)
-    if not meant and (near := neighbour(f"{name}.yaml")):
-        meant = f" Did you mean '{near}'?"
+    meant = did_you_mean(name, fleet) or nearest_file(f"{name}.yaml")
     return (
         f"there is no vehicle `{name}`; the fleet has {', '.join(fleet)}.{meant} For your own "
         "vehicle give the path of its YAML file; `hydrodamp vehicle new` writes one to fill in."

@@ -15,7 +15,7 @@ from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording
 from hydrodamp.errors import LogError, did_you_mean
 from hydrodamp.faults import faults_in
-from hydrodamp.files import Packaged, load_yaml, mistaken, neighbour
+from hydrodamp.files import Packaged, load_yaml, mistaken, nearest_file
 from hydrodamp.ingest.mapping.assembling import record_of
 from hydrodamp.ingest.mapping.schema import COMPASS, MappingFile, by_name
 
@@ -302,9 +302,7 @@ def load(place: str | Path, beside: Path | None = None) -> tuple[object, Path | 
         return _PRESETS[text], None
     path = Path(text) if beside is None else beside / text
     if isinstance(place, str) and "/" not in text and not Path(text).suffix and not path.exists():
-        meant = did_you_mean(text, _PRESETS)
-        if not meant and (near := neighbour(path.with_suffix(".yaml"))):
-            meant = f" Did you mean '{near}'?"
+        meant = did_you_mean(text, _PRESETS) or nearest_file(path.with_suffix(".yaml"))
         raise LogError(
             f"there is no preset '{text}'.{meant} The presets are: {', '.join(_PRESETS)}. A mapping"
             " file is named with its suffix"
