@@ -118,12 +118,12 @@ class Dissipative:
         remarks = ("No term is damping: there was nothing to constrain.",)
         if power.counted.any():
             worst = worst_power(Damping(model, found), box)
+            price = _price(root @ (found - point), sum(map(bool, model.terms)))
             remarks = (
                 f"Checked by search, not proven: the worst power found on {box} is "
                 f"{worst.power:.3g} W, after {rounds} rounds of cutting planes"
                 f"{', and were stopped there' if rounds == _ROUNDS else ''}. "
-                f"{_price(triangle, model, deviation, found)} Terms with commands, weight, "
-                "constants or (eta-1) are left free.",
+                f"{price} Terms with commands, weight, constants or (eta-1) are left free.",
             )
         return fitted(
             problem,
@@ -233,17 +233,9 @@ def _ridged(
     return block_diag(*roots), np.concatenate(points)
 
 
-def _price(
-    triangle: Triangle, model: DampingModel, deviation: FloatArray, coefficients: FloatArray
-) -> str:
-    """Say how much the residual grows over that of least squares."""
-    ends = np.cumsum([len(terms) for terms in model.terms])[:-1]
-    growth = []
-    for axis, part in enumerate(np.split(coefficients, ends)):
-        if len(part):
-            rest = triangle.columns(model.terms[axis]) @ part - triangle.target(axis)
-            growth.append(np.linalg.norm(rest) / (np.sqrt(triangle.n_samples) * deviation[axis]))
-    total = float(np.sqrt(np.mean(np.square(growth)))) - 1.0
+def _price(away: FloatArray, n_axes: int) -> str:
+    """Say how much the residual grows over that of least squares, which is one on each axis."""
+    total = float(np.sqrt(1.0 + away @ away / n_axes)) - 1.0
     if not total > _NOTHING:
         return "The constraint costs nothing: least squares dissipates already."
     return f"The constraint costs {100.0 * total:.2g} % of RMS residual."

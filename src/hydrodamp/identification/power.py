@@ -24,7 +24,7 @@ from hydrodamp.simulation.problem import Problem
 TAIL, _WIDENING = 0.01, 0.25
 
 # Least surge, as a share of the greatest, of a vehicle that is said to be under way.
-SLOWEST_UNDER_WAY = 0.05
+_UNDER_WAY = 0.05
 
 # Quasi-random velocities looked at, and how many of the worst are improved. The root of
 # x^7 = x + 1: its inverse powers spread a Kronecker sequence in six dimensions as the golden ratio
@@ -127,9 +127,9 @@ def box_of(velocity: FloatArray, widening: float = 0.0, tail: float = TAIL) -> O
     low, high = np.quantile(velocity, [tail, 1.0 - tail], axis=0)
     reach = (1.0 + widening) * np.maximum(np.abs(low), np.abs(high))
     below, above = -reach, reach.copy()
-    if low[0] > SLOWEST_UNDER_WAY * high[0]:
+    if low[0] > _UNDER_WAY * high[0]:
         below[0] = low[0] * (1.0 - widening)
-    elif high[0] < SLOWEST_UNDER_WAY * low[0]:
+    elif high[0] < _UNDER_WAY * low[0]:
         above[0] = high[0] * (1.0 - widening)
     return OperatingBox(below, above)
 

@@ -81,13 +81,10 @@ class PriorLeastSquares(LinearEstimator):
         found = []
         for axis, (terms, prior) in enumerate(zip(model.terms, priors, strict=True)):
             one = solve_axis(triangle, terms, axis)
-            # What the data say as white rows, one for each direction they determine.
-            target, back = triangle.target(axis), one.span.directions.T
-            size = np.linalg.norm(target)
-            left_over = max(np.linalg.norm(target - back.T @ (back @ target)), _ROUNDING * size)
-            weight = np.sqrt(max(triangle.n_samples - one.span.rank, 1.0)) / (left_over or 1.0)
-            design = weight * (back @ triangle.columns(terms))
-            after = posterior(design, weight * (back @ target), *prior)
+            target, n = triangle.target(axis), triangle.n_samples
+            left_over = max(one.residual * np.sqrt(n), _ROUNDING * float(np.linalg.norm(target)))
+            weight = np.sqrt(max(n - one.span.rank, 1.0)) / (left_over or 1.0)
+            after = posterior(weight * triangle.columns(terms), weight * target, *prior)
             found.append(replace(one, coefficients=after[0], covariance=after[1]))
         mean, deviation = (np.concatenate(part) for part in zip(*priors, strict=True))
         moved = np.abs(np.concatenate([one.coefficients for one in found]) - mean)

@@ -19,11 +19,7 @@ from hydrodamp.identification.elimination import (
     sized,
     solved,
 )
-from hydrodamp.identification.power import (
-    SLOWEST_UNDER_WAY,
-    TAIL,
-    dissipates,
-)
+from hydrodamp.identification.power import box_of, dissipates
 from hydrodamp.identification.search import begun, ladder, searching, starts, within
 from hydrodamp.identification.weak import WeakEquations
 from hydrodamp.models.catalog import PAPER_MODELS, catalog
@@ -242,8 +238,7 @@ def degree(term: Term) -> int:
 
 def under_way(velocity: FloatArray) -> bool:
     """Tell whether surge keeps its sign and never nearly vanishes."""
-    low, high = np.quantile(velocity[:, 0], [TAIL, 1.0 - TAIL])
-    return bool(low > SLOWEST_UNDER_WAY * high or high < SLOWEST_UNDER_WAY * low)
+    return bool(box_of(velocity).nearest[0] > 0.0)
 
 
 def _form(term: Term, ahead: bool) -> tuple[str, ...]:
