@@ -94,12 +94,6 @@ def solved(normal: FloatArray, chosen: IntArray) -> FloatArray:
     return np.asarray(inverse @ (normal[chosen, -1] / scale) / scale)
 
 
-def error(normal: FloatArray, chosen: IntArray, coefficients: FloatArray) -> float:
-    """Return the sum of squares that coefficients leave of the target."""
-    inner = normal[np.ix_(chosen, chosen)] @ coefficients - 2.0 * normal[chosen, -1]
-    return float(normal[-1, -1] + coefficients @ inner)
-
-
 def sized(blocks: FloatArray, sets: Sequence[IntArray]) -> tuple[int, str]:
     """Choose the smallest set whose paired excess over the best is within its standard error."""
     rows = left_out(blocks, sets)
@@ -125,8 +119,8 @@ def left_out(blocks: FloatArray, sets: Sequence[IntArray]) -> FloatArray:
         out = np.flatnonzero(fold == turn)
         rest = total - blocks[out].sum(axis=0)
         for number, chosen in enumerate(sets):
-            coefficients = solved(rest, chosen)
-            errors[number, out] = [error(blocks[place], chosen, coefficients) for place in out]
+            left, places = np.append(-solved(rest, chosen), 1.0), [*chosen, -1]
+            errors[number, out] = left @ blocks[np.ix_(out, places, places)] @ left
     return errors
 
 
