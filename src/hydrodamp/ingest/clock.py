@@ -88,7 +88,7 @@ class _Draft:
         counts = np.diff(np.append(starts, len(self.time)))
         if len(counts) and counts[-1] > _STOPPED * np.median(counts):
             counts[-1] = 1  # no coarse stamp, but the last of all
-        if len(counts) < 2 or sum(counts - 1) < COARSE * len(self.time):
+        if len(counts) < 2 or np.sum(counts - 1) < COARSE * len(self.time):
             return
         steps = np.maximum(np.diff(self.time[starts]), 0.0)
         steps = np.append(steps, np.median(steps))
