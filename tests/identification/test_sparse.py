@@ -9,9 +9,13 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.identification.sparse import (
+    Round,
+    best_round,
     brakes,
     candidates,
     degree,
+    distinct,
+    drag,
     kept,
     moved,
     replay_blocks,
@@ -51,13 +55,16 @@ def test_fewer_coefficients_than_linear_and_less_error(truth):
     assert model.key == "sparse"
     assert model.n_coefficients < linear.n_coefficients
     assert rms(campaign, model) < rms(campaign, linear)
-    assert set(range(6)) <= set(brakes(model))
+    for axis, terms in enumerate(model.terms):
+        assert any(brakes(axis, term) for term in terms)
 
 
 def test_a_selection_says_what_it_did_and_is_the_same_again(campaign, flat):
-    first = QUICK.select(flat, campaign.train)
+    rounds: list[Round] = []
+    first = QUICK.select(flat, campaign.train, done=rounds.append)
     assert first == QUICK.select(flat, campaign.train)
     assert {label[0] for label in first.labels} == {"X", "Y", "N"}
+    assert [made.model.terms for made in rounds] == [first.terms]
     assert "one standard error of the difference" in first.note
     assert "operating box" not in first.note
     assert "selected by hydrodamp from" in first.source
@@ -102,9 +109,9 @@ def test_an_axis_without_a_stable_brake_is_given_one(campaign, flat, monkeypatch
     offered = hd.DampingModel.from_table({"X": "u|u|", "Y": "v v|r| ur", "N": "r"}, key="sparse")
     problem = hd.prepare(flat, campaign.train, offered)
     start = hd.Damping(offered, np.array([-3.0, -10.0, 0.0, 0.0, -10.0]))
-    labels = set(select_around(problem, offered, start, 10.0)[0].model.labels)
-    assert {"X_u|u|", "N_r"} <= labels
-    assert {"Y_v", "Y_v|r|"} & labels
+    made, _ = select_around(problem, offered, start, 10.0)
+    assert {"X_u|u|", "N_r"} <= set(made.model.labels)
+    assert {"Y_v", "Y_v|r|"} & set(made.model.labels)
 
 
 @pytest.mark.parametrize("windows", [(), (-1.0,)])
@@ -113,10 +120,29 @@ def test_settings_out_of_range_are_refused(windows):
         hd.Sparse(windows)
 
 
+def made(n, rms, push):
+    model = replace(
+        hd.find_model("prestero"), terms=(hd.find_model("linear").terms[0][:n],) + ((),) * 5
+    )
+    return Round(model, "Said.", rms, push)
+
+
+def test_among_rounds_those_that_dissipate_come_first_then_the_fewest():
+    rounds = [made(3, 0.10, -1.0), made(2, 0.105, -1.0), made(1, 0.2, -1.0), made(1, 0.01, 5.0)]
+    assert best_round(rounds)[0] is rounds[1]
+
+
+def test_without_one_that_dissipates_the_replay_counts():
+    rounds = [made(2, 0.1, 3.0), made(1, None, -1.0)]
+    best, why = best_round(rounds)
+    assert best is rounds[0]
+    assert "replays the training data" in why
+
+
 def test_under_way_all_candidates_are_products_of_two_velocities(campaign):
     offered = candidates(campaign.vehicle, campaign.train)
     assert {degree(term) for term in offered.basis} == {2}
-    assert {"Y_v|u|", "Y_v|v|", "N_r|r|"} <= set(offered.labels)
+    assert set(hd.find_model("prestero").labels) <= set(offered.labels)
     assert "Y_ur(eta-1)" in offered.labels
     assert "Z_u^2(eta-1)" not in offered.labels  # Gertler and Hagen have it on K alone
 
@@ -137,11 +163,10 @@ def test_terms_are_added(campaign):
     assert [offered.labels[place] for place in np.flatnonzero(kept(offered))] == ["X_1"]
 
 
-def test_of_equal_columns_the_one_that_reverses_with_the_motion_is_offered(campaign):
-    given = hd.DampingModel.from_table({"X": "u^2 u|u|", "Y": "uv v|u| u^2*rudder"}, key="own")
-    labels = candidates(campaign.vehicle, campaign.train, [given]).labels
-    assert {"X_u|u|", "Y_v|u|", "Y_u^2*rudder"} <= set(labels)
-    assert not {"X_u^2", "Y_uv"} & set(labels)
+def test_of_equal_columns_the_one_that_reverses_with_the_motion_stays(campaign):
+    model = hd.DampingModel.from_table({"X": "u^2 u|u|", "Y": "uv v|u| v|v|"}, key="mine")
+    problem = hd.prepare(campaign.vehicle, campaign.train, model)
+    assert distinct(problem, model).labels == ("X_u|u|", "Y_v|u|", "Y_v|v|")
 
 
 def test_what_brakes_takes_power_at_any_velocity():
@@ -149,14 +174,15 @@ def test_what_brakes_takes_power_at_any_velocity():
     model = hd.find_model("gertler-hagen").with_terms({"Y": "v|r| v", "Z": "w|w|"})
     ratio = np.linspace(0.5, 1.5, 500)
     values = model.basis.evaluate(velocity, propulsion_ratio=ratio)
-    pairs = [(axis, term) for axis, terms in enumerate(model.terms) for term in terms]
-    for (axis, term), braked in zip(pairs, brakes(model), strict=True):
-        power = -velocity[:, axis] * values[:, model.basis.index(term)]
-        assert braked == (axis if np.all(power <= 0.0) else -1)
+    for axis, (places, terms) in enumerate(zip(drag(model), model.terms, strict=True)):
+        named = {model.labels[place].split("_", 1)[1] for place in places}
+        for term in terms:
+            power = -velocity[:, axis] * values[:, model.basis.index(term)]
+            assert (str(term) in named) == bool(np.all(power <= 0.0))
 
 
 def test_a_command_does_not_brake():
-    assert brakes(hd.DampingModel.from_table({"N": "r*|rudder|"}, key="own")).tolist() == [-1]
+    assert not brakes(5, hd.Term.parse("r*|rudder|"))
 
 
 def test_commands_are_offered_on_the_axes_that_they_move(campaign):
@@ -175,3 +201,19 @@ def test_commands_that_something_takes_are_not_offered(campaign):
     assert moved(campaign.vehicle, campaign.train, []) is None
     recorded = replace(campaign.train, wrench=np.zeros((campaign.train.n, 6)))
     assert moved(replace(campaign.vehicle, actuators=()), recorded, []) is None
+
+
+def test_an_interrupt_ends_the_selection_with_the_rounds_that_are_done(campaign, flat):
+    done: list[object] = []
+
+    def interrupted(*given):
+        if done:
+            raise KeyboardInterrupt
+        return select_around(*given)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("hydrodamp.identification.sparse.select_around", interrupted)
+        model = hd.Sparse(windows=(10.0, 10.0)).select(flat, campaign.train, (), done.append)
+        assert "interrupted after 1 of 2 rounds" in model.note
+        with pytest.raises(KeyboardInterrupt):
+            QUICK.select(flat, campaign.train)

@@ -8,6 +8,7 @@ import hydrodamp as hd
 from hydrodamp.cli.options import FLEET
 from hydrodamp.cli.output import note
 from hydrodamp.errors import MethodError, ModelError, VehicleError, no_such
+from hydrodamp.progress import progress
 
 #: The model that is selected from the training log.
 SPARSE = "sparse"
@@ -50,7 +51,9 @@ def for_log(
     from hydrodamp.simulation.actuation import with_gains
 
     if selects(listed):
-        selected = hd.Sparse().select(vehicle, log, models)
+        way = hd.Sparse()
+        with progress("selecting terms", len(way.windows)) as step:
+            selected = way.select(vehicle, log, models, lambda *_: step())
         note(f"sparse: {selected.n_coefficients} coefficients. {selected.note}")
         models = (*models, selected)
     return tuple(with_gains(vehicle, log, one) for one in models) if free_gains else models

@@ -2,30 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray, IntArray
-from hydrodamp.basis.atoms import AXES, VELOCITIES
+from hydrodamp.basis.atoms import AXES, VELOCITIES, VELOCITY_OF
 from hydrodamp.basis.term import Term
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError, demand
 from hydrodamp.identification.elimination import (
     forward,
     frequencies,
+    moving,
     nested,
     sized,
     solved,
 )
-from hydrodamp.identification.power import box_of, dissipates
+from hydrodamp.identification.power import box_of, dissipates, operating_box, worst_power
 from hydrodamp.identification.search import begun, ladder, searching, starts, within
 from hydrodamp.identification.weak import WeakEquations
 from hydrodamp.models.catalog import PAPER_MODELS, catalog
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
-from hydrodamp.progress import counted
 from hydrodamp.simulation.problem import Problem, prepare
 from hydrodamp.simulation.replay import replay, score
 from hydrodamp.vehicle.vehicle import Vehicle
@@ -33,9 +35,15 @@ from hydrodamp.vehicle.vehicle import Vehicle
 #: Key of the model that a selection makes.
 KEY = "sparse"
 
+#: Columns are one and the same where less than this share of the one is not in the other.
+_SAME = 1e-9
+
 #: Damping whose leftovers commands are compared with: drag, and lift of hull and fins. Without lift
 #: a fin's force looks as if it did not grow with speed.
 _PLAIN = tuple(catalog[key] for key in ("linear", "fossen", "prestero"))
+
+#: Columns are compared on at most about this many samples.
+_SAMPLES = 20_000
 
 #: Atoms that are never negative.
 _EVEN = (*(f"|{name}|" for name in VELOCITIES), "U", "V")
@@ -45,6 +53,9 @@ _SIGNED = (*VELOCITIES, "V_v", "V_w")
 
 # Terms an axis has in the first model, and the windows that it is fitted on [s].
 _FIRST, _SHORT = 4, 5.0
+
+# A round with fewer coefficients may be this much worse on the training data.
+_NEAR = 1.1
 
 # Blocks below which nothing can be left out, and blocks at most.
 _FEWEST, _PARTS = 4, 32
@@ -56,8 +67,14 @@ _LEAST = 16
 # one must be chosen.
 _MOST, _OFTEN = 60, 0.5
 
-# Share of the leftovers that a command takes that moves an axis: a correlation of 0.3.
-_MOVED = 0.09
+
+class Round(NamedTuple):
+    """One round: selection around a model, and the replay of what was selected."""
+
+    model: DampingModel
+    words: str
+    rms: float | None
+    push: float
 
 
 @dataclass(frozen=True)
@@ -92,6 +109,7 @@ class Sparse:
         vehicle: Vehicle,
         log: Log,
         models: Iterable[DampingModel] = (),
+        done: Callable[[Round], None] | None = None,
     ) -> DampingModel:
         """Return the selected model.
 
@@ -106,6 +124,9 @@ class Sparse:
             weight and constants are no damping: they are kept, whatever is selected.
             Commands that neither they nor the vehicle's actuators take are offered on
             the axes where they explain what a plain damping leaves over, and kept there.
+        done : callable, optional
+            Called with each round as it comes, one for each of the windows. An interrupt after
+            the first ends the selection with the rounds that are done.
 
         Returns
         -------
@@ -120,25 +141,37 @@ class Sparse:
         given = tuple(models)
         driven = moved(vehicle, log, given)
         given = given if driven is None else (*given, driven)
-        offered = candidates(vehicle, log, given)
+        everything = candidates(vehicle, log, given)
+        offered = distinct(prepare(vehicle, log, everything), everything)
         problem = prepare(vehicle, log, offered)
-        damping, _ = refit(problem, _first(problem, offered), (), (_SHORT,))
-        rounds = []
-        for window in counted(self.windows, "selecting terms", len(self.windows)):
-            damping, rms, words = select_around(problem, offered, damping, window)
-            rounds.append((np.inf if rms is None else rms, damping.model, words))
-        _, model, words = min(rounds, key=lambda each: each[0])
+        first = _first(problem, offered)
+        damping, _ = refit(problem, first, (), (_SHORT,))
+        rounds: list[Round] = []
+        for window in self.windows:
+            try:
+                made, damping = select_around(problem, offered, damping, window)
+            except KeyboardInterrupt:
+                if not rounds:
+                    raise
+                break
+            rounds.append(made)
+            if done is not None:
+                done(made)
+        best, why = best_round(rounds)
         source = f"selected by hydrodamp from {log.source or 'a log in memory'}"
-        idle = set(log.command_names) - {*vehicle.commands, *model.commands}
+        note = f"{why} {best.words}"
+        if len(rounds) < len(self.windows):
+            note += f" It was interrupted after {len(rounds)} of {len(self.windows)} rounds."
+        idle = set(log.command_names) - {*vehicle.commands, *best.model.commands}
         if idle and log.wrench is None:
-            words += f" No axis follows the command {' '.join(sorted(idle))}."
-        return replace(model, source=source, note=words)
+            note += f" No axis follows the command {' '.join(sorted(idle))}."
+        return replace(best.model, source=source, note=note)
 
 
 def select_around(
     problem: Problem, offered: DampingModel, around: Damping, window: float
-) -> tuple[Damping, float | None, str]:
-    """Select around a small model, and fit what was selected: that, its error, and how."""
+) -> tuple[Round, Damping]:
+    """Select around a small model, and fit what was selected."""
     blocks, lost = replay_blocks(problem, offered, around, window)
     if len(blocks) < _FEWEST:
         raise MethodError(
@@ -146,18 +179,19 @@ def select_around(
             f"and a selection needs {_FEWEST}: give a longer log, or check its signs and the "
             "vehicle's mass and actuators."
         )
-    held, total = np.flatnonzero(kept(offered)), blocks.sum(axis=0)
+    held, groups = np.flatnonzero(kept(offered)), drag(offered)
+    total = blocks.sum(axis=0)
     order = forward(total, _MOST, held.tolist())
     stable = order[frequencies(blocks, held.tolist())[order] >= _OFTEN]
-    braked = brakes(offered)
-    ranked = np.array([*order, *range(len(braked))])
-    brake = ranked[np.unique(braked[ranked], return_index=True)[1]]
-    pool = np.union1d(stable, held)
-    missing = ~np.isin(braked[brake], [-1, *braked[pool]])
-    sets = nested(total, np.append(pool, brake[missing]), held, braked)
+    pool = [*stable.tolist(), *held.tolist()]
+    for group in groups:  # a term that brakes each axis
+        if len(group) and not np.isin(group, pool).any():
+            pool.append(int([*order[np.isin(order, group)], *group][0]))
+    sets = nested(total, np.unique(np.array(pool, dtype=np.int64)), held, groups)
     place, words = sized(blocks, sets)
-    first = [solved(total, sets[place])]
-    return *refit(problem, picked(offered, sets[place]), first, (_SHORT, window)), words
+    model = picked(offered, sets[place])
+    damping, rms = refit(problem, model, [solved(total, sets[place])], (_SHORT, window))
+    return Round(model, words, rms, worst_power(damping, operating_box(problem)).power), damping
 
 
 def replay_blocks(
@@ -181,14 +215,14 @@ def replay_blocks(
 def _first(problem: Problem, offered: DampingModel) -> DampingModel:
     """Choose a few terms of each axis from the rows of the regression."""
     triangle = WeakEquations().rows(problem).triangle()
-    fixed, braked, start = kept(offered), brakes(offered), 0
+    fixed, brakes, start = kept(offered), drag(offered), 0
     chosen: list[int] = []
     for axis, terms in enumerate(offered.terms):
         part = np.column_stack([triangle.columns(terms), triangle.target(axis)])
         first = np.flatnonzero(fixed[start : start + len(terms)])
         order = forward(part.T @ part, len(terms), first.tolist()) + start
-        chosen += [*(first + start), *order[: len(first) + _FIRST]]
-        chosen += order[braked[order] == axis][:1].tolist()
+        braking = [*order[np.isin(order, brakes[axis])], *brakes[axis]]
+        chosen += [*(first + start), *order[: len(first) + _FIRST], *braking[:1]]
         start += len(terms)
     return picked(offered, np.unique(np.array(chosen, dtype=np.int64)))
 
@@ -204,12 +238,29 @@ def refit(
     return damping, score(replay(problem, damping)).rms
 
 
+def best_round(rounds: Sequence[Round]) -> tuple[Round, str]:
+    """Choose among rounds: dissipation first, then the replay, then the size."""
+    finished = [(one.rms, one) for one in rounds if one.rms is not None]
+    if not finished:
+        return rounds[-1], "No selected model replays the training data; this is the last."
+    braking = [(rms, one) for rms, one in finished if one.push <= 0.0]
+    ranked = braking or finished
+    least = min(rms for rms, _ in ranked)
+    near = [(one.model.n_coefficients, rms, one) for rms, one in ranked if rms <= _NEAR * least]
+    brakes = "whose damping brakes at all velocities of the log"
+    what = brakes if braking else "that replays the training data"
+    return min(near, key=lambda each: each[:2])[-1], (
+        f"{len(ranked)} of {len(rounds)} rounds gave a model {what}; this one has the fewest "
+        f"coefficients within {100.0 * (_NEAR - 1.0):.0f} % of their lowest RMS on the training "
+        f"data, {least:.3g}."
+    )
+
+
 def candidates(vehicle: Vehicle, log: Log, models: Iterable[DampingModel] = ()) -> DampingModel:
     """Return every term that may be chosen: axis by axis those of the paper's models."""
     commands = {name: log.command(name) for name in log.command_names}
     known = log.propulsion_ratio is not None or vehicle.propulsion_speed(commands) is not None
-    ahead = under_way(log.velocity)
-    wanted = (2,) if ahead else (1, 2)
+    wanted = (2,) if under_way(log.velocity) else (1, 2)
     paper = [catalog[key] for key in PAPER_MODELS]
     rows = [
         [
@@ -223,11 +274,7 @@ def candidates(vehicle: Vehicle, log: Log, models: Iterable[DampingModel] = ()) 
         ]
         for axis in range(len(AXES))
     ]
-    # Of terms that are one and the same the last stays: one that reverses with the motion.
-    terms = tuple(
-        tuple({_form(one, ahead): one for one in sorted(row, key=_reverses)}.values())
-        for row in rows
-    )
+    terms = tuple(tuple(dict.fromkeys(row)) for row in rows)
     return DampingModel(KEY, "Sparse", terms).restricted_to(vehicle.axes)
 
 
@@ -241,10 +288,23 @@ def under_way(velocity: FloatArray) -> bool:
     return bool(box_of(velocity).nearest[0] > 0.0)
 
 
-def _form(term: Term, ahead: bool) -> tuple[str, ...]:
-    """Return what terms share that surge of one sign makes equal, such as uv and v|u|."""
-    same = ahead and not term.commands
-    return tuple(sorted("u" if same and one == "|u|" else one for one in term.factors))
+def distinct(problem: Problem, model: DampingModel) -> DampingModel:
+    """Leave out terms that are zero throughout or copy another one."""
+    step = max(problem.n_samples // _SAMPLES, 1)
+    columns = problem.regressor(step=step)[:, problem.columns.n_known :]
+    size = np.linalg.norm(columns, axis=0)
+    unit = columns / np.where(size > 0.0, size, 1.0)
+    same = np.abs(unit.T @ unit) > 1.0 - _SAME
+    place = {term: number for number, term in enumerate(problem.columns.basis)}
+    rows = []
+    for terms in model.terms:
+        chosen: list[Term] = []
+        for term in sorted(terms, key=lambda one: (dissipates(one), not _reverses(one))):
+            here = place[term]
+            if size[here] > 0.0 and not same[here, [place[other] for other in chosen]].any():
+                chosen.append(term)
+        rows.append(tuple(chosen))
+    return replace(model, terms=tuple(rows))
 
 
 def picked(offered: DampingModel, places: IntArray) -> DampingModel:
@@ -257,14 +317,19 @@ def picked(offered: DampingModel, places: IntArray) -> DampingModel:
     return replace(offered, terms=rows)
 
 
-def brakes(model: DampingModel) -> IntArray:
-    """Return the axis that each coefficient brakes at any velocity, or -1."""
-    places = []
-    for axis, (own, row) in enumerate(zip(VELOCITIES, model.terms, strict=True)):
-        for term in row:
-            signed = [factor for factor in term.factors if factor not in _EVEN]
-            places.append(axis if signed in ([own], [f"V_{own}"]) else -1)
-    return np.array(places)
+def drag(model: DampingModel) -> tuple[IntArray, ...]:
+    """Return the coefficients that brake an axis, axis by axis."""
+    braking = [brakes(axis, term) for axis, row in enumerate(model.terms) for term in row]
+    ends = np.cumsum([0, *map(len, model.terms)])
+    places = np.flatnonzero(braking)
+    return tuple(places[(places >= a) & (places < b)] for a, b in pairwise(ends))
+
+
+def brakes(axis: int, term: Term) -> bool:
+    """Tell whether a term has the sign of the velocity along an axis."""
+    own = VELOCITY_OF[AXES[axis]]
+    signed = [factor for factor in term.factors if factor not in _EVEN]
+    return len(signed) == 1 and signed[0] in (own, f"V_{own}")
 
 
 def _reverses(term: Term) -> bool:
@@ -297,7 +362,6 @@ def moved(vehicle: Vehicle, log: Log, models: Iterable[DampingModel]) -> Damping
     for axis, terms in enumerate(everything.terms):
         known = {term for model in problem.models[1:] for term in model.terms[axis]}
         part = np.column_stack([triangle.columns([*known, *terms]), triangle.target(axis)])
-        normal = part.T @ part
-        places = forward(normal, len(terms), range(len(known)), _MOVED)
-        rows.append(tuple(terms[place - len(known)] for place in places if place >= len(known)))
+        places = moving(part.T @ part, len(known))
+        rows.append(tuple(terms[place - len(known)] for place in places))
     return replace(everything, terms=tuple(rows))
