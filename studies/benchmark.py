@@ -95,7 +95,7 @@ def row(job: Job) -> Row:
 def replayed(campaign: Campaign, fit: hd.Fit) -> dict[str, float | None]:
     """Return the RMS error of equation 24 at each horizon; None where a replay diverged."""
     found = hd.horizon_scores(campaign.vehicle, fit.damping, campaign.test, HORIZONS.values())
-    return {name: one.score.rms for name, one in zip(HORIZONS, found.scores, strict=True)}
+    return {name: one.score.rms for name, one in zip(HORIZONS, found, strict=True)}
 
 
 def read_rows(path: Path) -> list[Row]:

@@ -104,7 +104,7 @@ def _error(
     attitude: AttitudeSource = "measured",
 ) -> float | None:
     found = hd.horizon_scores(vehicle, damping, log, [horizon], attitude=attitude)
-    return found.scores[0].score.rms
+    return found[0].score.rms
 
 
 def main(pattern: Annotated[str, typer.Argument(help="Names of campaigns.")] = "*") -> None:

@@ -191,7 +191,6 @@ from .simulation.problem import (
 )
 from .simulation.replay import (
     HorizonScore as HorizonScore,
-    HorizonScores as HorizonScores,
     Score as Score,
     Trajectory as Trajectory,
     horizon_scores as horizon_scores,

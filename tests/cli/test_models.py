@@ -26,7 +26,7 @@ def test_the_model_of_a_log_is_listed_and_explained(call):
 
 def test_shows_one_with_terms_source_and_note(call):
     done = call("models coe")
-    for word in ("X Z M", "w|w|", "Source:", "Note:"):
+    for word in ("X Z M", "w|w|", "source:", "note:"):
         assert word in done.stdout
     assert json.loads(call("models coe --json").stdout)["terms"]["K"] == ["v|v|", "p|p|", "r|r|"]
 

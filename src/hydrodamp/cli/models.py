@@ -19,14 +19,14 @@ def models(
     json: options.Json = False,
 ) -> None:
     """List the damping models, or show one: terms, counts, source, note."""
-    from hydrodamp.report.fit_tables import SPARSE, model_document, model_grid, models_grid
+    from hydrodamp.report.fit_tables import SPARSE, model_document, models_grid
 
     named = [SPARSE] if name == choose.SPARSE else []
-    chosen = choose.named_models(name) if name and not named else hd.catalog.values()
+    chosen = [*(choose.named_models(name) if name and not named else hd.catalog.values())]
     documents = named or [model_document(model) for model in chosen]
     selected = [] if name else [SPARSE]  # the catalogue has one more, which comes with a log
     if name and len(documents) == 1:
-        emit(documents[0]) if json else show(model_grid(documents[0]))
+        emit(documents[0]) if json else show(SPARSE["note"] if named else str(chosen[0]))
     elif json:
         emit({"models": documents, **({"selected_from_a_log": selected} if selected else {})})
     else:

@@ -16,7 +16,7 @@ from hydrodamp.identification.extrapolation import fed
 from hydrodamp.identification.fit import Fit
 from hydrodamp.report.grid import Column, Grid, error_size, percent
 from hydrodamp.report.words import remarks
-from hydrodamp.simulation.replay import HorizonScore, HorizonScores, Score
+from hydrodamp.simulation.replay import HorizonScore, Score
 from hydrodamp.simulation.status import Status
 from hydrodamp.validation.choice import choose, front
 from hydrodamp.validation.compare import PRINTED_COLUMN, TABLE_I, Comparison, Row, beside_paper
@@ -227,12 +227,12 @@ def fold_grid(table: CrossValidation) -> Grid:
     return Grid.of_items(title, table.rows, columns, notes)
 
 
-def horizon_grid(fits: Sequence[Fit], scores: Sequence[HorizonScores | None]) -> Grid:
+def horizon_grid(fits: Sequence[Fit], scores: Sequence[Sequence[HorizonScore] | None]) -> Grid:
     """Return the errors by horizon of fits to the whole log."""
-    names = next(([one.name for one in some.scores] for some in scores if some), [])
+    names = next(([one.name for one in some] for some in scores if some), [])
     rows = []
     for fit, some in zip(fits, scores, strict=True):
-        errors = [None] * len(names) if some is None else map(_restarted, some.scores)
+        errors = [None] * len(names) if some is None else map(_restarted, some)
         rows.append((fit.model.key, fit.method, *errors))
     notes = (
         "These errors are those of the log fitted to; what generalises stands above. Where "
@@ -240,7 +240,7 @@ def horizon_grid(fits: Sequence[Fit], scores: Sequence[HorizonScores | None]) ->
         *(
             said
             for fit, some in zip(fits, scores, strict=True)
-            if some and any(one.n_diverged for one in some.scores)
+            if some and any(one.n_diverged for one in some)
             for said in fed(fit.damping, fit.sailed, f"{fit.model.key} by {fit.method}: its")
         ),
     )
@@ -256,7 +256,7 @@ def _restarted(found: HorizonScore) -> str:
 
 
 def validation_document(
-    table: CrossValidation, fits: Sequence[Fit], scores: Sequence[HorizonScores | None]
+    table: CrossValidation, fits: Sequence[Fit], scores: Sequence[Sequence[HorizonScore] | None]
 ) -> dict[str, object]:
     """Return all of it as strict JSON."""
     of_row = ("model", "method", "n_coefficients", "rms", "rms_by_fold", "lost")
@@ -267,7 +267,7 @@ def validation_document(
             {
                 "model": fit.model.key,
                 "method": fit.method,
-                "rms_by_horizon": {one.name: one.score.rms for one in some.scores} if some else {},
+                "rms_by_horizon": {one.name: one.score.rms for one in some} if some else {},
             }
             for fit, some in zip(fits, scores, strict=True)
         ],

@@ -148,21 +148,3 @@ def models_grid(models: Iterable[Mapping[str, Any]], command: str) -> Grid:
         counts = [None] * len(AXES) if one["terms"] is None else map(len, one["terms"].values())
         rows.append((one["model"], one["n_coefficients"], *counts, one["title"]))
     return Grid.of_words("Damping models", ("name", "n", *AXES, "title"), "lrrrrrrrl", rows, notes)
-
-
-def model_grid(model: Mapping[str, Any]) -> Grid:
-    """Return the document of one model with its terms, axes with the same ones together."""
-    together: dict[str, list[str]] = {}
-    for axis, terms in (model["terms"] or {}).items():
-        together.setdefault(" ".join(terms) or "none", []).append(axis)
-    rows = [
-        (" ".join(axes), len(model["terms"][axes[0]]), terms) for terms, axes in together.items()
-    ]
-    size = (
-        "terms come with a log"
-        if model["terms"] is None
-        else f"{model['n_coefficients']} coefficients"
-    )
-    notes = [f"{name.capitalize()}: {model[name]}" for name in ("source", "note") if model[name]]
-    title = f"{model['title']} ({model['model']}): {size}"
-    return Grid.of_words(title, ("axes", "n", "terms"), "lrl", rows, notes)

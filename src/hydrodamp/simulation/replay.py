@@ -280,25 +280,6 @@ class HorizonScore:
         return names.get(str(self.horizon)) or f"{self.horizon:g} s"
 
 
-@dataclass(frozen=True)
-class HorizonScores:
-    """Scores of one damping at several horizons.
-
-    Attributes
-    ----------
-    scores : tuple of HorizonScore
-        In the order asked for.
-    """
-
-    scores: tuple[HorizonScore, ...]
-
-    def __str__(self) -> str:
-        """Return a line a horizon."""
-        velocities = tuple(self.scores[0].score.rms_by_axis) if self.scores else ()
-        head = f"{'horizon':<10}{'RMS':>9}" + "".join(f"{name:>9}" for name in velocities)
-        return "\n".join([f"{head}  diverged", *map(_line, self.scores)])
-
-
 def horizon_scores(
     vehicle: Vehicle,
     damping: Damping,
@@ -307,7 +288,7 @@ def horizon_scores(
     *,
     attitude: AttitudeSource = "measured",
     rate_unit: RateUnit = "deg",
-) -> HorizonScores:
+) -> tuple[HorizonScore, ...]:
     """Replay a log with restarts every so many seconds, and score each horizon.
 
     Parameters
@@ -328,8 +309,8 @@ def horizon_scores(
 
     Returns
     -------
-    scores : HorizonScores
-        One a horizon.
+    scores : tuple of HorizonScore
+        One a horizon, in the order asked for.
 
     Raises
     ------
@@ -350,14 +331,13 @@ def horizon_scores(
     >>> campaign = reenact(duration=5.0)
     >>> damping = published["vt690-sname2022"]
     >>> scores = horizon_scores(campaign.vehicle, damping, campaign.test, ["step", 1.0, "run"])
-    >>> [found.n_windows for found in scores.scores]
+    >>> [found.n_windows for found in scores]
     [100, 10, 2]
     """
     asked = [checked_horizon(horizon) for horizon in horizons]
     problem = prepare(vehicle, log, damping.model)
     warn_if_foreign(damping, stamp(vehicle))
-    scores = (horizon_score(problem, damping, one, attitude, rate_unit) for one in asked)
-    return HorizonScores(tuple(scores))
+    return tuple(horizon_score(problem, damping, one, attitude, rate_unit) for one in asked)
 
 
 def horizon_score(
@@ -398,10 +378,3 @@ def checked_horizon(horizon: Horizon) -> Horizon:
     fits = horizon in ("step", "run") if isinstance(horizon, str) else 0.0 < horizon < np.inf
     demand(fits, "horizon", "a positive number of seconds, 'step' or 'run'", horizon)
     return horizon
-
-
-def _line(found: HorizonScore) -> str:
-    errors = (found.score.rms, *found.score.rms_by_axis.values())
-    cells = ("–" if error is None else format(error, ".4g") for error in errors)
-    share = f"{found.n_diverged} of {found.n_windows}"
-    return f"{found.name:<10}" + "".join(f"{cell:>9}" for cell in cells) + f"  {share}"

@@ -48,7 +48,7 @@ def scores(errors, lost=()):
     for horizon, error in errors.items():
         score = hd.Score(None if horizon in lost else error, {}, {}, "deg", ())
         found.append(hd.HorizonScore(horizon, score, 12, 3 if horizon in lost else 0))
-    return hd.HorizonScores(tuple(found))
+    return tuple(found)
 
 
 def test_horizons_rise_and_divergence_is_marked(on_sheet):
@@ -71,7 +71,7 @@ def test_nothing_and_mixed_units_are_refused():
     with pytest.raises(hd.MethodError, match="no score"):
         hd.horizons_figure({})
     first = scores({"run": 1.0})
-    (one,) = first.scores
-    other = hd.HorizonScores((replace(one, score=replace(one.score, rate_unit="rad")),))
+    (one,) = first
+    other = (replace(one, score=replace(one.score, rate_unit="rad")),)
     with pytest.raises(hd.MethodError, match="rate_unit"):
         hd.horizons_figure({("a", "ls"): first, ("b", "ls"): other})

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -29,7 +29,7 @@ from hydrodamp.report.figures.look import (
     sheet,
 )
 from hydrodamp.simulation.problem import Problem
-from hydrodamp.simulation.replay import HorizonScores, RateUnit
+from hydrodamp.simulation.replay import HorizonScore, RateUnit
 from hydrodamp.validation.choice import error_of, front
 from hydrodamp.validation.compare import Comparison
 
@@ -96,12 +96,12 @@ def front_figure(comparison: Comparison) -> Figure:
 
 
 @in_our_look
-def horizons_figure(scores: Mapping[tuple[str, str], HorizonScores]) -> Figure:
+def horizons_figure(scores: Mapping[tuple[str, str], Sequence[HorizonScore]]) -> Figure:
     """Draw the RMS error at each horizon.
 
     Parameters
     ----------
-    scores : mapping of (model, method) to HorizonScores
+    scores : mapping of (model, method) to sequence of HorizonScore
         All on the same log. Horizons stand at equal distances, in the order asked for. Where
         a window diverged there is no error; the legend says how many did.
 
@@ -116,7 +116,7 @@ def horizons_figure(scores: Mapping[tuple[str, str], HorizonScores]) -> Figure:
     MethodError
         If there is no score, units differ, or matplotlib is not installed.
     """
-    found = [one for each in scores.values() for one in each.scores]
+    found = [one for each in scores.values() for one in each]
     if not found:
         raise MethodError("there is no score at any horizon to draw")
     if len({one.score.rate_unit for one in found}) > 1:
@@ -125,10 +125,10 @@ def horizons_figure(scores: Mapping[tuple[str, str], HorizonScores]) -> Figure:
     panel = figure.subplots()
     entries = []
     for (pair, several), look in zip(scores.items(), looks_of(list(scores)), strict=True):
-        errors = [one.score.rms or np.nan for one in several.scores]
+        errors = [one.score.rms or np.nan for one in several]
         drawn = {**look.line, "marker": look.marker}
-        panel.plot([one.name for one in several.scores], errors, **drawn)
-        most = max(one.diverged_share for one in several.scores)
+        panel.plot([one.name for one in several], errors, **drawn)
+        most = max(one.diverged_share for one in several)
         said = f", up to {100.0 * most:.2g} % of windows diverged" if most else ""
         entries.append((f"{' by '.join(pair)}{said}", drawn))
     error_scale(panel)
