@@ -33,7 +33,7 @@ from benchmark_plans import (
     remus,
     remus_by_theory,
 )
-from hydrodamp.simulation.campaign.conditions import Conditions
+from conditions import COLOURED, SILENT, Coloured
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 
@@ -61,25 +61,24 @@ BENT_MODELS = tuple(model.with_terms(BENT, key=f"{model.key}+channels") for mode
 SHIP_MODELS = hd.read_models(EXAMPLES / "kvlcc2" / "models.yaml")
 
 
-def noise(scale: float, pushes: float = 0.0, *, coloured: bool = False) -> Conditions:
+def noise(scale: float, pushes: float = 0.0, *, coloured: bool = False) -> Coloured:
     """Return sensors' errors in published ones and pushes in three per cent of the damping."""
-    base = hd.COLOURED if coloured else hd.WHITE
-    return replace(base, scale=scale, push=tuple(pushes * one for one in hd.COLOURED.push))
+    base = COLOURED if coloured else Coloured()
+    return replace(base, scale=scale, push=tuple(pushes * one for one in COLOURED.push))
 
 
-def tether(scale: float, *, coloured: bool = False) -> Conditions:
+def tether(scale: float, *, coloured: bool = False) -> Coloured:
     """Return sensors' errors and the pull of a tether."""
     return replace(
         noise(scale, coloured=coloured), push=(0.3, 0.3, 0.3, 0.001, 0.001, 0.001), push_time=5.0
     )
 
 
-def waves(scale: float, *, coloured: bool = False) -> Conditions:
+def waves(scale: float, *, coloured: bool = False) -> Coloured:
     """Return sensors' errors and pushes on a ship of 7 m."""
     return replace(noise(scale, coloured=coloured), push=(1, 5, 0, 0, 0, 12), push_time=3.0)
 
 
-SILENT = hd.SILENT
 EXACT, STRAPDOWN = Recording(acceleration=0.0), Recording(acceleration=1.0)
 STRONG, WEAK = Recording(wrench=1.2), Recording(wrench=0.8)
 STRONG_FINS, WEAK_FINS = Recording(fins=1.2), Recording(fins=0.8)

@@ -3,7 +3,7 @@
     python studies/coverage.py --draws 200 --out FOLDER
 
 The campaign is sailed again and again in `COLOURED` conditions (their constants stand in
-``hydrodamp.simulation.campaign.conditions``): AR(1) errors on every sensor, and a wrench
+``conditions.py``): AR(1) errors on every sensor, and a wrench
 that pushes the vehicle while the autopilot steers it on.
 
 The target of a draw is the same estimator on the same trajectory without added noise:
@@ -40,6 +40,7 @@ import typer
 from rich.console import Console
 from rich.progress import track
 
+from conditions import COLOURED
 from coverage_tables import Draws, Key, bias_table, coverage_table, markdown, show, summary
 from hydrodamp import (
     AXES,
@@ -57,7 +58,6 @@ from hydrodamp.arrays import BoolArray, FloatArray
 from hydrodamp.files import replacing
 from hydrodamp.identification.fit import Uncertainty, reach
 from hydrodamp.identification.grades import Grade, excitation, graded_by, identifiability
-from hydrodamp.simulation.campaign.conditions import COLOURED
 from hydrodamp.simulation.campaign.reenact import reenact_all
 
 LEVEL = 0.95

@@ -23,6 +23,7 @@ from scipy.stats import spearmanr
 
 import hydrodamp as hd
 from benchmark import fill
+from conditions import accelerated
 from hydrodamp.identification.adaptive import Adaptation
 from hydrodamp.kernels.core import Gains
 from hydrodamp.simulation.campaign.reenact import DURATION, TRUTHS, reenact_all
@@ -99,8 +100,8 @@ def sailed(
     seeds: int, truth: str, noise: float, duration: float = DURATION
 ) -> tuple[hd.Campaign, ...]:
     """Return the campaigns of the first seeds."""
-    conditions = hd.Conditions(scale=noise, accelerometer=True)
-    return reenact_all(range(seeds), truth, duration, conditions)
+    found = reenact_all(range(seeds), truth, duration, hd.Conditions(noise))
+    return tuple(accelerated(one, seed, noise) for seed, one in enumerate(found))
 
 
 def identifier(seeds: int, longer: float) -> Iterator[str]:

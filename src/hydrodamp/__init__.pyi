@@ -173,8 +173,6 @@ from .report.figures.series import (
 from .report.files import read_comparison as read_comparison, write_comparison as write_comparison
 from .report.page import write_report as write_report
 from .simulation.campaign.conditions import (
-    COLOURED as COLOURED,
-    SILENT as SILENT,
     WHITE as WHITE,
     Conditions as Conditions,
 )

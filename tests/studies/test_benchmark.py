@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from hydrodamp import SILENT, catalog
+from conditions import SILENT
+from hydrodamp import catalog
 
 STUDIES = Path(__file__).parents[2] / "studies"
 

@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, frozen
-from hydrodamp.conditioning.derived import GRAVITY
 from hydrodamp.data.log import Log
 from hydrodamp.errors import MethodError, demand, no_such
 from hydrodamp.progress import counted
@@ -65,8 +64,7 @@ class Campaign:
     Attributes
     ----------
     train, test : Log
-        As measured, noise and all; a segment a run. Translational accelerations are
-        recorded where the conditions ask for it, angular ones never.
+        As measured, noise and all; a segment a run. Accelerations are not recorded.
     exact_train, exact_test : Log
         The same motion without errors of the sensors, with exact accelerations.
     train_pushes, test_pushes : ndarray, shape (n, 6)
@@ -120,15 +118,8 @@ class Plan:
             np.hstack([conditions.draw_errors(seed, *size) for seed in seeds]),
             np.hstack([conditions.draw_pushes(seed, *size) for seed in seeds]),
         )
-        return tuple(
-            self._campaign(
-                Voyage(*(array[:, k * len(runs) : (k + 1) * len(runs)] for array in voyage)),
-                conditions.draw_specific_force_errors(seed, *size[:2])
-                if conditions.accelerometer
-                else None,
-            )
-            for k, seed in enumerate(seeds)
-        )
+        places = [slice(k * len(runs), (k + 1) * len(runs)) for k in range(len(seeds))]
+        return tuple(self._campaign(Voyage(*(one[:, own] for one in voyage))) for own in places)
 
     def _voyage(self, runs: Sequence[Run], errors: FloatArray, pushes: FloatArray) -> Voyage:
         period, n = self.autopilot.period, len(runs)
@@ -147,7 +138,7 @@ class Plan:
             state = pushed.advance(state, commands, period)
         return Voyage(*map(np.array, zip(*samples, strict=True)))
 
-    def _campaign(self, voyage: Voyage, specific_force_errors: FloatArray | None) -> Campaign:
+    def _campaign(self, voyage: Voyage) -> Campaign:
         parts: dict[str, Any] = {}
         n = len(self.training)
         for name, runs, place in (
@@ -156,23 +147,21 @@ class Plan:
         ):
             own = Voyage(*(array[:, place] for array in voyage))
             exact = replace(
-                self._log(runs, own, own.states), acceleration=frozen(_joined(own.accelerations))
+                self._log(runs, own, own.states), acceleration=frozen(joined(own.accelerations))
             )
             seen = self._log(runs, own, own.measured)
-            if specific_force_errors is not None:
-                seen = _accelerated(seen, exact, _joined(specific_force_errors[:, place]))
-            pushes = frozen(_joined(own.pushes))
+            pushes = frozen(joined(own.pushes))
             parts |= {name: seen, f"exact_{name}": exact, f"{name}_pushes": pushes}
         return Campaign(**parts, vehicle=self.vehicle, truth=self.water.name, note=self.water.note)
 
     def _log(self, runs: Sequence[Run], voyage: Voyage, states: FloatArray) -> Log:
         n = len(states)
         time = np.arange(n) * self.autopilot.period
-        rudder, elevator = _joined(voyage.commands).T
+        rudder, elevator = joined(voyage.commands).T
         return Log.from_arrays(
             np.concatenate([(time[-1] + PAUSE) * k + time for k in range(len(runs))]),
-            _joined(states[:, :, VELOCITY]),
-            attitude=_joined(states[:, :, EULER]),
+            joined(states[:, :, VELOCITY]),
+            attitude=joined(states[:, :, EULER]),
             commands={
                 "rudder": rudder,
                 "elevator": elevator,
@@ -201,8 +190,7 @@ def reenact(
     duration : float, optional
         Length of each run, 1 or more [s].
     conditions : Conditions, optional
-        Errors of the sensors and pushes on the vehicle; published white noise and no
-        pushes by default.
+        Errors of the sensors; published white noise by default.
 
     Returns
     -------
@@ -269,20 +257,6 @@ def _check(seeds: Sequence[int], truth: str, duration: float) -> None:
     demand(1.0 <= duration < np.inf, "duration", "1 s or more", duration)
 
 
-def _accelerated(log: Log, exact: Log, errors: FloatArray) -> Log:
-    """Return a log with a specific force, and the acceleration that it tells."""
-    assert exact.acceleration is not None
-    felt = exact.acceleration[:, :3] + _turning(exact) + errors
-    linear = felt - _turning(log)
-    both = np.hstack([linear, np.full_like(linear, np.nan)])
-    return replace(log, specific_force=felt, acceleration=both)
-
-
-def _turning(log: Log) -> FloatArray:
-    """Return what a specific force holds beside the change of the velocity's components."""
-    return np.cross(log.velocity[:, 3:], log.velocity[:, :3]) - GRAVITY * log.down
-
-
-def _joined(columns: FloatArray) -> FloatArray:
+def joined(columns: FloatArray) -> FloatArray:
     """Return arrays of shape (n_samples, n_runs, k) as rows, run by run."""
     return columns.swapaxes(0, 1).reshape(-1, columns.shape[-1])
