@@ -58,7 +58,7 @@ from hydrodamp.arrays import BoolArray, FloatArray
 from hydrodamp.files import replacing
 from hydrodamp.identification.fit import Uncertainty, reach
 from hydrodamp.identification.grades import Grade, excitation, graded_by, identifiability
-from hydrodamp.simulation.campaign.reenact import reenact_all
+from hydrodamp.simulation.campaign import reenact
 
 LEVEL = 0.95
 """Nominal coverage of the intervals."""
@@ -128,7 +128,7 @@ def sampled(plan: Plan, seeds: range) -> dict[Key, Draws]:
     """Return what every method says of every model, for some seeds."""
     parts: dict[Key, list[Draws]] = {}
     models = [find_model(key) for key in plan.models]
-    for campaign in reenact_all(seeds, plan.truth, plan.duration, COLOURED):
+    for campaign in reenact.Plan.of(plan.truth).sail(seeds, plan.duration, COLOURED):
         noisy = prepare(campaign.vehicle, campaign.train, models)
         exact = prepare(told(campaign.vehicle), noiseless(campaign), models)
         for method in plan.methods:

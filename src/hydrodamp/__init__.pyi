@@ -179,7 +179,6 @@ from .simulation.campaign.conditions import (
 from .simulation.campaign.reenact import (
     Campaign as Campaign,
     reenact as reenact,
-    reenact_all as reenact_all,
 )
 from .simulation.problem import (
     Columns as Columns,

@@ -145,7 +145,7 @@ def _of_replays(
         "replays",
         "Measured against replayed: the chosen row, and the row of every other method with the "
         f"lowest error.{f' {said_of_band(row)}' if band else ''}",
-        lambda: replays_figure(best, {(row.model, row.method): band} if band else None),
+        lambda: replays_figure(best, band),
     )
 
 
@@ -178,12 +178,12 @@ def _of_fit(
     yield (
         "residuals",
         partial(_said_of_residuals, problem, fit),
-        lambda: residuals_figure(problem, [fit]),
+        lambda: residuals_figure(problem, fit),
     )
     yield (
         "power",
         partial(_said_of_power, problem, fit),
-        lambda: power_figure([fit], operating_box(problem), comparison.rate_unit),
+        lambda: power_figure(fit, operating_box(problem), comparison.rate_unit),
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -32,36 +32,28 @@ def write_fidelity_page(folder: Path, path: Path | None = None) -> Path:
 
 
 def _grids(card: dict[str, Any]) -> Iterator[Grid]:
-    axes = sorted({**card["wrench_error"], **card["mass_ratio"]}, key="XYZKMN".index)
-    yield Grid.of_words(
-        f"By axis, at {card['asked_at']}",
-        ("axis", "wrench error [% of rms]", "added mass / rigid body"),
-        "lrr",
-        [
-            (axis, *(_word(card[key].get(axis)) for key in ("wrench_error", "mass_ratio")))
-            for axis in axes
-        ],
-    )
+    errors = {
+        "wrench error [% of rms]": card["wrench_error"],
+        "added mass / rigid body": card["mass_ratio"],
+    }
+    yield _side_by_side(f"By axis, at {card['asked_at']}", "axis", errors)
     if card["replays"] is not None:
-        scores = {
-            "source and target": card["replays"]["source_to_target"],
-            "source and log": card["replays"]["source_to_log"],
-            "target and log": card["replays"]["target_to_log"],
-        }
-        names = [*scores["source and log"]["rms_by_axis"]]
-        yield Grid.of_words(
-            f"Replay errors: RMS in m/s and deg/s. {card['replays']['step']}.",
-            ("between", "all (eq. 24)", *names),
-            "l" + "r" * (1 + len(names)),
-            [
-                (key, _word(each["rms"]), *map(_word, each["rms_by_axis"].values()))
-                for key, each in scores.items()
-            ],
-        )
-    power = [(f"of the {key}", _word(value)) for key, value in card["power"].items()]
-    yield Grid.of_words(
-        f"Greatest power of the damping within {card['box']}", ("", "[W]"), "lr", power
-    )
+        pairs = ("source", "target"), ("source", "log"), ("target", "log")
+        scores = {f"{a} and {b}": card["replays"][f"{a}_to_{b}"] for a, b in pairs}
+        errors = {key: {"all": one["rms"], **one["rms_by_axis"]} for key, one in scores.items()}
+        title = f"Replay errors: RMS in m/s and deg/s. {card['replays']['step']}."
+        yield _side_by_side(title, "", errors)
+    power = {f"of the {key}": value for key, value in card["power"].items()}
+    yield _side_by_side(f"Greatest power of the damping within {card['box']}", "", {"[W]": power})
+
+
+def _side_by_side(
+    title: str, first: str, columns: Mapping[str, Mapping[str, float | None]]
+) -> Grid:
+    """Return a table of numbers by name, a column each."""
+    names = dict.fromkeys(name for one in columns.values() for name in one)
+    rows = ((name, *(_word(one.get(name)) for one in columns.values())) for name in names)
+    return Grid.of_words(title, (first, *columns), "l" + "r" * len(columns), rows)
 
 
 def _origin(card: dict[str, Any]) -> dict[str, str]:

@@ -69,4 +69,4 @@ def test_correlation():
 def test_power():
     box = hd.OperatingBox([0.5, -0.4, 0.0, 0.0, 0.0, -0.3], [2.0, 0.4, 0.0, 0.0, 0.0, 0.3])
     damping = hd.Damping.from_dict(None, {"X_u": -3.0, "Y_v": 8.0, "N_r": -10.0})
-    return shapes(hd.power_figure([hd.Fit(damping, "weak", hd.Status.OK)], box))
+    return shapes(hd.power_figure(hd.Fit(damping, "weak", hd.Status.OK), box))

@@ -54,7 +54,7 @@ def test_a_band_is_drawn_behind_its_replay(sailed):
     row = sailed.table.row("linear", "weak")
     problem = hd.prepare(sailed.vehicle, sailed.test, row.fit.model)
     band = hd.prediction_band(problem, row.fit.damping, level=0.9)
-    figure = hd.replays_figure([row], {("linear", "weak"): band})
+    figure = hd.replays_figure([row], band)
     assert all(len(panel.collections) == 1 for panel in figure.axes)
     assert legend(figure)[1].endswith("90 % band")
     outline = figure.axes[0].collections[0].get_paths()[0].vertices[:, 1]

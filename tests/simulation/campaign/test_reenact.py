@@ -84,7 +84,7 @@ def test_impossible_arguments_are_refused(arguments, message):
 
 def test_side_by_side_or_one_by_one():
     """Campaigns of several seeds at once are those of each seed, to rounding."""
-    together = hd.reenact_all([3, 4], duration=10.0)
+    together = Plan.of("sname").sail([3, 4], 10.0, hd.WHITE)
     for seed, one in zip((3, 4), together, strict=True):
         alone = hd.reenact(seed, duration=10.0)
         for name in ("train", "test", "exact_train", "exact_test"):

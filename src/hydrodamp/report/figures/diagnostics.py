@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrodamp.basis.atoms import AXES, VELOCITIES
+from hydrodamp.basis.atoms import VELOCITIES
 from hydrodamp.errors import MethodError
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.grades import EXCITED, Grade, Identifiability
@@ -206,8 +206,8 @@ def excitation_figure(found: Identifiability) -> Figure:
 
 
 @in_our_look
-def residuals_figure(problem: Problem, fits: Iterable[Fit]) -> Figure:
-    """Draw the autocorrelation of what fits leave over, axis by axis.
+def residuals_figure(problem: Problem, fit: Fit) -> Figure:
+    """Draw the autocorrelation of what a fit leaves over, axis by axis.
 
     Residuals are those that :func:`hydrodamp.diagnose` examines: of the weak form, under test
     functions that follow each other and share no sample.
@@ -215,48 +215,44 @@ def residuals_figure(problem: Problem, fits: Iterable[Fit]) -> Figure:
     Parameters
     ----------
     problem : Problem
-        Prepared for the terms of all fits.
-    fits : iterable of Fit
-        Those without numbers are left out.
+        Prepared for the terms of the fit.
+    fit : Fit
+        With numbers.
 
     Returns
     -------
     figure : Figure
-        One column wide. Colour is the method, dashes are the model. Correlations of white
-        residuals would stay in the grey band at nineteen lags of twenty.
+        One column wide. Correlations of white residuals would stay in the grey band at nineteen
+        lags of twenty.
 
     Raises
     ------
     MethodError
-        If no fit has numbers, the log is too short, or matplotlib is not installed.
+        If the fit has no numbers, the log is too short, or matplotlib is not installed.
     """
-    drawn = drawn_fits(fits)
-    lag, white, found = autocorrelations(problem, [fit.damping for _, fit, _ in drawn])
-    axes = [axis for axis in AXES if any(axis in one for one in found)]
-    figure = sheet(COLUMN, 1.05 * -(-len(axes) // 2) + 0.5 + 0.13 * len(drawn))
-    for axis, panel in zip(
-        axes, abreast(figure, len(axes), min(2, len(axes)), sharey=True), strict=True
-    ):
-        for one, (_, _, look) in zip(found, drawn, strict=True):
-            if axis in one:
-                panel.plot(lag, one[axis], **look.line)
+    ((name, _, look),) = drawn_fits([fit])
+    lag, white, (found,) = autocorrelations(problem, [fit.damping])
+    figure = sheet(COLUMN, 1.05 * -(-len(found) // 2) + 0.63)
+    panels = abreast(figure, len(found), min(2, len(found)), sharey=True)
+    for (axis, series), panel in zip(found.items(), panels, strict=True):
+        panel.plot(lag, series, **look.line)
         panel.axhspan(-white, white, color=SHADE, linewidth=0.0)
         panel.set(xlim=(0.0, None), ylim=(-1.05, 1.05), xlabel="lag [s]")
         panel.set_ylabel(f"${axis}$", rotation=0, va="center", labelpad=8.0)
     figure.supylabel("autocorrelation [1]", fontsize=7.5)
-    entries = [(name, look.line) for name, _, look in drawn]
-    legend(figure, [*entries, ("white residuals, 95 %", {"color": SHADE, "linewidth": 5.0})])
+    shade = {"color": SHADE, "linewidth": 5.0}
+    legend(figure, [(name, look.line), ("white residuals, 95 %", shade)])
     return figure
 
 
 @in_our_look
-def power_figure(fits: Iterable[Fit], box: OperatingBox, rate_unit: RateUnit = "deg") -> Figure:
+def power_figure(fit: Fit, box: OperatingBox, rate_unit: RateUnit = "deg") -> Figure:
     """Draw the power that damping puts into the motion over an operating box.
 
     Parameters
     ----------
-    fits : iterable of Fit
-        Those without numbers are left out.
+    fit : Fit
+        With numbers.
     box : OperatingBox
         Such as :func:`hydrodamp.operating_box` of a log.
     rate_unit : {"deg", "rad"}
@@ -273,25 +269,24 @@ def power_figure(fits: Iterable[Fit], box: OperatingBox, rate_unit: RateUnit = "
     Raises
     ------
     MethodError
-        If no fit has numbers, the box has no extent, or matplotlib is not installed.
+        If the fit has no numbers, the box has no extent, or matplotlib is not installed.
     """
-    drawn = drawn_fits(fits)
+    ((title, _, look),) = drawn_fits([fit])
     names = [
         name for name, low, high in zip(VELOCITIES, box.low, box.high, strict=True) if low < high
     ]
     if not names:
         raise MethodError("power is drawn on a box with an extent; got a box of one point")
-    figure = sheet(COLUMN, 1.05 * -(-len(names) // 2) + 0.5 + 0.13 * len(drawn))
+    figure = sheet(COLUMN, 1.05 * -(-len(names) // 2) + 0.63)
     panels = abreast(figure, len(names), min(2, len(names)), sharey=True)
     for name, panel in zip(names, panels, strict=True):
-        for _, fit, look in drawn:
-            velocity, power = power_range(fit.damping, box, name)
-            if velocity_unit(name, rate_unit) == "deg/s":
-                velocity = np.degrees(velocity)
-            least, greatest = power.min(axis=1), power.max(axis=1)
-            panel.fill_between(velocity, least, greatest, color=(look.colour, BAND), linewidth=0.0)
-            panel.plot(velocity, greatest, linewidth=0.6, **look.line)
-            panel.plot(velocity, np.median(power, axis=1), linewidth=1.1, **look.line)
+        velocity, power = power_range(fit.damping, box, name)
+        if velocity_unit(name, rate_unit) == "deg/s":
+            velocity = np.degrees(velocity)
+        least, greatest = power.min(axis=1), power.max(axis=1)
+        panel.fill_between(velocity, least, greatest, color=(look.colour, BAND), linewidth=0.0)
+        panel.plot(velocity, greatest, linewidth=0.6, **look.line)
+        panel.plot(velocity, np.median(power, axis=1), linewidth=1.1, **look.line)
         panel.axhline(0.0, color=FAINT)
         panel.margins(x=0.0)
         panel.set_xlabel(velocity_label(name, rate_unit))
@@ -301,10 +296,6 @@ def power_figure(fits: Iterable[Fit], box: OperatingBox, rate_unit: RateUnit = "
         panel.axhspan(0.0, high, color=SHADE, linewidth=0.0, zorder=0.5)
     panels[0].set_ylim(low, high)
     figure.supylabel("power into the motion [W]", fontsize=7.5)
-    most = [f"{worst_power(fit.damping, box).power:.3g} W" for _, fit, _ in drawn]
-    entries = [
-        (f"{name}: at most {watts}", look.line)
-        for (name, _, look), watts in zip(drawn, most, strict=True)
-    ]
-    legend(figure, entries)
+    most = worst_power(fit.damping, box).power
+    legend(figure, [(f"{title}: at most {most:.3g} W", look.line)])
     return figure

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from itertools import cycle
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -153,9 +153,7 @@ _ROOM = 0.4
 
 
 @in_our_look
-def replays_figure(
-    rows: Iterable[Row], bands: Mapping[tuple[str, str], PredictionBand] | None = None
-) -> Figure:
+def replays_figure(rows: Iterable[Row], band: PredictionBand | None = None) -> Figure:
     """Draw measured velocities and replays of chosen rows: figures 4 and 5 of the paper.
 
     Parameters
@@ -164,8 +162,8 @@ def replays_figure(
         Of one comparison, such as every method of one model; the first lies on top. A
         replay that diverged is drawn as far as it went. A row without a replay is left
         out. Angular rates have the unit of the scores.
-    bands : mapping of (model, method) to PredictionBand, optional
-        Of some of them, on the same log.
+    band : PredictionBand, optional
+        Of the first of them, on the same log.
 
     Returns
     -------
@@ -180,7 +178,6 @@ def replays_figure(
         If no row has a replay, rows replay different logs, or matplotlib is not
         installed.
     """
-    known = bands or {}
     replayed = [(row, row.trajectory) for row in rows if row.trajectory is not None]
     if not replayed:
         raise MethodError(
@@ -188,17 +185,16 @@ def replays_figure(
         )
     first, unit = replayed[0][1], replayed[0][0].score.rate_unit
     log = first.log
-    for other in (*(run.log for _, run in replayed), *(band.log for band in known.values())):
+    for other in (*(run.log for _, run in replayed), *([band.log] if band else [])):
         if other.n != log.n or other.segments != log.segments:
             raise MethodError(
                 f"all replays and bands in one figure must be of the same log; got {log.n} and "
                 f"{other.n} samples"
             )
     looks = looks_of([(row.model, row.method) for row, _ in replayed])
-    shades = [known.get((row.model, row.method)) for row, _ in replayed]
     entries = [
-        (_said(row, band), look.line)
-        for (row, _), band, look in zip(replayed, shades, looks, strict=True)
+        (_said(row, band if row is replayed[0][0] else None), look.line)
+        for (row, _), look in zip(replayed, looks, strict=True)
     ]
     figure, panels = stacked(len(first.axes), each=0.78, extra=0.75 + 0.13 * len(replayed))
     for panel, axis in zip(panels, first.axes, strict=True):
@@ -207,13 +203,13 @@ def replays_figure(
         panel.plot(*trace(log, measured), color=MEASURED, linewidth=1.1, zorder=2.5)
         replays = [shown(run.velocity, name, unit) for _, run in replayed]
         panel.set_ylim(*_limits(measured, np.concatenate(replays)))
+        if band is not None:
+            ends = (shown(end, name, unit) for end in (band.lower, band.upper))
+            time, lower, upper = trace(log, *ends)
+            area = panel.fill_between(time, lower, upper, facecolor=(looks[0].colour, BAND))
+            area.set(edgecolor=(looks[0].colour, 0.6), linewidth=0.4, zorder=2.9)
         # The first lies on top.
-        for values, band, look in [*zip(replays, shades, looks, strict=True)][::-1]:
-            if band is not None:
-                ends = (shown(end, name, unit) for end in (band.lower, band.upper))
-                time, lower, upper = trace(log, *ends)
-                area = panel.fill_between(time, lower, upper, facecolor=(look.colour, BAND))
-                area.set(edgecolor=(look.colour, 0.6), linewidth=0.4)
+        for values, look in [*zip(replays, looks, strict=True)][::-1]:
             panel.plot(*trace(log, values), linewidth=0.8, zorder=3.0, **look.line)
         panel.set_ylabel(velocity_label(name, unit))
     mark_segments(panels, log)

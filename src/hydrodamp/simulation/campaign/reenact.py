@@ -210,51 +210,11 @@ def reenact(
     >>> campaign.test.command_names
     ('rudder', 'elevator', 'rpm')
     """
-    return reenact_all((seed,), truth, duration, conditions)[0]
-
-
-def reenact_all(
-    seeds: Sequence[int],
-    truth: str = "sname",
-    duration: float = DURATION,
-    conditions: Conditions = WHITE,
-) -> tuple[Campaign, ...]:
-    """Return the campaign of each seed, all vehicles sailing side by side.
-
-    Ten campaigns take little longer than one.
-
-    Parameters
-    ----------
-    seeds : sequence of int
-        Seeds of the noise, each 0 or more.
-    truth, duration, conditions : optional
-        As in :func:`reenact`.
-
-    Returns
-    -------
-    campaigns : tuple of Campaign
-        As one by one, to rounding.
-
-    Raises
-    ------
-    MethodError
-        If an argument is out of range or the truth unknown.
-
-    Examples
-    --------
-    >>> [campaign.train.n for campaign in reenact_all([1, 2], duration=2.0)]
-    [84, 84]
-    """
-    _check(seeds, truth, duration)
-    return Plan.of(truth).sail(seeds, duration, conditions)
-
-
-def _check(seeds: Sequence[int], truth: str, duration: float) -> None:
     if truth not in TRUTHS:
         raise MethodError(no_such("truth", truth, TRUTHS))
-    for seed in seeds:
-        demand(seed >= 0, "seed", "0 or more", seed)
+    demand(seed >= 0, "seed", "0 or more", seed)
     demand(1.0 <= duration < np.inf, "duration", "1 s or more", duration)
+    return Plan.of(truth).sail((seed,), duration, conditions)[0]
 
 
 def joined(columns: FloatArray) -> FloatArray:
