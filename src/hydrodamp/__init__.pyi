@@ -153,11 +153,8 @@ from .models.files import (
 )
 from .models.model import DampingModel as DampingModel
 from .models.published import published as published
-from .report.figures.coefficients import (
-    coefficients_figure as coefficients_figure,
-    correlation_figure as correlation_figure,
-)
 from .report.figures.diagnostics import (
+    correlation_figure as correlation_figure,
     excitation_figure as excitation_figure,
     front_figure as front_figure,
     horizons_figure as horizons_figure,

@@ -16,8 +16,8 @@ from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.grades import Identifiability, graded
 from hydrodamp.identification.power import TAIL, operating_box, worst_power
 from hydrodamp.identification.residuals import diagnose
-from hydrodamp.report.figures.coefficients import coefficients_figure, correlation_figure
 from hydrodamp.report.figures.diagnostics import (
+    correlation_figure,
     excitation_figure,
     front_figure,
     horizons_figure,
@@ -28,7 +28,7 @@ from hydrodamp.report.figures.look import figure_bytes
 from hydrodamp.report.figures.series import commands_figure, replays_figure, velocities_figure
 from hydrodamp.report.files import Findings, Picture, chosen_row
 from hydrodamp.simulation.problem import Problem, prepare
-from hydrodamp.simulation.replay import horizon_scores
+from hydrodamp.simulation.replay import RateUnit, horizon_scores
 from hydrodamp.validation.bands import PredictionBand, prediction_band
 from hydrodamp.validation.choice import error_of
 from hydrodamp.validation.compare import Comparison, Row
@@ -63,7 +63,7 @@ def examine(comparison: Comparison, vehicle: Vehicle, train: Log) -> Findings:
             not_graded = [_sentence("What the log determines is not known", error)]
         band = _band(vehicle, row)
         sketches += _of_replays(comparison, vehicle, row, band)
-        sketches += _of_fit(comparison, problem, row.fit, grades)
+        sketches += _of_fit(problem, row.fit, grades, comparison.rate_unit)
     sketches += (
         (
             "estimation-velocities",
@@ -150,7 +150,7 @@ def _of_replays(
 
 
 def _of_fit(
-    comparison: Comparison, problem: Problem, fit: Fit, grades: Identifiability | None
+    problem: Problem, fit: Fit, grades: Identifiability | None, rate_unit: RateUnit
 ) -> Iterator[Sketch]:
     """Return the pictures of the chosen fit."""
     if grades is not None:
@@ -162,13 +162,6 @@ def _of_fit(
             "of the right terms.",
             lambda: excitation_figure(grades),
         )
-    others = (row.fit for row in comparison.rows if row.model == fit.model.key)
-    same = [fit, *(one for one in others if one is not fit and one.status.usable)][:_TOGETHER]
-    yield (
-        "coefficients",
-        "With 95 % intervals where they are known; one across zero leaves the sign open.",
-        lambda: coefficients_figure(same),
-    )
     yield (
         "correlation",
         "Of two coefficients whose errors are correlated, the sum or the difference is known "
@@ -183,7 +176,7 @@ def _of_fit(
     yield (
         "power",
         partial(_said_of_power, problem, fit),
-        lambda: power_figure(fit, operating_box(problem), comparison.rate_unit),
+        lambda: power_figure(fit, operating_box(problem), rate_unit),
     )
 
 

@@ -37,8 +37,8 @@ if TYPE_CHECKING:
 #: What is missing where there is no report.
 MISSING = 'the report needs the package jinja2: pip install "hydrodamp[report]"'
 
-#: Pictures that are for print: the page shows the same as plots and tables.
-FOR_PRINT = ("replays", "coefficients")
+#: Pictures that are for print: the page shows the same as plots.
+FOR_PRINT = ("replays",)
 
 _MOST = 32  # replays drawn; those with the lowest errors where there are more
 _VALUES, _FINEST = 750_000, 20_000  # of all series together (2 MB as text), and points of one

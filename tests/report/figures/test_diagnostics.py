@@ -66,8 +66,8 @@ BARE = hd.Identifiability(hd.catalog["linear"].restricted_to(()), ())
 @pytest.mark.parametrize(
     ("draw", "words"),
     [
-        (lambda sailed: hd.residuals_figure(sailed.problem, FAILED), "no fit has coefficients"),
-        (lambda _: hd.power_figure(FAILED, BOX), "no fit has coefficients"),
+        (lambda sailed: hd.residuals_figure(sailed.problem, FAILED), "has no coefficients to draw"),
+        (lambda _: hd.power_figure(FAILED, BOX), "has no coefficients to draw"),
         (lambda _: hd.power_figure(ONE, POINT), "box with an extent"),
         (lambda _: hd.excitation_figure(BARE), "has no coefficient"),
         (lambda _: hd.front_figure(hd.Comparison(())), "no row with coefficients has an error"),

@@ -15,7 +15,7 @@ import pytest
 
 import hydrodamp as hd
 
-from .conftest import made_up, tied
+from .conftest import tied
 
 pytest.importorskip("matplotlib", reason="figures need the extra hydrodamp[report]")
 
@@ -52,12 +52,6 @@ def test_front(comparison):
 @pictured
 def test_replays(comparison):
     return shapes(hd.replays_figure(comparison.rows[:2]))
-
-
-@pictured
-def test_coefficients():
-    online = made_up("fossen", "ai")
-    return shapes(hd.coefficients_figure([tied("fossen", -0.9), online]))
 
 
 @pictured

@@ -32,7 +32,7 @@ def with_row(table, row, **changes):
 def test_everything_is_drawn_with_its_words(examined):
     found = examined.findings
     assert names(found) == [
-        *("front", "horizons", "replays", "excitation", "coefficients"),
+        *("front", "horizons", "replays", "excitation"),
         *("correlation", "residuals", "power", *OF_LOGS),
     ]
     assert found.not_shown == ()

@@ -36,11 +36,6 @@ def shown(velocity: FloatArray, name: str, rate_unit: RateUnit = "deg") -> Float
     return np.degrees(column) if velocity_unit(name, rate_unit) == "deg/s" else column
 
 
-def wrench_unit(axis: str) -> str:
-    """Return the unit of an axis of a wrench."""
-    return "N" if axis in "XYZ" else "N m"
-
-
 def coefficient_symbol(label: str) -> str:
     r"""Return the symbol of a coefficient as matplotlib's mathematics."""
     spelt = re.sub(r"\\[lr]vert ?", "|", latex_label(*read_label(label)))
@@ -55,20 +50,6 @@ def error_scale(panel: Axes) -> None:
     panel.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0), numticks=9))
     panel.yaxis.set_minor_locator(NullLocator())
     panel.yaxis.set_major_formatter("{x:g}")
-
-
-def signed_scale(panel: Axes, values: FloatArray, beyond: float, decades: int) -> None:
-    """Put a scale for numbers of either sign below a panel, linear in a stretch about zero."""
-    finite = values[np.isfinite(values)]
-    sizes = np.abs(finite[finite != 0.0])
-    powers = np.floor(np.log10(sizes)) if sizes.size else np.zeros(1)
-    # The linear stretch holds a quarter of the numbers.
-    first = 10.0 ** max(np.floor(np.quantile(powers, 0.25)), powers.max() - decades)
-    panel.set_xscale("asinh", linear_width=first)
-    ends = beyond * finite.min(initial=-first), beyond * finite.max(initial=first)
-    last = 10.0 ** np.floor(np.log10(np.abs(ends).max()))
-    panel.set_xticks([-last, 0.0, last])
-    panel.set_xlim(*ends)
 
 
 # Points of a line: more than twice as many as fit beside each other across a column.

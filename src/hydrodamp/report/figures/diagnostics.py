@@ -7,13 +7,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrodamp.basis.atoms import VELOCITIES
+from hydrodamp.basis.atoms import AXES, VELOCITIES
 from hydrodamp.errors import MethodError
-from hydrodamp.identification.fit import Fit
+from hydrodamp.identification.fit import Fit, correlation
 from hydrodamp.identification.grades import EXCITED, Grade, Identifiability
 from hydrodamp.identification.power import OperatingBox, power_range, worst_power
 from hydrodamp.identification.residuals import autocorrelations
-from hydrodamp.report.figures.axes import error_scale, velocity_label, velocity_unit
+from hydrodamp.models.model import DampingModel
+from hydrodamp.report.figures.axes import (
+    coefficient_symbol,
+    error_scale,
+    velocity_label,
+    velocity_unit,
+)
 from hydrodamp.report.figures.look import (
     BAND,
     COLUMN,
@@ -21,7 +27,7 @@ from hydrodamp.report.figures.look import (
     PAGE,
     SHADE,
     abreast,
-    drawn_fits,
+    drawn,
     in_our_look,
     legend,
     looks_of,
@@ -34,6 +40,7 @@ from hydrodamp.validation.choice import error_of, front
 from hydrodamp.validation.compare import Comparison
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 # Models in one column of a journal; the names of more take both.
@@ -230,7 +237,7 @@ def residuals_figure(problem: Problem, fit: Fit) -> Figure:
     MethodError
         If the fit has no numbers, the log is too short, or matplotlib is not installed.
     """
-    ((name, _, look),) = drawn_fits([fit])
+    name, look = drawn(fit)
     lag, white, (found,) = autocorrelations(problem, [fit.damping])
     figure = sheet(COLUMN, 1.05 * -(-len(found) // 2) + 0.63)
     panels = abreast(figure, len(found), min(2, len(found)), sharey=True)
@@ -271,7 +278,7 @@ def power_figure(fit: Fit, box: OperatingBox, rate_unit: RateUnit = "deg") -> Fi
     MethodError
         If the fit has no numbers, the box has no extent, or matplotlib is not installed.
     """
-    ((title, _, look),) = drawn_fits([fit])
+    title, look = drawn(fit)
     names = [
         name for name, low, high in zip(VELOCITIES, box.low, box.high, strict=True) if low < high
     ]
@@ -299,3 +306,76 @@ def power_figure(fit: Fit, box: OperatingBox, rate_unit: RateUnit = "deg") -> Fi
     most = worst_power(fit.damping, box).power
     legend(figure, [(f"{title}: at most {most:.3g} W", look.line)])
     return figure
+
+
+# Side of a square whose name can be written beside it, and room for the names [in].
+_CELL = 0.125
+_BESIDE = 0.75
+
+# Coefficients beyond which the names do not fit the page.
+_MOST_NAMED = int((PAGE - _BESIDE) / _CELL)
+
+
+@in_our_look
+def correlation_figure(fit: Fit) -> Figure:
+    """Draw the correlation of the errors of coefficients.
+
+    Parameters
+    ----------
+    fit : Fit
+        With covariance.
+
+    Returns
+    -------
+    figure : Figure
+        A triangle with a square a pair, in the order of the model, axes divided by lines. It
+        grows with the model until it takes the page; beyond, only axes are named.
+        Squares of coefficients without an error of their own, such as those of columns that
+        are zero, are grey.
+
+    Raises
+    ------
+    MethodError
+        If the fit has no covariance, or matplotlib is not installed.
+    """
+    model, covariance = fit.model, fit.damping.covariance
+    if covariance is None or not model.n_coefficients:
+        raise MethodError(
+            f"'{model.key}' by '{fit.method}' has no covariance, so no correlation can be "
+            "drawn: use a method that gives one"
+        )
+    n = model.n_coefficients
+    width = min(max(n * _CELL + _BESIDE, COLUMN), PAGE)
+    figure = sheet(width, 1.06 * width)
+    panel = figure.subplots()
+    below = np.tri(n, k=-1, dtype=bool)
+    panel.imshow(np.ma.masked_array(np.full((n, n), 0.35), ~below), cmap="Greys", vmin=0, vmax=1)
+    found = np.ma.masked_invalid(np.where(below, correlation(covariance), np.nan))
+    image = panel.imshow(found, cmap="RdBu_r", vmin=-1.0, vmax=1.0)
+    panel.grid(visible=False)
+    panel.spines[:].set_visible(False)
+    panel.tick_params(length=0.0, pad=1.5)
+    _divide(panel, model)
+    if n <= _MOST_NAMED:
+        symbols = [coefficient_symbol(label) for label in model.labels]
+        panel.set_xticks(range(n), symbols, rotation=90.0)
+        panel.set_yticks(range(n), symbols)
+    bar = figure.colorbar(image, ax=panel, location="bottom", shrink=0.7, aspect=35, pad=0.02)
+    bar.set_ticks([-1.0, -0.5, 0.0, 0.5, 1.0])
+    bar.set_label("correlation of errors [1]")
+    panel.set_title(plain(f"{model.key} by {fit.method}", int(14 * width)))
+    return figure
+
+
+def _divide(panel: Axes, model: DampingModel) -> None:
+    """Divide axes by lines, and write them along the diagonal."""
+    start = 0
+    for axis, terms in zip(AXES, model.terms, strict=True):
+        end, n = start + len(terms) - 0.5, model.n_coefficients - 0.5
+        if terms:
+            panel.plot([-0.5, end, end], [end, end, n], color="#222222", linewidth=0.6)
+            middle = start + 0.5 * len(terms) - 0.5
+            panel.annotate(f"${axis}$", (middle, middle), (4.0, 3.0), textcoords="offset points")
+        start += len(terms)
+    panel.set_xticks([])
+    panel.set_yticks([])

@@ -130,14 +130,11 @@ def colour_of(method: str) -> str:
     return looks_of([("", method)])[0].colour
 
 
-def drawn_fits(fits: Iterable[Fit]) -> list[tuple[str, Fit, Look]]:
-    """Return the fits that have numbers, each with its name and how it is drawn."""
-    usable = [fit for fit in fits if fit.status.usable and fit.model.n_coefficients]
-    if not usable:
-        raise MethodError("no fit has coefficients to draw: give at least one that was identified")
-    pairs = [(fit.model.key, fit.method) for fit in usable]
-    names = [f"{model} by {method}" for model, method in pairs]
-    return list(zip(names, usable, looks_of(pairs), strict=True))
+def drawn(fit: Fit) -> tuple[str, Look]:
+    """Return the name of a fit that has numbers, and how it is drawn."""
+    if not (fit.status.usable and fit.model.n_coefficients):
+        raise MethodError(f"'{fit.model.key}' by '{fit.method}' has no coefficients to draw")
+    return f"{fit.model.key} by {fit.method}", looks_of([(fit.model.key, fit.method)])[0]
 
 
 def in_our_look(draw: Callable[Given, Figure]) -> Callable[Given, Figure]:
