@@ -16,7 +16,7 @@ SHELL = "".join(re.findall(r"```sh\n(.*?)```", README, flags=re.DOTALL))
 def test_the_model_file_can_be_read(tmp_path):
     (block,) = re.findall(r"```yaml\n(.*?)```", README, flags=re.DOTALL)
     (tmp_path / "my-rov.yaml").write_text(block, encoding="utf-8")
-    model = hd.read_model(tmp_path / "my-rov.yaml")
+    (model,) = hd.read_models(tmp_path / "my-rov.yaml")
     mapping = yaml.safe_load((ROOT / "examples/bluerov2/mapping.yaml").read_text("utf-8"))
     assert set(model.commands) == set(mapping["commands"])
     assert all(any(term.commands for term in terms) for terms in model.terms)

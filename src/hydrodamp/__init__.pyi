@@ -146,7 +146,6 @@ from .models.catalog import (
 from .models.damping import Damping as Damping, VehicleStamp as VehicleStamp
 from .models.files import (
     read_damping as read_damping,
-    read_model as read_model,
     read_models as read_models,
     write_damping as write_damping,
     write_model as write_model,

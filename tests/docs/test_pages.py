@@ -119,7 +119,7 @@ def test_files_in_yaml_blocks_are_models_where_they_have_terms(tmp_path):
     for number, (_, block) in enumerate(blocks(DOCS / "extending/model.md", "yaml")):
         file = tmp_path / f"{number}.yaml"
         file.write_text(block, encoding="utf-8")
-        assert hd.read_model(file).n_coefficients
+        assert hd.read_models(file)[0].n_coefficients
 
 
 def test_every_name_after_hd_on_a_page_is_public():

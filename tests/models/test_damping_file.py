@@ -99,7 +99,7 @@ def put(value, *path):
         (put("x", "coefficients", "Y_v|v|"), r"`coefficients.Y_v\|v\|` must be a number; got 'x'"),
         (put(float("nan"), "coefficients", "Y_uv"), "`coefficients.Y_uv` must be a finite number"),
         (put(1.0, "coefficients", "Y_v|w|"), r"no coefficient .* Did you mean 'Y_v\|v\|'"),
-        (put(["X_u"], "covariance", "order"), "covariance.order must hold the labels"),
+        (put(["X_u"], "covariance", "order"), "covariance.order must be"),
         (put([[1.0]], "covariance", "matrix"), "covariance.matrix must be 32 rows of 32"),
         (put(["x"] * 33, "covariance", "matrix"), r"`covariance.matrix\[32\]` must be a list"),
         (put("toy", "vehicle"), "`vehicle` must be a table; got 'toy'"),

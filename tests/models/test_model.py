@@ -7,7 +7,7 @@ from hydrodamp.basis.atoms import AXES
 from hydrodamp.basis.term import Term
 from hydrodamp.errors import ModelError
 from hydrodamp.models.catalog import catalog
-from hydrodamp.models.model import DampingModel, coefficient_unit, latex_label, read_label
+from hydrodamp.models.model import DampingModel, coefficient_unit, read_label
 
 
 @pytest.fixture
@@ -110,4 +110,3 @@ def test_a_model_prints_itself(mine):
 )
 def test_units(label, unit):
     assert coefficient_unit(*read_label(label)) == unit
-    assert latex_label(*read_label("N_ur(eta-1)")) == r"N_{ur(\bar\eta-1)}"

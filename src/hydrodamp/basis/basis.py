@@ -271,5 +271,5 @@ def _spread(values: npt.ArrayLike, shape: tuple[int, ...], name: str) -> FloatAr
 
 def guarded_speed(velocity: npt.ArrayLike) -> FloatArray:
     """Return U, or ``SLOWEST`` where the vehicle is slower: the propulsion ratio divides by it."""
-    u, v, w, *_ = np.moveaxis(np.asarray(velocity, dtype=np.float64), -1, 0)
-    return np.asarray(np.maximum(np.sqrt(u * u + v * v + w * w), SLOWEST))
+    speed = np.linalg.norm(np.asarray(velocity, dtype=np.float64)[..., :3], axis=-1)
+    return np.asarray(np.maximum(speed, SLOWEST))

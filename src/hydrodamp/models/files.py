@@ -98,12 +98,12 @@ class CovarianceDocument(BaseModel):
 
     def of(self, labels: tuple[str, ...]) -> FloatArray:
         """Return the matrix in the order of the labels."""
-        if sorted(self.order) != sorted(labels):
-            raise ModelError("covariance.order must hold the labels of coefficients")
-        n, places = len(labels), [self.order.index(label) for label in labels]
+        n = len(labels)
+        if tuple(self.order) != labels:
+            raise ModelError(f"covariance.order must be {' '.join(labels)}")
         if [len(row) for row in self.matrix] != [n] * n:
             raise ModelError(f"covariance.matrix must be {n} rows of {n} numbers")
-        return np.array(self.matrix, dtype=np.float64).reshape(n, n)[np.ix_(places, places)]
+        return np.array(self.matrix, dtype=np.float64).reshape(n, n)
 
 
 class DampingDocument(BaseModel):
@@ -200,36 +200,8 @@ def read_models(path: str | os.PathLike[str]) -> tuple[DampingModel, ...]:
     return tuple(models.values())
 
 
-def read_model(path: str | os.PathLike[str]) -> DampingModel:
-    """Return the one model of a file.
-
-    Parameters
-    ----------
-    path : str or path
-        As in :func:`read_models`.
-
-    Returns
-    -------
-    model : DampingModel
-        The model.
-
-    Raises
-    ------
-    FileError
-        If the file cannot be read or is no YAML, with its line.
-    ModelError
-        If it has faults or holds several models.
-    """
-    models = read_models(path)
-    if len(models) != 1:
-        raise ModelError(
-            f"{path}: must hold one model; got {len(models)}. Read them with read_models."
-        )
-    return models[0]
-
-
 def write_model(model: DampingModel, path: str | os.PathLike[str]) -> None:
-    """Write a model to a file that :func:`read_model` reads back.
+    """Write a model to a file that :func:`read_models` reads back.
 
     Parameters
     ----------

@@ -48,11 +48,6 @@ def table_of(labels: Iterable[str]) -> dict[str, list[Term]]:
     return rows
 
 
-def latex_label(axis: str, term: Term) -> str:
-    r"""Return the name of a coefficient as LaTeX mathematics."""
-    return f"{axis}_{{{term.latex()}}}"
-
-
 def coefficient_unit(axis: str, term: Term) -> str:
     """Return the unit of a coefficient."""
     wrench = "N" if axis in "XYZ" else "N m"

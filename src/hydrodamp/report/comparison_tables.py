@@ -7,7 +7,8 @@ import string
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
-from itertools import chain, takewhile
+from itertools import chain
+from os.path import commonprefix
 
 import numpy as np
 
@@ -24,6 +25,10 @@ from hydrodamp.validation.crossvalidation import CrossValidation
 
 _ABREAST = 3  # methods side by side in a table of 80 columns
 _RUNS = 6  # likewise
+_ROW = (
+    Column("model", number=False, meaning="damping model"),
+    Column("method", number=False, meaning="how it was identified"),
+)
 _PRINTED = {"ls": "paper LS", "ai": "paper AI"}
 
 
@@ -37,15 +42,13 @@ def run_grids(comparison: Comparison) -> tuple[Grid, ...]:
     runs = list(next((row.score.rms_by_segment for row in comparison.rows if row.trajectory), {}))
     if not 1 < len(runs) <= _RUNS:
         return ()
-    names = [Column("model", number=False), Column("method", number=False)]
     cells = tuple(
         (row.model, row.method, *(row.score.rms_by_segment.get(run) for run in runs))
         for row in comparison.rows
         if row.trajectory
     )
-    alike = takewhile(lambda place: len(set(place)) == 1, zip(*runs, strict=False))
-    shared = "".join(place[0] for place in alike).rstrip(string.ascii_letters + string.digits)
-    columns = (*names, *(Column(run.removeprefix(shared), form=error_size) for run in runs))
+    shared = commonprefix(runs).rstrip(string.ascii_letters + string.digits)  # noqa: RUF071
+    columns = (*_ROW, *(Column(run.removeprefix(shared), form=error_size) for run in runs))
     of = f", {shared}…" if shared else ""
     return (Grid(f"RMS velocity error by test run{of}", columns, cells),)
 
@@ -56,8 +59,7 @@ def window_grids(comparison: Comparison) -> tuple[Grid, ...]:
     if not found:
         return ()
     names = list(found[0][1].score.fit_by_axis)
-    columns = [Column("model", number=False), Column("method", number=False)]
-    columns += [Column("RMS", form=error_size), *(Column(name, form=percent) for name in names)]
+    errors = Column("RMS", form=error_size), *(Column(name, form=percent) for name in names)
     cells = tuple(
         (row.model, row.method, _restarted(own), *map(own.score.fit_by_axis.get, names))
         for row, own in found
@@ -67,7 +69,7 @@ def window_grids(comparison: Comparison) -> tuple[Grid, ...]:
         "diverged, their share stands in place of the error."
     )
     title = f"Fit in % over windows of {found[0][1].name}"
-    return (Grid(title, tuple(columns), cells, (note,)),)
+    return (Grid(title, (*_ROW, *errors), cells, (note,)),)
 
 
 def summary_grids(comparison: Comparison) -> tuple[Grid, ...]:
@@ -122,8 +124,7 @@ def score_grid(comparison: Comparison, rows: Sequence[Row], title: str = "") -> 
     unit, printed = f"{comparison.rate_unit}/s", beside_paper(comparison)
     names = list(comparison.rows[0].score.rms_by_axis) if comparison.rows else []
     columns = [
-        Column("model", number=False, meaning="damping model"),
-        Column("method", number=False, meaning="how it was identified"),
+        *_ROW,
         Column("n", meaning="number of coefficients", key="n_coefficients"),
         Column("rank", meaning="how many combinations of coefficients the data determine"),
         Column(

@@ -12,7 +12,7 @@ import numpy as np
 from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.basis.atoms import VELOCITIES
 from hydrodamp.data.log import Log
-from hydrodamp.models.model import latex_label, read_label
+from hydrodamp.models.model import read_label
 from hydrodamp.report.figures.look import FAINT, plain
 from hydrodamp.simulation.replay import RateUnit
 
@@ -38,8 +38,9 @@ def shown(velocity: FloatArray, name: str, rate_unit: RateUnit = "deg") -> Float
 
 def coefficient_symbol(label: str) -> str:
     r"""Return the symbol of a coefficient as matplotlib's mathematics."""
-    spelt = re.sub(r"\\[lr]vert ?", "|", latex_label(*read_label(label)))
-    return f"${spelt}$"
+    axis, term = read_label(label)
+    spelt = re.sub(r"\\[lr]vert ?", "|", term.latex())
+    return f"${axis}_{{{spelt}}}$"
 
 
 def error_scale(panel: Axes) -> None:

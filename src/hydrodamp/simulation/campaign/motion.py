@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -64,10 +64,6 @@ class Motion:
         """Surge speed of each vehicle, level and straight, shape (n,) [m/s]."""
         speed: FloatArray = np.sqrt(-self.thrust / self.truth.damping["X_u|u|"])
         return speed
-
-    def pushed(self, wrench: FloatArray) -> Motion:
-        """Return the same motion with a constant wrench added."""
-        return replace(self, push=wrench)
 
     def acceleration(self, state: FloatArray) -> FloatArray:
         """Return the body acceleration."""

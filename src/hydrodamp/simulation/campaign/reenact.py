@@ -127,11 +127,15 @@ class Plan:
         time = np.arange(len(errors), dtype=np.float64) * period
         heading = np.radians(np.transpose([run.heading.at(time) for run in runs]))
         depth = STARTING_DEPTH + np.transpose([run.depth.at(time) for run in runs])
-        state, memory, samples = np.zeros((n, N_STATES)), Memory.blank(n), []
+        state, memory, samples = (
+            np.zeros((n, N_STATES)),
+            Memory(np.zeros((3, n)), np.empty((0, n))),
+            [],
+        )
         state[:, 0], state[:, DEPTH] = motion.steady_surge, STARTING_DEPTH
         driven = zip(errors, pushes, heading, depth, strict=True)
         for error, push, course, level in counted(driven, "sailing the campaign", len(errors)):
-            measured, pushed = state[:, MEASURED] + error, motion.pushed(push)
+            measured, pushed = state[:, MEASURED] + error, replace(motion, push=push)
             commands, memory = self.autopilot.steer(measured, course, level, memory)
             state = pushed.receive(state, commands)
             samples.append((state, pushed.acceleration(state), measured, commands, push))
