@@ -127,7 +127,9 @@ class Packaged(UserDict[str, Value]):
     """Values made from YAML files that come with the package, each when it is first asked for."""
 
     def __init__(self, folder: Path, make: Callable[[str], Value]) -> None:
-        self.data: dict[str, Any] = {f.stem: f for f in sorted(folder.glob("*.yaml"))}
+        self.data: dict[str, Any] = {
+            f.stem: f for f in sorted(folder.glob("*.yaml"), key=lambda f: f.stem)
+        }
         self._make = lru_cache(None)(make)
 
     def text(self, name: str) -> str:
