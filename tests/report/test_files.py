@@ -130,7 +130,7 @@ def test_a_spoilt_folder_is_refused(comparison, tmp_path, name, content, words):
 @pytest.mark.parametrize(
     ("name", "place", "value", "words"),
     [
-        ("comparison.json", ("rows", 0, "fit"), "../x", "plain file name"),
+        ("comparison.json", ("rows", 0, "fit"), "../x", r"`rows\[0\].fit` must be"),
         ("comparison.json", ("provenance", "rate_unit"), "m", "rate_unit` must be"),
         ("fits/linear.ls.json", ("fit", "status"), ["ok"], "`status` must be one of ok"),
         ("comparison.json", ("rows", 0, "rms"), "small", r"`rows\[0\].rms` must be a number; got"),

@@ -13,6 +13,7 @@ from pydantic import (
     BaseModel,
     BeforeValidator,
     ConfigDict,
+    Field,
     PlainSerializer,
 )
 
@@ -27,12 +28,6 @@ from hydrodamp.simulation.status import Status
 from hydrodamp.validation.compare import Comparison, Row
 
 _STATUS = {status.word: status for status in Status}
-
-
-def _plain(name: str) -> str:
-    if set(name) & {"/", "\\", "\0"}:  # whatever the system
-        raise ValueError(f"must be a plain file name; got {name!r}")
-    return name
 
 
 def _status(value: object) -> Status:
@@ -82,7 +77,7 @@ class WindowsDocument(BaseModel):
 class RowDocument(BaseModel):
     """What is read of a row of ``comparison.json``; its fit lies in a file of its own."""
 
-    fit: Annotated[str, AfterValidator(_plain)]
+    fit: Annotated[str, Field(pattern=r"^[^/\\]+$")]  # a plain file name
     rms: float | None
     rms_by_axis: dict[str, float | None]
     fit_by_axis: dict[str, float | None]

@@ -37,9 +37,6 @@ if TYPE_CHECKING:
 #: What is missing where there is no report.
 MISSING = 'the report needs the package jinja2: pip install "hydrodamp[report]"'
 
-#: Pictures that are for print: the page shows the same as plots.
-FOR_PRINT = ("replays",)
-
 _MOST = 32  # replays drawn; those with the lowest errors where there are more
 _VALUES, _FINEST = 750_000, 20_000  # of all series together (2 MB as text), and points of one
 _STEPS, _NOTHING = 65_000, 65_535  # of a packed value
@@ -90,10 +87,7 @@ def write_report(
 
 def page(comparison: Comparison, findings: Findings | None = None) -> str:
     """Return the report of a comparison."""
-    if not installed():
-        raise MethodError(MISSING)
-    content = _content(comparison, findings or Findings())
-    return template("report.html.j2").render(content)
+    return template("report.html.j2").render(_content(comparison, findings or Findings()))
 
 
 def _content(comparison: Comparison, findings: Findings) -> dict[str, object]:
@@ -125,8 +119,7 @@ def _content(comparison: Comparison, findings: Findings) -> dict[str, object]:
             for row in order
             if row.fit.status.usable
         ],
-        "images": [one for one in findings.pictures if one.name not in FOR_PRINT],
-        "print_only": [f"{one.name}.svg" for one in findings.pictures if one.name in FOR_PRINT],
+        "pictures": findings.pictures,
         "not_shown": findings.not_shown,
         "origin": _origin(comparison),
         "scripts": [text_of(name) for name in _SCRIPTS[: None if drawn else 2]],
@@ -138,6 +131,8 @@ def _content(comparison: Comparison, findings: Findings) -> dict[str, object]:
 
 def template(name: str) -> Template:
     """Return a template of a page."""
+    if not installed():
+        raise MethodError(MISSING)
     return _environment().get_template(name)
 
 

@@ -188,7 +188,7 @@ def legend(figure: Figure, entries: Iterable[tuple[str, dict[str, Any]]], column
     from matplotlib.lines import Line2D
 
     lines = [Line2D([], [], label=plain(words, 60), **look) for words, look in entries]
-    length = 4.0 if columns == 1 else 1.6
+    length = 3.0 if columns == 1 else 1.6
     figure.legend(handles=lines, loc="outside upper left", ncols=columns, handlelength=length)
 
 
