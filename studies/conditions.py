@@ -67,6 +67,13 @@ SILENT = Conditions(scale=0.0)
 """No error, no push: what the autopilot does when it sees the truth."""
 
 
+def training_pushes(campaign: hd.Campaign, seed: int, conditions: Conditions) -> FloatArray:
+    """Return the wrench that pushed the vehicle from each training sample to the next."""
+    n_train, n_test = len(campaign.train.segments), len(campaign.test.segments)
+    drawn = conditions.draw_pushes(seed, n_train + n_test, campaign.train.n // n_train)
+    return joined(drawn[:, :n_train])
+
+
 def accelerated(campaign: hd.Campaign, seed: int, scale: float) -> hd.Campaign:
     """Return a campaign whose attitude sensor's specific force is recorded, as in the paper."""
     n_train, n_test = len(campaign.train.segments), len(campaign.test.segments)

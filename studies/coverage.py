@@ -40,7 +40,7 @@ import typer
 from rich.console import Console
 from rich.progress import track
 
-from conditions import COLOURED
+from conditions import COLOURED, training_pushes
 from coverage_tables import Draws, Key, bias_table, coverage_table, markdown, show, summary
 from hydrodamp import (
     AXES,
@@ -113,14 +113,14 @@ def told(vehicle: Vehicle) -> Vehicle:
     return replace(vehicle, actuators=(*vehicle.actuators, pushed))
 
 
-def noiseless(campaign: Campaign) -> Log:
+def noiseless(campaign: Campaign, seed: int) -> Log:
     """Return the exact log without accelerations, but with the pushes as commands."""
     log = campaign.exact_train
     return replace(
         log,
         acceleration=None,
         command_names=log.command_names + PUSHES,
-        commands=np.hstack((log.commands, campaign.train_pushes)),
+        commands=np.hstack((log.commands, training_pushes(campaign, seed, COLOURED))),
     )
 
 
@@ -128,9 +128,10 @@ def sampled(plan: Plan, seeds: range) -> dict[Key, Draws]:
     """Return what every method says of every model, for some seeds."""
     parts: dict[Key, list[Draws]] = {}
     models = [find_model(key) for key in plan.models]
-    for campaign in reenact.Plan.of(plan.truth).sail(seeds, plan.duration, COLOURED):
+    campaigns = reenact.Plan.of(plan.truth).sail(seeds, plan.duration, COLOURED)
+    for seed, campaign in zip(seeds, campaigns, strict=True):
         noisy = prepare(campaign.vehicle, campaign.train, models)
-        exact = prepare(told(campaign.vehicle), noiseless(campaign), models)
+        exact = prepare(told(campaign.vehicle), noiseless(campaign, seed), models)
         for method in plan.methods:
             for model in plan.models:
                 parts.setdefault((method, model), []).append(one(noisy, exact, method, model))

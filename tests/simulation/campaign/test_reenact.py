@@ -110,6 +110,6 @@ def test_exact_log_satisfies_equation_1():
     log, vehicle = campaign.exact_test, campaign.vehicle
     commands = {name: log.command(name) for name in log.command_names}
     expected = oracle.coriolis(vehicle.mass_matrix, log.velocity)
-    expected += true_damping().wrench(log.velocity) + campaign.test_pushes
+    expected += true_damping().wrench(log.velocity)
     expected += vehicle.known_wrench(log.velocity, log.down, commands)
     np.testing.assert_allclose(log.acceleration @ vehicle.mass_matrix, expected, atol=1e-9)

@@ -44,7 +44,6 @@ class Voyage(NamedTuple):
     accelerations: FloatArray
     measured: FloatArray
     commands: FloatArray
-    pushes: FloatArray
 
 
 TRUTHS = ("sname", "crossflow")
@@ -67,9 +66,6 @@ class Campaign:
         As measured, noise and all; a segment a run. Accelerations are not recorded.
     exact_train, exact_test : Log
         The same motion without errors of the sensors, with exact accelerations.
-    train_pushes, test_pushes : ndarray, shape (n, 6)
-        Wrench that pushed the vehicle from each sample to the next: force [N] and moment
-        [N m], body frame. No log has it.
     vehicle : Vehicle
         All that an estimator is told of the vehicle.
     truth : str
@@ -82,8 +78,6 @@ class Campaign:
     test: Log
     exact_train: Log
     exact_test: Log
-    train_pushes: FloatArray
-    test_pushes: FloatArray
     vehicle: Vehicle
     truth: str
     note: str
@@ -127,18 +121,14 @@ class Plan:
         time = np.arange(len(errors), dtype=np.float64) * period
         heading = np.radians(np.transpose([run.heading.at(time) for run in runs]))
         depth = STARTING_DEPTH + np.transpose([run.depth.at(time) for run in runs])
-        state, memory, samples = (
-            np.zeros((n, N_STATES)),
-            Memory(np.zeros((3, n)), np.empty((0, n))),
-            [],
-        )
+        state, memory, samples = np.zeros((n, N_STATES)), Memory.blank(n), []
         state[:, 0], state[:, DEPTH] = motion.steady_surge, STARTING_DEPTH
         driven = zip(errors, pushes, heading, depth, strict=True)
         for error, push, course, level in counted(driven, "sailing the campaign", len(errors)):
             measured, pushed = state[:, MEASURED] + error, replace(motion, push=push)
             commands, memory = self.autopilot.steer(measured, course, level, memory)
             state = pushed.receive(state, commands)
-            samples.append((state, pushed.acceleration(state), measured, commands, push))
+            samples.append((state, pushed.acceleration(state), measured, commands))
             state = pushed.advance(state, commands, period)
         return Voyage(*map(np.array, zip(*samples, strict=True)))
 
@@ -153,9 +143,7 @@ class Plan:
             exact = replace(
                 self._log(runs, own, own.states), acceleration=frozen(joined(own.accelerations))
             )
-            seen = self._log(runs, own, own.measured)
-            pushes = frozen(joined(own.pushes))
-            parts |= {name: seen, f"exact_{name}": exact, f"{name}_pushes": pushes}
+            parts |= {name: self._log(runs, own, own.measured), f"exact_{name}": exact}
         return Campaign(**parts, vehicle=self.vehicle, truth=self.water.name, note=self.water.note)
 
     def _log(self, runs: Sequence[Run], voyage: Voyage, states: FloatArray) -> Log:
