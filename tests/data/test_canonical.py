@@ -141,6 +141,8 @@ def test_a_segment_of_numbers_may_be_asked_for_by_a_mapping(csv_file: Write) -> 
         (HEADER + row(0, u="inf") + row(1), "`u` must be finite; it is infinite in row 1 (line 2)"),
         (HEADER + row(0) + row(1, u="60"), "it is 60 in row 2 (line 3)"),
         ("time,u,north,down\n0,1,0,0\n1,1,0,0\n", "belong together; `east` is missing"),
+        ("time,u,w,X,Z,M\n0,1,0,1,1,1\n1,1,0,1,1,1\n", "`Y K N` is missing beside `X Z M`"),
+        ("time,u,v,r,X,Y\n0,1,0,0,1,1\n1,1,0,0,1,1\n", "`N` is missing beside `X Y`"),
         ("time,u,w,yaw\n0,1,0,0\n1,1,0,0\n", "Only a planar log, of u v r alone"),
         ("time,u,yaw\n0,1,359\n1,1,1\n", "`yaw` must be in rad"),
     ],

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray
-from hydrodamp.basis.atoms import VELOCITIES
+from hydrodamp.basis.atoms import AXES, VELOCITIES
 from hydrodamp.data.attitude import quaternion_from_euler
 from hydrodamp.data.channels import ACCELERATION, ATTITUDE, BLOCKS, EULER, SEGMENT
 from hydrodamp.data.log import Log
@@ -164,7 +164,8 @@ def _attitude_faults(numbers: Mapping[str, FloatArray]) -> Iterator[str]:
 
 def _whole_faults(numbers: Mapping[str, FloatArray]) -> Iterator[str]:
     planar = not any(name in numbers for name in (*EULER[:2], "w", "p", "q"))
-    for group in (EULER, *(block.columns for block in BLOCKS if block.is_whole)):
+    wrench = ("X", "Y", "N") if planar else AXES
+    for group in (EULER, wrench, *(block.columns for block in BLOCKS if block.is_whole)):
         there = [name for name in group if name in numbers]
         absent = [name for name in group if name not in numbers]
         if there and absent and not (group == EULER and planar):

@@ -79,7 +79,8 @@ def test_every_group_finds_its_place(csv_file: Write) -> None:
             "segment": "s",
             "velocity": {"u": "u1"},
             "acceleration": {"du": {"column": "a1", "unit": "g"}},
-            "wrench": {"X": {"column": "x1", "unit": "kN"}, "N": "n1"},
+            "wrench": {"X": {"column": "x1", "unit": "kN"}, "N": "n1"}
+            | {axis: {"value": 0} for axis in "YZKM"},
             "eta": {"column": "e", "unit": "%"},
         }
     )
