@@ -83,3 +83,9 @@ def sailed():
     ]
     table = hd.compare(fits, campaign.vehicle, campaign.test)
     return Sailed(campaign.vehicle, campaign.train, campaign.test, problem, table)
+
+
+def column(grid, name):
+    """Return the words of a column of a table."""
+    place = grid.header.index(name)
+    return tuple(row[place] for row in grid.words)

@@ -12,6 +12,8 @@ from hydrodamp.report.comparison_tables import (
 )
 from hydrodamp.report.grid import to_text
 
+from .conftest import column
+
 
 def test_models_stand_against_methods_and_the_paper(comparison):
     (grid,) = summary_grids(comparison)
@@ -39,7 +41,7 @@ def test_a_fit_that_was_refused_has_its_reason_among_the_remarks(comparison):
     row = comparison.rows[3]
     fit = replace(row.fit, status=hd.Status.REFUSED, remarks=("The log is too short.",))
     (grid,) = summary_grids(replace(comparison, rows=(comparison.rows[0], replace(row, fit=fit))))
-    assert grid.column("ls") == ("0.460", "refused")
+    assert column(grid, "ls") == ("0.460", "refused")
     assert "coe by ls: The log is too short." in grid.notes
 
 
@@ -48,7 +50,7 @@ def test_axes_have_error_and_fit(comparison):
     assert first.title == "ls by axis: RMS error (m/s, deg/s), fit in %"
     assert first.words[0][:5] == ["linear", "0.460", "90", "0.920", "50"]
     assert first.words[0][-2:] == ["2.760", "<0"]
-    assert second.column("model") == ("linear", "fossen")
+    assert column(second, "model") == ("linear", "fossen")
 
 
 def test_locked_axes_are_left_out(comparison):

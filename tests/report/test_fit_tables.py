@@ -8,6 +8,8 @@ from hydrodamp.identification.fit import Uncertainty
 from hydrodamp.identification.grades import Cause, Grade
 from hydrodamp.report.fit_tables import fit_grid, half_widths
 
+from .conftest import column
+
 
 @pytest.fixture
 def fit(comparison):
@@ -33,7 +35,7 @@ def test_coefficients_stand_with_error_interval_and_unit(comparison):
 
 def test_aliased_groups_are_named(comparison):
     grid = fit_grid(comparison.rows[2].fit)
-    aliased = dict(zip(grid.column("coefficient"), grid.column("aliased"), strict=True))
+    aliased = dict(zip(column(grid, "coefficient"), column(grid, "aliased"), strict=True))
     assert (aliased["X_u^2"], aliased["Y_v|v|"]) == ("yes", "no")
     assert "aliased, so that only a combination is determined: X_u X_u^2" in grid.notes
     assert any(note.startswith("K_p is not determined") for note in grid.notes)
@@ -41,14 +43,14 @@ def test_aliased_groups_are_named(comparison):
 
 def test_without_covariance_there_is_no_error(comparison):
     grid = fit_grid(comparison.rows[4].fit)
-    assert set(grid.column("std. error")) == {"-"}
+    assert set(column(grid, "std. error")) == {"-"}
     assert "rank" not in grid.title
     assert "aliased" not in grid.header  # a method without ranks cannot know
 
 
 def test_a_determined_number_is_within_a_quarter_of_itself(fit):
     grid = fit_grid(fit, grades(fit, Grade.DETERMINED))
-    assert grid.column("grade")[:3] == ("determined", "matters little", "determined")
+    assert column(grid, "grade")[:3] == ("determined", "matters little", "determined")
     assert grid.notes[-1].startswith("grade: determined within 25 % of the number")
 
 
@@ -60,7 +62,7 @@ def test_what_is_not_determined_has_a_cause_and_those_it_is_known_with(fit):
     found = grades(tied, Grade.NOT_DETERMINED, X_u=Cause.WIDE, X_v=Cause.NOISE)
     grid = fit_grid(tied, found)
     words = ("not determined: wide", "not determined: noise", "not determined")
-    assert grid.column("grade")[:3] == words
+    assert column(grid, "grade")[:3] == words
     assert grid.notes[-3:-1] == (Cause.NOISE.value, Cause.WIDE.value)
     assert grid.notes[-1].endswith("together rather than alone: X_u with X_w.")
 

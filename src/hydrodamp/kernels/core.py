@@ -369,9 +369,9 @@ def _stepped(
         raise ProblemError(
             f"a state must have shape {shape}, a sample {size - PACKED} channels; got {got}"
         )
-    moved = state.copy()
-    arrays = [ffi.from_buffer(_DOUBLES, array) for array in (before, now, moved)]
-    outcome = C.hd_online_step(online, *arrays, row, ffi.new(_DOUBLES, room))
+    moved, work, doubles = state.copy(), ffi.new(_DOUBLES, room), ffi.from_buffer
+    ends = doubles(_DOUBLES, before), doubles(_DOUBLES, now)
+    outcome = C.hd_online_step(online, *ends, doubles(_DOUBLES, moved), row, work)
     if not outcome:
         raise ProblemError(
             f"time must advance from {previous.time} s, got {current.time} s; after a gap or "

@@ -58,12 +58,10 @@ class Grid:
         notes: Iterable[str] = (),
     ) -> Grid:
         """Return a table of values, a row each; a column names an attribute and its format."""
-        rows = (
-            tuple(_formatted(getattr(item, name), form) for name, form in columns.values())
-            for item in items
-        )
-        align = "".join("l" if form == "s" else "r" for _, form in columns.values())
-        return cls.of_words(title, tuple(columns), align, rows, notes)
+        named = columns.items()
+        made = (Column(name, form != "s", f"{{:{form}}}".format) for name, (_, form) in named)
+        rows = (tuple(getattr(item, name) for name, _ in columns.values()) for item in items)
+        return cls(title, tuple(made), tuple(rows), tuple(notes))
 
     @classmethod
     def of_words(
@@ -91,15 +89,6 @@ class Grid:
             [_word(value, column) for column, value in zip(self.columns, row, strict=True)]
             for row in self.rows
         ]
-
-    def column(self, name: str) -> tuple[str, ...]:
-        """Return the words of a column."""
-        place = self.header.index(name)
-        return tuple(row[place] for row in self.words)
-
-
-def _formatted(value: object, form: str) -> str | None:
-    return None if value is None else format(value, form)
 
 
 def _word(value: object, column: Column) -> str:
