@@ -31,7 +31,11 @@ def model(**terms):
     ("name", "commands", "words"),
     [
         ("bluerov2", ("ch_roll", "ch_yaw"), ("'bluerov2' has no actuators", "in its file")),
-        ("vt690", ("fin", "motor"), ("'vt690' take rudder elevator rpm", "{rudder: fin}")),
+        (
+            "vt690",
+            ("fin", "motor"),
+            ("'vt690' take rudder elevator rpm", "{rudder: COLUMN, elevator: COLUMN"),
+        ),
         ("vt690", (), ("'vt690' take rudder elevator rpm", "X Y Z K M N or a command")),
     ],
 )
@@ -88,3 +92,8 @@ def test_columns_that_nothing_uses_come_together(commands, said):
     (fault,) = unused(hd.fleet["vt690"], log, (model(X="u"),))
     assert re.search(said, fault)
     assert not list(unused(hd.fleet["vt690"], log, [model(X="u", K=" ".join(commands))]))
+
+
+def test_commands_are_called_alike_only_where_they_are_alike() -> None:
+    told = nothing_drives(hd.fleet["vt690"], log_of("port", "rudder_rad"))
+    assert "`commands: {rudder: rudder_rad, elevator: COLUMN, rpm: COLUMN}`" in told

@@ -45,7 +45,7 @@ def probe(
     if told := joined(recordings):
         note(told)
     with progress("looking through it"):
-        found = hd.probe(recordings[0])
+        found = hd.probe(*recordings)
         judged = judge(found, recordings, mapping, needs)
     if draft is not None:
         save_text(found.draft.text, draft)

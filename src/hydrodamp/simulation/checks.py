@@ -83,8 +83,10 @@ def nothing_drives(vehicle: Vehicle, log: Log, models: Iterable[DampingModel] = 
     way = "give it `actuators` in its file (`hydrodamp vehicle new` writes examples)"
     if vehicle.commands:
         acting = f"the actuators of '{vehicle.name}' take {' '.join(vehicle.commands)}"
-        alike = f"{vehicle.commands[0]}: {' '.join(recorded[:1])}"
-        way = f"call them alike, such as `commands: {{{alike}}}` in a mapping"
+        near = {one: get_close_matches(one, recorded, n=1, cutoff=0.7) for one in vehicle.commands}
+        # A wrong guess is worse than none: what has no like is left to the reader.
+        alike = ", ".join(f"{one}: {(*its, 'COLUMN')[0]}" for one, its in near.items())
+        way = f"call them alike, by `commands: {{{alike}}}` in a mapping"
     if of_terms:
         acting += f", the terms of the models take {' '.join(sorted(of_terms))}"
     if not recorded:

@@ -91,3 +91,16 @@ def test_command_names_are_short_legal_and_unlike() -> None:
     assert len(set(names)) == len(names)
     content = {"time": "t", "velocity": {"u": "u"}, "commands": dict.fromkeys(names, "c")}
     assert tuple(LogMapping.from_dict(content).commands) == tuple(names)
+
+
+def test_a_channel_rests_only_where_it_rests_in_all_logs() -> None:
+    time = np.arange(0.0, 60.0, 0.1)
+
+    def turns(yaw: float) -> Recording:
+        fields = {"t": time, "r": np.sin(time), "ch_yaw": yaw * np.cos(time), "ch_roll": 0 * time}
+        return Recording((Topic("", None, fields),), "turns.csv", "text in columns")
+
+    assert probe(turns(0.0)).roles.all_of("commands") == ()
+    found = probe(turns(0.0), turns(0.5)).roles
+    assert [one.column for one in found.all_of("commands")] == ["ch_yaw"]
+    assert found.silent["ch_roll"] == "never changes from 0"

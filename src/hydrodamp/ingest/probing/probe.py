@@ -126,13 +126,15 @@ class Probe:
         return LogMapping.from_dict(parse_yaml(self.draft.text, "the draft"), "the draft")
 
 
-def probe(recording: Recording) -> Probe:
+def probe(recording: Recording, *others: Recording) -> Probe:
     """Look through a recording of which nothing is known.
 
     Parameters
     ----------
     recording : Recording
         As read.
+    *others : Recording
+        More of the same vehicle: a channel is at rest only where it rests in all of them.
 
     Returns
     -------
@@ -151,7 +153,7 @@ def probe(recording: Recording) -> Probe:
     >>> found.roles.rates.unit
     'deg/s'
     """
-    roles = guess_roles(recording)
+    roles = guess_roles(recording, others)
     return Probe(
         source=recording.source,
         format=recording.format,

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hydrodamp.arrays import FloatArray
 from hydrodamp.data.recording import Recording
 from hydrodamp.data.units import UNITS
 from hydrodamp.ingest.formats.files import usual_axes
@@ -84,8 +85,8 @@ class Roles:
         return tuple(one for one in self.guesses if one.role == role and one.chosen)
 
 
-def guess_roles(recording: Recording) -> Roles:
-    """Guess what every column of a recording is."""
+def guess_roles(recording: Recording, others: Sequence[Recording] = ()) -> Roles:
+    """Guess what every column of a recording is; one at rest here may move in others."""
     clocks = clocks_of(recording)
     # Where nothing counts the time, names say something all the same.
     rows = {topic.name: counted(topic, 1.0) for topic in recording.topics if topic.n}
@@ -95,7 +96,7 @@ def guess_roles(recording: Recording) -> Roles:
         if topic.name in (clocks or rows)
         for one in series_of(topic, (clocks or rows)[topic.name])
     }
-    named, silent = _named(recording, series)
+    named, silent = _named(recording, series, others)
     found = _best(named, series)
     playing = _in_units({one.role: series[one.column] for one in found if one.chosen})
     rates = match_rates(playing) if clocks else RateMatch()
@@ -170,16 +171,21 @@ def _times(clocks: Mapping[str, Ticking]) -> Iterator[Guess]:
 
 
 def _named(
-    recording: Recording, series: Mapping[str, Series]
+    recording: Recording, series: Mapping[str, Series], others: Sequence[Recording]
 ) -> tuple[list[Guess], dict[str, str]]:
     """Return what names say of columns, and of those that they say nothing of why."""
     topics = {topic.name: (topic, frozenset(topic.fields)) for topic in recording.topics}
+    again: dict[str, list[FloatArray]] = {}
+    for topic in (topic for other in others for topic in other.topics):
+        for its in series_of(topic, None):
+            again.setdefault(its.column, []).append(its.values)
     guesses: list[Guess] = []
     silent: dict[str, str] = {}
     for column, one in series.items():
         topic, beside = topics[one.topic]
         role, sure = hint(one.topic, one.field, one.unit, beside, topic.units.get(one.field, ""))
-        known = one.values[np.isfinite(one.values)]
+        known = np.concatenate([one.values, *again.get(column, ())])
+        known = known[np.isfinite(known)]
         low, high = float(known.min()), float(known.max())
         is_pulse = one.unit is None and _PULSES[0] <= low and high <= _PULSES[1]
         if is_stick := is_pulse and low < high and role in _ANGLES:
