@@ -62,3 +62,10 @@ def test_a_replay_beyond_the_training_is_told(folder, call):
     assert told[0].endswith(" in the test, 0.1 in training.")
     assert "feeds energy into r beyond 0.1 rad/s" in told[1]
     assert "error: the replay diverged in segment 1 after" in told[-1]
+
+
+def test_damping_of_another_vehicle_is_refused_as_by_export(folder, call, damping):
+    call("vehicle new other.yaml --length 1.6 --diameter 0.19 --mass 40")
+    done = call(f"simulate b.csv --vehicle other.yaml --damping {damping} --out t.csv", 2)
+    assert "These coefficients belong to vehicle" in " ".join(done.stderr.split())
+    assert not (folder / "t.csv").exists()

@@ -14,6 +14,13 @@ def test_an_estimate_can_be_used_as_it_is(folder, call):
     assert read_vehicle(folder / "mine.yaml").name == "mine"
 
 
+def test_an_estimate_says_that_nothing_rights_it(folder, call):
+    told = call(f"vehicle new mine.yaml {SIZES}").stderr
+    assert "lacks a righting moment" in " ".join(told.split())
+    assert not read_vehicle(folder / "mine.yaml").restoring_matrix[3:].any()
+    assert "ready to use" in call("vehicle new like.yaml --like bluerov2").stderr
+
+
 def test_a_vehicle_of_the_fleet_can_be_started_from(folder, call):
     call("vehicle new mine.yaml --like bluerov2")
     assert read_vehicle(folder / "mine.yaml") == replace(fleet["bluerov2"], name="mine")

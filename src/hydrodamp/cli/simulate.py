@@ -33,13 +33,18 @@ def simulate(
 ) -> None:
     """Replay a log open loop with identified damping and score it."""
     from hydrodamp.cli.targets import check_out_log
+    from hydrodamp.errors import ModelError
     from hydrodamp.identification.extrapolation import fed, joined, outreached, sailed
+    from hydrodamp.models.damping import foreign_to
     from hydrodamp.report.comparison_tables import replay_grid
     from hydrodamp.report.documents import score_document, trained_on
     from hydrodamp.simulation.checks import length_of
+    from hydrodamp.simulation.problem import stamp
 
     check_out_log(out, (*logs, vehicle, damping, mapping))
     craft, numbers = choose_vehicle(vehicle), hd.read_damping(damping)
+    if told := foreign_to(numbers, stamp(craft)):
+        raise ModelError(told)
     log = read(logs, mapping)
     suspect(log, length_of(craft))
     with progress("replaying"):

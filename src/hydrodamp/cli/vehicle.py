@@ -12,6 +12,11 @@ from hydrodamp.cli.output import emit, note
 
 Size = Annotated[float | None, typer.Option(metavar="METRES", help="Of the hull [m].")]
 
+_UNRIGHTED = (
+    "it lacks a righting moment, so that nothing turns the vehicle upright in roll and pitch. Give "
+    "`center_of_gravity` and `center_of_buoyancy` where these axes are free; the rest is estimated."
+)
+
 
 def new(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="The YAML file to write.")],
@@ -48,4 +53,5 @@ def new(
     if json:
         emit({"path": str(file), "complete": complete})
     else:
-        note(f"written to {file}: {'ready to use' if complete else 'fill in its numbers'}")
+        whole = "ready to use" if like is not None else _UNRIGHTED
+        note(f"written to {file}: {whole if complete else 'fill in its numbers'}")
