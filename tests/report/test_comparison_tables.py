@@ -119,3 +119,15 @@ def test_runs_and_windows_have_tables_of_their_own(comparison):
     assert grid.title.endswith(", run_11_…")
     assert grid.header == ("model", "method", "40", "46")
     assert not window_grids(comparison)
+
+
+def test_a_choice_that_is_worse_than_no_model_is_told(comparison):
+    best = comparison.choice().row
+
+    def told(fit):
+        score = replace(best.score, fit_by_axis={"u": fit, "v": 5.0, "r": None})
+        row = replace(best, score=score)
+        return " ".join(summary_grids(replace(comparison, rows=(row,)))[-1].notes)
+
+    assert "The chosen model replays u worse than no model" in told(-3.0)
+    assert "worse than no model" not in told(0.0)

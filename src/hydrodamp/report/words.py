@@ -96,7 +96,19 @@ def remarks(comparison: Comparison) -> Iterator[str]:
         yield "paper: Table I as printed; the paper's own log was never published."
     yield from _replays(comparison)
     yield from _outcomes(comparison)
+    yield from _worse_than_none(comparison)
     yield f"Open-loop replay, eq. 24; lower is better. Attitude {comparison.attitude}."
+
+
+def _worse_than_none(comparison: Comparison) -> Iterator[str]:
+    if all(row.rms is None for row in comparison.rows):
+        return
+    fits = comparison.choice().row.score.fit_by_axis
+    if worse := [name for name, fit in fits.items() if fit is not None and fit < 0.0]:
+        yield (
+            f"The chosen model replays {' '.join(worse)} worse than no model: its fit there is "
+            "below 0 %, that of the mean of the test data."
+        )
 
 
 def _replays(comparison: Comparison) -> Iterator[str]:
