@@ -93,7 +93,7 @@ def interval(fit: Fit) -> tuple[FloatArray, FloatArray, FloatArray]:
 
 
 def determined(problem: Problem, fit: Fit) -> BoolArray:
-    """Return which coefficients are graded as determined, given the fit's own intervals."""
+    """Return which coefficients are graded as determined or minor, given the fit's own intervals."""
     if not fit.status.usable:
         return np.zeros(fit.model.n_coefficients, dtype=bool)
     covariance = fit.damping.covariance
@@ -104,7 +104,9 @@ def determined(problem: Problem, fit: Fit) -> BoolArray:
     else:
         half = reach(LEVEL, np.inf) * np.sqrt(np.diag(covariance))
         found = graded_by(excitation(problem, fit.model), half)
-    return np.array([found.grades[label] is Grade.DETERMINED for label in fit.model.labels])
+    return np.array(
+        [found.grades[label] in (Grade.DETERMINED, Grade.MINOR) for label in fit.model.labels]
+    )
 
 
 def told(vehicle: Vehicle) -> Vehicle:

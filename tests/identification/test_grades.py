@@ -25,12 +25,15 @@ def grade(*, excited=True, **more):
     [
         ({"half": 2.4}, hd.Grade.DETERMINED),
         ({"half": 2.6}, hd.Grade.WEAK),
-        # a zero that is known well: |t| = 0, but it contributes at most 4 % of the response
-        ({"coefficient": 0.0, "half": 0.4}, hd.Grade.DETERMINED),
-        ({"coefficient": 0.0, "half": 0.6}, hd.Grade.WEAK),
-        # an interval worth half the response tells nothing
-        ({"coefficient": 8.0, "half": 4.9}, hd.Grade.WEAK),
-        ({"coefficient": 8.0, "half": 5.1}, hd.Grade.NOT_DETERMINED),
+        # a zero that is known well: |t| = 0, but what it leaves open is 4 % of the response
+        ({"coefficient": 0.0, "half": 0.4}, hd.Grade.MINOR),
+        ({"coefficient": 1.0, "half": 0.4}, hd.Grade.MINOR),
+        # one whose sign is not known, though it may be worth 6 %
+        ({"coefficient": 0.0, "half": 0.6}, hd.Grade.NOT_DETERMINED),
+        ({"coefficient": -0.5, "half": 0.6}, hd.Grade.NOT_DETERMINED),
+        # one of known sign, whatever it is worth
+        ({"coefficient": -8.0, "half": 5.1}, hd.Grade.WEAK),
+        ({"coefficient": 5.0, "half": 5.1}, hd.Grade.NOT_DETERMINED),
         # two terms that cancel: each is known to 20 %, even if that is worth much
         ({"coefficient": 100.0, "half": 20.0}, hd.Grade.DETERMINED),
         # what no interval can mend
@@ -50,8 +53,8 @@ def test_the_rule(values, expected):
     ("values", "cause"),
     [
         ({}, None),
-        ({"coefficient": 8.0, "half": 4.9}, None),  # weak
-        ({"coefficient": 8.0, "half": 5.1}, Cause.WIDE),
+        ({"coefficient": 8.0, "half": 5.1}, None),  # weak
+        ({"coefficient": 5.0, "half": 5.1}, Cause.WIDE),
         ({"half": np.nan}, Cause.WIDE),
         ({"sound": 0.4, "half": np.nan}, Cause.NOISE),
         ({"excited": False, "sound": 0.4}, Cause.QUIET),

@@ -10,8 +10,8 @@ from hydrodamp.validation.compare import Comparison
 
 
 def graded(grades, *, excited=True):
-    """Return grades of 'linear': a letter d, w or n for each coefficient of every axis."""
-    words = {"d": Grade.DETERMINED, "w": Grade.WEAK, "n": Grade.NOT_DETERMINED}
+    """Return grades of 'linear': a letter d, m, w or n for each coefficient of every axis."""
+    words = dict(zip("dmwn", Grade, strict=True))
     model = hd.catalog["linear"]
     axes = []
     for k, axis in enumerate("XYZKMN"):
@@ -67,9 +67,10 @@ def test_beyond_the_training_and_feeding_are_told_of_chosen_and_lost_rows(compar
     [
         ("dddddd", True, "The log determined all 36 coefficients of this model"),
         (
-            "dddddw",
+            "ddddmw",
             True,
-            "The log determined 30 of its 36 coefficients; 6 weak (X_r, Y_r, Z_r, K_r, M_r, N_r)",
+            "The log determined 24 of its 36 coefficients; 6 minor (X_q, Y_q, Z_q, K_q, M_q, N_q); "
+            "6 weak (X_r, Y_r, Z_r, K_r, M_r, N_r)",
         ),
         (
             "nnnnnn",

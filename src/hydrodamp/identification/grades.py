@@ -123,13 +123,9 @@ def _missed(splits: tuple[Split, ...], model: DampingModel) -> FloatArray:
 #: accuracy at which damping coefficients are worth comparing with others.
 RELATIVE = 0.25
 
-#: So does an interval that is worth at most this share of the axis' response: a coefficient near
-#: zero is determined when what it could contribute is too small to matter.
+#: An interval that is worth at most this share of the axis' response leaves too little open to
+#: matter, whatever the number is.
 CONTRIBUTION = 0.05
-
-#: An interval that is worth more than this share of the response to either side tells nothing: with
-#: 95 % confidence, anything up to all of the response could be the term's.
-UNKNOWN = 0.5
 
 #: Least share of the leverage of a coefficient that must come from excited motion: below it, more
 #: than half of what distinguishes its column from the others may be noise, which biases a
@@ -153,6 +149,11 @@ class Grade(Enum):
     """
 
     DETERMINED = "determined: the number can be used."
+    MINOR = (
+        "minor: what its interval leaves open is worth less than "
+        f"{100.0 * CONTRIBUTION:.0f} % of the response of its axis; weak where the vehicle moves "
+        "otherwise."
+    )
     WEAK = "weak: sign and order of magnitude at best; use it with the whole model only."
     NOT_DETERMINED = "not determined: the data do not tell; take it from elsewhere or leave it out."
 
@@ -171,10 +172,7 @@ class Cause(Enum):
         "which sums it over time, may still be near."
     )
     NOISE = "noise: what tells its column from others may be more noise than motion."
-    WIDE = (
-        f"wide: its interval is worth more than {100.0 * UNKNOWN:.0f} % of the response of its "
-        "axis, whatever share of the number that is."
-    )
+    WIDE = "wide: its interval holds zero, and what it leaves open matters."
 
     @property
     def word(self) -> str:
@@ -249,7 +247,7 @@ class Identifiability:
     def __str__(self) -> str:
         """Return a table of the axes."""
         head = f"{'axis':<5}{'rank':>4}{'':<8}{'condition':>10}{'predicted':>12}"
-        head += "".join(f"{word:>8}" for word in ("det.", "weak", "not"))
+        head += "".join(f"{word:>8}" for word in ("det.", "minor", "weak", "not"))
         lines = [self.summary, head, *map(str, self.axes)]
         if any(not one.excited for one in self.axes):
             lines.append(_STAR)
@@ -261,9 +259,10 @@ def identifiability(problem: Problem, model: DampingModel) -> Identifiability:
 
     A coefficient is *not determined* where it is aliased, where its axis is not excited, where
     its column lives on velocities that are not, or where its interval tells nothing. It is
-    *determined* where the interval is narrow against the coefficient or against what matters on
-    the axis, and *weak* between the two. Coefficients and intervals are those of the weak form,
-    from the noise that the model and the terms of Gertler and Hagen together leave over.
+    *determined* where the interval is narrow against the coefficient, *minor* where it is narrow
+    against what matters on the axis, and *weak* where it tells the sign. Coefficients and intervals
+    are those of the weak form, from the noise that the model and the terms of Gertler and Hagen
+    together leave over.
 
     Parameters
     ----------
@@ -409,12 +408,13 @@ def rated(
     By value and half of its interval, root mean square of its column, the share of its leverage
     that is excited motion, and whether it is aliased; then by the axis's response.
     """
-    worth = half * size
-    close = (half <= RELATIVE * np.abs(coefficient)) | (worth <= CONTRIBUTION * response)
-    wide = ~np.isfinite(half) | (~close & (worth > UNKNOWN * response))
+    value = np.abs(coefficient)
+    rungs = np.array(
+        [half <= RELATIVE * value, half * size <= CONTRIBUTION * response, half < value]
+    )
     quiet = np.full(half.shape, not excited)
-    blind = np.array([aliased | (size == 0.0), quiet, sound < SOUND, wide])
-    words = np.where(blind.any(axis=0), 2, np.where(close, 0, 1)).tolist()
+    blind = np.array([aliased | (size == 0.0), quiet, sound < SOUND, ~rungs.any(axis=0)])
+    words = np.where(blind.any(axis=0), len(rungs), rungs.argmax(axis=0)).tolist()
     first = np.where(blind.any(axis=0), blind.argmax(axis=0), -1).tolist()
     causes = (*Cause, None)
     return tuple(tuple(Grade)[place] for place in words), tuple(causes[place] for place in first)

@@ -17,11 +17,10 @@ from hydrodamp.models.model import DampingModel, coefficient_unit, read_label
 from hydrodamp.report.grid import Column, Grid, coefficient
 
 _GROUPS = 12  # groups of aliased coefficients that are spelt out; the file has them all
-_LITTLE = "matters little"  # of a coefficient that is determined, but not as a number
 _RULE = (
-    f"grade: determined within {100.0 * RELATIVE:.0f} % of the number, or where it matters little "
-    f"(on this log, less than {100.0 * CONTRIBUTION:.0f} % of the response of its axis); not "
-    "determined for a cause; else weak."
+    f"grade: determined within {100.0 * RELATIVE:.0f} % of the number; minor where the interval "
+    f"leaves less open than {100.0 * CONTRIBUTION:.0f} % of the response of its axis; weak where the "
+    "sign is known; not determined for a cause."
 )
 _TIED = 0.9  # correlation of two coefficients from which one may stand for the other
 #: The model that has no terms before there is a log, as a document.
@@ -86,13 +85,8 @@ def _known(fit: Fit, grades: Identifiability | None) -> list[str]:
         aliased = {label for group in fit.aliased for label in group}
         labels = () if fit.rank is None else fit.model.labels
         return ["yes" if label in aliased else "no" for label in labels]
-    wide = half_widths(fit) > RELATIVE * np.abs(fit.damping.coefficients)
-    words = []
-    for (label, grade), is_wide in zip(grades.grades.items(), wide, strict=True):
-        why = f": {grades.causes[label].word}" if label in grades.causes else ""
-        little = is_wide and grade is Grade.DETERMINED
-        words.append(_LITTLE if little else f"{grade.word}{why}")
-    return words
+    causes = {label: f": {cause.word}" for label, cause in grades.causes.items()}
+    return [f"{grade.word}{causes.get(label, '')}" for label, grade in grades.grades.items()]
 
 
 def _causes(fit: Fit, grades: Identifiability) -> Iterator[str]:
@@ -102,10 +96,13 @@ def _causes(fit: Fit, grades: Identifiability) -> Iterator[str]:
     if fit.damping.covariance is None:
         return
     errors, axes = standard_errors(fit), np.array([label[0] for label in fit.model.labels])
-    is_wide = [grades.causes.get(label) is Cause.WIDE for label in fit.model.labels]
+    vague = [
+        grade is Grade.WEAK or grades.causes.get(label) is Cause.WIDE
+        for label, grade in grades.grades.items()
+    ]
     with np.errstate(divide="ignore", invalid="ignore"):
         tied = np.abs(fit.damping.covariance / np.outer(errors, errors)) >= _TIED
-    tied &= np.logical_or.outer(is_wide, is_wide) & (axes[:, None] == axes)
+    tied &= np.logical_or.outer(vague, vague) & (axes[:, None] == axes)
     pairs = [
         " with ".join(fit.model.labels[place] for place in pair)
         for pair in np.argwhere(np.triu(tied, 1)).tolist()

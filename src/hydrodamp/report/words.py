@@ -66,7 +66,7 @@ def _graded(found: Identifiability) -> Iterator[str]:
         yield f"The log determined all {n} coefficients of this model"
         return
     yield f"The log determined {sure or 'none'} of its {n} coefficients"
-    for grade in (Grade.WEAK, Grade.NOT_DETERMINED):
+    for grade in tuple(Grade)[1:]:
         if labels := list(found.labelled(grade)):
             yield f"{len(labels)} {grade.word}{_listed(labels)}"
     quiet = [f"{one.axis} {100.0 * one.share:.0f} %" for one in found.axes if not one.excited]

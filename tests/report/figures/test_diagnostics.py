@@ -20,7 +20,7 @@ def test_bars_are_shares_and_counts(sailed, on_sheet):
     assert sum(bar.get_width() for bar in right.patches) == len(found.grades)
     assert "10 %, not predicted" in words_in(left)
     assert words_in(right) == [f"rank {one.rank}" for one in found.axes]
-    assert legend(figure) == ["determined", "weak", "not determined"]
+    assert legend(figure) == [grade.word for grade in hd.Grade]
     on_sheet(figure)
 
 

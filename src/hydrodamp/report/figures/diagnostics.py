@@ -152,7 +152,8 @@ def _error_label(rate_unit: RateUnit) -> str:
 # Colour and hatching: dark to light, as what is known grows less.
 _GRADES = {
     Grade.DETERMINED: ("#0072B2", ""),
-    Grade.WEAK: ("#9fcbe6", "////"),
+    Grade.MINOR: ("#5ea5d3", "...."),
+    Grade.WEAK: ("#b9dbef", "////"),
     Grade.NOT_DETERMINED: ("#d0d0d0", ""),
 }
 _BAR = {"height": 0.62, "edgecolor": "#4d4d4d"}
@@ -208,7 +209,7 @@ def excitation_figure(found: Identifiability) -> Figure:
     for panel in (left, right):
         panel.grid(visible=False, axis="y")
         panel.tick_params(axis="y", length=0.0)
-    figure.legend(loc="outside upper right", ncols=3, handlelength=1.0)
+    figure.legend(loc="outside upper right", ncols=4, handlelength=1.0)
     return figure
 
 
