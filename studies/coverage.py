@@ -93,7 +93,7 @@ def interval(fit: Fit) -> tuple[FloatArray, FloatArray, FloatArray]:
 
 
 def determined(problem: Problem, fit: Fit) -> BoolArray:
-    """Return which coefficients are graded as determined or minor, given the fit's own intervals."""
+    """Return which coefficients are graded determined or minor by the fit's own intervals."""
     if not fit.status.usable:
         return np.zeros(fit.model.n_coefficients, dtype=bool)
     covariance = fit.damping.covariance

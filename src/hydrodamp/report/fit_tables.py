@@ -19,8 +19,8 @@ from hydrodamp.report.grid import Column, Grid, coefficient
 _GROUPS = 12  # groups of aliased coefficients that are spelt out; the file has them all
 _RULE = (
     f"grade: determined within {100.0 * RELATIVE:.0f} % of the number; minor where the interval "
-    f"leaves less open than {100.0 * CONTRIBUTION:.0f} % of the response of its axis; weak where the "
-    "sign is known; not determined for a cause."
+    f"leaves less open than {100.0 * CONTRIBUTION:.0f} % of the response of its axis; weak where "
+    "the sign is known; not determined for a cause."
 )
 _TIED = 0.9  # correlation of two coefficients from which one may stand for the other
 #: The model that has no terms before there is a log, as a document.
