@@ -26,7 +26,7 @@ def test_json_holds_every_fold_and_horizon(folder, call):
     assert len(document["held_out"]) == 3
     linear, fossen = document["folds"]
     assert (linear["model"], fossen["model"]) == ("linear", "fossen")
-    assert linear["rms"] == pytest.approx(sum(linear["rms_by_fold"]) / 3)
+    assert linear["rms"] == pytest.approx(sum(linear["rms_by_part"]) / 3)
     assert linear["rms"] < fossen["rms"]  # the plant is linear
     whole = document["whole"][0]
     assert set(whole["rms_by_horizon"]) == {"one step", "1 s", "10 s", "whole run"}
@@ -82,7 +82,7 @@ def test_ctrl_c_shows_the_folds_that_are_finished(folder, call, monkeypatch):
     document = json.loads(done.stdout)
     assert document["held_out"] == whole["held_out"][:2]
     for part, row in zip(document["folds"], whole["folds"], strict=True):
-        assert part["rms_by_fold"] == row["rms_by_fold"][:2]
+        assert part["rms_by_part"] == row["rms_by_part"][:2]
     assert document["whole"] == []
 
 

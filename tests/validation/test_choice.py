@@ -19,6 +19,7 @@ class Entry:
     rms: float | None
     settled: bool = True
     method: str = "ls"
+    rms_by_part: tuple[float | None, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -49,6 +50,24 @@ def test_ties_go_to_fewer_coefficients_then_to_the_earlier_row():
     choice = choose(equal)
     assert (choice.row.model, choice.runner_up.model) == ("few", "b")
     assert ", +0 %." in str(choice)
+
+
+def test_fewer_coefficients_are_taken_where_no_run_tells_the_two_apart():
+    large = Entry("large", 248, 0.50, rms_by_part=(0.2, 0.5, 0.8))
+    small = Entry("small", 44, 0.51, rms_by_part=(0.22, 0.44, 0.87))
+    choice = choose([large, small, Entry("tiny", 12, 0.9, rms_by_part=(0.5, 0.9, 1.3))])
+    assert (choice.row, choice.runner_up) == (small, large)
+    assert choice.sentence == (
+        "small by ls (0.51): 44 coefficients, and the 3 parts held out do not tell it from the "
+        "lowest RMS error, that of large by ls (0.5) with 248."
+    )
+
+
+def test_a_small_error_that_every_run_repeats_is_not_equal():
+    # The roughest run alone would hide it: 5, 5 and 4 % in runs of unlike size.
+    large = Entry("large", 55, 1.74, rms_by_part=(0.10, 0.12, 5.0))
+    small = Entry("small", 22, 1.82, rms_by_part=(0.105, 0.126, 5.2))
+    assert choose([small, large]).row is large
 
 
 def test_how_far_behind_an_exact_fit_the_next_is_says_its_error():

@@ -47,11 +47,11 @@ def test_each_fold_is_a_comparison_on_what_was_left_out(vehicle, log):
         rest = [other for other in "abc" if other != name]
         fit = hd.identify(LINEAR, vehicle, log.select(*rest), hd.LeastSquares())
         alone = hd.compare([fit], vehicle, log.select(name))
-        assert table.rows[0].rms_by_fold[fold] == pytest.approx(alone.rows[0].rms, rel=1e-9)
+        assert table.rows[0].rms_by_part[fold] == pytest.approx(alone.rows[0].rms, rel=1e-9)
         assert table.rows[0].folds[fold].trajectory is None
     row = table.rows[1]
-    assert row.rms == row.rms_of_finished == pytest.approx(np.mean(row.rms_by_fold))
-    assert row.spread == pytest.approx(np.std(row.rms_by_fold, ddof=1))
+    assert row.rms == row.rms_of_finished == pytest.approx(np.mean(row.rms_by_part))
+    assert row.spread == pytest.approx(np.std(row.rms_by_part, ddof=1))
     assert row.n_lost == 0
     assert row.settled
 
@@ -60,11 +60,11 @@ def test_a_fold_that_diverges_leaves_no_mean(vehicle, log):
     methods = [Fixed(wild_without="b"), hd.LeastSquares()]
     table = cross_validate(vehicle, log, LINEAR, methods)
     wild = table.rows[0]
-    assert [value is None for value in wild.rms_by_fold] == [False, True, False]
+    assert [value is None for value in wild.rms_by_part] == [False, True, False]
     assert wild.rms is None
     assert not wild.settled
     assert wild.n_lost == 1
-    kept = [wild.rms_by_fold[0], wild.rms_by_fold[2]]
+    kept = [wild.rms_by_part[0], wild.rms_by_part[2]]
     assert wild.rms_of_finished == pytest.approx(np.mean(kept))
     assert table.choice().row.method == "ls"
     ((where, after),) = wild.folds[1].score.diverged
@@ -100,7 +100,7 @@ def test_a_log_of_one_segment_is_cut_into_blocks_with_a_gap(vehicle, log):
         assert train.n + test.n == 300 - 4 * 20
     assert names(parts[1][0]) == ["a+0s", "a+13s", "a+19s", "a+25s"]
     table = cross_validate(vehicle, one, LINEAR, hd.LeastSquares(), gap=2.0)
-    assert len(table.rows[0].rms_by_fold) == 5
+    assert len(table.rows[0].rms_by_part) == 5
     assert table.rows[0].rms < 0.1
 
 

@@ -19,7 +19,7 @@ from hydrodamp.report.grid import Column, Grid, error_size, percent
 from hydrodamp.report.words import remarks
 from hydrodamp.simulation.replay import HorizonScore, Score
 from hydrodamp.simulation.status import Status
-from hydrodamp.validation.choice import choose, front
+from hydrodamp.validation.choice import error_of, front
 from hydrodamp.validation.compare import PRINTED_COLUMN, TABLE_I, Comparison, Row, beside_paper
 from hydrodamp.validation.crossvalidation import CrossValidation
 
@@ -101,7 +101,7 @@ def _summary(comparison: Comparison, methods: Sequence[str]) -> Grid:
     for place, method in enumerate(methods, start=3):
         scored = [row for row in comparison.rows if row.method == method and row.settled]
         if scored:
-            best.add(([*sizes].index(choose(scored).row.model), place))
+            best.add(([*sizes].index(min(scored, key=error_of).model), place))
     return Grid(
         title=f"RMS velocity error on the test data, m/s and {comparison.rate_unit}/s mixed",
         columns=tuple(columns),
@@ -260,7 +260,7 @@ def validation_document(
     table: CrossValidation, fits: Sequence[Fit], scores: Sequence[Sequence[HorizonScore] | None]
 ) -> dict[str, object]:
     """Return all of it as strict JSON."""
-    of_row = ("model", "method", "n_coefficients", "rms", "rms_by_fold", "lost")
+    of_row = ("model", "method", "n_coefficients", "rms", "rms_by_part", "lost")
     return {
         "held_out": table.held_out,
         "folds": [{key: getattr(row, key) for key in of_row} for row in table.rows],

@@ -6,6 +6,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Generic, Protocol, TypeVar
 
+import numpy as np
+
 from hydrodamp.errors import MethodError
 
 
@@ -29,6 +31,10 @@ class Ranked(Protocol):
         """The error; None where there is none that can be trusted."""
 
     @property
+    def rms_by_part(self) -> tuple[float | None, ...]:
+        """The error of each run or fold that was held out."""
+
+    @property
     def settled(self) -> bool:
         """Whether there is an error, and it is that of a fit that has settled."""
 
@@ -44,9 +50,9 @@ class Choice(Generic[Candidate]):
     Attributes
     ----------
     row : Row
-        The best one.
+        The one of the fewest coefficients among those that are as good as the lowest error.
     runner_up : Row or None
-        The second; None where no other can be ranked.
+        The lowest error, or the second where that is chosen; None where no other can be ranked.
     sentence : str
         What was chosen, why, and how far the second is behind.
     reservation : str
@@ -64,9 +70,10 @@ class Choice(Generic[Candidate]):
 
 
 def choose(rows: Iterable[Candidate], of: str = "") -> Choice[Candidate]:
-    """Choose the row of the lowest error; ties go to fewer coefficients, then the earlier row.
+    """Choose the row of the fewest coefficients among those as good as the lowest error.
 
-    What the replays are of can be said in words.
+    A row is as good where the runs or folds that were held out do not tell it from the lowest; the
+    lower error, then the earlier row, goes first. What the replays are of can be said in words.
     """
     asked = list(rows)
     scored = [row for row in asked if row.rms is not None]
@@ -74,21 +81,48 @@ def choose(rows: Iterable[Candidate], of: str = "") -> Choice[Candidate]:
         raise MethodError("no row has an RMS error: every replay diverged or nothing was fitted")
     candidates = [row for row in scored if row.settled] or scored
     ranked = sorted(candidates, key=lambda row: (error_of(row), row.n_coefficients))
+    equal = [row for row in ranked if _as_good(row, ranked[0])]
+    row = min(equal, key=lambda row: row.n_coefficients)
     left = len(asked) - len(candidates)
-    reservation = [] if ranked[0].settled else ["No fit has settled."]
+    reservation = [] if row.settled else ["No fit has settled."]
     if left:
         reservation.append(f"Left out: {_replays(left)} that diverged, failed or did not settle.")
     return Choice(
-        row=ranked[0],
-        runner_up=ranked[1] if len(ranked) > 1 else None,
-        sentence=_sentence(ranked, len(asked), of),
+        row=row,
+        runner_up=next((other for other in ranked if other is not row), None),
+        sentence=_simpler(row, ranked[0]) or _sentence(ranked, len(asked), of),
         reservation=" ".join(reservation),
+    )
+
+
+def _as_good(row: Ranked, lowest: Ranked) -> bool:
+    """Compare the errors of two rows run by run: one standard error of the mean of log ratios.
+
+    Runs differ in length and roughness far more than models do, so errors are paired, and taken as
+    ratios: else the roughest run alone would decide. The rule of one standard error is that of
+    Breiman et al., Classification and Regression Trees, 1984, section 3.4.3.
+    """
+    parts = np.array([row.rms_by_part, lowest.rms_by_part], dtype=float)
+    if parts.shape[1] < 2 or not np.all(parts > 0.0):
+        return error_of(row) == error_of(lowest)
+    ratio = np.log(parts[0] / parts[1])
+    return bool(ratio.mean() <= ratio.std(ddof=1) / np.sqrt(ratio.size))
+
+
+def _simpler(row: Ranked, lowest: Ranked) -> str:
+    """Say why a row of fewer coefficients is taken, empty where the lowest error is."""
+    if row is lowest:
+        return ""
+    return (
+        f"{_named(row)}: {row.n_coefficients} coefficients, and the {len(row.rms_by_part)} parts "
+        f"held out do not tell it from the lowest RMS error, that of {_named(lowest)} with "
+        f"{lowest.n_coefficients}."
     )
 
 
 def _sentence(ranked: Sequence[Ranked], asked: int, of: str) -> str:
     """Say which row is first, by what, and how far the second is behind."""
-    named = [f"{row.model} by {row.method} ({error_of(row):.3g})" for row in ranked[:2]]
+    named = [*map(_named, ranked[:2])]
     if asked == 1:
         return f"{named[0]}, which was compared with no other."
     behind = "there is no runner-up"
@@ -138,6 +172,10 @@ def front(table: Table[Candidate]) -> tuple[Candidate, ...]:
 def error_of(row: Ranked) -> float:
     """Return the error of a row, infinite where it has none."""
     return float("inf") if row.rms is None else row.rms
+
+
+def _named(row: Ranked) -> str:
+    return f"{row.model} by {row.method} ({error_of(row):.3g})"
 
 
 def _replays(count: int) -> str:

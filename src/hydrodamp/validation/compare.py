@@ -71,6 +71,11 @@ class Row:
         return self.score.rms
 
     @property
+    def rms_by_part(self) -> tuple[float | None, ...]:
+        """Equation 24 on each segment; None where it diverged."""
+        return tuple(self.score.rms_by_segment.values())
+
+    @property
     def status(self) -> Status:
         """What to read first: a fit without numbers, a divergence, then the fit's own."""
         own = self.fit.status
@@ -140,9 +145,11 @@ class Comparison:
         )
 
     def choice(self) -> Choice[Row]:
-        """Choose the row of the lowest RMS error; printed, the choice says its runner-up.
+        """Choose the row of the fewest coefficients among those as good as the lowest RMS error.
 
-        Rows that have not settled are left out unless none has. Ties go to fewer coefficients.
+        A row is as good where its errors, segment by segment, are within one standard error of the
+        lowest one's; of one segment, none is. Rows that have not settled are left out unless none
+        has.
 
         Returns
         -------

@@ -46,14 +46,14 @@ class ValidatedRow:
         return max(row.n_coefficients for row in self.folds)
 
     @property
-    def rms_by_fold(self) -> tuple[float | None, ...]:
+    def rms_by_part(self) -> tuple[float | None, ...]:
         """Equation 24 on each fold; None where there is no usable replay."""
         return tuple(row.rms for row in self.folds)
 
     @property
     def rms(self) -> float | None:
         """Mean of equation 24 over all folds; None where one has no error."""
-        return self.rms_of_finished if None not in self.rms_by_fold else None
+        return self.rms_of_finished if None not in self.rms_by_part else None
 
     @property
     def rms_of_finished(self) -> float | None:
@@ -88,7 +88,7 @@ class ValidatedRow:
 
     @property
     def _finished(self) -> list[float]:
-        return [rms for rms in self.rms_by_fold if rms is not None]
+        return [rms for rms in self.rms_by_part if rms is not None]
 
 
 @dataclass(frozen=True)
@@ -110,13 +110,13 @@ class CrossValidation:
     rate_unit: RateUnit = "deg"
 
     def choice(self) -> Choice[ValidatedRow]:
-        """Choose the row of the lowest mean error; printed, the choice says its runner-up.
+        """Choose the row of the fewest coefficients among those as good as the lowest mean error.
 
         Returns
         -------
         choice : Choice
-            Among the rows that have an error on every fold; those that are nearer on the
-            folds they have are named, with both errors there.
+            Among the rows that have an error on every fold, with the sentence that says why;
+            those that are nearer on the folds they have are named, with both errors there.
 
         Raises
         ------
@@ -137,7 +137,7 @@ class CrossValidation:
 
 def _nearer(row: ValidatedRow, chosen: ValidatedRow) -> str:
     """Say of a row that lost folds that it is nearer than the chosen one on the others."""
-    own, other = np.array([row.rms_by_fold, chosen.rms_by_fold], dtype=float)
+    own, other = np.array([row.rms_by_part, chosen.rms_by_part], dtype=float)
     kept = np.isfinite(own)
     if kept.all() or not own[kept].sum() < other[kept].sum():
         return ""
@@ -209,7 +209,7 @@ def cross_validate(
     >>> campaign = reenact(duration=20.0)
     >>> models = [catalog[key] for key in ("linear", "fossen")]
     >>> table = cross_validate(campaign.vehicle, campaign.train, models, LeastSquares())
-    >>> [(row.model, len(row.rms_by_fold)) for row in table.rows]
+    >>> [(row.model, len(row.rms_by_part)) for row in table.rows]
     [('linear', 4), ('fossen', 4)]
     """
     asked = tuple(models) if isinstance(models, Iterable) else (models,)
