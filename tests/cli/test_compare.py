@@ -106,6 +106,15 @@ def test_a_command_that_nothing_uses_is_told_and_no_fault(folder, call):
     assert line.removeprefix("warning: ") in hd.read_comparison("out").provenance["warnings"]
 
 
+def test_a_current_in_the_log_is_told_once_and_that_nothing_is_kept(folder, call, monkeypatch):
+    current = "hydrodamp.conditioning.current.carries"
+    monkeypatch.setattr(current, lambda log: f"a current for {log.duration:.0f} s.")
+    done = call(f"{PARTS} --models linear --methods ls")
+    (line,) = (line for line in done.stderr.splitlines() if "current" in line)
+    assert line == "warning: ab.csv: a current for 40 s."
+    assert "`--out DIR`" in done.stderr
+
+
 @pytest.mark.usefixtures("undrawn")
 def test_without_any_score_the_work_failed(folder, call):
     (folder / "wild.yaml").write_text("{name: wild, terms: {X Y N: 'u^2 v^2 r^2 uv ur vr'}}")

@@ -56,9 +56,12 @@ def check_log(
 
 def check_training(vehicle: hd.Vehicle, log: hd.Log, models: Models) -> None:
     """Check a log as any, name models that nothing drives, refuse too few samples for all."""
+    from hydrodamp.conditioning.current import carries
     from hydrodamp.simulation.checks import nothing_drives
 
     check_log(vehicle, log, models)
+    if carried := carries(log):
+        warnings.warn(f"{log.source or 'log'}: {carried}", HydrodampWarning, stacklevel=2)
     free = [model.restricted_to(vehicle.axes) for model in models]
     for model in free:
         if told := nothing_drives(vehicle, log, (model,)):
@@ -121,7 +124,9 @@ def carry_out(task: Task, said: dict[str, str], resume: bool, json: bool) -> Non
             "command with `--resume` makes the rest."
         )
         raise typer.Exit(INTERRUPTED)
-    if task.out is not None:
+    if task.out is None:
+        note("Nothing is kept: with `--out DIR` come the fits, tables, pictures and a report.")
+    else:
         illustrate(comparison, task.vehicle, task.train, task.out)
     if all(row.rms is None for row in comparison.rows):
         outcomes = dict.fromkeys(row.status.word for row in comparison.rows)

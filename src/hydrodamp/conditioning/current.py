@@ -25,6 +25,27 @@ _LIKELY = 1.0  # m/s, a priori standard deviation of the current
 _SIDESLIP = 0.03  # of the median surge, a priori standard deviation of the steady drift
 _LONGEST = 40000  # samples; more are thinned out
 _LEAST = 10  # samples
+_MANY = 60_000  # samples, beyond which a current is not looked for unasked
+_TIDE = 300.0  # s, below which a current is not looked for unasked
+_DRIFT = 0.05  # m/s, less is the tether or the tank
+
+
+def carries(log: Log) -> str:
+    """Return a sentence where velocities are over ground and a current is in them."""
+    if log.n > _MANY or log.duration < _TIDE:
+        return ""
+    try:
+        current = estimate_current(log)
+    except LogError:
+        return ""
+    sizes = np.linalg.norm(current.velocity, axis=1)
+    doubt = np.linalg.norm(current.standard_error, axis=1)
+    if not current.determined or float(np.median(sizes - 3 * doubt)) <= _DRIFT:
+        return ""
+    return (
+        "velocities are over ground, in a current of "
+        f"{sizes.min():.2g} to {sizes.max():.2g} m/s: the step `without_current` takes it out."
+    )
 
 
 def _under_way(log: Log) -> IntArray:

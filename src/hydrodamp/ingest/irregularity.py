@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from enum import Enum
 
@@ -41,13 +42,22 @@ class Irregularity:
     what: str = ""
 
     def told(self, first: float = 0.0) -> str:
-        """Return one sentence; times count from the first sample of the log."""
+        """Return what is odd; times count from the first sample of the log."""
         thing = "message" if self.topic else "row"
-        sentence = self.oddity.value.format(
+        return self.oddity.value.format(
             count=f"{self.count} {thing}{'s' if self.count != 1 else ''}",
             times="once" if self.count == 1 else f"{self.count} times",
             at=moment(self.at, first),
             limit=self.limit,
             what=self.what,
         )
-        return f"`{self.topic}`: {sentence}" if self.topic else sentence
+
+
+def sentences(found: Iterable[Irregularity], first: float) -> Iterator[tuple[Oddity, str]]:
+    """Yield one sentence on every oddity, with all topics of which it is true."""
+    topics: dict[tuple[Oddity, str], list[str]] = {}
+    for one in found:
+        topics.setdefault((one.oddity, one.told(first)), []).append(one.topic)
+    for (oddity, told), names in topics.items():
+        whose = " ".join(f"`{name}`" for name in names if name)
+        yield oddity, f"{whose}: {told}" if whose else told

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from typing import Any
 
 from hydrodamp.ingest.probing.delay import Delay
@@ -77,14 +77,6 @@ def _topics(found: Probe) -> Grid:
             notes.append(f"{name}: no column increases; there is no clock.")
         if topic.backward:
             notes.append(f"{name}: {topic.backward} times the clock stands still or goes back.")
-    first = min((one.start for one in found.topics if one.start is not None), default=0.0)
-    notes.append(f"Times count from the first sample of all, {first:.3f} s by its clock.")
-    topics = [
-        replace(one, start=one.start - first, end=one.end - first)
-        if one.start is not None and one.end is not None
-        else one
-        for one in found.topics[:LISTED]
-    ]
     units = sorted({unit for topic in found.topics for _, unit in topic.units})
     notes.append(f"Units the file states: {', '.join(units) or 'none'}.")
     columns = {
@@ -94,9 +86,10 @@ def _topics(found: Probe) -> Grid:
         "rate [Hz]": ("rate", ".3g"),
         "jitter": ("jitter", ".0%"),
         "gap [s]": ("longest_gap", ".3g"),
-        "from [s]": ("start", ".2f"),
+        "from, by its clock [s]": ("start", ".2f"),
         "to [s]": ("end", ".2f"),
     }
+    topics = found.topics[:LISTED]
     return Grid.of_items(f"{found.source}: {found.format}", topics, columns, notes)
 
 
@@ -146,7 +139,7 @@ def _earth_fixed(found: Probe) -> bool | None:
 
 def _presets(found: Probe) -> Iterator[str]:
     for one in found.presets:
-        yield f"Preset `{one.name}` fits: {one.channels} channels found."
+        yield f"Preset `{one.name}` fits: {one.channels} channels (`--mapping {one.name}`)."
     if not found.presets:
         yield "No shipped preset fits."
 

@@ -136,13 +136,18 @@ def _commands(vehicle: Vehicle, log: Log, models: Sequence[DampingModel]) -> Ite
     users = {"a term": of_terms - recorded}
     if log.wrench is None:
         users[f"an actuator of '{vehicle.name}'"] = of_actuators - of_terms - recorded
-    for user, absent in users.items():
-        if absent:
-            near = "".join(did_you_mean(name, recorded) for name in sorted(absent))
-            yield (
-                f"there is no command {_quoted(sorted(absent))}, which {user} uses.{near} "
-                f"The log has {_quoted(log.command_names) or 'no command'}."
-            )
+    lacking = [
+        f"{_quoted(sorted(names))}, which {user} uses" for user, names in users.items() if names
+    ]
+    if lacking:
+        names = sorted(set().union(*users.values()))
+        alike = ((name, get_close_matches(name, recorded, n=1, cutoff=0.7)) for name in names)
+        near = "".join(did_you_mean(name, its) for name, its in alike)
+        yield (
+            f"there is no command {', nor '.join(lacking)}.{near} The log has "
+            f"{_quoted(log.command_names) or 'no command'}. What a mapping leaves out of a "
+            "recording is none: name its column under `commands`."
+        )
 
 
 def _attitude(vehicle: Vehicle, log: Log, models: Sequence[DampingModel]) -> Iterator[str]:

@@ -112,6 +112,17 @@ def test_a_drop_out_becomes_a_cut_and_is_told() -> None:
     assert any("`/dvl`: once no message for longer than 1.25 s" in note for note in log.notes)
 
 
+def test_times_told_count_from_the_first_sample_of_the_log() -> None:
+    """A gyroscope from 0 s and a Doppler log from 5.03 s that drops out after 7.78 s."""
+    keep = (SLOW > 5) & ((SLOW < 8) | (SLOW > 11))
+    dvl, fin = ({"v.x": 1 + 0.1 * SLOW[keep]}, {"angle": SLOW[keep]})
+    log = read(dive(Topic("/dvl", SLOW[keep], dvl), Topic("/fin", SLOW[keep], fin)), mapping())
+    assert log.time[0] == pytest.approx(5.1)
+    told = "`/dvl` `/fin`: once no message for longer than 1.25 s (first after 2.68 s (by the clock"
+    (note,) = (note for note in log.notes if "no message" in note)
+    assert note.startswith(told), note
+
+
 def test_numbers_that_are_missing_are_passed_over_and_told() -> None:
     speed = np.where(np.isin(np.arange(len(SLOW)), (10, 11)), np.nan, 1 + 0.1 * SLOW)
     log = read(dive(Topic("/dvl", SLOW, {"v.x": speed})), mapping())

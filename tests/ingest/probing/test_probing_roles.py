@@ -132,6 +132,8 @@ def test_columns_without_names_fit_a_preset_by_the_way_they_make(table) -> None:
         columns = enumerate((time, *way.T, 0 * time, *speed.T, *rest, time), start=1)
         found = probe(table(**{f"column {place}": one for place, one in columns}))
         assert [one.name for one in found.presets] == presets
+        assert ("extends: kvlcc2-hsva\n" in found.draft.text) == bool(presets)
+        assert found.draft.confidence == (70 if presets else 0)
 
 
 def test_a_rudder_that_stands_still_stays_in_the_draft(table: Table, dive) -> None:

@@ -14,12 +14,12 @@ from hydrodamp.basis.atoms import VELOCITIES
 from hydrodamp.data.attitude import in_body, product, quaternion_from_euler, rotation
 from hydrodamp.data.canonical import record_of_columns, runs_in_degrees
 from hydrodamp.data.channels import ACCELERATION, ATTITUDE, EULER, POSITION, SPECIFIC_FORCE, WRENCH
-from hydrodamp.data.record import Record, side_by_side
+from hydrodamp.data.record import Record, side_by_side, split
 from hydrodamp.data.recording import Recording
 from hydrodamp.data.units import factor
 from hydrodamp.errors import ClockWarning, LogError
 from hydrodamp.ingest.formats.files import LEFT_OUT
-from hydrodamp.ingest.irregularity import Oddity
+from hydrodamp.ingest.irregularity import Oddity, sentences
 from hydrodamp.ingest.mapping.finding import find, locate, meant, renamed
 from hydrodamp.ingest.mapping.sampler import Sampler
 from hydrodamp.ingest.mapping.schema import RECORDED, SINGLE, Entry, MappingFile, Source
@@ -55,7 +55,8 @@ def record_of(mapping: MappingFile, recording: Recording) -> Record:
     faults = [*made.faults, *faults]
     if faults or record is None:
         raise LogError(faults or ["there are no samples"], source=recording.source)
-    odd = [(one.oddity, one.told(float(record.time[0]))) for one in sampler.irregularities]
+    first = float(record.time[np.argmax(split(record)[0])])
+    odd = [*sentences(sampler.irregularities, first)]
     if told := [sentence for oddity, sentence in odd if oddity not in _EXPECTED]:
         warnings.warn(f"{recording.source}: {'; '.join(told)}", ClockWarning, stacklevel=3)
     notes = (*recording.notes, *_summary(mapping, sampler), *(sentence for _, sentence in odd))

@@ -46,13 +46,12 @@ class Draft:
 def draft(recording: Recording, roles: Roles) -> Draft:
     """Write a mapping file from guesses, and list what is not in it."""
     used = drafted(roles)
-    name = ", ".join(Path(one).name for one in recording.source.split(", "))
     driven = [one for one in roles.all_of("commands") if one.confidence >= LEAST][:_COMMANDS]
     motion = [one for one in used if one.role.startswith(("velocity.", "attitude."))]
     groups = {one.role.partition(".")[0] for one in used}
     is_whole = "velocity" in groups or {"attitude", "position"} <= groups
     lines = [
-        *_told(f"Drafted by `hydrodamp probe` from {name or 'a recording'}; check every line."),
+        *_headed(recording),
         *_files(recording),
         *_axes(roles),
         *_time(recording, roles, (*used, *driven)),
@@ -65,6 +64,16 @@ def draft(recording: Recording, roles: Roles) -> Draft:
     ]
     least = min((one.confidence for one in motion), default=0)
     return Draft("\n".join(lines) + "\n", least if is_whole and roles.clocks else 0)
+
+
+def extending(recording: Recording, preset: str) -> Draft:
+    """Take the whole mapping from a preset that has all its columns in a recording."""
+    return Draft("\n".join([*_headed(recording), f"extends: {preset}"]) + "\n", SURE)
+
+
+def _headed(recording: Recording) -> list[str]:
+    name = ", ".join(Path(one).name for one in recording.source.split(", "))
+    return _told(f"Drafted by `hydrodamp probe` from {name or 'a recording'}; check every line.")
 
 
 def _told(text: str) -> list[str]:

@@ -16,7 +16,7 @@ from hydrodamp.files import parse_yaml
 from hydrodamp.ingest.mapping import LogMapping, presets, read_mapping
 from hydrodamp.ingest.mapping.finding import find
 from hydrodamp.ingest.probing.columns import Ticking, clocks_of
-from hydrodamp.ingest.probing.draft import Draft, draft
+from hydrodamp.ingest.probing.draft import Draft, draft, extending
 from hydrodamp.ingest.probing.names import NO_ROLE
 from hydrodamp.ingest.probing.roles import Roles, guess_roles
 from hydrodamp.ingest.probing.verdict import Needs, Verdict, verdict
@@ -153,7 +153,10 @@ def probe(recording: Recording, *others: Recording) -> Probe:
     >>> found.roles.rates.unit
     'deg/s'
     """
-    roles = guess_roles(recording, others)
+    roles, presets = guess_roles(recording, others), fitting(recording)
+    drafted = draft(recording, roles)
+    if drafted.confidence < SUFFICES and presets:
+        drafted = extending(recording, presets[0].name)
     return Probe(
         source=recording.source,
         format=recording.format,
@@ -161,8 +164,8 @@ def probe(recording: Recording, *others: Recording) -> Probe:
         topics=tuple(facts_of(one, roles.clocks.get(one.name)) for one in recording.topics),
         roles=roles,
         without_role=tuple(name for name, why in roles.silent.items() if why == NO_ROLE),
-        presets=fitting(recording),
-        draft=draft(recording, roles),
+        presets=presets,
+        draft=drafted,
     )
 
 
@@ -236,16 +239,13 @@ def judge(
     if len(tables) == len(recordings) and all(map(is_canonical, tables)):
         return judged("")
     reason = "the roles of its columns are too unsure to make a log of"
-    fit = [(f"by the preset {one.name}", one.name) for one in found.presets]
-    for made, preset in [("by the draft", ""), *fit]:
-        if not preset and found.draft.confidence < SUFFICES:
-            continue
+    if found.draft.confidence >= SUFFICES:
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", HydrodampWarning)
-                return replace(judged(made, preset or found.mapping()), guessed=True)
+                return replace(judged("by the draft", found.mapping()), guessed=True)
         except HydrodampError as error:
-            reason = f"{made}: {error}"
+            reason = f"by the draft: {error}"
     return Judged("", None, guessed=True, reason=reason)
 
 

@@ -11,13 +11,12 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES, VELOCITIES
 from hydrodamp.conditioning.agreement import Size
-from hydrodamp.conditioning.current import estimate_current
+from hydrodamp.conditioning.current import carries
 from hydrodamp.conditioning.derived import rates_from_attitude
 from hydrodamp.conditioning.suspicions import Suspicion, suspicions
 from hydrodamp.data.agreement import roughness
 from hydrodamp.data.channels import unit_of
 from hydrodamp.data.log import Log, arrays, velocities
-from hydrodamp.errors import HydrodampError
 from hydrodamp.ingest.probing.delay import Delay, delays
 
 _WELL = 2.0  # times the deviation that is hardly any is excitation worth speaking of
@@ -27,9 +26,6 @@ _UNEVEN = 0.25  # of a step
 _SEEN = 0.05  # of the growth of a velocity, from which a command is seen to act
 _MOTIONS = {"u": "surge", "v": "sway", "w": "heave", "p": "roll", "q": "pitch", "r": "yaw"}
 _SHIP = {"u", "v", "r"}
-_MANY = 60_000  # samples, beyond which a current is not looked for
-_TIDE = 300.0  # s, below which a current is not looked for
-_DRIFT = 0.05  # m/s, less is the tether or the tank
 _SLOW = 0.25  # s, a step of a small vehicle above which its accelerations are hardly resolved
 _SHORT = 60.0  # s, below which little is determined of one
 
@@ -239,7 +235,8 @@ def _reservations(
     constant = [channel.name for channel in commands if channel.low == channel.high]
     if constant:
         yield f"commands that never change: {' '.join(constant)}."
-    yield from _current(log)
+    if carried := carries(log):
+        yield carried
     if log.acceleration is None:
         yield "no recorded acceleration: least squares differentiates the velocities."
 
@@ -259,20 +256,3 @@ def _unseen(log: Log, late: Sequence[Delay]) -> Iterator[str]:
     driven = log.wrench is not None and bool(np.ptp(log.wrench, axis=0).any())
     if driven and not any(one.command in AXES and one.share >= _SEEN for one in late):
         yield "no axis of the recorded wrench is seen to move the vehicle."
-
-
-def _current(log: Log) -> Iterator[str]:
-    """Yield whether velocities are over ground and a current is in them."""
-    if log.n > _MANY or log.duration < _TIDE:
-        return
-    try:
-        current = estimate_current(log)
-    except HydrodampError:
-        return
-    sizes = np.linalg.norm(current.velocity, axis=1)
-    doubt = np.linalg.norm(current.standard_error, axis=1)
-    if current.determined and float(np.median(sizes - 3 * doubt)) > _DRIFT:
-        yield (
-            "velocities are over ground, in a current of "
-            f"{sizes.min():.2g} to {sizes.max():.2g} m/s: the step `without_current` takes it out."
-        )
