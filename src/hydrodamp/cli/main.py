@@ -14,6 +14,7 @@ from hydrodamp.cli.datasets import datasets
 from hydrodamp.cli.demo import demo
 from hydrodamp.cli.export import export
 from hydrodamp.cli.identify import identify
+from hydrodamp.cli.live import live
 from hydrodamp.cli.models import models
 from hydrodamp.cli.output import INTERRUPTED, guarded
 from hydrodamp.cli.probe import probe
@@ -37,6 +38,7 @@ vehicle_app = typer.Typer(help="Vehicle files.", no_args_is_help=True, rich_mark
 COMMANDS = (
     *(demo, models, datasets, probe, convert, compare, validate, identify, simulate, report),
     export,
+    live,
 )
 for command in COMMANDS:
     app.command()(guarded(command))

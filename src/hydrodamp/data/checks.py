@@ -14,11 +14,11 @@ from hydrodamp.data.channels import BLOCKS, unit_of
 from hydrodamp.data.record import Record, Segment, copied, first_few, split, unrecorded
 
 #: Largest component of a recorded velocity [m/s, rad/s]; beyond it a replay has diverged.
-_FASTEST = 50.0
+FASTEST = 50.0
 
 _DEGREES_SLOPE = (50.0, 65.0)  # of recorded on differentiated rates in deg/s (180/pi = 57.3)
-_NEARLY_UNIT = 1e-3  # how far the norm of a quaternion may be off one
-_ROUNDING = 1e-12  # how far it is off one by rounding alone
+NEARLY_UNIT = 1e-3  # how far the norm of a quaternion may be off one
+ROUNDING = 1e-12  # how far it is off one by rounding alone
 _LISTED = 3
 
 
@@ -58,7 +58,7 @@ def checked_blocks(given: Mapping[str, Any]) -> tuple[dict[str, FloatArray], lis
     if "attitude" in blocks and not faults:
         norm = np.linalg.norm(blocks["attitude"], axis=1, keepdims=True)
         # Quaternions of norm 1 are kept to the bit.
-        off = np.abs(norm - 1) > _ROUNDING
+        off = np.abs(norm - 1) > ROUNDING
         blocks["attitude"] = frozen(np.where(off, blocks["attitude"] / norm, blocks["attitude"]))
     return blocks, faults
 
@@ -130,7 +130,7 @@ def _norm_faults(attitude: FloatArray | None, place: Callable[[int], str]) -> li
     norm = np.linalg.norm(attitude, axis=1)
     odd = [
         f"the quaternion qw qx qy qz must have norm 1; it is {norm[row]:.4g} in {place(row)}"
-        for row in np.flatnonzero(np.abs(norm - 1) > _NEARLY_UNIT).tolist()
+        for row in np.flatnonzero(np.abs(norm - 1) > NEARLY_UNIT).tolist()
     ]
     return first_few(odd, _LISTED, "such quaternions")
 
@@ -138,16 +138,16 @@ def _norm_faults(attitude: FloatArray | None, place: Callable[[int], str]) -> li
 def _speed_faults(
     velocity: FloatArray, place: Callable[[int], str], names: Sequence[str]
 ) -> Iterator[str]:
-    """Yield a sentence for each velocity that is larger than :data:`_FASTEST`."""
+    """Yield a sentence for each velocity that is larger than :data:`FASTEST`."""
     for name, values in zip(VELOCITIES, velocity.T, strict=True):
-        over = np.flatnonzero((np.abs(values) > _FASTEST) & np.isfinite(values)).tolist()
+        over = np.flatnonzero((np.abs(values) > FASTEST) & np.isfinite(values)).tolist()
         if name not in names or not over:
             continue
         first, unit = over[0], unit_of(name)
         tail = f", the first of {len(over)}" if len(over) > 1 else ""
         degrees = "If rates are in deg/s, convert them. " if unit == "rad/s" else ""
         yield (
-            f"`{name}` must be at most {_FASTEST:g} {unit} in size; it is {values[first]:.4g} in"
+            f"`{name}` must be at most {FASTEST:g} {unit} in size; it is {values[first]:.4g} in"
             f" {place(first)}{tail}. {degrees}If it is a spike, put NaN or nothing there: that"
             " marks a missing sample"
         )

@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import block_diag
 
-from hydrodamp.arrays import FloatArray, frozen
+from hydrodamp.arrays import BoolArray, FloatArray, frozen
+from hydrodamp.basis.basis import guarded_speed
 from hydrodamp.errors import MethodError, demand
 from hydrodamp.identification.differences import mean_square
 from hydrodamp.identification.fit import Fit, empty_fit, fitted
@@ -93,6 +94,9 @@ class RecursiveLeastSquares:
     start : Damping, optional
         Coefficients to start from, such as a published set; the paper's start by
         default.
+    usual : tuple of 6 floats, optional
+        Velocities u v w [m/s] p q r [rad/s] that give each term its usual size, with channels of
+        one, where there is no log to take it from.
 
     Raises
     ------
@@ -109,9 +113,12 @@ class RecursiveLeastSquares:
     memory: float = 600.0
     prior: float = 1.0
     start: Damping | None = None
+    usual: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
         """Refuse settings that make no sense."""
+        if self.usual is not None:
+            demand(_is_usual(self.usual), "usual", "six positive numbers", self.usual)
         for name in ("block", "prior"):
             given = getattr(self, name)
             demand(0.0 < given < np.inf, name, "positive and finite", given)
@@ -121,12 +128,15 @@ class RecursiveLeastSquares:
     key = "rls"
 
     def bind(self, source: Problem | Columns, model: DampingModel) -> RecursiveAdaptation:
-        """Bind the settings to a plant and a model; the prior follows the problem's log."""
-        problem = with_log(source, "size of each term")
-        columns = problem.columns
+        """Bind the settings to a plant and a model; sizes follow the log, or what is usual."""
+        columns = source if isinstance(source, Columns) else source.columns
         free = model.restricted_to(columns.vehicle.axes)
         rows, axes = columns.entries(free)
-        size = self.block * np.sqrt(self.prior * mean_square(problem)[rows - columns.n_known])
+        if self.usual is None:
+            square = mean_square(with_log(source, "size of each term"))
+        else:
+            square = _usual_square(columns, self.usual)
+        size = self.block * np.sqrt(self.prior * square[rows - columns.n_known])
         if not np.all(np.isfinite(size)):
             raise MethodError(
                 "a term's mean square is not finite: look for absurd numbers in the log."
@@ -146,7 +156,7 @@ class RecursiveLeastSquares:
         Parameters
         ----------
         source : Problem or Columns
-            Equation 1 as one table; a problem, such as one of last week's dive.
+            Equation 1 as one table; without ``usual`` a problem, such as one of last week's dive.
         model : DampingModel
             Which terms.
         sample : Sample
@@ -225,6 +235,60 @@ class RecursiveLeastSquares:
             aliased=tuple(group for groups in aliased for group in groups),
             status=Status.OK if rank == bound.model.n_coefficients else Status.BY_PRIOR,
         )
+
+
+class Knowledge(NamedTuple):
+    """How far an estimate can be trusted as it goes."""
+
+    covariance: FloatArray  # of all coefficients
+    is_told: BoolArray  # by coefficient: the data tell more of it than the prior
+    excitation: FloatArray  # by axis: along the direction told least, data over prior
+
+
+def known(state: RecursiveState) -> Knowledge:
+    """Return what is known of each coefficient at a state."""
+    bound, estimate = state.adaptation, state.estimate
+    recursion, covariances, left, weakest = bound.recursion, [], [], np.zeros(6)
+    for axis in range(6):
+        covariances.append(_known(bound, estimate, axis)[0])
+        _, information = recursion.of(axis, estimate.information)
+        left.append(np.linalg.inv(np.eye(len(information)) + information).diagonal())
+        weakest[axis] = max(0.0, np.linalg.eigvalsh(information).min(initial=np.inf))
+    return Knowledge(block_diag(*covariances), np.concatenate(left) <= _TOLD, weakest)
+
+
+def missing_share(state: RecursiveState, coefficients: FloatArray) -> FloatArray:
+    """Return the share of each axis's damping wrench that the data miss in other coefficients."""
+    recursion, estimate, share = state.adaptation.recursion, state.estimate, np.zeros(6)
+    unit = recursion.unit
+    scale = np.divide(1.0, unit, out=np.zeros(len(unit)), where=unit > 0.0)
+    for axis in range(6):
+        part, information = recursion.of(axis, estimate.information)
+        given, wanted = scale[part] * coefficients[part], scale[part] * estimate.coefficients[part]
+        missing, size = ((one @ information @ one) for one in (wanted - given, given))
+        share[axis] = np.sqrt(missing / size) if size > 0.0 else np.inf
+    return share
+
+
+# Of the prior's variance, what may be left of a coefficient that the data tell.
+_TOLD = 0.5
+
+# A tilt and a propeller's pull that make no term zero.
+_DOWN, _PULL = (0.3, 0.3, 0.9), 1.3
+
+
+def _is_usual(velocity: tuple[float, ...]) -> bool:
+    return len(velocity) == 6 and all(0.0 < one < np.inf for one in velocity)
+
+
+def _usual_square(columns: Columns, velocity: tuple[float, ...]) -> FloatArray:
+    """Return the square of every unknown term at usual velocities."""
+    plant = columns.plant
+    moving = np.array([velocity])
+    pull = _PULL * guarded_speed(moving)
+    channels = np.ones((1, plant.n_channels))
+    terms = core.regressor(plant.factors, moving, np.array([_DOWN]), channels, pull)
+    return np.asarray(terms[0, columns.n_known :] ** 2)
 
 
 def _known(

@@ -1,0 +1,99 @@
+"""``hydrodamp live``: the identifier on board, from samples to estimates."""
+
+from __future__ import annotations
+
+import json
+import signal
+import sys
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+import hydrodamp as hd
+from hydrodamp.cli import choose, options
+from hydrodamp.cli.output import note
+from hydrodamp.errors import ProblemError
+
+if TYPE_CHECKING:
+    from hydrodamp.live.run import Run
+
+_MODEL = "A model by name, a YAML file of one, or FILE:NAME. [required]"
+_SOURCE = "`stdin` (JSON lines or a canonical CSV), udp://HOST:PORT (JSON), or a log. [required]"
+_STATE = "Keep the state here, each ten seconds and at the end, and go on with what is there."
+_EVERY = "Print a line each so many seconds of samples."
+_ALLOW = "Let an address be bound that other machines reach."
+
+
+def live(
+    vehicle: options.VehicleName = "",
+    model: Annotated[str, typer.Option(metavar="M", help=_MODEL, show_default=False)] = "",
+    source: Annotated[str, typer.Option(metavar="S", help=_SOURCE, show_default=False)] = "",
+    method: Annotated[
+        str, typer.Option(metavar="KEY", help="How: rls, or ai with the paper's gains.")
+    ] = "rls",
+    mapping: options.MappingFile = None,
+    state: Annotated[Path | None, typer.Option(metavar="FILE", help=_STATE)] = None,
+    every: Annotated[float, typer.Option(metavar="S", help=_EVERY)] = 1.0,
+    paced: Annotated[bool, typer.Option("--paced", help="Read a log at its own pace.")] = False,
+    allow: Annotated[bool, typer.Option("--allow", help=_ALLOW)] = False,
+) -> None:
+    """Identify on board, sample by sample: JSON lines of estimates on standard output."""
+    from hydrodamp.files import check_file
+    from hydrodamp.live import sources
+    from hydrodamp.live.loop import METHODS
+    from hydrodamp.live.run import Run
+
+    if not source:
+        raise ProblemError("`--source` is missing: `stdin`, udp://HOST:PORT, or a log.")
+    if not every > 0.0:
+        raise ProblemError(f"`--every` must be positive; got {every:g}.")
+    if method not in METHODS:
+        raise hd.MethodError(f"`--method` must be one of {', '.join(METHODS)}; got '{method}'.")
+    if state is not None:
+        check_file(state)
+    craft, named = choose.choose_vehicle(vehicle), choose.choose_model(model)
+    if not named:
+        raise ProblemError("`--model sparse` is selected from a whole log, so not on board.")
+    run = Run(craft, named[0], method, _print, note, every, state)
+    rows: Iterable[Any]
+    if source == "stdin" or source.startswith("udp:"):
+        if mapping is not None:
+            raise ProblemError("`--mapping` goes with a log; a stream has canonical names.")
+        waiting = sources.Waiting(keeps_all=source == "stdin")
+        if source == "stdin":
+            rows = waiting.fed_by(sources.of_lines())
+        else:
+            bound = sources.bound_socket(source, allow)
+            note("listening at {}, port {}".format(*bound.getsockname()))
+            rows = waiting.fed_by(sources.of_datagrams(bound))
+        run.dropped = lambda: waiting.dropped
+    else:
+        run.log = hd.read_log(source, mapping)
+        rows = sources.of_log(run.log, paced)
+    with _stopped_by_signals(run):
+        run.go(rows)
+
+
+def _print(line: dict[str, Any]) -> None:
+    sys.stdout.write(json.dumps(line, allow_nan=False) + "\n")
+    sys.stdout.flush()
+
+
+@contextmanager
+def _stopped_by_signals(run: Run) -> Iterator[None]:
+    """End a run after the sample under way at a signal, its state kept."""
+
+    def stop(*_: object) -> None:
+        run.is_stopped = True
+
+    names = ("SIGINT", "SIGTERM", "SIGHUP")
+    there = [getattr(signal, name) for name in names if hasattr(signal, name)]
+    before = {one: signal.signal(one, stop) for one in there}
+    try:
+        yield
+    finally:
+        for one, handler in before.items():
+            signal.signal(one, handler)

@@ -1,0 +1,1 @@
+"""On the vehicle: samples in, estimates out, sample by sample."""

@@ -1,0 +1,145 @@
+"""The identifier at work, without any I/O: a row in, a state out; estimates of a state."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from hydrodamp.arrays import FloatArray
+from hydrodamp.basis.atoms import AXES
+from hydrodamp.data.channels import SEGMENT
+from hydrodamp.errors import HydrodampError, MethodError
+from hydrodamp.identification import adaptive, recursive
+from hydrodamp.kernels.plant import Sample
+from hydrodamp.live.rows import Row, columns_for, number, sample_of, velocity_of
+from hydrodamp.live.screen import BEGIN, LEFT_OUT, TAKEN, Screen, judge
+from hydrodamp.models.model import DampingModel
+from hydrodamp.vehicle.vehicle import Vehicle
+
+#: Velocities that terms are scaled by on board, where no log tells their sizes.
+USUAL = (1.0, 0.1, 0.1, 0.1, 0.1, 0.1)
+
+#: Methods that run on board.
+METHODS = ("rls", "ai")
+
+
+class State(NamedTuple):
+    """Where a live run stands.
+
+    Recursive least squares always runs: beside the adaptive identifier it tells what is excited,
+    and what has not settled.
+    """
+
+    rls: recursive.RecursiveState
+    ai: adaptive.State | None
+    screen: Screen
+    seen: int  # rows of the source
+    counts: dict[str, int]  # taken, left out by kind, runs by what began them
+
+    @property
+    def coefficients(self) -> FloatArray:
+        """The present estimate, in the order of the model's labels."""
+        if self.ai is None:
+            return self.rls.estimate.coefficients
+        return np.asarray(self.ai.matrix[self.ai.adaptation.entries])
+
+    @property
+    def digest(self) -> str:
+        """What tells whether a state is of this vehicle, model and method."""
+        columns, recursion = self.rls.adaptation.columns, self.rls.adaptation.recursion
+        plant = columns.plant
+        seen = hashlib.sha256(repr((self.rls.adaptation.model.labels, columns.channels)).encode())
+        arrays = [plant.mass_matrix, plant.free, plant.factors, recursion.known, recursion.unit]
+        arrays += [] if self.ai is None else [self.ai.adaptation.gains.a]
+        arrays += [] if self.ai is None else [self.ai.adaptation.gains.gamma]
+        for array in arrays:
+            seen.update(np.ascontiguousarray(array).data)
+        seen.update(repr((recursion.block, recursion.forgetting)).encode())
+        return seen.hexdigest()
+
+
+_RLS, _AI = recursive.RecursiveLeastSquares(usual=USUAL), adaptive.AdaptiveIdentifier()
+
+
+def begin(vehicle: Vehicle, model: DampingModel, method: str, row: Row) -> State:
+    """Return the state before a first row, which tells what is measured; it is not taken yet."""
+    if method not in METHODS:
+        raise MethodError(f"`--method` must be one of {', '.join(METHODS)}; got '{method}'.")
+    columns = columns_for(vehicle, model, row)
+    sample = sample_of(columns, row, velocity_of(row, vehicle.free.tolist()), None)
+    ai = _AI.init(columns, model, sample) if method == "ai" else None
+    return State(_RLS.init(columns, model, sample), ai, Screen(), 0, {TAKEN: 0})
+
+
+def take(state: State, row: Row) -> tuple[State, str]:
+    """Return the state after a row, and what became of it."""
+    if not row:
+        return _counted(state, "unreadable"), "unreadable"
+    columns, last = state.rls.adaptation.columns, state.rls.last
+    velocity = velocity_of(row, columns.vehicle.free.tolist())
+    segment = str(row.get(SEGMENT, ""))
+    screen, told = judge(state.screen, number(row, "time"), velocity, segment)
+    rls, ai = state.rls, state.ai
+    if told not in LEFT_OUT:
+        try:
+            sample = sample_of(columns, row, velocity, None if told in BEGIN else last)
+        except HydrodampError:
+            screen, told = state.screen._replace(is_broken=True), "incomplete"
+        else:
+            rls, ai = _moved(rls, ai, sample, told in BEGIN)
+    return _counted(State(rls, ai, screen, state.seen, state.counts), told), told
+
+
+def _counted(state: State, told: str) -> State:
+    counts = state.counts | {told: state.counts.get(told, 0) + 1}
+    if told in BEGIN:
+        counts[TAKEN] += 1
+    return state._replace(seen=state.seen + 1, counts=counts)
+
+
+def _moved(
+    rls: recursive.RecursiveState, ai: adaptive.State | None, sample: Sample, begins: bool
+) -> tuple[recursive.RecursiveState, adaptive.State | None]:
+    if begins:
+        return rls.restarted(sample), None if ai is None else ai.restarted(sample)
+    return _RLS.step(rls, sample), None if ai is None else _AI.step(ai, sample)
+
+
+def estimates(state: State) -> dict[str, Any]:
+    """Return what is told of a state: strict JSON, null where there is no number."""
+    known = recursive.known(state.rls)
+    bound, settled = state.rls.adaptation, _settled(state)
+    axes = bound.recursion.axes
+    told = zip(
+        bound.model.labels,
+        state.coefficients.tolist(),
+        np.sqrt(known.covariance.diagonal()).tolist(),
+        (known.is_told & settled[axes]).tolist(),
+        strict=True,
+    )
+    return {
+        "time": None if math.isnan(state.screen.time) else state.screen.time,
+        "method": "rls" if state.ai is None else "ai",
+        "coefficients": {
+            label: {
+                "value": value if math.isfinite(value) else None,
+                "standard_error": error if state.ai is None else None,
+                "determined": is_determined,
+            }
+            for label, value, error, is_determined in told
+        },
+        "excitation": {
+            axis: float(known.excitation[i]) for i, axis in enumerate(AXES) if (axes == i).any()
+        },
+        "counts": state.counts,
+    }
+
+
+def _settled(state: State) -> np.ndarray:
+    """Return on which axes the coefficients are where the data want them, shape (6,)."""
+    if state.ai is None:
+        return np.ones(6, dtype=np.bool_)
+    return recursive.missing_share(state.rls, state.coefficients) <= adaptive.SETTLED

@@ -1,0 +1,126 @@
+"""A live run: rows are taken, lines told, the state kept; whatever comes, it goes on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from time import monotonic
+from typing import Any
+
+from hydrodamp.data.log import Log
+from hydrodamp.errors import FileError, HydrodampError, ProblemError
+from hydrodamp.live.keeping import load, save
+from hydrodamp.live.loop import State, begin, estimates, take
+from hydrodamp.live.rows import Row
+from hydrodamp.live.screen import BEGIN, LEFT_OUT
+from hydrodamp.models.model import DampingModel
+from hydrodamp.vehicle.vehicle import Vehicle
+
+_INTERVAL = 10.0  # s, between two writings of the state
+
+
+@dataclass
+class Run:
+    """What is run, and where it stands."""
+
+    vehicle: Vehicle
+    model: DampingModel
+    method: str
+    tell: Callable[[dict[str, Any]], None]  # a line of estimates
+    say: Callable[[str], None]  # a sentence
+    every: float = 1.0  # s of samples from line to line
+    path: Path | None = None  # of the state
+    log: Log | None = None  # the source, where it is one
+    dropped: Callable[[], int] = lambda: 0  # rows for which there was no room
+    state: State | None = None
+    is_stopped: bool = False
+
+    def go(self, rows: Iterable[Row | None]) -> None:
+        """Take every row, None for a while without one; the end is told and kept."""
+        kept, skip, failed, why = monotonic(), 0, 0, ""
+        for index, row in enumerate(rows):
+            if self.is_stopped:
+                break
+            if row is not None and self.state is None:
+                try:
+                    skip = self._begun(row, failed)
+                except HydrodampError as error:
+                    failed, why = failed + 1, why or str(error)
+                    if failed == 1:
+                        self.say(f"samples are left out until one will do: {why}")
+            if row is not None and self.state is not None and index >= skip:
+                self._take(self.state, row)
+            if monotonic() - kept > _INTERVAL:
+                self.keep()
+                kept = monotonic()
+        self.keep()
+        if self.state is None:
+            raise ProblemError(f"there was no sample to begin with. {why}".strip())
+        self.show()
+
+    def show(self) -> None:
+        """Tell where the estimate stands."""
+        if self.state is not None:
+            told = estimates(self.state)
+            told["counts"] = told["counts"] | {"dropped": self.dropped()}
+            self.tell(told)
+
+    def keep(self) -> None:
+        """Write the state; a disk that is full ends nothing."""
+        if self.path is not None and self.state is not None:
+            try:
+                save(self.state, self.path)
+            except FileError as error:
+                self.say(f"The state is not kept: {error}")
+
+    def _begun(self, row: Row, failed: int) -> int:
+        """Begin, or go on with the state that is kept; return how many rows it has seen."""
+        fresh = begin(self.vehicle, self.model, self.method, row)
+        counts = fresh.counts | ({"incomplete": failed} if failed else {})
+        self.state = fresh._replace(seen=failed, counts=counts)
+        if self.path is None or not self.path.exists():
+            return 0
+        try:
+            kept = load(fresh, self.path)
+        except FileError as error:
+            aside = self.path.with_name(f"{self.path.name}.other")
+            self.say(f"{error} It is put aside as {aside.name}, and nothing is known yet.")
+            self._put_aside(aside)
+            return 0
+        self.state = kept
+        if self.log is None:
+            return 0
+        if kept.seen <= self.log.n and self.log.time[kept.seen - 1] == kept.screen.time:
+            self.say(f"{self.path}: goes on behind sample {kept.seen} of the log.")
+            return kept.seen
+        self.say(f"{self.path}: is of another log; this one is taken from its first sample.")
+        self.state = kept._replace(screen=kept.screen._replace(velocity=()), seen=0)
+        return 0
+
+    def _put_aside(self, aside: Path) -> None:
+        if self.path is not None:
+            try:
+                self.path.replace(aside)
+            except OSError as error:
+                self.say(f"{self.path}: cannot be put aside: {error.strerror}.")
+                self.path = None
+
+    def _take(self, before: State, row: Row) -> None:
+        self.state, told = take(before, row)
+        if told in LEFT_OUT or told in BEGIN:
+            self._say(told, self.state.counts[told])
+        now, then = self.state.screen.time, before.screen.time
+        if math.isfinite(then) and math.floor(now / self.every) != math.floor(then / self.every):
+            self.show()
+
+    def _say(self, told: str, count: int) -> None:
+        """Say the first of a kind, the tenth, the hundredth and so on."""
+        if told == "first" or 10 ** round(math.log10(count)) != count:
+            return
+        at = f"{count} {'time' if count == 1 else 'times'} so far"
+        if told in BEGIN:
+            self.say(f"a run begins anew after {BEGIN[told]} ({at}).")
+        else:
+            self.say(f"a sample {LEFT_OUT[told]} is left out ({at}).")

@@ -1,0 +1,67 @@
+"""``hydrodamp live``."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.live.loop import USUAL
+
+START = "live --vehicle planar.yaml --model linear"
+
+
+def test_a_log_is_told_as_the_batch_fit(folder, call):
+    done = call(f"{START} --source b.csv --state s.json")
+    line = json.loads(done.stdout.splitlines()[-1])
+    told = {label: one["value"] for label, one in line["coefficients"].items()}
+    problem = hd.prepare(hd.read_vehicle("planar.yaml"), hd.read_log("b.csv"), hd.catalog["linear"])
+    fit = hd.RecursiveLeastSquares(usual=USUAL).identify(problem, hd.catalog["linear"])
+    assert told == fit.damping.as_dict()
+    again = call(f"{START} --source b.csv --state s.json")
+    assert [json.loads(again.stdout)] == [line]
+    assert "goes on behind sample" in again.stderr
+
+
+@pytest.mark.parametrize(
+    ("line", "sentence"),
+    [
+        (START, "`--source` is missing"),
+        (f"{START} --source b.csv --every 0", "must be positive"),
+        (f"{START} --source b.csv --method ls", "rls, ai; got 'ls'"),
+        (f"{START} --source b.csv --state no/s.json", "there is no folder"),
+        ("live --vehicle planar.yaml --model sparse --source b.csv", "a whole log"),
+        (f"{START} --source stdin --mapping mavros", "a stream has canonical names"),
+        (f"{START} --source udp://here", "must be udp://HOST:PORT"),
+        (f"{START} --source udp://127.0.0.1:99999", "must be udp://HOST:PORT"),
+        (f"{START} --source udp://0.0.0.0:0", "Say `--allow`"),
+        (f"{START} --source udp://192.0.2.1:0 --allow", "cannot be bound"),
+    ],
+)
+def test_what_cannot_run_is_refused_in_a_sentence(folder, call, line, sentence):
+    assert sentence in call(line, status=2).stderr
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no such signals between processes")
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGINT", "SIGHUP"])
+def test_a_signal_ends_a_run_with_its_last_line_and_its_state(folder, name):
+    line = [
+        sys.executable,
+        "-m",
+        "hydrodamp",
+        *START.split(),
+        *["--source", "stdin", "--state", "s.json"],
+    ]
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
+    with subprocess.Popen(line, **pipes) as run:
+        run.stdin.write((folder / "b.csv").read_text())
+        run.stdin.flush()
+        run.stdout.readline()
+        run.send_signal(getattr(signal, name))
+        lines = run.stdout.read().splitlines()
+        assert run.wait() == 0
+    taken = json.loads(lines[-1])["counts"]["taken"]
+    assert json.loads((folder / "s.json").read_text())["state"]["counts"]["taken"] == taken

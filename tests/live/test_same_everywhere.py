@@ -1,0 +1,90 @@
+"""A log through a live run is the batch fit, bit for bit, whatever the source."""
+
+import itertools
+import json
+import socket
+
+import numpy as np
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.live import loop, sources
+from hydrodamp.live.rows import rows_of
+from live.conftest import MODEL, heard
+
+
+def batch(vehicle, log, method):
+    way = hd.AdaptiveIdentifier() if method == "ai" else hd.RecursiveLeastSquares(usual=loop.USUAL)
+    return way.identify(hd.prepare(vehicle, log, MODEL), MODEL)
+
+
+def from_log(log, _):
+    return sources.of_log(log)
+
+
+def from_text(path):
+    with path.open("rb") as stream:
+        yield from sources.Waiting(keeps_all=True).fed_by(sources.of_lines(stream.fileno()))
+
+
+def from_json_lines(log, folder):
+    path = folder / "dive.jsonl"
+    path.write_text("\n".join(map(json.dumps, rows_of(log))))
+    return from_text(path)
+
+
+def from_csv(log, folder):
+    hd.write_log(log, folder / "dive.csv")
+    return from_text(folder / "dive.csv")
+
+
+def from_datagrams(log, _):
+    receiver = sources.bound_socket("udp://127.0.0.1:0", allow=False)
+    waiting = sources.Waiting().fed_by(sources.of_datagrams(receiver))
+    rows = (row for row in waiting if row is not None)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+        for row in rows_of(log):
+            sender.sendto(json.dumps(row).encode(), receiver.getsockname())
+            yield next(rows)
+
+
+@pytest.mark.parametrize("source", [from_log, from_json_lines, from_csv, from_datagrams])
+@pytest.mark.parametrize("method", ["rls", "ai"])
+def test_live_is_the_batch_fit_bit_for_bit(dive, method, source, tmp_path):
+    vehicle, log = dive
+    told = heard(source(log, tmp_path), vehicle, method)
+    fit = batch(vehicle, log, method)
+    assert told.coefficients == fit.damping.coefficients.tolist()
+    assert told.counts == {"taken": log.n, "first": 1, "joined": 3}
+
+
+def test_standard_errors_are_those_of_the_batch_fit(dive):
+    vehicle, log = dive
+    line = heard(sources.of_log(log), vehicle).lines[-1]
+    errors = [one["standard_error"] for one in line["coefficients"].values()]
+    wanted = np.sqrt(batch(vehicle, log, "rls").damping.covariance.diagonal())
+    assert errors == wanted.tolist()
+
+
+def test_gaps_and_missing_values_begin_runs_as_in_a_log(dive):
+    vehicle, log = dive
+    rows = [*itertools.islice(rows_of(log), 400)]
+    rows = [*rows[:150], *rows[180:250], rows[250] | {"u": float("nan")}, *rows[251:]]
+    names = [name for name in rows[0] if name in "uvwpqr"]
+    with pytest.warns(hd.GapWarning):
+        whole = hd.Log.from_arrays(
+            [row["time"] for row in rows],
+            {name: [row[name] for row in rows] for name in names},
+            attitude=[[row[f"q{part}"] for part in "wxyz"] for row in rows],
+            commands={name: [row[name] for row in rows] for name in log.command_names},
+        )
+    assert len(whole.segments) == 3
+    told = heard(rows, vehicle)
+    assert told.coefficients == batch(vehicle, whole, "rls").damping.coefficients.tolist()
+    assert told.counts == {"taken": 369, "first": 1, "gap": 1, "incomplete": 1, "again": 1}
+
+
+def test_a_line_each_second_of_samples(dive):
+    vehicle, log = dive
+    told = heard(itertools.islice(rows_of(log), 101), vehicle)
+    assert [line["time"] for line in told.lines] == [*map(float, range(1, 11)), 10.0]
