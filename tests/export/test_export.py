@@ -104,7 +104,8 @@ def test_what_could_not_be_run_is_said(sailed, tmp_path):
     card = hd.export(PUBLISHED, sailed.vehicle, Elsewhere(), tmp_path / "a", log=sailed.test)
     assert "Not run here: its simulator is not installed." in str(card)
     assert card.replays is None
-    assert card.wrench_error["X"] < 1e-10  # by formula
+    assert card.wrench_error["X"] < 1e-10
+    assert "Wrench at the log's samples, by formula and not from the files: the same" in str(card)
 
 
 def test_nothing_is_overwritten(sailed, tmp_path):

@@ -151,10 +151,13 @@ def _sentences(card: Fidelity) -> Iterator[str]:
         yield f"Not run here: {card.not_run}."
     found = ", ".join(f"{axis} {error:.2g}" for axis, error in card.wrench_error.items())
     small = worst < 100.0 * ROUNDING
+    asked_at = (
+        card.asked_at if card.run_by else f"{card.asked_at}, by formula and not from the files"
+    )
     yield (
-        f"Wrench at {card.asked_at}: the same but for rounding ({worst:.1g} %)."
+        f"Wrench at {asked_at}: the same but for rounding ({worst:.1g} %)."
         if small
-        else f"Wrench error at {card.asked_at} [% of the damping's rms]: {found}."
+        else f"Wrench error at {asked_at} [% of the damping's rms]: {found}."
     )
     if card.replays is not None:
         yield from _told(card.replays)

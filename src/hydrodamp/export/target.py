@@ -122,10 +122,8 @@ class InWater(Target):
 
     @property
     def ignores(self) -> str:
-        """The actuators, and what else."""
-        return (
-            "actuators and terms of commands (their wrench drives what is written)" + self.left_out
-        )
+        """What makes a wrench of commands, and what else."""
+        return "what makes a wrench of commands (a wrench drives what is written)" + self.left_out
 
     def allowed(self, axis: str) -> Iterable[Term]:
         """Return the terms it has on an axis."""
