@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.identification.search import searching, within
+from hydrodamp.identification import search as module
+from hydrodamp.identification.search import REST, begun, descend, ladder, searching, starts, within
 from hydrodamp.simulation.campaign.truth import true_damping
 
 SETTLED = (hd.Status.OK, hd.Status.STOPPED)
@@ -95,6 +96,42 @@ def test_lengths_beyond_every_segment_are_whole_segments(campaign):
     problem = hd.prepare(campaign.vehicle, campaign.train, hd.catalog["fossen"])
     assert within(problem, (2.0, 39.0)) == [2.0, 39.0]
     assert within(problem, (2.0, 50.0, 60.0)) == [2.0, np.inf]
+
+
+def test_a_window_within_a_hole_of_the_log_is_none(campaign):
+    """A hole of 0.9 s is no gap, and longer than a window of 0.4 s."""
+    model, log = hd.catalog["fossen"], campaign.train.between(0.0, 40.0)
+    whole = hd.prepare(campaign.vehicle, log, model)
+    kept = np.flatnonzero((log.elapsed < 5.02) | (log.elapsed > 5.95))
+    segments = np.array([[0, len(kept)]])
+    problem = replace(whole, inputs=whole.inputs.part(kept), segments=segments)
+    fit = hd.OutputError(windows=(0.4,)).identify(problem, model)
+    assert fit.status in SETTLED
+
+
+@pytest.fixture(scope="module")
+def searched(campaign):
+    model = hd.catalog["fossen"]
+    search = searching(hd.prepare(campaign.vehicle, campaign.train, model), model)
+    return search, begun(search, starts(search, model), 2.0)
+
+
+def test_a_step_damped_to_nothing_is_no_rest(searched):
+    search, start = searched
+    assert not descend(search, replace(start, damping=1e9), REST).settled
+    assert descend(search, start, REST).settled
+
+
+def test_a_stage_that_got_stuck_does_not_hold_the_next(searched, monkeypatch):
+    begun_with = []
+
+    def stuck(_, place, __):
+        begun_with.append(place.damping)
+        return replace(place, damping=1e9)
+
+    monkeypatch.setattr(module, "descend", stuck)
+    ladder(*searched, (2.0, 4.0))
+    assert begun_with[1] <= 1.0
 
 
 def test_three_degrees_of_freedom_and_a_gain(exact_log):

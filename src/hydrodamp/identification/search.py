@@ -215,6 +215,7 @@ def ladder(search: Search, start: Place, lengths: Sequence[float]) -> Place:
     for number, length in enumerate(lengths, start=1):
         if number > 1:
             place = search.wider(place, search.windows(length))
+            place = replace(place, damping=min(place.damping, 1.0))  # stuck there, not here
         rest = REST if number == len(lengths) else COARSE
         place = descend(search, _evidence(search, place), rest)
     return place
@@ -242,8 +243,8 @@ def descend(search: Search, place: Place, rest: float, rounds: int = ROUNDS) -> 
         curvature, slope = search.normal(place)
         other = place.strength / p * np.eye(p) + search.feeding(x)
         curvature, slope = curvature + other, slope - other @ x
-        settled = float(slope @ np.linalg.solve(curvature, slope)) < rest
-        if settled:
+        promised = float(slope @ np.linalg.solve(curvature, slope))
+        if settled := promised < rest:
             break
         factor = 2.0
         for _ in range(_TRIALS):
@@ -255,10 +256,11 @@ def descend(search: Search, place: Place, rest: float, rounds: int = ROUNDS) -> 
             damping, factor = factor * damping, 2.0 * factor
         else:
             break
-        kept = (before - after) / float(step @ (2.0 * slope - curvature @ step))
-        damping = max(damping * max(1.0 / 3.0, 1.0 - (2.0 * kept - 1.0) ** 3), DAMPING)
         gained = before - after
-        settled = gained < COARSE
+        # a step that was damped to nothing gains little anywhere
+        settled = gained < COARSE and (damping <= 1.0 or promised < COARSE)
+        kept = gained / float(step @ (2.0 * slope - curvature @ step))
+        damping = max(damping * max(1.0 / 3.0, 1.0 - (2.0 * kept - 1.0) ** 3), DAMPING)
         place, before = tried, after
         if gained < rest:
             break

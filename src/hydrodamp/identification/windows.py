@@ -233,7 +233,8 @@ def cut(problem: Problem, length: float) -> IntArray:
         first = start + np.searchsorted(time, begins - slack)
         last = start + np.searchsorted(time, begins + length + slack, side="right")
         windows += zip(first, last, strict=True)
-    return np.array(windows, dtype=np.int64).reshape(-1, 2)
+    bounds = np.array(windows, dtype=np.int64).reshape(-1, 2)
+    return bounds[bounds[:, 0] < bounds[:, 1]]  # a window may lie in a hole
 
 
 def laid(bounds: IntArray) -> IntArray:
