@@ -5,11 +5,16 @@ import os
 import signal
 import subprocess
 import sys
+from random import Random
+from time import monotonic
 
 import pytest
 
 import hydrodamp as hd
 from hydrodamp.live.loop import USUAL
+
+#: How often a run is killed.
+KILLS = int(os.environ.get("HYDRODAMP_KILLS", "5"))
 
 START = "live --vehicle planar.yaml --model linear"
 
@@ -65,3 +70,25 @@ def test_a_signal_ends_a_run_with_its_last_line_and_its_state(folder, name):
         assert run.wait() == 0
     taken = json.loads(lines[-1])["counts"]["taken"]
     assert json.loads((folder / "s.json").read_text())["state"]["counts"]["taken"] == taken
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no such signals between processes")
+def test_a_run_that_is_killed_goes_on_bit_for_bit(folder, call):
+    """Killed at random moments: no state is half, and the last line is the same."""
+    whole = call(f"{START} --source a.csv").stdout.splitlines()[-1]
+    words = [sys.executable, "-m", "hydrodamp", *START.split(), "--source", "a.csv"]
+    words += ["--state", "s.json", "--state-every", "0"]
+    begun = monotonic()
+    subprocess.run([*words, "--every", "1e9"], check=True, capture_output=True)
+    length, random = monotonic() - begun, Random(1)
+    (folder / "s.json").unlink()
+    for _ in range(KILLS):
+        with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as run:
+            try:
+                run.wait(random.uniform(0.4 * length, length))
+            except subprocess.TimeoutExpired:
+                run.kill()
+        if (folder / "s.json").exists():
+            assert json.loads((folder / "s.json").read_text())["live_state"] == 1
+    end = subprocess.run(words, check=True, capture_output=True, text=True)
+    assert end.stdout.splitlines()[-1] == whole

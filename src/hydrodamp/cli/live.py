@@ -22,7 +22,8 @@ if TYPE_CHECKING:
 
 _MODEL = "A model by name, a YAML file of one, or FILE:NAME. [required]"
 _SOURCE = "`stdin` (JSON lines or a canonical CSV), udp://HOST:PORT (JSON), or a log. [required]"
-_STATE = "Keep the state here, each ten seconds and at the end, and go on with what is there."
+_STATE = "Keep the state here, and go on with what is there."
+_INTERVAL = "Write the state each so many seconds; at the end anyway."
 _EVERY = "Print a line each so many seconds of samples."
 _ALLOW = "Let an address be bound that other machines reach."
 
@@ -36,6 +37,7 @@ def live(
     ] = "rls",
     mapping: options.MappingFile = None,
     state: Annotated[Path | None, typer.Option(metavar="FILE", help=_STATE)] = None,
+    state_every: Annotated[float, typer.Option(metavar="S", help=_INTERVAL)] = 10.0,
     every: Annotated[float, typer.Option(metavar="S", help=_EVERY)] = 1.0,
     paced: Annotated[bool, typer.Option("--paced", help="Read a log at its own pace.")] = False,
     allow: Annotated[bool, typer.Option("--allow", help=_ALLOW)] = False,
@@ -57,7 +59,7 @@ def live(
     craft, named = choose.choose_vehicle(vehicle), choose.choose_model(model)
     if not named:
         raise ProblemError("`--model sparse` is selected from a whole log, so not on board.")
-    run = Run(craft, named[0], method, _print, note, every, state)
+    run = Run(craft, named[0], method, _print, note, every, state, state_every)
     rows: Iterable[Any]
     if source == "stdin" or source.startswith("udp:"):
         if mapping is not None:

@@ -18,8 +18,6 @@ from hydrodamp.live.screen import BEGIN, LEFT_OUT
 from hydrodamp.models.model import DampingModel
 from hydrodamp.vehicle.vehicle import Vehicle
 
-_INTERVAL = 10.0  # s, between two writings of the state
-
 
 @dataclass
 class Run:
@@ -32,6 +30,7 @@ class Run:
     say: Callable[[str], None]  # a sentence
     every: float = 1.0  # s of samples from line to line
     path: Path | None = None  # of the state
+    interval: float = 10.0  # s, between two writings of it
     log: Log | None = None  # the source, where it is one
     dropped: Callable[[], int] = lambda: 0  # rows for which there was no room
     state: State | None = None
@@ -52,7 +51,7 @@ class Run:
                         self.say(f"samples are left out until one will do: {why}")
             if row is not None and self.state is not None and index >= skip:
                 self._take(self.state, row)
-            if monotonic() - kept > _INTERVAL:
+            if monotonic() - kept >= self.interval:
                 self.keep()
                 kept = monotonic()
         self.keep()
