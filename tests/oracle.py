@@ -226,7 +226,7 @@ def absorb(recursion, estimate, row):
     last factor is at most c |phi|^2 / r <= c^2. The decomposition is that of Cao and Schwartz,
     Automatica 36 (2000) 1725.
     """
-    kappa, information, noise, rows = map(np.array, estimate)
+    kappa, information, noise, rows, witness = map(np.array, estimate)
     for axis in range(6):
         part, seen = recursion.of(axis, information)
         if part.start == part.stop:
@@ -234,8 +234,12 @@ def absorb(recursion, estimate, row):
         unit, terms = recursion.unit[part], row[recursion.rows[part]]
         surprise, phi = row[len(recursion.known) + axis] - kappa[part] @ terms, unit * terms
         along, eye = phi @ seen @ phi, np.eye(len(phi))
+        kept = witness[recursion.witnesses[axis] : recursion.witnesses[axis + 1]]
         if along > 0.0:
             share = min(recursion.forgetting, 2.0 * (phi @ np.linalg.solve(eye + seen, phi)))
+            forgotten = eye - (1.0 - np.sqrt(1.0 - share)) / along * np.outer(seen @ phi, phi)
+            moments = kept[9 + len(phi) :][: len(phi) ** 2].reshape(eye.shape)
+            moments[:] = forgotten @ moments @ forgotten.T
             seen -= share / along * np.outer(seen @ phi, seen @ phi)
         gain = np.linalg.solve(eye + seen, phi)
         seen += np.outer(phi, phi)
@@ -244,12 +248,34 @@ def absorb(recursion, estimate, row):
         rows[axis] += 1.0
         weight = max(3.0 / (rows[axis] + 2.0), recursion.forgetting)
         noise[axis] += weight * (surprise**2 / (1.0 + news) - noise[axis])
-    return Estimate(kappa, information, noise, rows)
+        target = row[len(recursion.known) + axis]
+        witnessed(kept, phi, target, surprise / np.sqrt(1.0 + news), weight)
+    return Estimate(kappa, information, noise, rows, witness)
+
+
+def witnessed(kept, phi, target, left, weight):
+    """Take a row in: products of what is left over, and an estimate by instruments 3 rows away."""
+    n, count = len(phi), int(kept[0])
+    estimate, moments = kept[9 : 9 + n], kept[9 + n : 9 + n + n * n].reshape(n, n)
+    rows = kept[9 + n + n * n :].reshape(7, n + 1)
+    known = min(count, 4)
+    kept[5 : 5 + known] += weight * (left * kept[1 : 1 + known] - kept[5 : 5 + known])
+    kept[1:5] = np.append(left, kept[1:4])
+    rows[:] = np.vstack([[*phi, target], rows[:6]])
+    kept[0] = min(count + 1, 7)
+    if count < 3:
+        return
+    middle, instruments = rows[3, :n], rows[0, :n] + (count >= 6) * rows[6, :n]
+    moments += np.outer(instruments, middle)
+    gain = np.linalg.solve(moments + np.eye(n), instruments)
+    estimate += gain * (rows[3, n] - middle @ estimate)
 
 
 def recur(recursion, estimate, inputs, segments):
     """Take in the rows of every segment."""
+    estimate = estimate._replace(witness=estimate.witness.copy())
     for start, stop in np.asarray(segments).tolist():
+        estimate.witness[recursion.witnesses[:-1]] = 0.0
         for row in hats(recursion, steps_between(recursion.plant, inputs.part(slice(start, stop)))):
             estimate = absorb(recursion, estimate, row)
     return estimate

@@ -11,7 +11,8 @@ import hydrodamp as hd
 from hydrodamp.export.craft import Craft, States
 from hydrodamp.export.drive import scattered
 from hydrodamp.export.export import save
-from hydrodamp.kernels.core import C, call, mass_inverse, plant_of
+from hydrodamp.kernels.core import mass_inverse, plant_of
+from hydrodamp.kernels.library import C, call
 
 RICH = hd.Vehicle(
     "rich-3",

@@ -137,8 +137,13 @@ def test_batch_is_the_fold_of_the_online_step_bit_for_bit(voyage):
         METHOD.step(state, problem.inputs.sample(3))
 
 
-def test_covariance_is_noise_over_information_and_prior(voyage):
-    """Without forgetting: sigma^2 (D^-2 + sum phi phi')^-1, D the prior's deviations."""
+def test_covariance_is_noise_over_information_and_what_instruments_and_prior_are_off(voyage):
+    """Without forgetting: sigma^2 (D^-2 + sum phi phi')^-1, D the prior's, and two ranks more.
+
+    One is the distance to (D^-2 + sum z phi') kappa' = D^-2 kappa_0 + sum z y, z the terms three
+    rows before and after; the other what the prior pulls, (D^-2 + sum phi phi')^-1 D^-2 (kappa -
+    kappa_0).
+    """
     problem = voyage.problem(0, MANOEUVRE)
     method = RecursiveLeastSquares(memory=np.inf)
     adaptation = method.bind(problem, MODEL)
@@ -147,13 +152,21 @@ def test_covariance_is_noise_over_information_and_prior(voyage):
         entries = adaptation.recursion
         part, _ = entries.of(axis, adaptation.start.information)
         design, unit = rows[:, entries.rows[part]], adaptation.recursion.unit[part]
-        precision = design.T @ design + np.diag(unit**-2.0)
-        found = fit.damping.covariance[part, part]
-        sigma2 = found[0, 0] / np.linalg.inv(precision)[0, 0]
-        np.testing.assert_allclose(found, sigma2 * np.linalg.inv(precision), rtol=1e-8)
-        left = rows[:, axis - 6] - design @ fit.damping.coefficients[part]
+        target, start = rows[:, axis - 6], adaptation.start.coefficients[part]
+        prior, found = np.diag(unit**-2.0), fit.damping.coefficients[part]
+        inverse = np.linalg.inv(design.T @ design + prior)
+        around, within = np.vstack([design[3:6], design[6:] + design[:-6]]), design[:-3]
+        matrix = prior + around.T @ within
+        instrumented = np.linalg.solve(matrix, prior @ start + around.T @ target[:-3])
+        off, pulled = found - instrumented, inverse @ prior @ (found - start)
+        rest = fit.damping.covariance[part, part] - np.outer(off, off) - np.outer(pulled, pulled)
+        sigma2 = rest[0, 0] / inverse[0, 0]
+        np.testing.assert_allclose(rest, sigma2 * inverse, rtol=1e-6)
+        left = target - design @ found
+        lagged = [np.mean(left[k:] * left[:-k]) for k in range(1, 5)]
+        expected = np.var(left) + 2.0 * max(0.0, (1.0 - np.arange(1, 5) / 5.0) @ lagged)
         three_sigma = 3.0 * np.sqrt(3.6 / len(rows))  # weights k^2: variance 18/5 sigma^4 / n
-        assert sigma2 == pytest.approx(np.var(left), rel=three_sigma)
+        assert sigma2 == pytest.approx(expected, rel=2.0 * three_sigma)
 
 
 def test_what_the_data_do_not_tell_is_left_to_the_prior(voyage):

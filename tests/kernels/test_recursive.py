@@ -103,7 +103,7 @@ def run_arguments(make, free=ALL_FREE):
 def test_it_is_the_oracles(make, free):
     arguments = run_arguments(make, free)
     found, expected = core.recur(*arguments), oracle.recur(*arguments)
-    for name in ("coefficients", "information", "noise", "rows"):
+    for name in ("coefficients", "information", "noise", "rows", "witness"):
         ours, theirs = getattr(found, name), getattr(expected, name)
         scale = np.abs(theirs).max(initial=1.0)
         np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-11 * scale)

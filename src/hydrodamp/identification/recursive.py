@@ -12,7 +12,7 @@ from hydrodamp.arrays import BoolArray, FloatArray, frozen
 from hydrodamp.basis.basis import guarded_speed
 from hydrodamp.errors import MethodError, demand
 from hydrodamp.identification.differences import mean_square
-from hydrodamp.identification.fit import Fit, empty_fit, fitted
+from hydrodamp.identification.fit import Fit, Uncertainty, empty_fit, fitted
 from hydrodamp.identification.online import first_guess, with_log
 from hydrodamp.identification.triangle import spanned
 from hydrodamp.kernels import core
@@ -74,7 +74,8 @@ class RecursiveState(NamedTuple):
             A new one.
         """
         empty = frozen(np.zeros_like(self.block))
-        return RecursiveState(self.adaptation, self.estimate, empty, sample)
+        estimate = core.broken(self.adaptation.recursion, self.estimate)
+        return RecursiveState(self.adaptation, estimate, empty, sample)
 
 
 @dataclass(frozen=True)
@@ -230,7 +231,12 @@ class RecursiveLeastSquares:
             bound.model,
             self,
             estimate.coefficients,
-            covariance=block_diag(*covariances),
+            uncertainty=Uncertainty(
+                block_diag(*covariances),
+                degrees_of_freedom=np.inf,
+                method=_METHOD,
+                allowance=_ALLOWANCE,
+            ),
             rank=rank,
             aliased=tuple(group for groups in aliased for group in groups),
             status=Status.OK if rank == bound.model.n_coefficients else Status.BY_PRIOR,
@@ -270,6 +276,12 @@ def missing_share(state: RecursiveState, coefficients: FloatArray) -> FloatArray
     return share
 
 
+_METHOD = "residuals correlated over four blocks of time"
+_ALLOWANCE = "how far an estimate by instruments three blocks away is off, and the start's pull"
+
+# Weights of products at lags of one row and more: W. Newey and K. West, Econometrica 55 (1987) 703.
+_TAPER = 1.0 - np.arange(1, 5) / 5.0
+
 # Of the prior's variance, what may be left of a coefficient that the data tell.
 _TOLD = 0.5
 
@@ -297,11 +309,19 @@ def _known(
     """Return covariance, rank and aliased labels of one axis."""
     recursion = bound.recursion
     part, information = recursion.of(axis, estimate.information)
-    names = bound.model.labels[part]
+    names, unit = bound.model.labels[part], recursion.unit[part]
     values, vectors = np.linalg.eigh(information)
     told = values >= 1.0  # the information of the prior is the identity
-    scaled = recursion.unit[part, None] * vectors
-    covariance = estimate.noise[axis] * (scaled / (1.0 + np.maximum(values, 0.0))) @ scaled.T
+    inverse = (vectors / (1.0 + np.maximum(values, 0.0))) @ vectors.T
+    products, instrumented = recursion.witness_of(axis, estimate.witness)
+    noise = estimate.noise[axis] + 2.0 * max(0.0, float(_TAPER @ products))
+    found = estimate.coefficients[part]
+    moved = np.divide(
+        found - bound.start.coefficients[part], unit, out=np.zeros(len(unit)), where=unit > 0.0
+    )
+    off, pulled = found - unit * instrumented, unit * (inverse @ moved)
+    covariance = noise * np.outer(unit, unit) * inverse
+    covariance += np.outer(off, off) + np.outer(pulled, pulled)
     directions = vectors[:, told].T if told.any() else np.zeros((1, len(names)))
     aliased = spanned(directions, names, np.ones(len(names))).aliased
     return covariance, int(told.sum()), aliased

@@ -1,75 +1,22 @@
-"""The compiled library, loaded by its own headers: whole records, the identifiers, single steps.
+"""The functions of the compiled library: whole records, the identifiers, single steps.
 
-Shapes are checked here, once, because C cannot. cffi reads the two headers beside the C files,
-so they are the only declarations there are.
+Shapes are checked here, once, because C cannot.
 """
 
 from __future__ import annotations
 
 import functools
-import re
-import sys
+import itertools
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, NamedTuple
-from weakref import WeakKeyDictionary
 
 import numpy as np
 import numpy.typing as npt
-from cffi import FFI
 
 from hydrodamp.arrays import FloatArray, IndexArray, IntArray, freeze, shaped
 from hydrodamp.errors import ProblemError
+from hydrodamp.kernels.library import DOUBLES, C, call, ffi, given, struct
 from hydrodamp.kernels.plant import PACKED, Inputs, Plant, Sample
-
-_HERE = Path(__file__).parent
-
-
-def _load() -> tuple[Any, Any]:
-    suffix = {"win32": "dll", "darwin": "dylib"}.get(sys.platform, "so")
-    library, ffi, declared = _HERE / f"_core.{suffix}", FFI(), "typedef double HD_REAL;"
-    for name in ("onboard.h", "batch.h"):
-        header = (_HERE / "csrc" / name).read_text(encoding="utf-8")
-        header = re.sub(r"/\*.*?\*/|#ifdef __cplusplus.*?#endif", "", header, flags=re.DOTALL)
-        declared += re.sub(r"^#.*$", "", header, flags=re.MULTILINE)
-    ffi.cdef(declared)
-    try:
-        return ffi, ffi.dlopen(str(library))
-    except OSError as error:
-        raise ImportError(
-            f"the compiled core does not load: {error}. Install hydrodamp again, or run "
-            "`make core` among its sources."
-        ) from error
-
-
-ffi, C = _load()
-_DOUBLES = ffi.typeof("double[]")
-_TYPES = {
-    np.dtype(np.float64): _DOUBLES,
-    np.dtype(np.int64): ffi.typeof("int64_t[]"),
-    np.dtype(np.int32): ffi.typeof("int32_t[]"),
-    np.dtype(np.bool_): ffi.typeof("unsigned char[]"),
-}
-#: C structures, and the arrays that their pointers point to.
-_ALIVE: WeakKeyDictionary[Any, list[Any]] = WeakKeyDictionary()
-
-
-def given(value: Any) -> Any:
-    """Return a value as C takes it; an array lives while the pointer to it does."""
-    if isinstance(value, np.ndarray):
-        return ffi.from_buffer(_TYPES[value.dtype], value)
-    return ffi.NULL if value is None else value
-
-
-def _struct(kind: str, *values: Any) -> Any:
-    fields = [*map(given, values)]
-    made = ffi.new(f"{kind} *", fields)
-    _ALIVE[made] = fields
-    return made
-
-
-def call(name: str, *values: Any) -> None:
-    getattr(C, name)(*map(given, values))
 
 
 def _floats(values: npt.ArrayLike, shape: tuple[int, ...], name: str) -> FloatArray:
@@ -90,7 +37,7 @@ def regressor(
     xi = np.empty((n, len(table)), order="F") if out is None else out
     moving = _floats(velocity, (n, 6), "velocity"), _floats(down, (n, 3), "down")
     held = _floats(channels, (n, m), "channels")
-    record = _struct("hd_record", n, m, None, *moving, None, held)
+    record = struct("hd_record", n, m, None, *moving, None, held)
     speed = _floats(propulsion_speed, (n,), "propulsion_speed")
     to, (row, column) = ffi.cast("double *", xi.ctypes.data), xi.strides
     work = np.empty(C.hd_atom_count(m) * C.HD_BLOCK)
@@ -146,7 +93,7 @@ def replay(
     jacobian = np.empty((blocks, 6, len(chosen) + 6))
     velocity, diverged_at = np.empty((n, 6)), np.empty(len(rows), dtype=np.int64)
     record, work = record_of(plant, inputs), np.zeros(C.hd_replay_work(system, len(chosen)))
-    motion = _struct("hd_motion", system, table, record, poses, max_step, limit)
+    motion = struct("hd_motion", system, table, record, poses, max_step, limit)
     to = velocity, None if entries is None else jacobian, diverged_at, work
     call("hd_replay", motion, rows, len(rows), chosen, len(chosen), block, *to)
     return velocity, diverged_at, jacobian
@@ -166,7 +113,7 @@ def _spans(segments: npt.ArrayLike, n: int) -> IntArray:
 @functools.lru_cache(maxsize=32)
 def plant_of(plant: Plant) -> Any:
     arrays = plant.factors, np.ascontiguousarray(plant.mass_matrix.T), plant.free
-    return _struct("hd_plant", plant.n_terms, plant.n_channels, *arrays)
+    return struct("hd_plant", plant.n_terms, plant.n_channels, *arrays)
 
 
 def record_of(plant: Plant, inputs: Inputs) -> Any:
@@ -176,7 +123,7 @@ def record_of(plant: Plant, inputs: Inputs) -> Any:
             f"got {inputs.n_channels}"
         )
     arrays = inputs.time, inputs.velocity, inputs.down, inputs.wrench, inputs.channels
-    return _struct("hd_record", inputs.n, inputs.n_channels, *arrays, inputs.propulsion)
+    return struct("hd_record", inputs.n, inputs.n_channels, *arrays, inputs.propulsion)
 
 
 @dataclass(frozen=True, eq=False)
@@ -237,10 +184,34 @@ class Recursion:
         n = part.stop - part.start
         return part, packed[ends[axis] - n * n : ends[axis]].reshape(n, n)
 
+    @functools.cached_property
+    def witnesses(self) -> list[int]:
+        """Where the witness of each axis begins among all, and where the last ends."""
+        sizes = [C.hd_witness_size(n) for n in np.diff(self.starts).tolist()]
+        return [0, *itertools.accumulate(sizes)]
+
+    def witness_of(self, axis: int, packed: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return products of what rows leave over at their lags, and the estimate, in units."""
+        n = int(self.starts[axis + 1] - self.starts[axis])
+        witness = packed[self.witnesses[axis] : self.witnesses[axis + 1]]
+        return witness[LAGS:WITNESSED], witness[WITNESSED : WITNESSED + n]
+
     def before(self, coefficients: FloatArray) -> Estimate:
         """Return what is known before any data."""
         squares = np.zeros(int(np.sum(np.diff(self.starts) ** 2)))
-        return Estimate(coefficients, squares, np.zeros(6), np.zeros(6))
+        start = np.divide(
+            coefficients, self.unit, out=np.zeros(len(self.unit)), where=self.unit > 0.0
+        )
+        witness = np.zeros(self.witnesses[-1])
+        for axis, place in enumerate(self.witnesses[:-1]):
+            part = slice(*self.starts[axis : axis + 2].tolist())
+            told = witness[place + WITNESSED :][: part.stop - part.start]
+            told[:] = start[part]
+        return Estimate(coefficients, squares, np.zeros(6), np.zeros(6), witness)
+
+
+#: Where the lags of an axis's witness stand, and behind them its estimate by instruments.
+LAGS, WITNESSED = 5, 9
 
 
 class Estimate(NamedTuple):
@@ -249,12 +220,14 @@ class Estimate(NamedTuple):
     ``information`` is what the data tell, one matrix an axis, packed, in the unit of each
     coefficient, without the prior's identity; ``noise`` the running variance of what rows
     leave over, [N s]^2 or [N m s]^2, and ``rows`` their number, both by axis.
+    ``witness`` is what ``witness.c`` keeps of each axis.
     """
 
     coefficients: FloatArray
     information: FloatArray
     noise: FloatArray
     rows: FloatArray
+    witness: FloatArray
 
 
 def adapt(
@@ -274,7 +247,7 @@ def adapt(
     estimate, error = _floats(matrix, (n_terms, 6), "matrix").copy(), np.zeros(6)
     stored = passes * int((np.diff(rows) - 1).sum()) // every if every else 0
     kept = np.empty(stored), np.empty((stored, 6)), np.empty((stored, n_terms, 6))
-    record, history = record_of(plant, inputs), _struct("hd_history", every, *kept)
+    record, history = record_of(plant, inputs), struct("hd_history", every, *kept)
     own, work = (
         (gains.a, gains.gamma, estimate, error),
         np.zeros(C.hd_step_work(n_terms, plant.n_channels)),
@@ -328,13 +301,20 @@ def recur(recursion: Recursion, estimate: Estimate, inputs: Inputs, segments: In
     return moved
 
 
+def broken(recursion: Recursion, estimate: Estimate) -> Estimate:
+    """Return an estimate whose next row begins a segment."""
+    moved = _copied(estimate)
+    call("hd_witness_break", _entries(recursion), moved.witness)
+    return moved
+
+
 def _copied(estimate: Estimate) -> Estimate:
     return Estimate(*(array.copy() for array in estimate))
 
 
 @functools.lru_cache(maxsize=32)
 def _entries(recursion: Recursion) -> Any:
-    return _struct("hd_entries", recursion.starts, recursion.rows, recursion.known)
+    return struct("hd_entries", recursion.starts, recursion.rows, recursion.known)
 
 
 def _moving(recursion: Recursion, estimate: Estimate) -> Any:
@@ -350,7 +330,7 @@ def _online(bound: Gains | Recursion) -> tuple[Any, int, int]:
     if isinstance(bound, Recursion):
         own = None, None, bound.known, bound.block
     room = C.hd_step_work(plant.n_terms, plant.n_channels)
-    return _struct("hd_online", plant_of(plant), *own), room, PACKED + plant.n_channels
+    return struct("hd_online", plant_of(plant), *own), room, PACKED + plant.n_channels
 
 
 def _stepped(
@@ -369,9 +349,9 @@ def _stepped(
         raise ProblemError(
             f"a state must have shape {shape}, a sample {size - PACKED} channels; got {got}"
         )
-    moved, work, doubles = state.copy(), ffi.new(_DOUBLES, room), ffi.from_buffer
-    ends = doubles(_DOUBLES, before), doubles(_DOUBLES, now)
-    outcome = C.hd_online_step(online, *ends, doubles(_DOUBLES, moved), row, work)
+    moved, work, doubles = state.copy(), ffi.new(DOUBLES, room), ffi.from_buffer
+    ends = doubles(DOUBLES, before), doubles(DOUBLES, now)
+    outcome = C.hd_online_step(online, *ends, doubles(DOUBLES, moved), row, work)
     if not outcome:
         raise ProblemError(
             f"time must advance from {previous.time} s, got {current.time} s; after a gap or "

@@ -121,12 +121,12 @@ def estimates(state: State) -> dict[str, Any]:
         strict=True,
     )
     return {
-        "time": None if math.isnan(state.screen.time) else state.screen.time,
+        "time": _number(state.screen.time),
         "method": "rls" if state.ai is None else "ai",
         "coefficients": {
             label: {
-                "value": value if math.isfinite(value) else None,
-                "standard_error": error if state.ai is None else None,
+                "value": _number(value),
+                "standard_error": _number(error) if state.ai is None else None,
                 "determined": is_determined,
             }
             for label, value, error, is_determined in told
@@ -136,6 +136,10 @@ def estimates(state: State) -> dict[str, Any]:
         },
         "counts": state.counts,
     }
+
+
+def _number(value: float) -> float | None:
+    return value if math.isfinite(value) else None
 
 
 def _settled(state: State) -> np.ndarray:

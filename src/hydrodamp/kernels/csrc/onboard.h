@@ -165,12 +165,30 @@ typedef struct {
     hd_real *information;  /* the data's, n_i x n_i, one behind the other, in those units */
     hd_real *noise;        /* 6: running variance of what is left over */
     hd_real *rows;         /* 6: how many rows there were */
+    hd_real *witness;      /* hd_witness_size(n_i) an axis, one behind the other */
 } hd_estimate;
 
 /* Take in one row. Workspace: hd_absorb_work numbers. */
 size_t hd_absorb_work(const hd_entries *entries);
 void hd_absorb(const hd_entries *entries, const hd_estimate *estimate, size_t n_terms,
                const hd_real *row, hd_real *work);
+
+/* witness.c ---------------------------------------------------------------- */
+/* What tells how far an axis with n coefficients may be off: how many of the last 7 rows are of
+ * this segment, what the last 4 left over, its products at 4 lags, an estimate by instruments in
+ * units (n), its moments (n x n), the last rows (7 x (n + 1)). All 0 but the estimate at first. */
+size_t hd_witness_size(size_t n);
+
+/* Another segment begins: rows of the one before are no neighbours. */
+void hd_witness_break(const hd_entries *entries, hd_real *witness);
+
+/* Forget along S phi, a part c / (phi'S phi). Workspace: n numbers. */
+void hd_witness_forget(hd_real *witness, size_t n, const hd_real *phi, const hd_real *seen,
+                       hd_real part, hd_real *work);
+
+/* Take in a row that leaves so much over, which weighs so much. Workspace: n x n + n numbers. */
+void hd_witness_row(hd_real *witness, size_t n, const hd_real *phi, hd_real target, hd_real left,
+                    hd_real weight, hd_real *work);
 
 #ifdef __cplusplus
 }

@@ -67,19 +67,20 @@ static hd_real forget(const hd_real *information, const hd_real *phi, size_t n,
 }
 
 /* The running variance of what rows leave over before they are taken in, each in its due
- * share. A mean with weights that grow as the square of the count forgets a bad start. */
-static void watch(hd_real surprise, hd_real news, hd_real forgetting, hd_real *noise,
-                  hd_real *rows)
+ * share; returns its weight. One that grows as the square of the count forgets a bad start. */
+static hd_real watch(hd_real surprise, hd_real news, hd_real forgetting, hd_real *noise,
+                     hd_real *rows)
 {
     const hd_real part = 3 / (*rows + 3), weight = part > forgetting ? part : forgetting;
 
     *rows += 1;
     *noise += weight * (surprise * surprise / (1 + news) - *noise);
+    return weight;
 }
 
 static void absorb(const hd_estimate *estimate, size_t axis, size_t first, size_t n,
                    const int32_t *rows, const hd_real *row, hd_real target,
-                   hd_real *information, hd_real *work)
+                   hd_real *information, hd_real *witness, hd_real *work)
 {
     const hd_real *unit = estimate->unit + first;
     hd_real *kappa = estimate->coefficients + first;
@@ -91,25 +92,30 @@ static void absorb(const hd_estimate *estimate, size_t axis, size_t first, size_
         surprise -= kappa[j] * row[rows[j]];
     }
     const hd_real lost = forget(information, phi, n, estimate->forgetting, seen, gain, gain + n);
-    const hd_real news = dot(phi, gain, n);
+    const hd_real news = dot(phi, gain, n), along = dot(phi, seen, n);
+    if (along > 0)
+        hd_witness_forget(witness, n, phi, seen, (1 - hd_sqrt(1 - lost * along)) / along, gain + n);
     for (size_t j = 0; j < n; ++j) {
         kappa[j] += unit[j] * gain[j] * (surprise / (1 + news));
         for (size_t c = 0; c < n; ++c)
             information[n * j + c] += phi[j] * phi[c] - lost * (seen[j] * seen[c]);
     }
-    watch(surprise, news, estimate->forgetting, estimate->noise + axis, estimate->rows + axis);
+    const hd_real weight = watch(surprise, news, estimate->forgetting, estimate->noise + axis,
+                                 estimate->rows + axis);
+    hd_witness_row(witness, n, phi, target, surprise / hd_sqrt(1 + news), weight, gain);
 }
 
 void hd_absorb(const hd_entries *entries, const hd_estimate *estimate, size_t n_terms,
                const hd_real *row, hd_real *work)
 {
-    hd_real *information = estimate->information;
+    hd_real *information = estimate->information, *witness = estimate->witness;
 
     for (size_t i = 0; i < 6; ++i) {
         const size_t first = (size_t)entries->starts[i], n = entries_on(entries, i);
         if (n)
             absorb(estimate, i, first, n, entries->rows + first, row, row[n_terms + i],
-                   information, work);
+                   information, witness, work);
         information += n * n;
+        witness += hd_witness_size(n);
     }
 }

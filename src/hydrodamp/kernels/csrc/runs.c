@@ -120,6 +120,7 @@ void hd_recur_run(const hd_plant *plant, const hd_entries *entries, const hd_est
     for (size_t s = 0; s < n_segments; ++s) {
         const size_t start = (size_t)segments[2 * s], stop = (size_t)segments[2 * s + 1];
         walk_from(plant, &walk, work);
+        hd_witness_break(entries, estimate->witness);
         for (size_t i = 0; i < size; ++i)
             block[i] = 0;
         for (size_t k = start + 1; k < stop; ++k) {

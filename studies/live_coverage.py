@@ -1,0 +1,82 @@
+"""Measure how often intervals on board cover the truth: ``python studies/live_coverage.py``.
+
+Every campaign of the benchmark whose water is a table of terms is identified with those terms,
+sample by sample. A coefficient counts where it is told to be determined at the end of the training
+log. Campaigns whose vehicle is told wrongly are listed apart.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+
+import hydrodamp as hd
+from benchmark_campaign import Campaign
+from benchmark_campaigns import campaigns
+from hydrodamp.files import save_text
+from hydrodamp.live.loop import begin, estimates, take
+from hydrodamp.live.rows import rows_of
+
+MISTOLD = ("wrench", "fins")
+"""What the names of campaigns have in them whose vehicle is told wrongly."""
+
+PAGE = Path(__file__).parents[1] / "docs" / "live" / "index.md"
+"""Where the table stands, between these marks."""
+
+MARKS = ("<!-- coverage -->", "<!-- end of coverage -->")
+
+WIDTH = 1.959964
+"""Standard errors from the middle of a 95 % interval to its ends."""
+
+
+def misses(campaign: Campaign) -> np.ndarray:
+    """Return the misses of determined coefficients at the end, in standard errors."""
+    logs = campaign.logs
+    assert logs.true is not None
+    rows = rows_of(logs.train)
+    model = logs.true.model.restricted_to(logs.vehicle.axes)
+    first = next(rows)
+    state, _ = take(begin(logs.vehicle, model, "rls", first), first)
+    for row in rows:
+        state, _ = take(state, row)
+    told = estimates(state)["coefficients"]
+    return np.array(
+        [
+            (one["value"] - logs.true[label]) / one["standard_error"]
+            for label, one in told.items()
+            if one["determined"]
+        ]
+    )
+
+
+def table(found: Iterable[tuple[str, np.ndarray]]) -> str:
+    """Return coverage by vehicle and altogether, as Markdown."""
+    families: dict[str, list[np.ndarray]] = {}
+    for name, one in found:
+        right = not any(word in name for word in MISTOLD)
+        families.setdefault(name.partition("/")[0] if right else "told wrongly", []).append(one)
+    right = [one for name, some in families.items() if name != "told wrongly" for one in some]
+    lines = ["| vehicle | campaigns | determined | covered |", "|---|---|---|---|"]
+    for name, some in (*families.items(), ("all told rightly", right)):
+        joined = np.concatenate(some)
+        covered = f"{100.0 * np.mean(np.abs(joined) < WIDTH):.0f} %"
+        lines.append(f"| {name} | {len(some)} | {len(joined)} | {covered} |")
+    return "\n".join(lines)
+
+
+def main() -> None:
+    """Measure, print, and put the table on its page."""
+    warnings.simplefilter("ignore", hd.HydrodampWarning)
+    known = (campaign for campaign in campaigns() if campaign.logs.true is not None)
+    text = table((campaign.name, misses(campaign)) for campaign in known)
+    print(text)
+    page = PAGE.read_text("utf-8")
+    before, after = page.split(MARKS[0])[0], page.split(MARKS[1])[1]
+    save_text(f"{before}{MARKS[0]}\n{text}\n{MARKS[1]}{after}", PAGE)
+
+
+if __name__ == "__main__":
+    main()
