@@ -104,7 +104,6 @@ from .identification.power import (
     operating_box as operating_box,
     worst_power as worst_power,
 )
-from .identification.prior import PriorLeastSquares as PriorLeastSquares
 from .identification.recommended import Recommended as Recommended
 from .identification.recursive import (
     RecursiveLeastSquares as RecursiveLeastSquares,

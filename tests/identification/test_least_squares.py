@@ -21,7 +21,7 @@ ROWS = hd.Differenced()
         hd.LeastSquares(),
         hd.Ridge(ROWS),
         hd.Dissipative(ROWS),
-        hd.PriorLeastSquares(hd.published["vt690-sname2022"], 0.1, equations=ROWS),
+        hd.Ridge(ROWS, prior=hd.published["vt690-sname2022"]),
     ],
 )
 def test_too_few_samples_is_a_status(method, vehicle, exact_log, true_damping):

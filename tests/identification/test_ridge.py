@@ -43,15 +43,6 @@ def test_no_strength_is_least_squares(vehicle, exact_log, true_damping):
     assert (fit.rank, fit.aliased, fit.status) == (plain.rank, plain.aliased, plain.status)
 
 
-def test_a_strength_an_axis(linear):
-    truth, _, problem = linear
-    strengths = (0.0, 1e9, 0.0, 0.0, 0.0, 0.0)
-    fit = hd.Ridge(RECORDED, strength=strengths).identify(problem, truth.model)
-    plain = hd.LeastSquares().identify(problem, truth.model)
-    np.testing.assert_allclose(fit.damping.matrix[1], 0.0, atol=1e-6)
-    np.testing.assert_allclose(fit.damping.matrix[2:], plain.damping.matrix[2:], rtol=1e-8)
-
-
 def test_a_strength_has_no_unit(vehicle, exact_log, true_damping):
     """A command in other units: the same wrench is predicted."""
     model = hd.catalog["linear"].with_terms({"X N": "ch"})
@@ -129,7 +120,7 @@ def test_too_few_rows_for_the_folds_are_a_sentence(vehicle, exact_log, true_damp
 
 
 def test_settings_that_are_none_are_a_sentence():
-    for wrong in (-1.0, float("nan"), (1.0, 2.0), (1.0, 1.0, 1.0, 1.0, 1.0, -1.0)):
+    for wrong in (-1.0, float("nan"), float("inf")):
         with pytest.raises(hd.MethodError, match="`strength` must be zero or positive"):
             hd.Ridge(strength=wrong)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -17,7 +17,15 @@ from hydrodamp.errors import MethodError, demand
 from hydrodamp.identification.covariance import BlockGrams, reference
 from hydrodamp.identification.differences import Derivative, SavitzkyGolay
 from hydrodamp.identification.fit import Fit, Method, empty_fit, fitted
-from hydrodamp.identification.rows import Differenced, Equations, Rows, Split, accumulate, folds
+from hydrodamp.identification.rows import (
+    Differenced,
+    Equations,
+    Rows,
+    Split,
+    accumulate,
+    folds,
+    left_over,
+)
 from hydrodamp.identification.triangle import (
     AxisSolution,
     Triangle,
@@ -26,8 +34,9 @@ from hydrodamp.identification.triangle import (
     spanned,
 )
 from hydrodamp.identification.weak import WeakEquations
+from hydrodamp.models.damping import Damping, warn_if_foreign
 from hydrodamp.models.model import DampingModel
-from hydrodamp.simulation.problem import Problem
+from hydrodamp.simulation.problem import Problem, stamp
 from hydrodamp.simulation.status import Status
 
 # Samples up to which `ls` keeps its rows for the covariance of coloured noise.
@@ -63,6 +72,14 @@ class Regression:
         made = folds(self.rows)
         return made.made, made.splits(self.rows)
 
+    def less(self, damping: Damping) -> Regression:
+        """Take what a damping makes off the targets."""
+        made = self.triangle.columns(damping.model.basis.terms) @ damping.matrix.T
+        r = self.triangle.r.copy()
+        r[:, -6:] -= made
+        rows = self.rows and replace(self.rows, target=left_over(self.rows, damping))
+        return Regression(self.problem, replace(self.triangle, r=r), rows)
+
     def fit(
         self,
         method: Method,
@@ -70,6 +87,7 @@ class Regression:
         solved: Sequence[AxisSolution],
         remarks: tuple[str, ...] = (),
         *,
+        about: FloatArray | float = 0.0,
         noisy_terms: bool = False,
     ) -> Fit:
         """Put together the fit of six separately solved axes."""
@@ -82,7 +100,7 @@ class Regression:
             self.problem,
             model,
             method,
-            np.concatenate([one.coefficients for one in solved]),
+            about + np.concatenate([one.coefficients for one in solved]),
             covariance=white * (1.0 if rows is None else rows.likeness),
             uncertainty=uncertainty,
             rank=sum(one.span.rank for one in solved),
@@ -244,20 +262,23 @@ _GRID = np.logspace(-12.0, 2.0, 561)
 
 @dataclass(frozen=True)
 class Ridge(LinearEstimator):
-    """Least squares that prefers small coefficients.
+    """Least squares that prefers small coefficients, or those near known ones.
 
-    Minimises ``|Ξ κ − σ|² / n + strength · |S κ|²`` on each axis, S the root mean
+    Minimises ``|Ξ κ − σ|² / n + strength · |S (κ − κ₀)|²`` on each axis, S the root mean
     square of each column: a strength has no unit and does not depend on the length of
     the log or the unit of a column. Directions the data hardly determine shrink to
-    zero, the others stay. Standard errors say nothing of what shrinking hides.
+    κ₀, the others stay. Standard errors say nothing of what shrinking hides.
 
     Parameters
     ----------
     equations : Equations, optional
         Where the rows come from.
-    strength : float or tuple of 6 floats, optional
-        One for all axes, or one an axis X Y Z K M N; by default each is chosen by
-        cross-validation over segments, see :func:`hydrodamp.folds`.
+    strength : float, optional
+        By default that of each axis is chosen by cross-validation over segments, see
+        :func:`hydrodamp.folds`.
+    prior : Damping, optional
+        κ₀: a published set or an earlier fit. A coefficient that it lacks, and every one by
+        default, is zero.
 
     Raises
     ------
@@ -271,21 +292,29 @@ class Ridge(LinearEstimator):
     """
 
     equations: Equations = field(default_factory=WeakEquations)
-    strength: float | tuple[float, ...] | None = None
+    strength: float | None = None
+    prior: Damping | None = None
     key = "ridge"
 
     def __post_init__(self) -> None:
-        """Refuse strengths that are none."""
-        values = np.asarray(0.0 if self.strength is None else self.strength, dtype=np.float64)
-        fits = values.shape in ((), (6,)) and bool(np.all((values >= 0.0) & (values < np.inf)))
-        wanted = "zero or positive, one number or six, one an axis X Y Z K M N"
-        demand(fits, "strength", wanted, self.strength)
+        """Refuse a strength that is none."""
+        fits = self.strength is None or 0.0 <= self.strength < np.inf
+        demand(fits, "strength", "zero or positive", self.strength)
 
     def _solved(self, regression: Regression, model: DampingModel) -> Fit:
+        remarks, about = [], np.zeros(model.n_coefficients)
+        if self.prior is not None:
+            warn_if_foreign(self.prior, stamp(regression.problem.vehicle))
+            about = np.nan_to_num(self.prior.onto(model))
+            regression = regression.less(Damping(model, about))
+            remarks.append(
+                f"Prior '{self.prior.model.key}' has {np.count_nonzero(about)} of "
+                f"{model.n_coefficients} coefficients; the others are drawn to zero."
+            )
+        chosen = [(self.strength or 0.0, "")] * 6
         if self.strength is None:
-            remarks, chosen = _cross_validated(regression, model)
-        else:
-            remarks, chosen = [], [(one, "") for one in np.broadcast_to(self.strength, 6).tolist()]
+            made, chosen = _cross_validated(regression, model)
+            remarks.append(made)
         solved = []
         for axis, (terms, (strength, said)) in enumerate(zip(model.terms, chosen, strict=True)):
             solved.append(solve_axis(regression.triangle, terms, axis, strength))
@@ -294,12 +323,12 @@ class Ridge(LinearEstimator):
                     f"{AXES[axis]}: ridge strength {strength:.2g}{said}; "
                     f"{solved[-1].share.sum():.1f} effective of {len(terms)} coefficients."
                 )
-        return regression.fit(self, model, solved, tuple(remarks))
+        return regression.fit(self, model, solved, tuple(remarks), about=about)
 
 
 def _cross_validated(
     regression: Regression, model: DampingModel
-) -> tuple[list[str], list[tuple[float, str]]]:
+) -> tuple[str, list[tuple[float, str]]]:
     """Choose a strength for each axis; say how, and what is not predicted on the folds."""
     made, splits = regression.splits
     fewest = min(split.train.n_samples for split in splits)
@@ -312,7 +341,7 @@ def _cross_validated(
         )
     whole = regression.triangle
     chosen = [_strength(whole, splits, terms, axis) for axis, terms in enumerate(model.terms)]
-    return [f"Ridge strengths by cross-validation: {made}."], chosen
+    return f"Ridge strengths by cross-validation: {made}.", chosen
 
 
 def _strength(

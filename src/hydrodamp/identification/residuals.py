@@ -9,7 +9,7 @@ import numpy as np
 from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.basis.atoms import AXES
 from hydrodamp.errors import MethodError
-from hydrodamp.identification.rows import Rows
+from hydrodamp.identification.rows import Rows, left_over
 from hydrodamp.identification.weak import WeakEquations, chosen_support
 from hydrodamp.models.damping import Damping
 from hydrodamp.simulation.problem import Problem
@@ -82,14 +82,6 @@ def residual_rows(problem: Problem) -> tuple[Rows, float]:
     """Return rows of the weak form that share no sample, and how far apart they are [s]."""
     length = chosen_support(problem)[0]
     return WeakEquations(length, overlap=1, windows=()).rows(problem), length
-
-
-def left_over(rows: Rows, damping: Damping) -> FloatArray:
-    """Return what a damping leaves of each axis of some rows."""
-    model = damping.model
-    columns = [rows.basis.index(term) for term in model.basis]
-    rest: FloatArray = rows.target - rows.design[:, columns] @ damping.matrix.T
-    return rest
 
 
 def outlier_share(series: FloatArray) -> float:

@@ -14,6 +14,7 @@ from hydrodamp.errors import MethodError, demand
 from hydrodamp.identification.differences import Derivative, default_derivative
 from hydrodamp.identification.triangle import BLOCK, Triangle, merge
 from hydrodamp.kernels import core
+from hydrodamp.models.damping import Damping
 from hydrodamp.simulation.problem import Problem
 
 
@@ -84,6 +85,14 @@ class Rows:
         parts = (slice(first, first + BLOCK) for first in range(0, self.n, BLOCK))
         blocks = (np.hstack([self.design[part], self.target[part]]) for part in parts)
         return Triangle.of(self.basis, blocks)
+
+
+def left_over(rows: Rows, damping: Damping) -> FloatArray:
+    """Return what a damping leaves of each axis of some rows."""
+    model = damping.model
+    columns = [rows.basis.index(term) for term in model.basis]
+    rest: FloatArray = rows.target - rows.design[:, columns] @ damping.matrix.T
+    return rest
 
 
 class Equations(Protocol):
