@@ -9,7 +9,7 @@ from scipy.signal import lfilter
 import hydrodamp as hd
 from hydrodamp.basis.basis import Basis
 from hydrodamp.basis.term import Term
-from hydrodamp.identification.covariance import Bins, BlockGrams, correlation_time, long_run
+from hydrodamp.identification.covariance import Bins, BlockGrams, long_run
 from hydrodamp.identification.rows import Rows
 from hydrodamp.identification.triangle import solve_axis
 
@@ -74,7 +74,8 @@ def test_first_order_noise_has_the_variance_of_theory(a):
 def test_the_correlation_time_is_that_of_theory():
     """The integral of the autocorrelation a^|k| is (1 + a) / (1 - a) steps."""
     noise = first_order(2000, 0.9, seed=7, columns=60)
-    found = correlation_time(noise, *clock(1000, 1000, step=0.2))
+    bins = Bins.of(*clock(1000, 1000, step=0.2), most=2048)
+    found = bins.correlation_time(bins.sums(noise))
     assert found == pytest.approx(0.2 * 1.9 / 0.1, rel=0.1)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import sparse
 
-from hydrodamp.arrays import FloatArray, IntArray, frozen
+from hydrodamp.arrays import FloatArray, IntArray, freeze
 from hydrodamp.basis.atoms import VELOCITIES
 from hydrodamp.conditioning.derived import required
 from hydrodamp.data.attitude import euler_from_quaternion, in_body, rotation
@@ -155,10 +155,8 @@ class Current:
 
     def __post_init__(self) -> None:
         """Copy the arrays at the door."""
-        object.__setattr__(self, "time", frozen(self.time, (None,), "time"))
-        for name in ("velocity", "standard_error"):
-            block = frozen(getattr(self, name), (len(self.time), 2), name)
-            object.__setattr__(self, name, block)
+        n = len(self.time)
+        freeze(self, time=(n,), velocity=(n, 2), standard_error=(n, 2))
 
     @property
     def determined(self) -> bool:

@@ -293,10 +293,7 @@ def acceleration_from_accelerometer(
     """
     what = "acceleration_from_accelerometer"
     force, _ = required(log, what, "specific_force", "attitude")
-    try:
-        arm = frozen(lever_arm, (3,), "lever_arm")
-    except ValueError as error:
-        raise LogError(f"{error}", source=log.source) from error
+    arm = frozen(lever_arm, (3,), "lever_arm", LogError)
     rates = log.velocity[:, 3:]
     fit, window = slopes(log, relative(rates), seconds)
     linear = force + gravity * log.down - np.cross(rates, log.velocity[:, :3])

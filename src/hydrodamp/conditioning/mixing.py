@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from hydrodamp.arrays import BoolArray, FloatArray, IntArray, frozen
+from hydrodamp.arrays import BoolArray, FloatArray, IntArray, freeze
 from hydrodamp.conditioning.derived import required
 from hydrodamp.data.attitude import euler_from_quaternion, quaternion_from_euler
 from hydrodamp.data.log import Log
@@ -44,12 +44,7 @@ class Mixing:
 
     def __post_init__(self) -> None:
         """Copy the tables at the door."""
-        for name in ("cosine", "sine"):
-            try:
-                table = frozen(getattr(self, name), (2, 2), name)
-            except ValueError as error:
-                raise LogError(str(error)) from error
-            object.__setattr__(self, name, table)
+        freeze(self, LogError, cosine=(2, 2), sine=(2, 2))
 
 
 #: The demand turned by the roll angle.

@@ -140,12 +140,6 @@ class Bins:
         return made
 
 
-def correlation_time(scores: FloatArray, segment: IntArray, time: FloatArray) -> float:
-    """Return the time over which scores are correlated [s]."""
-    bins = Bins.of(segment, time, 2048)
-    return bins.correlation_time(bins.sums(scores))
-
-
 def long_run(bins: Bins, sums: FloatArray, hop: int | None = None) -> Uncertainty:
     """Return the covariance of the sum of correlated scores from their sums over bins."""
     coarse = bins.merged(hop or bins.hop(sums))

@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 from scipy.special import stdtrit
 
-from hydrodamp.arrays import FloatArray, frozen
+from hydrodamp.arrays import FloatArray, freeze
 from hydrodamp.data.log import Log
 from hydrodamp.data.record import first_few
 from hydrodamp.errors import MethodError, demand
@@ -77,9 +77,9 @@ class Uncertainty:
     def __post_init__(self) -> None:
         """Copy the arrays and check them."""
         n = len(self.covariance)
-        for name in ("covariance", "noise"):
-            if (given := getattr(self, name)) is not None:
-                object.__setattr__(self, name, frozen(given, (n, n), name, MethodError))
+        freeze(self, MethodError, covariance=(n, n))
+        if self.noise is not None:
+            freeze(self, MethodError, noise=(n, n))
         known = self.degrees_of_freedom
         demand(known > 0.0, "degrees_of_freedom", "positive", known)
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 from collections import Counter
 from dataclasses import dataclass, replace
-from enum import Enum
 
 import numpy as np
 
@@ -20,6 +19,7 @@ from hydrodamp.identification.weak import WeakEquations
 from hydrodamp.kernels import core
 from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Problem
+from hydrodamp.simulation.status import Worded
 
 #: Least share of the response that must be predicted: a correlation of one half between the
 #: response predicted and the response seen.
@@ -139,7 +139,7 @@ _STAR = (
 )
 
 
-class Grade(Enum):
+class Grade(Worded):
     """How well a coefficient is determined; the value says what to do with it.
 
     Examples
@@ -157,13 +157,8 @@ class Grade(Enum):
     WEAK = "weak: sign and order of magnitude at best; use it with the whole model only."
     NOT_DETERMINED = "not determined: the data do not tell; take it from elsewhere or leave it out."
 
-    @property
-    def word(self) -> str:
-        """The grade in one or two words."""
-        return self.value.split(":", 1)[0]
 
-
-class Cause(Enum):
+class Cause(Worded):
     """Why a coefficient is not determined, the first that holds; the value says what it means."""
 
     ALIASED = "aliased: its column is zero throughout or a sum of others."
@@ -173,11 +168,6 @@ class Cause(Enum):
     )
     NOISE = "noise: what tells its column from others may be more noise than motion."
     WIDE = "wide: its interval holds zero, and what it leaves open matters."
-
-    @property
-    def word(self) -> str:
-        """The cause in one word."""
-        return self.value.split(":", 1)[0]
 
 
 @dataclass(frozen=True)

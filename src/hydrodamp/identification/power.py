@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrodamp.arrays import BoolArray, FloatArray, IntArray, frozen
+from hydrodamp.arrays import BoolArray, FloatArray, IntArray, freeze
 from hydrodamp.basis.atoms import VELOCITIES
 from hydrodamp.basis.basis import Basis
 from hydrodamp.basis.term import Term
@@ -63,8 +63,7 @@ class OperatingBox:
 
     def __post_init__(self) -> None:
         """Copy the bounds and check them."""
-        for name in ("low", "high"):
-            object.__setattr__(self, name, frozen(getattr(self, name), (6,), name, MethodError))
+        freeze(self, MethodError, low=(6,), high=(6,))
         wrong = ~(np.isfinite(self.low) & np.isfinite(self.high) & (self.low <= self.high))
         if wrong.any():
             first = int(np.argmax(wrong))

@@ -62,20 +62,20 @@ def diagnose(problem: Problem, damping: Damping) -> tuple[str, ...]:
     rows, length = residual_rows(problem)
     left, coloured, spiked = left_over(rows, Damping(free, damping.onto(free))), [], []
     for axis, terms, values in zip(AXES, free.terms, left.T, strict=True):
-        _, correlation = correlated(values, rows.segment, 1)
-        if terms and abs(correlation[1]) * np.sqrt(rows.n) > _WHITE:
-            coloured.append(f"{axis} ({correlation[1]:.2f})")
+        near = float(correlated(values, rows.segment, 1)[1])
+        if terms and abs(near) * np.sqrt(rows.n) > _WHITE:
+            coloured.append(f"{axis} ({near:.2f})")
         if terms and (share := outlier_share(values)) > MANY:
             spiked.append(f"{axis} ({100.0 * share:.1f} %)")
     white = (
         f"Residuals are correlated in time on {', '.join(coloured)}, those {length:.2g} s apart: "
         "intervals for white residuals would be wrong."
     )
-    near = (
+    outlying = (
         f"Many residuals are beyond {FAR:g} robust standard deviations on "
         f"{', '.join(spiked)}: what the model lacks shows there, or what the log has wrong."
     )
-    return (*([white] if coloured else []), *([near] if spiked else []))
+    return (*([white] if coloured else []), *([outlying] if spiked else []))
 
 
 def residual_rows(problem: Problem) -> tuple[Rows, float]:
@@ -109,7 +109,7 @@ def autocorrelations(
     most = min(_LAGS, longest // _SHARE)
     found = [
         {
-            axis: correlated(left, rows.segment, most)[1]
+            axis: correlated(left, rows.segment, most)
             for axis, terms, left in zip(AXES, one.model.terms, left_over(rows, one).T, strict=True)
             if terms
         }
@@ -118,11 +118,10 @@ def autocorrelations(
     return length * np.arange(most + 1.0), 1.96 / float(np.sqrt(rows.n)), found
 
 
-def correlated(series: FloatArray, segment: IntArray, most: int) -> tuple[IntArray, FloatArray]:
-    """Return pairs and autocorrelation at lags 0 to ``most``, never across a join."""
-    pairs, products = np.zeros(most + 1, dtype=np.int64), np.zeros(most + 1)
+def correlated(series: FloatArray, segment: IntArray, most: int) -> FloatArray:
+    """Return the autocorrelation at lags 0 to ``most``, never across a join."""
+    products = np.zeros(most + 1)
     for part in np.split(series, np.flatnonzero(np.diff(segment)) + 1):
         for lag in range(min(most + 1, len(part))):
-            pairs[lag] += len(part) - lag
             products[lag] += part[lag:] @ part[: len(part) - lag]
-    return pairs, products / (products[0] or 1.0)
+    return np.asarray(products / (products[0] or 1.0))

@@ -11,7 +11,7 @@ from scipy.linalg import block_diag
 
 from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.conditioning.derived import fitted, relative
-from hydrodamp.identification.covariance import correlation_time
+from hydrodamp.identification.covariance import Bins
 from hydrodamp.identification.differences import (
     mean_square,
     median_step,
@@ -39,8 +39,8 @@ DAMPING, _TRIALS = 1e-3, 8
 #: Strength of the prior before the data have set it, and its bounds.
 _FIRST, _BOUNDS = 0.1, (1e-6, 10.0)
 
-#: Windows that tell for how long errors are alike.
-_LOOKED_AT = 32
+#: Windows that tell for how long errors are alike, and bins of their time.
+_LOOKED_AT, _BINS = 32, 2048
 
 #: How far beyond the log damping is to take power, and what weight power fed to the motion has
 #: against errors, both as shares of what is usual in the log.
@@ -276,8 +276,9 @@ def _evidence(search: Search, place: Place) -> Place:
     some = windows.some(slice(None, None, -(-len(windows.bounds) // _LOOKED_AT)))
     errors = some.errors(place.coefficients)
     number = np.repeat(np.arange(len(some.spans)), np.diff(some.spans, axis=1).ravel())
-    time, step = search.problem.inputs.time[some.samples], median_step(search.problem)
-    alike = [max(correlation_time(one[:, None], number, time) / step, 1.0) for one in errors.T]
+    bins = Bins.of(number, search.problem.inputs.time[some.samples], _BINS)
+    sums, step = bins.sums(errors), median_step(search.problem)
+    alike = [max(bins.correlation_time(one[:, None]) / step, 1.0) for one in sums.T]
     independent = search.problem.n_samples * float(np.sum(1.0 / np.array(alike)))
     misfit = float(np.mean(1.0 - (search.noise / spread) ** 2))
     told = np.maximum(np.linalg.eigvalsh(search.normal(place)[0]), 0.0)

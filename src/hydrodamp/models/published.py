@@ -45,9 +45,6 @@ def _read(name: str) -> Damping:
 published = Packaged(Path(__file__).parent / "published", _read)
 """Published coefficient sets by name: ``vt690-sname2022``, ``remus100-prestero-theory``, ..."""
 
-#: The cross product: ``(a x b)[k]`` is the sum of sign a[l] b[m] over (k, l, m, sign).
-_CROSS = [(k, (k + s) % 3, (k - s) % 3, float(s)) for k in range(3) for s in (1, -1)]
-
 
 def added_mass_matrix(derivatives: Mapping[str, float]) -> FloatArray:
     """Return the added mass matrix of SNAME derivatives, such as ``Y_vdot``."""
@@ -60,17 +57,13 @@ def added_mass_matrix(derivatives: Mapping[str, float]) -> FloatArray:
 
 def coriolis_coefficients(matrix: npt.ArrayLike) -> dict[str, float]:
     """Return ``H(A nu) nu`` as coefficients of products of two velocities."""
-    mass = np.asarray(matrix, dtype=np.float64)
+    mass, turned = np.asarray(matrix, dtype=np.float64), np.zeros((6, 6, 6))
+    for place, momentum in enumerate(mass.T):  # H(p) nu = [p1 x omega ; p1 x nu1 + p2 x omega]
+        force, moment = (np.cross(part, np.eye(3)).T for part in np.split(momentum, 2))
+        turned[place, :3, 3:] = turned[place, 3:, :3] = force
+        turned[place, 3:, 3:] = moment
     found: dict[str, float] = {}
-    for k, left, right, sign in _CROSS:
-        for column, velocity in enumerate(VELOCITIES):
-            force, moment = sign * mass[left, column], sign * mass[3 + left, column]
-            # H(p) nu = [p1 x omega ; p1 x nu1 + p2 x omega]  with  p = A nu
-            for axis, other, value in (
-                (AXES[k], VELOCITIES[3 + right], force),
-                (AXES[3 + k], VELOCITIES[right], force),
-                (AXES[3 + k], VELOCITIES[3 + right], moment),
-            ):
-                label = spell_label(axis, Term((velocity, other)))
-                found[label] = found.get(label, 0.0) + float(value)
+    for place, axis, other in np.argwhere(turned).tolist():
+        label = spell_label(AXES[axis], Term((VELOCITIES[place], VELOCITIES[other])))
+        found[label] = found.get(label, 0.0) + float(turned[place, axis, other])
     return {label: value for label, value in found.items() if value != 0.0}

@@ -5,7 +5,16 @@ from __future__ import annotations
 from enum import Enum
 
 
-class Status(Enum):
+class Worded(Enum):
+    """Values are sentences that begin with one or two words and a colon."""
+
+    @property
+    def word(self) -> str:
+        """What comes before the colon."""
+        return str(self.value).split(":", 1)[0]
+
+
+class Status(Worded):
     """An outcome; its value is the sentence to read.
 
     Examples
@@ -46,11 +55,6 @@ class Status(Enum):
     )
     FAILED = "failed: the estimate is not finite; look for absurd numbers in the log."
     DIVERGED = "diverged: the open-loop replay left every bound; there is no RMS error."
-
-    @property
-    def word(self) -> str:
-        """The outcome in one or two words."""
-        return self.value.split(":", 1)[0]
 
     @property
     def usable(self) -> bool:
