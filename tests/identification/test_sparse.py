@@ -201,19 +201,3 @@ def test_commands_that_something_takes_are_not_offered(campaign):
     assert moved(campaign.vehicle, campaign.train, []) is None
     recorded = replace(campaign.train, wrench=np.zeros((campaign.train.n, 6)))
     assert moved(replace(campaign.vehicle, actuators=()), recorded, []) is None
-
-
-def test_an_interrupt_ends_the_selection_with_the_rounds_that_are_done(campaign, flat):
-    done: list[object] = []
-
-    def interrupted(*given):
-        if done:
-            raise KeyboardInterrupt
-        return select_around(*given)
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("hydrodamp.identification.sparse.select_around", interrupted)
-        model = hd.Sparse(windows=(10.0, 10.0)).select(flat, campaign.train, (), done.append)
-        assert "interrupted after 1 of 2 rounds" in model.note
-        with pytest.raises(KeyboardInterrupt):
-            QUICK.select(flat, campaign.train)

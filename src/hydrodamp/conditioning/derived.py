@@ -254,7 +254,6 @@ def acceleration_from_accelerometer(
     log: Log,
     lever_arm: npt.ArrayLike = (0.0, 0.0, 0.0),
     *,
-    gravity: float = GRAVITY,
     seconds: float | None = None,
 ) -> Log:
     """Return a log whose accelerations come from its specific force.
@@ -265,8 +264,6 @@ def acceleration_from_accelerometer(
         With a specific force and an attitude.
     lever_arm : array_like, shape (3,), optional
         From the reference point to the accelerometer, body frame [m].
-    gravity : float, optional
-        [m/s^2].
     seconds : float, optional
         Time under the local quadratics of the rates [s]; chosen by cross-validation where
         not given.
@@ -296,7 +293,7 @@ def acceleration_from_accelerometer(
     arm = frozen(lever_arm, (3,), "lever_arm", LogError)
     rates = log.velocity[:, 3:]
     fit, window = slopes(log, relative(rates), seconds)
-    linear = force + gravity * log.down - np.cross(rates, log.velocity[:, :3])
+    linear = force + GRAVITY * log.down - np.cross(rates, log.velocity[:, :3])
     linear -= np.cross(fit.slope, arm) + np.cross(rates, np.cross(rates, arm))  # of the arm
     both = np.column_stack((linear, fit.slope))
     absent = [k for k, name in enumerate(VELOCITIES) if name not in log.velocity_names]

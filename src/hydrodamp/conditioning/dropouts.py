@@ -176,7 +176,7 @@ _NEAR = 1e-6  # m/s, about a sentinel
 _BREAK = 0.1  # m/s; from this speed no vehicle stands still within a sample
 
 
-def mask_bottom_lock(log: Log, *, flag: str | None = None, fastest: float = FASTEST) -> Log:
+def mask_bottom_lock(log: Log, *, flag: str | None = None) -> Log:
     """Take out linear velocities that were written without bottom lock.
 
     Parameters
@@ -185,15 +185,13 @@ def mask_bottom_lock(log: Log, *, flag: str | None = None, fastest: float = FAST
         Any log.
     flag : str, optional
         A command channel that is zero where the velocity is not good.
-    fastest : float, optional
-        Size of a velocity that no craft of this log reaches [m/s]; where most do, or most
-        are above 15 m/s, their unit is to blame, and they stay.
 
     Returns
     -------
     log : Log
-        Without the samples that are :data:`SENTINELS`, too fast, flagged, or zero in all
-        linear velocities at once between samples under way.
+        Without the samples that are :data:`SENTINELS`, beyond :data:`FASTEST`, flagged, or
+        zero in all linear velocities at once between samples under way. Where most are above
+        15 m/s their unit is to blame, and they stay.
 
     Raises
     ------
@@ -206,17 +204,17 @@ def mask_bottom_lock(log: Log, *, flag: str | None = None, fastest: float = FAST
     >>> mask_bottom_lock(log).velocity[:, 0].tolist()
     [1.0, 1.0, 1.0, 1.0, 1.0, 1.0]
     """
-    return without_samples(log, without_lock(log, flag, fastest), "no measurement")
+    return without_samples(log, without_lock(log, flag), "no measurement")
 
 
-def without_lock(log: Log, flag: str | None = None, fastest: float = FASTEST) -> Lost:
+def without_lock(log: Log, flag: str | None = None) -> Lost:
     """Return the linear velocities that were written without bottom lock."""
     linear = {name: one for name, one in velocities(log).items() if name in VELOCITIES[:3]}
     if not linear:
         return {}
     values = np.column_stack([*linear.values()])
     usual = float(np.median(np.abs(values).max(axis=1)))
-    lost = lost_lock(values, fastest if usual <= min(fastest, FASTEST / 2) else np.inf).any(axis=1)
+    lost = lost_lock(values, FASTEST if usual <= FASTEST / 2 else np.inf).any(axis=1)
     lost |= _dropped_to_zero(values, log.bounds, _BREAK)
     if flag is not None:
         lost |= log.command(flag) == 0.0

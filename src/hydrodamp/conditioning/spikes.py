@@ -16,8 +16,9 @@ from hydrodamp.errors import LogError, no_such
 #: Clocks and values of windows, shape (m, w, ...) -> how far off each sample is, shape (m, w).
 Off = Callable[[FloatArray, FloatArray], FloatArray]
 
-#: A shorter stretch has too few neighbours to compare.
-LEAST_WINDOW = 5
+#: Samples compared, and as many as must be there. A third of them side by side is the most that
+#: can be told from motion.
+_WINDOW, _LEAST = 7, 5
 
 #: Standard deviation over median absolute deviation of a normal distribution.
 _NORMAL = 1.482602218505602
@@ -29,13 +30,7 @@ _SAMPLED = 20000  # samples at which the usual spread is taken, about
 _CHUNK = 16384
 
 
-def remove_spikes(
-    log: Log,
-    *,
-    names: Sequence[str] | None = None,
-    window: int = 7,
-    threshold: float = 6.0,
-) -> Log:
+def remove_spikes(log: Log, *, names: Sequence[str] | None = None, threshold: float = 6.0) -> Log:
     """Interpolate over single samples, or a few, that stand out of their neighbours.
 
     Parameters
@@ -45,9 +40,6 @@ def remove_spikes(
     names : sequence of str, optional
         Channels to look at; where not given all that were measured but accelerations.
         These and commands may jump; commands are never touched.
-    window : int, optional
-        Samples compared, odd, five or more. A third of a window of spikes side by side is
-        the most that can be distinguished from motion.
     threshold : float, optional
         Robust standard deviations from the median. At six, white noise has a spike in some
         ten million samples.
@@ -69,47 +61,44 @@ def remove_spikes(
     >>> remove_spikes(Log.from_arrays(np.arange(50.0), {"u": surge})).notes
     ('spikes: 1 of 50 samples of `u` (2 %) interpolated',)
     """
-    if window < LEAST_WINDOW or window % 2 == 0 or not threshold > 0:
-        fault = (
-            f"`window` must be odd and at least {LEAST_WINDOW}, `threshold` positive; got"
-            f" {window} and {threshold:g}"
-        )
-        raise LogError(fault, source=log.source)
+    if not threshold > 0:
+        raise LogError(f"`threshold` must be positive; got {threshold:g}", source=log.source)
     columns = measured(log)
     for name in names or ():
         if name not in columns:
             raise LogError(no_such("measured channel", name, columns), source=log.source)
     usual = [name for name in columns if name not in ACCELERATION.columns]
     lost = {
-        name: spikes(log, columns[name], window, threshold)
-        for name in (usual if names is None else names)
+        name: spikes(log, columns[name], threshold) for name in (usual if names is None else names)
     }
     return without_samples(log, lost, "spikes")
 
 
-def spikes(log: Log, values: FloatArray, window: int = 7, threshold: float = 6.0) -> BoolArray:
+def spikes(log: Log, values: FloatArray, threshold: float = 6.0) -> BoolArray:
     """Return which samples of a channel are spikes."""
     from scipy.ndimage import median_filter  # takes long to import
 
     # The segment is mirrored at its ends.
-    parts = [median_filter(values[a:b], size=window, mode="mirror") for a, b in log.bounds.tolist()]
+    parts = [
+        median_filter(values[a:b], size=_WINDOW, mode="mirror") for a, b in log.bounds.tolist()
+    ]
     distance = np.abs(values - np.concatenate(parts))
     low, high = np.quantile(values, (0.05, 0.95))
     small = _HARMLESS * float(high - low)  # too small to matter, of motion without noise above all
-    least = max(threshold * _usual(log, values, window), small, _rounding(values))
+    least = max(threshold * _usual(log, values), small, _rounding(values))
     found = np.zeros(log.n, dtype=np.bool_)
-    for rows, own, spread in _distances(log, values, distance > least, _off_line, window):
+    for rows, own, spread in _distances(log, values, distance > least, _off_line):
         found[rows] = own > np.maximum(threshold * spread, least)
     return found
 
 
 def _distances(
-    log: Log, values: FloatArray, candidates: BoolArray, off: Off, window: int
+    log: Log, values: FloatArray, candidates: BoolArray, off: Off
 ) -> Iterator[tuple[IntArray, FloatArray, FloatArray]]:
     """Yield candidates, how far each is off its window, and how far most about it."""
     for start, stop in log.bounds.tolist():
-        width = min(window, stop - start)
-        rows = np.flatnonzero(candidates[start:stop] & (stop - start >= LEAST_WINDOW))
+        width = min(_WINDOW, stop - start)
+        rows = np.flatnonzero(candidates[start:stop] & (stop - start >= _LEAST))
         for low in range(0, len(rows), _CHUNK):
             part = start + rows[low : low + _CHUNK]
             first = np.clip(part - width // 2, start, stop - width)
@@ -129,12 +118,12 @@ def _off_line(time: FloatArray, around: FloatArray) -> FloatArray:
     return np.abs(level - np.median(level, axis=1, keepdims=True))
 
 
-def _usual(log: Log, values: FloatArray, window: int) -> float:
+def _usual(log: Log, values: FloatArray) -> float:
     """Return the usual spread; of a coarse sensor, which mostly stands still, its flicker."""
     some = np.zeros(log.n, dtype=np.bool_)
     for start, stop in log.bounds.tolist():
         some[start : stop : -(-log.n // _SAMPLED)] = True
-    parts = [own for _, own, _ in _distances(log, values, some, _off_line, window)]
+    parts = [own for _, own, _ in _distances(log, values, some, _off_line)]
     rest = np.concatenate(parts) if parts else np.zeros(1)
     moved = rest > _rounding(values)
     flickers = np.median(rest) <= _rounding(values) and np.mean(moved) > _FLICKER
@@ -149,15 +138,13 @@ def _rounding(values: FloatArray) -> float:
 _LEAST_LEAP = np.radians(2.0)
 
 
-def steady_attitude(log: Log, *, window: int = 7, threshold: float = 6.0) -> Log:
+def steady_attitude(log: Log, *, threshold: float = 6.0) -> Log:
     """Take out samples of attitude that leap there and back.
 
     Parameters
     ----------
     log : Log
         Any log; without an attitude it is left alone.
-    window : int, optional
-        Samples compared, odd.
     threshold : float, optional
         Robust standard deviations of the turn from the window's middle; two degrees are
         allowed in any case.
@@ -176,17 +163,17 @@ def steady_attitude(log: Log, *, window: int = 7, threshold: float = 6.0) -> Log
     >>> np.degrees(2 * np.arcsin(steady_attitude(log).attitude[4, 3])).item()
     180.0
     """
-    return without_samples(log, {ATTITUDE: leaps(log, window, threshold)}, "attitude leaps")
+    return without_samples(log, {ATTITUDE: leaps(log, threshold)}, "attitude leaps")
 
 
-def leaps(log: Log, window: int = 7, threshold: float = 6.0) -> BoolArray:
+def leaps(log: Log, threshold: float = 6.0) -> BoolArray:
     """Return which samples of attitude leap there and back."""
     few, found = np.zeros((2, log.n), dtype=np.bool_)
     if log.attitude is None:
         return found
     for start, stop in log.bounds.tolist():
         few[start:stop] = _jolts(log.attitude[start:stop]) > _LEAST_LEAP / 2
-    for rows, own, spread in _distances(log, log.attitude, few, _off_turn, window):
+    for rows, own, spread in _distances(log, log.attitude, few, _off_turn):
         found[rows] = own > np.maximum(threshold * spread, _LEAST_LEAP)
     return found
 

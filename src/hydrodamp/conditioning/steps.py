@@ -8,7 +8,6 @@ from functools import partial
 from typing import Annotated, Any, Literal
 
 from pydantic import (
-    AfterValidator,
     BaseModel,
     ConfigDict,
     Field,
@@ -31,7 +30,7 @@ from hydrodamp.conditioning.dropouts import (
     mask_lost_frames,
 )
 from hydrodamp.conditioning.mixing import AVL_690, ROTATION, roll_from_mixing
-from hydrodamp.conditioning.spikes import LEAST_WINDOW, remove_spikes, steady_attitude
+from hydrodamp.conditioning.spikes import remove_spikes, steady_attitude
 from hydrodamp.conditioning.suspicions import note_suspicions
 from hydrodamp.data.log import Log
 from hydrodamp.errors import did_you_mean
@@ -52,12 +51,6 @@ CLEANING_STEPS: tuple[Step, ...] = (
 _MIXINGS = {"rotation": ROTATION, "avl690": AVL_690}
 
 
-def _odd(window: int) -> int:
-    if window % 2 == 0:
-        raise ValueError(f"must be odd; got {window}")
-    return window
-
-
 _STRICT = ConfigDict(extra="forbid")
 _Positive = Annotated[FiniteFloat, Field(gt=0)]
 _LATE = dict[str, Annotated[FiniteFloat, Field(ge=0)]]
@@ -66,8 +59,7 @@ _LATE = dict[str, Annotated[FiniteFloat, Field(ge=0)]]
 # commands, by the name of the step.
 _KINDS: dict[str, Any] = {
     "names": tuple[str, ...],
-    "window": Annotated[int, Field(ge=LEAST_WINDOW), AfterValidator(_odd)],
-    **dict.fromkeys(("threshold", "seconds", "fastest", "gravity"), _Positive),
+    **dict.fromkeys(("threshold", "seconds"), _Positive),
     "flag": str,
     "lever_arm": tuple[FiniteFloat, FiniteFloat, FiniteFloat],
     **dict.fromkeys(("demanded", "fins"), tuple[str, str]),

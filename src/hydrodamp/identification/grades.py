@@ -62,7 +62,7 @@ def excitation(problem: Problem, model: DampingModel) -> Excitation:
     rich = zip(AXES, reference(problem.vehicle.axes).terms, strict=True)
     both = free.with_terms({axis: " ".join(map(str, terms)) for axis, terms in rich if terms})
     wide = problem.covering(both)
-    equations = WeakEquations(min(SPAN, _longest(wide)), _OVERLAP, windows=())
+    equations = WeakEquations(min(SPAN, float(wide.durations.max())), _OVERLAP, windows=())
     rows = equations.rows(wide)
     response = equations.rows(_without_momentum(wide)).target
     variance = response.var(axis=0)
@@ -76,11 +76,6 @@ def excitation(problem: Problem, model: DampingModel) -> Excitation:
         share=frozen(share),
         response=frozen(np.sqrt(share * variance)),
     )
-
-
-def _longest(problem: Problem) -> float:
-    time, last = problem.inputs.time, problem.segments[:, 1] - 1
-    return float(np.max(time[last] - time[problem.segments[:, 0]]))
 
 
 def _without_momentum(problem: Problem) -> Problem:

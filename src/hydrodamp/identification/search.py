@@ -223,9 +223,7 @@ def ladder(search: Search, start: Place, lengths: Sequence[float]) -> Place:
 
 def within(problem: Problem, lengths: Sequence[float]) -> list[float]:
     """Return the lengths [s] up to the first that no segment exceeds, which is that of them all."""
-    time, (first, stop) = problem.inputs.time, problem.segments.T
-    longest = float(np.max(time[stop - 1] - time[first]))
-    shorter = [length for length in lengths if length < longest]
+    shorter = [length for length in lengths if length < problem.durations.max()]
     return shorter if len(shorter) == len(lengths) else [*shorter, np.inf]
 
 

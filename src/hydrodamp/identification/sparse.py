@@ -125,8 +125,7 @@ class Sparse:
             Commands that neither they nor the vehicle's actuators take are offered on
             the axes where they explain what a plain damping leaves over, and kept there.
         done : callable, optional
-            Called with each round as it comes, one for each of the windows. An interrupt after
-            the first ends the selection with the rounds that are done.
+            Called with each round as it comes, one for each of the windows.
 
         Returns
         -------
@@ -148,20 +147,13 @@ class Sparse:
         damping, _ = refit(problem, first, (), (_SHORT,))
         rounds: list[Round] = []
         for window in self.windows:
-            try:
-                made, damping = select_around(problem, offered, damping, window)
-            except KeyboardInterrupt:
-                if not rounds:
-                    raise
-                break
+            made, damping = select_around(problem, offered, damping, window)
             rounds.append(made)
             if done is not None:
                 done(made)
         best, why = best_round(rounds)
         source = f"selected by hydrodamp from {log.source or 'a log in memory'}"
         note = f"{why} {best.words}"
-        if len(rounds) < len(self.windows):
-            note += f" It was interrupted after {len(rounds)} of {len(self.windows)} rounds."
         idle = set(log.command_names) - {*vehicle.commands, *best.model.commands}
         if idle and log.wrench is None:
             note += f" No axis follows the command {' '.join(sorted(idle))}."

@@ -208,8 +208,7 @@ def noise_share(problem: Problem, support: float, noise: FloatArray) -> FloatArr
 
 
 def _lengths(problem: Problem) -> list[float]:
-    time, ends = problem.inputs.time, problem.segments
-    duration = time[ends[:, 1] - 1] - time[ends[:, 0]]
+    duration = problem.durations
     least = _LEAST_STEPS * median_step(problem)
     longest = max(float(duration @ duration / duration.sum()) / _PER_SEGMENT, least)
     n = int(np.ceil(_PER_OCTAVE * np.log2(longest / least))) + 1

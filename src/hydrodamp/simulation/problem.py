@@ -230,10 +230,15 @@ class Problem:
         return len(self.inputs.time)
 
     @property
+    def durations(self) -> FloatArray:
+        """Time that each segment covers [s]."""
+        first, last = self.inputs.time[self.segments - [0, 1]].T
+        return np.asarray(last - first)
+
+    @property
     def duration(self) -> float:
         """Time covered by all segments together, without what is between them [s]."""
-        time = self.inputs.time
-        return float(np.sum(time[self.segments[:, 1] - 1] - time[self.segments[:, 0]]))
+        return float(np.sum(self.durations))
 
     @property
     def segment_numbers(self) -> IntArray:
