@@ -24,11 +24,7 @@ from .conditioning.dropouts import (
     mask_frozen as mask_frozen,
     mask_lost_frames as mask_lost_frames,
 )
-from .conditioning.mixing import (
-    AVL_690 as AVL_690,
-    Mixing as Mixing,
-    roll_from_mixing as roll_from_mixing,
-)
+from .conditioning.mixing import roll_from_mixing as roll_from_mixing
 from .conditioning.spikes import remove_spikes as remove_spikes, steady_attitude as steady_attitude
 from .conditioning.steps import CLEANING_STEPS as CLEANING_STEPS, clean as clean
 from .conditioning.suspicions import (

@@ -43,6 +43,17 @@ def test_the_roll_that_was_mixed_in_comes_back() -> None:
     )
 
 
+def test_the_mixing_of_the_690_is_known_by_its_name() -> None:
+    log = mixed()
+    e, r = (log.command(name) for name in DEMANDED)
+    fins = (e * np.cos(ROLL) - r * np.sin(ROLL), e * np.sin(ROLL) - r * np.cos(ROLL))
+    own = dataclasses.replace(log, commands=np.column_stack((e, r, *fins)))
+    made = roll_from_mixing(own, DEMANDED, FINS, "avl690", seconds=0.1)
+    np.testing.assert_allclose(angles(made)[3:-3, 0], ROLL[3:-3], atol=1e-6)
+    with pytest.raises(LogError, match="Did you mean 'avl690'"):
+        roll_from_mixing(own, DEMANDED, FINS, "avl960")
+
+
 def test_fins_at_their_stops_are_bridged() -> None:
     made = roll_from_mixing(mixed(stop=0.2), DEMANDED, FINS)
     assert "interpolated in 0 of" not in made.notes[0]

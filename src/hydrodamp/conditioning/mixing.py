@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
-from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-from hydrodamp.arrays import BoolArray, FloatArray, IntArray, freeze
+from hydrodamp.arrays import BoolArray, FloatArray, IntArray
 from hydrodamp.conditioning.derived import required
 from hydrodamp.data.attitude import euler_from_quaternion, quaternion_from_euler
 from hydrodamp.data.log import Log
-from hydrodamp.errors import LogError
+from hydrodamp.errors import LogError, no_such
 
 _AGREES = 0.02  # of the size of the demand, by which the fins may differ from equation 1
 _ROUNDING = 2e-4  # rad
@@ -24,43 +22,19 @@ _STARTS = np.linspace(-_LARGEST, _LARGEST, 25)
 _STEPS = 4  # of Newton's method, from the best start
 
 
-@dataclass(frozen=True, eq=False)
-class Mixing:
-    """How an autopilot allows for roll: the tables of equation 1.
-
-    Attributes
-    ----------
-    cosine, sine : ndarray, shape (2, 2)
-        C and S: rows elevator and rudder as set, columns elevator and rudder demanded.
-
-    Examples
-    --------
-    >>> Mixing().sine.tolist()
-    [[0.0, -1.0], [1.0, 0.0]]
-    """
-
-    cosine: npt.ArrayLike = ((1.0, 0.0), (0.0, 1.0))
-    sine: npt.ArrayLike = ((0.0, -1.0), (1.0, 0.0))
-
-    def __post_init__(self) -> None:
-        """Copy the tables at the door."""
-        freeze(self, LogError, cosine=(2, 2), sine=(2, 2))
-
-
-#: The demand turned by the roll angle.
-ROTATION = Mixing()
-
-#: The Virginia Tech 690: elevator (port - starboard) / 2 and rudder (bottom - top) / 2 as set,
-#: elevator and rudder angle as its loops put them out. Found by regression on its field log of
-#: July 2022, where it holds in all samples; a rotation holds in nine of ten only.
-AVL_690 = Mixing(cosine=((1.0, 0.0), (0.0, -1.0)), sine=((0.0, -1.0), (1.0, 0.0)))
+#: By autopilot, what elevator and rudder demanded count as in the fins of an upright vehicle; all
+#: turn the demand alike where it has rolled by 90 degrees. `rotation` turns it by the roll angle.
+#: `avl690` is the Virginia Tech 690: elevator (port - starboard) / 2 and rudder (bottom - top) / 2
+#: as set, elevator and rudder angle as its loops put them out. Found by regression on its field
+#: log of July 2022, where it holds in all samples; a rotation holds in nine of ten only.
+MIXINGS = {"rotation": (1.0, 1.0), "avl690": (1.0, -1.0)}
 
 
 def roll_from_mixing(
     log: Log,
     demanded: tuple[str, str],
     fins: tuple[str, str],
-    mixing: Mixing = ROTATION,
+    mixing: str = "rotation",
     *,
     seconds: float = 0.5,
 ) -> Log:
@@ -74,8 +48,9 @@ def roll_from_mixing(
         Commands: elevator and rudder as the autopilot wants them, upright [rad].
     fins : tuple of two str
         Commands: elevator and rudder as set, rolling with the body [rad].
-    mixing : Mixing, optional
-        What the autopilot does.
+    mixing : str, optional
+        What the autopilot does: ``"rotation"`` turns the demand by the roll angle,
+        ``"avl690"`` is the Virginia Tech 690.
     seconds : float, optional
         Time over which samples are taken together [s].
 
@@ -104,6 +79,8 @@ def roll_from_mixing(
     >>> bool(np.abs(euler_from_quaternion(made.attitude)[:, 0] - roll).max() < 1e-9)
     True
     """
+    if mixing not in MIXINGS:
+        raise LogError(no_such("mixing", mixing, MIXINGS), source=log.source)
     (attitude,) = required(log, "roll_from_mixing", "attitude")
     wanted, actual = (np.column_stack([*map(log.command, names)]) for names in (demanded, fins))
     good, alone = _telling(wanted, actual, mixing)
@@ -127,10 +104,9 @@ def roll_from_mixing(
     return dataclasses.replace(log, attitude=quaternion_from_euler(euler)).noted(note)
 
 
-def _sums(wanted: FloatArray, actual: FloatArray, mixing: Mixing) -> FloatArray:
+def _sums(wanted: FloatArray, actual: FloatArray, mixing: str) -> FloatArray:
     """Return the products that the squared distance of equation 1 consists of, shape (n, 5)."""
-    first = wanted @ np.asarray(mixing.cosine).T
-    second = wanted @ np.asarray(mixing.sine).T
+    first, second = wanted * MIXINGS[mixing], wanted[:, ::-1] * (-1.0, 1.0)
     pairs = ((actual, first), (actual, second), (first, first), (first, second), (second, second))
     return np.column_stack([np.sum(one * other, axis=1) for one, other in pairs])
 
@@ -145,9 +121,7 @@ def _distance(sums: FloatArray, roll: FloatArray) -> tuple[FloatArray, FloatArra
     return size - 2 * (c * along + s * across), slope, bend
 
 
-def _telling(
-    wanted: FloatArray, actual: FloatArray, mixing: Mixing
-) -> tuple[BoolArray, FloatArray]:
+def _telling(wanted: FloatArray, actual: FloatArray, mixing: str) -> tuple[BoolArray, FloatArray]:
     """Return where equation 1 holds and shows an angle, and the angle sample by sample."""
     sums = _sums(wanted, actual, mixing)
     roll = _nearest(sums)

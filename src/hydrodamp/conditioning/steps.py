@@ -29,7 +29,7 @@ from hydrodamp.conditioning.dropouts import (
     mask_frozen,
     mask_lost_frames,
 )
-from hydrodamp.conditioning.mixing import AVL_690, ROTATION, roll_from_mixing
+from hydrodamp.conditioning.mixing import MIXINGS, roll_from_mixing
 from hydrodamp.conditioning.spikes import remove_spikes, steady_attitude
 from hydrodamp.conditioning.suspicions import note_suspicions
 from hydrodamp.data.log import Log
@@ -48,8 +48,6 @@ CLEANING_STEPS: tuple[Step, ...] = (
     note_suspicions,
 )
 
-_MIXINGS = {"rotation": ROTATION, "avl690": AVL_690}
-
 
 _STRICT = ConfigDict(extra="forbid")
 _Positive = Annotated[FiniteFloat, Field(gt=0)]
@@ -63,7 +61,7 @@ _KINDS: dict[str, Any] = {
     "flag": str,
     "lever_arm": tuple[FiniteFloat, FiniteFloat, FiniteFloat],
     **dict.fromkeys(("demanded", "fins"), tuple[str, str]),
-    "mixing": Literal[tuple(_MIXINGS)],
+    "mixing": Literal[tuple(MIXINGS)],
     **dict.fromkeys(("delayed", "lagged"), _LATE),
     "beyond_dead_zone": dict[str, tuple[FiniteFloat, FiniteFloat]],
 }
@@ -156,8 +154,6 @@ def _step(name: str, settings: object) -> tuple[Step | None, list[str]]:
         return None, faults_in(error, {name: settings}, form)
     if by_command:
         return lambda log: function(log, checked), []
-    if "mixing" in checked:
-        checked["mixing"] = _MIXINGS[checked["mixing"]]
     return partial(function, **checked), []
 
 
