@@ -3,6 +3,8 @@
 from .basis.atoms import AXES as AXES, VELOCITIES as VELOCITIES
 from .basis.basis import Basis as Basis
 from .basis.term import Term as Term
+from .batch.drift import Change as Change
+from .batch.season import GroupFit as GroupFit, Season as Season, batch as batch
 from .conditioning.actuators import (
     beyond_dead_zone as beyond_dead_zone,
     delayed as delayed,

@@ -28,6 +28,11 @@ def watched() -> Iterator[None]:
         _bars.reset(token)
 
 
+def unwatched() -> None:
+    """Show no progress from here on, as in a process that was forked."""
+    _bars.set(None)
+
+
 @contextmanager
 def progress(label: str, total: float | None = None) -> Iterator[Step]:
     """Give a function that says that so many more steps are done, from any thread."""

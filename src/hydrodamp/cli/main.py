@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from hydrodamp.cli.batch import batch
 from hydrodamp.cli.compare import compare
 from hydrodamp.cli.convert import convert
 from hydrodamp.cli.datasets import datasets
@@ -39,6 +40,7 @@ COMMANDS = (
     *(demo, models, datasets, probe, convert, compare, validate, identify, simulate, report),
     export,
     live,
+    batch,
 )
 for command in COMMANDS:
     app.command()(guarded(command))

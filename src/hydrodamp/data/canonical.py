@@ -11,7 +11,15 @@ import numpy as np
 from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.basis.atoms import AXES, VELOCITIES
 from hydrodamp.data.attitude import quaternion_from_euler
-from hydrodamp.data.channels import ACCELERATION, ATTITUDE, BLOCKS, EULER, SEGMENT
+from hydrodamp.data.channels import (
+    ACCELERATION,
+    ATTITUDE,
+    BLOCKS,
+    EULER,
+    QUANTITIES,
+    SEGMENT,
+    unit_of,
+)
 from hydrodamp.data.log import Log
 from hydrodamp.data.record import Record, command_faults, side_by_side
 from hydrodamp.errors import FileError, did_you_mean
@@ -23,6 +31,7 @@ _CONVERT = "Convert, or give a mapping with unit: deg"
 _CHUNK = 8192
 _TEXT = ("", ".csv", ".txt", ".dat")
 _PARQUET = (".parquet", ".pq")
+_FRAMES = {"body": "forward-starboard-down", "world": "north-east-down"}
 
 
 def record_of_columns(
@@ -122,7 +131,11 @@ def _write_parquet(log: Log, columns: Mapping[str, FloatArray], path: str | Path
             " write a .csv file"
         ) from error
     labels = np.repeat([part.name for part in log.segments], [len(part) for part in log.segments])
-    table = pyarrow.table({**columns, SEGMENT: labels})
+    said = {name: {"unit": unit_of(name)} for name in columns if QUANTITIES.get(name)}
+    number = pyarrow.float64()
+    fields = [pyarrow.field(name, number, metadata=said.get(name)) for name in columns]
+    schema = pyarrow.schema([*fields, (SEGMENT, pyarrow.string())], metadata=_FRAMES)
+    table = pyarrow.table([*columns.values(), labels], schema=schema)
     with replacing(path, binary=True) as file:
         parquet.write_table(table, file)
 

@@ -30,6 +30,17 @@ def stamp(vehicle: Vehicle) -> VehicleStamp:
     return VehicleStamp(vehicle.name, vehicle.weight, vehicle.buoyancy, digest)
 
 
+def digest_of(vehicle: Vehicle) -> str:
+    """Return what tells a vehicle from another: all that is known of it."""
+    seen = hashlib.sha256()
+    for field in fields(vehicle):
+        value = getattr(vehicle, field.name)
+        is_array = isinstance(value, np.ndarray)
+        seen.update(field.name.encode())
+        seen.update(np.ascontiguousarray(value).data if is_array else repr(value).encode())
+    return seen.hexdigest()
+
+
 # A channel that is always zero; no command can have this name.
 _ZERO = ""
 
@@ -248,14 +259,12 @@ class Problem:
     @cached_property
     def digest(self) -> str:
         """SHA-256 of the vehicle and of all that was measured, whatever files it came from."""
-        seen = hashlib.sha256(repr((self.log.command_names, self.segments.tolist())).encode())
-        for whole in (self.vehicle, self.log):
-            for field in fields(whole):
-                value = getattr(whole, field.name)
-                if isinstance(value, np.ndarray):
-                    seen.update(field.name.encode() + np.ascontiguousarray(value).data)
-                elif whole is self.vehicle:
-                    seen.update(repr((field.name, value)).encode())
+        said = (self.log.command_names, self.segments.tolist(), digest_of(self.vehicle))
+        seen = hashlib.sha256(repr(said).encode())
+        for field in fields(self.log):
+            value = getattr(self.log, field.name)
+            if isinstance(value, np.ndarray):
+                seen.update(field.name.encode() + np.ascontiguousarray(value).data)
         return seen.hexdigest()
 
     def regressor(

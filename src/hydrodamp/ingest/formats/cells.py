@@ -135,9 +135,12 @@ def numbers_of(cells: Sequence[str], decimal: str = ".") -> Column:
 def column_of(cells: Sequence[str], decimal: str = ".", name: str = "") -> Column:
     """Return a column of unknown content; that of labels keeps its words beside its numbers."""
     if name == SEGMENT:
-        column = column_of(cells, decimal)
-        words = tuple(cell.strip() or _NO_NAME for cell in cells)
-        return Column(None if column.bad else column.numbers, words)
+        few = {cell: place for place, cell in enumerate(dict.fromkeys(cells))}
+        column, places = column_of([*few], decimal), [few[cell] for cell in cells]
+        called = [cell.strip() or _NO_NAME for cell in few]
+        own = None if column.bad else column.numbers
+        numbers = None if own is None else own[places]
+        return Column(numbers, tuple(called[place] for place in places))
     there = [cell for cell in cells if not is_missing(cell)]
     plain = [cell.strip().lower() for cell in cells]
     if there and {*plain} <= {*_TRUTH, *MISSING}:

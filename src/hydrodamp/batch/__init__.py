@@ -1,0 +1,1 @@
+"""A season of logs: each folded by itself, merged by group, one table out."""

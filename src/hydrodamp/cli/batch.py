@@ -1,0 +1,89 @@
+"""``hydrodamp batch``: many logs, a fit for each group, and what changed between them."""
+
+from __future__ import annotations
+
+from contextlib import nullcontext
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+import hydrodamp as hd
+from hydrodamp.cli import choose, options
+from hydrodamp.cli.output import WORK_FAILED, emit, note, show
+
+_LOGS = "Logs: files, folders with all logs beneath them, patterns, and URLs such as s3://…"
+_MODELS = "Models by name, YAML files of models, or FILE:NAME, with commas. [required]"
+_BY = "Group by vehicle, day, month, folder or patterns of the path, with commas."
+_OUT = "Write the table, a damping file for each group, pictures, and the folds of logs."
+_SCHEDULER = "Work on the cluster of a Dask scheduler, such as tcp://10.0.0.1:8786."
+
+
+def batch(
+    logs: Annotated[list[str], typer.Argument(metavar="LOG", help=_LOGS)],
+    out: Annotated[Path, typer.Option(metavar="DIR", help=_OUT)],
+    vehicle: options.VehicleName = "",
+    model: Annotated[str, typer.Option(metavar="LIST", help=_MODELS, show_default=False)] = "",
+    method: Annotated[
+        str, typer.Option(metavar="KEY", help=f"How: {options.KEYS}. weak and ls fold each log.")
+    ] = "weak",
+    by: Annotated[str, typer.Option(metavar="LIST", help=_BY)] = "day",
+    mapping: options.MappingFile = None,
+    workers: Annotated[
+        int | None, typer.Option(metavar="N", min=1, help="Processes of this machine.")
+    ] = None,
+    scheduler: Annotated[str | None, typer.Option(metavar="URL", help=_SCHEDULER)] = None,
+    json: options.Json = False,
+) -> None:
+    """Identify models from many logs, group by group, and say what changed between them."""
+    from hydrodamp.files import check_folder
+    from hydrodamp.report.season import coefficients_grid, season_grid, write_season
+
+    check_folder(out)
+    craft, models = choose.choose_vehicle(vehicle), _models(model)
+    with nullcontext() if scheduler is None else _cluster(scheduler) as client:
+        season = hd.batch(
+            logs,
+            craft,
+            models,
+            method,
+            by=[one.strip() for one in by.split(",") if one.strip()],
+            mapping=mapping,
+            client=client,
+            workers=workers,
+            cache=out / "folds",
+        )
+    write_season(season, out)
+    if json:
+        table = coefficients_grid(season)
+        names = [column.name for column in table.columns]
+        rows = [dict(zip(names, row, strict=True)) for row in table.rows]
+        emit({"coefficients": rows, "failed": season.failed})
+    else:
+        show(season_grid(season))
+    if season.n_kept:
+        note(f"{season.n_kept} logs had been folded before.")
+    note(f"written to {out}")
+    if season.failed:
+        n = len(season.failed)
+        note(f"{n} log{'s' * (n > 1)} could not be used; the fits are of the others.")
+        raise typer.Exit(WORK_FAILED)
+
+
+def _models(listed: str) -> tuple[hd.DampingModel, ...]:
+    if not listed:
+        raise hd.ModelError("`--model` is missing: name models, or YAML files of models.")
+    if choose.selects(listed):
+        raise hd.ModelError("`sparse` is selected from one log: name models with terms.")
+    return choose.choose_models(listed)
+
+
+def _cluster(address: str) -> Any:
+    try:
+        from distributed import Client
+    except ImportError as error:
+        raise hd.MethodError('`--scheduler` needs Dask: pip install "hydrodamp[batch]"') from error
+    try:
+        return Client(address, timeout="10s")  # type: ignore[no-untyped-call]
+    except OSError as error:
+        raise hd.MethodError(f"`--scheduler {address}` does not answer: {error}") from error

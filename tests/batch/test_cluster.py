@@ -1,0 +1,48 @@
+"""A season on a Dask cluster of this machine, and logs from a store that fsspec knows."""
+
+from __future__ import annotations
+
+import signal
+
+import pytest
+
+import hydrodamp as hd
+from batch.conftest import MODEL
+
+distributed = pytest.importorskip("distributed", reason="needs the extra `batch`")
+fsspec = pytest.importorskip("fsspec", reason="needs the extra `batch`")
+
+
+@pytest.fixture(scope="module")
+def client():
+    settings = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None}
+    with distributed.LocalCluster(**settings) as cluster, distributed.Client(cluster) as one:
+        yield one
+
+
+def test_a_killed_worker_changes_nothing(fleet, season, client):
+    expected = hd.batch(season, fleet.vehicle, MODEL, workers=2, by=["month"]).fits[0]
+    doomed = client.submit(signal.raise_signal, signal.SIGKILL, retries=0, pure=False)
+    found = hd.batch(season, fleet.vehicle, MODEL, client=client, by=["month"]).fits[0]
+    with pytest.raises(distributed.scheduler.KilledWorker):
+        doomed.result()
+    assert found.n_logs == expected.n_logs == 6
+    assert found.fit.n_samples == expected.fit.n_samples
+    one, other = (each.fit.damping.coefficients for each in (found, expected))
+    assert one.tobytes() == other.tobytes()
+
+
+def test_logs_come_from_a_store(fleet, season, tmp_path):
+    """The memory of fsspec is of one process: threads see it."""
+    from concurrent.futures import ThreadPoolExecutor
+
+    store = fsspec.filesystem("memory")
+    for log in season.iterdir():
+        store.put(str(log), f"/season/{log.name}")
+    with ThreadPoolExecutor(2) as threads:
+        given = {"client": threads, "cache": tmp_path}
+        found = hd.batch("memory://season/*05-01*.csv", fleet.vehicle, MODEL, **given)
+        all_of_them = hd.batch("memory://season", fleet.vehicle, MODEL, **given)
+    assert [one.n_logs for one in found.fits] == [2]
+    assert [one.n_logs for one in all_of_them.fits] == [2, 2, 2]
+    assert all_of_them.n_kept == 2

@@ -1,0 +1,173 @@
+"""Many logs in, a fit for each group out."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import hydrodamp as hd
+from batch.conftest import MODEL
+from hydrodamp.batch.drift import changes
+from hydrodamp.batch.folding import Folded, fold, solved
+from hydrodamp.identification.triangle import merge
+
+METHODS = {"ls": hd.LeastSquares(), "weak": hd.WeakForm()}
+
+
+@pytest.fixture(scope="module")
+def threads():
+    with ThreadPoolExecutor(2) as executor:
+        yield executor
+
+
+@pytest.mark.parametrize("key", METHODS)
+def test_a_group_is_identified_as_its_logs_one_after_the_other(key, fleet, season, threads):
+    found = hd.batch(season, fleet.vehicle, MODEL, key, client=threads)
+    assert [one.group for one in found.fits] == [(f"2026-05-0{day}",) for day in (1, 2, 3)]
+    logs = sorted(season.glob("*01_dive*"))
+    whole = hd.prepare(fleet.vehicle, hd.read_logs(logs), MODEL)
+    if key == "ls":
+        expected = METHODS[key].identify(whole, MODEL).damping.coefficients
+    else:  # each log has test functions of its own
+        rows = [
+            METHODS[key].equations.rows(hd.prepare(fleet.vehicle, hd.read_log(one), MODEL))
+            for one in logs
+        ]
+        triangle = merge(one.triangle() for one in rows)
+        expected = METHODS[key].solve(triangle, whole, MODEL).damping.coefficients
+    first = found.fits[0]
+    np.testing.assert_allclose(first.fit.damping.coefficients, expected, rtol=1e-9)
+    assert (first.n_logs, first.fit.n_samples, found.failed) == (2, whole.n_samples, {})
+    assert 0.0 < first.rms < 1.0
+    assert len(first.grades) == MODEL.n_coefficients
+
+
+def test_results_are_the_same_bits_on_threads_and_processes(fleet, season, threads):
+    one = hd.batch(season, fleet.vehicle, MODEL, client=threads, by=["month"])
+    other = hd.batch(season, fleet.vehicle, MODEL, workers=2, by=["month"])
+    both = [found.fits[0].fit.damping for found in (one, other)]
+    assert both[0].coefficients.tobytes() == both[1].coefficients.tobytes()
+    assert both[0].covariance.tobytes() == both[1].covariance.tobytes()
+    assert one.fits[0].rms == other.fits[0].rms
+
+
+def test_standard_errors_are_those_of_refits_without_a_block(fleet, season):
+    folded = fold(str(next(season.iterdir())), fleet.vehicle, [MODEL], METHODS["ls"])
+    n, known = len(folded.blocks), solved(folded, fleet.vehicle, MODEL, METHODS["ls"]).uncertainty
+    without = [replace(folded, blocks=folded.blocks[:k] + folded.blocks[k + 1 :]) for k in range(n)]
+    refits = [
+        solved(one, fleet.vehicle, MODEL, METHODS["ls"]).damping.coefficients for one in without
+    ]
+    expected = np.sqrt((n - 1) / n * np.sum((refits - np.mean(refits, axis=0)) ** 2, axis=0))
+    np.testing.assert_allclose(known.standard_errors, expected, rtol=1e-6)
+    assert (known.degrees_of_freedom, known.n_blocks) == (n - 1, n)
+
+
+def test_many_blocks_become_fewer_and_nothing_is_lost(fleet, season):
+    one = fold(str(next(season.iterdir())), fleet.vehicle, [MODEL], METHODS["ls"])
+    many: Folded = one
+    for _ in range(20):
+        many = many.merged(one)
+    assert len(many.blocks) <= 32
+    assert (many.n_logs, many.n_samples) == (21, 21 * one.n_samples)
+    normal = one.triangle.r.T @ one.triangle.r
+    np.testing.assert_allclose(many.triangle.r.T @ many.triangle.r, 21 * normal, rtol=1e-9)
+
+
+@pytest.mark.parametrize("key", ["rls", "ridge"])
+def test_other_methods_read_the_logs_of_a_group_together(key, fleet, season, threads):
+    found = hd.batch(season, fleet.vehicle, MODEL, key, client=threads, by=["month"])
+    logs = hd.read_logs(sorted(season.iterdir()))
+    expected = hd.identify(MODEL, fleet.vehicle, logs, hd.find_method(key))
+    (one,) = found.fits
+    assert one.fit.damping.coefficients.tolist() == expected.damping.coefficients.tolist()
+    assert one.n_logs == 6
+
+
+def test_a_fifth_more_drag_is_found_and_dated(fleet, tmp_path, threads):
+    logs = fleet.season(tmp_path / "logs", days=10, fouled=6)
+    found = hd.batch(logs, fleet.vehicle, MODEL, client=threads)
+    (changes,) = found.changes.values()
+    assert {found.fits[one.first].group for one in changes} == {("2026-05-07",)}
+    drag = next(one for one in changes if one.label == "X_u|u|")
+    assert drag.share == pytest.approx(-0.2, abs=0.03)  # more drag is a more negative number
+
+
+def test_a_log_is_folded_once(fleet, season, tmp_path, threads):
+    def again(*models, by="day"):
+        return hd.batch(
+            season, fleet.vehicle, models, client=threads, cache=tmp_path / "folds", by=[by]
+        )
+
+    first, second = again(MODEL), again(MODEL)
+    assert (first.n_kept, second.n_kept) == (0, 6)
+    for one, other in zip(first.fits, second.fits, strict=True):
+        assert one.fit.damping.coefficients.tolist() == other.fit.damping.coefficients.tolist()
+    fewer = hd.DampingModel.from_table({"X": "u|u|", "N": "ur uv r|r|"}, key="fewer")
+    found = again(fewer, by="month")
+    assert found.n_kept == 6
+    expected = hd.batch(season, fleet.vehicle, fewer, client=threads, by=["month"])
+    np.testing.assert_allclose(
+        found.fits[0].fit.damping.coefficients, expected.fits[0].fit.damping.coefficients, rtol=1e-9
+    )
+    assert again(hd.catalog["linear"]).n_kept == 0  # terms that no fold has
+
+
+def test_groups_are_what_is_asked_for(fleet, season, threads):
+    def groups(*by):
+        found = hd.batch(season, fleet.vehicle, MODEL, client=threads, by=by)
+        return [one.group for one in found.fits], found.changes
+
+    assert groups("vehicle", "month")[0] == [("vt690", "2026-05")]
+    assert groups("folder") == ([("logs",)], {})
+    assert groups(r"dive(\d)")[0] == [("0",), ("1",)]
+
+
+def test_what_cannot_be_used_is_named_with_its_reason(fleet, season, tmp_path, threads):
+    (tmp_path / "2026-05-09.csv").write_text("time,u\n0,fast\n", "utf-8")
+    hd.write_log(fleet.dive(1), tmp_path / "undated.csv")
+    found = hd.batch([season, tmp_path], fleet.vehicle, MODEL, client=threads)
+    assert {place.rpartition("/")[2] for place in found.failed} == {"2026-05-09.csv", "undated.csv"}
+    reasons = " ".join(found.failed.values())
+    assert "fast" in reasons
+    assert "neither its clock nor its path has a date" in reasons
+    assert len(found.fits) == 3
+    with pytest.raises(hd.ProblemError, match=r"none of 2 logs could be used. .*fast"):
+        hd.batch(tmp_path, fleet.vehicle, MODEL, client=threads)
+
+
+@pytest.mark.parametrize(
+    ("more", "error", "says"),
+    [
+        ({"logs": "nowhere"}, hd.FileError, "no log matches it"),
+        ({"by": []}, hd.MethodError, "at least one of"),
+        ({"by": ["dive("]}, hd.MethodError, "patterns of the path"),
+        ({"method": "lss"}, hd.MethodError, "Did you mean 'ls'"),
+    ],
+)
+def test_a_wrong_call_is_refused_before_work(more, error, says, fleet, season):
+    logs = more.pop("logs", season)
+    with pytest.raises(error, match=says):
+        hd.batch(logs, fleet.vehicle, MODEL, **more)
+
+
+def test_quiet_seasons_rarely_change():
+    """Of 300 seasons of 20 days and 4 coefficients without a change; one in a hundred is meant."""
+    rng, found = np.random.default_rng(3), 0
+    model = hd.DampingModel.from_table({"X": "u|u|", "N": "ur uv r|r|"}, key="four")
+    for _ in range(300):
+        errors = rng.standard_normal((20, 16, 4)) * rng.uniform(0.5, 2.0, (20, 1, 1))
+        fits = [
+            hd.Fit(
+                hd.Damping(model, one.mean(axis=0)),
+                "weak",
+                hd.Status.OK,
+                uncertainty=hd.Uncertainty(np.cov(one.T) / 16, 15, "by hand"),
+            )
+            for one in errors
+        ]
+        found += bool(changes(fits))
+    assert found <= 8

@@ -1,0 +1,53 @@
+"""`hydrodamp batch`: the table, what lies in the folder, and what could not be used."""
+
+import csv
+import json
+
+import hydrodamp as hd
+
+LINE = "batch {} --vehicle planar.yaml --model linear --method ls --by {} --out season --workers 1"
+
+
+def write(folder, name):
+    hd.write_log(hd.read_log("a.csv"), folder / name)
+
+
+def test_a_season_makes_a_table_fits_and_a_picture(folder, call):
+    (folder / "logs").mkdir()
+    for day in (1, 2):
+        write(folder, f"logs/2026-05-0{day}_dive.csv")
+        write(folder, f"logs/2026-05-0{day}_other.csv")
+    done = call(LINE.format("logs", "day"))
+    assert ["2026-05-02", "linear", "2"] in [row.split()[:3] for row in done.stdout.splitlines()]
+    assert "2 groups are too few" in done.stdout
+    with (folder / "season" / "coefficients.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert {row["day"] for row in rows} == {"2026-05-01", "2026-05-02"}
+    assert float(rows[0]["low"]) < float(rows[0]["value"]) < float(rows[0]["high"])
+    found = sorted(path.name for path in (folder / "season").iterdir())
+    assert found == ["coefficients.csv", "coefficients.parquet", "fits", "folds", "linear.svg"]
+    made = folder / "season" / "fits" / "2026-05-01.linear.json"
+    assert hd.read_damping(made)["X_u"] == float(rows[0]["value"])
+    done = call(LINE.format("logs", "month"))
+    assert "4 logs had been folded before" in done.stderr
+
+
+def test_logs_that_fail_are_named_and_the_table_is_made(folder, call):
+    write(folder, "dive-2026-05-01.csv")
+    (folder / "dive-2026-05-02.csv").write_text("", "utf-8")
+    done = call(LINE.format("dive-2026-05-0*.csv", "day") + " --json", 1)
+    document = json.loads(done.stdout)
+    assert [*document["failed"]] == ["dive-2026-05-02.csv"]
+    assert {row["day"] for row in document["coefficients"]} == {"2026-05-01"}
+    assert "1 log could not be used" in done.stderr
+
+
+def test_wrong_calls_are_refused(folder, call):
+    for line, says in (
+        (LINE.format("nothing*.csv", "day"), "no log matches it"),
+        (LINE.format("a.csv", "day"), "neither its clock nor its path has a date"),
+        (LINE.format("a.csv", "folder").replace("linear", "sparse"), "`sparse` is selected"),
+        (LINE.format("a.csv", "folder") + " --scheduler tcp://127.0.0.1:1", "does not answer"),
+    ):
+        assert says in " ".join(call(line, 2).stderr.split())
+    assert not (folder / "season" / "coefficients.csv").exists()
