@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import signal
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -21,7 +21,10 @@ if TYPE_CHECKING:
     from hydrodamp.live.run import Run
 
 _MODEL = "A model by name, a YAML file of one, or FILE:NAME. [required]"
-_SOURCE = "`stdin` (JSON lines or a canonical CSV), udp://HOST:PORT (JSON), or a log. [required]"
+_SOURCE = (
+    "`stdin` (JSON lines or a table), udp://HOST:PORT (JSON), mavlink://HOST:PORT, or a log."
+    " [required]"
+)
 _STATE = "Keep the state here, and go on with what is there."
 _INTERVAL = "Write the state each so many seconds; at the end anyway."
 _EVERY = "Print a line each so many seconds of samples."
@@ -44,12 +47,12 @@ def live(
 ) -> None:
     """Identify on board, sample by sample: JSON lines of estimates on standard output."""
     from hydrodamp.files import check_file
-    from hydrodamp.live import sources
     from hydrodamp.live.loop import METHODS
+    from hydrodamp.live.opening import opened
     from hydrodamp.live.run import Run
 
     if not source:
-        raise ProblemError("`--source` is missing: `stdin`, udp://HOST:PORT, or a log.")
+        raise ProblemError(f"`--source` is missing. It is {_SOURCE.removesuffix(' [required]')}")
     if not every > 0.0:
         raise ProblemError(f"`--every` must be positive; got {every:g}.")
     if method not in METHODS:
@@ -59,24 +62,11 @@ def live(
     craft, named = choose.choose_vehicle(vehicle), choose.choose_model(model)
     if not named:
         raise ProblemError("`--model sparse` is selected from a whole log, so not on board.")
+    samples = opened(source, mapping, allow=allow, paced=paced, say=note)
     run = Run(craft, named[0], method, _print, note, every, state, state_every)
-    rows: Iterable[Any]
-    if source == "stdin" or source.startswith("udp:"):
-        if mapping is not None:
-            raise ProblemError("`--mapping` goes with a log; a stream has canonical names.")
-        waiting = sources.Waiting(keeps_all=source == "stdin")
-        if source == "stdin":
-            rows = waiting.fed_by(sources.of_lines())
-        else:
-            bound = sources.bound_socket(source, allow)
-            note("listening at {}, port {}".format(*bound.getsockname()))
-            rows = waiting.fed_by(sources.of_datagrams(bound))
-        run.dropped = lambda: waiting.dropped
-    else:
-        run.log = hd.read_log(source, mapping)
-        rows = sources.of_log(run.log, paced)
+    run.log, run.beside = samples.log, samples.counts
     with _stopped_by_signals(run):
-        run.go(rows)
+        run.go(samples.rows)
 
 
 def _print(line: dict[str, Any]) -> None:

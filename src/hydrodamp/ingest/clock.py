@@ -222,7 +222,9 @@ def held(values: FloatArray, found: Brackets, *, until_next: bool = False) -> Fl
 def turned(quaternions: FloatArray, found: Brackets) -> FloatArray:
     """Return attitudes between messages, turned at a constant rate."""
     after = np.minimum(found.before + 1, len(quaternions) - 1)
-    share = interpolated(np.arange(float(len(quaternions))), found) - found.before
+    begun, ended = found.messages[found.before], found.messages[after]
+    share = (found.ticks - begun) / np.where(ended > begun, ended - begun, 1.0)
+    share[found.unknown] = np.nan
     return between(quaternions[found.before], quaternions[after], share)
 
 

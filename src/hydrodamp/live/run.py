@@ -32,7 +32,7 @@ class Run:
     path: Path | None = None  # of the state
     interval: float = 10.0  # s, between two writings of it
     log: Log | None = None  # the source, where it is one
-    dropped: Callable[[], int] = lambda: 0  # rows for which there was no room
+    beside: Callable[[], dict[str, int]] = lambda: {"dropped": 0}  # what the source counts
     state: State | None = None
     is_stopped: bool = False
 
@@ -63,7 +63,7 @@ class Run:
         """Tell where the estimate stands."""
         if self.state is not None:
             told = estimates(self.state)
-            told["counts"] = told["counts"] | {"dropped": self.dropped()}
+            told["counts"] = told["counts"] | self.beside()
             self.tell(told)
 
     def keep(self) -> None:

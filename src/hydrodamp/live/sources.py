@@ -1,4 +1,4 @@
-"""Where samples come from: a log, standard input, datagrams; each a stream of rows."""
+"""Where samples come from: a log, standard input, datagrams; each a stream of rows or messages."""
 
 from __future__ import annotations
 
@@ -11,15 +11,22 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Generic, TypeVar
 from urllib.parse import urlsplit
 
 from hydrodamp.data.log import Log
 from hydrodamp.errors import ProblemError
+from hydrodamp.ingest.formats.mavlink import Decoder, packets
+from hydrodamp.live.gathering import Message
 from hydrodamp.live.rows import Row, rows_of
+
+Item = TypeVar("Item")
 
 #: A row that could not be read; it has no time.
 UNREADABLE: Row = {}
+
+#: A message that could not be read.
+NO_MESSAGE = Message("", 0.0, {})
 
 _WAIT = 0.2  # s, after which a source that has nothing says so
 _ROOM = 10_000  # rows that may wait
@@ -28,36 +35,36 @@ _CHUNK, _LONGEST = 1 << 16, 1 << 20  # bytes of a reading, and of a line
 
 
 @dataclass
-class Waiting:
-    """Rows that a thread has read and nobody has taken yet: a bounded queue, drops counted."""
+class Waiting(Generic[Item]):
+    """What a thread has read and nobody has taken yet: a bounded queue, drops counted."""
 
     keeps_all: bool = False  # the reader waits where there is no room
     dropped: int = 0
-    rows: queue.Queue[Row | None] = field(default_factory=lambda: queue.Queue(_ROOM))
+    items: queue.Queue[Item | None] = field(default_factory=lambda: queue.Queue(_ROOM))
 
-    def put(self, row: Row | None) -> None:
-        """Add a row; None ends the stream."""
-        if self.keeps_all or row is None:
-            self.rows.put(row)
+    def put(self, item: Item | None) -> None:
+        """Add a row or a message; None ends the stream."""
+        if self.keeps_all or item is None:
+            self.items.put(item)
             return
         try:
-            self.rows.put_nowait(row)
+            self.items.put_nowait(item)
         except queue.Full:
             self.dropped += 1
 
-    def __iter__(self) -> Iterator[Row | None]:
-        """Yield rows, and None where there was none for a while."""
+    def __iter__(self) -> Iterator[Item | None]:
+        """Yield what was read, and None where there was nothing for a while."""
         while True:
             try:
-                row = self.rows.get(timeout=_WAIT)
+                item = self.items.get(timeout=_WAIT)
             except queue.Empty:
                 yield None
                 continue
-            if row is None:
+            if item is None:
                 return
-            yield row
+            yield item
 
-    def fed_by(self, read: Callable[[Waiting], None]) -> Waiting:
+    def fed_by(self, read: Callable[[Waiting[Item]], None]) -> Waiting[Item]:
         """Start a thread that reads; its end is the stream's."""
 
         def run() -> None:
@@ -79,10 +86,10 @@ def of_log(log: Log, paced: bool = False) -> Iterator[Row]:
         yield row
 
 
-def of_lines(descriptor: int = 0) -> Callable[[Waiting], None]:
+def of_lines(descriptor: int = 0) -> Callable[[Waiting[Row]], None]:
     """Return what reads JSON lines or a canonical CSV, from standard input by default."""
 
-    def read(waiting: Waiting) -> None:
+    def read(waiting: Waiting[Row]) -> None:
         row_of, rest = Lines(), b""
         # Python's own buffer would be locked by this thread when the program ends.
         while chunk := os.read(descriptor, _CHUNK):
@@ -139,14 +146,17 @@ def _cell(text: str) -> float | str:
 
 
 def bound_socket(address: str, allow: bool) -> socket.socket:
-    """Return the socket of ``udp://HOST:PORT``, open to this machine alone unless allowed."""
+    """Return the socket of an address, open to this machine alone unless allowed."""
     parts = urlsplit(address)
+    kind = parts.scheme
     try:
         host, port = parts.hostname or "127.0.0.1", parts.port
     except ValueError:
         port = None
     if port is None:
-        raise ProblemError(f"`--source {address}` must be udp://HOST:PORT, such as udp://:14660.")
+        raise ProblemError(
+            f"`--source {address}` must be {kind}://HOST:PORT, such as {kind}://:14660."
+        )
     check_host(host, allow)
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     one = socket.socket(family, socket.SOCK_DGRAM)
@@ -169,12 +179,30 @@ def check_host(host: str, allow: bool) -> None:
         )
 
 
-def of_datagrams(one: socket.socket) -> Callable[[Waiting], None]:
+def of_datagrams(one: socket.socket) -> Callable[[Waiting[Row]], None]:
     """Return what reads JSON objects from datagrams, one or several lines in each."""
 
-    def read(waiting: Waiting) -> None:
+    def read(waiting: Waiting[Row]) -> None:
         while True:
             for line in one.recv(_DATAGRAM).splitlines():
                 waiting.put(from_json(line))
+
+    return read
+
+
+def of_packets(one: socket.socket, decoder: Decoder) -> Callable[[Waiting[Message]], None]:
+    """Return what reads MAVLink from datagrams, one or several packets in each."""
+
+    def read(waiting: Waiting[Message]) -> None:
+        while True:
+            data, now = one.recv(_DATAGRAM), time.time()
+            for packet in packets(data):
+                try:
+                    sent = decoder(packet)
+                except ValueError:
+                    waiting.put(NO_MESSAGE)
+                else:
+                    if sent is not None:
+                        waiting.put(Message(sent.topic, now, sent.fields, sent.units))
 
     return read

@@ -189,7 +189,7 @@ CORPUS = [
     ),
     ("spreadsheet", raw("a.xlsx", b"PK\x03\x04" + bytes(99)), refused, "save the sheet as CSV"),
     ("pickle", raw("a.pkl", b"\x80\x04\x95" + bytes(99)), refused, "a pickle, which may run"),
-    ("telemetry", raw("a.tlog", b"\x00\x01\xfe\x03" * 9), refused, "mavlogdump.py"),
+    ("telemetry", raw("a.tlog", b"\x00\x01\xfe\x03" * 9), refused, "its name says MAVLink log"),
     ("lsts", raw("Data.lsf", b"\x54\xfe\x00\x01" * 9), refused, "no maintained reader exists"),
     (
         "ragged",

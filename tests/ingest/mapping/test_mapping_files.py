@@ -13,6 +13,7 @@ from hydrodamp.ingest.mapping.log_mapping import composed
 
 NAMES = (
     "ardusub",
+    "ardusub-mavlink",
     "avl690",
     "bluerov2-kth",
     "kvlcc2-hsva",

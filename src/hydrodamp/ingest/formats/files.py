@@ -78,6 +78,7 @@ FORMATS = (
     Format("arrays", "MATLAB or HDF5 file", (".h5", ".hdf5"), rb"(.{512})?\x89HDF", cure=_AGAIN),
     Format("ardupilot", "ArduPilot log", (".bin", ".log"), rb"\xa3\x95|\s*FMT ?,", _AUTOPILOT),
     Format("px4", "PX4 ULog", (".ulg",), rb"ULog\x01\x12\x35", _AUTOPILOT, _AGAIN),
+    Format("mavlink", "MAVLink log", (".tlog",), rb"\0[\4-\7].{6}[\xfd\xfe]", _AUTOPILOT),
     Format("moos", "MOOS log", (), b"%%.*LOGSTART"),
     Format("moos", "MOOS log", (".alog",)),
     Format("delimited", "text in columns", (".csv", ".tsv", ".txt", ".dat", ".asc")),
@@ -93,8 +94,6 @@ _FOREIGN = {
     **dict.fromkeys(
         (".yaml", ".yml"), "YAML, as of a vehicle or a mapping; save the numbers as CSV or Parquet"
     ),
-    ".tlog": "a MAVLink telemetry log; convert it with `mavlogdump.py --format csv`, or take the"
-    " .bin log of the vehicle itself",
     ".pkl": "a pickle, which may run any program and is never loaded; save the numbers as Parquet",
     ".lsf": "an LSTS log, for which no maintained reader exists in Python. Open it in Neptus"
     " (Mission Review and Analysis), choose `Export to CSV` or `MatLab format .MAT`, and read what"

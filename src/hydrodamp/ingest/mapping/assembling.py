@@ -40,7 +40,7 @@ _EXPECTED = (Oddity.DROPOUT, Oddity.EMPTY)  # in any log; no more than a note
 def record_of(mapping: MappingFile, recording: Recording) -> Record:
     """Return the record that a mapping makes of a recording."""
     try:
-        sampler = _sampler(mapping, recording)
+        sampler = sampler_of(mapping, recording)
     except LogError as error:
         raise LogError(error.faults, source=recording.source) from error
     made = Assembly(mapping, sampler)
@@ -63,7 +63,7 @@ def record_of(mapping: MappingFile, recording: Recording) -> Record:
     return dataclasses.replace(record, notes=notes)
 
 
-def _sampler(mapping: MappingFile, recording: Recording) -> Sampler:
+def sampler_of(mapping: MappingFile, recording: Recording) -> Sampler:
     """Find all channels and set their clocks right, or tell every fault."""
     names = meant(mapping.topics, recording)
     wanted = [entry for entry in mapping.entries if entry.group != "time"]

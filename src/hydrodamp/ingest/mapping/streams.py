@@ -65,7 +65,7 @@ def streams_of(
         key = (one.topic.name, own, one.source.delay, *one.source.where.items())
         try:
             if one.topic.name not in clocks:
-                clocks[one.topic.name] = Clock(one.topic.name, _time(one.topic, time))
+                clocks[one.topic.name] = Clock(one.topic.name, stamps_of(one.topic, time))
             clock = clocks[one.topic.name]
             streams[key] = streams.get(key) or _stream(one.topic, one.source, clock, segment, rows)
         except LogError as error:
@@ -131,7 +131,7 @@ def _fresh(topic: Topic, stamps: FloatArray) -> BoolArray | None:
     return fresh
 
 
-def _time(topic: Topic, time: Sequence[Source]) -> FloatArray:
+def stamps_of(topic: Topic, time: Sequence[Source]) -> FloatArray:
     """Return the stamps of a topic in seconds, or say that it has none."""
     its = called(topic)
     dead: FloatArray | None = None

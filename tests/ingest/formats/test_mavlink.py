@@ -1,0 +1,90 @@
+"""Telemetry logs of MAVLink, packed by pymavlink."""
+
+from contextlib import suppress
+
+import numpy as np
+import pytest
+
+from hydrodamp.errors import LogError
+from hydrodamp.ingest.formats import files, mavlink
+
+dialect = pytest.importorskip("pymavlink.dialects.v20.common")
+START = 1_700_000_000_000_000  # us
+
+
+def stamped(packets):
+    return b"".join((START + at).to_bytes(8) + packet for at, packet in packets)
+
+
+@pytest.fixture
+def vehicle():
+    return dialect.MAVLink(None, srcSystem=3, srcComponent=1)
+
+
+def test_a_log_holds_what_the_autopilot_said(tmp_path, vehicle):
+    ground = dialect.MAVLink(None, srcSystem=255, srcComponent=190)
+    sent = []
+    for k in range(5):
+        boot = 1000 + 100 * k
+        sent += [
+            (100_000 * k, vehicle.attitude_encode(boot, 0.5, 0, 0, 0, 0, 0.25 * k).pack(vehicle)),
+            (100_001 * k, vehicle.named_value_float_encode(boot, b"rpm", 7).pack(vehicle)),
+            (100_002 * k, ground.heartbeat_encode(6, 8, 0, 0, 0).pack(ground)),
+        ]
+    path = tmp_path / "dive.tlog"
+    path.write_bytes(stamped(sent))
+    recording = files.read(path)
+    assert recording.format == "MAVLink log"
+    assert [topic.name for topic in recording.topics] == ["ATTITUDE", "NAMED_VALUE_FLOAT[rpm]"]
+    attitude = recording.topic("ATTITUDE")
+    assert attitude.fields["time_boot_ms"].tolist() == [1000, 1100, 1200, 1300, 1400]
+    assert attitude.fields["yawspeed"].tolist() == [0.0, 0.25, 0.5, 0.75, 1.0]
+    assert attitude.units["yawspeed"] == "rad/s"
+    assert attitude.time.tolist() == [1.7e9 + 0.1 * k for k in range(5)]
+    assert recording.notes == ("5 messages are of others than the autopilot; left out",)
+
+
+def test_the_clock_of_servo_outputs_runs_on_after_71_minutes(vehicle):
+    decoder, times = mavlink.Decoder(), []
+    for k in range(4):
+        boot = 2_147_000 + 2_000_000 * k  # ms
+        decoder(vehicle.attitude_encode(boot, 0, 0, 0, 0, 0, 0).pack(vehicle))
+        servo = vehicle.servo_output_raw_encode(boot * 1000 % 2**32, 0, *[1500] * 8)
+        times.append(decoder(servo.pack(vehicle)).fields["time_usec"] / 1e3)
+    assert times == [2_147_000 + 2_000_000 * k for k in range(4)]
+
+
+def test_arrays_of_a_message_are_numbered(vehicle):
+    packet = vehicle.actuator_output_status_encode(1, 2, [0.5] * 32).pack(vehicle)
+    fields = mavlink.Decoder()(packet).fields
+    assert (fields["actuator[0]"], fields["actuator[31]"]) == (0.5, 0.5)
+
+
+def test_damage_is_noted_and_what_stands_before_it_is_read(tmp_path, vehicle):
+    packets = [(k, vehicle.attitude_encode(k, 0, 0, 0, 0, 0, 0).pack(vehicle)) for k in range(6)]
+    spoilt = bytearray(stamped(packets))
+    size = len(spoilt) // 6
+    spoilt[2 * size + 20] ^= 1
+    spoilt[5 * size + 8] = 0
+    path = tmp_path / "dive.tlog"
+    path.write_bytes(spoilt)
+    recording = files.read(path)
+    assert recording.topic("ATTITUDE").fields["time_boot_ms"].tolist() == [0, 1, 3, 4]
+    assert recording.notes == ("2 packets are damaged; left out",)
+
+
+def test_a_log_without_an_autopilot_is_refused(tmp_path):
+    ground = dialect.MAVLink(None, srcSystem=255, srcComponent=190)
+    path = tmp_path / "dive.tlog"
+    path.write_bytes(stamped([(0, ground.heartbeat_encode(6, 8, 0, 0, 0).pack(ground))]))
+    with pytest.raises(LogError, match="no message of an autopilot"):
+        files.read(path)
+
+
+def test_no_noise_is_more_than_an_error():
+    decoder, random = mavlink.Decoder(), np.random.default_rng(5)
+    for _ in range(5000):
+        noise = random.bytes(int(random.integers(1, 300)))
+        for packet in mavlink.packets(b"\xfd" + noise):
+            with suppress(ValueError):
+                assert decoder(packet) is None

@@ -1,0 +1,172 @@
+"""Messages of several topics become the samples that a mapping makes of a recording of them."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+
+from hydrodamp.data.recording import Recording, Topic
+from hydrodamp.errors import GapWarning, ProblemError
+from hydrodamp.ingest.mapping import LogMapping
+from hydrodamp.live.gathering import Gathering, Message, for_streams
+
+MAPPING = {
+    "topics": {"dvl": ["/dvl", "/nortek"]},
+    "time": "stamp",
+    "frame": "FLU",
+    "world": "ENU",
+    "attitude": {"quaternion": {"column": "imu.q", "order": "xyzw"}},
+    "velocity": {
+        "u": {"column": "dvl.vx", "where": "valid"},
+        "v": {"column": "dvl.vy", "delay": 0.03},
+        "w": {"column": "dvl.vz", "unit": "cm/s"},
+        "r": "imu.rate",
+    },
+    "commands": {"fin": "fin.angle", "lamp": {"column": "lamp.level", "hold": True}},
+}
+
+
+def messages(until=20.0, start=100.0):
+    """Three topics at rates of their own, and one that spoke once."""
+    random = np.random.default_rng(7)
+    yield Message("lamp", start, {"stamp": start - 0.1, "level": 0.5})
+    for k in range(round(until / 0.02)):
+        at = start + 0.02 * k + 0.003 * random.random()
+        if k % 10 == 0:
+            yield Message("fin", at, {"stamp": at, "angle": math.sin(0.3 * at)})
+        if k % 4 == 1:
+            moves = dict(zip(("vx", "vy", "vz"), random.normal(size=3).tolist(), strict=True))
+            yield Message("/nortek", at, {"stamp": at, "valid": float(k % 3 > 0), **moves})
+        turn = 0.1 * at
+        q = [0.0, 0.0, math.sin(turn), math.cos(turn)]
+        yield Message(
+            "imu",
+            at,
+            {"stamp": at, "rate": 0.2, **{f"q[{i}]": part for i, part in enumerate(q)}},
+        )
+
+
+def recorded(said):
+    topics = {name: [one for one in said if one.topic == name] for name, *_ in said}
+    return Recording(
+        tuple(
+            Topic(
+                name,
+                [one.received for one in those],
+                {field: [one.fields[field] for one in those] for field in those[0].fields},
+            )
+            for name, those in topics.items()
+        ),
+        "dive",
+        "example",
+    )
+
+
+def gathered(said, mapping=MAPPING):
+    heard = []
+    gathering = Gathering(for_streams(LogMapping.from_dict(mapping), heard.append), heard.append)
+    return [*gathering.over(said)], heard, gathering
+
+
+def numbers(rows):
+    return [tuple(row.values()) for row in rows if not np.isnan([*row.values()]).any()]
+
+
+def test_samples_are_those_of_the_recording_bit_for_bit():
+    said = [*messages()]
+    rows, heard, gathering = gathered(said)
+    with pytest.warns(GapWarning):  # where topics begin and end
+        log = LogMapping.from_dict(MAPPING).log(recorded(said))
+    assert heard == []
+    assert gathering.passed_over == 0
+    columns = [log.time, *log.attitude.T, *log.velocity[:, [0, 1, 2, 5]].T, *log.commands.T]
+    assert numbers(rows) == [*zip(*(column.tolist() for column in columns), strict=True)]
+    assert list(rows[0]) == ["time", "qw", "qx", "qy", "qz", "u", "v", "w", "r", "fin", "lamp"]
+
+
+@pytest.mark.parametrize("each", [5, 1000])
+def test_pauses_of_the_receiver_change_nothing(each):
+    said = [*messages()]
+    paused = [
+        one
+        for k, message in enumerate(said)
+        for one in ([message, None] if k % each == 0 else [message])
+    ]
+    rows = [row for row in gathered(paused)[0] if row is not None]
+    assert numbers(rows) == numbers(gathered(said)[0])
+
+
+def test_what_comes_twice_or_late_is_passed_over():
+    said = [*messages()]
+    wanted = numbers(gathered(said)[0])
+    twice = [*itertools.chain.from_iterable((one, one) for one in said[:100]), *said[100:]]
+    rows, _, gathering = gathered(twice)
+    assert (numbers(rows), gathering.passed_over) == (wanted, 100)
+    late = [*said[:300], *said[290:300], *said[300:]]
+    rows, _, gathering = gathered(late)
+    assert (numbers(rows), gathering.passed_over) == (wanted, 10)
+
+
+def test_a_sample_waits_a_second_for_a_topic_that_fell_silent():
+    said = [one for one in messages(18.0) if one.topic != "fin" or one.received < 110.0]
+    rows, heard, _ = gathered(said)
+    assert len(rows) == len(gathered([*messages(18.0)])[0])
+    assert heard == []
+    known = [row for row in rows if not math.isnan(row["fin"])]
+    assert 109.8 < known[-1]["time"] < 110.1
+
+
+def test_a_topic_that_stays_silent_is_told_once_and_comes_back():
+    said = [one for one in messages(60.0) if one.topic != "fin" or not 110 < one.received < 140]
+    rows, heard, _ = gathered(said)
+    assert len(heard) == 1
+    assert "no topic `fin`" in heard[0]
+    assert sum(row["time"] > 141.0 for row in rows) > 900
+
+
+def test_a_clock_that_is_set_back_is_followed():
+    said = [*messages(10.0), *messages(10.0, start=50.0)]
+    times = [row["time"] for row in gathered(said)[0]]
+    assert (max(times) > 109.0, 49.9 < min(times) < 50.1, times[-1] < 60.1) == (True, True, True)
+    assert sum(time < 60.1 for time in times) > 480
+
+
+def test_memory_is_bounded_while_no_sample_can_be_made():
+    said = (Message("imu", 0.001 * k, {"stamp": 0.001 * k, "rate": 0.1}) for k in range(60_000))
+    rows, heard, gathering = gathered(said)
+    assert rows == []
+    assert "no topic `dvl`" in heard[0]
+    assert len(heard) == 1
+    assert sum(len(one.messages) for one in gathering._heard.values()) <= 20_000
+
+
+def test_junk_and_topics_that_nobody_asked_for_pass():
+    said = [*messages(5.0)]
+    junk = [
+        Message("", 0.0, {}),
+        Message("lights", 100.0, {"stamp": 1.0}),
+        Message("imu", 100.0, {"x": 1}),
+    ]
+    rows, heard, _ = gathered([*junk, *said])
+    assert rows[0] == {}
+    assert numbers(rows[1:]) == numbers(gathered(said)[0])
+    assert heard == []
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        ({"steps": ["rates_from_attitude"]}, "work on a whole log"),
+        ({"time": {"rate": 50}}, "counts rows"),
+    ],
+)
+def test_mappings_that_need_a_whole_log_are_refused(change, sentence):
+    with pytest.raises(ProblemError, match=sentence):
+        gathered([], MAPPING | change)
+
+
+def test_a_rate_is_told_to_count_for_nothing():
+    rows, heard, _ = gathered([*messages(5.0)], MAPPING | {"clock": {"rate": 2}})
+    assert "each sample counts" in heard[0]
+    assert len(rows) > 200
