@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 
 _MODEL = "A model by name, a YAML file of one, or FILE:NAME. [required]"
 _SOURCE = (
-    "`stdin` (JSON lines or a table), udp://HOST:PORT (JSON), mavlink://HOST:PORT, or a log."
-    " [required]"
+    "`stdin` (JSON lines or a table), udp://HOST:PORT (JSON), mavlink://HOST:PORT, `ros2`, or a"
+    " log. [required]"
 )
 _STATE = "Keep the state here, and go on with what is there."
 _INTERVAL = "Write the state each so many seconds; at the end anyway."
@@ -65,8 +65,11 @@ def live(
     samples = opened(source, mapping, allow=allow, paced=paced, say=note)
     run = Run(craft, named[0], method, _print, note, every, state, state_every)
     run.log, run.beside = samples.log, samples.counts
-    with _stopped_by_signals(run):
-        run.go(samples.rows)
+    try:
+        with _stopped_by_signals(run):
+            run.go(samples.rows)
+    finally:
+        samples.close()
 
 
 def _print(line: dict[str, Any]) -> None:

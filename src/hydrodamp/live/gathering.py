@@ -134,6 +134,10 @@ class Gathering:
                 self.passed_over += _ROOM // 2
                 del heard.messages[: _ROOM // 2]
 
+    def wants(self, topic: str) -> bool:
+        """Return whether the mapping takes something of a topic."""
+        return self._wanted(topic) is not None
+
     def _wanted(self, topic: str) -> _Heard | None:
         """Return the place for a topic, where the mapping takes something of it."""
         names = (name for name, those in self.mapping.topics.items() if topic in those)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import socket
 import time
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from urllib.parse import parse_qs, urlsplit
 
@@ -21,6 +21,9 @@ from hydrodamp.live.sources import Waiting
 
 Say = Callable[[str], None]
 
+# For sources whose messages only a mapping can tell apart.
+_PRESETS = {"mavlink": "ardusub-mavlink", "ros2": "rep103-odometry"}
+
 
 @dataclass(frozen=True)
 class Source:
@@ -29,19 +32,25 @@ class Source:
     rows: Iterable[Row | None]
     counts: Callable[[], dict[str, int]] = lambda: {"dropped": 0}
     log: Log | None = None
+    close: Callable[[], None] = lambda: None
 
 
 def opened(
     address: str, mapping: str | Path | None, *, allow: bool, paced: bool, say: Say
 ) -> Source:
-    """Return the samples of `stdin`, of an address or of a log."""
-    kind = urlsplit(address).scheme
-    if address != "stdin" and kind not in ("udp", "mavlink"):
+    """Return the samples of `stdin`, `ros2`, an address or a log."""
+    kind = urlsplit(address).scheme or address
+    if kind not in ("stdin", "udp", "mavlink", "ros2"):
         log = read_log(address, mapping)
         return Source(sources.of_log(log, paced), log=log)
     given = None if mapping is None else for_streams(read_mapping(mapping), say)
-    if kind == "mavlink":
-        return _of_mavlink(address, given, allow, say)
+    if kind in _PRESETS:
+        if given is None:
+            raise ProblemError(
+                f"`--source {address}` needs `--mapping`, which says what is what: a file, or a"
+                f" preset such as {_PRESETS[kind]}."
+            )
+        return _of_ros(given, say) if kind == "ros2" else _of_mavlink(address, given, allow, say)
     rows = Waiting[Row](keeps_all=address == "stdin")
     if address == "stdin":
         rows.fed_by(sources.of_lines())
@@ -49,15 +58,23 @@ def opened(
         rows.fed_by(sources.of_datagrams(_bound(address, allow, say)))
     if given is None:
         return Source(rows, lambda: {"dropped": rows.dropped})
-    return _gathered(rows, map(_message, rows), given, say)
+    return _gathered(rows, map(_message, rows), Gathering(given, say))
 
 
-def _of_mavlink(address: str, mapping: LogMapping | None, allow: bool, say: Say) -> Source:
-    if mapping is None:
+def _of_ros(mapping: LogMapping, say: Say) -> Source:
+    try:
+        from hydrodamp.live.ros import of_topics
+
+        gathering, messages = Gathering(mapping, say), Waiting[Message]()
+        messages.fed_by(of_topics(gathering.wants))
+    except ModuleNotFoundError as error:
         raise ProblemError(
-            f"`--source {address}` needs `--mapping`, which says what is what: a file, or the"
-            " preset ardusub-mavlink."
-        )
+            "ROS 2 is heard by rclpy, which is not found: source the setup file of ROS first."
+        ) from error
+    return replace(_gathered(messages, messages, gathering), close=messages.end)
+
+
+def _of_mavlink(address: str, mapping: LogMapping, allow: bool, say: Say) -> Source:
     asked = parse_qs(urlsplit(address).query).get("system", [""])[0]
     if asked and not asked.isdecimal():
         raise ProblemError(f"`system` of `--source {address}` must be a number; got '{asked}'.")
@@ -69,16 +86,14 @@ def _of_mavlink(address: str, mapping: LogMapping | None, allow: bool, say: Say)
         ) from error
     messages = Waiting[Message]()
     messages.fed_by(sources.of_packets(_bound(address, allow, say), decoder))
-    return _gathered(messages, messages, mapping, say)
+    return _gathered(messages, messages, Gathering(mapping, say))
 
 
 def _gathered(
     waiting: Waiting[Row] | Waiting[Message],
     messages: Iterable[Message | None],
-    mapping: LogMapping,
-    say: Say,
+    gathering: Gathering,
 ) -> Source:
-    gathering = Gathering(mapping, say)
     return Source(
         gathering.over(messages),
         lambda: {"dropped": waiting.dropped, "passed over": gathering.passed_over},

@@ -29,6 +29,7 @@ UNREADABLE: Row = {}
 NO_MESSAGE = Message("", 0.0, {})
 
 _WAIT = 0.2  # s, after which a source that has nothing says so
+_END = 5.0  # s
 _ROOM = 10_000  # rows that may wait
 _DATAGRAM = 65_536  # bytes
 _CHUNK, _LONGEST = 1 << 16, 1 << 20  # bytes of a reading, and of a line
@@ -40,6 +41,8 @@ class Waiting(Generic[Item]):
 
     keeps_all: bool = False  # the reader waits where there is no room
     dropped: int = 0
+    is_over: bool = False  # nobody waits any more
+    thread: threading.Thread | None = None
     items: queue.Queue[Item | None] = field(default_factory=lambda: queue.Queue(_ROOM))
 
     def put(self, item: Item | None) -> None:
@@ -73,8 +76,15 @@ class Waiting(Generic[Item]):
             finally:
                 self.put(None)
 
-        threading.Thread(target=run, daemon=True).start()
+        self.thread = threading.Thread(target=run, daemon=True)
+        self.thread.start()
         return self
+
+    def end(self) -> None:
+        """Tell the reader that it may end, and wait until it has."""
+        self.is_over = True
+        if self.thread is not None:
+            self.thread.join(_END)
 
 
 def of_log(log: Log, paced: bool = False) -> Iterator[Row]:

@@ -1,0 +1,117 @@
+"""A node of ROS 2 that identifies damping on board: topics in through a mapping, estimates out.
+
+Parameters: ``vehicle``, ``model`` and ``mapping``, each a name or a file; ``method`` (rls or ai);
+``state``, the file that keeps what is known; ``every``, seconds of samples from estimate to
+estimate. It publishes each estimate as the line of JSON that ``hydrodamp live`` prints, on
+``~/estimates``, and how it fares on ``/diagnostics``.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from threading import Thread
+from typing import Any
+
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
+from std_msgs.msg import String
+
+import hydrodamp as hd
+from hydrodamp.cli import choose
+from hydrodamp.live.gathering import Gathering, Message, for_streams
+from hydrodamp.live.ros import hear
+from hydrodamp.live.run import Run
+from hydrodamp.live.sources import Waiting
+
+LOOK = 0.5  # s, between two looks for topics
+SETTINGS = {"vehicle": "", "model": "", "mapping": "", "method": "rls", "state": "", "every": 1.0}
+
+
+class Live(Node):
+    """Hears the topics that the mapping names; a thread of its own makes estimates of them."""
+
+    def __init__(self) -> None:
+        super().__init__("hydrodamp")
+        given = {name: self.declare_parameter(name, one).value for name, one in SETTINGS.items()}
+        if absent := [name for name in ("vehicle", "model", "mapping") if not given[name]]:
+            raise hd.ProblemError(f"give the parameters {', '.join(absent)}: `-p NAME:=VALUE`.")
+        self.estimates = self.create_publisher(String, "~/estimates", 10)
+        self.diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        mapping = for_streams(hd.read_mapping(given["mapping"]), self.say)
+        self.gathering = Gathering(mapping, self.say)
+        self.waiting = Waiting[Message]()
+        self.run = Run(
+            choose.choose_vehicle(given["vehicle"]),
+            choose.choose_model(given["model"])[0],
+            given["method"],
+            self.tell,
+            self.say,
+            every=given["every"],
+            path=Path(given["state"]) if given["state"] else None,
+            beside=self.counts,
+        )
+        self.create_timer(LOOK, hear(self, self.gathering.wants, self.waiting.put))
+        self.thread = Thread(target=self.work)
+        self.thread.start()
+
+    def work(self) -> None:
+        """Take samples until the stream of messages ends."""
+        try:
+            self.run.go(self.gathering.over(self.waiting))
+        except hd.HydrodampError as error:
+            self.say(str(error))
+
+    def end(self) -> None:
+        """End the stream; the state is kept before the thread ends."""
+        self.waiting.put(None)
+        self.thread.join()
+        self.destroy_node()
+
+    def say(self, sentence: str) -> None:
+        """Log a sentence."""
+        self.get_logger().info(sentence)
+
+    def counts(self) -> dict[str, int]:
+        """Count what did not become samples."""
+        return {"dropped": self.waiting.dropped, "passed over": self.gathering.passed_over}
+
+    def tell(self, line: dict[str, Any]) -> None:
+        """Publish an estimate, and what is determined of each axis."""
+        if not rclpy.ok():
+            return
+        self.estimates.publish(String(data=json.dumps(line)))
+        status = DiagnosticStatus(name="hydrodamp", hardware_id=self.run.vehicle.name)
+        known = [label for label, one in line["coefficients"].items() if one["determined"]]
+        status.level = DiagnosticStatus.OK if known else DiagnosticStatus.WARN
+        status.message = f"{len(known)} of {len(line['coefficients'])} coefficients are determined"
+        told = {**line["excitation"], **line["counts"]}
+        status.values = [KeyValue(key=key, value=str(value)) for key, value in told.items()]
+        array = DiagnosticArray(status=[status])
+        array.header.stamp = self.get_clock().now().to_msg()
+        self.diagnostics.publish(array)
+
+
+def main() -> int:
+    """Run the node until it is told to end."""
+    rclpy.init()
+    try:
+        node = Live()
+    except hd.HydrodampError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 2
+    try:
+        rclpy.spin(node)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    finally:
+        node.end()
+        rclpy.try_shutdown()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
