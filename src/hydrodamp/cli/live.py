@@ -5,10 +5,10 @@ from __future__ import annotations
 import json
 import signal
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import typer
 
@@ -20,6 +20,8 @@ from hydrodamp.errors import ProblemError
 if TYPE_CHECKING:
     from hydrodamp.live.run import Run
 
+Said = TypeVar("Said")
+
 _MODEL = "A model by name, a YAML file of one, or FILE:NAME. [required]"
 _SOURCE = (
     "`stdin` (JSON lines or a table), udp://HOST:PORT (JSON), mavlink://HOST:PORT, `ros2`, or a"
@@ -28,6 +30,7 @@ _SOURCE = (
 _STATE = "Keep the state here, and go on with what is there."
 _INTERVAL = "Write the state each so many seconds; at the end anyway."
 _EVERY = "Print a line each so many seconds of samples."
+_FOXGLOVE = "Show it to Foxglove at this port of the machine; 0 takes a free one."
 _ALLOW = "Let an address be bound that other machines reach."
 
 
@@ -43,10 +46,12 @@ def live(
     state_every: Annotated[float, typer.Option(metavar="S", help=_INTERVAL)] = 10.0,
     every: Annotated[float, typer.Option(metavar="S", help=_EVERY)] = 1.0,
     paced: Annotated[bool, typer.Option("--paced", help="Read a log at its own pace.")] = False,
+    foxglove: Annotated[int | None, typer.Option(metavar="PORT", help=_FOXGLOVE)] = None,
     allow: Annotated[bool, typer.Option("--allow", help=_ALLOW)] = False,
 ) -> None:
     """Identify on board, sample by sample: JSON lines of estimates on standard output."""
     from hydrodamp.files import check_file
+    from hydrodamp.live.display import LAYOUT, Display
     from hydrodamp.live.loop import METHODS
     from hydrodamp.live.opening import opened
     from hydrodamp.live.run import Run
@@ -62,14 +67,28 @@ def live(
     craft, named = choose.choose_vehicle(vehicle), choose.choose_model(model)
     if not named:
         raise ProblemError("`--model sparse` is selected from a whole log, so not on board.")
-    samples = opened(source, mapping, allow=allow, paced=paced, say=note)
-    run = Run(craft, named[0], method, _print, note, every, state, state_every)
-    run.log, run.beside = samples.log, samples.counts
-    try:
-        with _stopped_by_signals(run):
-            run.go(samples.rows)
-    finally:
-        samples.close()
+    with ExitStack() as ends:
+        tell: Callable[[dict[str, Any]], None] = _print
+        say: Callable[[str], None] = note
+        if foxglove is not None:
+            display = Display(foxglove)
+            ends.callback(display.close)
+            note(f"Foxglove finds it at {display.address}; its layout is {LAYOUT}")
+            tell, say = _both(_print, display.tell), _both(note, display.say)
+        samples = opened(source, mapping, allow=allow, paced=paced, say=say)
+        ends.callback(samples.close)
+        run = Run(craft, named[0], method, tell, say, every, state, state_every)
+        run.log, run.beside = samples.log, samples.counts
+        ends.enter_context(_stopped_by_signals(run))
+        run.go(samples.rows)
+
+
+def _both(one: Callable[[Said], None], other: Callable[[Said], None]) -> Callable[[Said], None]:
+    def say(what: Said) -> None:
+        one(what)
+        other(what)
+
+    return say
 
 
 def _print(line: dict[str, Any]) -> None:

@@ -1,0 +1,92 @@
+"""What Foxglove is sent, as a client of its own protocol receives it."""
+
+import itertools
+import json
+import struct
+from contextlib import suppress
+
+import pytest
+
+from hydrodamp.errors import ProblemError
+from hydrodamp.live import display
+from hydrodamp.live.rows import rows_of
+from live.conftest import heard
+
+pytest.importorskip("foxglove")
+client = pytest.importorskip("websockets.sync.client")
+
+
+def hears(connection, shown):
+    """Subscribe to all that is advertised, and return a function that gives the next message."""
+    channels = json.loads(connection.recv(timeout=5))["channels"]
+    asked = [{"id": one["id"], "channelId": one["id"]} for one in channels]
+    connection.send(json.dumps({"op": "subscribe", "subscriptions": asked}))
+    names = {one["id"]: one["topic"] for one in channels}
+
+    def following():
+        message = connection.recv(timeout=5)
+        return names[struct.unpack_from("<I", message, 1)[0]], message[13:]
+
+    for _ in range(100):  # the server has no word for having heard that
+        shown.say("hello")
+        with suppress(TimeoutError):
+            connection.recv(timeout=0.1)
+            break
+    return lambda: next(one for one in iter(following, None) if b"hello" not in one[1])
+
+
+@pytest.fixture
+def shown():
+    one = display.Display(0)
+    yield one
+    one.close()
+
+
+def test_estimates_and_sentences_are_shown(dive, shown):
+    vehicle, log = dive
+    lines = heard(itertools.islice(rows_of(log), 101), vehicle).lines
+    with client.connect(shown.address, subprotocols=["foxglove.sdk.v1"]) as connection:
+        assert json.loads(connection.recv(timeout=5))["op"] == "serverInfo"
+        following = hears(connection, shown)
+        for line in lines:
+            shown.tell(line)
+        shown.say("a run begins anew.")
+        for line in lines:
+            topic, payload = following()
+            told = json.loads(payload)
+            assert topic == "/hydrodamp/estimate"
+            assert told["excitation"] == line["excitation"]
+            assert {one["label"]: one["value"] for one in told["coefficients"]} == {
+                label: one["value"] for label, one in line["coefficients"].items()
+            }
+            assert {one["label"] for one in told["K"]} == {"K_p|p|"}
+        topic, payload = following()
+        assert topic == "/hydrodamp/said"
+        assert b"a run begins anew." in payload
+
+
+def test_the_layout_shows_what_is_sent(dive, shown):
+    vehicle, log = dive
+    (line,) = heard(itertools.islice(rows_of(log), 11), vehicle).lines[-1:]
+    sent = {**line, **{axis: [] for axis in "XYZKMN"}}
+    layout = json.loads(display.LAYOUT.read_text())
+    panels = layout["configById"]
+    paths = [one["value"] for panel in panels.values() for one in panel.get("paths", ())]
+    paths += [panel["topicPath"] for panel in panels.values() if "topicPath" in panel]
+    for path in paths:
+        topic, *fields = path.removesuffix("[:]").split(".")
+        assert topic == "/hydrodamp/estimate"
+        for place, field in enumerate(fields):
+            assert field in (sent if place == 0 else sent[fields[0]])
+    assert sorted(leaves(layout["layout"])) == sorted(panels)
+
+
+def leaves(node):
+    if isinstance(node, str):
+        return [node]
+    return leaves(node["first"]) + leaves(node["second"])
+
+
+def test_a_port_that_is_taken_is_told(shown):
+    with pytest.raises(ProblemError, match="cannot be served"):
+        display.Display(int(shown.address.rpartition(":")[2]))
