@@ -11,6 +11,7 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.export.c99 import SOURCES, STRICT, C
 from hydrodamp.export.craft import Craft
+from microcontroller import TOOLS, on_cortex
 
 from .conftest import ALL_ATOMS, MODELS, RICH, coefficients, core, rates_of, states, written
 
@@ -126,50 +127,12 @@ def test_cmake_builds_the_example(rich, tmp_path):
     assert len(sailed.stdout.split()) == 13
 
 
-START = """
-#include <stdint.h>
-extern int main(void);
-extern void initialise_monitor_handles(void);
-extern void exit(int);
-void _init(void) {}
-void _fini(void) {}
-void reset(void)
-{
-    *(volatile uint32_t *)0xE000ED88 |= 0xFu << 20; /* the FPU */
-    __asm volatile("dsb\\n isb");
-    initialise_monitor_handles();
-    exit(main());
-}
-__attribute__((section(".vectors"), used)) static const struct {
-    uint32_t stack;
-    void (*reset)(void);
-} vectors = {0x20400000, reset};
-"""
-LAYOUT = """
-SECTIONS {
-  . = 0; .text : { KEEP(*(.vectors)) *(.text*) *(.rodata*) *(.ARM*) }
-  . = 0x20000000; .data : { *(.data*) } .bss : { *(.bss*) *(COMMON) }
-  end = .;
-}
-"""
-CORTEX = ("-mcpu=cortex-m7", "-mthumb", "-mfpu=fpv5-d16", "-mfloat-abi=hard")
-
-
 @pytest.mark.parametrize("flags", [(), ("-DHD_FLOAT",)], ids=["double", "float"])
 def test_a_cortex_m7_gives_the_same_bits(rich, tmp_path, flags):
-    tools = "arm-none-eabi-gcc", "qemu-system-arm"
-    if missing := [name for name in tools if not shutil.which(name)]:
+    if missing := [name for name in TOOLS if not shutil.which(name)]:
         pytest.skip(f"{', '.join(missing)} not installed")
-    (tmp_path / "start.c").write_text(START)
-    (tmp_path / "layout.ld").write_text(LAYOUT)
-    sources = [*SOURCES, "sail.c", tmp_path / "start.c"]
-    call = [tools[0], *STRICT, *CORTEX, *flags, "--specs=rdimon.specs", "-nostartfiles", *sources]
-    call += ["-T", tmp_path / "layout.ld", "-lm", "-o", tmp_path / "sail.elf"]
-    subprocess.run(call, cwd=rich[0], check=True)
-    machine = [tools[1], "-M", "mps2-an500", "-cpu", "cortex-m7", "-nographic", "-semihosting"]
-    machine += ["-monitor", "none", "-serial", "none", "-kernel", tmp_path / "sail.elf"]
-    told = subprocess.run(machine, capture_output=True, text=True, check=True, timeout=60)
-    assert (told.stdout + told.stderr) == run(rich[0], "cc", *flags)
+    folder = shutil.copytree(rich[0], tmp_path / "rich")
+    assert on_cortex(folder, "sail.c", flags) == run(rich[0], "cc", *flags)
 
 
 def test_the_precision_is_one_of_two():

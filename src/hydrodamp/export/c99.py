@@ -28,6 +28,7 @@ from hydrodamp.arrays import FloatArray
 from hydrodamp.errors import demand
 from hydrodamp.export.craft import Craft, States
 from hydrodamp.export.drive import LONGEST_STEP, Engine, upright
+from hydrodamp.export.onboard import identified_of
 from hydrodamp.export.printer import C99, command, name_of, said_of
 from hydrodamp.export.target import Files, NotRun, Target, rendered, require, version_of
 from hydrodamp.files import save_all
@@ -35,10 +36,13 @@ from hydrodamp.files import save_all
 #: What a vehicle's header stands on, and what is there for the estimators on board.
 SOURCES = ("atoms.c", "attitude.c", "cholesky.c", "motion.c")
 HEADERS = ("batch.h", "onboard.h")
-ON_BOARD = ("adaptive.c", "blocks.c", "recursive.c", "steps.c", "witness.c")
+ON_BOARD = ("adaptive.c", "blocks.c", "identifiers.c", "recursive.c", "steps.c", "witness.c")
 
 #: The same bits everywhere: no contraction to fused multiply-add, no reordered sums.
 STRICT = ("-std=c99", "-O2", "-ffp-contract=off", "-Wall", "-Wextra", "-Wpedantic", "-Werror")
+
+#: What calls the functions of the headers, to measure them.
+_CALLERS = ("called.c", "identified.c")
 
 _CORTEX_M7 = ("-mcpu=cortex-m7", "-mthumb", "-mfpu=fpv5-d16", "-mfloat-abi=hard")
 
@@ -72,19 +76,25 @@ class C(Target):
 
     def write(self, craft: Craft) -> Files:
         """Return the header, an example and hydrodamp's own files."""
-        name, header = name_of(craft), header_of(craft)
-        own = own_files((*HEADERS, *SOURCES, *ON_BOARD))
-        called = rendered("called.c.j2", name=name).encode()
-        measured = {**own_files((*HEADERS, *SOURCES)), f"{name}.h": header.encode()}
-        size = size_of({**measured, "called.c": called}, self.flags)
-        built = {"precision": self.precision, "sources": (*SOURCES, *ON_BOARD), "size": size}
-        said = said_of(craft) | built
-        return {
-            f"{name}.h": header,
-            "main.c": rendered("main.c.j2", **said),
-            "CMakeLists.txt": rendered("CMakeLists.txt.j2", **said),
-            "README.md": rendered("readme_c.md.j2", **said),
+        name, own = name_of(craft), own_files((*HEADERS, *SOURCES, *ON_BOARD))
+        said = said_of(craft) | identified_of(craft)
+        code = {
+            f"{name}.h": header_of(craft).encode(),
+            f"{name}_identifier.h": rendered("identifier.h.j2", **said).encode(),
             **own,
+        }
+        built = {
+            "precision": self.precision,
+            "sources": (*SOURCES, *ON_BOARD),
+            "size": size_of(code, said, self.flags),
+            "bytes": 4 if self.precision == "float" else 8,
+        }
+        return {
+            **code,
+            "main.c": rendered("main.c.j2", **said),
+            "estimate.c": rendered("estimate.c.j2", **said),
+            "CMakeLists.txt": rendered("CMakeLists.txt.j2", **said, **built),
+            "README.md": rendered("readme_c.md.j2", **said, **built),
         }
 
     @contextmanager
@@ -146,29 +156,43 @@ def shared(folder: Path, sources: Sequence[str], flags: Sequence[str], library: 
     return version_of(call[0])
 
 
-def size_of(contents: Mapping[str, bytes], flags: Sequence[str]) -> str:
-    """Tell what sources take on a Cortex-M7, else on this machine; nothing where no gcc can."""
-    sources = [name for name in contents if name.endswith(".c")]
+def size_of(code: Mapping[str, bytes], said: Mapping[str, object], flags: Sequence[str]) -> str:
+    """Tell what code takes on a Cortex-M7, else on this machine; nothing where no gcc can."""
+    callers = {each: rendered(f"{each}.j2", **said).encode() for each in _CALLERS}
+    whole = {**code, **callers}
+    sources = [each for each in whole if each.endswith(".c")]
     for prefix, kit, processor in (
         ("arm-none-eabi-", _CORTEX_M7, "a Cortex-M7"),
         ("", (), "this machine"),
     ):
         with tempfile.TemporaryDirectory() as place:
-            save_all({Path(place, name): content for name, content in contents.items()})
+            save_all({Path(place, each): content for each, content in whole.items()})
             call = [f"{prefix}gcc", *STRICT, "-Os", "-fstack-usage", *kit, *flags, "-c", *sources]
             if not shutil.which(call[0]) or _run(call, place).returncode:
                 continue  # not there, or a cross compiler without its C library
-            told = _run([f"{prefix}size", *map(str, Path(place).glob("*.o"))], place).stdout
-            rows = np.array([line.split()[:3] for line in told.splitlines()[1:]], dtype=int)
-            frames = " ".join(each.read_text() for each in Path(place).glob("*.su"))
-        code, data, unset = rows.sum(axis=0).tolist()
-        # No function calls itself, so that all frames together are more than there ever are.
-        stack = sum(map(int, re.findall(r"\t(\d+)\t", frames)))
+            vehicle, identifiers = (
+                _taken(Path(place), prefix, [Path(each).stem for each in group])
+                for group in ((*SOURCES, _CALLERS[0]), (*ON_BOARD, _CALLERS[1]))
+            )
         return (
-            f"By {prefix}gcc -Os for {processor}: {code} bytes of code and constants, "
-            f"{data + unset} bytes of variables, at most {stack} bytes of stack for a step."
+            f"By {prefix}gcc -Os for {processor}, the vehicle takes {vehicle}; the identifiers "
+            f"take {identifiers} besides."
         )
     return ""
+
+
+def _taken(place: Path, prefix: str, units: Sequence[str]) -> str:
+    """Tell the size of some compiled units, and how much of the stack they take."""
+    told = _run([f"{prefix}size", *(f"{unit}.o" for unit in units)], place).stdout
+    rows = np.array([line.split()[:3] for line in told.splitlines()[1:]], dtype=int)
+    frames = " ".join((place / f"{unit}.su").read_text() for unit in units)
+    code, data, unset = rows.sum(axis=0).tolist()
+    # No function calls itself, so that all frames together are more than there ever are.
+    stack = sum(map(int, re.findall(r"\t(\d+)\t", frames)))
+    return (
+        f"{code} bytes of code and constants, {data + unset} bytes of variables and at most "
+        f"{stack} bytes of stack"
+    )
 
 
 def _run(call: Sequence[str], place: str | Path) -> subprocess.CompletedProcess[str]:

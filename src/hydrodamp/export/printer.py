@@ -20,7 +20,7 @@ SPEED, RATIO = "u_c", "eta_1"
 _TAKEN = {
     *map(str.casefold, (*keyword.kwlist, *keyword.softkwlist)),
     *("end", "function", "persistent", "np", "numpy", "ca", "casadi"),
-    *("mpc", "main", "batch", "onboard"),
+    *("mpc", "main", "batch", "onboard", "example", "estimate"),
     *("damping", "wrench", "acceleration", "derivative", "step", "holoocean"),
     *("terms", "limited", "outside", "along"),
 }

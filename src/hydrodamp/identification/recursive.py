@@ -23,6 +23,9 @@ from hydrodamp.models.model import DampingModel
 from hydrodamp.simulation.problem import Columns, Problem, stamp
 from hydrodamp.simulation.status import Status
 
+#: Velocities that terms are scaled by on board, where no log tells their sizes.
+USUAL = (1.0, 0.1, 0.1, 0.1, 0.1, 0.1)
+
 
 class RecursiveAdaptation(NamedTuple):
     """Recursive least squares bound to a plant and a model: all that a step needs."""

@@ -198,16 +198,12 @@ class Recursion:
 
     def before(self, coefficients: FloatArray) -> Estimate:
         """Return what is known before any data."""
-        squares = np.zeros(int(np.sum(np.diff(self.starts) ** 2)))
-        start = np.divide(
-            coefficients, self.unit, out=np.zeros(len(self.unit)), where=self.unit > 0.0
-        )
-        witness = np.zeros(self.witnesses[-1])
-        for axis, place in enumerate(self.witnesses[:-1]):
-            part = slice(*self.starts[axis : axis + 2].tolist())
-            told = witness[place + WITNESSED :][: part.stop - part.start]
-            told[:] = start[part]
-        return Estimate(coefficients, squares, np.zeros(6), np.zeros(6), witness)
+        squares = np.empty(int(np.sum(np.diff(self.starts) ** 2)))
+        witness = np.empty(self.witnesses[-1])
+        start = _floats(coefficients, self.rows.shape, "coefficients")
+        made = Estimate(np.empty(len(start)), squares, np.empty(6), np.empty(6), witness)
+        call("hd_recur_start", _entries(self), _moving(self, made), start)
+        return made
 
 
 #: Where the lags of an axis's witness stand, and behind them its estimate by instruments.
@@ -306,6 +302,20 @@ def broken(recursion: Recursion, estimate: Estimate) -> Estimate:
     moved = _copied(estimate)
     call("hd_witness_break", _entries(recursion), moved.witness)
     return moved
+
+
+def rooms(gains: Gains, recursion: Recursion) -> dict[str, int]:
+    """Return how many numbers the identifiers of ``identifiers.c`` keep and work with."""
+    plant, entries = plant_of(gains.plant), _entries(recursion)
+    ai = struct("hd_ai", plant, entries, gains.a, gains.gamma)
+    settings = recursion.unit, recursion.forgetting, recursion.block
+    rls = struct("hd_rls", plant, entries, *settings)
+    return {
+        "RLS_STATE": C.hd_rls_size(rls),
+        "RLS_WORK": C.hd_rls_work(rls),
+        "AI_STATE": C.hd_ai_size(ai),
+        "AI_WORK": C.hd_ai_work(ai),
+    }
 
 
 def _copied(estimate: Estimate) -> Estimate:

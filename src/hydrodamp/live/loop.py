@@ -13,14 +13,12 @@ from hydrodamp.basis.atoms import AXES
 from hydrodamp.data.channels import SEGMENT
 from hydrodamp.errors import HydrodampError, MethodError
 from hydrodamp.identification import adaptive, recursive
+from hydrodamp.identification.recursive import USUAL
 from hydrodamp.kernels.plant import Sample
 from hydrodamp.live.rows import Row, columns_for, number, sample_of, velocity_of
 from hydrodamp.live.screen import BEGIN, LEFT_OUT, TAKEN, Screen, judge
 from hydrodamp.models.model import DampingModel
 from hydrodamp.vehicle.vehicle import Vehicle
-
-#: Velocities that terms are scaled by on board, where no log tells their sizes.
-USUAL = (1.0, 0.1, 0.1, 0.1, 0.1, 0.1)
 
 #: Methods that run on board.
 METHODS = ("rls", "ai")

@@ -106,8 +106,7 @@ typedef struct {
 } hd_online;
 
 /* The state is the matrix, then the error; or the block, whose row may be left in `row`. Packed
- * samples: time, velocity 6, down 3, wrench 6, opening, closing, channels. 0 where time does not
- * advance, 2 where it leaves a row. Workspace: hd_step_work numbers. */
+ * samples begin with their time. 0 where it does not advance, 2 where a row is left. Workspace: hd_step_work numbers. */
 int hd_online_step(const hd_online *online, const hd_real *previous, const hd_real *current,
                    hd_real *state, hd_real *row, hd_real *work);
 

@@ -45,7 +45,10 @@ extern "C" {
 
 typedef HD_REAL hd_real;
 
-enum { HD_FIXED_ATOMS = 21 };
+enum {
+    HD_FIXED_ATOMS = 21,
+    HD_PACKED = 18 /* numbers of a packed sample before its channels */
+};
 
 /* The vehicle and its terms. */
 typedef struct {
@@ -66,6 +69,9 @@ typedef struct {
     hd_real opening;         /* u_c over the step that begins here, m/s */
     hd_real closing;         /* u_c where this sample ends a step, m/s */
 } hd_sample;
+
+/* A sample packed as: time or length, velocity 6, down 3, wrench 6, opening, closing, channels. */
+hd_sample hd_unpacked(const hd_real *values, hd_real length);
 
 /* atoms.c ------------------------------------------------------------------ */
 size_t hd_atom_count(size_t n_channels);
@@ -168,6 +174,10 @@ typedef struct {
     hd_real *witness;      /* hd_witness_size(n_i) an axis, one behind the other */
 } hd_estimate;
 
+/* Start from these coefficients, before any data. */
+void hd_recur_start(const hd_entries *entries, const hd_estimate *estimate,
+                    const hd_real *coefficients);
+
 /* Take in one row. Workspace: hd_absorb_work numbers. */
 size_t hd_absorb_work(const hd_entries *entries);
 void hd_absorb(const hd_entries *entries, const hd_estimate *estimate, size_t n_terms,
@@ -179,6 +189,10 @@ void hd_absorb(const hd_entries *entries, const hd_estimate *estimate, size_t n_
  * units (n), its moments (n x n), the last rows (7 x (n + 1)). All 0 but the estimate at first. */
 size_t hd_witness_size(size_t n);
 
+/* Before any data, at these coefficients in these units. */
+void hd_witness_start(hd_real *witness, size_t n, const hd_real *coefficients,
+                      const hd_real *unit);
+
 /* Another segment begins: rows of the one before are no neighbours. */
 void hd_witness_break(const hd_entries *entries, hd_real *witness);
 
@@ -189,6 +203,50 @@ void hd_witness_forget(hd_real *witness, size_t n, const hd_real *phi, const hd_
 /* Take in a row that leaves so much over, which weighs so much. Workspace: n x n + n numbers. */
 void hd_witness_row(hd_real *witness, size_t n, const hd_real *phi, hd_real target, hd_real left,
                     hd_real weight, hd_real *work);
+
+/* identifiers.c ------------------------------------------------------------ */
+/* Identifiers at work, a sample a call. The state, the last sample included, is one array of
+ * the caller's. */
+typedef struct {
+    const hd_plant *plant;
+    const hd_entries *entries;
+    const hd_real *a, *gamma; /* of hd_adapt */
+} hd_ai;
+
+typedef struct {
+    const hd_plant *plant;
+    const hd_entries *entries;
+    const hd_real *unit; /* and forgetting: of hd_estimate */
+    hd_real forgetting;
+    hd_real length; /* s, of the blocks */
+} hd_rls;
+
+/* Numbers of a state, and of the workspace of a step. */
+size_t hd_ai_size(const hd_ai *ai);
+size_t hd_ai_work(const hd_ai *ai);
+size_t hd_rls_size(const hd_rls *rls);
+size_t hd_rls_work(const hd_rls *rls);
+
+/* Start from these coefficients. The first sample begins a run. */
+void hd_ai_init(const hd_ai *ai, const hd_real *coefficients, hd_real *state);
+void hd_rls_init(const hd_rls *rls, const hd_real *coefficients, hd_real *state);
+
+/* Let the next sample begin a run, as after a gap: no step leads to it. */
+void hd_run_begins(hd_real *state);
+
+/* Take in a sample. 0 where it is left out: a number is not finite, and the next one begins a
+ * run; or its length is not positive, and the run goes on. 2 where it moved the estimate. */
+int hd_ai_step(const hd_ai *ai, const hd_sample *sample, hd_real *state, hd_real *work);
+int hd_rls_step(const hd_rls *rls, const hd_sample *sample, hd_real *state, hd_real *work);
+
+/* The present coefficients, in the order of the entries. */
+void hd_ai_estimate(const hd_ai *ai, const hd_real *state, hd_real *coefficients);
+void hd_rls_estimate(const hd_rls *rls, const hd_real *state, hd_real *coefficients);
+
+/* A state of n numbers as bytes to keep, n * sizeof(hd_real) + 4, and back; 0 where they are
+ * damaged, or of another mark. A mark tells vehicle, model and method. */
+void hd_keep(const hd_real *state, size_t n, uint32_t mark, unsigned char *kept);
+int hd_restore(const unsigned char *kept, size_t n, uint32_t mark, hd_real *state);
 
 #ifdef __cplusplus
 }

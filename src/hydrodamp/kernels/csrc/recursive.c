@@ -30,6 +30,24 @@ size_t hd_absorb_work(const hd_entries *entries)
     return most * most + 3 * most;
 }
 
+void hd_recur_start(const hd_entries *entries, const hd_estimate *estimate,
+                    const hd_real *coefficients)
+{
+    hd_real *information = estimate->information, *witness = estimate->witness;
+
+    for (size_t i = 0; i < 6; ++i) {
+        const size_t first = (size_t)entries->starts[i], n = entries_on(entries, i);
+        for (size_t j = 0; j < n; ++j)
+            estimate->coefficients[first + j] = coefficients[first + j];
+        for (size_t j = 0; j < n * n; ++j)
+            information[j] = 0;
+        hd_witness_start(witness, n, coefficients + first, estimate->unit + first);
+        estimate->noise[i] = estimate->rows[i] = 0;
+        information += n * n;
+        witness += hd_witness_size(n);
+    }
+}
+
 static hd_real dot(const hd_real *a, const hd_real *b, size_t n)
 {
     hd_real sum = 0;

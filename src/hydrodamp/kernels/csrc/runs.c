@@ -43,28 +43,20 @@ static int holds_on(const hd_plant *plant, const hd_sample *previous, const hd_s
     return current->closing == current->opening;
 }
 
-/* Take the step between two samples. */
-static void walk_to(const hd_plant *plant, const hd_sample *previous, const hd_sample *current,
-                    hd_walk *walk)
-{
-    hd_end *first = &walk->ends[0], *second = &walk->ends[1];
-
-    if (!walk->fresh)
-        hd_end_at(plant, previous, previous->channels, previous->opening, walk->atoms, first);
-    hd_end_at(plant, current, previous->channels, current->closing, walk->atoms, second);
-    hd_between(plant, first, second, current->length, &walk->step);
-    const hd_end swapped = *first;
-    *first = *second;
-    *second = swapped;
-    walk->fresh = holds_on(plant, previous, current);
-}
-
 /* Take the step from sample k - 1 of a record to sample k. */
 static void walk_along(const hd_plant *plant, const hd_record *record, size_t k, hd_walk *walk)
 {
     const hd_sample previous = sample_at(record, k - 1), current = sample_at(record, k);
+    hd_end *first = &walk->ends[0], *second = &walk->ends[1];
 
-    walk_to(plant, &previous, &current, walk);
+    if (!walk->fresh)
+        hd_end_at(plant, &previous, previous.channels, previous.opening, walk->atoms, first);
+    hd_end_at(plant, &current, previous.channels, current.closing, walk->atoms, second);
+    hd_between(plant, first, second, current.length, &walk->step);
+    const hd_end swapped = *first;
+    *first = *second;
+    *second = swapped;
+    walk->fresh = holds_on(plant, &previous, &current);
 }
 
 static void store(const hd_history *history, size_t place, size_t n_terms, hd_real time,
@@ -131,29 +123,19 @@ void hd_recur_run(const hd_plant *plant, const hd_entries *entries, const hd_est
     }
 }
 
-static hd_sample unpacked(const hd_real *values, hd_real length)
-{
-    const hd_sample sample = {
-        length, values + 1, values + 7, values + 10, values + 18, values[16], values[17],
-    };
-
-    return sample;
-}
-
 int hd_online_step(const hd_online *online, const hd_real *previous, const hd_real *current,
                    hd_real *state, hd_real *row, hd_real *work)
 {
     const hd_plant *plant = online->plant;
-    const hd_sample first = unpacked(previous, 0);
-    const hd_sample second = unpacked(current, current[0] - previous[0]);
-    hd_walk walk;
+    const hd_sample first = hd_unpacked(previous, 0);
+    const hd_sample second = hd_unpacked(current, current[0] - previous[0]);
+    hd_step step;
 
     if (!(second.length > 0))
         return 0;
-    walk_from(plant, &walk, work);
-    walk_to(plant, &first, &second, &walk);
+    hd_step_between(plant, &first, &second, &step, work);
     if (online->known)
-        return 1 + hd_block_add(plant, online->known, &walk.step, online->length, state, row);
-    hd_adapt(plant, online->a, online->gamma, state, state + 6 * plant->n_terms, &walk.step);
+        return 1 + hd_block_add(plant, online->known, &step, online->length, state, row);
+    hd_adapt(plant, online->a, online->gamma, state, state + 6 * plant->n_terms, &step);
     return 1;
 }

@@ -5,6 +5,15 @@
  */
 #include "onboard.h"
 
+hd_sample hd_unpacked(const hd_real *values, hd_real length)
+{
+    const hd_sample sample = {
+        length, values + 1, values + 7, values + 10, values + HD_PACKED, values[16], values[17],
+    };
+
+    return sample;
+}
+
 size_t hd_step_work(size_t n_terms, size_t n_channels)
 {
     return hd_atom_count(n_channels) + 3 * n_terms;

@@ -20,6 +20,15 @@ size_t hd_witness_size(size_t n)
     return ESTIMATE + n + n * n + KEPT * (n + 1);
 }
 
+void hd_witness_start(hd_real *witness, size_t n, const hd_real *coefficients,
+                      const hd_real *unit)
+{
+    for (size_t i = 0; i < hd_witness_size(n); ++i)
+        witness[i] = 0;
+    for (size_t j = 0; j < n; ++j)
+        witness[ESTIMATE + j] = unit[j] > 0 ? coefficients[j] / unit[j] : 0;
+}
+
 void hd_witness_break(const hd_entries *entries, hd_real *witness)
 {
     for (size_t i = 0; i < 6; ++i) {

@@ -1,0 +1,193 @@
+"""What the identifiers take on a microcontroller: ``python studies/microcontroller.py``.
+
+The exported library of the paper's vehicle, compiled for a Cortex-M7, runs under QEMU on made-up
+samples. Instructions are counted by QEMU's clock, which advances a nanosecond each; the stack by
+how much of a painted one is written over.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+import hydrodamp as hd
+from benchmark import fill
+from hydrodamp.export.c99 import ON_BOARD, SOURCES, STRICT, C
+from hydrodamp.export.craft import Craft
+from hydrodamp.export.export import save
+
+PAGE = Path(__file__).parents[1] / "docs" / "live" / "microcontroller.md"
+
+#: What a bare processor needs to reach main, and where its memory is.
+START = """
+#include <stdint.h>
+extern int main(void);
+extern void initialise_monitor_handles(void);
+extern void exit(int);
+void _init(void) {}
+void _fini(void) {}
+void reset(void)
+{
+    *(volatile uint32_t *)0xE000ED88 |= 0xFu << 20; /* the FPU */
+    __asm volatile("dsb\\n isb");
+    initialise_monitor_handles();
+    exit(main());
+}
+__attribute__((section(".vectors"), used)) static const struct {
+    uint32_t stack;
+    void (*reset)(void);
+} vectors = {0x20400000, reset};
+"""
+LAYOUT = """
+SECTIONS {
+  . = 0; .text : { KEEP(*(.vectors)) *(.text*) *(.rodata*) *(.ARM*) }
+  . = 0x20000000; .data : { *(.data*) } .bss : { *(.bss*) *(COMMON) }
+  end = .;
+}
+"""
+CORTEX = ("-mcpu=cortex-m7", "-mthumb", "-mfpu=fpv5-d16", "-mfloat-abi=hard")
+TOOLS = ("arm-none-eabi-gcc", "qemu-system-arm")
+
+#: Each identifier on 2000 made-up samples of 0.1 s. Prints instructions of a step on average and
+#: at most and bytes of stack, where it can tell them, and the bytes of what it found.
+PROGRAM = """
+#include "NAME_identifier.h"
+#include <stdio.h>
+
+#ifdef __arm__
+#define PAINTED 32768
+static uint32_t now(void) { return *(volatile uint32_t *)0xE000E018; }
+static volatile unsigned char *below(void)
+{
+    volatile unsigned char *sp;
+    __asm volatile("mov %0, sp" : "=r"(sp));
+    return sp;
+}
+#else
+static uint32_t now(void) { return 0; }
+#endif
+
+static uint64_t seed = 42;
+static hd_real any(hd_real size)
+{
+    seed = seed * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
+    return size * ((hd_real)(int32_t)((seed >> 44) & 0x1ffff) / 65536 - 1);
+}
+
+typedef int (*step)(hd_real *, hd_real, const hd_real *, const hd_real *, const hd_real *,
+                    const hd_real *);
+
+static hd_real state[NAME_RLS_STATE + NAME_AI_STATE], found[NAME_COEFFICIENTS];
+
+static void sail(step one)
+{
+    hd_real velocity[6] = {0}, inputs[NAME_INPUTS + 1] = {0};
+    const hd_real down[3] = {0, 0, 1}, none[6] = {0};
+    uint32_t most = 0;
+    double sum = 0;
+    int stack = 0;
+
+    for (int k = 0; k < 2000; ++k) {
+        for (int i = 0; i < 6; ++i)
+            velocity[i] += (hd_real)0.1 * ((i ? 0 : 1) + any(1) - velocity[i]);
+        const uint32_t then = now();
+        (void)one(state, (hd_real)0.1, velocity, down, inputs, none);
+        const uint32_t took = (then - now()) & 0xffffffu;
+        most = took > most ? took : most;
+        sum += took;
+    }
+#ifdef __arm__
+    volatile unsigned char *top = below(), *deepest = top - PAINTED;
+    for (volatile unsigned char *at = deepest; at < top; ++at)
+        *at = 0xA5;
+#endif
+    for (int k = 0; k < 20; ++k)
+        (void)one(state, (hd_real)0.1, velocity, down, inputs, none);
+#ifdef __arm__
+    while (*deepest == 0xA5)
+        ++deepest;
+    stack = (int)(top - deepest);
+#endif
+    printf("took %d %d %d\\n", (int)(40 * sum / 2000), (int)(40 * most), stack);
+}
+
+static void tell(void)
+{
+    for (size_t i = 0; i < sizeof found; ++i) /* no small printf has %a */
+        printf("%02x", ((const unsigned char *)found)[i]);
+    printf("\\n");
+}
+
+int main(void)
+{
+#ifdef __arm__
+    *(volatile uint32_t *)0xE000E014 = 0xffffff; /* SysTick, by the processor's clock */
+    *(volatile uint32_t *)0xE000E010 = 5;
+#endif
+    NAME_rls_init(state, NAME_start);
+    sail(NAME_rls_step);
+    NAME_rls_estimate(state, found);
+    tell();
+    NAME_ai_init(state, NAME_start);
+    sail(NAME_ai_step);
+    NAME_ai_estimate(state, found);
+    tell();
+    return 0;
+}
+"""
+
+
+def on_cortex(folder: Path, program: str, flags: Sequence[str] = ()) -> str:
+    """Return what a C program beside an exported library prints on a Cortex-M7 under QEMU."""
+    (folder / "start.c").write_text(START)
+    (folder / "layout.ld").write_text(LAYOUT)
+    call = [TOOLS[0], *STRICT, *CORTEX, *flags, "--specs=rdimon.specs", "-nostartfiles"]
+    call += ["-T", "layout.ld", program, "start.c", *SOURCES, *ON_BOARD, "-lm", "-o", "cortex.elf"]
+    subprocess.run(call, cwd=folder, check=True)
+    machine = [TOOLS[1], "-M", "mps2-an500", "-cpu", "cortex-m7", "-nographic", "-semihosting"]
+    machine += ["-icount", "shift=0", "-monitor", "none", "-serial", "none", "-kernel"]
+    told = subprocess.run(
+        [*machine, folder / "cortex.elf"], capture_output=True, text=True, check=True, timeout=60
+    )
+    return told.stdout + told.stderr
+
+
+def write_program(folder: Path, name: str) -> str:
+    """Write the program of a vehicle beside its exported library."""
+    (folder / "measure.c").write_text(PROGRAM.replace("NAME", name))
+    return "measure.c"
+
+
+def rows(model: str, precision: str) -> list[str]:
+    """Return rows of the table for the identifiers of a model."""
+    identified = hd.catalog[model]
+    damping = hd.Damping(identified, [-1.0] * identified.n_coefficients)
+    craft, form = Craft.of(hd.fleet["vt690"], damping), C(precision=precision)
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place)
+        save(form.write(craft), folder)
+        told = on_cortex(folder, write_program(folder, "vt690"), form.flags)
+        header = (folder / "vt690_identifier.h").read_text()
+    size, made = 4 if precision == "float" else 8, []
+    for way, line in zip(("rls", "ai"), told.splitlines()[::2], strict=True):
+        usual, most, stack = map(int, line.split()[1:])
+        numbers = int(header.split(f"vt690_{way.upper()}_STATE = ")[1].split(",")[0])
+        cells = f"{numbers * size} | {stack} | {usual} | {most}"
+        made.append(f"| {model} | `{way}` | {precision} | {cells} |")
+    return made
+
+
+def main() -> None:
+    """Measure, and put the table on its page."""
+    head = (
+        "| model | method | numbers | state, bytes | stack, bytes | instructions a step | at most |"
+    )
+    models = [(key, real) for key in ("prestero", "pitch-yaw") for real in ("float", "double")]
+    body = [line for each in models for line in rows(*each)]
+    fill(PAGE, "\n".join([head, "|---|---|---|---|---|---|---|", *body]))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,200 @@
+"""The identifiers in C: the bits of a live run in double, near them in float, and nothing leaks."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.export.c99 import ON_BOARD, SOURCES, STRICT, C
+from hydrodamp.export.craft import Craft
+from hydrodamp.live.run import Run
+from hydrodamp.live.sources import Lines
+from microcontroller import TOOLS, on_cortex, write_program
+
+from .conftest import coefficients, written
+
+COMPILERS = [name for name in ("gcc", "clang") if shutil.which(name)]
+pytestmark = pytest.mark.skipif(not COMPILERS, reason="neither gcc nor clang is installed")
+MODEL = hd.catalog["prestero"]
+FLOAT = ("-DHD_FLOAT",)
+CLEAN = ("-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
+
+
+def in_text(log, folder):
+    hd.write_log(log, folder / "dive.csv")
+    return (folder / "dive.csv").read_text()
+
+
+def torn(text):
+    """An empty cell, a row that is there twice, one that is older, and a second and a half less."""
+    head, *lines = text.splitlines()
+    first, _, rest = lines[40].split(",", 2)
+    lines[40] = f"{first},,{rest}"
+    lines[60:60] = [lines[59], lines[50]]
+    return "\n".join([head, *lines[:80], *lines[95:]])
+
+
+def library(vehicle, model, folder):
+    return written(C(), Craft.of(vehicle, coefficients(model)), folder)
+
+
+def compiled(folder, program, *flags, compiler=None):
+    call = [compiler or COMPILERS[0], *STRICT, *flags, program, *SOURCES, *ON_BOARD, "-lm"]
+    subprocess.run([*call, "-o", "program"], cwd=folder, check=True)
+    return folder / "program"
+
+
+def printed(program, text="", *, under=()):
+    call = [*under, str(program)]
+    done = subprocess.run(call, input=text, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    return done.stdout
+
+
+def columns(table):
+    """The numbers of a table of coefficients, a row a method."""
+    rows = [line.split(",") for line in table.splitlines()]
+    assert rows[0] == ["coefficient", "rls", "ai"]
+    return np.array([row[1:] for row in rows[1:]], dtype=float).T
+
+
+def live(text, vehicle, model):
+    """What live runs of both methods tell at last of the lines of a table."""
+    line, told = Lines(), []
+    rows = [row for each in text.splitlines() if (row := line(each.encode())) is not None]
+    for method in ("rls", "ai"):
+        lines: list = []
+        Run(vehicle, model, method, lines.append, print).go(rows)
+        told.append([one["value"] for one in lines[-1]["coefficients"].values()])
+    return np.array(told)
+
+
+@pytest.fixture(scope="module")
+def dive(sailed, tmp_path_factory):
+    """The library of the paper's vehicle, and a log as text."""
+    folder = tmp_path_factory.mktemp("dive")
+    return library(sailed.vehicle, MODEL, folder), in_text(sailed.train, folder)
+
+
+@pytest.mark.parametrize("what", [str, torn], ids=["whole", "torn"])
+def test_estimates_have_the_bits_of_a_live_run(dive, sailed, what):
+    folder, text = dive[0], what(dive[1])
+    found = columns(printed(compiled(folder, "estimate.c", *CLEAN), text))
+    np.testing.assert_array_equal(found, live(text, sailed.vehicle, MODEL))
+
+
+DRIVEN = hd.DampingModel.from_table({"X": "u u^2(eta-1)", "Y": "v r", "N": "r r|r|"}, key="driven")
+
+
+@pytest.mark.parametrize("kind", ["commands", "wrench", "eta"])
+def test_a_boat_too_whatever_drives_it(planar, tmp_path, kind):
+    boat, _, log = planar
+    random = np.random.default_rng(5)
+    if kind == "wrench":
+        wrench = random.normal(size=(log.n, 6)) * boat.free
+        log = replace(log, wrench=wrench)
+        boat = replace(boat, actuators=())
+    if kind == "eta":
+        log = replace(log, propulsion_ratio=random.uniform(0.8, 1.4, log.n))
+    model = DRIVEN if kind == "eta" else hd.catalog["linear"].restricted_to(boat.axes)
+    text = in_text(log, tmp_path)
+    found = columns(printed(compiled(library(boat, model, tmp_path), "estimate.c"), text))
+    np.testing.assert_array_equal(found, live(text, boat, model))
+
+
+def test_float_is_near_after_a_hundred_hours_too(dive):
+    """A clock of 100 h has 31 ms left in float; lengths of steps lose nothing."""
+    folder, text = dive
+    whole = columns(printed(compiled(folder, "estimate.c"), text))
+    program = compiled(folder, "estimate.c", *FLOAT)
+    near = printed(program, text)
+    off = np.abs(columns(near) - whole).max(axis=1) / np.abs(whole).max(axis=1)
+    assert np.all(off < 1e-4)
+    assert np.all(off > 0.0)
+    head, *lines = text.splitlines()
+    later = [f"{float(time) + 360_000.0},{rest}" for time, rest in (x.split(",", 1) for x in lines)]
+    assert printed(program, "\n".join([head, *later])) == near
+
+
+@pytest.mark.parametrize("flags", [(), FLOAT], ids=["double", "float"])
+def test_every_compiler_and_processor_gives_the_same_bits(dive, tmp_path, flags):
+    folder = shutil.copytree(dive[0], tmp_path / "dive")
+    program = write_program(folder, "vt690")
+    first, *others = [
+        printed(compiled(folder, program, *flags, compiler=x)).splitlines()[1::2] for x in COMPILERS
+    ]
+    assert all(other == first for other in others)
+    if missing := [name for name in TOOLS if not shutil.which(name)]:
+        pytest.skip(f"{', '.join(missing)} not installed")
+    told = on_cortex(folder, program, flags).splitlines()
+    assert told[1::2] == first
+    _, most = re.findall(r"(\d+)\s+bytes\s+of\s+stack", (folder / "README.md").read_text())
+    assert all(0 < int(line.split()[3]) < int(most) for line in told[::2])
+
+
+def test_valgrind_finds_nothing(dive):
+    if not shutil.which("valgrind"):
+        pytest.skip("valgrind is not installed")
+    folder, text = dive
+    under = ("valgrind", "-q", "--error-exitcode=9", "--leak-check=full")
+    short = "\n".join(text.splitlines()[:60])
+    assert printed(compiled(folder, "estimate.c", "-g"), short, under=under)
+
+
+KEPT = """
+#include "vt690_identifier.h"
+#include <stdio.h>
+#include <string.h>
+
+static const hd_real down[3] = {0, 0, 1}, inputs[3] = {(hd_real)0.1, 0, 2000}, none[6] = {0};
+
+#define SAIL(way, state, from, to)                                                        \\
+    for (int k = from; k < to; ++k) {                                                     \\
+        const hd_real v[6] = {1 + (hd_real)(k % 7) / 8, (hd_real)(k % 5) / 9, 0, 0, 0, 0}; \\
+        (void)vt690_##way##_step(state, (hd_real)0.1, v, down, inputs, none);             \\
+    }
+#define TRY(way, WAY)                                                     \\
+    {                                                                     \\
+        static hd_real whole[WAY##_STATE], resumed[WAY##_STATE];          \\
+        static unsigned char kept[WAY##_KEPT];                            \\
+        vt690_##way##_init(whole, vt690_exported);                        \\
+        SAIL(way, whole, 0, 55)                                           \\
+        vt690_##way##_get(whole, kept);                                   \\
+        SAIL(way, whole, 55, 200)                                         \\
+        const int taken = vt690_##way##_set(resumed, kept);               \\
+        SAIL(way, resumed, 55, 200)                                       \\
+        const int same = !memcmp(whole, resumed, sizeof whole);           \\
+        kept[99] ^= 1;                                                    \\
+        const int damaged = vt690_##way##_set(resumed, kept);             \\
+        kept[99] ^= 1;                                                    \\
+        const int foreign = hd_restore(kept, WAY##_STATE, 1, resumed);    \\
+        const int stayed = !memcmp(whole, resumed, sizeof whole);         \\
+        printf("%d%d%d%d%d ", taken, same, damaged, foreign, stayed);     \\
+    }
+
+int main(void)
+{
+    TRY(rls, vt690_RLS)
+    TRY(ai, vt690_AI)
+    return 0;
+}
+"""
+
+
+def test_a_state_is_taken_up_where_it_was_kept_and_only_whole(dive):
+    folder, _ = dive
+    (folder / "kept.c").write_text(KEPT)
+    assert printed(compiled(folder, "kept.c", *CLEAN)) == "11001 11001 "
+
+
+def test_a_log_without_a_column_is_told(dive):
+    done = subprocess.run(
+        [compiled(dive[0], "estimate.c")], input="time,u\n", capture_output=True, text=True
+    )
+    assert (done.returncode, done.stderr) == (2, "column v is missing\n")
