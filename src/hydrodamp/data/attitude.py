@@ -54,7 +54,8 @@ def product(first: FloatArray, second: FloatArray) -> FloatArray:
 
 def down(quaternion: FloatArray) -> FloatArray:
     """Return the world's downward direction in body components, R^T e3."""
-    return rotation(quaternion)[:, 2]
+    w, x, y, z = quaternion.T
+    return np.array((2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y))).T
 
 
 def turn(first: FloatArray, second: FloatArray) -> FloatArray:

@@ -63,12 +63,11 @@ def observe(
         If a command is missing, a wrench would be counted twice, a shape is wrong,
         or a number is not finite.
     """
-    vehicle = columns.vehicle
+    vehicle, free = columns.vehicle, columns.vehicle.free
     recorded = {name: np.array([value]) for name, value in (commands or {}).items()}
-    needed = {name for term in columns.basis for name in term.commands}
-    needed |= set(vehicle.commands) if columns.actuators else set()
-    for name in sorted(needed - set(recorded)):
-        raise ProblemError(f"command '{name}' is missing.{did_you_mean(name, recorded)}")
+    for name in columns.needed:
+        if name not in recorded:
+            raise ProblemError(f"command '{name}' is missing.{did_you_mean(name, recorded)}")
     if columns.actuators and wrench is not None:
         raise ProblemError(
             "a wrench would count the vehicle's actuators twice: leave it out, or make the "
@@ -82,15 +81,15 @@ def observe(
     held = vehicle.propulsion_speed(recorded)
     if propulsion_ratio is not None or held is None:
         ratio = 1.0 if propulsion_ratio is None else propulsion_ratio
-        opening = closing = ratio * float(guarded_speed(moving * vehicle.free))
+        opening = closing = ratio * float(guarded_speed(moving * free))
     else:
         opening = float(held[0])
         closing = opening if previous is None else float(previous.propulsion[0])
     sample = Sample.of(
         time=time,
-        velocity=moving * vehicle.free,
+        velocity=moving * free,
         down=down(turned if len(turned) == 4 else quaternion_from_euler(turned)),
-        wrench=force * vehicle.free,
+        wrench=force * free,
         channels=held_channels(columns, recorded, 1)[0],
         propulsion=(opening, closing),
     )

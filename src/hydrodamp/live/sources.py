@@ -30,6 +30,7 @@ NO_MESSAGE = Message("", 0.0, {})
 
 _WAIT = 0.2  # s, after which a source that has nothing says so
 _END = 5.0  # s
+_PAUSE = 0.01  # s, in which a reader waits for room
 _ROOM = 10_000  # rows that may wait
 _DATAGRAM = 65_536  # bytes
 _CHUNK, _LONGEST = 1 << 16, 1 << 20  # bytes of a reading, and of a line
@@ -43,16 +44,15 @@ class Waiting(Generic[Item]):
     dropped: int = 0
     is_over: bool = False  # nobody waits any more
     thread: threading.Thread | None = None
-    items: queue.Queue[Item | None] = field(default_factory=lambda: queue.Queue(_ROOM))
+    items: queue.SimpleQueue[Item | None] = field(default_factory=queue.SimpleQueue)
 
     def put(self, item: Item | None) -> None:
         """Add a row or a message; None ends the stream."""
-        if self.keeps_all or item is None:
+        while self.keeps_all and self.items.qsize() >= _ROOM:
+            time.sleep(_PAUSE)
+        if item is None or self.items.qsize() < _ROOM:
             self.items.put(item)
-            return
-        try:
-            self.items.put_nowait(item)
-        except queue.Full:
+        else:
             self.dropped += 1
 
     def __iter__(self) -> Iterator[Item | None]:

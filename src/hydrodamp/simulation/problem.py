@@ -74,6 +74,12 @@ class Columns:
     known: FloatArray
     actuators: bool
 
+    @cached_property
+    def needed(self) -> tuple[str, ...]:
+        """Return the commands without which no sample can be made, sorted."""
+        names = {name for term in self.basis for name in term.commands}
+        return tuple(sorted(names | set(self.vehicle.commands if self.actuators else ())))
+
     @property
     def n_known(self) -> int:
         """How many columns are known."""

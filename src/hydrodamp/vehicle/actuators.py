@@ -70,7 +70,8 @@ class Limited:
         if not self.derived:
             return {self.command: given}
         if self.limit is not None:
-            given = np.clip(given, -self.limit, self.limit)
+            # `np.clip` takes three times as long for one sample.
+            given = np.minimum(np.maximum(given, -self.limit), self.limit)
         low, high = self.dead_zone or (np.inf, -np.inf)
         return {self.channel: np.where((given >= low) & (given <= high), 0.0, self.acting(given))}
 

@@ -257,7 +257,7 @@ class Vehicle:
         propellers = [one for one in self.actuators if isinstance(one, Propeller)]
         speeds = [one.propulsion_speed(commands) for one in propellers if one.command in commands]
         known = [speed for speed in speeds if speed is not None]
-        return np.asarray(np.mean(known, axis=0)) if known else None
+        return sum(known[1:], known[0]) / len(known) if known else None
 
     def restoring_wrench(self, down: npt.ArrayLike) -> FloatArray:
         """Return the wrench of weight and buoyancy.

@@ -1,0 +1,117 @@
+"""What lasts: junk by the thousand, and hours in which nothing happens."""
+
+import json
+import tracemalloc
+from contextlib import suppress
+from itertools import islice
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from hydrodamp.ingest.formats.mavlink import Decoder
+from hydrodamp.ingest.mapping import read_mapping
+from hydrodamp.live import sources
+from hydrodamp.live.gathering import Gathering, for_streams
+from hydrodamp.live.rows import rows_of
+from hydrodamp.simulation.campaign.motion import Motion
+from hydrodamp.simulation.campaign.reenact import Plan
+from live.conftest import heard
+
+
+def received(reader, datagrams):
+    """Return what a reader of a socket makes of datagrams."""
+    left, waiting = iter(datagrams), sources.Waiting()
+    with suppress(StopIteration):
+        reader(SimpleNamespace(recv=lambda size: next(left)[:size]))(waiting)
+    assert waiting.dropped == 0
+    waiting.put(None)
+    return [*waiting]
+
+
+def junk(seed, n, good):
+    """Return noise, other people's JSON, floods of NaN, and datagrams as large as they come."""
+    random = np.random.default_rng(seed)
+    for k in range(n):
+        yield (
+            random.bytes(int(random.integers(1, 300))),
+            b"\xfd" + random.bytes(int(random.integers(1, 290))),
+            json.dumps({**good, "u": float("nan")}).encode(),
+            json.dumps({**good, "time": 1e300, "v": 1e308, "roll": [k], "qw": {}}).encode(),
+            json.dumps([k]).encode(),
+            b"{" * int(random.integers(1, 3000)),
+            bytes(65_507),
+        )[k % 7 if k % 70 else 6]
+
+
+def among(rows, noise):
+    """Yield samples as datagrams with junk before each."""
+    each = len(noise) // len(rows)
+    for k, row in enumerate(rows):
+        yield from noise[k * each : (k + 1) * each]
+        yield json.dumps(row).encode()
+
+
+def test_samples_among_junk_are_all_taken(dive):
+    vehicle, log = dive
+    rows = [*islice(rows_of(log), 300)]
+    datagrams = [*among(rows, [*junk(11, 6000, rows[0])])]
+    told = heard(received(sources.of_datagrams, datagrams), vehicle)
+    counts = told.counts
+    assert counts["taken"] == 300
+    assert sum(counts.values()) - counts["first"] - counts["again"] >= 6300
+    assert counts["incomplete"] > 800
+    assert len(told.sentences) < 30
+
+
+def test_noise_at_the_port_of_mavlink_is_counted():
+    noise = [*junk(12, 6000, {"time": 0.0})]
+    decoder = Decoder()
+    heard_there = received(lambda one: sources.of_packets(one, decoder), noise)
+    mapping = for_streams(read_mapping("ardusub-mavlink"), print)
+    gathering = Gathering(mapping, print)
+    rows = [row for row in gathering.over(heard_there) if row is not None]
+    assert rows == [{}] * len(rows)
+    assert len(rows) >= 6000
+
+
+def test_memory_does_not_grow(dive):
+    vehicle, log = dive
+    row, tops = next(iter(rows_of(log))), []
+
+    def endless():
+        for k in range(6000):
+            if k % 2000 == 0:
+                tops.append(tracemalloc.get_traced_memory()[0])
+            yield {**row, "time": 0.1 * k, "u": 2.0 + 0.1 * (k % 7), "r": 0.01 * (k % 5)}
+
+    tracemalloc.start()
+    heard(endless(), vehicle, every=1e9)
+    tracemalloc.stop()
+    assert tops[2] - tops[1] < 20_000
+
+
+def straight(row, seconds, after):
+    """Yield samples of a straight course at ten a second, with the noise of good sensors."""
+    random = np.random.default_rng(13)
+    still = dict.fromkeys("vwpqr", 0.0) | dict.fromkeys(("qx", "qy", "qz"), 0.0) | {"qw": 1.0}
+    plan = Plan.of("sname")
+    surge = Motion.of(plan.vehicle, plan.water, np.array([row["rpm"]])).steady_surge[0]
+    still |= {"rudder": 0.0, "elevator": 0.0, "u": surge, "rpm": row["rpm"], "segment": "line"}
+    for k in range(10 * seconds):
+        noise = (random.normal(size=6) * ([0.01] * 3 + [0.001] * 3)).tolist()
+        moves = {name: still[name] + n for name, n in zip("uvwpqr", noise, strict=True)}
+        yield {**still, **moves, "time": after + 0.1 * k}
+
+
+def test_a_straight_course_moves_no_estimate_out_of_its_interval(dive):
+    vehicle, log = dive
+    rows = [*rows_of(log)]
+    before = heard(rows, vehicle).lines[-1]["coefficients"]
+    line = straight(rows[0], 600, rows[-1]["time"] + 100.0)
+    after = heard([*rows, *line], vehicle, every=1e9).lines[-1]["coefficients"]
+    for label, one in before.items():
+        moved = abs(after[label]["value"] - one["value"])
+        assert moved < 2 * after[label]["standard_error"], label
+    drag = "X_u|u|"
+    assert after[drag]["value"] == pytest.approx(before[drag]["value"], rel=0.01)
