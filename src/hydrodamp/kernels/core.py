@@ -258,7 +258,7 @@ def adapt_step(gains: Gains, state: FloatArray, previous: Sample, current: Sampl
     A state, shape (n_terms + 1, 6), is the coefficients and, last, the velocity error, which
     is zero at a segment's first sample. The one returned cannot be written.
     """
-    return _stepped(gains, state, (gains.plant.n_terms + 1, 6), previous, current)[0]
+    return _stepped(gains, state, previous, current)[0]
 
 
 def new_block(plant: Plant) -> FloatArray:
@@ -273,9 +273,7 @@ def block_step(
 
     The row holds the terms and what they are to explain on each axis, over two blocks.
     """
-    row, size = np.empty(recursion.plant.n_terms + 6), C.hd_block_size(recursion.plant.n_terms)
-    moved, is_full = _stepped(recursion, block, (size,), previous, current, given(row))
-    return moved, row if is_full else None
+    return _stepped(recursion, block, previous, current)
 
 
 def absorb(recursion: Recursion, estimate: Estimate, row: FloatArray) -> Estimate:
@@ -332,40 +330,47 @@ def _moving(recursion: Recursion, estimate: Estimate) -> Any:
     return ffi.new("hd_estimate *", [*map(given, values)])
 
 
+class _Online(NamedTuple):
+    """What each online step of one plant and method takes."""
+
+    settings: Any
+    shape: tuple[int, ...]  # of a state
+    size: int  # of a packed sample
+    room: int  # of the workspace before a row
+    row: int
+
+
 @functools.lru_cache(maxsize=32)
-def _online(bound: Gains | Recursion) -> tuple[Any, int, int]:
-    """Return the settings of an online step, its room, and how many numbers a sample has."""
+def _online(bound: Gains | Recursion) -> _Online:
     plant = bound.plant
     own: tuple[Any, ...] = (bound.a, bound.gamma) if isinstance(bound, Gains) else ()
+    shape: tuple[int, ...] = (plant.n_terms + 1, 6)
     if isinstance(bound, Recursion):
         own = None, None, bound.known, bound.block
+        shape = (C.hd_block_size(plant.n_terms),)
     room = C.hd_step_work(plant.n_terms, plant.n_channels)
-    return struct("hd_online", plant_of(plant), *own), room, PACKED + plant.n_channels
+    made = struct("hd_online", plant_of(plant), *own)
+    return _Online(made, shape, PACKED + plant.n_channels, room, plant.n_terms + 6)
 
 
 def _stepped(
-    bound: Gains | Recursion,
-    state: FloatArray,
-    shape: tuple[int, ...],
-    previous: Sample,
-    current: Sample,
-    row: Any = ffi.NULL,
-) -> tuple[FloatArray, bool]:
-    """Return the next state, which cannot be written, and whether a full block leaves a row."""
-    online, room, size = _online(bound)
+    bound: Gains | Recursion, state: FloatArray, previous: Sample, current: Sample
+) -> tuple[FloatArray, FloatArray | None]:
+    """Return the next state, which cannot be written, and the row that a full block leaves."""
+    settings, shape, size, room, row = _online(bound)
     before, now = previous.values, current.values
     if state.shape != shape or not len(before) == len(now) == size:
         got = state.shape, len(before) - PACKED, len(now) - PACKED
         raise ProblemError(
             f"a state must have shape {shape}, a sample {size - PACKED} channels; got {got}"
         )
-    moved, work, doubles = state.copy(), ffi.new(DOUBLES, room), ffi.from_buffer
-    ends = doubles(DOUBLES, before), doubles(DOUBLES, now)
-    outcome = C.hd_online_step(online, *ends, doubles(DOUBLES, moved), row, work)
+    moved, work, doubles = state.copy(), ffi.new(DOUBLES, room + row), ffi.from_buffer
+    first, second, to = doubles(DOUBLES, before), doubles(DOUBLES, now), doubles(DOUBLES, moved)
+    outcome = C.hd_online_step(settings, first, second, to, work)
     if not outcome:
         raise ProblemError(
             f"time must advance from {previous.time} s, got {current.time} s; after a gap or "
             "a new clock use `state.restarted(sample)`."
         )
     moved.setflags(write=False)
-    return moved, outcome > 1
+    return moved, np.frombuffer(ffi.buffer(work))[room:] if outcome > 1 else None

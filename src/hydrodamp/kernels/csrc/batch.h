@@ -105,10 +105,11 @@ typedef struct {
     hd_real length;           /* s, of the blocks */
 } hd_online;
 
-/* The state is the matrix, then the error; or the block, whose row may be left in `row`. Packed
- * samples begin with their time. 0 where it does not advance, 2 where a row is left. Workspace: hd_step_work numbers. */
+/* The state is the matrix, then the error; or the block. Packed samples begin with their time.
+ * 0 where it does not advance, 2 where a row is complete. Workspace: hd_step_work numbers, and
+ * behind them n_terms + 6 for the row. */
 int hd_online_step(const hd_online *online, const hd_real *previous, const hd_real *current,
-                   hd_real *state, hd_real *row, hd_real *work);
+                   hd_real *state, hd_real *work);
 
 #ifdef __cplusplus
 }

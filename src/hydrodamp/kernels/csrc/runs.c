@@ -124,9 +124,10 @@ void hd_recur_run(const hd_plant *plant, const hd_entries *entries, const hd_est
 }
 
 int hd_online_step(const hd_online *online, const hd_real *previous, const hd_real *current,
-                   hd_real *state, hd_real *row, hd_real *work)
+                   hd_real *state, hd_real *work)
 {
     const hd_plant *plant = online->plant;
+    hd_real *row = work + hd_step_work(plant->n_terms, plant->n_channels);
     const hd_sample first = hd_unpacked(previous, 0);
     const hd_sample second = hd_unpacked(current, current[0] - previous[0]);
     hd_step step;
