@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,6 +16,9 @@ from hydrodamp.export.drive import scattered
 from hydrodamp.export.export import save
 from hydrodamp.kernels.core import mass_inverse, plant_of
 from hydrodamp.kernels.library import C, call
+
+# Behind all packages: one study has the name of one.
+sys.path.append(str(Path(__file__).parents[2] / "studies"))
 
 RICH = hd.Vehicle(
     "rich-3",

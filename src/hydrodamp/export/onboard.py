@@ -7,7 +7,7 @@ import zlib
 import numpy as np
 
 from hydrodamp.basis.atoms import AXES, VELOCITIES
-from hydrodamp.data.channels import ATTITUDE
+from hydrodamp.data.channels import ATTITUDE, EULER
 from hydrodamp.export.craft import Craft
 from hydrodamp.identification.adaptive import AdaptiveIdentifier
 from hydrodamp.identification.recursive import USUAL, RecursiveLeastSquares
@@ -49,7 +49,7 @@ def _columns(craft: Craft) -> list[tuple[str, int, float]]:
     return [
         ("time", 1, 0.0),
         *((name, int(moves), 0.0) for name, moves in zip(VELOCITIES, free, strict=True)),
-        *((name, 0, float(name == "qw")) for name in ATTITUDE.columns),
+        *((name, 0, 0.0) for name in (*ATTITUDE.columns, *EULER[:2])),
         *((name, 1, 0.0) for name in craft.commands),
         *([("eta", 1, 0.0)] if craft.needs_speed else []),
         *((name, 0, 0.0) for name in wrench),
