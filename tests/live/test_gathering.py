@@ -133,7 +133,7 @@ def test_a_clock_that_is_set_back_is_followed():
 
 
 def test_memory_is_bounded_while_no_sample_can_be_made():
-    said = (Message("imu", 0.001 * k, {"stamp": 0.001 * k, "rate": 0.1}) for k in range(60_000))
+    said = (Message("imu", 0.001 * k, {"stamp": 0.001 * k, "rate": 0.1}) for k in range(25_000))
     rows, heard, gathering = gathered(said)
     assert rows == []
     assert "no topic `dvl`" in heard[0]
@@ -170,3 +170,19 @@ def test_a_rate_is_told_to_count_for_nothing():
     rows, heard, _ = gathered([*messages(5.0)], MAPPING | {"clock": {"rate": 2}})
     assert "each sample counts" in heard[0]
     assert len(rows) > 200
+
+
+def test_other_peoples_topics_are_forgotten_and_told_in_part():
+    said = (Message(f"lights{k}", 100.0 + 0.001 * k, {"level": 1.0}) for k in range(5000))
+    rows, heard, gathering = gathered(said)
+    assert rows == []
+    assert len(gathering._others) == 1000
+    assert "lights11, ... and 988 more topics" in heard[0]
+
+
+def test_the_receivers_clock_may_be_set_back():
+    said = [*messages()]
+    back = [
+        one._replace(received=one.received - 3600.0) if one.received > 110 else one for one in said
+    ]
+    assert numbers(gathered(back)[0]) == numbers(gathered(said)[0])

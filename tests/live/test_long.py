@@ -80,8 +80,8 @@ def test_memory_does_not_grow(dive):
     row, tops = next(iter(rows_of(log))), []
 
     def endless():
-        for k in range(6000):
-            if k % 2000 == 0:
+        for k in range(3000):
+            if k % 1000 == 0:
                 tops.append(tracemalloc.get_traced_memory()[0])
             yield {**row, "time": 0.1 * k, "u": 2.0 + 0.1 * (k % 7), "r": 0.01 * (k % 5)}
 

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
+from hydrodamp.data.record import first_few
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError, ProblemError
 from hydrodamp.ingest.mapping import LogMapping
@@ -24,6 +25,7 @@ _PATIENCE = 1.0  # s, that a sample waits for a topic that is late
 _SILENT = 10.0  # s, after which a topic is as good as absent
 _UNTOLD = 3.0  # s without a sample, after which the reason is told
 _HISTORY = 30  # messages of a topic that are kept behind the last sample
+_NAMES, _LISTED = 1000, 12  # topics of which nothing is taken that are remembered, and told
 _ROOM = 20_000  # messages of a topic that may wait
 _UNUSED = ("position", "specific_force", "acceleration", "segment")  # by what runs on board
 _NOTHING: Mapping[str, str] = MappingProxyType({})
@@ -99,7 +101,9 @@ class Gathering:
     mapping: LogMapping
     say: Callable[[str], None]
     passed_over: int = 0  # messages that came twice, late, or too many to wait
-    _heard: dict[str, _Heard | None] = field(default_factory=dict)
+    _heard: dict[str, _Heard] = field(default_factory=dict)
+    _others: dict[str, None] = field(default_factory=dict)  # topics of which nothing is taken
+    _latest: _Heard | None = None  # who spoke last
     _made: float = -math.inf  # time of the last sample
     _now: float = math.nan  # by the clock of the receiver, as all of these
     _due: float = math.nan  # when samples are made again
@@ -116,23 +120,29 @@ class Gathering:
                 yield {}
             else:
                 self._keep(message)
-                if not self._now < self._due:
+                if not self._due - _EACH <= self._now < self._due:  # it may be set back
                     self._due = self._now + _EACH
                     yield from self._samples(_PATIENCE)
         self._now = math.inf
         yield from self._samples(0.0)
 
     def _keep(self, message: Message) -> None:
-        self._now = message.received
-        if not self._heard:
+        topic, self._now = message.topic, message.received
+        if math.isnan(self._since):
             self._since = self._now
-        if message.topic not in self._heard:
-            self._heard[message.topic] = self._wanted(message.topic)
-        if (heard := self._heard[message.topic]) is not None:
-            heard.messages.append(message)
-            if len(heard.messages) > _ROOM:
-                self.passed_over += _ROOM // 2
-                del heard.messages[: _ROOM // 2]
+        heard = self._heard.get(topic)
+        if heard is None:
+            if topic in self._others or (heard := self._wanted(topic)) is None:
+                if len(self._others) < _NAMES:
+                    self._others[topic] = None
+                return
+            self._heard[topic] = heard
+        fields = {name: one for name, one in message.fields.items() if name in heard.fields}
+        heard.messages.append(message._replace(fields=fields))
+        self._latest = heard
+        if len(heard.messages) > _ROOM:
+            self.passed_over += _ROOM // 2
+            del heard.messages[: _ROOM // 2]
 
     def wants(self, topic: str) -> bool:
         """Return whether the mapping takes something of a topic."""
@@ -169,17 +179,19 @@ class Gathering:
         for values in zip(*columns.values(), strict=True):
             yield dict(zip(columns, values, strict=True))
         self._made, self._since, self._is_told = float(time[ready][-1]), self._now, False
-        heard = [one for one in self._heard.values() if one and one.messages]
+        heard = [one for one in self._heard.values() if one.messages]
         begun = min([self._made, *(one.last for one in heard if one.speaks(self._made))])
         for one in heard:
             one.forget(begun)
 
     def _recording(self) -> Recording:
         """Return what was heard lately, each topic in the order of its clock."""
-        heard = [one for one in self._heard.values() if one and one.messages]
+        heard = [one for one in self._heard.values() if one.messages]
         topics = {one: self._in_order(one) for one in heard}
         heard = [one for one in heard if one.messages]
-        now = max(((one.messages[-1].received, one.last) for one in heard), default=(0.0, 0.0))[1]
+        if not heard:
+            return Recording((), "the stream", "stream")
+        now = next((one.last for one in heard if one is self._latest), heard[-1].last)
         if self._made > now + _SILENT:  # the clock was set back
             self._made = -math.inf
         for one in heard:
@@ -206,7 +218,7 @@ class Gathering:
         """Say why there is no sample, once it lasts."""
         if self._now - self._since > _UNTOLD and not self._is_told:
             self._is_told = True
-            others = ", ".join(name for name, one in self._heard.items() if one is None)
+            others = ", ".join(first_few([*self._others], _LISTED, "topics"))
             also = f" Heard besides: {others}." if others else ""
             why = str(error).rstrip(".")
             self.say(f"no sample can be made of what is heard: {why}.{also}")

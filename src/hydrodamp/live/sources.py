@@ -32,7 +32,7 @@ _WAIT = 0.2  # s, after which a source that has nothing says so
 _END = 5.0  # s
 _PAUSE = 0.01  # s, in which a reader waits for room
 _ROOM = 10_000  # rows that may wait
-_DATAGRAM = 65_536  # bytes
+_DATAGRAM = 8192  # bytes; of a larger one what stands behind them is lost
 _CHUNK, _LONGEST = 1 << 16, 1 << 20  # bytes of a reading, and of a line
 
 
