@@ -149,6 +149,15 @@ from .models.files import (
 )
 from .models.model import DampingModel as DampingModel
 from .models.published import published as published
+from .planning.dive import (
+    DivePlan as DivePlan,
+    Prediction as Prediction,
+    Reach as Reach,
+    Stretch as Stretch,
+)
+from .planning.envelope import Envelope as Envelope, read_envelope as read_envelope
+from .planning.manoeuvres import Manoeuvre as Manoeuvre
+from .planning.plan import plan as plan
 from .report.figures.diagnostics import (
     correlation_figure as correlation_figure,
     excitation_figure as excitation_figure,

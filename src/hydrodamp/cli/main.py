@@ -18,6 +18,7 @@ from hydrodamp.cli.identify import identify
 from hydrodamp.cli.live import live
 from hydrodamp.cli.models import models
 from hydrodamp.cli.output import INTERRUPTED, guarded
+from hydrodamp.cli.plan import plan
 from hydrodamp.cli.probe import probe
 from hydrodamp.cli.report import report
 from hydrodamp.cli.simulate import simulate
@@ -40,6 +41,7 @@ COMMANDS = (
     *(demo, models, datasets, probe, convert, compare, validate, identify, simulate, report),
     export,
     live,
+    plan,
     batch,
 )
 for command in COMMANDS:

@@ -28,9 +28,9 @@ def level(n=1):
 
 def test_gains_are_the_published_ones():
     """vehicles-and-methods, section 1."""
-    assert astuple(PUBLISHED.pitch) == (4.5, 0.2, 7.0)
-    assert astuple(PUBLISHED.yaw) == (3.0, 0.005, 3.0)
-    assert astuple(PUBLISHED.depth) == (-0.07, -0.001, 0.095)
+    assert astuple(PUBLISHED.pitch)[:3] == (4.5, 0.2, 7.0)
+    assert astuple(PUBLISHED.yaw)[:3] == (3.0, 0.005, 3.0)
+    assert astuple(PUBLISHED.depth)[:3] == (-0.07, -0.001, 0.095)
     assert np.degrees([INTEGRAL_LIMIT, FIN_LIMIT]) == pytest.approx([5.0, 20.0])
 
 

@@ -25,6 +25,7 @@ class Pid:
     proportional: float
     integral: float
     derivative: float
+    limit: float = FIN_LIMIT
 
     def step(
         self, error: FloatArray, rate: FloatArray, total: FloatArray, period: float = PERIOD
@@ -32,9 +33,10 @@ class Pid:
         """Return the output and the integral of the error after this sample."""
         grown = total + error * period
         term = self.integral * grown
-        held = np.clip(term, -INTEGRAL_LIMIT, INTEGRAL_LIMIT)
+        most = INTEGRAL_LIMIT / FIN_LIMIT * self.limit
+        held = np.clip(term, -most, most)
         wanted = self.proportional * error + held - self.derivative * rate
-        output = np.clip(wanted, -FIN_LIMIT, FIN_LIMIT)
+        output = np.clip(wanted, -self.limit, self.limit)
         free = (term == held) & (wanted == output)
         return output, np.where(free, grown, total)
 

@@ -1,0 +1,63 @@
+"""``hydrodamp plan``: the next dive, and what it will determine."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+import hydrodamp as hd
+from hydrodamp.cli import choose, options
+from hydrodamp.cli.output import emit, note, show
+
+_MODEL = "The model to identify: by name, a YAML file of one, or FILE:NAME. [required]"
+_DAMPING = "What is known: a damping file, as identify writes. Else published, or by the hull."
+_ENVELOPE = "What the dive may do: depth, angles, speed, limits, area; a YAML file."
+_GOAL = "The shortest dive to this grade: determined, minor or weak; --duration is the longest."
+_CRITERION = "What is made small: determinant, worst, or the error of a replay."
+_FILES = "Write the table of orders, waypoints, a bag, the track, pictures and a page."
+
+
+def plan(
+    duration: Annotated[float, typer.Option(metavar="S", help="Length of the dive [s].")],
+    out: Annotated[Path, typer.Option(metavar="DIR", help=_FILES)],
+    vehicle: options.VehicleName = "",
+    model: Annotated[str, typer.Option(metavar="M", help=_MODEL, show_default=False)] = "",
+    damping: Annotated[str | None, typer.Option(metavar="JSON", help=_DAMPING)] = None,
+    envelope: Annotated[str | None, typer.Option(metavar="FILE", help=_ENVELOPE)] = None,
+    goal: Annotated[str | None, typer.Option(metavar="GRADE", help=_GOAL)] = None,
+    criterion: Annotated[
+        Literal["determinant", "worst", "replay"], typer.Option(help=_CRITERION)
+    ] = "determinant",
+    seed: Annotated[int, typer.Option(min=0, metavar="N", help="Of draws and noise.")] = 0,
+    json: options.Json = False,
+) -> None:
+    """Plan the next dive: what to steer, where it goes, and what it will determine."""
+    from hydrodamp.files import check_folder
+    from hydrodamp.planning.files import plan_document
+    from hydrodamp.report.dive import prediction_grid, stretches_grid, write_plan
+
+    check_folder(out)
+    craft = choose.choose_vehicle(vehicle)
+    if choose.selects(model):
+        raise hd.ModelError("`sparse` is selected from a log: name a model with terms.")
+    (asked,) = choose.choose_model(model)
+    found = hd.plan(
+        craft,
+        asked,
+        duration,
+        damping=None if damping is None else hd.read_damping(damping),
+        envelope=None if envelope is None else hd.read_envelope(envelope),
+        goal=goal,
+        criterion=criterion,
+        seed=seed,
+    )
+    missing = write_plan(found, out)
+    if json:
+        emit(plan_document(found))
+    else:
+        show(stretches_grid(found), prediction_grid(found))
+    for sentence in missing:
+        note(sentence)
+    note(f"written to {out}: tell the vehicle what plan.csv says, then `hydrodamp identify`.")

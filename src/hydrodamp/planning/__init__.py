@@ -1,0 +1,1 @@
+"""The next dive: what to steer, and what it will determine."""

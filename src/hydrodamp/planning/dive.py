@@ -1,0 +1,199 @@
+"""A planned dive: what to tell the vehicle and when, where it goes, and what that will tell."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from hydrodamp.arrays import FloatArray
+from hydrodamp.data.log import Log
+from hydrodamp.identification.fit import Fit
+from hydrodamp.identification.grades import Cause, Grade, Identifiability, graded
+from hydrodamp.identification.recommended import Recommended
+from hydrodamp.models.model import DampingModel
+from hydrodamp.planning.envelope import Envelope
+from hydrodamp.planning.manoeuvres import Manoeuvre
+from hydrodamp.planning.sailing import Fleet, Voyage
+from hydrodamp.simulation.parallel import each
+from hydrodamp.simulation.problem import prepare
+from hydrodamp.vehicle.vehicle import Vehicle
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """What the dive will say of one coefficient.
+
+    Attributes
+    ----------
+    label : str
+        Of the coefficient.
+    value : float
+        What is known of it; where nothing is, what it comes out as in the known water.
+    before : float or None
+        Its standard error before; None where it is not known.
+    bound : float
+        Cramer and Rao's bound of its standard error, from the noise of the sensors alone.
+    after : float
+        Standard error that ``identify`` will give from this dive alone.
+    together : float
+        With what was known before; as ``after`` where that has no standard error.
+    steps : float
+        That from a dive of steps of the same length and envelope.
+    grade : Grade
+        What ``identify`` will say.
+    cause : Cause or None
+        Why it is not determined.
+    """
+
+    label: str
+    value: float
+    before: float | None
+    bound: float
+    after: float
+    together: float
+    steps: float
+    grade: Grade
+    cause: Cause | None
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """A manoeuvre of a dive: from when to when [s], on which course [rad]."""
+
+    start: float
+    end: float
+    course: float
+    manoeuvre: Manoeuvre
+
+
+@dataclass(frozen=True)
+class Reach:
+    """How long a dive must be for a goal, axis by axis [s]; None where it is out of reach."""
+
+    goal: Grade
+    by_axis: dict[str, float | None]
+    unreached: dict[str, str]
+
+
+@dataclass(frozen=True, eq=False)
+class DivePlan:
+    """The next dive.
+
+    Attributes
+    ----------
+    vehicle : Vehicle
+        Who dives.
+    model : DampingModel
+        What is to be identified, restricted to the free axes.
+    envelope : Envelope
+        What the dive may do.
+    known : str
+        Where the coefficients it was planned with are from.
+    time : ndarray, shape (n,)
+        Of each line of the plan [s].
+    orders : dict of str to ndarray, shape (n,)
+        What to tell: ``speed`` [m/s] and the propeller's command, ``heading`` [rad], ``depth`` [m],
+        and what to add to each other command (``rudder_overlay``).
+    stretches : tuple of Stretch
+        The manoeuvres.
+    track : Log
+        Where the known water takes it, as the sensors record it.
+    depths : ndarray, shape (n, 2)
+        Band that holds the depth in 90 % of the draws [m].
+    within : float
+        Share of the draws that never leave the envelope.
+    draws : int
+        How many were sailed.
+    predictions : tuple of Prediction
+        A coefficient each, in the model's order.
+    reach : Reach or None
+        For a goal.
+    notes : tuple of str
+        What else there is to know.
+    """
+
+    vehicle: Vehicle
+    model: DampingModel
+    envelope: Envelope
+    known: str
+    time: FloatArray
+    orders: dict[str, FloatArray]
+    stretches: tuple[Stretch, ...]
+    track: Log
+    depths: FloatArray
+    within: float
+    draws: int
+    predictions: tuple[Prediction, ...]
+    reach: Reach | None = None
+    notes: tuple[str, ...] = field(default=())
+
+    @property
+    def duration(self) -> float:
+        """How long the dive is [s]."""
+        return float(self.time[-1])
+
+    def labelled(self, grade: Grade) -> tuple[str, ...]:
+        """Return the labels that will have a grade."""
+        return tuple(one.label for one in self.predictions if one.grade is grade)
+
+    def __str__(self) -> str:
+        """Return what it will determine, in a sentence."""
+        counts = ", ".join(f"{len(self.labelled(grade))} {grade.word}" for grade in Grade)
+        return (
+            f"A dive of {self.duration:.0f} s for '{self.model.key}' on {self.vehicle.name}: "
+            f"{counts}; within its envelope in {100.0 * self.within:.0f} % of {self.draws} draws."
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Rehearsal:
+    """What the package's own method says of a dive that was sailed in several waters.
+
+    ``coefficients`` (waters, p) and ``covariances`` (waters, p, p) are as they will be reported.
+    """
+
+    coefficients: FloatArray
+    covariances: FloatArray
+    graded: tuple[Identifiability | None, ...]
+
+    @property
+    def error(self) -> FloatArray:
+        """Standard error to expect of each coefficient, the root mean square over the waters."""
+        found: FloatArray = np.sqrt(np.diag(np.mean(self.covariances, axis=0)))
+        return found
+
+    def grades(self, labels: Sequence[str]) -> list[Grade]:
+        """Return the grade that at least half of the waters give, or a better one."""
+        order = list(Grade)
+        found = [one.grades for one in self.graded if one is not None]
+        return [
+            order[int(np.median([order.index(one[label]) for one in found]) + 0.5)]
+            if found
+            else Grade.NOT_DETERMINED
+            for label in labels
+        ]
+
+    def causes(self, labels: Sequence[str]) -> list[Cause | None]:
+        """Return why coefficients are not determined, in the first water that says so."""
+        found = [one.causes for one in self.graded if one is not None]
+        return [next((one[label] for one in found if label in one), None) for label in labels]
+
+
+def rehearsed(fleet: Fleet, voyage: Voyage, *, grading: bool = True) -> Rehearsal:
+    """Identify the model from what each vehicle recorded, by the recommended method."""
+    n = voyage.states.shape[1]
+    calls = [(fleet, voyage.part([one]), grading) for one in range(n)]
+    fits = each(_identified, calls)
+    covariances = [fit.damping.covariance for fit, _ in fits]
+    known = [one for one in covariances if one is not None]
+    found = [fit.damping.coefficients for fit, _ in fits]
+    return Rehearsal(np.array(found), np.array(known), tuple(grades for _, grades in fits))
+
+
+def _identified(fleet: Fleet, voyage: Voyage, grading: bool) -> tuple[Fit, Identifiability | None]:
+    log = voyage.log(fleet.vehicle, fleet.helm.names)
+    problem = prepare(fleet.vehicle, log, fleet.waters.model)
+    fit = Recommended().identify(problem, fleet.waters.model)
+    return fit, graded(problem, fit) if grading and fit.status.usable else None

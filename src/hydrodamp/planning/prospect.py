@@ -1,0 +1,244 @@
+"""What a dive is planned with: what is known, the waters it may meet, and what it is to do."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hydrodamp.arrays import BoolArray, FloatArray
+from hydrodamp.errors import ModelError, ProblemError
+from hydrodamp.identification.fit import reach as reach_of
+from hydrodamp.identification.grades import CONTRIBUTION, RELATIVE
+from hydrodamp.models.damping import Damping
+from hydrodamp.models.model import DampingModel
+from hydrodamp.planning.design import Aim, Criterion, Designer, assembled, sailed, strayed
+from hydrodamp.planning.dive import Rehearsal
+from hydrodamp.planning.envelope import Envelope
+from hydrodamp.planning.helm import helm
+from hydrodamp.planning.information import Seen, informed
+from hydrodamp.planning.manoeuvres import Manoeuvre, campaign, classics
+from hydrodamp.planning.sailing import Fleet, Voyage, passed
+from hydrodamp.planning.waters import FORM, drawn, known_damping, wide_model
+from hydrodamp.simulation.problem import prepare
+from hydrodamp.vehicle.vehicle import Vehicle
+
+#: Waters that a dive is verified in.
+VERIFIED = 40
+
+#: Share of the draws that must keep to the envelope.
+_WITHIN = 0.95
+
+#: A stretch that leaves the envelope becomes so much weaker, so often at most.
+_WEAKER, _TRIALS = 0.75, 8
+
+#: Length of a stretch [s] and how many there are at most.
+_STRETCH, _MOST = 50.0, 16
+
+#: Motion of a vehicle that is steered, at least: standard deviations [m/s, rad/s].
+_MOTION = np.full(6, 0.1)
+
+#: Strengths of steps that are tried.
+_STRENGTHS = np.linspace(1.0, 0.1, 10)
+
+#: A direction of the coefficients that tells less than this of a usual one tells nothing.
+_NOTHING = 1e-11
+
+
+@dataclass(frozen=True, eq=False)
+class Prospect:
+    """What stays the same while a dive is planned; ``fleet`` is in all waters."""
+
+    known: Damping
+    fleet: Fleet
+    seen: Seen
+    samples: int
+    stretches: int
+    steps: list[Manoeuvre]
+    sizes: FloatArray
+    replay: FloatArray
+    seed: int
+
+    @classmethod
+    def of(
+        cls,
+        vehicle: Vehicle,
+        model: DampingModel,
+        duration: float,
+        damping: Damping | None,
+        envelope: Envelope,
+        seed: int,
+    ) -> Prospect:
+        """Sail steps in the water that is known, and draw others."""
+        known = known_damping(vehicle, model, damping)
+        wheel = helm(vehicle, known, envelope)
+        wide = wide_model(vehicle, model, known)
+        still = drawn(vehicle, model, known, np.zeros(wide.n_coefficients), 1, seed)
+        alone = Fleet.of(vehicle, wheel, envelope, still)
+        stretches = int(np.clip(round(duration / _STRETCH), 2, _MOST))
+        samples = round(duration / envelope.period / stretches)
+        steps = _steps(alone, samples, stretches)
+        (told, overlays), _ = assembled(alone, steps, samples)
+        voyage = alone.sail((told[:, None], overlays[:, None]))
+        motion = np.std(voyage.states[:, 0, :6], axis=0)
+        seen = Seen.of(envelope.deviations[:6], motion, FORM)
+        sizes = _sizes(alone, voyage, seed)
+        waters = drawn(vehicle, model, known, sizes, VERIFIED, seed)
+        fleet = Fleet.of(vehicle, wheel, envelope, waters)
+        unit = Seen(np.array([1.0] * 3 + [np.pi / 180.0] * 3), np.full(6, 1e-6))
+        replay = informed(alone, voyage, unit, window=60.0)[0]
+        made = cls(known, fleet, seen, samples, stretches, steps, sizes, replay, seed)
+        made.check_excited(alone)
+        return made
+
+    @property
+    def stretch(self) -> float:
+        """Length of a stretch [s]."""
+        return self.samples * self.fleet.envelope.period
+
+    @property
+    def model(self) -> DampingModel:
+        """What is planned for."""
+        return self.fleet.waters.model
+
+    def sized(self, values: FloatArray) -> FloatArray:
+        """Return values of the wide model's coefficients for those of the model."""
+        return values[[self.fleet.waters.wide.index(label) for label in self.model.labels]]
+
+    @property
+    def value(self) -> FloatArray:
+        """What is known of the coefficients."""
+        return self.sized(self.fleet.waters.dampings[0].coefficients)
+
+    def expected(self, rehearsal: Rehearsal) -> FloatArray:
+        """Return what coefficients are known as, or come out as in the water that is known."""
+        known = [label in self.known.model.labels for label in self.model.labels]
+        return np.where(known, self.value, rehearsal.coefficients[0])
+
+    def check_excited(self, alone: Fleet) -> None:
+        """Refuse a model with terms that nothing moves, or that nothing tells apart."""
+        designer = Designer(alone, self.seen, self.aim("determinant"), self.samples)
+        found, _ = designer.tried(classics(len(alone.helm.overlays)))
+        told = found.sum(axis=(0, 1))
+        size = np.sqrt(np.maximum(np.diag(told), 0.0))
+        moved = size * self.sized(self.sizes) > 1e-6
+        unit = np.where(moved, size, 1.0)
+        level, directions = np.linalg.eigh(told / np.outer(unit, unit))
+        null = directions[:, level < _NOTHING]
+        lost = ~moved | (np.sum(null**2, axis=1) > 1e-3)
+        if lost.any():
+            labels = ", ".join(np.array(self.model.labels)[lost])
+            raise ModelError(
+                f"model '{self.model.key}' has terms that no dive of '{self.fleet.vehicle.name}' "
+                f"excites, or tells from others: {labels}. Leave them out, or widen the envelope."
+            )
+
+    def before(self) -> tuple[FloatArray | None, FloatArray]:
+        """Return standard errors known before, and the information there is before."""
+        nothing = np.diag((10.0 * np.maximum(self.sized(self.sizes), 1e-9)) ** -2.0)
+        if self.known.covariance is None:
+            return None, nothing
+        labels = self.known.model.labels
+        places = [labels.index(one) if one in labels else -1 for one in self.model.labels]
+        there = np.array(places) >= 0
+        covariance = np.array(np.linalg.inv(nothing))
+        own = np.nan_to_num(self.known.covariance[np.ix_(places, places)])
+        there &= np.diag(own) > 0.0
+        block = np.ix_(there, there)
+        covariance[block] = own[block]
+        errors = np.where(there, np.sqrt(np.diag(covariance)), np.nan)
+        return errors, np.linalg.pinv(covariance, hermitian=True)
+
+    def aim(self, criterion: Criterion, wider: FloatArray | None = None) -> Aim:
+        """Return what the dive is to make small."""
+        sizes = np.maximum(self.sized(self.sizes), 1e-9)
+        allowed = np.maximum(RELATIVE * np.abs(self.value), CONTRIBUTION * sizes) / reach_of()
+        ones = np.ones(len(sizes))
+        return Aim(
+            criterion, allowed, self.replay, ones if wider is None else wider, self.before()[1]
+        )
+
+    def kept(self, several: list[Manoeuvre]) -> tuple[list[Manoeuvre], Voyage, float]:
+        """Return manoeuvres, weaker where draws stray, dives in all waters, and how many keep."""
+        worst = ""
+        for _ in range(_TRIALS):
+            (told, overlays), _ = assembled(self.fleet, several, self.samples)
+            n = len(self.fleet.matrices)
+            orders = np.repeat(told[:, None], n, axis=1), np.repeat(overlays[:, None], n, axis=1)
+            voyage = self.fleet.sail(orders, self.seed)
+            limits = passed(self.fleet.envelope, voyage)
+            out = np.any(np.stack(list(limits.values())) > 0.0, axis=0)
+            within = 1.0 - float(np.mean(out.any(axis=0)))
+            if within >= _WITHIN:
+                return several, voyage, within
+            name = max(limits, key=lambda one: float(np.mean(limits[one].max(axis=0) > 0.0)))
+            share, far = np.mean(limits[name].max(axis=0) > 0.0), limits[name].max()
+            worst = f"`{name}` is left in {share:.0%} of the draws, by up to {far:.0%}"
+            several = [
+                one.slower(_WEAKER) if fast else one.weaker(_WEAKER) if far else one
+                for one, fast, far in zip(
+                    several,
+                    self._where(limits["speed"] > 0.0),
+                    self._where(out),
+                    strict=True,
+                )
+            ]
+        raise ProblemError(
+            f"no dive keeps to the envelope: at {_WEAKER**_TRIALS:.0%} of its strength {worst}. "
+            "Widen that limit, or check the vehicle and the autopilot's gains."
+        )
+
+    def _where(self, out: BoolArray) -> BoolArray:
+        """Return which stretches leave a limit in any draw, or lead to one that does."""
+        bad = np.any(out.reshape(-1, self.samples * out.shape[1]), axis=1)
+        return np.asarray(bad | np.append(np.asarray(bad)[1:], False))
+
+    def wider(self, rehearsal: Rehearsal, voyage: Voyage) -> FloatArray:
+        """Return by how much standard errors exceed the bound, the median of each axis."""
+        bound = self.bound(voyage)
+        ratio, found = rehearsal.error / bound, np.ones(len(bound))
+        axes = np.array([label[0] for label in self.model.labels])
+        for axis in np.unique(axes):
+            known = ratio[(axes == axis) & np.isfinite(ratio)]
+            found[axes == axis] = max(float(np.median(known)), 1.0) if len(known) else 1.0
+        return found
+
+    def bound(self, voyage: Voyage) -> FloatArray:
+        """Return Cramer and Rao's bound in the water that is known."""
+        alone = self.fleet.in_waters([0])
+        exact = Seen(np.maximum(self.fleet.envelope.deviations[:6], 1e-6), self.seen.doubt)
+        told = informed(alone, voyage.part([0]), exact)
+        unknown = np.diag((100.0 * np.maximum(self.sized(self.sizes), 1e-9)) ** -2.0)
+        found: FloatArray = np.sqrt(np.diag(np.linalg.inv(told[0] + unknown)))
+        return found
+
+
+def _steps(alone: Fleet, samples: int, stretches: int) -> list[Manoeuvre]:
+    """Return a campaign of steps, each as large as the envelope lets it be."""
+    helm = alone.helm
+    several = campaign(len(helm.overlays), helm.hovers)
+    offered = [one.weaker(share) for one in several for share in _STRENGTHS]
+    worst = strayed(alone, sailed(alone, offered, samples)).reshape(len(several), -1)
+    fits = worst < 0.0
+    fits[:, -1] = True  # if need be, the weakest
+    best = fits.argmax(axis=1)
+    found = [one.weaker(_STRENGTHS[place]) for one, place in zip(several, best, strict=True)]
+    return [found[n % len(found)] for n in range(stretches)]
+
+
+def _sizes(alone: Fleet, voyage: Voyage, seed: int) -> FloatArray:
+    """Return the coefficients of the wide model that would make all the force on their axis.
+
+    The motion counts as no smaller than ``_MOTION``: a column that was hardly moved says nothing.
+    """
+    log = voyage.log(alone.vehicle, alone.helm.names, exact=True)
+    moved = np.random.default_rng(seed).standard_normal(log.velocity.shape) * _MOTION
+    wide, damping = alone.waters.wide, alone.waters.dampings[0]
+    problem = prepare(alone.vehicle, replace(log, velocity=log.velocity + moved), wide)
+    columns = problem.regressor()[:, problem.columns.n_known :]
+    own = problem.matrix(damping)[problem.columns.n_known :]
+    force = np.sqrt(np.mean((columns @ own) ** 2, axis=0))
+    size = dict(zip(problem.columns.basis, np.sqrt(np.mean(columns**2, axis=0)), strict=True))
+    rows = zip(force, wide.terms, strict=True)
+    made = [f / size[t] if size[t] > 0.0 else 0.0 for f, terms in rows for t in terms]
+    return np.array(made)

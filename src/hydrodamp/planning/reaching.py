@@ -1,0 +1,64 @@
+"""How long a dive must be for a grade, axis by axis, and what it cannot reach and why."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hydrodamp.identification.fit import reach as reach_of
+from hydrodamp.identification.grades import RELATIVE, Cause, Grade
+from hydrodamp.planning.dive import Reach, Rehearsal, rehearsed
+from hydrodamp.planning.prospect import Prospect
+from hydrodamp.planning.sailing import Voyage
+
+#: Parts of a dive that are tried: a fifth of it, and so on.
+_PARTS = 5
+
+
+def reached(
+    prospect: Prospect, goal: str, stretches: int, voyage: Voyage, whole: Rehearsal
+) -> tuple[Reach, int, Rehearsal]:
+    """Return how long each axis takes to a grade; of the shortest dive stretches and rehearsal."""
+    wanted, order, labels = find_grade(goal), list(Grade), prospect.model.labels
+    kept = {stretches: whole}
+    for n in sorted({max(2, -(-stretches * k // _PARTS)) for k in range(1, _PARTS)} - {stretches}):
+        kept[n] = rehearsed(prospect.fleet, voyage.until(n * prospect.samples))
+    there = {
+        n: np.array([order.index(g) <= order.index(wanted) for g in one.grades(labels)])
+        for n, one in sorted(kept.items())
+    }
+    can, axes = there[stretches], np.array([label[0] for label in labels])
+
+    def shortest(own: np.ndarray) -> int:
+        return next(n for n, found in there.items() if np.all(found[own]))
+
+    by_axis: dict[str, float | None] = {}
+    for axis in dict.fromkeys(axes.tolist()):
+        own = can & (axes == axis)
+        by_axis[axis] = shortest(own) * prospect.stretch if own.any() else None
+    least = shortest(can) if can.any() else stretches
+    causes, values = whole.causes(labels), prospect.expected(whole)
+    minutes = stretches * prospect.stretch / 60.0
+    unreached = {
+        label: _why(float(values[place]), float(whole.error[place]), causes[place], minutes)
+        for place, label in enumerate(labels)
+        if not can[place]
+    }
+    return Reach(wanted, by_axis, unreached), least, kept[least]
+
+
+def find_grade(word: str) -> Grade:
+    """Return the grade of a word."""
+    return next(grade for grade in Grade if grade.word == word)
+
+
+def _why(value: float, error: float, cause: Cause | None, minutes: float) -> str:
+    """Say why a coefficient is not brought to its grade in so many minutes."""
+    if cause is not None and cause is not Cause.WIDE:
+        return str(cause.value)
+    half = reach_of() * error
+    takes = (half / (RELATIVE * max(abs(value), 1e-12))) ** 2 * minutes
+    long = f"{takes:.0f} min" if takes < 600.0 else "more than ten hours"
+    return (
+        f"its interval of +-{half:.2g} is {half / max(abs(value), 1e-12):.0%} of {value:.3g}; at "
+        f"this rate it takes {long}, or more speed and larger angles than the envelope has."
+    )

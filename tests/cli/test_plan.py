@@ -1,0 +1,53 @@
+"""`hydrodamp plan`: refusals before work, and what a plan prints and writes."""
+
+import json
+
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.planning import design, prospect
+
+BOAT = """\
+name: boat
+axes: [X, Y, N]
+mass_matrix: [[30, 0, 0], [0, 45, 0], [0, 0, 8]]
+weight: 300
+buoyancy: 300
+actuators:
+  - {kind: fin, command: rudder, force: {Y: 6, N: -5}, limit: 0.4}
+  - {kind: propeller, command: rpm, thrust: 2.0e-5}
+"""
+CALL = "plan --vehicle boat.yaml --model mine.yaml --duration 60 --out plan --envelope band.yaml"
+
+
+@pytest.fixture
+def home(folder, monkeypatch):
+    monkeypatch.setattr(design, "_GENERATIONS", 1)
+    monkeypatch.setattr(prospect, "VERIFIED", 10)
+    (folder / "boat.yaml").write_text(BOAT, "utf-8")
+    (folder / "mine.yaml").write_text("{name: mine, terms: {X: u|u|, Y: v uv, N: r ur}}", "utf-8")
+    (folder / "band.yaml").write_text("speed: [0.8, 1.6]", "utf-8")
+    return folder
+
+
+def test_a_plan_is_printed_and_written(home, call):
+    known = {"X_u|u|": -8.0, "Y_v": -30.0, "Y_uv": -20.0, "N_r": -4.0, "N_ur": -8.0}
+    hd.write_damping(hd.Damping.from_dict(None, known), home / "known.json")
+    done = call(f"{CALL} --damping known.json --json")
+    document = json.loads(done.stdout)
+    assert list(document["predictions"]) == [*known]
+    assert document["within_envelope"] >= 0.95
+    assert "mission.plan is not written" in done.stderr
+    assert (home / "plan" / "plan.csv").is_file()
+
+
+def test_wrong_calls_are_refused_before_any_work(home, call):
+    (home / "empty.yaml").write_text("", "utf-8")
+    for line, says in (
+        (CALL.replace("band.yaml", "empty.yaml"), "the envelope is empty"),
+        (CALL.replace("mine.yaml", "sparse"), "`sparse` is selected from a log"),
+        (CALL.replace("60", "6"), "`duration` must be 60 s or more"),
+        (CALL + " --goal sure", "no goal 'sure'"),
+    ):
+        assert says in " ".join(call(line, 2).stderr.split())
+    assert not (home / "plan").exists()

@@ -1,0 +1,40 @@
+"""A planar boat with a rudder and a propeller, and a plan of its dive, searched quickly."""
+
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.planning import design, prospect
+
+TRUTH = {"X_u|u|": -8.0, "Y_v": -30.0, "Y_uv": -20.0, "N_r": -4.0, "N_ur": -8.0}
+
+
+@pytest.fixture(scope="package")
+def boat():
+    return hd.Vehicle(
+        "boat",
+        [[30.0, 0.0, 0.0], [0.0, 45.0, 0.0], [0.0, 0.0, 8.0]],
+        weight=300.0,
+        buoyancy=300.0,
+        actuators=(
+            hd.Fin("rudder", {"Y": 6.0, "N": -5.0}, limit=0.4),
+            hd.Propeller("rpm", thrust=2e-5),
+        ),
+        axes=("X", "Y", "N"),
+    )
+
+
+@pytest.fixture(scope="package")
+def known():
+    return hd.Damping.from_dict(None, TRUTH)
+
+
+@pytest.fixture(scope="package")
+def planned(boat, known):
+    """A plan of a minute, with few candidates and draws."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(design, "_GENERATIONS", 1)
+        patch.setattr(prospect, "VERIFIED", 20)
+        envelope = hd.Envelope(
+            speed=(0.8, 1.6), area={"north": (-80, 80), "east": (-80, 80)}, home=(60.0, 5.0)
+        )
+        return hd.plan(boat, known.model, 60.0, damping=known, envelope=envelope, goal="weak")

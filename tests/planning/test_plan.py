@@ -1,0 +1,91 @@
+"""The plan of a dive: it keeps to its envelope, and says what it will and will not determine."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.planning.dive import Rehearsal
+from hydrodamp.planning.waters import known_damping, of_hull
+from hydrodamp.simulation.problem import stamp
+
+
+def test_a_plan_has_a_prediction_for_every_coefficient(planned, known):
+    assert [one.label for one in planned.predictions] == list(known.model.labels)
+    assert all(0.0 < one.bound < one.after for one in planned.predictions)
+    assert all(one.together == one.after for one in planned.predictions)  # nothing but values known
+    assert planned.predictions[0].value == -8.0
+    assert "A dive of" in str(planned)
+
+
+def test_it_keeps_to_its_envelope(planned):
+    assert planned.within >= 0.95
+    assert np.abs(planned.track.command("rudder")).max() <= 0.4
+    assert np.abs(planned.track.position[:, :2]).max() <= 80.0
+    assert set(planned.orders) == {"speed", "rpm", "heading", "rudder_overlay"}
+
+
+def test_a_goal_gives_the_shortest_dive_by_axis_and_reasons(planned):
+    reach = planned.reach
+    assert set(reach.by_axis) == {"X", "Y", "N"}
+    assert reach.by_axis["X"] <= planned.duration + 0.2
+    left = {one.label for one in planned.predictions if one.grade is hd.Grade.NOT_DETERMINED}
+    assert left <= set(reach.unreached)
+
+
+def test_identify_says_less_where_the_water_is_as_it_is_known(planned):
+    """What is predicted makes room for the errors of form that the draws have."""
+    problem = hd.prepare(planned.vehicle, planned.track, planned.model)
+    fit = hd.Recommended().identify(problem, planned.model)
+    ratio = np.sqrt(np.diag(fit.damping.covariance)) / [one.after for one in planned.predictions]
+    assert 0.05 < np.median(ratio) < 1.2
+
+
+def test_the_grade_is_what_half_of_the_waters_give():
+    class Found:
+        def __init__(self, grade):
+            self.grades, self.causes = {"X_u": grade}, {}
+
+    good, bad = hd.Grade.DETERMINED, hd.Grade.NOT_DETERMINED
+    one = np.ones((4, 1))
+    for several, grade in (([good, good, good, bad], good), ([good, bad, bad, bad], bad)):
+        rehearsal = Rehearsal(one, one[:, None], tuple(map(Found, several)))
+        assert rehearsal.grades(["X_u"]) == [grade]
+
+
+def test_a_hull_of_no_known_water_takes_power_from_every_motion():
+    vehicle = hd.fleet["remus100"]
+    drag = of_hull(vehicle)
+    velocity = np.random.default_rng(1).normal(size=(200, 6)) * [0.3, 0.3, 0.3, 0.2, 0.2, 0.2]
+    velocity[:, 0] += 1.5
+    assert drag.power(velocity).max() < 0.0
+    # Published: X_u|u| -1.62 (Prestero 2001, table 4.1), a factor of two.
+    assert drag["X_u|u|"] == pytest.approx(-3.0, rel=0.4)
+    assert "published" in known_damping(hd.fleet["vt690"], hd.catalog["fossen"], None).source
+
+
+def refused(match, vehicle, model, *arguments, **settings):
+    with pytest.raises(hd.HydrodampError, match=match):
+        hd.plan(vehicle, model, *arguments, **settings)
+
+
+def test_what_cannot_be_planned_is_refused(boat, known):
+    model, slow = known.model, {"damping": known, "envelope": hd.Envelope(speed=(0.8, 1.6))}
+    alias = model.with_terms({"X": "u^2"})
+    refused(r"tells from others: X_u\^2, X_u\|u\|", boat, alias, 60.0, **slow)
+    refused("`duration` must be 60 s or more", boat, model, 5.0)
+    refused("no goal 'sure'", boat, model, 60.0, goal="sure")
+    refused("nothing can be steered", hd.fleet["bluerov2"], hd.catalog["fossen"], 60.0)
+    narrow = hd.Envelope(commands={"rpm": {"lowest": 0, "highest": 10}})
+    refused("out of reach of `rpm`", boat, model, 60.0, damping=known, envelope=narrow)
+    strange = hd.Envelope(commands={"fin": {"lowest": -1, "highest": 1}})
+    refused("`commands` has fin", boat, model, 60.0, damping=known, envelope=strange)
+    gains = model.with_terms({"N": "u|u|*thruster"})
+    refused("says nothing of what thruster do", boat, gains, 60.0, damping=known)
+
+
+def test_a_prior_of_another_mass_matrix_is_refused(boat, known):
+    other = replace(boat, mass_matrix=2.0 * boat.mass_matrix)
+    foreign = replace(known, vehicle=stamp(other))
+    refused("mass matrix", boat, known.model, 60.0, damping=foreign)
