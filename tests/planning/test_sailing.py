@@ -61,9 +61,9 @@ def test_limits_are_told_by_how_much_they_are_passed(fleet, voyage):
 
 def test_information_adds_up_and_falls_with_the_square_of_noise(fleet, voyage):
     noise = fleet.envelope.deviations[:6]
-    one, two = (informed(fleet, voyage, Seen.of(k * noise, 0 * noise, 0.0)) for k in (1.0, 2.0))
+    one, two = (informed(fleet, voyage, Seen.of(k * noise)) for k in (1.0, 2.0))
     assert two == pytest.approx(one / 4.0)
     assert np.linalg.eigvalsh(one).min() > 0.0
     longer = voyage.until(160), voyage
-    parts = [np.trace(informed(fleet, some, Seen.of(noise, noise, 0.0))[0]) for some in longer]
+    parts = [np.trace(informed(fleet, some, Seen.of(noise))[0]) for some in longer]
     assert parts[0] < parts[1]

@@ -10,10 +10,9 @@ import numpy as np
 from scipy.optimize import Bounds, differential_evolution
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.planning.envelope import Area
 from hydrodamp.planning.information import Seen, informed
 from hydrodamp.planning.manoeuvres import Manoeuvre, classics
-from hydrodamp.planning.sailing import Fleet, Orders, Voyage, passed
+from hydrodamp.planning.sailing import Fleet, Voyage, passed
 
 Criterion = Literal["determinant", "worst", "replay"]
 
@@ -26,9 +25,6 @@ _COST, _FREE = 20.0, 0.05
 
 #: The norm that stands for the worst of several numbers.
 _NORM = 8.0
-
-#: Courses a stretch may have.
-_COURSES = np.radians(np.arange(0.0, 360.0, 45.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,23 +52,20 @@ class Aim:
     wider: FloatArray
     known: FloatArray
 
-    def information(self, told: FloatArray) -> FloatArray:
-        """Return what is known after something was told, in units of what is allowed."""
-        unit = np.outer(self.allowed, self.allowed)
-        found: FloatArray = (told / np.outer(self.wider, self.wider) + self.known) * unit
-        return found
+    def value(self, told: FloatArray, share: float) -> FloatArray:
+        """Return what is to be made small where so large a share of a dive was told, (n,)."""
+        unit, wider = np.outer(self.allowed, self.allowed), np.outer(self.wider, self.wider)
+        whole = np.linalg.inv(told / share / wider + self.known) / unit
+        return np.asarray(np.mean(self._size(whole), axis=-1))
 
-    def value(self, told: FloatArray) -> FloatArray:
-        """Return what is to be made small for each of several matrices, shape (n,)."""
-        information = self.information(told)
+    def _size(self, covariance: FloatArray) -> FloatArray:
         if self.criterion == "determinant":
-            return np.asarray(-0.5 * np.linalg.slogdet(information)[1] / len(self.allowed))
-        covariance = np.linalg.inv(information)
+            return np.asarray(0.5 * np.linalg.slogdet(covariance)[1] / len(self.allowed))
         if self.criterion == "worst":
-            square = np.maximum(np.einsum("npp->np", covariance), 0.0)
-            return np.asarray(0.5 / _NORM * np.log(np.sum(square**_NORM, axis=1)))
+            square = np.maximum(np.einsum("...pp->...p", covariance), 0.0)
+            return np.asarray(0.5 / _NORM * np.log(np.sum(square**_NORM, axis=-1)))
         weight = self.replay * np.outer(self.allowed, self.allowed)
-        return np.asarray(0.5 * np.log(np.einsum("npq,pq->n", covariance, weight)))
+        return np.asarray(0.5 * np.log(np.einsum("...pq,pq->...", covariance, weight)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +85,7 @@ class Designer:
         return found.reshape(shape), strayed(self.fleet, voyage)
 
     def next(
-        self, told: FloatArray, start: Sequence[Manoeuvre], seed: int
+        self, told: FloatArray, share: float, start: Sequence[Manoeuvre], seed: int
     ) -> tuple[Manoeuvre, FloatArray]:
         """Return the manoeuvre that best follows what was told in each water, and all together."""
         best: list[tuple[float, Manoeuvre, FloatArray]] = []
@@ -101,8 +94,8 @@ class Designer:
             several = [Manoeuvre.of(one) for one in np.atleast_2d(numbers.T)]
             found, passed = self.tried(several)
             after = found + told
-            flat = self.aim.value(after.reshape(-1, *after.shape[2:])).reshape(len(several), -1)
-            costs = flat.mean(axis=1) + _COST * np.maximum(passed + _FREE, 0.0).max(axis=1)
+            strays = np.maximum(passed + _FREE, 0.0).max(axis=1)
+            costs = self.aim.value(after, share) + _COST * strays
             place = int(np.argmin(costs))
             best.append((float(costs[place]), several[place], after[place]))
             return costs
@@ -132,7 +125,7 @@ class Designer:
         for number in range(stretches):
             rng = np.random.default_rng([seed, number])
             start = [*found[-3:], *(offered[i] for i in rng.permutation(len(offered)))][:_MEMBERS]
-            manoeuvre, told = self.next(told, start, seed + number)
+            manoeuvre, told = self.next(told, (number + 1) / stretches, start, seed + number)
             found.append(manoeuvre)
             done()
         return found
@@ -153,38 +146,3 @@ def strayed(fleet: Fleet, voyage: Voyage) -> FloatArray:
     limits = passed(fleet.envelope, voyage, area=False).values()
     worst = np.max([one.max(axis=0) for one in limits], axis=0)
     return np.reshape(worst, (-1, len(fleet.matrices)))
-
-
-def assembled(
-    fleet: Fleet, several: Sequence[Manoeuvre], samples: int
-) -> tuple[Orders, FloatArray]:
-    """Return the orders of a whole dive, (n, 3) and (n, k), and the course of each stretch [rad].
-
-    Courses keep the track in the area as dead reckoning sees it.
-    """
-    envelope, helm = fleet.envelope, fleet.helm
-    here, courses = np.zeros(2), np.zeros(len(several))
-    told, overlays = [], []
-    for number, one in enumerate(several):
-        own, added = one.orders(helm, envelope, samples)
-        run = float(own[:, 0].mean()) * samples * envelope.period * (helm.propeller is not None)
-        course = courses[number] = _course(envelope.area, here, courses[max(number - 1, 0)], run)
-        here = here + run * np.array([np.cos(course), np.sin(course)])
-        own[:, 1] += course
-        own[:, 2] += envelope.middle
-        told.append(own)
-        overlays.append(added)
-    return (np.concatenate(told), np.concatenate(overlays)), courses
-
-
-def _course(area: Area | None, here: FloatArray, before: float, run: float) -> float:
-    """Return the course of the least turn that leaves room in the area; else of most room."""
-    if area is None:
-        return before
-    ends = here + run * np.column_stack([np.cos(_COURSES), np.sin(_COURSES)])
-    bands = np.array([area.north, area.east])
-    room = np.minimum(ends - bands[:, 0], bands[:, 1] - ends).min(axis=1)
-    turn = np.abs(np.angle(np.exp(1j * (_COURSES - before))))
-    fits = room > 0.15 * np.ptp(bands, axis=1).min()
-    cost = np.where(fits, turn, 10.0 - room / np.ptp(bands))
-    return float(_COURSES[int(np.argmin(cost))])

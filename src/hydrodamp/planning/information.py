@@ -25,10 +25,9 @@ class Seen:
     doubt: FloatArray
 
     @classmethod
-    def of(cls, noise: FloatArray, motion: FloatArray, share: float) -> Seen:
-        """Return the errors of sensors, and a share of the motion that no model of it has."""
-        spread = np.sqrt(noise**2 + (share * motion) ** 2)
-        return cls(np.maximum(spread, 1e-6), np.maximum(_DOUBT * noise, 1e-6))
+    def of(cls, noise: FloatArray) -> Seen:
+        """Return the errors of sensors."""
+        return cls(np.maximum(noise, 1e-6), np.maximum(_DOUBT * noise, 1e-6))
 
 
 def informed(fleet: Fleet, voyage: Voyage, seen: Seen, window: float = WINDOW) -> FloatArray:
@@ -39,33 +38,39 @@ def informed(fleet: Fleet, voyage: Voyage, seen: Seen, window: float = WINDOW) -
     the first velocity: Cramer and Rao's bound of output error (Farina and Piroddi 2010).
     """
     n_waters, n = len(fleet.matrices), voyage.states.shape[1]
-    model, p = fleet.waters.model, fleet.waters.model.n_coefficients
+    p = fleet.waters.model.n_coefficients
     found = np.zeros((n, p, p))
-    free = np.flatnonzero(fleet.vehicle.free)
     for water in range(min(n_waters, n)):
         own = np.arange(water, n, n_waters)
-        log = voyage.part(own).log(fleet.vehicle, fleet.helm.names, exact=True)
-        problem = prepare(fleet.vehicle, log, fleet.waters.wide)
-        samples = len(voyage.states)
-        length = max(min(round(window / voyage.period), samples - 1), 2)
-        starts = np.arange(0, samples - length, length)
-        bounds = (np.arange(len(own))[:, None] * samples + starts).ravel()
-        spans = np.column_stack([bounds, bounds + length])
-        block = max(length // _MEANS, 1)
-        _, _, slopes = core.replay(
-            problem.columns.plant,
-            fleet.matrices[water],
-            problem.inputs,
-            spans,
-            problem.columns.entries(model),
-            max_step=MAX_STEP,
-            block=block,
-        )
-        slopes = slopes[:, free] / seen.spread[free, None]
-        slopes = np.nan_to_num(slopes).reshape(len(spans), -1, p + 6)
-        a, b = slopes[:, :, :p], slopes[:, :, p + free]
-        inner = b.transpose(0, 2, 1) @ b + np.diag(seen.doubt[free] ** -2.0)
-        shared = b.transpose(0, 2, 1) @ a
-        told = a.transpose(0, 2, 1) @ a - shared.transpose(0, 2, 1) @ np.linalg.solve(inner, shared)
-        found[own] = told.reshape(len(own), len(starts), p, p).sum(axis=1)
+        found[own] = _in_one_water(fleet, voyage.part(own), water, seen, window)
     return found
+
+
+def _in_one_water(
+    fleet: Fleet, voyage: Voyage, water: int, seen: Seen, window: float
+) -> FloatArray:
+    """Return what the windows of each vehicle tell, all in one water."""
+    model = fleet.waters.model
+    log = voyage.log(fleet.vehicle, fleet.helm.names, exact=True)
+    problem = prepare(fleet.vehicle, log, fleet.waters.wide)
+    samples, n = voyage.states.shape[:2]
+    free, p = np.flatnonzero(fleet.vehicle.free), model.n_coefficients
+    length = max(min(round(window / voyage.period), samples - 1), 2)
+    starts = np.arange(0, samples - length, length)
+    first = (np.arange(n)[:, None] * samples + starts).ravel()
+    _, _, slopes = core.replay(
+        problem.columns.plant,
+        fleet.matrices[water],
+        problem.inputs,
+        np.column_stack([first, first + length]),
+        problem.columns.entries(model),
+        max_step=MAX_STEP,
+        block=max(length // _MEANS, 1),
+    )
+    slopes = np.nan_to_num(slopes[:, free] / seen.spread[free, None])
+    slopes = slopes.reshape(len(first), -1, p + 6)
+    a, b = slopes[:, :, :p], slopes[:, :, p + free]
+    inner = b.transpose(0, 2, 1) @ b + np.diag(seen.doubt[free] ** -2.0)
+    shared = b.transpose(0, 2, 1) @ a
+    told = a.transpose(0, 2, 1) @ a - shared.transpose(0, 2, 1) @ np.linalg.solve(inner, shared)
+    return np.asarray(told.reshape(n, len(starts), p, p).sum(axis=1))

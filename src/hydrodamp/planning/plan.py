@@ -11,11 +11,11 @@ from hydrodamp.errors import MethodError, demand, no_such
 from hydrodamp.identification.grades import Grade
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
-from hydrodamp.planning.design import Criterion, Designer, assembled
+from hydrodamp.planning.design import Criterion, Designer
 from hydrodamp.planning.dive import DivePlan, Prediction, Reach, Rehearsal, Stretch, rehearsed
 from hydrodamp.planning.envelope import Envelope
 from hydrodamp.planning.manoeuvres import Manoeuvre
-from hydrodamp.planning.prospect import Prospect
+from hydrodamp.planning.prospect import Prospect, Sortie
 from hydrodamp.planning.reaching import reached
 from hydrodamp.planning.sailing import Voyage
 from hydrodamp.progress import progress
@@ -99,16 +99,17 @@ def plan(
         raise MethodError(no_such("goal", goal, GOALS))
     demand(criterion in CRITERIA, "criterion", " or ".join(CRITERIA), criterion)
     prospect = Prospect.of(vehicle, model, duration, damping, envelope or Envelope(), seed)
-    by_steps = prospect.kept(prospect.steps)[1].part(_REHEARSED)
+    by_steps = prospect.kept(prospect.steps).voyage.part(_REHEARSED)
     steps = rehearsed(prospect.fleet, by_steps, grading=False)
     searched = "worst" if goal else criterion
-    several, voyage, within = prospect.kept(_found(prospect, searched, steps, by_steps))
-    rehearsal, reach = rehearsed(prospect.fleet, voyage.part(_REHEARSED)), None
+    sortie = prospect.kept(_found(prospect, searched, steps, by_steps))
+    some, reach = sortie.voyage.part(_REHEARSED), None
+    rehearsal = rehearsed(prospect.fleet, some)
     if goal is not None:
-        some = voyage.part(_REHEARSED)
-        reach, n, rehearsal = reached(prospect, goal, len(several), some, rehearsal)
-        several, voyage = several[:n], voyage.until(n * prospect.samples)
-    return _told(prospect, several, voyage, within, rehearsal, steps, reach)
+        n = len(sortie.manoeuvres)
+        reach, n, rehearsal = reached(prospect, goal, n, some, rehearsal)
+        sortie = sortie.until(n, prospect.samples)
+    return _told(prospect, sortie, rehearsal, steps, reach)
 
 
 def _found(
@@ -117,7 +118,7 @@ def _found(
     """Search manoeuvres; what is sailed twice is sailed to the other side the second time."""
     times = 2 if prospect.stretches > _ONCE else 1
     n = -(-prospect.stretches // times)
-    few = prospect.fleet.in_waters(list(range(_SEARCHED)))
+    few = prospect.fleet.in_waters([*range(_SEARCHED)])
     aim = prospect.aim(criterion, prospect.wider(steps, by_steps))
     with progress("searching manoeuvres", n) as step:
         found = Designer(few, prospect.seen, aim, prospect.samples).dive(n, prospect.seed, step)
@@ -125,41 +126,35 @@ def _found(
 
 
 def _told(
-    prospect: Prospect,
-    several: list[Manoeuvre],
-    voyage: Voyage,
-    within: float,
-    rehearsal: Rehearsal,
-    steps: Rehearsal,
-    reach: Reach | None,
+    prospect: Prospect, sortie: Sortie, rehearsal: Rehearsal, steps: Rehearsal, reach: Reach | None
 ) -> DivePlan:
     """Return the plan of what was found."""
     fleet, length = prospect.fleet, prospect.stretch
-    (told, overlays), courses = assembled(fleet, several, prospect.samples)
-    depths = np.quantile(voyage.states[:, :, 11], [0.05, 0.95], axis=1).T
+    pairs = zip(sortie.manoeuvres, sortie.courses.tolist(), strict=True)
+    depths = np.quantile(sortie.voyage.states[:, :, 11], [0.05, 0.95], axis=1).T
     return DivePlan(
         vehicle=fleet.vehicle,
         model=prospect.model,
         envelope=fleet.envelope,
         known=prospect.known.source or "the damping given",
-        time=np.asarray(fleet.envelope.period * np.arange(len(told)), dtype=np.float64),
-        orders=_orders(prospect, told, overlays),
+        time=np.asarray(fleet.envelope.period * np.arange(len(sortie.told)), dtype=np.float64),
+        orders=_orders(prospect, sortie),
         stretches=tuple(
-            Stretch(n * length, (n + 1) * length, float(course), one)
-            for n, (one, course) in enumerate(zip(several, courses, strict=True))
+            Stretch(n * length, (n + 1) * length, course, one)
+            for n, (one, course) in enumerate(pairs)
         ),
-        track=voyage.part([0]).log(fleet.vehicle, fleet.helm.names),
+        track=sortie.voyage.part([0]).log(fleet.vehicle, fleet.helm.names),
         depths=depths,
-        within=within,
+        within=sortie.within,
         draws=len(fleet.matrices),
-        predictions=_predictions(prospect, voyage, rehearsal, steps),
+        predictions=_predictions(prospect, sortie.voyage, rehearsal, steps),
         reach=reach,
     )
 
 
-def _orders(prospect: Prospect, told: FloatArray, overlays: FloatArray) -> dict[str, FloatArray]:
+def _orders(prospect: Prospect, sortie: Sortie) -> dict[str, FloatArray]:
     """Return what to tell by name: setpoints that a loop follows, the propeller, overlays."""
-    wheel, orders = prospect.fleet.helm, {}
+    wheel, told, orders = prospect.fleet.helm, sortie.told, {}
     if wheel.propeller is not None:
         orders["speed"] = told[:, 0]
         driving = np.clip(wheel.driving(told[:, 0]), *wheel.band(wheel.propeller))
@@ -168,7 +163,7 @@ def _orders(prospect: Prospect, told: FloatArray, overlays: FloatArray) -> dict[
         orders["heading"] = np.angle(np.exp(1j * told[:, 1]))
     if wheel.depth is not None:
         orders["depth"] = told[:, 2]
-    added = {f"{wheel.names[place]}_overlay": overlays[:, place] for place in wheel.overlays}
+    added = {f"{wheel.names[place]}_overlay": sortie.overlays[:, place] for place in wheel.overlays}
     return orders | added
 
 

@@ -12,14 +12,15 @@ from hydrodamp.identification.fit import reach as reach_of
 from hydrodamp.identification.grades import CONTRIBUTION, RELATIVE
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
-from hydrodamp.planning.design import Aim, Criterion, Designer, assembled, sailed, strayed
+from hydrodamp.planning.courses import assembled, sailed_ways
+from hydrodamp.planning.design import Aim, Criterion, Designer, sailed, strayed
 from hydrodamp.planning.dive import Rehearsal
-from hydrodamp.planning.envelope import Envelope
+from hydrodamp.planning.envelope import Area, Envelope
 from hydrodamp.planning.helm import helm
 from hydrodamp.planning.information import Seen, informed
 from hydrodamp.planning.manoeuvres import Manoeuvre, campaign, classics
 from hydrodamp.planning.sailing import Fleet, Voyage, passed
-from hydrodamp.planning.waters import FORM, drawn, known_damping, wide_model
+from hydrodamp.planning.waters import drawn, known_damping, wide_model
 from hydrodamp.simulation.problem import prepare
 from hydrodamp.vehicle.vehicle import Vehicle
 
@@ -30,7 +31,10 @@ VERIFIED = 40
 _WITHIN = 0.95
 
 #: A stretch that leaves the envelope becomes so much weaker, so often at most.
-_WEAKER, _TRIALS = 0.75, 8
+_WEAKER, _TRIALS = 0.8, 10
+
+#: For how long a stretch is to blame for what comes after it [s].
+_LATE = 5.0
 
 #: Length of a stretch [s] and how many there are at most.
 _STRETCH, _MOST = 50.0, 16
@@ -43,6 +47,30 @@ _STRENGTHS = np.linspace(1.0, 0.1, 10)
 
 #: A direction of the coefficients that tells less than this of a usual one tells nothing.
 _NOTHING = 1e-11
+
+
+@dataclass(frozen=True, eq=False)
+class Sortie:
+    """A dive that was sailed in all waters: its manoeuvres and orders, and how many draws kept."""
+
+    manoeuvres: list[Manoeuvre]
+    told: FloatArray
+    overlays: FloatArray
+    courses: FloatArray
+    voyage: Voyage
+    within: float
+
+    def until(self, stretches: int, samples: int) -> Sortie:
+        """Return the first stretches."""
+        n = stretches * samples
+        return replace(
+            self,
+            manoeuvres=self.manoeuvres[:stretches],
+            told=self.told[:n],
+            overlays=self.overlays[:n],
+            courses=self.courses[:stretches],
+            voyage=self.voyage.until(n),
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,8 +108,7 @@ class Prospect:
         steps = _steps(alone, samples, stretches)
         (told, overlays), _ = assembled(alone, steps, samples)
         voyage = alone.sail((told[:, None], overlays[:, None]))
-        motion = np.std(voyage.states[:, 0, :6], axis=0)
-        seen = Seen.of(envelope.deviations[:6], motion, FORM)
+        seen = Seen.of(envelope.deviations[:6])
         sizes = _sizes(alone, voyage, seed)
         waters = drawn(vehicle, model, known, sizes, VERIFIED, seed)
         fleet = Fleet.of(vehicle, wheel, envelope, waters)
@@ -135,13 +162,12 @@ class Prospect:
 
     def before(self) -> tuple[FloatArray | None, FloatArray]:
         """Return standard errors known before, and the information there is before."""
-        nothing = np.diag((10.0 * np.maximum(self.sized(self.sizes), 1e-9)) ** -2.0)
         if self.known.covariance is None:
-            return None, nothing
+            return None, self.nothing
         labels = self.known.model.labels
         places = [labels.index(one) if one in labels else -1 for one in self.model.labels]
         there = np.array(places) >= 0
-        covariance = np.array(np.linalg.inv(nothing))
+        covariance = np.array(np.linalg.inv(self.nothing))
         own = np.nan_to_num(self.known.covariance[np.ix_(places, places)])
         there &= np.diag(own) > 0.0
         block = np.ix_(there, there)
@@ -153,64 +179,74 @@ class Prospect:
         """Return what the dive is to make small."""
         sizes = np.maximum(self.sized(self.sizes), 1e-9)
         allowed = np.maximum(RELATIVE * np.abs(self.value), CONTRIBUTION * sizes) / reach_of()
-        ones = np.ones(len(sizes))
-        return Aim(
-            criterion, allowed, self.replay, ones if wider is None else wider, self.before()[1]
-        )
+        wider = np.ones(len(sizes)) if wider is None else wider
+        return Aim(criterion, allowed, self.replay, wider, self.before()[1])
 
-    def kept(self, several: list[Manoeuvre]) -> tuple[list[Manoeuvre], Voyage, float]:
-        """Return manoeuvres, weaker where draws stray, dives in all waters, and how many keep."""
-        worst = ""
-        for _ in range(_TRIALS):
-            (told, overlays), _ = assembled(self.fleet, several, self.samples)
-            n = len(self.fleet.matrices)
+    def kept(self, several: list[Manoeuvre]) -> Sortie:
+        """Sail manoeuvres in all waters, and weaken them where draws leave the envelope."""
+        worst, n = "", len(self.fleet.matrices)
+        ways: list[FloatArray] = []
+        for trial in range(_TRIALS):
+            (told, overlays), courses = assembled(self.fleet, several, self.samples, ways)
             orders = np.repeat(told[:, None], n, axis=1), np.repeat(overlays[:, None], n, axis=1)
             voyage = self.fleet.sail(orders, self.seed)
             limits = passed(self.fleet.envelope, voyage)
-            out = np.any(np.stack(list(limits.values())) > 0.0, axis=0)
-            within = 1.0 - float(np.mean(out.any(axis=0)))
+            strays = {name: np.any(one > 0.0, axis=0) for name, one in limits.items()}
+            within = 1.0 - float(np.mean(np.any(list(strays.values()), axis=0)))
             if within >= _WITHIN:
-                return several, voyage, within
-            name = max(limits, key=lambda one: float(np.mean(limits[one].max(axis=0) > 0.0)))
-            share, far = np.mean(limits[name].max(axis=0) > 0.0), limits[name].max()
+                return Sortie(several, told, overlays, courses, voyage, within)
+            name = max(strays, key=lambda one: float(np.mean(strays[one])))
+            share, far = np.mean(strays[name]), limits[name].max()
             worst = f"`{name}` is left in {share:.0%} of the draws, by up to {far:.0%}"
-            several = [
-                one.slower(_WEAKER) if fast else one.weaker(_WEAKER) if far else one
-                for one, fast, far in zip(
-                    several,
-                    self._where(limits["speed"] > 0.0),
-                    self._where(out),
-                    strict=True,
-                )
-            ]
+            ways = sailed_ways(voyage, courses, self.samples)
+            # The few draws that may stray do not count.
+            worst_of = np.max([one.max(axis=0) for one in limits.values()], axis=0)
+            most = np.argsort(worst_of)[: int(np.ceil(_WITHIN * n))]
+            counted = {name: one[:, most] for name, one in limits.items()}
+            several = self._weakened(several, counted, trial)
         raise ProblemError(
-            f"no dive keeps to the envelope: at {_WEAKER**_TRIALS:.0%} of its strength {worst}. "
+            f"no dive keeps to the envelope: after {_TRIALS} times weaker manoeuvres {worst}. "
             "Widen that limit, or check the vehicle and the autopilot's gains."
         )
 
+    def _weakened(
+        self, several: list[Manoeuvre], limits: dict[str, FloatArray], trial: int
+    ) -> list[Manoeuvre]:
+        """Return manoeuvres slower where they are too fast or too far, weaker where too wild.
+
+        Of an area at first other courses are tried.
+        """
+        area = [one for name, one in limits.items() if name in Area.model_fields and trial]
+        wild = [limits[name] for name in ("depth", "pitch", "roll")]
+        too_fast = self._where(np.max([limits["speed"], *area], axis=0) > 0.0)
+        too_wild = self._where(np.max(wild, axis=0) > 0.0)
+        slower = [
+            one.slower(_WEAKER) if f else one for one, f in zip(several, too_fast, strict=True)
+        ]
+        return [one.weaker(_WEAKER) if w else one for one, w in zip(slower, too_wild, strict=True)]
+
     def _where(self, out: BoolArray) -> BoolArray:
-        """Return which stretches leave a limit in any draw, or lead to one that does."""
-        bad = np.any(out.reshape(-1, self.samples * out.shape[1]), axis=1)
-        return np.asarray(bad | np.append(np.asarray(bad)[1:], False))
+        """Return which stretches leave a limit in any draw, a few seconds after they end, too."""
+        late = np.roll(out.any(axis=1), -round(_LATE / self.fleet.envelope.period))
+        return np.asarray(late.reshape(-1, self.samples).any(axis=1))
 
     def wider(self, rehearsal: Rehearsal, voyage: Voyage) -> FloatArray:
         """Return by how much standard errors exceed the bound, the median of each axis."""
-        bound = self.bound(voyage)
-        ratio, found = rehearsal.error / bound, np.ones(len(bound))
+        ratio, found = rehearsal.error / self.bound(voyage), np.ones(self.model.n_coefficients)
         axes = np.array([label[0] for label in self.model.labels])
         for axis in np.unique(axes):
-            known = ratio[(axes == axis) & np.isfinite(ratio)]
-            found[axes == axis] = max(float(np.median(known)), 1.0) if len(known) else 1.0
+            found[axes == axis] = max(float(np.median(ratio[axes == axis])), 1.0)
         return found
+
+    @property
+    def nothing(self) -> FloatArray:
+        """Information of one who knows that coefficients are not absurd."""
+        return np.diag((100.0 * np.maximum(self.sized(self.sizes), 1e-9)) ** -2.0)
 
     def bound(self, voyage: Voyage) -> FloatArray:
         """Return Cramer and Rao's bound in the water that is known."""
-        alone = self.fleet.in_waters([0])
-        exact = Seen(np.maximum(self.fleet.envelope.deviations[:6], 1e-6), self.seen.doubt)
-        told = informed(alone, voyage.part([0]), exact)
-        unknown = np.diag((100.0 * np.maximum(self.sized(self.sizes), 1e-9)) ** -2.0)
-        found: FloatArray = np.sqrt(np.diag(np.linalg.inv(told[0] + unknown)))
-        return found
+        told = informed(self.fleet.in_waters([0]), voyage.part([0]), self.seen)
+        return np.asarray(np.sqrt(np.diag(np.linalg.inv(told[0] + self.nothing))))
 
 
 def _steps(alone: Fleet, samples: int, stretches: int) -> list[Manoeuvre]:
