@@ -160,8 +160,16 @@ class Rehearsal:
 
     @property
     def error(self) -> FloatArray:
-        """Standard error to expect of each coefficient, the root mean square over the waters."""
-        found: FloatArray = np.sqrt(np.diag(np.mean(self.covariances, axis=0)))
+        """Standard error to expect of each coefficient, the geometric mean over the waters."""
+        found: FloatArray = np.exp(0.5 * np.mean(np.log(np.einsum("npp->np", self.covariances)), 0))
+        return found
+
+    @property
+    def covariance(self) -> FloatArray:
+        """Covariance to expect, with the mean correlation over the waters."""
+        size = np.sqrt(np.einsum("npp->np", self.covariances))
+        mean = np.mean(self.covariances / size[:, :, None] / size[:, None, :], axis=0)
+        found: FloatArray = mean * np.outer(self.error, self.error)
         return found
 
     def grades(self, labels: Sequence[str]) -> list[Grade]:

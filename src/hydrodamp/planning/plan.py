@@ -14,7 +14,6 @@ from hydrodamp.models.model import DampingModel
 from hydrodamp.planning.design import Criterion, Designer
 from hydrodamp.planning.dive import DivePlan, Prediction, Reach, Rehearsal, Stretch, rehearsed
 from hydrodamp.planning.envelope import Envelope
-from hydrodamp.planning.manoeuvres import Manoeuvre
 from hydrodamp.planning.prospect import Prospect, Sortie
 from hydrodamp.planning.reaching import reached
 from hydrodamp.planning.sailing import Voyage
@@ -22,7 +21,7 @@ from hydrodamp.progress import progress
 from hydrodamp.vehicle.vehicle import Vehicle
 
 #: Waters that a dive is searched in, and rehearsed in.
-_SEARCHED, _REHEARSED = 3, slice(4)
+_SEARCHED, REHEARSED = 3, slice(4)
 
 #: Dives of more stretches than this sail each manoeuvre twice.
 _ONCE = 6
@@ -99,11 +98,10 @@ def plan(
         raise MethodError(no_such("goal", goal, GOALS))
     demand(criterion in CRITERIA, "criterion", " or ".join(CRITERIA), criterion)
     prospect = Prospect.of(vehicle, model, duration, damping, envelope or Envelope(), seed)
-    by_steps = prospect.kept(prospect.steps).voyage.part(_REHEARSED)
-    steps = rehearsed(prospect.fleet, by_steps, grading=False)
-    searched = "worst" if goal else criterion
-    sortie = prospect.kept(_found(prospect, searched, steps, by_steps))
-    some, reach = sortie.voyage.part(_REHEARSED), None
+    by_steps = prospect.kept(prospect.steps)
+    steps = rehearsed(prospect.fleet, by_steps.voyage.part(REHEARSED), grading=False)
+    sortie = searched(prospect, "worst" if goal else criterion, steps, by_steps)
+    some, reach = sortie.voyage.part(REHEARSED), None
     rehearsal = rehearsed(prospect.fleet, some)
     if goal is not None:
         n = len(sortie.manoeuvres)
@@ -112,17 +110,18 @@ def plan(
     return _told(prospect, sortie, rehearsal, steps, reach)
 
 
-def _found(
-    prospect: Prospect, criterion: Criterion, steps: Rehearsal, by_steps: Voyage
-) -> list[Manoeuvre]:
+def searched(
+    prospect: Prospect, criterion: Criterion, steps: Rehearsal, by_steps: Sortie
+) -> Sortie:
     """Search manoeuvres; what is sailed twice is sailed to the other side the second time."""
     times = 2 if prospect.stretches > _ONCE else 1
     n = -(-prospect.stretches // times)
     few = prospect.fleet.in_waters([*range(_SEARCHED)])
-    aim = prospect.aim(criterion, prospect.wider(steps, by_steps))
+    aim = prospect.aim(criterion, prospect.wider(steps, by_steps.voyage))
     with progress("searching manoeuvres", n) as step:
         found = Designer(few, prospect.seen, aim, prospect.samples).dive(n, prospect.seed, step)
-    return (found + [one.mirrored for one in found] * (times - 1))[: prospect.stretches]
+    both = found + [one.mirrored for one in found] * (times - 1)
+    return prospect.kept(both[: prospect.stretches])
 
 
 def _told(
@@ -173,8 +172,7 @@ def _predictions(
     """Return what the dive will say of each coefficient."""
     labels, (before, known) = prospect.model.labels, prospect.before()
     errors, bound, by_steps = rehearsal.error, prospect.bound(voyage), steps.error
-    covariance = np.mean(rehearsal.covariances, axis=0)
-    joined = np.linalg.inv(np.linalg.pinv(covariance, hermitian=True) + known)
+    joined = np.linalg.inv(np.linalg.pinv(rehearsal.covariance, hermitian=True) + known)
     together = errors if before is None else np.sqrt(np.diag(joined))
     values = prospect.expected(rehearsal)
     grades, causes = rehearsal.grades(labels), rehearsal.causes(labels)

@@ -22,7 +22,7 @@ from hydrodamp.vehicle.vehicle import Vehicle
 DOUBT = 0.3
 
 #: What terms that the model lacks make of the force on an axis, all together, as a share.
-FORM = 0.05
+FORM = 0.02
 
 #: Water [kg/m^3].
 _DENSITY = 1000.0
