@@ -75,6 +75,11 @@ def identify(
         illustrate_fit(replace(fit, remarks=(*fit.remarks, *words)), craft, log, said, out)
     elif shown:
         note("With `--out FILE`: the damping file, and a report of the search, axes and residuals.")
+    if grades is not None:
+        from hydrodamp.planning.outlook import outlook
+
+        if told := outlook(hd.prepare(craft, log, fit.model), fit, grades):
+            note(told)
 
 
 def trust(

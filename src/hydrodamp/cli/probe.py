@@ -54,6 +54,8 @@ def probe(
         emit(probe_document(found, judged))
     else:
         show(*probe_grids(found, judged))
+        if judged.verdict is not None and judged.verdict.moves_too_little:
+            note("`hydrodamp plan --vehicle V --model M --duration 600` says what to sail instead.")
 
 
 def _needs(vehicle: hd.Vehicle, log: hd.Log) -> Needs:

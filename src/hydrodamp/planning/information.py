@@ -7,10 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
+from hydrodamp.identification.differences import median_step
 from hydrodamp.identification.windows import MAX_STEP
 from hydrodamp.kernels import core
+from hydrodamp.models.model import DampingModel
 from hydrodamp.planning.sailing import Fleet, Voyage
-from hydrodamp.simulation.problem import prepare
+from hydrodamp.simulation.problem import Problem, prepare
 
 #: Length of a window [s], means of errors in it, and how well its first velocity is known, in
 #: standard deviations of what is measured: as the search of output error has them.
@@ -50,17 +52,25 @@ def _in_one_water(
     fleet: Fleet, voyage: Voyage, water: int, seen: Seen, window: float
 ) -> FloatArray:
     """Return what the windows of each vehicle tell, all in one water."""
-    model = fleet.waters.model
     log = voyage.log(fleet.vehicle, fleet.helm.names, exact=True)
     problem = prepare(fleet.vehicle, log, fleet.waters.wide)
-    samples, n = voyage.states.shape[:2]
-    free, p = np.flatnonzero(fleet.vehicle.free), model.n_coefficients
-    length = max(min(round(window / voyage.period), samples - 1), 2)
-    starts = np.arange(0, samples - length, length)
-    first = (np.arange(n)[:, None] * samples + starts).ravel()
+    n, model = voyage.states.shape[1], fleet.waters.model
+    told = windows_told(problem, fleet.matrices[water], model, seen, window)
+    return np.asarray(told.reshape(n, -1, *told.shape[1:]).sum(axis=1))
+
+
+def windows_told(
+    problem: Problem, matrix: FloatArray, model: DampingModel, seen: Seen, window: float = WINDOW
+) -> FloatArray:
+    """Return what each window of a record tells, segment by segment, shape (windows, p, p)."""
+    free, p = np.flatnonzero(problem.vehicle.free), model.n_coefficients
+    bounds = problem.segments.tolist()
+    length = max(round(window / median_step(problem)), 2)
+    length = min(length, *(stop - start - 1 for start, stop in bounds))
+    first = np.concatenate([np.arange(a, b - length, length) for a, b in bounds])
     _, _, slopes = core.replay(
         problem.columns.plant,
-        fleet.matrices[water],
+        matrix,
         problem.inputs,
         np.column_stack([first, first + length]),
         problem.columns.entries(model),
@@ -72,5 +82,6 @@ def _in_one_water(
     a, b = slopes[:, :, :p], slopes[:, :, p + free]
     inner = b.transpose(0, 2, 1) @ b + np.diag(seen.doubt[free] ** -2.0)
     shared = b.transpose(0, 2, 1) @ a
-    told = a.transpose(0, 2, 1) @ a - shared.transpose(0, 2, 1) @ np.linalg.solve(inner, shared)
-    return np.asarray(told.reshape(n, len(starts), p, p).sum(axis=1))
+    return np.asarray(
+        a.transpose(0, 2, 1) @ a - shared.transpose(0, 2, 1) @ np.linalg.solve(inner, shared)
+    )

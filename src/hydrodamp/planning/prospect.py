@@ -31,7 +31,10 @@ VERIFIED = 40
 _WITHIN = 0.95
 
 #: A stretch that leaves the envelope becomes so much weaker, so often at most.
-_WEAKER, _TRIALS = 0.8, 10
+_WEAKER, _TRIALS = 0.8, 12
+
+#: All of them become so much slower where the area is left.
+_SLOWER = 0.9
 
 #: For how long a stretch is to blame for what comes after it [s].
 _LATE = 5.0
@@ -186,7 +189,7 @@ class Prospect:
         """Sail manoeuvres in all waters, and weaken them where draws leave the envelope."""
         worst, n = "", len(self.fleet.matrices)
         ways: list[FloatArray] = []
-        for trial in range(_TRIALS):
+        for _ in range(_TRIALS):
             (told, overlays), courses = assembled(self.fleet, several, self.samples, ways)
             orders = np.repeat(told[:, None], n, axis=1), np.repeat(overlays[:, None], n, axis=1)
             voyage = self.fleet.sail(orders, self.seed)
@@ -203,23 +206,22 @@ class Prospect:
             worst_of = np.max([one.max(axis=0) for one in limits.values()], axis=0)
             most = np.argsort(worst_of)[: int(np.ceil(_WITHIN * n))]
             counted = {name: one[:, most] for name, one in limits.items()}
-            several = self._weakened(several, counted, trial)
+            several = self._weakened(several, counted)
         raise ProblemError(
             f"no dive keeps to the envelope: after {_TRIALS} times weaker manoeuvres {worst}. "
             "Widen that limit, or check the vehicle and the autopilot's gains."
         )
 
-    def _weakened(
-        self, several: list[Manoeuvre], limits: dict[str, FloatArray], trial: int
-    ) -> list[Manoeuvre]:
-        """Return manoeuvres slower where they are too fast or too far, weaker where too wild.
+    def _weakened(self, several: list[Manoeuvre], limits: dict[str, FloatArray]) -> list[Manoeuvre]:
+        """Return manoeuvres slower where they are too fast, weaker where they are too wild.
 
-        Of an area at first other courses are tried.
+        Where the area is left all are a little slower: each leads on from those before.
         """
-        area = [one for name, one in limits.items() if name in Area.model_fields and trial]
+        far = [one for name, one in limits.items() if name in Area.model_fields]
+        if far and np.max(far) > 0.0:
+            several = [one.slower(_SLOWER) for one in several]
         wild = [limits[name] for name in ("depth", "pitch", "roll")]
-        too_fast = self._where(np.max([limits["speed"], *area], axis=0) > 0.0)
-        too_wild = self._where(np.max(wild, axis=0) > 0.0)
+        too_fast, too_wild = self._where(limits["speed"] > 0.0), self._where(np.max(wild, 0) > 0.0)
         slower = [
             one.slower(_WEAKER) if f else one for one, f in zip(several, too_fast, strict=True)
         ]

@@ -98,6 +98,11 @@ class Verdict:
         return not (self.missing or grave)
 
     @property
+    def moves_too_little(self) -> bool:
+        """Whether a velocity that is wanted hardly varies: another dive is needed."""
+        return any(c.excitation < _WELL for c in self.velocities if c.name in self.wanted)
+
+    @property
     def sentence(self) -> str:
         """The verdict itself."""
         if self.missing:
