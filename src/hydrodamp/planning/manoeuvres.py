@@ -18,6 +18,9 @@ SHAPES = ("multisine", "steps", "doublets", "zigzag")
 #: Largest change of heading that is told [rad], and the share of the band of depth.
 _TURN, _DIVE = float(np.radians(120.0)), 0.6
 
+#: How near to the ends of the band a depth is told, as a share of it from its middle.
+_EDGE = 0.48
+
 #: Highest frequency of a multisine [Hz] and time between steps [s], from slow to quick.
 _HIGHEST, _HOLDS = (0.08, 0.5), (20.0, 3.0)
 
@@ -85,7 +88,8 @@ class Manoeuvre:
         told = np.empty((n, 3))
         told[:, 0] = np.clip(low + (high - low) * (self.level + moves[:, 0]), low, high)
         told[:, 1] = _TURN * moves[:, 1]
-        told[:, 2] = _DIVE * (envelope.deepest - envelope.depth[0]) * moves[:, 2]
+        room = envelope.deepest - envelope.depth[0]
+        told[:, 2] = room * np.clip(_DIVE * moves[:, 2], -_EDGE, _EDGE)
         overlays, places = np.zeros((n, len(helm.names))), helm.overlays
         lowest, highest = helm.lowest[places], helm.highest[places]
         most = np.where(moves[:, 3:] < 0.0, -lowest, highest)
@@ -174,15 +178,14 @@ def classics(n_overlays: int) -> list[Manoeuvre]:
 
 
 def campaign(n_overlays: int, hovers: bool) -> list[Manoeuvre]:
-    """Return a campaign of steps, as it is sailed without a plan: one thing at a time.
+    """Return a campaign as it is sailed without a plan: one thing at a time.
 
-    Headings and depths at three speeds; of a vehicle that hovers each stick, too.
+    Steps of heading and of depth at three speeds; of a vehicle that hovers doublets, stick by
+    stick.
     """
-    told = [(0.0, 1.0, 0.0), (0.0, 0.0, 1.0)]
-    ways = [(*one, *([0.0] * n_overlays)) for one in told]
     if hovers:
-        sticks = np.eye(3 + n_overlays)[3:]
-        ways = [tuple(one) for one in sticks.tolist()]
-    levels = (0.9, 0.5, 0.1)
-    n = len(ways) * len(levels)
-    return [Manoeuvre("steps", levels[k % 3], 0.1, ways[k % len(ways)]) for k in range(n)]
+        sticks = (0.0, 0.0, 0.0, *([1.0] * n_overlays))
+        return [Manoeuvre("doublets", 0.5, tempo, sticks) for tempo in (0.2, 0.5, 0.8)]
+    ways = [(0.0, 1.0, 0.0), (0.0, 0.0, 1.0)]
+    levels, none = (0.9, 0.5, 0.1), (0.0,) * n_overlays
+    return [Manoeuvre("steps", levels[k % 3], 0.1, (*ways[k % 2], *none)) for k in range(6)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import get_args
 
 import numpy as np
@@ -28,6 +29,11 @@ _ONCE = 6
 
 #: Least dive [s].
 _LEAST = 60.0
+
+_NO_BETTER = (
+    "No manoeuvres were found that tell more than a campaign of steps, which is what is planned: "
+    "more of what fits leave over is the form of the model than noise. Try a model with more terms."
+)
 
 CRITERIA = get_args(Criterion)
 """What a dive may make small."""
@@ -101,13 +107,17 @@ def plan(
     by_steps = prospect.kept(prospect.steps)
     steps = rehearsed(prospect.fleet, by_steps.voyage.part(REHEARSED), grading=False)
     sortie = searched(prospect, "worst" if goal else criterion, steps, by_steps)
+    rehearsal = rehearsed(prospect.fleet, sortie.voyage.part(REHEARSED))
+    notes: tuple[str, ...] = ()
+    if np.mean(np.log(rehearsal.error)) > np.mean(np.log(steps.error)):
+        sortie, notes = by_steps, (_NO_BETTER,)
+        rehearsal = rehearsed(prospect.fleet, sortie.voyage.part(REHEARSED))
     some, reach = sortie.voyage.part(REHEARSED), None
-    rehearsal = rehearsed(prospect.fleet, some)
     if goal is not None:
         n = len(sortie.manoeuvres)
         reach, n, rehearsal = reached(prospect, goal, n, some, rehearsal)
         sortie = sortie.until(n, prospect.samples)
-    return _told(prospect, sortie, rehearsal, steps, reach)
+    return replace(_told(prospect, sortie, rehearsal, steps, reach), notes=notes)
 
 
 def searched(

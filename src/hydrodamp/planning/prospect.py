@@ -151,7 +151,7 @@ class Prospect:
         found, _ = designer.tried(classics(len(alone.helm.overlays)))
         told = found.sum(axis=(0, 1))
         size = np.sqrt(np.maximum(np.diag(told), 0.0))
-        moved = size * self.sized(self.sizes) > 1e-6
+        moved = size > 0.0
         unit = np.where(moved, size, 1.0)
         level, directions = np.linalg.eigh(told / np.outer(unit, unit))
         null = directions[:, level < _NOTHING]
@@ -278,5 +278,5 @@ def _sizes(alone: Fleet, voyage: Voyage, seed: int) -> FloatArray:
     force = np.sqrt(np.mean((columns @ own) ** 2, axis=0))
     size = dict(zip(problem.columns.basis, np.sqrt(np.mean(columns**2, axis=0)), strict=True))
     rows = zip(force, wide.terms, strict=True)
-    made = [f / size[t] if size[t] > 0.0 else 0.0 for f, terms in rows for t in terms]
+    made = [f / (size[t] or 1.0) for f, terms in rows for t in terms]
     return np.array(made)

@@ -113,7 +113,7 @@ def track_figure(plan: DivePlan) -> Figure:
                 plan.time, values, color=SERIES[place], linewidth=0.5, label=VELOCITIES[place]
             )
         panel.set(xlabel="time [s]", ylabel=f"velocity [{unit}]")
-        panel.legend(loc="upper right", ncols=3)
+        panel.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3)
     return figure
 
 
