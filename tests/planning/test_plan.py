@@ -6,7 +6,10 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.identification.grades import Cause
 from hydrodamp.planning.dive import Rehearsal
+from hydrodamp.planning.prospect import Prospect
+from hydrodamp.planning.reaching import _why
 from hydrodamp.planning.waters import known_damping, of_hull
 from hydrodamp.simulation.problem import stamp
 
@@ -68,6 +71,26 @@ def test_a_hull_of_no_known_water_takes_power_from_every_motion():
 def refused(match, vehicle, model, *arguments, **settings):
     with pytest.raises(hd.HydrodampError, match=match):
         hd.plan(vehicle, model, *arguments, **settings)
+
+
+def test_why_a_coefficient_falls_short_says_how_long_it_would_take():
+    # Twice as narrow takes four times as long: 1.96 x 1 is 49 % of 4, where 25 % is wanted.
+    told = _why(4.0, 1.0, Cause.WIDE, 10.0, hd.Grade.DETERMINED)
+    assert "is 49% of 4; at this rate it takes 38 min" in told
+    assert "more than ten hours" in _why(0.1, 1.0, None, 10.0, hd.Grade.DETERMINED)
+    assert "by the weak form" in _why(4.0, 1.0, Cause.WIDE, 10.0, hd.Grade.WEAK)
+    assert _why(4.0, 1.0, Cause.QUIET, 10.0, hd.Grade.WEAK).startswith("quiet")
+
+
+def test_a_prior_with_standard_errors_counts(boat, known):
+    errors = np.array([0.5, 3.0, np.nan, 0.4, 0.0])
+    prior = replace(known, covariance=np.diag(errors**2))
+    prospect = Prospect.of(boat, known.model, 60.0, prior, hd.Envelope(speed=(0.8, 1.6)), 0)
+    assert prospect.before.tolist() == [0.5, 3.0, np.inf, 0.4, np.inf]
+    draws = np.array([one.coefficients for one in prospect.fleet.waters.dampings])
+    own = [prospect.fleet.waters.wide.index(label) for label in known.model.labels]
+    assert np.std(draws[1:, own[0]]) == pytest.approx(0.5, rel=0.4)
+    assert np.abs(draws[:, own[1]] + 30.0).max() <= 2 * 0.3 * 30.0  # at most 30 %, twice
 
 
 def test_what_cannot_be_planned_is_refused(boat, known):

@@ -38,7 +38,7 @@ class Prediction:
     after : float
         Standard error that ``identify`` will give from this dive alone.
     together : float
-        With what was known before; as ``after`` where that has no standard error.
+        With what was known before, as if its errors were independent.
     steps : float
         That from a dive of steps of the same length and envelope.
     grade : Grade
@@ -162,14 +162,6 @@ class Rehearsal:
     def error(self) -> FloatArray:
         """Standard error to expect of each coefficient, the geometric mean over the waters."""
         found: FloatArray = np.exp(0.5 * np.mean(np.log(np.einsum("npp->np", self.covariances)), 0))
-        return found
-
-    @property
-    def covariance(self) -> FloatArray:
-        """Covariance to expect, with the mean correlation over the waters."""
-        size = np.sqrt(np.einsum("npp->np", self.covariances))
-        mean = np.mean(self.covariances / size[:, :, None] / size[:, None, :], axis=0)
-        found: FloatArray = mean * np.outer(self.error, self.error)
         return found
 
     def grades(self, labels: Sequence[str]) -> list[Grade]:

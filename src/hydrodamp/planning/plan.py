@@ -180,17 +180,16 @@ def _predictions(
     prospect: Prospect, voyage: Voyage, rehearsal: Rehearsal, steps: Rehearsal
 ) -> tuple[Prediction, ...]:
     """Return what the dive will say of each coefficient."""
-    labels, (before, known) = prospect.model.labels, prospect.before()
+    labels, before = prospect.model.labels, prospect.before
     errors, bound, by_steps = rehearsal.error, prospect.bound(voyage), steps.error
-    joined = np.linalg.inv(np.linalg.pinv(rehearsal.covariance, hermitian=True) + known)
-    together = errors if before is None else np.sqrt(np.diag(joined))
+    together = (errors**-2.0 + before**-2.0) ** -0.5
     values = prospect.expected(rehearsal)
     grades, causes = rehearsal.grades(labels), rehearsal.causes(labels)
     return tuple(
         Prediction(
             label=label,
             value=float(values[place]),
-            before=None if before is None or np.isnan(before[place]) else float(before[place]),
+            before=float(before[place]) if np.isfinite(before[place]) else None,
             bound=float(bound[place]),
             after=float(errors[place]),
             together=float(together[place]),

@@ -163,27 +163,26 @@ class Prospect:
                 f"excites, or tells from others: {labels}. Leave them out, or widen the envelope."
             )
 
-    def before(self) -> tuple[FloatArray | None, FloatArray]:
-        """Return standard errors known before, and the information there is before."""
-        if self.known.covariance is None:
-            return None, self.nothing
-        labels = self.known.model.labels
-        places = [labels.index(one) if one in labels else -1 for one in self.model.labels]
-        there = np.array(places) >= 0
-        covariance = np.array(np.linalg.inv(self.nothing))
-        own = np.nan_to_num(self.known.covariance[np.ix_(places, places)])
-        there &= np.diag(own) > 0.0
-        block = np.ix_(there, there)
-        covariance[block] = own[block]
-        errors = np.where(there, np.sqrt(np.diag(covariance)), np.nan)
-        return errors, np.linalg.pinv(covariance, hermitian=True)
+    @property
+    def before(self) -> FloatArray:
+        """Standard errors known before, infinite where nothing is, shape (p,)."""
+        covariance, found = self.known.covariance, np.full(self.model.n_coefficients, np.inf)
+        if covariance is None:
+            return found
+        errors = dict(zip(self.known.model.labels, np.sqrt(np.diag(covariance)), strict=True))
+        for place, label in enumerate(self.model.labels):
+            error = errors.get(label, 0.0)
+            found[place] = error if error > 0.0 else np.inf  # nor NaN
+        return found
 
     def aim(self, criterion: Criterion, wider: FloatArray | None = None) -> Aim:
         """Return what the dive is to make small."""
         sizes = np.maximum(self.sized(self.sizes), 1e-9)
         allowed = np.maximum(RELATIVE * np.abs(self.value), CONTRIBUTION * sizes) / reach_of()
         wider = np.ones(len(sizes)) if wider is None else wider
-        return Aim(criterion, allowed, self.replay, wider, self.before()[1])
+        # Correlations of a prior are left out: those of a jackknife are not known well enough.
+        known = np.diag(self.before**-2.0) + self.nothing
+        return Aim(criterion, allowed, self.replay, wider, known)
 
     def kept(self, several: list[Manoeuvre]) -> Sortie:
         """Sail manoeuvres in all waters, and weaken them where draws leave the envelope."""

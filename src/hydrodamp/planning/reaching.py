@@ -39,7 +39,7 @@ def reached(
     causes, values = whole.causes(labels), prospect.expected(whole)
     minutes = stretches * prospect.stretch / 60.0
     unreached = {
-        label: _why(float(values[place]), float(whole.error[place]), causes[place], minutes)
+        label: _why(float(values[place]), float(whole.error[place]), causes[place], minutes, wanted)
         for place, label in enumerate(labels)
         if not can[place]
     }
@@ -51,14 +51,18 @@ def find_grade(word: str) -> Grade:
     return next(grade for grade in Grade if grade.word == word)
 
 
-def _why(value: float, error: float, cause: Cause | None, minutes: float) -> str:
+def _why(value: float, error: float, cause: Cause | None, minutes: float, wanted: Grade) -> str:
     """Say why a coefficient is not brought to its grade in so many minutes."""
     if cause is not None and cause is not Cause.WIDE:
         return str(cause.value)
-    half = reach_of() * error
-    takes = (half / (RELATIVE * max(abs(value), 1e-12))) ** 2 * minutes
+    half, size = reach_of() * error, max(abs(value), 1e-12)
+    enough = RELATIVE if wanted is Grade.DETERMINED else 1.0
+    said = f"its interval of +-{half:.2g} is {half / size:.0%} of {value:.3g}"
+    if half <= enough * size:
+        return f"{said}, which would do, but not by the weak form, which grades the log itself."
+    takes = (half / enough / size) ** 2 * minutes
     long = f"{takes:.0f} min" if takes < 600.0 else "more than ten hours"
     return (
-        f"its interval of +-{half:.2g} is {half / max(abs(value), 1e-12):.0%} of {value:.3g}; at "
-        f"this rate it takes {long}, or more speed and larger angles than the envelope has."
+        f"{said}; at this rate it takes {long}, or more speed and larger angles than the "
+        "envelope has."
     )

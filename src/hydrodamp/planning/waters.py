@@ -168,5 +168,5 @@ def _root(known: Damping, own: DampingModel) -> FloatArray:
     level, directions = np.linalg.eigh(np.nan_to_num(covariance))
     found: FloatArray = directions * np.sqrt(np.maximum(level, 0.0))
     most = DOUBT * np.abs(values)
-    spread = np.maximum(np.linalg.norm(found, axis=1), np.finfo(np.float64).tiny)
-    return np.asarray(found * np.minimum(1.0, most / spread)[:, None])
+    spread = np.linalg.norm(found, axis=1)
+    return np.asarray(found * (most / np.maximum(spread, np.maximum(most, 1e-12)))[:, None])
