@@ -1,0 +1,47 @@
+"""The study of planned dives: its waters, and the numbers that it tables."""
+
+import numpy as np
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.planning.helm import helm
+from hydrodamp.planning.sailing import Fleet
+from hydrodamp.planning.waters import drawn, known_damping, wide_model
+from hydrodamp.simulation.campaign.reenact import Plan
+from planning import Sailed, fleet_on, table, told
+
+AXES = np.array(["X", "Y"])
+
+
+def sailed(errors):
+    return Sailed(np.array([[0.0, 0.0], [2.0, 2.0]]), np.array(errors), np.array([0.1, 0.3]), 1.0)
+
+
+def test_a_variance_four_times_smaller_is_a_gain_of_four():
+    found = told(np.ones(2), sailed([[1.0, 2.0]] * 2), sailed([[2.0, 4.0]] * 2), AXES)
+    assert found["gain"] == pytest.approx(4.0)
+    assert found["realised"] == {"X": 1.0, "Y": 2.0}
+    assert found["gain of scatter"] == pytest.approx(1.0)
+    assert found["replay"] == pytest.approx([0.2, 0.2])
+    assert "| `key` | off | 1.00 2.00 | 4.0 4.0 | 4.0 |" in table({"key": {"off": found}})
+
+
+def test_the_water_of_a_truth_acts_as_that_of_the_campaign():
+    vehicle, model = hd.fleet["vt690"], hd.catalog["fossen"]
+    known = known_damping(vehicle, model, None)
+    sizes = np.zeros(wide_model(vehicle, model, known).n_coefficients)
+    envelope = hd.Envelope()
+    waters = drawn(vehicle, model, known, sizes, 1, 0)
+    fleet = Fleet.of(vehicle, helm(vehicle, known, envelope), envelope, waters)
+    made, _ = fleet_on(fleet, "drifting")
+    velocity = np.array([[2.0, 0.2, -0.1, 0.0, 0.1, 0.2]])
+    commands = np.array([[0.1, -0.1, 2000.0]])
+    truth = Plan.of("crossflow").water
+    angles = truth.effective_fins(velocity, commands[:, :2])
+    strips = truth.strips.wrench(velocity)
+    # Y_uud = 9.0728 (vehicle file): u|u| = 4.
+    assert made.beside(velocity, commands)[0, 1] - strips[0, 1] == pytest.approx(
+        4.0 * 9.0728 * (angles[0, 0] - 0.1)
+    )
+    off, _ = fleet_on(fleet, "off")
+    assert off.beside(velocity, commands) == pytest.approx(np.zeros((1, 6)))
