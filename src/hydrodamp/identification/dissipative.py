@@ -45,7 +45,8 @@ _PRESSING, _SLACK = 1e-9, 1e-3
 # Size of the greatest scaled coefficient in a program; the solver's tolerances suit it.
 _SIZE = 100.0
 
-# A share left over below which no coefficients satisfy all planes.
+# A share left over, or of the pressure that rounds it, below which no coefficients satisfy all
+# planes.
 _INFEASIBLE = 1e-10
 
 # A relative growth of the residual below this is rounding of the solver.
@@ -205,7 +206,7 @@ def _program(
     target[-1] = 1.0
     pressing, _ = nnls(table, target, maxiter=100 * len(planes))
     left = target - table @ pressing
-    if left[-1] < _INFEASIBLE:
+    if left[-1] < _INFEASIBLE * max(1.0, pressing.max()):
         return None, pressing
     return point - solve_triangular(root, size * left[:-1] / left[-1]), pressing
 
