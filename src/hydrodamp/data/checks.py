@@ -17,6 +17,7 @@ from hydrodamp.data.record import Record, Segment, copied, first_few, split, unr
 FASTEST = 50.0
 
 _DEGREES_SLOPE = (50.0, 65.0)  # of recorded on differentiated rates in deg/s (180/pi = 57.3)
+_GLANCE = 0.1  # of that slope, where medians tell it
 NEARLY_UNIT = 1e-3  # how far the norm of a quaternion may be off one
 ROUNDING = 1e-12  # how far it is off one by rounding alone
 _LISTED = 3
@@ -165,10 +166,16 @@ def _rates_in_degrees(record: Record) -> dict[str, float]:
         record.blocks["velocity"][keep],
         turned(attitude[keep], bounds),
     )
+    low, high = _DEGREES_SLOPE
+    step = float(np.median(np.diff(time))) if len(time) > 1 else 1.0
+    lag = max(round(1.0 / step), 1)
+    summed = np.cumsum(rates[:, 3:], axis=0) * step
+    told, moved = (np.abs(one[lag:] - one[:-lag]) for one in (summed, turns))
+    # Most rates are seen at a glance not to be so much larger.
     both = {
         name: agreement(time, bounds, rates[:, [3 + k]], turns[:, [k]])
         for k, name in enumerate(VELOCITIES[3:])
+        if len(moved) and np.median(told[:, k]) > _GLANCE * low * np.median(moved[:, k])
     }
-    low, high = _DEGREES_SLOPE
     agreed = {name: one.ratio for name, one in both.items() if one.agrees()}
     return {name: slope for name, slope in agreed.items() if low <= slope <= high}
