@@ -142,11 +142,15 @@ class Search:
 
     def cost(self, place: Place) -> float:
         """Return what a search makes small: errors, coefficients, and power fed to the motion."""
-        x = place.coefficients / self.unit
         misfit = 2.0 * float(np.mean([np.log(one.spread) for one in place.kinds]))
         moved = float(np.mean([one.moved for one in place.kinds]))
+        return misfit + moved + self.price(place.coefficients, place.strength)
+
+    def price(self, coefficients: FloatArray, strength: float) -> float:
+        """Return the part of the cost that coefficients have whatever the errors."""
+        x = coefficients / self.unit
         fed = _FED * float(np.mean(np.maximum(self.power @ x, 0.0) ** 2))
-        return misfit + moved + place.strength * float(np.mean(x**2)) + fed
+        return strength * float(np.mean(x**2)) + fed
 
     def normal(self, place: Place) -> tuple[FloatArray, FloatArray]:
         """Return half the curvature and slope of the errors' cost, for coefficients in units."""
@@ -204,9 +208,13 @@ def starts(search: Search, model: DampingModel) -> list[FloatArray]:
 
 
 def begun(search: Search, first: Sequence[FloatArray], length: float) -> Place:
-    """Return the place of the coefficients that replay windows of a length [s] best."""
+    """Return the place of the coefficients that replay windows of a length [s] best as they are."""
     windows = search.windows(length)
-    return min((search.wider(Place(one, ()), windows) for one in first), key=search.cost)
+
+    def cost(one: FloatArray) -> float:
+        return 2.0 * float(np.mean(np.log(search.spread(one, windows)))) + search.price(one, _FIRST)
+
+    return search.wider(Place(min(first, key=cost), ()), windows)
 
 
 def ladder(search: Search, start: Place, lengths: Sequence[float]) -> Place:
