@@ -72,8 +72,11 @@ class Limited:
         if self.limit is not None:
             # `np.clip` takes three times as long for one sample.
             given = np.minimum(np.maximum(given, -self.limit), self.limit)
-        low, high = self.dead_zone or (np.inf, -np.inf)
-        return {self.channel: np.where((given >= low) & (given <= high), 0.0, self.acting(given))}
+        done = self.acting(given)
+        if self.dead_zone is not None:
+            low, high = self.dead_zone
+            done = np.where((given >= low) & (given <= high), 0.0, done)
+        return {self.channel: done}
 
     def acting(self, given: FloatArray) -> FloatArray:
         """Return what a command within its limit does."""
