@@ -48,7 +48,7 @@ FOREIGN = {
     "damaged": lambda text: text.replace('"seen": 300', '"seen": 301'),
     "cannot be read as JSON": lambda text: text[:-100],
     "is not a state": lambda text: "[]",
-    "of version 1": lambda text: text.replace('"live_state": 1', '"live_state": 2'),
+    "of version 2": lambda text: text.replace('"live_state": 2', '"live_state": 1'),
 }
 
 

@@ -196,6 +196,13 @@ class Recursion:
         witness = packed[self.witnesses[axis] : self.witnesses[axis + 1]]
         return witness[LAGS:WITNESSED], witness[WITNESSED : WITNESSED + n]
 
+    def last_row(self, axis: int, packed: FloatArray) -> tuple[FloatArray, float, bool]:
+        """Return the terms of an axis's last row, in units, their target, and if it is a first."""
+        n = int(self.starts[axis + 1] - self.starts[axis])
+        witness = packed[self.witnesses[axis] : self.witnesses[axis + 1]]
+        row = witness[WITNESSED + n + n * n :][: n + 1]
+        return row[:n], float(row[n]), bool(witness[0] < 2.0)
+
     def before(self, coefficients: FloatArray) -> Estimate:
         """Return what is known before any data."""
         squares = np.empty(int(np.sum(np.diff(self.starts) ** 2)))

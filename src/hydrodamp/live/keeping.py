@@ -13,10 +13,11 @@ from hydrodamp.errors import FileError
 from hydrodamp.files import load_json, save_text
 from hydrodamp.kernels.core import Estimate
 from hydrodamp.kernels.plant import Sample
+from hydrodamp.live.alarm import restored
 from hydrodamp.live.loop import State
 from hydrodamp.live.screen import Screen
 
-_VERSION = 1
+_VERSION = 2
 
 
 def save(state: State, path: Path) -> None:
@@ -30,8 +31,9 @@ def save(state: State, path: Path) -> None:
         "screen": state.screen._asdict() | {"time": repr(state.screen.time)},
         "seen": state.seen,
         "counts": state.counts,
+        "alarm": state.alarm._asdict(),
     }
-    text = json.dumps(content, allow_nan=False)
+    text = json.dumps(content, allow_nan=False, default=np.ndarray.tolist)
     head = {"live_state": _VERSION, "digest": state.digest, "checksum": _checksum(text)}
     save_text(json.dumps(head)[:-1] + f', "state": {text}}}\n', path)
 
@@ -61,6 +63,7 @@ def _restored(fresh: State, content: dict[str, Any]) -> State:
         Screen(**told | {"time": float(told["time"])}),
         content["seen"],
         content["counts"],
+        restored(content["alarm"]),
     )
 
 

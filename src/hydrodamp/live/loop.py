@@ -15,6 +15,7 @@ from hydrodamp.errors import HydrodampError, MethodError
 from hydrodamp.identification import adaptive, recursive
 from hydrodamp.identification.recursive import USUAL
 from hydrodamp.kernels.plant import Sample
+from hydrodamp.live.alarm import Alarm, watch
 from hydrodamp.live.rows import Row, columns_for, number, sample_of, velocity_of
 from hydrodamp.live.screen import BEGIN, LEFT_OUT, TAKEN, Screen, judge
 from hydrodamp.models.model import DampingModel
@@ -36,6 +37,7 @@ class State(NamedTuple):
     screen: Screen
     seen: int  # rows of the source
     counts: dict[str, int]  # taken, left out by kind, runs by what began them
+    alarm: Alarm = Alarm()
 
     @property
     def coefficients(self) -> FloatArray:
@@ -80,7 +82,7 @@ def take(state: State, row: Row) -> tuple[State, str]:
     velocity = velocity_of(row, columns.vehicle.free.tolist())
     segment = str(row.get(SEGMENT, ""))
     screen, told = judge(state.screen, number(row, "time"), velocity, segment)
-    rls, ai = state.rls, state.ai
+    rls, ai, alarm = state.rls, state.ai, state.alarm
     if told not in LEFT_OUT:
         try:
             sample = sample_of(columns, row, velocity, None if told in BEGIN else last)
@@ -88,7 +90,9 @@ def take(state: State, row: Row) -> tuple[State, str]:
             screen, told = state.screen._replace(is_broken=True), "incomplete"
         else:
             rls, ai = _moved(rls, ai, sample, told in BEGIN)
-    return _counted(State(rls, ai, screen, state.seen, state.counts), told), told
+            if told not in BEGIN and rls.estimate is not state.rls.estimate:
+                alarm = watch(alarm, state.rls, rls, screen.time)
+    return _counted(State(rls, ai, screen, state.seen, state.counts, alarm), told), told
 
 
 def _counted(state: State, told: str) -> State:
@@ -132,6 +136,7 @@ def estimates(state: State) -> dict[str, Any]:
         "excitation": {
             axis: float(known.excitation[i]) for i, axis in enumerate(AXES) if (axes == i).any()
         },
+        "alarm": state.alarm.line(),
         "counts": state.counts,
     }
 

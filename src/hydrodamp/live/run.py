@@ -110,6 +110,12 @@ class Run:
         self.state, told = take(before, row)
         if told in LEFT_OUT or told in BEGIN:
             self._say(told, self.state.counts[told])
+        change = self.state.alarm.last
+        if change and self.state.alarm.changes > before.alarm.changes:
+            self.say(
+                f"the vehicle has changed at about {change.since:.0f} s, "
+                f"told by {', '.join(change.axes)} at {change.time:.0f} s."
+            )
         now, then = self.state.screen.time, before.screen.time
         if math.isfinite(then) and math.floor(now / self.every) != math.floor(then / self.every):
             self.show()
