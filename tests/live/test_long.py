@@ -1,5 +1,6 @@
 """What lasts: junk by the thousand, and hours in which nothing happens."""
 
+import gc
 import json
 import tracemalloc
 from contextlib import suppress
@@ -82,6 +83,7 @@ def test_memory_does_not_grow(dive):
     def endless():
         for k in range(3000):
             if k % 1000 == 0:
+                gc.collect()  # Python keeps some hundred small tuples for later
                 tops.append(tracemalloc.get_traced_memory()[0])
             yield {**row, "time": 0.1 * k, "u": 2.0 + 0.1 * (k % 7), "r": 0.01 * (k % 5)}
 

@@ -31,6 +31,7 @@ _ESTIMATE = {
         "coefficients": _LIST,
         **dict.fromkeys("XYZKMN", _LIST),
         "excitation": {"type": "object", "properties": dict.fromkeys("XYZKMN", _NUMBER)},
+        "alarm": {"type": "object"},
         "counts": {"type": "object"},
     },
 }
