@@ -90,6 +90,6 @@ def test_a_run_that_is_killed_goes_on_bit_for_bit(folder, call):
             except subprocess.TimeoutExpired:
                 run.kill()
         if (folder / "s.json").exists():
-            assert json.loads((folder / "s.json").read_text())["live_state"] == 1
+            assert "checksum" in json.loads((folder / "s.json").read_text())
     end = subprocess.run(words, check=True, capture_output=True, text=True)
     assert end.stdout.splitlines()[-1] == whole
