@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 import signal
+import time
+from threading import Timer
 
 import pytest
 
 import hydrodamp as hd
 from batch.conftest import MODEL
+from hydrodamp.batch.crew import Failed, crew
 
 distributed = pytest.importorskip("distributed", reason="needs the extra `batch`")
 fsspec = pytest.importorskip("fsspec", reason="needs the extra `batch`")
 
 
+SETTINGS = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": ":0"}
+
+
 @pytest.fixture(scope="module")
 def client():
-    settings = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None}
-    with distributed.LocalCluster(**settings) as cluster, distributed.Client(cluster) as one:
+    with distributed.LocalCluster(**SETTINGS) as cluster, distributed.Client(cluster) as one:
         yield one
 
 
@@ -30,6 +35,19 @@ def test_a_killed_worker_changes_nothing(fleet, season, client):
     assert found.fit.n_samples == expected.fit.n_samples
     one, other = (each.fit.damping.coefficients for each in (found, expected))
     assert one.tobytes() == other.tobytes()
+
+
+def test_a_node_that_hangs_and_a_scheduler_that_is_lost_cost_their_work_alone():
+    with distributed.LocalCluster(**SETTINGS) as cluster, distributed.Client(cluster) as one:
+        with crew(one, None, 2.0) as team:
+            found = list(team.each(time.sleep, [(0.0,), (30.0,), (0.1,)], "working"))
+            assert [found[0], found[2]] == [None, None]
+            assert "given up after 2 s" in found[1]
+        with crew(one, None, 60.0) as team:
+            Timer(0.5, cluster.close).start()
+            lost = list(team.each(time.sleep, [(30.0,), (31.0,)], "working"))
+    assert all(isinstance(each, Failed) for each in lost)
+    assert "the scheduler is lost" in lost[0]
 
 
 def test_logs_come_from_a_store(fleet, season, tmp_path):

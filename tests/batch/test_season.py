@@ -93,7 +93,7 @@ def test_a_fifth_more_drag_is_found_and_dated(fleet, tmp_path, threads):
     (changes,) = found.changes.values()
     assert {found.fits[one.first].group for one in changes} == {("2026-05-07",)}
     drag = next(one for one in changes if one.label == "X_u|u|")
-    assert drag.share == pytest.approx(-0.2, abs=0.03)  # more drag is a more negative number
+    assert drag.share == pytest.approx(0.2, abs=0.03)
 
 
 def test_a_log_is_folded_once(fleet, season, tmp_path, threads):
@@ -126,6 +126,28 @@ def test_groups_are_what_is_asked_for(fleet, season, threads):
     assert groups(r"dive(\d)")[0] == [("0",), ("1",)]
 
 
+def test_logs_of_several_vehicles_are_told_apart_by_their_paths(fleet, season, tmp_path, threads):
+    light = replace(fleet.vehicle, name="ray")
+    heavy = replace(light, name="ray-heavy", mass_matrix=2.0 * light.mass_matrix)
+    for name in ("ray", "ray-heavy", "skate"):
+        (tmp_path / name).mkdir()
+        for log in season.glob("*dive0*"):
+            (tmp_path / name / log.name).write_bytes(log.read_bytes())
+    asked = {"client": threads, "by": ["vehicle", "month"]}
+    found = hd.batch(tmp_path, [light, heavy], MODEL, **asked)
+    assert [*found.courses] == ["prestero ray", "prestero ray-heavy"]
+    for both, craft in zip(found.fits, (light, heavy), strict=True):
+        (alone,) = hd.batch(tmp_path / craft.name, craft, MODEL, **asked).fits
+        assert both.n_logs == alone.n_logs == 3
+        assert both.fit.damping.coefficients.tolist() == alone.fit.damping.coefficients.tolist()
+    assert len(found.failed) == 3
+    assert all("of none of ray, ray-heavy" in why for why in found.failed.values())
+    with pytest.raises(hd.MethodError, match="must hold `vehicle`"):
+        hd.batch(tmp_path, [light, heavy], MODEL, client=threads)
+    with pytest.raises(hd.MethodError, match="different names"):
+        hd.batch(tmp_path, [light, light], MODEL, **asked)
+
+
 def test_what_cannot_be_used_is_named_with_its_reason(fleet, season, tmp_path, threads):
     (tmp_path / "2026-05-09.csv").write_text("time,u\n0,fast\n", "utf-8")
     hd.write_log(fleet.dive(1), tmp_path / "undated.csv")
@@ -152,6 +174,21 @@ def test_a_wrong_call_is_refused_before_work(more, error, says, fleet, season):
     logs = more.pop("logs", season)
     with pytest.raises(error, match=says):
         hd.batch(logs, fleet.vehicle, MODEL, **more)
+
+
+def test_a_day_without_standard_errors_is_passed_over():
+    """Its number still counts: what changes from the sixth group on is told of the sixth."""
+    model, rng = hd.DampingModel.from_table({"X": "u|u|"}, key="one"), np.random.default_rng(4)
+    fits = [
+        hd.Fit(
+            hd.Damping(model, [-8.0 - 2.0 * (day >= 5) + 0.01 * rng.standard_normal()]),
+            "weak",
+            hd.Status.OK,
+            uncertainty=None if day == 1 else hd.Uncertainty(np.eye(1) * 1e-4, 15, "by hand"),
+        )
+        for day in range(8)
+    ]
+    assert [(one.first, round(one.share, 2)) for one in changes(fits)] == [(5, 0.25)]
 
 
 def test_quiet_seasons_rarely_change():

@@ -19,13 +19,16 @@ def test_a_season_makes_a_table_fits_and_a_picture(folder, call):
         write(folder, f"logs/2026-05-0{day}_other.csv")
     done = call(LINE.format("logs", "day"))
     assert ["2026-05-02", "linear", "2"] in [row.split()[:3] for row in done.stdout.splitlines()]
-    assert "2 groups are too few" in done.stdout
+    assert "0 groups with standard errors are too few" in " ".join(done.stdout.split())
     with (folder / "season" / "coefficients.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert {row["day"] for row in rows} == {"2026-05-01", "2026-05-02"}
     assert float(rows[0]["low"]) < float(rows[0]["value"]) < float(rows[0]["high"])
     found = sorted(path.name for path in (folder / "season").iterdir())
-    assert found == ["coefficients.csv", "coefficients.parquet", "fits", "folds", "linear.svg"]
+    tables = ["coefficients.csv", "coefficients.parquet"]
+    assert found == [*tables, "fits", "folds", "linear.svg", "season.html"]
+    page = (folder / "season" / "season.html").read_text("utf-8")
+    assert "4 logs in 2 groups, 0 left out." in page
     made = folder / "season" / "fits" / "2026-05-01.linear.json"
     assert hd.read_damping(made)["X_u"] == float(rows[0]["value"])
     done = call(LINE.format("logs", "month"))
@@ -42,11 +45,25 @@ def test_logs_that_fail_are_named_and_the_table_is_made(folder, call):
     assert "1 log could not be used" in done.stderr
 
 
+def test_groups_of_too_little_are_named(folder, call):
+    write(folder, "dive-2026-05-01.csv")
+    line = LINE.format("dive-2026-05-01.csv", "day").replace("linear", "linear,gertler-hagen")
+    told = " ".join(call(line).stdout.split())
+    assert "gertler-hagen 2026-05-01 (400 samples) do not tell all coefficients apart" in told
+    assert "linear 2026-05-01 (400 samples), gertler-hagen" in told
+    assert "too short for standard errors" in told
+
+
 def test_wrong_calls_are_refused(folder, call):
     for line, says in (
         (LINE.format("nothing*.csv", "day"), "no log matches it"),
         (LINE.format("a.csv", "day"), "neither its clock nor its path has a date"),
         (LINE.format("a.csv", "folder").replace("linear", "sparse"), "`sparse` is selected"),
+        (
+            LINE.format("a.csv", "folder") + " --mapping a.yaml --mapping b.yaml",
+            "one mapping serves",
+        ),
+        (LINE.format("a.csv", "folder").replace("planar.yaml", "planar.yaml,vt690"), "must hold"),
         (LINE.format("a.csv", "folder") + " --scheduler tcp://127.0.0.1:1", "does not answer"),
     ):
         assert says in " ".join(call(line, 2).stderr.split())

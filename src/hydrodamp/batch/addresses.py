@@ -14,6 +14,7 @@ from typing import Any
 
 from hydrodamp.errors import FileError, MethodError
 from hydrodamp.ingest.formats.files import SUFFIXES, is_bag, suffix_of
+from hydrodamp.vehicle.vehicle import Vehicle
 
 _DATE = re.compile(r"(20\d\d)[-_.]?([01]\d)[-_.]?([0-3]\d)(?!\d)")
 _EPOCH = 1e8  # s; clocks below begin with the dive, not in 1970
@@ -110,8 +111,24 @@ def _part(by: str, address: str, vehicle: str, start: float) -> str:
     raise MethodError(f"the pattern '{by}' is not in its path.")
 
 
-def check_by(by: Sequence[str]) -> None:
-    """Refuse what is no way to group."""
+def craft_of(address: str, names: Sequence[str]) -> str:
+    """Return the vehicle that a log is of: the only one, or that whose name its path holds."""
+    if len(names) == 1:
+        return names[0]
+    held = [name for name in names if name in address]
+    longest = [name for name in held if not any(name in other for other in held if other != name)]
+    if len(longest) != 1:
+        said = f"of {', '.join(held)}" if held else f"of none of {', '.join(names)}"
+        raise MethodError(f"its path holds the name {said}: it must tell one vehicle.")
+    return longest[0]
+
+
+def check_by(by: Sequence[str], crafts: Sequence[Vehicle]) -> None:
+    """Refuse what is no way to group, and logs of several vehicles in one group."""
+    if len(names := {one.name for one in crafts}) < len(crafts):
+        raise MethodError(f"vehicles must have different names; got {', '.join(sorted(names))}.")
+    if len(crafts) > 1 and "vehicle" not in by:
+        raise MethodError("`by` must hold `vehicle` where there are several: they share no fit.")
     for one in by:
         try:
             re.compile(one)

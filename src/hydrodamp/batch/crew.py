@@ -5,7 +5,7 @@ from __future__ import annotations
 import multiprocessing
 import os
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from concurrent.futures import CancelledError, Executor, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -27,7 +27,6 @@ class Crew:
 
     workers: Executor
     patience: float
-    is_own: bool = False
 
     def each(
         self, call: Callable[..., Result], given: Sequence[tuple[Any, ...]], label: str
@@ -62,7 +61,7 @@ def crew(client: Any, n: int | None, patience: float) -> Iterator[Crew]:
     if client is not None:
         yield Crew(client.get_executor() if hasattr(client, "get_executor") else client, patience)
         return
-    own = Crew(_processes(n), patience, is_own=True)
+    own = Crew(_processes(n), patience)
     try:
         yield own
     finally:
@@ -78,6 +77,8 @@ def _result(future: Future[Any], patience: float) -> Any:
         return Failed(f"it was given up after {patience:g} s without an answer.")
     except BrokenProcessPool:
         raise
+    except CancelledError:
+        return Failed("its work was cancelled: the scheduler is lost, or was closed.")
     except HydrodampError as error:
         return Failed(str(error))
     except Exception as error:  # of a worker, a scheduler, or a file that breaks its reader

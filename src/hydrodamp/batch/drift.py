@@ -34,8 +34,8 @@ class Change:
 
     @property
     def share(self) -> float:
-        """By what share of what it was the coefficient changed."""
-        return (self.after - self.before) / abs(self.before) if self.before else np.inf
+        """By what share of what it was the coefficient changed; positive where it grew."""
+        return self.after / self.before - 1.0 if self.before else np.inf
 
 
 def changes(fits: Sequence[Fit]) -> tuple[Change, ...]:
@@ -45,12 +45,13 @@ def changes(fits: Sequence[Fit]) -> tuple[Change, ...]:
     their errors raised by what groups scatter beyond their own, and the chance of the best of all
     days and coefficients (Bonferroni).
     """
-    known = [(fit.damping.coefficients, one) for fit in fits if (one := fit.uncertainty)]
-    if len(known) < FEWEST or len(known) < len(fits):
+    told = [(place, one) for place, fit in enumerate(fits) if (one := fit.uncertainty)]
+    if len(told) < FEWEST:
         return ()
-    value = np.array([coefficients for coefficients, _ in known])
-    weight = 1.0 / np.maximum([np.diag(one.covariance) for _, one in known], 1e-300)
-    freedom = np.array([one.degrees_of_freedom for _, one in known])
+    places, known = zip(*told, strict=True)
+    value = np.array([fits[place].damping.coefficients for place in places])
+    weight = 1.0 / np.maximum([np.diag(one.covariance) for one in known], 1e-300)
+    freedom = np.array([one.degrees_of_freedom for one in known])
     n, found = len(known), []
     days = range(_SIDE, n - _SIDE + 1)
     for place, label in enumerate(fits[0].model.labels):
@@ -60,7 +61,7 @@ def changes(fits: Sequence[Fit]) -> tuple[Change, ...]:
         before, after, error, chance = tried[day]
         chance = min(chance * len(days) * value.shape[1], 1.0)
         if chance < CHANCE:
-            found.append(Change(label, days[day], before, after, error, chance))
+            found.append(Change(label, places[days[day]], before, after, error, chance))
     return tuple(sorted(found, key=lambda one: one.chance))
 
 

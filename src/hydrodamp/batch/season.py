@@ -5,13 +5,13 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from functools import partial
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from hydrodamp.batch.addresses import check_by, expanded, group_of
+from hydrodamp.batch.addresses import check_by, craft_of, expanded, group_of
 from hydrodamp.batch.crew import Crew, Failed, crew
 from hydrodamp.batch.drift import Change, changes
 from hydrodamp.batch.folding import Folded, begins, graded, identified, replayed, solved
@@ -26,6 +26,9 @@ from hydrodamp.vehicle.vehicle import Vehicle
 
 #: Methods of which a log leaves triangles.
 FOLDING = LeastSquares | WeakForm
+
+#: Ways of grouping that tell the time.
+_TIMES = {"day", "month"}
 
 Name = tuple[str, ...]
 Fits = tuple[Fit, ...]
@@ -70,8 +73,6 @@ class Season:
         How logs were grouped.
     fits : tuple of GroupFit
         Group by group in the order of time, model by model.
-    changes : dict of str to tuple of Change
-        What changed for good between days or months, by model.
     failed : dict of str to str
         Logs that are in no fit, each with the reason.
     n_kept : int
@@ -80,14 +81,32 @@ class Season:
 
     by: tuple[str, ...]
     fits: tuple[GroupFit, ...]
-    changes: dict[str, tuple[Change, ...]]
     failed: dict[str, str]
     n_kept: int = 0
+
+    @cached_property
+    def courses(self) -> dict[str, tuple[GroupFit, ...]]:
+        """The fits of a model in the order of time, of groups alike but for their day or month."""
+        timed = not _TIMES.isdisjoint(self.by)
+        found = dict[str, tuple[GroupFit, ...]]()
+        for one in self.fits:
+            pairs = zip(self.by, one.group, strict=True)
+            alike = [part for way, part in pairs if timed and way not in _TIMES]
+            name = " ".join((one.fit.model.key, *alike))
+            found[name] = (*found.get(name, ()), one)
+        return found
+
+    @cached_property
+    def changes(self) -> dict[str, tuple[Change, ...]]:
+        """What changed for good between the days or months of each course."""
+        if _TIMES.isdisjoint(self.by):
+            return {}
+        return {name: changes([one.fit for one in its]) for name, its in self.courses.items()}
 
 
 def batch(
     logs: str | os.PathLike[str] | Iterable[str | os.PathLike[str]],
-    vehicle: Vehicle,
+    vehicle: Vehicle | Iterable[Vehicle],
     models: DampingModel | Iterable[DampingModel],
     method: str | Method = "weak",
     *,
@@ -104,8 +123,9 @@ def batch(
     ----------
     logs : str, path, or iterable of them
         Files, folders with all logs beneath them, patterns, or URLs that fsspec knows.
-    vehicle : Vehicle
-        Everything known.
+    vehicle : Vehicle or iterable of Vehicle
+        Everything known. Of several, a log is of the one whose name its path holds, and ``by``
+        must hold ``vehicle``.
     models : DampingModel or iterable of DampingModel
         Which terms.
     method : str or Method
@@ -154,28 +174,26 @@ def batch(
     """
     way = find_method(method) if isinstance(method, str) else method
     asked = (models,) if isinstance(models, DampingModel) else tuple(models)
-    check_by(by)
+    crafts = (vehicle,) if isinstance(vehicle, Vehicle) else tuple(vehicle)
+    check_by(by, crafts)
     given = [logs] if isinstance(logs, str | os.PathLike) else logs
     places = expanded(str(one) for one in given)
-    kept = Kept(None if cache is None else Path(cache), vehicle, asked, way, mapping)
+    folder = None if cache is None else Path(cache)
+    kept = {one.name: Kept(folder, one, asked, way, mapping) for one in crafts}
     with crew(client, workers, patience) as team:
         found = _sorted(places, kept, tuple(by), team)
-        fits = _fits(found, kept, team)
+        fits = _fits(found, asked, way, team)
     if not fits:
         told = "; ".join(f"{place}: {why}" for place, why in [*found.failed.items()][:3])
         raise ProblemError(f"none of {len(places)} logs could be used. {told}")
-    changed = {
-        model.key: changes([one.fit for one in fits if one.fit.model.key == model.key])
-        for model in asked
-        if not {"day", "month"}.isdisjoint(by)
-    }
-    return Season(tuple(by), fits, changed, found.failed, found.n_kept)
+    return Season(tuple(by), fits, found.failed, found.n_kept)
 
 
 @dataclass
 class _Group:
     """Logs of a group so far; the folds of all but the first are a tree, in their order."""
 
+    kept: Kept
     logs: list[str] = field(default_factory=list)
     start: float = np.inf
     first: Folded | None = None
@@ -219,42 +237,59 @@ class _Sorted:
     n_kept: int = 0
 
 
-def _sorted(places: Sequence[str], kept: Kept, by: tuple[str, ...], team: Crew) -> _Sorted:
+def _sorted(
+    places: Sequence[str], kept: dict[str, Kept], by: tuple[str, ...], team: Crew
+) -> _Sorted:
     """Fold each log, or ask when it begins, and put it into its group."""
-    found, groups = _Sorted(), dict[Name, _Group]()
-    folds = isinstance(kept.method, FOLDING)
-    call: Any = kept.fold if folds else partial(begins, mapping=kept.mapping)
-    made: Any = team.each(call, [(place,) for place in places], "reading logs")
-    for place, one in zip(places, made, strict=True):
-        if isinstance(one, Failed):
-            found.failed[place] = one
+    found, groups, own = _Sorted(), dict[Name, _Group](), dict[str, Kept]()
+    for place in places:
+        try:
+            own[place] = kept[craft_of(place, [*kept])]
+        except HydrodampError as error:
+            found.failed[place] = str(error)
+    made: Any = team.each(_begun, [(one, place) for place, one in own.items()], "reading logs")
+    for (place, one), result in zip(own.items(), made, strict=True):
+        if isinstance(result, Failed):
+            found.failed[place] = result
             continue
-        start, folded, is_kept = (one[0].start, *one) if folds else (one, None, False)
+        start, folded, is_kept = result
         found.n_kept += is_kept
         try:
-            name = group_of(by, place, kept.vehicle.name, start)
+            name = group_of(by, place, one.vehicle.name, start)
         except HydrodampError as error:
             found.failed[place] = str(error)
             continue
-        groups.setdefault(name, _Group()).add(place, start, folded)
+        groups.setdefault(name, _Group(one)).add(place, start, folded)
     order = sorted(groups, key=lambda name: (groups[name].start, name))
     found.groups = {name: groups[name] for name in order}
     return found
 
 
-def _fits(found: _Sorted, kept: Kept, team: Crew) -> tuple[GroupFit, ...]:
+def _begun(kept: Kept, place: str) -> tuple[float, Folded | None, bool]:
+    """Return when a log begins, its fold where its method folds, and whether it was there."""
+    if not isinstance(kept.method, FOLDING):
+        return begins(place, kept.mapping), None, False
+    folded, is_kept = kept.fold(place)
+    return folded.start, folded, is_kept
+
+
+def _fits(
+    found: _Sorted, models: tuple[DampingModel, ...], method: Method, team: Crew
+) -> tuple[GroupFit, ...]:
     """Fit each group; replay its first log with a fit to the others."""
     more = {name: one for name, one in found.groups.items() if len(one.logs) > 1}
-    if isinstance(kept.method, FOLDING):
-        whole = {name: _solved(kept, one.folded) for name, one in found.groups.items()}
-        rest = {name: _solved(kept, one.others) for name, one in more.items()}
+    if isinstance(method, FOLDING):
+        whole = {name: _solved(one.kept, one.folded) for name, one in found.groups.items()}
+        rest = {name: _solved(one.kept, one.others) for name, one in more.items()}
     else:
-        given = [one.logs for one in found.groups.values()]
-        whole = _identified(kept, team, dict(zip(found.groups, given, strict=True)), found)
-        rest = _identified(kept, team, {name: one.logs[1:] for name, one in more.items()}, found)
-    replays = [(found.groups[name].logs[0], kept.vehicle, fits) for name, fits in rest.items()]
-    made = team.each(partial(replayed, mapping=kept.mapping), replays, "replaying")
-    none = (None,) * len(kept.models)
+        whole = _identified({name: one.logs for name, one in found.groups.items()}, found, team)
+        rest = _identified({name: one.logs[1:] for name, one in more.items()}, found, team)
+    own = {name: found.groups[name] for name in rest}
+    replays = [
+        (one.logs[0], one.kept.vehicle, rest[name], one.kept.mapping) for name, one in own.items()
+    ]
+    made = team.each(replayed, replays, "replaying")
+    none = (None,) * len(models)
     errors = {
         name: none if isinstance(one, Failed) else one for name, one in zip(rest, made, strict=True)
     }
@@ -272,14 +307,15 @@ def _solved(kept: Kept, folded: Folded | None) -> Fits:
     return tuple(solved(folded, kept.vehicle, model, kept.method) for model in kept.models)
 
 
-def _identified(
-    kept: Kept, team: Crew, groups: dict[Name, list[str]], found: _Sorted
-) -> dict[Name, Fits]:
+def _identified(groups: dict[Name, list[str]], found: _Sorted, team: Crew) -> dict[Name, Fits]:
     """Identify from all logs of each group at once; a group that fails, fails with its logs."""
-    same = (kept.vehicle, kept.models, kept.method, kept.mapping)
-    made = team.each(identified, [(logs, *same) for logs in groups.values()], "identifying")
+    own = {name: found.groups[name].kept for name in groups}
+    asked = [
+        (logs, own[name].vehicle, own[name].models, own[name].method, own[name].mapping)
+        for name, logs in groups.items()
+    ]
     fits = {}
-    for name, one in zip(groups, made, strict=True):
+    for name, one in zip(groups, team.each(identified, asked, "identifying"), strict=True):
         if isinstance(one, Failed):
             found.failed |= dict.fromkeys(groups[name], one)
         else:

@@ -15,20 +15,22 @@ from hydrodamp.cli.output import WORK_FAILED, emit, note, show
 _LOGS = "Logs: files, folders with all logs beneath them, patterns, and URLs such as s3://…"
 _MODELS = "Models by name, YAML files of models, or FILE:NAME, with commas. [required]"
 _BY = "Group by vehicle, day, month, folder or patterns of the path, with commas."
-_OUT = "Write the table, a damping file for each group, pictures, and the folds of logs."
+_VEHICLES = "As for identify; several, with commas: each log's path names one. [required]"
+_MAPPING = "As for identify; one for all logs."
+_OUT = "Write the table, a damping file for each group, pictures, a page, and the folds of logs."
 _SCHEDULER = "Work on the cluster of a Dask scheduler, such as tcp://10.0.0.1:8786."
 
 
 def batch(
     logs: Annotated[list[str], typer.Argument(metavar="LOG", help=_LOGS)],
     out: Annotated[Path, typer.Option(metavar="DIR", help=_OUT)],
-    vehicle: options.VehicleName = "",
+    vehicle: Annotated[str, typer.Option(metavar="V", help=_VEHICLES, show_default=False)] = "",
     model: Annotated[str, typer.Option(metavar="LIST", help=_MODELS, show_default=False)] = "",
     method: Annotated[
         str, typer.Option(metavar="KEY", help=f"How: {options.KEYS}. weak and ls fold each log.")
     ] = "weak",
     by: Annotated[str, typer.Option(metavar="LIST", help=_BY)] = "day",
-    mapping: options.MappingFile = None,
+    mapping: Annotated[list[str] | None, typer.Option(metavar="M", help=_MAPPING)] = None,
     workers: Annotated[
         int | None, typer.Option(metavar="N", min=1, help="Processes of this machine.")
     ] = None,
@@ -37,18 +39,24 @@ def batch(
 ) -> None:
     """Identify models from many logs, group by group, and say what changed between them."""
     from hydrodamp.files import check_folder
-    from hydrodamp.report.season import coefficients_grid, season_grid, write_season
+    from hydrodamp.report.season import coefficients_grid, told, write_season
 
     check_folder(out)
-    craft, models = choose.choose_vehicle(vehicle), _models(model)
+    crafts = [choose.choose_vehicle(one) for one in vehicle.split(",")]
+    models = _models(model)
+    if mapping and len(mapping) > 1:
+        raise hd.MethodError(
+            f"one mapping serves all logs, got {len(mapping)}: run `batch` for the logs of each, "
+            "with an `--out` of its own."
+        )
     with nullcontext() if scheduler is None else _cluster(scheduler) as client:
         season = hd.batch(
             logs,
-            craft,
+            crafts,
             models,
             method,
             by=[one.strip() for one in by.split(",") if one.strip()],
-            mapping=mapping,
+            mapping=mapping[0] if mapping else None,
             client=client,
             workers=workers,
             cache=out / "folds",
@@ -60,7 +68,7 @@ def batch(
         rows = [dict(zip(names, row, strict=True)) for row in table.rows]
         emit({"coefficients": rows, "failed": season.failed})
     else:
-        show(season_grid(season))
+        show(*told(season))
     if season.n_kept:
         note(f"{season.n_kept} logs had been folded before.")
     note(f"written to {out}")

@@ -142,14 +142,16 @@ def page(plan: DivePlan, pictures: dict[str, bytes]) -> str:
     """Return the page of a plan."""
     content = {
         "title": f"The next dive of {plan.vehicle.name}",
+        "under": "What to sail, and what it will determine",
         "text": str(plan),
         "grids": [prediction_grid(plan), stretches_grid(plan)],
         "pictures": [(_FIGURES[name][1], picture) for name, picture in pictures.items()],
-        "envelope": {
+        "facts_title": "Envelope",
+        "facts": {
             key.replace("_", " "): str(value)
             for key, value in plan.envelope.model_dump(mode="json").items()
             if value not in (None, {})
         },
         "styles": text_of("report.css"),
     }
-    return template("plan.html.j2").render(content)
+    return template("sheet.html.j2").render(content)

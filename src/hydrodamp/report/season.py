@@ -9,6 +9,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from hydrodamp.batch.drift import FEWEST
 from hydrodamp.batch.season import GroupFit, Season
 from hydrodamp.errors import MethodError
@@ -18,13 +20,17 @@ from hydrodamp.report.documents import fit_document
 from hydrodamp.report.figures.axes import coefficient_symbol
 from hydrodamp.report.figures.look import colour_of, figure_bytes, in_our_look, stacked
 from hydrodamp.report.fit_tables import half_widths, standard_errors
-from hydrodamp.report.grid import Column, Grid, to_csv
+from hydrodamp.report.grid import Column, Grid, coefficient, to_csv
+from hydrodamp.report.page import installed, template, text_of
+from hydrodamp.simulation.status import Status
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-#: Coefficients that are drawn.
-_DRAWN = 6
+#: Coefficients that are drawn, and groups that are named in a sentence.
+_DRAWN, _SAID = 6, 3
+
+_CAPTION = "Coefficients of {} with 95 % intervals; lines where one changed for good."
 
 
 def season_grid(season: Season) -> Grid:
@@ -49,6 +55,12 @@ def season_grid(season: Season) -> Grid:
     return Grid("Fits of groups of logs", columns, rows, (*_notes(season),))
 
 
+def told(season: Season) -> list[Grid]:
+    """Return the tables that a reader sees: all fits, and what changed, if anything did."""
+    changed = changes_grid(season)
+    return [season_grid(season), *([changed] if changed.rows else [])]
+
+
 def _header(by: str) -> str:
     return by if by in ("vehicle", "day", "month", "folder") else "group"
 
@@ -57,24 +69,60 @@ def _notes(season: Season) -> Iterator[str]:
     yield (
         "RMS is the error of eq. 24 of a replay of each group's first log with a fit to its others."
     )
-    for model, found in season.changes.items():
-        for one in found:
-            first = " ".join(_of(season, model)[one.first].group)
+    for name, found in season.changes.items():
+        course = season.courses[name]
+        n = sum(one.fit.uncertainty is not None for one in course)
+        if n < FEWEST:
             yield (
-                f"{model}: {one.label} changes by {one.share:+.0%} from {first} on: "
-                f"{one.before:.4g} before, {one.after:.4g} after; where nothing changes so much "
-                f"is seen with a chance of {max(one.chance, 1e-6):.1g} at most."
+                f"{name}: {n} group{'s' * (n != 1)} with standard errors are too few to tell a "
+                f"change, which takes {FEWEST}."
             )
-        if (n := len(_of(season, model))) < FEWEST:
-            yield f"{model}: {n} groups are too few to tell a change, which takes {FEWEST}."
         elif not found:
-            yield f"{model}: no coefficient changes for good."
+            yield f"{name}: no coefficient changes for good."
+    yield from _thin(season)
     for log, reason in season.failed.items():
         yield f"left out: {log}: {reason}"
 
 
-def _of(season: Season, model: str) -> list[GroupFit]:
-    return [one for one in season.fits if one.fit.model.key == model]
+def changes_grid(season: Season) -> Grid:
+    """Return a row for each lasting change, the surest of a course first."""
+    columns = (
+        *(Column(name, number=False) for name in ("course", "coefficient", "from")),
+        *(Column(name, form=coefficient) for name in ("before", "after")),
+        Column("change", form="{:+.0%}".format),
+        Column("chance", form="{:.0e}".format),
+    )
+    rows = tuple(
+        (
+            *(name, one.label, " ".join(season.courses[name][one.first].group)),
+            *(one.before, one.after, one.share, max(one.chance, 1e-6)),
+        )
+        for name, found in season.changes.items()
+        for one in found
+    )
+    note = "Chance: how often so much would be seen, at most, in a season in which nothing changes."
+    return Grid("What changed for good", columns, rows, (note,))
+
+
+def _thin(season: Season) -> Iterator[str]:
+    """Say of which groups there is too little."""
+    some = {
+        "do not tell all coefficients apart: log more of them, or take a smaller model": [
+            one for one in season.fits if one.fit.status is Status.RANK_DEFICIENT
+        ],
+        "are too short for standard errors, which take two minutes of logs": [
+            one for one in season.fits if one.fit.uncertainty is None
+        ],
+    }
+    for what, fits in some.items():
+        if fits:
+            said = ", ".join(f"{_name(one)} ({one.fit.n_samples} samples)" for one in fits[:_SAID])
+            more = f" and {len(fits) - _SAID} more" if len(fits) > _SAID else ""
+            yield f"{said}{more} {what}."
+
+
+def _name(one: GroupFit) -> str:
+    return " ".join((one.fit.model.key, *one.group))
 
 
 def coefficients_grid(season: Season) -> Grid:
@@ -101,10 +149,10 @@ def _rows(one: GroupFit) -> Iterator[tuple[Any, ...]]:
 
 
 def write_season(season: Season, folder: Path) -> None:
-    """Write the table as CSV and Parquet, a damping file for each fit, and a picture a model."""
+    """Write the table as CSV and Parquet, a file for each fit, a picture a course, and a page."""
     contents = {folder / "coefficients.csv": to_csv(coefficients_grid(season)).encode("utf-8")}
     for one in season.fits:
-        name = re.sub(r"[^\w.+-]+", "-", ".".join((*one.group, one.fit.model.key)))
+        name = _file(".".join((*one.group, one.fit.model.key)))
         contents[folder / "fits" / f"{name}.json"] = as_json(fit_document(one.fit)).encode("utf-8")
     with suppress(ImportError):
         from pyarrow import csv, parquet
@@ -112,22 +160,54 @@ def write_season(season: Season, folder: Path) -> None:
         table = io.BytesIO()
         parquet.write_table(csv.read_csv(io.BytesIO(next(iter(contents.values())))), table)
         contents[folder / "coefficients.parquet"] = table.getvalue()
+    pictures = {}
     with suppress(MethodError):
-        for model in dict.fromkeys(one.fit.model.key for one in season.fits):
-            contents[folder / f"{model}.svg"] = figure_bytes(season_figure(season, model), "svg")
+        pictures = {
+            name: figure_bytes(season_figure(season, name), "svg") for name in season.courses
+        }
+    contents |= {folder / f"{_file(name)}.svg": one for name, one in pictures.items()}
+    if installed():
+        contents[folder / "season.html"] = page(season, pictures).encode("utf-8")
     save_all(contents)
 
 
+def _file(name: str) -> str:
+    return re.sub(r"[^\w.+-]+", "-", name)
+
+
+def page(season: Season, pictures: dict[str, bytes]) -> str:
+    """Return the page of a season."""
+    import hydrodamp
+
+    n_logs = {one.group: one.n_logs for one in season.fits}
+    failed = len(season.failed)
+    content = {
+        "title": "A season of logs",
+        "under": "A fit for each group, and what has changed between them",
+        "text": f"{sum(n_logs.values())} logs in {len(n_logs)} groups, {failed} left out.",
+        "grids": told(season)[::-1],
+        "pictures": [(_CAPTION.format(name), one) for name, one in pictures.items()],
+        "facts_title": "How",
+        "facts": {
+            "grouped by": ", ".join(season.by),
+            "method": season.fits[0].fit.method,
+            "made by": f"hydrodamp {hydrodamp.__version__}",
+        },
+        "styles": text_of("report.css"),
+    }
+    return template("sheet.html.j2").render(content)
+
+
 @in_our_look
-def season_figure(season: Season, model: str) -> Figure:
-    """Draw the course of a model's coefficients: those that changed, else the best known.
+def season_figure(season: Season, course: str) -> Figure:
+    """Draw the course of coefficients: those that changed, else the best known.
 
     Parameters
     ----------
     season : Season
         Groups in the order of time.
-    model : str
-        The model's key.
+    course : str
+        One of ``season.courses``.
 
     Returns
     -------
@@ -139,10 +219,11 @@ def season_figure(season: Season, model: str) -> Figure:
     MethodError
         If matplotlib is not installed.
     """
-    groups, changed = _of(season, model), season.changes.get(model, ())
+    groups, changed = season.courses[course], season.changes.get(course, ())
     labels = groups[0].fit.model.labels
-    known = standard_errors(groups[0].fit) / abs(groups[0].fit.damping.coefficients)
-    best = [labels[place] for place in known.argsort()]
+    errors, size = standard_errors(groups[0].fit), abs(groups[0].fit.damping.coefficients)
+    shares = np.divide(errors, size, out=np.full_like(size, np.inf), where=size > 0.0)
+    best = [labels[place] for place in shares.argsort()]
     chosen = [*dict.fromkeys([*(one.label for one in changed), *best])][:_DRAWN]
     figure, panels = stacked(len(chosen), each=1.0)
     days = range(len(groups))
