@@ -217,16 +217,21 @@ def smoothed(
     The windows chosen [samples] come with them, one where a velocity is best as measured, and the
     risks: Stein's estimate of the mean square error under white noise.
     """
-    from scipy.signal import savgol_coeffs, savgol_filter  # takes long to import
+    from scipy.ndimage import correlate1d  # takes long to import
 
     measured, noise = problem.inputs.velocity, noise_variance(problem)
     best, velocity, chosen = noise.copy(), measured.copy(), np.ones(6, dtype=int)
     for window in windows:
-        trial = measured.copy()
+        half = window // 2
+        span = np.linalg.qr(np.vander(np.arange(window) - half, 3))[0]
+        hat = span @ span.T  # what a quadratic makes of the samples of a window, each its row
+        own, trial = float(hat[half, half]), correlate1d(measured, hat[half], axis=0)
         for start, stop in problem.segments.tolist():
-            if stop - start >= window:
-                trial[start:stop] = savgol_filter(trial[start:stop], window, 2, axis=0)
-        own = float(savgol_coeffs(window, 2)[window // 2])
+            if stop - start < window:
+                trial[start:stop] = measured[start:stop]
+                continue
+            trial[start : start + half] = hat[:half] @ measured[start : start + window]
+            trial[stop - half : stop] = hat[half + 1 :] @ measured[stop - window : stop]
         risk = np.mean((trial - measured) ** 2, axis=0) + (2.0 * own - 1.0) * noise
         better = risk < best
         velocity[:, better], chosen[better] = trial[:, better], window

@@ -201,9 +201,12 @@ def noise_share(problem: Problem, support: float, noise: FloatArray) -> FloatArr
         time, velocity = problem.inputs.time[start:stop], problem.inputs.velocity[start:stop]
         for some in bumps(time, support, _OVERLAP):
             reach = slice(some.start, some.stop)
-            slopes = some.weights @ _differences(time[reach])
-            gain += float((slopes.data**2).sum())
-            power += ((slopes @ velocity[reach]) ** 2).sum(axis=0)
+            rate = 1.0 / np.diff(time[reach])
+            slopes = some.weights @ (rate[:, None] * np.diff(velocity[reach], axis=0))
+            power += (slopes**2).sum(axis=0)
+            # Neighbouring slopes share a sample, which each sees with the other's sign.
+            each = (rate[some.weights.indices] * some.weights.data).reshape(len(slopes), -1)
+            gain += 2.0 * float((each**2).sum() - (each[:, :-1] * each[:, 1:]).sum())
     return np.divide(gain * noise, power, out=np.ones(6), where=power > 0.0)
 
 
@@ -214,14 +217,6 @@ def _lengths(problem: Problem) -> list[float]:
     n = int(np.ceil(_PER_OCTAVE * np.log2(longest / least))) + 1
     lengths: list[float] = np.geomspace(least, longest, n).tolist()
     return lengths
-
-
-def _differences(time: FloatArray) -> csr_array:
-    """Return what takes the values of samples to their slopes over each step."""
-    rate, step = 1.0 / np.diff(time), np.arange(len(time) - 1)
-    places = np.column_stack([step, step + 1]).ravel()
-    entries = np.column_stack([-rate, rate]).ravel()
-    return csr_array((entries, places, 2 * np.arange(len(time))), shape=(len(step), len(time)))
 
 
 def _bumps(time: FloatArray, centres: FloatArray, support: float) -> Bumps:
