@@ -103,7 +103,7 @@ def _beside(truth: Truth, fleet: Fleet) -> Callable[[FloatArray, FloatArray], Fl
 
 def sailed(fleet: Fleet, sortie: Sortie, test: hd.Log, dives: int) -> Sailed:
     """Sail a dive so many times, identify each, and replay the test runs with each fit."""
-    told = np.repeat(sortie.told[:, None], dives, axis=1)
+    told = np.repeat(sortie.voyage.told[:, :1], dives, axis=1)
     overlays = np.repeat(sortie.overlays[:, None], dives, axis=1)
     voyage = fleet.sail((told, overlays), SEED)
     far = [one.max(axis=0) for one in passed(fleet.envelope, voyage).values()]

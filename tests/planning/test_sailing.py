@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.planning.courses import Pilot
 from hydrodamp.planning.helm import helm
 from hydrodamp.planning.information import Seen, informed
 from hydrodamp.planning.manoeuvres import Manoeuvre
@@ -49,6 +50,33 @@ def test_the_autopilot_follows_what_it_is_told(fleet, voyage):
     assert abs(turn) < 0.02
     assert sailed.states[-1, 0, 11] == pytest.approx(14.0, abs=0.3)
     assert sailed.states[200:, 0, 8].min() < -np.pi + 0.2
+
+
+def test_headings_that_are_told_turn_slowly_so_that_all_draws_turn_to_one_side(fleet):
+    """A step of half a turn, less a degree: the way that is shorter for one is not for another."""
+    told, overlays = Manoeuvre("steps", 0.5, 0.5, (0.0,) * 5).orders(
+        fleet.helm, fleet.envelope, 300
+    )
+    told += (0.0, 0.0, fleet.envelope.middle)
+    told[100:, 1] = np.radians(179.0)
+    orders = tuple(np.repeat(one[:, None], 3, axis=1) for one in (told, overlays))
+    sailed = fleet.sail(orders, seed=1)
+    rate = np.diff(sailed.told[:, :, 1], axis=0) / sailed.period
+    assert np.degrees(np.abs(rate).max()) == pytest.approx(10.0)
+    assert np.degrees(sailed.states[-1, :, 8]) == pytest.approx([179.0] * 3, abs=5.0)
+
+
+def test_courses_are_chosen_from_where_the_vehicles_are():
+    """Stretches of 100 m, and of 110 m where 100 were thought, in a square of 300 m."""
+    area = hd.Envelope(area={"north": (-150, 150), "east": (-150, 150)}).area
+    way = np.column_stack([np.linspace(0.0, 100.0, 11), np.zeros(11)])[None]
+    pilot, here, seen = Pilot(area, [way] * 12, 10), np.zeros((2, 2)), []
+    for stretch in range(12):
+        course = pilot(10 * stretch, here)
+        assert pilot(10 * stretch + 5, here + 1.0) == course
+        here = here + np.array([[100.0], [110.0]]) * [np.cos(course), np.sin(course)]
+        seen.append(np.abs(here).max())
+    assert max(seen) < 150.0
 
 
 def test_limits_are_told_by_how_much_they_are_passed(fleet, voyage):

@@ -1,18 +1,21 @@
-"""Courses of the stretches of a dive, so that it stays in its area, and its orders as a whole."""
+"""Courses of the stretches of a dive, so that it stays in its area."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.planning.envelope import Area
-from hydrodamp.planning.manoeuvres import Manoeuvre
-from hydrodamp.planning.sailing import Fleet, Orders, Voyage
+from hydrodamp.planning.sailing import Voyage
 
 #: Share of an area's width that is to stay free at its edges.
 _ROOM = 0.08
+
+#: Draws in which too little room does not count, as the few that may stray.
+_FEW = 0.05
 
 #: Courses a stretch may have.
 _COURSES = np.radians(np.arange(0.0, 360.0, 30.0))
@@ -21,37 +24,38 @@ _COURSES = np.radians(np.arange(0.0, 360.0, 30.0))
 _EVERY = 10
 
 
-def assembled(
-    fleet: Fleet, several: Sequence[Manoeuvre], samples: int, ways: Sequence[FloatArray] = ()
-) -> tuple[Orders, FloatArray]:
-    """Return the orders of a whole dive, (n, 3) and (n, k), and the course of each stretch [rad].
+@dataclass
+class Pilot:
+    """Chooses the course of each stretch from where the draws are when it begins.
 
-    ``ways`` (draws, m, 2) are where each stretch leads on a course north; by dead reckoning where
-    they are not known.
+    ``ways`` (draws, m, 2) are where each stretch leads on a course north.
     """
-    envelope, helm = fleet.envelope, fleet.helm
-    orders = [one.orders(helm, envelope, samples) for one in several]
-    if not ways:
-        under_way = helm.propeller is not None
-        ways = [_reckoned(own, envelope.period) * under_way for own, _ in orders]
-    courses = _courses(envelope.area, ways)
-    told = np.concatenate([own for own, _ in orders])
-    told[:, 1] += np.repeat(courses, samples)
-    told[:, 2] += envelope.middle
-    return (told, np.concatenate([added for _, added in orders])), courses
+
+    area: Area | None
+    ways: Sequence[FloatArray]
+    samples: int
+    courses: list[float] = field(default_factory=list)
+
+    def __call__(self, place: int, here: FloatArray) -> float:
+        """Return the course at a sample [rad], with the draws at some places, (draws, 2)."""
+        if place == len(self.courses) * self.samples:
+            before = self.courses[-1] if self.courses else 0.0
+            way = self.ways[place // self.samples]
+            self.courses.append(_course(self.area, here[:, None], way, before))
+        return self.courses[-1]
 
 
-def sailed_ways(voyage: Voyage, courses: FloatArray, samples: int) -> list[FloatArray]:
+def sailed_ways(voyage: Voyage, courses: Sequence[float], samples: int) -> list[FloatArray]:
     """Return where each stretch of a dive led in each draw, on a course north."""
     places = voyage.states[:, :, 9:11].transpose(1, 0, 2)
     found = []
-    for number, course in enumerate(courses.tolist()):
+    for number, course in enumerate(courses):
         own = places[:, number * samples : (number + 1) * samples]
         found.append(_turned(own[:, ::_EVERY] - own[:, :1], -course))
     return found
 
 
-def _reckoned(told: FloatArray, period: float) -> FloatArray:
+def reckoned(told: FloatArray, period: float) -> FloatArray:
     """Return where a stretch leads at the speeds and headings told, one draw."""
     step = told[:, 0] * period
     ahead = np.column_stack([np.cos(told[:, 1]), np.sin(told[:, 1])]) * step[:, None]
@@ -63,21 +67,16 @@ def _turned(way: FloatArray, course: float) -> FloatArray:
     return np.asarray(way @ turn)
 
 
-def _courses(area: Area | None, ways: Sequence[FloatArray]) -> FloatArray:
-    """Return courses of least turns that leave room in the area in all draws, else of most room."""
-    found = np.zeros(len(ways))
+def _course(area: Area | None, here: FloatArray, way: FloatArray, before: float) -> float:
+    """Return the course of least turn that leaves room in the area, else of most room."""
     if area is None:
-        return found
+        return 0.0
     bands = np.array([area.north, area.east])
     width = np.ptp(bands, axis=1).min()
-    here = np.zeros((len(ways[0]), 1, 2))
-    for number, way in enumerate(ways):
-        trials = [here + _turned(way, course) for course in _COURSES]
-        room = [np.minimum(one - bands[:, 0], bands[:, 1] - one).min() / width for one in trials]
-        # What is left in the end, too: a stretch that ends in a corner leaves the next no way.
-        ends = [np.abs(one[:, -1] - bands.mean(axis=1)).max() / width for one in trials]
-        turn = np.abs(np.angle(np.exp(1j * (_COURSES - found[max(number - 1, 0)]))))
-        cost = np.where(np.array(room) > _ROOM, 0.1 * turn + ends, 10.0 - np.array(room))
-        best = int(np.argmin(cost))
-        found[number], here = _COURSES[best], trials[best][:, -1:]
-    return found
+    trials = np.array([here + _turned(way, course) for course in _COURSES]) - bands.mean(axis=1)
+    room = 0.5 * np.ptp(bands, axis=1) - np.abs(trials)
+    least = np.quantile(room.min(axis=(2, 3)), _FEW, axis=1) / width
+    # What is left in the end, too: a stretch that ends in a corner leaves the next no way.
+    ends = np.quantile(np.abs(trials[:, :, -1]).max(axis=2), 1.0 - _FEW, axis=1) / width
+    turn = np.abs(np.angle(np.exp(1j * (_COURSES - before))))
+    return float(_COURSES[np.argmin(np.where(least > _ROOM, 0.1 * turn + ends, 10.0 - least))])

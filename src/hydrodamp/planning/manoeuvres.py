@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 
@@ -78,7 +79,8 @@ class Manoeuvre:
     def slower(self, share: float) -> Manoeuvre:
         """Return the same at a speed lower by a share of the band, and with less change of it."""
         strengths = (share * self.strengths[0], *self.strengths[1:])
-        return Manoeuvre(self.shape, self.level - (1.0 - share) * 0.5, self.tempo, strengths)
+        level = max(self.level - (1.0 - share) * 0.5, 0.0)
+        return Manoeuvre(self.shape, level, self.tempo, strengths)
 
     def orders(self, helm: Helm, envelope: Envelope, n: int) -> tuple[FloatArray, FloatArray]:
         """Return what is told about a base course and depth, (n, 3), and added, (n, k)."""
@@ -161,6 +163,14 @@ def phases(harmonics: tuple[int, ...]) -> FloatArray:
         return float(np.log(power)), slope / power
 
     return frozen(minimize(peak, start, jac=True, options={"maxiter": _SEARCH}).x)
+
+
+def joined(
+    several: Sequence[Manoeuvre], helm: Helm, envelope: Envelope, n: int
+) -> tuple[FloatArray, FloatArray]:
+    """Return what manoeuvres of so many samples tell one after the other, about half depth."""
+    told, overlays = zip(*(one.orders(helm, envelope, n) for one in several), strict=True)
+    return np.concatenate(told) + np.array([0.0, 0.0, envelope.middle]), np.concatenate(overlays)
 
 
 def classics(n_overlays: int) -> list[Manoeuvre]:

@@ -146,7 +146,7 @@ def _told(
         model=prospect.model,
         envelope=fleet.envelope,
         known=prospect.known.source or "the damping given",
-        time=np.asarray(fleet.envelope.period * np.arange(len(sortie.told)), dtype=np.float64),
+        time=np.asarray(fleet.envelope.period * np.arange(len(sortie.overlays)), dtype=np.float64),
         orders=_orders(prospect, sortie),
         stretches=tuple(
             Stretch(n * length, (n + 1) * length, course, one)
@@ -163,7 +163,7 @@ def _told(
 
 def _orders(prospect: Prospect, sortie: Sortie) -> dict[str, FloatArray]:
     """Return what to tell by name: setpoints that a loop follows, the propeller, overlays."""
-    wheel, told, orders = prospect.fleet.helm, sortie.told, {}
+    wheel, told, orders = prospect.fleet.helm, sortie.voyage.told[:, 0], {}
     if wheel.propeller is not None:
         orders["speed"] = told[:, 0]
         driving = np.clip(wheel.driving(told[:, 0]), *wheel.band(wheel.propeller))

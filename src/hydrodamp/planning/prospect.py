@@ -12,13 +12,13 @@ from hydrodamp.identification.fit import reach as reach_of
 from hydrodamp.identification.grades import CONTRIBUTION, RELATIVE
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
-from hydrodamp.planning.courses import assembled, sailed_ways
+from hydrodamp.planning.courses import Pilot, reckoned, sailed_ways
 from hydrodamp.planning.design import Aim, Criterion, Designer, sailed, strayed
 from hydrodamp.planning.dive import Rehearsal
 from hydrodamp.planning.envelope import Area, Envelope
 from hydrodamp.planning.helm import helm
 from hydrodamp.planning.information import Seen, informed
-from hydrodamp.planning.manoeuvres import Manoeuvre, campaign, classics
+from hydrodamp.planning.manoeuvres import Manoeuvre, campaign, classics, joined
 from hydrodamp.planning.sailing import Fleet, Voyage, passed
 from hydrodamp.planning.waters import drawn, known_damping, wide_model
 from hydrodamp.simulation.problem import prepare
@@ -57,7 +57,6 @@ class Sortie:
     """A dive that was sailed in all waters: its manoeuvres and orders, and how many draws kept."""
 
     manoeuvres: list[Manoeuvre]
-    told: FloatArray
     overlays: FloatArray
     courses: FloatArray
     voyage: Voyage
@@ -69,7 +68,6 @@ class Sortie:
         return replace(
             self,
             manoeuvres=self.manoeuvres[:stretches],
-            told=self.told[:n],
             overlays=self.overlays[:n],
             courses=self.courses[:stretches],
             voyage=self.voyage.until(n),
@@ -109,7 +107,7 @@ class Prospect:
         stretches = int(np.clip(round(duration / _STRETCH), 2, _MOST))
         samples = round(duration / envelope.period / stretches)
         steps = _steps(alone, samples, stretches)
-        (told, overlays), _ = assembled(alone, steps, samples)
+        told, overlays = joined(steps, wheel, envelope, samples)
         voyage = alone.sail((told[:, None], overlays[:, None]))
         seen = Seen.of(envelope.deviations[:6])
         sizes = _sizes(alone, voyage, seed)
@@ -186,21 +184,25 @@ class Prospect:
 
     def kept(self, several: list[Manoeuvre]) -> Sortie:
         """Sail manoeuvres in all waters, and weaken them where draws leave the envelope."""
-        worst, n = "", len(self.fleet.matrices)
+        fleet, worst, n = self.fleet, "", len(self.fleet.matrices)
+        under_way, period = fleet.helm.propeller is not None, fleet.envelope.period
         ways: list[FloatArray] = []
         for _ in range(_TRIALS):
-            (told, overlays), courses = assembled(self.fleet, several, self.samples, ways)
+            told, overlays = joined(several, fleet.helm, fleet.envelope, self.samples)
+            own = told.reshape(len(several), self.samples, 3)
+            ways = ways or [reckoned(one, period) * under_way for one in own]
+            pilot = Pilot(fleet.envelope.area, ways, self.samples)
             orders = np.repeat(told[:, None], n, axis=1), np.repeat(overlays[:, None], n, axis=1)
-            voyage = self.fleet.sail(orders, self.seed)
+            voyage = fleet.sail(orders, self.seed, pilot)
             limits = passed(self.fleet.envelope, voyage)
             strays = {name: np.any(one > 0.0, axis=0) for name, one in limits.items()}
             within = 1.0 - float(np.mean(np.any(list(strays.values()), axis=0)))
             if within >= _WITHIN:
-                return Sortie(several, told, overlays, courses, voyage, within)
+                return Sortie(several, overlays, np.array(pilot.courses), voyage, within)
             name = max(strays, key=lambda one: float(np.mean(strays[one])))
             share, far = np.mean(strays[name]), limits[name].max()
             worst = f"`{name}` is left in {share:.0%} of the draws, by up to {far:.0%}"
-            ways = sailed_ways(voyage, courses, self.samples)
+            ways = sailed_ways(voyage, pilot.courses, self.samples)
             # The few draws that may stray do not count.
             worst_of = np.max([one.max(axis=0) for one in limits.values()], axis=0)
             most = np.argsort(worst_of)[: int(np.ceil(_WITHIN * n))]

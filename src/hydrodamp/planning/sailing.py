@@ -20,11 +20,18 @@ from hydrodamp.vehicle.vehicle import Vehicle
 #: Longest step of the Runge-Kutta integration [s], as in the windows of output error.
 STEP = 0.1
 
+#: How fast headings that are told turn at most [rad/s]. At an error near half a turn one draw
+#: turns to port and the next to starboard, and they part for good.
+_TURNING = np.radians(10.0)
+
 #: A velocity beyond this is lost [m/s, rad/s].
 _LOST = 20.0
 
 #: From velocities (n, 6) and commands (n, k) to a wrench beside the damping (n, 6).
 Beside = Callable[[FloatArray, FloatArray], FloatArray]
+
+#: From the number of a sample and where the vehicles are (n, 2) to what is added to headings [rad].
+Course = Callable[[int, FloatArray], float]
 
 #: What is told to each vehicle at each sample, shape (samples, n, 3), and added to its commands.
 Orders = tuple[FloatArray, FloatArray]
@@ -34,10 +41,11 @@ Orders = tuple[FloatArray, FloatArray]
 class Voyage:
     """What happened, arrays of shape (samples, n, ...).
 
-    ``states`` are velocity, roll, pitch, yaw, north, east and depth; ``measured`` the velocity,
-    attitude and depth that the sensors saw.
+    ``told`` are speed, heading and depth; ``states`` velocity, roll, pitch, yaw, north, east and
+    depth; ``measured`` the velocity, attitude and depth that the sensors saw.
     """
 
+    told: FloatArray
     states: FloatArray
     measured: FloatArray
     commands: FloatArray
@@ -45,12 +53,20 @@ class Voyage:
 
     def part(self, chosen: slice | IntArray | list[int]) -> Voyage:
         """Return some of the vehicles."""
-        states, measured, commands = self.states, self.measured, self.commands
-        return Voyage(states[:, chosen], measured[:, chosen], commands[:, chosen], self.period)
+        return self._each(lambda one: one[:, chosen])
 
     def until(self, n: int) -> Voyage:
         """Return the first samples."""
-        return Voyage(self.states[:n], self.measured[:n], self.commands[:n], self.period)
+        return self._each(lambda one: one[:n])
+
+    def _each(self, change: Callable[[FloatArray], FloatArray]) -> Voyage:
+        return replace(
+            self,
+            told=change(self.told),
+            states=change(self.states),
+            measured=change(self.measured),
+            commands=change(self.commands),
+        )
 
     def log(self, vehicle: Vehicle, names: tuple[str, ...], *, exact: bool = False) -> Log:
         """Return what the vehicles recorded, or what was, a segment each."""
@@ -105,9 +121,11 @@ class Fleet:
         waters = replace(self.waters, dampings=dampings)
         return replace(self, waters=waters, matrices=self.matrices[chosen])
 
-    def sail(self, orders: Orders, seed: int | None = None) -> Voyage:
+    def sail(
+        self, orders: Orders, seed: int | None = None, course: Course = lambda *_: 0.0
+    ) -> Voyage:
         """Sail orders, a vehicle each, water by water in turn; with noise where there is a seed."""
-        told, overlays = orders
+        told, overlays = orders[0].copy(), orders[1]
         samples, n = told.shape[:2]
         errors = np.zeros((samples, 1, 10))
         if seed is not None:
@@ -115,6 +133,7 @@ class Fleet:
             errors = rng.standard_normal((samples, n, 10)) * self.envelope.deviations
         period = self.envelope.period
         state, totals = np.zeros((n, 12)), np.zeros((n, 3))
+        told[0, :, 1] += course(0, state[:, 9:11])
         state[:, 0], state[:, 8], state[:, 11] = told[0].T
         if self.helm.propeller is None:
             state[:, 0] = 0.0
@@ -123,6 +142,11 @@ class Fleet:
         for place in range(samples):
             seen = state[:, [*range(9), 11]] + errors[place]
             seen[:, locked] = 0.0
+            if place:
+                turn = told[place, :, 1] + course(place, state[:, 9:11]) - told[place - 1, :, 1]
+                most = _TURNING * period
+                turn = np.clip((turn + np.pi) % (2.0 * np.pi) - np.pi, -most, most)
+                told[place, :, 1] = told[place - 1, :, 1] + turn
             commands, totals = self.helm.steer(seen, told[place], overlays[place], totals, period)
             if last is not None:
                 most = self.helm.rates * period
@@ -132,7 +156,7 @@ class Fleet:
             measured.append(seen)
             sent.append(commands)
             state = self._advance(state, commands, period)
-        return Voyage(np.array(states), np.array(measured), np.array(sent), period)
+        return Voyage(told, np.array(states), np.array(measured), np.array(sent), period)
 
     def _advance(self, state: FloatArray, commands: FloatArray, period: float) -> FloatArray:
         given = dict(zip(self.helm.names, commands.T, strict=True))
