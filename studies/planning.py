@@ -154,10 +154,15 @@ def told(
         "gain by axis": _by_axis(axes, (reported[1] / reported[0]) ** 2, _mean),
         "gain of scatter": _gain(scatter),
         "gain of scatter by axis": _by_axis(axes, (scatter[1] / scatter[0]) ** 2, _mean),
-        "replay": [float(np.nanmedian(one.replays)) for one in (by_plan, by_steps)],
+        "replay": [_middle(one.replays) for one in (by_plan, by_steps)],
         "diverged": [int(np.isnan(one.replays).sum()) for one in (by_plan, by_steps)],
         "within": [by_plan.within, by_steps.within],
     }
+
+
+def _middle(errors: FloatArray) -> float | None:
+    """Return the median over dives, of which some diverged; None where all did."""
+    return None if np.isnan(errors).all() else float(np.nanmedian(errors))
 
 
 def _gain(pair: list[FloatArray]) -> float:
@@ -192,7 +197,7 @@ def table(found: dict[str, dict[str, Any]]) -> str:
                 " ".join(f"{value:.1f}" for value in one["gain by axis"].values()),
                 f"{one['gain']:.1f}",
                 f"{one['gain of scatter']:.1f}",
-                ", ".join(f"{value:.3f}" for value in one["replay"]),
+                ", ".join("-" if value is None else f"{value:.3f}" for value in one["replay"]),
             ]
             lines.append(f"| `{key}` | {truth} | " + " | ".join(words) + " |")
     return "\n".join(lines) + "\n"

@@ -69,11 +69,11 @@ def test_headings_that_are_told_turn_slowly_so_that_all_draws_turn_to_one_side(f
 def test_courses_are_chosen_from_where_the_vehicles_are():
     """Stretches of 100 m, and of 110 m where 100 were thought, in a square of 300 m."""
     area = hd.Envelope(area={"north": (-150, 150), "east": (-150, 150)}).area
-    way = np.column_stack([np.linspace(0.0, 100.0, 11), np.zeros(11)])[None]
-    pilot, here, seen = Pilot(area, [way] * 12, 10), np.zeros((2, 2)), []
+    told = np.tile([2.0, 0.0, 10.0], (12, 500, 1))
+    pilot, here, seen = Pilot(area, told, 0.1), np.zeros((2, 2)), []
     for stretch in range(12):
-        course = pilot(10 * stretch, here)
-        assert pilot(10 * stretch + 5, here + 1.0) == course
+        course = pilot(500 * stretch, here)
+        assert pilot(500 * stretch + 5, here + 1.0) == course
         here = here + np.array([[100.0], [110.0]]) * [np.cos(course), np.sin(course)]
         seen.append(np.abs(here).max())
     assert max(seen) < 150.0

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.planning.envelope import Area
-from hydrodamp.planning.sailing import Voyage
+from hydrodamp.planning.sailing import Voyage, turned
 
 #: Share of an area's width that is to stay free at its edges.
 _ROOM = 0.08
@@ -28,55 +27,67 @@ _EVERY = 10
 class Pilot:
     """Chooses the course of each stretch from where the draws are when it begins.
 
-    ``ways`` (draws, m, 2) are where each stretch leads on a course north.
+    ``told`` (stretches, samples, 3) are speeds, headings about the course and depths, ``off``
+    (stretches, draws, m, 2) by how much the last dive missed its reckoning, on a course north.
     """
 
     area: Area | None
-    ways: Sequence[FloatArray]
-    samples: int
+    told: FloatArray
+    period: float
+    off: FloatArray | None = None
     courses: list[float] = field(default_factory=list)
+    ways: list[FloatArray] = field(default_factory=list)
+    heading: float = 0.0
 
     def __call__(self, place: int, here: FloatArray) -> float:
         """Return the course at a sample [rad], with the draws at some places, (draws, 2)."""
-        if place == len(self.courses) * self.samples:
-            before = self.courses[-1] if self.courses else 0.0
-            way = self.ways[place // self.samples]
-            self.courses.append(_course(self.area, here[:, None], way, before))
+        if place == len(self.courses) * self.told.shape[1]:
+            self._choose(here)
         return self.courses[-1]
 
+    def learnt(self, voyage: Voyage) -> FloatArray:
+        """Return by how much a dive missed its reckoning."""
+        n, samples, _ = self.told.shape
+        places = voyage.states[:, :, 9:11].reshape(n, samples, -1, 2).swapaxes(1, 2)
+        led = places[:, :, ::_EVERY] - places[:, :, :1] - np.array(self.ways)[:, None]
+        return np.array(
+            [_about(one, -course) for one, course in zip(led, self.courses, strict=True)]
+        )
 
-def sailed_ways(voyage: Voyage, courses: Sequence[float], samples: int) -> list[FloatArray]:
-    """Return where each stretch of a dive led in each draw, on a course north."""
-    places = voyage.states[:, :, 9:11].transpose(1, 0, 2)
-    found = []
-    for number, course in enumerate(courses):
-        own = places[:, number * samples : (number + 1) * samples]
-        found.append(_turned(own[:, ::_EVERY] - own[:, :1], -course))
-    return found
+    def _choose(self, here: FloatArray) -> None:
+        """Take the course of least turn that leaves room in the area, else of most room."""
+        number = len(self.courses)
+        before = self.courses[-1] if number else 0.0
+        ways, headings = self._reckoned(self.told[number, ::_EVERY])
+        best = 0
+        if self.area is not None:
+            bands = np.array([self.area.north, self.area.east])
+            width = np.ptp(bands, axis=1).min()
+            trials = here[:, None] + ways[:, None] - bands.mean(axis=1)
+            if self.off is not None:
+                trials = trials + [_about(self.off[number], course) for course in _COURSES]
+            room = (0.5 * np.ptp(bands, axis=1) - np.abs(trials)).min(axis=(2, 3))
+            least = np.quantile(room, _FEW, axis=1) / width
+            # A stretch that ends in a corner leaves the next no way.
+            ends = np.quantile(np.abs(trials[:, :, -1]).max(axis=2), 1.0 - _FEW, axis=1) / width
+            turn = np.abs(np.angle(np.exp(1j * (_COURSES - before))))
+            best = int(np.argmin(np.where(least > _ROOM, 0.1 * turn + ends, 10.0 - least)))
+        self.courses.append(float(_COURSES[best]))
+        self.ways.append(ways[best])
+        self.heading = float(headings[best])
+
+    def _reckoned(self, told: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return where a stretch leads on each course, (courses, m, 2), and headings in the end."""
+        wanted = told[:, 1] + _COURSES[:, None]
+        heading = np.full(len(_COURSES), self.heading) if self.courses else wanted[:, 0]
+        step, ways = self.period * _EVERY, [np.zeros((len(_COURSES), 2))]
+        for speed, aim in zip(told[:, 0], wanted.T, strict=True):
+            heading = turned(heading, aim, step)
+            ahead = np.column_stack([np.cos(heading), np.sin(heading)])
+            ways.append(ways[-1] + speed * step * ahead)
+        return np.stack(ways[:-1], axis=1), heading
 
 
-def reckoned(told: FloatArray, period: float) -> FloatArray:
-    """Return where a stretch leads at the speeds and headings told, one draw."""
-    step = told[:, 0] * period
-    ahead = np.column_stack([np.cos(told[:, 1]), np.sin(told[:, 1])]) * step[:, None]
-    return np.cumsum(ahead, axis=0)[None, ::_EVERY]
-
-
-def _turned(way: FloatArray, course: float) -> FloatArray:
+def _about(way: FloatArray, course: float) -> FloatArray:
     turn = np.array([[np.cos(course), np.sin(course)], [-np.sin(course), np.cos(course)]])
     return np.asarray(way @ turn)
-
-
-def _course(area: Area | None, here: FloatArray, way: FloatArray, before: float) -> float:
-    """Return the course of least turn that leaves room in the area, else of most room."""
-    if area is None:
-        return 0.0
-    bands = np.array([area.north, area.east])
-    width = np.ptp(bands, axis=1).min()
-    trials = np.array([here + _turned(way, course) for course in _COURSES]) - bands.mean(axis=1)
-    room = 0.5 * np.ptp(bands, axis=1) - np.abs(trials)
-    least = np.quantile(room.min(axis=(2, 3)), _FEW, axis=1) / width
-    # What is left in the end, too: a stretch that ends in a corner leaves the next no way.
-    ends = np.quantile(np.abs(trials[:, :, -1]).max(axis=2), 1.0 - _FEW, axis=1) / width
-    turn = np.abs(np.angle(np.exp(1j * (_COURSES - before))))
-    return float(_COURSES[np.argmin(np.where(least > _ROOM, 0.1 * turn + ends, 10.0 - least))])

@@ -12,7 +12,7 @@ from hydrodamp.identification.fit import reach as reach_of
 from hydrodamp.identification.grades import CONTRIBUTION, RELATIVE
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
-from hydrodamp.planning.courses import Pilot, reckoned, sailed_ways
+from hydrodamp.planning.courses import Pilot
 from hydrodamp.planning.design import Aim, Criterion, Designer, sailed, strayed
 from hydrodamp.planning.dive import Rehearsal
 from hydrodamp.planning.envelope import Area, Envelope
@@ -185,13 +185,12 @@ class Prospect:
     def kept(self, several: list[Manoeuvre]) -> Sortie:
         """Sail manoeuvres in all waters, and weaken them where draws leave the envelope."""
         fleet, worst, n = self.fleet, "", len(self.fleet.matrices)
-        under_way, period = fleet.helm.propeller is not None, fleet.envelope.period
-        ways: list[FloatArray] = []
+        under_way = np.array([float(fleet.helm.propeller is not None), 1.0, 1.0])
+        off = None
         for _ in range(_TRIALS):
             told, overlays = joined(several, fleet.helm, fleet.envelope, self.samples)
-            own = told.reshape(len(several), self.samples, 3)
-            ways = ways or [reckoned(one, period) * under_way for one in own]
-            pilot = Pilot(fleet.envelope.area, ways, self.samples)
+            own = under_way * told.reshape(len(several), self.samples, 3)
+            pilot = Pilot(fleet.envelope.area, own, fleet.envelope.period, off)
             orders = np.repeat(told[:, None], n, axis=1), np.repeat(overlays[:, None], n, axis=1)
             voyage = fleet.sail(orders, self.seed, pilot)
             limits = passed(self.fleet.envelope, voyage)
@@ -202,7 +201,7 @@ class Prospect:
             name = max(strays, key=lambda one: float(np.mean(strays[one])))
             share, far = np.mean(strays[name]), limits[name].max()
             worst = f"`{name}` is left in {share:.0%} of the draws, by up to {far:.0%}"
-            ways = sailed_ways(voyage, pilot.courses, self.samples)
+            off = pilot.learnt(voyage)
             # The few draws that may stray do not count.
             worst_of = np.max([one.max(axis=0) for one in limits.values()], axis=0)
             most = np.argsort(worst_of)[: int(np.ceil(_WITHIN * n))]

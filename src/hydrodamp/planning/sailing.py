@@ -143,10 +143,8 @@ class Fleet:
             seen = state[:, [*range(9), 11]] + errors[place]
             seen[:, locked] = 0.0
             if place:
-                turn = told[place, :, 1] + course(place, state[:, 9:11]) - told[place - 1, :, 1]
-                most = _TURNING * period
-                turn = np.clip((turn + np.pi) % (2.0 * np.pi) - np.pi, -most, most)
-                told[place, :, 1] = told[place - 1, :, 1] + turn
+                wanted = told[place, :, 1] + course(place, state[:, 9:11])
+                told[place, :, 1] = turned(told[place - 1, :, 1], wanted, period)
             commands, totals = self.helm.steer(seen, told[place], overlays[place], totals, period)
             if last is not None:
                 most = self.helm.rates * period
@@ -200,6 +198,12 @@ class Fleet:
             *(cy * ahead - sy * across, sy * ahead + cy * across, cp * sinking - sp * u),
         )
         return rate
+
+
+def turned(heading: FloatArray, wanted: FloatArray, time: float) -> FloatArray:
+    """Return headings some time later, turned towards others as fast as it is told."""
+    left = (wanted - heading + np.pi) % (2.0 * np.pi) - np.pi
+    return heading + np.clip(left, -_TURNING * time, _TURNING * time)
 
 
 def passed(envelope: Envelope, voyage: Voyage, *, area: bool = True) -> dict[str, FloatArray]:
