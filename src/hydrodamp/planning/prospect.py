@@ -111,8 +111,8 @@ class Prospect:
         voyage = alone.sail((told[:, None], overlays[:, None]))
         seen = Seen.of(envelope.deviations[:6])
         sizes = _sizes(alone, voyage, seed)
-        waters = drawn(vehicle, model, known, sizes, VERIFIED, seed)
-        fleet = Fleet.of(vehicle, wheel, envelope, waters)
+        waters = drawn(vehicle, model, known, sizes, 2 * VERIFIED, seed)
+        fleet = _believed(Fleet.of(vehicle, wheel, envelope, waters), samples)
         unit = Seen(np.array([1.0] * 3 + [np.pi / 180.0] * 3), np.full(6, 1e-6))
         replay = informed(alone, voyage, unit, window=60.0)[0]
         made = cls(known, fleet, seen, samples, stretches, steps, sizes, replay, seed)
@@ -209,7 +209,7 @@ class Prospect:
             several = self._weakened(several, counted)
         raise ProblemError(
             f"no dive keeps to the envelope: after {_TRIALS} times weaker manoeuvres {worst}. "
-            "Widen that limit, or check the vehicle and the autopilot's gains."
+            "Widen that limit, raise the lowest `speed`, or check the autopilot's gains."
         )
 
     def _weakened(self, several: list[Manoeuvre], limits: dict[str, FloatArray]) -> list[Manoeuvre]:
@@ -249,6 +249,21 @@ class Prospect:
         """Return Cramer and Rao's bound in the water that is known."""
         told = informed(self.fleet.in_waters([0]), voyage.part([0]), self.seen)
         return np.asarray(np.sqrt(np.diag(np.linalg.inv(told[0] + self.nothing))))
+
+
+def _believed(fleet: Fleet, samples: int) -> Fleet:
+    """Leave out waters in which it cannot calmly turn to a course: the vehicle dives already."""
+    turns = (0.0, 0.75, 0.0, *[0.0] * len(fleet.helm.overlays))
+    calm = [Manoeuvre("steps", level, 0.0, turns) for level in (0.0, 0.5, 1.0)]
+    keeps = strayed(fleet, sailed(fleet, calm, samples)).max(axis=0) <= 0.0
+    keeps[0] = True
+    if keeps.sum() < VERIFIED:
+        raise ProblemError(
+            f"in {1.0 - keeps.mean():.0%} of the waters that may be, the autopilot leaves the "
+            "envelope as it turns to a course. Raise the lowest `speed`, give the `autopilot` its "
+            "gains, or plan with a fit that knows the water better."
+        )
+    return fleet.in_waters(np.flatnonzero(keeps)[:VERIFIED].tolist())
 
 
 def _steps(alone: Fleet, samples: int, stretches: int) -> list[Manoeuvre]:
