@@ -34,10 +34,10 @@ class Pilot:
     area: Area | None
     told: FloatArray
     period: float
-    off: FloatArray | None = None
+    off: FloatArray
     courses: list[float] = field(default_factory=list)
     ways: list[FloatArray] = field(default_factory=list)
-    heading: float = 0.0
+    course: float = 0.0
 
     def __call__(self, place: int, here: FloatArray) -> float:
         """Return the course at a sample [rad], with the draws at some places, (draws, 2)."""
@@ -57,35 +57,32 @@ class Pilot:
     def _choose(self, here: FloatArray) -> None:
         """Take the course of least turn that leaves room in the area, else of most room."""
         number = len(self.courses)
-        before = self.courses[-1] if number else 0.0
-        ways, headings = self._reckoned(self.told[number, ::_EVERY])
+        ways, courses = self._reckoned(self.told[number, ::_EVERY])
         best = 0
         if self.area is not None:
             bands = np.array([self.area.north, self.area.east])
             width = np.ptp(bands, axis=1).min()
-            trials = here[:, None] + ways[:, None] - bands.mean(axis=1)
-            if self.off is not None:
-                trials = trials + [_about(self.off[number], course) for course in _COURSES]
+            off = [_about(self.off[number], course) for course in _COURSES]
+            trials = here[:, None] + ways[:, None] + off - bands.mean(axis=1)
             room = (0.5 * np.ptp(bands, axis=1) - np.abs(trials)).min(axis=(2, 3))
             least = np.quantile(room, _FEW, axis=1) / width
             # A stretch that ends in a corner leaves the next no way.
             ends = np.quantile(np.abs(trials[:, :, -1]).max(axis=2), 1.0 - _FEW, axis=1) / width
-            turn = np.abs(np.angle(np.exp(1j * (_COURSES - before))))
+            turn = np.abs(np.angle(np.exp(1j * (_COURSES - self.course))))
             best = int(np.argmin(np.where(least > _ROOM, 0.1 * turn + ends, 10.0 - least)))
         self.courses.append(float(_COURSES[best]))
         self.ways.append(ways[best])
-        self.heading = float(headings[best])
+        self.course = float(courses[best])
 
     def _reckoned(self, told: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return where a stretch leads on each course, (courses, m, 2), and headings in the end."""
-        wanted = told[:, 1] + _COURSES[:, None]
-        heading = np.full(len(_COURSES), self.heading) if self.courses else wanted[:, 0]
+        """Return where a stretch leads on each course, (courses, m, 2), and courses in the end."""
+        course = np.full(len(_COURSES), self.course) if self.courses else _COURSES
         step, ways = self.period * _EVERY, [np.zeros((len(_COURSES), 2))]
-        for speed, aim in zip(told[:, 0], wanted.T, strict=True):
-            heading = turned(heading, aim, step)
-            ahead = np.column_stack([np.cos(heading), np.sin(heading)])
+        for speed, aside in told[:, :2].tolist():
+            course = turned(course, _COURSES, step)
+            ahead = np.column_stack([np.cos(course + aside), np.sin(course + aside)])
             ways.append(ways[-1] + speed * step * ahead)
-        return np.stack(ways[:-1], axis=1), heading
+        return np.stack(ways[:-1], axis=1), course
 
 
 def _about(way: FloatArray, course: float) -> FloatArray:

@@ -16,8 +16,9 @@ from hydrodamp.planning.helm import Helm
 SHAPES = ("multisine", "steps", "doublets", "zigzag")
 """What a manoeuvre may be."""
 
-#: Largest change of heading that is told [rad], and the share of the band of depth.
-_TURN, _DIVE = float(np.radians(120.0)), 0.6
+#: Largest angle to the course that is told [rad], with room to half a turn from side to side, and
+#: the share of the band of depth.
+_TURN, _DIVE = float(np.radians(75.0)), 0.6
 
 #: How near to the ends of the band a depth is told, as a share of it from its middle.
 _EDGE = 0.48

@@ -186,7 +186,7 @@ class Prospect:
         """Sail manoeuvres in all waters, and weaken them where draws leave the envelope."""
         fleet, worst, n = self.fleet, "", len(self.fleet.matrices)
         under_way = np.array([float(fleet.helm.propeller is not None), 1.0, 1.0])
-        off = None
+        off = np.zeros((len(several), 1, 1, 2))
         for _ in range(_TRIALS):
             told, overlays = joined(several, fleet.helm, fleet.envelope, self.samples)
             own = under_way * told.reshape(len(several), self.samples, 3)

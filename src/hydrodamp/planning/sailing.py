@@ -20,8 +20,8 @@ from hydrodamp.vehicle.vehicle import Vehicle
 #: Longest step of the Runge-Kutta integration [s], as in the windows of output error.
 STEP = 0.1
 
-#: How fast headings that are told turn at most [rad/s]. At an error near half a turn one draw
-#: turns to port and the next to starboard, and they part for good.
+#: How fast the course that is told turns [rad/s]. At an error near half a turn one draw turns to
+#: port and the next to starboard, and they part for good.
 _TURNING = np.radians(10.0)
 
 #: A velocity beyond this is lost [m/s, rad/s].
@@ -133,8 +133,9 @@ class Fleet:
             errors = rng.standard_normal((samples, n, 10)) * self.envelope.deviations
         period = self.envelope.period
         state, totals = np.zeros((n, 12)), np.zeros((n, 3))
-        told[0, :, 1] += course(0, state[:, 9:11])
+        base = np.full(n, course(0, state[:, 9:11]))
         state[:, 0], state[:, 8], state[:, 11] = told[0].T
+        state[:, 8] += base
         if self.helm.propeller is None:
             state[:, 0] = 0.0
         last, locked = None, np.flatnonzero(~self.vehicle.free)
@@ -142,9 +143,8 @@ class Fleet:
         for place in range(samples):
             seen = state[:, [*range(9), 11]] + errors[place]
             seen[:, locked] = 0.0
-            if place:
-                wanted = told[place, :, 1] + course(place, state[:, 9:11])
-                told[place, :, 1] = turned(told[place - 1, :, 1], wanted, period)
+            base = turned(base, np.full(n, course(place, state[:, 9:11])), period)
+            told[place, :, 1] += base
             commands, totals = self.helm.steer(seen, told[place], overlays[place], totals, period)
             if last is not None:
                 most = self.helm.rates * period
@@ -200,10 +200,10 @@ class Fleet:
         return rate
 
 
-def turned(heading: FloatArray, wanted: FloatArray, time: float) -> FloatArray:
-    """Return headings some time later, turned towards others as fast as it is told."""
-    left = (wanted - heading + np.pi) % (2.0 * np.pi) - np.pi
-    return heading + np.clip(left, -_TURNING * time, _TURNING * time)
+def turned(course: FloatArray, wanted: FloatArray, time: float) -> FloatArray:
+    """Return courses some time later, turned towards others."""
+    left = (wanted - course + np.pi) % (2.0 * np.pi) - np.pi
+    return course + np.clip(left, -_TURNING * time, _TURNING * time)
 
 
 def passed(envelope: Envelope, voyage: Voyage, *, area: bool = True) -> dict[str, FloatArray]:
