@@ -10,6 +10,7 @@ import argparse
 import resource
 import time
 from collections.abc import Callable
+from multiprocessing import active_children
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -58,6 +59,8 @@ def many(folder: Path, path: Path, n: int) -> str:
     begun = time.monotonic()
     (one,) = hd.batch(folder, VEHICLE, MODEL, by=["folder"], workers=2).fits
     took = time.monotonic() - begun
+    for child in active_children():
+        child.join()
     most = [resource.getrusage(who).ru_maxrss / 1e3 for who in (-1, 0)]
     return (
         f"{one.n_logs} logs of {one.fit.n_samples} samples in {took:.0f} s; "

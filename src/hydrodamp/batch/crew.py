@@ -32,19 +32,19 @@ class Crew:
         self, call: Callable[..., Result], given: Sequence[tuple[Any, ...]], label: str
     ) -> Iterator[Result | Failed]:
         """Yield the results in the order of what is given, or why there is none."""
-        futures = [self.workers.submit(call, *one) for one in given]
+        futures = {place: self.workers.submit(call, *one) for place, one in enumerate(given)}
         for place, one in enumerate(counted(given, label, len(given))):
             try:
-                made: Result | Failed = _result(futures[place], self.patience)
+                # What is told is forgotten, or memory would grow with the logs.
+                made: Result | Failed = _result(futures.pop(place), self.patience)
                 yield made
             except BrokenProcessPool:
                 # One of those under way killed its process: this one is tried by itself.
                 yield self._alone(call, one)
                 self.workers = _processes(getattr(self.workers, "_max_workers", None))
-                for later in range(place + 1, len(given)):
-                    if futures[later].done() and futures[later].exception() is None:
-                        continue
-                    futures[later] = self.workers.submit(call, *given[later])
+                for later, future in futures.items():
+                    if not future.done() or future.exception() is not None:
+                        futures[later] = self.workers.submit(call, *given[later])
 
     def _alone(self, call: Callable[..., Result], given: tuple[Any, ...]) -> Result | Failed:
         with _processes(1) as one:
