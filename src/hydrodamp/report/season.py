@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import re
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
@@ -69,6 +70,14 @@ def _notes(season: Season) -> Iterator[str]:
     yield (
         "RMS is the error of eq. 24 of a replay of each group's first log with a fit to its others."
     )
+    yield from _verdicts(season)
+    yield from _thin(season)
+    for log, reason in season.failed.items():
+        yield f"left out: {log}: {reason}"
+
+
+def _verdicts(season: Season) -> Iterator[str]:
+    """Say of each course whether it changed, and when most of it did."""
     for name, found in season.changes.items():
         course = season.courses[name]
         n = sum(one.fit.uncertainty is not None for one in course)
@@ -79,9 +88,12 @@ def _notes(season: Season) -> Iterator[str]:
             )
         elif not found:
             yield f"{name}: no coefficient changes for good."
-    yield from _thin(season)
-    for log, reason in season.failed.items():
-        yield f"left out: {log}: {reason}"
+        else:
+            ((first, most),) = Counter(one.first for one in found).most_common(1)
+            yield (
+                f"{name}: {len(found)} of {course[0].fit.model.n_coefficients} coefficients change "
+                f"for good, {most} of them from {' '.join(course[first].group)} on."
+            )
 
 
 def changes_grid(season: Season) -> Grid:
@@ -180,11 +192,11 @@ def page(season: Season, pictures: dict[str, bytes]) -> str:
     import hydrodamp
 
     n_logs = {one.group: one.n_logs for one in season.fits}
-    failed = len(season.failed)
+    counted = f"{sum(n_logs.values())} logs in {len(n_logs)} groups, {len(season.failed)} left out."
     content = {
         "title": "A season of logs",
         "under": "A fit for each group, and what has changed between them",
-        "text": f"{sum(n_logs.values())} logs in {len(n_logs)} groups, {failed} left out.",
+        "text": " ".join((counted, *_verdicts(season))),
         "grids": told(season)[::-1],
         "pictures": [(_CAPTION.format(name), one) for name, one in pictures.items()],
         "facts_title": "How",
@@ -225,7 +237,7 @@ def season_figure(season: Season, course: str) -> Figure:
     shares = np.divide(errors, size, out=np.full_like(size, np.inf), where=size > 0.0)
     best = [labels[place] for place in shares.argsort()]
     chosen = [*dict.fromkeys([*(one.label for one in changed), *best])][:_DRAWN]
-    figure, panels = stacked(len(chosen), each=1.0)
+    figure, panels = stacked(len(chosen), each=1.3)
     days = range(len(groups))
     for panel, label in zip(panels, chosen, strict=True):
         place = labels.index(label)
