@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import time
 from threading import Timer
@@ -26,7 +27,9 @@ def client():
 
 
 def test_a_killed_worker_changes_nothing(fleet, season, client):
+    workers = client.run(os.getpid)
     expected = hd.batch(season, fleet.vehicle, MODEL, workers=2, by=["month"]).fits[0]
+    assert client.run(os.getpid) == workers  # those of a cluster in this process live on
     doomed = client.submit(signal.raise_signal, signal.SIGKILL, retries=0, pure=False)
     found = hd.batch(season, fleet.vehicle, MODEL, client=client, by=["month"]).fits[0]
     with pytest.raises(distributed.scheduler.KilledWorker):

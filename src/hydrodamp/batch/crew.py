@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError, Executor, Future, ProcessPoolExecutor
@@ -65,8 +64,9 @@ def crew(client: Any, n: int | None, patience: float) -> Iterator[Crew]:
     try:
         yield own
     finally:
+        children = [*getattr(own.workers, "_processes").values()]  # noqa: B009 (of no Executor)
         own.workers.shutdown(wait=False, cancel_futures=True)
-        for child in multiprocessing.active_children():  # one may hang
+        for child in children:  # one may hang
             child.kill()
 
 
