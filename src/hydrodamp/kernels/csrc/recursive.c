@@ -59,8 +59,9 @@ static hd_real dot(const hd_real *a, const hd_real *b, size_t n)
 
 /* seen = S phi, gain = (I + S)^-1 phi; then forget, and return the share forgotten over
  * phi'S phi. gain becomes that of the information that is left. */
-static hd_real forget(const hd_real *information, const hd_real *phi, size_t n,
-                      hd_real forgetting, hd_real *seen, hd_real *gain, hd_real *matrix)
+static hd_real forget(const hd_real *restrict information, const hd_real *restrict phi, size_t n,
+                      hd_real forgetting, hd_real *restrict seen, hd_real *restrict gain,
+                      hd_real *restrict matrix)
 {
     for (size_t j = 0; j < n; ++j) {
         seen[j] = 0;
@@ -98,11 +99,11 @@ static hd_real watch(hd_real surprise, hd_real news, hd_real forgetting, hd_real
 
 static void absorb(const hd_estimate *estimate, size_t axis, size_t first, size_t n,
                    const int32_t *rows, const hd_real *row, hd_real target,
-                   hd_real *information, hd_real *witness, hd_real *work)
+                   hd_real *restrict information, hd_real *witness, hd_real *work)
 {
     const hd_real *unit = estimate->unit + first;
     hd_real *kappa = estimate->coefficients + first;
-    hd_real *phi = work, *seen = phi + n, *gain = seen + n;
+    hd_real *restrict phi = work, *restrict seen = phi + n, *restrict gain = seen + n;
     hd_real surprise = target;
 
     for (size_t j = 0; j < n; ++j) {

@@ -44,18 +44,20 @@ static void solve(hd_real *a, size_t n, hd_real *b)
         size_t top = j;
         for (size_t i = j + 1; i < n; ++i)
             top = hd_fabs(a[n * i + j]) > hd_fabs(a[n * top + j]) ? i : top;
-        for (size_t k = j; k < n; ++k) {
-            const hd_real swapped = a[n * j + k];
-            a[n * j + k] = a[n * top + k];
+        hd_real *restrict pivot = a + n * j;
+        for (size_t k = j; k < n && top != j; ++k) {
+            const hd_real swapped = pivot[k];
+            pivot[k] = a[n * top + k];
             a[n * top + k] = swapped;
         }
         const hd_real other = b[j];
         b[j] = b[top];
         b[top] = other;
         for (size_t i = j + 1; i < n; ++i) {
-            const hd_real factor = a[n * i + j] / a[n * j + j];
-            for (size_t k = j; k < n; ++k)
-                a[n * i + k] -= factor * a[n * j + k];
+            hd_real *restrict lower = a + n * i;
+            const hd_real factor = lower[j] / pivot[j];
+            for (size_t k = j + 1; k < n; ++k)
+                lower[k] -= factor * pivot[k];
             b[i] -= factor * b[j];
         }
     }
@@ -66,10 +68,10 @@ static void solve(hd_real *a, size_t n, hd_real *b)
     }
 }
 
-void hd_witness_forget(hd_real *witness, size_t n, const hd_real *phi, const hd_real *seen,
-                       hd_real part, hd_real *work)
+void hd_witness_forget(hd_real *witness, size_t n, const hd_real *restrict phi,
+                       const hd_real *restrict seen, hd_real part, hd_real *restrict work)
 {
-    hd_real *moments = witness + ESTIMATE + n;
+    hd_real *restrict moments = witness + ESTIMATE + n;
 
     for (size_t j = 0; j < n; ++j) {
         work[j] = 0;
@@ -105,8 +107,8 @@ static void correlate(hd_real *witness, hd_real left, hd_real weight)
 void hd_witness_row(hd_real *witness, size_t n, const hd_real *phi, hd_real target, hd_real left,
                     hd_real weight, hd_real *work)
 {
-    hd_real *estimate = witness + ESTIMATE, *moments = estimate + n, *rows = moments + n * n;
-    hd_real *matrix = work, *z = work + n * n;
+    hd_real *estimate = witness + ESTIMATE, *restrict moments = estimate + n;
+    hd_real *restrict rows = moments + n * n, *restrict matrix = work, *restrict z = work + n * n;
     const hd_real *middle = rows + APART * (n + 1);
 
     correlate(witness, left, weight);
