@@ -57,7 +57,7 @@ def plan(
     if json:
         emit(plan_document(found))
     else:
-        show(stretches_grid(found), prediction_grid(found))
+        show(stretches_grid(found), prediction_grid(found), str(found))
     for sentence in missing:
         note(sentence)
     note(f"written to {out}: tell the vehicle what plan.csv says, then `hydrodamp identify`.")

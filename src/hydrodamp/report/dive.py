@@ -66,7 +66,6 @@ def prediction_grid(plan: DivePlan) -> Grid:
 
 
 def _notes(plan: DivePlan) -> Iterator[str]:
-    yield str(plan)
     yield (
         f"+- are standard errors as `identify` will report them from the dive alone; 'steps' is a "
         f"campaign of steps of the same length in the same envelope. Planned with {plan.known}."
