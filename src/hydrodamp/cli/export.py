@@ -12,7 +12,7 @@ import typer
 import hydrodamp as hd
 from hydrodamp.cli import options
 from hydrodamp.cli.choose import choose_vehicle
-from hydrodamp.cli.output import emit, note, show
+from hydrodamp.cli.output import emit, fail, note, show
 from hydrodamp.cli.parts import read
 from hydrodamp.errors import MethodError
 
@@ -36,13 +36,17 @@ def export(
     ] = None,
     force: Annotated[
         bool,
-        typer.Option("--force", help="Replace an earlier export; keep one whose replay diverges."),
+        typer.Option(
+            "--force",
+            help="Replace an earlier export; keep one that is worse than none or diverges.",
+        ),
     ] = False,
     json: options.Json = False,
 ) -> None:
     """Write damping for a simulator or a controller, run it, and say how faithful it is."""
     from hydrodamp.data.record import first_few
-    from hydrodamp.export.export import check_export
+    from hydrodamp.export.folder import CARD, check_export
+    from hydrodamp.files import load_json
     from hydrodamp.report.fidelity_page import write_fidelity_page
     from hydrodamp.report.grid import Grid
 
@@ -55,9 +59,11 @@ def export(
     files = sorted(path.name for path in out.iterdir() if not path.name.startswith(page.stem))
     note(f"written to {out}: {', '.join(first_few(files, _FILES, 'files'))}")
     if json:
-        emit(card.document())
+        emit(load_json(out / CARD))
     else:
         show(Grid("", (), (), tuple(str(card).splitlines())))
+    if card.run_error:
+        fail(f"what was written does not run here: {card.run_error}")
     replayed = "" if log else "; with `--log LOG --force` a log is replayed with it, too"
     note(f"next: {page} is the card in full{replayed}")
 

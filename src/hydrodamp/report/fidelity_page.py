@@ -34,6 +34,7 @@ def write_fidelity_page(folder: Path, path: Path | None = None) -> Path:
 def _grids(card: dict[str, Any]) -> Iterator[Grid]:
     errors = {
         "wrench error [% of rms]": card["wrench_error"],
+        "at a tenth of the velocities": card.get("slow_error", {}),
         "added mass / rigid body": card["mass_ratio"],
     }
     yield _side_by_side(f"By axis, at {card['asked_at']}", "axis", errors)
@@ -65,6 +66,7 @@ def _origin(card: dict[str, Any]) -> dict[str, str]:
         "left out": card["ignores"],
         "run by": card["run_by"],
         "not run": card["not_run"],
+        "failed": card.get("run_error", ""),
         **card["settings"],
         "hydrodamp": card["hydrodamp"],
     }
