@@ -124,7 +124,7 @@ def _check_wrench(card: Fidelity) -> None:
     if worse:
         raise MethodError(
             f"'{card.target}' would have a wrench error of {', '.join(worse)} of the damping's "
-            "rms; without any damping it were 100 %. Nothing is written: take a target or a "
+            "rms; no damping at all has 100 %. Nothing is written: take a target or a "
             "model that fits, or say --force."
         )
 
