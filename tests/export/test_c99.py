@@ -127,6 +127,19 @@ def test_cmake_builds_the_example(rich, tmp_path):
     assert len(sailed.stdout.splitlines()) == 13
 
 
+def test_all_c_files_of_the_folder_are_the_library(tmp_path):
+    """As Arduino, STM32Cube and Keil compile them; the README's command adds one example."""
+    craft = Craft.of(hd.fleet["vt690"], hd.published["vt690-sname2022"])
+    folder = written(DOUBLE, craft, tmp_path)
+    assert {path.name for path in (folder / "examples").iterdir()} == {"simulate.c", "estimate.c"}
+    assert not any("int main" in path.read_text() for path in folder.glob("*.c"))
+    readme = (folder / "README.md").read_text()
+    command = next(line for line in readme.splitlines() if line.startswith("    cc "))
+    subprocess.run(command, cwd=folder, shell=True, check=True)
+    sailed = subprocess.run(["./a.out"], cwd=folder, capture_output=True, text=True, check=True)
+    assert [line.split()[0] for line in sailed.stdout.splitlines()][:3] == ["u", "v", "w"]
+
+
 @pytest.mark.parametrize("flags", [(), ("-DHD_FLOAT",)], ids=["double", "float"])
 def test_a_cortex_m7_gives_the_same_bits(rich, tmp_path, flags):
     if missing := [name for name in TOOLS if not shutil.which(name)]:

@@ -124,7 +124,9 @@ def test_what_auv_controllers_makes_of_a_urdf_moves_as_the_vehicle(tmp_path):
 
 def test_positive_numbers_drag_in_marinegym_and_negative_ones_in_a_urdf(tmp_path):
     craft = Craft.of(STIFF, EVERY)
-    said = yaml.safe_load((written(MarineGym(), craft, tmp_path) / "marinegym.yaml").read_text())
+    text = (written(MarineGym(), craft, tmp_path) / "marinegym.yaml").read_text()
+    assert "keep `rotor_configuration`" in text
+    said = yaml.safe_load(text)
     assert said["hydro_coef"]["linear_damping"][:2] == [4.0, 6.0]
     assert said["hydro_coef"]["quadratic_damping"][0] == 9.0
     assert said["hydro_coef"]["added_mass"][1] == pytest.approx(7.1206, abs=0.01)

@@ -45,9 +45,8 @@ def export(
 ) -> None:
     """Write damping for a simulator or a controller, run it, and say how faithful it is."""
     from hydrodamp.data.record import first_few
-    from hydrodamp.export.folder import CARD, check_export
-    from hydrodamp.files import load_json
-    from hydrodamp.report.fidelity_page import write_fidelity_page
+    from hydrodamp.export.folder import check_export
+    from hydrodamp.report.fidelity_page import read_card, write_fidelity_page
     from hydrodamp.report.grid import Grid
 
     form = with_settings(hd.find_target(target), dict(map(_pair, settings or ())))
@@ -55,11 +54,10 @@ def export(
     craft, numbers = choose_vehicle(vehicle), hd.read_damping(damping)
     driven = read(log, mapping) if log else None
     card = hd.export(numbers, craft, form, out, log=driven, box=_sailed(Path(damping)), force=force)
-    page = write_fidelity_page(out)
-    files = sorted(path.name for path in out.iterdir() if not path.name.startswith(page.stem))
-    note(f"written to {out}: {', '.join(first_few(files, _FILES, 'files'))}")
+    page, document = write_fidelity_page(out), read_card(out)
+    note(f"written to {out}: {', '.join(first_few(sorted(document['files']), _FILES, 'files'))}")
     if json:
-        emit(load_json(out / CARD))
+        emit(document)
     else:
         show(Grid("", (), (), tuple(str(card).splitlines())))
     if card.run_error:

@@ -17,13 +17,19 @@ CARD, PAGE = "fidelity.json", "fidelity.html"
 _FORMAT = "hydrodamp-fidelity"
 
 
-def write_fidelity_page(folder: Path, path: Path | None = None) -> Path:
-    """Write the page of an export's card, into its folder unless told otherwise."""
+def read_card(folder: Path) -> dict[str, Any]:
+    """Return the card in the folder of an export."""
     document = load_json(folder / CARD)
     if not isinstance(document, dict) or document.get("format") != _FORMAT:
         raise FileError(
             f"{folder / CARD}: `format` must be '{_FORMAT}': export again with `hydrodamp export`."
         )
+    return document
+
+
+def write_fidelity_page(folder: Path, path: Path | None = None) -> Path:
+    """Write the page of an export's card, into its folder unless told otherwise."""
+    document = read_card(folder)
     title = f"{document['vehicle']} for {document['target']}"
     content = {"title": title, "text": document["text"], "styles": text_of("report.css")}
     grids = {"grids": [*_grids(document)], "origin": _origin(document)}
