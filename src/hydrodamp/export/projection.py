@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import svd
+from scipy.linalg import block_diag, svd
 from scipy.optimize import lsq_linear
 
-from hydrodamp.arrays import FloatArray
+from hydrodamp.arrays import BoolArray, FloatArray
 from hydrodamp.basis.atoms import AXES, VELOCITIES, VELOCITY_OF
 from hydrodamp.basis.term import Term
 from hydrodamp.export.body import to_point
 from hydrodamp.export.craft import Craft, States
+from hydrodamp.identification.dissipative import nearest
+from hydrodamp.identification.power import OperatingBox, PowerRows
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel, spell_label
 
@@ -44,62 +47,106 @@ def projected(craft: Craft, model: DampingModel, at: States, point: FloatArray) 
     kept = craft.damping.onto(free) * (not point.any())
     turn = to_point(point)
     regressor = free.basis.evaluate(at.velocity @ turn.T, down=at.down)
-    missing = craft.damping_wrench(at) @ np.linalg.inv(turn) - regressor @ free.unpack(kept).T
+    whole = craft.damping_wrench(at) @ np.linalg.inv(turn)
+    size = np.linalg.norm(whole, axis=0)
+    size[size == 0.0] = size.max() or 1.0  # of an axis without damping
+    missing = (whole - regressor @ free.unpack(kept).T) / size
     orthogonal, triangle = np.linalg.qr(regressor)
     wanted, ends = orthogonal.T @ missing, np.cumsum([len(row) for row in free.terms])
-    correction = np.zeros(len(kept))
+    axes = []
     for axis, (row, end) in enumerate(zip(free.terms, ends.tolist(), strict=True)):
-        part = slice(end - len(row), end)
-        columns = triangle[:, [free.basis.index(term) for term in row]]
         own = np.array([term in diagonal(AXES[axis]) for term in row], dtype=bool)
-        most = np.where(own, np.maximum(-kept[part], 0.0), np.inf)
-        correction[part] = _bounded(columns, wanted[:, axis], most)
-    linear = _linear(craft.damping)
-    found = kept + _dissipative(free, kept, correction, linear, craft.box.extent)
+        most = np.where(own, np.maximum(-kept[end - len(row) : end], 0.0), np.inf)
+        columns = triangle[:, [free.basis.index(term) for term in row]]
+        axes.append(_Axis.of(columns / size[axis], wanted[:, axis], most))
+    change = np.concatenate([axis.fit() for axis in axes])
+    extent, own_push = craft.box.extent, _push(_linear(craft.damping), craft.box.extent)
+    limit = max(own_push, 0.0) + _ROUNDING * float(extent @ np.abs(_linear(craft.damping)) @ extent)
+    if _push(_linear(Damping(free, kept + change)), extent) > limit:
+        if own_push <= limit:
+            change = _dissipative(free, axes, kept, change, craft.box)
+        change = _shrunk(free, kept, change, limit, extent)
+    found = kept + change
     fitted = dict(zip(free.labels, found.tolist(), strict=True))
     values = [(craft.damping.as_dict() | fitted)[label] for label in model.labels]
     changed = replace(craft.damping, model=model, coefficients=np.array(values), covariance=None)
     return replace(craft, damping=changed)
 
 
-def _bounded(columns: FloatArray, wanted: FloatArray, most: FloatArray) -> FloatArray:
-    """Return the least-squares coefficients that are not above their bounds.
+class _Axis(NamedTuple):
+    """Least squares of an axis: ``|matrix x - target|`` with x at most ``most``.
 
     Combinations below the least share of the greatest singular value are drawn to zero by it.
     """
-    unit = np.linalg.norm(columns, axis=0)
-    unit[unit == 0.0] = 1.0
-    if not columns.any():
-        return np.zeros(columns.shape[1])
-    left, singular, right = svd(columns / unit, full_matrices=False)
-    weak = singular < _LEAST * singular[0]
-    weight = np.where(weak, _LEAST * singular[0], singular)
-    target = np.where(weak, 0.0, left.T @ wanted)
-    found = lsq_linear(weight[:, None] * right, target, (-np.inf, most * unit), method="bvls")
-    return np.asarray(found.x / unit)
+
+    matrix: FloatArray
+    target: FloatArray
+    most: FloatArray
+
+    @classmethod
+    def of(cls, columns: FloatArray, wanted: FloatArray, most: FloatArray) -> _Axis:
+        """Return the problem of some columns (n, m), its matrix square."""
+        unit = np.linalg.norm(columns, axis=0)
+        unit[unit == 0.0] = 1.0
+        left, singular, right = svd(columns / unit, full_matrices=False)
+        least = _LEAST * singular.max(initial=0.0) or 1.0
+        weak = singular < least
+        weight = np.where(weak, least, singular)
+        target = np.where(weak, 0.0, left.T @ wanted)
+        return cls(weight[:, None] * right * unit, target, most)
+
+    def fit(self, free: BoolArray | None = None, held: FloatArray | None = None) -> FloatArray:
+        """Return the solution; with some free alone, the others held."""
+        found = np.zeros(len(self.most)) if held is None else held.copy()
+        free = np.ones(len(found), dtype=bool) if free is None else free
+        if free.any():
+            rest = self.target - self.matrix[:, ~free] @ found[~free]
+            matrix, unit = self.matrix[:, free], np.linalg.norm(self.matrix[:, free], axis=0)
+            bounds = -np.inf, self.most[free] * unit
+            found[free] = lsq_linear(matrix / unit, rest, bounds, method="bvls").x / unit
+        return found
 
 
 def _dissipative(
-    model: DampingModel, kept: FloatArray, change: FloatArray, own: FloatArray, extent: FloatArray
+    model: DampingModel, axes: list[_Axis], kept: FloatArray, change: FloatArray, box: OperatingBox
 ) -> FloatArray:
-    """Return a change of coefficients whose linear couplings feed the motion no more than ``own``.
+    """Return the change nearest to the fit whose linear terms together take power."""
+    linear = np.array([_is_linear(term) for _, term in _places(model)], dtype=bool)
+    rows = tuple(tuple(filter(_is_linear, row)) for row in model.terms)
+    splits = np.cumsum([len(row) for row in model.terms])[:-1]
+    parts, roots = np.split(linear, splits), []
+    for axis, part in zip(axes, parts, strict=True):
+        if part.any():  # what the other terms cannot make up for
+            ordered = np.column_stack([axis.matrix[:, ~part], axis.matrix[:, part]])
+            n = int(part.sum())
+            roots.append(np.linalg.qr(ordered)[1][-n:, -n:])
+    around = OperatingBox(-box.extent, box.extent)
+    power = PowerRows(replace(model, terms=rows))
+    moved, _ = nearest(power, around, block_diag(*roots), (kept + change)[linear])
+    changed = change.copy()
+    changed[linear] = moved - kept[linear]
+    held = zip(axes, parts, np.split(changed, splits), strict=True)
+    return np.concatenate([axis.fit(~part, values) for axis, part, values in held])
+
+
+def _shrunk(
+    model: DampingModel, kept: FloatArray, change: FloatArray, limit: float, extent: FloatArray
+) -> FloatArray:
+    """Return a change with as much of its linear couplings as feed no more power than a limit.
 
     Near rest linear terms are all the power there is: the greatest eigenvalue of the symmetric
-    part of their matrix, in units of the box, is bounded by the craft's own or by zero.
+    part of their matrix, in units of the box, is what they feed.
     """
     couples = np.array([_couples(axis, term) for axis, term in _places(model)], dtype=bool)
-    limit = max(_push(own, extent), 0.0)
-    limit += _ROUNDING * float(np.abs(own * extent * extent[:, None]).max())
 
     def with_share(share: float) -> FloatArray:
         return np.where(couples, share * change, change)
 
     def feeds(share: float) -> bool:
-        matrix = _linear(Damping(model, kept + with_share(share)))
-        return _push(matrix, extent) > limit
+        return _push(_linear(Damping(model, kept + with_share(share))), extent) > limit
 
     low, high = 0.0, 1.0
-    if not couples.any() or not feeds(high):
+    if not feeds(high):
         return change
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
@@ -111,8 +158,12 @@ def _places(model: DampingModel) -> list[tuple[str, Term]]:
     return [(axis, term) for axis, row in zip(AXES, model.terms, strict=True) for term in row]
 
 
+def _is_linear(term: Term) -> bool:
+    return len(term.factors) == 1 and term.factors[0] in VELOCITIES
+
+
 def _couples(axis: str, term: Term) -> bool:
-    return len(term.factors) == 1 and term.factors[0] in VELOCITIES and term not in diagonal(axis)
+    return _is_linear(term) and term not in diagonal(axis)
 
 
 def _linear(damping: Damping) -> FloatArray:
