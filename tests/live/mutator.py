@@ -40,8 +40,7 @@ def mutated(seed: int = 0) -> Iterator[bytes]:
     for k, row in enumerate(rows()):
         line = json.dumps(row).encode()
         # The first one says what is measured.
-        for one in (line,) if k == 0 or random.random() > SHARE else _mutants(random, row, before):
-            yield one
+        yield from (line,) if k == 0 or random.random() > SHARE else _mutants(random, row, before)
         before = line
 
 
