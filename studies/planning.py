@@ -132,7 +132,9 @@ def _one(
 def studied(key: str, duration: float, dives: int) -> dict[str, Any]:
     """Return what came out for a model, truth by truth."""
     begin = time.process_time(), time.perf_counter()
-    context = Context.of(hd.fleet["vt690"], hd.catalog[key], duration, None, ENVELOPE, 0)
+    context = Context.of(
+        hd.fleet["vt690"], hd.catalog[key], duration, None, ENVELOPE, 0, "overlays"
+    )
     steps = context.enforce_envelope(context.steps)
     known = identify_ensemble(
         context.closed_loop, steps.trajectories.part(IDENTIFIED), grading=False

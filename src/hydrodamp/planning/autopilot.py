@@ -163,13 +163,14 @@ def design_autopilot(vehicle: Vehicle, damping: Damping, envelope: Envelope) -> 
     if propeller is not None:
         if not np.isfinite(highest[propeller]):
             highest[propeller] = acting.assumed_limit(propeller)
+            lowest[propeller] = max(lowest[propeller], -highest[propeller])
             assumptions.append(
                 f"No limit of `{names[propeller]}` is given: {highest[propeller]:.4g} is assumed, "
                 f"where its thrust is {ASSUMED_THRUST:.0%} of the vehicle's weight. State it in "
                 f"the envelope: `commands: {{{names[propeller]}: {{lowest: 0, highest: ...}}}}`."
             )
         full_ahead[propeller] = highest[propeller]
-        speeds, turns = acting.steady(propeller, envelope, lowest, highest)
+        speeds, turns = acting.steady(propeller, envelope, lowest, highest, assumptions)
         lowest[propeller] = max(lowest[propeller], min(turns[0], 0.0))
         highest[propeller] = min(highest[propeller], turns[-1])
     else:

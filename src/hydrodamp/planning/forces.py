@@ -57,7 +57,12 @@ class CommandForces:
         return np.asarray(found * self.vehicle.free)
 
     def steady(
-        self, propeller: int, envelope: Envelope, lowest: FloatArray, highest: FloatArray
+        self,
+        propeller: int,
+        envelope: Envelope,
+        lowest: FloatArray,
+        highest: FloatArray,
+        assumptions: list[str],
     ) -> tuple[FloatArray, FloatArray]:
         """Return steady speeds within the band and the propeller's commands that hold them."""
         speeds = np.linspace(*envelope.speed, 9)
@@ -77,7 +82,7 @@ class CommandForces:
                 f"`speed` from {envelope.speed[0]:g} to {envelope.speed[1]:g} m/s is out of reach "
                 f"of `{name}` from {lowest[propeller]:g} to {highest[propeller]:g}"
             )
-            raise ProblemError(list_faults("envelope", [fault]))
+            raise ProblemError(list_faults("envelope", [". ".join([fault, *assumptions])]))
         return speeds[reached], high[reached]
 
     def assumed_limit(self, propeller: int) -> float:

@@ -38,8 +38,9 @@ _ONCE = 6
 _LEAST, _MOST = 60.0, 86400.0
 
 _NO_BETTER = (
-    "No manoeuvres were found that tell more than a campaign of steps, which is what is planned: "
-    "more of what fits leave over is the form of the model than noise. Try a model with more terms."
+    "No manoeuvres were found that determine more than a campaign of steps commanded by setpoints: "
+    "waypoints cannot carry faster ones, or more of the residuals is the form of the model than "
+    "noise. Plan with another mode, or try a model with more terms."
 )
 
 CRITERIA = get_args(Criterion)
@@ -131,8 +132,12 @@ def plan(
     fits = identify_ensemble(context.closed_loop, candidate.trajectories.part(IDENTIFIED))
     notes: tuple[str, ...] = ()
     if np.mean(np.log(fits.error)) > np.mean(np.log(steps.error)):
-        candidate, notes = context.enforce_envelope(context.steps), (_NO_BETTER,)
-        fits = identify_ensemble(context.closed_loop, candidate.trajectories.part(IDENTIFIED))
+        # By waypoints the steps themselves may determine less than the manoeuvres do.
+        executed = context.enforce_envelope(context.steps)
+        others = identify_ensemble(context.closed_loop, executed.trajectories.part(IDENTIFIED))
+        notes = (_NO_BETTER,)
+        if np.mean(np.log(others.error)) <= np.mean(np.log(fits.error)):
+            candidate, fits = executed, others
     some, reach = candidate.trajectories.part(IDENTIFIED), None
     if goal is not None:
         n = len(candidate.manoeuvres)
