@@ -5,7 +5,7 @@ import json
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.planning import context, optimiser
+from hydrodamp.planning import context, optimiser, preparation
 
 BOAT = """\
 name: boat
@@ -24,6 +24,7 @@ CALL = "plan --vehicle boat.yaml --model mine.yaml --duration 60 --out plan --en
 def home(folder, monkeypatch):
     monkeypatch.setattr(optimiser, "_GENERATIONS", 1)
     monkeypatch.setattr(context, "VERIFIED", 10)
+    monkeypatch.setattr(preparation, "VERIFIED", 10)
     (folder / "boat.yaml").write_text(BOAT, "utf-8")
     (folder / "mine.yaml").write_text("{name: mine, terms: {X: u|u|, Y: v uv, N: r ur}}", "utf-8")
     (folder / "band.yaml").write_text("speed: [0.8, 1.6]", "utf-8")

@@ -3,7 +3,7 @@
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.planning import context, optimiser
+from hydrodamp.planning import context, optimiser, preparation
 
 TRUTH = {"X_u|u|": -8.0, "Y_v": -30.0, "Y_uv": -20.0, "N_r": -4.0, "N_ur": -8.0}
 
@@ -34,6 +34,7 @@ def planned(boat, known):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(optimiser, "_GENERATIONS", 1)
         patch.setattr(context, "VERIFIED", 20)
+        patch.setattr(preparation, "VERIFIED", 20)
         envelope = hd.Envelope(
             speed=(0.8, 1.6), area={"north": (-80, 80), "east": (-80, 80)}, home=(60.0, 5.0)
         )

@@ -82,7 +82,7 @@ class CommandForces:
                 f"`speed` from {envelope.speed[0]:g} to {envelope.speed[1]:g} m/s is out of reach "
                 f"of `{name}` from {lowest[propeller]:g} to {highest[propeller]:g}"
             )
-            raise ProblemError(list_faults("envelope", [". ".join([fault, *assumptions])]))
+            raise ProblemError(list_faults("envelope", [" ".join([f"{fault}.", *assumptions])]))
         return speeds[reached], high[reached]
 
     def assumed_limit(self, propeller: int) -> float:

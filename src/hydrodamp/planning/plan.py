@@ -13,7 +13,7 @@ from hydrodamp.identification.grades import Grade
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
 from hydrodamp.planning.closed_loop import Trajectories
-from hydrodamp.planning.context import Candidate, Context, Mode
+from hydrodamp.planning.context import Candidate, Context
 from hydrodamp.planning.dive import (
     DivePlan,
     EnsembleFits,
@@ -24,6 +24,7 @@ from hydrodamp.planning.dive import (
 )
 from hydrodamp.planning.envelope import Envelope
 from hydrodamp.planning.optimiser import Criterion, Optimiser
+from hydrodamp.planning.preparation import Mode
 from hydrodamp.planning.shortest import shortest_dive
 from hydrodamp.progress import progress
 from hydrodamp.vehicle.vehicle import Vehicle
