@@ -295,6 +295,7 @@ def _jackknifed(
         method="one block of the logs after another left out (jackknife)",
         block=folded.duration / n,
         n_blocks=n,
+        leverage=np.concatenate([np.sum(one.span.coefficients**2, axis=1) for one in found]),
     )
 
 
