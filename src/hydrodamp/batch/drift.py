@@ -55,7 +55,7 @@ def changes(fits: Sequence[Fit]) -> tuple[Change, ...]:
         groups = np.flatnonzero(weight[:, index] > 0.0)
         if len(groups) < FEWEST:
             continue
-        day, change = _most_significant(value[groups, index], weight[groups, index])
+        day, *change = _most_significant(value[groups, index], weight[groups, index])
         before, after, error, chance = change
         n_days = len(groups) - 2 * _SIDE + 1
         chance = min(chance * n_days * n_coefficients, 1.0)
@@ -88,24 +88,21 @@ def _estimates(fits: Sequence[Fit]) -> tuple[FloatArray, FloatArray]:
 
 def _most_significant(
     value: FloatArray, weight: FloatArray
-) -> tuple[int, tuple[float, float, float, float]]:
+) -> tuple[int, float, float, float, float]:
     """Return the day of the least p-value, and means, error of their difference and p-value."""
-    days = range(_SIDE, len(value) - _SIDE + 1)
-    tested = [_test_day(day, value, weight) for day in days]
-    best = int(np.argmin([one[-1] for one in tested]))
-    return days[best], tested[best]
-
-
-def _test_day(day: int, value: FloatArray, weight: FloatArray) -> tuple[float, float, float, float]:
-    """Return the means before and after a day, the error of their difference, and its p-value."""
-    sides, freedom = (slice(None, day), slice(day, None)), len(value) - 2
-    before, after = (float(np.average(value[side], weights=weight[side])) for side in sides)
-    residual = value - np.where(np.arange(len(value)) < day, before, after)
-    scatter = float(np.sum(weight * residual**2)) / freedom
-    errors = [np.sqrt(scatter / weight[side].sum()) for side in sides]
-    half = reach(degrees_of_freedom=freedom) * np.array(errors)
-    error = float(np.hypot(*errors))
-    if not np.any(half <= RELATIVE * np.abs([before, after])):
-        return before, after, error, 1.0
-    ratio = abs(after - before) / max(error, np.finfo(np.float64).tiny)
-    return before, after, error, float(2.0 * student.sf(ratio, freedom))
+    n = len(value)
+    days = np.arange(_SIDE, n - _SIDE + 1)
+    late = np.arange(n) >= days[:, None]
+    sides = np.where(np.stack([~late, late]), weight, 0.0)
+    total = sides.sum(axis=2)
+    before, after = means = (sides @ value) / total
+    residual = value - np.where(late, after[:, None], before[:, None])
+    errors = np.sqrt((residual**2 @ weight) / (n - 2) / total)
+    error = np.hypot(*errors)
+    half = reach(degrees_of_freedom=n - 2) * errors
+    determined = np.any(half <= RELATIVE * np.abs(means), axis=0)
+    ratio = np.abs(after - before) / np.maximum(error, np.finfo(np.float64).tiny)
+    chance = np.where(determined, 2.0 * student.sf(ratio, n - 2), 1.0)
+    best = int(chance.argmin())
+    before, after, error, chance = (one[best] for one in (before, after, error, chance))
+    return int(days[best]), float(before), float(after), float(error), float(chance)
