@@ -98,7 +98,11 @@ def _unit(ratio: float) -> str | None:
 
 def match_way(roles: Roles) -> WayMatch:
     """Compare velocity with position: turned by the attitude, mirrored, or as it is."""
-    pairs = [(f"velocity.{'uvw'[axis]}", f"position.{'xyz'[axis]}") for axis in range(3)]
+    is_body = any(f"velocity.{name}" in roles for name in "uvw")
+    names = (
+        "uvw" if is_body else "xyz"
+    )  # of the world by its words, which the motion may contradict
+    pairs = [(f"velocity.{names[axis]}", f"position.{'xyz'[axis]}") for axis in range(3)]
     axes = [axis for axis, pair in enumerate(pairs) if set(pair) <= set(roles)]
     if not _attitude(roles) or len(axes) < 2:
         return WayMatch()
