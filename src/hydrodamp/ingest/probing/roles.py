@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
+from hydrodamp.conditioning.vertical import Upright
 from hydrodamp.data.recording import Recording
 from hydrodamp.data.units import UNITS
 from hydrodamp.ingest.formats.files import usual_axes
@@ -16,7 +17,6 @@ from hydrodamp.ingest.mapping.schema import COMPASS
 from hydrodamp.ingest.probing.columns import Series, Ticking, clocks_of, counted, series_of
 from hydrodamp.ingest.probing.frames import (
     RateMatch,
-    Upright,
     WayMatch,
     match_rates,
     match_way,
