@@ -10,6 +10,7 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.data.agreement import changes, compared
+from hydrodamp.data.log import Log
 
 #: Log-odds that axes are forward-starboard-down where nothing else is known: most craft's are.
 USUAL = 0.6
@@ -98,3 +99,19 @@ def surface_sign(place: FloatArray) -> Iterator[Sign]:
     if high - low > _DIVE and abs(high + low) > 0.4 * (high - low):
         told = f"from its start it goes {-low:.2g} m towards -z, {max(high, 0.0):.2g} m towards +z"
         yield Sign(math.copysign(_SURFACE, high + low), f"{told}: it starts near the surface")
+
+
+def signs_of(log: Log, depth: FloatArray | None = None) -> Iterator[Sign]:
+    """Yield the signs in a log, which is forward-starboard-down by its axes; a depth beside it.
+
+    A velocity and a position of the same axes agree whichever way is down, so that they decide
+    nothing; a specific force does, and a depth that is known to count downwards.
+    """
+    down = np.tile((0.0, 0.0, 1.0), (log.n, 1)) if log.attitude is None else log.down
+    if log.specific_force is not None:
+        yield from gravity_sign(log.specific_force, down)
+    if depth is not None and {"u", "w"} & {*log.velocity_names}:
+        rise = np.sum(down * log.velocity[:, :3], axis=1)
+        yield from depth_sign(log.time, log.bounds, rise, depth)
+    if log.position is not None:
+        yield from surface_sign(log.position[:, 2])

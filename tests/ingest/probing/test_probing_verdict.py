@@ -33,10 +33,12 @@ def test_a_sound_log_is_fit_for_the_job() -> None:
         attitude=np.tile([1.0, 0.0, 0.0, 0.0], (1000, 1)),
         wrench=waves,
         acceleration=waves,
+        specific_force=np.tile([0.0, 0.0, -9.81], (1000, 1)),
     )
     judged = verdict(log)
     assert judged.sentence == "Fit for the job."
-    assert judged.has == ("attitude", "acceleration", "wrench")
+    assert judged.frame.startswith("FRD by 99 %: 100% of the specific force points towards -z")
+    assert judged.has == ("attitude", "acceleration", "wrench", "specific_force")
 
 
 def test_the_draft_is_tried_before_a_preset() -> None:

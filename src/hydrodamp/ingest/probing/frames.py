@@ -159,9 +159,9 @@ def _gravity(roles: Roles) -> Iterator[Sign]:
 
 def _depth(roles: Roles) -> Iterator[Sign]:
     """Compare the change of depth with the vertical part of the velocity."""
-    if not _attitude(roles) or not {"position.depth", "velocity.u"} <= set(roles):
-        return
     names = [name for name in ("velocity.u", "velocity.v", "velocity.w") if name in roles]
+    if not _attitude(roles) or "position.depth" not in roles or not {*names} - {"velocity.v"}:
+        return
     moving = [roles[name] for name in ("position.depth", *names)]
     elapsed, joined, attitudes = _beside(roles, moving)
     columns = ["uvw".index(name[-1]) for name in names]

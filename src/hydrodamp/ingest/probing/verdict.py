@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.basis.atoms import AXES, VELOCITIES
+from hydrodamp.basis.atoms import AXES, VELOCITIES, VELOCITY_OF
 from hydrodamp.conditioning.agreement import Size
 from hydrodamp.conditioning.current import carries
 from hydrodamp.conditioning.derived import rates_from_attitude
 from hydrodamp.conditioning.suspicions import Suspicion, suspicions
+from hydrodamp.conditioning.vertical import Upright, signs_of
 from hydrodamp.data.agreement import roughness
 from hydrodamp.data.channels import unit_of
 from hydrodamp.data.log import Log, arrays, velocities
@@ -27,7 +29,14 @@ _SEEN = 0.05  # of the growth of a velocity, from which a command is seen to act
 _MOTIONS = {"u": "surge", "v": "sway", "w": "heave", "p": "roll", "q": "pitch", "r": "yaw"}
 _SHIP = {"u", "v", "r"}
 _SLOW = 0.25  # s, a step of a small vehicle above which its accelerations are hardly resolved
+_TOLD = 50  # %, confidence of a delay from which its sign counts; an early answer has less
 _SHORT = 60.0  # s, below which little is determined of one
+
+
+_UNDECIDED = "Nothing in this log decides which way is down"
+#: For every velocity that turns over with the axes, what the vehicle does when it grows.
+_MOVES = {"v": "to starboard", "w": "down", "q": "bow up", "r": "to starboard"}
+_AGAINST = {"v": "to port", "w": "up", "q": "bow down", "r": "to port"}
 
 
 @dataclass(frozen=True)
@@ -85,6 +94,8 @@ class Verdict:
     reservations: tuple[str, ...]
     promises: tuple[str, ...]
     wanted: tuple[str, ...]
+    upright: Upright
+    responses: tuple[str, ...]
 
     @property
     def doubts(self) -> tuple[str, ...]:
@@ -117,22 +128,49 @@ class Verdict:
         parts = [fit if well else "Fit for little" if little else "Not fit for the job"]
         parts += [f"little variation in {_named(little)}"] if little else []
         parts += [f"hardly any variation in {_named(poor)}"] if poor else []
-        return f"{'; '.join(parts)}.{' Clean it first.' if self.suspicions else ''}"
+        known = "" if self.upright.is_sure else f" {_UNDECIDED}."
+        return f"{'; '.join(parts)}.{' Clean it first.' if self.suspicions else ''}{known}"
+
+    @property
+    def frame(self) -> str:
+        """What decides which way is down; or that nothing does, and what would."""
+        told = "; ".join(sign.told for sign in self.upright.signs)
+        if self.upright.is_sure:
+            return f"{self.upright.body} by {self.upright.confidence} %: {told}."
+        seen = f" By the log, {'; '.join(self.responses)}." if self.responses else ""
+        return (
+            f"{_UNDECIDED}: motion is the same in FRD over NED and in FLU over a world with z up"
+            f"{f'; {told}' if told else ''}.{seen} Compare with what the vehicle did, or record a "
+            "specific force or a depth."
+        )
 
 
 def _named(velocities: Sequence[str]) -> str:
     return ", ".join(f"{_MOTIONS[name]} ({name})" for name in velocities)
 
 
-def verdict(log: Log, needs: Needs | None = None) -> Verdict:
-    """Judge a log; without the needs of a vehicle all velocities are asked for."""
+def verdict(
+    log: Log,
+    needs: Needs | None = None,
+    upright: Upright | None = None,
+    measured: Mapping[str, str] = MappingProxyType({}),
+) -> Verdict:
+    """Judge a log; without the needs of a vehicle all velocities are asked for.
+
+    ``upright`` is what is known of its axes from elsewhere, ``measured`` the roles of commands
+    that are none by their names.
+    """
     needs = needs or Needs(VELOCITIES, tuple(_missing(log)))
     whole = log if log.attitude is None else rates_from_attitude(log)
     size = Size.of(log) if needs.length is None else Size(needs.length)
-    late, moving, segments = delays(whole), _velocities(log, size), tuple(_segments(log))
+    late = tuple(one for one in delays(whole) if one.command not in measured)
+    moving, segments = _velocities(log, size), tuple(_segments(log))
+    depth = next((log.command(one) for one, of in measured.items() if of.endswith("depth")), None)
+    upright = upright or Upright.of(tuple(signs_of(log, depth)))
     commands = tuple(_channel(log, name, "", log.command(name)) for name in log.command_names)
     wanted = tuple(one for one in moving if one.name in needs.velocities)
-    odd = (*suspicions(log, needs.length), *needs.suspicions)
+    odd = (*suspicions(log, needs.length), *needs.suspicions, *_named_otherwise(measured))
+    odd = (*odd, *_upside_down(upright, odd), *_pushed_back(late))
     few = (
         f"samples: {log.n} are too few to determine coefficients; record minutes, several a second."
     )
@@ -153,7 +191,63 @@ def verdict(log: Log, needs: Needs | None = None) -> Verdict:
         reservations=(*reservations, *_unseen(log, late), *needs.reservations),
         promises=tuple(_promises(_velocities(whole, size), needs.velocities, late)),
         wanted=needs.velocities,
+        upright=upright,
+        responses=tuple(_responses(late)),
     )
+
+
+def _named_otherwise(measured: Mapping[str, str]) -> Iterator[Suspicion]:
+    """Yield commands that are positions by their names."""
+    names = [one for one, role in measured.items() if not role.endswith("depth")]
+    if names:
+        yield Suspicion(
+            " ".join(names),
+            "is a position by its name and was read as a command",
+            "the canonical form calls a position x y z, in metres",
+            cure="rename it, or name it under `position` in a mapping (`--draft`)",
+        )
+
+
+def _upside_down(upright: Upright, odd: Sequence[Suspicion]) -> Iterator[Suspicion]:
+    """Yield that z is up, unless a suspicion of the specific force has it already."""
+    if (
+        upright.body == "FLU"
+        and upright.is_sure
+        and all(o.channel != "specific_force" for o in odd)
+    ):
+        yield Suspicion(
+            "frame",
+            "is forward-port-up, not forward-starboard-down",
+            "; ".join(sign.told for sign in upright.signs if sign.weight < 0.0),
+            cure="write `frame: FLU` in a mapping, and under `sensors` what differs from it",
+        )
+
+
+def _pushed_back(late: Sequence[Delay]) -> Iterator[Suspicion]:
+    """Yield axes of a recorded wrench that move the vehicle against their sign."""
+    against = [
+        one
+        for one in late
+        if VELOCITY_OF.get(one.command) == one.velocity
+        and one.sense < 0
+        and one.share >= _SEEN
+        and one.confidence >= _TOLD
+    ]
+    if against:
+        yield Suspicion(
+            " ".join(one.command for one in against),
+            "pushes against its sign",
+            ", ".join(f"{one.velocity} falls when {one.command} rises" for one in against),
+            cure="write `sign: -1` for it, or other axes under `sensors`, in the mapping",
+        )
+
+
+def _responses(late: Sequence[Delay]) -> Iterator[str]:
+    """Yield what the vehicle does when a command rises, by the axes that the log is in."""
+    for one in late:
+        if one.velocity in _MOVES and one.share >= _SEEN:
+            way = (_MOVES if one.sense > 0 else _AGAINST)[one.velocity]
+            yield f"{one.command} rising moves it {way}"
 
 
 def _segments(log: Log) -> Iterator[SegmentFacts]:
