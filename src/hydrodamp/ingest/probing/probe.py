@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hydrodamp.conditioning.steps import Step
+from hydrodamp.conditioning.suspicions import Suspicion
 from hydrodamp.conditioning.vertical import Sign, Upright, signs_of
 from hydrodamp.data.agreement import agreement, travelled
 from hydrodamp.data.log import Log
@@ -242,6 +244,7 @@ def judge(
         its = verdict(log, None if needs is None else needs(log), upright, measured)
         unsure = roles.upright.doubts if isinstance(mapping, LogMapping) else ()
         its = replace(its, reservations=(*unsure, *its.reservations))
+        its = without_steps(its, () if read is None else read.steps)
         return Judged(made, its, log.notes)
 
     if mapping is not None:
@@ -258,6 +261,21 @@ def judge(
         except HydrodampError as error:
             reason = f"by the draft: {error}"
     return Judged("", None, guessed=True, reason=reason)
+
+
+def without_steps(found: Verdict, steps: Sequence[Step]) -> Verdict:
+    """Advise no step that the mapping has."""
+    named = [str(getattr(getattr(step, "func", step), "__name__", "")) for step in steps]
+
+    def other(one: Suspicion) -> Suspicion:
+        step = next((name for name in named if f"steps: [{name}" in one.cure), None)
+        cure = f"`{step}` in the mapping leaves it: cut the log there by `segment`, or leave it"
+        return one if step is None else replace(one, cure=cure)
+
+    missing = found.missing
+    for name in named:
+        missing = tuple(one.replace(f"`{name}`", f"`{name}` (there already)") for one in missing)
+    return replace(found, suspicions=tuple(map(other, found.suspicions)), missing=missing)
 
 
 def _axes(log: Log, roles: Roles, form: str, mapping: LogMapping | None) -> Upright | None:
