@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass
 
 from hydrodamp.data.channels import WRENCH
 from hydrodamp.data.recording import Topic
 from hydrodamp.data.units import UNITS, spelt, unit_at_end
 from hydrodamp.ingest.mapping.finding import NO_UNIT
 from hydrodamp.ingest.mapping.schema import quantity_of
+from hydrodamp.ingest.probing.elements import element_of, split_index
 
 _WAYS = ("north", "east", "down")
 
@@ -110,7 +110,6 @@ def _fused() -> Iterator[tuple[str, str]]:
 
 _FUSED = dict(_fused())
 
-_INDEX = re.compile(r"(?P<stem>.*[^\W\d_].*?)(?P<index>_\d|\[\d+\]|\(\d+(, ?\d+)?\))")
 _PATH = re.compile(r"[./]")  # between messages within messages
 
 #: Why a column has no role, where nothing else is to be said.
@@ -133,38 +132,6 @@ def parted(name: str) -> tuple[tuple[str, ...], str | None]:
     found = unit_at_end(whole)
     bare, unit = (whole, None) if found is None else (whole[: -found[0]], found[1])
     return (*bare, *words(index)), unit
-
-
-def split_index(name: str) -> tuple[str, str]:
-    """Return the name of an array and the index of its element, which is empty for a scalar."""
-    found = _INDEX.fullmatch(name)
-    return (found["stem"], found["index"]) if found else (name, "")
-
-
-@dataclass(frozen=True)
-class Element:
-    """Place of an element in its array, counted from zero, and the number of elements."""
-
-    place: int
-    size: int
-
-
-def element_of(field: str, beside: Collection[str]) -> Element | None:
-    """Return the element that a field is, by its index and those beside it; None for none.
-
-    The indices of a row or a column of MATLAB, `(3,1)`, count as one; those of a matrix do not.
-    """
-    stem, index = split_index(field)
-    indices = [other for each, other in map(split_index, {*beside, field}) if each == stem]
-    places = [tuple(map(int, re.findall(r"\d+", one))) for one in indices if one]
-    if not index or len({*map(len, places)}) != 1:
-        return None
-    moving = [k for k, column in enumerate(zip(*places, strict=True)) if len({*column}) > 1]
-    if len(moving) > 1:
-        return None
-    axis = moving[0] if moving else 0
-    first = min(one[axis] for one in places) if moving and "[" not in index else 0
-    return Element(int(re.findall(r"\d+", index)[axis]) - min(first, 1), len(places))
 
 
 def unit_of(topic: Topic, field: str) -> str | None:

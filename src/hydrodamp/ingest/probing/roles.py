@@ -15,6 +15,7 @@ from hydrodamp.data.units import UNITS
 from hydrodamp.ingest.formats.files import usual_axes
 from hydrodamp.ingest.mapping.schema import COMPASS
 from hydrodamp.ingest.probing.columns import Series, Ticking, clocks_of, counted, series_of
+from hydrodamp.ingest.probing.elements import split_index
 from hydrodamp.ingest.probing.frames import (
     RateMatch,
     WayMatch,
@@ -22,7 +23,7 @@ from hydrodamp.ingest.probing.frames import (
     match_way,
     weigh,
 )
-from hydrodamp.ingest.probing.names import hint, quantity_of_role, split_index, words
+from hydrodamp.ingest.probing.names import hint, quantity_of_role, words
 
 _PULSES = (800.0, 2200.0)  # us, of a servo
 _SERVO = frozenset(("pwm", "servo", "rc", "rcou", "rcout", "ch", "channel", "channels", "esc"))

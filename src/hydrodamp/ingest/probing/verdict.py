@@ -10,7 +10,7 @@ from types import MappingProxyType
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
-from hydrodamp.basis.atoms import AXES, VELOCITIES, VELOCITY_OF
+from hydrodamp.basis.atoms import AXES, VELOCITIES
 from hydrodamp.conditioning.agreement import Size
 from hydrodamp.conditioning.current import carries
 from hydrodamp.conditioning.derived import rates_from_attitude
@@ -20,23 +20,24 @@ from hydrodamp.data.agreement import roughness
 from hydrodamp.data.channels import unit_of
 from hydrodamp.data.log import Log, arrays, velocities
 from hydrodamp.ingest.probing.delay import Delay, delays
+from hydrodamp.ingest.probing.orientation import (
+    UNDECIDED,
+    VISIBLE,
+    describe_frame,
+    list_responses,
+    misread_positions,
+    reversed_wrench,
+    wrong_frame,
+)
 
 _WELL = 2.0  # times the deviation that is hardly any is excitation worth speaking of
 _NOISE = 2.0  # times the noise of a channel, that hardly is any
 _FEWEST = 60  # samples, of which coefficients can be made
 _UNEVEN = 0.25  # of a step
-_SEEN = 0.05  # of the growth of a velocity, from which a command is seen to act
 _MOTIONS = {"u": "surge", "v": "sway", "w": "heave", "p": "roll", "q": "pitch", "r": "yaw"}
 _SHIP = {"u", "v", "r"}
 _SLOW = 0.25  # s, a step of a small vehicle above which its accelerations are hardly resolved
-_TOLD = 50  # %, confidence of a delay from which its sign counts; an early answer has less
 _SHORT = 60.0  # s, below which little is determined of one
-
-
-_UNDECIDED = "Nothing in this log decides which way is down"
-#: For every velocity that turns over with the axes, what the vehicle does when it grows.
-_MOVES = {"v": "to starboard", "w": "down", "q": "bow up", "r": "to starboard"}
-_AGAINST = {"v": "to port", "w": "up", "q": "bow down", "r": "to port"}
 
 
 @dataclass(frozen=True)
@@ -128,21 +129,13 @@ class Verdict:
         parts = [fit if well else "Fit for little" if little else "Not fit for the job"]
         parts += [f"little variation in {_named(little)}"] if little else []
         parts += [f"hardly any variation in {_named(poor)}"] if poor else []
-        known = "" if self.upright.is_sure else f" {_UNDECIDED}."
+        known = "" if self.upright.is_sure else f" {UNDECIDED}."
         return f"{'; '.join(parts)}.{' Clean it first.' if self.suspicions else ''}{known}"
 
     @property
     def frame(self) -> str:
         """What decides which way is down; or that nothing does, and what would."""
-        told = "; ".join(sign.told for sign in self.upright.signs)
-        if self.upright.is_sure:
-            return f"{self.upright.body} by {self.upright.confidence} %: {told}."
-        seen = f" By the log, {'; '.join(self.responses)}." if self.responses else ""
-        return (
-            f"{_UNDECIDED}: motion is the same in FRD over NED and in FLU over a world with z up"
-            f"{f'; {told}' if told else ''}.{seen} Compare with what the vehicle did, or record a "
-            "specific force or a depth."
-        )
+        return describe_frame(self.upright, self.responses)
 
 
 def _named(velocities: Sequence[str]) -> str:
@@ -169,8 +162,8 @@ def verdict(
     upright = upright or Upright.of(tuple(signs_of(log, depth)))
     commands = tuple(_channel(log, name, "", log.command(name)) for name in log.command_names)
     wanted = tuple(one for one in moving if one.name in needs.velocities)
-    odd = (*suspicions(log, needs.length), *needs.suspicions, *_named_otherwise(measured))
-    odd = (*odd, *_upside_down(upright, odd), *_pushed_back(late))
+    odd = (*suspicions(log, needs.length), *needs.suspicions, *misread_positions(measured))
+    odd = (*odd, *wrong_frame(upright, odd), *reversed_wrench(late))
     few = (
         f"samples: {log.n} are too few to determine coefficients; record minutes, several a second."
     )
@@ -192,62 +185,8 @@ def verdict(
         promises=tuple(_promises(_velocities(whole, size), needs.velocities, late)),
         wanted=needs.velocities,
         upright=upright,
-        responses=tuple(_responses(late)),
+        responses=tuple(list_responses(late)),
     )
-
-
-def _named_otherwise(measured: Mapping[str, str]) -> Iterator[Suspicion]:
-    """Yield commands that are positions by their names."""
-    names = [one for one, role in measured.items() if not role.endswith("depth")]
-    if names:
-        yield Suspicion(
-            " ".join(names),
-            "is a position by its name and was read as a command",
-            "the canonical form calls a position x y z, in metres",
-            cure="rename it, or name it under `position` in a mapping (`--draft`)",
-        )
-
-
-def _upside_down(upright: Upright, odd: Sequence[Suspicion]) -> Iterator[Suspicion]:
-    """Yield that z is up, unless a suspicion of the specific force has it already."""
-    if (
-        upright.body == "FLU"
-        and upright.is_sure
-        and all(o.channel != "specific_force" for o in odd)
-    ):
-        yield Suspicion(
-            "frame",
-            "is forward-port-up, not forward-starboard-down",
-            "; ".join(sign.told for sign in upright.signs if sign.weight < 0.0),
-            cure="write `frame: FLU` in a mapping, and under `sensors` what differs from it",
-        )
-
-
-def _pushed_back(late: Sequence[Delay]) -> Iterator[Suspicion]:
-    """Yield axes of a recorded wrench that move the vehicle against their sign."""
-    against = [
-        one
-        for one in late
-        if VELOCITY_OF.get(one.command) == one.velocity
-        and one.sense < 0
-        and one.share >= _SEEN
-        and one.confidence >= _TOLD
-    ]
-    if against:
-        yield Suspicion(
-            " ".join(one.command for one in against),
-            "pushes against its sign",
-            ", ".join(f"{one.velocity} falls when {one.command} rises" for one in against),
-            cure="write `sign: -1` for it, or other axes under `sensors`, in the mapping",
-        )
-
-
-def _responses(late: Sequence[Delay]) -> Iterator[str]:
-    """Yield what the vehicle does when a command rises, by the axes that the log is in."""
-    for one in late:
-        if one.velocity in _MOVES and one.share >= _SEEN:
-            way = (_MOVES if one.sense > 0 else _AGAINST)[one.velocity]
-            yield f"{one.command} rising moves it {way}"
 
 
 def _segments(log: Log) -> Iterator[SegmentFacts]:
@@ -286,7 +225,7 @@ def _promises(
     if well := [one for one in fine if one.name in wanted]:
         told = ", ".join(f"{_MOTIONS[c.name]} (std {c.std:.2g} {c.unit})" for c in well)
         yield f"it can identify damping in {told}."
-    if sure := [one for one in late if one.share >= _SEEN]:
+    if sure := [one for one in late if one.share >= VISIBLE]:
         told = ", ".join(f"{one.command} ({_MOTIONS[one.velocity]})" for one in sure)
         yield f"gains can be fitted for commands that are seen to act: {told}."
     if set(known) == _SHIP and set(wanted) == set(VELOCITIES):
@@ -353,5 +292,5 @@ def _jitter(log: Log) -> Iterator[str]:
 def _unseen(log: Log, late: Sequence[Delay]) -> Iterator[str]:
     """Yield whether no velocity follows a recorded wrench."""
     driven = log.wrench is not None and bool(np.ptp(log.wrench, axis=0).any())
-    if driven and not any(one.command in AXES and one.share >= _SEEN for one in late):
+    if driven and not any(one.command in AXES and one.share >= VISIBLE for one in late):
         yield "no axis of the recorded wrench is seen to move the vehicle."
