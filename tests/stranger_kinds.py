@@ -163,6 +163,14 @@ def csv_of_matlab_elements(folder: Path, it: Truth) -> Path:
     return write(folder / "a.csv", columns)
 
 
+@case(holds="u v w p q r attitude position wrench", commands="")
+def csv_of_matlab_elements_without_quotes(folder: Path, it: Truth) -> Path:
+    """The same header as fprintf writes it: no cell is quoted."""
+    path = csv_of_matlab_elements(folder, it)
+    path.write_text(path.read_text("utf-8").replace('"', ""), "utf-8")
+    return path
+
+
 @case(
     holds="u v w p q r attitude rudder",
     loads=False,
