@@ -138,6 +138,8 @@ class Case:
     says: str = ""  # in the draft, where it does not
     apart: str = ""  # roles that are of another motion than the truth's
     tolerance: float = 0.02
+    commands: str | None = None  # the columns that may be drafted as commands
+    lacks: str = ""  # velocities that its log must not have
 
 
 CASES: dict[str, Case] = {}

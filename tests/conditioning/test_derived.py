@@ -97,6 +97,12 @@ def test_a_planar_log_gets_no_heave() -> None:
     assert velocity_from_position(made) is made
 
 
+def test_a_depth_alone_gives_no_horizontal_velocity() -> None:
+    log, _ = helix()
+    made = velocity_from_position(dataclasses.replace(log, position=log.position * (0, 0, 1)))
+    assert made.velocity_names == ("w", "r")
+
+
 STEP = 1e-3
 
 

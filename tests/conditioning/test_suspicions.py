@@ -247,7 +247,7 @@ OTHER_SIGN = "is of the other sign"
             lambda log: alone(log, **force(1 / 9.81)(log)),
             {"specific_force": "is g taken for m/s^2"},
         ),
-        (force(-1.0), {"specific_force": "is of the other sign or frame"}),
+        (force(-1.0), {"specific_force": "is of the other sign, or the log"}),
         (force(0.0), {}),
         (commanded("rudder", 20 * WAVE), {"rudder": "may be in degrees, not rad"}),
         (commanded("m1", PULSES), {"m1": PULSE}),

@@ -10,12 +10,15 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+import stranger_kinds  # noqa: F401  # adds its cases
 from hydrodamp.data.log import Log
+from hydrodamp.data.recording import Recording
 from hydrodamp.data.units import factor
 from hydrodamp.files import parse_yaml
 from hydrodamp.ingest.mapping import LogMapping
-from hydrodamp.ingest.probing.draft import SURE, drafted
+from hydrodamp.ingest.probing.draft import LEAST, SURE, drafted
 from hydrodamp.ingest.probing.probe import SUFFICES, probe
+from hydrodamp.ingest.probing.roles import Roles
 from hydrodamp.ingest.read import read_recording
 from strangers import CASES, EPOCH, Case, Truth
 
@@ -38,6 +41,7 @@ def wrong(log: Log, case: Case) -> Iterator[str]:
         yield f"only {log.n} samples"
     planar = not {"p", "q"} & set(holds)
     turning = {"r": np.gradient(TRUTH.angles[:, 2], TRUTH.time)} if planar else {}
+    yield from (f"an invented {name}" for name in case.lacks.split() if name in log.velocity_names)
     for name, true in (SPEEDS | turning).items():
         if name in log.velocity_names:
             if name in holds and differs(log.velocity[:, "uvwpqr".index(name)], true):
@@ -103,20 +107,41 @@ def test_no_sure_channel_is_wrong(name: str, tmp_path: Path) -> None:
     case = CASES[name]
     recording = read_recording(case.write(tmp_path, TRUTH))
     roles = probe(recording).roles
-    wrong = []
+    assert [*wrong_channels(recording, roles, case, SURE)] == []
+
+
+@pytest.mark.parametrize("name", [name for name, one in CASES.items() if one.commands is not None])
+def test_no_channel_of_a_draft_is_wrong(name: str, tmp_path: Path) -> None:
+    """However unsure: every channel is what the draft says, and so are the commands."""
+    case = CASES[name]
+    recording = read_recording(case.write(tmp_path, TRUTH))
+    found = probe(recording)
+    assert [*wrong_channels(recording, found.roles, case, LEAST - 1)] == [], found.draft.text
+    drafted_commands = {
+        one.column for one in found.roles.all_of("commands") if one.confidence >= LEAST
+    }
+    assert drafted_commands == {*(case.commands or "").split()}, found.draft.text
+    names = {one.role.removeprefix("velocity.") for one in drafted(found.roles)}
+    assert names.isdisjoint(case.lacks.split()), found.draft.text
+
+
+def wrong_channels(recording: Recording, roles: Roles, case: Case, above: int) -> Iterator[str]:
+    """Yield the drafted channels above a confidence that are not what the draft says."""
     for one in drafted(roles):
-        if one.confidence <= SURE or any(map(one.role.startswith, case.apart.split())):
+        if one.confidence <= above or any(map(one.role.startswith, case.apart.split())):
             continue
         column = one.column.removeprefix(f"{one.topic}.")
         values = recording.topic(one.topic).fields[column] * one.sign
         values = values * (factor(one.unit) if one.unit else 1.0)
         known = np.isfinite(values)
         rows = known if len(values) == len(TRUTH.time) else np.ones(len(TRUTH.time), np.bool_)
+        if rows.sum() != known.sum():
+            yield f"{one.role} is {one.column}, of another clock"
+            continue
         start = values[known][0] if one.role.startswith("position.") else None  # from its start
         apart = []
         for true in TRUTH.roles(one.role, roles.upright.body):
             off = values[known] - true[rows] - (0 if start is None else start - true[rows][0])
             apart.append(np.median(np.abs(2 * np.sin(off / 2))) / np.std(true))  # but for turns
         if min(apart, default=1.0) > 0.05:
-            wrong.append(f"{one.role} is {one.column}, {one.confidence} %")
-    assert wrong == []
+            yield f"{one.role} is {one.column}, {one.confidence} %"

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from hydrodamp.errors import LogError
+from hydrodamp.errors import FileError, LogError
 from hydrodamp.ingest.mapping import LogMapping
-from hydrodamp.ingest.read import read_log, read_logs
+from hydrodamp.ingest.read import read_log, read_logs, read_recording
 
 Write = Callable[..., Path]
 GOOD = "time,u\n0,1\n1,2\n"
@@ -48,3 +48,30 @@ def test_the_faults_of_every_file_are_told(csv_file: Write) -> None:
     assert "worse.csv: 2 faults" in message
     with pytest.raises(LogError, match=r"bad\.csv: column `u`"):
         read_logs([bad, csv_file(GOOD)])
+
+
+def test_runs_of_one_file_name_are_named_by_their_folder(tmp_path: Path) -> None:
+    paths = [tmp_path / run / "log.csv" for run in ("monday", "tuesday")]
+    for path in paths:
+        path.parent.mkdir()
+        path.write_text(GOOD)
+    assert [part.name for part in read_logs(paths).segments] == ["monday", "tuesday"]
+
+
+def test_nested_folders_are_named(tmp_path: Path) -> None:
+    for topic, columns in {"imu": "time,r\n0,1\n1,2\n", "dvl": GOOD}.items():
+        (tmp_path / topic).mkdir()
+        (tmp_path / topic / "data.csv").write_text(columns)
+    with pytest.raises(FileError, match=r"its folders dvl, imu alone.*joined by \+"):
+        read_recording(tmp_path)
+    both = read_recording([tmp_path / topic / "data.csv" for topic in ("imu", "dvl")])
+    assert [topic.name for topic in both.topics] == ["imu", "dvl"]
+    (tmp_path / "top.csv").write_text(GOOD)
+    assert f"logs in {tmp_path / 'dvl'}, {tmp_path / 'imu'}" in read_recording(tmp_path).notes[-1]
+
+
+def test_a_wild_row_is_named_by_its_column(csv_file: Write) -> None:
+    path = csv_file("t,speed\n0,1\n1,2e3\n2,1\n")
+    mapping = LogMapping.from_dict({"time": "t", "velocity": {"u": "speed"}})
+    with pytest.raises(LogError, match=r"`u`, read from `speed`, must be at most 50 m/s.*line 3"):
+        read_log(path, mapping)

@@ -170,7 +170,7 @@ def velocity_from_position(
         With a position and an attitude.
     names : sequence of str, optional
         Which of u v w to derive; those not recorded where not given, without w where the
-        position never leaves its depth.
+        position never leaves its depth, w alone where it has a depth alone.
     seconds : float, optional
         Time under each local quadratic [s]; chosen by cross-validation where not given.
 
@@ -197,8 +197,9 @@ def velocity_from_position(
     (('u', 'v', 'r'), 2.0)
     """
     position, attitude = required(log, "velocity_from_position", "position", "attitude")
-    planar = bool((position[:, 2] == position[0, 2]).all())
-    chosen = _chosen(log, names, _LINEAR, _LINEAR[: 2 if planar else 3])
+    moves = (position != position[0]).any(axis=0)
+    known = (_LINEAR[:2] if moves[:2].any() else ()) + (_LINEAR[2:] if moves[2] else ())
+    chosen = _chosen(log, names, _LINEAR, known)
     if not chosen:
         return log
     fit, window = slopes(log, relative(position), seconds)

@@ -14,6 +14,7 @@ from hydrodamp.conditioning.agreement import Size, Suspicion as Suspicion, disag
 from hydrodamp.conditioning.dropouts import FASTEST, Lost, frozen, held, lost_frames, without_lock
 from hydrodamp.conditioning.gaps import ATTITUDE, runs
 from hydrodamp.conditioning.spikes import leaps, spikes
+from hydrodamp.conditioning.vertical import signs_of
 from hydrodamp.data.attitude import euler_from_quaternion
 from hydrodamp.data.channels import EULER, POSITION, unit_of
 from hydrodamp.data.log import Log, velocities
@@ -204,12 +205,11 @@ def _accelerometer(log: Log) -> Iterator[Suspicion]:
     size = float(np.median(np.linalg.norm(log.specific_force, axis=1)))
     if abs(size - 1.0) < _TOLERANCE:
         yield Suspicion("specific_force", "is g taken for m/s^2", f"its median size is {size:.3g}")
-    if log.attitude is None or size == 0.0:
-        return
-    along = np.sum(log.specific_force * log.down, axis=1)
-    if (share := float(np.median(along)) / size) > 0.8:
-        evidence = f"{100 * share:.0f} % of it points down; at rest it should point up"
-        yield Suspicion("specific_force", "is of the other sign or frame", evidence)
+    for sign in signs_of(replace(log, position=None)):
+        if sign.weight < 0.0:
+            cure = "if the whole log has z up write `frame: FLU` in a mapping, else `sign: -1`"
+            looks = "is of the other sign, or the log of axes with z up"
+            yield Suspicion("specific_force", looks, f"{sign.told}, and z is down", cure=cure)
 
 
 def _pulses(log: Log) -> Iterator[Suspicion]:

@@ -8,6 +8,7 @@ import textwrap
 import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -25,6 +26,7 @@ from hydrodamp.data.record import (
     first_few,
     goes_by,
     laid_out,
+    name_after,
     record_of_arrays,
     split,
 )
@@ -428,15 +430,26 @@ def concatenate(logs: Iterable[Log]) -> Log:
         if name != "commands"
     }
     commands = [part.commands[:, columns] for part, columns in zip(parts, order, strict=True)]
-    pieces = [piece for part in parts for piece in part.segments]
+    names = [name for part in parts for name in _names(part, parts)]
+    lengths = [len(piece) for part in parts for piece in part.segments]
     return dataclasses.replace(
         first,
         **blocks,
         commands=np.concatenate(commands),
-        segments=laid_out((piece.name for piece in pieces), map(len, pieces)),
+        segments=laid_out(names, lengths),
         source=", ".join(dict.fromkeys(part.source for part in parts if part.source)),
         notes=tuple(dict.fromkeys(note for part in parts for note in part.notes)),
     )
+
+
+def _names(part: Log, parts: Sequence[Log]) -> list[str]:
+    """Return the names of segments, by folders where files in several have one name."""
+    called, folder = name_after(part.source), Path(part.source).parent.name
+    same = {Path(one.source).parent for one in parts if name_after(one.source) == called}
+    names = [piece.name for piece in part.segments]
+    if not part.source or not folder or len(same) < 2:
+        return names
+    return [folder + name.removeprefix(called) for name in names]
 
 
 def _differences(first: Log, other: Log) -> Iterator[str]:

@@ -44,7 +44,7 @@ def probe_document(found: Probe, judged: Judged) -> dict[str, Any]:
     nothing = ("delays", "suspicions", "doubts", "reservations", "promises")
     facts: dict[str, Any] = {**dict.fromkeys(nothing, ()), "verdict": _NO_LOG, "fit": False}
     if verdict is not None:
-        facts = {**asdict(verdict), "doubts": verdict.doubts}
+        facts = {**asdict(verdict), "doubts": verdict.doubts, "frame": verdict.frame}
         facts |= {"verdict": verdict.sentence, "fit": verdict.fit}
     return {
         **facts,
@@ -196,6 +196,7 @@ def _columns(judged: Verdict) -> Grid:
     notes = (
         f"Also recorded: {', '.join(judged.has) or 'nothing else'}.",
         *(f"missing: {each}" for each in judged.missing),
+        f"frame: {judged.frame}",
         *judged.doubts,
         *(f"mind: {each}" for each in judged.reservations),
         *(f"good: {each}" for each in judged.promises),

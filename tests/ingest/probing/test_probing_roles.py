@@ -11,6 +11,7 @@ from hydrodamp.ingest.probing.names import hint
 from hydrodamp.ingest.probing.probe import probe
 from strangers import FLIP, Truth, named
 
+TURNS = ("attitude.roll", "attitude.pitch", "attitude.yaw")
 Table = Callable[..., Recording]
 
 
@@ -48,11 +49,66 @@ Table = Callable[..., Recording]
         ("", "Trim", "deg", "attitude.pitch"),
         ("", "Trim", "m", None),
         ("", "trim_tab", None, "commands"),
+        ("GLOBAL_POSITION_INT", "vx", "cm/s", "velocity.x"),
+        ("/gps/velocity", "twist.linear.x", None, "velocity.x"),
+        ("/mavros/local_position/velocity_body", "twist.linear.x", None, "velocity.u"),
+        ("/vel_enu", "twist.linear.x", None, "velocity.east"),
+        ("", "tau_N", "N m", "wrench.N"),
+        ("", "tau_surge", None, "wrench.X"),
+        ("", "psi_d", None, None),
+        ("", "pd_x", None, None),
+        ("", "vel_ref_x", None, None),
+        ("", "rudder_ref", None, "commands"),
+        ("", "motor_fault_code", None, None),
+        ("/thruster_status", "data", None, None),
+        ("ACTUATOR_OUTPUT_STATUS", "actuator[0]", None, "commands"),
+        ("", "angle_x", None, "attitude.roll"),
+        ("", "angle_rate_x", None, "velocity.p"),
+        ("", "vel_rotational_x", None, "velocity.p"),
     ],
 )
 def test_names(topic: str, field: str, unit: str | None, role: str | None) -> None:
     said, sure = hint(topic, field, unit, {field})
     assert (said if sure else None) == role
+
+
+@pytest.mark.parametrize(
+    ("names", "roles"),
+    [
+        ("tau_cmd_1 tau_cmd_2 tau_cmd_3", "wrench.X wrench.Y wrench.N"),
+        ("nu(1,1) nu(2,1) nu(3,1)", "velocity.u velocity.v velocity.r"),
+        (
+            "eta(1,4) eta(1,5) eta(1,6) eta(1,3) eta(1,2) eta(1,1)",
+            " ".join([*TURNS, "position.z", "position.y", "position.x"]),
+        ),
+        ("nu[0] nu[1] nu[2]", "velocity.u velocity.v velocity.r"),
+        ("R(1,1) R(1,2) R(2,1) R(2,2)", "an an an an"),
+        ("vn_m ve_m vd_m", "velocity.north velocity.east velocity.down"),
+    ],
+)
+def test_elements_count_from_the_first_of_their_array(names: str, roles: str) -> None:
+    for name, role in zip(names.split(), roles.split(), strict=True):
+        said = hint("", name, None, names.split())[0]
+        assert said.split()[0] == role
+
+
+def test_elements_of_an_array_have_a_unit_in_common() -> None:
+    """Roll and pitch rates that could be radians have the unit of the yaw rate beside them."""
+    time = np.arange(0.0, 60.0, 0.1)
+    rates = np.sin(np.outer(time, (0.3, 0.4, 0.2))) * (1.0, 2.0, 40.0)
+    columns = {f"gyro[{k}]": one for k, one in enumerate(rates.T)}
+    found = probe(Recording((Topic("imu", None, {"t": time, **columns}),), "a.npz", "arrays"))
+    assert [found.roles.chosen(f"velocity.{name}").unit for name in "pqr"] == ["deg/s"] * 3
+
+
+def test_a_column_of_the_name_is_never_said_to_be_absent() -> None:
+    """A yaw moment in a unit that cannot be one is left out, and the draft says so."""
+    time = np.arange(0.0, 60.0, 0.1)
+    columns = {"t": time, "tau_X": 10 * np.sin(time), "tau_Y": 9 * np.sin(time), "tau_N": time % 7}
+    table = Topic("", None, columns, units={"tau_N": "psi"})
+    text = probe(Recording((table,), "a.csv", "text")).draft.text
+    assert "N: {value: 0.0}    # `tau_N` is left out" in text
+    assert "Z: {value: 0.0}    # not recorded" in text
 
 
 def test_a_unit_that_no_role_has_is_of_something_else() -> None:

@@ -1,12 +1,17 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from hydrodamp.conditioning.derived import rates_from_attitude
+from hydrodamp.conditioning.spikes import steady_attitude
+from hydrodamp.conditioning.suspicions import Suspicion
 from hydrodamp.data.attitude import quaternion_from_euler
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording, Topic
-from hydrodamp.ingest.probing.probe import judge, probe
+from hydrodamp.ingest.probing.probe import judge, probe, without_steps
 from hydrodamp.ingest.probing.verdict import verdict
 
 TIME = np.arange(0.0, 60.0, 0.1)
@@ -33,10 +38,12 @@ def test_a_sound_log_is_fit_for_the_job() -> None:
         attitude=np.tile([1.0, 0.0, 0.0, 0.0], (1000, 1)),
         wrench=waves,
         acceleration=waves,
+        specific_force=np.tile([0.0, 0.0, -9.81], (1000, 1)),
     )
     judged = verdict(log)
     assert judged.sentence == "Fit for the job."
-    assert judged.has == ("attitude", "acceleration", "wrench")
+    assert judged.frame.startswith("FRD by 99 %: 100% of the specific force points towards -z")
+    assert judged.has == ("attitude", "acceleration", "wrench", "specific_force")
 
 
 def test_the_draft_is_tried_before_a_preset() -> None:
@@ -79,3 +86,14 @@ def test_what_can_be_derived_is_counted(has: bool) -> None:
     attitude = quaternion_from_euler(np.column_stack((0 * yaw, 0.2 * np.cos(0.6 * TIME), yaw)))
     said = verdict(Log.from_arrays(TIME, {"u": yaw}, attitude=attitude if has else None))
     assert any("yaw" in each for each in said.promises) is has
+
+
+def test_a_suspicion_of_a_step_that_is_there_says_so() -> None:
+    log = verdict(Log.from_arrays(TIME, {"u": np.sin(TIME)}))
+    one = Suspicion("yaw", "leaps", "once", cure="write `steps: [steady_attitude]` in the mapping")
+    found = without_steps(replace(log, suspicions=(one,)), (steady_attitude,))
+    assert "`steady_attitude` in the mapping leaves it" in str(found.suspicions[0])
+    assert "write `steps" not in str(found.suspicions[0])
+    assert any("`rates_from_attitude`, `velocity" in each for each in log.missing)
+    there = without_steps(log, (rates_from_attitude,))
+    assert any("`rates_from_attitude` (there already)" in each for each in there.missing)

@@ -7,7 +7,7 @@ import csv
 import re
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from hydrodamp.data.channels import SEGMENT
@@ -156,7 +156,8 @@ def _described(
     likely = [_is_numeric(column, decimal) for column in zip(*even, strict=True)]
     start = next((k for k in range(len(rows)) if _is_data(rows, k, likely, decimal)), 1)
     filled = max((row.filled for row in rows[start:] if len(row.cells) == width), default=width)
-    header = Header(rows[:start], filled, width, delimiter)
+    above = [_join_brackets(row, width, delimiter) for row in rows[:start]]
+    header = Header(above, filled, width, delimiter)
     numeric = (
         likely[k : k + 1] == [True] and name != SEGMENT for k, name in enumerate(header.names)
     )
@@ -170,6 +171,17 @@ def _described(
         max(width, len(header.names)),
         rows[start].line if start < len(rows) else rows[-1].line + 1,
     )
+
+
+def _join_brackets(row: _Row, width: int, delimiter: str) -> _Row:
+    """Join the cells of names such as `pd(1,1)` where a header has more cells than its rows."""
+    cells: list[str] = []
+    for cell in row.cells:
+        if cells and cells[-1].count("(") > cells[-1].count(")"):
+            cells[-1] += delimiter + cell
+        else:
+            cells.append(cell)
+    return replace(row, cells=tuple(cells)) if len(row.cells) > width == len(cells) else row
 
 
 def _is_numeric(cells: Sequence[str], decimal: str) -> bool:

@@ -15,12 +15,12 @@ from pathlib import Path
 from types import ModuleType
 from typing import TypeVar
 
-from hydrodamp.data.record import name_after
+from hydrodamp.data.record import first_few, name_after
 from hydrodamp.data.recording import Recording
 from hydrodamp.errors import FileError, HydrodampError, LogError
 from hydrodamp.files import absent, load_yaml, mistaken
 from hydrodamp.ingest.formats.content import head
-from hydrodamp.ingest.formats.parties import apart, called, patterns
+from hydrodamp.ingest.formats.parties import JOINT, apart, called, patterns
 
 Item = TypeVar("Item")
 Made = TypeVar("Made")
@@ -196,12 +196,17 @@ def read(
     if not given:
         raise FileError("no file was given; give at least one")
     files = [file for path in given for file in _expanded(path)]
-    if len(given) > 1 and files == given:
+    if len(given) > 1 and files == given and len({file.name for file in files}) == len(files):
         named = named or patterns(given)
     topics = called(files, named or {})
     if len(topics) == 1 and topics == {given[0]: ""}:
         return _single(given[0])
-    return replace(_together(topics, ", ".join(map(str, given))), files=named or {})
+    made = replace(_together(topics, ", ".join(map(str, given))), files=named or {})
+    nested = [str(path / one) for path in given if path.is_dir() for one in _nested(path)]
+    if not nested or is_bag(given[0]):
+        return made
+    told = f"{LEFT_OUT} logs in {', '.join(first_few(nested, 8, 'folders'))}; join their files"
+    return replace(made, notes=(*made.notes, f"{told} to these by {JOINT} if they are of this run"))
 
 
 def _expanded(path: Path) -> list[Path]:
@@ -216,14 +221,25 @@ def _expanded(path: Path) -> list[Path]:
         if file.is_file() and not file.name.startswith(".") and suffix_of(file) in SUFFIXES
     ]
     if not inside:
-        raise FileError(
-            f"{path}: the folder holds no log; logs end in {' '.join(sorted(SUFFIXES))}"
-        )
+        told = f"the folder holds no log; logs end in {' '.join(sorted(SUFFIXES))}"
+        if nested := _nested(path):
+            told = (
+                f"the folder holds logs in its folders {', '.join(first_few(nested, 8, 'folders'))}"
+                " alone. Give those that are runs one after another, or the files of one recording"
+                f" joined by {JOINT}"
+            )
+        raise FileError(f"{path}: {told}")
     kinds = Counter(map(suffix_of, inside)).most_common()
     if len(kinds) > 1 and kinds[0][1] == kinds[1][1]:
         told = ", ".join(f"{count} {suffix}" for suffix, count in kinds)
         raise FileError(f"{path}: the folder holds logs of several kinds ({told}); name the files")
     return [file for file in inside if suffix_of(file) == kinds[0][0]]
+
+
+def _nested(path: Path) -> list[str]:
+    """Return the folders within a folder that hold logs."""
+    logs = (file for file in path.rglob("*") if file.is_file() and suffix_of(file) in SUFFIXES)
+    return sorted({str(file.parent.relative_to(path)) for file in logs} - {"."})
 
 
 def each(items: Iterable[Item], made_of: Callable[[Item], Made]) -> list[Made]:
@@ -241,6 +257,11 @@ def each(items: Iterable[Item], made_of: Callable[[Item], Made]) -> list[Made]:
     return made
 
 
+def _topic_of(file: Path, times: Mapping[str, int]) -> str:
+    """Return what the topic of a file is called: its name, or where others share it its folder."""
+    return file.parent.name if times[file.name] > 1 else name_after(file.name)
+
+
 def _together(files: Mapping[Path, str], source: str) -> Recording:
     """Read the files of one recording; those that cannot be read are left out, with a note."""
     pairs: list[tuple[Recording, Path]] = []
@@ -252,8 +273,9 @@ def _together(files: Mapping[Path, str], source: str) -> Recording:
             errors.append(error)
     if not pairs:
         raise LogError([fault for error in errors for fault in error.faults], source=source)
+    times = Counter(file.name for file in files)
     topics = tuple(
-        topic if topic.name else replace(topic, name=files[file] or name_after(file.name))
+        topic if topic.name else replace(topic, name=files[file] or _topic_of(file, times))
         for one, file in pairs
         for topic in one.topics
     )

@@ -227,7 +227,23 @@ class LogMapping(MappingFile):
         >>> log.command("rudder").tolist()
         [1.0, 2.0, 3.0]
         """
-        return clean(Log.from_record(record_of(self, recording)), self.steps)
+        try:
+            return clean(Log.from_record(record_of(self, recording)), self.steps)
+        except LogError as error:
+            faults = [self._named_by_columns(fault) for fault in error.faults]
+            raise LogError(faults, source=recording.source) from error
+
+    def _named_by_columns(self, fault: str) -> str:
+        """Name the columns behind a channel that a fault begins with; the file has no `u`."""
+        begin, name, rest = ("", "", fault) if "`" not in fault else fault.split("`", 2)
+        entries = [one for one in self.entries if one.name == name]
+        if not entries and name in _LINEAR:
+            velocities = (one for one in self.entries if one.group == "velocity")
+            entries = [one for one in velocities if one.name in COMPASS]
+        columns = [one.column for one in entries if one.column not in ("", name)]
+        if not columns or not rest.startswith(" must"):
+            return fault
+        return f"{begin}`{name}`, read from `{' '.join(columns)}`,{rest}"
 
 
 def read_mapping(path: str | Path) -> LogMapping:

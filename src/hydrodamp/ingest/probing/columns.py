@@ -12,7 +12,7 @@ from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.data.units import UNITS
 from hydrodamp.errors import LogError
 from hydrodamp.ingest.clock import Clock, Stamps, Ticks, brackets, interpolated, matched, set_right
-from hydrodamp.ingest.probing.names import parted, unit_of, words
+from hydrodamp.ingest.probing.names import NO_ROLE, hint, parted, unit_of, words
 
 _TIMES = {"time", "timestamp", "t", "stamp", "secs", "seconds", "clock", "elapsed", "timeus"}
 _WHOLE = {"sec", "secs", "s"}
@@ -49,7 +49,9 @@ def ticking(topic: Topic) -> Ticking | None:
     is_recorded = topic.time is not None and bool(np.isfinite(_measured(topic.time)).any())
     if topic.time is not None and is_recorded and not stamped:
         return Ticking(None, _measured(topic.time), "s", 100, "when it was recorded, by the file")
-    plain = (name for name in rising if _is_plain_clock(fields[name]))
+    plain = (
+        name for name in rising if _is_plain_clock(fields[name]) and _says_nothing(topic, name)
+    )
     name = next(iter((*stamped, *named, *plain)), None)
     if name is None:
         return None
@@ -65,6 +67,11 @@ def ticking(topic: Topic) -> Ticking | None:
         told = f"`{name}` stands still before the rows end: they are counted at its rate"
         seconds = np.arange(len(seconds)) / rate
     return Ticking(name, seconds, unit, sure, told, halves.get(name, ""), rate)
+
+
+def _says_nothing(topic: Topic, name: str) -> bool:
+    """Return whether a name is of no measurement and of nothing else, so that it may be a clock."""
+    return hint(topic.name, name, None, topic.fields) == (NO_ROLE, 0)
 
 
 def clocks_of(recording: Recording) -> dict[str, Ticking]:

@@ -23,6 +23,7 @@ LEAST, SURE = 40, 70
 _PLAIN_REASONS = ("name", "name and unit")  # go without saying
 _GROUPS = ("attitude", "velocity", "position", "specific_force", "wrench")
 _SPEEDS = (*"uvw", *COMPASS)
+_VERTICAL = frozenset(f"position.{name}" for name in ("up", "down", "depth"))
 _NAMES = 12  # columns of one message and reason that are named
 _LACKING = (
     "# No velocity was found, nor a pose to derive one from. Name its columns:",
@@ -193,7 +194,10 @@ def _group(used: Sequence[Guess], group: str, roles: Roles) -> Iterator[str]:
         yield "  down: {value: 0.0}    # not recorded: taken as level"
     if group == WRENCH.name:
         absent = (name for name in WRENCH.columns if name not in names)
-        yield from (f"  {name}: {{value: 0.0}}    # not recorded: taken as none" for name in absent)
+        for name in absent:
+            like = [one for one in roles.silent if re.search(rf"(^|[^A-Za-z]){name}$", one)]
+            why = f"`{like[0]}` is left out, see below" if like else "not recorded: taken as none"
+            yield f"  {name}: {{value: 0.0}}    # {why}"
 
 
 def _entry(one: Guess, flag: str | None = None) -> str:
@@ -253,7 +257,7 @@ def _sensors(roles: Roles) -> Iterator[str]:
 def _steps(used: Sequence[Guess]) -> Iterator[str]:
     """Ask for velocities and rates that were not recorded, where there is a pose."""
     names, steps = {one.role for one in used}, list[str]()
-    is_placed = {"position.north", "position.east"} <= names
+    is_placed = bool({"position.north", "position.east"} <= names or names & _VERTICAL)
     if is_placed and names.isdisjoint(f"velocity.{speed}" for speed in _SPEEDS):
         steps.append("velocity_from_position")
     angles = {"attitude.roll", "attitude.pitch", "attitude.qw"}
@@ -262,7 +266,9 @@ def _steps(used: Sequence[Guess]) -> Iterator[str]:
     if there and not {f"velocity.{rate}" for rate in wanted} <= names:
         steps.append("rates_from_attitude")
     if steps:
-        yield f"steps: [{', '.join(steps)}]    # not recorded, derived"
+        is_depth = "velocity_from_position" in steps and "position.north" not in names
+        told = "; a depth alone gives w, as of a vehicle that moves straight up and down"
+        yield f"steps: [{', '.join(steps)}]    # not recorded, derived{told if is_depth else ''}"
 
 
 def _left_out(recording: Recording, roles: Roles, used: Collection[str]) -> Iterator[str]:

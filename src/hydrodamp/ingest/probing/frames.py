@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -10,9 +9,10 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray, IntArray
 from hydrodamp.conditioning.gaps import runs
-from hydrodamp.data.agreement import NONE, Agreement, agreement, changes, compared, turned
+from hydrodamp.conditioning.vertical import Sign, Upright, depth_sign, gravity_sign, surface_sign
+from hydrodamp.data.agreement import NONE, Agreement, agreement, turned
 from hydrodamp.data.attitude import down, quaternion_from_euler, rotation
-from hydrodamp.data.channels import ATTITUDE, EULER
+from hydrodamp.data.channels import ATTITUDE, EULER, SPECIFIC_FORCE
 from hydrodamp.data.units import UNITS
 from hydrodamp.ingest.formats.files import usual_axes
 from hydrodamp.ingest.probing.columns import Series, together
@@ -98,7 +98,11 @@ def _unit(ratio: float) -> str | None:
 
 def match_way(roles: Roles) -> WayMatch:
     """Compare velocity with position: turned by the attitude, mirrored, or as it is."""
-    pairs = [(f"velocity.{'uvw'[axis]}", f"position.{'xyz'[axis]}") for axis in range(3)]
+    is_body = any(f"velocity.{name}" in roles for name in "uvw")
+    names = (
+        "uvw" if is_body else "xyz"
+    )  # of the world by its words, which the motion may contradict
+    pairs = [(f"velocity.{names[axis]}", f"position.{'xyz'[axis]}") for axis in range(3)]
     axes = [axis for axis, pair in enumerate(pairs) if set(pair) <= set(roles)]
     if not _attitude(roles) or len(axes) < 2:
         return WayMatch()
@@ -129,51 +133,16 @@ def _whole(*columns: FloatArray) -> IntArray:
     return np.array(runs(np.asarray(known)), dtype=np.int64).reshape(-1, 2)
 
 
-#: Marine craft are recorded forward-starboard-down unless something speaks against it.
-USUAL = 0.6
-
-_ROS, _AUTOPILOT, _DEPTH, _POSE, _SURFACE = 2.5, 4.0, 4.0, 0.7, 0.8
-_DIVE = 1.0  # m, more than a vehicle bobs at the surface
-_LONG = 10.0  # s, over which depth changes by more than its noise
-_MOST, _SURE = 99, 90  # %
-
-
-@dataclass(frozen=True)
-class Sign:
-    """One sign of which way is down."""
-
-    weight: float
-    told: str
-
-
-@dataclass(frozen=True)
-class Upright:
-    """Which axes, all signs weighed."""
-
-    body: str
-    confidence: int
-    signs: tuple[Sign, ...]
-
-    @property
-    def doubts(self) -> tuple[str, ...]:
-        """What to write once the axes are known, where they are not."""
-        told = (
-            f"Motion alone cannot distinguish FRD over NED from FLU over a world with z up, and "
-            f"{self.body} is {self.confidence} % sure: ask an accelerometer, a depth or whoever "
-            "wrote the log, then write `frame: FRD`, or `frame: FLU` with `world: NWU` or `ENU`."
-        )
-        return (told,) if self.confidence < _SURE else ()
+_ROS, _AUTOPILOT, _POSE = 2.5, 4.0, 0.7  # log-odds
 
 
 def weigh(form: str, roles: Roles) -> Upright:
     """Return the axes of body and attitude that the signs speak for."""
-    signs = (*_custom(form), *_depth(roles), *_surface(roles))
-    total = USUAL + sum(sign.weight for sign in signs)
-    sure = 100 / (1 + math.exp(-abs(total)))
-    return Upright("FRD" if total > 0 else "FLU", min(_MOST, round(sure)), signs)
+    return Upright.of((*custom_sign(form), *_gravity(roles), *_depth(roles), *_surface(roles)))
 
 
-def _custom(form: str) -> Iterator[Sign]:
+def custom_sign(form: str) -> Iterator[Sign]:
+    """Yield the axes that a format has by custom."""
     axes = usual_axes(form)
     if axes == "FLU over ENU":
         yield Sign(-_ROS, f"{form}: forward-port-up over east-north-up by custom (REP 103)")
@@ -181,35 +150,30 @@ def _custom(form: str) -> Iterator[Sign]:
         yield Sign(_AUTOPILOT, f"{form}: forward-starboard-down over north-east-down by custom")
 
 
+def _gravity(roles: Roles) -> Iterator[Sign]:
+    names = [f"specific_force.{name}" for name in SPECIFIC_FORCE.columns]
+    if set(names) <= set(roles):
+        _, force, attitudes = _beside(roles, [roles[name] for name in names])
+        yield from gravity_sign(force, down(attitudes))
+
+
 def _depth(roles: Roles) -> Iterator[Sign]:
     """Compare the change of depth with the vertical part of the velocity."""
-    if not _attitude(roles) or not {"position.depth", "velocity.u"} <= set(roles):
-        return
     names = [name for name in ("velocity.u", "velocity.v", "velocity.w") if name in roles]
+    if not _attitude(roles) or "position.depth" not in roles or not {*names} - {"velocity.v"}:
+        return
     moving = [roles[name] for name in ("position.depth", *names)]
     elapsed, joined, attitudes = _beside(roles, moving)
     columns = ["uvw".index(name[-1]) for name in names]
     rise = np.sum(down(attitudes)[:, columns] * joined[:, 1:], axis=1)
-    rise, depth = rise[:, np.newaxis], joined[:, :1]
-    added, moved = changes(elapsed, _whole(rise, depth), np.nan_to_num(rise), depth, _LONG)
-    if not len(added):
-        return
-    # A tilted Doppler log adds a constant.
-    likeness = compared(added - np.median(added), moved - np.median(moved)).correlation
-    if abs(likeness) > 0.3:
-        told = f"depth changes with the velocity along the world's z (correlation {likeness:+.2f})"
-        yield Sign(math.copysign(_DEPTH * abs(likeness), likeness), told)
+    whole = _whole(rise, joined[:, :1])
+    yield from depth_sign(elapsed, whole, np.nan_to_num(rise), joined[:, 0])
 
 
 def _surface(roles: Roles) -> Iterator[Sign]:
-    """See to which side of its start a vehicle goes: it starts near the surface."""
+    """See to which side of its start a vehicle goes."""
     if "position.z" not in roles:
         return
     if "position.depth" not in roles:
         yield Sign(-_POSE, "a pose called x y z, as of motion capture, mostly has z up")
-    place = roles["position.z"].values
-    place = place[np.isfinite(place)] - place[np.isfinite(place)][0]
-    low, high = np.quantile(place, (0.02, 0.98)).tolist()
-    if high - low > _DIVE and abs(high + low) > 0.4 * (high - low):
-        told = f"from its start it goes {-low:.2g} m towards -z, {max(high, 0.0):.2g} m towards +z"
-        yield Sign(math.copysign(_SURFACE, high + low), f"{told}: it starts near the surface")
+    yield from surface_sign(roles["position.z"].values)

@@ -8,6 +8,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hydrodamp.conditioning.steps import Step
+from hydrodamp.conditioning.suspicions import Suspicion
+from hydrodamp.conditioning.vertical import Sign, Upright, signs_of
 from hydrodamp.data.agreement import agreement, travelled
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording, Topic
@@ -17,10 +20,14 @@ from hydrodamp.ingest.mapping import LogMapping, presets, read_mapping
 from hydrodamp.ingest.mapping.finding import find
 from hydrodamp.ingest.probing.columns import Ticking, clocks_of
 from hydrodamp.ingest.probing.draft import Draft, draft, extending
-from hydrodamp.ingest.probing.names import NO_ROLE
+from hydrodamp.ingest.probing.frames import custom_sign
+from hydrodamp.ingest.probing.names import NO_ROLE, words
 from hydrodamp.ingest.probing.roles import Roles, guess_roles
 from hydrodamp.ingest.probing.verdict import Needs, Verdict, verdict
 from hydrodamp.ingest.read import is_canonical, logs_of
+
+#: How messages call a draft.
+DRAFTED = "the draft"
 
 #: Confidence [%] from which a draft is worth making a log of.
 SUFFICES = 60
@@ -123,7 +130,7 @@ class Probe:
         LogError
             If too little was found to make a mapping of.
         """
-        return LogMapping.from_dict(parse_yaml(self.draft.text, "the draft"), "the draft")
+        return LogMapping.from_dict(parse_yaml(self.draft.text, DRAFTED), DRAFTED)
 
 
 def probe(recording: Recording, *others: Recording) -> Probe:
@@ -228,9 +235,16 @@ def judge(
 
     def judged(made: str, mapping: LogMapping | str | None = None) -> Judged:
         log = logs_of(recordings, mapping)
-        its = verdict(log, None if needs is None else needs(log))
-        unsure = found.roles.upright.doubts if isinstance(mapping, LogMapping) else ()
+        read = read_mapping(mapping) if isinstance(mapping, str) else mapping
+        roles = found.roles
+        upright, measured = _axes(log, roles, recordings[0].format, read), dict[str, str]()
+        if read is None:
+            places = (one for one in roles.guesses if one.role.startswith("position."))
+            measured = {one.column: one.role for one in places if one.column in log.command_names}
+        its = verdict(log, None if needs is None else needs(log), upright, measured)
+        unsure = roles.upright.doubts if isinstance(mapping, LogMapping) else ()
         its = replace(its, reservations=(*unsure, *its.reservations))
+        its = without_steps(its, () if read is None else read.steps)
         return Judged(made, its, log.notes)
 
     if mapping is not None:
@@ -247,6 +261,40 @@ def judge(
         except HydrodampError as error:
             reason = f"by the draft: {error}"
     return Judged("", None, guessed=True, reason=reason)
+
+
+def without_steps(found: Verdict, steps: Sequence[Step]) -> Verdict:
+    """Advise no step that the mapping has."""
+    named = [str(getattr(getattr(step, "func", step), "__name__", "")) for step in steps]
+
+    def other(one: Suspicion) -> Suspicion:
+        step = next((name for name in named if f"steps: [{name}" in one.cure), None)
+        cure = f"`{step}` in the mapping leaves it: cut the log there by `segment`, or leave it"
+        return one if step is None else replace(one, cure=cure)
+
+    missing = found.missing
+    for name in named:
+        missing = tuple(one.replace(f"`{name}`", f"`{name}` (there already)") for one in missing)
+    return replace(found, suspicions=tuple(map(other, found.suspicions)), missing=missing)
+
+
+def _axes(log: Log, roles: Roles, form: str, mapping: LogMapping | None) -> Upright | None:
+    """Return the axes that signs speak for, where z down is what the log is in.
+
+    A draft follows the signs in the file. Of another mapping the custom of the format counts, and
+    a depth that it names. None where the log itself must say.
+    """
+    if mapping is None:
+        return None
+    if mapping.name == DRAFTED:
+        return replace(roles.upright, body="FRD")
+    turn = 1.0 if mapping.frame == "FRD" else -1.0
+    custom = (Sign(turn * sign.weight, sign.told) for sign in custom_sign(form))
+    has_depth = any(
+        "depth" in words(one.column) for one in mapping.entries if one.group == "position"
+    )
+    depth = log.position[:, 2] if has_depth and log.position is not None else None
+    return Upright.of((*custom, *signs_of(log, depth)))
 
 
 def joined(recordings: Sequence[Recording]) -> str:

@@ -9,13 +9,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hydrodamp.arrays import FloatArray
+from hydrodamp.conditioning.vertical import Upright
 from hydrodamp.data.recording import Recording
 from hydrodamp.data.units import UNITS
 from hydrodamp.ingest.formats.files import usual_axes
+from hydrodamp.ingest.mapping.schema import COMPASS
 from hydrodamp.ingest.probing.columns import Series, Ticking, clocks_of, counted, series_of
+from hydrodamp.ingest.probing.elements import split_index
 from hydrodamp.ingest.probing.frames import (
     RateMatch,
-    Upright,
     WayMatch,
     match_rates,
     match_way,
@@ -30,6 +32,8 @@ _SPIN = 3.5  # rad/s, faster than nearly all craft turn
 _IDLE = (0.0, 1500.0, 65535.0)  # of a servo that is not there, or never used
 _DEAD = 1e-5  # rad/s or deg/s, less than any gyro's noise
 _STILL = {"commands": 0.0, "flag": 0.0} | dict.fromkeys((f"velocity.{one}" for one in "pqr"), _DEAD)
+_STILL |= dict.fromkeys((f"velocity.{one}" for one in ("xyzuvw")), 0.0)
+_STILL |= dict.fromkeys((f"velocity.{one}" for one in COMPASS), 0.0)
 _ROS_FIELD = re.compile(r"\b(pose|twist)[./](pose|twist|position|linear)\b|angular_velocity[./]x")
 
 #: For every angle the largest that it may be in radians; one beyond is in degrees.
@@ -40,8 +44,10 @@ _ANGLES = {
     "attitude.heading": 6.5,
 }
 _SPEEDS = tuple(f"velocity.{name}" for name in "uvw")
+_RATES = tuple(f"velocity.{name}" for name in "pqr")
+_EARTH_FIXED = tuple(f"velocity.{name}" for name in "xyz")
 _PLACES = tuple(f"position.{name}" for name in "xyz")
-_COMPASS = {
+_AXES_OF = {
     "NED": (("north", 1), ("east", 1), ("down", 1)),
     "NWU": (("north", 1), ("east", -1), ("up", 1)),
     "ENU": (("east", 1), ("north", 1), ("up", 1)),
@@ -126,7 +132,7 @@ def _is_stated(one: Series) -> bool:
 
 
 def _in_units(playing: Mapping[str, Series]) -> dict[str, Series]:
-    """Return angles of one message in one unit, and positions in metres."""
+    """Return angles of a message, and rates of an array, in one unit, and positions in metres."""
     made = dict(playing)
     unsaid = {role: one for role in _ANGLES if (one := made.get(role)) and not _is_stated(one)}
     beyond = {
@@ -136,6 +142,11 @@ def _in_units(playing: Mapping[str, Series]) -> dict[str, Series]:
     }
     for role, one in unsaid.items():
         made[role] = replace(one, unit="deg" if one.topic in beyond else "rad")
+    unsaid = {role: one for role in _RATES if (one := made.get(role)) and one.unit is None}
+    size = {role: float(np.nanquantile(np.abs(one.values), 0.99)) for role, one in unsaid.items()}
+    fast = {array_of(one) for role, one in unsaid.items() if size[role] > _SPIN}
+    for role, one in unsaid.items():
+        made[role] = replace(one, unit="deg/s" if array_of(one) in fast else "rad/s")
     for role in {*_PLACES, "position.depth"} & made.keys():
         scale = UNITS["length"].get(made[role].unit or "m", 1.0)
         made[role] = replace(made[role], values=made[role].values * scale)
@@ -151,10 +162,19 @@ def _placed(one: Guess, world: str, way: WayMatch) -> Guess:
     group, _, channel = one.role.partition(".")
     if one.role in _SPEEDS and way.earth_fixed:
         one = _with(one, "along the axes of the position: earth-fixed")
+    elif one.role in _EARTH_FIXED:
+        if way.earth_fixed is False:
+            return replace(one, role=_SPEEDS[_EARTH_FIXED.index(one.role)])
+        one = _with(one, "earth-fixed by its name")
     elif one.role not in _PLACES:
         return one
-    name, sign = _COMPASS[world]["uvwxyz".index(channel) % 3]
+    name, sign = _AXES_OF[world]["uvwxyz".index(channel) % 3]
     return replace(one, role=f"{group}.{name}", sign=sign)
+
+
+def array_of(one: Series) -> tuple[str, str]:
+    """Return the array that a series is an element of; columns of a topic make one too."""
+    return one.topic, split_index(one.field)[0] if one.field.endswith((")", "]")) else ""
 
 
 def _flags(series: Mapping[str, Series], named: Iterable[Guess]) -> dict[str, str]:
@@ -201,15 +221,30 @@ def _named(
         if role.startswith("attitude.q["):  # a part of an array
             order = _order(column, series)
             role, why = f"attitude.q{order[int(role[-2])]}", (*why, f"{order[0]} first, by size")
-        if role.startswith("wrench.") and max(-low, high) <= 1.0 and one.unit is None:
-            role, why = "commands", (*why, "no larger than one: no newtons")
         is_pulse = is_pulse and role == "commands" and (is_stick or bool(is_driven))
         why = (*why, "still in this run") if is_still else why
         why = (*why, "a pulse width: -1 at 1100, 1 at 1900 us") if is_pulse else why
         guesses.append(
             Guess(column, role, sure, one.unit, 1, why, topic=one.topic, is_pulse=is_pulse)
         )
-    return guesses, silent
+    return _newtons(guesses, series), silent
+
+
+def _newtons(guesses: list[Guess], series: Mapping[str, Series]) -> list[Guess]:
+    """Take a wrench of which no component of its topic exceeds one for commands."""
+    loads = [one for one in guesses if one.role.startswith("wrench.")]
+    large = {
+        one.topic
+        for one in loads
+        if one.unit is not None or float(np.nanmax(np.abs(series[one.column].values))) > 1.0
+    }
+    why = "no larger than one: no newtons"
+    return [
+        replace(_with(one, why), role="commands")
+        if one.role.startswith("wrench.") and one.topic not in large
+        else one
+        for one in guesses
+    ]
 
 
 def _order(column: str, series: Mapping[str, Series]) -> str:
@@ -248,15 +283,14 @@ def _weighed(one: Guess, series: Series, rates: RateMatch, way: WayMatch) -> Gue
         one = replace(one, confidence=min(one.confidence, _UNSTATED))
     if group == "attitude" and rates.unit:
         return _surer(_with(one, "turns as the rates say"), min(dict(rates.axes).values()))
-    if group == "velocity" and channel in tuple("pqr") and rates.unit:
+    if one.role in _RATES and rates.unit:
         likeness = dict(rates.axes).get(channel, 0.0)
         does = f"turns as the attitude does ({likeness:.2f})" if likeness else "beside others"
         return _surer(_with(one, f"{does}, in {rates.unit}", rates.unit), likeness)
-    if group == "velocity" and channel in tuple("pqr") and series.unit is None:
-        size = float(np.nanquantile(np.abs(series.values), 0.99))
-        unit = "deg/s" if size > _SPIN else "rad/s"
-        one = replace(_with(one, f"{unit} by its size", unit), confidence=_UNSTATED)
-    if way.agreement.agrees() and one.role in (*_SPEEDS, *_PLACES):
+    if one.role in _RATES and series.unit is None:
+        why = f"{one.unit} by the size of its array"
+        one = replace(_with(one, why), confidence=_UNSTATED)
+    if way.agreement.agrees() and one.role in (*_SPEEDS, *_EARTH_FIXED, *_PLACES):
         likeness = way.agreement.correlation
         return _surer(_with(one, f"velocity and position agree ({likeness:.2f})"), likeness)
     return one

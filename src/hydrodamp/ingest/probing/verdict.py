@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 import numpy as np
 
@@ -14,16 +15,25 @@ from hydrodamp.conditioning.agreement import Size
 from hydrodamp.conditioning.current import carries
 from hydrodamp.conditioning.derived import rates_from_attitude
 from hydrodamp.conditioning.suspicions import Suspicion, suspicions
+from hydrodamp.conditioning.vertical import Upright, signs_of
 from hydrodamp.data.agreement import roughness
 from hydrodamp.data.channels import unit_of
 from hydrodamp.data.log import Log, arrays, velocities
 from hydrodamp.ingest.probing.delay import Delay, delays
+from hydrodamp.ingest.probing.orientation import (
+    UNDECIDED,
+    VISIBLE,
+    describe_frame,
+    list_responses,
+    misread_positions,
+    reversed_wrench,
+    wrong_frame,
+)
 
 _WELL = 2.0  # times the deviation that is hardly any is excitation worth speaking of
 _NOISE = 2.0  # times the noise of a channel, that hardly is any
 _FEWEST = 60  # samples, of which coefficients can be made
 _UNEVEN = 0.25  # of a step
-_SEEN = 0.05  # of the growth of a velocity, from which a command is seen to act
 _MOTIONS = {"u": "surge", "v": "sway", "w": "heave", "p": "roll", "q": "pitch", "r": "yaw"}
 _SHIP = {"u", "v", "r"}
 _SLOW = 0.25  # s, a step of a small vehicle above which its accelerations are hardly resolved
@@ -85,6 +95,8 @@ class Verdict:
     reservations: tuple[str, ...]
     promises: tuple[str, ...]
     wanted: tuple[str, ...]
+    upright: Upright
+    responses: tuple[str, ...]
 
     @property
     def doubts(self) -> tuple[str, ...]:
@@ -117,22 +129,41 @@ class Verdict:
         parts = [fit if well else "Fit for little" if little else "Not fit for the job"]
         parts += [f"little variation in {_named(little)}"] if little else []
         parts += [f"hardly any variation in {_named(poor)}"] if poor else []
-        return f"{'; '.join(parts)}.{' Clean it first.' if self.suspicions else ''}"
+        known = "" if self.upright.is_sure else f" {UNDECIDED}."
+        return f"{'; '.join(parts)}.{' Clean it first.' if self.suspicions else ''}{known}"
+
+    @property
+    def frame(self) -> str:
+        """What decides which way is down; or that nothing does, and what would."""
+        return describe_frame(self.upright, self.responses)
 
 
 def _named(velocities: Sequence[str]) -> str:
     return ", ".join(f"{_MOTIONS[name]} ({name})" for name in velocities)
 
 
-def verdict(log: Log, needs: Needs | None = None) -> Verdict:
-    """Judge a log; without the needs of a vehicle all velocities are asked for."""
+def verdict(
+    log: Log,
+    needs: Needs | None = None,
+    upright: Upright | None = None,
+    measured: Mapping[str, str] = MappingProxyType({}),
+) -> Verdict:
+    """Judge a log; without the needs of a vehicle all velocities are asked for.
+
+    ``upright`` is what is known of its axes from elsewhere, ``measured`` the roles of commands
+    that are none by their names.
+    """
     needs = needs or Needs(VELOCITIES, tuple(_missing(log)))
     whole = log if log.attitude is None else rates_from_attitude(log)
     size = Size.of(log) if needs.length is None else Size(needs.length)
-    late, moving, segments = delays(whole), _velocities(log, size), tuple(_segments(log))
+    late = tuple(one for one in delays(whole) if one.command not in measured)
+    moving, segments = _velocities(log, size), tuple(_segments(log))
+    depth = next((log.command(one) for one, of in measured.items() if of.endswith("depth")), None)
+    upright = upright or Upright.of(tuple(signs_of(log, depth)))
     commands = tuple(_channel(log, name, "", log.command(name)) for name in log.command_names)
     wanted = tuple(one for one in moving if one.name in needs.velocities)
-    odd = (*suspicions(log, needs.length), *needs.suspicions)
+    odd = (*suspicions(log, needs.length), *needs.suspicions, *misread_positions(measured))
+    odd = (*odd, *wrong_frame(upright, odd), *reversed_wrench(late))
     few = (
         f"samples: {log.n} are too few to determine coefficients; record minutes, several a second."
     )
@@ -153,6 +184,8 @@ def verdict(log: Log, needs: Needs | None = None) -> Verdict:
         reservations=(*reservations, *_unseen(log, late), *needs.reservations),
         promises=tuple(_promises(_velocities(whole, size), needs.velocities, late)),
         wanted=needs.velocities,
+        upright=upright,
+        responses=tuple(list_responses(late)),
     )
 
 
@@ -192,7 +225,7 @@ def _promises(
     if well := [one for one in fine if one.name in wanted]:
         told = ", ".join(f"{_MOTIONS[c.name]} (std {c.std:.2g} {c.unit})" for c in well)
         yield f"it can identify damping in {told}."
-    if sure := [one for one in late if one.share >= _SEEN]:
+    if sure := [one for one in late if one.share >= VISIBLE]:
         told = ", ".join(f"{one.command} ({_MOTIONS[one.velocity]})" for one in sure)
         yield f"gains can be fitted for commands that are seen to act: {told}."
     if set(known) == _SHIP and set(wanted) == set(VELOCITIES):
@@ -259,5 +292,5 @@ def _jitter(log: Log) -> Iterator[str]:
 def _unseen(log: Log, late: Sequence[Delay]) -> Iterator[str]:
     """Yield whether no velocity follows a recorded wrench."""
     driven = log.wrench is not None and bool(np.ptp(log.wrench, axis=0).any())
-    if driven and not any(one.command in AXES and one.share >= _SEEN for one in late):
+    if driven and not any(one.command in AXES and one.share >= VISIBLE for one in late):
         yield "no axis of the recorded wrench is seen to move the vehicle."

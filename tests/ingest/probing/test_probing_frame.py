@@ -1,0 +1,92 @@
+"""Which way is down: what decides it, in a canonical log and through a mapping."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hydrodamp.data.log import Log
+from hydrodamp.ingest.probing.probe import Judged, judge, probe
+from hydrodamp.ingest.probing.verdict import verdict
+from hydrodamp.ingest.read import read_recording
+from strangers import FLIP, Truth, named, write
+
+TRUTH = Truth()
+UNDECIDED = "Nothing in this log decides which way is down"
+DEPTH, FORCE, NONE = {"depth": TRUTH.place[:, 2]}, "force", {}
+MAPPING = """
+frame: {frame}
+time: time
+attitude: {{roll: roll, pitch: pitch, yaw: yaw}}
+velocity: {{u: u, v: v, w: w, p: p, q: q, r: r}}
+position: {{depth: depth}}
+commands: {{rudder: rudder}}
+"""
+
+
+def motion(turn: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the dive under its canonical names, y and z turned or not."""
+    it, angles = TRUTH, named("roll pitch yaw", TRUTH.angles * turn)
+    both = named("u v w p q r", np.hstack((it.body * turn, it.rates * turn)))
+    return {"time": it.time, **angles, **both, "rudder": it.rudder}
+
+
+def judged(folder: Path, columns: dict[str, np.ndarray], mapping: str | None = None) -> Judged:
+    recording = read_recording(write(folder / "a.csv", columns))
+    if mapping is not None:
+        (folder / "mapping.yaml").write_text(mapping, "utf-8")
+        mapping = str(folder / "mapping.yaml")
+    return judge(probe(recording), [recording], mapping)
+
+
+@pytest.mark.parametrize("turn", [np.ones(3), FLIP], ids=["FRD", "FLU"])
+@pytest.mark.parametrize("beside", [NONE, FORCE, DEPTH], ids=["nothing", "force", "depth"])
+def test_a_canonical_log_with_z_up(turn: np.ndarray, beside: object, tmp_path: Path) -> None:
+    columns = motion(turn)
+    if beside == FORCE:
+        columns |= named("fx fy fz", TRUTH.force * turn)
+    elif beside is DEPTH:
+        columns |= DEPTH
+    found = judged(tmp_path, columns).verdict
+    assert found is not None
+    if beside is NONE:
+        assert UNDECIDED in found.sentence
+        assert "rudder rising moves it" in found.frame
+        return
+    assert UNDECIDED not in found.frame
+    assert found.fit == (turn[2] > 0)
+    assert found.upright.body == ("FRD" if turn[2] > 0 else "FLU")
+    assert len(found.suspicions) == (turn[2] < 0)
+    assert all(one.command != "depth" for one in found.delays)
+
+
+@pytest.mark.parametrize("frame", ["FRD", "FLU"])
+def test_a_mapping_of_the_wrong_frame(frame: str, tmp_path: Path) -> None:
+    found = judged(tmp_path, motion(FLIP) | DEPTH, MAPPING.format(frame=frame)).verdict
+    assert found is not None
+    assert [one.channel for one in found.suspicions] == (["frame"] if frame == "FRD" else [])
+    assert found.upright.is_sure
+
+
+def test_positions_with_their_unit_are_no_commands(tmp_path: Path) -> None:
+    place = named("x_m y_m z_m", TRUTH.place * FLIP)
+    found = judged(tmp_path, motion(FLIP) | place).verdict
+    assert found is not None
+    assert [one.channel for one in found.suspicions] == ["x_m y_m z_m"]
+    assert not found.fit
+    assert all("z_m" not in one for one in found.promises)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_wrench_against_its_sign(sign: float) -> None:
+    """Heave with linear drag, driven by steps of a force that is recorded in either sign."""
+    time = np.arange(0.0, 120.0, 0.1)
+    force, heave = np.sign(np.sin(0.7 * time) + 0.4 * np.sin(1.9 * time)), np.zeros(len(time))
+    for k in range(len(time) - 1):
+        heave[k + 1] = heave[k] + 0.1 * (0.2 * force[k] - 0.5 * heave[k])
+    wrench = np.outer(sign * 10 * force, (0, 0, 1, 0, 0, 0))
+    found = verdict(Log.from_arrays(time, {"w": heave}, wrench=wrench))
+    against = [one.channel for one in found.suspicions if one.looks == "pushes against its sign"]
+    assert against == ([] if sign > 0 else ["Z"])
