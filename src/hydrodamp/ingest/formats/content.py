@@ -67,7 +67,7 @@ def check_columns(n: int, path: str | Path) -> None:
 class _BoundedGzip(gzip.GzipFile):
     """A compressed file that is read up to :data:`MAX_UNPACKED` or :data:`MAX_RATIO`."""
 
-    def __init__(self, file: io.BufferedReader, path: str | Path) -> None:
+    def __init__(self, file: IO[bytes], path: str | Path) -> None:
         super().__init__(fileobj=file)
         self.path, self.n_unpacked = path, 0
 
@@ -121,7 +121,7 @@ def opened(path: str | Path, *, counted: bool = True) -> Iterator[IO[bytes]]:
         bar = progress(f"reading {Path(path).name}", size) if counted else _NO_BAR
         with bar as step, io.BufferedReader(_CountedFile(path, step), _BUFFER) as file:
             packed = file.peek(len(_GZIP)).startswith(_GZIP)
-            yield cast("IO[bytes]", _BoundedGzip(file, path) if packed else file)
+            yield cast("IO[bytes]", _BoundedGzip(cast("IO[bytes]", file), path) if packed else file)
     except (EOFError, zlib.error, gzip.BadGzipFile) as error:
         raise LogError(
             f"the gzip compression is cut off or damaged ({error}). Copy the file again, or unpack"
