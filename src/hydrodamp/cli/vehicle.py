@@ -32,9 +32,9 @@ def new(
     json: options.Json = False,
 ) -> None:
     """Write a commented vehicle file to fill in."""
-    from hydrodamp.cli.targets import check_new_file
     from hydrodamp.errors import VehicleError
     from hydrodamp.files import save_text
+    from hydrodamp.results import check_new_file
     from hydrodamp.vehicle.file import fleet_text
     from hydrodamp.vehicle.template import copied, vehicle_template
 
