@@ -5,6 +5,11 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable, Sequence
 
+# C0 and C1 controls, line separators, and marks that turn the direction of text.
+_CONTROLS = dict.fromkeys(
+    [*range(0x20), *range(0x7F, 0xA0), *range(0x2028, 0x202F), *range(0x2066, 0x206A)], " "
+)
+
 
 class HydrodampError(Exception):
     """Any mistake that hydrodamp can name."""
@@ -74,6 +79,11 @@ def list_faults(source: str, faults: Sequence[str]) -> str:
     if len(faults) == 1:
         return head + faults[0]
     return f"{head}{len(faults)} faults" + "".join(f"\n  - {fault}" for fault in faults)
+
+
+def printable(text: str) -> str:
+    """Return a text with a blank for each control character, such as ESC or the end of a line."""
+    return text.translate(_CONTROLS)
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:

@@ -120,6 +120,10 @@ def _forms(annotation: Any) -> Iterator[type[BaseModel]]:
 def _wanted(kind: str, fault: Mapping[str, Any]) -> str:
     if kind == "literal_error":
         return str(fault["ctx"]["expected"]).replace("'", "")
+    if kind == "less_than_equal":
+        return f"at most {fault['ctx']['le']:g}"
+    if kind == "greater_than_equal":
+        return f"at least {fault['ctx']['ge']:g}"
     if kind in ("too_short", "too_long"):
         least, most = (fault["ctx"].get(name) for name in ("min_length", "max_length"))
         return "a list of at least one" if least == 1 else f"a list of {least or most}"

@@ -6,7 +6,7 @@ import difflib
 import json
 import os
 import re
-from collections import UserDict
+from collections import Counter, UserDict
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import lru_cache
@@ -21,6 +21,10 @@ if TYPE_CHECKING:
 Value = TypeVar("Value")
 
 _POWER_OF_TEN = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)[eE][-+]?[0-9]+$")
+
+MAX_DEPTH = 32  # levels of tables and lists; the deepest file of hydrodamp's has 8
+MAX_NODES = 200_000  # values of a YAML file, aliases written out; a fleet vehicle has 300
+_TOO_DEEP = f"tables and lists are nested more than {MAX_DEPTH} deep"
 
 #: hydrodamp's own files: what one is, how it is given, and keys of which only it has any.
 KINDS = {
@@ -66,15 +70,43 @@ def nearest_file(path: str | os.PathLike[str]) -> str:
 
 
 def load_json(path: str | os.PathLike[str]) -> object:
-    """Return the content of a JSON file."""
+    """Return the content of a JSON file; a key given twice is refused."""
     try:
-        content: object = json.loads(load_text(path))
+        content: object = json.loads(load_text(path), object_pairs_hook=_unique_keys)
     except json.JSONDecodeError as error:
         raise FileError(
             f"{path}, line {error.lineno}: cannot be read as JSON: {error.msg} "
             f"at column {error.colno}."
         ) from error
+    except RecursionError as error:
+        raise FileError(f"{path}: cannot be read as JSON: {_TOO_DEEP}.") from error
+    except ValueError as error:  # a key given twice, or an integer of thousands of digits
+        raise FileError(f"{path}: cannot be read as JSON: {error}.") from error
+    if _is_too_deep(content):
+        raise FileError(f"{path}: cannot be read as JSON: {_TOO_DEEP}.")
     return content
+
+
+def _unique_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    table = dict(pairs)
+    if len(table) < len(pairs):
+        counts = Counter(key for key, _ in pairs)
+        twice = next(key for key, count in counts.items() if count > 1)
+        raise ValueError(f"the key `{twice}` is given {counts[twice]} times in one table; keep one")
+    return table
+
+
+def _is_too_deep(content: object) -> bool:
+    """Return whether tables and lists are nested beyond :data:`MAX_DEPTH`, without recursion."""
+    level = [content]
+    for _ in range(MAX_DEPTH + 1):
+        level = [
+            part
+            for each in level
+            if isinstance(each, (dict, list))
+            for part in (each.values() if isinstance(each, dict) else each)
+        ]
+    return any(isinstance(each, (dict, list)) for each in level)
 
 
 def load_yaml(path: str | os.PathLike[str]) -> object:
@@ -94,6 +126,10 @@ def parse_yaml(text: str, source: str) -> object:
         line = mark.line if mark else text.count("\n", 0, getattr(error, "position", 0))
         problem = getattr(error, "problem", None) or getattr(error, "reason", error)
         raise FileError(f"{source}, line {line + 1}: cannot be read as YAML: {problem}.") from error
+    except RecursionError as error:
+        raise FileError(f"{source}: cannot be read as YAML: {_TOO_DEEP}.") from error
+    except (ValueError, OverflowError) as error:  # such as an integer of thousands of digits
+        raise FileError(f"{source}: cannot be read as YAML: {error}.") from error
     return content
 
 
@@ -104,6 +140,13 @@ def _loader() -> type[yaml.SafeLoader]:
     from yaml.constructor import ConstructorError
 
     class Loader(SafeLoader):
+        def get_single_node(self) -> Node | None:
+            """Return the document; one nested too deeply or that aliases blow up is refused."""
+            root: Node | None = super().get_single_node()
+            if root is not None:
+                _count_nodes(root, {})
+            return root
+
         def compose_mapping_node(self, anchor: dict[Any, Node]) -> MappingNode:
             node = super().compose_mapping_node(anchor)
             first: dict[tuple[str, str], ScalarNode] = {}
@@ -121,6 +164,23 @@ def _loader() -> type[yaml.SafeLoader]:
     }
     Loader.add_implicit_resolver("tag:yaml.org,2002:float", _POWER_OF_TEN, list("-+.0123456789"))
     return Loader
+
+
+def _count_nodes(node: yaml.Node, counts: dict[int, int], depth: int = 0) -> int:
+    """Return how many nodes a node stands for once its aliases are replaced by what they name."""
+    from yaml.constructor import ConstructorError
+
+    if depth > MAX_DEPTH:
+        raise ConstructorError(None, None, _TOO_DEEP, node.start_mark)
+    if id(node) not in counts:
+        counts[id(node)] = MAX_NODES  # until it is counted: a node inside itself has no end
+        parts = node.value if isinstance(node.value, list) else ()
+        inner = (part for each in parts for part in (each if isinstance(each, tuple) else (each,)))
+        counts[id(node)] = 1 + sum(_count_nodes(part, counts, depth + 1) for part in inner)
+    if counts[id(node)] > MAX_NODES:
+        problem = f"with its aliases written out it holds more than {MAX_NODES} values"
+        raise ConstructorError(None, None, problem, node.start_mark)
+    return counts[id(node)]
 
 
 class Packaged(UserDict[str, Value]):

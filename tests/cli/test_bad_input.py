@@ -90,3 +90,17 @@ def test_a_name_that_is_unknown(folder, call, line, words):
 def test_too_few_samples_for_every_model(folder, call):
     done = call(f"{COMPARE} a.csv --train 0:0.2 --test 2:4".replace(",fossen", ""), 2)
     refused(folder, done, "samples are fewer than the largest axis of every model", "needs 3")
+
+
+def test_a_vehicle_of_no_size_is_refused(folder, call):
+    line = "vehicle new x.yaml --length 1e308 --diameter 1e308 --mass 1e308"
+    refused(folder, call(line, 2), "`--length` must be positive and at most 1e+30")
+
+
+def test_a_log_that_determines_nothing_is_refused(folder, call):
+    lines = [f"{0.1 * k},0,0,0,0,0" for k in range(100)]
+    (folder / "still.csv").write_text("\n".join([HEADER, *lines]) + "\n", encoding="utf-8")
+    line = "identify still.csv --vehicle planar.yaml --model linear --method weak --out d.json"
+    done = call(line, 1)
+    assert "the log determines no coefficient" in " ".join(done.stderr.split())
+    assert not (folder / "d.json").exists()

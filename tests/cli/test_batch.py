@@ -26,12 +26,12 @@ def test_a_season_makes_a_table_fits_and_a_picture(folder, call):
     assert float(rows[0]["low"]) < float(rows[0]["value"]) < float(rows[0]["high"])
     found = sorted(path.name for path in (folder / "season").iterdir())
     tables = ["coefficients.csv", "coefficients.parquet"]
-    assert found == [*tables, "fits", "folds", "linear.svg", "season.html"]
+    assert found == [".hydrodamp.json", *tables, "fits", "folds", "linear.svg", "season.html"]
     page = (folder / "season" / "season.html").read_text("utf-8")
     assert "4 logs in 2 groups, 0 left out." in page
     made = folder / "season" / "fits" / "2026-05-01.linear.json"
     assert hd.read_damping(made)["X_u"] == float(rows[0]["value"])
-    done = call(LINE.format("logs", "month"))
+    done = call(LINE.format("logs", "month") + " --force")
     assert "4 logs had been folded before" in done.stderr
 
 

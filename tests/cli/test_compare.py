@@ -142,7 +142,9 @@ def test_an_earlier_comparison_is_named_before_it_goes(folder, call):
     line = f"{PARTS} --methods ls --out out --models"
     assert "earlier comparison" not in call(f"{line} linear").stderr
     (old,) = (folder / "out" / "fits").iterdir()
-    again = call(f"{line} fossen")
+    assert "out: holds results already" in call(f"{line} fossen", 2).stderr
+    assert old.exists()
+    again = call(f"{line} fossen --force")
     assert "out holds an earlier comparison, which this one replaces" in again.stderr
     assert not old.exists()
     assert [row.model for row in hd.read_comparison("out").rows] == ["fossen"]

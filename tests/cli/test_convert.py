@@ -11,7 +11,7 @@ def test_a_log_through_a_mapping_becomes_canonical(folder, call):
         "time: time\nvelocity: {u: u, v: v, r: {column: r, unit: deg/s}}\n"
         "commands: [ahead, turn]\nsteps: [note_suspicions]\n"
     )
-    done = call("convert a.csv --mapping m.yaml --out c.csv")
+    done = call("convert a.csv --mapping m.yaml --out c.csv --force")
     before, after = (read_log(folder / name).velocity[:, 5] for name in ("a.csv", "c.csv"))
     np.testing.assert_allclose(after, np.radians(before))
     assert "400 samples" in done.stdout
@@ -35,19 +35,19 @@ def test_files_of_one_recording_go_in_together(folder, call):
     call("probe run1_pose.csv+run1_pwm.csv --draft m.yaml")
     assert 'pwm: "*_pwm.csv"' in (folder / "m.yaml").read_text("utf-8")
     for line in ("run2_pose.csv", "run2_pwm.csv", "run2_pose.csv+run2_pwm.csv"):
-        call(f"convert {line} --mapping m.yaml --out c.csv")
+        call(f"convert {line} --mapping m.yaml --out c.csv --force")
         known, found = read_log(folder / "b.csv"), read_log(folder / "c.csv")
         np.testing.assert_allclose(found.velocity, known.velocity)
         np.testing.assert_allclose(found.commands, known.commands)
     (folder / "other").mkdir()
     (folder / "run2_pwm.csv").rename(folder / "other" / "run2_pwm.csv")
-    call("convert run2_pose.csv+other/run2_pwm.csv --mapping m.yaml --out c.csv")
+    call("convert run2_pose.csv+other/run2_pwm.csv --mapping m.yaml --out c.csv --force")
     (folder / "other" / "run2_pwm.csv").rename(folder / "run2_pwm.csv")
     line = "compare --vehicle planar.yaml --mapping m.yaml --models linear --methods ls"
     (folder / "m.yaml").write_text((folder / "m.yaml").read_text("utf-8") + "\n", "utf-8")
     call(f"{line} --train run1_pose.csv --test run2_pose.csv+run2_pwm.csv")
     (folder / "run2_pwm.csv").write_text("time,ahead\n0,1\n1\n", "utf-8")
-    said = " ".join(call("convert run2_pose.csv --mapping m.yaml --out c.csv", 2).stderr.split())
+    said = " ".join(call("convert run2_pose.csv --mapping m.yaml --out d.csv", 2).stderr.split())
     assert "left out: run2_pwm.csv: line 3 has 1 cells" in said
     (folder / "run2_pwm.csv").unlink()
     assert (

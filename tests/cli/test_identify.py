@@ -8,6 +8,8 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.identification.fit import empty_fit
+from hydrodamp.report.files import Findings, Picture, write_pictures
+from hydrodamp.results import MANIFEST
 
 LINE = "identify a.csv --vehicle planar.yaml --model linear --method ls"
 
@@ -75,21 +77,23 @@ def test_a_wrong_thrust_is_told_before_the_fit_and_a_free_gain_undoes_it(folder,
 
 @pytest.mark.parametrize(("error", "status"), [(KeyboardInterrupt, 130), (RuntimeError, 1)])
 def test_nothing_of_an_earlier_fit_stays_beside_a_new_one(folder, call, monkeypatch, error, status):
-    (folder / "d.figures").mkdir()
-    mine = folder / "d.figures" / "mine.svg"
-    for name in ("d.json", "d.report.html", "d.figures/power.svg", "d.figures/mine.svg"):
-        (folder / name).write_text("old", "utf-8")
-    words = {"name": "power", "caption": "", "width": 1, "height": 1}
-    (folder / "d.figures" / "index.json").write_text(json.dumps({"pictures": [words]}), "utf-8")
+    figures = folder / "d.figures"
+    write_pictures(Findings(pictures=(Picture("power", "", 1, 1, b"old"),)), figures, figures)
+    assert (figures / "power.svg").read_bytes() == b"old"
+    mine = figures / "mine.svg"
+    for path in (folder / "d.json", folder / "d.report.html", mine):
+        path.write_text("old", "utf-8")
 
     def fail(*args):
         raise error
 
     monkeypatch.setattr("hydrodamp.cli.report.look_closer", fail)
-    call(f"{LINE} --json --out d.json", status)
+    assert "d.json: exists already" in call(f"{LINE} --json --out d.json", 2).stderr
+    assert (folder / "d.json").read_text("utf-8") == "old"
+    call(f"{LINE} --json --out d.json --force", status)
     assert hd.read_damping(folder / "d.json").covariance is not None
     assert not (folder / "d.report.html").exists()
-    assert list((folder / "d.figures").iterdir()) == [mine]
+    assert [path for path in figures.iterdir() if path.name != MANIFEST] == [mine]
 
 
 @pytest.mark.parametrize(

@@ -186,7 +186,7 @@ def test_with_a_mapping_neither_draft_nor_guesses_are_printed(folder, call):
 
 
 @pytest.mark.parametrize(
-    ("draft", "words"), [("mine.yaml", "is there already"), ("nowhere/mine.yaml", "nowhere")]
+    ("draft", "words"), [("mine.yaml", "exists already"), ("nowhere/mine.yaml", "nowhere")]
 )
 def test_a_draft_that_was_corrected_is_kept_unless_forced(folder, call, draft, words):
     unmapped(folder)

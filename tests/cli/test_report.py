@@ -39,7 +39,8 @@ def test_the_report_is_made_again_as_it_was(results, call):
     for name in (*BARE, "figures/index.json"):
         assert (results / name).exists()
     first = (results / "report.html").read_bytes()
-    done = call("report out")
+    assert "out/report.html: exists already" in call("report out", 2).stderr
+    done = call("report out --force")
     assert done.stderr == "written to out/report.html\n"
     assert (results / "report.html").read_bytes() == first
     for words in (b"which was compared with no other", b"The log determined ", b'"name":"r"'):

@@ -36,7 +36,7 @@ def test_a_file_to_fill_in(folder, call):
 def test_a_file_that_is_there_is_kept_unless_forced(folder, call):
     before = (folder / "planar.yaml").read_text("utf-8")
     done = call(f"vehicle new planar.yaml {SIZES}", 2)
-    assert "is there already" in done.stderr
+    assert "exists already" in done.stderr
     assert (folder / "planar.yaml").read_text("utf-8") == before
     call(f"vehicle new planar.yaml {SIZES} --force")
 

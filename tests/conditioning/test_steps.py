@@ -75,7 +75,7 @@ def test_what_is_wrong_is_said(content: object, said: str) -> None:
         ({"remove_spikes": {"threshold": 0}}, "`remove_spikes.threshold` must be greater than 0"),
         ({"remove_spikes": {"names": "u"}}, "`remove_spikes.names` must be a list; got 'u'"),
         ({"lagged": {"rudder": "slow"}}, "`lagged.rudder` must be a number; got 'slow'"),
-        ({"delayed": {"rudder": -1}}, "`delayed.rudder` must be greater than or equal to 0"),
+        ({"delayed": {"rudder": -1}}, "`delayed.rudder` must be at least 0"),
         ({"beyond_dead_zone": {"m1": 1475}}, "`beyond_dead_zone.m1` must be a list; got 1475"),
         (
             {"roll_from_mixing": {"demanded": ["a", "b"], "fins": ["c", "d"], "mixing": "mine"}},

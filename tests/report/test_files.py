@@ -13,7 +13,7 @@ def test_all_files_are_there_and_none_is_left_over(comparison, tmp_path):
     hd.write_comparison(comparison, tmp_path / "deep" / "out")
     names = sorted(path.name for path in (tmp_path / "deep" / "out").iterdir())
     assert names == [
-        *("comparison.json", "fits", "replays.npz"),
+        *(".hydrodamp.json", "comparison.json", "fits", "replays.npz"),
         *("table.csv", "table.md", "table.tex", "table.txt"),
     ]
     fits = sorted(path.stem for path in (tmp_path / "deep" / "out" / "fits").iterdir())

@@ -95,3 +95,27 @@ def test_errors_stand_in_line_and_stay_short(value, word):
 def test_shares_and_coefficients_are_short():
     assert [percent(value) for value in (None, -3.0, 99.6)] == ["-", "<0", "100"]
     assert [coefficient(value) for value in (None, float("inf"), -123.456)] == ["-", "-", "-123.5"]
+
+
+HOSTILE = "dive\n\\input{/etc/passwd}\r\x1b[31m\u2028\u202e=1"
+
+
+@pytest.mark.parametrize("write", [to_text, to_markdown, to_latex, to_csv])
+def test_control_characters_of_names_do_not_reach_a_table(write):
+    columns = (Column("log", number=False), Column(f"a{HOSTILE}", number=False))
+    plain = Grid("t", columns[:1] * 2, (("x", "y"),), ("note",))
+    grid = Grid(HOSTILE, columns, ((HOSTILE, "x"),), (f"note {HOSTILE}",))
+    table = write(grid)
+    assert not set(table) & set("\r\x1b\u2028\u202e")
+    assert not any(line.lstrip().startswith("\\input") for line in table.splitlines())
+    if write is not to_text:  # which wraps its notes
+        assert len(table.splitlines()) == len(write(plain).splitlines())
+
+
+def test_words_that_a_spreadsheet_would_run_are_quoted():
+    grid = Grid("", (Column("log", number=False), Column("rms")), (("=cmd|'/c calc'!A0", -0.5),))
+    assert to_csv(grid) == "log,rms\n'=cmd|'/c calc'!A0,-0.5\n"
+    words = ("+1+1", "-x", "@a", "-0.5", "-inf", "a=b", "")
+    rows = tuple((word,) for word in words)
+    lines = to_csv(Grid("", (Column("log", number=False),), rows)).splitlines()[1:]
+    assert lines == ["'+1+1", "'-x", "'@a", "-0.5", "-inf", "a=b", '""']

@@ -88,8 +88,10 @@ class Blind:
         self.usable = usable
 
     def identify(self, problem, model):
-        status = Status.OK if self.usable else Status.FAILED
-        return empty_fit(problem, model.restricted_to(problem.vehicle.axes), self.key, status)
+        free = model.restricted_to(problem.vehicle.axes)
+        empty = empty_fit(problem, free, self.key, Status.FAILED)
+        still = replace(empty.damping, coefficients=np.zeros(free.n_coefficients))
+        return replace(empty, damping=still, status=Status.OK) if self.usable else empty
 
 
 def test_a_method_that_fails_or_knows_no_covariance(campaign):

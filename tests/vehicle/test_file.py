@@ -110,7 +110,7 @@ def test_a_body_that_only_moves_along_needs_no_inertia():
             [
                 "`name` is missing",
                 "`weight` must be a number; got 'heavy'",
-                "`buoyancy` must be greater than or equal to 0; got -1",
+                "`buoyancy` must be at least 0; got -1",
                 "unknown key `mas_matrix`. Did you mean 'mass_matrix'",
             ],
         ),

@@ -35,13 +35,14 @@ def batch(
         int | None, typer.Option(metavar="N", min=1, help="Processes of this machine.")
     ] = None,
     scheduler: Annotated[str | None, typer.Option(metavar="URL", help=_SCHEDULER)] = None,
+    force: options.Force = False,
     json: options.Json = False,
 ) -> None:
     """Identify models from many logs, group by group, and say what changed between them."""
-    from hydrodamp.files import check_folder
-    from hydrodamp.report.season import coefficients_grid, told, write_season
+    from hydrodamp.report.season import RESULTS, coefficients_grid, told, write_season
+    from hydrodamp.results import check_results
 
-    check_folder(out)
+    check_results(out, RESULTS, force)
     crafts = [choose.choose_vehicle(one) for one in vehicle.split(",")]
     models = _models(model)
     if mapping and len(mapping) > 1:

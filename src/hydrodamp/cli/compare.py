@@ -21,6 +21,7 @@ def compare(
     horizon: options.Horizon = None,
     out: options.OutFolder = None,
     resume: options.Resume = False,
+    force: options.Force = False,
     json: options.Json = False,
 ) -> None:
     """Identify models on one part of the data, replay them on another, rank them."""
@@ -29,7 +30,7 @@ def compare(
 
     parts = (*(logs or ()), *(train or ()), *(test or ()))
     inputs = (*parts, *map(choose.file_of, choose.names(models or "")), vehicle, mapping)
-    check_out_folder(out, inputs, resume)
+    check_out_folder(out, inputs, resume, force)
     craft, chosen = choose.choose_vehicle(vehicle), choose.choose_models(models)
     ways, said = choose.choose_methods(methods), record(inputs)
     learn, held_out, shared = train_and_test(logs or (), train or (), test or (), mapping)

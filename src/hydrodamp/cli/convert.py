@@ -17,11 +17,12 @@ def convert(
     logs: options.SomeLogs,
     out: Annotated[Path, typer.Option(metavar="FILE", help="A .csv or .parquet file.")],
     mapping: options.MappingFile = None,
+    force: options.Force = False,
 ) -> None:
     """Bring a log of any format onto one clock, do the mapping's steps, and write it."""
     from hydrodamp.cli.targets import check_out_log
 
-    check_out_log(out, (*logs, mapping))
+    check_out_log(out, (*logs, mapping), force)
     log = read(logs, mapping)
     suspect(log)
     hd.write_log(log, out)

@@ -22,13 +22,14 @@ def demo(
     seed: Annotated[int, typer.Option(metavar="N", help="Of the sensor noise.")] = 0,
     truth: Annotated[str, typer.Option(metavar="[sname|crossflow]", help=_TRUTH)] = "sname",
     resume: options.Resume = False,
+    force: options.Force = False,
     json: options.Json = False,
 ) -> None:
     """Re-enact the paper's experiment on a simulated vehicle and print its Table I."""
     from hydrodamp.cli.targets import check_out_folder, record
     from hydrodamp.cli.work import Task, carry_out
 
-    check_out_folder(out, (), resume)
+    check_out_folder(out, (), resume, force)
     campaign = hd.reenact(seed=seed, truth=truth)
     if not json:
         train, test = (

@@ -36,22 +36,24 @@ def identify(
         Path | None,
         typer.Option(metavar="FILE", help="Write a damping file, pictures and a report beside it."),
     ] = None,
+    force: options.Force = False,
     json: options.Json = False,
 ) -> None:
     """Identify one model, say how far to trust it, and write its damping file."""
     from hydrodamp.cli.targets import check_out_file, record
     from hydrodamp.cli.work import check_training, fit_all
-    from hydrodamp.files import check_folder, save_json
+    from hydrodamp.files import save_json
     from hydrodamp.report.documents import fit_document
-    from hydrodamp.report.files import earlier_pictures
+    from hydrodamp.report.files import PICTURES
     from hydrodamp.report.fit_tables import fit_grid
+    from hydrodamp.results import check_results, remove_results
 
     inputs = (*(logs or ()), *(train or ()), vehicle, choose.file_of(model), mapping)
     if out is not None:
         figures, page = beside(out)
         for path in (out, page):
-            check_out_file(path, inputs)
-        check_folder(figures)
+            check_out_file(path, inputs, force)
+        check_results(figures, PICTURES, force)
     craft, named = choose.choose_vehicle(vehicle), choose.choose_model(model)
     way, said = hd.find_method(method), record(inputs)
     log = train_alone(logs or (), train or (), mapping)
@@ -61,8 +63,8 @@ def identify(
     is_asked = fit.status.usable and not json
     grades, words, shown = trust(craft, log, fit) if is_asked else (None, [], [])
     if out is not None and fit.status.usable:
-        for path in (page, *earlier_pictures(figures)):
-            path.unlink(missing_ok=True)
+        page.unlink(missing_ok=True)
+        remove_results(figures, PICTURES)
         save_json(fit_document(fit), out)
         note(f"written to {out}")
     if json:

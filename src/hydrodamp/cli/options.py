@@ -72,7 +72,8 @@ _GAINS = (
     "one."
 )
 FreeGains = Annotated[bool, typer.Option("--free-gains", help=_GAINS)]
-Force = Annotated[bool, typer.Option("--force", help="Replace a file that is there.")]
+_REPLACE = "Replace files that exist; in a folder, those alone that hydrodamp wrote."
+Force = Annotated[bool, typer.Option("--force", help=_REPLACE)]
 Json = Annotated[
     bool, typer.Option("--json", help="Print machine-readable results on standard output.")
 ]

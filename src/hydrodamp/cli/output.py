@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, NoReturn, ParamSpec, TypeVar
 
 import typer
 
-from hydrodamp.errors import HydrodampError, HydrodampWarning
+from hydrodamp.errors import HydrodampError, HydrodampWarning, printable
 from hydrodamp.files import as_json
 from hydrodamp.progress import watched
 
@@ -36,12 +36,13 @@ def show(*results: Grid | str) -> None:
 
     width = min(shutil.get_terminal_size().columns, 100)
     texts = (each if isinstance(each, str) else to_text(each, width) for each in results)
-    typer.echo("\n\n".join(texts))
+    typer.echo("\n".join(map(printable, "\n\n".join(texts).split("\n"))))
 
 
 def note(text: str) -> None:
     """Print a message on standard error, its paths from the working directory."""
-    typer.echo(text.replace(f"{Path.cwd()}{os.sep}", ""), err=True)
+    lines = text.replace(f"{Path.cwd()}{os.sep}", "").split("\n")
+    typer.echo("\n".join(map(printable, lines)), err=True)
 
 
 def emit(document: object) -> None:

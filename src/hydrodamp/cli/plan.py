@@ -36,14 +36,15 @@ def plan(
         typer.Option(help=_MODE, show_default=False),
     ] = None,
     seed: Annotated[int, typer.Option(min=0, metavar="N", help="Of draws and noise.")] = 0,
+    force: options.Force = False,
     json: options.Json = False,
 ) -> None:
     """Plan the next dive: what to steer, where it goes, and what it will determine."""
-    from hydrodamp.files import check_folder
     from hydrodamp.planning.files import plan_document
-    from hydrodamp.report.dive import prediction_grid, stretches_grid, write_plan
+    from hydrodamp.report.dive import RESULTS, prediction_grid, stretches_grid, write_plan
+    from hydrodamp.results import check_results
 
-    check_folder(out)
+    check_results(out, RESULTS, force)
     craft = choose.choose_vehicle(vehicle)
     if choose.selects(model):
         raise hd.ModelError("`sparse` is selected from a log: name a model with terms.")

@@ -38,7 +38,7 @@ def probe(
 
     needs = None if vehicle is None else partial(_needs, hd.find_vehicle(vehicle))
     if draft is not None:
-        from hydrodamp.cli.targets import check_new_file  # takes long to import
+        from hydrodamp.results import check_new_file
 
         check_new_file(draft, force)
     recordings = [hd.read_recording(path, mapping) for path in dict.fromkeys(logs)]

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 import hydrodamp as hd
+from hydrodamp.cli import options
 from hydrodamp.cli.output import note, warned
 
 if TYPE_CHECKING:
@@ -25,6 +26,7 @@ def report(
         Path | None,
         typer.Option(metavar="FILE", help="The file to write. [default: DIR/report.html]"),
     ] = None,
+    force: options.Force = False,
 ) -> None:
     """Make the report of a folder of results again, without fitting again."""
     from hydrodamp.cli.targets import check_out_file
@@ -32,7 +34,7 @@ def report(
     from hydrodamp.report.files import REPORT
 
     if (folder / CARD).is_file():
-        check_out_file(out or folder / PAGE, (str(folder / CARD),))
+        check_out_file(out or folder / PAGE, (str(folder / CARD),), force)
         note(f"written to {write_fidelity_page(folder, out)}")
         return
     if not (folder / "comparison.json").is_file():
@@ -43,7 +45,8 @@ def report(
             f"{folder}: {lacks}; name one that `compare`, `demo` or `export` wrote with `--out`."
         )
     own = folder / REPORT
-    check_out_file(out or own, (str(path) for path in folder.rglob("*") if path != own))
+    inputs = (str(path) for path in folder.rglob("*") if path != own)
+    check_out_file(out or own, inputs, force)
     offer(folder, out or own)
 
 
@@ -96,6 +99,6 @@ def illustrate_fit(
     alone = replace(alone, provenance=origin)
     findings = look_closer(alone, vehicle, log)
     if findings.pictures:
-        write_pictures(findings, figures)
+        write_pictures(findings, figures, figures)
         note(f"written to {figures}")
     offer(replace(alone, provenance=origin | warned()), page, findings)

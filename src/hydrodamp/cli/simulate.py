@@ -29,6 +29,7 @@ def simulate(
         Path | None,
         typer.Option(metavar="CSV", help="Write the simulated log in canonical form."),
     ] = None,
+    force: options.Force = False,
     json: options.Json = False,
 ) -> None:
     """Replay a log open loop with identified damping and score it."""
@@ -41,7 +42,7 @@ def simulate(
     from hydrodamp.simulation.checks import length_of
     from hydrodamp.simulation.problem import stamp
 
-    check_out_log(out, (*logs, vehicle, damping, mapping))
+    check_out_log(out, (*logs, vehicle, damping, mapping), force)
     craft, numbers = choose_vehicle(vehicle), hd.read_damping(damping)
     if told := foreign_to(numbers, stamp(craft)):
         raise ModelError(told)

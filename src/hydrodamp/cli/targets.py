@@ -11,15 +11,15 @@ from pathlib import Path
 
 from hydrodamp.data.canonical import check_log_file
 from hydrodamp.errors import FileError, ProblemError
-from hydrodamp.files import check_file, check_folder
 from hydrodamp.ingest.formats.parties import apart
-from hydrodamp.report.files import is_result
+from hydrodamp.report.files import RESULTS, is_result
+from hydrodamp.results import check_new_file, check_results
 
 Inputs = Iterable[str | None]
 
 
-def check_out_file(out: Path | None, inputs: Inputs) -> None:
-    """Refuse a file that cannot be written or would replace an input."""
+def check_out_file(out: Path | None, inputs: Inputs, force: bool) -> None:
+    """Refuse a file that cannot be written, that would replace an input, or exists already."""
     if out is None:
         return
     for path in _files(inputs):
@@ -27,18 +27,18 @@ def check_out_file(out: Path | None, inputs: Inputs) -> None:
             raise FileError(
                 f"`--out {out}` is one of the inputs and would be replaced: name another file."
             )
-    check_file(out)
+    check_new_file(out, force)
 
 
-def check_out_log(out: Path | None, inputs: Inputs) -> None:
+def check_out_log(out: Path | None, inputs: Inputs, force: bool) -> None:
     """Refuse also a file whose suffix is none of a log."""
-    check_out_file(out, inputs)
+    check_out_file(out, inputs, force)
     if out is not None:
         check_log_file(out)
 
 
-def check_out_folder(out: Path | None, inputs: Inputs, resume: bool) -> None:
-    """Refuse a folder that cannot be written or whose files would replace an input."""
+def check_out_folder(out: Path | None, inputs: Inputs, resume: bool, force: bool) -> None:
+    """Refuse a folder that cannot be written, or where files would be replaced."""
     if out is None:
         if resume:
             raise ProblemError(
@@ -51,14 +51,7 @@ def check_out_folder(out: Path | None, inputs: Inputs, resume: bool) -> None:
             raise FileError(
                 f"`--out {out}` would replace the input {path}: name a folder of its own."
             )
-    check_folder(out)
-
-
-def check_new_file(out: Path, force: bool) -> None:
-    """Refuse a file that cannot be written, or that exists and may hold a person's work."""
-    check_file(out)
-    if out.exists() and not force:
-        raise FileError(f"{out}: is there already; name another file, or say --force.")
+    check_results(out, RESULTS, force or resume)
 
 
 def record(inputs: Inputs) -> dict[str, str]:

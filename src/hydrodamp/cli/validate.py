@@ -29,6 +29,7 @@ def validate(
     out: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write what --json prints.")
     ] = None,
+    force: options.Force = False,
     json: options.Json = False,
 ) -> None:
     """Cross-validate models over the segments of a log, and score them at several horizons."""
@@ -39,7 +40,7 @@ def validate(
     from hydrodamp.validation.crossvalidation import holdouts
 
     files = map(choose.file_of, choose.names(models or ""))
-    check_out_file(out, (*logs, *files, vehicle, mapping))
+    check_out_file(out, (*logs, *files, vehicle, mapping), force)
     craft, given = choose.choose_vehicle(vehicle), choose.choose_models(models)
     ways, log = choose.choose_methods(methods), read(logs, mapping)
     selected = (hd.Sparse(),) if choose.selects(models) else ()

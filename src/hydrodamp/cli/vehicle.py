@@ -32,14 +32,18 @@ def new(
     json: options.Json = False,
 ) -> None:
     """Write a commented vehicle file to fill in."""
-    from hydrodamp.cli.targets import check_new_file
+    from hydrodamp.arrays import LARGEST
     from hydrodamp.errors import VehicleError
     from hydrodamp.files import save_text
+    from hydrodamp.results import check_new_file
     from hydrodamp.vehicle.file import fleet_text
     from hydrodamp.vehicle.template import copied, vehicle_template
 
     sizes = {"length": length, "diameter": diameter, "mass": mass}
     complete = like is not None or mass is not None
+    for name, size in sizes.items():
+        if size is not None and not 0.0 < size <= LARGEST:
+            raise VehicleError(f"`--{name}` must be positive and at most {LARGEST:g}; got {size:g}")
     if like is None:
         text = vehicle_template(file.stem, **sizes)
     elif any(size is not None for size in sizes.values()):

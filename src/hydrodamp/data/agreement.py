@@ -105,6 +105,8 @@ def compared(added: FloatArray, moved: FloatArray) -> Agreement:
         return NONE
     kept = _usual(added.reshape(len(added), -1), moved.reshape(len(moved), -1))
     added, moved = added[kept], moved[kept]
+    if not len(added):  # no pair is a number
+        return NONE
     one, other = float(np.linalg.norm(added)), float(np.linalg.norm(moved))
     usual = other / len(added) ** 0.5
     if min(one, other) < _TINY:

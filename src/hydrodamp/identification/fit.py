@@ -423,9 +423,10 @@ def empty_fit(
     status: Status,
     remarks: tuple[str, ...] = (),
 ) -> Fit:
-    """Return a fit with all coefficients zero and a status that says why."""
+    """Return a fit with no number for any coefficient, and a status that says why."""
+    nothing = np.full(model.n_coefficients, np.nan)
     return Fit(
-        damping=Damping(model, np.zeros(model.n_coefficients), vehicle=stamp(problem.vehicle)),
+        damping=Damping(model, nothing, vehicle=stamp(problem.vehicle)),
         method=method,
         status=status,
         n_samples=problem.n_samples,

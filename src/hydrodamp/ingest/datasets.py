@@ -14,7 +14,8 @@ from hydrodamp.errors import FileError, list_faults, no_such
 from hydrodamp.files import load_yaml, save_all
 from hydrodamp.progress import progress
 
-_BLOCK = 1 << 16
+_BLOCK = 1 << 16  # bytes
+MAX_DOWNLOAD = 1 << 28  # bytes; the files of the registry have up to 5 MB
 _TIMEOUT = 60.0  # s
 
 
@@ -177,11 +178,14 @@ def _downloaded(file: DataFile, folder: Path) -> bytes:
     content = bytearray()
     try:
         with urlopen(file.url, timeout=_TIMEOUT) as answer:
-            size = int(answer.headers.get("Content-Length") or 0)
+            stated = answer.headers.get("Content-Length") or "0"
+            size = int(stated) if stated.isascii() and stated.isdigit() else 0
             with progress(f"downloading {file.name}", size or None) as step:
                 while part := answer.read(_BLOCK):
                     content += part
                     step(len(part))
+                    if max(size, len(content)) > MAX_DOWNLOAD:
+                        raise OSError(f"it is larger than {MAX_DOWNLOAD >> 20} MiB")
         if len(content) < size:
             raise OSError(f"its last {size - len(content)} bytes did not come")
     except (OSError, HTTPException) as error:

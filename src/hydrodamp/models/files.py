@@ -4,15 +4,23 @@ from __future__ import annotations
 
 import math
 import os
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationError,
+    field_validator,
+)
 
-from hydrodamp.arrays import FloatArray
+from hydrodamp.arrays import LARGEST, FloatArray
 from hydrodamp.basis.atoms import AXES
 from hydrodamp.errors import ModelError, did_you_mean, list_faults
 from hydrodamp.faults import faults_in, validated
@@ -42,6 +50,9 @@ def _text(given: object) -> object:
 Text = Annotated[str, BeforeValidator(_text)]
 Terms = dict[Text, Annotated[list[str], BeforeValidator(_spellings)]]
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)] | None
+Coefficient = (
+    Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-LARGEST, le=LARGEST)] | None
+)
 
 
 class _Model(BaseModel):
@@ -60,6 +71,17 @@ class ModelEntry(_Model):
 
     name: Annotated[Text, Field(min_length=1)]
     extends: Text = ""
+
+    @field_validator("terms")
+    @classmethod
+    def _terms_once(cls, terms: Terms) -> Terms:
+        given = Counter(
+            (axis, word) for axes, row in terms.items() for axis in axes.split() for word in row
+        )
+        twice = [f"`{word}` on {axis}" for (axis, word), count in given.items() if count > 1]
+        if twice:
+            raise ValueError(f"must name each term of an axis once; given twice: {twice[0]}")
+        return terms
 
     def build(self, known: Mapping[str, DampingModel]) -> DampingModel:
         """Return the model; one that it extends must be known."""
@@ -125,7 +147,7 @@ class DampingDocument(BaseModel):
         "Viscous remainder: H(M nu) nu with the full M (rigid body and added mass) is not in it."
     )
     model: ModelDocument
-    coefficients: dict[str, Number]
+    coefficients: dict[str, Coefficient]
     units: dict[str, str] = {}
     covariance: CovarianceDocument | None = None
     vehicle: VehicleStamp | None = None
@@ -239,7 +261,11 @@ def write_damping(damping: Damping, path: str | os.PathLike[str]) -> None:
     ------
     FileError
         If the file cannot be written.
+    ModelError
+        If no coefficient has a number, as after a fit that was refused.
     """
+    if damping.coefficients.size and not np.isfinite(damping.coefficients).any():
+        raise ModelError(f"{path}: not written: no coefficient of the damping has a number.")
     save_json(damping_document(damping), path)
 
 
@@ -265,7 +291,13 @@ def read_damping(path: str | os.PathLike[str]) -> Damping:
     """
     # YAML is a vehicle, a mapping or a model of the user's: it is read to say which.
     is_yaml = Path(path).suffix.lower() in (".yaml", ".yml")
-    return damping_from_document(load_yaml(path) if is_yaml else load_json(path), str(path))
+    damping = damping_from_document(load_yaml(path) if is_yaml else load_json(path), str(path))
+    if damping.coefficients.size and not np.isfinite(damping.coefficients).any():
+        raise ModelError(
+            f"{path}: no coefficient has a number: the fit that it comes from was refused or"
+            " failed, and its `fit` says why. Give a fit that succeeded."
+        )
+    return damping
 
 
 def damping_document(damping: Damping) -> dict[str, Any]:

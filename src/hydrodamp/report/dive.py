@@ -10,7 +10,7 @@ import numpy as np
 
 from hydrodamp.data.canonical import write_log
 from hydrodamp.errors import MethodError
-from hydrodamp.files import as_json, save_all, save_text
+from hydrodamp.files import as_json
 from hydrodamp.models.model import coefficient_unit, read_label
 from hydrodamp.planning.dive import DivePlan
 from hydrodamp.planning.files import (
@@ -24,6 +24,7 @@ from hydrodamp.report.figures.dive import orders_figure, prediction_figure, trac
 from hydrodamp.report.figures.look import figure_bytes
 from hydrodamp.report.grid import Column, Grid, coefficient, to_csv
 from hydrodamp.report.page import installed, template, text_of
+from hydrodamp.results import list_results, remove_results, save_listed, save_results
 
 #: The bag in the folder of a plan.
 _BAG = "bag"
@@ -110,6 +111,14 @@ def _mean(plan: DivePlan, name: str, start: float, end: float) -> str:
     return f"{plan.orders[name][part].mean():.2f}"
 
 
+#: Names of all files that a plan may write, from its folder.
+RESULTS = (
+    *("plan.csv", "predictions.csv", "plan.json", "mission.plan", "track.csv", "plan.html"),
+    *(f"{name}.svg" for name in _FIGURES),
+    f"{_BAG}/*",
+)
+
+
 def write_plan(plan: DivePlan, folder: Path) -> list[str]:
     """Write a plan into a folder; return what could not be written, in sentences."""
     missing = []
@@ -126,19 +135,18 @@ def write_plan(plan: DivePlan, folder: Path) -> list[str]:
     with suppress(MethodError):
         pictures = {name: figure_bytes(draw(plan), "svg") for name, (draw, _) in _FIGURES.items()}
         contents |= {folder / f"{name}.svg": one for name, one in pictures.items()}
-    save_all(contents)
+    save_results(contents, folder)
     write_log(plan.track, folder / "track.csv")
     if can_write_bags():
-        import shutil
-
-        shutil.rmtree(folder / _BAG, ignore_errors=True)
+        remove_results(folder, (f"{_BAG}/*",))
         write_bag(plan, folder / _BAG)
     else:
         missing.append('The ROS 2 bag needs the package rosbags: pip install "hydrodamp[logs]".')
     if installed():
-        save_text(page(plan, pictures), folder / "plan.html")
+        save_listed(page(plan, pictures), folder / "plan.html")
     else:
         missing.append('Pictures and the page need: pip install "hydrodamp[report]".')
+    list_results((folder / "track.csv", *(folder / _BAG).glob("*")), folder)
     return missing
 
 

@@ -7,6 +7,7 @@ import os
 import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Annotated
 
@@ -17,7 +18,7 @@ from hydrodamp.basis.atoms import AXES, VELOCITY_OF
 from hydrodamp.data.log import Log, Segment
 from hydrodamp.errors import FileError
 from hydrodamp.faults import validated
-from hydrodamp.files import as_json, load_json, save_all
+from hydrodamp.files import as_json, load_json
 from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.grades import AxisIdentifiability, Identifiability
 from hydrodamp.report.comparison_tables import detail_grids, score_grid, summary_grids
@@ -30,6 +31,7 @@ from hydrodamp.report.documents import (
 )
 from hydrodamp.report.grid import to_csv, to_latex, to_markdown, to_text
 from hydrodamp.report.words import RESUMED, UNFINISHED
+from hydrodamp.results import remove_results, save_results
 from hydrodamp.simulation.replay import Trajectory
 from hydrodamp.validation.bands import PredictionBand
 from hydrodamp.validation.compare import Comparison, Row
@@ -40,6 +42,12 @@ TABLES = tuple(f"table.{suffix}" for suffix in ("txt", "md", "tex", "csv"))
 GRADES, BAND = "identifiability.json", "band.npz"
 #: The folder of pictures, and the file among them that has their words.
 FIGURES, INDEX = "figures", "index.json"
+
+#: Names of pictures in their folder.
+PICTURES = ("*.svg", INDEX)
+_FITS, _PICTURES = "fits/*.json", tuple(f"{FIGURES}/{name}" for name in PICTURES)
+#: Names of all files that a comparison may write, from its folder.
+RESULTS = (COMPARISON, REPLAYS, REPORT, GRADES, BAND, *TABLES, _FITS, *_PICTURES)
 
 _SIMULATED = "simulated."
 
@@ -99,21 +107,20 @@ def write_comparison(comparison: Comparison, folder: str | os.PathLike[str]) -> 
     folder : str or path
         Each file is written whole or not at all, ``comparison.json`` last. Report, grades and
         pictures of an earlier comparison in the folder are removed, and its other fits too
-        where this one is whole and was made in one go.
+        where this one is whole and was made in one go; files that hydrodamp did not write, or
+        that were changed since, stay.
 
     Raises
     ------
     FileError
-        If the folder cannot be made or written.
+        If the folder cannot be made or written, or a file would replace one that hydrodamp did
+        not write.
     """
     home, grids = Path(folder), (*summary_grids(comparison), *detail_grids(comparison))
     fits = {home / "fits" / f"{name}.json": fit for name, fit in _named_fits(comparison).items()}
-    earlier = [home / name for name in (COMPARISON, REPORT, GRADES, BAND)]
-    earlier += earlier_pictures(home / FIGURES)
+    remove_results(home, (COMPARISON, REPORT, GRADES, BAND, *_PICTURES))
     if comparison.provenance.keys().isdisjoint((RESUMED, UNFINISHED)):
-        earlier += (path for path in (home / "fits").glob("*.json") if path not in fits)
-    for path in filter(Path.is_file, earlier):
-        path.unlink()
+        remove_results(home, (_FITS,), keep=fits)
     texts = {
         **{path: as_json(fit_document(fit)) for path, fit in fits.items()},
         home / "table.txt": "\n\n".join(map(to_text, grids)) + "\n",
@@ -123,13 +130,15 @@ def write_comparison(comparison: Comparison, folder: str | os.PathLike[str]) -> 
         home / COMPARISON: as_json(comparison_document(comparison)),
     }
     contents = {home / REPLAYS: _replays(comparison)}
-    save_all(contents | {path: text.encode("utf-8") for path, text in texts.items()})
+    contents |= {path: text.encode("utf-8") for path, text in texts.items()}
+    save_results(contents, home)
 
 
 def write_fit(fit: Fit, folder: Path) -> None:
     """Write one fit into a folder of results, as soon as it is finished."""
     (name,) = names_of((fit,))
-    save_all({folder / "fits" / f"{name}.json": as_json(fit_document(fit)).encode("utf-8")})
+    content = as_json(fit_document(fit)).encode("utf-8")
+    save_results({folder / "fits" / f"{name}.json": content}, folder)
 
 
 def kept_fit(folder: Path, model: str, method: str, digest: str) -> Fit | None:
@@ -178,12 +187,9 @@ def read_comparison(folder: str | os.PathLike[str]) -> Comparison:
 
 def is_result(path: Path, folder: Path) -> bool:
     """Tell whether a comparison written to a folder may replace a file."""
-    if path.parent == folder / "fits":
-        return path.suffix == ".json"
-    if path.parent == folder / FIGURES:
-        return path.suffix in (".json", ".svg")
-    names = (COMPARISON, REPLAYS, REPORT, GRADES, BAND, *TABLES)
-    return path.parent == folder and path.name in names
+    return folder in path.parents and any(
+        fnmatchcase(path.relative_to(folder).as_posix(), pattern) for pattern in RESULTS
+    )
 
 
 def _named_fits(comparison: Comparison) -> dict[str, Fit]:
@@ -232,24 +238,16 @@ def write_findings(findings: Findings, home: Path) -> None:
     if (band := findings.band) is not None:
         ends = {"lower": band.lower, "upper": band.upper, "level": np.array(band.level)}
         contents[home / BAND] = _npz(ends)
-    save_all(contents)
-    write_pictures(findings, home / FIGURES)
+    save_results(contents, home)
+    write_pictures(findings, home / FIGURES, home)
 
 
-def write_pictures(findings: Findings, folder: Path) -> None:
-    """Write pictures and their words into a folder."""
+def write_pictures(findings: Findings, folder: Path, home: Path) -> None:
+    """Write pictures and their words into a folder, listed in the manifest of another above it."""
     words = _Index(pictures=findings.pictures, not_shown=findings.not_shown)
     contents = {folder / f"{one.name}.svg": one.svg for one in findings.pictures}
-    save_all({**contents, folder / INDEX: words.model_dump_json(indent=2).encode("utf-8")})
-
-
-def earlier_pictures(folder: Path) -> list[Path]:
-    """Return the pictures that the index of a folder names, and the index."""
-    try:
-        found = _read_index(folder)
-    except FileError:
-        return []
-    return [*(folder / f"{one.name}.svg" for one in found.pictures), folder / INDEX]
+    contents[folder / INDEX] = words.model_dump_json(indent=2).encode("utf-8")
+    save_results(contents, home)
 
 
 def read_findings(home: Path, comparison: Comparison) -> Findings:

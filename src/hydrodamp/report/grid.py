@@ -7,15 +7,19 @@ import io
 import math
 import textwrap
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
+
+from hydrodamp.errors import printable
 
 NOTHING = "-"  # where there is no number
 
 #: Columns of a plain text page.
 WIDTH = 80
 
+_FORMULAS = ("=", "+", "-", "@")  # how cells begin that spreadsheets run
 _CROWDED = 10  # columns, beyond which they stand closer together
 _LATEX = {
     "\\": r"\textbackslash{}",
@@ -49,6 +53,11 @@ class Grid:
     notes: tuple[str, ...] = ()
     best: frozenset[tuple[int, int]] = frozenset()
 
+    def __post_init__(self) -> None:
+        """Take control characters, such as a name of a log may hold, out of all words."""
+        object.__setattr__(self, "title", printable(self.title))
+        object.__setattr__(self, "notes", tuple(map(printable, self.notes)))
+
     @classmethod
     def of_items(
         cls,
@@ -80,7 +89,7 @@ class Grid:
     @property
     def header(self) -> tuple[str, ...]:
         """The names of the columns."""
-        return tuple(column.name for column in self.columns)
+        return tuple(printable(column.name) for column in self.columns)
 
     @property
     def words(self) -> list[list[str]]:
@@ -94,7 +103,7 @@ class Grid:
 def _word(value: object, column: Column) -> str:
     if value is None:
         return NOTHING
-    return value if isinstance(value, str) else column.form(value)
+    return printable(value) if isinstance(value, str) else column.form(value)
 
 
 def _cells(grid: Grid) -> list[list[str]]:
@@ -171,8 +180,20 @@ def to_csv(grid: Grid) -> str:
     """Return a table as comma-separated values in full precision: header and rows alone."""
     stream = io.StringIO()
     header = [column.key or column.name for column in grid.columns]
-    csv.writer(stream, lineterminator="\n").writerows((header, *grid.rows))
+    rows = ([_cell(value) for value in row] for row in (header, *grid.rows))
+    csv.writer(stream, lineterminator="\n").writerows(rows)
     return stream.getvalue()
+
+
+def _cell(value: object) -> object:
+    """Return a value for a spreadsheet, which would take some words for formulas."""
+    if not isinstance(value, str):
+        return value
+    word = printable(value)
+    with suppress(ValueError):
+        float(word)
+        return word
+    return f"'{word}" if word.startswith(_FORMULAS) else word
 
 
 def error_size(value: float | None, decimals: int = 3) -> str:

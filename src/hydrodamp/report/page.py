@@ -17,7 +17,6 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.errors import MethodError
-from hydrodamp.files import save_text
 from hydrodamp.report.comparison_tables import score_grid
 from hydrodamp.report.documents import provenance_of
 from hydrodamp.report.examine import said_of_band
@@ -27,6 +26,7 @@ from hydrodamp.report.files import Findings, chosen_row, read_comparison, read_f
 from hydrodamp.report.fit_tables import fit_grid
 from hydrodamp.report.grid import Grid
 from hydrodamp.report.words import remarks, verdict
+from hydrodamp.results import save_listed
 from hydrodamp.validation.bands import PredictionBand
 from hydrodamp.validation.choice import error_of
 from hydrodamp.validation.compare import Comparison, Row
@@ -81,7 +81,7 @@ def write_report(
     comparison = results if isinstance(results, Comparison) else read_comparison(results)
     if findings is None and not isinstance(results, Comparison):
         findings = read_findings(Path(results), comparison)
-    save_text(page(comparison, findings), path)
+    save_listed(page(comparison, findings), Path(path))
     return Path(path)
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from hydrodamp.batch.drift import FEWEST
 from hydrodamp.batch.season import GroupFit, Season
 from hydrodamp.errors import MethodError
-from hydrodamp.files import as_json, save_all
+from hydrodamp.files import as_json
 from hydrodamp.models.model import coefficient_unit, read_label
 from hydrodamp.report.documents import fit_document
 from hydrodamp.report.figures.axes import coefficient_symbol
@@ -23,6 +23,7 @@ from hydrodamp.report.figures.look import colour_of, figure_bytes, in_our_look, 
 from hydrodamp.report.fit_tables import half_widths, standard_errors
 from hydrodamp.report.grid import Column, Grid, coefficient, to_csv
 from hydrodamp.report.page import installed, template, text_of
+from hydrodamp.results import remove_results, save_results
 from hydrodamp.simulation.status import Status
 
 if TYPE_CHECKING:
@@ -160,6 +161,10 @@ def _rows(one: GroupFit) -> Iterator[tuple[Any, ...]]:
         yield (*one.group, fit.model.key, label, *number, unit, grade, *told)
 
 
+#: Names of all files that a season may write, from its folder.
+RESULTS = ("coefficients.csv", "coefficients.parquet", "season.html", "*.svg", "fits/*.json")
+
+
 def write_season(season: Season, folder: Path) -> None:
     """Write the table as CSV and Parquet, a file for each fit, a picture a course, and a page."""
     contents = {folder / "coefficients.csv": to_csv(coefficients_grid(season)).encode("utf-8")}
@@ -180,7 +185,8 @@ def write_season(season: Season, folder: Path) -> None:
     contents |= {folder / f"{_file(name)}.svg": one for name, one in pictures.items()}
     if installed():
         contents[folder / "season.html"] = page(season, pictures).encode("utf-8")
-    save_all(contents)
+    remove_results(folder, RESULTS, keep=contents)
+    save_results(contents, folder)
 
 
 def _file(name: str) -> str:

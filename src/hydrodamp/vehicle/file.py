@@ -17,11 +17,11 @@ from pydantic import (
     ConfigDict,
     Discriminator,
     Field,
-    FiniteFloat,
     Tag,
     model_validator,
 )
 
+from hydrodamp.arrays import LARGEST
 from hydrodamp.basis.atoms import AXES
 from hydrodamp.errors import FileError, HydrodampWarning, VehicleError, did_you_mean
 from hydrodamp.faults import validated
@@ -43,9 +43,10 @@ _MOTIONS = {"K": ("roll", "down_y"), "M": ("pitch", "down_x")}
 _OPTIONAL = ("source", "note", "actuators")
 _RESTORING = ("weight", "buoyancy", "center_of_gravity", "center_of_buoyancy")
 
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-LARGEST, le=LARGEST)]
 AxisName = Literal["X", "Y", "Z", "K", "M", "N"]
-Vector = Annotated[list[FiniteFloat], Field(min_length=3, max_length=3)]
-Six = Annotated[list[FiniteFloat], Field(min_length=6, max_length=6)]
+Vector = Annotated[list[Number], Field(min_length=3, max_length=3)]
+Six = Annotated[list[Number], Field(min_length=6, max_length=6)]
 SixBySix = Annotated[list[Six], Field(min_length=6, max_length=6)]
 
 
@@ -90,7 +91,7 @@ class RigidBody(BaseModel):
 
     model_config = ConfigDict(extra="forbid")
 
-    mass: Annotated[FiniteFloat, Field(gt=0)]
+    mass: Annotated[Number, Field(gt=0)]
     inertia: Inertia
     inertia_about: Literal["origin", "center_of_gravity"] = "origin"
 
@@ -103,11 +104,11 @@ class VehicleFile(BaseModel):
     name: str
     source: str = ""
     note: str = ""
-    mass_matrix: list[list[FiniteFloat]] | None = None
+    mass_matrix: list[list[Number]] | None = None
     rigid_body: RigidBody | None = None
     added_mass: SixBySix | None = None
-    weight: Annotated[FiniteFloat, Field(ge=0)]
-    buoyancy: Annotated[FiniteFloat, Field(ge=0)]
+    weight: Annotated[Number, Field(ge=0)]
+    buoyancy: Annotated[Number, Field(ge=0)]
     center_of_gravity: Vector = [0.0, 0.0, 0.0]
     center_of_buoyancy: Vector = [0.0, 0.0, 0.0]
     axes: Annotated[list[AxisName], AfterValidator(checked_axes)] = ["X", "Y", "Z", "K", "M", "N"]

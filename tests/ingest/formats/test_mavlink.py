@@ -70,7 +70,51 @@ def test_damage_is_noted_and_what_stands_before_it_is_read(tmp_path, vehicle):
     path.write_bytes(spoilt)
     recording = files.read(path)
     assert recording.topic("ATTITUDE").fields["time_boot_ms"].tolist() == [0, 1, 3, 4]
-    assert recording.notes == ("2 packets are damaged; left out",)
+    assert recording.notes == (
+        f"{2 * size} of {6 * size} bytes are damaged, the first at byte {2 * size};"
+        " the packets that they belong to were left out",
+    )
+
+
+def test_a_damaged_byte_costs_its_packet_and_no_other(tmp_path, vehicle):
+    n = 200
+    sent = [
+        vehicle.attitude_encode(50 * k, 0.1, 0, 0, 0, 0, 0.01 * k).pack(vehicle)
+        if k % 2
+        else vehicle.named_value_float_encode(50 * k, b"rpm", 7.5).pack(vehicle)
+        for k in range(n)
+    ]
+    whole = stamped([(50_000 * k, packet) for k, packet in enumerate(sent)])
+    starts = np.cumsum([0, *(8 + len(packet) for packet in sent)]).tolist()
+    path = tmp_path / "dive.tlog"
+    damaged = np.random.default_rng(34)
+    for offset in [*range(6), *range(8, 20), *damaged.integers(20, 36, 8).tolist()]:
+        broken = bytearray(whole)
+        broken[starts[100] + offset] ^= 0xFF
+        path.write_bytes(broken)
+        recording = files.read(path)
+        assert sum(topic.n for topic in recording.topics) == n - 1, offset
+        assert len(recording.notes) == 1, recording.notes
+    # Three bytes of the stamp's front, and one that is inserted or lost, shift what follows.
+    for broken in (
+        whole[: starts[100] + 5] + b"\xfd" + whole[starts[100] + 5 :],
+        whole[: starts[100] + 15] + whole[starts[100] + 16 :],
+    ):
+        path.write_bytes(broken)
+        assert sum(topic.n for topic in files.read(path).topics) == n - 1
+
+
+def test_messages_that_no_dialect_defines_are_counted(tmp_path, vehicle):
+    known = vehicle.attitude_encode(1, 0, 0, 0, 0, 0, 0).pack(vehicle)
+    unknown = bytearray(known)
+    if unknown[0] == 0xFD:
+        unknown[7:10] = b"\xfe\xff\xfa"
+    path = tmp_path / "dive.tlog"
+    path.write_bytes(stamped([(0, known), (1000, bytes(unknown)), (2000, known)]))
+    recording = files.read(path)
+    assert recording.topic("ATTITUDE").n == 2
+    if unknown[0] == 0xFD:
+        assert recording.notes == ("1 packets are of messages that no dialect defines; left out",)
 
 
 def test_a_log_without_an_autopilot_is_refused(tmp_path):

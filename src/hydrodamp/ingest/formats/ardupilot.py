@@ -74,7 +74,7 @@ class _Format:
             row = np.dtype([("", "V3"), *zip(self.columns, kinds, strict=True)])
         except (KeyError, ValueError):
             return None
-        return row if row.itemsize == self.length else None
+        return row if row.itemsize == self.length and all(self.columns) else None
 
     @classmethod
     def described_by(cls, message: bytes) -> _Format:

@@ -6,14 +6,16 @@ from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
+from hydrodamp.data.record import first_few
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError
+from hydrodamp.ingest.formats import matlab
 from hydrodamp.ingest.formats.cells import Column, Names, column_of, topic_of
-from hydrodamp.ingest.formats.content import head, opened, seekable
+from hydrodamp.ingest.formats.content import check_columns, check_unpacked, head, opened, seekable
 
 _LONGEST = 64  # columns of an array
 _CLOCKS = ("time", "t", "timestamp", "time_s")
@@ -28,9 +30,10 @@ def read(path: str | Path) -> Recording:
         form, read_arrays = "NumPy arrays", _numpy
     else:
         hdf5 = _HDF5 in (begin[:8], begin[512:])
-        form, read_arrays = "MATLAB file", _hdf5 if hdf5 else _matlab
+        form, read_arrays = "MATLAB file", _hdf5 if hdf5 else matlab.read_arrays
     arrays = dict(read_arrays(path, notes))
     columns = _columns(arrays, notes)
+    check_columns(len(columns), path)
     if not columns:
         kinds = ", ".join(f"`{name}`" for name in list(arrays)[:5]) or "nothing"
         fault = f"there is no array with a value a sample; there is {kinds}"
@@ -47,6 +50,7 @@ def _numpy(path: str | Path, notes: list[str]) -> Iterator[tuple[str, Any]]:
         if isinstance(loaded, np.ndarray):
             yield from _parts("" if loaded.dtype.names else "array", loaded)
             return
+        check_unpacked(sum(member.file_size for member in loaded.zip.infolist()), path)
         for name in loaded.files:
             try:
                 yield from _parts(name, loaded[name])
@@ -64,38 +68,6 @@ def _parts(name: str, array: Any) -> Iterator[tuple[str, Any]]:
         yield name, array
 
 
-def _matlab(path: str | Path, notes: list[str]) -> Iterator[tuple[str, Any]]:
-    """Read a file up to version 7.2."""
-    import scipy.io
-
-    with opened(path) as file:
-        # Its stubs know no open files; its documentation does.
-        content = scipy.io.loadmat(cast("str", file), simplify_cells=True)
-    inside = {name: value for name, value in content.items() if not name.startswith("__")}
-    yield from _flat(inside, "", notes)
-
-
-def _flat(inside: Mapping[str, Any], stem: str, notes: list[str]) -> Iterator[tuple[str, Any]]:
-    """Yield the arrays of a structure by their paths."""
-    for name, value in inside.items():
-        path = f"{stem}.{name}" if stem else name
-        rows = list(value) if isinstance(value, (list, np.ndarray)) and np.ndim(value) == 1 else []
-        if isinstance(value, dict):
-            yield from _flat(value, path, notes)
-        elif rows and all(isinstance(row, dict) for row in rows):
-            columns = {key: np.array([row.get(key, np.nan) for row in rows]) for key in rows[0]}
-            yield from _flat(columns, path, notes)
-        elif isinstance(value, (str, bytes)):
-            continue
-        elif np.asarray(value).dtype == object or np.asarray(value).dtype.names:
-            notes.append(
-                f"`{path}` is an object of MATLAB's own, such as a table or timeseries; left out."
-                " Save its numbers as arrays"
-            )
-        else:
-            yield path, value
-
-
 def _hdf5(path: str | Path, notes: list[str]) -> Iterator[tuple[str, Any]]:
     """Read HDF5, of which MATLAB's version 7.3 is one: it stores columns as rows."""
     import h5py
@@ -103,6 +75,7 @@ def _hdf5(path: str | Path, notes: list[str]) -> Iterator[tuple[str, Any]]:
     found: dict[str, Any] = {}
     with seekable(path) as content, h5py.File(content, "r") as file:
         file.visititems(lambda name, node: found.update({name: node}))
+        _check_storage(file, found, path)
         for key, node in found.items():
             name, kind = key.replace("/", "."), node.attrs.get("MATLAB_class", b"")
             skipped = name.startswith("#") or not isinstance(node, h5py.Dataset)
@@ -112,6 +85,35 @@ def _hdf5(path: str | Path, notes: list[str]) -> Iterator[tuple[str, Any]]:
                 yield name, node[()].T if kind else node[()]
             else:
                 notes.append(f"`{name}` of type {node.dtype} was left out")
+
+
+def _check_storage(file: Any, nodes: Mapping[str, Any], path: str | Path) -> None:
+    """Refuse a file whose values lie in other files, or that unpacks out of proportion."""
+    import h5py
+
+    groups = {"": file} | {name: it for name, it in nodes.items() if isinstance(it, h5py.Group)}
+    elsewhere = [
+        f"`{name}/{key}`".replace("`/", "`")
+        for name, group in groups.items()
+        for key in group
+        if isinstance(group.get(key, getlink=True), h5py.ExternalLink)
+    ]
+    arrays = {name: node for name, node in nodes.items() if isinstance(node, h5py.Dataset)}
+    elsewhere += [f"`{name}`" for name, node in arrays.items() if _is_elsewhere(node)]
+    if elsewhere:
+        raise LogError(
+            f"the values of {', '.join(first_few(elsewhere, 3, 'names'))} lie in other files, which"
+            " are never opened: such a file can name any file of this machine. Save them into this"
+            " one (`h5repack`, or copy the arrays)",
+            source=str(path),
+        )
+    check_unpacked(sum(node.nbytes for node in arrays.values()), path)
+
+
+def _is_elsewhere(node: Any) -> bool:
+    """Return whether the values of a dataset lie in another file."""
+    virtual = node.virtual_sources() if node.is_virtual else ()
+    return bool(node.external) or any(one.file_name != "." for one in virtual)
 
 
 def _columns(arrays: Mapping[str, Any], notes: list[str]) -> dict[str, Any]:

@@ -22,7 +22,7 @@ from hydrodamp.ingest.formats.cells import (
     number,
     unique_names,
 )
-from hydrodamp.ingest.formats.content import head
+from hydrodamp.ingest.formats.content import check_columns, head
 
 #: How a line begins that holds no row.
 COMMENTS = ("#", "%", "//")
@@ -79,6 +79,9 @@ def find_dialect(path: str | Path) -> Dialect:
     lines = _LINE.split(begin.rstrip(b"\0").decode(encoding, errors=WESTERN))
     if len(begin) == _BEGIN and len(lines) > 1:
         lines.pop()
+    marks = [mark for mark in DELIMITERS if mark]
+    check_columns(1 + max(line.count(mark) for line in lines[:_SAMPLE] for mark in marks), path)
+    check_columns(max(len(line.split()) for line in lines[:_SAMPLE]), path)
     try:
         tables = {mark: _rows(lines[:_SAMPLE], mark) for mark in DELIMITERS}
     except csv.Error as error:

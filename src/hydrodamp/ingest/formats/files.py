@@ -37,8 +37,8 @@ _LARGEST_OF_OURS = 1 << 18  # bytes; parsing a file takes a while, and only to r
 class Format:
     """A format: module of its reader, name, suffixes, how its files begin, axes by custom.
 
-    A format without a mark is known by its suffixes alone; one that a library reads has a cure for
-    files that the library fails at.
+    A format without a mark is known by its suffixes alone; some have a cure of their own for files
+    that cannot be read.
     """
 
     module: str
@@ -72,12 +72,12 @@ FORMATS = (
     Format("rosbag", "ROS 1 bag", (".bag",), b"#ROSBAG", _ROS, _REINDEX),
     Format("rosbag", "ROS 2 bag (MCAP)", (".mcap",), rb"\x89MCAP", _ROS, _RECOVER),
     Format("rosbag", "ROS 2 bag (SQLite)", (".db3",), rb"SQLite format 3\0", _ROS, _REPAIR),
-    Format("parquet", "Parquet", (".parquet", ".pq"), b"PAR1", cure=_AGAIN),
-    Format("arrays", "NumPy arrays", (".npz", ".npy"), rb"\x93NUMPY|PK[\3\5]", cure=_AGAIN),
-    Format("arrays", "MATLAB file", (".mat",), b"MATLAB |" + _MATLAB_4, cure=_AGAIN),
-    Format("arrays", "MATLAB or HDF5 file", (".h5", ".hdf5"), rb"(.{512})?\x89HDF", cure=_AGAIN),
+    Format("parquet", "Parquet", (".parquet", ".pq"), b"PAR1"),
+    Format("arrays", "NumPy arrays", (".npz", ".npy"), rb"\x93NUMPY|PK[\3\5]"),
+    Format("arrays", "MATLAB file", (".mat",), b"MATLAB |" + _MATLAB_4),
+    Format("arrays", "MATLAB or HDF5 file", (".h5", ".hdf5"), rb"(.{512})?\x89HDF"),
     Format("ardupilot", "ArduPilot log", (".bin", ".log"), rb"\xa3\x95|\s*FMT ?,", _AUTOPILOT),
-    Format("px4", "PX4 ULog", (".ulg",), rb"ULog\x01\x12\x35", _AUTOPILOT, _AGAIN),
+    Format("px4", "PX4 ULog", (".ulg",), rb"ULog\x01\x12\x35", _AUTOPILOT),
     Format("mavlink", "MAVLink log", (".tlog",), rb"\0[\4-\7].{6}[\xfd\xfe]", _AUTOPILOT),
     Format("moos", "MOOS log", (), b"%%.*LOGSTART"),
     Format("moos", "MOOS log", (".alog",)),
@@ -123,11 +123,9 @@ def _failures_named(form: Format, path: str | Path) -> Iterator[None]:
             ' pip install "hydrodamp[logs]"'
         ) from error
     except Exception as error:  # a damaged file fails in ways that no library lists
-        if not form.cure:
-            raise
         why = str(error).strip().split("\n")[0].rstrip(".") or type(error).__name__
         raise LogError(
-            f"the file is cut off or damaged; read as {form.name}: {why}. {form.cure}",
+            f"the file is cut off or damaged; read as {form.name}: {why}. {form.cure or _AGAIN}",
             source=str(path),
         ) from error
 

@@ -11,7 +11,7 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.data.recording import Recording
 from hydrodamp.ingest.formats.cells import Column, Names, column_of, topic_of
-from hydrodamp.ingest.formats.content import seekable
+from hydrodamp.ingest.formats.content import check_columns, check_unpacked, seekable
 from hydrodamp.ingest.formats.delimited import arrow_numbers
 
 _LONGEST = 64  # values of a list
@@ -20,9 +20,14 @@ _PARTS = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
 
 def read(path: str | Path) -> Recording:
     """Read a Parquet file."""
-    from pyarrow.parquet import read_table
+    from pyarrow.parquet import read_metadata, read_table
 
     with seekable(path) as file:
+        about = read_metadata(file)
+        groups = [about.row_group(number).total_byte_size for number in range(about.num_row_groups)]
+        check_columns(about.num_columns, path)
+        check_unpacked(max(sum(groups), 8 * about.num_rows * about.num_columns), path)
+        file.seek(0)
         return _recording(read_table(file), path)
 
 

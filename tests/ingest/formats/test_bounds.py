@@ -1,0 +1,196 @@
+"""Files that reach outside themselves, that crash a library, or that unpack without end."""
+
+import gzip
+import io
+import zipfile
+
+import numpy as np
+import pytest
+
+from hydrodamp.errors import LogError
+from hydrodamp.ingest.formats import content, files, matlab
+
+TIME = np.arange(20.0)
+
+
+@pytest.fixture
+def secret(tmp_path):
+    path = tmp_path / "secret.txt"
+    path.write_bytes(b"root:x:0:0:" * 20)
+    return path
+
+
+def external_storage(file, secret):
+    file.create_dataset("u", (20,), "f8", external=[(str(secret), 0, 160)])
+
+
+def external_link(file, secret):
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(secret.with_name("other.h5"), "w") as other:
+        other["u"] = TIME
+    file["u"] = h5py.ExternalLink(str(secret.with_name("other.h5")), "/u")
+
+
+def external_link_in_a_group(file, secret):
+    h5py = pytest.importorskip("h5py")
+    file.create_group("nav")["u"] = h5py.ExternalLink(str(secret), "/u")
+
+
+def virtual_dataset(file, secret):
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(secret.with_name("other.h5"), "w") as other:
+        other["u"] = TIME
+    layout = h5py.VirtualLayout((20,), "f8")
+    layout[:] = h5py.VirtualSource(str(secret.with_name("other.h5")), "u", (20,))
+    file.create_virtual_dataset("u", layout)
+
+
+@pytest.mark.parametrize(
+    "put", [external_storage, external_link, external_link_in_a_group, virtual_dataset]
+)
+def test_hdf5_that_names_other_files_is_refused(tmp_path, secret, put):
+    h5py = pytest.importorskip("h5py")
+    path = tmp_path / "log.h5"
+    with h5py.File(path, "w") as file:
+        file["time"] = TIME
+        put(file, secret)
+    with pytest.raises(LogError, match=r"log\.h5: the values of `(nav/)?u` lie in other files"):
+        files.read(path)
+
+
+def test_hdf5_with_links_within_itself_is_read(tmp_path):
+    h5py = pytest.importorskip("h5py")
+    path = tmp_path / "log.h5"
+    with h5py.File(path, "w") as file:
+        file["time"], file["u"] = TIME, TIME
+        file["same"] = h5py.SoftLink("/u")
+    assert files.read(path).topics[0].fields["u"].tolist() == TIME.tolist()
+
+
+@pytest.mark.parametrize("n_mb", [1, 8])
+def test_a_gzip_file_may_unpack_in_proportion(tmp_path, monkeypatch, n_mb):
+    monkeypatch.setattr(content, "MAX_UNPACKED", 4 << 20)
+    path = tmp_path / "log.csv.gz"
+    path.write_bytes(gzip.compress(b"time,u\n" + b"0.5,0.25\n" * ((n_mb << 20) // 9)))
+    if n_mb == 1:
+        assert files.read(path).topics[0].n == (1 << 20) // 9
+        return
+    with pytest.raises(LogError, match=r"MB unpack to more than 4\.194 MB, as no log of"):
+        files.read(path)
+
+
+def test_a_gzip_file_for_a_library_that_seeks_is_bounded(tmp_path, monkeypatch):
+    monkeypatch.setattr(content, "MAX_UNPACKED", 1 << 20)
+    path = tmp_path / "log.npy.gz"
+    stream = io.BytesIO()
+    np.save(stream, np.zeros(1 << 20))
+    path.write_bytes(gzip.compress(stream.getvalue()))
+    with pytest.raises(LogError, match="MB unpack to more than"):
+        files.read(path)
+
+
+def npz(path):
+    np.savez_compressed(path, time=np.arange(1 << 17), u=np.zeros(1 << 17))
+
+
+def hdf5(path):
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(path, "w") as file:
+        file.create_dataset("u", (1 << 40,), "f8", chunks=(1 << 16,), compression="gzip")
+
+
+def parquet(path):
+    pyarrow = pytest.importorskip("pyarrow")
+    from pyarrow import parquet as to
+
+    to.write_table(pyarrow.table({"u": np.zeros(1 << 18)}), path, compression="gzip")
+
+
+@pytest.mark.parametrize(("name", "put"), [("a.npz", npz), ("a.h5", hdf5), ("a.parquet", parquet)])
+def test_arrays_that_unpack_out_of_proportion_are_refused(tmp_path, monkeypatch, name, put):
+    put(tmp_path / name)
+    monkeypatch.setattr(content, "MAX_UNPACKED", 1 << 20)
+    monkeypatch.setattr(content, "MAX_RATIO", 2)
+    with pytest.raises(LogError, match="MB unpack to more than"):
+        files.read(tmp_path / name)
+
+
+@pytest.mark.parametrize("delimiter", [",", ";", "\t", " "])
+def test_a_table_of_very_many_columns_is_refused(tmp_path, delimiter):
+    path = tmp_path / "wide.csv"
+    n = content.MAX_COLUMNS + 1
+    rows = (delimiter.join(f"{cell}{k}" for k in range(n)) for cell in ("c", "1", "2"))
+    path.write_text("\n".join(rows) + "\n", encoding="utf-8")
+    with pytest.raises(LogError, match=rf"wide\.csv: the table has {n} columns, at most 4096"):
+        files.read(path)
+
+
+@pytest.mark.parametrize(
+    ("crash", "words"),
+    [
+        ("import os; os.abort()", "makes SciPy's reader crash .SIGABRT"),
+        ("import sys; sys.exit('ValueError: odd')", "read as MATLAB file: ValueError: odd"),
+    ],
+)
+def test_a_file_that_crashes_its_reader_costs_itself(tmp_path, monkeypatch, crash, words):
+    import scipy.io
+
+    path = tmp_path / "log.mat"
+    scipy.io.savemat(path, {"time": TIME, "u": TIME})
+    monkeypatch.setattr(matlab, "_CHILD", f"{crash} # {{path}} {{module}} {{bound}}")
+    with pytest.raises(LogError, match=words) as caught:
+        files.read(path)
+    assert "log.mat" in str(caught.value)
+
+
+def test_a_mat_file_that_unpacks_without_end_is_refused(tmp_path):
+    pytest.importorskip("resource")
+    import scipy.io
+
+    path = tmp_path / "log.mat"
+    scipy.io.savemat(path, {"time": np.zeros(1 << 22)}, do_compression=True)
+    found = dict(matlab.read_arrays(path, []))
+    assert found["time"].size == 1 << 22
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(content, "MAX_UNPACKED", 1 << 20)
+        with pytest.raises(LogError, match=r"read as MATLAB file: .*Memory"):
+            files.read(path)
+
+
+def test_no_file_of_the_working_folder_is_imported_for_a_mat_file(tmp_path, monkeypatch):
+    import scipy.io
+
+    scipy.io.savemat(tmp_path / "log.mat", {"time": TIME, "u": TIME})
+    (tmp_path / "numpy.py").write_text("raise SystemExit('imported')", encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    assert files.read("log.mat").topics[0].n == 20
+
+
+@pytest.mark.parametrize(
+    ("module", "name", "begin"),
+    [
+        ("mavlink", "a.tlog", (1_700_000_000_000_000).to_bytes(8) + b"\xfd\x00\x00"),
+        ("ardupilot", "a.bin", b"\xa3\x95\x80"),
+        ("moos", "a.alog", b"%% LOGSTART 1\n"),
+        ("delimited", "a.csv", b"time,u\n0,1\n"),
+        ("arrays", "a.npy", b"\x93NUMPY\x01\x00"),
+    ],
+)
+@pytest.mark.parametrize("error", [IndexError("out of range"), KeyError("u"), MemoryError()])
+def test_whatever_a_reader_raises_names_the_file(tmp_path, monkeypatch, module, name, begin, error):
+    def fail(_):
+        raise error
+
+    path = tmp_path / name
+    path.write_bytes(begin)
+    monkeypatch.setattr(f"hydrodamp.ingest.formats.{module}.read", fail)
+    with pytest.raises(LogError, match=f"{name}: the file is cut off or damaged; read as"):
+        files.read(path)
+
+
+def test_an_archive_of_other_things_than_arrays_is_named(tmp_path):
+    path = tmp_path / "a.npz"
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("u.npy", b"\x93NUMPY\x01\x00\xff\xff")
+    with pytest.raises(LogError, match=r"a\.npz: the file is cut off or damaged"):
+        files.read(path)
