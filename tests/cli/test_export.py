@@ -37,7 +37,7 @@ def test_the_page_of_the_card_is_made_again(folder, call, damping):
     call("report lib --out card.html")
     assert (folder / "card.html").read_text("utf-8") == page
     (folder / "lib" / "fidelity.json").write_text("{}")
-    assert "export again" in call("report lib", 2).stderr
+    assert "export again" in call("report lib --force", 2).stderr
 
 
 def test_settings_are_those_of_the_target(folder, call, damping):

@@ -64,7 +64,7 @@ def test_paths_are_told_from_the_working_directory(tmp_path, monkeypatch, capsys
     ("line", "file"),
     [
         ("convert a.csv --out c.csv", "c.csv"),
-        ("identify a.csv --vehicle planar.yaml --model fossen --method ls --out d.json", "d.json"),
+        ("identify a.csv --vehicle planar.yaml --model fossen --method ls --out e.json", "e.json"),
         ("simulate a.csv --vehicle planar.yaml --damping d.json --out s.csv", "s.csv"),
         (
             "compare ab.csv --vehicle planar.yaml --train one --test two --models fossen "
@@ -76,11 +76,9 @@ def test_paths_are_told_from_the_working_directory(tmp_path, monkeypatch, capsys
 def test_results_are_written_though_nobody_reads_what_is_printed(folder, line, file):
     fit = hd.Damping.from_dict(None, {"X_u": -8.0, "Y_v": -40.0, "N_r": -6.0})
     hd.write_damping(fit, folder / "d.json")
-    before = (folder / "d.json").read_bytes()
     reader, writer = os.pipe()
     os.close(reader)
     done = subprocess.run([sys.executable, "-m", "hydrodamp", *line.split()], stdout=writer)
     os.close(writer)
     assert done.returncode == 1
     assert (folder / file).is_file()
-    assert file != "d.json" or (folder / file).read_bytes() != before

@@ -1,5 +1,6 @@
 """Findings and the report they make: written, read, made again."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -8,13 +9,13 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.report.files import (
     Findings,
-    earlier_pictures,
     is_result,
     read_findings,
     write_findings,
     write_pictures,
 )
 from hydrodamp.report.words import verdict
+from hydrodamp.results import MANIFEST, save_listed
 
 
 @pytest.fixture
@@ -39,7 +40,7 @@ def test_findings_read_back_as_they_were(examined, home):
 
 def test_stale_findings_go_and_pictures_of_others_stay(examined, home):
     (home / "figures" / "mine.svg").write_text("<svg/>", "utf-8")
-    (home / "report.html").write_text("old", "utf-8")
+    save_listed("old", home / "report.html")
     hd.write_comparison(examined.table, home)
     assert [path.name for path in (home / "figures").iterdir()] == ["mine.svg"]
     assert is_result(home / "figures" / "power.svg", home)
@@ -87,17 +88,11 @@ def test_a_damaged_band_is_refused(home, content):
         read_findings(home, hd.read_comparison(home))
 
 
-def test_an_index_that_names_files_elsewhere_removes_none_of_them(tmp_path):
-    one = '{"name": "../precious", "caption": "", "width": 1, "height": 1}'
-    for words in (f'{{"pictures": [{one}]}}', "[]"):
-        (tmp_path / "index.json").write_text(words, "utf-8")
-        assert earlier_pictures(tmp_path) == []
-
-
 def test_pictures_stand_alone_beside_a_damping_file(examined, tmp_path):
     home = tmp_path / "damping.figures"
-    write_pictures(examined.findings, home)
-    assert sorted(earlier_pictures(home)) == sorted(home.iterdir())
+    write_pictures(examined.findings, home, tmp_path)
+    listed = json.loads((tmp_path / MANIFEST).read_text("utf-8"))["files"]
+    assert {*listed} == {f"{home.name}/{path.name}" for path in home.iterdir()}
     (tmp_path / "file").write_text("", "utf-8")
     with pytest.raises(hd.FileError, match="cannot be"):
-        write_pictures(Findings(), tmp_path / "file")
+        write_pictures(Findings(), tmp_path / "file", tmp_path)
