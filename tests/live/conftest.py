@@ -30,13 +30,13 @@ class Heard:
         return [one["value"] for one in self.lines[-1]["coefficients"].values()]
 
 
-def heard(rows, vehicle, method="rls", **settings):
+def heard(rows, vehicle, method="rls", model=MODEL, **settings):
     told = Heard()
 
     def tell(line):
         told.lines.append(json.loads(json.dumps(line, allow_nan=False)))
 
-    told.run = Run(vehicle, MODEL, method, tell, told.sentences.append, **settings)
+    told.run = Run(vehicle, model, method, tell, told.sentences.append, **settings)
     told.run.go(rows)
     return told
 
