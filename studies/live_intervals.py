@@ -10,14 +10,21 @@ import argparse
 import warnings
 from collections import defaultdict
 from dataclasses import replace
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 import hydrodamp as hd
+from hydrodamp.files import save_text
 from hydrodamp.live.loop import begin, estimates, take
 from hydrodamp.simulation.campaign.autopilot import TRAINING
 from hydrodamp.simulation.campaign.conditions import WHITE
 from live_campaigns import MODELS, TRUTHS, Dive, rows, sail
+
+PAGE = Path(__file__).parents[1] / "docs" / "live" / "alarm.md"
+MARKS = ("<!-- intervals -->", "<!-- end of intervals -->")
 
 WIDTH = 1.959964
 LONG = Dive("long", TRAINING, 4000.0)
@@ -32,7 +39,7 @@ def pseudo_truth(truth: str, model: hd.DampingModel) -> hd.Damping:
     return hd.LeastSquares().identify(problem, model).damping
 
 
-def last_line(model: hd.DampingModel, vehicle: hd.Vehicle, log: hd.Log) -> dict[str, object]:
+def last_line(model: hd.DampingModel, vehicle: hd.Vehicle, log: hd.Log) -> dict[str, Any]:
     """Return the estimates at the end of a log."""
     state = None
     for row in rows(log):
@@ -47,50 +54,55 @@ def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("--seed", type=int, default=9000)
     parser.add_argument("--each", type=int, default=5, help="campaigns of each duration")
+    parser.add_argument("--write", action="store_true", help="to docs/live/alarm.md")
     given = parser.parse_args()
     warnings.simplefilter("ignore", hd.HydrodampWarning)
-    print("| truth | model | axis | graded determined | covered | no interval: model form |")
-    print("|---|---|---|---|---|---|")
-    for truth in TRUTHS:
-        campaigns = [
-            one
-            for k, duration in enumerate(DURATIONS)
-            for one in sail(
-                truth,
-                Dive("", TRAINING, duration),
-                range(given.seed + 100 * k, given.seed + 100 * k + given.each),
-            )
+    tasks = [(truth, key, given.seed, given.each) for truth in TRUTHS for key in MODELS]
+    lines = [
+        "| truth | model | axis | graded determined | covered | no interval: model form |",
+        "|---|---|---|---|---|---|",
+    ]
+    with get_context("spawn").Pool(2) as pool:
+        for some in pool.imap(measure, tasks):
+            print(*some, sep="\n", flush=True)
+            lines += some
+    if given.write:
+        page = PAGE.read_text("utf-8")
+        before, after = page.split(MARKS[0])[0], page.split(MARKS[1])[1]
+        text = "\n".join(line for line in lines if line.startswith("|"))
+        save_text(f"{before}{MARKS[0]}\n{text}\n{MARKS[1]}{after}", PAGE)
+
+
+def measure(task: tuple[str, str, int, int]) -> list[str]:
+    """Return rows of the table of a model on a truth, and coefficients below 88 %."""
+    warnings.simplefilter("ignore", hd.HydrodampWarning)
+    truth, key, seed, each = task
+    model, lines = hd.catalog[key], []
+    wanted = pseudo_truth(truth, model)
+    misses: dict[str, list[float]] = defaultdict(list)
+    silent: dict[str, int] = defaultdict(int)
+    for k, duration in enumerate(DURATIONS):
+        first = seed + 100 * k
+        for campaign in sail(truth, Dive("", TRAINING, duration), range(first, first + each)):
+            line = last_line(model, campaign.vehicle, campaign.train)
+            for axis in line["model_form"]:
+                silent[axis] += 1
+            for label, one in line["coefficients"].items():
+                if one["grade"] == "determined":
+                    misses[label].append((one["value"] - wanted[label]) / one["standard_error"])
+    for axis in "XYZKMN":
+        own = {label: np.array(some) for label, some in misses.items() if label[0] == axis}
+        every = np.concatenate([*own.values(), np.zeros(0)])
+        covered = f"{100 * np.mean(np.abs(every) < WIDTH):.0f} %" if len(every) else ""
+        n = each * len(DURATIONS)
+        row = f"| {truth} | {key} | {axis} | {len(every)} | {covered} | {silent[axis]} of {n} |"
+        lines.append(row)
+        lines += [
+            f"{label}: {np.mean(np.abs(some) < WIDTH):.2f} of {len(some)}"
+            for label, some in own.items()
+            if np.mean(np.abs(some) < WIDTH) < 0.88
         ]
-        for key in MODELS:
-            model = hd.catalog[key]
-            wanted = pseudo_truth(truth, model)
-            misses: dict[str, list[float]] = defaultdict(list)
-            silent: dict[str, int] = defaultdict(int)
-            for campaign in campaigns:
-                line = last_line(model, campaign.vehicle, campaign.train)
-                for axis in line["model_form"]:
-                    silent[axis] += 1
-                for label, one in line["coefficients"].items():
-                    if one["grade"] == "determined":
-                        miss = (one["value"] - wanted[label]) / one["standard_error"]
-                        misses[label].append(miss)
-            for axis in "XYZKMN":
-                own = {label: some for label, some in misses.items() if label[0] == axis}
-                every = np.concatenate([*own.values(), np.zeros(0)])
-                covered = f"{100 * np.mean(np.abs(every) < WIDTH):.0f} %" if len(every) else ""
-                print(
-                    f"| {truth} | {key} | {axis} | {len(every)} | {covered} "
-                    f"| {silent[axis]} of {len(campaigns)} |",
-                    flush=True,
-                )
-                for label, some in own.items():
-                    if np.mean(np.abs(some) < WIDTH) < 0.88:
-                        share = np.mean(np.abs(some) < WIDTH)
-                        print(
-                            f"<!-- {label} {len(some)} {100 * share:.0f} % "
-                            f"median {np.median(some):+.1f} -->",
-                            flush=True,
-                        )
+    return lines
 
 
 if __name__ == "__main__":

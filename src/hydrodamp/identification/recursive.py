@@ -319,7 +319,7 @@ def _known(
     values, vectors = np.linalg.eigh(information)
     told = values >= 1.0  # the information of the prior is the identity
     inverse = (vectors / (1.0 + np.maximum(values, 0.0))) @ vectors.T
-    products, instrumented = recursion.witness_of(axis, estimate.witness)
+    products, instrumented, crossed = recursion.witness_of(axis, estimate.witness)
     noise = estimate.noise[axis] + 2.0 * max(0.0, float(_TAPER @ products))
     found = estimate.coefficients[part]
     moved = np.divide(
@@ -330,7 +330,7 @@ def _known(
     covariance += np.outer(off, off) + np.outer(pulled, pulled)
     # How far apart both estimates may be by chance: one that is near by chance proves nothing. The
     # correlation of a term over six blocks counts as the square of that over three.
-    moments = np.linalg.inv(np.eye(len(unit)) + recursion.instruments_of(axis, estimate.witness))
+    moments = np.linalg.inv(np.eye(len(unit)) + crossed)
     spread = 2.0 * moments @ information @ moments.T - 0.5 * inverse
     covariance += np.diag(noise * unit**2 * np.maximum(0.0, spread.diagonal()))
     directions = vectors[:, told].T if told.any() else np.zeros((1, len(names)))

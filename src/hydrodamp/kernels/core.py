@@ -190,17 +190,12 @@ class Recursion:
         sizes = [C.hd_witness_size(n) for n in np.diff(self.starts).tolist()]
         return [0, *itertools.accumulate(sizes)]
 
-    def witness_of(self, axis: int, packed: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return products of what rows leave over at their lags, and the estimate, in units."""
+    def witness_of(self, axis: int, packed: FloatArray) -> tuple[FloatArray, ...]:
+        """Return products of residuals at their lags; the estimate by instruments, its moments."""
         n = int(self.starts[axis + 1] - self.starts[axis])
         witness = packed[self.witnesses[axis] : self.witnesses[axis + 1]]
-        return witness[LAGS:WITNESSED], witness[WITNESSED : WITNESSED + n]
-
-    def instruments_of(self, axis: int, packed: FloatArray) -> FloatArray:
-        """Return the moments of an axis's instruments with its terms, without the prior's."""
-        n = int(self.starts[axis + 1] - self.starts[axis])
-        place = self.witnesses[axis] + WITNESSED + n
-        return packed[place : place + n * n].reshape(n, n)
+        moments = witness[WITNESSED + n :][: n * n].reshape(n, n)
+        return witness[LAGS:WITNESSED], witness[WITNESSED : WITNESSED + n], moments
 
     def last_row(self, axis: int, packed: FloatArray) -> tuple[FloatArray, float, bool]:
         """Return the terms of an axis's last row, in units, their target, and if it is a first."""
@@ -208,14 +203,6 @@ class Recursion:
         witness = packed[self.witnesses[axis] : self.witnesses[axis + 1]]
         row = witness[WITNESSED + n + n * n :][: n + 1]
         return row[:n], float(row[n]), bool(witness[0] < 2.0)
-
-    def innovations_of(
-        self, axis: int, before: FloatArray, after: FloatArray
-    ) -> tuple[float, float]:
-        """Return the innovation of an axis's last row, and the mean of those 2 to 4 rows before."""
-        place = self.witnesses[axis]
-        earlier = before[place + 2 : place + LAGS] if before[place] >= 4.0 else np.zeros(3)
-        return float(after[place + 1]), float(earlier.mean())
 
     def before(self, coefficients: FloatArray) -> Estimate:
         """Return what is known before any data."""

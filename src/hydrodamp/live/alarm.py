@@ -23,7 +23,7 @@ from hydrodamp.basis.atoms import AXES
 from hydrodamp.identification.recursive import RecursiveState
 from hydrodamp.kernels.core import Estimate, Recursion
 from hydrodamp.kernels.plant import Sample
-from hydrodamp.live.evidence import Evidence, restore_evidence
+from hydrodamp.live.evidence import Evidence, innovations_of, restore_evidence
 
 # Rows, of which a second brings one: from which noise counts, of the first reference; how long a
 # reference is held, and how long at most while a sum climbs; and how long axes that follow belong
@@ -199,7 +199,7 @@ def _absorb(
 ) -> Axis:
     """Return an axis with the moments of its last row."""
     terms, target, _ = recursion.last_row(axis, now.witness)
-    innovation, earlier = recursion.innovations_of(axis, known.witness, now.witness)
+    innovation, earlier = innovations_of(recursion, axis, known, now)
     evidence = one.evidence.absorb(terms, target, innovation, earlier)
     _, information = recursion.of(axis, known.information)
     leverage = float(terms @ np.linalg.solve(np.eye(len(terms)) + information, terms))
@@ -256,7 +256,7 @@ def _compare(
 def _held(recursion: Recursion, axis: int, known: Estimate, noise: float) -> Reference:
     part, information = recursion.of(axis, known.information)
     unit, zero = recursion.unit[part], np.zeros(part.stop - part.start)
-    products, _ = recursion.witness_of(axis, known.witness)
+    products, *_ = recursion.witness_of(axis, known.witness)
     correlation = np.clip(products[0] / known.noise[axis], -_STEADIEST, _STEADIEST)
     return Reference(
         frozen(np.divide(known.coefficients[part], unit, out=zero, where=unit > 0.0)),

@@ -12,6 +12,7 @@ from hydrodamp.basis.term import Term
 from hydrodamp.identification import recursive
 from hydrodamp.identification.grades import EXCITED, Cause, Grade, rated
 from hydrodamp.identification.recursive import RecursiveState
+from hydrodamp.kernels.core import LAGS, Estimate, Recursion
 
 # Standard errors from the middle of a 95 % interval to its ends.
 _WIDTH = 1.959964
@@ -83,6 +84,19 @@ class Evidence(NamedTuple):
     def is_model_form(self) -> bool:
         """Whether the residual persists: terms are missing, or something pushes."""
         return self.persistence > _PERSISTENT
+
+
+def innovations_of(
+    recursion: Recursion, axis: int, before: Estimate, after: Estimate
+) -> tuple[float, float]:
+    """Return the innovation of an axis's last row, and the mean of those two to four rows before.
+
+    Each over the root of 1 + leverage, as csrc/witness.c keeps them.
+    """
+    place = recursion.witnesses[axis]
+    has_earlier = before.witness[place] >= LAGS - 1
+    earlier = before.witness[place + 2 : place + LAGS].mean() if has_earlier else 0.0
+    return float(after.witness[place + 1]), float(earlier)
 
 
 def restore_evidence(values: list[Any]) -> Evidence:
