@@ -24,13 +24,13 @@ STEPS = 100_000
 """Runge-Kutta steps of 0.05 s, four evaluations each, of what steps by itself."""
 
 MAIN = """
-#include "vt690.h"
+#include "auv_vt690.h"
 int main(void)
 {
     hd_real state[13] = {2, 0, 0, 0, 0, 0, 0, 0, 0, 1}, none[6] = {0};
     const hd_real inputs[3] = {(hd_real)0.1, 0, 2000};
     for (int k = 0; k < %d; ++k)
-        vt690_step(state, inputs, none, (hd_real)0.05);
+        auv_vt690_step(state, inputs, none, (hd_real)0.05);
     return !(state[0] < 10);
 }
 """
@@ -63,7 +63,7 @@ def in_c(folder: Path, precision: str) -> Form:
 
 
 def in_unit(folder: Path, held: ExitStack) -> Form:
-    path = written(hd.find_target("fmu"), folder / "fmu") / "vt690.fmu"
+    path = written(hd.find_target("fmu"), folder / "fmu") / "auv_vt690.fmu"
     unit = held.enter_context(loaded(path))
     unit.setReal([STATES], [2.0])
     unit.exitInitializationMode()
@@ -71,7 +71,7 @@ def in_unit(folder: Path, held: ExitStack) -> Form:
 
 
 def in_python(folder: Path, many: bool) -> Form:
-    module = executed(written(hd.find_target("python"), folder / "python") / "vt690.py")
+    module = executed(written(hd.find_target("python"), folder / "python") / "auv_vt690.py")
     given = states(100_000 if many else 1000)
     if many:
         columns = [part.T for part in given]
@@ -81,7 +81,7 @@ def in_python(folder: Path, many: bool) -> Form:
 
 def in_casadi(folder: Path, many: bool) -> Form:
     pytest.importorskip("casadi")
-    module = executed(written(hd.find_target("casadi"), folder / "casadi") / "vt690.py")
+    module = executed(written(hd.find_target("casadi"), folder / "casadi") / "auv_vt690.py")
     given = states(50_000 if many else 1000)
     if many:
         function, columns = module.acceleration.map(50_000), [part.T for part in given]

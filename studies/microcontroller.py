@@ -16,7 +16,7 @@ import hydrodamp as hd
 from benchmark import fill
 from hydrodamp.export.c99 import ON_BOARD, SOURCES, STRICT, C
 from hydrodamp.export.craft import Craft
-from hydrodamp.export.export import save
+from hydrodamp.export.folder import save
 
 PAGE = Path(__file__).parents[1] / "docs" / "live" / "microcontroller.md"
 
@@ -168,12 +168,12 @@ def rows(model: str, precision: str) -> list[str]:
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
         save(form.write(craft), folder)
-        told = on_cortex(folder, write_program(folder, "vt690"), form.flags)
-        header = (folder / "vt690_identifier.h").read_text()
+        told = on_cortex(folder, write_program(folder, "auv_vt690"), form.flags)
+        header = (folder / "auv_vt690_identifier.h").read_text()
     size, made = 4 if precision == "float" else 8, []
     for way, line in zip(("rls", "ai"), told.splitlines()[::2], strict=True):
         usual, most, stack = map(int, line.split()[1:])
-        numbers = int(header.split(f"vt690_{way.upper()}_STATE = ")[1].split(",")[0])
+        numbers = int(header.split(f"auv_vt690_{way.upper()}_STATE = ")[1].split(",")[0])
         cells = f"{numbers * size} | {stack} | {usual} | {most}"
         made.append(f"| {model} | `{way}` | {precision} | {cells} |")
     return made

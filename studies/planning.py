@@ -31,11 +31,11 @@ import typer
 import hydrodamp as hd
 from hydrodamp.arrays import FloatArray
 from hydrodamp.files import save_json, save_text
-from hydrodamp.planning.dive import rehearsed
-from hydrodamp.planning.plan import REHEARSED, searched
-from hydrodamp.planning.prospect import Prospect, Sortie
-from hydrodamp.planning.sailing import Fleet, Voyage, passed
-from hydrodamp.planning.waters import Waters
+from hydrodamp.planning.closed_loop import ClosedLoop, Trajectories, limit_violations
+from hydrodamp.planning.context import Candidate, Context
+from hydrodamp.planning.dive import identify_ensemble
+from hydrodamp.planning.ensemble import Ensemble
+from hydrodamp.planning.plan import IDENTIFIED, optimise
 from hydrodamp.simulation.campaign.reenact import Plan
 from hydrodamp.simulation.campaign.truth import Truth
 from hydrodamp.simulation.parallel import each
@@ -64,7 +64,7 @@ class Sailed:
     within: float
 
 
-def fleet_on(fleet: Fleet, truth: str) -> tuple[Fleet, hd.Log]:
+def fleet_on(closed_loop: ClosedLoop, truth: str) -> tuple[ClosedLoop, hd.Log]:
     """Return the vehicle in the water of a truth, and its test runs."""
     plan = Plan.of("sname" if truth == "off" else "crossflow")
     water = plan.water
@@ -79,16 +79,21 @@ def fleet_on(fleet: Fleet, truth: str) -> tuple[Fleet, hd.Log]:
         water = replace(water, drift_factor=0.0)
     water = replace(water, fin_lag=0.0)
     (campaign,) = replace(plan, water=water).sail((SEED,), 100.0, hd.WHITE)
-    made = Fleet.of(
-        fleet.vehicle, fleet.helm, fleet.envelope, Waters((water.damping,), fleet.waters.model)
+    made = ClosedLoop.of(
+        closed_loop.vehicle,
+        closed_loop.autopilot,
+        closed_loop.envelope,
+        Ensemble((water.damping,), closed_loop.ensemble.model),
     )
-    return replace(made, beside=_beside(water, fleet)), campaign.exact_test
+    return replace(made, beside=_beside(water, closed_loop)), campaign.exact_test
 
 
-def _beside(truth: Truth, fleet: Fleet) -> Callable[[FloatArray, FloatArray], FloatArray]:
+def _beside(
+    truth: Truth, closed_loop: ClosedLoop
+) -> Callable[[FloatArray, FloatArray], FloatArray]:
     """Return what strips make, and fins that meet the drift."""
-    fins = [one for one in fleet.vehicle.actuators if isinstance(one, hd.Fin)]
-    places = [fleet.helm.names.index(one.command) for one in fins]
+    fins = [one for one in closed_loop.vehicle.actuators if isinstance(one, hd.Fin)]
+    places = [closed_loop.autopilot.names.index(one.command) for one in fins]
     forces = np.array([[dict(one.force).get(axis, 0.0) for axis in hd.AXES] for one in fins])
 
     def wrench(velocity: FloatArray, commands: FloatArray) -> FloatArray:
@@ -101,23 +106,25 @@ def _beside(truth: Truth, fleet: Fleet) -> Callable[[FloatArray, FloatArray], Fl
     return wrench
 
 
-def sailed(fleet: Fleet, sortie: Sortie, test: hd.Log, dives: int) -> Sailed:
+def sailed(closed_loop: ClosedLoop, candidate: Candidate, test: hd.Log, dives: int) -> Sailed:
     """Sail a dive so many times, identify each, and replay the test runs with each fit."""
-    told = np.repeat(sortie.voyage.told[:, :1], dives, axis=1)
-    overlays = np.repeat(sortie.overlays[:, None], dives, axis=1)
-    voyage = fleet.sail((told, overlays), SEED)
-    far = [one.max(axis=0) for one in passed(fleet.envelope, voyage).values()]
-    done = each(_one, [(fleet, voyage.part([n]), test) for n in range(dives)])
+    setpoints = np.repeat(candidate.trajectories.setpoints[:, :1], dives, axis=1)
+    overlays = np.repeat(candidate.overlays[:, None], dives, axis=1)
+    trajectories = closed_loop.simulate((setpoints, overlays), SEED)
+    far = [one.max(axis=0) for one in limit_violations(closed_loop.envelope, trajectories).values()]
+    done = each(_one, [(closed_loop, trajectories.part([n]), test) for n in range(dives)])
     estimates, errors, replays = (np.array(one) for one in zip(*done, strict=True))
     return Sailed(estimates, errors, replays, float(np.mean(np.max(far, axis=0) <= 0.0)))
 
 
-def _one(fleet: Fleet, voyage: Voyage, test: hd.Log) -> tuple[FloatArray, FloatArray, float]:
-    model = fleet.waters.model
-    log = voyage.log(fleet.vehicle, fleet.helm.names)
-    fit = hd.Recommended().identify(hd.prepare(fleet.vehicle, log, model), model)
+def _one(
+    closed_loop: ClosedLoop, trajectories: Trajectories, test: hd.Log
+) -> tuple[FloatArray, FloatArray, float]:
+    model = closed_loop.ensemble.model
+    log = trajectories.log(closed_loop.vehicle, closed_loop.autopilot.names)
+    fit = hd.Recommended().identify(hd.prepare(closed_loop.vehicle, log, model), model)
     assert fit.damping.covariance is not None
-    score = hd.score(hd.simulate(fleet.vehicle, fit.damping, test))
+    score = hd.score(hd.simulate(closed_loop.vehicle, fit.damping, test))
     error = np.nan if score.rms is None else score.rms
     return fit.damping.coefficients, np.sqrt(np.diag(fit.damping.covariance)), error
 
@@ -125,17 +132,23 @@ def _one(fleet: Fleet, voyage: Voyage, test: hd.Log) -> tuple[FloatArray, FloatA
 def studied(key: str, duration: float, dives: int) -> dict[str, Any]:
     """Return what came out for a model, truth by truth."""
     begin = time.process_time(), time.perf_counter()
-    prospect = Prospect.of(hd.fleet["vt690"], hd.catalog[key], duration, None, ENVELOPE, 0)
-    steps = prospect.kept(prospect.steps)
-    known = rehearsed(prospect.fleet, steps.voyage.part(REHEARSED), grading=False)
-    sortie = searched(prospect, "determinant", known, steps)
-    predicted = rehearsed(prospect.fleet, sortie.voyage.part(REHEARSED), grading=False).error
+    context = Context.of(
+        hd.fleet["vt690"], hd.catalog[key], duration, None, ENVELOPE, 0, "overlays"
+    )
+    steps = context.enforce_envelope(context.steps)
+    known = identify_ensemble(
+        context.closed_loop, steps.trajectories.part(IDENTIFIED), grading=False
+    )
+    candidate = optimise(context, "determinant", known, steps)
+    predicted = identify_ensemble(
+        context.closed_loop, candidate.trajectories.part(IDENTIFIED), grading=False
+    ).error
     took = time.process_time() - begin[0], time.perf_counter() - begin[1]
-    axes = np.array([label[0] for label in prospect.model.labels])
+    axes = np.array([label[0] for label in context.model.labels])
     found: dict[str, Any] = {"seconds of CPU": took[0], "seconds": took[1]}
     for truth in ("off", "crossflow", "drifting"):
-        fleet, test = fleet_on(prospect.fleet, truth)
-        by_plan, by_steps = (sailed(fleet, one, test, dives) for one in (sortie, steps))
+        closed_loop, test = fleet_on(context.closed_loop, truth)
+        by_plan, by_steps = (sailed(closed_loop, one, test, dives) for one in (candidate, steps))
         found[truth] = told(predicted, by_plan, by_steps, axes)
         typer.echo(f"{key} {truth} {json.dumps(found[truth])}", err=True)
     return found
@@ -207,7 +220,9 @@ def main(
     out: Annotated[Path, typer.Option(help="Folder for planning.md and planning.json.")],
     dives: Annotated[int, typer.Option(min=2, help="How many of each.")] = 20,
     duration: Annotated[float, typer.Option(help="Length of a dive [s].")] = 600.0,
-    models: Annotated[str, typer.Option(help="Keys, joined by commas.")] = "prestero,linear,fossen",
+    models: Annotated[
+        str, typer.Option(help="Keys, join_setpoints by commas.")
+    ] = "prestero,linear,fossen",
 ) -> None:
     """Sail planned dives and campaigns of steps on truths unlike the model."""
     warnings.simplefilter("ignore", hd.HydrodampWarning)

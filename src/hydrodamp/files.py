@@ -154,11 +154,16 @@ def mistaken(content: object, source: str, wanted: str) -> str:
     return f"{source} is {name} (it has {key}), not {KINDS[wanted][0]}: {use}."
 
 
+def temporary_prefix(target: Path) -> str:
+    """Return how the names of temporary files of a target begin; 16 hexadecimal digits follow."""
+    return f".hydrodamp-{target.name[:100]}-"
+
+
 @contextmanager
 def replacing(path: str | os.PathLike[str], *, binary: bool = False) -> Iterator[IO[Any]]:
     """Open a temporary file beside ``path`` that takes its place once all of it is on the disk."""
     target = Path(path)
-    temporary = target.parent / f".hydrodamp-{os.urandom(8).hex()}"
+    temporary = target.parent / f"{temporary_prefix(target)}{os.urandom(8).hex()}"
     try:
         with (
             temporary.open("xb") if binary else temporary.open("x", encoding="utf-8", newline="")

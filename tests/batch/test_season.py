@@ -71,7 +71,8 @@ def test_many_blocks_become_fewer_and_nothing_is_lost(fleet, season):
     many: Folded = one
     for _ in range(20):
         many = many.merged(one)
-    assert len(many.blocks) <= 32
+    assert len(many.blocks) <= 128
+    assert len(many.balanced) <= 32
     assert (many.n_logs, many.n_samples) == (21, 21 * one.n_samples)
     normal = one.triangle.r.T @ one.triangle.r
     np.testing.assert_allclose(many.triangle.r.T @ many.triangle.r, 21 * normal, rtol=1e-9)

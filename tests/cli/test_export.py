@@ -21,8 +21,8 @@ def test_writes_runs_and_tells(folder, call, damping):
     done = call(line)
     assert "has every term of" in " ".join(done.stdout.split())
     assert "\nReplay error" in done.stdout
-    assert f"written to sim: planar.py\nnext: {Path('sim', 'fidelity.html')} is" in done.stderr
-    names = "fidelity.html", "fidelity.json", "planar.py"
+    assert f"written to sim: auv_planar.py\nnext: {Path('sim', 'fidelity.html')} is" in done.stderr
+    names = "fidelity.html", "fidelity.json", "auv_planar.py"
     assert {path.name for path in (folder / "sim").iterdir()} == {*names}
     call(line, status=2)
     document = json.loads(call(f"{line} --force --json").stdout)
@@ -60,3 +60,30 @@ def test_a_fit_says_where_it_sailed(folder, call):
 
 def test_the_help_names_all_targets():
     assert ", ".join(hd.TARGETS) == options.TARGETS
+
+
+def test_what_does_not_compile_here_is_status_1(folder, call, damping, monkeypatch):
+    refuses = folder / "bin" / "cc"
+    refuses.parent.mkdir()
+    refuses.write_text("#!/bin/sh\necho 'no header stddef.h' >&2; exit 1\n")
+    refuses.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{refuses.parent}:/bin:/usr/bin")
+    for target in ("c", "fmu"):
+        done = call(f"export {target} d.json --vehicle planar.yaml --out {target}", 1)
+        assert "error: what was written does not run here: cc refused it" in done.stderr
+        assert "Failed here: cc refused it" in " ".join(done.stdout.split())
+        assert (folder / target / "fidelity.html").is_file()
+
+
+def test_a_card_of_an_earlier_version_makes_its_page(folder, call, damping):
+    call("export python d.json --vehicle planar.yaml --out sim")
+    path = folder / "sim" / "fidelity.json"
+    card = json.loads(path.read_text("utf-8"))
+    for key in ("slow_error", "run_error", "files"):
+        del card[key]
+    path.write_text(json.dumps(card))
+    call("report sim --out card.html")
+    assert (
+        "must list what the export wrote"
+        in call("export python d.json --vehicle planar.yaml --out sim --force", 2).stderr
+    )

@@ -13,9 +13,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import typer
 
 import hydrodamp as hd
 from hydrodamp.cli import work
+from hydrodamp.cli.output import guarded
 from hydrodamp.identification.adaptive import AdaptiveIdentifier
 from hydrodamp.validation import compare as validation
 
@@ -159,3 +161,44 @@ def test_a_bar_shows_the_share_and_time_left_and_ctrl_c_keeps_the_rows(folder):
     rows = hd.read_comparison(folder / "out").rows
     assert 9 <= len(rows) < 16
     assert f"interrupted: {len(rows)} of 16 rows" in said
+
+
+@pytest.mark.parametrize("module", ["typer", "hydrodamp.cli.compare"])
+def test_ctrl_c_while_the_command_loads_is_status_130(module, tmp_path):
+    code = f"""
+import runpy, sys
+
+class Interrupt:
+    def find_spec(self, name, path=None, target=None):
+        if name == {module!r}:
+            raise KeyboardInterrupt
+
+sys.meta_path.insert(0, Interrupt())
+sys.argv = ["hydrodamp", "--version"]
+runpy.run_module("hydrodamp", run_name="__main__")
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        env={**os.environ, "PYTHONPATH": str(SOURCE)},
+        check=False,
+    )
+    assert done.returncode == 130
+    assert done.stderr == "interrupted\n"
+
+
+def test_an_import_error_that_ctrl_c_made_is_an_interrupt(capsys):
+    """pybind11 turns the interrupt of a module's import into an ImportError of its own."""
+
+    @guarded
+    def command():
+        try:
+            raise KeyboardInterrupt
+        except KeyboardInterrupt as error:
+            raise ImportError("initialization failed") from error
+
+    with pytest.raises(typer.Exit) as ended:
+        command()
+    assert ended.value.exit_code == 130
+    assert capsys.readouterr().err == "interrupted\n"

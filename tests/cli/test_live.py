@@ -93,3 +93,75 @@ def test_a_run_that_is_killed_goes_on_bit_for_bit(folder, call):
             assert "checksum" in json.loads((folder / "s.json").read_text())
     end = subprocess.run(words, check=True, capture_output=True, text=True)
     assert end.stdout.splitlines()[-1] == whole
+
+
+def words(*more):
+    return [sys.executable, "-m", "hydrodamp", *START.split(), *more]
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="there is no /dev/full")
+def test_a_full_disk_under_standard_output_ends_nothing(folder, call):
+    call(f"{START} --source a.csv --state whole.json")
+    with open("/dev/full", "w") as full:
+        run = words("--source", "a.csv", "--state", "s.json")
+        done = subprocess.run(run, stdout=full, stderr=subprocess.PIPE, text=True, check=True)
+    assert done.stderr.count("lines cannot be written") == 1
+    assert (folder / "s.json").read_text() == (folder / "whole.json").read_text()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no such pipes")
+def test_a_closed_pipe_ends_the_run_with_its_state(folder):
+    run = words("--source", "a.csv", "--state", "s.json")
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    with subprocess.Popen(run, **pipes) as process:
+        process.stdout.close()
+        said = process.stderr.read()
+        assert process.wait() == 0
+    assert said.splitlines() == ["whoever read standard output is gone, so the run ends."]
+    assert 0 < json.loads((folder / "s.json").read_text())["state"]["seen"] < 400
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no such signals between processes")
+def test_a_signal_ends_a_pause_of_a_paced_log(folder):
+    head, *lines = (folder / "b.csv").read_text().splitlines()
+    time, rest = lines[1].split(",", 1)
+    later = f"{float(time) + 3600.0!r},{rest}"
+    (folder / "gap.csv").write_text("\n".join([head, *lines[:2], later, ""]))
+    run = words("--source", "gap.csv", "--paced", "--state", "s.json", "--state-every", "0")
+    with subprocess.Popen(run, stdout=subprocess.PIPE) as process:
+        while not (folder / "s.json").exists() and process.poll() is None:
+            pass
+        process.send_signal(signal.SIGTERM)
+        assert process.wait(60) == 0
+
+
+def test_a_second_run_with_the_same_state_is_refused(folder, call):
+    run = words("--source", "stdin", "--state", "s.json")
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
+    with subprocess.Popen(run, **pipes) as process:
+        process.stdin.write((folder / "b.csv").read_text())
+        process.stdin.flush()
+        process.stdout.readline()
+        said = call(f"{START} --source b.csv --state s.json", status=2).stderr
+        assert f"another run of `hydrodamp live` (process {process.pid})" in said
+        process.kill()
+    call(f"{START} --source b.csv --state s.json")
+
+
+def test_a_state_file_that_is_none_is_refused(folder, call):
+    text = (folder / "planar.yaml").read_text()
+    said = call(f"{START} --source b.csv --state planar.yaml", status=2).stderr
+    assert "planar.yaml: is not a state" in said
+    assert (folder / "planar.yaml").read_text() == text
+
+
+def test_a_reader_that_fails_is_status_1(folder, call, monkeypatch):
+    def fails(descriptor=0):
+        def read(waiting):
+            raise OSError("the cable is cut")
+
+        return read
+
+    monkeypatch.setattr("hydrodamp.live.sources.of_lines", fails)
+    said = call(f"{START} --source stdin", status=1).stderr
+    assert said == "error: stdin: the source can no longer be read: OSError: the cable is cut\n"

@@ -5,7 +5,7 @@ import json
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.planning import design, prospect
+from hydrodamp.planning import context, optimiser, preparation
 
 BOAT = """\
 name: boat
@@ -22,8 +22,9 @@ CALL = "plan --vehicle boat.yaml --model mine.yaml --duration 60 --out plan --en
 
 @pytest.fixture
 def home(folder, monkeypatch):
-    monkeypatch.setattr(design, "_GENERATIONS", 1)
-    monkeypatch.setattr(prospect, "VERIFIED", 10)
+    monkeypatch.setattr(optimiser, "_GENERATIONS", 1)
+    monkeypatch.setattr(context, "VERIFIED", 10)
+    monkeypatch.setattr(preparation, "VERIFIED", 10)
     (folder / "boat.yaml").write_text(BOAT, "utf-8")
     (folder / "mine.yaml").write_text("{name: mine, terms: {X: u|u|, Y: v uv, N: r ur}}", "utf-8")
     (folder / "band.yaml").write_text("speed: [0.8, 1.6]", "utf-8")
@@ -46,7 +47,9 @@ def test_wrong_calls_are_refused_before_any_work(home, call):
     for line, says in (
         (CALL.replace("band.yaml", "empty.yaml"), "the envelope is empty"),
         (CALL.replace("mine.yaml", "sparse"), "`sparse` is selected from a log"),
-        (CALL.replace("60", "6"), "`duration` must be 60 s or more"),
+        (CALL.replace("60", "6"), "`duration` must be from 60 s to 86400 s"),
+        (CALL.replace("60", "1e9"), "to 86400 s (24 h); got 1000000000.0"),
+        (CALL + " --mode swim", "Invalid value for '--mode'"),
         (CALL + " --goal sure", "no goal 'sure'"),
     ):
         assert says in " ".join(call(line, 2).stderr.split())

@@ -43,7 +43,7 @@ def dive(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", [*sys.path])
     monkeypatch.delitem(
-        sys.modules, "vt690", raising=False
+        sys.modules, "auv_vt690", raising=False
     )  # a page may export, and import, its own
     log = _dive()
     hd.write_log(log, "dive.csv")

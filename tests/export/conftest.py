@@ -13,7 +13,7 @@ import hydrodamp as hd
 from hydrodamp.export import c99
 from hydrodamp.export.craft import Craft, States
 from hydrodamp.export.drive import scattered
-from hydrodamp.export.export import save
+from hydrodamp.export.folder import save
 from hydrodamp.kernels.core import mass_inverse, plant_of
 from hydrodamp.kernels.library import C, call
 

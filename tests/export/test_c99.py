@@ -64,14 +64,14 @@ def test_a_vehicle_of_three_degrees_of_freedom(planar, tmp_path):
 
 
 PROGRAM = """
-#include "rich_3.h"
+#include "auv_rich_3.h"
 #include <stdio.h>
 int main(void)
 {
-    hd_real state[rich_3_STATES] = {(hd_real)1.5, 0, (hd_real)0.1, 0, 0, 0, 0, 0, 0, 1};
-    const hd_real inputs[rich_3_INPUTS] = {(hd_real)0.1, 1500, (hd_real)0.4, 2}, none[6] = {0};
+    hd_real state[auv_rich_3_STATES] = {(hd_real)1.5, 0, (hd_real)0.1, 0, 0, 0, 0, 0, 0, 1};
+    const hd_real inputs[auv_rich_3_INPUTS] = {(hd_real)0.1, 1500, (hd_real)0.4, 2}, none[6] = {0};
     for (int k = 0; k < 100; ++k)
-        rich_3_step(state, inputs, none, (hd_real)0.05);
+        auv_rich_3_step(state, inputs, none, (hd_real)0.05);
     for (size_t i = 0; i < sizeof state; ++i) /* no small printf has %a */
         printf("%02x", ((const unsigned char *)state)[i]);
     return 0;
@@ -123,8 +123,21 @@ def test_cmake_builds_the_example(rich, tmp_path):
         pytest.skip("cmake is not installed")
     for call in (["cmake", "-S", rich[0], "-B", tmp_path], ["cmake", "--build", tmp_path]):
         subprocess.run(call, capture_output=True, check=True)
-    sailed = subprocess.run([tmp_path / "example"], capture_output=True, text=True, check=True)
-    assert len(sailed.stdout.split()) == 13
+    sailed = subprocess.run([tmp_path / "simulate"], capture_output=True, text=True, check=True)
+    assert len(sailed.stdout.splitlines()) == 13
+
+
+def test_all_c_files_of_the_folder_are_the_library(tmp_path):
+    """As Arduino, STM32Cube and Keil compile them; the README's command adds one example."""
+    craft = Craft.of(hd.fleet["vt690"], hd.published["vt690-sname2022"])
+    folder = written(DOUBLE, craft, tmp_path)
+    assert {path.name for path in (folder / "examples").iterdir()} == {"simulate.c", "estimate.c"}
+    assert not any("int main" in path.read_text() for path in folder.glob("*.c"))
+    readme = (folder / "README.md").read_text()
+    command = next(line for line in readme.splitlines() if line.startswith("    cc "))
+    subprocess.run(command, cwd=folder, shell=True, check=True)
+    sailed = subprocess.run(["./a.out"], cwd=folder, capture_output=True, text=True, check=True)
+    assert [line.split()[0] for line in sailed.stdout.splitlines()][:3] == ["u", "v", "w"]
 
 
 @pytest.mark.parametrize("flags", [(), ("-DHD_FLOAT",)], ids=["double", "float"])

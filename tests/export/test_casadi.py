@@ -28,7 +28,7 @@ def test_accelerations_are_those_of_the_core(model, tmp_path):
 
 def test_its_jacobian_is_that_of_differences(tmp_path):
     craft = Craft.of(RICH, coefficients(ALL_ATOMS))
-    function = executed(written(CasADi(), craft, tmp_path) / "rich_3.py").acceleration
+    function = executed(written(CasADi(), craft, tmp_path) / "auv_rich_3.py").acceleration
     at, step = states(craft, 5), 1e-6
     nu = ca.SX.sym("nu", 6)
     other = [ca.SX.sym("x", len(part.T)) for part in at[1:]]
@@ -49,7 +49,7 @@ def test_rounded_off_it_has_derivatives_at_rest_and_says_what_they_cost(tmp_path
         craft = Craft.of(hd.fleet["remus100"], damping)
         folder = tmp_path / str(smooth)
         folder.mkdir()
-        module = executed(written(CasADi(smooth=smooth), craft, folder) / "remus100.py")
+        module = executed(written(CasADi(smooth=smooth), craft, folder) / "auv_remus100.py")
         nu = ca.SX.sym("nu", 6)
         wrench = module.damping(nu, [0, 0, 1], [0] * len(module.INPUTS))
         slopes.append(np.array(ca.Function("f", [nu], [ca.jacobian(wrench, nu)])(np.zeros(6))))
@@ -68,7 +68,7 @@ def test_its_step_is_that_of_a_replay(tmp_path, sailed):
     log = sailed.exact_test.between(0.0, 3.0)
     damping = hd.published["vt690-sname2022"]
     craft = Craft.of(sailed.vehicle, damping)
-    module = executed(written(CasADi(), craft, tmp_path) / "vt690.py")
+    module = executed(written(CasADi(), craft, tmp_path) / "auv_vt690.py")
     state = np.concatenate([log.velocity[0], np.zeros(3), log.attitude[0]])
     for k, length in enumerate(np.diff(log.time)):
         for _ in range(2):
@@ -83,7 +83,7 @@ def test_the_code_it_generates_is_the_same(tmp_path):
     if compiler is None:
         pytest.skip("no C compiler is installed")
     craft = Craft.of(RICH, coefficients(MODELS[0]))
-    function = executed(written(CasADi(), craft, tmp_path) / "rich_3.py").acceleration
+    function = executed(written(CasADi(), craft, tmp_path) / "auv_rich_3.py").acceleration
     (tmp_path / "code").mkdir()
     made = function.generate("code.c")
     shutil.move(made, tmp_path / "code" / "code.c")

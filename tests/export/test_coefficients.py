@@ -15,6 +15,7 @@ from hydrodamp.export.craft import Craft
 
 from .conftest import core, rates_of, states, written
 
+_VALUES = ("inertial/mass", "hydrostatics/buoyancy")
 TURN = np.array([1.0, -1.0, -1.0])
 XML = (".sdf", ".config", ".urdf", ".scn", ".xml")
 STIFF = replace(
@@ -96,10 +97,16 @@ def test_what_auv_controllers_makes_of_a_urdf_moves_as_the_vehicle(tmp_path):
     def read(tag, names):
         return np.array([float(root.find(f".//{tag}").get(name)) for name in names.split()])
 
-    # As its hydrodynamics.cpp: all tags in <hydrodynamics>, numbers as texts or attributes;
-    # restoring forces of z down about the origin, of the weight that is told.
+    # As parse_model_from_xml of its hydrodynamics.cpp at commit 3c4db4e: every element is a child
+    # of the element that is named here, every number an attribute; the weight is 9.81 times the
+    # mass; restoring forces with z down about the origin.
     down, hydrodynamics = np.array([0.1, -0.7, 0.7]), root.find("hydrodynamics")
-    mass, weight, lift = (float(hydrodynamics.findtext(x)) for x in ("mass", "weight", "buoyancy"))
+    groups = {"inertial": "mass inertia added_mass center_of_gravity"}
+    groups |= {"damping": "linear quadratic", "hydrostatics": "buoyancy center_of_buoyancy"}
+    for group, children in groups.items():
+        assert {child.tag for child in hydrodynamics.find(group)} == {*children.split()}
+    mass, lift = (float(hydrodynamics.find(x).get("value")) for x in _VALUES)
+    weight = 9.81 * mass
     inertia, arm = read("inertia", "ixx iyy izz"), read("center_of_gravity", "x y z")
     assert not arm.any()
     added = -read("added_mass", "Xdu Ydv Zdw Kdp Mdq Ndr")
@@ -107,8 +114,8 @@ def test_what_auv_controllers_makes_of_a_urdf_moves_as_the_vehicle(tmp_path):
     nu = np.random.default_rng(0).normal(size=6)
     wanted = nu @ craft.vehicle.mass_matrix @ nu
     assert nu @ matrix @ nu == pytest.approx(wanted, rel=0.05)  # no coupled mass
-    drag = read("linear_damping", "Xu Yv Zw Kp Mq Nr") * nu
-    drag += read("quadratic_damping", "Xuu Yvv Zww Kpp Mqq Nrr") * np.abs(nu) * nu
+    drag = read("linear", "Xu Yv Zw Kp Mq Nr") * nu
+    drag += read("quadratic", "Xuu Yvv Zww Kpp Mqq Nrr") * np.abs(nu) * nu
     np.testing.assert_allclose(drag, np.diag(craft.damping.wrench(np.diag(nu))), rtol=1e-12)
     moment = np.cross(read("center_of_buoyancy", "x y z"), -lift * down)
     found = np.concatenate([(weight - lift) * down, moment])
@@ -117,14 +124,16 @@ def test_what_auv_controllers_makes_of_a_urdf_moves_as_the_vehicle(tmp_path):
 
 def test_positive_numbers_drag_in_marinegym_and_negative_ones_in_a_urdf(tmp_path):
     craft = Craft.of(STIFF, EVERY)
-    said = yaml.safe_load((written(MarineGym(), craft, tmp_path) / "marinegym.yaml").read_text())
+    text = (written(MarineGym(), craft, tmp_path) / "marinegym.yaml").read_text()
+    assert "keep `rotor_configuration`" in text
+    said = yaml.safe_load(text)
     assert said["hydro_coef"]["linear_damping"][:2] == [4.0, 6.0]
     assert said["hydro_coef"]["quadratic_damping"][0] == 9.0
     assert said["hydro_coef"]["added_mass"][1] == pytest.approx(7.1206, abs=0.01)
     assert said["coBM"] == pytest.approx(0.03)
     assert said["volume"] * 997.0 * 9.8 == pytest.approx(STIFF.buoyancy)
     root = ElementTree.parse(written(URDF(), craft, tmp_path) / "hydrodynamics.urdf").getroot()
-    assert float(root.find(".//linear_damping").get("Yv")) == -6.0
+    assert float(root.find(".//damping/linear").get("Yv")) == -6.0
     assert float(root.find(".//added_mass").get("Xdu")) == pytest.approx(-6.3567, abs=0.01)
     assert float(root.find(".//center_of_buoyancy").get("z")) == pytest.approx(-0.03)
 
@@ -150,7 +159,8 @@ def test_the_card_is_of_the_numbers_and_says_that_the_simulator_was_not_run(
 def test_any_name_and_words_make_xml_that_is_read(key, tmp_path):
     vehicle = replace(hd.fleet["vt690"], name='é <"x"> -- y', source='a -- b <c> & "d" --> e\n]]>')
     damping = hd.Damping.from_dict(None, {"X_u|u|": -3.0, "Y_v|v|": -2.0}, source="x --- y")
-    hd.export(damping, vehicle, key, tmp_path / "a")
+    box = hd.OperatingBox([-1.0] * 6, [1.0] * 6)
+    hd.export(damping, vehicle, key, tmp_path / "a", box=box, force=True)
     found = [path for path in (tmp_path / "a").iterdir() if path.suffix in XML]
     for path in found:
         ElementTree.parse(path)

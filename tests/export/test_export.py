@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -11,8 +12,9 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.export import c99
 from hydrodamp.export.craft import Craft, States
-from hydrodamp.export.drive import Drive
+from hydrodamp.export.drive import Drive, scattered
 from hydrodamp.export.fidelity import wrench_errors
 from hydrodamp.export.scripts import Python
 from hydrodamp.export.target import NotRun
@@ -108,19 +110,49 @@ def test_what_could_not_be_run_is_said(sailed, tmp_path):
     assert "Wrench at the log's samples, by formula and not from the files: the same" in str(card)
 
 
-def test_nothing_is_overwritten(sailed, tmp_path):
+def test_an_export_replaces_the_files_of_an_earlier_one_alone(sailed, tmp_path):
     out = tmp_path / "deep" / "a"
-    hd.export(PUBLISHED, sailed.vehicle, "python", out)
-    before = sorted(out.iterdir())
-    (out / "mine.txt").write_text("kept until --force")
+    hd.export(PUBLISHED, sailed.vehicle, "c", out)
+    mine = {out / "controller.c": "mine", out / ".git" / "HEAD": "mine", out / "new" / "x": "mine"}
+    for path, text in mine.items():
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(text)
     with pytest.raises(hd.FileError, match="holds an earlier export"):
-        hd.export(PUBLISHED, sailed.vehicle, "python", out)
+        hd.export(PUBLISHED, sailed.vehicle, "c", out)
     hd.export(PUBLISHED, sailed.vehicle, "python", out, force=True)
-    assert sorted(out.iterdir()) == before
+    left = {path for path in out.rglob("*") if path.is_file()}
+    assert left == {*mine, out / "auv_vt690.py", out / "fidelity.json"}
+    assert all(path.read_text() == text for path, text in mine.items())
+    listed = json.loads((out / "fidelity.json").read_text("utf-8"))["files"]
+    digest = hashlib.sha256((out / "auv_vt690.py").read_bytes()).hexdigest()
+    assert listed == {"auv_vt690.py": digest}
+    assert [*out.parent.iterdir()] == [out]
+
+
+def test_files_that_somebody_edited_or_wrote_are_not_replaced(sailed, tmp_path):
+    out = tmp_path / "a"
+    hd.export(PUBLISHED, sailed.vehicle, "c", out)
+    edited = out / "examples" / "simulate.c"
+    edited.write_text("my loop")
+    with pytest.raises(hd.FileError, match=r"examples/simulate.c was edited since"):
+        hd.export(PUBLISHED, sailed.vehicle, "c", out, force=True)
+    edited.unlink()  # what is gone is no work lost
+    (out / "auv_vt690.py").write_text("mine")
+    before = {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
+    with pytest.raises(hd.FileError, match=r"auv_vt690.py was not written by the earlier export"):
+        hd.export(PUBLISHED, sailed.vehicle, "python", out, force=True)
+    assert before == {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
+
+
+def test_folders_without_a_list_of_files_are_left_alone(sailed, tmp_path):
     (tmp_path / "b").mkdir()
     (tmp_path / "b" / "thesis.tex").write_text("mine")
-    with pytest.raises(hd.FileError, match="no export of hydrodamp"):
+    with pytest.raises(hd.FileError, match="no export"):
         hd.export(PUBLISHED, sailed.vehicle, "python", tmp_path / "b", force=True)
+    for listed in ({}, {"files": {"../thesis.tex": "0"}}, {"files": {"/etc/hosts": "0"}}):
+        (tmp_path / "b" / "fidelity.json").write_text(json.dumps(listed))
+        with pytest.raises(hd.FileError, match="must list what the export wrote"):
+            hd.export(PUBLISHED, sailed.vehicle, "python", tmp_path / "b", force=True)
 
 
 @pytest.mark.parametrize(
@@ -164,32 +196,116 @@ def test_an_axis_that_the_source_does_not_damp_counts():
     assert found["Y"] == pytest.approx(100.0 * 2.0 * size[1] / (4.0 * size[0]))
 
 
-def test_an_export_takes_no_place_but_its_own(tmp_path, monkeypatch):
-    out = tmp_path / "a"
-    hd.export(PUBLISHED, hd.fleet["vt690"], "python", out)
-    monkeypatch.chdir(out)
-    with pytest.raises(hd.FileError, match="is the folder that you are in"):
-        hd.export(PUBLISHED, hd.fleet["vt690"], "python", ".", force=True)
-    (out / "deeper").mkdir()
-    monkeypatch.chdir(out / "deeper")
-    with pytest.raises(hd.FileError, match="is the folder that you are in"):
-        hd.export(PUBLISHED, hd.fleet["vt690"], "python", "..", force=True)
-    (tmp_path / "b").symlink_to(out)
-    with pytest.raises(hd.FileError, match="is a link"):
-        hd.export(PUBLISHED, hd.fleet["vt690"], "python", tmp_path / "b", force=True)
-
-
-def test_an_earlier_export_stays_where_the_new_one_cannot_take_its_place(tmp_path, monkeypatch):
+def test_an_earlier_export_stays_where_a_new_file_cannot_take_its_place(tmp_path, monkeypatch):
     out, rename = tmp_path / "a", Path.rename
-    hd.export(PUBLISHED, hd.fleet["vt690"], "python", out)
-    (out / "mine.txt").write_text("here still")
+    hd.export(PUBLISHED, hd.fleet["vt690"], "c", out)
+    before = {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
 
     def fails(path, place):
-        if path.name == "export":
+        if path.name == "motion.c" and path.parent.name == "export":
             raise OSError(28, "No space left on device")
         return rename(path, place)
 
     monkeypatch.setattr(Path, "rename", fails)
     with pytest.raises(hd.FileError, match="No space left"):
-        hd.export(PUBLISHED, hd.fleet["vt690"], "python", out, force=True)
-    assert (out / "mine.txt").read_text() == "here still"
+        hd.export(PUBLISHED, hd.fleet["vt690"], "c", out, force=True)
+    assert before == {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
+    with pytest.raises(hd.FileError, match="No space left"):
+        hd.export(PUBLISHED, hd.fleet["vt690"], "c", tmp_path / "b")
+    assert [*tmp_path.iterdir()] == [out]
+
+
+@pytest.mark.parametrize("target", ["vrx", "uuv", "urdf", "marinegym", "gz-sim", "stonefish"])
+def test_a_projection_drives_no_vehicle_at_rest(target, sailed):
+    """Fitted at cruise alone, where linear and quadratic drag are hardly told apart."""
+    craft, log = Craft.of(sailed.vehicle, PUBLISHED, sailed.test), sailed.test
+    drive = Drive.of(craft, log)
+    assert drive.states.velocity[:, 0].min() > 1.0
+    box = hd.operating_box(drive.problem)
+    held = hd.find_target(target).held(replace(craft, box=box), drive.states).damping
+    values = held.as_dict()
+    for axis, name in zip("XYZKMN", "uvwpqr", strict=True):
+        for term in (name, f"{name}|{name}|"):
+            assert values.get(f"{axis}_{term}", 0.0) <= 0.0
+    n = 600
+    drift = hd.Log(
+        0.1 * np.arange(n),
+        np.tile([0.05, 0.0, 0.0, 0.0, 0.0, 0.0], (n, 1)),
+        attitude=np.tile([1.0, 0.0, 0.0, 0.0], (n, 1)),
+        commands=np.zeros((n, len(log.command_names))),
+        command_names=log.command_names,
+    )
+    surge = hd.simulate(sailed.vehicle, held, drift, attitude="simulated").velocity[:, 0]
+    assert surge.max() <= 0.05
+    assert surge[-1] < 0.05
+
+
+def test_linear_couplings_of_a_projection_feed_no_slow_motion():
+    """``|v|`` is lost in uuv; linear Y_r and N_v that take its place are bounded by the drag."""
+    values = {"X_u": -1.0, "Y_v": -1e-3, "N_r": -1e-3, "Y_rV": 40.0, "N_vV": 40.0}
+    craft = Craft.of(hd.fleet["bluerov2-heavy"], hd.Damping.from_dict(None, values))
+    held = hd.find_target("uuv").held(craft, scattered(craft))
+    found = held.damping.as_dict()
+    assert found["Y_r"] + found["N_v"] > 0.0
+    nu = 1e-3 * np.random.default_rng(0).normal(size=(500, 6)) * [1, 1, 0, 0, 0, 1]
+    linear = hd.Damping.from_dict(
+        None, {x: y for x, y in found.items() if len(x.split("_")[1]) == 1}
+    )
+    assert linear.power(nu).max() <= 1e-12 * np.abs(linear.power(nu)).max()
+
+
+def test_the_card_looks_at_low_speeds(sailed, tmp_path):
+    card = hd.export(PUBLISHED, sailed.vehicle, Linear(), tmp_path / "a", log=sailed.test)
+    assert card.slow_error["X"] > 2.0 * card.wrench_error["X"]  # linear drag is no quadratic one
+    assert "At a tenth of these velocities: X " in str(card)
+    assert card.box.startswith("u 0 to ")
+    exact = hd.export(PUBLISHED, sailed.vehicle, "python", tmp_path / "b", log=sailed.test)
+    assert "At a tenth" not in str(exact)
+
+
+def test_an_export_that_is_worse_than_no_damping_is_refused_unless_forced(sailed, tmp_path):
+    doubled = Linear(factor=3.0)
+    with pytest.raises(
+        hd.MethodError, match=r"wrench error of X .* no damping at all has 100 .* --force"
+    ):
+        hd.export(PUBLISHED, sailed.vehicle, doubled, tmp_path / "a", log=sailed.test)
+    assert not [*tmp_path.iterdir()]
+    card = hd.export(
+        PUBLISHED, sailed.vehicle, doubled, tmp_path / "a", log=sailed.test, force=True
+    )
+    assert card.wrench_error["X"] > 100.0
+    none = Linear(factor=0.0)
+    card = hd.export(PUBLISHED, sailed.vehicle, none, tmp_path / "b", log=sailed.test, force=True)
+    assert card.wrench_error["X"] == pytest.approx(100.0)
+
+
+@pytest.mark.parametrize("target", ["python", "c", "octave", "casadi", "fmu", "mujoco"])
+@pytest.mark.parametrize("name", ["hd", "sqrt", "norm", "cos", "INPUTS"])
+def test_names_of_built_ins_and_of_the_files_themselves_run(target, name, tmp_path):
+    vehicle = replace(hd.fleet["bluerov2"], name=name)
+    card = hd.export(hd.published["bluerov2"], vehicle, target, tmp_path / "a")
+    assert not card.run_error
+    assert "Failed here" not in str(card)
+    assert max(card.wrench_error.values()) < 1e-6
+
+
+def test_what_does_not_compile_is_said_on_the_card(tmp_path, monkeypatch):
+    header = c99.header_of
+    monkeypatch.setattr(c99, "header_of", lambda craft: header(craft) + "\nint;")
+    card = hd.export(PUBLISHED, hd.fleet["vt690"], "c", tmp_path / "a")
+    assert "refused it" in card.run_error
+    assert "Failed here: " in str(card)
+
+
+@pytest.mark.parametrize("name", hd.published)
+def test_a_published_set_goes_onto_its_own_vehicle_alone(name, tmp_path):
+    damping = hd.published[name]
+    for vehicle in hd.fleet.values():
+        stamp = damping.vehicle
+        own = (stamp.weight, stamp.buoyancy) == (vehicle.weight, vehicle.buoyancy)
+        if own:
+            assert stamp.name == vehicle.name
+            Craft.of(vehicle, damping)
+        else:
+            with pytest.raises(hd.ModelError, match="belong to vehicle"):
+                Craft.of(vehicle, damping)

@@ -122,7 +122,9 @@ def test_a_quaternion_that_grew_is_told_to_the_importer(tmp_path):
     path = packed(Craft.of(hd.fleet["vt690"], hd.published["vt690-sname2022"]), tmp_path)
     place = extract(path, tmp_path / "unit")
     guid = read_model_description(path).guid
-    unit = FMU2Model(guid=guid, unzipDirectory=place, modelIdentifier="vt690", instanceName="one")
+    unit = FMU2Model(
+        guid=guid, unzipDirectory=place, modelIdentifier="auv_vt690", instanceName="one"
+    )
     unit.instantiate()
     unit.setupExperiment()
     unit.enterInitializationMode()
@@ -137,13 +139,32 @@ def test_a_quaternion_that_grew_is_told_to_the_importer(tmp_path):
     unit.freeInstance()
 
 
+@VERSIONS
+def test_model_exchange_keeps_the_quaternion_of_length_one(fmi, tmp_path):
+    """A solver of coarse tolerance over a long spiral; the importer has to tell each step."""
+    from fmpy import simulate_fmu
+
+    path = packed(Craft.of(hd.fleet["vt690"], hd.published["vt690-sname2022"]), tmp_path, fmi)
+    inputs = np.array(
+        [(0.0, 2000.0, 0.2, 0.05)],
+        dtype=[("time", float), *((f"input.{x}", float) for x in ("rpm", "rudder", "elevator"))],
+    )
+    parts = [f"quaternion.{x}" for x in "wxyz"]
+    end = {"stop_time": 600.0, "output_interval": 1.0, "input": inputs, "relative_tolerance": 1e-4}
+    found = simulate_fmu(str(path), fmi_type="ModelExchange", output=parts, **end)
+    length = np.sqrt(sum(found[part] ** 2 for part in parts))
+    assert np.abs(found["quaternion.z"]).max() > 0.5  # it turned
+    np.testing.assert_allclose(length, 1.0, atol=1e-8)
+
+
 def test_why_there_is_no_binary_is_told(tmp_path, monkeypatch):
     refuses = tmp_path / "cc"
     refuses.write_text("#!/bin/sh\necho 'no header stddef.h' >&2; exit 1\n")
     refuses.chmod(0o755)
     monkeypatch.setenv("PATH", f"{tmp_path}:/bin:/usr/bin")
     card = hd.export(hd.published["vt690-sname2022"], hd.fleet["vt690"], "fmu", tmp_path / "a")
-    assert "Not run here: cc refused it: no header stddef.h." in str(card)
+    assert card.run_error == "cc refused it: no header stddef.h"
+    assert "Failed here: cc refused it: no header stddef.h." in str(card)
 
 
 def test_versions_that_are_not_written_are_refused():

@@ -59,7 +59,9 @@ def compiled(tmp_path_factory):
             sources = [csrc / name for name in (*SOURCES, *ON_BOARD)]
             subprocess.run([*call, "-c", *sources], cwd=place, check=True)
         objects = sorted(made[tuple(call)].glob("*.o"))
-        subprocess.run([*call, program, *objects, "-lm", "-o", "program"], cwd=folder, check=True)
+        subprocess.run(
+            [*call, "-I.", program, *objects, "-lm", "-o", "program"], cwd=folder, check=True
+        )
         return folder / "program"
 
     return compile_one
@@ -101,7 +103,7 @@ def dive(sailed, tmp_path_factory):
 @pytest.mark.parametrize("what", [str, torn], ids=["whole", "torn"])
 def test_estimates_have_the_bits_of_a_live_run(compiled, dive, sailed, what):
     folder, text = dive[0], what(dive[1])
-    found = columns(printed(compiled(folder, "estimate.c", *CLEAN), text))
+    found = columns(printed(compiled(folder, "examples/estimate.c", *CLEAN), text))
     np.testing.assert_array_equal(found, live(text, sailed.vehicle, MODEL))
 
 
@@ -115,7 +117,7 @@ def test_roll_and_pitch_do_as_well(compiled, dive, sailed):
         for time, row, line in zip(log.time.tolist(), angles.tolist(), lines, strict=True)
     ]
     text = "\n".join([head.replace("qw,qx,qy,qz", "roll,pitch,yaw"), *turned])
-    found = columns(printed(compiled(folder, "estimate.c"), text))
+    found = columns(printed(compiled(folder, "examples/estimate.c"), text))
     np.testing.assert_allclose(found, live(text, sailed.vehicle, MODEL), rtol=1e-6)
 
 
@@ -134,15 +136,15 @@ def test_a_boat_too_whatever_drives_it(compiled, planar, tmp_path, kind):
         log = replace(log, propulsion_ratio=random.uniform(0.8, 1.4, log.n))
     model = DRIVEN if kind == "eta" else hd.catalog["linear"].restricted_to(boat.axes)
     text = in_text(log, tmp_path)
-    found = columns(printed(compiled(library(boat, model, tmp_path), "estimate.c"), text))
+    found = columns(printed(compiled(library(boat, model, tmp_path), "examples/estimate.c"), text))
     np.testing.assert_array_equal(found, live(text, boat, model))
 
 
 def test_float_is_near_after_a_hundred_hours_too(compiled, dive):
     """A clock of 100 h has 31 ms left in float; lengths of steps lose nothing."""
     folder, text = dive
-    whole = columns(printed(compiled(folder, "estimate.c"), text))
-    program = compiled(folder, "estimate.c", *FLOAT)
+    whole = columns(printed(compiled(folder, "examples/estimate.c"), text))
+    program = compiled(folder, "examples/estimate.c", *FLOAT)
     near = printed(program, text)
     off = np.abs(columns(near) - whole).max(axis=1) / np.abs(whole).max(axis=1)
     assert np.all(off < 1e-4)
@@ -155,7 +157,7 @@ def test_float_is_near_after_a_hundred_hours_too(compiled, dive):
 @pytest.mark.parametrize("flags", [(), FLOAT], ids=["double", "float"])
 def test_every_compiler_and_processor_gives_the_same_bits(compiled, dive, tmp_path, flags):
     folder = shutil.copytree(dive[0], tmp_path / "dive")
-    program = write_program(folder, "vt690")
+    program = write_program(folder, "auv_vt690")
     first, *others = [
         printed(compiled(folder, program, *flags, compiler=x)).splitlines()[1::2] for x in COMPILERS
     ]
@@ -174,11 +176,11 @@ def test_valgrind_finds_nothing(compiled, dive):
     folder, text = dive
     under = ("valgrind", "-q", "--error-exitcode=9", "--leak-check=full")
     short = "\n".join(text.splitlines()[:60])
-    assert printed(compiled(folder, "estimate.c"), short, under=under)
+    assert printed(compiled(folder, "examples/estimate.c"), short, under=under)
 
 
 KEPT = """
-#include "vt690_identifier.h"
+#include "auv_vt690_identifier.h"
 #include <stdio.h>
 #include <string.h>
 
@@ -187,31 +189,31 @@ static const hd_real down[3] = {0, 0, 1}, inputs[3] = {(hd_real)0.1, 0, 2000}, n
 #define SAIL(way, state, from, to)                                                        \\
     for (int k = from; k < to; ++k) {                                                     \\
         const hd_real v[6] = {1 + (hd_real)(k % 7) / 8, (hd_real)(k % 5) / 9, 0, 0, 0, 0}; \\
-        (void)vt690_##way##_step(state, (hd_real)0.1, v, down, inputs, none);             \\
+        (void)auv_vt690_##way##_step(state, (hd_real)0.1, v, down, inputs, none);             \\
     }
 #define TRY(way, WAY)                                                     \\
     {                                                                     \\
         static hd_real whole[WAY##_STATE], resumed[WAY##_STATE];          \\
         static unsigned char kept[WAY##_KEPT];                            \\
-        vt690_##way##_init(whole, vt690_exported);                        \\
+        auv_vt690_##way##_init(whole, auv_vt690_exported);                        \\
         SAIL(way, whole, 0, 55)                                           \\
-        vt690_##way##_get(whole, kept);                                   \\
+        auv_vt690_##way##_get(whole, kept);                                   \\
         SAIL(way, whole, 55, 200)                                         \\
-        const int taken = vt690_##way##_set(resumed, kept);               \\
+        const int taken = auv_vt690_##way##_set(resumed, kept);               \\
         SAIL(way, resumed, 55, 200)                                       \\
         const int same = !memcmp(whole, resumed, sizeof whole);           \\
         kept[99] ^= 1;                                                    \\
-        const int damaged = vt690_##way##_set(resumed, kept);             \\
+        const int damaged = auv_vt690_##way##_set(resumed, kept);             \\
         kept[99] ^= 1;                                                    \\
-        const int foreign = hd_restore(kept, WAY##_STATE, 1, resumed);    \\
+        const int foreign = hd_restore(kept, WAY##_LASTING, 1, resumed);    \\
         const int stayed = !memcmp(whole, resumed, sizeof whole);         \\
         printf("%d%d%d%d%d ", taken, same, damaged, foreign, stayed);     \\
     }
 
 int main(void)
 {
-    TRY(rls, vt690_RLS)
-    TRY(ai, vt690_AI)
+    TRY(rls, auv_vt690_RLS)
+    TRY(ai, auv_vt690_AI)
     return 0;
 }
 """
@@ -225,7 +227,73 @@ def test_a_state_is_taken_up_where_it_was_kept_and_only_whole(compiled, dive):
 
 def test_a_log_without_a_column_is_told(compiled, dive):
     done = subprocess.run(
-        [compiled(dive[0], "estimate.c")], input="time,u\n", capture_output=True, text=True
+        [compiled(dive[0], "examples/estimate.c")], input="time,u\n", capture_output=True, text=True
     )
     assert done.returncode == 2
     assert done.stderr.startswith("column v is missing: give a log in the canonical form")
+
+
+WILD = """
+#include "auv_vt690_identifier.h"
+#include <stdio.h>
+
+static uint32_t seed = 33;
+
+static double uniform(void)
+{
+    seed = seed * UINT32_C(1664525) + UINT32_C(1013904223);
+    return seed / 4294967296.0;
+}
+
+/* An ordinary number, or in a row of every so many one of any magnitude. */
+static hd_real number(double usual, int is_wild)
+{
+    const double most = sizeof(hd_real) == 4 ? 38 : 308;
+    const double sign = uniform() < 0.5 ? -1 : 1;
+    return (hd_real)(sign * (is_wild ? pow(10, most * uniform()) : usual * uniform()));
+}
+
+#define TRY(way, WAY)                                                                          \\
+    {                                                                                          \\
+        static hd_real state[WAY##_STATE];                                                     \\
+        static hd_real was[auv_vt690_COEFFICIENTS], is[auv_vt690_COEFFICIENTS];                \\
+        long refused = 0, moved = 0, broken = 0, infinite = 0;                                 \\
+        auv_vt690_##way##_init(state, auv_vt690_exported);                                     \\
+        for (long k = 0; k < 200000; ++k) {                                                    \\
+            const int part = uniform() < 0.05 ? (int)(4 * uniform()) : -1;                     \\
+            hd_real v[6], down[3] = {0, 0, 1}, inputs[auv_vt690_INPUTS], other[6];             \\
+            for (int i = 0; i < 6; ++i) {                                                      \\
+                v[i] = number(i < 3 ? 2 : 0.3, part == 0 && uniform() < 0.3);                  \\
+                other[i] = number(1, part == 1 && uniform() < 0.3);                            \\
+            }                                                                                  \\
+            for (int i = 0; i < auv_vt690_INPUTS; ++i)                                         \\
+                inputs[i] = number(i ? 2000 : 0.3, part == 2);                                 \\
+            const hd_real h = part == 3 ? number(1, 1) : (hd_real)0.1;                         \\
+            auv_vt690_##way##_estimate(state, was);                                            \\
+            const int answer = auv_vt690_##way##_step(state, h, v, down, inputs, other);       \\
+            auv_vt690_##way##_estimate(state, is);                                             \\
+            refused += answer == 0;                                                            \\
+            moved += answer == 2;                                                              \\
+            for (int i = 0; answer == 0 && i < auv_vt690_COEFFICIENTS; ++i)                    \\
+                broken += !(was[i] == is[i]);                                                  \\
+            for (int i = 0; i < WAY##_LASTING; ++i)                                            \\
+                infinite += !(state[i] - state[i] == 0);                                       \\
+        }                                                                                      \\
+        printf("%d %d %ld %ld ", refused > 1000, moved > 0, broken, infinite);                 \\
+    }
+
+int main(void)
+{
+    TRY(rls, auv_vt690_RLS)
+    TRY(ai, auv_vt690_AI)
+    return 0;
+}
+"""
+
+
+@pytest.mark.parametrize("flags", [(), FLOAT], ids=["double", "float"])
+def test_no_number_makes_a_state_infinite(compiled, dive, flags):
+    """Random magnitudes up to the largest number: refused, or taken with a finite result."""
+    folder, _ = dive
+    (folder / "wild.c").write_text(WILD)
+    assert printed(compiled(folder, "wild.c", *flags)) == "1 1 0 0 1 1 0 0 "

@@ -47,8 +47,8 @@ def test_what_is_applied_at_the_center_of_mass_moves_it_and_other_models_are_lef
     written(MuJoCo(), craft, tmp_path)
     ball = "<mujoco><worldbody><body><freejoint/><geom size='1'/></body></worldbody></mujoco>"
     other = mujoco.MjModel.from_xml_string(ball)
-    model = mujoco.MjModel.from_xml_path(str(tmp_path / "vt690.xml"))
-    data, water = mujoco.MjData(model), executed(tmp_path / "vt690.py")
+    model = mujoco.MjModel.from_xml_path(str(tmp_path / "auv_vt690.xml"))
+    data, water = mujoco.MjData(model), executed(tmp_path / "auv_vt690.py")
     water.in_water(model)
     model.opt.timestep = 1e-3
     data.xfrc_applied[1] = [3.0, -2.0, 1.0, 0.1, 0.2, -0.3]  # upright, at rest: z up
@@ -62,6 +62,51 @@ def test_what_is_applied_at_the_center_of_mass_moves_it_and_other_models_are_lef
     mujoco.mj_forward(other, falling)
     mujoco.set_mjcb_passive(None)
     np.testing.assert_allclose(falling.qacc, [0, 0, -9.81, 0, 0, 0], atol=1e-9)
+
+
+@here
+def test_two_vehicles_in_one_model_are_both_in_water(tmp_path):
+    """Each moves as it does alone, and a callback of the user's goes on."""
+    import mujoco
+
+    crafts = {
+        name: Craft.of(hd.fleet[name], hd.published[published])
+        for name, published in (("vt690", "vt690-sname2022"), ("bluerov2", "bluerov2"))
+    }
+    whole, alone, called = mujoco.MjSpec(), {}, []
+    whole.option.gravity, whole.option.timestep = [0.0, 0.0, -9.80665], 0.01
+    whole.option.integrator = mujoco.mjtIntegrator.mjINT_RK4
+    for craft in crafts.values():
+        written(MuJoCo(), craft, tmp_path)
+    for place, name in enumerate(crafts):
+        own = mujoco.MjSpec.from_file(str(tmp_path / f"auv_{name}.xml"))
+        frame = whole.worldbody.add_frame(pos=[0.0, 9.0 * place, 0.0])
+        frame.attach_body(own.body(f"auv_{name}"), f"{place}_", "")
+
+    def run(model, bodies):
+        data = mujoco.MjData(model)
+        for name, body in bodies.items():
+            _, push = executed(tmp_path / f"auv_{name}.py").in_water(model, body)
+            push[:] = [20.0, 1.0, 2.0, 0.1, 0.2, 0.3]
+        for _ in range(100):
+            mujoco.mj_step(model, data)
+        joints = {name: model.body(body).jntadr[0] for name, body in bodies.items()}
+        return {name: data.joint(joint).qvel.copy() for name, joint in joints.items()}
+
+    try:
+        for name in crafts:
+            model = mujoco.MjModel.from_xml_path(str(tmp_path / f"auv_{name}.xml"))
+            alone |= run(model, {name: f"auv_{name}"})
+            mujoco.set_mjcb_passive(None)
+        model = whole.compile()
+        mujoco.set_mjcb_passive(lambda *_: called.append(1))
+        together = run(model, {name: f"{place}_auv_{name}" for place, name in enumerate(crafts)})
+    finally:
+        mujoco.set_mjcb_passive(None)
+    assert called
+    for name, velocity in alone.items():
+        assert np.linalg.norm(velocity) > 0.1
+        np.testing.assert_allclose(together[name], velocity, rtol=1e-9, atol=1e-12)
 
 
 def test_locked_axes_and_time_that_stands_are_refused(planar, tmp_path):

@@ -48,11 +48,11 @@ def test_angles_and_a_current(tmp_path):
         "x = [0 0.5 0 0 0 0.2 0 0 0 0.1 0.3 0]';",
         "cr = cos(0.05); sr = sin(0.05); cp = cos(0.15); sp = sin(0.15);",
         "q = [cr*cp; sr*cp; cr*sp; -sr*sp];",
-        "a = vt690(x, [0 0 0]', 0.5, pi/2); b = vt690([x(1:9); q], [0 0 0]', 0.5, pi/2);",
+        "a = auv_vt690(x, [0 0 0]', 0.5, pi/2); b = auv_vt690([x(1:9); q], [0 0 0]', 0.5, pi/2);",
         "assert(a(1:9), b(1:9), 1e-14);",
-        "c = vt690([0 0.5 zeros(1, 10)]', [0 0 0]', 0.5, pi/2);",
+        "c = auv_vt690([0 0.5 zeros(1, 10)]', [0 0 0]', 0.5, pi/2);",
         "assert(c(1:6), zeros(6, 1), 1e-30); assert(c(8), 0.5);",
-        "[~, U, M] = vt690(x); assert(U, 0.5); assert(rows(M), 6);",
+        "[~, U, M] = auv_vt690(x); assert(U, 0.5); assert(rows(M), 6);",
     )
     program = shutil.which("octave-cli") or shutil.which("octave")
     call = [program, "--no-init-file", "--quiet", "--path", tmp_path, "--eval", " ".join(lines)]

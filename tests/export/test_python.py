@@ -38,7 +38,7 @@ def test_the_simulators_euler_step_converges_to_the_replay(sailed, tmp_path):
     wanted = hd.simulate(vehicle, damping, log, attitude="simulated").velocity[-1]
     errors = []
     for step in (0.02, 0.01):
-        boat = names[vehicle.name]()
+        boat = names[f"auv_{vehicle.name}"]()
         nu, actual = log.velocity[0], boat.u_actual
         eta = np.concatenate([np.zeros(3), euler_from_quaternion(log.attitude[:1])[0]])
         for time in np.arange(log.time[0], log.time[-1] - 1e-9, step):
@@ -57,7 +57,7 @@ def test_the_simulators_euler_step_converges_to_the_replay(sailed, tmp_path):
 
 def test_a_current_carries_the_vehicle_along(tmp_path):
     craft = Craft.of(hd.fleet["vt690"], hd.published["vt690-sname2022"])
-    boat = module_of(craft, tmp_path)["vt690"](0.5, np.pi / 2)
+    boat = module_of(craft, tmp_path)["auv_vt690"](0.5, np.pi / 2)
     nu = np.array([0.0, 0.5, 0.0, 0.0, 0.0, 0.0])  # with the water, heading north
     still, _ = boat.dynamics(np.zeros(6), nu, boat.u_actual, np.zeros(3), 0.1)
     np.testing.assert_allclose(still, nu, atol=1e-15)

@@ -61,7 +61,7 @@ def test_each_draw_is_written_for_another_target(damping, tmp_path):
     form = Randomisation(draws=3, form="python")
     hd.export(damping, hd.fleet["vt690"], form, tmp_path / "a")
     rows, found = drawn(tmp_path / "a"), []
-    for path in sorted((tmp_path / "a").glob("*/vt690.py")):
+    for path in sorted((tmp_path / "a").glob("*/auv_vt690.py")):
         names = {}
         exec(path.read_text("utf-8"), names)
         found.append(names["damping"]([0, 1.0, 0, 0, 0, 0], inputs=[0, 0, 0])[1])

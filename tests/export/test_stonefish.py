@@ -1,4 +1,4 @@
-"""A scenario for Stonefish: what its mesh integrates along and about each axis is the drag."""
+"""A scenario for Stonefish: what its mesh integrates over a box is the drag."""
 
 from __future__ import annotations
 
@@ -9,52 +9,123 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.export.coefficients import Stonefish, box_drag
-from hydrodamp.export.craft import Craft
+from hydrodamp.export.craft import Craft, States
+from hydrodamp.export.stonefish import Stonefish, box_wrenches
 
-from .conftest import core, rates_of, states, written
+from .conftest import written
 
-
-def test_a_plate_that_moves_ahead_has_its_area_and_its_sides():
-    form, skin = box_drag(np.array([0.4, 0.3, 0.2]))[0]
-    assert form == pytest.approx(0.3 * 0.2)
-    assert skin == pytest.approx(2.0 * 0.4 * (0.3 + 0.2))
+SIDES = np.array([0.6, 0.3, 0.2])
+SHAPE = Stonefish(length=6.0, width=3.0, height=2.0)
 
 
-def test_drag_that_a_box_has_comes_back(tmp_path):
-    sides, multipliers = np.array([0.6, 0.3, 0.2]), np.array([[0.9, 1.2, 0.7], [0.1, 0.2, 0.3]])
-    drag = -500.0 * np.sum(box_drag(sides) * np.tile(multipliers.T, (2, 1)), axis=1)
-    labels = ("X_u|u|", "Y_v|v|", "Z_w|w|", "K_p|p|", "M_q|q|", "N_r|r|")
-    damping = hd.Damping.from_dict(None, dict(zip(labels, drag.tolist(), strict=True)))
-    vehicle = replace(
-        hd.fleet["bluerov2-heavy"],
-        center_of_gravity=np.array([0.0, 0.0, 0.01]),
-        center_of_buoyancy=np.zeros(3),  # the middle of the box
-        buoyancy=sides.prod() * 9806.65,
-    )
-    craft, form = Craft.of(vehicle, damping), Stonefish(length=6.0, width=3.0, height=2.0)
-    root = ElementTree.parse(written(form, craft, tmp_path) / Stonefish.file).getroot()
-    found = [
-        [float(part) for part in root.find(".//hydrodynamics").get(name).split()]
-        for name in ("quadratic_drag", "viscous_drag")
+def integrated(sides, velocity, form, skin, density):
+    """Drag of a box as SolidEntity.cpp has it at commit 3857913: triangle by triangle.
+
+    ``ComputeHydrodynamicForcesSubmerged`` sums, ``CorrectHydrodynamicForces`` scales.
+    """
+    sums = np.zeros((4, 3))
+    for axis in range(3):
+        for side in (-1.0, 1.0):
+            first, second = (axis + 1) % 3, (axis + 2) % 3
+            corners = np.zeros((4, 3))
+            corners[:, axis] = side * sides[axis] / 2
+            corners[:, first] = np.array([-1, 1, 1, -1]) * sides[first] / 2
+            corners[:, second] = np.array([-1, -1, 1, 1]) * sides[second] / 2
+            for triangle in ([0, 1, 2], [0, 2, 3]):
+                p1, p2, p3 = corners[triangle]
+                fn = np.cross(p2 - p1, p3 - p1) * side
+                length = np.linalg.norm(fn)
+                fn1, area, fc = fn / length, length / 2, (p1 + p2 + p3) / 3
+                vc = -(velocity[:3] + np.cross(velocity[3:], fc))
+                vc_n = vc @ fn1
+                if vc_n < -1e-12:
+                    quadratic = vc * np.linalg.norm(vc) * -vc_n * area
+                    sums[:2] += quadratic, np.cross(fc, quadratic)
+                tangent = (vc - vc_n * fn1) * area
+                sums[2:] += tangent, np.cross(fc, tangent)
+    scaled = [
+        factor * density * (np.abs(part) / (np.linalg.norm(part) or 1.0) @ triple) * part
+        for part, triple, factor in zip(
+            sums, (form, form, skin, skin), (0.5, 0.5, 1.0, 1.0), strict=True
+        )
     ]
-    np.testing.assert_allclose(found, multipliers, rtol=1e-9)
-    at = states(craft, 12)
-    np.testing.assert_allclose(
-        rates_of(form, tmp_path, craft, at), core(craft, at), rtol=1e-9, atol=1e-9
+    return np.concatenate([scaled[0] + scaled[2], scaled[1] + scaled[3]])
+
+
+@pytest.fixture
+def vehicle():
+    """One that floats as the box does, its centres together."""
+    return replace(
+        hd.fleet["bluerov2-heavy"],
+        center_of_gravity=np.zeros(3),
+        center_of_buoyancy=np.zeros(3),
+        buoyancy=SIDES.prod() * 9806.65,
     )
 
 
-def test_what_drives_is_no_drag(sailed, tmp_path):
-    damping = hd.Damping.from_dict(None, {"X_u|u|": 3.0, "Y_v|v|": -20.0})
-    root = ElementTree.parse(
-        written(Stonefish(), Craft.of(hd.fleet["bluerov2"], damping), tmp_path) / Stonefish.file
-    ).getroot()
-    hydrodynamics = root.find(".//hydrodynamics")
-    assert hydrodynamics.get("quadratic_drag").split()[0] == "0.0"
+def multipliers(folder):
+    hydrodynamics = ElementTree.parse(folder / Stonefish.file).getroot().find(".//hydrodynamics")
+    names = "quadratic_drag", "viscous_drag"
+    return [[float(x) for x in hydrodynamics.get(name).split()] for name in names]
+
+
+def test_a_box_has_the_wrench_of_the_source():
+    form, skin = np.array([0.9, 1.2, 0.7]), np.array([0.1, 0.2, 0.3])
+    velocity = np.random.default_rng(0).normal(size=(40, 6))
+    found = 1000.0 * box_wrenches(SIDES, np.zeros(3), velocity) @ np.append(form, skin)
+    wanted = [integrated(SIDES, each, form, skin, 1000.0) for each in velocity]
+    # Force alone: which diagonal splits a face moves the middles of its triangles.
+    for motion, name in ((np.eye(6), "along an axis"), (velocity * [1, 1, 1, 0, 0, 0], "straight")):
+        found = 1000.0 * box_wrenches(SIDES, np.zeros(3), motion) @ np.append(form, skin)
+        wanted = [integrated(SIDES, each, form, skin, 1000.0) for each in motion]
+        np.testing.assert_allclose(found[:, :3], np.array(wanted)[:, :3], atol=1e-9, err_msg=name)
+    own = np.arange(6)
+    unit = 1000.0 * box_wrenches(SIDES, np.zeros(3), np.eye(6)) @ np.append(form, skin)
+    wanted = np.array([integrated(SIDES, each, form, skin, 1000.0) for each in np.eye(6)])
+    np.testing.assert_allclose(unit[own, own], wanted[own, own], rtol=1e-12)
+
+
+def test_skin_friction_is_linear_and_form_drag_cubic():
+    ahead = np.array([0.5, 1.0, 2.0])[:, None] * np.eye(6)[0]
+    parts = -box_wrenches(SIDES, np.zeros(3), ahead)[:, 0]
+    np.testing.assert_allclose(parts[:, 0], 0.5 * 0.3 * 0.2 * ahead[:, 0] ** 3)
+    np.testing.assert_allclose(parts[:, 3], 2.0 * 0.6 * (0.3 + 0.2) * ahead[:, 0])
+
+
+def test_linear_drag_of_a_box_comes_back(vehicle, tmp_path):
+    skin = np.array([0.01, 0.02, 0.03])
+    parts = 1000.0 * box_wrenches(SIDES, np.zeros(3), np.eye(6))[:, :, 3:] @ skin
+    labels = [f"{axis}_{name}" for axis, name in zip("XYZKMN", "uvwpqr", strict=True)]
+    damping = hd.Damping.from_dict(None, dict(zip(labels, np.diag(parts), strict=True)))
+    random = np.random.default_rng(0)
+    each = np.vstack([np.diag(random.normal(size=6)) for _ in range(9)])  # an axis at a time
+    down, none = np.tile([0.0, 0.0, 1.0], (54, 1)), np.zeros((54, 6))
+    craft = Craft.of(replace(vehicle, actuators=()), damping)
+    at = States(each, down, np.zeros((54, 0)), none)
+    held = SHAPE.held(craft, at)
+    (tmp_path / Stonefish.file).write_text(SHAPE.write(held)[Stonefish.file])
+    np.testing.assert_allclose(multipliers(tmp_path), [[0.0] * 3, skin], rtol=1e-8, atol=1e-9)
+    with SHAPE.read(tmp_path, held) as engine:
+        found = engine.rates(at)
+    np.testing.assert_allclose(found, craft.acceleration(at), rtol=1e-8, atol=1e-9)
+
+
+def test_multipliers_come_nearest_and_what_drives_is_no_drag(sailed, tmp_path):
+    damping = hd.Damping.from_dict(None, {"X_u|u|": 3.0})
+    folder = written(Stonefish(), Craft.of(hd.fleet["bluerov2"], damping), tmp_path)
+    assert multipliers(folder) == [[0.0] * 3] * 2
     published, log = hd.published["vt690-sname2022"], sailed.test.between(0.0, 2.0)
-    card = hd.export(published, sailed.vehicle, "stonefish", tmp_path / "a", log=log, force=True)
+    card = hd.export(published, sailed.vehicle, SHAPE, tmp_path / "a", log=log, force=True)
     assert "Not run here: Stonefish" in str(card)
-    assert max(card.wrench_error.values()) > 1.0
+    assert set(card.projected) == {x for x, value in published.as_dict().items() if value}
+    assert card.power["target"] <= 0.0
     with pytest.raises(hd.MethodError, match="`height` must be positive"):
         Stonefish(height=-1.0)
+
+
+def test_the_scenario_says_what_it_needs_besides(vehicle, tmp_path):
+    damping = hd.Damping.from_dict(None, {"X_u": -3.0})
+    text = (written(SHAPE, Craft.of(vehicle, damping), tmp_path) / Stonefish.file).read_text()
+    for word in ("<environment>", "<materials>", "<looks>", 'density="1000.0"'):
+        assert word in text
+    ElementTree.fromstring(text)

@@ -4,9 +4,13 @@ import itertools
 import json
 import math
 
+import numpy as np
 import pytest
 
+import hydrodamp as hd
 from hydrodamp.errors import ProblemError
+from hydrodamp.identification.recursive import known
+from hydrodamp.live import loop
 from hydrodamp.live.rows import rows_of
 from hydrodamp.live.sources import UNREADABLE, Lines, Waiting, from_json
 from live.conftest import heard
@@ -48,6 +52,15 @@ def test_what_is_left_out_leaves_no_trace(dive, rows, kind):
         ({"rudder": NAN}, "incomplete"),
         ({"qw": 3.0}, "incomplete"),
         ({"u": 1e9}, "absurd"),
+        ({"u": True}, "incomplete"),
+        ({"u": 10**400}, "incomplete"),
+        ({"time": 10**400}, "incomplete"),
+        ({"rpm": 65535}, "incomplete"),
+        ({"rudder": 32767.0}, "incomplete"),
+        ({"rpm": 1e9}, "absurd"),
+        ({"rpm": 1e160}, "absurd"),
+        ({"rpm": -1e200}, "absurd"),
+        ({"rudder": 1e3}, "absurd"),
     ],
 )
 def test_after_a_sample_that_lacks_something_a_run_begins(dive, rows, change, kind):
@@ -102,8 +115,99 @@ def test_lines_are_json_or_a_table():
     assert read(json.dumps({"time": NAN}).encode())
 
 
-def test_what_nobody_takes_is_dropped_and_counted():
+def test_a_full_queue_drops_the_oldest_and_counts_them():
     waiting = Waiting()
     for k in range(10_007):
         waiting.put({"time": k})
+    waiting.put(None)
     assert waiting.dropped == 7
+    assert [row["time"] for row in waiting] == [*range(7, 10_007)]
+
+
+def test_a_command_that_leaps_for_one_sample_leaves_no_trace(dive, rows):
+    vehicle, _ = dive
+    extra = rows[199] | {"time": rows[199]["time"] + 0.01, "rpm": 20_000.0}
+    clean, told = heard(rows, vehicle), heard([*rows[:200], extra, *rows[200:]], vehicle)
+    assert told.coefficients == clean.coefficients
+    assert told.counts == clean.counts | {"spike": 1}
+
+
+def test_a_command_that_leaps_and_stays_begins_a_run(dive, rows):
+    vehicle, _ = dive
+    faster = [*rows[:150], *(row | {"rpm": 5.0 * row["rpm"]} for row in rows[150:])]
+    assert heard(faster, vehicle).counts == {"taken": 298, "first": 1, "spike": 2, "leapt": 1}
+
+
+def drag_of(told):
+    state, labels = told.run.state.rls, list(told.lines[-1]["coefficients"])
+    value = told.lines[-1]["coefficients"]["X_u|u|"]["value"]
+    return value, known(state).covariance[(labels.index("X_u|u|"),) * 2] ** 0.5
+
+
+@pytest.mark.parametrize("rpm", [65535, 1e9, 1e200, 12_000, 30_000])
+def test_one_absurd_command_moves_no_estimate(dive, rpm):
+    vehicle, log = dive
+    rows = [*rows_of(log)]
+    clean, error = drag_of(heard(rows, vehicle, every=1e9))
+    rows[700] |= {"rpm": rpm}
+    value, _ = drag_of(heard(rows, vehicle, every=1e9))
+    assert abs(value - clean) < error
+
+
+@pytest.mark.parametrize("force", [1e6, 1e200, 500.0])
+def test_one_absurd_wrench_moves_no_estimate(dive, force):
+    vehicle, log = dive
+    wrench = vehicle.known_wrench(
+        log.velocity, np.zeros((log.n, 3)), {name: log.command(name) for name in log.command_names}
+    )
+    commands = set(log.command_names)
+    rows = [
+        {name: value for name, value in row.items() if name not in commands}
+        | dict(zip("XYZKMN", known.tolist(), strict=True))
+        for row, known in zip(rows_of(log), wrench, strict=True)
+    ]
+    model = hd.catalog["fossen"]
+    clean, error = drag_of(heard(rows, vehicle, every=1e9, model=model))
+    rows[700] |= {"X": force}
+    told = heard(rows, vehicle, every=1e9, model=model)
+    assert abs(drag_of(told)[0] - clean) < error
+    assert told.counts["absurd" if force > 1e3 else "spike"] == 1
+
+
+def test_a_sample_from_the_future_blocks_none_behind_it(dive, rows):
+    vehicle, _ = dive
+    ahead = rows[200] | {"time": 1e6}
+    told = heard([*rows[:200], ahead, *rows[200:]], vehicle)
+    assert told.counts == {"taken": 301, "first": 1, "gap": 1, "clock": 1}
+
+
+def test_a_jump_of_time_prints_no_line(dive, rows):
+    vehicle, _ = dive
+    jumping = [row | {"time": 100.0 * k} for k, row in enumerate(rows)]
+    assert len(heard(jumping, vehicle).lines) == 1
+
+
+def test_what_overflows_leaves_the_estimate_as_it_was(dive, rows):
+    vehicle, _ = dive
+    model = hd.DampingModel.from_table({"X": "u u^2 engine^3"}, key="driven")
+    driven = [row | {"engine": 0.1 * k % 3.0} for k, row in enumerate(rows)]
+    huge = [row | {"engine": 4e9} for row in driven[200:]]
+    clean = heard(driven[:200], vehicle, model=model)
+    told = heard([*driven[:200], *huge], vehicle, model=model)
+    assert all(math.isfinite(value) for value in told.coefficients)
+    assert told.counts["taken"] >= clean.counts["taken"]
+
+
+def test_an_error_in_a_row_is_counted(dive, rows, monkeypatch):
+    vehicle, _ = dive
+    real = loop.judge
+
+    def judge(screen, time, *given):
+        if time == rows[200]["time"]:
+            raise np.linalg.LinAlgError("Eigenvalues did not converge")
+        return real(screen, time, *given)
+
+    monkeypatch.setattr(loop, "judge", judge)
+    told = heard(rows, vehicle)
+    assert told.counts == {"taken": 299, "first": 1, "failed": 1, "again": 1}
+    assert "Eigenvalues did not converge" in told.sentences[0]

@@ -5,6 +5,7 @@ import json
 
 import pytest
 
+from hydrodamp.errors import FileError
 from hydrodamp.live import sources
 from hydrodamp.live.rows import rows_of
 from live.conftest import heard
@@ -15,11 +16,11 @@ from live.conftest import heard
 def test_an_interrupted_run_goes_on_bit_for_bit(dive, tmp_path, method, stop):
     vehicle, log = dive
     path = tmp_path / "state.json"
-    whole = heard(sources.of_log(log), vehicle, method)
+    whole = heard(sources.LogRows(log), vehicle, method)
     heard(itertools.islice(rows_of(log), stop), vehicle, method, path=path)
-    rest = heard(sources.of_log(log), vehicle, method, path=path, log=log)
+    rest = heard(sources.LogRows(log), vehicle, method, path=path, log=log)
     assert rest.lines[-1] == whole.lines[-1]
-    again = heard(sources.of_log(log), vehicle, method, path=path, log=log)
+    again = heard(sources.LogRows(log), vehicle, method, path=path, log=log)
     assert again.lines == whole.lines[-1:]
 
 
@@ -35,7 +36,7 @@ def test_another_log_is_taken_from_its_first_sample(dive, tmp_path):
     vehicle, log = dive
     path, other = tmp_path / "state.json", log.between(50.0, 130.0)
     heard(itertools.islice(rows_of(log), 1100), vehicle, path=path)
-    told = heard(sources.of_log(other), vehicle, path=path, log=other)
+    told = heard(sources.LogRows(other), vehicle, path=path, log=other)
     assert "another log" in told.sentences[0]
     assert told.lines[-1]["counts"]["taken"] == 1100 + other.n
 
@@ -47,7 +48,7 @@ def spoil(path, change):
 FOREIGN = {
     "damaged": lambda text: text.replace('"seen": 300', '"seen": 301'),
     "cannot be read as JSON": lambda text: text[:-100],
-    "is not a state": lambda text: "[]",
+    "cannot be read": lambda text: "",
     "of version 2": lambda text: text.replace('"live_state": 2', '"live_state": 1'),
 }
 
@@ -61,7 +62,12 @@ def test_a_state_that_is_none_is_put_aside(dive, tmp_path, sentence):
     told = heard(rows, vehicle, path=path)
     assert sentence in told.sentences[0]
     assert told.lines == fresh.lines
-    assert (tmp_path / "state.json.other").exists()
+    spoil(path, FOREIGN[sentence])
+    heard(rows, vehicle, path=path)
+    assert {one.name for one in tmp_path.glob("*.other*")} == {
+        "state.json.other",
+        "state.json.other1",
+    }
     assert json.loads(path.read_text())["state"]["seen"] == 300
 
 
@@ -78,3 +84,54 @@ def test_a_disk_that_is_full_ends_nothing(dive, tmp_path):
     told = heard(rows, vehicle, path=tmp_path / "gone" / "state.json")
     assert told.counts["taken"] == 300
     assert told.sentences == [s for s in told.sentences if s.startswith("The state is not kept")]
+
+
+@pytest.mark.parametrize("content", ["[]", '{"type": "FeatureCollection"}', "time,u\n0,1\n"])
+def test_a_file_that_is_no_state_stays_as_it_is(dive, tmp_path, content):
+    vehicle, log = dive
+    path = tmp_path / "mission.json"
+    path.write_text(content)
+    with pytest.raises(FileError, match="is not a state of `hydrodamp live`"):
+        heard(itertools.islice(rows_of(log), 300), vehicle, path=path)
+    assert path.read_text() == content
+
+
+def test_a_state_belongs_to_one_run(dive, tmp_path):
+    vehicle, log = dive
+    path, rows = tmp_path / "state.json", [*itertools.islice(rows_of(log), 300)]
+
+    def during():
+        yield from rows
+        with pytest.raises(FileError, match=r"another run of `hydrodamp live` .process [0-9]"):
+            heard(rows, vehicle, path=path)
+
+    heard(during(), vehicle, path=path)
+    heard(rows, vehicle, path=path)
+
+
+def test_temporary_files_of_killed_runs_are_removed(dive, tmp_path):
+    vehicle, log = dive
+    stale = tmp_path / f".hydrodamp-state.json-{15:016x}"
+    others = [
+        tmp_path / name
+        for name in (".hydrodamp-state.json-notes", f".hydrodamp-other.json-{15:016x}", "a.txt")
+    ]
+    for one in (stale, *others):
+        one.touch()
+    heard(itertools.islice(rows_of(log), 300), vehicle, path=tmp_path / "state.json")
+    assert not stale.exists()
+    assert all(one.exists() for one in others)
+
+
+@pytest.mark.parametrize("error", [RuntimeError, KeyboardInterrupt])
+def test_the_state_is_written_whatever_ends_a_run(dive, tmp_path, error):
+    vehicle, log = dive
+    path = tmp_path / "state.json"
+
+    def ended():
+        yield from itertools.islice(rows_of(log), 300)
+        raise error
+
+    with pytest.raises(error):
+        heard(ended(), vehicle, path=path)
+    assert json.loads(path.read_text())["state"]["seen"] == 300

@@ -3,7 +3,6 @@
 import gc
 import json
 import tracemalloc
-from contextlib import suppress
 from itertools import islice
 from types import SimpleNamespace
 
@@ -22,9 +21,9 @@ from live.conftest import heard
 
 def received(reader, datagrams):
     """Return what a reader of a socket makes of datagrams."""
-    left, waiting = iter(datagrams), sources.Waiting()
-    with suppress(StopIteration):
-        reader(SimpleNamespace(recv=lambda size: next(left)[:size]))(waiting)
+    waiting = sources.Waiting()
+    sent = (datagram[: sources._DATAGRAM] for datagram in datagrams)
+    reader(SimpleNamespace(until_over=lambda _: sent))(waiting)
     assert waiting.dropped == 0
     waiting.put(None)
     return [*waiting]

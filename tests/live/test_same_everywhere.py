@@ -19,7 +19,7 @@ def batch(vehicle, log, method):
 
 
 def from_log(log, _):
-    return sources.of_log(log)
+    return sources.LogRows(log)
 
 
 def from_text(path):
@@ -40,12 +40,13 @@ def from_csv(log, folder):
 
 def from_datagrams(log, _):
     receiver = sources.bound_socket("udp://127.0.0.1:0", allow=False)
-    waiting = sources.Waiting().fed_by(sources.of_datagrams(receiver))
+    waiting = sources.Waiting().fed_by(sources.of_datagrams(sources.Datagrams(receiver)))
     rows = (row for row in waiting if row is not None)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
         for row in rows_of(log):
             sender.sendto(json.dumps(row).encode(), receiver.getsockname())
             yield next(rows)
+    waiting.end()
 
 
 @pytest.mark.parametrize("source", [from_log, from_json_lines, from_csv, from_datagrams])
@@ -60,7 +61,7 @@ def test_live_is_the_batch_fit_bit_for_bit(dive, method, source, tmp_path):
 
 def test_standard_errors_are_those_of_the_batch_fit(dive):
     vehicle, log = dive
-    line = heard(sources.of_log(log), vehicle).lines[-1]
+    line = heard(sources.LogRows(log), vehicle).lines[-1]
     errors = [one["standard_error"] for one in line["coefficients"].values()]
     wanted = np.sqrt(batch(vehicle, log, "rls").damping.covariance.diagonal())
     assert errors == wanted.tolist()

@@ -1,9 +1,9 @@
-"""A planar boat with a rudder and a propeller, and a plan of its dive, searched quickly."""
+"""A planar boat with a rudder and a propeller, and a plan of its dive, optimise quickly."""
 
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.planning import design, prospect
+from hydrodamp.planning import context, optimiser, preparation
 
 TRUTH = {"X_u|u|": -8.0, "Y_v": -30.0, "Y_uv": -20.0, "N_r": -4.0, "N_ur": -8.0}
 
@@ -32,9 +32,18 @@ def known():
 def planned(boat, known):
     """A plan of a minute, with few candidates and draws."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(design, "_GENERATIONS", 1)
-        patch.setattr(prospect, "VERIFIED", 20)
+        patch.setattr(optimiser, "_GENERATIONS", 1)
+        patch.setattr(context, "VERIFIED", 20)
+        patch.setattr(preparation, "VERIFIED", 20)
         envelope = hd.Envelope(
             speed=(0.8, 1.6), area={"north": (-80, 80), "east": (-80, 80)}, home=(60.0, 5.0)
         )
-        return hd.plan(boat, known.model, 60.0, damping=known, envelope=envelope, goal="weak")
+        return hd.plan(
+            boat,
+            known.model,
+            60.0,
+            damping=known,
+            envelope=envelope,
+            goal="weak",
+            mode="waypoints",
+        )

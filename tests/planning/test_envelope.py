@@ -30,6 +30,8 @@ def test_an_envelope_ends_above_the_bottom(tmp_path):
             "`commands.rudder` must have lowest below highest",
         ),
         ("steering: direct\nautopilot: {depth: [1, 0, 0]}", "leave one of them out"),
+        ("home: [95, 400]", "`home` must be a latitude of at most 89 deg"),
+        ("speed: 0", "`speed`"),
         ("noise: {surge: 1}", "`noise` is of u v w"),
         ("dept: [3, 30]", "unknown key `dept`. Did you mean 'depth'?"),
     ],

@@ -2,31 +2,84 @@
 
 import csv
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import hydrodamp as hd
 from hydrodamp.files import as_json
-from hydrodamp.planning.files import orders_csv, plan_document, waypoints
+from hydrodamp.planning.files import UNITS, mission_plan, orders_csv, plan_document
 from hydrodamp.report.dive import write_plan
 
 
-def test_the_table_has_what_to_tell_at_every_sample(planned):
+def test_the_table_has_a_row_for_each_waypoint_or_each_period(planned):
     rows = list(csv.DictReader(orders_csv(planned).splitlines()))
+    assert [*rows[0]] == ["time", "north", "east", "speed"]  # a boat has no depth
+    assert len(rows) == len(planned.waypoints)
+    by_setpoints = replace(planned, waypoints=None)
+    rows = list(csv.DictReader(orders_csv(by_setpoints).splitlines()))
     assert [*rows[0]] == ["time", *planned.orders]
     assert len(rows) == len(planned.time)
     assert float(rows[7]["rpm"]) == pytest.approx(planned.orders["rpm"][7], rel=1e-5)
 
 
-def test_a_mission_goes_along_the_track(planned):
-    mission = json.loads(waypoints(planned))
+def test_no_number_of_the_table_is_a_negative_zero(planned):
+    zeros = replace(planned, waypoints=-0.0 * planned.waypoints)
+    assert "-0" not in orders_csv(zeros)
+
+
+def items_of(plan):
+    mission = json.loads(mission_plan(plan))
     assert (mission["fileType"], mission["version"]) == ("Plan", 1)
-    ways = [one["params"] for one in mission["mission"]["items"] if one["command"] == 16]
-    north = (np.array([one[4] for one in ways]) - 60.0) * 111_320.0
-    assert north == pytest.approx(planned.track.position[:: round(10 / 0.1), 0], abs=0.01)
-    numbers = [one["doJumpId"] for one in mission["mission"]["items"]]
-    assert numbers == list(range(1, len(numbers) + 1))
+    return mission["mission"]["items"]
+
+
+def test_a_mission_runs_in_follows_the_waypoints_and_surfaces_at_the_start(planned):
+    items = items_of(planned)
+    assert [one["doJumpId"] for one in items] == list(range(1, len(items) + 1))
+    assert items[0]["command"] == 178  # speed before the first waypoint
+    legs = [one["params"][4:] for one in items if one["command"] == 16]
+    north, east = (np.array(legs)[:, :2] - (60.0, 5.0)).T * 111_320.0
+    way = np.column_stack([north, east * np.cos(np.radians(60.0))])
+    assert way[1:-1] == pytest.approx(planned.waypoints[:, 1:3], abs=0.01)
+    run_in, first_leg = way[1] - way[0], way[2] - way[1]
+    cosine = run_in @ first_leg / np.linalg.norm(run_in) / np.linalg.norm(first_leg)
+    assert cosine == pytest.approx(1.0, abs=1e-6)
+    assert way[-1] == pytest.approx([0.0, 0.0], abs=0.01)
+    assert items[-1]["command"] == 21
+    assert items[-1]["params"][4:] == [60.0, 5.0, 0.0]
+
+
+def test_a_vehicle_that_dives_comes_and_goes_at_the_least_depth(planned):
+    legs = planned.waypoints.copy()
+    legs[:, 3] = 12.0
+    diving = replace(planned, waypoints=legs, orders=planned.orders | {"depth": legs[:, 3]})
+    depths = [-one["params"][6] for one in items_of(diving) if one["command"] == 16]
+    assert depths[0] == depths[-1] == planned.envelope.depth[0]
+    assert depths[1:-1] == [12.0] * len(legs)
+
+
+def test_a_mission_crosses_the_date_line(planned):
+    envelope = planned.envelope.model_copy(update={"home": (0.0, 180.0)})
+    east = [one["params"][5] for one in items_of(replace(planned, envelope=envelope))[1:-1]]
+    assert all(-180.0 <= one <= 180.0 for one in east if one)
+
+
+def test_a_mission_is_of_waypoints_alone(planned):
+    with pytest.raises(hd.MethodError, match="plan with mode 'waypoints'"):
+        mission_plan(replace(planned, waypoints=None))
+
+
+def test_the_document_states_the_unit_of_every_number(planned):
+    document = plan_document(planned)
+    assert document["units"] == UNITS
+    assert document["predictions"]["X_u|u|"]["unit"] == "N/(m/s)^2"
+    assert document["stretches"][0]["course"] == np.degrees(planned.stretches[0].course) % 360.0
+    named = " ".join(UNITS)
+    numbers = ("duration", "within_envelope", "time_at_limits", "waypoints", "envelope")
+    assert all(one in named for one in numbers)
+    assert all(one in named for one in planned.envelope.model_dump() if one in "depth pitch home")
 
 
 def test_a_plan_is_written_whole(planned, tmp_path):
@@ -36,7 +89,9 @@ def test_a_plan_is_written_whole(planned, tmp_path):
     found = {path.name for path in tmp_path.iterdir()}
     assert {"plan.csv", "plan.json", "mission.plan", "track.csv", "bag", "plan.html"} <= found
     bag = hd.read_recording(tmp_path / "bag")
-    assert {topic.name for topic in bag.topics} == {f"/plan/{name}" for name in planned.orders}
+    assert {topic.name for topic in bag.topics} == {
+        f"/plan/{name}" for name in ("north", "east", "speed")
+    }
     assert hd.read_log(tmp_path / "track.csv").n == planned.track.n
     document = json.loads(as_json(plan_document(planned)))
     assert document["predictions"]["X_u|u|"]["grade"] == planned.predictions[0].grade.word

@@ -7,10 +7,14 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.identification.grades import Cause
-from hydrodamp.planning.dive import Rehearsal
-from hydrodamp.planning.prospect import Prospect
-from hydrodamp.planning.reaching import _why
-from hydrodamp.planning.waters import known_damping, of_hull
+from hydrodamp.planning.autopilot import design_autopilot
+from hydrodamp.planning.closed_loop import Trajectories, saturation
+from hydrodamp.planning.context import Context
+from hydrodamp.planning.dive import EnsembleFits
+from hydrodamp.planning.ensemble import hull_damping, prior_damping
+from hydrodamp.planning.manoeuvres import Manoeuvre
+from hydrodamp.planning.optimiser import Optimiser
+from hydrodamp.planning.shortest import _why
 from hydrodamp.simulation.problem import stamp
 
 
@@ -26,7 +30,8 @@ def test_it_keeps_to_its_envelope(planned):
     assert planned.within >= 0.95
     assert np.abs(planned.track.command("rudder")).max() <= 0.4
     assert np.abs(planned.track.position[:, :2]).max() <= 80.0
-    assert set(planned.orders) == {"speed", "rpm", "heading", "rudder_overlay"}
+    assert set(planned.orders) == {"speed", "rpm", "heading"}
+    assert planned.mode == "waypoints"
 
 
 def test_a_goal_gives_the_shortest_dive_by_axis_and_reasons(planned):
@@ -53,19 +58,19 @@ def test_the_grade_is_what_half_of_the_waters_give():
     good, bad = hd.Grade.DETERMINED, hd.Grade.NOT_DETERMINED
     one = np.ones((4, 1))
     for several, grade in (([good, good, good, bad], good), ([good, bad, bad, bad], bad)):
-        rehearsal = Rehearsal(one, one[:, None], tuple(map(Found, several)))
-        assert rehearsal.grades(["X_u"]) == [grade]
+        fits = EnsembleFits(one, one[:, None], tuple(map(Found, several)))
+        assert fits.grades(["X_u"]) == [grade]
 
 
 def test_a_hull_of_no_known_water_takes_power_from_every_motion():
     vehicle = hd.fleet["remus100"]
-    drag = of_hull(vehicle)
+    drag = hull_damping(vehicle)
     velocity = np.random.default_rng(1).normal(size=(200, 6)) * [0.3, 0.3, 0.3, 0.2, 0.2, 0.2]
     velocity[:, 0] += 1.5
     assert drag.power(velocity).max() < 0.0
     # Published: X_u|u| -1.62 (Prestero 2001, table 4.1), a factor of two.
     assert drag["X_u|u|"] == pytest.approx(-3.0, rel=0.4)
-    assert "published" in known_damping(hd.fleet["vt690"], hd.catalog["fossen"], None).source
+    assert "published" in prior_damping(hd.fleet["vt690"], hd.catalog["fossen"], None).source
 
 
 def refused(match, vehicle, model, *arguments, **settings):
@@ -85,10 +90,10 @@ def test_why_a_coefficient_falls_short_says_how_long_it_would_take():
 def test_a_prior_with_standard_errors_counts(boat, known):
     errors = np.array([0.5, 3.0, np.nan, 0.4, 0.0])
     prior = replace(known, covariance=np.diag(errors**2))
-    prospect = Prospect.of(boat, known.model, 60.0, prior, hd.Envelope(speed=(0.8, 1.6)), 0)
-    assert prospect.before.tolist() == [0.5, 3.0, np.inf, 0.4, np.inf]
-    draws = np.array([one.coefficients for one in prospect.fleet.waters.dampings])
-    own = [prospect.fleet.waters.wide.index(label) for label in known.model.labels]
+    context = Context.of(boat, known.model, 60.0, prior, hd.Envelope(speed=(0.8, 1.6)), 0)
+    assert context.before.tolist() == [0.5, 3.0, np.inf, 0.4, np.inf]
+    draws = np.array([one.coefficients for one in context.closed_loop.ensemble.dampings])
+    own = [context.closed_loop.ensemble.wide.index(label) for label in known.model.labels]
     assert np.std(draws[1:, own[0]]) == pytest.approx(0.5, rel=0.4)
     assert np.abs(draws[:, own[1]] + 30.0).max() <= 2 * 0.3 * 30.0  # at most 30 %, twice
 
@@ -97,7 +102,8 @@ def test_what_cannot_be_planned_is_refused(boat, known):
     model, slow = known.model, {"damping": known, "envelope": hd.Envelope(speed=(0.8, 1.6))}
     alias = model.with_terms({"X": "u^2"})
     refused(r"tells from others: X_u\^2, X_u\|u\|", boat, alias, 60.0, **slow)
-    refused("`duration` must be 60 s or more", boat, model, 5.0)
+    refused("`duration` must be from 60 s", boat, model, 5.0)
+    refused(r"to 86400 s \(24 h\); got 10000000", boat, model, 1e7)
     refused("no goal 'sure'", boat, model, 60.0, goal="sure")
     refused("nothing can be steered", hd.fleet["bluerov2"], hd.catalog["fossen"], 60.0)
     narrow = hd.Envelope(commands={"rpm": {"lowest": 0, "highest": 10}})
@@ -106,6 +112,83 @@ def test_what_cannot_be_planned_is_refused(boat, known):
     refused("`commands` has fin", boat, model, 60.0, damping=known, envelope=strange)
     gains = model.with_terms({"N": "u|u|*thruster"})
     refused("says nothing of what thruster do", boat, gains, 60.0, damping=known)
+
+
+def test_a_speed_out_of_reach_is_refused_with_the_speed_that_is_reached(boat, known):
+    # 2e-5 rpm^2 = 8 u^2: 1.58 m/s at 1000 rpm with the nominal damping.
+    def envelope(speed):
+        limits = {"rpm": {"lowest": 0, "highest": 1000}}
+        return hd.Envelope(speed=(0.8, speed), commands=limits)
+
+    refused(
+        r"`speed` up to 2 m/s .*`rpm` of 1000 it reaches 1\.[56]",
+        boat,
+        known.model,
+        60.0,
+        damping=known,
+        envelope=envelope(2.0),
+    )
+    Context.of(boat, known.model, 60.0, known, envelope(1.4), 0)
+
+
+def test_a_propeller_without_a_limit_is_assumed_to_push_a_tenth_of_the_weight(boat, known):
+    autopilot = design_autopilot(boat, known, hd.Envelope(speed=(0.8, 1.6)))
+    rpm = autopilot.full_ahead[autopilot.propeller]
+    assert 2e-5 * rpm**2 == pytest.approx(0.1 * 300.0)
+    assert "No limit of `rpm` is given: 1225 is assumed" in autopilot.assumptions[1]
+    fast = hd.Envelope(speed=(8, 12))
+    match = "out of reach of `rpm` from -122.* to 122.*No limit of `rpm` is given"
+    refused(match, boat, known.model, 60.0, damping=known, envelope=fast)
+
+
+def test_a_fin_without_a_rate_moves_at_a_rate_that_is_stated(planned, boat, known):
+    assert "No rate of `rudder` is given: 1 rad/s is assumed" in planned.assumptions[0]
+    step = np.diff(planned.track.command("rudder")) / planned.envelope.period
+    assert 0.0 < np.abs(step).max() <= 1.0 + 1e-9
+    slow = hd.Envelope(speed=(0.8, 1.6), commands={"rudder": {"rate": 0.2}})
+    autopilot = design_autopilot(boat, known, slow)
+    assert autopilot.rates[0] == 0.2
+    assert "rudder" not in " ".join(autopilot.assumptions)
+
+
+def test_time_at_limits_is_counted(boat, known):
+    autopilot = design_autopilot(boat, known, hd.Envelope(speed=(0.8, 1.6)))
+    commands = np.zeros((100, 1, 2))
+    commands[:, 0, 0] = 0.1
+    commands[40:60, 0, 0] = 0.4  # at the limit, and 0.3 rad there and back in one period of 0.1 s
+    made = Trajectories(commands, commands, commands, commands, 0.1)
+    assert saturation(autopilot, made)["rudder"] == pytest.approx([0.21])
+
+
+def test_time_at_limits_costs_in_the_objective(boat, known):
+    """Of two dives with the same information the one at its limits is worse, unit or not."""
+    context = Context.of(boat, known.model, 60.0, known, hd.Envelope(speed=(0.8, 1.6)), 0)
+    few = context.closed_loop.with_members([0, 1])
+    calm, wild = (Manoeuvre("zigzag", 0.5, 0.9, (0.0, k, 0.0)) for k in (0.05, 1.0))
+    optimiser = Optimiser(few, context.seen, context.aim("determinant"), context.samples)
+    _, _, saturated = optimiser.evaluate([calm, wild])
+    assert saturated["rudder"][0].max() < 0.05 < saturated["rudder"][1].min()
+
+
+def test_a_vehicle_that_hovers_is_planned_from_rest():
+    rov = hd.Vehicle(
+        "rov",
+        [[20.0, 0.0, 0.0], [0.0, 25.0, 0.0], [0.0, 0.0, 1.0]],
+        weight=110.0,
+        buoyancy=110.0,
+        actuators=tuple(
+            hd.Thruster(f"t{k}", (a, b, 0.0), (0.7, c, 0.0), gain=40.0, limit=1.0)
+            for k, (a, b, c) in enumerate(
+                [(0.2, 0.1, -0.7), (0.2, -0.1, 0.7), (-0.2, 0.1, 0.7), (-0.2, -0.1, -0.7)]
+            )
+        ),
+        axes=("X", "Y", "N"),
+    )
+    known = hd.Damping.from_dict(None, {"X_u|u|": -30.0, "Y_v|v|": -50.0, "N_r|r|": -1.0})
+    context = Context.of(rov, known.model, 60.0, known, hd.Envelope(speed=(0.0, 0.8)), 0)
+    assert context.mode == "overlays"
+    assert context.enforce_envelope(context.steps).within >= 0.95
+    refused("mode 'waypoints' needs a propeller", rov, known.model, 60.0, mode="waypoints")
 
 
 def test_a_prior_of_another_mass_matrix_is_refused(boat, known):

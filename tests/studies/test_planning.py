@@ -1,12 +1,12 @@
-"""The study of planned dives: its waters, and the numbers that it tables."""
+"""The study of planned dives: its ensemble, and the numbers that it tables."""
 
 import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.planning.helm import helm
-from hydrodamp.planning.sailing import Fleet
-from hydrodamp.planning.waters import drawn, known_damping, wide_model
+from hydrodamp.planning.autopilot import design_autopilot
+from hydrodamp.planning.closed_loop import ClosedLoop
+from hydrodamp.planning.ensemble import draw_ensemble, prior_damping, wide_model
 from hydrodamp.simulation.campaign.reenact import Plan
 from planning import Sailed, fleet_on, table, told
 
@@ -28,12 +28,14 @@ def test_a_variance_four_times_smaller_is_a_gain_of_four():
 
 def test_the_water_of_a_truth_acts_as_that_of_the_campaign():
     vehicle, model = hd.fleet["vt690"], hd.catalog["fossen"]
-    known = known_damping(vehicle, model, None)
+    known = prior_damping(vehicle, model, None)
     sizes = np.zeros(wide_model(vehicle, model, known).n_coefficients)
     envelope = hd.Envelope()
-    waters = drawn(vehicle, model, known, sizes, 1, 0)
-    fleet = Fleet.of(vehicle, helm(vehicle, known, envelope), envelope, waters)
-    made, _ = fleet_on(fleet, "drifting")
+    ensemble = draw_ensemble(vehicle, model, known, sizes, 1, 0)
+    closed_loop = ClosedLoop.of(
+        vehicle, design_autopilot(vehicle, known, envelope), envelope, ensemble
+    )
+    made, _ = fleet_on(closed_loop, "drifting")
     velocity = np.array([[2.0, 0.2, -0.1, 0.0, 0.1, 0.2]])
     commands = np.array([[0.1, -0.1, 2000.0]])
     truth = Plan.of("crossflow").water
@@ -43,5 +45,5 @@ def test_the_water_of_a_truth_acts_as_that_of_the_campaign():
     assert made.beside(velocity, commands)[0, 1] - strips[0, 1] == pytest.approx(
         4.0 * 9.0728 * (angles[0, 0] - 0.1)
     )
-    off, _ = fleet_on(fleet, "off")
+    off, _ = fleet_on(closed_loop, "off")
     assert off.beside(velocity, commands) == pytest.approx(np.zeros((1, 6)))

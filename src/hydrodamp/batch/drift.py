@@ -1,4 +1,4 @@
-"""Has a coefficient changed over a season, and when: the likeliest day of one lasting change."""
+"""Test whether a coefficient changed over a season, and date one lasting change."""
 
 from __future__ import annotations
 
@@ -8,21 +8,24 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import t as student
 
-from hydrodamp.identification.fit import Fit
+from hydrodamp.arrays import FloatArray
+from hydrodamp.identification.fit import Fit, reach
+from hydrodamp.identification.grades import RELATIVE
 
-#: Groups on either side of a change that its size is told from, and groups in all.
+#: Groups on either side of a change at least, and groups in all.
 _SIDE, FEWEST = 2, 5
 
-#: Chance of a change found where there is none, over all coefficients and days of a season.
-CHANCE = 0.01
+#: Significance level of a season, over all coefficients and days. With 0.01 about one quiet season
+#: in a hundred changed, the level itself: studies/season_changes.py. Changes of 5 % are far beyond.
+CHANCE = 0.002
 
 
 @dataclass(frozen=True)
 class Change:
     """A lasting change of one coefficient.
 
-    ``first`` is the number of the first group after it, ``chance`` how often so much is seen where
-    nothing changes.
+    ``first`` is the index of the first group after it, ``chance`` the probability of so large a
+    change of any coefficient on any day in a season in which nothing changes (p-value).
     """
 
     label: str
@@ -39,42 +42,67 @@ class Change:
 
 
 def changes(fits: Sequence[Fit]) -> tuple[Change, ...]:
-    """Return the coefficients that changed, the surest first, from fits in their order of time.
+    """Return the coefficients that changed, the most significant first.
 
-    Each is held against one lasting change after any of the groups: weighted means on both sides,
-    their errors raised by what groups scatter beyond their own, and the chance of the best of all
-    days and coefficients (Bonferroni).
+    ``fits`` are in the order of time. The error is the scatter between the groups, never their
+    standard errors, which few blocks know badly: Student's t with two degrees of freedom less than
+    groups, and Bonferroni over all days and coefficients. Groups without an estimate, and
+    coefficients that neither side of the change determines, are left out.
     """
-    told = [(place, one) for place, fit in enumerate(fits) if (one := fit.uncertainty)]
-    if len(told) < FEWEST:
-        return ()
-    places, known = zip(*told, strict=True)
-    value = np.array([fits[place].damping.coefficients for place in places])
-    weight = 1.0 / np.maximum([np.diag(one.covariance) for one in known], 1e-300)
-    freedom = np.array([one.degrees_of_freedom for one in known])
-    n, found = len(known), []
-    days = range(_SIDE, n - _SIDE + 1)
-    for place, label in enumerate(fits[0].model.labels):
-        k, w = value[:, place], weight[:, place]
-        tried = [_at(day, k, w, freedom) for day in days]
-        day = int(np.argmin([one[-1] for one in tried]))
-        before, after, error, chance = tried[day]
-        chance = min(chance * len(days) * value.shape[1], 1.0)
+    value, weight = _estimates(fits)
+    n_coefficients, found = value.shape[1], list[Change]()
+    for index, label in enumerate(fits[0].model.labels if fits else ()):
+        groups = np.flatnonzero(weight[:, index] > 0.0)
+        if len(groups) < FEWEST:
+            continue
+        day, *change = _most_significant(value[groups, index], weight[groups, index])
+        before, after, error, chance = change
+        n_days = len(groups) - 2 * _SIDE + 1
+        chance = min(chance * n_days * n_coefficients, 1.0)
         if chance < CHANCE:
-            found.append(Change(label, places[days[day]], before, after, error, chance))
-    return tuple(sorted(found, key=lambda one: one.chance))
+            found.append(Change(label, int(groups[day]), before, after, error, chance))
+    return tuple(sorted(found, key=lambda change: change.chance))
 
 
-def _at(
-    day: int, value: np.ndarray, weight: np.ndarray, freedom: np.ndarray
-) -> tuple[float, float, float, float]:
-    """Return the means before and after a day, the error of their difference, and its chance."""
-    sides = slice(None, day), slice(day, None)
-    before, after = (float(np.average(value[one], weights=weight[one])) for one in sides)
-    left = value - np.where(np.arange(len(value)) < day, before, after)
-    scatter = max(float(np.sum(weight * left**2)) / (len(value) - 2), 1.0)
-    error = float(np.sqrt(scatter * sum(1.0 / weight[one].sum() for one in sides)))
-    least = float(min(freedom[one].sum() for one in sides))
-    if scatter > 1.0:
-        least = min(least, len(value) - 2.0)
-    return before, after, error, float(2.0 * student.sf(abs(after - before) / error, least))
+def _estimates(fits: Sequence[Fit]) -> tuple[FloatArray, FloatArray]:
+    """Return coefficients and weights, shape (groups, coefficients); weight 0 for no estimate.
+
+    Weights are the inverse of the standard errors that white noise would leave, a compromise
+    between equal weights and those of white noise: the error of a wrong model form varies less
+    between manoeuvres.
+    """
+    n = fits[0].model.n_coefficients if fits else 0
+    value, weight = np.zeros((len(fits), n)), np.zeros((len(fits), n))
+    for index, fit in enumerate(fits):
+        if fit.uncertainty is None:
+            continue
+        leverage = fit.uncertainty.leverage
+        if leverage is None:
+            leverage = np.full(n, 1.0 / max(fit.n_samples, 1))
+        own, aliased = fit.damping.coefficients, {label for one in fit.aliased for label in one}
+        used = np.isfinite(own) & np.isfinite(leverage) & (leverage > 0.0)
+        used &= [label not in aliased for label in fit.model.labels]
+        value[index, used], weight[index, used] = own[used], leverage[used] ** -0.5
+    return value, weight
+
+
+def _most_significant(
+    value: FloatArray, weight: FloatArray
+) -> tuple[int, float, float, float, float]:
+    """Return the day of the least p-value, and means, error of their difference and p-value."""
+    n = len(value)
+    days = np.arange(_SIDE, n - _SIDE + 1)
+    late = np.arange(n) >= days[:, None]
+    sides = np.where(np.stack([~late, late]), weight, 0.0)
+    total = sides.sum(axis=2)
+    before, after = means = (sides @ value) / total
+    residual = value - np.where(late, after[:, None], before[:, None])
+    errors = np.sqrt((residual**2 @ weight) / (n - 2) / total)
+    error = np.hypot(*errors)
+    half = reach(degrees_of_freedom=n - 2) * errors
+    determined = np.any(half <= RELATIVE * np.abs(means), axis=0)
+    ratio = np.abs(after - before) / np.maximum(error, np.finfo(np.float64).tiny)
+    chance = np.where(determined, 2.0 * student.sf(ratio, n - 2), 1.0)
+    best = int(chance.argmin())
+    before, after, error, chance = (one[best] for one in (before, after, error, chance))
+    return int(days[best]), float(before), float(after), float(error), float(chance)

@@ -1,11 +1,14 @@
-"""One log folded, and folds merged: a few triangles are all that is left of a log."""
+"""Fold a log into a few triangles, merge folds, and solve models from them."""
 
 from __future__ import annotations
 
+import math
 import warnings
-from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, reduce
+from itertools import pairwise
+from operator import itemgetter
 
 import numpy as np
 from scipy.linalg import block_diag
@@ -35,8 +38,11 @@ from hydrodamp.simulation.replay import score, simulate
 from hydrodamp.simulation.status import Status
 from hydrodamp.vehicle.vehicle import Vehicle
 
-#: Blocks of a log, of at least so many seconds each, and of many logs merged.
-_OF_A_LOG, _SHORTEST, _MOST = 8, 30.0, 32
+#: Blocks of a log, and the shortest of them [s].
+_OF_A_LOG, _SHORTEST = 8, 30.0
+
+#: Blocks of a jackknife, and blocks that a merged fold keeps at most: more of them take memory.
+_MOST, _KEPT = 32, 128
 
 #: Blocks from which standard errors can be told.
 _FEWEST = 4
@@ -47,7 +53,11 @@ _LEAST_LEFT = 0.1
 
 @dataclass(frozen=True, eq=False)
 class Folded:
-    """What is left of a log, or of many: triangles of blocks of time, in their order."""
+    """The sufficient statistics of a log, or of many: triangles of blocks of time.
+
+    ``order`` sorts the blocks of merged folds: start of the log [s], a number that tells logs of
+    equal start apart, index of the block.
+    """
 
     blocks: tuple[Triangle, ...]
     start: float
@@ -55,25 +65,28 @@ class Folded:
     n_samples: int
     n_logs: int
     sailed: Ranges
+    order: tuple[tuple[float, float, int], ...] = ()
+
+    def __post_init__(self) -> None:
+        """Give the blocks of a single log their order."""
+        if not self.order:
+            content = float(np.abs(self.blocks[0].r).sum())
+            order = tuple((self.start, content, k) for k in range(len(self.blocks)))
+            object.__setattr__(self, "order", order)
 
     @cached_property
     def triangle(self) -> Triangle:
         """All blocks in one."""
         return merge(self.blocks)
 
+    @cached_property
+    def balanced(self) -> tuple[Triangle, ...]:
+        """The blocks of the jackknife, of nearly equal size where there are more."""
+        return tuple(merge(self.blocks[part]) for part in _divide(self.blocks, _MOST))
+
     def merged(self, other: Folded) -> Folded:
-        """Return both; neighbouring blocks are merged where there are many."""
-        blocks = (*self.blocks, *other.blocks)
-        while len(blocks) > _MOST:
-            blocks = tuple(merge(blocks[k : k + 2]) for k in range(0, len(blocks), 2))
-        return Folded(
-            blocks,
-            min(self.start, other.start),
-            self.duration + other.duration,
-            self.n_samples + other.n_samples,
-            self.n_logs + other.n_logs,
-            joined(self.sailed, other.sailed),
-        )
+        """Return both as one."""
+        return merge_folds((self, other))
 
     def only(self, basis: Basis) -> Folded:
         """Return the same with the columns of some of its terms."""
@@ -82,13 +95,78 @@ class Folded:
             return self
         places = [*map(own.index, basis), *range(len(own), len(own) + 6)]
         empty = np.zeros((len(places), len(places)))
-        blocks = (
+        blocks = tuple(
             Triangle(basis, folded_rows(empty, one.r[:, places]), one.n_samples)
             for one in self.blocks
         )
-        return Folded(
-            tuple(blocks), self.start, self.duration, self.n_samples, self.n_logs, self.sailed
-        )
+        return replace(self, blocks=blocks)
+
+
+def merge_folds(folds: Iterable[Folded]) -> Folded:
+    """Merge the folds of many logs.
+
+    Coefficients and standard errors do not depend on the order of the folds. Merging in parts
+    gives the same too, up to 128 blocks; a log has at most eight.
+
+    Parameters
+    ----------
+    folds : iterable of Folded
+        At least one, of the same vehicle, terms and method; as many at once as memory allows.
+
+    Returns
+    -------
+    folded : Folded
+        Of all logs. Its blocks are in the order of time; beyond 128, neighbouring blocks are
+        merged into 64 or fewer of nearly equal numbers of rows.
+
+    Raises
+    ------
+    ProblemError
+        If there is no fold, or their terms differ.
+
+    Examples
+    --------
+    >>> import hydrodamp as hd
+    >>> dives, method = hd.reenact(duration=60.0), hd.WeakForm()
+    >>> model = hd.catalog["linear"]
+    >>> logs = dives.train, dives.test
+    >>> folds = [fold_log(log, dives.vehicle, [model], method) for log in logs]
+    >>> merged = merge_folds(folds)
+    >>> merged.n_logs, len(merged.blocks)
+    (2, 12)
+    >>> solved(merged, dives.vehicle, model, method).uncertainty.n_blocks
+    12
+    """
+    parts = tuple(folds)
+    if not parts:
+        raise ProblemError("merge_folds needs at least one fold, got none")
+    if any(one.blocks[0].basis != parts[0].blocks[0].basis for one in parts):
+        raise ProblemError("folds of different terms cannot be merged: fold all logs for one model")
+    pairs = [pair for one in parts for pair in zip(one.order, one.blocks, strict=True)]
+    pairs.sort(key=itemgetter(0))
+    order, blocks = [one for one, _ in pairs], [one for _, one in pairs]
+    if len(blocks) > _KEPT:
+        runs = _divide(blocks, _KEPT // 2)
+        order, blocks = [order[run.start] for run in runs], [merge(blocks[run]) for run in runs]
+    return Folded(
+        blocks=tuple(blocks),
+        start=min(one.start for one in parts),
+        duration=math.fsum(one.duration for one in parts),
+        n_samples=sum(one.n_samples for one in parts),
+        n_logs=sum(one.n_logs for one in parts),
+        sailed=reduce(joined, (one.sailed for one in parts)),
+        order=tuple(order),
+    )
+
+
+def _divide(blocks: Sequence[Triangle], most: int) -> list[slice]:
+    """Return runs of blocks: each block alone where there are few, else of nearly equal rows."""
+    if len(blocks) <= most:
+        return [slice(k, k + 1) for k in range(len(blocks))]
+    rows = np.array([one.n_samples for one in blocks])
+    middle = (np.cumsum(rows) - rows / 2.0) / rows.sum()
+    firsts = np.unique((middle * most).astype(int), return_index=True)[1].tolist()
+    return [slice(first, last) for first, last in pairwise([*firsts, len(blocks)])]
 
 
 def _read(addresses: Sequence[str], mapping: str | None) -> Log:
@@ -110,11 +188,27 @@ def fold(
     mapping: str | None = None,
 ) -> Folded:
     """Read a log, fill equation 1 with it, and fold its rows."""
-    log = _read([address], mapping)
+    try:
+        return fold_log(_read([address], mapping), vehicle, models, method)
+    except _TooShortError as error:
+        raise ProblemError(f"{address}: {error}") from error
+
+
+class _TooShortError(ProblemError):
+    """A log gives no row."""
+
+
+def fold_log(
+    log: Log,
+    vehicle: Vehicle,
+    models: Sequence[DampingModel],
+    method: LeastSquares | WeakForm,
+) -> Folded:
+    """Fill equation 1 with a log and fold its rows."""
     problem = prepare(vehicle, log, models)
     rows = method.equations.rows(problem)
     if not rows.n:
-        raise ProblemError(f"{address}: {log.duration:.3g} s are too short to make rows of.")
+        raise _TooShortError(f"{log.duration:.3g} s are too short to make rows of.")
     n = int(np.clip(log.duration / _SHORTEST, 1, min(_OF_A_LOG, rows.n)))
     blocks = tuple(rows.taken(part).triangle() for part in np.array_split(np.arange(rows.n), n))
     ranges = sailed(problem.inputs.velocity, vehicle.axes)
@@ -180,11 +274,11 @@ def _jackknifed(
     With orthonormal columns Q of all blocks, leaving one out moves the amounts of them by
     ``(I − QᵇᵀQᵇ)⁻¹ Qᵇᵀ e`` of its residuals e, exactly.
     """
-    n = len(folded.blocks)
+    n = len(folded.balanced)
     if n < _FEWEST:
         return None
     moves: list[FloatArray] = []
-    for block in folded.blocks:
+    for block in folded.balanced:
         parts = []
         for axis, (terms, one) in enumerate(zip(model.terms, found, strict=True)):
             design = block.columns(terms)
@@ -201,6 +295,7 @@ def _jackknifed(
         method="one block of the logs after another left out (jackknife)",
         block=folded.duration / n,
         n_blocks=n,
+        leverage=np.concatenate([np.sum(one.span.coefficients**2, axis=1) for one in found]),
     )
 
 

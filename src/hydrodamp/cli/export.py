@@ -12,7 +12,7 @@ import typer
 import hydrodamp as hd
 from hydrodamp.cli import options
 from hydrodamp.cli.choose import choose_vehicle
-from hydrodamp.cli.output import emit, note, show
+from hydrodamp.cli.output import emit, fail, note, show
 from hydrodamp.cli.parts import read
 from hydrodamp.errors import MethodError
 
@@ -36,14 +36,17 @@ def export(
     ] = None,
     force: Annotated[
         bool,
-        typer.Option("--force", help="Replace an earlier export; keep one whose replay diverges."),
+        typer.Option(
+            "--force",
+            help="Replace an earlier export; keep one that is worse than none or diverges.",
+        ),
     ] = False,
     json: options.Json = False,
 ) -> None:
     """Write damping for a simulator or a controller, run it, and say how faithful it is."""
     from hydrodamp.data.record import first_few
-    from hydrodamp.export.export import check_export
-    from hydrodamp.report.fidelity_page import write_fidelity_page
+    from hydrodamp.export.folder import check_export
+    from hydrodamp.report.fidelity_page import read_card, write_fidelity_page
     from hydrodamp.report.grid import Grid
 
     form = with_settings(hd.find_target(target), dict(map(_pair, settings or ())))
@@ -51,13 +54,14 @@ def export(
     craft, numbers = choose_vehicle(vehicle), hd.read_damping(damping)
     driven = read(log, mapping) if log else None
     card = hd.export(numbers, craft, form, out, log=driven, box=_sailed(Path(damping)), force=force)
-    page = write_fidelity_page(out)
-    files = sorted(path.name for path in out.iterdir() if not path.name.startswith(page.stem))
-    note(f"written to {out}: {', '.join(first_few(files, _FILES, 'files'))}")
+    page, document = write_fidelity_page(out), read_card(out)
+    note(f"written to {out}: {', '.join(first_few(sorted(document['files']), _FILES, 'files'))}")
     if json:
-        emit(card.document())
+        emit(document)
     else:
         show(Grid("", (), (), tuple(str(card).splitlines())))
+    if card.run_error:
+        fail(f"what was written does not run here: {card.run_error}")
     replayed = "" if log else "; with `--log LOG --force` a log is replayed with it, too"
     note(f"next: {page} is the card in full{replayed}")
 

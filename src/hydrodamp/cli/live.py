@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import json
+import os
 import signal
 import sys
 from collections.abc import Callable, Iterator
@@ -14,7 +16,7 @@ import typer
 
 import hydrodamp as hd
 from hydrodamp.cli import choose, options
-from hydrodamp.cli.output import note
+from hydrodamp.cli.output import WORK_FAILED, fail, note
 from hydrodamp.errors import ProblemError
 
 if TYPE_CHECKING:
@@ -55,6 +57,7 @@ def live(
     from hydrodamp.live.loop import METHODS
     from hydrodamp.live.opening import opened
     from hydrodamp.live.run import Run
+    from hydrodamp.live.sources import SourceError
 
     if not source:
         raise ProblemError(f"`--source` is missing. It is {_SOURCE.removesuffix(' [required]')}")
@@ -68,19 +71,24 @@ def live(
     if not named:
         raise ProblemError("`--model sparse` is selected from a whole log, so not on board.")
     with ExitStack() as ends:
-        tell: Callable[[dict[str, Any]], None] = _print
+        printer = Printer()
+        tell: Callable[[dict[str, Any]], None] = printer
         say: Callable[[str], None] = note
         if foxglove is not None:
             display = Display(foxglove)
             ends.callback(display.close)
             note(f"Foxglove finds it at {display.address}; its layout is {LAYOUT}")
-            tell, say = _both(_print, display.tell), _both(note, display.say)
+            tell, say = _both(printer, display.tell), _both(note, display.say)
         samples = opened(source, mapping, allow=allow, paced=paced, say=say)
         ends.callback(samples.close)
         run = Run(craft, named[0], method, tell, say, every, state, state_every)
-        run.log, run.beside = samples.log, samples.counts
+        run.log, run.beside, run.skip_to = samples.log, samples.counts, samples.skip_to
+        printer.run = run
         ends.enter_context(_stopped_by_signals(run))
-        run.go(samples.rows)
+        try:
+            run.go(samples.rows)
+        except SourceError as error:
+            fail(f"{source}: {error}", WORK_FAILED)
 
 
 def _both(one: Callable[[Said], None], other: Callable[[Said], None]) -> Callable[[Said], None]:
@@ -91,9 +99,47 @@ def _both(one: Callable[[Said], None], other: Callable[[Said], None]) -> Callabl
     return say
 
 
-def _print(line: dict[str, Any]) -> None:
-    sys.stdout.write(json.dumps(line, allow_nan=False) + "\n")
-    sys.stdout.flush()
+class Printer:
+    """Writes lines of JSON on standard output, each whole and at once.
+
+    A full disk is reported once and ends nothing. A closed pipe ends the run like a signal:
+    whoever read the lines wants no more of them.
+    """
+
+    run: Run | None = None
+    has_failed = False  # and said so
+    is_closed = False
+    is_torn = False  # half a line was written
+
+    def __call__(self, line: dict[str, Any]) -> None:
+        """Write a line."""
+        if self.is_closed:
+            return
+        text = json.dumps(line, allow_nan=False) + "\n"
+        try:
+            self._write(text.encode())
+        except BrokenPipeError:
+            self.is_closed = True
+            note("whoever read standard output is gone, so the run ends.")
+            if self.run is not None:
+                self.run.is_stopped = True
+        except OSError as error:
+            if not self.has_failed:
+                self.has_failed = True
+                note(f"lines cannot be written: {error.strerror}; the run goes on.")
+
+    def _write(self, data: bytes) -> None:
+        """Write past Python's buffer, which would keep what it cannot write."""
+        try:
+            descriptor = sys.stdout.fileno()
+        except io.UnsupportedOperation:
+            sys.stdout.write(data.decode())
+            return
+        rest = b"\n" * self.is_torn + data
+        while rest:
+            done = os.write(descriptor, rest)
+            rest = rest[done:]
+            self.is_torn = bool(rest)
 
 
 @contextmanager

@@ -71,7 +71,7 @@ def hydrodamp_command(
 
 
 def main() -> None:
-    """Run the command line; the console script and ``python -m hydrodamp`` call this."""
+    """Run the command line; ``hydrodamp.__main__`` calls this."""
     try:
         app()
     except SystemExit as end:

@@ -73,6 +73,9 @@ def guarded(command: Callable[P, R]) -> Callable[P, R]:
                 note("interrupted")
                 raise typer.Exit(INTERRUPTED) from None
             except Exception as error:
+                if _interrupted(error):
+                    note("interrupted")
+                    raise typer.Exit(INTERRUPTED) from None
                 frame = traceback.extract_tb(error.__traceback__)[-1]
                 fail(
                     f"internal failure: {type(error).__name__}: {error} "
@@ -81,6 +84,13 @@ def guarded(command: Callable[P, R]) -> Callable[P, R]:
                 )
 
     return run
+
+
+def _interrupted(error: BaseException | None) -> bool:
+    """Tell whether Ctrl-C is behind an error: compiled modules that load turn it into their own."""
+    while error is not None and not isinstance(error, KeyboardInterrupt):
+        error = error.__cause__ or error.__context__
+    return error is not None
 
 
 @contextmanager

@@ -16,6 +16,7 @@ _DAMPING = "What is known: a damping file, as identify writes. Else published, o
 _ENVELOPE = "What the dive may do: depth, angles, speed, limits, area; a YAML file."
 _GOAL = "The shortest dive to this grade: determined, minor or weak; --duration is the longest."
 _CRITERION = "What is made small: determinant, worst, or the error of a replay."
+_MODE = "How it is executed. [default: setpoints; overlays where a vehicle hovers]"
 _FILES = "Write the table of orders, waypoints, a bag, the track, pictures and a page."
 
 
@@ -30,6 +31,10 @@ def plan(
     criterion: Annotated[
         Literal["determinant", "worst", "replay"], typer.Option(help=_CRITERION)
     ] = "determinant",
+    mode: Annotated[
+        Literal["waypoints", "setpoints", "overlays"] | None,
+        typer.Option(help=_MODE, show_default=False),
+    ] = None,
     seed: Annotated[int, typer.Option(min=0, metavar="N", help="Of draws and noise.")] = 0,
     json: options.Json = False,
 ) -> None:
@@ -51,6 +56,7 @@ def plan(
         envelope=None if envelope is None else hd.read_envelope(envelope),
         goal=goal,
         criterion=criterion,
+        mode=mode,
         seed=seed,
     )
     missing = write_plan(found, out)
@@ -60,4 +66,4 @@ def plan(
         show(stretches_grid(found), prediction_grid(found), str(found))
     for sentence in missing:
         note(sentence)
-    note(f"written to {out}: tell the vehicle what plan.csv says, then `hydrodamp identify`.")
+    note(f"written to {out}: execute plan.csv, then `hydrodamp identify`.")

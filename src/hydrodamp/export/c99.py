@@ -30,7 +30,15 @@ from hydrodamp.export.craft import Craft, States
 from hydrodamp.export.drive import LONGEST_STEP, Engine, upright
 from hydrodamp.export.onboard import identified_of
 from hydrodamp.export.printer import C99, command, name_of, said_of
-from hydrodamp.export.target import Files, NotRun, Target, rendered, require, version_of
+from hydrodamp.export.target import (
+    Files,
+    NotRun,
+    RunError,
+    Target,
+    rendered,
+    require,
+    version_of,
+)
 from hydrodamp.files import save_all
 
 #: What a vehicle's header stands on, and what is there for the estimators on board.
@@ -75,7 +83,7 @@ class C(Target):
         return ("-DHD_FLOAT",) if self.precision == "float" else ()
 
     def write(self, craft: Craft) -> Files:
-        """Return the header, an example and hydrodamp's own files."""
+        """Return the header, hydrodamp's own files, and two examples in a folder of theirs."""
         name, own = name_of(craft), own_files((*HEADERS, *SOURCES, *ON_BOARD))
         said = said_of(craft) | identified_of(craft)
         code = {
@@ -91,8 +99,8 @@ class C(Target):
         }
         return {
             **code,
-            "main.c": rendered("main.c.j2", **said),
-            "estimate.c": rendered("estimate.c.j2", **said),
+            "examples/simulate.c": rendered("simulate.c.j2", **said),
+            "examples/estimate.c": rendered("estimate.c.j2", **said),
             "CMakeLists.txt": rendered("CMakeLists.txt.j2", **said, **built),
             "README.md": rendered("readme_c.md.j2", **said, **built),
         }
@@ -152,7 +160,7 @@ def shared(folder: Path, sources: Sequence[str], flags: Sequence[str], library: 
     call = [compiler(), *STRICT, "-fPIC", "-shared", *flags, *sources, "-lm", "-o", str(library)]
     done = _run(call, folder)
     if done.returncode:
-        raise NotRun(f"{call[0]} refused it: {done.stderr.strip().rstrip('.')}")
+        raise RunError(f"{call[0]} refused it: {done.stderr.strip().rstrip('.')}")
     return version_of(call[0])
 
 
@@ -207,8 +215,8 @@ _PLACES = {
     ("Darwin", "arm64"): ("darwin64", "aarch64-darwin", "dylib"),
 }
 
-#: Where a unit without a binary says why.
-_WHY = "resources/no_binary.txt"
+#: Where a unit without a binary says why: none is made here, or the compiler failed.
+_WHY = {NotRun: "resources/no_binary.txt", RunError: "resources/compile_error.txt"}
 
 #: References of states, of their rates and of inputs.
 STATES, RATES, INPUTS = 0, 13, 26
@@ -256,7 +264,7 @@ class FMU(Target):
         try:
             parts |= _binary(name, sources, self.fmi)
         except NotRun as why:
-            parts[_WHY] = str(why).encode()
+            parts[_WHY[type(why)]] = str(why).encode()
         return {f"{name}.fmu": _zipped(parts)}
 
     @contextmanager
@@ -265,8 +273,9 @@ class FMU(Target):
         require("fmpy")
         path = folder / f"{name_of(craft)}.fmu"
         with zipfile.ZipFile(path) as archive:
-            if _WHY in archive.namelist():
-                raise NotRun(archive.read(_WHY).decode())
+            for outcome, member in _WHY.items():
+                if member in archive.namelist():
+                    raise outcome(archive.read(member).decode())
         with loaded(path) as unit:
 
             def rates(at: States) -> FloatArray:

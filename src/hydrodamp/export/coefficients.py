@@ -6,12 +6,10 @@ from abc import abstractmethod
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from itertools import product
 from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
-from scipy.optimize import nnls
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES, VELOCITIES
@@ -20,7 +18,8 @@ from hydrodamp.export.body import Body, numbers_of, symmetric, to_point
 from hydrodamp.export.craft import Craft, States
 from hydrodamp.export.drive import Engine
 from hydrodamp.export.printer import said_of
-from hydrodamp.export.target import Files, InWater, diagonal, rendered
+from hydrodamp.export.projection import diagonal
+from hydrodamp.export.target import Files, InWater, rendered
 from hydrodamp.files import load_text, parse_yaml
 from hydrodamp.models.model import spell_label
 from hydrodamp.vehicle.mass import STANDARD_GRAVITY
@@ -33,9 +32,7 @@ QUADRATIC = [spell_label(axis, diagonal(axis)[1]) for axis in AXES]
 Parsed = tuple[Body, FloatArray, FloatArray, FloatArray]
 
 _GRAVITY = 9.8  # in MarineGym's buoyancy [m/s^2]
-
-#: Degrees a radian: eq. 24 adds rates in deg/s to velocities in m/s.
-_SCORED = np.array([1.0] * 3 + [np.degrees(1.0)] * 3)
+_URDF_GRAVITY = 9.81  # in the library hydrodynamics, parse_model_from_xml [m/s^2]
 
 _LAG = ", and in the replay the lag of added mass that acts on a filtered acceleration"
 
@@ -61,12 +58,13 @@ class Coefficients(InWater):
         )
         said = {
             **said_of(craft),
-            **self.more(craft, body, quadratic),
+            **self.more(craft, body),
             "body": body,
             "linear": linear,
             "forward": forward,
             "quadratic": quadratic,
             "point": self.point(craft),
+            "density": self.density,
         }
         return {self.file: rendered(f"{self.file}.j2", **said)}
 
@@ -77,14 +75,19 @@ class Coefficients(InWater):
         """
         return Body.of(craft, self.key, self.density).balanced
 
-    def more(self, craft: Craft, body: Body, quadratic: FloatArray) -> dict[str, Any]:
+    def more(self, craft: Craft, body: Body) -> dict[str, Any]:
         """Return what else the file takes."""
         return {}
+
+    def drag(self, text: str, body: Body, velocity: FloatArray) -> FloatArray:
+        """Return drag of a file that is no product of a coefficient and velocities, (n, 6)."""
+        return np.zeros_like(velocity)
 
     @contextmanager
     def read(self, folder: Path, craft: Craft) -> Iterator[Engine]:
         """Read the file, and hold what equation 1 makes of its numbers."""
-        body, *found = self.parsed(load_text(folder / self.file), self.body(craft))
+        text = load_text(folder / self.file)
+        body, *found = self.parsed(text, self.body(craft))
         labels = np.concatenate([np.ravel(each) for each in (LINEAR, FORWARD, QUADRATIC)])
         numbers = np.concatenate([np.ravel(each) for each in found])
         acting = {x: y for x, y in zip(labels.tolist(), numbers.tolist(), strict=True) if y}
@@ -92,9 +95,9 @@ class Coefficients(InWater):
         back = np.linalg.inv(turn)
 
         def rates(at: States) -> FloatArray:
-            none, push = np.empty((len(at.velocity), 0)), craft.pushed(at) @ back
-            moved = States(at.velocity @ turn.T, at.down, none, push)
-            return np.asarray(there.acceleration(moved) @ back.T)
+            none, velocity = np.empty((len(at.velocity), 0)), at.velocity @ turn.T
+            push = craft.pushed(at) @ back + self.drag(text, body, velocity)
+            return np.asarray(there.acceleration(States(velocity, at.down, none, push)) @ back.T)
 
         not_run = f"{self.meant} is in no registry of packages"
         yield Engine("hydrodamp with the numbers of the file", rates, not_run=not_run)
@@ -150,7 +153,7 @@ class UUV(Coefficients):
 
 @dataclass(frozen=True)
 class URDF(Coefficients):
-    """A URDF with the ``<hydrodynamics>`` of auv_controllers.
+    """A URDF with the ``<hydrodynamics>`` that the library ``hydrodynamics`` reads.
 
     Parameters
     ----------
@@ -159,9 +162,14 @@ class URDF(Coefficients):
     """
 
     key: ClassVar[str] = "urdf"
-    meant: ClassVar[str] = "auv_controllers"
+    meant: ClassVar[str] = "the library hydrodynamics of auv_controllers (commit 3c4db4e)"
     file: ClassVar[str] = "hydrodynamics.urdf"
     left_out: ClassVar[str] = ", products of inertia and coupled added mass"
+
+    def body(self, craft: Craft) -> Body:
+        """Return the body of a craft whose mass has its weight in the library."""
+        body = super().body(craft)
+        return _with_mass(body, body.mass * STANDARD_GRAVITY / _URDF_GRAVITY)
 
     def parsed(self, text: str, own: Body) -> Parsed:
         """Return what the URDF says."""
@@ -172,16 +180,23 @@ class URDF(Coefficients):
 
         body = replace(
             own,
-            mass=said["mass"][0],
+            mass=said["mass.value"][0],
             center=row("center_of_gravity", "x", "y", "z"),
             inertia=np.diag(row("inertia", "ixx", "iyy", "izz")),
-            volume=said["buoyancy"][0] / (self.density * STANDARD_GRAVITY),
+            volume=said["buoyancy.value"][0] / (self.density * STANDARD_GRAVITY),
             lifted=row("center_of_buoyancy", "x", "y", "z"),
             added=-np.diag(row("added_mass", "Xdu", "Ydv", "Zdw", "Kdp", "Mdq", "Ndr")),
         )
-        linear = row("linear_damping", "Xu", "Yv", "Zw", "Kp", "Mq", "Nr")
-        quadratic = row("quadratic_damping", "Xuu", "Yvv", "Zww", "Kpp", "Mqq", "Nrr")
+        linear = row("linear", "Xu", "Yv", "Zw", "Kp", "Mq", "Nr")
+        quadratic = row("quadratic", "Xuu", "Yvv", "Zww", "Kpp", "Mqq", "Nrr")
+        body = _with_mass(body, body.mass * _URDF_GRAVITY / STANDARD_GRAVITY)
         return body, np.diag(linear), np.zeros((6, 6)), quadratic
+
+
+def _with_mass(body: Body, mass: float) -> Body:
+    """Return a body of another mass, the difference counted to the added mass."""
+    difference = np.diag([body.mass - mass] * 3 + [0.0] * 3)
+    return replace(body, mass=mass, added=body.added + difference)
 
 
 @dataclass(frozen=True)
@@ -214,88 +229,3 @@ class MarineGym(Coefficients):
         lifted = np.array([0.0, 0.0, -said["coBM"]])
         body = replace(own, added=np.diag(added), volume=volume, lifted=lifted)
         return body, -np.diag(linear), np.zeros((6, 6)), -quadratic
-
-
-@dataclass(frozen=True)
-class Stonefish(Coefficients):
-    """A scenario with a box, whose form drag and skin friction are scaled along x, y and z.
-
-    Parameters
-    ----------
-    density : float
-        Of the water [kg/m^3].
-    length, width, height : float
-        Proportions of the box; its volume is the displaced one.
-    """
-
-    key: ClassVar[str] = "stonefish"
-    meant: ClassVar[str] = "Stonefish 1.3 to 1.5"
-    file: ClassVar[str] = "stonefish.scn"
-    left_out: ClassVar[str] = (
-        ", what its mesh makes of motion on several axes at once, and that it estimates added mass "
-        "itself"
-    )
-    length: float = 1.0
-    width: float = 1.0
-    height: float = 1.0
-
-    def point(self, craft: Craft) -> FloatArray:
-        """Return the centre of buoyancy: the middle of the box."""
-        return craft.vehicle.center_of_buoyancy
-
-    def body(self, craft: Craft) -> Body:
-        """Return the body of a craft about the middle of the box."""
-        return Body.of(craft, self.key, self.density).about(self.point(craft))
-
-    def allowed(self, axis: str) -> Iterable[Term]:
-        """Return quadratic drag of an axis along itself."""
-        return diagonal(axis)[1:]
-
-    def more(self, craft: Craft, body: Body, quadratic: FloatArray) -> dict[str, Any]:
-        """Return the sides of the box, and the multipliers that come nearest to the drag."""
-        sides = np.array([self.length, self.width, self.height])
-        sides = sides * np.cbrt(body.volume / sides.prod())
-        weight = _SCORED * craft.inverse.diagonal() * craft.box.extent**2
-        shares = 0.5 * self.density * box_drag(sides) * weight[:, None]
-        wanted = -quadratic * weight
-        found = [nnls(shares[[i, i + 3]], wanted[[i, i + 3]])[0] for i in range(3)]
-        return {"sides": sides, "multipliers": np.array(found).T}
-
-    def parsed(self, text: str, own: Body) -> Parsed:
-        """Return what the scenario says, each axis moving by itself."""
-        said, none = numbers_of(text), np.zeros((6, 6))
-        names = "quadratic_drag", "viscous_drag"
-        scale = np.array([said[f"hydrodynamics.{name}"] for name in names]).T
-        drag = box_drag(said["dimensions.xyz"]) * np.tile(scale, (2, 1))
-        body = replace(
-            own,
-            mass=said["mass.value"][0],
-            center=said["cg.xyz"],
-            inertia=np.diag(said["inertia.xyz"]),
-            volume=float(said["dimensions.xyz"].prod()),
-            lifted=said["origin.xyz"],
-        )
-        return body, none, none, -0.5 * self.density * drag.sum(axis=1)
-
-
-def box_drag(sides: FloatArray) -> FloatArray:
-    """Return what Stonefish sums over the triangles of a box that moves or turns by one.
-
-    Shape (6, 2): on each axis along itself, squared speed times area of form drag, which is on the
-    faces ahead, and of skin friction.
-    """
-    found, unit = np.zeros((6, 2)), np.eye(3)
-    for axis, ahead, corner in product(range(3), (1.0, -1.0), (1.0, -1.0)):
-        first, second = (axis + 1) % 3, (axis + 2) % 3
-        area = sides[first] * sides[second] / 2.0
-        middle = corner / 6.0 * (sides[first] * unit[first] - sides[second] * unit[second])
-        point = ahead * sides[axis] / 2.0 * unit[axis] + middle
-        for motion in range(6):
-            turns, along = motion > 2, unit[motion % 3]
-            velocity = np.cross(along, point) if turns else along
-            normal = (velocity @ unit[axis]) * unit[axis]
-            form = normal if ahead * velocity[axis] > 0.0 else 0.0 * normal
-            for kind, part in enumerate((form, velocity - normal)):
-                force = area * np.linalg.norm(part) * part
-                found[motion, kind] += along @ (np.cross(point, force) if turns else force)
-    return found

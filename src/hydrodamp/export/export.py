@@ -8,19 +8,20 @@ from dataclasses import replace
 from pathlib import Path
 
 from hydrodamp.data.log import Log
-from hydrodamp.errors import FileError, MethodError
+from hydrodamp.errors import MethodError
 from hydrodamp.export.craft import WITHIN_ONE, Craft
 from hydrodamp.export.drive import Drive, scattered
 from hydrodamp.export.fidelity import Fidelity, measured, some
-from hydrodamp.export.target import Files, Target
+from hydrodamp.export.folder import CARD, check_export, manifest_of, replace_export, save
+from hydrodamp.export.target import Target
 from hydrodamp.export.targets import find_target
-from hydrodamp.files import as_json, check_folder, save_all
+from hydrodamp.files import as_json
 from hydrodamp.identification.power import OperatingBox, operating_box
 from hydrodamp.models.damping import Damping
 from hydrodamp.vehicle.vehicle import Vehicle
 
-CARD = "fidelity.json"
-"""The card's name in the folder of an export."""
+WORST_ERROR = 100.0
+"""Greatest wrench error of an axis [% of the rms of its damping]; no damping at all has 100 %."""
 
 
 def export(
@@ -48,7 +49,7 @@ def export(
     target : str or Target
         A key of :data:`TARGETS`, or one of its values with other settings.
     out : str or path
-        The folder; written whole or not at all.
+        The folder; the files are written whole or not at all.
     log : Log, optional
         What the written model is driven with, and where terms are fitted that the target cannot
         hold.
@@ -56,8 +57,9 @@ def export(
         The velocities that they are fitted at without a log, and that powers are looked at within;
         by default those of the log.
     force : bool, optional
-        Replace an earlier export, and keep one whose replay diverges though that of its source
-        does not.
+        Replace the files of an earlier export, all others stay, and keep an export whose wrench
+        error is above 100 % on an axis or whose replay diverges though that of its source does
+        not.
 
     Returns
     -------
@@ -69,10 +71,11 @@ def export(
     ModelError
         If the coefficients belong to another vehicle, or cannot be exported.
     MethodError
-        If there is no such target, terms would have to be fitted without any velocities, or the
-        replay diverges.
+        If there is no such target, terms would have to be fitted without any velocities, a wrench
+        error is above 100 %, or the replay diverges.
     FileError
-        If the folder is there already.
+        If the folder holds files that an earlier export did not write or that were edited since;
+        without ``force`` if it holds an export at all.
     ProblemError
         If the log lacks what the model needs.
 
@@ -100,45 +103,35 @@ def export(
             "velocities, and there are none. Give a log."
         )
     held = form.held(craft, at)
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=".hydrodamp-", dir=folder.parent.resolve()) as place:
-        made = Path(place, "export")
-        save(form.write(held), made)
+    beside = folder.resolve().parent
+    beside.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix=".hydrodamp-", dir=beside) as place:
+        made, files = Path(place, "export"), form.write(held)
+        save(files, made)
         card = measured(form, craft, held, at, drive, made)
-        _check_replay(card, force)
-        save({CARD: as_json(card.document())}, made)
-        _replace(folder, made, Path(place, "earlier"))
+        if not force:
+            _check_replay(card)
+            _check_wrench(card)
+        document = {**card.document(), "files": manifest_of(files)}
+        save({CARD: as_json(document)}, made)
+        replace_export(folder, made, files, Path(place, "earlier"))
     return card
 
 
-def check_export(folder: Path, force: bool) -> None:
-    """Refuse a folder that cannot be written, or that holds anything but an earlier export."""
-    check_folder(folder)
-    if folder.is_symlink() or Path.cwd().is_relative_to(folder.resolve()):
-        which = "is a link" if folder.is_symlink() else "is the folder that you are in"
-        raise FileError(f"{folder}: {which}, and an export takes its folder's place; name another.")
-    if folder.exists() and any(folder.iterdir()):
-        if not (folder / CARD).is_file():
-            raise FileError(f"{folder}: holds what is no export of hydrodamp; name a new folder.")
-        if not force:
-            raise FileError(f"{folder}: holds an earlier export; name another, or say --force.")
+def _check_wrench(card: Fidelity) -> None:
+    """Refuse an export that is worse on an axis than one without any damping."""
+    worse = [f"{axis} {x:.3g} %" for axis, x in card.wrench_error.items() if x > WORST_ERROR]
+    if worse:
+        raise MethodError(
+            f"'{card.target}' would have a wrench error of {', '.join(worse)} of the damping's "
+            "rms; no damping at all has 100 %. Nothing is written: take a target or a "
+            "model that fits, or say --force."
+        )
 
 
-def _replace(folder: Path, made: Path, earlier: Path) -> None:
-    """Put what was made in the place of an earlier export, which stays if that fails."""
-    if folder.exists():
-        folder.rename(earlier)
-    try:
-        made.rename(folder)
-    except OSError as error:
-        if earlier.exists():
-            earlier.rename(folder)
-        raise FileError(f"{folder}: cannot be written: {error.strerror}.") from error
-
-
-def _check_replay(card: Fidelity, force: bool) -> None:
+def _check_replay(card: Fidelity) -> None:
     """Refuse a projection whose replay diverges where that of its source does not."""
-    if card.exact or card.replays is None or force:
+    if card.exact or card.replays is None:
         return
     found = card.replays
     if found.target_to_log.diverged and not found.source_to_log.diverged:
@@ -150,13 +143,3 @@ def _check_replay(card: Fidelity, force: bool) -> None:
             f"{worst:.3g} %); the source's does not. Nothing is written: identify a model that the "
             "target can hold, or say --force."
         )
-
-
-def save(files: Files, folder: Path) -> None:
-    """Write the files of an export into its folder, whole or not at all."""
-    save_all(
-        {
-            folder / path: content.encode("utf-8") if isinstance(content, str) else content
-            for path, content in files.items()
-        }
-    )

@@ -15,13 +15,14 @@ from hydrodamp.data.record import first_few
 from hydrodamp.export.body import mass_ratio
 from hydrodamp.export.craft import Craft, States
 from hydrodamp.export.drive import Drive, Engine, scattered
-from hydrodamp.export.target import NotRun, Target
-from hydrodamp.identification.power import worst_power
+from hydrodamp.export.target import NotRun, RunError, Target
+from hydrodamp.identification.power import OperatingBox, worst_power
 from hydrodamp.simulation.replay import Score, Trajectory, no_score, score
 
-FORMAT, VERSION = "hydrodamp-fidelity", 1
+FORMAT, VERSION = "hydrodamp-fidelity", 2
 UNITS = {
     "wrench_error": "% of the rms of the damping on that axis",
+    "slow_error": "% of the rms of the damping on that axis, at a tenth of the velocities",
     "rms": "m/s and deg/s mixed (eq. 24)",
     "power": "W, negative where damping dissipates",
     "mass_ratio": "added mass over the rigid body's",
@@ -29,6 +30,9 @@ UNITS = {
 
 #: Relative error of a wrench that is rounding.
 ROUNDING = 1e-9
+
+SLOW, _SLOW_STATES = 0.1, 100
+"""Share of the velocities at which the card asks again, near rest, and at how many of them."""
 
 
 @dataclass(frozen=True)
@@ -77,9 +81,13 @@ class Fidelity:
         What ran the written file; empty where nothing could.
     not_run : str
         Why it was not run.
+    run_error : str
+        What the compiler or interpreter that is here said where it failed on the files.
     wrench_error : dict of str to float
         By axis, RMS difference between the wrenches of source and target [% of the rms of the
         damping].
+    slow_error : dict of str to float
+        The same at a tenth of the velocities: how a simulation begins that starts at rest.
     asked_at : str
         At which velocities.
     replays : Replays or None
@@ -88,7 +96,7 @@ class Fidelity:
         Greatest power that the damping of source and of target puts into the motion within
         ``box`` [W]; negative where it dissipates everywhere that was looked at.
     box : str
-        The velocities, in words.
+        The velocities, in words: those that the vehicle is used at, and down to rest.
     mass_ratio : dict of str to float
         Added mass over that of the rigid body, by axis, where both are known.
     """
@@ -104,7 +112,9 @@ class Fidelity:
     ignores: str
     run_by: str
     not_run: str
+    run_error: str
     wrench_error: dict[str, float]
+    slow_error: dict[str, float]
     asked_at: str
     replays: Replays | None
     power: dict[str, float]
@@ -149,7 +159,8 @@ def _sentences(card: Fidelity) -> Iterator[str]:
         yield f"Read back and run by {card.run_by}."
     if card.not_run:
         yield f"Not run here: {card.not_run}."
-    found = ", ".join(f"{axis} {error:.2g}" for axis, error in card.wrench_error.items())
+    if card.run_error:
+        yield f"Failed here: {card.run_error}."
     small = worst < 100.0 * ROUNDING
     asked_at = (
         card.asked_at if card.run_by else f"{card.asked_at}, by formula and not from the files"
@@ -157,8 +168,10 @@ def _sentences(card: Fidelity) -> Iterator[str]:
     yield (
         f"Wrench at {asked_at}: the same but for rounding ({worst:.1g} %)."
         if small
-        else f"Wrench error at {asked_at} [% of the damping's rms]: {found}."
+        else f"Wrench error at {asked_at} [% of the damping's rms]: {_percent(card.wrench_error)}."
     )
+    if max(card.slow_error.values(), default=0.0) >= 100.0 * ROUNDING:
+        yield f"At a tenth of these velocities: {_percent(card.slow_error)}."
     if card.replays is not None:
         yield from _told(card.replays)
     target = card.power["target"]
@@ -173,6 +186,10 @@ def _sentences(card: Fidelity) -> Iterator[str]:
         yield f"Added mass is above the rigid body's on {' '.join(heavy)}."
     if card.ignores:
         yield f"It leaves out {card.ignores}."
+
+
+def _percent(errors: dict[str, float]) -> str:
+    return ", ".join(f"{axis} {error:.2g}" for axis, error in errors.items())
 
 
 def _told(found: Replays) -> Iterator[str]:
@@ -196,17 +213,21 @@ def measured(
     form: Target, craft: Craft, held: Craft, at: States, drive: Drive | None, made: Path
 ) -> Fidelity:
     """Return the card of a craft as a target holds it, whose files are made."""
-    name, replays = "", None
+    name, failure, replays = "", "", None
     moved = None if drive is None else Drive.of(held, drive.log)
     own = scattered(held) if moved is None else moved.states
+    some_own, some_at = _slower(own), _slower(at)
     try:
         with form.read(made, held) as engine:
-            acceleration = engine.rates(own)
+            acceleration, slow = engine.rates(own), engine.rates(some_own)
             name, reason = engine.name, engine.not_run
             if drive is not None and moved is not None:
                 replays = replays_of(drive, moved, engine)
     except NotRun as why:
-        acceleration, reason = held.acceleration(own), str(why)
+        acceleration, slow = held.acceleration(own), held.acceleration(some_own)
+        reason, failure = ("", str(why)) if isinstance(why, RunError) else (str(why), "")
+    low, high = np.minimum(craft.box.low, 0.0), np.maximum(craft.box.high, 0.0)
+    box = OperatingBox(low, high)
     return Fidelity(
         target=form.key,
         meant=form.meant,
@@ -219,16 +240,25 @@ def measured(
         ignores=form.ignores,
         run_by=name,
         not_run=reason,
+        run_error=failure,
         wrench_error=wrench_errors(craft, at, acceleration),
+        slow_error=wrench_errors(craft, some_at, slow),
         asked_at="velocities all over the operating box" if drive is None else "the log's samples",
         replays=replays,
         power={
-            "source": worst_power(craft.damping, craft.box).power,
-            "target": worst_power(held.damping, craft.box).power,
+            "source": worst_power(craft.damping, box).power,
+            "target": worst_power(held.damping, box).power,
         },
-        box=str(craft.box),
+        box=str(box),
         mass_ratio=mass_ratio(craft.vehicle),
     )
+
+
+def _slower(at: States) -> States:
+    """Return some of the states at a share of their velocities."""
+    step = max(1, len(at.velocity) // _SLOW_STATES)
+    velocity, *others = (part[::step] for part in at)
+    return States(SLOW * velocity, *others)
 
 
 def replays_of(source: Drive, held: Drive, engine: Engine) -> Replays:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import keyword
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -16,14 +15,8 @@ from hydrodamp.vehicle.actuators import Limited, Thruster
 #: What u_c and the propulsion ratio less one are called in every language.
 SPEED, RATIO = "u_c", "eta_1"
 
-#: Words of a language, and names of other files and functions of an export.
-_TAKEN = {
-    *map(str.casefold, (*keyword.kwlist, *keyword.softkwlist)),
-    *("end", "function", "persistent", "np", "numpy", "ca", "casadi"),
-    *("mpc", "main", "batch", "onboard", "example", "estimate"),
-    *("damping", "wrench", "acceleration", "derivative", "step", "holoocean"),
-    *("terms", "limited", "outside", "along"),
-}
+#: Before every generated name: no keyword, built-in, file or function of an export has it.
+PREFIX = "auv_"
 
 
 @dataclass(frozen=True)
@@ -106,8 +99,8 @@ def _factor(factor: str, language: Language) -> str:
 
 def name_of(craft: Craft) -> str:
     """Return the vehicle's name as an identifier of every language."""
-    plain = re.sub(r"[^A-Za-z0-9]+", "_", craft.vehicle.name).strip("_") or "vehicle"
-    return f"auv_{plain}" if plain[0].isdigit() or plain.casefold() in _TAKEN else plain
+    plain = re.sub(r"[^A-Za-z0-9]+", "_", craft.vehicle.name).strip("_")
+    return f"{PREFIX}{plain or 'vehicle'}"
 
 
 def said_of(craft: Craft, language: Language = PYTHON) -> dict[str, object]:

@@ -20,7 +20,7 @@ from hydrodamp.errors import demand
 from hydrodamp.export.craft import Craft, States
 from hydrodamp.export.drive import Engine, upright
 from hydrodamp.export.printer import CASADI, name_of, said_of
-from hydrodamp.export.target import Files, NotRun, Target, rendered, require, version_of
+from hydrodamp.export.target import Files, NotRun, RunError, Target, rendered, require, version_of
 from hydrodamp.files import load_text
 
 
@@ -139,5 +139,5 @@ def _answers(octave: Any, at: States) -> FloatArray:
         octave.stdin.flush()
         found.append(octave.stdout.read(48))
         if not found[-1]:
-            raise NotRun(f"Octave refused it: {octave.stderr.read().decode().strip()}")
+            raise RunError(f"Octave refused it: {octave.stderr.read().decode().strip()}")
     return np.frombuffer(b"".join(found)).reshape(-1, 6)

@@ -13,22 +13,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
-from scipy.linalg import lstsq
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES, VELOCITY_OF
 from hydrodamp.basis.term import Term
 from hydrodamp.errors import MethodError, ModelError, demand
-from hydrodamp.export.body import check_body, to_point
+from hydrodamp.export.body import check_body
 from hydrodamp.export.craft import Craft, States
 from hydrodamp.export.drive import Engine
 from hydrodamp.export.printer import number
+from hydrodamp.export.projection import diagonal, projected
 from hydrodamp.models.model import DampingModel, read_label
 from hydrodamp.vehicle.mass import STANDARD_GRAVITY
-
-#: Combinations of terms are left alone that the velocities tell apart by a smaller share: what
-#: fits them there runs away elsewhere.
-_LEAST = 1e-2
 
 _ODD = {**dict(zip("vwpqr", "vwpqr", strict=True)), "V_v": "v", "V_w": "w"}
 
@@ -41,6 +37,10 @@ Files = Mapping[str, str | bytes]
 
 class NotRun(Exception):  # noqa: N818 - an outcome, caught where the card is made
     """Why what was written could not be run here, as the rest of a sentence."""
+
+
+class RunError(NotRun):
+    """The compiler or interpreter that is here failed on what was written."""
 
 
 def require(package: str, what: str = "") -> None:
@@ -210,36 +210,3 @@ def _odd(term: Term) -> set[str]:
     """Return the velocities across the bow that turn the sign of a term by turning theirs."""
     names = [_ODD[factor] for factor in term.factors if factor in _ODD]
     return {name for name in names if names.count(name) % 2}
-
-
-def diagonal(axis: str) -> tuple[Term, ...]:
-    """Return linear and quadratic drag of an axis along itself."""
-    own = VELOCITY_OF[axis]
-    return Term((own,)), Term((own, f"|{own}|"))
-
-
-def projected(craft: Craft, model: DampingModel, at: States, point: FloatArray) -> Craft:
-    """Return a craft whose damping is in the terms of a model, about a point of the body.
-
-    What they have in common stays where that is the origin. The wrench of the rest is fitted where
-    the craft was asked, an axis by itself: how eq. 24 weights axes is the same for all that may fit
-    it then. Together they would lend each other accelerations through the mass matrix, and spoil
-    their own axes.
-    """
-    damped = tuple(tuple(term for term in row if not term.commands) for row in model.terms)
-    free = replace(model, terms=damped)
-    kept = craft.damping.onto(free) * (not point.any())
-    turn = to_point(point)
-    regressor = free.basis.evaluate(at.velocity @ turn.T, down=at.down)
-    missing = craft.damping_wrench(at) @ np.linalg.inv(turn) - regressor @ free.unpack(kept).T
-    orthogonal, triangle = np.linalg.qr(regressor)
-    wanted, found = orthogonal.T @ missing, []
-    for axis, row in enumerate(free.terms):
-        columns = triangle[:, [free.basis.index(term) for term in row]]
-        unit = np.linalg.norm(columns, axis=0)
-        unit[unit == 0.0] = 1.0
-        found.append(lstsq(columns / unit, wanted[:, axis], cond=_LEAST)[0] / unit)
-    fitted = dict(zip(free.labels, (kept + np.concatenate(found)).tolist(), strict=True))
-    values = [(craft.damping.as_dict() | fitted)[label] for label in model.labels]
-    changed = replace(craft.damping, model=model, coefficients=np.array(values), covariance=None)
-    return replace(craft, damping=changed)

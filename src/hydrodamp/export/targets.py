@@ -14,12 +14,13 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.errors import MethodError, ModelError, demand, no_such
 from hydrodamp.export.c99 import FMU, C
-from hydrodamp.export.coefficients import URDF, UUV, MarineGym, Stonefish
+from hydrodamp.export.coefficients import URDF, UUV, MarineGym
 from hydrodamp.export.craft import Craft
 from hydrodamp.export.drive import Engine
 from hydrodamp.export.gazebo import VRX, GzSim
 from hydrodamp.export.mujoco import MuJoCo
 from hydrodamp.export.scripts import CasADi, Octave, Python
+from hydrodamp.export.stonefish import Stonefish
 from hydrodamp.export.target import Files, Target
 from hydrodamp.files import load_text
 from hydrodamp.identification.power import worst_power

@@ -52,6 +52,9 @@ class Uncertainty:
         How many fit side by side.
     allowance : str
         What they allow for beyond that, in words; empty for nothing.
+    leverage : ndarray, shape (n,), or None
+        Variance of each coefficient for white residuals of variance one: the information of the
+        manoeuvres alone. None where the method does not give it.
 
     Raises
     ------
@@ -73,10 +76,13 @@ class Uncertainty:
     block: float | None = None
     n_blocks: int = 0
     allowance: str = ""
+    leverage: FloatArray | None = None
 
     def __post_init__(self) -> None:
         """Copy the arrays and check them."""
         n = len(self.covariance)
+        if self.leverage is not None:
+            freeze(self, MethodError, leverage=(n,))
         freeze(self, MethodError, covariance=(n, n))
         if self.noise is not None:
             freeze(self, MethodError, noise=(n, n))

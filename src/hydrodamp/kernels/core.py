@@ -318,8 +318,10 @@ def rooms(gains: Gains, recursion: Recursion) -> dict[str, int]:
     rls = struct("hd_rls", plant, entries, *settings)
     return {
         "RLS_STATE": C.hd_rls_size(rls),
+        "RLS_LASTING": C.hd_rls_lasting(rls),
         "RLS_WORK": C.hd_rls_work(rls),
         "AI_STATE": C.hd_ai_size(ai),
+        "AI_LASTING": C.hd_ai_lasting(ai),
         "AI_WORK": C.hd_ai_work(ai),
     }
 

@@ -161,7 +161,17 @@ class Gathering:
         fields = [name.removeprefix(start) for name, start in zip(columns, whole, strict=True)]
         return _Heard(frozenset(fields), all(source.hold for source in own))
 
-    def _samples(self, patience: float) -> Iterator[Row]:
+    def _samples(self, patience: float) -> list[Row]:
+        """Return the samples that can be made; forget messages that raise an error."""
+        try:
+            return [*self._made_of_messages(patience)]
+        except Exception as error:  # whatever messages say, the next ones may do
+            self.passed_over += sum(len(one.messages) for one in self._heard.values())
+            self._heard.clear()
+            self._tell(f"{type(error).__name__}: {error}")
+            return []
+
+    def _made_of_messages(self, patience: float) -> Iterator[Row]:
         """Yield the samples that can be made, and forget what they were made of."""
         try:
             sampler = sampler_of(self.mapping, self._recording())
@@ -169,7 +179,7 @@ class Gathering:
             if made.faults:
                 raise LogError(made.faults)
         except LogError as error:
-            self._tell(error)
+            self._tell(str(error))
             return
         time = sampler.ticks.time
         ready = (time > self._made) & (time <= _until(sampler.streams, patience))
@@ -214,13 +224,13 @@ class Gathering:
             one.messages = [one.messages[row] for row in rows.tolist()]
         return topic if len(rows) in (0, topic.n) else one.topic()
 
-    def _tell(self, error: LogError) -> None:
+    def _tell(self, reason: str) -> None:
         """Say why there is no sample, once it lasts."""
         if self._now - self._since > _UNTOLD and not self._is_told:
             self._is_told = True
             others = ", ".join(first_few([*self._others], _LISTED, "topics"))
             also = f" Heard besides: {others}." if others else ""
-            why = str(error).rstrip(".")
+            why = reason.rstrip(".")
             self.say(f"no sample can be made of what is heard: {why}.{also}")
 
 

@@ -1,16 +1,21 @@
-"""The state of a live run on disk: whole or not at all, and only for the same vehicle and model."""
+"""The state of a live run on disk: whole or not at all, for one vehicle and model, and one run."""
 
 from __future__ import annotations
 
 import hashlib
 import json
+import os
+import re
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 
 from hydrodamp.errors import FileError
-from hydrodamp.files import load_json, save_text
+from hydrodamp.files import load_json, save_text, temporary_prefix
 from hydrodamp.kernels.core import Estimate
 from hydrodamp.kernels.plant import Sample
 from hydrodamp.live.alarm import restored
@@ -18,6 +23,78 @@ from hydrodamp.live.loop import State
 from hydrodamp.live.screen import Screen
 
 _VERSION = 2
+_HEAD = b'{"live_state":'  # how every state begins
+
+
+@contextmanager
+def locked(path: Path | None) -> Iterator[None]:
+    """Hold the lock on a state, refuse what is none, and remove what killed runs left of it.
+
+    The operating system releases the lock when the process ends, however it ends. The lock file
+    stays.
+    """
+    if path is None:
+        yield
+        return
+    try:
+        stream = path.with_name(f"{temporary_prefix(path)}lock").open("a+")
+    except OSError:  # no folder, or one that may not be written: no state can be written either
+        yield
+        return
+    with stream:
+        if not _lock(stream):
+            stream.seek(0)
+            raise FileError(
+                f"{path}: another run of `hydrodamp live` (process {stream.read(20) or 'unknown'})"
+                " keeps its state there. End that one, or give this one another `--state`."
+            )
+        stream.truncate(0)
+        stream.write(str(os.getpid()))
+        stream.flush()
+        _check_kind(path)
+        _remove_temporaries(path)
+        yield
+
+
+def _lock(stream: IO[str]) -> bool:
+    """Return whether this process has the lock of a file; so too where there are no locks."""
+    try:
+        if sys.platform == "win32":
+            import msvcrt
+
+            stream.seek(0x7FFF0000)  # a byte behind the content, which others may read
+            msvcrt.locking(stream.fileno(), msvcrt.LK_NBLCK, 1)
+        else:
+            import fcntl
+
+            fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except (BlockingIOError, PermissionError):
+        return False
+    except OSError:
+        return True
+    return True
+
+
+def _check_kind(path: Path) -> None:
+    """Refuse a file that holds something else than a state; a damaged state is still one."""
+    try:
+        with path.open("rb") as stream:
+            head = stream.read(4096)
+    except OSError:
+        return
+    if head.strip(b"\0 \r\n") and not head.startswith(_HEAD):
+        raise FileError(
+            f"{path}: is not a state of `hydrodamp live`, and would be replaced by one. Give"
+            " `--state` the name of a new file, or move this one away."
+        )
+
+
+def _remove_temporaries(path: Path) -> None:
+    name = re.compile(re.escape(temporary_prefix(path)) + "[0-9a-f]{16}")
+    for one in path.parent.iterdir():
+        if name.fullmatch(one.name):
+            with suppress(OSError):
+                one.unlink()
 
 
 def save(state: State, path: Path) -> None:

@@ -11,13 +11,15 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES
 from hydrodamp.data.channels import SEGMENT
+from hydrodamp.data.checks import FASTEST
 from hydrodamp.errors import HydrodampError, MethodError
 from hydrodamp.identification import adaptive, recursive
 from hydrodamp.identification.recursive import USUAL
 from hydrodamp.kernels.plant import Sample
 from hydrodamp.live.alarm import Alarm, watch
 from hydrodamp.live.evidence import grade_axes
-from hydrodamp.live.rows import Row, columns_for, number, sample_of, velocity_of
+from hydrodamp.live.ranges import ranges_of
+from hydrodamp.live.rows import Row, columns_for, inputs_of, number, sample_of, velocity_of
 from hydrodamp.live.screen import BEGIN, LEFT_OUT, TAKEN, Screen, judge
 from hydrodamp.models.model import DampingModel
 from hydrodamp.vehicle.vehicle import Vehicle
@@ -82,7 +84,9 @@ def take(state: State, row: Row) -> tuple[State, str]:
     columns, last = state.rls.adaptation.columns, state.rls.last
     velocity = velocity_of(row, columns.vehicle.free.tolist())
     segment = str(row.get(SEGMENT, ""))
-    screen, told = judge(state.screen, number(row, "time"), velocity, segment)
+    ranges = ranges_of(columns)
+    inputs = inputs_of(row, ranges.names)
+    screen, told = judge(state.screen, number(row, "time"), velocity, segment, inputs, ranges)
     rls, ai, alarm = state.rls, state.ai, state.alarm
     if told not in LEFT_OUT:
         try:
@@ -90,10 +94,29 @@ def take(state: State, row: Row) -> tuple[State, str]:
         except HydrodampError:
             screen, told = state.screen._replace(is_broken=True), "incomplete"
         else:
+            if np.abs(sample.propulsion).max() > FASTEST:
+                return left_out(state, "absurd"), "absurd"
             rls, ai = _moved(rls, ai, sample, told in BEGIN)
+            if not _is_finite(state, rls, ai):
+                return left_out(state, "overflow"), "overflow"
             if told not in BEGIN and rls.estimate is not state.rls.estimate:
                 alarm = watch(alarm, state.rls, rls, screen.time)
     return _counted(State(rls, ai, screen, state.seen, state.counts, alarm), told), told
+
+
+def left_out(state: State, told: str) -> State:
+    """Return the state after a sample that is left out; the next one taken begins a run."""
+    return _counted(state._replace(screen=state.screen._replace(is_broken=True)), told)
+
+
+def _is_finite(before: State, rls: recursive.RecursiveState, ai: adaptive.State | None) -> bool:
+    """Return whether all that a step changed is finite."""
+    changed = [rls.block]
+    if rls.estimate is not before.rls.estimate:
+        changed += rls.estimate
+    if ai is not None:
+        changed.append(ai.table)
+    return all(np.isfinite(values).all() for values in changed)
 
 
 def _counted(state: State, told: str) -> State:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import socket
 import time
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import parse_qs, urlsplit
 
@@ -17,7 +17,7 @@ from hydrodamp.ingest.read import read_log
 from hydrodamp.live import sources
 from hydrodamp.live.gathering import Gathering, Message, for_streams
 from hydrodamp.live.rows import Row, number
-from hydrodamp.live.sources import Waiting
+from hydrodamp.live.sources import Datagrams, Waiting
 
 Say = Callable[[str], None]
 
@@ -33,6 +33,7 @@ class Source:
     counts: Callable[[], dict[str, int]] = lambda: {"dropped": 0}
     log: Log | None = None
     close: Callable[[], None] = lambda: None
+    skip_to: Callable[[int], None] = lambda first: None  # samples before it were taken already
 
 
 def opened(
@@ -42,7 +43,8 @@ def opened(
     kind = urlsplit(address).scheme or address
     if kind not in ("stdin", "udp", "mavlink", "ros2"):
         log = read_log(address, mapping)
-        return Source(sources.of_log(log, paced), log=log)
+        rows_of_log = sources.LogRows(log, paced)
+        return Source(rows_of_log, log=log, skip_to=rows_of_log.skip_to)
     given = None if mapping is None else for_streams(read_mapping(mapping), say)
     if kind in _PRESETS:
         if given is None:
@@ -51,14 +53,15 @@ def opened(
                 f" preset such as {_PRESETS[kind]}."
             )
         return _of_ros(given, say) if kind == "ros2" else _of_mavlink(address, given, allow, say)
-    rows = Waiting[Row](keeps_all=address == "stdin")
+    rows, datagrams = Waiting[Row](keeps_all=address == "stdin"), None
     if address == "stdin":
         rows.fed_by(sources.of_lines())
     else:
-        rows.fed_by(sources.of_datagrams(_bound(address, allow, say)))
-    if given is None:
-        return Source(rows, lambda: {"dropped": rows.dropped})
-    return _gathered(rows, map(_message, rows), Gathering(given, say))
+        datagrams = sources.Datagrams(_bound(address, allow, say))
+        rows.fed_by(sources.of_datagrams(datagrams))
+    if given is not None:
+        return _gathered(rows, map(_message, rows), Gathering(given, say), datagrams)
+    return Source(rows, lambda: _drops(rows, datagrams), close=lambda: _end(rows))
 
 
 def _of_ros(mapping: LogMapping, say: Say) -> Source:
@@ -71,7 +74,7 @@ def _of_ros(mapping: LogMapping, say: Say) -> Source:
         raise ProblemError(
             "ROS 2 is heard by rclpy, which is not found: source the setup file of ROS first."
         ) from error
-    return replace(_gathered(messages, messages, gathering), close=messages.end)
+    return _gathered(messages, messages, gathering)
 
 
 def _of_mavlink(address: str, mapping: LogMapping, allow: bool, say: Say) -> Source:
@@ -84,20 +87,35 @@ def _of_mavlink(address: str, mapping: LogMapping, allow: bool, say: Say) -> Sou
         raise ProblemError(
             'MAVLink is read by pymavlink, which is not installed: pip install "hydrodamp[live]"'
         ) from error
-    messages = Waiting[Message]()
-    messages.fed_by(sources.of_packets(_bound(address, allow, say), decoder))
-    return _gathered(messages, messages, Gathering(mapping, say))
+    messages, datagrams = Waiting[Message](), sources.Datagrams(_bound(address, allow, say))
+    messages.fed_by(sources.of_packets(datagrams, decoder))
+    return _gathered(messages, messages, Gathering(mapping, say), datagrams)
 
 
 def _gathered(
     waiting: Waiting[Row] | Waiting[Message],
     messages: Iterable[Message | None],
     gathering: Gathering,
+    datagrams: Datagrams | None = None,
 ) -> Source:
     return Source(
         gathering.over(messages),
-        lambda: {"dropped": waiting.dropped, "passed over": gathering.passed_over},
+        lambda: _drops(waiting, datagrams) | {"passed over": gathering.passed_over},
+        close=lambda: _end(waiting),
     )
+
+
+def _end(waiting: Waiting[Row] | Waiting[Message]) -> None:
+    """Wait for a reader of a socket or of topics; one of standard input may never return."""
+    if waiting.keeps_all:
+        waiting.is_over = True
+    else:
+        waiting.end()
+
+
+def _drops(waiting: Waiting[Row] | Waiting[Message], datagrams: Datagrams | None) -> dict[str, int]:
+    """Return what was dropped for want of room, here and, where it tells, in the kernel."""
+    return {"dropped": waiting.dropped} | ({"kernel drops": datagrams.lost} if datagrams else {})
 
 
 def _message(row: Row | None) -> Message | None:

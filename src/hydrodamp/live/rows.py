@@ -36,7 +36,12 @@ def rows_of(log: Log) -> Iterator[Row]:
 def number(row: Row, name: str, default: float = math.nan) -> float:
     """Return a number of a row; NaN where what stands there is none."""
     given = row.get(name, default)
-    return float(given) if isinstance(given, int | float) else math.nan
+    if isinstance(given, bool) or not isinstance(given, int | float):
+        return math.nan
+    try:
+        return float(given)
+    except OverflowError:  # an integer of more than 308 digits
+        return math.nan
 
 
 def velocity_of(row: Row, needed: Sequence[bool]) -> tuple[float, ...]:
@@ -45,6 +50,11 @@ def velocity_of(row: Row, needed: Sequence[bool]) -> tuple[float, ...]:
         number(row, name) if is_free else 0.0
         for name, is_free in zip(VELOCITIES, needed, strict=True)
     )
+
+
+def inputs_of(row: Row, names: Sequence[str]) -> tuple[float, ...]:
+    """Return commands and the recorded wrench; an axis of the wrench is zero where absent."""
+    return tuple(number(row, name, 0.0 if name in AXES else math.nan) for name in names)
 
 
 def columns_for(vehicle: Vehicle, model: DampingModel, row: Row) -> Columns:

@@ -1,18 +1,21 @@
-"""A live run: rows are taken, lines told, the state kept; whatever comes, it goes on."""
+"""A live run: rows are taken, lines told, the state kept; no row ends it."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from itertools import count
 from pathlib import Path
 from time import monotonic
 from typing import Any
 
+import numpy as np
+
 from hydrodamp.data.log import Log
 from hydrodamp.errors import FileError, HydrodampError, ProblemError
-from hydrodamp.live.keeping import load, save
-from hydrodamp.live.loop import State, begin, estimates, take
+from hydrodamp.live.keeping import load, locked, save
+from hydrodamp.live.loop import State, begin, estimates, left_out, take
 from hydrodamp.live.rows import Row
 from hydrodamp.live.screen import BEGIN, LEFT_OUT
 from hydrodamp.models.model import DampingModel
@@ -33,31 +36,50 @@ class Run:
     interval: float = 10.0  # s, between two writings of it
     log: Log | None = None  # the source, where it is one
     beside: Callable[[], dict[str, int]] = lambda: {"dropped": 0}  # what the source counts
+    skip_to: Callable[[int], None] = lambda first: None  # tells the source where to go on
     state: State | None = None
     is_stopped: bool = False
+    _refused: int = 0  # rows that no run could begin with
+    _refusal: str = ""  # why, of the first
 
     def go(self, rows: Iterable[Row | None]) -> None:
-        """Take every row, None for a while without one; the end is told and kept."""
-        kept, skip, failed, why = monotonic(), 0, 0, ""
-        for index, row in enumerate(rows):
+        """Take every row, None for a while without one; the end is told, the state kept.
+
+        Raises ``FileError`` where the state is in use or is none, and what the source raises.
+        """
+        with locked(self.path), np.errstate(all="ignore"):
+            try:
+                self._take_all(rows)
+            finally:
+                self.keep()
+            if self.state is None and not self.is_stopped:
+                raise ProblemError(f"there was no sample to begin with. {self._refusal}".strip())
+            self.show()
+
+    def _take_all(self, rows: Iterable[Row | None]) -> None:
+        kept, index, skip = monotonic(), 0, 0
+        for row in rows:
             if self.is_stopped:
                 break
-            if row is not None and self.state is None:
-                try:
-                    skip = self._begun(row, failed)
-                except HydrodampError as error:
-                    failed, why = failed + 1, why or str(error)
-                    if failed == 1:
-                        self.say(f"samples are left out until one will do: {why}")
-            if row is not None and self.state is not None and index >= skip:
-                self._take(self.state, row)
+            if row is not None:
+                if self.state is None:
+                    skip = self._try_to_begin(row)
+                if self.state is not None and index >= skip:
+                    self._take(self.state, row)
+                index += 1
             if monotonic() - kept >= self.interval:
                 self.keep()
                 kept = monotonic()
-        self.keep()
-        if self.state is None:
-            raise ProblemError(f"there was no sample to begin with. {why}".strip())
-        self.show()
+
+    def _try_to_begin(self, row: Row) -> int:
+        """Begin with a row, if it will do; return how many rows the state has seen."""
+        try:
+            return self._begun(row, self._refused)
+        except Exception as error:  # whatever a row holds, the next one may do
+            self._refused, self._refusal = self._refused + 1, self._refusal or _text(error)
+            if self._refused == 1:
+                self.say(f"samples are left out until one will do: {self._refusal}")
+            return 0
 
     def show(self) -> None:
         """Tell where the estimate stands."""
@@ -71,7 +93,7 @@ class Run:
         if self.path is not None and self.state is not None:
             try:
                 save(self.state, self.path)
-            except FileError as error:
+            except (FileError, ValueError) as error:
                 self.say(f"The state is not kept: {error}")
 
     def _begun(self, row: Row, failed: int) -> int:
@@ -84,7 +106,7 @@ class Run:
         try:
             kept = load(fresh, self.path)
         except FileError as error:
-            aside = self.path.with_name(f"{self.path.name}.other")
+            aside = _free_name(self.path)
             self.say(f"{error} It is put aside as {aside.name}, and nothing is known yet.")
             self._put_aside(aside)
             return 0
@@ -93,6 +115,7 @@ class Run:
             return 0
         if kept.seen <= self.log.n and self.log.time[kept.seen - 1] == kept.screen.time:
             self.say(f"{self.path}: goes on behind sample {kept.seen} of the log.")
+            self.skip_to(kept.seen)
             return kept.seen
         self.say(f"{self.path}: is of another log; this one is taken from its first sample.")
         self.state = kept._replace(screen=kept.screen._replace(velocity=()), seen=0)
@@ -107,7 +130,12 @@ class Run:
                 self.path = None
 
     def _take(self, before: State, row: Row) -> None:
-        self.state, told = take(before, row)
+        try:
+            self.state, told = take(before, row)
+        except Exception as error:  # whatever a row holds, the next one may do
+            self.state, told = left_out(before, "failed"), "failed"
+            if self.state.counts[told] == 1:
+                self.say(_text(error))
         if told in LEFT_OUT or told in BEGIN:
             self._say(told, self.state.counts[told])
         change = self.state.alarm.last
@@ -117,7 +145,7 @@ class Run:
                 f"told by {', '.join(change.axes)} at {change.time:.0f} s."
             )
         now, then = self.state.screen.time, before.screen.time
-        if math.isfinite(then) and math.floor(now / self.every) != math.floor(then / self.every):
+        if told not in BEGIN and now // self.every != then // self.every:
             self.show()
 
     def _say(self, told: str, count: int) -> None:
@@ -129,3 +157,14 @@ class Run:
             self.say(f"a run begins anew after {BEGIN[told]} ({at}).")
         else:
             self.say(f"a sample {LEFT_OUT[told]} is left out ({at}).")
+
+
+def _text(error: Exception) -> str:
+    known = isinstance(error, HydrodampError)
+    return str(error) if known else f"{type(error).__name__}: {error}"
+
+
+def _free_name(path: Path) -> Path:
+    """Return a name beside a path that no file has yet."""
+    names = (f"{path.name}.other{number or ''}" for number in count())
+    return next(one for one in map(path.with_name, names) if not one.exists())

@@ -10,6 +10,7 @@ import numpy as np
 
 from hydrodamp.data.checks import FASTEST
 from hydrodamp.data.record import longest_step
+from hydrodamp.live.ranges import SENTINELS, Ranges
 
 #: What becomes of a sample; those of ``BEGIN`` are taken, the first ones of a run.
 TAKEN = "taken"
@@ -19,21 +20,24 @@ BEGIN = {
     "gap": "a gap",
     "clock": "a clock that was set back",
     "again": "samples that were left out",
-    "leapt": "velocities that leapt and stayed",
+    "leapt": "velocities, commands or wrenches that leapt and stayed",
 }
 LEFT_OUT = {
     "unreadable": "not a sample at all",
     "incomplete": "without a time, a velocity, an attitude or a command that is needed",
     "absurd": "with a number beyond all measure",
+    "overflow": "that would make the estimate infinite",
+    "failed": "that raises an error",
     "repeated": "with the time of the one before",
     "late": "older than the one before",
-    "spike": "with a velocity that leapt",
+    "spike": "with a velocity, a command or a wrench that leapt",
     "frozen": "with velocities that stood still for seconds",
 }
 
 _LATE = 20  # samples in a row with an older time are a clock that was set back
 _SPIKES = 3  # samples in a row that leapt are a velocity that changed
 _LEAP, _LEAPS = 0.5, 20.0  # m/s or rad/s, and in the usual change from sample to sample
+_INPUT_RATIO = 3.0  # of the largest accepted magnitude, beyond which an input is an outlier
 _STILL = 2.0  # s
 _RECENT = 25  # steps
 
@@ -50,29 +54,44 @@ class Screen(NamedTuple):
     late: tuple[float, int] = (0.0, 0)  # the last that came late, and how many in a row
     spikes: int = 0
     is_broken: bool = False  # the next one taken begins a run
+    inputs: tuple[float, ...] = ()  # largest accepted magnitudes of commands and wrenches
+    before: float | None = None  # s, the time before the gap that began this run
 
 
 def judge(
-    screen: Screen, time: float, velocity: Sequence[float], segment: str
+    screen: Screen,
+    time: float,
+    velocity: Sequence[float],
+    segment: str,
+    inputs: Sequence[float] = (),
+    ranges: Ranges = Ranges((), (), ()),  # noqa: B008 - immutable
 ) -> tuple[Screen, str]:
     """Return what becomes of a sample, and what to remember; NaN is what was not told."""
-    if not math.isfinite(time) or not all(map(math.isfinite, velocity)):
+    if not all(map(math.isfinite, (time, *velocity, *inputs))):
         return screen._replace(is_broken=True), "incomplete"
-    if max(map(abs, velocity)) > FASTEST:
-        return screen._replace(is_broken=True), "absurd"
-    now = tuple(velocity)
-    if not screen.velocity or segment != screen.segment:
-        return _begun(time, now, segment), "joined" if screen.velocity else "first"
+    beyond = [x for x, most in zip(inputs, ranges.largest, strict=True) if abs(x) > most]
+    if beyond or max(map(abs, velocity)) > FASTEST:
+        is_unknown = beyond and SENTINELS.issuperset(beyond)
+        return screen._replace(is_broken=True), "incomplete" if is_unknown else "absurd"
+    now, accepted = tuple(velocity), screen.inputs or (0.0,) * len(inputs)
+    reached = tuple(max(old, abs(new)) for old, new in zip(accepted, inputs, strict=True))
     step = time - screen.time
-    if step <= 0.0:
-        return _late(screen, time, now, step)
+    is_next = bool(screen.velocity) and segment == screen.segment
+    if is_next and step <= 0.0:
+        return _late(screen, time, now, step, reached)
+    if screen.velocity and _input_leaps(accepted, inputs, ranges) and screen.spikes + 1 < _SPIKES:
+        return screen._replace(spikes=screen.spikes + 1), "spike"
+    if not is_next:
+        return _begun(time, now, segment, reached), "joined" if screen.velocity else "first"
     if step > 1.0 and step > longest_step(np.array(screen.steps)):
-        return _begun(time, now, segment), "gap"
+        return _begun(time, now, segment, reached)._replace(before=screen.time), "gap"
     change = [abs(new - old) for new, old in zip(now, screen.velocity, strict=True)]
     if any(c > _LEAP and c > _LEAPS * u for c, u in zip(change, screen.changes, strict=True)):
         if screen.spikes + 1 < _SPIKES:
             return screen._replace(spikes=screen.spikes + 1), "spike"
-        return _begun(time, now, segment), "leapt"
+        return _begun(time, now, segment, reached), "leapt"
+    if _input_leaps(accepted, inputs, ranges):
+        return _begun(time, now, segment, reached), "leapt"
     usual = tuple(u + 0.01 * (c - u) for c, u in zip(change, screen.changes, strict=True))
     since = (
         screen.since[0] if not any(change[:3]) and any(now[:3]) else time,
@@ -81,21 +100,44 @@ def judge(
     steps = (*screen.steps[1 - _RECENT :], step)
     is_frozen = time - min(since) > _STILL
     told = "frozen" if is_frozen else "again" if screen.is_broken else TAKEN
-    return Screen(time, now, segment, steps, usual, since, is_broken=is_frozen), told
+    before = screen.before if len(steps) < _SPIKES - 1 else None
+    rest = is_frozen, reached, before
+    return Screen(time, now, segment, steps, usual, since, (0.0, 0), 0, *rest), told
 
 
-def _begun(time: float, velocity: tuple[float, ...], segment: str) -> Screen:
-    return Screen(time, velocity, segment, since=(time, time))
+def _input_leaps(accepted: Sequence[float], inputs: Sequence[float], ranges: Ranges) -> bool:
+    """Return whether an input is far beyond all accepted ones, and beyond an ordinary one."""
+    triples = zip(inputs, accepted, ranges.ordinary, strict=True)
+    return any(
+        abs(x) > ordinary and abs(x) > _INPUT_RATIO * usual and (usual or ordinary)
+        for x, usual, ordinary in triples
+    )
+
+
+def _begun(
+    time: float, velocity: tuple[float, ...], segment: str, inputs: tuple[float, ...]
+) -> Screen:
+    return Screen(time, velocity, segment, since=(time, time), inputs=inputs)
 
 
 def _late(
-    screen: Screen, time: float, velocity: tuple[float, ...], step: float
+    screen: Screen,
+    time: float,
+    velocity: tuple[float, ...],
+    step: float,
+    inputs: tuple[float, ...],
 ) -> tuple[Screen, str]:
-    """Leave out what is not newer, until so many of them follow one another in order."""
+    """Leave out what is not newer, until so many of them follow one another in order.
+
+    Where only one or two samples were taken since a gap, and this one continues the clock from
+    before it, those came from the future: a run begins at once.
+    """
     if step == 0.0:
         return screen, "repeated"
+    if screen.before is not None and time > screen.before:
+        return _begun(time, velocity, screen.segment, inputs), "clock"
     last, count = screen.late
     count = count + 1 if time > last else 1
     if count < _LATE:
         return screen._replace(late=(time, count)), "late"
-    return _begun(time, velocity, screen.segment), "clock"
+    return _begun(time, velocity, screen.segment, inputs), "clock"

@@ -5,11 +5,13 @@ from __future__ import annotations
 import csv
 import json
 import os
-import queue
 import socket
+import sys
 import threading
 import time
+from collections import deque
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any, Generic, TypeVar
 from urllib.parse import urlsplit
@@ -30,10 +32,14 @@ NO_MESSAGE = Message("", 0.0, {})
 
 _WAIT = 0.2  # s, after which a source that has nothing says so
 _END = 5.0  # s
-_PAUSE = 0.01  # s, in which a reader waits for room
 _ROOM = 10_000  # rows that may wait
 _DATAGRAM = 8192  # bytes; of a larger one what stands behind them is lost
 _CHUNK, _LONGEST = 1 << 16, 1 << 20  # bytes of a reading, and of a line
+_SO_RXQ_OVFL = 40  # of Linux's asm-generic/socket.h: a message tells drops since the socket began
+
+
+class SourceError(Exception):
+    """A source that can no longer be read."""
 
 
 @dataclass
@@ -43,36 +49,50 @@ class Waiting(Generic[Item]):
     keeps_all: bool = False  # the reader waits where there is no room
     dropped: int = 0
     is_over: bool = False  # nobody waits any more
+    has_ended: bool = False  # nothing more comes
+    error: Exception | None = None  # that ended the reader
     thread: threading.Thread | None = None
-    items: queue.SimpleQueue[Item | None] = field(default_factory=queue.SimpleQueue)
+    items: deque[Item] = field(default_factory=deque)
+    changed: threading.Condition = field(default_factory=threading.Condition)
 
     def put(self, item: Item | None) -> None:
-        """Add a row or a message; None ends the stream."""
-        while self.keeps_all and self.items.qsize() >= _ROOM:
-            time.sleep(_PAUSE)
-        if item is None or self.items.qsize() < _ROOM:
-            self.items.put(item)
-        else:
-            self.dropped += 1
+        """Add a row or a message, in place of the oldest where there is no room; None ends."""
+        with self.changed:
+            while self.keeps_all and len(self.items) >= _ROOM and not self.is_over:
+                self.changed.wait(_WAIT)
+            if item is None:
+                self.has_ended = True
+            else:
+                if len(self.items) >= _ROOM:
+                    self.items.popleft()
+                    self.dropped += 1
+                self.items.append(item)
+            self.changed.notify_all()
 
     def __iter__(self) -> Iterator[Item | None]:
         """Yield what was read, and None where there was nothing for a while."""
         while True:
-            try:
-                item = self.items.get(timeout=_WAIT)
-            except queue.Empty:
-                yield None
-                continue
-            if item is None:
-                return
+            with self.changed:
+                if not self.items and not self.has_ended:
+                    self.changed.wait(_WAIT)
+                item = self.items.popleft() if self.items else None
+                if item is None and self.has_ended:
+                    break
+                if len(self.items) == _ROOM - 1:
+                    self.changed.notify_all()
             yield item
+        if self.error is not None:
+            text = f"{type(self.error).__name__}: {self.error}"
+            raise SourceError(f"the source can no longer be read: {text}") from self.error
 
     def fed_by(self, read: Callable[[Waiting[Item]], None]) -> Waiting[Item]:
-        """Start a thread that reads; its end is the stream's."""
+        """Start a thread that reads; its end is the stream's, and so is its error."""
 
         def run() -> None:
             try:
                 read(self)
+            except Exception as error:
+                self.error = error
             finally:
                 self.put(None)
 
@@ -87,13 +107,29 @@ class Waiting(Generic[Item]):
             self.thread.join(_END)
 
 
-def of_log(log: Log, paced: bool = False) -> Iterator[Row]:
-    """Yield the samples of a log, as fast as they are taken or at their own pace."""
-    begun, elapsed = time.monotonic(), log.elapsed
-    for k, row in enumerate(rows_of(log)):
-        if paced:
-            time.sleep(max(0.0, begun + elapsed[k] - time.monotonic()))
-        yield row
+@dataclass
+class LogRows:
+    """The samples of a log, as fast as they are taken or at their own pace."""
+
+    log: Log
+    is_paced: bool = False
+    first: int = 0  # the pace begins here; samples before it are passed over at once
+
+    def __iter__(self) -> Iterator[Row | None]:
+        """Yield samples, and None now and then in a pause between two."""
+        elapsed, first, begun = self.log.elapsed, -1, 0.0
+        for k, row in enumerate(rows_of(self.log)):
+            if self.is_paced and k >= self.first:
+                if first != self.first:
+                    first, begun = self.first, time.monotonic() - elapsed[k]
+                while (pause := begun + elapsed[k] - time.monotonic()) > 0.0:
+                    time.sleep(min(pause, _WAIT))
+                    yield None
+            yield row
+
+    def skip_to(self, first: int) -> None:
+        """Let the pace begin at a sample."""
+        self.first = first
 
 
 def of_lines(descriptor: int = 0) -> Callable[[Waiting[Row]], None]:
@@ -189,23 +225,52 @@ def check_host(host: str, allow: bool) -> None:
         )
 
 
-def of_datagrams(one: socket.socket) -> Callable[[Waiting[Row]], None]:
+class Datagrams:
+    """Datagrams of a socket until nobody waits any more; then it is closed."""
+
+    def __init__(self, one: socket.socket) -> None:
+        """Ask the kernel to tell how many datagrams it drops."""
+        self.socket, self.lost = one, 0
+        one.settimeout(_WAIT)
+        if sys.platform == "linux":
+            with suppress(OSError):
+                one.setsockopt(socket.SOL_SOCKET, _SO_RXQ_OVFL, 1)
+
+    def until_over(self, waiting: Waiting[Any]) -> Iterator[bytes]:
+        """Yield what arrives."""
+        with self.socket:
+            while not waiting.is_over:
+                with suppress(TimeoutError, ConnectionResetError):  # Windows tells of ICMP so
+                    yield self._received()
+
+    def _received(self) -> bytes:
+        if sys.platform != "linux":
+            return self.socket.recv(_DATAGRAM)
+        data, ancillary, *_ = self.socket.recvmsg(_DATAGRAM, socket.CMSG_SPACE(4))
+        for level, kind, count in ancillary:
+            if (level, kind) == (socket.SOL_SOCKET, _SO_RXQ_OVFL):
+                self.lost = int.from_bytes(count[:4], sys.byteorder)
+        return data
+
+
+def of_datagrams(datagrams: Datagrams) -> Callable[[Waiting[Row]], None]:
     """Return what reads JSON objects from datagrams, one or several lines in each."""
 
     def read(waiting: Waiting[Row]) -> None:
-        while True:
-            for line in one.recv(_DATAGRAM).splitlines():
-                waiting.put(from_json(line))
+        for data in datagrams.until_over(waiting):
+            for line in data.splitlines():
+                if line.strip():
+                    waiting.put(from_json(line))
 
     return read
 
 
-def of_packets(one: socket.socket, decoder: Decoder) -> Callable[[Waiting[Message]], None]:
+def of_packets(datagrams: Datagrams, decoder: Decoder) -> Callable[[Waiting[Message]], None]:
     """Return what reads MAVLink from datagrams, one or several packets in each."""
 
     def read(waiting: Waiting[Message]) -> None:
-        while True:
-            data, now = one.recv(_DATAGRAM), time.time()
+        for data in datagrams.until_over(waiting):
+            now = time.time()
             for packet in packets(data):
                 try:
                     sent = decoder(packet)

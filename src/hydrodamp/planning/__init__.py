@@ -1,1 +1,1 @@
-"""The next dive: what to steer, and what it will determine."""
+"""The next dive: what to control, and what it will determine."""

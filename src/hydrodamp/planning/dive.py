@@ -1,4 +1,4 @@
-"""A planned dive: what to tell the vehicle and when, where it goes, and what that will tell."""
+"""A planned dive: commands and their times, the predicted track, and the predicted errors."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from hydrodamp.identification.fit import Fit
 from hydrodamp.identification.grades import Cause, Grade, Identifiability, graded
 from hydrodamp.identification.recommended import Recommended
 from hydrodamp.models.model import DampingModel
+from hydrodamp.planning.closed_loop import ClosedLoop, Trajectories
 from hydrodamp.planning.envelope import Envelope
 from hydrodamp.planning.manoeuvres import Manoeuvre
-from hydrodamp.planning.sailing import Fleet, Voyage
 from hydrodamp.simulation.parallel import each
 from hydrodamp.simulation.problem import prepare
 from hydrodamp.vehicle.vehicle import Vehicle
@@ -105,7 +105,16 @@ class DivePlan:
     within : float
         Share of the draws that never leave the envelope.
     draws : int
-        How many were sailed.
+        How many were simulated.
+    mode : {"waypoints", "setpoints", "overlays"}
+        How the dive is executed; the predictions are of the dive so executed.
+    waypoints : ndarray, shape (m, 5), or None
+        For that mode: expected time [s], north, east and depth [m], and the speed of the leg to
+        each [m/s]. ``orders`` are then what guidance asks of the nominal member.
+    saturated : dict of str to float
+        Share of the time that each command is at its limit or rate limit, the mean of the draws.
+    assumptions : tuple of str
+        What was assumed because neither vehicle nor envelope states it.
     predictions : tuple of Prediction
         A coefficient each, in the model's order.
     reach : Reach or None
@@ -125,6 +134,10 @@ class DivePlan:
     depths: FloatArray
     within: float
     draws: int
+    mode: str
+    waypoints: FloatArray | None
+    saturated: dict[str, float]
+    assumptions: tuple[str, ...]
     predictions: tuple[Prediction, ...]
     reach: Reach | None = None
     notes: tuple[str, ...] = field(default=())
@@ -142,16 +155,17 @@ class DivePlan:
         """Return what it will determine, in a sentence."""
         counts = ", ".join(f"{len(self.labelled(grade))} {grade.word}" for grade in Grade)
         return (
-            f"A dive of {self.duration:.0f} s for '{self.model.key}' on {self.vehicle.name}: "
-            f"{counts}; within its envelope in {100.0 * self.within:.0f} % of {self.draws} draws."
+            f"A dive of {self.duration:.0f} s by {self.mode} for '{self.model.key}' on "
+            f"{self.vehicle.name}: {counts}; "
+            f"within its envelope in {100.0 * self.within:.0f} % of {self.draws} draws."
         )
 
 
 @dataclass(frozen=True, eq=False)
-class Rehearsal:
-    """What the package's own method says of a dive that was sailed in several waters.
+class EnsembleFits:
+    """Estimates of the recommended method from simulated dives, one for each ensemble member.
 
-    ``coefficients`` (waters, p) and ``covariances`` (waters, p, p) are as they will be reported.
+    ``coefficients`` (n, p) and ``covariances`` (n, p, p) are as ``identify`` reports them.
     """
 
     coefficients: FloatArray
@@ -181,19 +195,23 @@ class Rehearsal:
         return [next((one[label] for one in found if label in one), None) for label in labels]
 
 
-def rehearsed(fleet: Fleet, voyage: Voyage, *, grading: bool = True) -> Rehearsal:
+def identify_ensemble(
+    closed_loop: ClosedLoop, trajectories: Trajectories, *, grading: bool = True
+) -> EnsembleFits:
     """Identify the model from what each vehicle recorded, by the recommended method."""
-    n = voyage.states.shape[1]
-    calls = [(fleet, voyage.part([one]), grading) for one in range(n)]
+    n = trajectories.states.shape[1]
+    calls = [(closed_loop, trajectories.part([one]), grading) for one in range(n)]
     fits = each(_identified, calls)
     covariances = [fit.damping.covariance for fit, _ in fits]
     known = [one for one in covariances if one is not None]
     found = [fit.damping.coefficients for fit, _ in fits]
-    return Rehearsal(np.array(found), np.array(known), tuple(grades for _, grades in fits))
+    return EnsembleFits(np.array(found), np.array(known), tuple(grades for _, grades in fits))
 
 
-def _identified(fleet: Fleet, voyage: Voyage, grading: bool) -> tuple[Fit, Identifiability | None]:
-    log = voyage.log(fleet.vehicle, fleet.helm.names)
-    problem = prepare(fleet.vehicle, log, fleet.waters.model)
-    fit = Recommended().identify(problem, fleet.waters.model)
+def _identified(
+    closed_loop: ClosedLoop, trajectories: Trajectories, grading: bool
+) -> tuple[Fit, Identifiability | None]:
+    log = trajectories.log(closed_loop.vehicle, closed_loop.autopilot.names)
+    problem = prepare(closed_loop.vehicle, log, closed_loop.ensemble.model)
+    fit = Recommended().identify(problem, closed_loop.ensemble.model)
     return fit, graded(problem, fit) if grading and fit.status.usable else None

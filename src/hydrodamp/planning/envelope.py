@@ -29,15 +29,15 @@ class _Part(BaseModel):
 
 
 class CommandLimits(_Part):
-    """How far a command may go, in its own unit, and how fast it follows."""
+    """Limits of a command, in its own unit, and its rate limit in that unit per second."""
 
-    lowest: float
-    highest: float
+    lowest: float | None = None
+    highest: float | None = None
     rate: Positive | None = None
 
     @model_validator(mode="after")
     def _is_a_band(self) -> CommandLimits:
-        if not self.lowest < self.highest:
+        if self.lowest is not None and self.highest is not None and self.lowest >= self.highest:
             raise ValueError(
                 f"must have lowest below highest; got {self.lowest:g} and {self.highest:g}"
             )
@@ -92,7 +92,7 @@ class Envelope(_Part):
     noise : dict of str to float
         Standard deviation of what is measured [m/s, rad/s, rad, m]; published values by default.
     home : tuple of two floats, or None
-        Latitude and longitude of the start [deg], for a file of waypoints.
+        Latitude, within 89 deg of the equator, and longitude of the start [deg], for a mission.
 
     Examples
     --------
@@ -140,6 +140,11 @@ class Envelope(_Part):
         for name in self.noise:
             if name not in CHANNELS:
                 yield f"`noise` is of {' '.join(CHANNELS)}; got '{name}'"
+        if self.home is not None and not (abs(self.home[0]) <= 89.0 and abs(self.home[1]) <= 180.0):
+            yield (
+                "`home` must be a latitude of at most 89 deg and a longitude of at most 180 deg; "
+                + _got(self.home)
+            )
         if self.steering == "direct" and self.autopilot is not None:
             yield "`steering` is direct, so that `autopilot` has no use: leave one of them out"
 
@@ -162,7 +167,7 @@ class Envelope(_Part):
         return np.array([known[name] for name in CHANNELS])
 
 
-def _got(band: Band) -> str:
+def _got(band: tuple[float, float]) -> str:
     return f"got {band[0]:g} and {band[1]:g}"
 
 

@@ -11,7 +11,7 @@ from hydrodamp.identification.differences import median_step
 from hydrodamp.identification.windows import MAX_STEP
 from hydrodamp.kernels import core
 from hydrodamp.models.model import DampingModel
-from hydrodamp.planning.sailing import Fleet, Voyage
+from hydrodamp.planning.closed_loop import ClosedLoop, Trajectories
 from hydrodamp.simulation.problem import Problem, prepare
 
 #: Length of a window [s], means of errors in it, and how well its first velocity is known, in
@@ -20,47 +20,53 @@ WINDOW, _MEANS, _DOUBT = 8.0, 10, 0.4
 
 
 @dataclass(frozen=True, eq=False)
-class Seen:
+class ErrorModel:
     """By what errors replays are judged: their standard deviation, and that of first velocities."""
 
     spread: FloatArray
     doubt: FloatArray
 
     @classmethod
-    def of(cls, noise: FloatArray) -> Seen:
+    def of(cls, noise: FloatArray) -> ErrorModel:
         """Return the errors of sensors."""
         return cls(np.maximum(noise, 1e-6), np.maximum(_DOUBT * noise, 1e-6))
 
 
-def informed(fleet: Fleet, voyage: Voyage, seen: Seen, window: float = WINDOW) -> FloatArray:
+def fisher_information(
+    closed_loop: ClosedLoop, trajectories: Trajectories, seen: ErrorModel, window: float = WINDOW
+) -> FloatArray:
     """Return what each vehicle's record tells of the model's coefficients, shape (n, p, p).
 
     With A the slopes of a replay on the coefficients, over the spread of its errors, and B those
     on the first velocity, a window tells A'A - A'B (B'B + D)^-1 B'A, where D is what is known of
     the first velocity: Cramer and Rao's bound of output error (Farina and Piroddi 2010).
     """
-    n_waters, n = len(fleet.matrices), voyage.states.shape[1]
-    p = fleet.waters.model.n_coefficients
+    n_waters, n = len(closed_loop.matrices), trajectories.states.shape[1]
+    p = closed_loop.ensemble.model.n_coefficients
     found = np.zeros((n, p, p))
     for water in range(min(n_waters, n)):
         own = np.arange(water, n, n_waters)
-        found[own] = _in_one_water(fleet, voyage.part(own), water, seen, window)
+        found[own] = _in_one_water(closed_loop, trajectories.part(own), water, seen, window)
     return found
 
 
 def _in_one_water(
-    fleet: Fleet, voyage: Voyage, water: int, seen: Seen, window: float
+    closed_loop: ClosedLoop, trajectories: Trajectories, water: int, seen: ErrorModel, window: float
 ) -> FloatArray:
     """Return what the windows of each vehicle tell, all in one water."""
-    log = voyage.log(fleet.vehicle, fleet.helm.names, exact=True)
-    problem = prepare(fleet.vehicle, log, fleet.waters.wide)
-    n, model = voyage.states.shape[1], fleet.waters.model
-    told = windows_told(problem, fleet.matrices[water], model, seen, window)
-    return np.asarray(told.reshape(n, -1, *told.shape[1:]).sum(axis=1))
+    log = trajectories.log(closed_loop.vehicle, closed_loop.autopilot.names, exact=True)
+    problem = prepare(closed_loop.vehicle, log, closed_loop.ensemble.wide)
+    n, model = trajectories.states.shape[1], closed_loop.ensemble.model
+    information = window_information(problem, closed_loop.matrices[water], model, seen, window)
+    return np.asarray(information.reshape(n, -1, *information.shape[1:]).sum(axis=1))
 
 
-def windows_told(
-    problem: Problem, matrix: FloatArray, model: DampingModel, seen: Seen, window: float = WINDOW
+def window_information(
+    problem: Problem,
+    matrix: FloatArray,
+    model: DampingModel,
+    seen: ErrorModel,
+    window: float = WINDOW,
 ) -> FloatArray:
     """Return what each window of a record tells, segment by segment, shape (windows, p, p)."""
     free, p = np.flatnonzero(problem.vehicle.free), model.n_coefficients

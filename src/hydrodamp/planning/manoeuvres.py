@@ -10,8 +10,8 @@ import numpy as np
 from scipy.optimize import minimize
 
 from hydrodamp.arrays import FloatArray, frozen
+from hydrodamp.planning.autopilot import Autopilot
 from hydrodamp.planning.envelope import Envelope
-from hydrodamp.planning.helm import Helm
 
 SHAPES = ("multisine", "steps", "doublets", "zigzag")
 """What a manoeuvre may be."""
@@ -83,21 +83,23 @@ class Manoeuvre:
         level = max(self.level - (1.0 - share) * 0.5, 0.0)
         return Manoeuvre(self.shape, level, self.tempo, strengths)
 
-    def orders(self, helm: Helm, envelope: Envelope, n: int) -> tuple[FloatArray, FloatArray]:
+    def orders(
+        self, autopilot: Autopilot, envelope: Envelope, n: int
+    ) -> tuple[FloatArray, FloatArray]:
         """Return what is told about a base course and depth, (n, 3), and added, (n, k)."""
         waves = _waves(self.shape, self.tempo, len(self.strengths), n, envelope.period)
         moves = waves * np.array(self.strengths)
         low, high = envelope.speed
-        told = np.empty((n, 3))
-        told[:, 0] = np.clip(low + (high - low) * (self.level + moves[:, 0]), low, high)
-        told[:, 1] = _TURN * moves[:, 1]
+        setpoints = np.empty((n, 3))
+        setpoints[:, 0] = np.clip(low + (high - low) * (self.level + moves[:, 0]), low, high)
+        setpoints[:, 1] = _TURN * moves[:, 1]
         room = envelope.deepest - envelope.depth[0]
-        told[:, 2] = room * np.clip(_DIVE * moves[:, 2], -_EDGE, _EDGE)
-        overlays, places = np.zeros((n, len(helm.names))), helm.overlays
-        lowest, highest = helm.lowest[places], helm.highest[places]
+        setpoints[:, 2] = room * np.clip(_DIVE * moves[:, 2], -_EDGE, _EDGE)
+        overlays, places = np.zeros((n, len(autopilot.names))), autopilot.overlays
+        lowest, highest = autopilot.lowest[places], autopilot.highest[places]
         most = np.where(moves[:, 3:] < 0.0, -lowest, highest)
         overlays[:, places] = moves[:, 3:] * np.maximum(most, 0.0)
-        return told, overlays
+        return setpoints, overlays
 
 
 @cache
@@ -166,12 +168,14 @@ def phases(harmonics: tuple[int, ...]) -> FloatArray:
     return frozen(minimize(peak, start, jac=True, options={"maxiter": _SEARCH}).x)
 
 
-def joined(
-    several: Sequence[Manoeuvre], helm: Helm, envelope: Envelope, n: int
+def join_setpoints(
+    several: Sequence[Manoeuvre], autopilot: Autopilot, envelope: Envelope, n: int
 ) -> tuple[FloatArray, FloatArray]:
     """Return what manoeuvres of so many samples tell one after the other, about half depth."""
-    told, overlays = zip(*(one.orders(helm, envelope, n) for one in several), strict=True)
-    return np.concatenate(told) + np.array([0.0, 0.0, envelope.middle]), np.concatenate(overlays)
+    setpoints, overlays = zip(*(one.orders(autopilot, envelope, n) for one in several), strict=True)
+    return np.concatenate(setpoints) + np.array([0.0, 0.0, envelope.middle]), np.concatenate(
+        overlays
+    )
 
 
 def classics(n_overlays: int) -> list[Manoeuvre]:
@@ -180,16 +184,16 @@ def classics(n_overlays: int) -> list[Manoeuvre]:
     for number, shape in enumerate(SHAPES):
         for place, level in enumerate((0.9, 0.5, 0.1)):
             tempo = (0.3, 0.5, 0.7)[(place + number) % 3]
-            told = (0.0, 0.5, 0.4, *([0.1] * n_overlays))
+            setpoints = (0.0, 0.5, 0.4, *([0.1] * n_overlays))
             added = (0.1, 0.2, 0.2, *([0.8, -0.8] * n_overlays)[:n_overlays])
-            found.append(Manoeuvre(shape, level, tempo, told))
+            found.append(Manoeuvre(shape, level, tempo, setpoints))
             if place != 1:
                 found.append(Manoeuvre(shape, level, tempo, added))
     return found
 
 
 def campaign(n_overlays: int, hovers: bool) -> list[Manoeuvre]:
-    """Return a campaign as it is sailed without a plan: one thing at a time.
+    """Return a campaign as it is simulate_candidates without a plan: one thing at a time.
 
     Steps of heading and of depth at three speeds; of a vehicle that hovers doublets, stick by
     stick.

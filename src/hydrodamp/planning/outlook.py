@@ -9,13 +9,13 @@ from hydrodamp.errors import HydrodampError
 from hydrodamp.identification.differences import noise_variance
 from hydrodamp.identification.fit import Fit, reach
 from hydrodamp.identification.grades import RELATIVE, Grade, Identifiability
-from hydrodamp.planning.design import sailed, strayed
+from hydrodamp.planning.autopilot import design_autopilot
+from hydrodamp.planning.closed_loop import ClosedLoop
+from hydrodamp.planning.ensemble import Ensemble
 from hydrodamp.planning.envelope import CommandLimits, Envelope
-from hydrodamp.planning.helm import helm
-from hydrodamp.planning.information import Seen, informed, windows_told
+from hydrodamp.planning.information import ErrorModel, fisher_information, window_information
 from hydrodamp.planning.manoeuvres import classics
-from hydrodamp.planning.sailing import Fleet
-from hydrodamp.planning.waters import Waters
+from hydrodamp.planning.optimiser import simulate_candidates, worst_violation
 from hydrodamp.simulation.problem import Problem
 
 #: Length of the dive looked at, and of the manoeuvres it is made of [s].
@@ -33,7 +33,7 @@ _TOLD = "`hydrodamp plan --damping FILE --duration 600` says what to sail"
 def outlook(problem: Problem, fit: Fit, grades: Identifiability) -> str:
     """Say what ten minutes of planned manoeuvres would add to what a log determines.
 
-    Manoeuvres are sailed in the water of the fit at the speeds of the log, and standard errors
+    Manoeuvres are simulated with the fit's damping at the speeds of the log, and standard errors
     fall from those of the fit as Cramer and Rao's bound falls from that of the log.
     """
     open_ones = [label for label, grade in grades.grades.items() if grade is not Grade.DETERMINED]
@@ -71,17 +71,20 @@ def _share(problem: Problem, fit: Fit) -> FloatArray:
         if max(abs(a), abs(b)) > 0.0 and name in (*vehicle.commands, *fit.model.commands)
     }
     envelope = Envelope(depth=_DEEP, speed=speed, commands=commands)
-    fleet = Fleet.of(
-        vehicle, helm(vehicle, fit.damping, envelope), envelope, Waters((fit.damping,), fit.model)
+    closed_loop = ClosedLoop.of(
+        vehicle,
+        design_autopilot(vehicle, fit.damping, envelope),
+        envelope,
+        Ensemble((fit.damping,), fit.model),
     )
-    seen = Seen.of(np.sqrt(noise_variance(problem)))
-    before = windows_told(problem, problem.matrix(fit.damping), fit.model, seen).sum(axis=0)
-    several = classics(len(fleet.helm.overlays))
-    voyage = sailed(fleet, several, round(_STRETCH / envelope.period))
-    keeps = strayed(fleet, voyage).max(axis=1) <= 0.0
+    seen = ErrorModel.of(np.sqrt(noise_variance(problem)))
+    before = window_information(problem, problem.matrix(fit.damping), fit.model, seen).sum(axis=0)
+    several = classics(len(closed_loop.autopilot.overlays))
+    trajectories = simulate_candidates(closed_loop, several, round(_STRETCH / envelope.period))
+    keeps = worst_violation(closed_loop, trajectories).max(axis=1) <= 0.0
     if not keeps.any():
         raise HydrodampError("no manoeuvre keeps within bounds")
-    told = informed(fleet, voyage, seen)[keeps]
+    told = fisher_information(closed_loop, trajectories, seen)[keeps]
     size = np.sqrt(np.diag(before + told.sum(axis=0))) * _RIDGE
     after = before + np.diag(size**2)
     start = np.linalg.inv(after)

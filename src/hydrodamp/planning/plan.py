@@ -12,31 +12,43 @@ from hydrodamp.errors import MethodError, demand, no_such
 from hydrodamp.identification.grades import Grade
 from hydrodamp.models.damping import Damping
 from hydrodamp.models.model import DampingModel
-from hydrodamp.planning.design import Criterion, Designer
-from hydrodamp.planning.dive import DivePlan, Prediction, Reach, Rehearsal, Stretch, rehearsed
+from hydrodamp.planning.closed_loop import Trajectories
+from hydrodamp.planning.context import Candidate, Context
+from hydrodamp.planning.dive import (
+    DivePlan,
+    EnsembleFits,
+    Prediction,
+    Reach,
+    Stretch,
+    identify_ensemble,
+)
 from hydrodamp.planning.envelope import Envelope
-from hydrodamp.planning.prospect import Prospect, Sortie
-from hydrodamp.planning.reaching import reached
-from hydrodamp.planning.sailing import Voyage
+from hydrodamp.planning.optimiser import Criterion, Optimiser
+from hydrodamp.planning.preparation import Mode
+from hydrodamp.planning.shortest import shortest_dive
 from hydrodamp.progress import progress
 from hydrodamp.vehicle.vehicle import Vehicle
 
-#: Waters that a dive is searched in, and rehearsed in.
-_SEARCHED, REHEARSED = 3, slice(4)
+#: Ensemble that a dive is optimise in, and identify_ensemble in.
+_SEARCHED, IDENTIFIED = 3, slice(4)
 
-#: Dives of more stretches than this sail each manoeuvre twice.
+#: Dives of more stretches than this simulate each manoeuvre twice.
 _ONCE = 6
 
-#: Least dive [s].
-_LEAST = 60.0
+#: Shortest and longest dive [s].
+_LEAST, _MOST = 60.0, 86400.0
 
 _NO_BETTER = (
-    "No manoeuvres were found that tell more than a campaign of steps, which is what is planned: "
-    "more of what fits leave over is the form of the model than noise. Try a model with more terms."
+    "No manoeuvres were found that determine more than a campaign of steps commanded by setpoints: "
+    "waypoints cannot carry faster ones, or more of the residuals is the form of the model than "
+    "noise. Plan with another mode, or try a model with more terms."
 )
 
 CRITERIA = get_args(Criterion)
-"""What a dive may make small."""
+"""What a dive may minimise."""
+
+MODES = get_args(Mode)
+"""How a dive may be executed."""
 
 GOALS = tuple(grade.word for grade in list(Grade)[:3])
 """Grades that a dive may be planned for."""
@@ -51,6 +63,7 @@ def plan(
     envelope: Envelope | None = None,
     goal: str | None = None,
     criterion: Criterion = "determinant",
+    mode: Mode | None = None,
     seed: int = 0,
 ) -> DivePlan:
     """Plan the dive that tells most of a model's coefficients.
@@ -62,7 +75,7 @@ def plan(
     model : DampingModel
         What is to be identified.
     duration : float
-        Length of the dive, 60 or more [s]; with a goal the longest that may be.
+        Length of the dive, 60 to 86400 [s]; with a goal the longest that may be.
     damping : Damping, optional
         What is known, best with its covariance, such as an earlier fit. By default a published set
         of the vehicle, else what the size of its hull tells.
@@ -73,6 +86,11 @@ def plan(
     criterion : {"determinant", "worst", "replay"}
         What is made small: the volume of the coefficients' errors, the worst of them against what
         their grade allows, or the expected error of a replay (eq. 24).
+    mode : {"waypoints", "setpoints", "overlays"}, optional
+        How the dive is executed: along waypoints, by setpoints of speed, heading and depth, or by
+        setpoints with excitation added to each other command. Standard errors are those of the
+        dive so executed. By default setpoints where a propeller drives the vehicle and its
+        heading is steered, else overlays.
     seed : int, optional
         Of draws and noise.
 
@@ -86,7 +104,8 @@ def plan(
     ModelError
         If nothing in the envelope excites a term, or ``damping`` is of another mass matrix.
     ProblemError
-        If nothing can be steered, or no dive keeps to the envelope.
+        If nothing can be steered, a speed is out of reach, no dive keeps to the envelope, or the
+        vehicle cannot execute the mode.
     MethodError
         If an argument is out of range.
 
@@ -96,95 +115,124 @@ def plan(
     >>> hd.plan(hd.fleet["vt690"], hd.catalog["fossen"], 10.0)
     Traceback (most recent call last):
         ...
-    hydrodamp.errors.MethodError: `duration` must be 60 s or more; got 10.0
+    hydrodamp.errors.MethodError: `duration` must be from 60 s to 86400 s (24 h); got 10.0
     """
-    demand(_LEAST <= duration < np.inf, "duration", "60 s or more", duration)
+    longest = f"from {_LEAST:g} s to {_MOST:g} s (24 h)"
+    demand(_LEAST <= duration <= _MOST, "duration", longest, duration)
     demand(seed >= 0, "seed", "0 or more", seed)
     if goal is not None and goal not in GOALS:
         raise MethodError(no_such("goal", goal, GOALS))
+    demand(mode is None or mode in MODES, "mode", " or ".join(MODES), mode)
     demand(criterion in CRITERIA, "criterion", " or ".join(CRITERIA), criterion)
-    prospect = Prospect.of(vehicle, model, duration, damping, envelope or Envelope(), seed)
-    by_steps = prospect.kept(prospect.steps)
-    steps = rehearsed(prospect.fleet, by_steps.voyage.part(REHEARSED), grading=False)
-    sortie = searched(prospect, "worst" if goal else criterion, steps, by_steps)
-    rehearsal = rehearsed(prospect.fleet, sortie.voyage.part(REHEARSED))
+    context = Context.of(vehicle, model, duration, damping, envelope or Envelope(), seed, mode)
+    by_steps = context.enforce_envelope(context.steps, baseline=True)
+    steps = identify_ensemble(
+        context.closed_loop, by_steps.trajectories.part(IDENTIFIED), grading=False
+    )
+    candidate = optimise(context, "worst" if goal else criterion, steps, by_steps)
+    fits = identify_ensemble(context.closed_loop, candidate.trajectories.part(IDENTIFIED))
     notes: tuple[str, ...] = ()
-    if np.mean(np.log(rehearsal.error)) > np.mean(np.log(steps.error)):
-        sortie, notes = by_steps, (_NO_BETTER,)
-        rehearsal = rehearsed(prospect.fleet, sortie.voyage.part(REHEARSED))
-    some, reach = sortie.voyage.part(REHEARSED), None
+    if np.mean(np.log(fits.error)) > np.mean(np.log(steps.error)):
+        # By waypoints the steps themselves may determine less than the manoeuvres do.
+        executed = context.enforce_envelope(context.steps)
+        others = identify_ensemble(context.closed_loop, executed.trajectories.part(IDENTIFIED))
+        notes = (_NO_BETTER,)
+        if np.mean(np.log(others.error)) <= np.mean(np.log(fits.error)):
+            candidate, fits = executed, others
+    some, reach = candidate.trajectories.part(IDENTIFIED), None
     if goal is not None:
-        n = len(sortie.manoeuvres)
-        reach, n, rehearsal = reached(prospect, goal, n, some, rehearsal)
-        sortie = sortie.until(n, prospect.samples)
-    return replace(_told(prospect, sortie, rehearsal, steps, reach), notes=notes)
+        n = len(candidate.manoeuvres)
+        reach, n, fits = shortest_dive(context, goal, n, some, fits)
+        candidate = candidate.until(n, context.samples)
+    return replace(_plan_of(context, candidate, fits, steps, reach), notes=notes)
 
 
-def searched(
-    prospect: Prospect, criterion: Criterion, steps: Rehearsal, by_steps: Sortie
-) -> Sortie:
-    """Search manoeuvres; what is sailed twice is sailed to the other side the second time."""
-    times = 2 if prospect.stretches > _ONCE else 1
-    n = -(-prospect.stretches // times)
-    few = prospect.fleet.in_waters([*range(_SEARCHED)])
-    aim = prospect.aim(criterion, prospect.wider(steps, by_steps.voyage))
+def optimise(
+    context: Context, criterion: Criterion, steps: EnsembleFits, by_steps: Candidate
+) -> Candidate:
+    """Search manoeuvres; of a long dive the second half mirrors the first."""
+    times = 2 if context.stretches > _ONCE else 1
+    n = -(-context.stretches // times)
+    few = context.closed_loop.with_members([*range(_SEARCHED)])
+    aim = context.aim(criterion, context.wider(steps, by_steps.trajectories))
     with progress("searching manoeuvres", n) as step:
-        found = Designer(few, prospect.seen, aim, prospect.samples).dive(n, prospect.seed, step)
+        radius = context.acceptance if context.mode == "waypoints" else None
+        optimiser = Optimiser(few, context.seen, aim, context.samples, radius)
+        found = optimiser.dive(n, context.seed, step)
     both = found + [one.mirrored for one in found] * (times - 1)
-    return prospect.kept(both[: prospect.stretches])
+    return context.enforce_envelope(both[: context.stretches])
 
 
-def _told(
-    prospect: Prospect, sortie: Sortie, rehearsal: Rehearsal, steps: Rehearsal, reach: Reach | None
+def _plan_of(
+    context: Context,
+    candidate: Candidate,
+    fits: EnsembleFits,
+    steps: EnsembleFits,
+    reach: Reach | None,
 ) -> DivePlan:
     """Return the plan of what was found."""
-    fleet, length = prospect.fleet, prospect.stretch
-    pairs = zip(sortie.manoeuvres, sortie.courses.tolist(), strict=True)
-    depths = np.quantile(sortie.voyage.states[:, :, 11], [0.05, 0.95], axis=1).T
+    closed_loop, length = context.closed_loop, context.stretch
+    pairs = zip(candidate.manoeuvres, candidate.courses.tolist(), strict=True)
+    depths = np.quantile(candidate.trajectories.states[:, :, 11], [0.05, 0.95], axis=1).T
     return DivePlan(
-        vehicle=fleet.vehicle,
-        model=prospect.model,
-        envelope=fleet.envelope,
-        known=prospect.known.source or "the damping given",
-        time=np.asarray(fleet.envelope.period * np.arange(len(sortie.overlays)), dtype=np.float64),
-        orders=_orders(prospect, sortie),
+        vehicle=closed_loop.vehicle,
+        model=context.model,
+        envelope=closed_loop.envelope,
+        known=context.known.source or "the damping given",
+        time=np.asarray(
+            closed_loop.envelope.period * np.arange(len(candidate.overlays)), dtype=np.float64
+        ),
+        orders=_orders(context, candidate),
         stretches=tuple(
             Stretch(n * length, (n + 1) * length, course, one)
             for n, (one, course) in enumerate(pairs)
         ),
-        track=sortie.voyage.part([0]).log(fleet.vehicle, fleet.helm.names),
+        track=candidate.trajectories.part([0]).log(
+            closed_loop.vehicle, closed_loop.autopilot.names
+        ),
         depths=depths,
-        within=sortie.within,
-        draws=len(fleet.matrices),
-        predictions=_predictions(prospect, sortie.voyage, rehearsal, steps),
+        within=candidate.within,
+        draws=len(closed_loop.matrices),
+        mode=context.mode,
+        waypoints=candidate.waypoints,
+        saturated=candidate.saturated,
+        assumptions=closed_loop.autopilot.assumptions,
+        predictions=_predictions(context, candidate.trajectories, fits, steps),
         reach=reach,
     )
 
 
-def _orders(prospect: Prospect, sortie: Sortie) -> dict[str, FloatArray]:
+def _orders(context: Context, candidate: Candidate) -> dict[str, FloatArray]:
     """Return what to tell by name: setpoints that a loop follows, the propeller, overlays."""
-    wheel, told, orders = prospect.fleet.helm, sortie.voyage.told[:, 0], {}
-    if wheel.propeller is not None:
-        orders["speed"] = told[:, 0]
-        driving = np.clip(wheel.driving(told[:, 0]), *wheel.band(wheel.propeller))
-        orders[wheel.names[wheel.propeller]] = driving
-    if wheel.heading is not None:
-        orders["heading"] = np.angle(np.exp(1j * told[:, 1]))
-    if wheel.depth is not None:
-        orders["depth"] = told[:, 2]
-    added = {f"{wheel.names[place]}_overlay": sortie.overlays[:, place] for place in wheel.overlays}
+    autopilot, setpoints, orders = (
+        context.closed_loop.autopilot,
+        candidate.trajectories.setpoints[:, 0],
+        {},
+    )
+    if autopilot.propeller is not None:
+        orders["speed"] = setpoints[:, 0]
+        driving = np.clip(autopilot.driving(setpoints[:, 0]), *autopilot.band(autopilot.propeller))
+        orders[autopilot.names[autopilot.propeller]] = driving
+    if autopilot.heading is not None:
+        orders["heading"] = np.angle(np.exp(1j * setpoints[:, 1]))
+    if autopilot.depth is not None:
+        orders["depth"] = setpoints[:, 2]
+    added = {
+        f"{autopilot.names[place]}_overlay": candidate.overlays[:, place]
+        for place in autopilot.overlays
+    }
     return orders | added
 
 
 def _predictions(
-    prospect: Prospect, voyage: Voyage, rehearsal: Rehearsal, steps: Rehearsal
+    context: Context, trajectories: Trajectories, fits: EnsembleFits, steps: EnsembleFits
 ) -> tuple[Prediction, ...]:
     """Return what the dive will say of each coefficient."""
-    labels, before = prospect.model.labels, prospect.before
-    errors, bound, by_steps = rehearsal.error, prospect.bound(voyage), steps.error
+    labels, before = context.model.labels, context.before
+    errors, bound, by_steps = fits.error, context.bound(trajectories), steps.error
     together = (errors**-2.0 + before**-2.0) ** -0.5
-    values = prospect.expected(rehearsal)
-    grades, causes = rehearsal.grades(labels), rehearsal.causes(labels)
+    values = context.expected(fits)
+    grades, causes = fits.grades(labels), fits.causes(labels)
     return tuple(
         Prediction(
             label=label,

@@ -15,9 +15,9 @@ from hydrodamp.models.model import coefficient_unit, read_label
 from hydrodamp.planning.dive import DivePlan
 from hydrodamp.planning.files import (
     can_write_bags,
+    mission_plan,
     orders_csv,
     plan_document,
-    waypoints,
     write_bag,
 )
 from hydrodamp.report.figures.dive import orders_figure, prediction_figure, track_figure
@@ -31,9 +31,9 @@ _BAG = "bag"
 _FIGURES = {
     "orders": (
         orders_figure,
-        "What to tell, and what to add; thin lines between stretches.",
+        "What is commanded; thin lines between stretches.",
     ),
-    "track": (track_figure, "Where the known water takes the vehicle."),
+    "track": (track_figure, "Predicted track, of the nominal damping."),
     "predictions": (
         prediction_figure,
         "Standard errors as shares of the coefficients; left of the dashed line a coefficient is "
@@ -67,9 +67,14 @@ def prediction_grid(plan: DivePlan) -> Grid:
 
 def _notes(plan: DivePlan) -> Iterator[str]:
     yield (
-        f"+- are standard errors as `identify` will report them from the dive alone; 'steps' is a "
-        f"campaign of steps of the same length in the same envelope. Planned with {plan.known}."
+        f"+- are standard errors as `identify` will report them from this dive, executed by "
+        f"{plan.mode}; 'steps' is a campaign of steps of the same length in the same envelope. "
+        f"Planned with {plan.known}."
     )
+    shares = ", ".join(f"{name} {share:.1%}" for name, share in plan.saturated.items())
+    if shares:
+        yield f"Time at a limit or rate limit: {shares}."
+    yield from plan.assumptions
     if plan.reach is not None:
         goal, by_axis = plan.reach.goal.word, plan.reach.by_axis
         took = ", ".join(f"{axis} {_long(time)}" for axis, time in by_axis.items())
@@ -114,7 +119,7 @@ def write_plan(plan: DivePlan, folder: Path) -> list[str]:
         folder / "plan.json": as_json(plan_document(plan)).encode("utf-8"),
     }
     try:
-        contents[folder / "mission.plan"] = waypoints(plan).encode("utf-8")
+        contents[folder / "mission.plan"] = mission_plan(plan).encode("utf-8")
     except MethodError as error:
         missing.append(f"mission.plan is not written: {error}.")
     pictures = {}
@@ -141,7 +146,7 @@ def page(plan: DivePlan, pictures: dict[str, bytes]) -> str:
     """Return the page of a plan."""
     content = {
         "title": f"The next dive of {plan.vehicle.name}",
-        "under": "What to sail, and what it will determine",
+        "under": f"By {plan.mode}: what to sail, and what it will determine",
         "text": str(plan),
         "grids": [prediction_grid(plan), stretches_grid(plan)],
         "pictures": [(_FIGURES[name][1], picture) for name, picture in pictures.items()],

@@ -17,13 +17,19 @@ CARD, PAGE = "fidelity.json", "fidelity.html"
 _FORMAT = "hydrodamp-fidelity"
 
 
-def write_fidelity_page(folder: Path, path: Path | None = None) -> Path:
-    """Write the page of an export's card, into its folder unless told otherwise."""
+def read_card(folder: Path) -> dict[str, Any]:
+    """Return the card in the folder of an export."""
     document = load_json(folder / CARD)
     if not isinstance(document, dict) or document.get("format") != _FORMAT:
         raise FileError(
             f"{folder / CARD}: `format` must be '{_FORMAT}': export again with `hydrodamp export`."
         )
+    return document
+
+
+def write_fidelity_page(folder: Path, path: Path | None = None) -> Path:
+    """Write the page of an export's card, into its folder unless told otherwise."""
+    document = read_card(folder)
     title = f"{document['vehicle']} for {document['target']}"
     content = {"title": title, "text": document["text"], "styles": text_of("report.css")}
     grids = {"grids": [*_grids(document)], "origin": _origin(document)}
@@ -34,6 +40,7 @@ def write_fidelity_page(folder: Path, path: Path | None = None) -> Path:
 def _grids(card: dict[str, Any]) -> Iterator[Grid]:
     errors = {
         "wrench error [% of rms]": card["wrench_error"],
+        "at a tenth of the velocities": card.get("slow_error", {}),
         "added mass / rigid body": card["mass_ratio"],
     }
     yield _side_by_side(f"By axis, at {card['asked_at']}", "axis", errors)
@@ -65,6 +72,7 @@ def _origin(card: dict[str, Any]) -> dict[str, str]:
         "left out": card["ignores"],
         "run by": card["run_by"],
         "not run": card["not_run"],
+        "failed": card.get("run_error", ""),
         **card["settings"],
         "hydrodamp": card["hydrodamp"],
     }

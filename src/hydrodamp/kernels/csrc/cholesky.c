@@ -44,8 +44,12 @@ void hd_cholesky_six(hd_real a[36], hd_real b[6])
 
 void hd_cholesky(hd_real *a, size_t n, hd_real *b)
 {
-    for (size_t j = 0; j < n; ++j)
+    for (size_t j = 0; j < n; ++j) {
+        hd_real *pivot = a + (n + 1) * j;
+        if (!(*pivot > (hd_real)0.5)) /* the matrix is I + S with S >= 0: it is 1 or more */
+            *pivot = 1;
         eliminate(a, b, n, j);
+    }
     for (size_t j = n; j-- > 0;)
         substitute(a, b, n, j);
 }

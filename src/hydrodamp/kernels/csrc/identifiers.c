@@ -2,7 +2,8 @@
  *
  * It begins with the last sample, packed; a 0 in place of its length says that no run is under
  * way. Behind it stand the matrix and the error of the adaptive identifier; or the block of
- * time, the coefficients and what else hd_estimate points to.
+ * time, the coefficients and what else hd_estimate points to. Last stands a spare copy of what
+ * the last step replaced, to go back to where its result is not finite.
  */
 #include "onboard.h"
 
@@ -71,9 +72,19 @@ static void remember(const hd_plant *plant, const hd_sample *sample, hd_real *st
 }
 
 /* The adaptive identifier. */
+static size_t matrix_size(const hd_ai *ai) /* and the error */
+{
+    return 6 * ai->plant->n_terms + 6;
+}
+
+size_t hd_ai_lasting(const hd_ai *ai)
+{
+    return sample_size(ai->plant) + matrix_size(ai);
+}
+
 size_t hd_ai_size(const hd_ai *ai)
 {
-    return sample_size(ai->plant) + 6 * ai->plant->n_terms + 6;
+    return hd_ai_lasting(ai) + matrix_size(ai);
 }
 
 size_t hd_ai_work(const hd_ai *ai)
@@ -106,8 +117,15 @@ int hd_ai_step(const hd_ai *ai, const hd_sample *sample, hd_real *state, hd_real
     if (is == FIRST) {
         clear(error, 6);
     } else {
+        hd_real *spare = state + hd_ai_lasting(ai);
+        copy(spare, matrix, matrix_size(ai));
         hd_step_between(plant, &last, sample, &step, work);
         hd_adapt(plant, ai->a, ai->gamma, matrix, error, &step);
+        if (!are_finite(matrix, matrix_size(ai))) {
+            copy(matrix, spare, matrix_size(ai));
+            hd_run_begins(state);
+            return LEFT_OUT;
+        }
     }
     remember(plant, sample, state);
     return is;
@@ -153,14 +171,23 @@ static hd_estimate estimate_in(const hd_rls *rls, hd_real *state)
     return estimate;
 }
 
-size_t hd_rls_size(const hd_rls *rls)
+static size_t estimate_size(const hd_entries *entries)
 {
-    const hd_entries *entries = rls->entries;
-    size_t size = before_estimate(rls) + (size_t)entries->starts[6] + squares(entries) + 12;
+    size_t size = (size_t)entries->starts[6] + squares(entries) + 12;
 
     for (size_t i = 0; i < 6; ++i)
         size += hd_witness_size((size_t)(entries->starts[i + 1] - entries->starts[i]));
     return size;
+}
+
+size_t hd_rls_lasting(const hd_rls *rls)
+{
+    return before_estimate(rls) + estimate_size(rls->entries);
+}
+
+size_t hd_rls_size(const hd_rls *rls)
+{
+    return hd_rls_lasting(rls) + estimate_size(rls->entries);
 }
 
 size_t hd_rls_work(const hd_rls *rls)
@@ -175,7 +202,7 @@ void hd_rls_init(const hd_rls *rls, const hd_real *coefficients, hd_real *state)
 {
     const hd_estimate estimate = estimate_in(rls, state);
 
-    clear(state, before_estimate(rls));
+    clear(state, hd_rls_size(rls));
     hd_recur_start(rls->entries, &estimate, coefficients);
 }
 
@@ -198,9 +225,23 @@ int hd_rls_step(const hd_rls *rls, const hd_sample *sample, hd_real *state, hd_r
     } else {
         hd_step_between(plant, &last, sample, &step, work);
         moved = hd_block_add(plant, rls->entries->known, &step, rls->length, block, row);
+        if (!are_finite(block, hd_block_size(plant->n_terms))) {
+            clear(block, hd_block_size(plant->n_terms));
+            hd_run_begins(state);
+            return LEFT_OUT;
+        }
     }
-    if (moved)
+    if (moved) {
+        hd_real *known = state + before_estimate(rls), *spare = state + hd_rls_lasting(rls);
+        const size_t n = estimate_size(rls->entries);
+        copy(spare, known, n);
         hd_absorb(rls->entries, &estimate, plant->n_terms, row, row + plant->n_terms + 6);
+        if (!are_finite(known, n)) {
+            copy(known, spare, n);
+            hd_run_begins(state);
+            return LEFT_OUT;
+        }
+    }
     remember(plant, sample, state);
     return 1 + moved;
 }

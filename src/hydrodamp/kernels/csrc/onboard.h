@@ -110,6 +110,7 @@ void hd_acceleration(const hd_plant *plant, const hd_real inverse[36], const hd_
 /* Solve a symmetric positive-definite system in place: matrix is destroyed, right becomes
  * the solution. Only the upper triangle is read. */
 void hd_cholesky_six(hd_real matrix[36], hd_real right[6]);
+/* Of I + S with S >= 0: a pivot that rounding has made much less than 1 counts as 1. */
 void hd_cholesky(hd_real *matrix, size_t n, hd_real *right);
 
 /* steps.c ------------------------------------------------------------------ */
@@ -221,10 +222,12 @@ typedef struct {
     hd_real length; /* s, of the blocks */
 } hd_rls;
 
-/* Numbers of a state, and of the workspace of a step. */
+/* Numbers of a state, of its first part, which is to be kept, and of the workspace of a step. */
 size_t hd_ai_size(const hd_ai *ai);
+size_t hd_ai_lasting(const hd_ai *ai);
 size_t hd_ai_work(const hd_ai *ai);
 size_t hd_rls_size(const hd_rls *rls);
+size_t hd_rls_lasting(const hd_rls *rls);
 size_t hd_rls_work(const hd_rls *rls);
 
 /* Start from these coefficients. The first sample begins a run. */
@@ -234,8 +237,9 @@ void hd_rls_init(const hd_rls *rls, const hd_real *coefficients, hd_real *state)
 /* Let the next sample begin a run, as after a gap: no step leads to it. */
 void hd_run_begins(hd_real *state);
 
-/* Take in a sample. 0 where it is left out: a number is not finite, and the next one begins a
- * run; or its length is not positive, and the run goes on. 2 where it moved the estimate. */
+/* Take in a sample. 0 where it is left out: a number is not finite or so large that the state
+ * would not stay finite, and the next one begins a run; or its length is not positive, and the
+ * run goes on. The estimate stays as it is. 2 where the sample moved it. */
 int hd_ai_step(const hd_ai *ai, const hd_sample *sample, hd_real *state, hd_real *work);
 int hd_rls_step(const hd_rls *rls, const hd_sample *sample, hd_real *state, hd_real *work);
 

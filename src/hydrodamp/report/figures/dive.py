@@ -1,4 +1,4 @@
-"""A planned dive: what is told, where it goes, and what it will determine."""
+"""A planned dive: commands, predicted track, and predicted standard errors."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _ANGLES = ("heading",)
 
 @in_our_look
 def orders_figure(plan: DivePlan) -> Figure:
-    """Draw what to tell, a panel each, stretches apart.
+    """Draw setpoints and excitation, a panel each, stretches apart.
 
     Parameters
     ----------
@@ -87,6 +87,8 @@ def track_figure(plan: DivePlan) -> Figure:
     above, below, ahead, turning = abreast(figure, 4, 2)
     above.plot(east, north, color=SERIES[0])
     above.plot(east[0], north[0], "o", color=MEASURED)
+    if plan.waypoints is not None:
+        above.plot(plan.waypoints[:, 2], plan.waypoints[:, 1], ".", color=MEASURED, markersize=3)
     above.set_aspect("equal", adjustable="datalim")
     above.set(xlabel="east [m]", ylabel="north [m]", title="From above, from the dot")
     if (area := plan.envelope.area) is not None:

@@ -1,4 +1,4 @@
-"""How a vehicle is steered: which command does what, and the loops that hold depth and heading."""
+"""The autopilot: control allocation, limits of the actuators, loops of depth and heading."""
 
 from __future__ import annotations
 
@@ -10,12 +10,11 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.atoms import AXES
 from hydrodamp.errors import ProblemError, list_faults
-from hydrodamp.kernels import core
 from hydrodamp.models.damping import Damping
 from hydrodamp.planning.envelope import Envelope, Gains, Loops, checked
+from hydrodamp.planning.forces import ASSUMED_THRUST, CommandForces
 from hydrodamp.simulation.campaign.autopilot import FIN_LIMIT, Pid
-from hydrodamp.simulation.problem import columns, held_channels
-from hydrodamp.vehicle.actuators import Matrix
+from hydrodamp.vehicle.actuators import Fin, Matrix
 from hydrodamp.vehicle.vehicle import Vehicle
 
 #: Natural frequency of a loop of heading or pitch, and of depth where a command lifts [rad/s].
@@ -27,11 +26,10 @@ _RATIO, _INTEGRAL = 0.9, 0.02
 #: From an error of depth [m] to a pitch: slope of the path, and time of the derivative [s].
 _CLIMB, _AHEAD = 0.14, 1.4
 
-#: A command acts on an axis where it makes so much of the strongest there.
-_ACTS = 0.05
 
-#: Halvings in the search of the command that holds a speed.
-_HALVINGS = 60
+#: Rate of a fin where none is given [rad/s]. A fin of a REMUS 100 with stops at 15 deg and a lag of
+#: 0.1 s (T. I. Fossen, PythonVehicleSimulator) starts at 2.6 rad/s: this is on the safe side.
+FIN_RATE = 1.0
 
 
 class Loop(NamedTuple):
@@ -43,21 +41,29 @@ class Loop(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Helm:
-    """What is told, and by which commands.
+class Autopilot:
+    """Setpoints to commands.
 
     Attributes
     ----------
     names : tuple of str
         The commands.
     lowest, highest, rates : ndarray, shape (k,)
-        Their limits and largest rates [1/s].
+        Their limits and rate limits [1/s].
     propeller : int or None
-        Place of the one that drives a vehicle without thrusters; none where commands lift at rest.
+        Index of the one that drives a vehicle without thrusters; None where commands lift at rest.
     heading, pitch, depth : Loop or None
         Of a vehicle that dives by its pitch ``depth`` gives a pitch.
     hovers : bool
-        Whether a command lifts, or turns the vehicle, at rest.
+        Whether the vehicle can keep its station: a command lifts it, or turns it, at rest.
+    speeds, turns : ndarray
+        Steady speeds and the commands of the propeller that hold them.
+    full_ahead : ndarray, shape (k,)
+        Commands that push ahead with all that their limits allow.
+    excites : bool
+        Whether excitation is added to commands, beside setpoints.
+    assumptions : tuple of str
+        What neither vehicle nor envelope states.
     """
 
     names: tuple[str, ...]
@@ -71,10 +77,15 @@ class Helm:
     hovers: bool
     speeds: FloatArray
     turns: FloatArray
+    full_ahead: FloatArray
+    excites: bool = True
+    assumptions: tuple[str, ...] = ()
 
     @property
     def overlays(self) -> list[int]:
-        """Places of the commands to which something is added."""
+        """Indices of the commands to which excitation is added."""
+        if not self.excites:
+            return []
         return [place for place in range(len(self.names)) if place != self.propeller]
 
     def band(self, place: int) -> tuple[float, float]:
@@ -85,7 +96,7 @@ class Helm:
         """Return the command of the propeller at a steady speed ahead [m/s]."""
         return np.interp(speed, self.speeds, self.turns)
 
-    def steer(
+    def control(
         self,
         seen: FloatArray,
         told: FloatArray,
@@ -127,7 +138,7 @@ def sunk(seen: FloatArray) -> FloatArray:
     return found
 
 
-def helm(vehicle: Vehicle, damping: Damping, envelope: Envelope) -> Helm:
+def design_autopilot(vehicle: Vehicle, damping: Damping, envelope: Envelope) -> Autopilot:
     """Find which command does what for a vehicle in its water."""
     names = tuple(dict.fromkeys((*vehicle.commands, *damping.model.commands)))
     if not names:
@@ -136,7 +147,7 @@ def helm(vehicle: Vehicle, damping: Damping, envelope: Envelope) -> Helm:
             "no terms of commands. Give the vehicle `actuators`, or a model and a prior with gains."
         )
     checked(envelope, names)
-    acting = _Acting(vehicle, damping, names)
+    acting = CommandForces(vehicle, damping, names)
     cruise = float(np.mean(envelope.speed))
     lowest, highest = _limits(vehicle, envelope, names)
     most = np.maximum(highest, -lowest)
@@ -147,27 +158,63 @@ def helm(vehicle: Vehicle, damping: Damping, envelope: Envelope) -> Helm:
     effects = still if hovers else moving
     others = [place for place in range(len(names)) if place != propeller]
     speeds, turns = np.zeros(2), np.zeros(2)
+    full_ahead = np.zeros(len(names))
+    assumptions, rates = _rates(vehicle, envelope, names)
     if propeller is not None:
-        speeds, turns = acting.steady(propeller, envelope, lowest, highest)
+        if not np.isfinite(highest[propeller]):
+            highest[propeller] = acting.assumed_limit(propeller)
+            lowest[propeller] = max(lowest[propeller], -highest[propeller])
+            assumptions.append(
+                f"No limit of `{names[propeller]}` is given: {highest[propeller]:.4g} is assumed, "
+                f"where its thrust is {ASSUMED_THRUST:.0%} of the vehicle's weight. State it in "
+                f"the envelope: `commands: {{{names[propeller]}: {{lowest: 0, highest: ...}}}}`."
+            )
+        full_ahead[propeller] = highest[propeller]
+        speeds, turns = acting.steady(propeller, envelope, lowest, highest, assumptions)
         lowest[propeller] = max(lowest[propeller], min(turns[0], 0.0))
         highest[propeller] = min(highest[propeller], turns[-1])
+    else:
+        full_ahead = np.where(still[:, 0] > 0.0, highest, np.where(still[:, 0] < 0.0, lowest, 0.0))
     if not np.all(np.isfinite(np.concatenate([lowest, highest]))):
         places = np.flatnonzero(~np.isfinite(lowest) | ~np.isfinite(highest))
         lacking = ", ".join(names[place] for place in places)
         told = f"say under `commands` how far {lacking} may go: {{lowest: ..., highest: ...}}"
         raise ProblemError(list_faults("envelope", [told]))
-    rates = np.array(
-        [
-            np.inf if (one := envelope.commands.get(name)) is None or one.rate is None else one.rate
-            for name in names
-        ]
-    )
     loops: dict[str, Loop | None] = {"heading": None, "pitch": None, "depth": None}
     if envelope.steering == "autopilot":
         loops = _loops(vehicle, envelope, effects, others, most, cruise, hovers)
-    return Helm(
-        names, lowest, highest, rates, propeller, **loops, hovers=hovers, speeds=speeds, turns=turns
+    return Autopilot(
+        names,
+        lowest,
+        highest,
+        rates,
+        propeller,
+        loops["heading"],
+        loops["pitch"],
+        loops["depth"],
+        hovers=hovers,
+        speeds=speeds,
+        turns=turns,
+        full_ahead=full_ahead,
+        assumptions=tuple(assumptions),
     )
+
+
+def _rates(
+    vehicle: Vehicle, envelope: Envelope, names: tuple[str, ...]
+) -> tuple[list[str], FloatArray]:
+    """Return the rate limit of each command, and what is assumed of fins."""
+    fins = {one.command for one in vehicle.actuators if isinstance(one, Fin)}
+    given = {name: one.rate for name, one in envelope.commands.items() if one.rate is not None}
+    default = {name: FIN_RATE if name in fins else np.inf for name in names}
+    rates = np.array([given.get(name, default[name]) for name in names])
+    lacking = [name for name in names if name in fins and name not in given]
+    if not lacking:
+        return [], rates
+    return [
+        f"No rate of {', '.join(f'`{name}`' for name in lacking)} is given: {FIN_RATE:g} rad/s is "
+        f"assumed. State it in the envelope: `commands: {{{lacking[0]}: {{rate: ...}}}}`."
+    ], rates
 
 
 def _limits(
@@ -179,67 +226,9 @@ def _limits(
     lowest, highest = -most, most.copy()
     for place, name in enumerate(names):
         if (given := envelope.commands.get(name)) is not None:
-            lowest[place] = max(lowest[place], given.lowest)
-            highest[place] = min(highest[place], given.highest)
+            lowest[place] = max(lowest[place], -np.inf if given.lowest is None else given.lowest)
+            highest[place] = min(highest[place], np.inf if given.highest is None else given.highest)
     return lowest, highest
-
-
-class _Acting:
-    """What the commands do to a vehicle in its water."""
-
-    def __init__(self, vehicle: Vehicle, damping: Damping, names: tuple[str, ...]) -> None:
-        self.vehicle, self.names = vehicle, names
-        self.table = columns(vehicle, (damping.model,), actuators=bool(vehicle.actuators))
-        free = damping.model.restricted_to(vehicle.axes)
-        self.matrix = self.table.with_unknown(self.table.entries(free), damping.onto(free))
-
-    def wrench(self, speed: FloatArray, commands: FloatArray) -> FloatArray:
-        """Return the wrench at speeds straight ahead, level, under commands, shape (n, 6)."""
-        n = len(speed)
-        velocity, down = np.zeros((n, 6)), np.tile([0.0, 0.0, 1.0], (n, 1))
-        velocity[:, 0] = speed
-        given = dict(zip(self.names, commands.T, strict=True))
-        channels = held_channels(self.table, given, n)
-        ahead = self.vehicle.propulsion_speed(given) if self.table.actuators else None
-        held = np.maximum(speed, 1e-6) if ahead is None else ahead
-        found: FloatArray = (
-            core.regressor(self.table.plant.factors, velocity, down, channels, held) @ self.matrix
-        )
-        return found
-
-    def effects(self, speed: float, most: FloatArray) -> FloatArray:
-        """Return the mean slope of the wrench on each command, shape (k, 6)."""
-        step = np.where(np.isfinite(most), most, 1.0)
-        moved = np.vstack([np.zeros(len(step)), np.diag(step)])
-        wrench = self.wrench(np.full(len(moved), speed), moved)
-        found = (wrench[1:] - wrench[0]) / step[:, None]
-        strongest = np.maximum(np.abs(found * step[:, None]).max(axis=0), 1e-9)
-        found[np.abs(found * step[:, None]) < _ACTS * strongest] = 0.0
-        return np.asarray(found * self.vehicle.free)
-
-    def steady(
-        self, propeller: int, envelope: Envelope, lowest: FloatArray, highest: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        """Return speeds of the band and the commands of the propeller that hold them."""
-        speeds = np.linspace(*envelope.speed, 9)
-        low = np.full(len(speeds), max(lowest[propeller], 0.0))
-        high = np.full(len(speeds), min(highest[propeller], 1e6))
-        for _ in range(_HALVINGS):
-            middle = 0.5 * (low + high)
-            commands = np.zeros((len(speeds), len(self.names)))
-            commands[:, propeller] = middle
-            gains = self.wrench(speeds, commands)[:, 0] > 0.0
-            low, high = np.where(gains, low, middle), np.where(gains, middle, high)
-        least, most = max(lowest[propeller], 0.0), min(highest[propeller], 1e6)
-        reached = (high < most * (1 - 1e-9)) & (high > least * (1 + 1e-9) + 1e-9)
-        if not reached.any():
-            name = self.names[propeller]
-            told = (
-                f"`speed` from {envelope.speed[0]:g} to {envelope.speed[1]:g} m/s is out of reach "
-                f"of `{name}` from {lowest[propeller]:g} to {highest[propeller]:g}"
-            )
-            raise ProblemError(list_faults("envelope", [told]))
-        return speeds[reached], high[reached]
 
 
 def _pid(gains: Gains, limit: float) -> Pid:

@@ -6,25 +6,27 @@ import numpy as np
 
 from hydrodamp.identification.fit import reach as reach_of
 from hydrodamp.identification.grades import RELATIVE, Cause, Grade
-from hydrodamp.planning.dive import Reach, Rehearsal, rehearsed
-from hydrodamp.planning.prospect import Prospect
-from hydrodamp.planning.sailing import Voyage
+from hydrodamp.planning.closed_loop import Trajectories
+from hydrodamp.planning.context import Context
+from hydrodamp.planning.dive import EnsembleFits, Reach, identify_ensemble
 
 #: Parts of a dive that are tried: a fifth of it, and so on.
 _PARTS = 5
 
 
-def reached(
-    prospect: Prospect, goal: str, stretches: int, voyage: Voyage, whole: Rehearsal
-) -> tuple[Reach, int, Rehearsal]:
-    """Return how long each axis takes to a grade; of the shortest dive stretches and rehearsal."""
-    wanted, order, labels = find_grade(goal), list(Grade), prospect.model.labels
-    kept = {stretches: whole}
+def shortest_dive(
+    context: Context, goal: str, stretches: int, trajectories: Trajectories, whole: EnsembleFits
+) -> tuple[Reach, int, EnsembleFits]:
+    """Return how long each axis takes to a grade; of the shortest dive stretches and fits."""
+    wanted, order, labels = find_grade(goal), list(Grade), context.model.labels
+    enforce_envelope = {stretches: whole}
     for n in sorted({max(2, -(-stretches * k // _PARTS)) for k in range(1, _PARTS)} - {stretches}):
-        kept[n] = rehearsed(prospect.fleet, voyage.until(n * prospect.samples))
+        enforce_envelope[n] = identify_ensemble(
+            context.closed_loop, trajectories.until(n * context.samples)
+        )
     there = {
         n: np.array([order.index(g) <= order.index(wanted) for g in one.grades(labels)])
-        for n, one in sorted(kept.items())
+        for n, one in sorted(enforce_envelope.items())
     }
     can, axes = there[stretches], np.array([label[0] for label in labels])
 
@@ -34,16 +36,16 @@ def reached(
     by_axis: dict[str, float | None] = {}
     for axis in dict.fromkeys(axes.tolist()):
         own = can & (axes == axis)
-        by_axis[axis] = shortest(own) * prospect.stretch if own.any() else None
+        by_axis[axis] = shortest(own) * context.stretch if own.any() else None
     least = shortest(can) if can.any() else stretches
-    causes, values = whole.causes(labels), prospect.expected(whole)
-    minutes = stretches * prospect.stretch / 60.0
+    causes, values = whole.causes(labels), context.expected(whole)
+    minutes = stretches * context.stretch / 60.0
     unreached = {
         label: _why(float(values[place]), float(whole.error[place]), causes[place], minutes, wanted)
         for place, label in enumerate(labels)
         if not can[place]
     }
-    return Reach(wanted, by_axis, unreached), least, kept[least]
+    return Reach(wanted, by_axis, unreached), least, enforce_envelope[least]
 
 
 def find_grade(word: str) -> Grade:

@@ -35,7 +35,7 @@ _AHEAD, _ACROSS = 0.2, 1.1
 _LIFT = 0.03
 
 
-def known_damping(vehicle: Vehicle, model: DampingModel, damping: Damping | None) -> Damping:
+def prior_damping(vehicle: Vehicle, model: DampingModel, damping: Damping | None) -> Damping:
     """Return what is known of a model's coefficients: as given, as published, or by the hull."""
     free = model.restricted_to(vehicle.axes)
     if damping is not None:
@@ -55,10 +55,10 @@ def known_damping(vehicle: Vehicle, model: DampingModel, damping: Damping | None
     for name, found in published.items():
         if found.vehicle is not None and not foreign_to(found, stamp(vehicle)):
             return replace(found, source=f"published set '{name}'")
-    return of_hull(vehicle)
+    return hull_damping(vehicle)
 
 
-def of_hull(vehicle: Vehicle) -> Damping:
+def hull_damping(vehicle: Vehicle) -> Damping:
     """Return about the damping of a hull, from its length and its displacement.
 
     A cylinder across the flow, a smooth hull ahead, a slender body's lift with its tail: right to
@@ -83,13 +83,13 @@ def of_hull(vehicle: Vehicle) -> Damping:
         "K_p|p|": -roll,
         "K_up": -roll,
     }
-    kept = {label: value for label, value in values.items() if label[0] in vehicle.axes}
+    enforce_envelope = {label: value for label, value in values.items() if label[0] in vehicle.axes}
     source = f"a hull of {length:.2g} m and {diameter:.2g} m"
-    return Damping.from_dict(None, kept, source=source, vehicle=stamp(vehicle))
+    return Damping.from_dict(None, enforce_envelope, source=source, vehicle=stamp(vehicle))
 
 
 @dataclass(frozen=True, eq=False)
-class Waters:
+class Ensemble:
     """Dampings that may be: the known one first, then draws about it.
 
     Attributes
@@ -113,14 +113,14 @@ class Waters:
         """How many there are."""
         return len(self.dampings)
 
-    def first(self, n: int) -> Waters:
+    def first(self, n: int) -> Ensemble:
         """Return the first few."""
         return replace(self, dampings=self.dampings[:n])
 
 
-def drawn(
+def draw_ensemble(
     vehicle: Vehicle, model: DampingModel, known: Damping, sizes: FloatArray, n: int, seed: int
-) -> Waters:
+) -> Ensemble:
     """Draw waters about what is known.
 
     A coefficient is off as its standard error says, by 30 % at most, which is what it is off where
@@ -146,7 +146,7 @@ def drawn(
         moved = np.clip(moved, -2.0 * most, 2.0 * most)
         other = form * rng.standard_normal(wide.n_coefficients)
         dampings.append(Damping(wide, still + moved + other))
-    return Waters(tuple(dampings), free)
+    return Ensemble(tuple(dampings), free)
 
 
 def wide_model(vehicle: Vehicle, model: DampingModel, known: Damping) -> DampingModel:

@@ -1,0 +1,78 @@
+"""Sources: what is lost is counted, what fails is raised, what is open is closed."""
+
+import json
+import socket
+import sys
+
+import pytest
+
+from hydrodamp.live import sources
+from hydrodamp.live.opening import opened
+from hydrodamp.live.rows import rows_of
+
+
+def listening():
+    sentences = []
+    source = opened("udp://127.0.0.1:0", None, allow=False, paced=False, say=sentences.append)
+    return source, int(sentences[0].rpartition(" ")[2])
+
+
+def test_an_error_of_a_reader_is_raised_behind_what_it_read():
+    def read(waiting):
+        waiting.put({"time": 1.0})
+        raise OSError("the cable is cut")
+
+    waiting, rows = sources.Waiting().fed_by(read), []
+    with pytest.raises(sources.SourceError, match="OSError: the cable is cut"):
+        rows.extend(waiting)
+    assert rows == [{"time": 1.0}]
+
+
+def test_blank_lines_of_a_datagram_are_no_samples():
+    waiting = sources.Waiting()
+    receiver = sources.bound_socket("udp://127.0.0.1:0", allow=False)
+    datagrams = sources.Datagrams(receiver)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+        for data in (b"\n" * 1300, b" \n\t\n", b'\n{"time": 1}\n\n', b"{\n"):
+            sender.sendto(data, receiver.getsockname())
+    waiting.fed_by(sources.of_datagrams(datagrams))
+    rows = iter(waiting)
+    assert next(rows) == {"time": 1}
+    assert next(rows) is sources.UNREADABLE
+    assert next(rows) is None
+    waiting.end()
+
+
+def test_a_socket_is_closed_at_the_end():
+    source, port = listening()
+    source.close()
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as again:
+        again.bind(("127.0.0.1", port))
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other kernels do not tell")
+def test_what_the_kernel_drops_is_counted():
+    receiver = sources.bound_socket("udp://127.0.0.1:0", allow=False)
+    receiver.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2048)
+    datagrams, waiting = sources.Datagrams(receiver), sources.Waiting()
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+        for k in range(500):
+            sender.sendto(json.dumps({"time": k}).encode(), receiver.getsockname())
+        waiting.fed_by(sources.of_datagrams(datagrams))
+        rows = [*iter(lambda: next(iter(waiting)), None)]
+        sender.sendto(b'{"time": 500}', receiver.getsockname())
+        rows += [next(row for row in waiting if row is not None)]
+    waiting.end()
+    assert datagrams.lost == 501 - len(rows) > 0
+
+
+def test_a_paced_log_does_not_wait_for_what_was_taken(dive, monkeypatch):
+    _, log = dive
+    rows, pauses = sources.LogRows(log.between(0.0, 30.0), is_paced=True), []
+    monkeypatch.setattr(sources.time, "sleep", pauses.append)
+    monkeypatch.setattr(sources.time, "monotonic", lambda: sum(pauses))
+    samples = iter(rows)
+    assert next(samples) == next(rows_of(log))
+    rows.skip_to(290)
+    assert [row for row in samples if row][-1]["time"] == pytest.approx(29.9)
+    assert sum(pauses) == pytest.approx(0.9)
