@@ -101,13 +101,13 @@ class Finned:
         runs = runs[::-1] if change.share else runs
         water = plan.water
         if change.kind == "drag":
-            water = replace(water, damping=_dragged(water.damping, change.share))
+            water = replace(water, damping=dragged(water.damping, change.share))
         vehicle = change.finned(change.loaded(plan.vehicle))
         plan = replace(plan, vehicle=vehicle, water=water, training=runs, testing=runs[:1])
         return [one.train for one in plan.sail(seeds, DURATION, conditions)]
 
 
-def _dragged(damping: hd.Damping, share: float) -> hd.Damping:
+def dragged(damping: hd.Damping, share: float) -> hd.Damping:
     more = {
         label: value * (1.0 + share if label.startswith("X") else 1.0)
         for label, value in damping.as_dict().items()

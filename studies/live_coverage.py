@@ -47,7 +47,7 @@ def misses(campaign: Campaign) -> np.ndarray:
         [
             (one["value"] - logs.true[label]) / one["standard_error"]
             for label, one in told.items()
-            if one["determined"]
+            if one["grade"] == "determined" and one["standard_error"] is not None
         ]
     )
 

@@ -22,6 +22,7 @@ from std_msgs.msg import String
 
 import hydrodamp as hd
 from hydrodamp.cli import choose
+from hydrodamp.live.diagnostics import diagnose
 from hydrodamp.live.gathering import Gathering, Message, for_streams
 from hydrodamp.live.ros import hear
 from hydrodamp.live.run import Run
@@ -80,16 +81,14 @@ class Live(Node):
         return {"dropped": self.waiting.dropped, "passed over": self.gathering.passed_over}
 
     def tell(self, line: dict[str, Any]) -> None:
-        """Publish an estimate, and what is determined of each axis."""
+        """Publish an estimate, how it fares, and whether the vehicle has changed."""
         if not rclpy.ok():
             return
         self.estimates.publish(String(data=json.dumps(line)))
         status = DiagnosticStatus(name="hydrodamp", hardware_id=self.run.vehicle.name)
-        known = [label for label, one in line["coefficients"].items() if one["determined"]]
-        status.level = DiagnosticStatus.OK if known else DiagnosticStatus.WARN
-        status.message = f"{len(known)} of {len(line['coefficients'])} coefficients are determined"
-        told = {**line["excitation"], **line["counts"]}
-        status.values = [KeyValue(key=key, value=str(value)) for key, value in told.items()]
+        level, status.message, values = diagnose(line)
+        status.level = DiagnosticStatus.WARN if level else DiagnosticStatus.OK
+        status.values = [KeyValue(key=key, value=value) for key, value in values.items()]
         array = DiagnosticArray(status=[status])
         array.header.stamp = self.get_clock().now().to_msg()
         self.diagnostics.publish(array)

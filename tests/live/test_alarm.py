@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.live.rows import rows_of
 from live.conftest import heard
 
 MASS, DRAG, CHANGED = 60.0, 3.0, 900
@@ -31,8 +32,9 @@ def sled(n, more=0.0, seed=0):
 @pytest.mark.parametrize("seed", range(4))
 def test_it_is_quiet_where_nothing_changes(seed):
     told = heard(sled(1500, seed=seed), VEHICLE)
-    assert told.lines[-1]["alarm"] == {"armed": True, "changes": 0, "last": None}
-    assert [line["alarm"]["armed"] for line in told.lines[300:500]].index(True) > 90
+    quiet = {"armed": ["X"], "not_armed": {}, "changes": 0, "last": None}
+    assert told.lines[-1]["alarm"] == quiet
+    assert "starting" in told.lines[200]["alarm"]["not_armed"]["X"]
     assert not told.sentences
 
 
@@ -45,11 +47,52 @@ def test_it_names_the_axis_and_the_time_of_a_change():
     assert ["told by X at" in sentence for sentence in told.sentences] == [True]
 
 
-def test_it_is_learnt_anew_after_a_change():
+def test_an_axis_is_not_armed_after_a_change_until_its_residuals_are_white():
     lines = heard(sled(1500, more=0.2), VEHICLE).lines
-    armed = [line["alarm"]["armed"] for line in lines if line["time"] > CHANGED + 60]
-    assert not any(armed[:300])
-    assert armed[-1]
+    alarms = [line["alarm"] for line in lines if line["time"] > CHANGED + 60]
+    assert not any(alarm["armed"] for alarm in alarms[:300])
+    reasons = [alarm["not_armed"].get("X", "").partition(":")[0] for alarm in alarms]
+    assert reasons[0] in ("relearning", "starting")
+    assert reasons[-1] == "model form"  # the estimate still lags behind the vehicle
+
+
+def transit(n, turn, seed=0):
+    """Yield a second each of a sled at a steady push, and to and fro from a time on."""
+    rng, u = np.random.default_rng(seed), (25.0 / DRAG) ** 0.5
+    for k in range(n):
+        yield {"time": float(k), "u": u + 0.01 * rng.standard_normal(), "X": pull(k, turn)}
+        for part in range(20):
+            u += 0.05 * (pull(k + part / 20.0, turn) - DRAG * u * abs(u)) / MASS
+
+
+def pull(time, turn):
+    return 25.0 if time < turn else push(time - turn)
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("turn", [450, 900])
+def test_the_first_manoeuvre_after_a_transit_is_no_change(turn, seed):
+    told = heard(transit(turn + 600, turn, seed), VEHICLE, every=50.0)
+    assert told.lines[-1]["alarm"]["changes"] == 0
+
+
+def test_an_axis_whose_model_lacks_terms_is_not_armed_and_says_so():
+    campaign = hd.reenact(seed=1, duration=150.0)
+    told = heard(rows_of(campaign.train), campaign.vehicle, model=hd.catalog["linear"], every=50.0)
+    line = told.lines[-1]
+    assert line["alarm"]["changes"] == 0
+    assert line["alarm"]["not_armed"]["X"].startswith("model form")
+    assert "X" in line["model_form"]
+    assert line["coefficients"]["X_u"]["standard_error"] is None
+
+
+@pytest.mark.parametrize("kind", ["published", "crossflow"])
+def test_first_manoeuvres_of_a_campaign_are_no_changes(kind):
+    truth = "sname" if kind == "published" else kind
+    campaign = hd.reenact(seed=2, duration=300.0, truth=truth)
+    told = heard(rows_of(campaign.train), campaign.vehicle, every=100.0)
+    assert told.lines[-1]["alarm"]["changes"] == 0
+    assert set(told.lines[-1]["alarm"]["armed"]) >= set("XYN")
 
 
 @pytest.mark.parametrize("stop", [250, 350, CHANGED + 4, CHANGED + 80])

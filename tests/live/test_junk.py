@@ -9,6 +9,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.errors import ProblemError
+from hydrodamp.identification.recursive import known
 from hydrodamp.live import loop
 from hydrodamp.live.rows import rows_of
 from hydrodamp.live.sources import UNREADABLE, Lines, Waiting, from_json
@@ -138,8 +139,9 @@ def test_a_command_that_leaps_and_stays_begins_a_run(dive, rows):
 
 
 def drag_of(told):
-    one = told.lines[-1]["coefficients"]["X_u|u|"]
-    return one["value"], one["standard_error"]
+    state, labels = told.run.state.rls, list(told.lines[-1]["coefficients"])
+    value = told.lines[-1]["coefficients"]["X_u|u|"]["value"]
+    return value, known(state).covariance[(labels.index("X_u|u|"),) * 2] ** 0.5
 
 
 @pytest.mark.parametrize("rpm", [65535, 1e9, 1e200, 12_000, 30_000])

@@ -163,6 +163,7 @@ class Cause(Worded):
     )
     NOISE = "noise: what tells its column from others may be more noise than motion."
     WIDE = "wide: its interval holds zero, and what it leaves open matters."
+    MODEL_FORM = "model form: residuals persist on its axis, so no interval would hold."
 
 
 @dataclass(frozen=True)

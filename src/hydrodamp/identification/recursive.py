@@ -280,7 +280,10 @@ def missing_share(state: RecursiveState, coefficients: FloatArray) -> FloatArray
 
 
 _METHOD = "residuals correlated over four blocks of time"
-_ALLOWANCE = "how far an estimate by instruments three blocks away is off, and the start's pull"
+_ALLOWANCE = (
+    "how far an estimate by instruments three blocks away is off and may be by chance, and the "
+    "start's pull"
+)
 
 # Weights of products at lags of one row and more: W. Newey and K. West, Econometrica 55 (1987) 703.
 _TAPER = 1.0 - np.arange(1, 5) / 5.0
@@ -316,7 +319,7 @@ def _known(
     values, vectors = np.linalg.eigh(information)
     told = values >= 1.0  # the information of the prior is the identity
     inverse = (vectors / (1.0 + np.maximum(values, 0.0))) @ vectors.T
-    products, instrumented = recursion.witness_of(axis, estimate.witness)
+    products, instrumented, crossed = recursion.witness_of(axis, estimate.witness)
     noise = estimate.noise[axis] + 2.0 * max(0.0, float(_TAPER @ products))
     found = estimate.coefficients[part]
     moved = np.divide(
@@ -325,6 +328,11 @@ def _known(
     off, pulled = found - unit * instrumented, unit * (inverse @ moved)
     covariance = noise * np.outer(unit, unit) * inverse
     covariance += np.outer(off, off) + np.outer(pulled, pulled)
+    # How far apart both estimates may be by chance: one that is near by chance proves nothing. The
+    # correlation of a term over six blocks counts as the square of that over three.
+    moments = np.linalg.inv(np.eye(len(unit)) + crossed)
+    spread = 2.0 * moments @ information @ moments.T - 0.5 * inverse
+    covariance += np.diag(noise * unit**2 * np.maximum(0.0, spread.diagonal()))
     directions = vectors[:, told].T if told.any() else np.zeros((1, len(names)))
     aliased = spanned(directions, names, np.ones(len(names))).aliased
     return covariance, int(told.sum()), aliased

@@ -190,11 +190,12 @@ class Recursion:
         sizes = [C.hd_witness_size(n) for n in np.diff(self.starts).tolist()]
         return [0, *itertools.accumulate(sizes)]
 
-    def witness_of(self, axis: int, packed: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return products of what rows leave over at their lags, and the estimate, in units."""
+    def witness_of(self, axis: int, packed: FloatArray) -> tuple[FloatArray, ...]:
+        """Return products of residuals at their lags; the estimate by instruments, its moments."""
         n = int(self.starts[axis + 1] - self.starts[axis])
         witness = packed[self.witnesses[axis] : self.witnesses[axis + 1]]
-        return witness[LAGS:WITNESSED], witness[WITNESSED : WITNESSED + n]
+        moments = witness[WITNESSED + n :][: n * n].reshape(n, n)
+        return witness[LAGS:WITNESSED], witness[WITNESSED : WITNESSED + n], moments
 
     def last_row(self, axis: int, packed: FloatArray) -> tuple[FloatArray, float, bool]:
         """Return the terms of an axis's last row, in units, their target, and if it is a first."""

@@ -22,17 +22,37 @@ from hydrodamp.arrays import FloatArray, frozen
 from hydrodamp.basis.atoms import AXES
 from hydrodamp.identification.recursive import RecursiveState
 from hydrodamp.kernels.core import Estimate, Recursion
+from hydrodamp.kernels.plant import Sample
+from hydrodamp.live.evidence import Evidence, innovations_of, restore_evidence
 
-# Rows, of which a second brings one: from which noise counts, of the first reference, and from
-# which an alarm may ring; how long a reference is held, and how long at most while a sum climbs;
-# and how long axes that follow belong to the same change.
-_WARM, _LEARNT, _ARMED = 100, 300, 400
+# Rows, of which a second brings one: from which noise counts, of the first reference; how long a
+# reference is held, and how long at most while a sum climbs; and how long axes that follow belong
+# to the same change.
+_WARM, _LEARNT = 100, 300
 _HELD, _LONGEST, _TOGETHER = 100, 300, 60
+
+# A row of more leverage than this on its axis says nothing of a change; an axis is settled when so
+# many rows have passed without one.
+_NOVEL, _SETTLED = 0.1, 100
+_TESTED = 10  # rows of new motion that an axis must predict before one may be a change
+
+# Of the leverage of a motion among all products of two velocities: what makes it new, beside so
+# many times the mean.
+_NEW, _TIMES = 0.1, 3.0
 
 _DRIFT, _MOST = 2.0, 9.0
 _USUAL, _FACTOR = 40.0, 1.5  # a climb that is usual for every vehicle, and how far beyond is none
+_CLIMBING = 10.0  # a climb from which residuals that persist may be those of a change
 _KEPT = 0.9997  # of the highest noise, from row to row
 _STEADIEST = 0.9  # correlation from row to row
+
+#: Why an axis is not armed.
+RELEARNING = "relearning: the vehicle has changed."
+STARTING = "starting: too few rows."
+QUIET = "quiet: too little of its force is predicted."
+UNSETTLED = "unsettled: its motion is new."
+MODEL_FORM = "model form: its residuals persist; terms are missing, or something pushes."
+TRANSFER = "model form: what it learnt did not predict a new motion."
 
 
 class Reference(NamedTuple):
@@ -50,11 +70,41 @@ class Axis(NamedTuple):
     noise: float = 0.0  # the highest
     reference: Reference | None = None
     age: int = 0  # of the reference, in rows
-    left: float = 0.0  # over by the last row, in standard deviations
+    residual: float = 0.0  # of the last row, in standard deviations
     climb: float = 0.0
     top: float = 0.0  # of the climb under way
     usual: float = _USUAL  # the highest that ended
     since: float = 0.0  # s, when the climb began
+    settled: int = 0  # rows since one of high leverage
+    was_excited: bool = False
+    is_model_form: bool = False  # before any climb
+    has_failed: bool = False  # to predict a new motion
+    was_new: bool = False  # whether the last row's motion was
+    tested: int = 0  # rows of new motion that were predicted
+    evidence: Evidence = Evidence()
+
+    @property
+    def lacks_terms(self) -> bool:
+        """Whether the model's form fails on the axis."""
+        return self.is_model_form or self.has_failed
+
+    @property
+    def has_model_form(self) -> bool:
+        """The same of what the axis has learnt by now."""
+        return self.evidence.is_model_form or self.has_failed
+
+    @property
+    def obstacle(self) -> str | None:
+        """Why a climb is no alarm, if it is none."""
+        if self.reference is None:
+            return STARTING
+        if not self.was_excited:
+            return QUIET
+        if self.is_model_form:
+            return MODEL_FORM
+        if self.has_failed:
+            return TRANSFER
+        return UNSETTLED if self.settled < _SETTLED else None
 
     @property
     def share(self) -> float:
@@ -70,6 +120,28 @@ class Axis(NamedTuple):
         return self._replace(climb=climb, top=max(self.top, climb), since=since)
 
 
+class Motion(NamedTuple):
+    """Which motion there was: moments of all products of two velocities, and of one."""
+
+    rows: int = 0
+    moments: FloatArray | None = None
+    settled: int = 0  # rows since a new one
+
+    def absorb(self, velocity: FloatArray) -> Motion:
+        """Return the moments after a row, and whether its motion is new."""
+        one = np.array([1.0, *velocity])
+        products = np.outer(one, one)[np.triu_indices(len(one))]
+        square = np.outer(products, products)
+        if self.moments is None:
+            return Motion(1, frozen(square), 0)
+        sizes = self.moments.diagonal()
+        size = np.where(sizes > 0.0, sizes / self.rows, 1.0)
+        leverage = float(products @ np.linalg.solve(self.moments + np.diag(size), products))
+        is_new = leverage > _NEW + _TIMES * len(products) / self.rows
+        moments = frozen(self.moments + square)
+        return Motion(self.rows + 1, moments, 0 if is_new else self.settled + 1)
+
+
 class Change(NamedTuple):
     """A change that was found: when it was told, when its climb began, and the axes in order."""
 
@@ -81,62 +153,111 @@ class Change(NamedTuple):
 class Alarm(NamedTuple):
     """Where the watch for changes stands."""
 
-    rows: int = 0  # since it began
     told: int = 0  # rows since an alarm; 0 for none
     axes: tuple[Axis, ...] = (Axis(),) * 6
     changes: int = 0
     last: Change | None = None
+    motion: Motion = Motion()
 
-    @property
-    def is_armed(self) -> bool:
-        """Whether it may ring: not while a vehicle, or what became of it, is first learnt."""
-        return self.rows > _ARMED and not self.told
-
-    def line(self) -> dict[str, Any]:
-        """Return what is told of it."""
+    def line(self, axes: Iterable[int]) -> dict[str, Any]:
+        """Return what an estimate line says of it, for the axes that have terms."""
         last = self.last and self.last._asdict()
-        return {"armed": self.is_armed, "changes": self.changes, "last": last}
+        found = {AXES[axis]: RELEARNING if self.told else self.axes[axis].obstacle for axis in axes}
+        return {
+            "armed": [name for name, reason in found.items() if reason is None],
+            "not_armed": {name: reason for name, reason in found.items() if reason is not None},
+            "changes": self.changes,
+            "last": last,
+        }
 
 
 def watch(alarm: Alarm, before: RecursiveState, after: RecursiveState, time: float) -> Alarm:
     """Return the alarm after a row, of which recursive least squares knew nothing before."""
     if alarm.told > _TOGETHER:
-        alarm = Alarm(changes=alarm.changes, last=alarm.last)
-    alarm = alarm._replace(rows=alarm.rows + 1)
-    if alarm.rows <= _WARM:
-        return alarm
-    recursion, known, axes = before.adaptation.recursion, before.estimate, list(alarm.axes)
-    for place in np.flatnonzero(known.noise).tolist():
-        noise = max(_KEPT * axes[place].noise, float(known.noise[place]))
-        axes[place] = axes[place]._replace(noise=noise)
-        if alarm.rows > _LEARNT:
-            axes[place] = _seen(axes[place], recursion, place, known, after.estimate, time)
-    alarm = alarm._replace(axes=tuple(axes))
-    return _judged(alarm, time) if alarm.rows > _ARMED else alarm
+        alarm = Alarm(changes=alarm.changes, last=alarm.last, motion=alarm.motion)
+    motion = alarm.motion.absorb(_motion_of(after.last))
+    recursion, axes = before.adaptation.recursion, list(alarm.axes)
+    lacks_terms = any(one.lacks_terms for one in axes)
+    is_climbing = any(one.climb > _CLIMBING for one in axes)
+    for axis in np.flatnonzero(np.diff(recursion.starts)).tolist():
+        one = _absorb(axes[axis], recursion, axis, before.estimate, after.estimate, is_climbing)
+        axes[axis] = _compare(
+            one, recursion, axis, before.estimate, after.estimate, motion, lacks_terms, time
+        )
+    return _judged(alarm._replace(axes=tuple(axes), motion=motion), time)
 
 
-def _seen(
-    one: Axis, recursion: Recursion, place: int, known: Estimate, now: Estimate, time: float
+def _motion_of(sample: Sample) -> FloatArray:
+    """Return velocities, surge by the propeller's command where there is one."""
+    velocity, command = sample.velocity.copy(), float(sample.propulsion[1])
+    velocity[0] = command or velocity[0]
+    return velocity
+
+
+def _absorb(
+    one: Axis, recursion: Recursion, axis: int, known: Estimate, now: Estimate, is_climbing: bool
 ) -> Axis:
-    """Return an axis after the last row that was taken in."""
-    is_due = one.age >= (_LONGEST if one.climb else _HELD)
-    if one.reference is None or is_due:
-        one = one._replace(reference=_held(recursion, place, known, one.noise), age=0)
+    """Return an axis with the moments of its last row."""
+    terms, target, _ = recursion.last_row(axis, now.witness)
+    innovation, earlier = innovations_of(recursion, axis, known, now)
+    evidence = one.evidence.absorb(terms, target, innovation, earlier)
+    _, information = recursion.of(axis, known.information)
+    leverage = float(terms @ np.linalg.solve(np.eye(len(terms)) + information, terms))
+    one = one._replace(
+        evidence=evidence,
+        settled=0 if leverage > _NOVEL else one.settled + 1,
+        was_excited=one.was_excited or (evidence.rows > _LEARNT and evidence.is_excited),
+    )
+    if not is_climbing:
+        one = one._replace(is_model_form=evidence.is_model_form)
+    if evidence.rows > _WARM:
+        one = one._replace(noise=max(_KEPT * one.noise, float(known.noise[axis])))
+    return one
+
+
+def _compare(
+    one: Axis,
+    recursion: Recursion,
+    axis: int,
+    known: Estimate,
+    now: Estimate,
+    motion: Motion,
+    lacks_terms: bool,
+    time: float,
+) -> Axis:
+    """Return an axis after its last row has been compared with its reference."""
+    if one.evidence.rows <= _LEARNT:
+        return one
+    # A new motion cannot be told from a change where terms are missing on any axis, nor where the
+    # axis has not predicted one yet.
+    is_new = motion.settled <= _SETTLED and (lacks_terms or one.tested < _TESTED)
+    has_settled = one.settled == _SETTLED or (one.was_new and not is_new)
+    one = one._replace(was_new=is_new)
+    if one.reference is None or has_settled or one.age >= (_LONGEST if one.climb else _HELD):
+        noise = one.noise * one.evidence.inflation
+        one = one._replace(reference=_held(recursion, axis, known, noise), age=0)
+    if has_settled:
+        one = one._replace(climb=0.0, top=0.0, usual=max(one.usual, one.top))
+    one = one._replace(age=one.age + 1)
+    if one.obstacle is not None:
+        return one._replace(residual=0.0, climb=0.0, top=0.0)
     reference = one.reference
     assert reference is not None
-    terms, target, is_first = recursion.last_row(place, now.witness)
+    terms, target, is_first = recursion.last_row(axis, now.witness)
     variance = reference.noise * (1.0 + terms @ reference.spread @ terms)
-    left = float((target - terms @ reference.known) / np.sqrt(variance))
+    residual = float((target - terms @ reference.known) / np.sqrt(variance))
     kept = 0.0 if is_first else reference.correlation
-    white = (left - kept * one.left) / float(np.sqrt(1.0 - kept * kept))
-    return one._replace(left=left, age=one.age + 1).climbed(white, time)
+    white = (residual - kept * one.residual) / float(np.sqrt(1.0 - kept * kept))
+    one = one._replace(residual=residual).climbed(white, time)
+    tested = one.tested + (motion.settled == 0)
+    return one._replace(has_failed=is_new and one.share >= 1.0, tested=tested)
 
 
-def _held(recursion: Recursion, place: int, known: Estimate, noise: float) -> Reference:
-    part, information = recursion.of(place, known.information)
+def _held(recursion: Recursion, axis: int, known: Estimate, noise: float) -> Reference:
+    part, information = recursion.of(axis, known.information)
     unit, zero = recursion.unit[part], np.zeros(part.stop - part.start)
-    products, _ = recursion.witness_of(place, known.witness)
-    correlation = np.clip(products[0] / known.noise[place], -_STEADIEST, _STEADIEST)
+    products, *_ = recursion.witness_of(axis, known.witness)
+    correlation = np.clip(products[0] / known.noise[axis], -_STEADIEST, _STEADIEST)
     return Reference(
         frozen(np.divide(known.coefficients[part], unit, out=zero, where=unit > 0.0)),
         frozen(np.linalg.inv(np.eye(len(unit)) + information)),
@@ -146,7 +267,8 @@ def _held(recursion: Recursion, place: int, known: Estimate, noise: float) -> Re
 
 
 def _judged(alarm: Alarm, time: float) -> Alarm:
-    shares = {name: one.share for name, one in zip(AXES, alarm.axes, strict=True)}
+    pairs = zip(AXES, alarm.axes, strict=True)
+    shares = {name: 0.0 if one.has_failed else one.share for name, one in pairs}
     over = [name for name in sorted(AXES, key=lambda name: -shares[name]) if shares[name] >= 1.0]
     if alarm.told and alarm.last:
         axes = tuple(dict.fromkeys((*alarm.last.axes, *over)))
@@ -159,15 +281,21 @@ def _judged(alarm: Alarm, time: float) -> Alarm:
 
 def restored(content: dict[str, Any]) -> Alarm:
     """Return the alarm that was written as JSON makes of it."""
-    axes = tuple(_axis(one) for one in content["axes"])
-    last = content["last"]
-    change = None if last is None else Change(last[0], last[1], tuple(last[2]))
-    return Alarm(content["rows"], content["told"], axes, content["changes"], change)
+    last, (rows, moments, settled) = content["last"], content["motion"]
+    return Alarm(
+        content["told"],
+        tuple(map(_axis, content["axes"])),
+        content["changes"],
+        None if last is None else Change(last[0], last[1], tuple(last[2])),
+        Motion(rows, None if moments is None else frozen(np.array(moments)), settled),
+    )
 
 
-def _axis(values: Iterable[Any]) -> Axis:
-    noise, reference, *others = values
+def _axis(values: list[Any]) -> Axis:
+    one = Axis(*values)
+    reference = one.reference
     if reference is not None:
-        known, spread = (frozen(np.array(one)) for one in reference[:2])
-        reference = Reference(known, spread, *reference[2:])
-    return Axis(noise, reference, *others)
+        known, spread, *others = reference
+        reference = Reference(frozen(np.array(known)), frozen(np.array(spread)), *others)
+    evidence = restore_evidence(list(one.evidence))
+    return one._replace(reference=reference, evidence=evidence)

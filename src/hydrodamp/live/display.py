@@ -19,7 +19,8 @@ _COEFFICIENT = {
         "label": {"type": "string"},
         "value": _NUMBER,
         "standard_error": _NUMBER,
-        "determined": {"type": "boolean"},
+        "grade": {"type": "string"},
+        "cause": {"type": ["string", "null"]},
     },
 }
 _LIST = {"type": "array", "items": _COEFFICIENT}
@@ -31,6 +32,7 @@ _ESTIMATE = {
         "coefficients": _LIST,
         **dict.fromkeys("XYZKMN", _LIST),
         "excitation": {"type": "object", "properties": dict.fromkeys("XYZKMN", _NUMBER)},
+        "model_form": {"type": "array", "items": {"type": "string"}},
         "alarm": {"type": "object"},
         "counts": {"type": "object"},
     },

@@ -17,6 +17,7 @@ from hydrodamp.identification import adaptive, recursive
 from hydrodamp.identification.recursive import USUAL
 from hydrodamp.kernels.plant import Sample
 from hydrodamp.live.alarm import Alarm, watch
+from hydrodamp.live.evidence import grade_axes
 from hydrodamp.live.ranges import ranges_of
 from hydrodamp.live.rows import Row, columns_for, inputs_of, number, sample_of, velocity_of
 from hydrodamp.live.screen import BEGIN, LEFT_OUT, TAKEN, Screen, judge
@@ -135,31 +136,35 @@ def _moved(
 
 def estimates(state: State) -> dict[str, Any]:
     """Return what is told of a state: strict JSON, null where there is no number."""
-    known = recursive.known(state.rls)
     bound, settled = state.rls.adaptation, _settled(state)
-    axes = bound.recursion.axes
-    told = zip(
+    axes, evidence = bound.recursion.axes, [one.evidence for one in state.alarm.axes]
+    model_form = np.array([one.has_model_form for one in state.alarm.axes])
+    grading = grade_axes(state.rls, state.coefficients, evidence, settled, model_form)
+    errors = grading.errors if state.ai is None else np.full(len(axes), np.nan)
+    columns = zip(
         bound.model.labels,
         state.coefficients.tolist(),
-        np.sqrt(known.covariance.diagonal()).tolist(),
-        (known.is_told & settled[axes]).tolist(),
+        errors.tolist(),
+        grading.grades,
+        grading.causes,
         strict=True,
     )
+    present = np.unique(axes).tolist()
     return {
         "time": _number(state.screen.time),
         "method": "rls" if state.ai is None else "ai",
         "coefficients": {
             label: {
                 "value": _number(value),
-                "standard_error": _number(error) if state.ai is None else None,
-                "determined": is_determined,
+                "standard_error": _number(error),
+                "grade": grade.word,
+                "cause": cause.word if cause else None,
             }
-            for label, value, error, is_determined in told
+            for label, value, error, grade, cause in columns
         },
-        "excitation": {
-            axis: float(known.excitation[i]) for i, axis in enumerate(AXES) if (axes == i).any()
-        },
-        "alarm": state.alarm.line(),
+        "excitation": {AXES[i]: float(grading.excitation[i]) for i in present},
+        "model_form": [AXES[i] for i in present if model_form[i]],
+        "alarm": state.alarm.line(present),
         "counts": state.counts,
     }
 

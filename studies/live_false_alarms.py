@@ -1,0 +1,163 @@
+"""Measure false alarms and detection of `hydrodamp live`: ``python studies/live_false_alarms.py``.
+
+Campaigns in which nothing changes, for models with and without the vehicle's terms, on both truths;
+and campaigns after which the vehicle is another.
+"""
+
+from __future__ import annotations
+
+import argparse
+import warnings
+from collections import defaultdict
+from collections.abc import Iterator
+from dataclasses import replace
+from multiprocessing import get_context
+from pathlib import Path
+
+import numpy as np
+
+import hydrodamp as hd
+from hydrodamp.files import save_text
+from hydrodamp.live.loop import State, begin, take
+from hydrodamp.simulation.campaign.conditions import WHITE
+from hydrodamp.simulation.campaign.reenact import PAUSE, Campaign, Plan
+from live_alarm import Change, dragged
+from live_campaigns import DIVES, MODELS, STEPS, TRUTHS, Dive, rows, sail
+
+PAGE = Path(__file__).parents[1] / "docs" / "live" / "alarm.md"
+MARKS = ("<!-- alarm -->", "<!-- end of alarm -->")
+
+CHANGES = (
+    Change("drag", 0.1),
+    Change("drag", 0.2),
+    Change("actuator", 0.2),
+    Change("actuator", 0.5),
+    Change("payload, heavy", 0.05),
+)
+BASE = next(dive for dive in DIVES if dive.name == "steps 200 s")
+
+
+def follow(
+    state: State | None, model: hd.DampingModel, vehicle: hd.Vehicle, log: hd.Log
+) -> tuple[State, list[tuple[float, str]]]:
+    """Return the state after a log, and when alarms rang, on which axis first [s of the log]."""
+    begins = 0.0 if state is None else state.screen.time + PAUSE
+    rang = []
+    for row in rows(log, begins):
+        state = begin(vehicle, model, "rls", row) if state is None else state
+        before = state.alarm.changes
+        state, _ = take(state, row)
+        if state.alarm.changes > before and state.alarm.last:
+            rang.append((state.screen.time - begins, state.alarm.last.axes[0]))
+    assert state is not None
+    return state, rang
+
+
+def sail_changed(truth: str, change: Change, seed: int) -> Campaign:
+    """Return the runs of the base in another order, with another vehicle."""
+    plan = Plan.of(truth)
+    water = plan.water
+    if change.kind == "drag":
+        water = replace(water, damping=dragged(water.damping, change.share))
+    vehicle = change.finned(change.loaded(plan.vehicle))
+    runs = STEPS[::-1]
+    plan = replace(plan, vehicle=vehicle, water=water, training=runs, testing=runs[:1])
+    return plan.sail((seed,), BASE.duration, WHITE)[0]
+
+
+def quiet(task: tuple[str, Dive, int]) -> list[tuple[str, str, str, float, list[object], str]]:
+    """Return hours, alarms and armed axes at the end, of each model on a quiet campaign."""
+    warnings.simplefilter("ignore", hd.HydrodampWarning)
+    truth, dive, seed = task
+    campaign, found = sail(truth, dive, [seed])[0], []
+    for key in MODELS:
+        state, rang = follow(None, hd.catalog[key], campaign.vehicle, campaign.train)
+        axes = np.unique(state.rls.adaptation.recursion.axes).tolist()
+        armed = "".join(state.alarm.line(axes)["armed"])
+        hours = len(dive.runs) * dive.duration / 3600.0
+        found.append((key, truth, dive.name, hours, list(rang), armed))
+    return found
+
+
+def detect(task: tuple[str, int]) -> list[tuple[str, str, Change, tuple[float, str] | None]]:
+    """Return how soon each change is found with each model, if it is."""
+    warnings.simplefilter("ignore", hd.HydrodampWarning)
+    truth, seed = task
+    base, found = sail(truth, BASE, [seed])[0], []
+    states = {key: follow(None, hd.catalog[key], base.vehicle, base.train)[0] for key in MODELS}
+    for change in CHANGES:
+        log = sail_changed(truth, change, seed + 100_000).train
+        for key, state in states.items():
+            rang = follow(state, hd.catalog[key], base.vehicle, log)[1]
+            found.append((key, truth, change, rang[0] if rang else None))
+    return found
+
+
+def false_alarms(found: list[tuple[str, str, str, float, list[object], str]]) -> Iterator[str]:
+    """Yield the table of quiet campaigns."""
+    yield "| model | truth | campaigns | hours | false alarms | armed at the end |"
+    yield "|---|---|---|---|---|---|"
+    groups = defaultdict(list)
+    for one in found:
+        groups[one[:2]].append(one)
+    for (key, truth), some in groups.items():
+        armed = ", ".join(
+            f"{axis} {sum(axis in one[5] for one in some)}"
+            for axis in "XYZKMN"
+            if any(axis in one[5] for one in some)
+        )
+        alarms, hours = sum(len(one[4]) for one in some), sum(one[3] for one in some)
+        yield f"| {key} | {truth} | {len(some)} | {hours:.1f} | {alarms} | {armed} |"
+
+
+def detections(found: list[tuple[str, str, Change, tuple[float, str] | None]]) -> Iterator[str]:
+    """Yield the table of changes."""
+    columns = [(key, truth) for key in MODELS for truth in TRUTHS]
+    yield "| change | " + " | ".join(f"{key}, {truth}" for key, truth in columns) + " |"
+    yield "|---" * (len(columns) + 1) + "|"
+    for change in CHANGES:
+        cells = []
+        for pair in columns:
+            rings = [one[3] for one in found if one[:2] == pair and one[2] == change]
+            heard = [ring for ring in rings if ring]
+            cell = f"{len(heard)} of {len(rings)}"
+            if heard:
+                delays = [delay for delay, _ in heard]
+                axes = " ".join(sorted({axis for _, axis in heard}))
+                cell += f", {np.median(delays):.0f} s (at most {max(delays):.0f}), {axes}"
+            cells.append(cell)
+        yield f"| {change.kind} {100 * change.share:.0f} % | {' | '.join(cells)} |"
+
+
+def main() -> None:
+    """Measure, print as it comes, and put the tables on their page."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--seed", type=int, default=7000, help="the design used 1000 to 1041")
+    parser.add_argument("--each", type=int, default=4, help="campaigns of each kind")
+    parser.add_argument("--write", action="store_true", help="to docs/live/alarm.md")
+    given = parser.parse_args()
+    seeds = [given.seed + k for k in range(given.each)]
+    tasks = [
+        (truth, dive, s + 50 * k) for s in seeds for truth in TRUTHS for k, dive in enumerate(DIVES)
+    ]
+    still, changed = [], []
+    with get_context("spawn").Pool(2) as pool:
+        for one in pool.imap_unordered(quiet, tasks):
+            still += one
+            for key, truth, name, _, rang, armed in one:
+                print("quiet", key, truth, name, rang, armed, flush=True)
+        for some in pool.imap_unordered(detect, [(t, s + 900) for t in TRUTHS for s in seeds]):
+            changed += some
+            for key, truth, change, ring in some:
+                print("changed", key, truth, change, ring, flush=True)
+    still.sort(key=lambda one: (MODELS.index(one[0]), one[1]))
+    text = "\n".join([*false_alarms(still), "", *detections(changed)])
+    print(text)
+    if given.write:
+        page = PAGE.read_text("utf-8")
+        before, after = page.split(MARKS[0])[0], page.split(MARKS[1])[1]
+        save_text(f"{before}{MARKS[0]}\n{text}\n{MARKS[1]}{after}", PAGE)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,56 @@
+"""Grades of an estimate line are those of `identify`, from the same function."""
+
+import pytest
+
+import hydrodamp as hd
+from hydrodamp.identification.grades import Grade
+from hydrodamp.live.diagnostics import diagnose
+from hydrodamp.live.rows import rows_of
+from live.conftest import MODEL, heard
+
+WORDS = [grade.word for grade in Grade]
+
+
+@pytest.fixture(scope="module")
+def line(dive):
+    vehicle, log = dive
+    return heard(rows_of(log), vehicle, every=1e9).lines[-1]
+
+
+def test_a_determined_coefficient_has_a_narrow_interval(line):
+    determined = [one for one in line["coefficients"].values() if one["grade"] == "determined"]
+    assert len(determined) >= 1
+    for one in determined:
+        assert 1.96 * one["standard_error"] <= 0.2501 * abs(one["value"])
+
+
+def test_a_cause_is_given_where_a_coefficient_is_not_determined_and_only_there(line):
+    for one in line["coefficients"].values():
+        assert (one["cause"] is not None) == (one["grade"] == "not determined")
+
+
+def test_grades_are_near_those_of_identify(dive, line):
+    vehicle, log = dive
+    problem = hd.prepare(vehicle, log, MODEL)
+    fit = hd.RecursiveLeastSquares().identify(problem, MODEL)
+    wanted = hd.graded(problem, fit).grades
+    apart = [
+        abs(WORDS.index(one["grade"]) - WORDS.index(wanted[label].word))
+        for label, one in line["coefficients"].items()
+    ]
+    assert sum(apart) <= 0.5 * len(apart)
+
+
+def test_nothing_is_determined_after_two_seconds(dive):
+    vehicle, log = dive
+    early = heard([*rows_of(log)][:21], vehicle).lines[-1]
+    assert {one["grade"] for one in early["coefficients"].values()} <= {"weak", "not determined"}
+
+
+def test_a_change_is_a_warning_of_the_diagnostics(line):
+    assert not diagnose(line)[0]
+    change = {"time": 90.0, "since": 80.0, "axes": ["X"]}
+    is_warning, message, values = diagnose(line | {"alarm": line["alarm"] | {"last": change}})
+    assert is_warning
+    assert message.startswith("the vehicle has changed at about 80 s on X")
+    assert values["determined"] in message
