@@ -104,17 +104,17 @@ def test_a_log_is_folded_once(fleet, season, tmp_path, threads):
         )
 
     first, second = again(MODEL), again(MODEL)
-    assert (first.n_kept, second.n_kept) == (0, 6)
+    assert (first.n_cached, second.n_cached) == (0, 6)
     for one, other in zip(first.fits, second.fits, strict=True):
         assert one.fit.damping.coefficients.tolist() == other.fit.damping.coefficients.tolist()
     fewer = hd.DampingModel.from_table({"X": "u|u|", "N": "ur uv r|r|"}, key="fewer")
     found = again(fewer, by="month")
-    assert found.n_kept == 6
+    assert found.n_cached == 6
     expected = hd.batch(season, fleet.vehicle, fewer, client=threads, by=["month"])
     np.testing.assert_allclose(
         found.fits[0].fit.damping.coefficients, expected.fits[0].fit.damping.coefficients, rtol=1e-9
     )
-    assert again(hd.catalog["linear"]).n_kept == 0  # terms that no fold has
+    assert again(hd.catalog["linear"]).n_cached == 0  # terms that no fold has
 
 
 def test_groups_are_what_is_asked_for(fleet, season, threads):

@@ -8,15 +8,15 @@ import hydrodamp as hd
 LINE = "batch {} --vehicle planar.yaml --model linear --method ls --by {} --out season --workers 1"
 
 
-def write(folder, name):
-    hd.write_log(hd.read_log("a.csv"), folder / name)
+def write(folder, name, log="a.csv"):
+    hd.write_log(hd.read_log(log), folder / name)
 
 
 def test_a_season_makes_a_table_fits_and_a_picture(folder, call):
     (folder / "logs").mkdir()
     for day in (1, 2):
         write(folder, f"logs/2026-05-0{day}_dive.csv")
-        write(folder, f"logs/2026-05-0{day}_other.csv")
+        write(folder, f"logs/2026-05-0{day}_other.csv", "b.csv")
     done = call(LINE.format("logs", "day"))
     assert ["2026-05-02", "linear", "2"] in [row.split()[:3] for row in done.stdout.splitlines()]
     assert "0 groups with standard errors are too few" in " ".join(done.stdout.split())
@@ -32,7 +32,8 @@ def test_a_season_makes_a_table_fits_and_a_picture(folder, call):
     made = folder / "season" / "fits" / "2026-05-01.linear.json"
     assert hd.read_damping(made)["X_u"] == float(rows[0]["value"])
     done = call(LINE.format("logs", "month"))
-    assert "4 logs had been folded before" in done.stderr
+    assert "2 logs had been folded before" in done.stderr  # each day has the same two
+    assert "2026-05-02_dive.csv has the content of logs/2026-05-01_dive.csv" in done.stderr
 
 
 def test_logs_that_fail_are_named_and_the_table_is_made(folder, call):
