@@ -211,9 +211,10 @@ def fold_log(
             raise _UnusableLogError(f"{log.duration:.3g} s are too short to make rows of.")
         n = int(np.clip(log.duration / _SHORTEST, 1, min(_OF_A_LOG, rows.n)))
         blocks = tuple(rows.taken(part).triangle() for part in np.array_split(np.arange(rows.n), n))
-    if not all(np.isfinite(block.r).all() for block in blocks):
+        sizes = [np.square(block.r).sum() for block in blocks]  # covariances are of squares
+    if not np.isfinite(sizes).all():
         raise _UnusableLogError(
-            "equation 1 filled with it is not finite. Its largest numbers are "
+            "equation 1 filled with it overflows. Its largest numbers are "
             f"{_largest_values(log)}: leave such samples out."
         )
     ranges = sailed(problem.inputs.velocity, vehicle.axes)
