@@ -169,7 +169,7 @@ def _divide(blocks: Sequence[Triangle], most: int) -> list[slice]:
     return [slice(first, last) for first, last in pairwise([*firsts, len(blocks)])]
 
 
-def _read(addresses: Sequence[str], mapping: ResolvedMapping | None) -> Log:
+def _read_logs(addresses: Sequence[str], mapping: ResolvedMapping | None) -> Log:
     """Read a log or several; what is odd about single ones is left to `probe`."""
     logs = []
     with suppress_warnings():
@@ -188,7 +188,7 @@ def fold(
 ) -> Folded:
     """Read a log, fill equation 1 with it, and fold its rows."""
     try:
-        return fold_log(_read([address], mapping), vehicle, models, method)
+        return fold_log(_read_logs([address], mapping), vehicle, models, method)
     except _UnusableLogError as error:
         raise ProblemError(f"{address}: {error}") from error
 
@@ -231,7 +231,7 @@ def _largest_values(log: Log, n: int = 3) -> str:
 
 def read_start(address: str, mapping: ResolvedMapping | None = None) -> float:
     """Return when a log begins by its clock [s]."""
-    return float(_read([address], mapping).time[0])
+    return float(_read_logs([address], mapping).time[0])
 
 
 def identified(
@@ -242,7 +242,7 @@ def identified(
     mapping: ResolvedMapping | None = None,
 ) -> tuple[Fit, ...]:
     """Identify models from the whole of some logs, by a method that folds nothing."""
-    problem = prepare(vehicle, _read(addresses, mapping), models)
+    problem = prepare(vehicle, _read_logs(addresses, mapping), models)
     return tuple(attempted(method, problem, model) for model in models)
 
 
@@ -253,7 +253,7 @@ def replayed(
     mapping: ResolvedMapping | None = None,
 ) -> tuple[float | None, ...]:
     """Return the error of equation 24 of replays of a log; None where one diverged or is absent."""
-    log = _read([address], mapping)
+    log = _read_logs([address], mapping)
     return tuple(
         None if fit is None else score(simulate(vehicle, fit.damping, log)).rms for fit in fits
     )

@@ -271,7 +271,7 @@ def _read_groups(
         except HydrodampError as error:
             found.failed[log] = str(error)
     calls = [(cache, log) for log, cache in own.items()]
-    results: Any = pool.map(_read, calls, "reading logs")
+    results: Any = pool.map(_read_log, calls, "reading logs")
     for (log, cache), result in zip(own.items(), results, strict=True):
         if isinstance(result, Failure):
             found.failed[log] = result
@@ -292,7 +292,7 @@ def _read_groups(
     return found
 
 
-def _read(cache: FoldCache, log: str) -> tuple[float, Folded | None, str, bool]:
+def _read_log(cache: FoldCache, log: str) -> tuple[float, Folded | None, str, bool]:
     """Return start, fold (None where methods fold nothing), digest, and if the cache had it."""
     if not isinstance(cache.method, FOLDING):
         digest = digest_of_recording(log, cache.mapping)
