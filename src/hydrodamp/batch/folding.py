@@ -134,8 +134,8 @@ def merge_folds(folds: Iterable[Folded]) -> Folded:
     >>> merged = merge_folds(folds)
     >>> merged.n_logs, len(merged.blocks)
     (2, 12)
-    >>> solved(merged, dives.vehicle, model, method).status
-    <Status.OK: 'ok'>
+    >>> solved(merged, dives.vehicle, model, method).status.word
+    'ok'
     """
     parts = tuple(folds)
     if not parts:
