@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Sequence
+import warnings
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 
 # C0 and C1 controls, line separators, and marks that turn the direction of text.
 _CONTROLS = dict.fromkeys(
@@ -71,6 +74,25 @@ class ForeignVehicleWarning(HydrodampWarning):
 
 class PropulsionWarning(HydrodampWarning):
     """The propulsion ratio is unknown and taken as one."""
+
+
+_suppressed: ContextVar[bool] = ContextVar("suppressed", default=False)
+
+
+@contextmanager
+def suppress_warnings() -> Iterator[None]:
+    """Issue no warning by :func:`warn` inside, in this thread or task alone."""
+    token = _suppressed.set(True)
+    try:
+        yield
+    finally:
+        _suppressed.reset(token)
+
+
+def warn(message: str, category: type[HydrodampWarning], stacklevel: int) -> None:
+    """Issue a warning as :func:`warnings.warn` does, unless it is suppressed here."""
+    if not _suppressed.get():
+        warnings.warn(message, category, stacklevel=stacklevel + 1)
 
 
 def list_faults(source: str, faults: Sequence[str]) -> str:

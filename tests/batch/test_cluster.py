@@ -11,7 +11,7 @@ import pytest
 
 import hydrodamp as hd
 from batch.conftest import MODEL
-from hydrodamp.batch.crew import Failed, crew
+from hydrodamp.batch.workers import Failure, open_pool
 
 distributed = pytest.importorskip("distributed", reason="needs the extra `batch`")
 fsspec = pytest.importorskip("fsspec", reason="needs the extra `batch`")
@@ -42,14 +42,14 @@ def test_a_killed_worker_changes_nothing(fleet, season, client):
 
 def test_a_node_that_hangs_and_a_scheduler_that_is_lost_cost_their_work_alone():
     with distributed.LocalCluster(**SETTINGS) as cluster, distributed.Client(cluster) as one:
-        with crew(one, None, 2.0) as team:
-            found = list(team.each(time.sleep, [(0.0,), (30.0,), (0.1,)], "working"))
+        with open_pool(one, None, 2.0) as pool:
+            found = list(pool.map(time.sleep, [(0.0,), (30.0,), (0.1,)], "working"))
             assert [found[0], found[2]] == [None, None]
             assert "given up after 2 s" in found[1]
-        with crew(one, None, 60.0) as team:
+        with open_pool(one, None, 60.0) as pool:
             Timer(0.5, cluster.close).start()
-            lost = list(team.each(time.sleep, [(30.0,), (31.0,)], "working"))
-    assert all(isinstance(each, Failed) for each in lost)
+            lost = list(pool.map(time.sleep, [(30.0,), (31.0,)], "working"))
+    assert all(isinstance(each, Failure) for each in lost)
     assert "the scheduler is lost" in lost[0]
 
 
@@ -66,4 +66,4 @@ def test_logs_come_from_a_store(fleet, season, tmp_path):
         all_of_them = hd.batch("memory://season", fleet.vehicle, MODEL, **given)
     assert [one.n_logs for one in found.fits] == [2]
     assert [one.n_logs for one in all_of_them.fits] == [2, 2, 2]
-    assert all_of_them.n_kept == 2
+    assert all_of_them.n_cached == 2

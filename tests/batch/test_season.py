@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
@@ -104,17 +105,17 @@ def test_a_log_is_folded_once(fleet, season, tmp_path, threads):
         )
 
     first, second = again(MODEL), again(MODEL)
-    assert (first.n_kept, second.n_kept) == (0, 6)
+    assert (first.n_cached, second.n_cached) == (0, 6)
     for one, other in zip(first.fits, second.fits, strict=True):
         assert one.fit.damping.coefficients.tolist() == other.fit.damping.coefficients.tolist()
     fewer = hd.DampingModel.from_table({"X": "u|u|", "N": "ur uv r|r|"}, key="fewer")
     found = again(fewer, by="month")
-    assert found.n_kept == 6
+    assert found.n_cached == 6
     expected = hd.batch(season, fleet.vehicle, fewer, client=threads, by=["month"])
     np.testing.assert_allclose(
         found.fits[0].fit.damping.coefficients, expected.fits[0].fit.damping.coefficients, rtol=1e-9
     )
-    assert again(hd.catalog["linear"]).n_kept == 0  # terms that no fold has
+    assert again(hd.catalog["linear"]).n_cached == 0  # terms that no fold has
 
 
 def test_groups_are_what_is_asked_for(fleet, season, threads):
@@ -149,6 +150,57 @@ def test_logs_of_several_vehicles_are_told_apart_by_their_paths(fleet, season, t
         hd.batch(tmp_path, [light, light], MODEL, **asked)
 
 
+@pytest.mark.parametrize("value", [1e160, 1e120])
+def test_a_wild_command_costs_its_log_alone(value, fleet, tmp_path, threads):
+    """1e160 overflows in equation 1 of the log, 1e120 would in the covariance of its group."""
+    logs = fleet.season(tmp_path / "logs", days=2)
+    wild = fleet.dive(7)
+    commands = wild.commands.copy()
+    commands[100, wild.command_names.index("rpm")] = value
+    hd.write_log(replace(wild, commands=commands), logs / "2026-05-02_wild.csv")
+    found = hd.batch(logs, fleet.vehicle, MODEL, client=threads)
+    assert all(np.isfinite(one.fit.damping.coefficients).all() for one in found.fits)
+    assert [one.n_logs for one in found.fits] == [2, 2]
+    ((log, why),) = found.failed.items()
+    assert log.endswith("2026-05-02_wild.csv")
+    assert f"rpm {value:.3g}" in why
+
+
+def test_days_are_in_order_whatever_their_clocks_say(fleet, tmp_path, threads):
+    """Clocks count from boot, later on later days or earlier; one counts from 1970."""
+    starts = {1: 9e4, 2: 10.0, 3: 5e4, 4: 1777852800.0, 5: 3e3}  # the fourth of May
+    for day, start in starts.items():
+        log = fleet.dive(day)
+        hd.write_log(replace(log, time=log.time + start), tmp_path / f"2026-05-{day:02d}.csv")
+    found = hd.batch(tmp_path, fleet.vehicle, MODEL, client=threads)
+    assert [one.group[0][-2:] for one in found.fits] == ["01", "02", "03", "04", "05"]
+    found = hd.batch(tmp_path, fleet.vehicle, MODEL, client=threads, by=[r"-(\d\d)\."])
+    assert (found.order, found.changes) == ("name", {})
+
+
+def test_equal_logs_of_a_group_count_once(fleet, tmp_path, threads):
+    hd.write_log(fleet.dive(1), tmp_path / "2026-05-01.csv")
+    (tmp_path / "copy_2026-05-01.csv").write_bytes((tmp_path / "2026-05-01.csv").read_bytes())
+    found = hd.batch(tmp_path, fleet.vehicle, MODEL, client=threads)
+    assert [one.n_logs for one in found.fits] == [1]
+    assert found.duplicates == {
+        str(tmp_path / "copy_2026-05-01.csv"): str(tmp_path / "2026-05-01.csv")
+    }
+
+
+def test_warnings_are_as_before_after_a_season_on_threads(fleet, season, threads):
+    before = [*warnings.filters]
+    hd.batch(season, fleet.vehicle, MODEL, client=threads)
+    assert warnings.filters == before
+    log = fleet.dive(1)
+    path = season.parent / "gap.csv"
+    hd.write_log(replace(log, time=log.time + 100.0 * (log.time > log.time[log.n // 2])), path)
+    found = hd.batch(path, fleet.vehicle, MODEL, client=threads, by=["folder"])
+    assert not found.failed  # the gap is no error, though warnings are
+    with pytest.warns(hd.GapWarning):
+        hd.read_log(path)
+
+
 def test_what_cannot_be_used_is_named_with_its_reason(fleet, season, tmp_path, threads):
     (tmp_path / "2026-05-09.csv").write_text("time,u\n0,fast\n", "utf-8")
     hd.write_log(fleet.dive(1), tmp_path / "undated.csv")
@@ -168,6 +220,8 @@ def test_what_cannot_be_used_is_named_with_its_reason(fleet, season, tmp_path, t
         ({"logs": "nowhere"}, hd.FileError, "no log matches it"),
         ({"by": []}, hd.MethodError, "at least one of"),
         ({"by": ["dive("]}, hd.MethodError, "patterns of the path"),
+        ({"timeout": 0.0}, hd.MethodError, "positive"),
+        ({"mapping": "avl69"}, hd.LogError, "Did you mean 'avl690'"),
         ({"method": "lss"}, hd.MethodError, "Did you mean 'ls'"),
     ],
 )

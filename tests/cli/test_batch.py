@@ -2,21 +2,23 @@
 
 import csv
 import json
+import shutil
+from dataclasses import replace
 
 import hydrodamp as hd
 
 LINE = "batch {} --vehicle planar.yaml --model linear --method ls --by {} --out season --workers 1"
 
 
-def write(folder, name):
-    hd.write_log(hd.read_log("a.csv"), folder / name)
+def write(folder, name, log="a.csv"):
+    hd.write_log(hd.read_log(log), folder / name)
 
 
 def test_a_season_makes_a_table_fits_and_a_picture(folder, call):
     (folder / "logs").mkdir()
     for day in (1, 2):
         write(folder, f"logs/2026-05-0{day}_dive.csv")
-        write(folder, f"logs/2026-05-0{day}_other.csv")
+        write(folder, f"logs/2026-05-0{day}_other.csv", "b.csv")
     done = call(LINE.format("logs", "day"))
     assert ["2026-05-02", "linear", "2"] in [row.split()[:3] for row in done.stdout.splitlines()]
     assert "0 groups with standard errors are too few" in " ".join(done.stdout.split())
@@ -32,7 +34,8 @@ def test_a_season_makes_a_table_fits_and_a_picture(folder, call):
     made = folder / "season" / "fits" / "2026-05-01.linear.json"
     assert hd.read_damping(made)["X_u"] == float(rows[0]["value"])
     done = call(LINE.format("logs", "month") + " --force")
-    assert "4 logs had been folded before" in done.stderr
+    assert "2 logs had been folded before" in done.stderr  # each day has the same two
+    assert "2026-05-02_dive.csv has the content of logs/2026-05-01_dive.csv" in done.stderr
 
 
 def test_logs_that_fail_are_named_and_the_table_is_made(folder, call):
@@ -65,6 +68,35 @@ def test_wrong_calls_are_refused(folder, call):
         ),
         (LINE.format("a.csv", "folder").replace("planar.yaml", "planar.yaml,vt690"), "must hold"),
         (LINE.format("a.csv", "folder") + " --scheduler tcp://127.0.0.1:1", "does not answer"),
+        (LINE.format("a.csv", "folder") + " --scheduler garbage", "must be the address of a Dask"),
+        (LINE.format("a.csv", "folder") + " --timeout 0", "`timeout` must be positive"),
+        (LINE.format("zzz://a.csv", "folder"), "cannot be read from its store"),
+        (LINE.format("a.csv", "(zzz)?a"), "gives no group"),
     ):
         assert says in " ".join(call(line, 2).stderr.split())
     assert not (folder / "season" / "coefficients.csv").exists()
+
+
+def test_a_wild_command_is_refused_and_json_is_valid(folder, call):
+    write(folder, "dive-2026-05-01.csv")
+    log = hd.read_log("b.csv")
+    commands = log.commands.copy()
+    commands[10] = 1e200
+    hd.write_log(replace(log, commands=commands), folder / "dive-2026-05-02.csv")
+    done = call(LINE.format("dive-2026-05-0*.csv", "day") + " --json", 1)
+    document = json.loads(done.stdout)
+    assert [*document["failed"]] == ["dive-2026-05-02.csv"]
+    assert {row["day"] for row in document["coefficients"]} == {"2026-05-01"}
+
+
+def test_groups_have_files_of_their_own_and_results_are_no_logs(folder, call):
+    for name in ("a b", "a-b", "a;b", "A-b"):
+        write(folder, f"dive_{name}_.csv")
+    line = LINE.format(".", "dive_(.*)_")
+    for _ in range(2):
+        shutil.rmtree(folder / "season" / "fits", ignore_errors=True)
+        for other in ("a.csv", "b.csv", "ab.csv"):
+            (folder / other).unlink(missing_ok=True)
+        call(line)
+        names = [path.name.casefold() for path in (folder / "season" / "fits").iterdir()]
+        assert len(set(names)) == 4

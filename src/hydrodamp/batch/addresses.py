@@ -1,141 +1,155 @@
-"""Logs by their addresses: files, folders, patterns, URLs; and the group that each belongs to."""
+"""Logs by their addresses: files, folders, patterns, URLs."""
 
 from __future__ import annotations
 
 import glob
-import hashlib
+import os
 import re
 import tempfile
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from datetime import UTC, datetime
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from hydrodamp.errors import FileError, MethodError
+from hydrodamp.batch.recordings import ResolvedMapping, digest_files, group_files
+from hydrodamp.errors import FileError, HydrodampError
 from hydrodamp.ingest.formats.files import SUFFIXES, is_bag, suffix_of
-from hydrodamp.vehicle.vehicle import Vehicle
+from hydrodamp.ingest.formats.parties import JOINT, apart
 
-_DATE = re.compile(r"(20\d\d)[-_.]?([01]\d)[-_.]?([0-3]\d)(?!\d)")
-_EPOCH = 1e8  # s; clocks below begin with the dive, not in 1970
+_JOINT_URL = re.compile(re.escape(JOINT) + r"(?=\w+://)")
 
 
-def expanded(addresses: Iterable[str]) -> list[str]:
-    """Return the logs that addresses stand for, in their order, each once."""
-    found, faults = dict[str, None](), []
+def expand_addresses(
+    addresses: Iterable[str],
+    mapping: ResolvedMapping | None = None,
+    exclude: str | os.PathLike[str] | None = None,
+) -> list[str]:
+    """Return the recordings that addresses match, in their order, each once.
+
+    Files in the folder ``exclude`` are no logs.
+    """
+    files, faults = dict[str, str](), []
+    skip = None if exclude is None else Path(exclude).resolve()
     for address in addresses:
-        logs = [*_matching(address)]
-        found |= dict.fromkeys(logs)
-        if not logs:
+        matches = [*_match(address)]
+        for file in matches:
+            path = None if "://" in file else Path(file).resolve()
+            if path is None or skip is None or not path.is_relative_to(skip):
+                files.setdefault(file if path is None else str(path), file)
+        if not matches:
             faults.append(f"{address}: no log matches it; logs end in {' '.join(sorted(SUFFIXES))}")
     if faults:
         raise FileError("\n".join(faults))
-    return [*found]
+    if not files:
+        raise FileError(f"there is no log but in {exclude}, the folder of results")
+    return group_files(files.values(), mapping)
 
 
-def _matching(address: str) -> Iterator[str]:
+def _match(address: str) -> Iterator[str]:
     if "://" in address:
-        system, path = _remote(address)
-        places = system.glob(path) if "*" in path else [path]
-        files = [one for place in places for one in (system.find(place) or [place])]
-        yield from (system.unstrip_protocol(one) for one in files if suffix_of(one) in SUFFIXES)
+        yield from _match_remote(address)
         return
-    places = sorted(glob.glob(address, recursive=True)) if "*" in address else [address]
-    for place in map(Path, places):
-        if not place.is_dir() or is_bag(place):
-            yield from [str(place)] if place.exists() else []
+    pattern = _spell_out(address)
+    is_pattern = "*" in address and not Path(address).exists()
+    for path in map(Path, sorted(glob.glob(pattern, recursive=True)) if is_pattern else [address]):
+        if path.is_dir() and not is_bag(path):
+            yield from _walk(path)
+        elif path.exists() or (len(parts := apart(path)) > 1 and all(p.exists() for p in parts)):
+            yield str(path)
+
+
+def _match_remote(address: str) -> Iterator[str]:
+    if _JOINT_URL.search(address):
+        yield address
+        return
+    with remote_errors(address):
+        system, path = _open_store(address)
+        paths = system.glob(_spell_out(path)) if "*" in path else [path]
+        files = [file for each in paths for file in (system.find(each) or [each])]
+        yield from [system.unstrip_protocol(file) for file in files if suffix_of(file) in SUFFIXES]
+
+
+def _spell_out(pattern: str) -> str:
+    """Return a pattern whose ``**`` are folders: ``**.parquet`` means ``**/*.parquet``."""
+    parts = (
+        f"**/*{part.lstrip('*')}" if part.startswith("**") and part.strip("*") else part
+        for part in pattern.split("/")
+    )
+    return "/".join(part if part == "**" else re.sub(r"\*\*+(?!/)", "*", part) for part in parts)
+
+
+def _walk(folder: Path) -> list[str]:
+    """Return the logs beneath a folder, behind links too; a bag is one."""
+    logs: list[str] = []
+    visited: set[str] = set()
+    for place, folders, names in os.walk(folder, followlinks=True):
+        real = os.path.realpath(place)
+        if real in visited:
+            folders.clear()
             continue
-        bags = [one.parent for one in place.rglob("metadata.yaml")]
-        files = [one for one in place.rglob("*") if suffix_of(one) in SUFFIXES and one.is_file()]
-        yield from map(str, sorted([*bags, *(one for one in files if one.parent not in bags)]))
+        visited.add(real)
+        if is_bag(Path(place)):
+            folders.clear()
+            logs.append(str(Path(place)))
+            continue
+        paths = (Path(place, name) for name in names if suffix_of(name) in SUFFIXES)
+        logs += [str(path) for path in paths if path.is_file()]
+    return sorted(logs)
 
 
-def _remote(address: str) -> tuple[Any, str]:
+@contextmanager
+def remote_errors(address: str) -> Iterator[None]:
+    """Raise whatever a store or its client fails with as an error that names the address."""
+    try:
+        yield
+    except HydrodampError:
+        raise
+    except Exception as error:  # each store has errors of its own
+        reason = " ".join(str(error).split()).rstrip(".") or type(error).__name__
+        raise FileError(
+            f"{address}: cannot be read from its store: {type(error).__name__}: {reason}. Check "
+            "the address, the endpoint and the credentials."
+        ) from error
+
+
+def _open_store(address: str) -> tuple[Any, str]:
     try:
         from fsspec.core import url_to_fs
     except ImportError as error:
         raise FileError(
             f'{address}: addresses need the package fsspec: pip install "hydrodamp[batch]"'
         ) from error
-    system, path = url_to_fs(address)
+    try:
+        system, path = url_to_fs(address)
+    except ImportError as error:
+        raise FileError(f"{address}: its store needs another package: {error}.") from error
     return system, str(path)
 
 
 @contextmanager
-def here(address: str) -> Iterator[Path]:
-    """Hold a log as a file of this machine."""
+def local_copy(address: str) -> Iterator[str]:
+    """Provide a recording as files of this machine."""
     if "://" not in address:
-        yield Path(address)
+        yield address
         return
-    system, path = _remote(address)
-    with tempfile.TemporaryDirectory() as place:
-        local = Path(place, PurePosixPath(path).name)
-        system.get(path, str(local))
-        yield local
+    with tempfile.TemporaryDirectory() as folder:
+        paths = []
+        for part in _JOINT_URL.split(address):
+            with remote_errors(part):
+                system, path = _open_store(part)
+                local = Path(folder, PurePosixPath(path).name)
+                system.get(path, str(local))
+            paths.append(str(local))
+        yield paths[0] if len(paths) == 1 else folder
 
 
-def token(address: str) -> str:
-    """Return what tells whether a log has changed: a digest, or what its store says."""
-    if "://" in address:
-        system, path = _remote(address)
-        return str(system.checksum(path))
-    place, seen = Path(address), hashlib.sha256()
-    for file in sorted(place.rglob("*")) if place.is_dir() else [place]:
-        if file.is_file():
-            with file.open("rb") as stream:
-                seen.update(hashlib.file_digest(stream, "sha256").digest())
-    return seen.hexdigest()
-
-
-def group_of(by: Sequence[str], address: str, vehicle: str, start: float) -> tuple[str, ...]:
-    """Return the group of a log that begins at ``start`` [s]; refuse one without."""
-    return tuple(_part(one, address, vehicle, start) for one in by)
-
-
-def _part(by: str, address: str, vehicle: str, start: float) -> str:
-    if by == "vehicle":
-        return vehicle
-    if by == "folder":
-        return PurePosixPath(address).parent.name
-    if by in ("day", "month"):
-        day = datetime.fromtimestamp(start, UTC).strftime("%Y-%m-%d") if start > _EPOCH else ""
-        if not day and (found := _DATE.search(address)):
-            day = "-".join(found.groups())
-        if not day:
-            raise MethodError(
-                "neither its clock nor its path has a date: group by `folder` or by a pattern."
-            )
-        return day if by == "day" else day[:7]
-    if found := re.search(by, address):
-        return found[1] if found.re.groups else found[0]
-    raise MethodError(f"the pattern '{by}' is not in its path.")
-
-
-def craft_of(address: str, names: Sequence[str]) -> str:
-    """Return the vehicle that a log is of: the only one, or that whose name its path holds."""
-    if len(names) == 1:
-        return names[0]
-    held = [name for name in names if name in address]
-    longest = [name for name in held if not any(name in other for other in held if other != name)]
-    if len(longest) != 1:
-        said = f"of {', '.join(held)}" if held else f"of none of {', '.join(names)}"
-        raise MethodError(f"its path holds the name {said}: it must tell one vehicle.")
-    return longest[0]
-
-
-def check_by(by: Sequence[str], crafts: Sequence[Vehicle]) -> None:
-    """Refuse what is no way to group, and logs of several vehicles in one group."""
-    if len(names := {one.name for one in crafts}) < len(crafts):
-        raise MethodError(f"vehicles must have different names; got {', '.join(sorted(names))}.")
-    if len(crafts) > 1 and "vehicle" not in by:
-        raise MethodError("`by` must hold `vehicle` where there are several: they share no fit.")
-    for one in by:
-        try:
-            re.compile(one)
-        except re.error as error:
-            raise MethodError(
-                f"`by` must be of vehicle, day, month, folder and patterns of the path; '{one}' is "
-                f"none: {error}."
-            ) from error
-    if not by:
-        raise MethodError("`by` must name at least one of vehicle, day, month, folder, a pattern.")
+def digest_of_recording(address: str, mapping: ResolvedMapping | None) -> str:
+    """Return what changes with a recording: a digest of its files, or what its store says."""
+    if "://" not in address:
+        return digest_files(address, mapping)
+    checksums = []
+    for part in _JOINT_URL.split(address):
+        with remote_errors(part):
+            system, path = _open_store(part)
+            checksums.append(str(system.checksum(path)))
+    return " ".join(checksums)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, reduce
@@ -15,9 +14,10 @@ from scipy.linalg import block_diag
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.basis import Basis
-from hydrodamp.batch.addresses import here
+from hydrodamp.batch.addresses import local_copy
+from hydrodamp.batch.recordings import ResolvedMapping
 from hydrodamp.data.log import Log, concatenate
-from hydrodamp.errors import HydrodampWarning, ProblemError
+from hydrodamp.errors import ProblemError, suppress_warnings
 from hydrodamp.identification.extrapolation import Ranges, joined, sailed
 from hydrodamp.identification.fit import Fit, Method, Uncertainty, attempted
 from hydrodamp.identification.grades import Grade, rated
@@ -169,14 +169,13 @@ def _divide(blocks: Sequence[Triangle], most: int) -> list[slice]:
     return [slice(first, last) for first, last in pairwise([*firsts, len(blocks)])]
 
 
-def _read(addresses: Sequence[str], mapping: str | None) -> Log:
+def _read_logs(addresses: Sequence[str], mapping: ResolvedMapping | None) -> Log:
     """Read a log or several; what is odd about single ones is left to `probe`."""
     logs = []
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", HydrodampWarning)
+    with suppress_warnings():
         for address in addresses:
-            with here(address) as path:
-                logs.append(read_log(path, mapping))
+            with local_copy(address) as path:
+                logs.append(read_log(path, mapping.mapping if mapping else None))
     return logs[0] if len(logs) == 1 else concatenate(logs)
 
 
@@ -185,17 +184,17 @@ def fold(
     vehicle: Vehicle,
     models: Sequence[DampingModel],
     method: LeastSquares | WeakForm,
-    mapping: str | None = None,
+    mapping: ResolvedMapping | None = None,
 ) -> Folded:
     """Read a log, fill equation 1 with it, and fold its rows."""
     try:
-        return fold_log(_read([address], mapping), vehicle, models, method)
-    except _TooShortError as error:
+        return fold_log(_read_logs([address], mapping), vehicle, models, method)
+    except _UnusableLogError as error:
         raise ProblemError(f"{address}: {error}") from error
 
 
-class _TooShortError(ProblemError):
-    """A log gives no row."""
+class _UnusableLogError(ProblemError):
+    """A log gives no row, or none that is finite."""
 
 
 def fold_log(
@@ -205,19 +204,34 @@ def fold_log(
     method: LeastSquares | WeakForm,
 ) -> Folded:
     """Fill equation 1 with a log and fold its rows."""
-    problem = prepare(vehicle, log, models)
-    rows = method.equations.rows(problem)
-    if not rows.n:
-        raise _TooShortError(f"{log.duration:.3g} s are too short to make rows of.")
-    n = int(np.clip(log.duration / _SHORTEST, 1, min(_OF_A_LOG, rows.n)))
-    blocks = tuple(rows.taken(part).triangle() for part in np.array_split(np.arange(rows.n), n))
+    with np.errstate(all="ignore"):  # what overflows is refused below
+        problem = prepare(vehicle, log, models)
+        rows = method.equations.rows(problem)
+        if not rows.n:
+            raise _UnusableLogError(f"{log.duration:.3g} s are too short to make rows of.")
+        n = int(np.clip(log.duration / _SHORTEST, 1, min(_OF_A_LOG, rows.n)))
+        blocks = tuple(rows.taken(part).triangle() for part in np.array_split(np.arange(rows.n), n))
+        sizes = [np.square(block.r).sum() for block in blocks]  # covariances are of squares
+    if not np.isfinite(sizes).all():
+        raise _UnusableLogError(
+            "equation 1 filled with it overflows. Its largest numbers are "
+            f"{_largest_values(log)}: leave such samples out."
+        )
     ranges = sailed(problem.inputs.velocity, vehicle.axes)
     return Folded(blocks, float(log.time[0]), log.duration, log.n, 1, ranges)
 
 
-def begins(address: str, mapping: str | None = None) -> float:
+def _largest_values(log: Log, n: int = 3) -> str:
+    """Name the channels of a log with the largest numbers."""
+    columns = [*zip(log.velocity_names, log.velocity.T, strict=True)]
+    columns += [*zip(log.command_names, log.commands.T, strict=True)]
+    sizes = {name: float(np.nanmax(np.abs(values))) for name, values in columns}
+    return ", ".join(f"{k} {sizes[k]:.3g}" for k in sorted(sizes, key=lambda k: -sizes[k])[:n])
+
+
+def read_start(address: str, mapping: ResolvedMapping | None = None) -> float:
     """Return when a log begins by its clock [s]."""
-    return float(_read([address], mapping).time[0])
+    return float(_read_logs([address], mapping).time[0])
 
 
 def identified(
@@ -225,34 +239,47 @@ def identified(
     vehicle: Vehicle,
     models: Sequence[DampingModel],
     method: Method,
-    mapping: str | None = None,
+    mapping: ResolvedMapping | None = None,
 ) -> tuple[Fit, ...]:
     """Identify models from the whole of some logs, by a method that folds nothing."""
-    problem = prepare(vehicle, _read(addresses, mapping), models)
+    problem = prepare(vehicle, _read_logs(addresses, mapping), models)
     return tuple(attempted(method, problem, model) for model in models)
 
 
 def replayed(
-    address: str, vehicle: Vehicle, fits: Sequence[Fit], mapping: str | None = None
+    address: str,
+    vehicle: Vehicle,
+    fits: Sequence[Fit | None],
+    mapping: ResolvedMapping | None = None,
 ) -> tuple[float | None, ...]:
-    """Return the error of equation 24 of replays of a log; None where one diverged."""
-    log = _read([address], mapping)
-    return tuple(score(simulate(vehicle, fit.damping, log)).rms for fit in fits)
+    """Return the error of equation 24 of replays of a log; None where one diverged or is absent."""
+    log = _read_logs([address], mapping)
+    return tuple(
+        None if fit is None else score(simulate(vehicle, fit.damping, log)).rms for fit in fits
+    )
 
 
 def solved(folded: Folded, vehicle: Vehicle, model: DampingModel, method: Method) -> Fit:
     """Solve a model from what was folded, its standard errors by leaving out one block each."""
     free = model.restricted_to(vehicle.axes)
-    found = [solve_axis(folded.triangle, terms, axis) for axis, terms in enumerate(free.terms)]
+    if not np.isfinite(folded.triangle.r).all():
+        raise ProblemError("equation 1 of the logs together is not finite.")
+    with np.errstate(all="ignore"):  # what overflows is refused below
+        found = [solve_axis(folded.triangle, terms, axis) for axis, terms in enumerate(free.terms)]
+        known = _jackknifed(folded, free, found)
     aliased = group_labels(one.span.aliased for one in found)
-    known = _jackknifed(folded, free, found)
-    covariance = block_diag(*[one.covariance for one in found]) if known is None else None
     coefficients = np.concatenate([one.coefficients for one in found])
+    if known is None or known.covariance is None:
+        covariance = block_diag(*[one.covariance for one in found])
+    else:
+        covariance = known.covariance
+    if not (np.isfinite(coefficients).all() and np.isfinite(covariance).all()):
+        raise ProblemError(f"the estimate of model '{free.key}' is not finite.")
     return Fit(
         damping=Damping(
             free,
             coefficients,
-            covariance=covariance if known is None else known.covariance,
+            covariance=covariance,
             vehicle=stamp(vehicle),
         ),
         method=method.key,

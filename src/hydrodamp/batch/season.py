@@ -11,12 +11,22 @@ from typing import Any
 
 import numpy as np
 
-from hydrodamp.batch.addresses import check_by, craft_of, expanded, group_of
-from hydrodamp.batch.crew import Crew, Failed, crew
+from hydrodamp.batch.addresses import digest_of_recording, expand_addresses
+from hydrodamp.batch.cache import FoldCache
 from hydrodamp.batch.drift import Change, changes
-from hydrodamp.batch.folding import Folded, begins, graded, identified, replayed, solved
-from hydrodamp.batch.keeping import Kept
-from hydrodamp.errors import HydrodampError, ProblemError
+from hydrodamp.batch.folding import Folded, graded, identified, read_start, replayed, solved
+from hydrodamp.batch.grouping import (
+    DATES,
+    Group,
+    check_grouping,
+    group_of,
+    order_of,
+    sort_groups,
+    vehicle_of,
+)
+from hydrodamp.batch.recordings import ResolvedMapping
+from hydrodamp.batch.workers import Failure, WorkerPool, open_pool
+from hydrodamp.errors import HydrodampError, ProblemError, demand
 from hydrodamp.identification.fit import Fit, Method
 from hydrodamp.identification.grades import Grade
 from hydrodamp.identification.linear import LeastSquares, WeakForm
@@ -27,11 +37,7 @@ from hydrodamp.vehicle.vehicle import Vehicle
 #: Methods of which a log leaves triangles.
 FOLDING = LeastSquares | WeakForm
 
-#: Ways of grouping that tell the time.
-_TIMES = {"day", "month"}
-
-Name = tuple[str, ...]
-Fits = tuple[Fit, ...]
+Fits = tuple[Fit | None, ...]
 
 
 @dataclass(frozen=True)
@@ -55,7 +61,7 @@ class GroupFit:
         How well each coefficient is determined; empty where logs are not folded.
     """
 
-    group: Name
+    group: Group
     start: float
     n_logs: int
     fit: Fit
@@ -72,26 +78,34 @@ class Season:
     by : tuple of str
         How logs were grouped.
     fits : tuple of GroupFit
-        Group by group in the order of time, model by model.
+        Group by group in the order of ``order``, model by model.
     failed : dict of str to str
-        Logs that are in no fit, each with the reason.
-    n_kept : int
-        How many logs had been folded in an earlier run.
+        Logs that a fit lacks, each with the reason.
+    n_cached : int
+        How many logs were folded in an earlier run.
+    duplicates : dict of str to str
+        Logs that are left out, as their group has another log with the same content: which.
     """
 
     by: tuple[str, ...]
     fits: tuple[GroupFit, ...]
     failed: dict[str, str]
-    n_kept: int = 0
+    n_cached: int = 0
+    duplicates: dict[str, str] = field(default_factory=dict)
+
+    @cached_property
+    def order(self) -> str:
+        """What orders the groups: `date`, `clock`, or `name` where clocks count from boot."""
+        return order_of(self.by, [one.start for one in self.fits])
 
     @cached_property
     def courses(self) -> dict[str, tuple[GroupFit, ...]]:
         """The fits of a model in the order of time, of groups alike but for their day or month."""
-        timed = not _TIMES.isdisjoint(self.by)
+        timed = not DATES.isdisjoint(self.by)
         found = dict[str, tuple[GroupFit, ...]]()
         for one in self.fits:
             pairs = zip(self.by, one.group, strict=True)
-            alike = [part for way, part in pairs if timed and way not in _TIMES]
+            alike = [part for way, part in pairs if timed and way not in DATES]
             name = " ".join((one.fit.model.key, *alike))
             found[name] = (*found.get(name, ()), one)
         return found
@@ -99,7 +113,7 @@ class Season:
     @cached_property
     def changes(self) -> dict[str, tuple[Change, ...]]:
         """What changed for good between the days or months of each course."""
-        if _TIMES.isdisjoint(self.by):
+        if DATES.isdisjoint(self.by):
             return {}
         return {name: changes([one.fit for one in its]) for name, its in self.courses.items()}
 
@@ -115,7 +129,8 @@ def batch(
     client: Any = None,
     workers: int | None = None,
     cache: str | os.PathLike[str] | None = None,
-    patience: float = 3600.0,
+    timeout: float = 3600.0,
+    exclude: str | os.PathLike[str] | None = None,
 ) -> Season:
     """Identify models from many logs, group by group.
 
@@ -141,9 +156,11 @@ def batch(
     workers : int, optional
         How many of those.
     cache : str or path, optional
-        Folder where the folds of logs are kept: a log is folded once.
-    patience : float
-        How long one log may take before it is given up [s].
+        Folder of the folds of logs: a log is folded once.
+    timeout : float
+        How long the work on one log may take from its start on a worker [s].
+    exclude : str or path, optional
+        Folder whose files are no logs, such as that of the results.
 
     Returns
     -------
@@ -153,9 +170,11 @@ def batch(
     Raises
     ------
     FileError
-        If an address matches no log.
+        If an address matches no log, or its store cannot be reached.
+    LogError
+        If the mapping is wrong.
     MethodError
-        If there is no such method or way of grouping.
+        If there is no such method or way of grouping, or ``timeout`` is not positive.
     ProblemError
         If no log could be used.
 
@@ -175,25 +194,27 @@ def batch(
     way = find_method(method) if isinstance(method, str) else method
     asked = (models,) if isinstance(models, DampingModel) else tuple(models)
     crafts = (vehicle,) if isinstance(vehicle, Vehicle) else tuple(vehicle)
-    check_by(by, crafts)
+    check_grouping(by, crafts)
+    demand(timeout > 0.0, "timeout", "positive", timeout)
     given = [logs] if isinstance(logs, str | os.PathLike) else logs
-    places = expanded(str(one) for one in given)
+    resolved = ResolvedMapping.of(mapping)
+    addresses = expand_addresses((str(each) for each in given), resolved, exclude)
     folder = None if cache is None else Path(cache)
-    kept = {one.name: Kept(folder, one, asked, way, mapping) for one in crafts}
-    with crew(client, workers, patience) as team:
-        found = _sorted(places, kept, tuple(by), team)
-        fits = _fits(found, asked, way, team)
+    caches = {each.name: FoldCache(folder, each, asked, way, resolved) for each in crafts}
+    with open_pool(client, workers, timeout) as pool:
+        groups = _read_groups(addresses, caches, tuple(by), pool)
+        fits = _fit_groups(groups, asked, way, pool)
     if not fits:
-        told = "; ".join(f"{place}: {why}" for place, why in [*found.failed.items()][:3])
-        raise ProblemError(f"none of {len(places)} logs could be used. {told}")
-    return Season(tuple(by), fits, found.failed, found.n_kept)
+        reasons = "; ".join(f"{log}: {why}" for log, why in [*groups.failed.items()][:3])
+        raise ProblemError(f"none of {len(addresses)} logs could be used. {reasons}")
+    return Season(tuple(by), fits, groups.failed, groups.n_cached, groups.duplicates)
 
 
 @dataclass
 class _Group:
     """Logs of a group so far; the folds of all but the first are a tree, in their order."""
 
-    kept: Kept
+    cache: FoldCache
     logs: list[str] = field(default_factory=list)
     start: float = np.inf
     first: Folded | None = None
@@ -229,95 +250,125 @@ class _Group:
 
 
 @dataclass
-class _Sorted:
-    """What has come of the logs: groups in the order of time, and those that failed."""
+class _Groups:
+    """The groups in their order, and the logs that are in none."""
 
-    groups: dict[Name, _Group] = field(default_factory=dict)
+    groups: dict[Group, _Group] = field(default_factory=dict)
     failed: dict[str, str] = field(default_factory=dict)
-    n_kept: int = 0
+    duplicates: dict[str, str] = field(default_factory=dict)
+    n_cached: int = 0
 
 
-def _sorted(
-    places: Sequence[str], kept: dict[str, Kept], by: tuple[str, ...], team: Crew
-) -> _Sorted:
-    """Fold each log, or ask when it begins, and put it into its group."""
-    found, groups, own = _Sorted(), dict[Name, _Group](), dict[str, Kept]()
-    for place in places:
+def _read_groups(
+    addresses: Sequence[str], caches: dict[str, FoldCache], by: tuple[str, ...], pool: WorkerPool
+) -> _Groups:
+    """Fold each log, or read its start, and add it to its group."""
+    found, groups, own = _Groups(), dict[Group, _Group](), dict[str, FoldCache]()
+    first_logs: dict[tuple[Group, str], str] = {}
+    for log in addresses:
         try:
-            own[place] = kept[craft_of(place, [*kept])]
+            own[log] = caches[vehicle_of(log, [*caches])]
         except HydrodampError as error:
-            found.failed[place] = str(error)
-    made: Any = team.each(_begun, [(one, place) for place, one in own.items()], "reading logs")
-    for (place, one), result in zip(own.items(), made, strict=True):
-        if isinstance(result, Failed):
-            found.failed[place] = result
+            found.failed[log] = str(error)
+    calls = [(cache, log) for log, cache in own.items()]
+    results: Any = pool.map(_read_log, calls, "reading logs")
+    for (log, cache), result in zip(own.items(), results, strict=True):
+        if isinstance(result, Failure):
+            found.failed[log] = result
             continue
-        start, folded, is_kept = result
-        found.n_kept += is_kept
+        start, folded, digest, is_cached = result
         try:
-            name = group_of(by, place, one.vehicle.name, start)
+            group = group_of(by, log, cache.vehicle.name, start)
         except HydrodampError as error:
-            found.failed[place] = str(error)
+            found.failed[log] = str(error)
             continue
-        groups.setdefault(name, _Group(one)).add(place, start, folded)
-    order = sorted(groups, key=lambda name: (groups[name].start, name))
-    found.groups = {name: groups[name] for name in order}
+        if (first := first_logs.setdefault((group, digest), log)) != log:
+            found.duplicates[log] = first
+            continue
+        found.n_cached += is_cached
+        groups.setdefault(group, _Group(cache)).add(log, start, folded)
+    order = sort_groups(by, {group: one.start for group, one in groups.items()})
+    found.groups = {group: groups[group] for group in order}
     return found
 
 
-def _begun(kept: Kept, place: str) -> tuple[float, Folded | None, bool]:
-    """Return when a log begins, its fold where its method folds, and whether it was there."""
-    if not isinstance(kept.method, FOLDING):
-        return begins(place, kept.mapping), None, False
-    folded, is_kept = kept.fold(place)
-    return folded.start, folded, is_kept
+def _read_log(cache: FoldCache, log: str) -> tuple[float, Folded | None, str, bool]:
+    """Return start, fold (None where methods fold nothing), digest, and if the cache had it."""
+    if not isinstance(cache.method, FOLDING):
+        digest = digest_of_recording(log, cache.mapping)
+        return read_start(log, cache.mapping), None, digest, False
+    folded, digest, is_cached = cache.fold(log)
+    return folded.start, folded, digest, is_cached
 
 
-def _fits(
-    found: _Sorted, models: tuple[DampingModel, ...], method: Method, team: Crew
+def _fit_groups(
+    found: _Groups, models: tuple[DampingModel, ...], method: Method, pool: WorkerPool
 ) -> tuple[GroupFit, ...]:
     """Fit each group; replay its first log with a fit to the others."""
-    more = {name: one for name, one in found.groups.items() if len(one.logs) > 1}
+    several = {group: one for group, one in found.groups.items() if len(one.logs) > 1}
     if isinstance(method, FOLDING):
-        whole = {name: _solved(one.kept, one.folded) for name, one in found.groups.items()}
-        rest = {name: _solved(one.kept, one.others) for name, one in more.items()}
+        failed = found.failed
+        whole = {name: _solve(one, one.folded, failed) for name, one in found.groups.items()}
+        others = {name: _solve(one, one.others, None) for name, one in several.items()}
     else:
-        whole = _identified({name: one.logs for name, one in found.groups.items()}, found, team)
-        rest = _identified({name: one.logs[1:] for name, one in more.items()}, found, team)
-    own = {name: found.groups[name] for name in rest}
+        logs = {name: one.logs for name, one in found.groups.items()}
+        whole = _identify(logs, found, pool)
+        others = _identify({name: one.logs[1:] for name, one in several.items()}, found, pool)
     replays = [
-        (one.logs[0], one.kept.vehicle, rest[name], one.kept.mapping) for name, one in own.items()
+        (one.logs[0], one.cache.vehicle, others[name], one.cache.mapping)
+        for name, one in several.items()
+        if name in others
     ]
-    made = team.each(replayed, replays, "replaying")
+    results = pool.map(replayed, replays, "replaying")
     none = (None,) * len(models)
     errors = {
-        name: none if isinstance(one, Failed) else one for name, one in zip(rest, made, strict=True)
+        name: none if isinstance(one, Failure) else one
+        for name, one in zip(others, results, strict=True)
     }
     return tuple(
         GroupFit(name, one.start, len(one.logs), fit, rms, graded(one.folded, fit))
         for name, one in found.groups.items()
         if name in whole
         for fit, rms in zip(whole[name], errors.get(name, none), strict=True)
+        if fit is not None
     )
 
 
-def _solved(kept: Kept, folded: Folded | None) -> Fits:
+def _solve(group: _Group, folded: Folded | None, failed: dict[str, str] | None) -> Fits:
+    """Solve each model; None, and the logs among those that failed, where that is not finite."""
     if folded is None:
         return ()
-    return tuple(solved(folded, kept.vehicle, model, kept.method) for model in kept.models)
+    fits: list[Fit | None] = []
+    for model in group.cache.models:
+        try:
+            fits.append(solved(folded, group.cache.vehicle, model, group.cache.method))
+        except ProblemError as error:
+            fits.append(None)
+            if failed is not None:
+                failed |= dict.fromkeys(group.logs, str(error))
+    return tuple(fits)
 
 
-def _identified(groups: dict[Name, list[str]], found: _Sorted, team: Crew) -> dict[Name, Fits]:
+def _identify(logs: dict[Group, list[str]], found: _Groups, pool: WorkerPool) -> dict[Group, Fits]:
     """Identify from all logs of each group at once; a group that fails, fails with its logs."""
-    own = {name: found.groups[name].kept for name in groups}
-    asked = [
-        (logs, own[name].vehicle, own[name].models, own[name].method, own[name].mapping)
-        for name, logs in groups.items()
+    caches = {name: found.groups[name].cache for name in logs}
+    calls = [
+        (logs[name], own.vehicle, own.models, own.method, own.mapping)
+        for name, own in caches.items()
     ]
-    fits = {}
-    for name, one in zip(groups, team.each(identified, asked, "identifying"), strict=True):
-        if isinstance(one, Failed):
-            found.failed |= dict.fromkeys(groups[name], one)
+    fits: dict[Group, Fits] = {}
+    results: Any = pool.map(identified, calls, "identifying")
+    for name, result in zip(logs, results, strict=True):
+        if isinstance(result, Failure):
+            found.failed |= dict.fromkeys(logs[name], result)
         else:
-            fits[name] = one
+            fits[name] = tuple(_check_finite(fit, logs[name], found.failed) for fit in result)
     return fits
+
+
+def _check_finite(fit: Fit, logs: Sequence[str], failed: dict[str, str]) -> Fit | None:
+    if np.isfinite(fit.damping.coefficients).all():
+        return fit
+    why = f"the estimate of model '{fit.model.key}' is not finite."
+    failed |= dict.fromkeys(logs, why)
+    return None

@@ -35,6 +35,9 @@ def batch(
         int | None, typer.Option(metavar="N", min=1, help="Processes of this machine.")
     ] = None,
     scheduler: Annotated[str | None, typer.Option(metavar="URL", help=_SCHEDULER)] = None,
+    timeout: Annotated[
+        float, typer.Option(metavar="S", help="Longest work on one log [s], from its start.")
+    ] = 3600.0,
     force: options.Force = False,
     json: options.Json = False,
 ) -> None:
@@ -61,6 +64,8 @@ def batch(
             client=client,
             workers=workers,
             cache=out / "folds",
+            timeout=timeout,
+            exclude=out,
         )
     write_season(season, out)
     if json:
@@ -70,8 +75,10 @@ def batch(
         emit({"coefficients": rows, "failed": season.failed})
     else:
         show(*told(season))
-    if season.n_kept:
-        note(f"{season.n_kept} logs had been folded before.")
+    for log, other in season.duplicates.items():
+        note(f"{log} has the content of {other} and counts once.")
+    if season.n_cached:
+        note(f"{season.n_cached} logs had been folded before.")
     note(f"written to {out}")
     if season.failed:
         n = len(season.failed)
@@ -96,3 +103,8 @@ def _cluster(address: str) -> Any:
         return Client(address, timeout="10s")  # type: ignore[no-untyped-call]
     except OSError as error:
         raise hd.MethodError(f"`--scheduler {address}` does not answer: {error}") from error
+    except Exception as error:  # an address that distributed cannot parse, or a foreign server
+        raise hd.MethodError(
+            f"`--scheduler` must be the address of a Dask scheduler, such as tcp://10.0.0.1:8786; "
+            f"got {address}: {error}"
+        ) from error

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import textwrap
-import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
@@ -30,7 +29,7 @@ from hydrodamp.data.record import (
     record_of_arrays,
     split,
 )
-from hydrodamp.errors import GapWarning, LogError, no_such
+from hydrodamp.errors import GapWarning, LogError, no_such, warn
 
 _ARRAYS = (*(block.name for block in BLOCKS), "commands")
 _LISTED, _WIDTH = 12, 160  # lines and letters of each list in the text of a log
@@ -200,7 +199,7 @@ class Log:
         cut = "; ".join(notes)
         if len(segments) > np.count_nonzero(record.joins):
             cut = f"split into {len(segments)} segments: {cut}"
-        warnings.warn(f"{record.source or 'log'}: {cut}", GapWarning, stacklevel=3)
+        warn(f"{record.source or 'log'}: {cut}", GapWarning, stacklevel=3)
         return log.noted(cut)
 
     def noted(self, *notes: str) -> Log:

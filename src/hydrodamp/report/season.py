@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import hashlib
 import io
 import re
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -71,6 +72,12 @@ def _notes(season: Season) -> Iterator[str]:
     yield (
         "RMS is the error of eq. 24 of a replay of each group's first log with a fit to its others."
     )
+    if season.order != "date":
+        reason = ", as clocks that count from boot give none" if season.order == "name" else ""
+        yield (
+            f"Groups are in the order of their {season.order}s{reason}; changes are looked for "
+            "between days or months."
+        )
     yield from _verdicts(season)
     yield from _thin(season)
     for log, reason in season.failed.items():
@@ -168,8 +175,8 @@ RESULTS = ("coefficients.csv", "coefficients.parquet", "season.html", "*.svg", "
 def write_season(season: Season, folder: Path) -> None:
     """Write the table as CSV and Parquet, a file for each fit, a picture a course, and a page."""
     contents = {folder / "coefficients.csv": to_csv(coefficients_grid(season)).encode("utf-8")}
-    for one in season.fits:
-        name = _file(".".join((*one.group, one.fit.model.key)))
+    names = _file_names([(*one.group, one.fit.model.key) for one in season.fits])
+    for one, name in zip(season.fits, names, strict=True):
         contents[folder / "fits" / f"{name}.json"] = as_json(fit_document(one.fit)).encode("utf-8")
     with suppress(ImportError):
         from pyarrow import csv, parquet
@@ -182,15 +189,25 @@ def write_season(season: Season, folder: Path) -> None:
         pictures = {
             name: figure_bytes(season_figure(season, name), "svg") for name in season.courses
         }
-    contents |= {folder / f"{_file(name)}.svg": one for name, one in pictures.items()}
+    names = _file_names([(name,) for name in pictures])
+    contents |= {
+        folder / f"{name}.svg": one for name, one in zip(names, pictures.values(), strict=True)
+    }
     if installed():
         contents[folder / "season.html"] = page(season, pictures).encode("utf-8")
     remove_results(folder, RESULTS, keep=contents)
     save_results(contents, folder)
 
 
-def _file(name: str) -> str:
-    return re.sub(r"[^\w.+-]+", "-", name)
+def _file_names(keys: Sequence[tuple[str, ...]]) -> list[str]:
+    """Return a file name for each key; a digest tells keys apart that would share one."""
+    names = [re.sub(r"[^\w.+-]+", "-", ".".join(key)) for key in keys]
+    uses = Counter(name.casefold() for name in names)  # some file systems ignore case
+    digests = (hashlib.sha256(repr(key).encode()).hexdigest()[:8] for key in keys)
+    return [
+        name if uses[name.casefold()] == 1 else f"{name}.{digest}"
+        for name, digest in zip(names, digests, strict=True)
+    ]
 
 
 def page(season: Season, pictures: dict[str, bytes]) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import warnings
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -17,7 +16,7 @@ from hydrodamp.data.channels import ACCELERATION, ATTITUDE, EULER, POSITION, SPE
 from hydrodamp.data.record import Record, side_by_side, split
 from hydrodamp.data.recording import Recording
 from hydrodamp.data.units import factor
-from hydrodamp.errors import ClockWarning, LogError
+from hydrodamp.errors import ClockWarning, LogError, warn
 from hydrodamp.ingest.formats.files import LEFT_OUT
 from hydrodamp.ingest.irregularity import Oddity, sentences
 from hydrodamp.ingest.mapping.finding import find, locate, meant, renamed
@@ -58,7 +57,7 @@ def record_of(mapping: MappingFile, recording: Recording) -> Record:
     first = float(record.time[np.argmax(split(record)[0])])
     odd = [*sentences(sampler.irregularities, first)]
     if told := [sentence for oddity, sentence in odd if oddity not in _EXPECTED]:
-        warnings.warn(f"{recording.source}: {'; '.join(told)}", ClockWarning, stacklevel=3)
+        warn(f"{recording.source}: {'; '.join(told)}", ClockWarning, stacklevel=3)
     notes = (*recording.notes, *_summary(mapping, sampler), *(sentence for _, sentence in odd))
     return dataclasses.replace(record, notes=notes)
 

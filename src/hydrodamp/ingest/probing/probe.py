@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
@@ -14,7 +13,7 @@ from hydrodamp.conditioning.vertical import Sign, Upright, signs_of
 from hydrodamp.data.agreement import agreement, travelled
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording, Topic
-from hydrodamp.errors import HydrodampError, HydrodampWarning
+from hydrodamp.errors import HydrodampError, suppress_warnings
 from hydrodamp.files import parse_yaml
 from hydrodamp.ingest.mapping import LogMapping, presets, read_mapping
 from hydrodamp.ingest.mapping.finding import find
@@ -195,8 +194,7 @@ def _fits(name: str, recording: Recording) -> Iterator[Fitting]:
 def _makes_its_way(mapping: LogMapping, recording: Recording) -> bool:
     """Return whether velocities add up to the way of the position; any columns have places."""
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", HydrodampWarning)
+        with suppress_warnings():
             log = mapping.log(recording)
     except HydrodampError:
         return False
@@ -255,8 +253,7 @@ def judge(
     reason = "the roles of its columns are too unsure to make a log of"
     if found.draft.confidence >= SUFFICES:
         try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", HydrodampWarning)
+            with suppress_warnings():
                 return replace(judged("by the draft", found.mapping()), guessed=True)
         except HydrodampError as error:
             reason = f"by the draft: {error}"

@@ -1,0 +1,123 @@
+"""The group and the vehicle of a log, and the order of groups."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from datetime import UTC, date, datetime
+from pathlib import PurePosixPath
+
+from hydrodamp.errors import MethodError
+from hydrodamp.vehicle.vehicle import Vehicle
+
+#: Ways of grouping that give a date.
+DATES = frozenset({"day", "month"})
+
+_DATE = re.compile(r"(?<!\d)(20\d\d)[-_.]?([01]\d)[-_.]?([0-3]\d)(?!\d)")
+_FIRST_UNIX_TIME = 1e8  # s since 1970, in 1973; clocks below count from boot
+
+Group = tuple[str, ...]
+
+
+def group_of(by: Sequence[str], address: str, vehicle: str, start: float) -> Group:
+    """Return the group of a log that begins at ``start`` [s]; refuse one without."""
+    return tuple(_label(key, address, vehicle, start) for key in by)
+
+
+def _label(key: str, address: str, vehicle: str, start: float) -> str:
+    if key == "vehicle":
+        return vehicle
+    if key == "folder":
+        return PurePosixPath(address).parent.name
+    if key in DATES:
+        day = _day_of_clock(start) if start > _FIRST_UNIX_TIME else _day_in(address)
+        if not day:
+            raise MethodError(
+                "neither its clock nor its path has a date: group by `folder` or by a pattern."
+            )
+        return day if key == "day" else day[:7]
+    match = re.search(key, address)
+    label = None if match is None else match[1] if match.re.groups else match[0]
+    if not label:
+        part = "its parentheses hold nothing of" if match else "it is not in"
+        raise MethodError(f"the pattern '{key}' gives no group: {part} the path.")
+    return label
+
+
+def _day_of_clock(start: float) -> str:
+    try:
+        return datetime.fromtimestamp(start, UTC).strftime("%Y-%m-%d")
+    except (OverflowError, ValueError, OSError) as error:
+        raise MethodError(
+            f"its clock begins at {start:.4g} s since 1970, which is no date: give its unit in a "
+            "mapping."
+        ) from error
+
+
+def _day_in(address: str) -> str:
+    """Return the first valid date of a path, or nothing."""
+    for match in _DATE.finditer(address):
+        try:
+            return date(*map(int, match.groups())).isoformat()
+        except ValueError:
+            continue
+    return ""
+
+
+def order_of(by: Sequence[str], starts: Sequence[float]) -> str:
+    """Return what orders groups: `date`, `clock`, or `name` where clocks count from boot."""
+    if not DATES.isdisjoint(by):
+        return "date"
+    return "clock" if all(start > _FIRST_UNIX_TIME for start in starts) else "name"
+
+
+def sort_groups(by: Sequence[str], starts: Mapping[Group, float]) -> list[Group]:
+    """Return groups in the order of their dates; the clock orders only where all count from 1970.
+
+    ``starts`` are when groups begin, by their clocks [s].
+    """
+    has_unix_time = order_of((), [*starts.values()]) == "clock"
+
+    def key(group: Group) -> tuple[Group, float, Group]:
+        dates = tuple(part for way, part in zip(by, group, strict=True) if way in DATES)
+        return dates, starts[group] if has_unix_time else 0.0, group
+
+    return sorted(starts, key=key)
+
+
+def vehicle_of(address: str, names: Sequence[str]) -> str:
+    """Return the vehicle of a log: the only one, or that whose name its path holds as a word."""
+    if len(names) == 1:
+        return names[0]
+    spans = {
+        match.span(): name
+        for name in names
+        for match in re.finditer(rf"(?<![^\W_]){re.escape(name)}(?![^\W_])", address)
+    }
+    matches = {
+        name
+        for (start, stop), name in spans.items()
+        if not any(a <= start and stop <= b and (a, b) != (start, stop) for a, b in spans)
+    }
+    if len(matches) != 1:
+        held = ", ".join(sorted(matches)) if matches else f"none of {', '.join(names)}"
+        raise MethodError(f"its path holds the name of {held}: it must hold that of one vehicle.")
+    return matches.pop()
+
+
+def check_grouping(by: Sequence[str], vehicles: Sequence[Vehicle]) -> None:
+    """Refuse what is no way to group, and logs of several vehicles in one group."""
+    if len(names := {each.name for each in vehicles}) < len(vehicles):
+        raise MethodError(f"vehicles must have different names; got {', '.join(sorted(names))}.")
+    if len(vehicles) > 1 and "vehicle" not in by:
+        raise MethodError("`by` must hold `vehicle` where there are several: they share no fit.")
+    for key in by:
+        try:
+            re.compile(key)
+        except re.error as error:
+            raise MethodError(
+                f"`by` must be of vehicle, day, month, folder and patterns of the path; '{key}' is "
+                f"none: {error}."
+            ) from error
+    if not by:
+        raise MethodError("`by` must name at least one of vehicle, day, month, folder, a pattern.")
