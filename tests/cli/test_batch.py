@@ -25,7 +25,8 @@ def test_a_season_makes_a_table_fits_and_a_picture(folder, call):
     with (folder / "season" / "coefficients.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert {row["day"] for row in rows} == {"2026-05-01", "2026-05-02"}
-    assert float(rows[0]["low"]) < float(rows[0]["value"]) < float(rows[0]["high"])
+    assert float(rows[0]["low_noise_only"]) < float(rows[0]["value"])
+    assert float(rows[0]["value"]) < float(rows[0]["high_noise_only"])
     found = sorted(path.name for path in (folder / "season").iterdir())
     tables = ["coefficients.csv", "coefficients.parquet"]
     assert found == [".hydrodamp.json", *tables, "fits", "folds", "linear.svg", "season.html"]
@@ -97,6 +98,6 @@ def test_groups_have_files_of_their_own_and_results_are_no_logs(folder, call):
         shutil.rmtree(folder / "season" / "fits", ignore_errors=True)
         for other in ("a.csv", "b.csv", "ab.csv"):
             (folder / other).unlink(missing_ok=True)
-        call(line)
+        call(f"{line} --force")
         names = [path.name.casefold() for path in (folder / "season" / "fits").iterdir()]
         assert len(set(names)) == 4

@@ -78,6 +78,10 @@ def _notes(season: Season) -> Iterator[str]:
             f"Groups are in the order of their {season.order}s{reason}; changes are looked for "
             "between days or months."
         )
+    yield (
+        "Standard errors and intervals allow for noise, not for bias that all logs share, such as "
+        "that of noise in the velocities."
+    )
     yield from _verdicts(season)
     yield from _thin(season)
     for log, reason in season.failed.items():
@@ -147,7 +151,8 @@ def _name(one: GroupFit) -> str:
 
 def coefficients_grid(season: Season) -> Grid:
     """Return a row for each coefficient of each group, for other programs."""
-    names = ("model", "coefficient", "value", "standard_error", "low", "high", "unit", "grade")
+    number = ("value", "standard_error", "low_noise_only", "high_noise_only")
+    names = ("model", "coefficient", *number, "unit", "grade")
     more = ("start", "logs", "samples", "rank", "rms", "outcome")
     rows = tuple(row for one in season.fits for row in _rows(one))
     columns = tuple(Column(name) for name in (*map(_header, season.by), *names, *more))
