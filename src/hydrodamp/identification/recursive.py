@@ -225,23 +225,21 @@ class RecursiveLeastSquares:
         estimate = core.recur(bound.recursion, bound.start, problem.inputs, problem.segments)
         if not estimate.rows.any():
             return empty_fit(problem, bound.model, self.key, Status.TOO_FEW_SAMPLES)
-        covariances, ranks, aliased = zip(
-            *(_known(bound, estimate, axis) for axis in range(6)), strict=True
-        )
-        rank = sum(ranks)
+        axes = [_axis_knowledge(bound, estimate, axis) for axis in range(6)]
+        rank = sum(int(one.is_told.sum()) for one in axes)
         return fitted(
             problem,
             bound.model,
             self,
             estimate.coefficients,
             uncertainty=Uncertainty(
-                block_diag(*covariances),
+                block_diag(*(one.covariance for one in axes)),
                 degrees_of_freedom=np.inf,
                 method=_METHOD,
                 allowance=_ALLOWANCE,
             ),
             rank=rank,
-            aliased=tuple(group for groups in aliased for group in groups),
+            aliased=tuple(group for one in axes for group in one.aliased),
             status=Status.OK if rank == bound.model.n_coefficients else Status.BY_PRIOR,
         )
 
@@ -256,14 +254,12 @@ class Knowledge(NamedTuple):
 
 def known(state: RecursiveState) -> Knowledge:
     """Return what is known of each coefficient at a state."""
-    bound, estimate = state.adaptation, state.estimate
-    recursion, covariances, left, weakest = bound.recursion, [], [], np.zeros(6)
-    for axis in range(6):
-        covariances.append(_known(bound, estimate, axis)[0])
-        _, information = recursion.of(axis, estimate.information)
-        left.append(np.linalg.inv(np.eye(len(information)) + information).diagonal())
-        weakest[axis] = max(0.0, np.linalg.eigvalsh(information).min(initial=np.inf))
-    return Knowledge(block_diag(*covariances), np.concatenate(left) <= _TOLD, weakest)
+    axes = [_axis_knowledge(state.adaptation, state.estimate, axis) for axis in range(6)]
+    return Knowledge(
+        block_diag(*(one.covariance for one in axes)),
+        np.concatenate([one.inverse.diagonal() for one in axes]) <= _TOLD,
+        np.array([max(0.0, one.values.min(initial=np.inf)) for one in axes]),
+    )
 
 
 def missing_share(state: RecursiveState, coefficients: FloatArray) -> FloatArray:
@@ -309,15 +305,34 @@ def _usual_square(columns: Columns, velocity: tuple[float, ...]) -> FloatArray:
     return np.asarray(terms[0, columns.n_known :] ** 2)
 
 
-def _known(
-    bound: RecursiveAdaptation, estimate: Estimate, axis: int
-) -> tuple[FloatArray, int, tuple[tuple[str, ...], ...]]:
-    """Return covariance, rank and aliased labels of one axis."""
+class _AxisKnowledge(NamedTuple):
+    """Of an axis: its information by eigenvalues, its inverse with the prior's, covariance."""
+
+    labels: tuple[str, ...]
+    values: FloatArray
+    vectors: FloatArray
+    inverse: FloatArray
+    covariance: FloatArray
+
+    @property
+    def is_told(self) -> BoolArray:
+        """Of which directions the data tell more than the prior, whose information is one."""
+        return np.asarray(self.values >= 1.0)
+
+    @property
+    def aliased(self) -> tuple[tuple[str, ...], ...]:
+        """Labels that the directions of the data do not tell apart."""
+        n, is_told = len(self.labels), self.is_told
+        directions = self.vectors[:, is_told].T if is_told.any() else np.zeros((1, n))
+        return spanned(directions, self.labels, np.ones(n)).aliased
+
+
+def _axis_knowledge(bound: RecursiveAdaptation, estimate: Estimate, axis: int) -> _AxisKnowledge:
+    """Return what is known of one axis."""
     recursion = bound.recursion
     part, information = recursion.of(axis, estimate.information)
-    names, unit = bound.model.labels[part], recursion.unit[part]
+    unit = recursion.unit[part]
     values, vectors = np.linalg.eigh(information)
-    told = values >= 1.0  # the information of the prior is the identity
     inverse = (vectors / (1.0 + np.maximum(values, 0.0))) @ vectors.T
     products, instrumented, crossed = recursion.witness_of(axis, estimate.witness)
     noise = estimate.noise[axis] + 2.0 * max(0.0, float(_TAPER @ products))
@@ -333,6 +348,4 @@ def _known(
     moments = np.linalg.inv(np.eye(len(unit)) + crossed)
     spread = 2.0 * moments @ information @ moments.T - 0.5 * inverse
     covariance += np.diag(noise * unit**2 * np.maximum(0.0, spread.diagonal()))
-    directions = vectors[:, told].T if told.any() else np.zeros((1, len(names)))
-    aliased = spanned(directions, names, np.ones(len(names))).aliased
-    return covariance, int(told.sum()), aliased
+    return _AxisKnowledge(bound.model.labels[part], values, vectors, inverse, covariance)
