@@ -57,7 +57,7 @@ def export(
         The velocities that they are fitted at without a log, and that powers are looked at within;
         by default those of the log.
     force : bool, optional
-        Replace the files of an earlier export, all others stay, and keep an export whose wrench
+        Replace the files of an earlier export, all others stay, and keep a projection whose wrench
         error is above 100 % on an axis or whose replay diverges though that of its source does
         not.
 
@@ -71,8 +71,8 @@ def export(
     ModelError
         If the coefficients belong to another vehicle, or cannot be exported.
     MethodError
-        If there is no such target, terms would have to be fitted without any velocities, a wrench
-        error is above 100 %, or the replay diverges.
+        If there is no such target, terms would have to be fitted without any velocities, or the
+        wrench error of a projection is above 100 %, or its replay diverges.
     FileError
         If the folder holds files that an earlier export did not write or that were edited since;
         without ``force`` if it holds an export at all.
@@ -119,7 +119,12 @@ def export(
 
 
 def _check_wrench(card: Fidelity) -> None:
-    """Refuse an export that is worse on an axis than one without any damping."""
+    """Refuse a projection that is worse on an axis than no damping at all.
+
+    Where every term is held, the error is of the mass matrix, and no other model would mend it.
+    """
+    if card.exact:
+        return
     worse = [f"{axis} {x:.3g} %" for axis, x in card.wrench_error.items() if x > WORST_ERROR]
     if worse:
         raise MethodError(
