@@ -279,16 +279,19 @@ def test_an_export_that_is_worse_than_no_damping_is_refused_unless_forced(sailed
     assert card.wrench_error["X"] == pytest.approx(100.0)
 
 
-def test_an_exact_export_is_not_refused_for_its_mass_matrix(sailed, tmp_path):
+@pytest.mark.parametrize("model", ["fossen", "prestero"])
+def test_axes_whose_terms_are_held_are_not_refused_for_the_mass_matrix(model, sailed, tmp_path):
     """A diagonal mass matrix is no fault of the model, and no other model would mend it."""
     damping = hd.identify(
-        hd.catalog["fossen"], sailed.vehicle, sailed.train, hd.LeastSquares()
+        hd.catalog[model], sailed.vehicle, sailed.train, hd.LeastSquares()
     ).damping
     card = hd.export(damping, sailed.vehicle, "urdf", tmp_path / "a", log=sailed.test)
-    assert card.exact
+    assert card.exact == (model == "fossen")
+    assert not [label for label in card.projected if label.startswith("K")]
     assert card.wrench_error["K"] > 100.0
     assert "coupled added mass" in str(card)
-    assert card.replays.source_to_target.rms < card.replays.source_to_log.rms
+    with pytest.raises(hd.MethodError, match=r"wrench error of .*K .* no damping at all has 100"):
+        hd.export(damping, sailed.vehicle, "stonefish", tmp_path / "b", log=sailed.test)
 
 
 def test_a_link_that_leads_nowhere_is_no_file_of_the_export(tmp_path):
